@@ -1,0 +1,1 @@
+//! The slow loop: sensing and motion sequence put together, shared by the firmware and the host simulations.

@@ -1,0 +1,3 @@
+//! Motor and drivetrain: codes and units, current loop, motion sequence, protection.
+
+pub mod io;

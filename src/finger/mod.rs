@@ -1,0 +1,1 @@
+//! Finger mechanics: geometry, springs, transmission; nothing of motors, time or noise.

@@ -1,0 +1,21 @@
+//! Palpate: where an underactuated finger touches an object, from the encoder and the current of its one motor.
+//!
+//! | room | what it knows | what it never sees |
+//! |---|---|---|
+//! | [`numeric`] | square root, sine and cosine, bisection, small linear algebra, each with its measured error | fingers |
+//! | [`finger`] | phalanges, transmission, statics, stiffness, contact path | motors, time, noise |
+//! | [`sensing`] | samples to events: friction, detection, location, force, uncertainty | the chip |
+//! | [`drive`] | counts, codes, current and speed loops, motion sequence, faults | where the contact is |
+//! | [`app`] | the slow loop: sensing and sequence put together | the chip |
+//! | [`scene`] | this finger, this drivetrain, these limits: the file to edit | |
+//! | `board` | the chip: pins, interrupts, flash, telemetry (target only) | arithmetic |
+#![cfg_attr(target_os = "none", no_std)]
+#![forbid(unsafe_code)]
+
+pub mod drive;
+pub mod finger;
+pub mod numeric;
+pub mod scene;
+pub mod sensing;
+
+pub mod app;

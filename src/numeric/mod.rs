@@ -1,0 +1,1 @@
+//! The few numerical tools, each with its measured error.

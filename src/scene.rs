@@ -1,0 +1,1 @@
+//! The file a user edits: this finger, this drivetrain, these limits.

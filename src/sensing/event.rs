@@ -1,0 +1,86 @@
+//! What sensing has to say.
+
+/// Why a contact was felt but not located.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub enum NotLocated {
+    /// As soft as a contact on the proximal phalanx, anywhere on it: its place cannot be known (MATH 5).
+    Proximal,
+    /// Softer than the finger without contact: back contact or a failing mechanism.
+    TooSoft,
+    /// Between a proximal contact and no contact: no place on the finger is that soft.
+    Gap,
+    /// Stiffer than any place on the finger.
+    TooStiff,
+    /// The finger stopped, or torque ran out, before there was enough to judge.
+    TooFewSamples,
+}
+
+/// An event of the sensing. Lengths in metre, torques at the input link in newton metre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub enum Event {
+    /// A free closing (and opening) was recorded.
+    FrictionRecorded {
+        /// Mean friction torque while closing.
+        closing_nm: f32,
+        /// Mean friction torque while opening, negative.
+        opening_nm: f32,
+        /// Standard deviation of what the table leaves unexplained.
+        residual_nm: f32,
+        /// Share of the travel that the table covers, 0 to 1.
+        coverage: f32,
+    },
+    /// The record no longer fits what a free motion shows: record again.
+    FrictionStale {
+        /// Mean misfit.
+        misfit_nm: f32,
+    },
+    /// Softer than expected without contact: contact on the back or a failing mechanism.
+    Unusual {
+        /// Measured global stiffness K_a (7), newton metre per radian.
+        k_a_nm_per_rad: f32,
+        /// The same, expected without contact.
+        k_a_free_nm_per_rad: f32,
+    },
+    /// Contact begins.
+    Touch {
+        /// When, microseconds since boot.
+        time_us: u64,
+        /// Input-link angle at the onset of contact, radian from the opening stop.
+        theta_a_rad: f32,
+        /// Torque above friction when the contact was decided.
+        torque_nm: f32,
+    },
+    /// A contact is located; sent again as it is refined.
+    Located {
+        /// Phalanx in contact, 2 for the second.
+        phalanx: u8,
+        /// Contact location from the phalanx's joint, at first contact.
+        k_m: f32,
+        /// Standard deviation of `k_m`.
+        sigma_m: f32,
+        /// Instantaneous stiffness of the finger at contact K_c (8), newton metre per radian.
+        k_c_nm_per_rad: f32,
+        /// Contact force now (1), newton.
+        force_n: f32,
+        /// Effective contact radius, where the curve tells it (MATH 7); NaN where it does not.
+        radius_m: f32,
+        /// Standard deviation of `radius_m`.
+        radius_sigma_m: f32,
+        /// No further torque will improve it, or the wanted deviation is reached.
+        settled: bool,
+    },
+    /// Two places explain the same curve.
+    Ambiguous {
+        /// Candidate phalanges.
+        phalanx: [u8; 2],
+        /// Candidate locations.
+        k_m: [f32; 2],
+    },
+    /// A contact without a location.
+    NotLocated {
+        /// Why.
+        why: NotLocated,
+    },
+}

@@ -1,0 +1,9 @@
+//! From samples to events: friction, stiffness, contact, location, force, uncertainty.
+//!
+//! Passive: the same samples give the same events, live or replayed, whatever made the finger move.
+
+pub mod event;
+pub mod sample;
+
+pub use event::{Event, NotLocated};
+pub use sample::{Drive, Sample};
