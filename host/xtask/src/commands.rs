@@ -27,13 +27,13 @@ fn take(arguments: &mut Vec<String>, name: &str) -> Outcome<Option<String>> {
 
 fn scene(arguments: &mut Vec<String>) -> Outcome<Option<String>> {
     let scene = take(arguments, "--scene")?;
-    if let Some(name) = &scene {
-        if !SCENES.contains(&name.as_str()) {
-            return Err(Failure::usage(format!(
-                "there is no scene '{name}'; there are: {}",
-                SCENES.join(", ")
-            )));
-        }
+    if let Some(name) = &scene
+        && !SCENES.contains(&name.as_str())
+    {
+        return Err(Failure::usage(format!(
+            "there is no scene '{name}'; there are: {}",
+            SCENES.join(", ")
+        )));
     }
     Ok(scene)
 }
