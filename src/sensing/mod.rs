@@ -3,7 +3,6 @@
 //! Passive: the same samples give the same events, live or replayed, whatever made the finger move.
 
 pub mod event;
-pub mod sample;
 
+pub use crate::sample::{self, Drive, Sample};
 pub use event::{Event, NotLocated};
-pub use sample::{Drive, Sample};
