@@ -258,3 +258,38 @@ pub fn test(arguments: &[String]) -> Outcome {
         .env("PALPATE_FAULT_ELF", &faulty),
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn words(text: &str) -> Vec<String> {
+        text.split_whitespace().map(str::to_owned).collect()
+    }
+
+    #[test]
+    fn an_option_is_taken_in_both_spellings_and_the_rest_is_left() {
+        for call in ["--json --scene p70 --seed 3", "--json --scene=p70 --seed 3"] {
+            let mut rest = words(call);
+            assert_eq!(scene(&mut rest).ok().flatten().as_deref(), Some("p70"));
+            assert_eq!(rest, words("--json --seed 3"));
+        }
+    }
+
+    #[test]
+    fn a_wrong_call_is_refused_with_status_2() {
+        let unknown = scene(&mut words("--scene p71")).err().expect("refused");
+        assert_eq!(unknown.code, 2);
+        assert!(unknown.message.contains("p71") && unknown.message.contains("p70"));
+        assert_eq!(
+            take(&mut words("--scene"), "--scene")
+                .err()
+                .map(|failure| failure.code),
+            Some(2)
+        );
+        assert_eq!(
+            none_left(&words("what")).err().map(|failure| failure.code),
+            Some(2)
+        );
+    }
+}
