@@ -2,7 +2,6 @@
 
 #[cfg(test)]
 pub(crate) mod bench;
-pub mod command;
 pub mod config;
 pub mod controller;
 pub mod convert;

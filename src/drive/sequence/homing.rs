@@ -19,15 +19,17 @@ impl Onset {
     pub(super) fn update(&mut self, current_a: f32, position_counts: i32) {
         let free_a = *self.free_a.get_or_insert(current_a);
         let excess_a = current_a - free_a;
-        if excess_a < STEP_A {
+        if excess_a < 0.5 * STEP_A {
+            // With hysteresis: ripple on the rise must not begin it anew.
             self.first = None;
             self.second = None;
             self.free_a = Some(free_a + GAIN * excess_a);
-        } else {
+        }
+        if excess_a >= STEP_A {
             self.first.get_or_insert(position_counts);
-            if excess_a >= 2.0 * STEP_A {
-                self.second.get_or_insert(position_counts);
-            }
+        }
+        if excess_a >= 3.0 * STEP_A {
+            self.second.get_or_insert(position_counts);
         }
     }
 
@@ -35,7 +37,8 @@ impl Onset {
     pub(super) fn position_counts(&self) -> Option<i32> {
         let first = self.first?;
         let second = self.second.unwrap_or(first);
-        Some(first.wrapping_sub(second.wrapping_sub(first)))
+        // One step above free motion at the first, three at the second: half their distance back.
+        Some(first.wrapping_sub(second.wrapping_sub(first) / 2))
     }
 }
 

@@ -108,6 +108,7 @@ enum Goal {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Homing {
     Seek,
+    RunUp,
     Zero,
     BackOff,
 }
@@ -115,6 +116,8 @@ enum Homing {
 /// Time from a start until the current is that of steady motion, microseconds: the reference takes 30 ms to its speed, the
 /// speed loop as long again.
 const STARTED_US: u64 = 100_000;
+/// Free way before the opening stop that tells free motion from windup, radian: 0.3 s and a backlash.
+const RUN_UP_RAD: f32 = 0.12;
 /// So close to the rest position counts as there, radian.
 const AT_REST_RAD: f32 = 0.05;
 
@@ -125,6 +128,8 @@ pub struct Sequence {
     scale: Scale,
     state: State,
     since_us: u64,
+    /// When homing last turned to the stop.
+    turned_us: u64,
     start_counts: i32,
     goal: Goal,
     outcome: Outcome,
@@ -151,6 +156,7 @@ impl Sequence {
             scale,
             state: State::Idle,
             since_us: 0,
+            turned_us: 0,
             start_counts: 0,
             goal: Goal::Run,
             outcome: Outcome::Complete,
@@ -359,7 +365,7 @@ impl Sequence {
     fn home(&mut self, now_us: u64, status: &Status) -> Option<State> {
         match self.homing {
             Homing::Seek => {
-                if now_us.saturating_sub(self.since_us) > STARTED_US {
+                if now_us.saturating_sub(self.turned_us) > STARTED_US {
                     self.onset
                         .update(status.current_a.abs(), status.position_counts);
                 }
@@ -369,15 +375,40 @@ impl Sequence {
                 if travelled_rad > self.motion.travel_rad + 2.0 * WINDUP_RAD {
                     return self.fail(Fault::TravelLimit);
                 }
-                if self.stalled(now_us, status) {
+                if !self.stalled(now_us, status) {
+                    return None;
+                }
+                let stop_counts = self
+                    .onset
+                    .position_counts()
+                    .unwrap_or(status.position_counts);
+                let free_rad = self
+                    .scale
+                    .angle_rad(self.start_counts.wrapping_sub(stop_counts));
+                self.stall = Stall::default();
+                if free_rad < RUN_UP_RAD {
+                    // Too short a way to tell free motion from windup: take a run-up.
+                    self.start_counts = status.position_counts;
+                    self.homing = Homing::RunUp;
+                } else {
                     self.demand.zero = self.demand.zero.wrapping_add(1);
-                    self.demand.zero_at_counts = self
-                        .onset
-                        .position_counts()
-                        .unwrap_or(status.position_counts);
+                    self.demand.zero_at_counts = stop_counts;
                     self.homing = Homing::Zero;
                 }
                 None
+            }
+            Homing::RunUp => {
+                let away_rad = self
+                    .scale
+                    .angle_rad(status.position_counts.wrapping_sub(self.start_counts));
+                if away_rad > RUN_UP_RAD + WINDUP_RAD {
+                    self.homing = Homing::Seek;
+                    self.onset = Onset::default();
+                    self.stall = Stall::default();
+                    self.start_counts = status.position_counts;
+                    self.turned_us = now_us;
+                }
+                self.fail_if_stalled(now_us, status)
             }
             Homing::Zero => {
                 if status.zero == self.demand.zero {
@@ -406,6 +437,7 @@ impl Sequence {
         if self.angle_rad(status) > self.motion.rest_rad {
             return self.fail_if_stalled(now_us, status);
         }
+        self.friction_known = true;
         if self.goal == Goal::RecordFriction {
             return self.end(Outcome::Complete);
         }
@@ -505,6 +537,7 @@ impl Sequence {
             self.latched = Some(Fault::IllegalTransition);
         }
         self.since_us = now_us;
+        self.turned_us = now_us;
         self.start_counts = status.position_counts;
         self.stall = Stall::default();
         match next {
@@ -534,7 +567,9 @@ impl Sequence {
             State::Home => match self.homing {
                 Homing::Seek => speed(-motion.closing_rad_per_s, motion.homing_current_a),
                 Homing::Zero => Setpoint::Brake,
-                Homing::BackOff => speed(motion.closing_rad_per_s, motion.free_current_a),
+                Homing::RunUp | Homing::BackOff => {
+                    speed(motion.closing_rad_per_s, motion.free_current_a)
+                }
             },
             State::RecordClosing => speed(motion.closing_rad_per_s, motion.free_current_a),
             State::Close | State::Probe => {

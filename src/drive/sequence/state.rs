@@ -92,8 +92,8 @@ impl State {
             State::Idle | State::Fault => return None,
             // 1.5 ms to wake, 20 ms to settle, 205 ms to average; standstill before that.
             State::CalibrateOffset => 0.5,
-            // From the closing stop to the opening stop in the worst case, and the cable's windup against it.
-            State::Home => closing_s + 2.0 * windup_s,
+            // From the closing stop to the opening stop in the worst case, or the run-up and twice the cable's windup.
+            State::Home => closing_s + 4.0 * windup_s,
             State::RecordClosing | State::Close => closing_s + 2.0 * windup_s,
             State::RecordOpening | State::Open => opening_s + 2.0 * windup_s,
             State::Probe => motion.probing_rad / motion.closing_rad_per_s,

@@ -1,10 +1,9 @@
 //! The sequence with the controller and a simple motor, and the transition table against what really happens.
 
 use super::*;
-use crate::drive::bench::{Bench, Wrong};
+use crate::drive::Controller;
+use crate::drive::bench::Bench;
 use crate::drive::config::tests::p70;
-use crate::drive::{Controller, Status};
-use std::collections::BTreeSet;
 
 pub(crate) fn motion() -> Motion {
     Motion {
