@@ -5,7 +5,11 @@
 ///
 /// From the exponent and the series of artanh: ln m = 2 artanh((m - 1)/(m + 1)), m in [1/sqrt 2, sqrt 2].
 pub fn ln(x: f32) -> f32 {
-    let x = if x.is_nan() { f32::MIN_POSITIVE } else { x.clamp(f32::MIN_POSITIVE, f32::MAX) };
+    let x = if x.is_nan() {
+        f32::MIN_POSITIVE
+    } else {
+        x.clamp(f32::MIN_POSITIVE, f32::MAX)
+    };
     let bits = x.to_bits();
     // Counted from sqrt(1/2), so that the mantissa left is within a factor sqrt 2 of 1.
     let shifted = bits.wrapping_sub(core::f32::consts::FRAC_1_SQRT_2.to_bits());
@@ -13,7 +17,9 @@ pub fn ln(x: f32) -> f32 {
     let mantissa = f32::from_bits(bits.wrapping_sub((exponent << 23) as u32));
     let s = (mantissa - 1.0) / (mantissa + 1.0);
     let square = s * s;
-    let series = 2.0 * s * (1.0 + square * (1.0 / 3.0 + square * (0.2 + square * (1.0 / 7.0 + square / 9.0))));
+    let series = 2.0
+        * s
+        * (1.0 + square * (1.0 / 3.0 + square * (0.2 + square * (1.0 / 7.0 + square / 9.0))));
     exponent as f32 * core::f32::consts::LN_2 + series
 }
 

@@ -86,7 +86,11 @@ impl Gate {
             self.last = Some(now);
             return Step::Pending;
         };
-        let Some(elapsed_us) = sample.time_us.checked_sub(last.time_us).filter(|&us| us > 0) else {
+        let Some(elapsed_us) = sample
+            .time_us
+            .checked_sub(last.time_us)
+            .filter(|&us| us > 0)
+        else {
             return Step::Pending;
         };
         self.last = Some(now);
@@ -108,7 +112,14 @@ impl Gate {
             self.breach();
             return Step::Pending;
         }
-        self.collect(now, last, elapsed_us, sample.current_a, drivetrain, settings)
+        self.collect(
+            now,
+            last,
+            elapsed_us,
+            sample.current_a,
+            drivetrain,
+            settings,
+        )
     }
 
     fn begin(&mut self, drive: Drive, start_counts: i32) {
@@ -142,7 +153,11 @@ impl Gate {
         let Some(run) = &mut self.run else {
             return Step::Pending;
         };
-        let sign = if run.drive == Drive::Opening { -1.0 } else { 1.0 };
+        let sign = if run.drive == Drive::Opening {
+            -1.0
+        } else {
+            1.0
+        };
         let Some(taken_up_us) = run.taken_up_us else {
             let way_rad = sign * drivetrain.rotation_rad(run.start_counts, now.counts);
             if !run.reversed || way_rad >= drivetrain.backlash_rad {

@@ -143,10 +143,14 @@ impl Detector {
         self.stiffer.add(z);
         self.softer.add(-z);
         if self.stiffer.sum > self.threshold {
-            return Finding::Contact { since: self.stiffer.since };
+            return Finding::Contact {
+                since: self.stiffer.since,
+            };
         }
         if self.softer.sum > self.threshold {
-            return Finding::Softer { since: self.softer.since };
+            return Finding::Softer {
+                since: self.softer.since,
+            };
         }
         self.follow(residual_nm, variance);
         self.stale(deviation * deviation, variance + self.level_variance_nm2)
@@ -160,7 +164,9 @@ impl Detector {
         let (late_nm, late_variance) = core::mem::replace(slot, (residual_nm, variance));
         self.oldest = (self.oldest + 1) % LAG;
         self.blocks = self.blocks.saturating_add(1);
-        if self.blocks as usize <= LAG || self.stiffer.sum.max(self.softer.sum) > 0.5 * self.threshold {
+        if self.blocks as usize <= LAG
+            || self.stiffer.sum.max(self.softer.sum) > 0.5 * self.threshold
+        {
             return;
         }
         let walk = WALK_SHARE * self.friction_nm;
@@ -172,7 +178,9 @@ impl Detector {
 
     fn stale(&mut self, square_nm2: f32, variance_nm2: f32) -> Finding {
         if self.level_nm.abs() > STALE_SHARE * self.friction_nm {
-            return Finding::Stale { misfit_nm: self.level_nm };
+            return Finding::Stale {
+                misfit_nm: self.level_nm,
+            };
         }
         // A large value may be the beginning of a contact.
         let square = square_nm2 / variance_nm2.max(f32::MIN_POSITIVE);
@@ -185,7 +193,9 @@ impl Detector {
         self.square_sum = 0.0;
         self.square_count = 0;
         if mean > STALE_SQUARE {
-            return Finding::Stale { misfit_nm: sqrt(mean * variance_nm2) };
+            return Finding::Stale {
+                misfit_nm: sqrt(mean * variance_nm2),
+            };
         }
         Finding::Free
     }

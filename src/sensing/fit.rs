@@ -47,6 +47,8 @@ pub enum Place {
     Anywhere,
     /// Known, with a standard deviation, metre.
     Known {
+        /// Phalanx, from 2.
+        phalanx: u8,
         /// Distance from the joint, metre.
         k_m: f32,
         /// Standard deviation, metre.
@@ -224,13 +226,12 @@ impl Hypothesis {
         Values {
             k_m: match prior.place {
                 Place::Anywhere => x[K] * length,
-                Place::Known { k_m, sigma_m } => k_m + sigma_m * x[K],
+                Place::Known { k_m, sigma_m, .. } => k_m + sigma_m * x[K],
             },
             radius_m: radius + radius_sigma * x[RADIUS],
             offset_nm: prior.offset_sigma_nm * x[OFFSET],
             onset_rad: prior.onset_rad.0 + prior.onset_rad.1 * x[ONSET],
-            factor: calibration.torque_factor
-                * (1.0 + calibration.torque_factor_sigma * x[FACTOR]),
+            factor: calibration.torque_factor * (1.0 + calibration.torque_factor_sigma * x[FACTOR]),
             cable: calibration.cable_rad_per_nm
                 + calibration.cable_sigma_rad_per_nm
                     * (calibration.correlation * x[FACTOR] + rest * x[CABLE]),
@@ -242,7 +243,7 @@ impl Hypothesis {
         let length = finger.phalanx_length_m(self.phalanx).unwrap_or(0.0);
         x[K] = match prior.place {
             Place::Anywhere => x[K].clamp(Self::LEAST, 1.0),
-            Place::Known { k_m, sigma_m } => {
+            Place::Known { k_m, sigma_m, .. } => {
                 let sigma = sigma_m.max(f32::MIN_POSITIVE);
                 let low = (Self::LEAST * length - k_m) / sigma;
                 x[K].clamp(low, ((length - k_m) / sigma).max(low))
@@ -260,7 +261,11 @@ impl Hypothesis {
         x[FACTOR] = x[FACTOR].max(-0.8 / sigma);
     }
 
-    fn onset<F: Mechanics>(finger: &F, onset_rad: f32, near: &F::Configuration) -> Option<Onset<F::Configuration>> {
+    fn onset<F: Mechanics>(
+        finger: &F,
+        onset_rad: f32,
+        near: &F::Configuration,
+    ) -> Option<Onset<F::Configuration>> {
         let free = finger.free_at_angle(onset_rad, near)?;
         Some(Onset {
             configuration: free.configuration,
@@ -284,9 +289,26 @@ impl Hypothesis {
             } else {
                 values.k_m
             },
-            radius_m: if self.is_proximal() { 0.0 } else { values.radius_m },
+            radius_m: if self.is_proximal() {
+                0.0
+            } else {
+                values.radius_m
+            },
         };
-        let Some(mut path) = finger.path(&onset.configuration, onset.torque_nm, contact) else {
+        let at_onset = if self.is_proximal() {
+            finger.proximal_compliance(&onset.configuration, onset.torque_nm)
+        } else {
+            finger.contact_compliance(
+                &onset.configuration,
+                onset.torque_nm,
+                self.phalanx,
+                values.k_m,
+            )
+        };
+        let (Some(mut path), Some(at_onset)) = (
+            finger.path(&onset.configuration, onset.torque_nm, contact),
+            at_onset,
+        ) else {
             return pass;
         };
         for ((point, rotation), compliance) in points
@@ -295,7 +317,11 @@ impl Hypothesis {
             .zip(&mut pass.compliance)
         {
             let torque_nm = values.factor * (point.torque_nm - values.offset_nm);
-            if torque_nm > onset.torque_nm {
+            if torque_nm <= onset.torque_nm {
+                // Noise took the torque below that of the contact: the path's tangent goes on.
+                *rotation = at_onset * (torque_nm - onset.torque_nm);
+                *compliance = at_onset;
+            } else {
                 let Some(end) = finger.follow(&mut path, torque_nm) else {
                     break;
                 };
@@ -318,16 +344,15 @@ impl Hypothesis {
         compliance: f32,
     ) -> (f32, f32, f32) {
         let excess = point.torque_nm - values.offset_nm - contact_torque_nm / values.factor;
-        let (twist, slope) = if excess > 0.0 {
-            (values.cable * excess, values.factor * compliance + values.cable)
-        } else {
-            (0.0, 0.0)
-        };
-        let measured = data.origin_rad - values.onset_rad + point.counts * data.drivetrain.rad_per_count;
+        let twist = values.cable * excess;
+        let slope = values.factor * compliance + values.cable;
+        let measured =
+            data.origin_rad - values.onset_rad + point.counts * data.drivetrain.rad_per_count;
         let wobble = TORQUE_SHARE * excess;
         let torque_variance = point.variance_nm2 + wobble * wobble;
         let model = TWIST_SHARE * twist;
-        let variance = slope * slope * torque_variance + ANGLE_SIGMA_RAD * ANGLE_SIGMA_RAD + model * model;
+        let variance =
+            slope * slope * torque_variance + ANGLE_SIGMA_RAD * ANGLE_SIGMA_RAD + model * model;
         (measured - rotation - twist, variance, slope)
     }
 
@@ -371,7 +396,13 @@ impl Hypothesis {
     }
 
     /// One step of Levenberg and Marquardt: four paths, about 16 points each. `near` is a posture near the onset.
-    pub fn refine<F: Mechanics>(&mut self, finger: &F, data: &Data, prior: &Prior, near: &F::Configuration) {
+    pub fn refine<F: Mechanics>(
+        &mut self,
+        finger: &F,
+        data: &Data,
+        prior: &Prior,
+        near: &F::Configuration,
+    ) {
         self.steps = self.steps.saturating_add(1);
         let points = data.points.get(..BINS).unwrap_or(data.points);
         let data = Data { points, ..*data };
@@ -383,7 +414,7 @@ impl Hypothesis {
         };
         let here = self.follow(finger, &onset, &values, points);
         if here.reached < LEAST_POINTS {
-            self.retreat();
+            self.retreat(prior);
             return;
         }
         let (cost, chi_square) = self.cost(&x, &data, &values, onset.torque_nm, &here, prior);
@@ -406,7 +437,8 @@ impl Hypothesis {
         let trial_values = self.values(&trial, finger, prior);
         let trial_cost = Self::onset(finger, trial_values.onset_rad, near).map(|onset| {
             let pass = self.follow(finger, &onset, &trial_values, points);
-            self.cost(&trial, &data, &trial_values, onset.torque_nm, &pass, prior).0
+            self.cost(&trial, &data, &trial_values, onset.torque_nm, &pass, prior)
+                .0
         });
         match trial_cost {
             Some(trial_cost) if trial_cost < cost => {
@@ -450,15 +482,32 @@ impl Hypothesis {
             Place::Known { sigma_m, .. } => (sigma_m, true),
         };
         // Differences towards the inside, so that both ends of a step exist.
-        let k_step = if values.k_m > 0.5 * length { -0.006 } else { 0.006 } * length;
-        let radius_step = if values.radius_m > 0.5 * RADIUS_MAX_M { -0.001 } else { 0.001 };
+        let k_step = if values.k_m > 0.5 * length {
+            -0.006
+        } else {
+            0.006
+        } * length;
+        let radius_step = if values.radius_m > 0.5 * RADIUS_MAX_M {
+            -0.001
+        } else {
+            0.001
+        };
         let (by_k, by_radius) = if self.is_proximal() {
             (None, None)
         } else {
-            let moved = Values { k_m: values.k_m + k_step, ..*values };
+            let moved = Values {
+                k_m: values.k_m + k_step,
+                ..*values
+            };
             let by_k = self.follow(finger, onset, &moved, data.points);
-            let moved = Values { radius_m: values.radius_m + radius_step, ..*values };
-            (Some(by_k), Some(self.follow(finger, onset, &moved, data.points)))
+            let moved = Values {
+                radius_m: values.radius_m + radius_step,
+                ..*values
+            };
+            (
+                Some(by_k),
+                Some(self.follow(finger, onset, &moved, data.points)),
+            )
         };
         let reached = [by_k.as_ref(), by_radius.as_ref()]
             .into_iter()
@@ -474,21 +523,23 @@ impl Hypothesis {
             let (residual, variance, slope) =
                 Self::residual(data, point, values, onset.torque_nm, rotation, compliance);
             let torque = point.torque_nm - values.offset_nm;
-            let excess = (torque - onset.torque_nm / values.factor).max(0.0);
+            let excess = torque - onset.torque_nm / values.factor;
             let derivative = |pass: &Option<Pass>, step: f32| {
                 pass.as_ref()
                     .and_then(|pass| pass.rotation.get(index))
                     .map_or(0.0, |moved| (moved - rotation) / step)
             };
-            let by_factor = torque * compliance + values.cable * onset.torque_nm / (values.factor * values.factor);
+            let by_factor = torque * compliance
+                + values.cable * onset.torque_nm / (values.factor * values.factor);
             let mut slopes = [0.0; UNKNOWNS];
             slopes[K] = derivative(&by_k, k_step) * k_scale;
             slopes[RADIUS] = derivative(&by_radius, radius_step) * prior.radius_m.1;
             slopes[OFFSET] = -slope * prior.offset_sigma_nm;
             slopes[ONSET] = prior.onset_rad.1;
             let cable_sigma = calibration.cable_sigma_rad_per_nm;
-            slopes[FACTOR] = by_factor * calibration.torque_factor * calibration.torque_factor_sigma
-                + excess * cable_sigma * calibration.correlation;
+            slopes[FACTOR] =
+                by_factor * calibration.torque_factor * calibration.torque_factor_sigma
+                    + excess * cable_sigma * calibration.correlation;
             slopes[CABLE] = excess * cable_sigma * rest;
             normal.add(residual, &slopes, 1.0 / variance);
         }
@@ -516,9 +567,11 @@ impl Hypothesis {
     }
 
     /// The path ends before the curve: try nearer to the middle of the phalanx.
-    fn retreat(&mut self) {
+    fn retreat(&mut self, prior: &Prior) {
         self.fail();
-        self.x[K] += 0.25 * (0.5 - self.x[K]);
+        if prior.place == Place::Anywhere {
+            self.x[K] += 0.25 * (0.5 - self.x[K]);
+        }
     }
 
     fn report<F: Mechanics>(
@@ -536,7 +589,11 @@ impl Hypothesis {
             Place::Known { sigma_m, .. } => sigma_m,
         };
         let deviation = |unknown: usize| {
-            let variance = factor.covariance(unknown).get(unknown).copied().unwrap_or(0.0);
+            let variance = factor
+                .covariance(unknown)
+                .get(unknown)
+                .copied()
+                .unwrap_or(0.0);
             sqrt(variance.max(0.0))
         };
         Some(Estimate {

@@ -6,6 +6,8 @@
 use crate::numeric::sqrt;
 use crate::sensing::Drive;
 use crate::sensing::block::Block;
+use heapless::Vec;
+use serde::{Deserialize, Serialize};
 
 /// Number of bins over the travel: at 1.6 rad a bin is an eighth of a worm's tooth pitch or finer (0.3 rad with 20:1),
 /// and half a dozen blocks wide, which average the motor's own turns.
@@ -15,22 +17,31 @@ pub const BINS: usize = 128;
 const LEAST_RESIDUAL: f32 = 1e-3;
 
 /// Friction in one direction.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Track {
     /// Mean torque in each bin, newton metre, positive when it closes.
-    pub torque_nm: [f32; BINS],
+    pub torque_nm: Vec<f32, BINS>,
     /// Passes that went into each bin; 0 marks one without a value.
-    pub passes: [u8; BINS],
+    pub passes: Vec<u8, BINS>,
     /// Variance of a bin's mean about what its neighbours, or another pass, tell, newton metre squared.
     pub variance_nm2: f32,
 }
 
 impl Track {
-    const EMPTY: Self = Self {
-        torque_nm: [0.0; BINS],
-        passes: [0; BINS],
-        variance_nm2: 0.0,
-    };
+    fn empty() -> Self {
+        Self {
+            torque_nm: Vec::from_array([0.0; BINS]),
+            passes: Vec::from_array([0; BINS]),
+            variance_nm2: 0.0,
+        }
+    }
+
+    fn is_valid(&self) -> bool {
+        self.torque_nm.len() == BINS
+            && self.passes.len() == BINS
+            && self.torque_nm.iter().all(|torque| torque.is_finite())
+            && (0.0..f32::MAX).contains(&self.variance_nm2)
+    }
 
     fn bin(&self, index: usize) -> Option<f32> {
         match (self.torque_nm.get(index), self.passes.get(index)) {
@@ -74,7 +85,7 @@ impl Track {
 }
 
 /// The record.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Friction {
     /// Travel that the bins divide evenly, counts from the opening stop.
     pub travel_counts: i32,
@@ -89,9 +100,14 @@ impl Friction {
     pub fn empty(travel_counts: i32) -> Self {
         Self {
             travel_counts: travel_counts.max(BINS as i32),
-            closing: Track::EMPTY,
-            opening: Track::EMPTY,
+            closing: Track::empty(),
+            opening: Track::empty(),
         }
+    }
+
+    /// Whether every value is finite and in its range, as it must be after it was read from a memory.
+    pub fn is_valid(&self) -> bool {
+        self.travel_counts >= BINS as i32 && self.closing.is_valid() && self.opening.is_valid()
     }
 
     /// The track of a direction; None for [`Drive::Idle`].
@@ -103,6 +119,11 @@ impl Friction {
         }
     }
 
+    /// Standard deviation of what the record leaves unexplained in a bin, newton metre, the worse of both directions.
+    pub fn residual_nm(&self) -> f32 {
+        sqrt(self.closing.variance_nm2.max(self.opening.variance_nm2))
+    }
+
     /// Width of a bin, counts.
     pub fn bin_counts(&self) -> f32 {
         self.travel_counts as f32 / BINS as f32
@@ -112,7 +133,7 @@ impl Friction {
     /// nothing was recorded.
     pub fn at(&self, drive: Drive, counts: i32) -> Option<f32> {
         let track = self.track(drive)?;
-        let (index, _) = self.index(counts)?;
+        let index = self.index(counts)?;
         let place = counts as f32 / self.bin_counts() - 0.5;
         let lower = if place < index as f32 {
             index.checked_sub(1)
@@ -131,13 +152,41 @@ impl Friction {
         }
     }
 
+    /// As [`Friction::at`], beyond the ends of the travel the value at the end.
+    pub fn near(&self, drive: Drive, counts: i32) -> Option<f32> {
+        let track = self.track(drive)?;
+        let inside = counts.clamp(0, self.travel_counts - 1);
+        self.at(drive, inside).or_else(|| {
+            let index = self.index(inside)?;
+            // The nearest bin with a value.
+            (1..BINS).find_map(|away| {
+                index
+                    .checked_sub(away)
+                    .and_then(|i| track.bin(i))
+                    .or_else(|| track.bin(index + away))
+            })
+        })
+    }
+
+    /// Standard deviation of the friction over the travel, newton metre: how far it may be from the value at the end
+    /// beyond what was recorded.
+    pub fn unevenness_nm(&self, drive: Drive) -> Option<f32> {
+        let track = self.track(drive)?;
+        let mean = track.mean_nm()?;
+        let (mut sum, mut count) = (0.0, 0u32);
+        for torque in (0..BINS).filter_map(|index| track.bin(index)) {
+            sum += (torque - mean) * (torque - mean);
+            count += 1;
+        }
+        (count > 0).then(|| sqrt(sum / count as f32))
+    }
+
     /// Bin of a position.
-    fn index(&self, counts: i32) -> Option<(usize, f32)> {
+    fn index(&self, counts: i32) -> Option<usize> {
         if counts < 0 || counts >= self.travel_counts {
             return None;
         }
-        let place = counts as f32 / self.bin_counts();
-        Some(((place as usize).min(BINS - 1), place))
+        Some(((counts as f32 / self.bin_counts()) as usize).min(BINS - 1))
     }
 
     /// Noise of the torque in a direction, as a variance of its mean over a way, times that way: newton metre squared
@@ -208,7 +257,7 @@ impl Recorder {
 
     /// Takes a block of free motion. One outside the travel, or that fills no bin by half, is left out.
     pub fn push(&mut self, block: &Block) {
-        let Some((index, _)) = self.friction.index(block.counts) else {
+        let Some(index) = self.friction.index(block.counts) else {
             self.end_run();
             return;
         };
@@ -256,7 +305,7 @@ impl Recorder {
     /// The record so far; None while either direction lacks the bins for its statistics.
     pub fn finish(&mut self) -> Option<Friction> {
         self.end_run();
-        let mut friction = self.friction;
+        let mut friction = self.friction.clone();
         for (track, repeat) in [
             (&mut friction.closing, &self.closing),
             (&mut friction.opening, &self.opening),
@@ -267,8 +316,11 @@ impl Recorder {
         Some(friction)
     }
 
-    /// Standard deviation of what a record leaves unexplained in a bin, newton metre, the worse of both directions.
-    pub fn residual_nm(friction: &Friction) -> f32 {
-        sqrt(friction.closing.variance_nm2.max(friction.opening.variance_nm2))
+    /// Share of the travel that has been covered both ways, 0 to 1.
+    pub fn coverage(&self) -> f32 {
+        self.friction
+            .closing
+            .coverage()
+            .min(self.friction.opening.coverage())
     }
 }

@@ -38,7 +38,11 @@ impl<const P: usize> Normal<P> {
 
     /// Adds the prior of one unknown that stands at `value` (whitened): mean 0, variance 1/`weight`.
     pub fn add_prior(&mut self, unknown: usize, value: f32, weight: f32) {
-        if let Some(cell) = self.matrix.get_mut(unknown).and_then(|row| row.get_mut(unknown)) {
+        if let Some(cell) = self
+            .matrix
+            .get_mut(unknown)
+            .and_then(|row| row.get_mut(unknown))
+        {
             *cell += weight;
         }
         if let Some(right) = self.right.get_mut(unknown) {
