@@ -47,6 +47,22 @@ pub fn start(bridge: Bridge) {
     bridge::start();
 }
 
+/// Keeps the control interrupt from running until it is dropped.
+pub struct Pause(());
+
+/// Masks the control interrupt: for a flash operation, with the bridge off.
+pub fn pause() -> Pause {
+    interrupt::ADC1_2.disable();
+    Pause(())
+}
+
+impl Drop for Pause {
+    fn drop(&mut self) {
+        // SAFETY: the state is in place, or the handler returns at once.
+        unsafe { interrupt::ADC1_2.enable() };
+    }
+}
+
 #[interrupt]
 fn ADC1_2() {
     let (current, supply) = sampling::read();
