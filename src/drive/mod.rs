@@ -1,6 +1,5 @@
 //! Motor and drivetrain: codes and units, current loop, motion sequence, protection.
 
-pub mod command;
 pub mod config;
 pub mod controller;
 pub mod convert;
