@@ -10,14 +10,18 @@
 
 mod bridge;
 mod clock;
+mod console;
 mod control;
 mod crash;
 mod encoder;
+#[cfg(feature = "fault-injection")]
+mod inject;
 mod log;
 mod reset;
 mod sampling;
 mod serial;
 mod storage;
+mod telemetry;
 mod watchdog;
 
 use embassy_executor::{Executor, Spawner};
@@ -25,6 +29,13 @@ use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_time::{Duration, Ticker};
 use static_cell::StaticCell;
+
+use palpate::app::command::{COMMANDS, Command};
+use palpate::drive::config::{Config, Drivetrain, Limits, Motor, Sense, Thermal};
+use palpate::drive::{Controller, Demand};
+
+use control::Samples;
+use watchdog::Reporter;
 
 /// Runs after RAM is set up, on the main stack: moves thread mode to the process stack (`memory.x` says why).
 #[cortex_m_rt::entry]
@@ -53,35 +64,13 @@ extern "C" fn thread() -> ! {
     EXECUTOR.init(Executor::new()).run(start)
 }
 
+/// Brings the chip up, then the tasks.
 fn start(spawner: Spawner) {
     let p = embassy_stm32::init(clock::config());
     clock::watch_crystal();
     interrupt::TIM2.set_priority(Priority::P8);
     interrupt::LPUART1.set_priority(Priority::P10);
-
-    let reset = reset::take();
-    let missing = watchdog::take_reports();
-    defmt::info!("boot version={=str}", env!("CARGO_PKG_VERSION"));
-    defmt::info!("reset cause={=str}", reset.name());
-    if let (reset::Reset::Watchdog, Some(missing)) = (reset, missing) {
-        defmt::error!(
-            "watchdog control_missing={=bool} sensing_missing={=bool} sequence_missing={=bool}",
-            missing.control,
-            missing.sensing,
-            missing.sequence
-        );
-    }
-    if let Some(crash) = crash::take() {
-        defmt::error!(
-            "crash cause={=str} pc={=u32:#x} lr={=u32:#x} status={=u32:#x} address={=u32:#x} text={=str}",
-            crash.cause().name(),
-            crash.pc,
-            crash.lr,
-            crash.status,
-            crash.address,
-            crash.text()
-        );
-    }
+    report_last_run();
 
     let bridge = bridge::Bridge::new(
         p.TIM1,
@@ -94,37 +83,136 @@ fn start(spawner: Spawner) {
     );
     encoder::start(p.TIM3, p.PA6, p.PA7);
     sampling::start(p.ADC1, p.PA1, p.PC0);
-    let serial = serial::open(p.LPUART1, p.PA2, p.PA3);
+    let (tx, rx) = serial::open(p.LPUART1, p.PA2, p.PA3).split();
     let storage = storage::Storage::new(p.FLASH);
-    let watchdog = watchdog::start(p.IWDG);
-    control::start(bridge);
     let led = Output::new(p.PA5, Level::Low, Speed::Low);
     let button = Input::new(p.PC13, Pull::Down);
-    spawner.spawn(watchdog::supervise(watchdog).unwrap());
-    spawner.spawn(alive(led, button, storage, serial).unwrap());
+    let controller = Controller::new(&CONFIG).expect("configuration");
+    let samples = control::start(bridge, controller);
+
+    // Each is spawned once: there is room for it.
+    spawner.spawn(watchdog::supervise(watchdog::start(p.IWDG)).expect("first"));
+    spawner.spawn(console::listen(rx).expect("first"));
+    spawner.spawn(execute(console::Speaker::new(tx), storage).expect("first"));
+    spawner.spawn(sense(samples).expect("first"));
+    spawner.spawn(sequence(led, button).expect("first"));
+}
+
+fn report_last_run() {
+    telemetry::boot("p70");
+    let reset = reset::take();
+    let missing = watchdog::take_reports();
+    telemetry::reset(reset);
+    if let (reset::Reset::Watchdog, Some(missing)) = (reset, missing) {
+        telemetry::watchdog(missing);
+    }
+    if let Some(crash) = crash::take() {
+        telemetry::crash(&crash);
+    }
 }
 
 #[embassy_executor::task]
-async fn alive(
-    mut led: Output<'static>,
-    button: Input<'static>,
-    mut storage: storage::Storage,
-    mut serial: embassy_stm32::usart::BufferedUart<'static>,
-) {
-    let mut ticker = Ticker::every(Duration::from_millis(100));
-    let n = storage.load(1).await.ok().flatten().map(|r| r.len());
-    defmt::info!("storage record_bytes={}", n);
-    let _ = embedded_io_async::Write::write_all(&mut serial, b"hello\n").await;
-    let _ = storage.save(1, b"hello").await;
+async fn sense(mut samples: Samples) {
     loop {
-        ticker.next().await;
-        led.toggle();
-        defmt::info!(
-            "alive periods={=u32} button={=bool} command_byte={} dropped={=u32}",
-            control::periods(),
-            button.is_high(),
-            log::read_byte(),
-            log::dropped()
-        );
+        samples.wait().await;
+        #[cfg(feature = "fault-injection")]
+        inject::starve().await;
+        while let Some(_sample) = samples.next() {}
+        watchdog::report(Reporter::Sensing);
     }
 }
+
+#[embassy_executor::task]
+async fn sequence(mut led: Output<'static>, button: Input<'static>) {
+    let mut ticker = Ticker::every(Duration::from_millis(1));
+    let mut dropped = 0;
+    loop {
+        ticker.next().await;
+        control::demand(Demand::default());
+        if console::stop_requested() || button.is_high() {
+            led.toggle();
+        }
+        if log::dropped() != dropped {
+            dropped = log::dropped();
+            telemetry::dropped(dropped);
+        }
+        watchdog::report(Reporter::Sequence);
+    }
+}
+
+#[embassy_executor::task]
+async fn execute(mut speaker: console::Speaker, mut storage: storage::Storage) {
+    let record = storage.load(RECORD).await.map(|r| r.map(<[u8]>::len));
+    match record {
+        Ok(Some(length)) => defmt::info!("record bytes={}", length),
+        Ok(None) => telemetry::record("all", "none"),
+        Err(error) => telemetry::record("all", error.name()),
+    }
+    loop {
+        match console::next().await {
+            Ok(Command::Help) => {
+                for (name, usage, what) in COMMANDS {
+                    speaker.answer(format_args!("{name} {usage}: {what}")).await;
+                }
+            }
+            Ok(Command::Save) => match storage.save(RECORD, b"hello").await {
+                Ok(()) => speaker.answer(format_args!("saved")).await,
+                Err(error) => {
+                    speaker
+                        .answer(format_args!("not saved: {}", error.name()))
+                        .await
+                }
+            },
+            Ok(Command::Factory) => match storage.erase().await {
+                Ok(()) => speaker.answer(format_args!("forgotten")).await,
+                Err(error) => {
+                    speaker
+                        .answer(format_args!("not erased: {}", error.name()))
+                        .await
+                }
+            },
+            Ok(_) => speaker.answer(format_args!("ok")).await,
+            Err(error) => speaker.answer(format_args!("error: {error}")).await,
+        }
+    }
+}
+
+/// Key of the one record.
+const RECORD: u8 = 1;
+
+/// Stands in for the scene.
+const CONFIG: Config = Config {
+    motor: Motor {
+        torque_constant_nm_per_a: 8.9e-3,
+        resistance_ohm: 35.0,
+        rotor_inertia_kg_m2: 1e-8,
+        thermal: Thermal {
+            limit_c: 85.0,
+            ambient_c: 25.0,
+            winding_k_per_w: 12.0,
+            housing_k_per_w: 30.0,
+            winding_s: 4.0,
+            housing_s: 150.0,
+        },
+    },
+    drivetrain: Drivetrain {
+        counts_per_motor_rev: 1024.0,
+        reduction: 1280.0,
+    },
+    sense: Sense {
+        reference_v: 3.3,
+        volt_per_a: 6.8,
+        supply_divider: 6.0,
+    },
+    limits: Limits {
+        current_a: 0.12,
+        current_trip_a: 0.3,
+        duty: 0.95,
+        speed_rad_per_s: 0.9,
+        acceleration_rad_per_s2: 10.0,
+        travel_rad: 1.6,
+        overtravel_rad: 0.2,
+        supply_min_v: 9.0,
+        supply_max_v: 15.0,
+    },
+};

@@ -18,7 +18,11 @@ const MILLI: f32 = 1e3;
 
 /// `boot`: the first line.
 pub fn boot(scene: &str) {
-    info!("boot version={=str} scene={=str}", env!("CARGO_PKG_VERSION"), scene);
+    info!(
+        "boot version={=str} scene={=str}",
+        env!("CARGO_PKG_VERSION"),
+        scene
+    );
 }
 
 /// `reset`: why the chip started.
@@ -70,7 +74,11 @@ pub fn done(outcome: Outcome) {
 
 /// `fault`: the bridge is off until `clear`.
 pub fn fault(fault: Fault) {
-    error!("fault number={=u8} name={=str}", fault.number(), fault.name());
+    error!(
+        "fault number={=u8} name={=str}",
+        fault.number(),
+        fault.name()
+    );
     error!("fault-cause {=str}", fault.cause());
     error!("fault-remedy {=str}", fault.remedy());
 }

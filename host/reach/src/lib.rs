@@ -1,19 +1,16 @@
-//! What is in a firmware image: how much flash and RAM it takes, which symbols it has, and what its control interrupt can
-//! reach.
+//! What the control interrupt of a firmware image can reach: a proof on the linked code, not on the source.
 //!
-//! The reach is a proof on the linked code, not on the source: from the handler's symbol every direct branch and call is
-//! followed through the instructions themselves. A jump through a register or a trap instruction is a violation, since
-//! nothing could then be said about where it ends, and so is reaching a function that panics, allocates, formats a log
-//! record or computes in software double precision.
+//! From the handler's symbol every direct branch and call is followed through the instructions themselves. A jump through
+//! a register or a trap instruction is a violation, since nothing could then be said about where it ends, and so is
+//! reaching a function that panics, allocates or formats text or a log record.
 
 mod reach;
 mod thumb;
 
 use std::path::Path;
 
-use anyhow::{Context, Result, anyhow};
-use object::elf::SHF_ALLOC;
-use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SymbolKind};
+use anyhow::{Context, Result};
+use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
 
 pub use reach::{Reach, Violation};
 
@@ -35,18 +32,8 @@ impl Function {
     }
 }
 
-/// How much of the chip an image takes, in bytes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Size {
-    /// Code, constants and initial values.
-    pub flash: u64,
-    /// Static data; the stacks are apart.
-    pub ram: u64,
-}
-
 /// A linked image, read whole.
 pub struct Image {
-    size: Size,
     functions: Vec<Function>,
     /// Code by address: start and bytes.
     code: Vec<(u32, Vec<u8>)>,
@@ -69,27 +56,12 @@ impl Image {
         let file = object::File::parse(bytes)?;
         let address = |value: u64| u32::try_from(value).context("an address above 4 GiB");
         let mut image = Self {
-            size: Size { flash: 0, ram: 0 },
             functions: Vec::new(),
             code: Vec::new(),
             marks: Vec::new(),
         };
         for section in file.sections() {
-            let SectionFlags::Elf { sh_flags, .. } = section.flags() else {
-                return Err(anyhow!("not ELF"));
-            };
-            if (sh_flags & SHF_ALLOC).0 == 0 {
-                continue;
-            }
-            let in_flash = section.address() < RAM_START;
-            let initialised = section.kind() == object::SectionKind::Data;
-            if in_flash || initialised {
-                image.size.flash += section.size();
-            }
-            if !in_flash {
-                image.size.ram += section.size();
-            }
-            if in_flash && section.kind() == object::SectionKind::Text {
+            if section.kind() == SectionKind::Text {
                 image
                     .code
                     .push((address(section.address())?, section.data()?.to_vec()));
@@ -116,22 +88,9 @@ impl Image {
         Ok(image)
     }
 
-    /// How much of the chip it takes.
-    pub fn size(&self) -> Size {
-        self.size
-    }
-
     /// All functions, by address.
     pub fn functions(&self) -> &[Function] {
         &self.functions
-    }
-
-    /// Routines for double precision, which the core computes in software.
-    pub fn software_doubles(&self) -> Vec<&Function> {
-        self.functions
-            .iter()
-            .filter(|f| is_software_double(&f.symbol))
-            .collect()
     }
 
     /// Everything that `handler` can reach.
@@ -164,46 +123,5 @@ impl Image {
     fn is_code(&self, address: u32) -> bool {
         let end = self.marks.partition_point(|(start, _)| *start <= address);
         end.checked_sub(1).is_none_or(|last| self.marks[last].1)
-    }
-}
-
-/// Where RAM begins; below it lies flash.
-const RAM_START: u64 = 0x2000_0000;
-
-/// `__aeabi_dadd` and its kin, and the names they have in compiler-builtins.
-fn is_software_double(symbol: &str) -> bool {
-    let runtime = symbol.strip_prefix("__aeabi_").is_some_and(|rest| {
-        rest.starts_with('d') && !rest.starts_with("div") || rest.ends_with("2d")
-    });
-    let builtin = symbol.starts_with("__") && symbol.contains("df") && !symbol.contains("tdf");
-    runtime || builtin
-}
-
-#[cfg(test)]
-mod tests {
-    use super::is_software_double;
-
-    #[test]
-    fn doubles_are_told_from_their_neighbours() {
-        for symbol in [
-            "__aeabi_dadd",
-            "__aeabi_dcmplt",
-            "__aeabi_f2d",
-            "__aeabi_i2d",
-            "__muldf3",
-            "__floatsidf",
-        ] {
-            assert!(is_software_double(symbol), "{symbol}");
-        }
-        for symbol in [
-            "__aeabi_memcpy",
-            "__aeabi_uldivmod",
-            "__aeabi_fadd",
-            "main",
-            "__mulsf3",
-            "ADC1_2",
-        ] {
-            assert!(!is_software_double(symbol), "{symbol}");
-        }
     }
 }

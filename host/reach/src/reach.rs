@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use anyhow::{Context, Result};
 
 use crate::thumb::{self, Flow};
-use crate::{Function, Image, is_software_double};
+use crate::{Function, Image};
 
 /// Something that the handler can reach and must not.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -94,14 +94,6 @@ impl<'a> Walk<'a> {
             .find(|(part, _)| function.symbol.contains(part))
         {
             self.violate(function, function.address, what);
-            return callees;
-        }
-        if is_software_double(&function.symbol) {
-            self.violate(
-                function,
-                function.address,
-                "computes in software double precision",
-            );
             return callees;
         }
         if function.size == 0 {
