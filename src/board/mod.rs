@@ -31,8 +31,8 @@ use embassy_time::{Duration, Ticker};
 use static_cell::StaticCell;
 
 use palpate::app::command::{COMMANDS, Command};
-use palpate::drive::config::{Config, Drivetrain, Limits, Motor, Sense, Thermal};
 use palpate::drive::{Controller, Demand};
+use palpate::scene::{Active, Scene};
 
 use control::Samples;
 use watchdog::Reporter;
@@ -87,7 +87,7 @@ fn start(spawner: Spawner) {
     let storage = storage::Storage::new(p.FLASH);
     let led = Output::new(p.PA5, Level::Low, Speed::Low);
     let button = Input::new(p.PC13, Pull::Down);
-    let controller = Controller::new(&CONFIG).expect("configuration");
+    let controller = Controller::new(&Active::DRIVE).expect("configuration");
     let samples = control::start(bridge, controller);
 
     // Each is spawned once: there is room for it.
@@ -99,7 +99,7 @@ fn start(spawner: Spawner) {
 }
 
 fn report_last_run() {
-    telemetry::boot("p70");
+    telemetry::boot(Active::NAME);
     let reset = reset::take();
     let missing = watchdog::take_reports();
     telemetry::reset(reset);
@@ -179,40 +179,3 @@ async fn execute(mut speaker: console::Speaker, mut storage: storage::Storage) {
 
 /// Key of the one record.
 const RECORD: u8 = 1;
-
-/// Stands in for the scene.
-const CONFIG: Config = Config {
-    motor: Motor {
-        torque_constant_nm_per_a: 8.9e-3,
-        resistance_ohm: 35.0,
-        rotor_inertia_kg_m2: 1e-8,
-        thermal: Thermal {
-            limit_c: 85.0,
-            ambient_c: 25.0,
-            winding_k_per_w: 12.0,
-            housing_k_per_w: 30.0,
-            winding_s: 4.0,
-            housing_s: 150.0,
-        },
-    },
-    drivetrain: Drivetrain {
-        counts_per_motor_rev: 1024.0,
-        reduction: 1280.0,
-    },
-    sense: Sense {
-        reference_v: 3.3,
-        volt_per_a: 6.8,
-        supply_divider: 6.0,
-    },
-    limits: Limits {
-        current_a: 0.12,
-        current_trip_a: 0.3,
-        duty: 0.95,
-        speed_rad_per_s: 0.9,
-        acceleration_rad_per_s2: 10.0,
-        travel_rad: 1.6,
-        overtravel_rad: 0.2,
-        supply_min_v: 9.0,
-        supply_max_v: 15.0,
-    },
-};
