@@ -73,7 +73,8 @@ pub enum Class {
     Gap,
     /// No place is that stiff.
     TooStiff,
-    /// A contact on phalanx 1, anywhere, or at the very joint of phalanx 2.
+    /// A contact on phalanx 1, anywhere, or at the very joint of phalanx 2; with three phalanges there may be candidates
+    /// as soft on the others.
     Proximal,
     /// The question makes no sense: a value is not finite, negative, or the finger is not stable in this posture.
     Invalid,
@@ -98,6 +99,14 @@ impl Inverse {
             _ => Class::AmbiguousAcross,
         };
         Self { class, candidates }
+    }
+
+    /// As soft as a proximal contact; `others` are places on further phalanges that are as soft.
+    pub(crate) fn proximal(others: heapless::Vec<Candidate, 4>) -> Self {
+        Self {
+            class: Class::Proximal,
+            candidates: others,
+        }
     }
 
     /// What the compliance tells.

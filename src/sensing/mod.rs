@@ -6,6 +6,7 @@ pub mod calibration;
 pub mod drivetrain;
 pub mod event;
 pub mod settings;
+pub mod step;
 
 pub use crate::sample::{self, Drive, Sample};
 pub use calibration::{Calibration, Refusal};
