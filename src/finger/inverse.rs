@@ -216,7 +216,8 @@ where
         let mut candidates = heapless::Vec::new();
         for (phalanx, length) in (1u8..).zip(self.parameters.lengths_m).skip(1) {
             let roots = held.roots(phalanx, compliance, solver == Solver::ClosedForm);
-            for (root, beyond_stiffest) in [(roots.near_m, false), (roots.far_m, true)] {
+            let far = roots.far_m.filter(|far| roots.near_m != Some(*far));
+            for (root, beyond_stiffest) in [(roots.near_m, false), (far, true)] {
                 let least = if on_joint {
                     ON_JOINT_SHARE * length
                 } else {

@@ -3,15 +3,16 @@
 use crate::finger::{Candidate, Contact, Mechanics};
 use heapless::Vec;
 
-/// Places on each phalanx from which the search starts besides those of the secant, as shares of its length.
-const START_SHARES: [f32; 4] = [0.05, 0.35, 0.65, 0.95];
+/// Places from which the search starts besides those of the secant, as shares of the stretch on either side of the
+/// phalanx's stiffest place.
+const START_SHARES: [f32; 3] = [0.05, 0.5, 0.95];
 /// Two answers this near, as a share of the phalanx's length, are one.
 const SAME_SHARE: f32 = 1e-4;
 
 /// Most places that one step is explained by: two on each phalanx beyond the first.
 pub const MAX_PLACES: usize = 4;
 
-/// All places where a contact explains that `more_nm` of torque after contact turned the input link by `rotation_rad`.
+/// All places where a contact explains that `rise_nm` of torque after contact turned the input link by `rotation_rad`.
 ///
 /// The secant rotation over torque is inverted as if it were the tangent at contact; each place that this gives, and a
 /// few more on each phalanx, start Newton's method on the finite step. Unlike the tangent's inverse the answers are not
@@ -20,12 +21,12 @@ pub fn places<M: Mechanics>(
     finger: &M,
     at: &M::Configuration,
     torque_nm: f32,
-    more_nm: f32,
+    rise_nm: f32,
     rotation_rad: f32,
     radius_m: f32,
 ) -> Vec<Candidate, MAX_PLACES> {
     let mut found: Vec<Candidate, MAX_PLACES> = Vec::new();
-    let secant = finger.locate(at, torque_nm, rotation_rad / more_nm);
+    let secant = finger.locate(at, torque_nm, rotation_rad / rise_nm);
     let mut try_from = |phalanx: u8, k_m: f32, length: f32| {
         let Some(guess) = finger.path(
             at,
@@ -38,7 +39,7 @@ pub fn places<M: Mechanics>(
         ) else {
             return;
         };
-        let Some((k_m, point)) = finger.place(&guess, torque_nm + more_nm, rotation_rad) else {
+        let Some((k_m, point)) = finger.place(&guess, rise_nm, rotation_rad) else {
             return;
         };
         let known = found
@@ -66,8 +67,13 @@ pub fn places<M: Mechanics>(
         let Some(length) = finger.phalanx_length_m(phalanx) else {
             break;
         };
+        let peak = finger
+            .stiffest_m(at, torque_nm, phalanx)
+            .filter(|k| *k > 0.0 && *k < length)
+            .unwrap_or(length);
         for share in START_SHARES {
-            try_from(phalanx, share * length, length);
+            try_from(phalanx, share * peak, length);
+            try_from(phalanx, peak + share * (length - peak), length);
         }
     }
     found

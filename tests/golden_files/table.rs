@@ -98,6 +98,7 @@ impl Table {
             table: self,
             line: *line,
             cells,
+            nudge: None,
         })
     }
 
@@ -118,9 +119,29 @@ pub struct Row<'t> {
     /// Its line in the file.
     pub line: usize,
     cells: &'t [String],
+    nudge: Option<(&'t str, f64)>,
 }
 
-impl Row<'_> {
+impl<'t> Row<'t> {
+    /// The same row with one value changed by a share of it: how much an answer depends on it.
+    pub fn nudged(&self, column: &'t str, share: f64) -> Self {
+        Self {
+            nudge: Some((column, share)),
+            ..*self
+        }
+    }
+
+    /// The columns up to one, itself included: what a row gives before it says what follows from it.
+    pub fn columns_to(&self, last: &str) -> &'t [String] {
+        let end = self
+            .table
+            .columns
+            .iter()
+            .position(|c| c == last)
+            .map_or(0, |i| i + 1);
+        self.table.columns.get(..end).unwrap_or_default()
+    }
+
     /// The text in a column.
     pub fn text(&self, column: &str) -> Result<&str, FileError> {
         let place = self.table.columns.iter().position(|c| c == column);
@@ -133,8 +154,13 @@ impl Row<'_> {
     /// The number in a column; `nan` and `inf` are numbers.
     pub fn f64(&self, column: &str) -> Result<f64, FileError> {
         let text = self.text(column)?;
-        text.parse()
-            .map_err(|_| self.error(format!("{column} is {text:?}, not a number")))
+        let value: f64 = text
+            .parse()
+            .map_err(|_| self.error(format!("{column} is {text:?}, not a number")))?;
+        Ok(match self.nudge {
+            Some((nudged, share)) if nudged == column => value * (1.0 + share),
+            _ => value,
+        })
     }
 
     /// The number in a column as the library gets it.
