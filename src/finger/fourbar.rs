@@ -225,9 +225,7 @@ impl FourBar {
         let e = dot([b[0] - a[0] + 0.5 * db[0], b[1] - a[1] + 0.5 * db[1]], db);
         // (e + 2 q) t^2 - 2 p t + e = 0, the root that vanishes with e.
         let root = p * p - e * (e + 2.0 * q);
-        if !(root >= 0.0) {
-            return None;
-        }
+        // A negative root gives NaN, which the last line refuses.
         let t = e / (p + sqrt(root).copysign(p));
         let cos = 1.0 / sqrt(1.0 + t * t);
         let lever = Turn { cos, sin: t * cos };

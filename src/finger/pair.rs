@@ -74,7 +74,8 @@ impl Pair {
         } = *self;
         let num = x2 * x2 - compliance * h22;
         let square = compliance * h22 + compliance * k1 * num;
-        if !(square >= 0.0) || !(compliance >= 0.0) {
+        let real = square >= 0.0 && compliance >= 0.0;
+        if !real {
             return Roots::default();
         }
         let s = sqrt(square);

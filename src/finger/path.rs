@@ -9,6 +9,9 @@
 //! contact's place k unknown too and the rotation of the input link given, the same system is the estimator of one
 //! finite step. Everything is dimensionless inside: lengths over the finger's, stiffness over the largest.
 
+// Indices are those of the matrices in the equations; loops over 0..N need no bounds check.
+#![allow(clippy::needless_range_loop)]
+
 use super::preshape::dot;
 use super::{Configuration, Contact, Finger, Gear, MAX_PHALANGES, PathPoint, Step, Transmission};
 use crate::numeric::{Turn, solve};

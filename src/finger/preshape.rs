@@ -1,5 +1,8 @@
 //! The free finger: preshaping (6) and its stiffness (7).
 
+// Indices are those of the matrices in the equations; loops over 0..N need no bounds check.
+#![allow(clippy::needless_range_loop)]
+
 use super::{Configuration, Finger, Free, Gear, Transmission};
 use crate::numeric::solve;
 
@@ -106,7 +109,8 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
             for i in 0..N {
                 both[i] += per_torque[i] * more_nm;
             }
-            if !(compliance > 0.0) || !more_nm.is_finite() {
+            let held = compliance > 0.0 && more_nm.is_finite();
+            if !held {
                 return None;
             }
             let (next, largest, share) = stride(&at, both)?;

@@ -140,9 +140,6 @@ impl Triple {
 
     /// Both roots in closed form, whether on the phalanx or not, sorted by the side of the stiffest place.
     pub fn closed(&self, compliance: f32) -> Roots {
-        if !(compliance >= 0.0) {
-            return Roots::default();
-        }
         let (l0, l1) = self.slope();
         let mut about = 0.0;
         let mut quadratic = self.residual(compliance, about);
@@ -230,8 +227,8 @@ impl Triple {
 /// Roots of a quadratic: the larger without cancellation, the other by their product. None where they are not real.
 fn roots([q0, q1, q2]: Quadratic) -> Option<[f32; 2]> {
     let square = q1 * q1 - q0 * q2;
-    // Written so that NaN fails.
-    if !(square >= 0.0) {
+    let real = square >= 0.0;
+    if !real {
         return None;
     }
     let large = -(q1 + sqrt(square).copysign(q1));

@@ -8,7 +8,7 @@ pub const SIN_COS_MAX_RAD: f32 = 8192.0;
 // pi/2 in three parts (Cody and Waite): the first two have 11 bits, so their products with up to 13 bits are exact.
 const HALF_PI_HIGH: f32 = 1.570_312_5;
 const HALF_PI_MIDDLE: f32 = 4.837_513e-4;
-const HALF_PI_LOW: f32 = 7.549_790_1e-8;
+const HALF_PI_LOW: f32 = 7.549_79e-8;
 
 /// Sine and cosine, in this order.
 ///
@@ -17,7 +17,8 @@ const HALF_PI_LOW: f32 = 7.549_790_1e-8;
 /// (NaN, NaN) for an argument that is not finite or beyond [`SIN_COS_MAX_RAD`]: a posture check rejects it.
 pub fn sin_cos(rad: f32) -> (f32, f32) {
     // A comparison that NaN fails too.
-    if !(rad.abs() <= SIN_COS_MAX_RAD) {
+    let reducible = rad.abs() <= SIN_COS_MAX_RAD;
+    if !reducible {
         return (f32::NAN, f32::NAN);
     }
     let quarters = (rad * FRAC_2_PI + 0.5f32.copysign(rad)) as i32;
