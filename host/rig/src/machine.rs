@@ -68,7 +68,11 @@ impl<S: SlowLoop> Machine<S> {
     /// Samples in a duration, second.
     #[must_use]
     pub fn samples(seconds: f64) -> u64 {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a positive number of samples")]
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a positive number of samples"
+        )]
         let samples = (seconds / (20.0 * PERIOD_S)).round().max(0.0) as u64;
         samples
     }
