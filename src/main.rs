@@ -2,6 +2,9 @@
 #![cfg_attr(target_os = "none", no_std)]
 #![cfg_attr(target_os = "none", no_main)]
 
+#[cfg(target_os = "none")]
+mod board;
+
 #[cfg(not(target_os = "none"))]
 fn main() -> std::process::ExitCode {
     // A PC cannot run the firmware: hand over to the command that builds it for the chip and flashes it.

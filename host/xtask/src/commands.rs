@@ -1,0 +1,295 @@
+//! What each command does.
+
+use std::path::PathBuf;
+
+use crate::firmware::{Build, SCENES};
+use crate::machine;
+use crate::process::{Failure, Outcome, cargo, run, step};
+
+/// Takes `--name VALUE` or `--name=VALUE` out of the arguments.
+fn take(arguments: &mut Vec<String>, name: &str) -> Outcome<Option<String>> {
+    let prefix = format!("{name}=");
+    let Some(at) = arguments
+        .iter()
+        .position(|word| word == name || word.starts_with(&prefix))
+    else {
+        return Ok(None);
+    };
+    let word = arguments.remove(at);
+    if let Some(value) = word.strip_prefix(&prefix) {
+        return Ok(Some(value.to_owned()));
+    }
+    if at >= arguments.len() {
+        return Err(Failure::usage(format!("{name} needs a value")));
+    }
+    Ok(Some(arguments.remove(at)))
+}
+
+fn scene(arguments: &mut Vec<String>) -> Outcome<Option<String>> {
+    let scene = take(arguments, "--scene")?;
+    if let Some(name) = &scene
+        && !SCENES.contains(&name.as_str())
+    {
+        return Err(Failure::usage(format!(
+            "there is no scene '{name}'; there are: {}",
+            SCENES.join(", ")
+        )));
+    }
+    Ok(scene)
+}
+
+fn none_left(arguments: &[String]) -> Outcome {
+    match arguments.first() {
+        Some(word) => Err(Failure::usage(format!("unexpected '{word}'"))),
+        None => Ok(()),
+    }
+}
+
+/// A host program of this workspace, built optimised, quietly unless it takes long.
+fn host_program(package: &str, arguments: &[String]) -> std::process::Command {
+    let mut command = cargo(["run", "--profile", "host", "--package", package, "--"]);
+    command.args(arguments);
+    command
+}
+
+fn emulator(subcommand: &str, elf: &PathBuf, arguments: &[String]) -> Outcome {
+    machine::emulator_packages()?;
+    step(
+        "building the emulator",
+        &mut cargo([
+            "build",
+            "--profile",
+            "host",
+            "--package",
+            "palpate-emulator",
+        ]),
+    )?;
+    let mut command = cargo([
+        "run",
+        "--quiet",
+        "--profile",
+        "host",
+        "--package",
+        "palpate-emulator",
+        "--",
+    ]);
+    run(command
+        .arg(subcommand)
+        .arg("--elf")
+        .arg(elf)
+        .args(arguments))
+}
+
+/// `sim`: the product's main job without a board.
+pub fn sim(arguments: &[String]) -> Outcome {
+    let mut rest = arguments.to_vec();
+    let scene = scene(&mut rest)?;
+    let features = rest
+        .iter()
+        .any(|word| word.starts_with("--fault"))
+        .then(|| "fault-injection".to_owned());
+    let build = Build {
+        scene: scene.clone(),
+        features,
+        bin: None,
+    };
+    let elf = build.elf()?;
+    if let Some(scene) = scene {
+        rest.extend(["--scene".to_owned(), scene]);
+    }
+    emulator("sim", &elf, &rest)
+}
+
+/// `build`: the ELF alone.
+pub fn build(arguments: &[String]) -> Outcome {
+    let mut rest = arguments.to_vec();
+    let build = Build {
+        scene: scene(&mut rest)?,
+        features: take(&mut rest, "--features")?,
+        bin: None,
+    };
+    none_left(&rest)?;
+    println!("{}", build.elf()?.display());
+    Ok(())
+}
+
+/// `flash`: onto a board, with its log.
+pub fn flash(arguments: &[String]) -> Outcome {
+    let mut rest = arguments.to_vec();
+    let build = Build {
+        scene: scene(&mut rest)?,
+        ..Build::default()
+    };
+    none_left(&rest)?;
+    let elf = build.elf()?;
+    if machine::find("probe-rs").is_none() {
+        return Err(Failure::new(format!(
+            "the firmware is built ({}), but probe-rs is not installed: cargo install probe-rs-tools --locked",
+            elf.display()
+        )));
+    }
+    run(std::process::Command::new("probe-rs")
+        .args(["run", "--chip", "STM32G431RBTx"])
+        .arg(elf))
+}
+
+/// `size`: what each scene costs.
+pub fn size(arguments: &[String]) -> Outcome {
+    none_left(arguments)?;
+    let mut words = vec!["size".to_owned()];
+    for scene in SCENES {
+        let build = Build {
+            scene: Some((*scene).to_owned()),
+            ..Build::default()
+        };
+        words.push(format!("{scene}={}", build.elf()?.display()));
+    }
+    run(&mut host_program("palpate-report", &words))
+}
+
+/// `golden`: the library against reference files.
+pub fn golden(arguments: &[String]) -> Outcome {
+    let words = [&["golden".to_owned()], arguments].concat();
+    run(&mut host_program("palpate-report", &words))
+}
+
+/// `faults`: every fault into the running firmware.
+pub fn faults(arguments: &[String]) -> Outcome {
+    let build = Build {
+        features: Some("fault-injection".to_owned()),
+        ..Build::default()
+    };
+    emulator("faults", &build.elf()?, arguments)
+}
+
+/// `experiments`: the paper's work again.
+pub fn experiments(arguments: &[String]) -> Outcome {
+    run(&mut host_program(
+        "palpate-rig",
+        &[&["experiments".to_owned()], arguments].concat(),
+    ))
+}
+
+/// `replay`: a recorded trace.
+pub fn replay(arguments: &[String]) -> Outcome {
+    run(&mut host_program(
+        "palpate-rig",
+        &[&["replay".to_owned()], arguments].concat(),
+    ))
+}
+
+/// `figures`: pictures of the above.
+pub fn figures(arguments: &[String]) -> Outcome {
+    run(&mut host_program(
+        "palpate-report",
+        &[&["figures".to_owned()], arguments].concat(),
+    ))
+}
+
+/// `report`: speed against error.
+pub fn report(arguments: &[String]) -> Outcome {
+    run(&mut host_program(
+        "palpate-report",
+        &[&["report".to_owned()], arguments].concat(),
+    ))
+}
+
+/// `setup`: get what is lacking, and nothing else.
+pub fn setup(arguments: &[String]) -> Outcome {
+    none_left(arguments)?;
+    machine::emulator_packages()?;
+    machine::firmware_toolchain()?;
+    println!("this machine has what the firmware and the emulator need");
+    Ok(())
+}
+
+/// `check`: what a reviewer should not have to say.
+pub fn check(arguments: &[String]) -> Outcome {
+    none_left(arguments)?;
+    machine::emulator_packages()?;
+    step("formatting", &mut cargo(["fmt", "--all", "--check"]))?;
+    step(
+        "lints, host",
+        &mut cargo([
+            "clippy",
+            "--workspace",
+            "--all-targets",
+            "--profile",
+            "host",
+            "--",
+            "-D",
+            "warnings",
+        ]),
+    )?;
+    Build::default().clippy()?;
+    step(
+        "documentation",
+        cargo(["doc", "--workspace", "--no-deps", "--profile", "host"])
+            .env("RUSTDOCFLAGS", "-D warnings"),
+    )?;
+    size(&[])
+}
+
+/// `test`: everything that can be tested here.
+pub fn test(arguments: &[String]) -> Outcome {
+    none_left(arguments)?;
+    machine::emulator_packages()?;
+    let elf = Build::default().elf()?;
+    let faulty = Build {
+        features: Some("fault-injection".to_owned()),
+        ..Build::default()
+    }
+    .elf()?;
+    step(
+        "tests of the library",
+        &mut cargo(["test", "--package", "palpate"]),
+    )?;
+    step(
+        "tests of the host programs and of the emulated firmware",
+        cargo([
+            "test",
+            "--profile",
+            "host",
+            "--workspace",
+            "--exclude",
+            "palpate",
+        ])
+        .env("PALPATE_ELF", &elf)
+        .env("PALPATE_FAULT_ELF", &faulty),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn words(text: &str) -> Vec<String> {
+        text.split_whitespace().map(str::to_owned).collect()
+    }
+
+    #[test]
+    fn an_option_is_taken_in_both_spellings_and_the_rest_is_left() {
+        for call in ["--json --scene p70 --seed 3", "--json --scene=p70 --seed 3"] {
+            let mut rest = words(call);
+            assert_eq!(scene(&mut rest).ok().flatten().as_deref(), Some("p70"));
+            assert_eq!(rest, words("--json --seed 3"));
+        }
+    }
+
+    #[test]
+    fn a_wrong_call_is_refused_with_status_2() {
+        let unknown = scene(&mut words("--scene p71")).err().expect("refused");
+        assert_eq!(unknown.code, 2);
+        assert!(unknown.message.contains("p71") && unknown.message.contains("p70"));
+        assert_eq!(
+            take(&mut words("--scene"), "--scene")
+                .err()
+                .map(|failure| failure.code),
+            Some(2)
+        );
+        assert_eq!(
+            none_left(&words("what")).err().map(|failure| failure.code),
+            Some(2)
+        );
+    }
+}

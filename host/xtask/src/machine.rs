@@ -1,0 +1,212 @@
+//! What the machine lacks, and getting it: the project's two commands must do all the set-up on a fresh Debian
+//! machine that has rustup, and say clearly what to install elsewhere.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use crate::process::{Failure, Outcome, output};
+
+/// The chip's architecture: Cortex-M4 with single-precision floating point.
+pub const THUMB: &str = "thumbv7em-none-eabihf";
+
+/// Debian's compiler and its source, new enough for this project, for where rustup cannot bring the target.
+const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
+const DEBIAN_CORE: &str = "/usr/lib/rustlib/src/rust/library/core/src/lib.rs";
+
+/// The compiler that builds the firmware.
+pub enum Toolchain {
+    /// The toolchain in use has the target's core library.
+    Rustup,
+    /// Debian's compiler; the core library is built from its source.
+    Debian {
+        /// Linker to name to it.
+        linker: PathBuf,
+    },
+}
+
+/// Finds or gets a compiler for the chip. `PALPATE_TOOLCHAIN=rustup` or `debian` forces one.
+pub fn firmware_toolchain() -> Outcome<Toolchain> {
+    match std::env::var("PALPATE_TOOLCHAIN").as_deref() {
+        Ok("debian") => return debian_toolchain(),
+        Ok("rustup") if has_thumb_target() || add_thumb_target() => return Ok(Toolchain::Rustup),
+        Ok("rustup") => {
+            return Err(Failure::new(format!(
+                "rustup cannot add the target {THUMB} here"
+            )));
+        }
+        Ok(other) => {
+            return Err(Failure::usage(format!(
+                "PALPATE_TOOLCHAIN is '{other}'; it may be 'rustup' or 'debian'"
+            )));
+        }
+        Err(_) => {}
+    }
+    if has_thumb_target() || (!has_debian_toolchain() && add_thumb_target()) {
+        return Ok(Toolchain::Rustup);
+    }
+    debian_toolchain()
+}
+
+fn sysroot() -> Option<PathBuf> {
+    output("rustc", &["--print", "sysroot"]).map(PathBuf::from)
+}
+
+fn has_thumb_target() -> bool {
+    sysroot().is_some_and(|sysroot| sysroot.join("lib/rustlib").join(THUMB).join("lib").is_dir())
+}
+
+fn add_thumb_target() -> bool {
+    eprintln!("==> rustup target add {THUMB}");
+    let added = Command::new("rustup")
+        .args(["target", "add", THUMB])
+        .stdin(Stdio::null())
+        .status();
+    matches!(added, Ok(status) if status.success()) && has_thumb_target()
+}
+
+fn has_debian_toolchain() -> bool {
+    Path::new(DEBIAN_RUSTC).exists() && Path::new(DEBIAN_CORE).exists()
+}
+
+fn debian_toolchain() -> Outcome<Toolchain> {
+    let mut packages = Vec::new();
+    if !has_debian_toolchain() {
+        packages.extend(["rustc-web", "rust-web-src"]);
+    }
+    if linker().is_none() {
+        packages.push("lld");
+    }
+    install(&packages, "a compiler for the chip")?;
+    match linker() {
+        Some(linker) if has_debian_toolchain() => Ok(Toolchain::Debian { linker }),
+        _ => Err(Failure::new(format!(
+            "no compiler for the chip: install the Rust target {THUMB} (rustup target add {THUMB})"
+        ))),
+    }
+}
+
+/// rustup brings rust-lld in a folder that is not on the path; Debian's lld is the same linker.
+fn linker() -> Option<PathBuf> {
+    let host = output("rustc", &["-vV"])?
+        .lines()
+        .find_map(|line| line.strip_prefix("host: ").map(str::to_owned))?;
+    let rust_lld = sysroot()?
+        .join("lib/rustlib")
+        .join(host)
+        .join("bin/rust-lld");
+    if rust_lld.exists() {
+        Some(rust_lld)
+    } else {
+        find("ld.lld")
+    }
+}
+
+/// Debian's clippy for the target, where Debian's compiler builds the firmware.
+pub fn debian_clippy() -> Outcome<PathBuf> {
+    let driver = PathBuf::from("/usr/bin/clippy-driver");
+    if !driver.exists() {
+        install(&["rust-web-clippy"], "lints for the chip's code")?;
+    }
+    Ok(driver)
+}
+
+/// What the emulator's engine needs to build: a C compiler, cmake, libclang.
+pub fn emulator_packages() -> Outcome {
+    let mut packages = Vec::new();
+    for (program, package) in [
+        ("cc", "gcc"),
+        ("make", "make"),
+        ("cmake", "cmake"),
+        ("pkg-config", "pkg-config"),
+    ] {
+        if find(program).is_none() {
+            packages.push(package);
+        }
+    }
+    if !has_libclang() {
+        packages.push("libclang-dev");
+    }
+    install(&packages, "the emulator's build")
+}
+
+fn has_libclang() -> bool {
+    if std::env::var_os("LIBCLANG_PATH").is_some() {
+        return true;
+    }
+    let is_libclang =
+        |name: &str| name.starts_with("libclang.so") || name.starts_with("libclang-1");
+    let holds = |folder: &Path| {
+        std::fs::read_dir(folder).is_ok_and(|mut entries| {
+            entries.any(|entry| {
+                entry.is_ok_and(|entry| is_libclang(&entry.file_name().to_string_lossy()))
+            })
+        })
+    };
+    let mut folders = vec![
+        PathBuf::from("/usr/lib"),
+        PathBuf::from("/usr/lib64"),
+        PathBuf::from("/usr/local/lib"),
+    ];
+    for parent in ["/usr/lib", "/opt/homebrew/opt"] {
+        for entry in std::fs::read_dir(parent).into_iter().flatten().flatten() {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            if name.starts_with("llvm") {
+                folders.push(entry.path().join("lib"));
+            } else if name.ends_with("-linux-gnu") {
+                folders.push(entry.path());
+            }
+        }
+    }
+    folders.iter().any(|folder| holds(folder))
+}
+
+/// A program on the path.
+pub fn find(program: &str) -> Option<PathBuf> {
+    let path = std::env::var_os("PATH")?;
+    std::env::split_paths(&path)
+        .map(|folder| folder.join(program))
+        .find(|file| file.is_file())
+}
+
+/// Installs Debian packages; elsewhere says what to install and stops.
+fn install(packages: &[&str], purpose: &str) -> Outcome {
+    if packages.is_empty() {
+        return Ok(());
+    }
+    let list = packages.join(" ");
+    if find("apt-get").is_none() {
+        return Err(Failure::new(format!(
+            "this machine lacks what {purpose} needs; install the equivalent of these Debian packages: {list}"
+        )));
+    }
+    let is_root = output("id", &["-u"]).as_deref() == Some("0");
+    if !is_root && find("sudo").is_none() {
+        return Err(Failure::new(format!(
+            "{purpose} needs: apt-get install {list} (as root)"
+        )));
+    }
+    let prefix: &[&str] = if is_root { &[] } else { &["sudo"] };
+    for call in [
+        &["apt-get", "update"][..],
+        &[
+            &["apt-get", "install", "-y", "--no-install-recommends"],
+            packages,
+        ]
+        .concat(),
+    ] {
+        let words: Vec<&str> = prefix.iter().chain(call).copied().collect();
+        eprintln!("==> {}  (for {purpose})", words.join(" "));
+        let status = Command::new(words[0])
+            .args(&words[1..])
+            .env("DEBIAN_FRONTEND", "noninteractive")
+            .stdout(Stdio::null())
+            .status();
+        if !matches!(status, Ok(status) if status.success()) {
+            return Err(Failure::new(format!(
+                "'{}' failed; {purpose} needs: {list}",
+                words.join(" ")
+            )));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,229 @@
+//! Log records out and command bytes in over RTT (SEGGER's real-time transfer: ring buffers in RAM that the debug
+//! probe reads and writes while the core runs).
+//!
+//! Why not a ready-made logger: `defmt-rtt` overwrites records that a slow reader has not fetched or, with
+//! `drop-on-contention`, drops them uncounted, and has no channel towards the chip; `rtt-target` has one, but obeys the
+//! mode flag that the host writes, so `probe-rs` attaching in blocking mode can stop the writer inside a critical
+//! section. Here a record is staged behind the public write cursor and published whole or not at all, the mode flag
+//! is never read, no interrupt is masked, and what did not fit is counted.
+//!
+//! Only thread mode may log: it is one context, so no lock is needed. A record from an interrupt is counted as dropped.
+
+use core::cell::UnsafeCell;
+use core::sync::atomic::{AtomicU32, Ordering, compiler_fence};
+
+/// Room for records: a reader that polls every 10 ms keeps up with several hundred records in one go.
+const UP_BYTES: usize = 2048;
+/// Room for command bytes; the command task empties it every few milliseconds.
+const DOWN_BYTES: usize = 64;
+
+/// A word that the host reads or writes through the debug port: every access is volatile, so that the compiler, which
+/// sees no other writer in the program, does not take it for a constant.
+#[repr(transparent)]
+struct Shared(UnsafeCell<u32>);
+
+impl Shared {
+    const fn new(value: u32) -> Self {
+        Self(UnsafeCell::new(value))
+    }
+
+    fn get(&self) -> usize {
+        // SAFETY: aligned, always valid, and any word is a valid value.
+        let value = unsafe { self.0.get().read_volatile() };
+        compiler_fence(Ordering::Acquire);
+        value as usize
+    }
+
+    fn set(&self, value: usize) {
+        compiler_fence(Ordering::Release);
+        // SAFETY: as above; one context of the program writes (thread mode).
+        unsafe { self.0.get().write_volatile(value as u32) };
+    }
+}
+
+/// One direction, as the host expects it in memory.
+#[repr(C)]
+struct Channel {
+    name: *const u8,
+    buffer: *mut u8,
+    size: u32,
+    write: Shared,
+    read: Shared,
+    /// Blocking or not: written by the host, ignored here.
+    flags: Shared,
+}
+
+/// What the host looks for: by symbol name or by scanning RAM for `id`.
+#[repr(C)]
+struct ControlBlock {
+    id: [u8; 16],
+    up_channels: u32,
+    down_channels: u32,
+    up: Channel,
+    down: Channel,
+}
+
+/// Bytes shared with the host through the debug port.
+struct Bytes<const N: usize>(UnsafeCell<[u8; N]>);
+
+// SAFETY: the up buffer is written by thread mode alone, in the part that the host does not read; the down buffer is
+// only read here.
+unsafe impl<const N: usize> Sync for Bytes<N> {}
+// SAFETY: the pointers never change; of each channel's cursors the host writes one and thread mode the other.
+unsafe impl Sync for ControlBlock {}
+
+static UP: Bytes<UP_BYTES> = Bytes(UnsafeCell::new([0; UP_BYTES]));
+static DOWN: Bytes<DOWN_BYTES> = Bytes(UnsafeCell::new([0; DOWN_BYTES]));
+
+/// Non-blocking, skip: what this writer does anyway.
+const MODE_SKIP: u32 = 0;
+
+#[unsafe(export_name = "_SEGGER_RTT")]
+static CONTROL_BLOCK: ControlBlock = ControlBlock {
+    id: *b"SEGGER RTT\0\0\0\0\0\0",
+    up_channels: 1,
+    down_channels: 1,
+    up: Channel {
+        name: c"defmt".as_ptr().cast(),
+        buffer: UP.0.get().cast(),
+        size: UP_BYTES as u32,
+        write: Shared::new(0),
+        read: Shared::new(0),
+        flags: Shared::new(MODE_SKIP),
+    },
+    down: Channel {
+        name: c"commands".as_ptr().cast(),
+        buffer: DOWN.0.get().cast(),
+        size: DOWN_BYTES as u32,
+        write: Shared::new(0),
+        read: Shared::new(0),
+        flags: Shared::new(MODE_SKIP),
+    },
+};
+
+/// Records that found no room (or came from an interrupt) since boot; wraps.
+static DROPPED: AtomicU32 = AtomicU32::new(0);
+
+/// Records lost since boot; wraps.
+pub fn dropped() -> u32 {
+    DROPPED.load(Ordering::Relaxed)
+}
+
+/// Reads one command byte sent by the host, if there is one.
+pub fn read_byte() -> Option<u8> {
+    let channel = &CONTROL_BLOCK.down;
+    let read = channel.read.get();
+    let write = channel.write.get();
+    // The host writes the other cursor: both are checked, whatever it wrote.
+    if read >= DOWN_BYTES || write >= DOWN_BYTES {
+        channel.read.set(0);
+        return None;
+    }
+    if read == write {
+        return None;
+    }
+    // SAFETY: `read` is inside the buffer; volatile because the debug port changes it behind the compiler's back.
+    let byte = unsafe { DOWN.0.get().cast::<u8>().add(read).read_volatile() };
+    channel.read.set((read + 1) % DOWN_BYTES);
+    Some(byte)
+}
+
+/// A record being staged.
+struct Stage {
+    encoder: defmt::Encoder,
+    /// Next byte to write, beyond the public cursor while a record is under way.
+    cursor: usize,
+    /// The record no longer fits: swallow the rest.
+    overflow: bool,
+}
+
+struct Staging(UnsafeCell<Stage>);
+
+// SAFETY: touched from thread mode alone (`in_thread_mode`), which does not preempt itself.
+unsafe impl Sync for Staging {}
+
+static STAGING: Staging = Staging(UnsafeCell::new(Stage {
+    encoder: defmt::Encoder::new(),
+    cursor: 0,
+    overflow: false,
+}));
+
+fn in_thread_mode() -> bool {
+    let ipsr: u32;
+    // SAFETY: reads a status register.
+    unsafe {
+        core::arch::asm!("mrs {}, IPSR", out(reg) ipsr, options(nomem, nostack, preserves_flags))
+    };
+    ipsr == 0
+}
+
+/// Copies encoded bytes behind the public cursor as long as there is room.
+fn stage(cursor: &mut usize, overflow: &mut bool, bytes: &[u8]) {
+    let read = CONTROL_BLOCK.up.read.get() % UP_BYTES;
+    for &byte in bytes {
+        let next = (*cursor + 1) % UP_BYTES;
+        if next == read {
+            *overflow = true;
+        }
+        if *overflow {
+            return;
+        }
+        // SAFETY: the cursor is inside the buffer, in the part that belongs to the writer.
+        unsafe { UP.0.get().cast::<u8>().add(*cursor).write_volatile(byte) };
+        *cursor = next;
+    }
+}
+
+#[defmt::global_logger]
+struct Logger;
+
+// SAFETY: defmt calls acquire, write and release in that order; all of it happens in thread mode, which is one context.
+unsafe impl defmt::Logger for Logger {
+    fn acquire() {
+        if !in_thread_mode() {
+            DROPPED.fetch_add(1, Ordering::Relaxed);
+            return;
+        }
+        // SAFETY: thread mode alone comes here.
+        let staging = unsafe { &mut *STAGING.0.get() };
+        staging.cursor = CONTROL_BLOCK.up.write.get() % UP_BYTES;
+        staging.overflow = false;
+        let (cursor, overflow) = (&mut staging.cursor, &mut staging.overflow);
+        staging
+            .encoder
+            .start_frame(|bytes| stage(cursor, overflow, bytes));
+    }
+
+    unsafe fn flush() {
+        // The firmware never waits for a reader.
+    }
+
+    unsafe fn release() {
+        if !in_thread_mode() {
+            return;
+        }
+        // SAFETY: thread mode alone comes here.
+        let staging = unsafe { &mut *STAGING.0.get() };
+        let (cursor, overflow) = (&mut staging.cursor, &mut staging.overflow);
+        staging
+            .encoder
+            .end_frame(|bytes| stage(cursor, overflow, bytes));
+        if staging.overflow {
+            DROPPED.fetch_add(1, Ordering::Relaxed);
+        } else {
+            CONTROL_BLOCK.up.write.set(staging.cursor);
+        }
+    }
+
+    unsafe fn write(bytes: &[u8]) {
+        if !in_thread_mode() {
+            return;
+        }
+        // SAFETY: thread mode alone comes here.
+        let staging = unsafe { &mut *STAGING.0.get() };
+        let (cursor, overflow) = (&mut staging.cursor, &mut staging.overflow);
+        staging
+            .encoder
+            .write(bytes, |bytes| stage(cursor, overflow, bytes));
+    }
+}

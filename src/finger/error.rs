@@ -1,0 +1,116 @@
+//! Why a finger cannot be built, or a posture not taken.
+
+/// The parameter that an error is about. Joints, phalanges and stages are numbered from 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub enum Parameter {
+    /// Length l_i of a phalanx.
+    Length {
+        /// Which phalanx.
+        phalanx: u8,
+    },
+    /// Stiffness K_i of a joint's spring.
+    Stiffness {
+        /// Which joint.
+        joint: u8,
+    },
+    /// Rest angle of a joint's spring.
+    RestAngle {
+        /// Which joint.
+        joint: u8,
+    },
+    /// Opening stop of a joint.
+    LowerStop {
+        /// Which joint.
+        joint: u8,
+    },
+    /// Closing stop of a joint.
+    UpperStop {
+        /// Which joint.
+        joint: u8,
+    },
+    /// Angle of a joint.
+    JointAngle {
+        /// Which joint.
+        joint: u8,
+    },
+    /// Radius r_i of a pulley.
+    PulleyRadius {
+        /// Which pulley, as the paper numbers them.
+        pulley: u8,
+    },
+    /// Driving lever a of a four-bar stage.
+    DrivingLever {
+        /// Which stage; stage 1 drives phalanx 2.
+        stage: u8,
+    },
+    /// Coupler b of a four-bar stage.
+    Coupler {
+        /// Which stage.
+        stage: u8,
+    },
+    /// Driven lever c of a four-bar stage.
+    DrivenLever {
+        /// Which stage.
+        stage: u8,
+    },
+    /// Offset angle psi of a stage's driven lever.
+    LeverOffset {
+        /// Which stage.
+        stage: u8,
+    },
+    /// Distance between the tips of a stage's ground and driven lever at some angle of the joint range: with it the
+    /// coupler does not reach.
+    Closure {
+        /// Which stage.
+        stage: u8,
+    },
+    /// Stiffness of the cable between actuator and input link.
+    CableStiffness,
+}
+
+/// A value outside its allowed range, which is open at both ends: `above < value < below` was wanted, except that
+/// limits marked so in the constructor's documentation belong to the range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub struct ConfigError {
+    /// What was out of range.
+    pub parameter: Parameter,
+    /// The value given (or, for [`Parameter::Closure`], reached), in the parameter's unit.
+    pub value: f32,
+    /// Lower limit.
+    pub min: f32,
+    /// Upper limit.
+    pub max: f32,
+}
+
+impl core::fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(
+            f,
+            "{:?} is {}, must lie within {} and {}",
+            self.parameter, self.value, self.min, self.max
+        )
+    }
+}
+
+impl core::error::Error for ConfigError {}
+
+/// `value` if it is finite and `min <= value <= max`.
+pub(crate) fn within(
+    parameter: Parameter,
+    value: f32,
+    min: f32,
+    max: f32,
+) -> Result<f32, ConfigError> {
+    if value >= min && value <= max {
+        Ok(value)
+    } else {
+        Err(ConfigError {
+            parameter,
+            value,
+            min,
+            max,
+        })
+    }
+}

@@ -1,0 +1,326 @@
+//! What sensing asks of a finger, whatever its number of phalanges and its transmission.
+
+use super::inverse::{Held, Order, Solver};
+use super::path::Path;
+use super::{Configuration, Finger, Transmission};
+
+/// Most phalanges a finger of this crate has.
+pub const MAX_PHALANGES: usize = 3;
+
+/// A posture of the finger without contact, with the torque that holds it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Free<C> {
+    /// Joint angles.
+    pub configuration: C,
+    /// Torque at the input link, newton metre.
+    pub torque_nm: f32,
+}
+
+/// Where a phalanx touches, and what.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub struct Contact {
+    /// Phalanx in contact, 1 for the proximal one.
+    pub phalanx: u8,
+    /// Distance of the contact from the phalanx's joint, metre, 0 < k <= l.
+    pub k_m: f32,
+    /// Effective contact radius, metre: the object's radius plus half the phalanx's thickness; 0 for a point.
+    pub radius_m: f32,
+}
+
+/// One point of the path that the finger takes after contact as the torque rises (MATH 7).
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub struct PathPoint {
+    /// Change of the input link's angle since contact, radian.
+    pub rotation_rad: f32,
+    /// Slope of `rotation_rad` over torque at this point, radian per newton metre.
+    pub compliance_rad_per_nm: f32,
+    /// Where the contact is now, metre from the phalanx's joint (21).
+    pub k_now_m: f32,
+    /// Normal contact force, newton, positive when pressing.
+    pub force_n: f32,
+    /// Change of each joint's angle since contact, radian; zero for joints that the finger does not have.
+    pub joints_rad: [f32; MAX_PHALANGES],
+}
+
+/// A place where a contact explains a measured compliance.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub struct Candidate {
+    /// Phalanx, 2 for the second.
+    pub phalanx: u8,
+    /// Distance from the phalanx's joint, metre.
+    pub k_m: f32,
+    /// The candidate lies beyond the stiffest point of its phalanx (e_2 (27) with two phalanges), where further torque
+    /// opens the next joint instead of closing it.
+    pub beyond_stiffest: bool,
+}
+
+/// What a compliance tells about the place of the contact (MATH 6).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub enum Class {
+    /// One place.
+    Unique,
+    /// Two places on one phalanx, either side of its stiffest point.
+    AmbiguousSame,
+    /// Places on several phalanges.
+    AmbiguousAcross,
+    /// Softer than the finger without contact.
+    TooSoft,
+    /// Between the compliance of a proximal contact and that of the free finger: no place is that soft.
+    Gap,
+    /// No place is that stiff.
+    TooStiff,
+    /// A contact on phalanx 1, anywhere, or at the very joint of phalanx 2.
+    Proximal,
+    /// The question makes no sense: a value is not finite, negative, or the finger is not stable in this posture.
+    Invalid,
+}
+
+/// All places that explain a compliance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inverse {
+    class: Class,
+    candidates: heapless::Vec<Candidate, 4>,
+}
+
+impl Inverse {
+    /// Collects what `class` and `candidates` say; the class of candidates follows from their phalanges.
+    pub(crate) fn of(candidates: heapless::Vec<Candidate, 4>, without: Class) -> Self {
+        let class = match candidates.as_slice() {
+            [] => without,
+            [_] => Class::Unique,
+            [first, rest @ ..] if rest.iter().all(|c| c.phalanx == first.phalanx) => {
+                Class::AmbiguousSame
+            }
+            _ => Class::AmbiguousAcross,
+        };
+        Self { class, candidates }
+    }
+
+    /// What the compliance tells.
+    pub fn class(&self) -> Class {
+        self.class
+    }
+
+    /// The places, by phalanx and distance; none unless the class is unique, ambiguous or proximal.
+    pub fn candidates(&self) -> &[Candidate] {
+        &self.candidates
+    }
+}
+
+/// A finger as sensing sees it: the number of phalanges and the transmission are hidden.
+///
+/// Torques and angles are those of the input link, closing positive. Every function answers `None` where a value is not
+/// finite, the posture cannot be taken, or the finger is not stable there; nothing panics and no NaN comes out.
+pub trait Mechanics {
+    /// Number of phalanges.
+    const PHALANGES: usize;
+    /// Joint angles with their cosines and sines.
+    type Configuration: Copy + core::fmt::Debug;
+    /// A contact path under way; see [`Mechanics::path`].
+    type Path: Clone + core::fmt::Debug;
+
+    /// The posture of the springs' rest angles.
+    fn rest(&self) -> Self::Configuration;
+
+    /// Angle of the input link, theta_a, radian; it is zero where all joint angles are.
+    fn input_angle_rad(&self, at: &Self::Configuration) -> f32;
+
+    /// Angle of a joint relative to the phalanx before it, radian; joint 1 is the first.
+    fn joint_rad(&self, at: &Self::Configuration, joint: u8) -> Option<f32>;
+
+    /// Length of a phalanx, metre; phalanx 1 is the proximal one.
+    fn phalanx_length_m(&self, phalanx: u8) -> Option<f32>;
+
+    /// Posture and torque of the free finger at an input angle (6). `near` is where the search starts: the last sample.
+    ///
+    /// Without a spring at joint 1 (K_1 = 0) the torque is 0 and joint 1 follows the input link, the others rest.
+    fn free_at_angle(
+        &self,
+        theta_a_rad: f32,
+        near: &Self::Configuration,
+    ) -> Option<Free<Self::Configuration>>;
+
+    /// Posture of the free finger at an input torque (6). Without a spring at joint 1 only torque 0 has one, and joint
+    /// 1 stays where `near` has it.
+    fn free_at_torque(
+        &self,
+        torque_nm: f32,
+        near: &Self::Configuration,
+    ) -> Option<Self::Configuration>;
+
+    /// Secant stiffness K_a' of the free finger from rest to `free` (7), newton metre per radian; 0 without a spring at
+    /// joint 1.
+    fn expected_k_a(&self, free: &Free<Self::Configuration>) -> Option<f32>;
+
+    /// Compliance of the finger without contact, radian per newton metre (MATH 4). None where nothing holds it (K_1 = 0).
+    fn free_compliance(&self, at: &Self::Configuration, torque_nm: f32) -> Option<f32>;
+
+    /// Compliance with a contact on phalanx 1, anywhere on it, radian per newton metre (MATH 5).
+    fn proximal_compliance(&self, at: &Self::Configuration, torque_nm: f32) -> Option<f32>;
+
+    /// Compliance 1/K_c with a contact at `k_m` on `phalanx` at the instant of contact (18), radian per newton metre.
+    fn contact_compliance(
+        &self,
+        at: &Self::Configuration,
+        torque_nm: f32,
+        phalanx: u8,
+        k_m: f32,
+    ) -> Option<f32>;
+
+    /// All places that explain a tangent compliance at contact, by bisection (MATH 5, 6): the firmware's solver.
+    fn locate(
+        &self,
+        at: &Self::Configuration,
+        torque_nm: f32,
+        compliance_rad_per_nm: f32,
+    ) -> Inverse;
+
+    /// The same by the stable closed form: what bisection is checked against, and the quicker of the two.
+    fn locate_closed(
+        &self,
+        at: &Self::Configuration,
+        torque_nm: f32,
+        compliance_rad_per_nm: f32,
+    ) -> Inverse;
+
+    /// Starts the path after a contact made at `torque_nm` in equilibrium (tau = 0). None where such a contact would not
+    /// press as the finger closes, or lies off the phalanx.
+    fn path(
+        &self,
+        at: &Self::Configuration,
+        torque_nm: f32,
+        contact: Contact,
+    ) -> Option<Self::Path>;
+
+    /// Follows the path to an input torque. Starts from the last point found, so that rising torques cost little. None
+    /// where the contact is lost, slides off its phalanx, or equilibrium is not found; the path then stays where it was.
+    fn follow(&self, path: &mut Self::Path, torque_nm: f32) -> Option<PathPoint>;
+
+    /// The place of a contact from one finite step: the `k` with which the path of `guess` reaches `torque_nm` with the
+    /// input link turned by `rotation_rad` since contact (MATH 7); also the point reached. `guess` chooses the branch:
+    /// a path started at a candidate of the tangent inverse. None where no such place is found on the phalanx.
+    fn place(
+        &self,
+        guess: &Self::Path,
+        torque_nm: f32,
+        rotation_rad: f32,
+    ) -> Option<(f32, PathPoint)>;
+
+    /// Stiffest place of a phalanx: e_2 (27) and its counterparts with three phalanges, metre; it may lie off the
+    /// phalanx.
+    fn stiffest_m(&self, at: &Self::Configuration, torque_nm: f32, phalanx: u8) -> Option<f32>;
+}
+
+impl<const N: usize, T: Transmission<N>> Mechanics for Finger<N, T>
+where
+    Held<N>: Order,
+{
+    const PHALANGES: usize = N;
+    type Configuration = Configuration<N>;
+    type Path = Path<N>;
+
+    fn rest(&self) -> Self::Configuration {
+        self.rest
+    }
+
+    fn input_angle_rad(&self, at: &Self::Configuration) -> f32 {
+        self.transmission.rotation_rad(at)
+    }
+
+    fn joint_rad(&self, at: &Self::Configuration, joint: u8) -> Option<f32> {
+        at.rad().get(usize::from(joint).checked_sub(1)?).copied()
+    }
+
+    fn phalanx_length_m(&self, phalanx: u8) -> Option<f32> {
+        self.parameters
+            .lengths_m
+            .get(usize::from(phalanx).checked_sub(1)?)
+            .copied()
+    }
+
+    fn free_at_angle(
+        &self,
+        theta_a_rad: f32,
+        near: &Self::Configuration,
+    ) -> Option<Free<Self::Configuration>> {
+        self.follow_angle(theta_a_rad, near)
+    }
+
+    fn free_at_torque(
+        &self,
+        torque_nm: f32,
+        near: &Self::Configuration,
+    ) -> Option<Self::Configuration> {
+        self.preshape(torque_nm, near)
+    }
+
+    fn expected_k_a(&self, free: &Free<Self::Configuration>) -> Option<f32> {
+        self.secant_stiffness(free)
+    }
+
+    fn free_compliance(&self, at: &Self::Configuration, torque_nm: f32) -> Option<f32> {
+        self.free(at, torque_nm)
+    }
+
+    fn proximal_compliance(&self, at: &Self::Configuration, torque_nm: f32) -> Option<f32> {
+        self.held(at, torque_nm)?.proximal()
+    }
+
+    fn contact_compliance(
+        &self,
+        at: &Self::Configuration,
+        torque_nm: f32,
+        phalanx: u8,
+        k_m: f32,
+    ) -> Option<f32> {
+        self.held(at, torque_nm)?.compliance(phalanx, k_m)
+    }
+
+    fn locate(
+        &self,
+        at: &Self::Configuration,
+        torque_nm: f32,
+        compliance_rad_per_nm: f32,
+    ) -> Inverse {
+        self.places(at, torque_nm, compliance_rad_per_nm, Solver::Bisection)
+    }
+
+    fn locate_closed(
+        &self,
+        at: &Self::Configuration,
+        torque_nm: f32,
+        compliance_rad_per_nm: f32,
+    ) -> Inverse {
+        self.places(at, torque_nm, compliance_rad_per_nm, Solver::ClosedForm)
+    }
+
+    fn path(
+        &self,
+        at: &Self::Configuration,
+        torque_nm: f32,
+        contact: Contact,
+    ) -> Option<Self::Path> {
+        self.start(at, torque_nm, contact)
+    }
+
+    fn follow(&self, path: &mut Self::Path, torque_nm: f32) -> Option<PathPoint> {
+        self.continue_to(path, torque_nm)
+    }
+
+    fn place(
+        &self,
+        guess: &Self::Path,
+        torque_nm: f32,
+        rotation_rad: f32,
+    ) -> Option<(f32, PathPoint)> {
+        self.placed(guess, torque_nm, rotation_rad)
+    }
+
+    fn stiffest_m(&self, at: &Self::Configuration, torque_nm: f32, phalanx: u8) -> Option<f32> {
+        self.held(at, torque_nm)?.stiffest_m(phalanx)
+    }
+}
