@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use defmt_decoder::{Locations, Table};
-use object::{Object, ObjectSegment, ObjectSymbol, SymbolKind};
+use object::{Object, ObjectSymbol, SymbolKind};
 
 use crate::Error;
 use crate::chip::FLASH_SIZE;

@@ -111,6 +111,11 @@ impl<'f> Log<'f> {
         Self { firmware, decoder, malformed: 0 }
     }
 
+    /// After a reset the firmware begins a new stream.
+    pub(crate) fn restart(&mut self) {
+        *self = Self { malformed: self.malformed, ..Self::new(self.firmware) };
+    }
+
     pub(crate) fn decode(&mut self, bytes: &[u8], fetched_s: f64) -> Vec<Line> {
         let mut lines = Vec::new();
         let (Some(decoder), Some(table)) = (&mut self.decoder, &self.firmware.table) else {

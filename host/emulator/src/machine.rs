@@ -135,7 +135,7 @@ impl<'f> Machine<'f> {
         self.chip_mut().reset(cause);
         self.engine.refresh_changed()?;
         self.sleep = Sleep::No;
-        self.log = Log { malformed: self.log.malformed, ..Log::new(self.firmware) };
+        self.log.restart();
         self.engine.start()?;
         Ok(())
     }
@@ -273,9 +273,10 @@ impl<'f> Machine<'f> {
     /// The firmware misuses the chip in a way that the emulator does not guess about, or the engine fails.
     pub fn run_until(&mut self, end: Ticks) -> Result<Pause, Error> {
         loop {
+            let limit = end.min(self.next_poll);
             let chip = self.chip_mut();
-            chip.limit = end.min(self.next_poll);
-            self.engine.chip_mut().reschedule();
+            chip.limit = limit;
+            chip.reschedule();
             match self.go()? {
                 Pause::Time if self.now() < end || self.next_poll <= end => {
                     if self.now() >= self.next_poll {

@@ -1,3 +1,4 @@
+//! Draft.
 fn main() {
     let path = std::env::args().nth(1).expect("elf");
     let firmware = palpate_emulator::Firmware::load(path.as_ref()).unwrap();

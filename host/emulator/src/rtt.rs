@@ -58,7 +58,7 @@ impl Rtt {
             return None;
         }
         let descriptor = control + HEADER + if down { ups * CHANNEL } else { 0 };
-        let word = |n| engine.word(descriptor + 4 * n);
+        let word = |n: u32| engine.word(descriptor + 4 * n);
         let channel =
             Channel { descriptor, buffer: word(1)?, size: word(2)?, write: word(3)?, read: word(4)? };
         let valid = channel.buffer != 0 && channel.write < channel.size && channel.read < channel.size;

@@ -39,6 +39,8 @@ mod pin {
     pub(super) const ENCODER: [(usize, u8); 2] = [(0, 6), (0, 7)];
 }
 
+/// How long the core may run fast before boost mode is on.
+const BOOST_GRACE: Ticks = 1000 * TICKS_PER_US;
 /// Longest step of the world while the PWM timer does not set the pace.
 const IDLE_STEP: Ticks = 50 * TICKS_PER_US;
 
@@ -79,6 +81,7 @@ pub struct Chip {
     /// What the pins are wired to.
     pub(crate) world: World,
     next_idle_step: Ticks,
+    unboosted_since: Option<Ticks>,
     /// The next moment at which something happens by itself.
     pub(crate) deadline: Ticks,
     /// An end set from outside.
@@ -109,6 +112,7 @@ impl Chip {
             iwdg: iwdg::Iwdg::new(lsi_hz),
             world: World::new(plant),
             next_idle_step: 0,
+            unboosted_since: None,
             deadline: 0,
             limit: Ticks::MAX,
             reset_request: None,
@@ -231,7 +235,9 @@ impl Chip {
     /// A store of the core into the peripheral space.
     pub(crate) fn write(&mut self, address: u32, size: usize, value: u32) -> Result<(), Misuse> {
         let (device, offset) = self.locate(address & !3)?;
-        if size != 4 {
+        // The registers of timers are 16 bits wide, or may be written as if they were.
+        let narrow = matches!(device, Device::Tim1 | Device::Timer(_)) && size == 2 && address.is_multiple_of(4);
+        if size != 4 && !narrow {
             return Err(Misuse::Width { peripheral: device.name(), offset: offset | address & 3, size });
         }
         let clocks = self.clocks();
@@ -240,7 +246,7 @@ impl Chip {
                 if let Some((register, bits)) = self.rcc.write(offset, value)? {
                     self.reset_devices(register, bits);
                 }
-                self.check_clock()?;
+                self.check_wait_states()?;
             }
             Device::Pwr => self.pwr.write(offset, value)?,
             Device::Flash => {
@@ -314,17 +320,31 @@ impl Chip {
         Ok((device, offset))
     }
 
-    /// The limits of the voltage range and the flash.
-    fn check_clock(&self) -> Result<(), Misuse> {
-        let hertz = crate::time::TICKS_PER_S / self.rcc.bus;
-        let too_fast = |what| Misuse::Unsupported { peripheral: "RCC", register: "CFGR", value: hertz as u32, what };
-        if hertz > 150_000_000 && !self.pwr.boost() {
-            return Err(too_fast("above 150 MHz needs boost mode (PWR.CR5.R1MODE = 0)"));
-        }
+    /// What the flash can follow.
+    fn check_wait_states(&self) -> Result<(), Misuse> {
+        let hertz = self.bus_hertz();
         if hertz > 34_000_000 * (u64::from(self.flash.latency()) + 1) {
-            return Err(too_fast("more flash wait states are needed (FLASH.ACR.LATENCY)"));
+            let what = "more flash wait states are needed (FLASH.ACR.LATENCY)";
+            return Err(Misuse::Unsupported { peripheral: "RCC", register: "CFGR", value: hertz as u32, what });
         }
         Ok(())
+    }
+
+    fn bus_hertz(&self) -> u64 {
+        crate::time::TICKS_PER_S / self.rcc.bus
+    }
+
+    /// Above 150 MHz the core needs boost mode. The switch may come shortly before, or the bit shortly after.
+    fn check_boost(&mut self) {
+        let unsafe_speed = self.bus_hertz() > 150_000_000 && !self.pwr.boost();
+        let since = *self.unboosted_since.get_or_insert(self.now);
+        if !unsafe_speed {
+            self.unboosted_since = None;
+        } else if self.now > since + BOOST_GRACE {
+            let what = "above 150 MHz the core needs boost mode (bit 8, R1MODE, = 0)";
+            let misuse = Misuse::Unsupported { peripheral: "PWR", register: "CR5", value: 0x100, what };
+            self.core.trap.get_or_insert(crate::cortex::Trap::Misuse(misuse));
+        }
     }
 
     fn reset_devices(&mut self, register: u32, bits: u32) {
@@ -486,6 +506,7 @@ impl Chip {
         }
         if self.next_idle_step <= self.now {
             self.sync_world();
+            self.check_boost();
         }
         self.timers.iter_mut().for_each(|timer| timer.settle(clocks));
         if let Some(clock) = self.adc_clock() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! LPUART1 and USART2: bytes in and out at the line's speed, without FIFO or DMA.
+//! LPUART1 and USART2: bytes in and out at the line's speed, through queues of one byte or, with the FIFO on, eight.
 
 use std::collections::VecDeque;
 
@@ -32,6 +32,7 @@ const REGISTERS: &[Register] = &[
 ];
 
 const UE: u32 = 1;
+const FIFOEN: u32 = 1 << 29;
 const RE: u32 = 1 << 2;
 const TE: u32 = 1 << 3;
 const ORE: u32 = 1 << 3;
@@ -48,7 +49,8 @@ pub(crate) struct Uart {
     bank: Bank,
     low_power: bool,
     shifting: Option<(u8, Ticks)>,
-    waiting: Option<u8>,
+    waiting: VecDeque<u8>,
+    received: VecDeque<u8>,
     /// Bytes sent by the firmware.
     pub(crate) sent: Vec<u8>,
     incoming: VecDeque<u8>,
@@ -61,7 +63,8 @@ impl Uart {
             bank: Bank::new(name, REGISTERS),
             low_power,
             shifting: None,
-            waiting: None,
+            waiting: VecDeque::new(),
+            received: VecDeque::new(),
             sent: Vec::new(),
             incoming: VecDeque::new(),
             next_incoming: None,
@@ -71,7 +74,8 @@ impl Uart {
     pub(crate) fn reset(&mut self) {
         self.bank.reset();
         self.shifting = None;
-        self.waiting = None;
+        self.waiting.clear();
+        self.received.clear();
         self.next_incoming = None;
     }
 
@@ -98,11 +102,27 @@ impl Uart {
     }
 
     pub(crate) fn read(&mut self, offset: u32) -> Result<u32, Misuse> {
-        let value = self.bank.read(offset)?;
-        if offset == RDR {
-            self.bank[ISR] &= !RXNE;
+        if offset == RDR
+            && let Some(byte) = self.received.pop_front()
+        {
+            self.bank[RDR] = byte.into();
+            self.update();
         }
-        Ok(value)
+        self.bank.read(offset)
+    }
+
+    /// Entries of the queue on either side of the shift registers.
+    fn depth(&self) -> usize {
+        if self.bank[CR1] & FIFOEN != 0 { 8 } else { 1 }
+    }
+
+    /// Flags that follow the queues.
+    fn update(&mut self) {
+        let room = self.waiting.len() < self.depth();
+        let idle = self.waiting.is_empty() && self.shifting.is_none();
+        let flag = |condition, flag| if condition { flag } else { 0 };
+        let flags = flag(room, TXE) | flag(idle, TC & self.bank[ISR]) | flag(!self.received.is_empty(), RXNE);
+        self.bank[ISR] = self.bank[ISR] & !(TXE | TC | RXNE) | flags;
     }
 
     pub(crate) fn write(&mut self, offset: u32, value: u32, clocks: Clocks) -> Result<(), Misuse> {
@@ -111,25 +131,26 @@ impl Uart {
             ICR => self.bank[ISR] &= !(value & 0x0012_3BFF),
             RQR => {
                 if value & 8 != 0 {
-                    self.bank[ISR] &= !RXNE;
+                    self.received.clear();
                 }
+                self.update();
             }
             TDR => {
-                self.bank[ISR] &= !(TXE | TC);
-                self.waiting = Some(value as u8);
+                if self.waiting.len() < self.depth() {
+                    self.waiting.push_back(value as u8);
+                }
                 self.shift(clocks);
+                self.update();
             }
             CR3 if value & 0xC0 != 0 => {
                 return Err(self.bank.unsupported(CR3, value, "DMA of the serial port is not modelled"));
             }
             CR1 => {
-                if value >> 29 & 1 != 0 {
-                    return Err(self.bank.unsupported(CR1, value, "the FIFO is not modelled"));
-                }
                 self.bank[CR1] = value;
                 let acknowledge = |enable, flag| if value & UE != 0 && value & enable != 0 { flag } else { 0 };
                 let status = self.bank[ISR] & !(TEACK | REACK);
                 self.bank[ISR] = status | acknowledge(TE, TEACK) | acknowledge(RE, REACK);
+                self.update();
                 self.listen(clocks);
             }
             _ => self.bank.write(offset, value)?,
@@ -140,10 +161,9 @@ impl Uart {
     fn shift(&mut self, clocks: Clocks) {
         if self.shifting.is_none()
             && self.bank[CR1] & (UE | TE) == UE | TE
-            && let Some(byte) = self.waiting.take()
+            && let Some(byte) = self.waiting.pop_front()
         {
             self.shifting = Some((byte, clocks.now + self.character(clocks)));
-            self.bank[ISR] |= TXE;
         }
     }
 
@@ -161,15 +181,16 @@ impl Uart {
             if self.shifting.is_none() {
                 self.bank[ISR] |= TC;
             }
+            self.update();
         }
         if self.next_incoming.is_some_and(|at| at <= clocks.now) {
             self.next_incoming = None;
             if let Some(byte) = self.incoming.pop_front() {
-                if self.bank[ISR] & RXNE != 0 {
-                    self.bank[ISR] |= ORE;
+                if self.received.len() < self.depth() {
+                    self.received.push_back(byte);
+                    self.update();
                 } else {
-                    self.bank[RDR] = u32::from(byte);
-                    self.bank[ISR] |= RXNE;
+                    self.bank[ISR] |= ORE;
                 }
             }
             if self.incoming.is_empty() {

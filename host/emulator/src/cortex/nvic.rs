@@ -56,17 +56,8 @@ impl Nvic {
         self.candidate
     }
 
-    /// An enabled exception is pending, whatever runs: what wakes a sleeping core for WFI.
-    pub(crate) fn pending_enabled(&self) -> bool {
-        self.pending & self.enabled != 0
-    }
-
     pub(crate) fn is_pending(&self, exception: u16) -> bool {
         self.pending >> exception & 1 != 0
-    }
-
-    pub(crate) fn is_active(&self, exception: u16) -> bool {
-        self.active >> exception & 1 != 0
     }
 
     /// Level of an interrupt line of a peripheral. A line that rises makes its interrupt pending.

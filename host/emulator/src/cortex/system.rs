@@ -2,7 +2,7 @@
 //! The private peripheral bus: interrupt controller, system control block, SysTick, cycle counter.
 
 use super::nvic::{Bank as Irq, INTERRUPTS, exception};
-use crate::chip::{Bank, Chip, Misuse, Register, ResetCause};
+use crate::chip::{Chip, Misuse, Register, ResetCause};
 
 const CPACR: u32 = 0xD88;
 pub(super) const CFSR: u32 = 0xD28;
