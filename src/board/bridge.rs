@@ -5,9 +5,9 @@ use core::mem::forget;
 
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{AfType, Flex, Level, Output, OutputType, Pull, Speed};
-use embassy_stm32::pac::gpio::vals::Idr;
+use embassy_stm32::pac::gpio::vals::{Idr, Odr};
 use embassy_stm32::pac::timer::vals::{Bkinp, Bkp, Mms2, Ossi, Ossr};
-use embassy_stm32::pac::{GPIOA, GPIOB, RCC, SYSCFG, TIM1};
+use embassy_stm32::pac::{DBGMCU, GPIOA, GPIOB, RCC, SYSCFG, TIM1};
 use embassy_stm32::peripherals::{PA8, PA9, PB5, PB10};
 use embassy_stm32::timer::Channel;
 use embassy_stm32::timer::low_level::{CountingMode, FilterValue, OutputCompareMode, Timer};
@@ -79,6 +79,8 @@ impl Bridge {
             w.set_bkf(0, FilterValue::FCK_INT_N8);
         });
         TIM1.bdtr().modify(|w| w.set_bke(0, true));
+        // A debugger that halts the core stops the timer and with it the outputs.
+        DBGMCU.apb2fzr().modify(|w| w.set_tim1(true));
         RCC.apb2enr().modify(|w| w.set_syscfgen(true));
         SYSCFG.cfgr2().modify(|w| {
             w.set_cll(true);
@@ -145,6 +147,11 @@ pub fn off() {
     TIM1.bdtr().modify(|w| w.set_moe(false));
     TIM1.ccr(0).write(|w| w.set_ccr(0));
     set(GPIOB, SLEEP_PIN, false);
+}
+
+/// Outputs disabled and bridge asleep, as the registers have it.
+pub fn is_off() -> bool {
+    !TIM1.bdtr().read().moe() && GPIOB.odr().read().odr(SLEEP_PIN) == Odr::LOW
 }
 
 /// One pin through the set/reset register: no read, no lost update of its neighbours.

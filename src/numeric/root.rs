@@ -9,13 +9,22 @@
 pub fn sqrt(x: f32) -> f32 {
     #[cfg(target_os = "none")]
     {
-        let root: f32;
-        // SAFETY: reads and writes one FPU register each; no memory, no stack. The result depends on the operand alone
-        // (FPSCR is never changed from its reset value; the sticky exception flags are not read by anything).
+        let mut bits = x.to_bits();
+        // SAFETY: one FPU register, declared as overwritten; no memory, no stack. The result depends on the operand alone
+        // (FPSCR is never changed from its reset value; the sticky exception flags are not read by anything). The operand
+        // goes through a core register because the compiler offers FPU registers for assembly only where the FPU also
+        // knows double precision.
         unsafe {
-            core::arch::asm!("vsqrt.f32 {0}, {1}", out(sreg) root, in(sreg) x, options(pure, nomem, nostack))
+            core::arch::asm!(
+                "vmov s0, {bits}",
+                "vsqrt.f32 s0, s0",
+                "vmov {bits}, s0",
+                bits = inout(reg) bits,
+                out("s0") _,
+                options(pure, nomem, nostack, preserves_flags)
+            )
         };
-        root
+        f32::from_bits(bits)
     }
     #[cfg(not(target_os = "none"))]
     x.sqrt()
