@@ -8,6 +8,7 @@
 //! | [`world`] | the plant at the pins |
 //! | [`firmware`], [`rtt`], [`log`] | the image, the debug probe's ring buffers, decoded log lines |
 //! | [`machine`] | all of it, run in virtual time |
+//! | [`sim`] | simulated grasps: object, script, verdict, trace |
 //!
 //! Nothing here was checked against silicon. Time has the granularity of a straight run of instructions, and
 //! [`time::CYCLES_PER_INSTRUCTION`] is assumed; instruction counts are exact.
@@ -19,6 +20,7 @@ pub mod firmware;
 pub mod log;
 pub mod machine;
 pub mod rtt;
+pub mod sim;
 pub mod time;
 pub mod world;
 
@@ -63,6 +65,9 @@ pub enum Error {
     /// The instruction engine failed.
     #[error("instruction engine: {0:?}")]
     Engine(unicorn_engine::uc_error),
+    /// A trace cannot be written.
+    #[error("cannot write the trace: {0}")]
+    Trace(std::io::Error),
     /// The simulated world refused its parameters.
     #[error("plant: {0}")]
     Plant(#[from] palpate_plant::Error),

@@ -1,17 +1,26 @@
-//! Draft.
-fn main() {
-    let path = std::env::args().nth(1).expect("elf");
-    let firmware = palpate_emulator::Firmware::load(path.as_ref()).unwrap();
-    let setup = palpate_emulator::Setup { watch: std::env::args().skip(2).collect(), ..Default::default() };
-    let mut machine = palpate_emulator::Machine::new(&firmware, None, &setup).unwrap();
-    let start = std::time::Instant::now();
-    for ms in 1..=3000u64 {
-        match machine.run_until(ms * palpate_emulator::time::TICKS_PER_MS) {
-            Ok(palpate_emulator::Pause::Time) => {}
-            Ok(other) => println!("{other:?}"),
-            Err(e) => { println!("{e}"); break; }
-        }
-        for line in machine.take_lines() { println!("{line}"); }
-    }
-    println!("{} s in {:?} {:?} {:#?} {:?} stack {:?}", machine.time_s(), start.elapsed(), machine.account().total(), machine.account().exceptions(), machine.account().functions(), machine.stack_used());
+// SPDX-License-Identifier: GPL-2.0-only
+//! `palpate-emulator`: runs the firmware image without a board.
+
+mod command;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+/// Runs the firmware image on an emulated STM32G431RB against a simulated finger.
+#[derive(Parser)]
+#[command(name = "palpate-emulator", version)]
+enum Command {
+    /// Close the simulated finger on an object and print the log
+    Sim(command::sim::Options),
+}
+
+fn main() -> ExitCode {
+    let result = match Command::parse() {
+        Command::Sim(options) => command::sim::run(&options),
+    };
+    result.unwrap_or_else(|error| {
+        eprintln!("error: {error}");
+        command::exit_code(&error)
+    })
 }

@@ -24,14 +24,14 @@ pub struct World {
     pub(crate) pins: Pins,
     synced: Ticks,
     pub(crate) wires: Wires,
-    /// When the bridge last stopped driving the motor, and when it last began.
-    pub(crate) drive_ended: Option<Ticks>,
-    pub(crate) drive_began: Option<Ticks>,
+    /// When the bridge was last switched off, and when it was last switched on.
+    off_since: Option<Ticks>,
+    on_since: Option<Ticks>,
 }
 
-/// The bridge pushes current through the motor.
-pub(crate) fn driving(pins: &Pins) -> bool {
-    pins.awake && pins.outputs_enabled && pins.duty > 0.0
+/// The bridge is awake and its timer drives it, if only to brake.
+fn powered(pins: &Pins) -> bool {
+    pins.awake && pins.outputs_enabled
 }
 
 impl World {
@@ -41,8 +41,8 @@ impl World {
             pins: Pins::default(),
             synced: 0,
             wires: Wires::default(),
-            drive_ended: None,
-            drive_began: None,
+            off_since: None,
+            on_since: None,
         }
     }
 
@@ -62,12 +62,36 @@ impl World {
             return;
         }
         self.sync(now);
-        match (driving(&self.pins), driving(&pins)) {
-            (true, false) => self.drive_ended = Some(now),
-            (false, true) => self.drive_began = Some(now),
+        match (powered(&self.pins), powered(&pins)) {
+            (true, false) => self.off_since = Some(now),
+            (false, true) => self.on_since = Some(now),
             _ => {}
         }
         self.pins = pins;
+    }
+
+    /// What the chip asks of the bridge.
+    #[must_use]
+    pub fn pins(&self) -> &Pins {
+        &self.pins
+    }
+
+    /// The bridge is awake and its timer drives it.
+    #[must_use]
+    pub fn bridge_on(&self) -> bool {
+        powered(&self.pins)
+    }
+
+    /// When the bridge was last switched off; later than the last time it was switched on if it is off now.
+    #[must_use]
+    pub fn bridge_off_since(&self) -> Option<Ticks> {
+        self.off_since
+    }
+
+    /// When the bridge was last switched on.
+    #[must_use]
+    pub fn bridge_on_since(&self) -> Option<Ticks> {
+        self.on_since
     }
 
     /// Edges that reached the timer's quadrature decoder.
@@ -106,12 +130,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn notes_when_the_bridge_stops_driving() {
+    fn notes_when_the_bridge_is_switched() {
         let mut world = World::new(None);
         let on = Pins { outputs_enabled: true, awake: true, duty: 0.3, closing: true };
         world.set_pins(on, 10);
+        assert!(world.bridge_on());
         world.set_pins(Pins { duty: 0.0, ..on }, 20);
+        assert_eq!(world.bridge_off_since(), None, "braking is not off");
         world.set_pins(Pins { awake: false, ..on }, 30);
-        assert_eq!((world.drive_began, world.drive_ended), (Some(10), Some(20)));
+        assert_eq!((world.bridge_on_since(), world.bridge_off_since()), (Some(10), Some(30)));
     }
 }
