@@ -66,6 +66,7 @@ pub fn done(outcome: Outcome) {
     let verdict = match outcome {
         Outcome::Contact => "contact",
         Outcome::NoContact => "no-contact",
+        Outcome::NotRecorded => "not-recorded",
         Outcome::Complete => "complete",
         Outcome::Stopped => "stopped",
     };
@@ -117,6 +118,7 @@ fn why_not(why: NotLocated) -> &'static str {
         NotLocated::Gap => "gap",
         NotLocated::TooStiff => "too-stiff",
         NotLocated::TooFewSamples => "too-few-samples",
+        NotLocated::Unexplained => "unexplained",
     }
 }
 
@@ -146,6 +148,9 @@ pub fn event(event: &Event) {
             residual_nm * MILLI,
             coverage
         ),
+        Event::FrictionNotRecorded { coverage } => {
+            warn!("friction-not-recorded coverage={=f32}", coverage)
+        }
         Event::FrictionStale { misfit_nm } => {
             warn!("friction-stale misfit_mnm={=f32}", misfit_nm * MILLI)
         }
