@@ -2,12 +2,12 @@
 
 use crate::outcome::verdict;
 use crate::{Board, Machine, Outcome, Row, Slow};
+use palpate::app::command::{Calibrate, Command};
 use palpate::drive::config::OutOfRange;
-use palpate::drive::convert::Scale;
-use palpate::drive::sequence::{Refused, Request, State};
+use palpate::drive::sequence::{Refused, State};
 use palpate::finger::ConfigError;
 use palpate::scene::{Linkage3, P70, Scene, Tendon2, Tendon3};
-use palpate::sensing::{Calibration, Directive};
+use palpate::sensing::Calibration;
 use palpate_plant::{FingerKind, Grasp, Parameters, Plant, Shape};
 
 /// A scene with its simulated counterpart.
@@ -67,9 +67,8 @@ impl<S: Simulated> Rig<S> {
     /// A parameter out of range.
     pub fn new(parameters: &Parameters, seed: u64) -> Result<Self, Error> {
         let plant = Plant::new(parameters, S::FINGER, &Grasp::Free, seed)?;
-        let scale = Scale::new(&S::DRIVE).map_err(Error::Drive)?;
-        let slow = Slow::new(scale).map_err(Error::Finger)?;
-        let machine = Machine::new(Board::new(plant), &S::DRIVE, slow).map_err(Error::Drive)?;
+        let machine =
+            Machine::new(Board::new(plant), &S::DRIVE, Slow::new()?).map_err(Error::Drive)?;
         Ok(Self {
             machine,
             traced: false,
@@ -89,12 +88,19 @@ impl<S: Simulated> Rig<S> {
     /// What the sensing knows of torque factor and cable.
     #[must_use]
     pub fn calibration(&self) -> &Calibration {
-        self.machine.slow.sensor.calibration()
+        self.machine.slow.sensor().calibration()
     }
 
-    /// The slow loop, for settings and records.
+    /// The slow loop, for commands that are no motion, and to look at.
     pub fn slow(&mut self) -> &mut Slow<S> {
         &mut self.machine.slow
+    }
+
+    /// Lets time pass.
+    pub fn idle(&mut self, seconds: f64) {
+        for _ in 0..Machine::<Slow<S>>::samples(seconds) {
+            self.machine.until_sample();
+        }
     }
 
     /// Offset, homing, and friction recorded on a free closing and opening.
@@ -103,7 +109,7 @@ impl<S: Simulated> Rig<S> {
     /// The sequence refused.
     pub fn prepare(&mut self) -> Result<Outcome, Error> {
         self.machine.board.plant.place(&Grasp::Free)?;
-        self.motion(Request::RecordFriction, Directive::Watch)
+        self.motion(Command::RecordFriction)
     }
 
     /// Closes on an object (or on nothing), probes and holds. The finger stays closed on a contact.
@@ -112,7 +118,7 @@ impl<S: Simulated> Rig<S> {
     /// The object cannot be there; the sequence refused.
     pub fn close(&mut self, grasp: &Grasp) -> Result<Outcome, Error> {
         self.machine.board.plant.place(grasp)?;
-        self.motion(Request::Close, Directive::Watch)
+        self.motion(Command::Close)
     }
 
     /// Opens; the object is taken away afterwards.
@@ -120,21 +126,21 @@ impl<S: Simulated> Rig<S> {
     /// # Errors
     /// The sequence refused.
     pub fn open(&mut self) -> Result<Outcome, Error> {
-        let outcome = self.motion(Request::Open, Directive::Watch)?;
+        let outcome = self.motion(Command::Open)?;
         self.machine.board.plant.place(&Grasp::Free)?;
         Ok(outcome)
     }
 
-    /// Closes on a pin of 6 mm at a known place, learns from it, opens.
+    /// Closes on a pin of 6 mm at a known place of the distal phalanx, learns from it, opens.
     ///
     /// # Errors
     /// No such place; the sequence refused.
-    pub fn calibrate(&mut self, phalanx: u8, k_m: f32, theta_1_rad: f64) -> Result<Outcome, Error> {
+    pub fn calibrate(&mut self, k_m: f32, theta_1_rad: f64) -> Result<Outcome, Error> {
         let pin = Shape::Cylinder { diameter_m: 6e-3 };
-        let grasp = Grasp::touching(phalanx, k_m.into(), theta_1_rad, pin);
+        let grasp = Grasp::touching(S::PHALANGES, k_m.into(), theta_1_rad, pin);
         self.machine.board.plant.place(&grasp)?;
-        let outcome = self.motion(Request::Close, Directive::Calibrate { phalanx, k_m })?;
-        self.open()?;
+        let outcome = self.motion(Command::Calibrate(Calibrate::At { k_m }))?;
+        self.machine.board.plant.place(&Grasp::Free)?;
         Ok(outcome)
     }
 
@@ -144,21 +150,17 @@ impl<S: Simulated> Rig<S> {
     /// The sequence refused.
     pub fn press(&mut self) -> Result<Outcome, Error> {
         self.machine.board.plant.place(&Grasp::Free)?;
-        self.motion(Request::Press, Directive::CalibrateCable)
+        self.motion(Command::Calibrate(Calibrate::Cable))
     }
 
     /// A motion until the sequence rests again, and what it showed.
     ///
     /// # Errors
     /// The sequence refused.
-    pub fn motion(&mut self, request: Request, closing: Directive) -> Result<Outcome, Error> {
+    pub fn motion(&mut self, command: Command) -> Result<Outcome, Error> {
         let machine = &mut self.machine;
-        machine.slow.events.clear();
-        machine.slow.fault = None;
-        machine
-            .slow
-            .request(request, closing)
-            .map_err(Error::Refused)?;
+        machine.slow.begin();
+        machine.slow.command(command)?;
         let mut trace = Vec::new();
         let mut left = Machine::<Slow<S>>::samples(LONGEST_S);
         let mut started = false;
@@ -184,6 +186,7 @@ impl<S: Simulated> Rig<S> {
             first_contact: truth.first_contact,
             fault: machine.slow.fault,
             events,
+            samples: std::mem::take(&mut machine.slow.samples),
             truth,
             trace,
         })
@@ -199,8 +202,8 @@ pub struct Scenario {
     pub grasp: Grasp,
     /// Seed of everything random.
     pub seed: u64,
-    /// Press on the stop, and contacts at these places (phalanx, metre) first.
-    pub calibrate: Vec<(u8, f32)>,
+    /// Press on the stop, and contacts at these places of the distal phalanx (metre) first.
+    pub calibrate: Vec<f32>,
     /// Keep the samples of the closing.
     pub traced: bool,
 }
@@ -215,9 +218,9 @@ pub fn run<S: Simulated>(scenario: &Scenario) -> Result<Outcome, Error> {
     if last.fault.is_none() && !scenario.calibrate.is_empty() {
         last = rig.press()?;
     }
-    for &(phalanx, k_m) in &scenario.calibrate {
+    for &k_m in &scenario.calibrate {
         if last.fault.is_none() {
-            last = rig.calibrate(phalanx, k_m, MIDDLE_RAD)?;
+            last = rig.calibrate(k_m, MIDDLE_RAD)?;
         }
     }
     if last.fault.is_some() {

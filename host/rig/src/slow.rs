@@ -1,26 +1,27 @@
-//! The slow loop of the simulation: motion sequence and sensing, each told what the other found.
+//! The slow loop of the simulation: the firmware's own two halves, motion and sensing, called as its tasks call them.
 
-use crate::{Simulated, SlowLoop};
-use palpate::drive::convert::Scale;
+use crate::{Error, Simulated, SlowLoop};
+use palpate::app::command::Command;
+use palpate::app::conduct::Conduct;
+use palpate::app::sense::{Order, Sense, notice};
+use palpate::app::settings::Overrides;
 use palpate::drive::demand::{Demand, Status};
 use palpate::drive::fault::Fault;
-use palpate::drive::sequence::{Notice, Refused, Request, Sequence, State};
-use palpate::finger::ConfigError;
+use palpate::drive::sequence::{Notice, State};
 use palpate::sample::Sample;
-use palpate::sensing::{Directive, Event, NoHall, Sensor};
+use palpate::sensing::{Directive, Event, Sensor};
 
-/// Sequence, sensor, and what they said.
+/// Both halves, and what they said.
 #[derive(Clone, Debug)]
 pub struct Slow<S: Simulated> {
-    /// Sensing.
-    pub sensor: Sensor<S::Finger, NoHall>,
+    sense: Sense<S>,
+    conduct: Conduct<S>,
     /// Events with the time they were told, microseconds since reset.
     pub events: Vec<(u64, Event)>,
+    /// Samples with what each was good for.
+    pub samples: Vec<(Directive, Sample)>,
     /// First fault since it was last taken.
     pub fault: Option<Fault>,
-    sequence: Sequence,
-    /// What a closing is for.
-    closing: Directive,
     directive: Directive,
     notice: Option<Notice>,
 }
@@ -29,70 +30,66 @@ impl<S: Simulated> Slow<S> {
     /// A slow loop at rest, without calibration or friction record.
     ///
     /// # Errors
-    /// The scene's finger is not valid.
-    pub fn new(scale: Scale) -> Result<Self, ConfigError> {
-        let finger = S::finger()?;
-        let drivetrain = S::drivetrain(&finger);
+    /// The scene is not valid.
+    pub fn new() -> Result<Self, Error> {
         Ok(Self {
-            sensor: Sensor::new(finger, drivetrain, S::settings(), S::UNCALIBRATED),
+            sense: Sense::new().map_err(Error::Finger)?,
+            conduct: Conduct::new(Overrides::default()).map_err(Error::Drive)?,
             events: Vec::new(),
+            samples: Vec::new(),
             fault: None,
-            sequence: Sequence::new(S::MOTION, scale),
-            closing: Directive::Watch,
             directive: Directive::Rest,
             notice: None,
         })
     }
 
-    /// Asks for a motion, with what a closing in it is for.
+    /// What a user would type.
     ///
     /// # Errors
     /// The sequence is busy or faulted.
-    pub fn request(&mut self, request: Request, closing: Directive) -> Result<(), Refused> {
-        self.closing = closing;
-        self.sequence.request(request)
+    pub fn command(&mut self, command: Command) -> Result<(), Error> {
+        self.conduct.command(command).map_err(Error::Refused)?;
+        Ok(())
+    }
+
+    /// The sensing, to look at.
+    #[must_use]
+    pub fn sensor(&self) -> &Sensor<S::Finger> {
+        self.sense.sensor()
     }
 
     /// Where the sequence is.
     #[must_use]
     pub fn state(&self) -> State {
-        self.sequence.state()
+        self.conduct.state()
+    }
+
+    /// Forgets what was said and sampled before.
+    pub fn begin(&mut self) {
+        self.events.clear();
+        self.samples.clear();
+        self.fault = None;
     }
 }
 
 impl<S: Simulated> SlowLoop for Slow<S> {
     fn sample(&mut self, sample: &Sample, status: &Status) -> Demand {
-        if let Some(event) = self.sensor.update(sample) {
+        self.samples.push((self.directive, *sample));
+        if let Some(event) = self.sense.sample(sample) {
             self.events.push((sample.time_us, event));
+            self.conduct.hear(&event, status);
             self.notice = notice(&event).or(self.notice);
         }
-        let advance = self
-            .sequence
+        let conducted = self
+            .conduct
             .advance(sample.time_us, status, self.notice.take());
-        self.fault = self.fault.or(advance.fault);
-        let directive = match self.sequence.state() {
-            State::RecordClosing | State::RecordOpening => Directive::RecordFriction,
-            State::Close | State::Probe => self.closing,
-            _ => Directive::Rest,
-        };
-        if directive != self.directive {
-            self.directive = directive;
-            self.sensor.direct(directive);
+        self.fault = self.fault.or(conducted.advance.fault);
+        if let Some(order) = conducted.order {
+            if let Order::Direct(directive) = order {
+                self.directive = directive;
+            }
+            self.sense.order(order);
         }
-        advance.demand
-    }
-}
-
-/// What an event means to the sequence.
-fn notice(event: &Event) -> Option<Notice> {
-    match event {
-        Event::Touch { .. } => Some(Notice::Touched),
-        Event::FrictionRecorded { .. } => Some(Notice::FrictionKnown),
-        Event::FrictionStale { .. } => Some(Notice::FrictionUnknown),
-        Event::Located { settled, .. } | Event::Ambiguous { settled, .. } => {
-            settled.then_some(Notice::Settled)
-        }
-        Event::NotLocated { .. } => Some(Notice::Settled),
-        _ => None,
+        conducted.advance.demand
     }
 }
