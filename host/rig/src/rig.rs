@@ -121,14 +121,14 @@ impl<S: Simulated> Rig<S> {
         self.motion(Command::Close)
     }
 
-    /// Opens; the object is taken away afterwards.
+    /// Takes the object out of the hand, then opens. (An object that has slipped past the fingertip would jam the opening
+    /// finger from behind.)
     ///
     /// # Errors
     /// The sequence refused.
     pub fn open(&mut self) -> Result<Outcome, Error> {
-        let outcome = self.motion(Command::Open)?;
         self.machine.board.plant.place(&Grasp::Free)?;
-        Ok(outcome)
+        self.motion(Command::Open)
     }
 
     /// Closes on a pin of 6 mm at a known place of the distal phalanx, learns from it, opens.
