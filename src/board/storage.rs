@@ -17,6 +17,7 @@ use embedded_storage_async::nor_flash::{
 };
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
+use static_cell::StaticCell;
 
 use super::{bridge, control};
 
@@ -158,7 +159,7 @@ impl NorFlash for Region {
 /// The records.
 pub struct Storage {
     map: MapStorage<u8, Region, Cache<Uncached, Uncached, Uncached, u8>>,
-    buffer: [u8; BUFFER_BYTES],
+    buffer: &'static mut [u8; BUFFER_BYTES],
 }
 
 impl Storage {
@@ -166,22 +167,24 @@ impl Storage {
     pub fn new(flash: Peri<'static, peripherals::FLASH>) -> Self {
         let linked = (&raw const _storage_start) as u32..(&raw const _storage_end) as u32;
         assert!(linked == RANGE, "memory.x and storage.rs disagree");
+        // Outside the struct: this moves through the stack on its way into its task.
+        static BUFFER: StaticCell<[u8; BUFFER_BYTES]> = StaticCell::new();
         let flash = Flash::new_blocking(flash);
         let config = const { MapConfig::new(RANGE) };
         Self {
             map: MapStorage::new(Region { flash }, config, Cache::new_uncached()),
-            buffer: [0; BUFFER_BYTES],
+            buffer: BUFFER.init([0; BUFFER_BYTES]),
         }
     }
 
     /// Last record saved under `key`, if there is one whose checksum holds.
     pub async fn load(&mut self, key: u8) -> Result<Option<&[u8]>, Error> {
-        Ok(self.map.fetch_item::<&[u8]>(&mut self.buffer, &key).await?)
+        Ok(self.map.fetch_item::<&[u8]>(self.buffer, &key).await?)
     }
 
     /// Saves a record: after a power cut at any moment the old one is there, or the new one, whole.
     pub async fn save(&mut self, key: u8, record: &[u8]) -> Result<(), Error> {
-        Ok(self.map.store_item(&mut self.buffer, &key, &record).await?)
+        Ok(self.map.store_item(self.buffer, &key, &record).await?)
     }
 
     /// Forgets all records.
