@@ -3,15 +3,16 @@
 //!
 //! The chip has one bank: while it erases (25 ms at most) or programs, the core stalls on every fetch from flash, and
 //! the control interrupt with it. So nothing is written unless the bridge is off, and the control interrupt is masked
-//! for the duration of one operation; between two operations everything runs.
+//! for the duration of one operation; between two operations everything runs, long enough for all to report to the
+//! watchdog.
 
 use core::ops::Range;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-use embassy_futures::yield_now;
 use embassy_stm32::flash::{Blocking, Error as FlashError, Flash, MAX_ERASE_SIZE, WRITE_SIZE};
 use embassy_stm32::pac::FLASH;
 use embassy_stm32::{Peri, peripherals};
+use embassy_time::{Duration, Timer};
 use embedded_storage_async::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
@@ -29,6 +30,9 @@ unsafe extern "C" {
     static _storage_start: u8;
     static _storage_end: u8;
 }
+
+/// Pause after an operation: two samples.
+const BREATH: Duration = Duration::from_millis(2);
 
 /// Records ask for this much: the longest one, its key and rounding to the flash word.
 pub const BUFFER_BYTES: usize = 1024;
@@ -114,7 +118,7 @@ impl Region {
                 Err(Error::BridgeOn)
             }
         };
-        yield_now().await;
+        Timer::after(BREATH).await;
         result
     }
 }
