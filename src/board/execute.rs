@@ -6,8 +6,8 @@ use palpate::app::decimal::Decimal;
 use palpate::app::kept::{Kept, mark};
 use palpate::app::record::{RecordError, decode, encode};
 use palpate::app::sense::Sense;
-use palpate::app::settings::Setting;
-use palpate::drive::sequence::Refused;
+use palpate::app::settings::{Overrides, Setting};
+use palpate::drive::sequence::{Notice, Refused};
 use palpate::scene::Active;
 
 use super::console::{self, Speaker};
@@ -18,28 +18,43 @@ use super::{control, telemetry};
 /// Key of the one record.
 const RECORD: u8 = 1;
 
-/// What was found in flash at start.
+/// What the record, if there is one, says.
 pub enum Found {
     /// Nothing was ever saved.
     Nothing,
-    /// A whole record of this scene.
-    Record(Kept),
+    /// A whole record of this scene; sensing has taken over its part.
+    Restored {
+        /// What the user has set.
+        overrides: Overrides,
+        /// Whether friction is known.
+        notice: Notice,
+    },
     /// Something that must not be used.
     Unusable,
 }
 
-/// Reads the record and says so in the log.
-pub async fn load(storage: &mut Storage) -> Found {
+/// Reads the record, hands it over, and says so in the log.
+pub async fn load(storage: &mut Storage, sense: &'static Shared<Sense<Active>>) -> Found {
     let (found, what) = match storage.load(RECORD).await {
         Ok(None) => (Found::Nothing, "none"),
-        Ok(Some(bytes)) => match decode::<Kept>(bytes, mark::<Active>()) {
-            Ok(kept) => (Found::Record(kept), "loaded"),
-            Err(error) => (Found::Unusable, why(error)),
-        },
+        Ok(Some(bytes)) => restore(bytes, sense),
         Err(error) => (Found::Unusable, error.name()),
     };
     telemetry::record(what, storage::bad_words());
     found
+}
+
+/// Apart from [`load`], so that the record lies on the stack for the moment only.
+#[inline(never)]
+fn restore(bytes: &[u8], sense: &'static Shared<Sense<Active>>) -> (Found, &'static str) {
+    match decode::<Kept>(bytes, mark::<Active>()) {
+        Ok(kept) => {
+            let overrides = kept.overrides;
+            let notice = sense.lock(|sense| sense.borrow_mut().restore(&kept));
+            (Found::Restored { overrides, notice }, "loaded")
+        }
+        Err(error) => (Found::Unusable, why(error)),
+    }
 }
 
 fn why(error: RecordError) -> &'static str {
@@ -77,9 +92,13 @@ pub async fn execute(
         match effect {
             Err(refused) => refuse(&mut speaker, refused).await,
             Ok(Effect::Accepted) => speaker.answer(format_args!("ok")).await,
-            Ok(Effect::Set { at_restart: false }) => speaker.answer(format_args!("ok; save keeps it")).await,
+            Ok(Effect::Set { at_restart: false }) => {
+                speaker.answer(format_args!("ok; save keeps it")).await
+            }
             Ok(Effect::Set { at_restart: true }) => {
-                speaker.answer(format_args!("ok; acts after save and a restart")).await;
+                speaker
+                    .answer(format_args!("ok; acts after save and a restart"))
+                    .await;
             }
             Ok(Effect::Help) => help(&mut speaker).await,
             Ok(Effect::Status) => status(&mut speaker, conduct).await,
@@ -100,22 +119,37 @@ async fn refuse(speaker: &mut Speaker, refused: Refused) {
     match refused {
         Refused::Faulted(fault) => {
             speaker
-                .answer(format_args!("refused: fault {}; {} Then clear.", fault.name(), fault.remedy()))
+                .answer(format_args!(
+                    "refused: fault {}; {} Then clear.",
+                    fault.name(),
+                    fault.remedy()
+                ))
                 .await;
         }
         Refused::Busy(state) => {
             speaker
-                .answer(format_args!("refused: in state {}; stop first", state.name()))
+                .answer(format_args!(
+                    "refused: in state {}; stop first",
+                    state.name()
+                ))
                 .await;
         }
-        Refused::NoFault => speaker.answer(format_args!("refused: there is no fault")).await,
+        Refused::NoFault => {
+            speaker
+                .answer(format_args!("refused: there is no fault"))
+                .await
+        }
     }
 }
 
 async fn written(speaker: &mut Speaker, done: &str, result: Result<(), storage::Error>) {
     match result {
         Ok(()) => speaker.answer(format_args!("{done}")).await,
-        Err(error) => speaker.answer(format_args!("failed: {}", error.name())).await,
+        Err(error) => {
+            speaker
+                .answer(format_args!("failed: {}", error.name()))
+                .await
+        }
     }
 }
 
@@ -125,11 +159,21 @@ async fn save(
     conduct: &'static Shared<Conduct<Active>>,
 ) -> Result<(), storage::Error> {
     let overrides = conduct.lock(|conduct| *conduct.borrow().overrides());
-    let mut record = [0; storage::RECORD_BYTES];
-    let bytes = sense
-        .lock(|sense| encode(&sense.borrow().keep(overrides), mark::<Active>(), &mut record))
-        .map_err(|_| storage::Error::Layout)?;
-    storage.save(RECORD, bytes).await
+    storage
+        .save(RECORD, |buffer| write_record(sense, overrides, buffer))
+        .await
+}
+
+/// Apart from [`save`], so that the record lies on the stack for the moment only.
+#[inline(never)]
+fn write_record(
+    sense: &'static Shared<Sense<Active>>,
+    overrides: Overrides,
+    buffer: &mut [u8],
+) -> Option<usize> {
+    let kept = sense.lock(|sense| sense.borrow().keep(overrides));
+    let written = encode(&kept, mark::<Active>(), buffer).ok()?;
+    Some(written.len())
 }
 
 async fn help(speaker: &mut Speaker) {
@@ -144,7 +188,10 @@ async fn show(speaker: &mut Speaker, conduct: &'static Shared<Conduct<Active>>) 
         let value = Decimal(row.to_user(value));
         let (min, max) = (Decimal(row.min), Decimal(row.max));
         speaker
-            .answer(format_args!("{} {value} {} ({min} to {max})", row.name, row.unit))
+            .answer(format_args!(
+                "{} {value} {} ({min} to {max})",
+                row.name, row.unit
+            ))
             .await;
     }
 }

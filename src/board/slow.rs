@@ -83,7 +83,8 @@ pub async fn sequence(
                 let _ = conduct.command(Command::Stop);
             } else if pressed {
                 // What the button means now is never refused either.
-                let _ = conduct.command(meaning(conduct.state()));
+                let command = meaning(conduct.state());
+                let _ = conduct.command(command);
             }
             conduct.advance(
                 Instant::now().as_micros(),

@@ -17,7 +17,7 @@ use embedded_storage_async::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
 use sequential_storage::cache::{Cache, Uncached};
-use sequential_storage::map::{MapConfig, MapStorage};
+use sequential_storage::map::{MapConfig, MapStorage, SerializationError, Value};
 use static_cell::StaticCell;
 
 use super::{bridge, control};
@@ -34,8 +34,8 @@ unsafe extern "C" {
 /// Pause after an operation: two samples.
 const BREATH: Duration = Duration::from_millis(2);
 
-/// Records ask for this much: the longest one, its key and rounding to the flash word.
-pub const BUFFER_BYTES: usize = 1024;
+/// Longest record with its key, rounded up to the flash word. A page holds 2,016 bytes.
+const BUFFER_BYTES: usize = 1536;
 
 /// Why a record was not read or written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -186,13 +186,35 @@ impl Storage {
         Ok(self.map.fetch_item::<&[u8]>(self.buffer, &key).await?)
     }
 
-    /// Saves a record: after a power cut at any moment the old one is there, or the new one, whole.
-    pub async fn save(&mut self, key: u8, record: &[u8]) -> Result<(), Error> {
-        Ok(self.map.store_item(self.buffer, &key, &record).await?)
+    /// Saves the record that `encode` writes, of as many bytes as it says (`None`: it does not fit): after a power cut at
+    /// any moment the old record is there, or the new one, whole.
+    pub async fn save(
+        &mut self,
+        key: u8,
+        encode: impl Fn(&mut [u8]) -> Option<usize>,
+    ) -> Result<(), Error> {
+        Ok(self
+            .map
+            .store_item(self.buffer, &key, &Encoder(encode))
+            .await?)
     }
 
     /// Forgets all records.
     pub async fn erase(&mut self) -> Result<(), Error> {
         Ok(self.map.erase_all().await?)
+    }
+}
+
+/// Lets a record be written straight into the storage crate's buffer.
+struct Encoder<F>(F);
+
+impl<'a, F: Fn(&mut [u8]) -> Option<usize>> Value<'a> for Encoder<F> {
+    fn serialize_into(&self, buffer: &mut [u8]) -> Result<usize, SerializationError> {
+        (self.0)(buffer).ok_or(SerializationError::BufferTooSmall)
+    }
+
+    fn deserialize_from(_: &'a [u8]) -> Result<(Self, usize), SerializationError> {
+        // Records are read as bytes.
+        Err(SerializationError::InvalidFormat)
     }
 }
