@@ -1,7 +1,8 @@
 //! The H-bridge: TIM1 makes EN on PA8 (PH/EN mode), PA9 is PH, PB5 is nSLEEP, PB10 is nFAULT and stops the timer's
 //! outputs in hardware.
 
-use core::mem::forget;
+use core::mem::{MaybeUninit, forget};
+use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{AfType, Flex, Level, Output, OutputType, Pull, Speed};
@@ -34,6 +35,21 @@ const FAULT_PIN: usize = 10;
 /// Centre-aligned counting makes two update events a PWM period; the repetition counter lets through one a control
 /// period: five PWM periods.
 const REPETITION: u16 = (2 * PWM_HZ / CONTROL_HZ - 1) as u16;
+
+/// Whether the bridge was on, in RAM that survives a reset: a reset by a dip of the supply leaves no other trace.
+#[unsafe(link_section = ".uninit.live")]
+static LIVE: MaybeUninit<AtomicU32> = MaybeUninit::uninit();
+const LIVE_MARK: u32 = 0x11FE_B41D;
+
+fn live() -> &'static AtomicU32 {
+    // SAFETY: any bits are a value of this type.
+    unsafe { LIVE.assume_init_ref() }
+}
+
+/// Whether the last run ended with the bridge on. Call once, before the bridge is set up.
+pub fn take_was_live() -> bool {
+    live().swap(0, Ordering::Relaxed) == LIVE_MARK
+}
 
 /// The bridge, armed or not. It belongs to the control interrupt.
 pub struct Bridge {
@@ -126,6 +142,7 @@ impl Bridge {
             return;
         }
         self.armed = true;
+        live().store(LIVE_MARK, Ordering::Relaxed);
         set(GPIOB, SLEEP_PIN, true);
         // Status bits are cleared by writing zero; ones leave the others alone.
         TIM1.sr().write(|w| {
@@ -147,6 +164,7 @@ pub fn off() {
     TIM1.bdtr().modify(|w| w.set_moe(false));
     TIM1.ccr(0).write(|w| w.set_ccr(0));
     set(GPIOB, SLEEP_PIN, false);
+    live().store(0, Ordering::Relaxed);
 }
 
 /// Outputs disabled and bridge asleep, as the registers have it.

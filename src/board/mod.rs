@@ -16,6 +16,7 @@ mod crash;
 mod encoder;
 #[cfg(feature = "fault-injection")]
 mod inject;
+mod last_run;
 mod log;
 mod reset;
 mod sampling;
@@ -70,7 +71,10 @@ fn start(spawner: Spawner) {
     clock::watch_crystal();
     interrupt::TIM2.set_priority(Priority::P8);
     interrupt::LPUART1.set_priority(Priority::P10);
-    report_last_run();
+    telemetry::boot(Active::NAME);
+    if let Some(fault) = last_run::report() {
+        telemetry::fault(fault);
+    }
 
     let bridge = bridge::Bridge::new(
         p.TIM1,
@@ -96,19 +100,6 @@ fn start(spawner: Spawner) {
     spawner.spawn(execute(console::Speaker::new(tx), storage).expect("first"));
     spawner.spawn(sense(samples).expect("first"));
     spawner.spawn(sequence(led, button).expect("first"));
-}
-
-fn report_last_run() {
-    telemetry::boot(Active::NAME);
-    let reset = reset::take();
-    let missing = watchdog::take_reports();
-    telemetry::reset(reset);
-    if let (reset::Reset::Watchdog, Some(missing)) = (reset, missing) {
-        telemetry::watchdog(missing);
-    }
-    if let Some(crash) = crash::take() {
-        telemetry::crash(&crash);
-    }
 }
 
 #[embassy_executor::task]

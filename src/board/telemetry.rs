@@ -117,6 +117,7 @@ fn why_not(why: NotLocated) -> &'static str {
         NotLocated::Gap => "gap",
         NotLocated::TooStiff => "too-stiff",
         NotLocated::TooFewSamples => "too-few-samples",
+        NotLocated::Unexplained => "unexplained",
     }
 }
 
@@ -146,6 +147,9 @@ pub fn event(event: &Event) {
             residual_nm * MILLI,
             coverage
         ),
+        Event::FrictionNotRecorded { coverage } => {
+            warn!("friction-not-recorded coverage={=f32}", coverage)
+        }
         Event::FrictionStale { misfit_nm } => {
             warn!("friction-stale misfit_mnm={=f32}", misfit_nm * MILLI)
         }

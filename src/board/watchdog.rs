@@ -7,6 +7,7 @@
 //! earliest bite. The other way round: a task that hangs with the motor live is reset after at most
 //! 10 ms (its last report may be that old) + 108.5 ms.
 
+use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_stm32::Peri;
@@ -38,7 +39,12 @@ const MARK: u32 = 0x5EED_F0A0;
 
 /// Reports since the last feed; survives a reset, so that the next boot can tell who was missing.
 #[unsafe(link_section = ".uninit.reports")]
-static REPORTS: AtomicU32 = AtomicU32::new(MARK);
+static REPORTS: MaybeUninit<AtomicU32> = MaybeUninit::uninit();
+
+fn reports() -> &'static AtomicU32 {
+    // SAFETY: any bits are a value of this type.
+    unsafe { REPORTS.assume_init_ref() }
+}
 
 /// Who had not reported when the watchdog bit.
 #[derive(Clone, Copy, defmt::Format)]
@@ -53,12 +59,12 @@ pub struct Missing {
 
 /// I am alive. Callable from the control interrupt: the highest priority is never interrupted in its read-modify-write.
 pub fn report(who: Reporter) {
-    REPORTS.fetch_or(who as u32, Ordering::Relaxed);
+    reports().fetch_or(who as u32, Ordering::Relaxed);
 }
 
 /// Reads what the last run left and starts afresh. Call once, before anything reports.
 pub fn take_reports() -> Option<Missing> {
-    let reports = REPORTS.swap(MARK, Ordering::Relaxed);
+    let reports = reports().swap(MARK, Ordering::Relaxed);
     let missing = |who: Reporter| reports & who as u32 == 0;
     (reports & !ALL == MARK).then(|| Missing {
         control: missing(Reporter::Control),
@@ -81,8 +87,8 @@ pub async fn supervise(mut watchdog: IndependentWatchdog<'static, IWDG>) {
     let mut ticker = Ticker::every(PERIOD);
     loop {
         ticker.next().await;
-        if REPORTS.load(Ordering::Relaxed) & ALL == ALL {
-            REPORTS.fetch_and(!ALL, Ordering::Relaxed);
+        if reports().load(Ordering::Relaxed) & ALL == ALL {
+            reports().fetch_and(!ALL, Ordering::Relaxed);
             watchdog.pet();
         }
     }

@@ -132,7 +132,7 @@ mod tests {
         }
         assert!(motion.closing_rad_per_s <= limits.speed_rad_per_s);
         assert!(motion.opening_rad_per_s <= limits.speed_rad_per_s);
-        assert!(motion.travel_rad < limits.travel_rad);
+        motion.validate(&limits).expect(S::NAME);
         // Probing must be able to reach the torque at which it ends.
         let probing_nm =
             motion.probing_current_a * drivetrain.torque_per_ampere_nm * drivetrain.efficiency;

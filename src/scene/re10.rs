@@ -62,9 +62,10 @@ pub const DRIVE: Config = Config {
         duty: 0.95,
         // The motor without load makes 1.0 rad/s at the input link (V2): some voltage must be left for load.
         speed_rad_per_s: 0.8,
-        acceleration_rad_per_s2: 5.0,
+        acceleration_rad_per_s2: 10.0,
         // Pressing on the closing stop winds the cable up: 0.35 N m over 1.2 N m/rad beyond the longest travel.
-        travel_rad: 2.8,
+        position_min_rad: -0.4,
+        position_max_rad: 2.8,
         overtravel_rad: 0.15,
         supply_min_v: 9.0,
         supply_max_v: 15.0,
