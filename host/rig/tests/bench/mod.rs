@@ -22,15 +22,26 @@ pub struct Bench<S: Scene> {
     speed: f64,
     time_us: u64,
     counts_per_rad: f64,
+    spent: u32,
     pub trace: Option<Vec<(Sample, f64, f64)>>,
 }
 
 impl<S: Scene> Bench<S> {
-    pub fn new(parameters: &Parameters, kind: FingerKind, seed: u64, calibration: Option<Calibration>) -> Self {
+    pub fn new(
+        parameters: &Parameters,
+        kind: FingerKind,
+        seed: u64,
+        calibration: Option<Calibration>,
+    ) -> Self {
         let plant = Plant::new(parameters, kind, &Grasp::Free, seed).expect("plant");
         let finger = S::finger().expect("finger");
         let drivetrain = S::drivetrain(&finger);
-        let sensor = Sensor::new(finger, drivetrain, S::settings(), calibration.unwrap_or(S::UNCALIBRATED));
+        let sensor = Sensor::new(
+            finger,
+            drivetrain,
+            S::settings(),
+            calibration.unwrap_or(S::UNCALIBRATED),
+        );
         let mut bench = Self {
             counts_per_rad: parameters.counts_per_rad(),
             plant,
@@ -43,6 +54,7 @@ impl<S: Scene> Bench<S> {
             last_count: 0,
             speed: 0.0,
             time_us: 0,
+            spent: 0,
             trace: None,
         };
         bench.measure_offset();
@@ -52,7 +64,12 @@ impl<S: Scene> Bench<S> {
     }
 
     fn measure_offset(&mut self) {
-        let pins = Pins { outputs_enabled: true, awake: true, duty: 0.0, closing: true };
+        let pins = Pins {
+            outputs_enabled: true,
+            awake: true,
+            duty: 0.0,
+            closing: true,
+        };
         let mut sum = 0.0;
         for step in 0..8000 {
             self.plant.step(&pins, DT_S);
@@ -70,7 +87,11 @@ impl<S: Scene> Bench<S> {
         let mut still = 0;
         for _ in 0..6000 {
             self.millisecond(-0.2, 0.05);
-            still = if self.speed.abs() < 0.02 { still + 1 } else { 0 };
+            still = if self.speed.abs() < 0.02 {
+                still + 1
+            } else {
+                0
+            };
             if still > 100 {
                 break;
             }
@@ -84,6 +105,8 @@ impl<S: Scene> Bench<S> {
 
     /// One sample; `wanted` in rad/s at the input link; `limit_a` of the motor current. Returns the current.
     pub fn millisecond(&mut self, wanted: f64, limit_a: f64) -> f64 {
+        self.spent += 1;
+        assert!(self.spent < 30_000, "the motion does not end: at {} rad, {} rad/s wanted {wanted}", self.angle(), self.speed);
         let step = 5.0 * 1e-3;
         self.reference += (wanted - self.reference).clamp(-step, step);
         let error = self.reference - self.speed;
@@ -103,7 +126,12 @@ impl<S: Scene> Bench<S> {
             self.reference = 0.0;
         }
         let forward = duty >= 0.0;
-        let pins = Pins { outputs_enabled: true, awake: true, duty: duty.abs().min(0.95), closing: forward };
+        let pins = Pins {
+            outputs_enabled: true,
+            awake: true,
+            duty: duty.abs().min(0.95),
+            closing: forward,
+        };
         for _ in 0..STEPS {
             self.plant.step(&pins, DT_S);
             current_v += quantised(self.plant.current_sense_v()) - self.offset_v;
@@ -163,6 +191,7 @@ impl<S: Scene> Bench<S> {
     }
 
     pub fn open(&mut self, speed: f64) {
+        self.spent = 0;
         while self.angle() > 0.03 {
             self.millisecond(-speed, 0.12);
         }
@@ -172,6 +201,7 @@ impl<S: Scene> Bench<S> {
     /// Closes under a directive until what was found is settled, the torque is spent, or the travel ends.
     pub fn close(&mut self, directive: Directive, grasp: &Grasp) {
         self.events.clear();
+        self.spent = 0;
         self.plant.place(grasp).expect("place");
         self.sensor.direct(directive);
         let press = directive == Directive::CalibrateCable;
@@ -191,7 +221,11 @@ impl<S: Scene> Bench<S> {
                     _ => {}
                 }
             }
-            stalled = if self.speed < 0.1 && self.reference > 0.25 { stalled + 1 } else { 0 };
+            stalled = if self.speed < 0.1 && self.reference > 0.25 {
+                stalled + 1
+            } else {
+                0
+            };
             let end = match touched {
                 Some(from) => self.angle() > from + 1.0,
                 None => self.angle() > travel,
