@@ -66,6 +66,7 @@ pub fn done(outcome: Outcome) {
     let verdict = match outcome {
         Outcome::Contact => "contact",
         Outcome::NoContact => "no-contact",
+        Outcome::NotRecorded => "not-recorded",
         Outcome::Complete => "complete",
         Outcome::Stopped => "stopped",
     };

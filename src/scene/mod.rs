@@ -46,6 +46,15 @@ pub trait Scene {
     /// What the sensing may assume before anything is calibrated.
     const UNCALIBRATED: Calibration = re10::UNCALIBRATED;
 
+    /// Phalanges; the last one is where a pin calibrates.
+    const PHALANGES: u8;
+
+    /// Nominal efficiency of the gears under load, 0 to 1.
+    const EFFICIENCY: f32 = re10::EFFICIENCY;
+
+    /// Contact force that holding aims at, newton.
+    const HOLD_FORCE_N: f32 = 1.0;
+
     /// Settings of the sensing.
     fn settings() -> Settings {
         Settings {

@@ -18,7 +18,7 @@ const TORQUE_CONSTANT_NM_PER_A: f32 = 8.9e-3;
 /// Rotor inertia, 0.10 g cm2 (R).
 const ROTOR_INERTIA_KG_M2: f32 = 1.0e-8;
 /// Gearhead 0.73 (I) times worm 0.45 running (I): nominal, the calibration finds the real one.
-const EFFICIENCY: f32 = 0.33;
+pub const EFFICIENCY: f32 = 0.33;
 /// Gearhead 364 and worm 1092 counts at the wheel (I), and a tenth more: an upper limit.
 const BACKLASH_COUNTS: f32 = 1.1 * (364.0 + 1092.0);
 /// Torque at the input link at which probing ends. With 120 mA, less some 15 mA of friction, the motor gives 0.4 N m.

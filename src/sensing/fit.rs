@@ -322,7 +322,7 @@ impl Hypothesis {
                 *rotation = at_onset * (torque_nm - onset.torque_nm);
                 *compliance = at_onset;
             } else {
-                let Some(end) = finger.follow(&mut path, torque_nm) else {
+                let Some(end) = finger.follow(&mut path, torque_nm - onset.torque_nm) else {
                     break;
                 };
                 *rotation = end.rotation_rad;

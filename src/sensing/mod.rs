@@ -20,6 +20,7 @@ pub mod locator;
 mod normal;
 pub mod sensor;
 pub mod settings;
+pub mod step;
 
 pub use crate::sample::{self, Drive, Sample};
 pub use calibration::{Calibration, Nominal, Refusal};

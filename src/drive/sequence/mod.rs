@@ -48,8 +48,10 @@ pub enum Notice {
     Settled,
     /// A friction record is there (recorded now, or loaded at start).
     FrictionKnown,
-    /// There is no friction record, or it no longer fits: the next run records anew.
+    /// There is no friction record, or it no longer fits: the next motion records anew.
     FrictionUnknown,
+    /// The recording that just ended is of no use: nothing can be felt.
+    FrictionNotRecorded,
     /// A fault that the board or a task found.
     Fault(Fault),
 }
@@ -74,6 +76,8 @@ pub enum Outcome {
     Contact,
     /// The whole travel without contact.
     NoContact,
+    /// Friction could not be recorded, so nothing could be felt.
+    NotRecorded,
     /// The motion asked for (homing, opening, recording, pressing) is complete.
     Complete,
     /// Ended by stop.
@@ -188,6 +192,11 @@ impl Sequence {
         self.motion = motion;
     }
 
+    /// The next motion that closes records friction first.
+    pub fn forget_friction(&mut self) {
+        self.friction_known = false;
+    }
+
     /// Asks for a motion. `Stop` is never refused and replaces whatever was asked before.
     ///
     /// # Errors
@@ -219,7 +228,9 @@ impl Sequence {
         let before = self.state;
         match notice {
             Some(Notice::FrictionKnown) => self.friction_known = true,
-            Some(Notice::FrictionUnknown) => self.friction_known = false,
+            Some(Notice::FrictionUnknown | Notice::FrictionNotRecorded) => {
+                self.friction_known = false
+            }
             _ => {}
         }
         let next = self.next(now_us, status, notice);
@@ -454,6 +465,10 @@ impl Sequence {
         if notice == Some(Notice::Touched) {
             self.outcome = Outcome::Contact;
             return Some(State::Probe);
+        }
+        if notice == Some(Notice::FrictionNotRecorded) {
+            self.outcome = Outcome::NotRecorded;
+            return Some(State::Open);
         }
         if self.angle_rad(status) >= self.motion.travel_rad {
             self.outcome = Outcome::NoContact;
