@@ -115,14 +115,14 @@ impl<S: Simulated> Rig<S> {
         self.motion(Request::Close, Directive::Watch)
     }
 
-    /// Opens; the object is taken away afterwards.
+    /// Takes the object out of the hand, then opens. (An object that has slipped past the fingertip would jam the opening
+    /// finger from behind.)
     ///
     /// # Errors
     /// The sequence refused.
     pub fn open(&mut self) -> Result<Outcome, Error> {
-        let outcome = self.motion(Request::Open, Directive::Watch)?;
         self.machine.board.plant.place(&Grasp::Free)?;
-        Ok(outcome)
+        self.motion(Request::Open, Directive::Watch)
     }
 
     /// Closes on a pin of 6 mm at a known place, learns from it, opens.
