@@ -140,17 +140,29 @@ impl<S: Scene> Conduct<S> {
             Command::Home => Request::Home,
             Command::RecordFriction => Request::RecordFriction,
         };
-        self.sequence.request(request)?;
-        self.purpose = match command {
-            Command::Calibrate(Calibrate::At { k_m }) => Directive::Calibrate {
-                phalanx: S::PHALANGES,
-                k_m,
-            },
-            Command::Calibrate(Calibrate::Cable) => Directive::CalibrateCable,
-            Command::Run | Command::Close => Directive::Watch,
-            _ => self.purpose,
-        };
+        match command {
+            Command::Calibrate(at) => {
+                if !self.sequence.friction_known() {
+                    // The pin would be in the way of recording it first.
+                    return Err(Refused::NoFriction);
+                }
+                self.request(request, purpose::<S>(at))?;
+            }
+            _ => self.request(request, Directive::Watch)?,
+        }
         Ok(Effect::Accepted)
+    }
+
+    /// Asks for a motion, and says what a closing in it is for.
+    ///
+    /// # Errors
+    /// Why not now, and what to do first.
+    pub fn request(&mut self, request: Request, purpose: Directive) -> Result<(), Refused> {
+        self.sequence.request(request)?;
+        if !matches!(request, Request::Stop | Request::Open | Request::Clear) {
+            self.purpose = purpose;
+        }
+        Ok(())
     }
 
     /// Hears an event of the sensing half: a located contact tells which current holds the wanted force.
@@ -230,6 +242,18 @@ impl<S: Scene> Conduct<S> {
         self.overrides = overrides;
         self.sequence.set_motion(motion::<S>(&overrides));
         self.pending = Some(Order::Adjust(overrides));
+    }
+}
+
+/// What a calibration's closing is for.
+fn purpose<S: Scene>(calibrate: Calibrate) -> Directive {
+    match calibrate {
+        Calibrate::At { k_m } => Directive::Calibrate {
+            phalanx: S::PHALANGES,
+            k_m,
+        },
+        Calibrate::Cable => Directive::CalibrateCable,
+        Calibrate::Forget => Directive::Rest,
     }
 }
 

@@ -15,7 +15,7 @@ fn grasps<S: Simulated>(theta_1: f64, random: bool) -> Result<(), Error> {
             if calibrated {
                 println!("{:?}", rig.press()?.events.last());
                 for k_m in [0.02, 0.045] {
-                    println!("{:?}", rig.calibrate(k_m, theta_1)?.events.last());
+                    println!("{:?}", rig.calibrate(2, k_m, theta_1)?.events.last());
                 }
             }
             for (phalanx, k_m) in [(2, 0.015), (2, 0.03), (2, 0.045), (2, 0.06), (1, 0.06)] {

@@ -1,13 +1,13 @@
 //! A finger on a bench: power it, let it learn its friction, calibrate it, give it objects.
 
 use crate::outcome::verdict;
+use crate::slow::SlowError;
 use crate::{Board, Machine, Outcome, Row, Slow};
-use palpate::app::command::{Calibrate, Command};
 use palpate::drive::config::OutOfRange;
-use palpate::drive::sequence::{Refused, State};
+use palpate::drive::sequence::{Refused, Request, State};
 use palpate::finger::ConfigError;
 use palpate::scene::{Linkage3, P70, Scene, Tendon2, Tendon3};
-use palpate::sensing::Calibration;
+use palpate::sensing::{Calibration, Directive};
 use palpate_plant::{FingerKind, Grasp, Parameters, Plant, Shape};
 
 /// A scene with its simulated counterpart.
@@ -67,8 +67,11 @@ impl<S: Simulated> Rig<S> {
     /// A parameter out of range.
     pub fn new(parameters: &Parameters, seed: u64) -> Result<Self, Error> {
         let plant = Plant::new(parameters, S::FINGER, &Grasp::Free, seed)?;
-        let machine =
-            Machine::new(Board::new(plant), &S::DRIVE, Slow::new()?).map_err(Error::Drive)?;
+        let slow = Slow::new().map_err(|error| match error {
+            SlowError::Finger(error) => Error::Finger(error),
+            SlowError::Drive(error) => Error::Drive(error),
+        })?;
+        let machine = Machine::new(Board::new(plant), &S::DRIVE, slow).map_err(Error::Drive)?;
         Ok(Self {
             machine,
             traced: false,
@@ -88,10 +91,10 @@ impl<S: Simulated> Rig<S> {
     /// What the sensing knows of torque factor and cable.
     #[must_use]
     pub fn calibration(&self) -> &Calibration {
-        self.machine.slow.sensor().calibration()
+        self.machine.slow.sense.calibration()
     }
 
-    /// The slow loop, for commands that are no motion, and to look at.
+    /// The slow loop, for settings and records.
     pub fn slow(&mut self) -> &mut Slow<S> {
         &mut self.machine.slow
     }
@@ -109,7 +112,7 @@ impl<S: Simulated> Rig<S> {
     /// The sequence refused.
     pub fn prepare(&mut self) -> Result<Outcome, Error> {
         self.machine.board.plant.place(&Grasp::Free)?;
-        self.motion(Command::RecordFriction)
+        self.motion(Request::RecordFriction, Directive::Watch)
     }
 
     /// Closes on an object (or on nothing), probes and holds. The finger stays closed on a contact.
@@ -118,7 +121,7 @@ impl<S: Simulated> Rig<S> {
     /// The object cannot be there; the sequence refused.
     pub fn close(&mut self, grasp: &Grasp) -> Result<Outcome, Error> {
         self.machine.board.plant.place(grasp)?;
-        self.motion(Command::Close)
+        self.motion(Request::Close, Directive::Watch)
     }
 
     /// Takes the object out of the hand, then opens. (An object that has slipped past the fingertip would jam the opening
@@ -128,19 +131,19 @@ impl<S: Simulated> Rig<S> {
     /// The sequence refused.
     pub fn open(&mut self) -> Result<Outcome, Error> {
         self.machine.board.plant.place(&Grasp::Free)?;
-        self.motion(Command::Open)
+        self.motion(Request::Open, Directive::Watch)
     }
 
-    /// Closes on a pin of 6 mm at a known place of the distal phalanx, learns from it, opens.
+    /// Closes on a pin of 6 mm at a known place, learns from it, opens.
     ///
     /// # Errors
     /// No such place; the sequence refused.
-    pub fn calibrate(&mut self, k_m: f32, theta_1_rad: f64) -> Result<Outcome, Error> {
+    pub fn calibrate(&mut self, phalanx: u8, k_m: f32, theta_1_rad: f64) -> Result<Outcome, Error> {
         let pin = Shape::Cylinder { diameter_m: 6e-3 };
-        let grasp = Grasp::touching(S::PHALANGES, k_m.into(), theta_1_rad, pin);
+        let grasp = Grasp::touching(phalanx, k_m.into(), theta_1_rad, pin);
         self.machine.board.plant.place(&grasp)?;
-        let outcome = self.motion(Command::Calibrate(Calibrate::At { k_m }))?;
-        self.machine.board.plant.place(&Grasp::Free)?;
+        let outcome = self.motion(Request::Close, Directive::Calibrate { phalanx, k_m })?;
+        self.open()?;
         Ok(outcome)
     }
 
@@ -150,17 +153,22 @@ impl<S: Simulated> Rig<S> {
     /// The sequence refused.
     pub fn press(&mut self) -> Result<Outcome, Error> {
         self.machine.board.plant.place(&Grasp::Free)?;
-        self.motion(Command::Calibrate(Calibrate::Cable))
+        self.motion(Request::Press, Directive::CalibrateCable)
     }
 
     /// A motion until the sequence rests again, and what it showed.
     ///
     /// # Errors
     /// The sequence refused.
-    pub fn motion(&mut self, command: Command) -> Result<Outcome, Error> {
+    pub fn motion(&mut self, request: Request, closing: Directive) -> Result<Outcome, Error> {
         let machine = &mut self.machine;
-        machine.slow.begin();
-        machine.slow.command(command)?;
+        machine.slow.events.clear();
+        machine.slow.samples.clear();
+        machine.slow.fault = None;
+        machine
+            .slow
+            .request(request, closing)
+            .map_err(Error::Refused)?;
         let mut trace = Vec::new();
         let mut left = Machine::<Slow<S>>::samples(LONGEST_S);
         let mut started = false;
@@ -202,8 +210,8 @@ pub struct Scenario {
     pub grasp: Grasp,
     /// Seed of everything random.
     pub seed: u64,
-    /// Press on the stop, and contacts at these places of the distal phalanx (metre) first.
-    pub calibrate: Vec<f32>,
+    /// Press on the stop, and contacts at these places (phalanx, metre) first.
+    pub calibrate: Vec<(u8, f32)>,
     /// Keep the samples of the closing.
     pub traced: bool,
 }
@@ -218,9 +226,9 @@ pub fn run<S: Simulated>(scenario: &Scenario) -> Result<Outcome, Error> {
     if last.fault.is_none() && !scenario.calibrate.is_empty() {
         last = rig.press()?;
     }
-    for &k_m in &scenario.calibrate {
+    for &(phalanx, k_m) in &scenario.calibrate {
         if last.fault.is_none() {
-            last = rig.calibrate(k_m, MIDDLE_RAD)?;
+            last = rig.calibrate(phalanx, k_m, MIDDLE_RAD)?;
         }
     }
     if last.fault.is_some() {

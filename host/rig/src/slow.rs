@@ -1,21 +1,24 @@
-//! The slow loop of the simulation: the firmware's own two halves, motion and sensing, called as its tasks call them.
+//! The slow loop of the simulation: the library's two halves, each told what the other found.
 
-use crate::{Error, Simulated, SlowLoop};
-use palpate::app::command::Command;
-use palpate::app::conduct::Conduct;
-use palpate::app::sense::{Order, Sense, notice};
+use crate::{Simulated, SlowLoop};
+use palpate::app::sense::{Order, notice};
 use palpate::app::settings::Overrides;
+use palpate::app::{Conduct, Sense};
+use palpate::drive::config::OutOfRange;
 use palpate::drive::demand::{Demand, Status};
 use palpate::drive::fault::Fault;
-use palpate::drive::sequence::{Notice, State};
+use palpate::drive::sequence::{Notice, Refused, Request, State};
+use palpate::finger::ConfigError;
 use palpate::sample::Sample;
-use palpate::sensing::{Directive, Event, Sensor};
+use palpate::sensing::{Directive, Event};
 
 /// Both halves, and what they said.
 #[derive(Clone, Debug)]
 pub struct Slow<S: Simulated> {
-    sense: Sense<S>,
-    conduct: Conduct<S>,
+    /// Sensing.
+    pub sense: Sense<S>,
+    /// Motion.
+    pub conduct: Conduct<S>,
     /// Events with the time they were told, microseconds since reset.
     pub events: Vec<(u64, Event)>,
     /// Samples with what each was good for.
@@ -26,15 +29,24 @@ pub struct Slow<S: Simulated> {
     notice: Option<Notice>,
 }
 
+/// What is wrong with a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SlowError {
+    /// Its finger.
+    Finger(ConfigError),
+    /// Its drive.
+    Drive(OutOfRange),
+}
+
 impl<S: Simulated> Slow<S> {
     /// A slow loop at rest, without calibration or friction record.
     ///
     /// # Errors
     /// The scene is not valid.
-    pub fn new() -> Result<Self, Error> {
+    pub fn new() -> Result<Self, SlowError> {
         Ok(Self {
-            sense: Sense::new().map_err(Error::Finger)?,
-            conduct: Conduct::new(Overrides::default()).map_err(Error::Drive)?,
+            sense: Sense::new().map_err(SlowError::Finger)?,
+            conduct: Conduct::new(Overrides::default()).map_err(SlowError::Drive)?,
             events: Vec::new(),
             samples: Vec::new(),
             fault: None,
@@ -43,19 +55,12 @@ impl<S: Simulated> Slow<S> {
         })
     }
 
-    /// What a user would type.
+    /// Asks for a motion, with what a closing in it is for.
     ///
     /// # Errors
     /// The sequence is busy or faulted.
-    pub fn command(&mut self, command: Command) -> Result<(), Error> {
-        self.conduct.command(command).map_err(Error::Refused)?;
-        Ok(())
-    }
-
-    /// The sensing, to look at.
-    #[must_use]
-    pub fn sensor(&self) -> &Sensor<S::Finger> {
-        self.sense.sensor()
+    pub fn request(&mut self, request: Request, closing: Directive) -> Result<(), Refused> {
+        self.conduct.request(request, closing)
     }
 
     /// Where the sequence is.
@@ -63,21 +68,14 @@ impl<S: Simulated> Slow<S> {
     pub fn state(&self) -> State {
         self.conduct.state()
     }
-
-    /// Forgets what was said and sampled before.
-    pub fn begin(&mut self) {
-        self.events.clear();
-        self.samples.clear();
-        self.fault = None;
-    }
 }
 
 impl<S: Simulated> SlowLoop for Slow<S> {
     fn sample(&mut self, sample: &Sample, status: &Status) -> Demand {
         self.samples.push((self.directive, *sample));
         if let Some(event) = self.sense.sample(sample) {
-            self.events.push((sample.time_us, event));
             self.conduct.hear(&event, status);
+            self.events.push((sample.time_us, event));
             self.notice = notice(&event).or(self.notice);
         }
         let conducted = self

@@ -66,6 +66,8 @@ pub enum Refused {
     Busy(State),
     /// Nothing to clear.
     NoFault,
+    /// There is no friction record: record friction first, with nothing in the way.
+    NoFriction,
 }
 
 /// How a motion ended.
@@ -193,6 +195,11 @@ impl Sequence {
     /// Changes speeds, currents and places; `motion` is assumed valid. Takes effect at the next change of state.
     pub fn set_motion(&mut self, motion: Motion) {
         self.motion = motion;
+    }
+
+    /// There is a friction record.
+    pub fn friction_known(&self) -> bool {
+        self.friction_known
     }
 
     /// The next motion that closes records friction first.

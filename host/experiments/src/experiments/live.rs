@@ -117,7 +117,10 @@ impl<S: Simulated> Bench<S> {
         ];
         for (setting, value) in settings {
             if let Some(value) = value {
-                rig.slow().command(Command::Set(setting, value))?;
+                rig.slow()
+                    .conduct
+                    .command(Command::Set(setting, value))
+                    .map_err(palpate_rig::Error::Refused)?;
             }
             // One order a millisecond reaches the sensing.
             rig.idle(0.01);
@@ -131,7 +134,7 @@ impl<S: Simulated> Bench<S> {
     /// # Errors
     /// There is none.
     pub fn friction(&mut self) -> Result<Friction, Failure> {
-        let record = self.rig.slow().sensor().friction().cloned();
+        let record = self.rig.slow().sense.sensor().friction().cloned();
         record.ok_or(Failure::Missing("friction record"))
     }
 
@@ -159,7 +162,7 @@ impl<S: Simulated> Bench<S> {
     pub fn calibrate(&mut self, places_m: &[f64], theta_1_rad: f64) -> Result<(), Failure> {
         Recording::try_from(self.rig.press()?)?;
         for &k_m in places_m {
-            Recording::try_from(self.rig.calibrate(k_m as f32, theta_1_rad)?)?;
+            Recording::try_from(self.rig.calibrate(S::PHALANGES, k_m as f32, theta_1_rad)?)?;
         }
         if self.calibration().contacts == 0 {
             return Err(Failure::Missing("calibration"));

@@ -106,7 +106,7 @@ impl<S: Simulated> Session<S> {
         };
         let touched = first.contact.phalanx;
         let length_m = judge::length_m::<S>(touched)?;
-        let place_m = if object.flush_m > 0.0 && touched == phalanx {
+        let place_m = if object.flush_m > 0.0 && touched == phalanx && phalanx > 1 {
             felt_m(
                 object,
                 k_m,
