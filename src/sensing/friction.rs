@@ -153,7 +153,7 @@ impl Friction {
     /// As [`Friction::at`], beyond the ends of the travel the value at the end.
     pub fn near(&self, drive: Drive, counts: i32) -> Option<f32> {
         let track = self.track(drive)?;
-        let inside = counts.clamp(0, self.travel_counts - 1);
+        let inside = counts.min(self.travel_counts.wrapping_sub(1)).max(0);
         self.at(drive, inside).or_else(|| {
             let index = self.index(inside)?;
             // The nearest bin with a value.
