@@ -116,30 +116,13 @@ pub async fn execute(
 }
 
 async fn refuse(speaker: &mut Speaker, refused: Refused) {
-    match refused {
-        Refused::Faulted(fault) => {
-            speaker
-                .answer(format_args!(
-                    "refused: fault {}; {} Then clear.",
-                    fault.name(),
-                    fault.remedy()
-                ))
-                .await;
-        }
-        Refused::Busy(state) => {
-            speaker
-                .answer(format_args!(
-                    "refused: in state {}; stop first",
-                    state.name()
-                ))
-                .await;
-        }
-        Refused::NoFault => {
-            speaker
-                .answer(format_args!("refused: there is no fault"))
-                .await
-        }
-    }
+    let (why, what) = match refused {
+        Refused::Faulted(fault) => (fault.name(), "is latched: clear first"),
+        Refused::Busy(state) => (state.name(), "is going on: stop first"),
+        Refused::NoFault => ("no fault", "is latched"),
+        Refused::NoFriction => ("no friction", "is recorded: record-friction first"),
+    };
+    speaker.answer(format_args!("refused: {why} {what}")).await;
 }
 
 async fn written(speaker: &mut Speaker, done: &str, result: Result<(), storage::Error>) {
