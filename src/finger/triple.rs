@@ -145,10 +145,11 @@ impl Triple {
         let mut quadratic = self.residual(compliance, about);
         // Near a double root the discriminant cancels; counted from the peak between the roots it does not.
         let [q0, q1, q2] = quadratic;
-        if let Some(peak) = self
-            .stiffest_m()
-            .filter(|_| q1 * q1 - q0 * q2 < NEAR_DOUBLE * q1 * q1)
-        {
+        let middle = -q1 / q2;
+        let nearly_double = |peak: &f32| {
+            q1 * q1 - q0 * q2 < NEAR_DOUBLE * q1 * q1 && (peak - middle).abs() < 0.5 * middle.abs()
+        };
+        if let Some(peak) = self.stiffest_m().filter(nearly_double) {
             about = peak;
             quadratic = self.residual(compliance, about);
         }
