@@ -343,9 +343,7 @@ impl Chip {
 
     /// The core cannot fetch from flash while it is programmed or erased.
     fn stall(&mut self, ticks: Ticks) {
-        if !self.core.runs_from_ram() {
-            self.now += ticks;
-        }
+        self.now += ticks;
     }
 
     /// The peripheral at an address; `None` if its clock is off, so that it reads as zero and ignores writes.
