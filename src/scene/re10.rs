@@ -110,6 +110,10 @@ pub fn drivetrain(opening_stop_rad: f32) -> Drivetrain {
     Drivetrain {
         rad_per_count,
         counts_per_turn: COUNTS_PER_MOTOR_REV as u32,
+        counts_per_worm_turn: (COUNTS_PER_MOTOR_REV * 64.0) as u32,
+        // 5 % within 5 s (R); 3 to 7 % is as likely.
+        creep: [0.05, 0.015],
+        creep_s: 5.0,
         opening_stop_rad,
         torque_per_ampere_nm: REDUCTION * TORQUE_CONSTANT_NM_PER_A,
         efficiency: EFFICIENCY,

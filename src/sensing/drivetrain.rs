@@ -8,6 +8,13 @@ pub struct Drivetrain {
     pub rad_per_count: f32,
     /// Encoder counts per turn of the motor, > 0: what repeats with the motor's turn is averaged over it.
     pub counts_per_turn: u32,
+    /// Encoder counts per turn of the slowest shaft but the last (a worm): friction beyond what was recorded is continued
+    /// with that period. 0 for none.
+    pub counts_per_worm_turn: u32,
+    /// Share of the cable's twist that comes late (creep), 0 to 1, and its standard deviation.
+    pub creep: [f32; 2],
+    /// Time constant of the creep, second, > 0.
+    pub creep_s: f32,
     /// Angle theta_a of the input link at the opening stop, where the encoder counts from, radian.
     pub opening_stop_rad: f32,
     /// Torque at the input link per ampere if nothing were lost: reduction times torque constant, newton metre per
