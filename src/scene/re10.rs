@@ -19,6 +19,12 @@ const TORQUE_CONSTANT_NM_PER_A: f32 = 8.9e-3;
 const ROTOR_INERTIA_KG_M2: f32 = 1.0e-8;
 /// Gearhead 0.73 (I) times worm 0.45 running (I): nominal, the calibration finds the real one.
 pub const EFFICIENCY: f32 = 0.33;
+/// Viscous friction of the motor, 0.03 mNm at 12,500 rpm (I).
+const VISCOUS_NM_S_PER_RAD: f32 = 2.3e-8;
+/// From the worm's running friction 0.124 exp(-2.233 v^0.645) (V) at 0.3 rad/s of a wheel with 20 teeth of some 4 mm worm
+/// radius and 4.5 degree of lead: friction 0.10, falling by 13 % of itself per unit of ln v, over 0.18 in the screw's
+/// equation (I).
+const EFFICIENCY_PER_SPEED: f32 = 0.07;
 /// Gearhead 364 and worm 1092 counts at the wheel (I), and a tenth more: an upper limit.
 const BACKLASH_COUNTS: f32 = 1.1 * (364.0 + 1092.0);
 /// Torque at the input link at which probing ends. With 120 mA, less some 15 mA of friction, the motor gives 0.4 N m.
@@ -118,6 +124,8 @@ pub fn drivetrain(opening_stop_rad: f32) -> Drivetrain {
         torque_per_ampere_nm: REDUCTION * TORQUE_CONSTANT_NM_PER_A,
         efficiency: EFFICIENCY,
         inertia_kg_m2: ROTOR_INERTIA_KG_M2 * REDUCTION * REDUCTION,
+        viscous_nm_s_per_rad: VISCOUS_NM_S_PER_RAD * REDUCTION * REDUCTION,
+        efficiency_per_speed: EFFICIENCY_PER_SPEED,
         backlash_rad: BACKLASH_COUNTS * rad_per_count,
     }
 }

@@ -26,6 +26,11 @@ pub struct Drivetrain {
     /// Inertia of the rotor seen from the input link, kg m2, >= 0: the torque that it takes to change the speed is not
     /// the load's.
     pub inertia_kg_m2: f32,
+    /// Viscous part of the friction seen from the input link, newton metre second per radian, >= 0: what it adds when the
+    /// speed is not quite the one that friction was recorded at.
+    pub viscous_nm_s_per_rad: f32,
+    /// Change of the efficiency, as a share of it, per share of speed: a worm's friction falls with its speed.
+    pub efficiency_per_speed: f32,
     /// Dead band after a reversal, at the input link, radian, >= 0: an upper limit.
     pub backlash_rad: f32,
 }

@@ -55,6 +55,9 @@ struct Past<R> {
     residual_nm: f32,
     /// How far beyond the friction record, counts.
     beyond_counts: f32,
+    /// As in [`Block`].
+    inertia_nm: f32,
+    overspeed: f32,
     reading: R,
 }
 
@@ -76,6 +79,8 @@ struct Touching<R> {
     /// The torque as the cable's creep feels it, and when it was last brought up to date.
     late_nm: f32,
     late_us: u64,
+    /// The last block: it joins the curve when its neighbour has told its acceleration.
+    waiting: Past<R>,
     /// Torque and deviation when it was last asked whether more torque helps.
     asked: (f32, f32),
     reported: Reported,
@@ -322,6 +327,8 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             width_counts: block.width_counts,
             residual_nm: block.drive_torque_nm - torque_nm,
             beyond_counts,
+            inertia_nm: block.inertia_nm,
+            overspeed: block.overspeed,
             reading: self.reading,
         })
         .filter(|past| past.residual_nm.is_finite())
@@ -420,12 +427,13 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             torque_nm: 0.0,
             late_nm: 0.0,
             late_us: onset.time_us,
+            waiting: onset,
             asked: (0.0, f32::INFINITY),
             reported: Reported::Nothing,
             last_steps: None,
             settled: false,
         };
-        for past in self.history.iter().skip(first) {
+        for past in self.history.iter().skip(first + 1) {
             self.add(&mut touching, past);
         }
         self.history.clear();
@@ -438,10 +446,14 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         self.touching = Some(touching);
     }
 
-    /// Adds a block to the curve.
-    fn add(&self, touching: &mut Touching<H::Reading>, past: &Past<H::Reading>) {
+    /// Adds a block to the curve: the one before it, that is. A block's own acceleration is half that since the block
+    /// before and half that to the one after.
+    fn add(&self, touching: &mut Touching<H::Reading>, next: &Past<H::Reading>) {
+        let mut past = core::mem::replace(&mut touching.waiting, *next);
+        past.residual_nm += 0.5 * (past.inertia_nm - next.inertia_nm);
         let drivetrain = &self.drivetrain;
-        let efficiency = drivetrain.efficiency;
+        let efficiency =
+            drivetrain.efficiency * (1.0 + drivetrain.efficiency_per_speed * past.overspeed);
         let free_nm = self
             .finger
             .free_at_angle(drivetrain.angle_rad(past.counts), &self.posture)
