@@ -100,11 +100,11 @@ pub const fn motion(travel_rad: f32) -> Motion {
 /// What is assumed before a contact at a known place has been felt.
 pub const UNCALIBRATED: Calibration = Calibration {
     torque_factor: 1.0,
-    // Torque constant +-10 %, efficiency +-10 %, spring +-10 %, each as two deviations: 9 % together.
-    torque_factor_sigma: 0.09,
+    // Uniform spreads (HARDWARE): torque constant 10 %, spring 10 %, gearhead 10 %, worm 9 %, current sense 5 %.
+    torque_factor_sigma: 0.115,
     // Nylon of 3 kN/m (V2, 1.5 to 10) on pulleys of 20 mm: 1.2 N m/rad.
     cable_rad_per_nm: 1.0 / 1.2,
-    cable_sigma_rad_per_nm: 0.25,
+    cable_sigma_rad_per_nm: 0.4,
     correlation: 0.0,
     contacts: 0,
     presses: 0,
@@ -124,6 +124,8 @@ pub fn drivetrain(opening_stop_rad: f32) -> Drivetrain {
         torque_per_ampere_nm: REDUCTION * TORQUE_CONSTANT_NM_PER_A,
         efficiency: EFFICIENCY,
         inertia_kg_m2: ROTOR_INERTIA_KG_M2 * REDUCTION * REDUCTION,
+        // +-20 % (R), uniform.
+        inertia_share: 0.115,
         viscous_nm_s_per_rad: VISCOUS_NM_S_PER_RAD * REDUCTION * REDUCTION,
         efficiency_per_speed: EFFICIENCY_PER_SPEED,
         backlash_rad: BACKLASH_COUNTS * rad_per_count,

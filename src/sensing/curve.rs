@@ -18,6 +18,8 @@ pub struct Point {
     pub torque_nm: f32,
     /// Torque above that of the contact as the cable's creep feels it, delayed by its time constant, newton metre.
     pub late_nm: f32,
+    /// Of the torque, what was taken for the change of speed, newton metre.
+    pub inertia_nm: f32,
     /// Variance of the torque's mean, newton metre squared.
     pub variance_nm2: f32,
     /// Blocks in the bin; 0 for none.
@@ -37,6 +39,7 @@ impl Point {
             counts: mine * self.counts + others * other.counts,
             torque_nm: mine * self.torque_nm + others * other.torque_nm,
             late_nm: mine * self.late_nm + others * other.late_nm,
+            inertia_nm: mine * self.inertia_nm + others * other.inertia_nm,
             variance_nm2: mine * mine * self.variance_nm2 + others * others * other.variance_nm2,
             blocks,
         }
@@ -66,18 +69,20 @@ impl Curve {
         self.origin_counts
     }
 
-    /// Takes the means of a block. One before the origin, or that is not a number, is ignored.
-    pub fn push(&mut self, counts: i32, torque_nm: f32, late_nm: f32, variance_nm2: f32) {
+    /// Takes the means of a block at a position. One before the origin, or that is not a number, is ignored.
+    pub fn push(&mut self, counts: i32, block: Point) {
         let way_counts = counts.wrapping_sub(self.origin_counts);
-        if way_counts < 0 || !torque_nm.is_finite() || !variance_nm2.is_finite() {
+        let sound = block.torque_nm.is_finite()
+            && block.late_nm.is_finite()
+            && block.inertia_nm.is_finite()
+            && block.variance_nm2.is_finite();
+        if way_counts < 0 || !sound {
             return;
         }
         let point = Point {
             counts: way_counts as f32,
-            torque_nm,
-            late_nm,
-            variance_nm2,
             blocks: 1,
+            ..block
         };
         while point.counts >= self.width_counts * BINS as f32 {
             self.halve();

@@ -1,8 +1,9 @@
 //! Where is the contact, and how round the object: the whole torque-angle curve against the finger's exact path (MATH 7).
 //!
-//! For a hypothesis (a phalanx) seven numbers are fitted, each with a prior: the location k, the effective contact radius
+//! For a hypothesis (a phalanx) eight numbers are fitted, each with a prior: the location k, the effective contact radius
 //! R, an offset q of the torque (misfit of the friction record), the onset angle o, and what calibration has left open of
-//! the torque factor f, the cable's twist c and the share g of it that creeps. With the nominal torque T of each point the model is
+//! the torque factor f, the cable's twist c, the share g of it that creeps
+//! and the rotor's inertia j, which counts while a stiff contact slows the motor down. With the nominal torque T of each point, corrected by j, the model is
 //!
 //! angle = o + rotation(f (T - q); k, R) + c (T - q - T_c / f + g L),
 //!
@@ -18,7 +19,7 @@ use crate::sensing::normal::{Factor, Normal};
 use crate::sensing::{Calibration, Drivetrain};
 
 /// Number of unknowns.
-pub const UNKNOWNS: usize = 7;
+pub const UNKNOWNS: usize = 8;
 const K: usize = 0;
 const RADIUS: usize = 1;
 const OFFSET: usize = 2;
@@ -26,6 +27,7 @@ const ONSET: usize = 3;
 const FACTOR: usize = 4;
 const CABLE: usize = 5;
 const CREEP: usize = 6;
+const INERTIA: usize = 7;
 
 /// Deviation of a measured angle from any model, radian: four counts of the encoder's periodic error and as much again.
 const ANGLE_SIGMA_RAD: f32 = 4e-5;
@@ -71,6 +73,8 @@ pub struct Prior {
     pub calibration: Calibration,
     /// Share of the cable's twist that creeps: mean and deviation.
     pub creep: [f32; 2],
+    /// Deviation of the rotor's inertia, as a share of it.
+    pub inertia_share: f32,
 }
 
 /// A posture at the onset.
@@ -167,6 +171,14 @@ struct Values {
     factor: f32,
     cable: f32,
     creep: f32,
+    inertia: f32,
+}
+
+impl Values {
+    /// Torque of a point without offset and error of the inertia, newton metre.
+    fn torque_nm(&self, point: &Point) -> f32 {
+        point.torque_nm - self.offset_nm - self.inertia * point.inertia_nm
+    }
 }
 
 impl Hypothesis {
@@ -239,6 +251,7 @@ impl Hypothesis {
                 + calibration.cable_sigma_rad_per_nm
                     * (calibration.correlation * x[FACTOR] + rest * x[CABLE]),
             creep: prior.creep[0] + prior.creep[1] * x[CREEP],
+            inertia: prior.inertia_share * x[INERTIA],
         }
     }
 
@@ -257,7 +270,7 @@ impl Hypothesis {
         let sigma = radius_sigma.max(f32::MIN_POSITIVE);
         let low = -radius.max(0.0) / sigma;
         x[RADIUS] = x[RADIUS].clamp(low, ((RADIUS_MAX_M - radius) / sigma).max(low));
-        for unknown in [OFFSET, ONSET, FACTOR, CABLE, CREEP] {
+        for unknown in [OFFSET, ONSET, FACTOR, CABLE, CREEP, INERTIA] {
             x[unknown] = x[unknown].clamp(-6.0, 6.0);
         }
         // A factor near zero would be a motor that does nothing.
@@ -320,7 +333,7 @@ impl Hypothesis {
             .zip(&mut pass.rotation)
             .zip(&mut pass.compliance)
         {
-            let torque_nm = values.factor * (point.torque_nm - values.offset_nm);
+            let torque_nm = values.factor * values.torque_nm(point);
             if torque_nm <= onset.torque_nm {
                 // Noise took the torque below that of the contact: the path's tangent goes on.
                 *rotation = at_onset * (torque_nm - onset.torque_nm);
@@ -347,7 +360,7 @@ impl Hypothesis {
         rotation: f32,
         compliance: f32,
     ) -> (f32, f32, f32) {
-        let excess = point.torque_nm - values.offset_nm - contact_torque_nm / values.factor;
+        let excess = values.torque_nm(point) - contact_torque_nm / values.factor;
         let twist = values.cable * (excess + values.creep * point.late_nm);
         let slope = values.factor * compliance + values.cable;
         let measured =
@@ -526,7 +539,7 @@ impl Hypothesis {
             };
             let (residual, variance, slope) =
                 Self::residual(data, point, values, onset.torque_nm, rotation, compliance);
-            let torque = point.torque_nm - values.offset_nm;
+            let torque = values.torque_nm(point);
             let excess = torque - onset.torque_nm / values.factor;
             let derivative = |pass: &Option<Pass>, step: f32| {
                 pass.as_ref()
@@ -547,6 +560,7 @@ impl Hypothesis {
                 + (excess + values.creep * point.late_nm) * cable_sigma * calibration.correlation;
             let late = values.creep * point.late_nm;
             slopes[CABLE] = (excess + late) * cable_sigma * rest;
+            slopes[INERTIA] = -slope * point.inertia_nm * prior.inertia_share;
             slopes[CREEP] = values.cable * point.late_nm * prior.creep[1];
             normal.add(residual, &slopes, 1.0 / variance);
         }

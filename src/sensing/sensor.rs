@@ -43,6 +43,11 @@ const SHARPER: f32 = 0.75;
 const PRESS_SHARE: f32 = 0.005;
 /// Error of the friction beyond the record, continued periodically, as a share of its unevenness within (R, chosen).
 const UNSURE_BEYOND: f32 = 0.15;
+/// How much the closing stop may yield, radian per newton metre (R, chosen): it counts as cable.
+const STOP_YIELD_RAD_PER_NM: f32 = 4e-3;
+/// A contact is lost when the torque falls by this share of itself and this many deviations of a block.
+const LOST_SHARE: f32 = 0.03;
+const LOST_SIGMAS: f32 = 8.0;
 /// Share of the record's bins that a recording must fill.
 const COVERAGE: f32 = 0.6;
 
@@ -87,6 +92,16 @@ struct Touching<R> {
     /// Steps left after the motion ended; None while it goes on.
     last_steps: Option<u8>,
     settled: bool,
+}
+
+impl<R> Touching<R> {
+    /// No more is to come; the last word is due.
+    fn end(&mut self) {
+        if self.last_steps.is_none() {
+            self.locator.refresh();
+            self.last_steps = Some(LAST_STEPS);
+        }
+    }
 }
 
 /// What was said last.
@@ -283,11 +298,8 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
     }
 
     fn end_motion(&mut self) {
-        if let Some(touching) = &mut self.touching
-            && touching.last_steps.is_none()
-        {
-            touching.locator.refresh();
-            touching.last_steps = Some(LAST_STEPS);
+        if let Some(touching) = &mut self.touching {
+            touching.end();
         }
     }
 
@@ -471,14 +483,33 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             noise += unevenness_nm * unevenness_nm * 0.25 * drivetrain.counts_per_worm_turn as f32;
         }
         let variance = efficiency * efficiency * noise / past.width_counts.max(1) as f32;
-        touching
-            .curve
-            .push(past.counts, torque_nm, touching.late_nm, variance);
+        touching.curve.push(
+            past.counts,
+            Point {
+                torque_nm,
+                late_nm: touching.late_nm,
+                inertia_nm: 0.5 * efficiency * (past.inertia_nm + next.inertia_nm),
+                variance_nm2: variance,
+                ..Point::default()
+            },
+        );
         touching.torque_nm = excess_nm;
+    }
+
+    /// Whether the torque has fallen: the finger slid off, or the object gave way. What comes after is another contact.
+    fn is_lost(&self, touching: &Touching<H::Reading>, past: &Past<H::Reading>) -> bool {
+        let efficiency = self.drivetrain.efficiency;
+        let torque_nm = efficiency * (past.residual_nm - touching.level_nm);
+        let block = efficiency * sqrt(touching.noise_nm2_counts / past.width_counts.max(1) as f32);
+        touching.torque_nm - torque_nm > LOST_SHARE * touching.torque_nm + LOST_SIGMAS * block
     }
 
     /// The contact goes on.
     fn press(&mut self, touching: &mut Touching<H::Reading>, past: &Past<H::Reading>) {
+        if self.is_lost(touching, past) {
+            touching.end();
+            return;
+        }
         self.add(touching, past);
         touching.blocks = touching.blocks.saturating_add(1);
         if touching.blocks < BLOCKS_PER_STEP || self.directive == Directive::CalibrateCable {
@@ -508,6 +539,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             onset_rad: (touching.onset_rad, ONSET_SIGMA_RAD),
             calibration: self.calibration,
             creep: self.drivetrain.creep,
+            inertia_share: self.drivetrain.inertia_share,
         }
     }
 
@@ -812,7 +844,9 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         let share = unevenness_nm / top_nm;
         let noise = slope.sigma_counts_per_nm * self.drivetrain.rad_per_count;
         let sigma = sqrt(
-            noise * noise + rad_per_nm * rad_per_nm * (share * share + PRESS_SHARE * PRESS_SHARE),
+            noise * noise
+                + rad_per_nm * rad_per_nm * (share * share + PRESS_SHARE * PRESS_SHARE)
+                + STOP_YIELD_RAD_PER_NM * STOP_YIELD_RAD_PER_NM,
         );
         self.calibration.with_press(rad_per_nm, sigma)
     }
