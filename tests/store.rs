@@ -118,7 +118,11 @@ fn a_thousand_saves_with_the_power_cut_at_random() {
     let mut last = Kept::Nothing;
     let mut cuts = 0;
     for n in 0..1000 {
-        let length = if random.next() % 3 == 0 { SHORT } else { LONG };
+        let length = if random.next().is_multiple_of(3) {
+            SHORT
+        } else {
+            LONG
+        };
         let new = record(n, length);
         // Now and then so late that the save is over.
         let cut = match random.next() % 4 {
