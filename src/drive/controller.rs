@@ -8,15 +8,18 @@ use super::encoder::Encoder;
 use super::fault::Fault;
 use super::io::{CONTROL_HZ, Inputs, Outputs};
 use super::offset::{Measured, OffsetMeter};
-use super::protect::{Observed, Protection};
+use super::protect::{FREE_TURN, Observed, Protection, TURNS};
 use super::speed::SpeedLoop;
 use super::thermal::Winding;
+use crate::numeric::clamp;
 use crate::sample::{Drive, Sample};
 
 /// Samples a second handed to sensing.
 pub const SAMPLE_HZ: u32 = 1000;
 /// Control periods a sample.
 const PERIODS_PER_SAMPLE: u8 = (CONTROL_HZ / SAMPLE_HZ) as u8;
+// The last period of a sample, which completes it, leaves the slow detectors out.
+const _: () = assert!((PERIODS_PER_SAMPLE - 1) % TURNS == FREE_TURN);
 const SAMPLE_S: f32 = 1.0 / SAMPLE_HZ as f32;
 /// Periods (1.5 ms) between waking the bridge and driving: it needs 1 ms.
 const WAKE_PERIODS: u8 = 30;
@@ -55,6 +58,11 @@ pub struct Controller {
     average: Average,
     /// What the bridge did in the period that just ended.
     applied: Outputs,
+    /// The same as a fraction of the supply, closing positive.
+    applied_fraction: f32,
+    /// Counts beyond the limits of the travel: negative on the opening side, 0 within.
+    beyond_counts: i32,
+    hot: bool,
     reference_a: f32,
     supply_v: f32,
     per_supply_v: f32,
@@ -88,6 +96,9 @@ impl Controller {
             meter: OffsetMeter::default(),
             average: Average::default(),
             applied: Outputs::Off,
+            applied_fraction: 0.0,
+            beyond_counts: 0,
+            hot: false,
             reference_a: 0.0,
             supply_v: 0.0,
             per_supply_v: 0.0,
@@ -109,6 +120,7 @@ impl Controller {
         let encoder_plausible = self.encoder.update(inputs.encoder);
         self.observe(inputs, encoder_plausible, demand.setpoint);
         self.applied = self.decide(demand.setpoint);
+        self.applied_fraction = convert::applied(self.applied);
         self.applied
     }
 
@@ -160,6 +172,7 @@ impl Controller {
 
     /// Judges the period that ended and adds it to the sample.
     fn observe(&mut self, inputs: &Inputs, encoder_plausible: bool, setpoint: Setpoint) {
+        self.beyond_counts = self.beyond_counts();
         let raw_a = self.scale.current_a(inputs.current);
         let supply_v = self.scale.supply_v(inputs.supply);
         if self.supply_v == 0.0 {
@@ -168,16 +181,18 @@ impl Controller {
         self.supply_v += SUPPLY_GAIN * (supply_v - self.supply_v);
         let observed = Observed {
             awake: self.applied != Outputs::Off,
-            applied_v: convert::applied(self.applied) * self.supply_v,
+            applied_v: self.applied_fraction * self.supply_v,
             reference_a: self.reference_a,
             reading_a: raw_a - self.status.offset_a,
             supply_v,
             speed: self.encoder.speed(),
             encoder_plausible,
-            beyond_counts: self.beyond_counts().wrapping_abs(),
-            hot: self.winding.is_hot(),
+            beyond_counts: self.beyond_counts.wrapping_abs(),
+            hot: self.hot,
         };
-        let mut fault = self.protection.check(inputs, &observed);
+        let mut fault = self
+            .protection
+            .check(inputs, &observed, self.average.periods % TURNS);
         if self.measure_offset(setpoint, raw_a, observed.speed) == Measured::OutOfRange {
             fault = fault.or(Some(Fault::OffsetOutOfRange));
         }
@@ -258,6 +273,7 @@ impl Controller {
         };
         self.winding
             .advance(average.sum_squares_a2 * PER_SAMPLE, SAMPLE_S);
+        self.hot = self.winding.is_hot();
         self.per_supply_v = 1.0 / self.supply_v.max(1.0);
         self.status.current_a = current_a;
         self.status.supply_v = self.supply_v;
@@ -307,7 +323,7 @@ impl Controller {
                     self.speed.preset(speed, self.reference_a);
                 }
                 let (wanted, suppressed) = self.inward(counts_per_s * PERIOD_S);
-                let limit_a = current_limit_a.min(self.current_limit_a).max(0.0);
+                let limit_a = clamp(current_limit_a, 0.0, self.current_limit_a);
                 let reference = self.speed.step(wanted, speed, limit_a);
                 self.average.limited.position |= suppressed;
                 self.average.limited.current |= reference.current_limited;
@@ -326,7 +342,7 @@ impl Controller {
             .current
             .step(reference_a, measured_a, speed, self.per_supply_v);
         self.average.limited.duty |= voltage.limited;
-        if voltage.fraction * convert::applied(self.applied) < 0.0 {
+        if voltage.fraction * self.applied_fraction < 0.0 {
             // The direction pin acts at once, the duty with the timer's next update: one period of brake between them.
             return Outputs::Brake;
         }
@@ -342,7 +358,7 @@ impl Controller {
 
     /// A wanted motion (speed or current), suppressed if it leads out of the travel.
     fn inward(&self, wanted: f32) -> (f32, bool) {
-        let beyond = self.beyond_counts();
+        let beyond = self.beyond_counts;
         let outward = (beyond > 0 && wanted > 0.0) || (beyond < 0 && wanted < 0.0);
         (if outward { 0.0 } else { wanted }, outward)
     }
@@ -350,13 +366,11 @@ impl Controller {
     /// Current reference on its way to a demanded current, within the limits of current, speed, travel and slew.
     fn slewed(&mut self, demanded_a: f32, speed: f32) -> f32 {
         let (inward_a, suppressed) = self.inward(demanded_a);
-        let allowed_a = inward_a
-            .min(self.current_limit_a)
-            .max(-self.current_limit_a);
+        let allowed_a = clamp(inward_a, -self.current_limit_a, self.current_limit_a);
         let (down_a, up_a) = self.speed.current_bounds_a(speed);
-        let bounded_a = allowed_a.min(up_a).max(down_a);
+        let bounded_a = clamp(allowed_a, down_a, up_a);
         let slew_a = CURRENT_SLEW * self.current_limit_a;
-        let change_a = (bounded_a - self.reference_a).min(slew_a).max(-slew_a);
+        let change_a = clamp(bounded_a - self.reference_a, -slew_a, slew_a);
         self.average.limited.position |= suppressed;
         self.average.limited.current |= allowed_a != inward_a;
         self.average.limited.speed |= bounded_a != allowed_a;
