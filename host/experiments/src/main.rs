@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
-use palpate_experiments::experiments::{catalogue, result, run};
+use palpate_experiments::experiments::{ablation, catalogue, result, run, sensitivity};
 use palpate_experiments::figures;
 use palpate_plant::Parameters;
 
@@ -66,7 +66,15 @@ fn experiments(options: &Experiments) -> Outcome {
         seed: options.seed,
         quick: options.quick,
     };
-    let rows = run::rows(&run::jobs(&catalogue::all(&plan))?);
+    let jobs = [
+        catalogue::all(&plan),
+        ablation::ablation(&plan),
+        sensitivity::sensitivity(&plan),
+    ]
+    .into_iter()
+    .flatten()
+    .collect::<Vec<_>>();
+    let rows = run::rows(&run::jobs(&jobs)?);
     if options.json {
         for row in &rows {
             println!("{}", serde_json::to_string(row)?);
