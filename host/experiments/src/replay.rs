@@ -65,7 +65,9 @@ fn stretches(samples: &[Sample], drive: Drive) -> Vec<Stretch> {
         match found.last_mut() {
             Some(last)
                 if sample.time_us.saturating_sub(samples[last.to - 1].time_us) <= PAUSE_US
-                    && samples[last.to..index].iter().all(|s| s.drive == Drive::Idle) =>
+                    && samples[last.to..index]
+                        .iter()
+                        .all(|s| s.drive == Drive::Idle) =>
             {
                 last.to = index + 1;
             }
@@ -105,7 +107,9 @@ fn free_closing(samples: &[Sample], least_counts: f64) -> Option<Stretch> {
     }
     closings
         .into_iter()
-        .filter(|stretch| travel(samples, stretch) >= FREE_SHARE * longest && stretch.to - stretch.from > 100)
+        .filter(|stretch| {
+            travel(samples, stretch) >= FREE_SHARE * longest && stretch.to - stretch.from > 100
+        })
         .min_by(|a, b| rise(samples, a).total_cmp(&rise(samples, b)))
         // A closing that ends in a contact is no free one, however long.
         .filter(|stretch| (0.5..1.5).contains(&rise(samples, stretch)))
@@ -241,10 +245,13 @@ fn steady_speed(samples: &[Sample]) -> Option<f64> {
         })
         .collect();
     speeds.sort_by(f64::total_cmp);
-    speeds.get(speeds.len() / 2).copied().filter(|speed| *speed > 0.0)
+    speeds
+        .get(speeds.len() / 2)
+        .copied()
+        .filter(|speed| *speed > 0.0)
 }
 
-/// An event as name and fields, as the firmware's log has them: lengths in millimetre, what is not known left out.
+/// An event as name and fields, as the firmware's log has them; null what is not known.
 #[must_use]
 pub fn fields(event: &Event) -> (&'static str, Map<String, Value>) {
     let number = |value: f32, scale: f64| {
@@ -282,15 +289,19 @@ pub fn fields(event: &Event) -> (&'static str, Map<String, Value>) {
             k_a_free_nm_per_rad,
         } => {
             map.insert("k_a_nm_per_rad".into(), number(k_a_nm_per_rad, 1.0));
-            map.insert("k_a_free_nm_per_rad".into(), number(k_a_free_nm_per_rad, 1.0));
+            map.insert(
+                "k_a_free_nm_per_rad".into(),
+                number(k_a_free_nm_per_rad, 1.0),
+            );
             "unusual"
         }
         Event::Touch {
+            time_us,
             theta_a_rad,
             torque_nm,
-            ..
         } => {
-            map.insert("theta_a_rad".into(), number(theta_a_rad, 1.0));
+            map.insert("time_us".into(), json!(time_us));
+            map.insert("theta_a_mrad".into(), number(theta_a_rad, 1e3));
             map.insert("torque_mnm".into(), number(torque_nm, 1e3));
             "touch"
         }
@@ -320,15 +331,17 @@ pub fn fields(event: &Event) -> (&'static str, Map<String, Value>) {
             sigma_m,
             settled,
         } => {
-            let list = |values: [f32; 2]| Value::Array(values.map(|v| number(v, 1e3)).to_vec());
-            map.insert("phalanx".into(), json!(phalanx));
-            map.insert("k_mm".into(), list(k_m));
-            map.insert("sigma_mm".into(), list(sigma_m));
+            map.insert("phalanx".into(), json!(phalanx[0]));
+            map.insert("k_mm".into(), number(k_m[0], 1e3));
+            map.insert("sigma_mm".into(), number(sigma_m[0], 1e3));
+            map.insert("other_phalanx".into(), json!(phalanx[1]));
+            map.insert("other_k_mm".into(), number(k_m[1], 1e3));
+            map.insert("other_sigma_mm".into(), number(sigma_m[1], 1e3));
             map.insert("settled".into(), json!(settled));
             "ambiguous"
         }
         Event::NotLocated { why, torque_nm } => {
-            map.insert("why".into(), json!(format!("{why:?}").to_lowercase()));
+            map.insert("why".into(), json!(kebab(&format!("{why:?}"))));
             map.insert("torque_mnm".into(), number(torque_nm, 1e3));
             "not-located"
         }
@@ -336,6 +349,18 @@ pub fn fields(event: &Event) -> (&'static str, Map<String, Value>) {
         Event::CalibrationRefused { .. } => "calibration-refused",
     };
     (name, map)
+}
+
+/// `TooStiff` as `too-stiff`.
+fn kebab(name: &str) -> String {
+    let mut out = String::new();
+    for (index, letter) in name.char_indices() {
+        if letter.is_uppercase() && index > 0 {
+            out.push('-');
+        }
+        out.extend(letter.to_lowercase());
+    }
+    out
 }
 
 /// An event as a log line: `name key=value key=value`.
