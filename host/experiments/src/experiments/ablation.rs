@@ -36,8 +36,8 @@ fn without_friction(recording: &Recording, friction: &Friction) -> Recording {
         .iter()
         .map(|(directive, sample)| {
             let torque_nm = friction
-                .near(Drive::Closing, sample.position_counts)
-                .unwrap_or(0.0);
+                .beyond(Drive::Closing, sample.position_counts, 0)
+                .map_or(0.0, |(torque_nm, _)| torque_nm);
             let less = Sample {
                 current_a: sample.current_a - torque_nm / per_ampere,
                 ..*sample
