@@ -21,6 +21,9 @@ const MISFIT: f32 = 25.0;
 const FIRST_SIGMAS: f32 = 8.0;
 /// Growth of the torque after which the slope is asked again for places not thought of.
 const ASK_AGAIN: f32 = 1.8;
+/// Nearer to the joint of phalanx 2 than this share of its length, a contact is one on the joint itself: as compliant as a
+/// contact anywhere on phalanx 1 (MATH 5), and nearer than either phalanx is thick.
+const JOINT_SHARE: f32 = 0.02;
 /// Two places closer than this share of the phalanx are one.
 const SAME_PLACE: f32 = 0.12;
 
@@ -229,7 +232,7 @@ impl Locator {
     }
 
     /// What the hypotheses say now. `bonus` is what else is known of each (a joint's sensor), as a logarithm of odds.
-    pub fn verdict(&self, bonus: impl Fn(&Estimate) -> f32) -> Verdict {
+    pub fn verdict<F: Mechanics>(&self, finger: &F, bonus: impl Fn(&Estimate) -> f32) -> Verdict {
         if self.hypotheses.is_empty() || self.hypotheses.iter().any(|h| h.steps() < 2) {
             return Verdict::Undecided;
         }
@@ -271,7 +274,9 @@ impl Locator {
         let Some((hypothesis, estimate, evidence)) = first else {
             return Verdict::Nowhere(self.unexplained());
         };
-        if hypothesis.phalanx() == 1 {
+        let joint_m = JOINT_SHARE * finger.phalanx_length_m(2).unwrap_or(0.0);
+        let on_joint = hypothesis.phalanx() == 2 && estimate.k_m < joint_m;
+        if hypothesis.phalanx() == 1 || on_joint {
             return Verdict::Nowhere(NotLocated::Proximal);
         }
         if let Some((rival, other, rival_evidence)) = second

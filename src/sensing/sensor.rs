@@ -574,7 +574,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
 
     fn verdict(&self, touching: &Touching<H::Reading>) -> Verdict {
         let change = H::change_rad(touching.reading, self.reading);
-        touching.locator.verdict(|estimate| {
+        touching.locator.verdict(&self.finger, |estimate| {
             change.map_or(0.0, |measured| {
                 let [_, expected, _] = estimate.end.joints_rad;
                 locator::ln_likelihood(measured, expected, Hall::SIGMA_RAD)
