@@ -18,6 +18,11 @@ use crate::sample::{Drive, Sample};
 pub const SAMPLE_HZ: u32 = 1000;
 /// Control periods a sample.
 const PERIODS_PER_SAMPLE: u8 = (CONTROL_HZ / SAMPLE_HZ) as u8;
+/// Every period of a sample in steady motion with the drive.
+const ALL_CLOSING: i8 = PERIODS_PER_SAMPLE as i8;
+const ALL_OPENING: i8 = -ALL_CLOSING;
+/// The period of a sample in which the thermal model advances by the sample before: one with no slow detector.
+const HEAT_PERIOD: u8 = FREE_TURN + 1;
 // The last period of a sample, which completes it, leaves the slow detectors out.
 const _: () = assert!((PERIODS_PER_SAMPLE - 1) % TURNS == FREE_TURN);
 const SAMPLE_S: f32 = 1.0 / SAMPLE_HZ as f32;
@@ -34,8 +39,8 @@ const SUPPLY_GAIN: f32 = 1.0 / 16.0;
 #[derive(Clone, Debug, Default)]
 struct Average {
     periods: u8,
-    closing: u8,
-    opening: u8,
+    /// Periods of steady motion in the direction of the drive: closing counts up, opening down.
+    driven: i8,
     sum_a: f32,
     sum_squares_a2: f32,
     limited: Limited,
@@ -72,7 +77,11 @@ pub struct Controller {
     /// Signed current of the period that ended, where the sense could tell.
     measured_a: Option<f32>,
     status: Status,
-    sample: Option<Sample>,
+    /// The last step completed a sample, which has not been taken.
+    completed: bool,
+    drive: Drive,
+    /// Mean square of the sample's current, for the thermal model's turn.
+    mean_square_a2: f32,
 }
 
 impl Controller {
@@ -107,7 +116,9 @@ impl Controller {
             measuring: false,
             measured_a: None,
             status: Status::default(),
-            sample: None,
+            completed: false,
+            drive: Drive::Idle,
+            mean_square_a2: 0.0,
             scale,
         })
     }
@@ -116,6 +127,7 @@ impl Controller {
     /// bridge shall do.
     pub fn step(&mut self, inputs: &Inputs, demand: &Demand) -> Outputs {
         self.status.time_us = self.status.time_us.wrapping_add(PERIOD_US as u64);
+        self.completed = false;
         self.acknowledge(demand);
         let encoder_plausible = self.encoder.update(inputs.encoder);
         self.observe(inputs, encoder_plausible, demand.setpoint);
@@ -126,7 +138,16 @@ impl Controller {
 
     /// The 1 ms average completed by the last step, once: every twentieth call of [`step`](Self::step) makes one.
     pub fn sample(&mut self) -> Option<Sample> {
-        self.sample.take()
+        if !self.completed {
+            return None;
+        }
+        self.completed = false;
+        Some(Sample {
+            time_us: self.status.time_us,
+            position_counts: self.status.position_counts,
+            current_a: self.status.current_a,
+            drive: self.drive,
+        })
     }
 
     /// What the slow loop wants to know, as of the last step.
@@ -248,43 +269,46 @@ impl Controller {
         average.periods += 1;
         average.sum_a += signed_a;
         average.sum_squares_a2 += flowing_a * flowing_a;
-        if !blind {
-            average.closing += u8::from(observed.applied_v > 0.0 && observed.speed > MOVING);
-            average.opening += u8::from(observed.applied_v < 0.0 && observed.speed < -MOVING);
+        if !blind && observed.speed.abs() > MOVING && observed.applied_v * observed.speed > 0.0 {
+            average.driven += if observed.speed > 0.0 { 1 } else { -1 };
         }
         self.status.position_counts = self.encoder.position_counts();
         self.status.speed_counts_per_s = observed.speed * CONTROL_HZ as f32;
-        if average.periods >= PERIODS_PER_SAMPLE {
-            self.complete_sample();
+        match average.periods {
+            HEAT_PERIOD => self.heat(),
+            PERIODS_PER_SAMPLE => self.complete_sample(),
+            _ => {}
         }
     }
 
-    /// Hands out the sample, and does what is needed once a millisecond.
+    /// Once a millisecond, not in the period that has a sample to complete: the winding's temperature, and the supply's
+    /// reciprocal.
+    fn heat(&mut self) {
+        self.winding.advance(self.mean_square_a2, SAMPLE_S);
+        self.hot = self.winding.is_hot();
+        self.status.winding_c = self.winding.celsius();
+        // Not below 1 V, nor NaN.
+        self.per_supply_v = if self.supply_v > 1.0 {
+            1.0 / self.supply_v
+        } else {
+            1.0
+        };
+    }
+
+    /// Completes the sample.
     fn complete_sample(&mut self) {
         const PER_SAMPLE: f32 = 1.0 / PERIODS_PER_SAMPLE as f32;
         let average = core::mem::take(&mut self.average);
-        let current_a = average.sum_a * PER_SAMPLE;
-        let drive = if average.closing == PERIODS_PER_SAMPLE {
-            Drive::Closing
-        } else if average.opening == PERIODS_PER_SAMPLE {
-            Drive::Opening
-        } else {
-            Drive::Idle
+        self.drive = match average.driven {
+            ALL_CLOSING => Drive::Closing,
+            ALL_OPENING => Drive::Opening,
+            _ => Drive::Idle,
         };
-        self.winding
-            .advance(average.sum_squares_a2 * PER_SAMPLE, SAMPLE_S);
-        self.hot = self.winding.is_hot();
-        self.per_supply_v = 1.0 / self.supply_v.max(1.0);
-        self.status.current_a = current_a;
+        self.mean_square_a2 = average.sum_squares_a2 * PER_SAMPLE;
+        self.status.current_a = average.sum_a * PER_SAMPLE;
         self.status.supply_v = self.supply_v;
-        self.status.winding_c = self.winding.celsius();
         self.status.limited = average.limited;
-        self.sample = Some(Sample {
-            time_us: self.status.time_us,
-            position_counts: self.status.position_counts,
-            current_a,
-            drive,
-        });
+        self.completed = true;
     }
 
     /// Outputs for a setpoint.
@@ -357,7 +381,11 @@ impl Controller {
     }
 
     /// A wanted motion (speed or current), suppressed if it leads out of the travel.
+    #[inline]
     fn inward(&self, wanted: f32) -> (f32, bool) {
+        if self.beyond_counts == 0 {
+            return (wanted, false);
+        }
         let beyond = self.beyond_counts;
         let outward = (beyond > 0 && wanted > 0.0) || (beyond < 0 && wanted < 0.0);
         (if outward { 0.0 } else { wanted }, outward)
