@@ -12,12 +12,15 @@ use clap::Parser;
 #[command(name = "palpate-emulator", version)]
 enum Command {
     /// Close the simulated finger on an object and print the log
-    Sim(command::sim::Options),
+    Sim(Box<command::sim::Options>),
+    /// Inject every fault into the running firmware and print what came of it
+    Faults(command::faults::Options),
 }
 
 fn main() -> ExitCode {
     let result = match Command::parse() {
         Command::Sim(options) => command::sim::run(&options),
+        Command::Faults(options) => command::faults::run(&options),
     };
     result.unwrap_or_else(|error| {
         eprintln!("error: {error}");

@@ -99,6 +99,13 @@ impl<S: Simulated> Rig<S> {
         &mut self.machine.slow
     }
 
+    /// Lets time pass.
+    pub fn idle(&mut self, seconds: f64) {
+        for _ in 0..Machine::<Slow<S>>::samples(seconds) {
+            self.machine.until_sample();
+        }
+    }
+
     /// Offset, homing, and friction recorded on a free closing and opening.
     ///
     /// # Errors
@@ -156,6 +163,7 @@ impl<S: Simulated> Rig<S> {
     pub fn motion(&mut self, request: Request, closing: Directive) -> Result<Outcome, Error> {
         let machine = &mut self.machine;
         machine.slow.events.clear();
+        machine.slow.samples.clear();
         machine.slow.fault = None;
         machine
             .slow
@@ -186,6 +194,7 @@ impl<S: Simulated> Rig<S> {
             first_contact: truth.first_contact,
             fault: machine.slow.fault,
             events,
+            samples: std::mem::take(&mut machine.slow.samples),
             truth,
             trace,
         })

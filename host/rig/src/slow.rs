@@ -1,7 +1,7 @@
 //! The slow loop of the simulation: the library's two halves, each told what the other found.
 
 use crate::{Simulated, SlowLoop};
-use palpate::app::sense::notice;
+use palpate::app::sense::{Order, notice};
 use palpate::app::settings::Overrides;
 use palpate::app::{Conduct, Sense};
 use palpate::drive::config::OutOfRange;
@@ -21,8 +21,11 @@ pub struct Slow<S: Simulated> {
     pub conduct: Conduct<S>,
     /// Events with the time they were told, microseconds since reset.
     pub events: Vec<(u64, Event)>,
+    /// Samples with what each was good for.
+    pub samples: Vec<(Directive, Sample)>,
     /// First fault since it was last taken.
     pub fault: Option<Fault>,
+    directive: Directive,
     notice: Option<Notice>,
 }
 
@@ -45,7 +48,9 @@ impl<S: Simulated> Slow<S> {
             sense: Sense::new().map_err(SlowError::Finger)?,
             conduct: Conduct::new(Overrides::default()).map_err(SlowError::Drive)?,
             events: Vec::new(),
+            samples: Vec::new(),
             fault: None,
+            directive: Directive::Rest,
             notice: None,
         })
     }
@@ -67,6 +72,7 @@ impl<S: Simulated> Slow<S> {
 
 impl<S: Simulated> SlowLoop for Slow<S> {
     fn sample(&mut self, sample: &Sample, status: &Status) -> Demand {
+        self.samples.push((self.directive, *sample));
         if let Some(event) = self.sense.sample(sample) {
             self.conduct.hear(&event, status);
             self.events.push((sample.time_us, event));
@@ -77,6 +83,9 @@ impl<S: Simulated> SlowLoop for Slow<S> {
             .advance(sample.time_us, status, self.notice.take());
         self.fault = self.fault.or(conducted.advance.fault);
         if let Some(order) = conducted.order {
+            if let Order::Direct(directive) = order {
+                self.directive = directive;
+            }
             self.sense.order(order);
         }
         conducted.advance.demand

@@ -192,6 +192,11 @@ impl Sequence {
         self.latched
     }
 
+    /// Speeds, currents and places in force.
+    pub fn motion(&self) -> &Motion {
+        &self.motion
+    }
+
     /// Changes speeds, currents and places; `motion` is assumed valid. Takes effect at the next change of state.
     pub fn set_motion(&mut self, motion: Motion) {
         self.motion = motion;

@@ -8,7 +8,9 @@ use std::time::Instant;
 
 use clap::Args;
 use palpate_emulator::firmware::default_path;
-use palpate_emulator::sim::{Object, Scene, Script, Session, Settings, Summary, Trace, event_json};
+use palpate_emulator::sim::{
+    Injected, Object, Scene, Script, Session, Settings, Summary, Trace, event_json,
+};
 use palpate_emulator::{Error, Firmware, Setup};
 use palpate_plant::Parameters;
 
@@ -54,6 +56,9 @@ pub struct Options {
     /// Typed instead of pressing the button, separated by semicolons, each when the motion before it has ended
     #[arg(long, value_name = "COMMANDS")]
     commands: Option<String>,
+    /// Injects a fault: NAME or NAME@SECONDS
+    #[arg(long, value_name = "NAME[@TIME_S]")]
+    fault: Option<Injected>,
     /// Simulated seconds after which the run is given up
     #[arg(long, value_name = "S", default_value_t = 120.0, value_parser = positive)]
     max_s: f64,
@@ -122,11 +127,19 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
     let mut printed = 0;
     let mut progress = Progress::new();
     let mut result = Ok(());
+    let mut fault = options.fault;
     while result.is_ok() && !session.over() {
         result = session.millisecond();
+        if let Some(injected) = due(&mut fault, session.machine.time_s()) {
+            result = result.and_then(|()| session.inject(injected.fault));
+        }
         if printed < session.lines.len() {
             progress.clear();
             printed = print(&session, printed, options.json);
+        }
+        for note in session.machine.take_notes() {
+            progress.clear();
+            eprintln!("chip: {note}");
         }
         progress.show(&session, start);
     }
@@ -141,6 +154,9 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
     } else {
         print!("\n{}", summary.text(wall_s));
     }
+    if !session.resets.is_empty() {
+        eprintln!("error: the chip was reset {} times", session.resets.len());
+    }
     if session.timed_out() && !session.completed() {
         eprintln!(
             "error: the firmware did not reach its final state within {} s",
@@ -153,6 +169,11 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
     } else {
         ExitCode::FAILURE
     })
+}
+
+/// The fault, once, when its time has come.
+fn due(fault: &mut Option<Injected>, time_s: f64) -> Option<Injected> {
+    fault.take_if(|fault| fault.at_s <= time_s)
 }
 
 fn print(session: &Session<'_>, from: usize, json: bool) -> usize {
