@@ -31,6 +31,8 @@ const PIN_SIGMA_M: f32 = 0.3e-3;
 const BLOCKS_PER_STEP: u8 = 2;
 /// Steps that each hypothesis gets when the motion is over.
 const LAST_STEPS: u8 = 40;
+/// Samples between two of them: a step takes several milliseconds on the target, and samples must not pile up meanwhile.
+const SAMPLES_PER_LAST_STEP: u8 = 12;
 /// A point enters the fit when its torque stands this many deviations above zero.
 const CLEAR_SIGMAS: f32 = 4.0;
 /// A deviation that shrinks by less than this factor while the torque grows by a quarter will not be worth more torque.
@@ -71,6 +73,8 @@ struct Touching<R> {
     reported: Reported,
     /// Steps left after the motion ended; None while it goes on.
     last_steps: Option<u8>,
+    /// Samples until the next of them.
+    pause: u8,
     settled: bool,
 }
 
@@ -395,6 +399,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             asked: (0.0, f32::INFINITY),
             reported: Reported::Nothing,
             last_steps: None,
+            pause: 0,
             settled: false,
         };
         for past in self.history.iter().skip(first) {
@@ -669,8 +674,12 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             && steps > 0
             && !(steps < LAST_STEPS && touching.locator.has_converged())
         {
-            touching.last_steps = Some(steps - 1);
-            self.refine(&mut touching);
+            if touching.pause == 0 {
+                touching.pause = SAMPLES_PER_LAST_STEP;
+                touching.last_steps = Some(steps - 1);
+                self.refine(&mut touching);
+            }
+            touching.pause = touching.pause.saturating_sub(1);
             self.touching = Some(touching);
             return;
         }
