@@ -3,11 +3,15 @@
 /// Halvings of the bracket: a bracket [0, l] ends up 2^-32 l wide, or at neighbouring numbers before that.
 pub const BISECTION_STEPS: u32 = 32;
 
-/// Zero of `residual` in `[low, high]`, where its signs must differ (a zero at an end counts); `None` where they do not.
+/// Zero of `residual` in `[low, high]`, where its signs must differ (a zero at an end counts); `None` where they do not or
+/// the bracket is not finite.
 ///
 /// At most [`BISECTION_STEPS`] evaluations after the two at the ends, whatever the residual. Only signs are used: the
 /// residual must be bounded and change sign once, its scale does not matter.
 pub fn bisect(low: f32, high: f32, mut residual: impl FnMut(f32) -> f32) -> Option<f32> {
+    if !(low.is_finite() && high.is_finite()) {
+        return None;
+    }
     let (at_low, at_high) = (residual(low), residual(high));
     if at_low == 0.0 {
         return Some(low);
@@ -22,7 +26,7 @@ pub fn bisect(low: f32, high: f32, mut residual: impl FnMut(f32) -> f32) -> Opti
     let rising = at_low < 0.0;
     let (mut low, mut high) = (low, high);
     for _ in 0..BISECTION_STEPS {
-        let middle = low + 0.5 * (high - low);
+        let middle = 0.5 * low + 0.5 * high;
         if middle == low || middle == high {
             break;
         }
@@ -32,5 +36,5 @@ pub fn bisect(low: f32, high: f32, mut residual: impl FnMut(f32) -> f32) -> Opti
             high = middle;
         }
     }
-    Some(low + 0.5 * (high - low))
+    Some(0.5 * low + 0.5 * high)
 }
