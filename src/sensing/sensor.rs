@@ -29,6 +29,8 @@ const ONSET_SIGMA_RAD: f32 = 0.03;
 const PIN_SIGMA_M: f32 = 0.3e-3;
 /// Steps that each hypothesis gets when the motion is over.
 const LAST_STEPS: u8 = 40;
+/// Samples between two of them: a step takes several milliseconds on the target, and samples must not pile up meanwhile.
+const SAMPLES_PER_LAST_STEP: u8 = 12;
 /// A point enters the fit when its torque stands this many deviations above zero.
 const CLEAR_SIGMAS: f32 = 4.0;
 /// A deviation that shrinks by less than this factor while the torque grows by a quarter will not be worth more torque.
@@ -94,6 +96,8 @@ struct Touching<R> {
     good: Option<(Verdict, f32)>,
     /// Steps left after the motion ended; None while it goes on.
     last_steps: Option<u8>,
+    /// Samples until the next of them.
+    pause: u8,
     settled: bool,
 }
 
@@ -446,6 +450,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             reported: Reported::Nothing,
             good: None,
             last_steps: None,
+            pause: 0,
             settled: false,
         };
         for past in self.history.iter().skip(first + 1) {
@@ -756,8 +761,12 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             && steps > 0
             && !(steps < LAST_STEPS && touching.locator.has_converged())
         {
-            touching.last_steps = Some(steps - 1);
-            self.refine(&mut touching);
+            if touching.pause == 0 {
+                touching.pause = SAMPLES_PER_LAST_STEP;
+                touching.last_steps = Some(steps - 1);
+                self.refine(&mut touching);
+            }
+            touching.pause = touching.pause.saturating_sub(1);
             self.touching = Some(touching);
             return;
         }
