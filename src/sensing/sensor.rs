@@ -4,15 +4,15 @@
 //! |---|---|
 //! | free motion recorded | [`Recorder`] |
 //! | closing, nothing felt | [`Detector`] on the residual of the record |
-//! | contact | [`Curve`], and every second block one step of the [`Locator`] |
+//! | contact | [`Curve`], and every block one step of the [`Locator`] |
 //! | motion over | the locator until its fits stand still, one step a sample; then the last word |
 
-use crate::finger::Mechanics;
+use crate::finger::{Free, Mechanics};
 use crate::numeric::sqrt;
 use crate::sensing::block::{Block, Gate, Step};
 use crate::sensing::curve::{self, Curve, Point};
 use crate::sensing::detector::{self, Detector, Finding};
-use crate::sensing::fit::{Data, Estimate, LEAST_POINTS, Place, Prior};
+use crate::sensing::fit::{self, Data, Estimate, LEAST_POINTS, Place, Prior};
 use crate::sensing::friction::{Friction, Recorder};
 use crate::sensing::joint::{Hall, JointSensor, NoHall};
 use crate::sensing::locator::{self, Locator, Verdict};
@@ -27,16 +27,20 @@ const HISTORY: usize = 32;
 const ONSET_SIGMA_RAD: f32 = 0.03;
 /// How well a pin is placed by hand or by a gauge, metre (R, chosen).
 const PIN_SIGMA_M: f32 = 0.3e-3;
-/// Blocks between two steps of the locator.
-const BLOCKS_PER_STEP: u8 = 2;
 /// Steps that each hypothesis gets when the motion is over.
 const LAST_STEPS: u8 = 40;
+/// Samples between two of them: a step takes several milliseconds on the target, and samples must not pile up meanwhile.
+const SAMPLES_PER_LAST_STEP: u8 = 12;
 /// A point enters the fit when its torque stands this many deviations above zero.
 const CLEAR_SIGMAS: f32 = 4.0;
 /// A deviation that shrinks by less than this factor while the torque grows by a quarter will not be worth more torque.
 const NO_HELP: f32 = 0.93;
 /// Deviation of k, as a share of the phalanx, above which no location is reported.
 const VAGUE: f32 = 0.25;
+/// Mean square residual, in variances, up to which a curve counts as explained well.
+const GOOD: f32 = 4.0;
+/// Growth of it with which a curve has left its path.
+const WORSE: f32 = 5.0;
 /// A location is reported anew when its deviation has shrunk by this factor.
 const SHARPER: f32 = 0.75;
 /// Systematic error of the cable's twist that a press does not show (how much it creeps), as a share.
@@ -79,7 +83,6 @@ struct Touching<R> {
     unevenness_nm: f32,
     onset_rad: f32,
     reading: R,
-    blocks: u8,
     torque_nm: f32,
     /// The torque as the cable's creep feels it, and when it was last brought up to date.
     late_nm: f32,
@@ -89,8 +92,12 @@ struct Touching<R> {
     /// Torque and deviation when it was last asked whether more torque helps.
     asked: (f32, f32),
     reported: Reported,
+    /// The last verdict from a curve that was explained well, and its misfit.
+    good: Option<(Verdict, f32)>,
     /// Steps left after the motion ended; None while it goes on.
     last_steps: Option<u8>,
+    /// Samples until the next of them.
+    pause: u8,
     settled: bool,
 }
 
@@ -240,7 +247,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         }
     }
 
-    /// Takes a sample; tells at most one thing. Typically some hundred instructions; every second block of a contact, and
+    /// Takes a sample; tells at most one thing. Typically some hundred instructions; every block of a contact, and
     /// after its end for some tens of samples, one step of a fit.
     pub fn update(&mut self, sample: &Sample) -> Option<Event> {
         match self.gate.push(sample, &self.drivetrain, &self.settings) {
@@ -358,8 +365,8 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         ) else {
             return;
         };
-        let theta_a_rad = self.drivetrain.angle_rad(block.counts);
-        if let Some(free) = self.finger.free_at_angle(theta_a_rad, &self.posture) {
+        let theta_a_rad = self.drivetrain.closing_rad(block.counts);
+        if let Some(free) = self.free(theta_a_rad) {
             self.posture = free.configuration;
         }
         if self.history.is_full() {
@@ -400,8 +407,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
     fn tell_unusual(&mut self, theta_a_rad: f32, excess_nm: f32) {
         let rest_rad = self.finger.input_angle_rad(&self.finger.rest());
         let expected = self
-            .finger
-            .free_at_angle(theta_a_rad, &self.posture)
+            .free(theta_a_rad)
             .and_then(|free| self.finger.expected_k_a(&free))
             .unwrap_or(0.0);
         let way_rad = theta_a_rad - rest_rad;
@@ -414,6 +420,18 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             },
             k_a_free_nm_per_rad: expected,
         });
+    }
+
+    /// Posture and torque of the free finger at a measured angle.
+    fn free(&self, measured_rad: f32) -> Option<Free<F::Configuration>> {
+        let creep = self.drivetrain.creep[0];
+        fit::free_behind_cable(
+            &self.finger,
+            measured_rad,
+            &self.calibration,
+            creep,
+            &self.posture,
+        )
     }
 
     /// A contact is decided.
@@ -433,16 +451,17 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
                 .as_ref()
                 .and_then(|friction| friction.unevenness_nm(block.drive))
                 .unwrap_or(0.0),
-            onset_rad: self.drivetrain.angle_rad(onset.counts),
+            onset_rad: self.drivetrain.closing_rad(onset.counts),
             reading: onset.reading,
-            blocks: 0,
             torque_nm: 0.0,
             late_nm: 0.0,
             late_us: onset.time_us,
             waiting: onset,
             asked: (0.0, f32::INFINITY),
             reported: Reported::Nothing,
+            good: None,
             last_steps: None,
+            pause: 0,
             settled: false,
         };
         for past in self.history.iter().skip(first + 1) {
@@ -467,8 +486,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         let efficiency =
             drivetrain.efficiency * (1.0 + drivetrain.efficiency_per_speed * past.overspeed);
         let free_nm = self
-            .finger
-            .free_at_angle(drivetrain.angle_rad(past.counts), &self.posture)
+            .free(drivetrain.closing_rad(past.counts))
             .map_or(0.0, |free| free.torque_nm);
         let excess_nm = efficiency * (past.residual_nm - touching.level_nm);
         let torque_nm = excess_nm + free_nm / self.calibration.torque_factor;
@@ -511,15 +529,12 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             return;
         }
         self.add(touching, past);
-        touching.blocks = touching.blocks.saturating_add(1);
-        if touching.blocks < BLOCKS_PER_STEP || self.directive == Directive::CalibrateCable {
+        if self.directive == Directive::CalibrateCable || touching.settled {
             return;
         }
-        touching.blocks = 0;
-        touching.locator.refresh();
-        self.refine(touching);
-        if matches!(self.directive, Directive::Watch) {
-            self.report(touching);
+        let judged = self.refine(touching);
+        if judged && self.directive == Directive::Watch {
+            self.report(touching, false);
         }
     }
 
@@ -543,12 +558,11 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         }
     }
 
-    /// One step of the locator.
-    fn refine(&self, touching: &mut Touching<H::Reading>) {
+    /// One step of the locator; true at the end of a round.
+    fn refine(&self, touching: &mut Touching<H::Reading>) -> bool {
         let prior = self.prior(touching);
         let free_nm = self
-            .finger
-            .free_at_angle(touching.onset_rad, &self.posture)
+            .free(touching.onset_rad)
             .map_or(0.0, |free| free.torque_nm)
             / self.calibration.torque_factor;
         let offset_variance = prior.offset_sigma_nm * prior.offset_sigma_nm;
@@ -564,12 +578,12 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             .collect();
         let data = Data {
             points: &points,
-            origin_rad: self.drivetrain.angle_rad(touching.curve.origin_counts()),
+            origin_rad: self.drivetrain.closing_rad(touching.curve.origin_counts()),
             drivetrain: &self.drivetrain,
         };
         touching
             .locator
-            .refine(&self.finger, &data, &prior, &self.posture);
+            .refine(&self.finger, &data, &prior, &self.posture)
     }
 
     fn verdict(&self, touching: &Touching<H::Reading>) -> Verdict {
@@ -582,13 +596,26 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         })
     }
 
-    /// Says what is new while the torque rises.
-    fn report(&mut self, touching: &mut Touching<H::Reading>) {
+    /// Says what is new at the end of a round; `last` is the last word.
+    fn report(&mut self, touching: &mut Touching<H::Reading>, last: bool) {
         if touching.settled {
             return;
         }
-        let spent = touching.torque_nm >= 0.97 * self.settings.torque_limit_nm;
-        match self.verdict(touching) {
+        let misfit = touching.locator.misfit();
+        let mut verdict = self.verdict(touching);
+        let mut over = last || touching.torque_nm >= 0.97 * self.settings.torque_limit_nm;
+        match touching.good {
+            // The curve has left the path that explained it well: a second contact, a slip. What was known before holds.
+            Some((good, was)) if misfit > WORSE * was.max(1.0) => {
+                verdict = good;
+                over = true;
+            }
+            _ if misfit <= GOOD && verdict != Verdict::Undecided => {
+                touching.good = Some((verdict, misfit));
+            }
+            _ => {}
+        }
+        match verdict {
             Verdict::At {
                 phalanx,
                 estimate,
@@ -597,7 +624,13 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
                 let sigma_m = estimate.k_sigma_m * sqrt(spread);
                 let length = self.finger.phalanx_length_m(phalanx).unwrap_or(0.0);
                 let help = self.more_torque_helps(touching, sigma_m);
-                let settled = spent || sigma_m <= self.settings.wanted_sigma_m || !help;
+                let settled = over || sigma_m <= self.settings.wanted_sigma_m || !help;
+                if sigma_m >= VAGUE * length {
+                    if over {
+                        self.tell_nowhere(touching, NotLocated::TooFewSamples);
+                    }
+                    return;
+                }
                 let news = match touching.reported {
                     Reported::Located {
                         phalanx: before,
@@ -610,34 +643,39 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
                     }
                     _ => true,
                 };
-                if (news || settled) && sigma_m < VAGUE * length {
-                    self.tell_located(touching, phalanx, &estimate, spread, settled);
+                touching.settled = settled;
+                if news || settled {
+                    self.tell_located(touching, phalanx, &estimate, spread);
                 }
-                touching.settled = settled && sigma_m < VAGUE * length;
             }
             Verdict::Either {
                 phalanx,
                 estimate,
                 spread,
             } => {
-                if touching.reported != Reported::Ambiguous || spent {
-                    self.tell_ambiguous(touching, phalanx, &estimate, spread, spent);
+                touching.settled = over;
+                if touching.reported != Reported::Ambiguous || over {
+                    self.tell_ambiguous(touching, phalanx, &estimate, spread);
                 }
-                touching.settled = spent;
             }
             Verdict::Nowhere(why) => {
-                // A proximal contact is known for what it is when the torque no longer adds to it: others may yet turn up.
+                // A proximal contact is not told from one near the joint before the torque has shown the difference.
                 let sure = touching.torque_nm >= 0.5 * self.settings.torque_limit_nm;
-                if spent || (sure && why == NotLocated::Proximal) {
-                    touching.settled = true;
-                    self.tell(Event::NotLocated {
-                        why,
-                        torque_nm: touching.torque_nm,
-                    });
+                if over || (sure && why == NotLocated::Proximal) {
+                    self.tell_nowhere(touching, why);
                 }
             }
+            Verdict::Undecided if over => self.tell_nowhere(touching, NotLocated::TooFewSamples),
             Verdict::Undecided => {}
         }
+    }
+
+    fn tell_nowhere(&mut self, touching: &mut Touching<H::Reading>, why: NotLocated) {
+        touching.settled = true;
+        self.tell(Event::NotLocated {
+            why,
+            torque_nm: touching.torque_nm,
+        });
     }
 
     /// Whether the deviation still shrinks as the torque grows.
@@ -657,16 +695,15 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         phalanx: u8,
         estimate: &Estimate,
         spread: f32,
-        settled: bool,
     ) {
+        let settled = touching.settled;
         let swell = sqrt(spread);
         let sigma_m = estimate.k_sigma_m * swell;
         let radius_sigma_m = estimate.radius_sigma_m * swell;
         // No better than the prior: the curve does not tell.
         let tells_radius = radius_sigma_m < 0.7 * self.settings.radius_sigma_m;
         let k_c = self
-            .finger
-            .free_at_angle(estimate.onset_rad, &self.posture)
+            .free(estimate.onset_rad)
             .and_then(|free| {
                 self.finger.contact_compliance(
                     &free.configuration,
@@ -707,8 +744,8 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         phalanx: [u8; 2],
         estimate: &[Estimate; 2],
         spread: f32,
-        settled: bool,
     ) {
+        let settled = touching.settled;
         touching.reported = Reported::Ambiguous;
         self.tell(Event::Ambiguous {
             phalanx,
@@ -732,8 +769,12 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             && steps > 0
             && !(steps < LAST_STEPS && touching.locator.has_converged())
         {
-            touching.last_steps = Some(steps - 1);
-            self.refine(&mut touching);
+            if touching.pause == 0 {
+                touching.pause = SAMPLES_PER_LAST_STEP;
+                touching.last_steps = Some(steps - 1);
+                self.refine(&mut touching);
+            }
+            touching.pause = touching.pause.saturating_sub(1);
             self.touching = Some(touching);
             return;
         }
@@ -748,42 +789,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
                 self.tell_calibration(learned);
             }
             _ if touching.settled => {}
-            _ => self.last_word(&mut touching),
-        }
-    }
-
-    fn last_word(&mut self, touching: &mut Touching<H::Reading>) {
-        match self.verdict(touching) {
-            Verdict::At {
-                phalanx,
-                estimate,
-                spread,
-            } => {
-                let length = self.finger.phalanx_length_m(phalanx).unwrap_or(0.0);
-                if estimate.k_sigma_m * sqrt(spread) < VAGUE * length {
-                    self.tell_located(touching, phalanx, &estimate, spread, true);
-                    return;
-                }
-                self.tell(Event::NotLocated {
-                    why: NotLocated::TooFewSamples,
-                    torque_nm: touching.torque_nm,
-                });
-            }
-            Verdict::Either {
-                phalanx,
-                estimate,
-                spread,
-            } => {
-                self.tell_ambiguous(touching, phalanx, &estimate, spread, true);
-            }
-            Verdict::Nowhere(why) => self.tell(Event::NotLocated {
-                why,
-                torque_nm: touching.torque_nm,
-            }),
-            Verdict::Undecided => self.tell(Event::NotLocated {
-                why: NotLocated::TooFewSamples,
-                torque_nm: touching.torque_nm,
-            }),
+            _ => self.report(&mut touching, true),
         }
     }
 

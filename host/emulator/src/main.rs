@@ -15,11 +15,14 @@ enum Command {
     Sim(Box<command::sim::Options>),
     /// Inject every fault into the running firmware and print what came of it
     Faults(command::faults::Options),
+    /// Run a benchmark image to its end and count instructions
+    Bench(command::bench::Options),
 }
 
 fn main() -> ExitCode {
     let result = match Command::parse() {
         Command::Sim(options) => command::sim::run(&options),
+        Command::Bench(options) => command::bench::run(&options),
         Command::Faults(options) => command::faults::run(&options),
     };
     result.unwrap_or_else(|error| {

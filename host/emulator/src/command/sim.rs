@@ -59,6 +59,12 @@ pub struct Options {
     /// Injects a fault: NAME or NAME@SECONDS
     #[arg(long, value_name = "NAME[@TIME_S]")]
     fault: Option<Injected>,
+    /// Prints executed instructions of every interrupt, and the use of the stacks
+    #[arg(long)]
+    counts: bool,
+    /// Counts the calls of every function with this in its name
+    #[arg(long, value_name = "NAME", requires = "counts")]
+    watch: Vec<String>,
     /// Simulated seconds after which the run is given up
     #[arg(long, value_name = "S", default_value_t = 120.0, value_parser = positive)]
     max_s: f64,
@@ -107,7 +113,10 @@ fn settings(options: &Options) -> Result<Settings, Error> {
             .map_or_else(Script::button, Script::parse),
         seed: options.seed,
         max_s: options.max_s,
-        setup: Setup::default(),
+        setup: Setup {
+            watch: options.watch.clone(),
+            ..Setup::default()
+        },
     })
 }
 
@@ -147,6 +156,9 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
     result = result.and(session.finish());
     print(&session, printed, options.json);
     result?;
+    if options.counts {
+        super::counts::print(&session.machine, options.json);
+    }
     let summary = Summary::of(&session);
     let wall_s = start.elapsed().as_secs_f64();
     if options.json {
