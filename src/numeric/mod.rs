@@ -9,7 +9,7 @@
 //! | division | VDIV.F32 | correctly rounded | 14 cycles; micromath's reciprocal is 9e-6 off at best, which the stiffness near e_2 multiplies |
 //! | [`bisect`] | | the residual's rounding | fixed number of steps |
 //! | [`ln`] | exponent and the series of artanh | 1e-6 | likelihoods and thresholds, not in a control path |
-//! | [`solve`] | Gaussian elimination, row pivoting | the condition's | at most 5 unknowns |
+//! | [`solve`] | Gaussian elimination, row pivoting | the condition's | one unknown a joint, never more than three |
 //!
 //! Host and target run the same operations in the same order (nothing is fused), so they give the same numbers.
 
