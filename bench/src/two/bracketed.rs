@@ -1,0 +1,77 @@
+//! Bracketing methods on a residual that is bounded and monotone on each bracket (MATH 9): the square-root form
+//! (1 - x_2) k - c x_2 -+ sqrt(C (K_1 k^2 + K_2' (k + c)^2)).
+
+use super::TwoPhalanges;
+use crate::candidate::{Roots, on_phalanx};
+use crate::solver;
+use crate::sqrt;
+
+/// Of the length, about one unit in the last place of f32.
+const WIDTH: f32 = 6e-8;
+
+/// The residual and its derivative; `side` is -1 below the stiffest point and 1 beyond it.
+#[inline(always)]
+fn residual(input: &TwoPhalanges, side: f32, k: f32) -> (f32, f32) {
+    let (c, rest) = (input.c(), 1.0 - input.x2);
+    let p = k + c;
+    let (a, b) = (input.stiffness1 * k, input.stiffness2 * p);
+    let root = sqrt(input.compliance * (a * k + b * p));
+    let slope = rest - side * input.compliance * (a + b) / root;
+    (rest * k - c * input.x2 - side * root, slope)
+}
+
+/// Both brackets by one method.
+#[inline(always)]
+fn both(input: &TwoPhalanges, find: impl Fn(f32, f32, f32) -> f32) -> Roots {
+    let [below, beyond] = input.brackets();
+    [(-1.0, below), (1.0, beyond)].map(|(side, (lo, hi))| {
+        if lo < hi {
+            on_phalanx(find(side, lo, hi), input.l2)
+        } else {
+            f32::NAN
+        }
+    })
+}
+
+#[inline(always)]
+fn bisect(input: &TwoPhalanges, steps: u32) -> Roots {
+    both(input, |side, lo, hi| {
+        solver::bisect(|k| residual(input, side, k).0, lo, hi, steps)
+    })
+}
+
+macro_rules! bisections {
+    ($($name:ident $steps:literal),*) => {$(
+        #[doc = concat!("Bisection, ", stringify!($steps), " steps a bracket.")]
+        #[inline(never)]
+        pub fn $name(input: &TwoPhalanges) -> Roots {
+            bisect(input, $steps)
+        }
+    )*};
+}
+
+bisections!(bisection_8 8, bisection_12 12, bisection_16 16, bisection_20 20, bisection_24 24, bisection_28 28);
+
+/// ITP.
+#[inline(never)]
+pub fn itp(input: &TwoPhalanges) -> Roots {
+    both(input, |side, lo, hi| {
+        solver::itp(|k| residual(input, side, k).0, lo, hi, WIDTH * input.l2)
+    })
+}
+
+/// Chandrupatla.
+#[inline(never)]
+pub fn chandrupatla(input: &TwoPhalanges) -> Roots {
+    both(input, |side, lo, hi| {
+        solver::chandrupatla(|k| residual(input, side, k).0, lo, hi, WIDTH * input.l2)
+    })
+}
+
+/// Newton inside the bracket.
+#[inline(never)]
+pub fn newton(input: &TwoPhalanges) -> Roots {
+    both(input, |side, lo, hi| {
+        solver::newton(|k| residual(input, side, k), lo, hi, WIDTH * input.l2)
+    })
+}

@@ -1,0 +1,33 @@
+//! `palpate-report`: what `cargo xtask golden`, `size` and `report` run.
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use palpate_report::size;
+
+#[derive(Parser)]
+#[command(about = "Reference data, speed against error, what an ELF weighs")]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Flash and RAM of firmware images, and what they must not carry.
+    Size(size::Arguments),
+}
+
+fn main() -> ExitCode {
+    let outcome = match Arguments::parse().command {
+        Command::Size(arguments) => size::run(&arguments),
+    };
+    match outcome {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("palpate-report: {error:#}");
+            ExitCode::from(2)
+        }
+    }
+}
