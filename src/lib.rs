@@ -15,6 +15,7 @@
 pub mod drive;
 pub mod finger;
 pub mod numeric;
+pub mod sample;
 pub mod scene;
 pub mod sensing;
 

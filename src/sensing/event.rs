@@ -1,5 +1,7 @@
 //! What sensing has to say.
 
+use crate::sensing::calibration::{Calibration, Refusal};
+
 /// Why a contact was felt but not located.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
@@ -73,14 +75,30 @@ pub enum Event {
     },
     /// Two places explain the same curve.
     Ambiguous {
-        /// Candidate phalanges.
+        /// Candidate phalanges, the likelier first.
         phalanx: [u8; 2],
-        /// Candidate locations.
+        /// Candidate locations, metre.
         k_m: [f32; 2],
+        /// Their standard deviations, metre.
+        sigma_m: [f32; 2],
+        /// No further torque will improve it.
+        settled: bool,
     },
-    /// A contact without a location.
+    /// A contact without a location. Final.
     NotLocated {
         /// Why.
         why: NotLocated,
+        /// Torque above friction when it was given up.
+        torque_nm: f32,
+    },
+    /// A contact at a known place was used.
+    Calibrated {
+        /// What is known now.
+        calibration: Calibration,
+    },
+    /// A calibration was refused; the one before stands.
+    CalibrationRefused {
+        /// Why.
+        why: Refusal,
     },
 }

@@ -1,4 +1,4 @@
-//! What sensing is given, once a millisecond.
+//! What `drive` hands to `sensing` once a millisecond: the one type both rooms share.
 
 /// How the bridge drove the motor during the sample: it decides what the current tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,0 +1,477 @@
+//! What a user types, over RTT or the serial port: one line, one command, one answer.
+
+use core::fmt;
+
+use super::decimal::{self, Decimal};
+use super::settings::{Description, Setting};
+
+/// Longest line that is understood, bytes, without its end.
+pub const LINE_MAX: usize = 64;
+
+/// A command.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub enum Command {
+    /// List the commands.
+    Help,
+    /// Say state, position, current, supply, temperature, faults.
+    Status,
+    /// A whole grasp: what is missing of offset, homing and friction record, then close, probe, hold, open.
+    Run,
+    /// Open against the stop and make that the zero of the encoder.
+    Home,
+    /// Record friction on a free closing and opening.
+    RecordFriction,
+    /// Calibrate at a known contact.
+    Calibrate(Calibrate),
+    /// Close until contact, probe, hold.
+    Close,
+    /// Open.
+    Open,
+    /// Bridge off, now, whatever is going on.
+    Stop,
+    /// Clear a fault whose cause is gone.
+    Clear,
+    /// Print all settings.
+    Show,
+    /// Change a setting, value in SI units, within its range.
+    Set(Setting, f32),
+    /// Write settings, friction record and calibration to flash.
+    Save,
+    /// Forget everything that was saved.
+    Factory,
+}
+
+/// Where the contact of a calibration is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub enum Calibrate {
+    /// A pin at this distance from the joint of the distal phalanx, metre.
+    At {
+        /// Distance, metre.
+        k_m: f32,
+    },
+    /// The closing stop: the cable's stiffness alone.
+    Cable,
+    /// Forget the places collected so far and the calibration.
+    Forget,
+}
+
+/// The places a pin may have: on a phalanx of any finger that this firmware could move.
+const CALIBRATE_MM: core::ops::RangeInclusive<f32> = 1.0..=500.0;
+
+/// Every command: its words, what follows them, what it does. `help` prints this table.
+pub const COMMANDS: [(&str, &str, &str); 14] = [
+    ("help", "", "list the commands"),
+    (
+        "status",
+        "",
+        "state, position, current, supply, temperature, fault",
+    ),
+    (
+        "run",
+        "",
+        "a whole grasp: home, record friction if needed, close, probe, hold, open",
+    ),
+    ("home", "", "open against the stop and make it the zero"),
+    (
+        "record-friction",
+        "",
+        "record friction on a free closing and opening; remove all objects first",
+    ),
+    (
+        "calibrate",
+        "MM | cable | forget",
+        "press on a pin at a known place, or on the closing stop for the cable alone",
+    ),
+    ("close", "", "close until contact, probe, hold"),
+    ("open", "", "open to the stop"),
+    ("stop", "", "bridge off at once, in any state"),
+    ("clear", "", "clear a fault whose cause is gone"),
+    ("show", "", "print the settings"),
+    (
+        "set",
+        "NAME VALUE",
+        "change a setting; `show` lists names, units and ranges",
+    ),
+    ("save", "", "keep settings, friction record and calibration"),
+    ("factory", "", "forget all that was saved"),
+];
+
+/// What is wrong with a line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CommandError {
+    /// Longer than [`LINE_MAX`], or not text.
+    NotALine,
+    /// No such command.
+    Unknown,
+    /// Something follows a command that takes nothing, or too much follows it.
+    Unexpected {
+        /// Usage of the command.
+        usage: &'static str,
+    },
+    /// Something is missing or is not a number.
+    Expected {
+        /// What should stand there.
+        what: &'static str,
+    },
+    /// No such setting.
+    UnknownSetting,
+    /// A value outside its range.
+    Range {
+        /// The setting, with name, unit and range.
+        row: &'static Description,
+    },
+    /// A place outside what a finger has.
+    Place,
+}
+
+impl fmt::Display for CommandError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotALine => write!(f, "expected a line of text of at most {LINE_MAX} bytes"),
+            Self::Unknown => write!(f, "no such command; try help"),
+            Self::Unexpected { usage: "" } => write!(f, "this command takes nothing"),
+            Self::Unexpected { usage } => write!(f, "too many words; expected {usage}"),
+            Self::Expected { what } => write!(f, "expected {what}"),
+            Self::UnknownSetting => write!(f, "no such setting; try show"),
+            Self::Range { row } => {
+                let Description {
+                    name,
+                    min,
+                    max,
+                    unit,
+                    ..
+                } = row;
+                let (min, max) = (Decimal(*min), Decimal(*max));
+                write!(f, "{name} must be {min} to {max} {unit}")
+            }
+            Self::Place => {
+                let (min, max) = (Decimal(*CALIBRATE_MM.start()), Decimal(*CALIBRATE_MM.end()));
+                write!(f, "the place must be {min} to {max} mm from the joint")
+            }
+        }
+    }
+}
+
+impl Command {
+    /// Reads a line. Words are separated by blanks; case does not matter; an empty line is no command.
+    ///
+    /// # Errors
+    /// What was expected instead.
+    pub fn parse(line: &[u8]) -> Result<Option<Self>, CommandError> {
+        if line.len() > LINE_MAX {
+            return Err(CommandError::NotALine);
+        }
+        let text = core::str::from_utf8(line).map_err(|_| CommandError::NotALine)?;
+        let mut words = text.split_ascii_whitespace();
+        let Some(name) = words.next() else {
+            return Ok(None);
+        };
+        let Some((name, usage, _)) = COMMANDS
+            .iter()
+            .find(|(known, ..)| known.eq_ignore_ascii_case(name))
+        else {
+            return Err(CommandError::Unknown);
+        };
+        let command = match *name {
+            "help" => Self::Help,
+            "status" => Self::Status,
+            "run" => Self::Run,
+            "home" => Self::Home,
+            "record-friction" => Self::RecordFriction,
+            "calibrate" => Self::Calibrate(calibrate(&mut words)?),
+            "close" => Self::Close,
+            "open" => Self::Open,
+            "stop" => Self::Stop,
+            "clear" => Self::Clear,
+            "show" => Self::Show,
+            "set" => set(&mut words)?,
+            "save" => Self::Save,
+            "factory" => Self::Factory,
+            _ => return Err(CommandError::Unknown),
+        };
+        match words.next() {
+            // A stop with words behind it is still a stop.
+            Some(_) if command != Self::Stop => Err(CommandError::Unexpected { usage }),
+            _ => Ok(Some(command)),
+        }
+    }
+}
+
+fn calibrate<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<Calibrate, CommandError> {
+    const EXPECTED: CommandError = CommandError::Expected {
+        what: "the pin's place in mm, or cable, or forget",
+    };
+    let word = words.next().ok_or(EXPECTED)?;
+    if word.eq_ignore_ascii_case("cable") {
+        return Ok(Calibrate::Cable);
+    }
+    if word.eq_ignore_ascii_case("forget") {
+        return Ok(Calibrate::Forget);
+    }
+    let k_mm = number(word, "mm", words).ok_or(EXPECTED)?;
+    if !CALIBRATE_MM.contains(&k_mm) {
+        return Err(CommandError::Place);
+    }
+    Ok(Calibrate::At { k_m: k_mm * 1e-3 })
+}
+
+fn set<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<Command, CommandError> {
+    let name = words
+        .next()
+        .ok_or(CommandError::Expected { what: "NAME VALUE" })?;
+    let setting = Setting::by_name(name).ok_or(CommandError::UnknownSetting)?;
+    let row = setting.describe();
+    let value = words
+        .next()
+        .and_then(|word| number(word, row.unit, words))
+        .ok_or(CommandError::Expected {
+            what: "a number after the name",
+        })?;
+    let value_si = row.to_si(value).ok_or(CommandError::Range { row })?;
+    Ok(Command::Set(setting, value_si))
+}
+
+/// A number, with its unit joined to it, behind it, or left out.
+fn number<'a>(word: &str, unit: &str, rest: &mut impl Iterator<Item = &'a str>) -> Option<f32> {
+    match word.strip_suffix(unit) {
+        Some(bare) if !unit.is_empty() => decimal::parse(bare),
+        _ => {
+            let value = decimal::parse(word)?;
+            match rest.next() {
+                Some(behind) if !behind.eq_ignore_ascii_case(unit) => None,
+                _ => Some(value),
+            }
+        }
+    }
+}
+
+/// Puts lines together from bytes as they come, however they are cut.
+///
+/// A line that grows too long is dropped whole, up to its end, and answered once. A line that ends in `stop` is a stop,
+/// whatever stands before it: noise on the wire or half a command must not keep the bridge on.
+#[derive(Clone, Debug, Default)]
+pub struct Lines {
+    line: heapless::Vec<u8, LINE_MAX>,
+    overlong: bool,
+    /// The last bytes of the line, lower case, also of what was dropped.
+    tail: [u8; 4],
+}
+
+impl Lines {
+    /// Takes a byte; at the end of a line, what the line says. Empty lines say nothing.
+    pub fn push(&mut self, byte: u8) -> Option<Result<Command, CommandError>> {
+        if !matches!(byte, b'\n' | b'\r') {
+            let [_, b, c, d] = self.tail;
+            self.tail = [b, c, d, byte.to_ascii_lowercase()];
+            self.overlong |= self.line.push(byte).is_err();
+            return None;
+        }
+        let done = core::mem::take(self);
+        if done.tail == *b"stop" {
+            return Some(Ok(Command::Stop));
+        }
+        if done.overlong {
+            return Some(Err(CommandError::NotALine));
+        }
+        Command::parse(&done.line).transpose()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn parse(text: &str) -> Result<Option<Command>, CommandError> {
+        Command::parse(text.as_bytes())
+    }
+
+    #[test]
+    fn every_command_of_the_table_is_understood() {
+        for (name, usage, _) in COMMANDS {
+            let line = match usage {
+                "" => name.to_owned(),
+                "NAME VALUE" => format!("{name} closing-speed 0.3"),
+                _ => format!("{name} 40"),
+            };
+            assert!(matches!(parse(&line), Ok(Some(_))), "{line}");
+            assert!(matches!(parse(&line.to_uppercase()), Ok(Some(_))), "{line}");
+            let excess = parse(&format!("{line} mm what"));
+            assert_eq!(excess.is_ok(), name == "stop", "{line}: {excess:?}");
+        }
+    }
+
+    #[test]
+    fn units_may_be_joined_apart_or_left_out() {
+        for line in [
+            "calibrate 40",
+            "calibrate 40mm",
+            "calibrate 40 mm",
+            " calibrate\t40 MM ",
+        ] {
+            assert_eq!(
+                parse(line),
+                Ok(Some(Command::Calibrate(Calibrate::At { k_m: 40.0 * 1e-3 }))),
+                "{line}"
+            );
+        }
+        assert_eq!(
+            parse("set current-limit 150 mA"),
+            Ok(Some(Command::Set(Setting::CurrentLimit, 150.0 * 1e-3)))
+        );
+        assert_eq!(
+            parse("calibrate cable"),
+            Ok(Some(Command::Calibrate(Calibrate::Cable)))
+        );
+        assert_eq!(
+            parse("calibrate forget"),
+            Ok(Some(Command::Calibrate(Calibrate::Forget)))
+        );
+    }
+
+    #[test]
+    fn wrong_lines_are_told_what_was_expected() {
+        for (line, answer) in [
+            ("halt", "no such command; try help"),
+            ("set", "expected NAME VALUE"),
+            ("set speed 3", "no such setting; try show"),
+            ("set closing-speed", "expected a number after the name"),
+            ("set closing-speed fast", "expected a number after the name"),
+            (
+                "set closing-speed 0.3 mA",
+                "expected a number after the name",
+            ),
+            (
+                "set closing-speed 3",
+                "closing-speed must be 0.05 to 0.8 rad/s",
+            ),
+            (
+                "set closing-speed 0.3 rad/s now",
+                "too many words; expected NAME VALUE",
+            ),
+            (
+                "calibrate",
+                "expected the pin's place in mm, or cable, or forget",
+            ),
+            (
+                "calibrate 1e9",
+                "expected the pin's place in mm, or cable, or forget",
+            ),
+            (
+                "calibrate -5",
+                "the place must be 1 to 500 mm from the joint",
+            ),
+            ("open wide", "this command takes nothing"),
+            ("\u{fc}ben", "no such command; try help"),
+        ] {
+            let error = parse(line).expect_err(line);
+            assert_eq!(error.to_string(), answer, "{line}");
+        }
+        assert_eq!(Command::parse(&[0xff, b'a']), Err(CommandError::NotALine));
+        assert_eq!(
+            Command::parse(&[b' '; LINE_MAX + 1]),
+            Err(CommandError::NotALine)
+        );
+        assert_eq!(parse("   "), Ok(None));
+    }
+
+    fn feed(lines: &mut Lines, bytes: &[u8]) -> Vec<Result<Command, CommandError>> {
+        bytes.iter().filter_map(|byte| lines.push(*byte)).collect()
+    }
+
+    #[test]
+    fn lines_come_out_whole_however_the_bytes_are_cut() {
+        let mut lines = Lines::default();
+        assert_eq!(feed(&mut lines, b"sta"), vec![]);
+        assert_eq!(
+            feed(&mut lines, b"tus\r\n\nopen\rhal\n"),
+            vec![
+                Ok(Command::Status),
+                Ok(Command::Open),
+                Err(CommandError::Unknown)
+            ]
+        );
+    }
+
+    #[test]
+    fn an_overlong_line_is_answered_once_and_the_next_is_understood() {
+        let mut lines = Lines::default();
+        assert_eq!(feed(&mut lines, &[b'x'; 1000]), vec![]);
+        assert_eq!(
+            feed(&mut lines, b"\nopen\n"),
+            vec![Err(CommandError::NotALine), Ok(Command::Open)]
+        );
+    }
+
+    proptest! {
+        /// Whatever came before, and whatever is on the line before it, a stop is a stop.
+        #[test]
+        fn no_stop_is_lost(noise in proptest::collection::vec(any::<u8>(), 0..300)) {
+            let mut lines = Lines::default();
+            feed(&mut lines, &noise);
+            let said = feed(&mut lines, b"stop\n");
+            prop_assert_eq!(said, vec![Ok(Command::Stop)]);
+        }
+
+        #[test]
+        fn any_line_is_answered(line in proptest::collection::vec(any::<u8>(), 0..200)) {
+            let _ = Command::parse(&line);
+        }
+    }
+
+    /// Five million bytes, half noise, half pieces of real commands: nothing panics, every stop arrives.
+    #[test]
+    fn five_million_bytes_and_no_stop_is_lost() {
+        let words: [&[u8]; 8] = [
+            b"set ",
+            b"closing-speed ",
+            b"0.3",
+            b"calibrate ",
+            b" 40mm",
+            b"run",
+            b"\n",
+            b"stop\n",
+        ];
+        let mut state: u32 = 0x9e37_79b9;
+        let mut random = move || {
+            state ^= state << 13;
+            state ^= state >> 17;
+            state ^= state << 5;
+            state
+        };
+        let mut lines = Lines::default();
+        let (mut bytes, mut sent, mut received) = (0u32, 0u32, 0u32);
+        let mut push = |byte: u8, received: &mut u32| {
+            if lines.push(byte) == Some(Ok(Command::Stop)) {
+                *received += 1;
+            }
+        };
+        while bytes < 5_000_000 {
+            let pick = random();
+            if pick & 8 == 0 {
+                // Noise without a letter p: it cannot complete a stop of its own.
+                let byte = (pick >> 8) as u8;
+                push(
+                    if byte.eq_ignore_ascii_case(&b'p') {
+                        b'?'
+                    } else {
+                        byte
+                    },
+                    &mut received,
+                );
+                bytes += 1;
+            } else {
+                let word = words[(pick & 7) as usize];
+                sent += u32::from(word == b"stop\n");
+                for byte in word {
+                    push(*byte, &mut received);
+                    bytes += 1;
+                }
+            }
+        }
+        assert!(sent > 50_000);
+        assert_eq!(received, sent);
+    }
+}

@@ -1,0 +1,208 @@
+//! What the drive must know of motor, drivetrain, board and limits. Immutable; checked once.
+
+/// The motor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motor {
+    /// Torque constant, newton metre per ampere; equal to the back-EMF constant in volt second per radian.
+    pub torque_constant_nm_per_a: f32,
+    /// Terminal resistance when cold, ohm.
+    pub resistance_ohm: f32,
+    /// Rotor inertia, kilogram square metre.
+    pub rotor_inertia_kg_m2: f32,
+    /// Heating of the winding.
+    pub thermal: Thermal,
+}
+
+/// Two-body thermal model of the motor: winding in housing in ambient air.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Thermal {
+    /// Highest permitted winding temperature, degree Celsius.
+    pub limit_c: f32,
+    /// Assumed ambient temperature, degree Celsius.
+    pub ambient_c: f32,
+    /// Thermal resistance winding to housing, kelvin per watt.
+    pub winding_k_per_w: f32,
+    /// Thermal resistance housing to ambient, kelvin per watt.
+    pub housing_k_per_w: f32,
+    /// Time constant of the winding, second.
+    pub winding_s: f32,
+    /// Time constant of the housing, second.
+    pub housing_s: f32,
+}
+
+/// Encoder and gears between motor and input link.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drivetrain {
+    /// Encoder counts (x4 edges) a motor revolution.
+    pub counts_per_motor_rev: f32,
+    /// Motor revolutions a revolution of the input link.
+    pub reduction: f32,
+}
+
+/// Scaling of the board's analogue inputs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sense {
+    /// ADC reference, volt.
+    pub reference_v: f32,
+    /// Current sense, volt per ampere.
+    pub volt_per_a: f32,
+    /// Supply voltage over voltage at the pin.
+    pub supply_divider: f32,
+}
+
+/// Limits (clamped, reported) and trips (bridge off).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Largest current the loops may ask for, ampere. Limit.
+    pub current_a: f32,
+    /// Current that switches the bridge off at once, ampere. Trip.
+    pub current_trip_a: f32,
+    /// Largest duty, 0 to 1. Limit.
+    pub duty: f32,
+    /// Largest speed of the input link, radian per second. Limit.
+    pub speed_rad_per_s: f32,
+    /// Acceleration of the speed reference, radian per second squared at the input link. Limit.
+    pub acceleration_rad_per_s2: f32,
+    /// Angle of the input link from the opening stop beyond which closing is suppressed, radian. Limit.
+    pub travel_rad: f32,
+    /// How far beyond either end of the travel the finger may be found, radian. Trip.
+    pub overtravel_rad: f32,
+    /// Lowest supply, volt. Trip.
+    pub supply_min_v: f32,
+    /// Highest supply, volt. Trip.
+    pub supply_max_v: f32,
+}
+
+/// Everything the controller is built from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Config {
+    /// The motor.
+    pub motor: Motor,
+    /// Encoder and gears.
+    pub drivetrain: Drivetrain,
+    /// Analogue inputs.
+    pub sense: Sense,
+    /// Limits and trips.
+    pub limits: Limits,
+}
+
+/// A parameter outside its range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub struct OutOfRange {
+    /// Name of the parameter.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f32,
+    /// Smallest permitted value.
+    pub min: f32,
+    /// Largest permitted value.
+    pub max: f32,
+}
+
+/// Checks one value; NaN is outside every range.
+///
+/// # Errors
+/// [`OutOfRange`] with the name and the range.
+pub fn check(name: &'static str, value: f32, min: f32, max: f32) -> Result<(), OutOfRange> {
+    if value >= min && value <= max {
+        Ok(())
+    } else {
+        Err(OutOfRange {
+            name,
+            value,
+            min,
+            max,
+        })
+    }
+}
+
+impl Config {
+    /// Checks every value against what the drive's arithmetic and this board can do.
+    ///
+    /// # Errors
+    /// The first value out of range.
+    pub fn validate(&self) -> Result<(), OutOfRange> {
+        let Self {
+            motor,
+            drivetrain,
+            sense,
+            limits,
+        } = self;
+        check(
+            "torque_constant_nm_per_a",
+            motor.torque_constant_nm_per_a,
+            1e-4,
+            1.0,
+        )?;
+        check("resistance_ohm", motor.resistance_ohm, 0.1, 500.0)?;
+        check(
+            "rotor_inertia_kg_m2",
+            motor.rotor_inertia_kg_m2,
+            1e-10,
+            1e-3,
+        )?;
+        let thermal = &motor.thermal;
+        check("limit_c", thermal.limit_c, 40.0, 155.0)?;
+        check(
+            "ambient_c",
+            thermal.ambient_c,
+            -20.0,
+            thermal.limit_c - 10.0,
+        )?;
+        check("winding_k_per_w", thermal.winding_k_per_w, 0.1, 200.0)?;
+        check("housing_k_per_w", thermal.housing_k_per_w, 0.1, 200.0)?;
+        check("winding_s", thermal.winding_s, 0.1, 1000.0)?;
+        check("housing_s", thermal.housing_s, 1.0, 10_000.0)?;
+        check(
+            "counts_per_motor_rev",
+            drivetrain.counts_per_motor_rev,
+            4.0,
+            65_536.0,
+        )?;
+        check("reduction", drivetrain.reduction, 1.0, 10_000.0)?;
+        check("reference_v", sense.reference_v, 1.0, 3.6)?;
+        check("volt_per_a", sense.volt_per_a, 0.01, 1000.0)?;
+        check("supply_divider", sense.supply_divider, 1.0, 100.0)?;
+        let full_scale_a = sense.reference_v / sense.volt_per_a;
+        check("current_a", limits.current_a, 0.001, full_scale_a)?;
+        // Above the limit by what a motor 20 % off its resistance overshoots, below saturation, which hides the value.
+        check(
+            "current_trip_a",
+            limits.current_trip_a,
+            1.25 * limits.current_a,
+            0.95 * full_scale_a,
+        )?;
+        check("duty", limits.duty, 0.05, 1.0)?;
+        // Jumps are told from motion by a count of up to 16 a control period: see the encoder.
+        let counts_per_rad =
+            drivetrain.counts_per_motor_rev * drivetrain.reduction / core::f32::consts::TAU;
+        check(
+            "speed_rad_per_s",
+            limits.speed_rad_per_s,
+            1e-3,
+            16.0 * 20_000.0 / counts_per_rad,
+        )?;
+        check(
+            "acceleration_rad_per_s2",
+            limits.acceleration_rad_per_s2,
+            1e-3,
+            1e4,
+        )?;
+        // Positions are wrapping 32-bit counts: a quarter of their range leaves room for every difference.
+        check("travel_rad", limits.travel_rad, 1e-3, 5e8 / counts_per_rad)?;
+        check(
+            "overtravel_rad",
+            limits.overtravel_rad,
+            1e-3,
+            5e8 / counts_per_rad,
+        )?;
+        check("supply_min_v", limits.supply_min_v, 3.0, 40.0)?;
+        check(
+            "supply_max_v",
+            limits.supply_max_v,
+            limits.supply_min_v,
+            sense.reference_v * sense.supply_divider,
+        )
+    }
+}

@@ -1,0 +1,128 @@
+//! Codes to units and back: the one place that knows the scales.
+
+use super::config::{Config, OutOfRange};
+use super::io::{ADC_FULL, AdcCode, CONTROL_HZ, DUTY_FULL, Direction, Duty, Outputs};
+use core::f32::consts::TAU;
+
+/// Control period, second.
+pub const PERIOD_S: f32 = 1.0 / CONTROL_HZ as f32;
+/// Control period, microseconds.
+pub const PERIOD_US: u32 = 1_000_000 / CONTROL_HZ;
+
+/// Scales of one board and drivetrain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    a_per_code: f32,
+    code_per_a: f32,
+    v_per_code: f32,
+    code_per_v: f32,
+    counts_per_rad: f32,
+    rad_per_count: f32,
+    emf_v_per_count_per_period: f32,
+}
+
+impl Scale {
+    /// Scales for a configuration.
+    ///
+    /// # Errors
+    /// The first parameter out of its range.
+    pub fn new(config: &Config) -> Result<Self, OutOfRange> {
+        config.validate()?;
+        let pin_v_per_code = config.sense.reference_v / f32::from(ADC_FULL);
+        let a_per_code = pin_v_per_code / config.sense.volt_per_a;
+        let v_per_code = pin_v_per_code * config.sense.supply_divider;
+        let counts_per_rad =
+            config.drivetrain.counts_per_motor_rev * config.drivetrain.reduction / TAU;
+        let motor_rad_per_s = TAU / config.drivetrain.counts_per_motor_rev * CONTROL_HZ as f32;
+        Ok(Self {
+            a_per_code,
+            code_per_a: 1.0 / a_per_code,
+            v_per_code,
+            code_per_v: 1.0 / v_per_code,
+            counts_per_rad,
+            rad_per_count: 1.0 / counts_per_rad,
+            emf_v_per_count_per_period: config.motor.torque_constant_nm_per_a * motor_rad_per_s,
+        })
+    }
+
+    /// Magnitude of the motor current, ampere, offset included.
+    pub fn current_a(&self, code: AdcCode) -> f32 {
+        f32::from(code.0) * self.a_per_code
+    }
+
+    /// Code that reads as this current: rounded, saturating at both ends of the converter; NaN gives 0.
+    pub fn current_code(&self, current_a: f32) -> AdcCode {
+        saturated_code(current_a * self.code_per_a)
+    }
+
+    /// Supply voltage, volt.
+    pub fn supply_v(&self, code: AdcCode) -> f32 {
+        f32::from(code.0) * self.v_per_code
+    }
+
+    /// Code that reads as this supply voltage: rounded, saturating; NaN gives 0.
+    pub fn supply_code(&self, supply_v: f32) -> AdcCode {
+        saturated_code(supply_v * self.code_per_v)
+    }
+
+    /// Angle of the input link, radian, of a number of counts.
+    pub fn angle_rad(&self, counts: i32) -> f32 {
+        counts as f32 * self.rad_per_count
+    }
+
+    /// Counts of an angle of the input link, truncated, saturating; NaN gives 0.
+    pub fn counts(&self, angle_rad: f32) -> i32 {
+        (angle_rad * self.counts_per_rad) as i32
+    }
+
+    /// Counts per second of a speed of the input link.
+    pub fn counts_per_s(&self, rad_per_s: f32) -> f32 {
+        rad_per_s * self.counts_per_rad
+    }
+
+    /// Speed of the input link, radian per second.
+    pub fn rad_per_s(&self, counts_per_s: f32) -> f32 {
+        counts_per_s * self.rad_per_count
+    }
+
+    /// Back-EMF, volt, of a motor speed of one count a control period.
+    pub fn emf_v_per_count_per_period(&self) -> f32 {
+        self.emf_v_per_count_per_period
+    }
+}
+
+/// Rounds to a code; a float-to-integer cast saturates and maps NaN to 0.
+fn saturated_code(code: f32) -> AdcCode {
+    AdcCode(((code + 0.5) as u16).min(ADC_FULL))
+}
+
+/// Bridge output for a motor voltage, given as a fraction of the supply, closing positive: direction from the sign,
+/// on-time rounded and clamped to the timer's range; NaN gives no drive.
+pub fn drive(fraction: f32) -> Outputs {
+    let direction = if fraction < 0.0 {
+        Direction::Opening
+    } else {
+        Direction::Closing
+    };
+    let ticks = (fraction.abs() * f32::from(DUTY_FULL) + 0.5) as u16;
+    Outputs::Drive {
+        direction,
+        duty: Duty(ticks.min(DUTY_FULL)),
+    }
+}
+
+/// Fraction of the supply that an output applies to the motor, closing positive.
+pub fn applied(outputs: Outputs) -> f32 {
+    const PER_TICK: f32 = 1.0 / DUTY_FULL as f32;
+    match outputs {
+        Outputs::Off | Outputs::Brake => 0.0,
+        Outputs::Drive {
+            direction: Direction::Closing,
+            duty,
+        } => f32::from(duty.0) * PER_TICK,
+        Outputs::Drive {
+            direction: Direction::Opening,
+            duty,
+        } => -(f32::from(duty.0) * PER_TICK),
+    }
+}

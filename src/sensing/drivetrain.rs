@@ -1,0 +1,35 @@
+//! What lies between the encoder and the finger's input link, as far as sensing has to know it.
+
+/// Constants of the drivetrain, seen from the input link.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub struct Drivetrain {
+    /// Rotation of the input link per encoder count, radian, > 0.
+    pub rad_per_count: f32,
+    /// Angle theta_a of the input link at the opening stop, where the encoder counts from, radian.
+    pub opening_stop_rad: f32,
+    /// Torque at the input link per ampere if nothing were lost: reduction times torque constant, newton metre per
+    /// ampere, > 0.
+    pub torque_per_ampere_nm: f32,
+    /// Share of a load's torque that the gears pass on, 0 to 1. Nominal: what it really is, in proportion to the
+    /// spring's stiffness, a calibration tells ([`crate::sensing::Calibration`]).
+    pub efficiency: f32,
+    /// Inertia of the rotor seen from the input link, kg m2, >= 0: the torque that it takes to change the speed is not
+    /// the load's.
+    pub inertia_kg_m2: f32,
+    /// Dead band after a reversal, at the input link, radian, >= 0: an upper limit.
+    pub backlash_rad: f32,
+}
+
+impl Drivetrain {
+    /// Angle between two encoder positions, radian. The difference is taken in integers, so that it neither wraps nor
+    /// loses digits.
+    pub fn rotation_rad(&self, from_counts: i32, to_counts: i32) -> f32 {
+        to_counts.wrapping_sub(from_counts) as f32 * self.rad_per_count
+    }
+
+    /// Angle theta_a of the input link at an encoder position, radian, the cable's twist included.
+    pub fn angle_rad(&self, counts: i32) -> f32 {
+        self.opening_stop_rad + self.rotation_rad(0, counts)
+    }
+}

@@ -1,0 +1,65 @@
+//! What a user may set of the sensing, and what the sequence tells it.
+
+/// Settings of the sensing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub struct Settings {
+    /// The one steady speed of the input link at which friction is recorded and contacts are felt, radian per second.
+    /// The worm's friction depends on speed.
+    pub speed_rad_per_s: f32,
+    /// A sample further from that speed than this share enters no estimate.
+    pub speed_tolerance: f32,
+    /// Time that the drivetrain takes to run steadily after a start or a reversal, microseconds.
+    pub settle_us: u32,
+    /// Angle of the input link that a free finger may travel from the opening stop, radian: short of the closing stop.
+    pub travel_rad: f32,
+    /// Contacts reported per free closing, at most, 1e-9 to 1e-1: the detector's threshold follows from it.
+    pub false_alarms_per_closing: f32,
+    /// Standard deviation of the location at which probing may end, metre.
+    pub wanted_sigma_m: f32,
+    /// Torque at the input link above which probing does not go, newton metre.
+    pub torque_limit_nm: f32,
+    /// Effective contact radius expected before anything is felt: mean, metre.
+    pub radius_m: f32,
+    /// Its standard deviation, metre.
+    pub radius_sigma_m: f32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            speed_rad_per_s: 0.3,
+            speed_tolerance: 0.1,
+            settle_us: 60_000,
+            travel_rad: 1.5,
+            false_alarms_per_closing: 1e-4,
+            wanted_sigma_m: 0.3e-3,
+            torque_limit_nm: 0.35,
+            // Objects of 4 to 40 mm in diameter on a phalanx some 10 mm thick: 2 + 5 to 20 + 5 mm.
+            radius_m: 0.014,
+            radius_sigma_m: 0.007,
+        }
+    }
+}
+
+/// What the samples that follow are good for. The sequence gives it; a replay has it from the command line.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub enum Directive {
+    /// Nothing is to be learned from the motion.
+    #[default]
+    Rest,
+    /// The finger moves freely, closing and opening: record friction. Ends with the next directive.
+    RecordFriction,
+    /// The finger closes on what may be there: find the contact and its place.
+    Watch,
+    /// As `Watch`, on a contact at a known place: calibrate.
+    Calibrate {
+        /// Phalanx in contact, from 2.
+        phalanx: u8,
+        /// Distance of the contact from the phalanx's joint, metre.
+        k_m: f32,
+    },
+    /// The finger is driven against the closing stop, where it is rigid: calibrate the cable.
+    CalibrateCable,
+}
