@@ -10,7 +10,7 @@
 //! | [`scene`] | this finger, this drivetrain, these limits: the file to edit | |
 //! | `board` | the chip: pins, interrupts, flash, telemetry (target only) | arithmetic |
 #![cfg_attr(target_os = "none", no_std)]
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)]
 
 pub mod drive;
 pub mod finger;

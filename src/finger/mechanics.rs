@@ -1,5 +1,9 @@
 //! What sensing asks of a finger, whatever its number of phalanges and its transmission.
 
+use super::inverse::{Held, Order, Solver};
+use super::path::Path;
+use super::{Configuration, Finger, Transmission};
+
 /// Most phalanges a finger of this crate has.
 pub const MAX_PHALANGES: usize = 3;
 
@@ -195,4 +199,128 @@ pub trait Mechanics {
     /// Follows the path to an input torque. Starts from the last point found, so that rising torques cost little. None
     /// where the contact is lost, slides off its phalanx, or equilibrium is not found; the path then stays where it was.
     fn follow(&self, path: &mut Self::Path, torque_nm: f32) -> Option<PathPoint>;
+
+    /// The place of a contact from one finite step: the `k` with which the path of `guess` reaches `torque_nm` with the
+    /// input link turned by `rotation_rad` since contact (MATH 7); also the point reached. `guess` chooses the branch:
+    /// a path started at a candidate of the tangent inverse. None where no such place is found on the phalanx.
+    fn place(
+        &self,
+        guess: &Self::Path,
+        torque_nm: f32,
+        rotation_rad: f32,
+    ) -> Option<(f32, PathPoint)>;
+
+    /// Stiffest place of a phalanx: e_2 (27) and its counterparts with three phalanges, metre; it may lie off the
+    /// phalanx.
+    fn stiffest_m(&self, at: &Self::Configuration, torque_nm: f32, phalanx: u8) -> Option<f32>;
+}
+
+impl<const N: usize, T: Transmission<N>> Mechanics for Finger<N, T>
+where
+    Held<N>: Order,
+{
+    const PHALANGES: usize = N;
+    type Configuration = Configuration<N>;
+    type Path = Path<N>;
+
+    fn rest(&self) -> Self::Configuration {
+        self.rest
+    }
+
+    fn input_angle_rad(&self, at: &Self::Configuration) -> f32 {
+        self.transmission.rotation_rad(at)
+    }
+
+    fn joint_rad(&self, at: &Self::Configuration, joint: u8) -> Option<f32> {
+        at.rad().get(usize::from(joint).checked_sub(1)?).copied()
+    }
+
+    fn phalanx_length_m(&self, phalanx: u8) -> Option<f32> {
+        self.parameters
+            .lengths_m
+            .get(usize::from(phalanx).checked_sub(1)?)
+            .copied()
+    }
+
+    fn free_at_angle(
+        &self,
+        theta_a_rad: f32,
+        near: &Self::Configuration,
+    ) -> Option<Free<Self::Configuration>> {
+        self.follow_angle(theta_a_rad, near)
+    }
+
+    fn free_at_torque(
+        &self,
+        torque_nm: f32,
+        near: &Self::Configuration,
+    ) -> Option<Self::Configuration> {
+        self.preshape(torque_nm, near)
+    }
+
+    fn expected_k_a(&self, free: &Free<Self::Configuration>) -> Option<f32> {
+        self.secant_stiffness(free)
+    }
+
+    fn free_compliance(&self, at: &Self::Configuration, torque_nm: f32) -> Option<f32> {
+        self.free(at, torque_nm)
+    }
+
+    fn proximal_compliance(&self, at: &Self::Configuration, torque_nm: f32) -> Option<f32> {
+        self.held(at, torque_nm)?.proximal()
+    }
+
+    fn contact_compliance(
+        &self,
+        at: &Self::Configuration,
+        torque_nm: f32,
+        phalanx: u8,
+        k_m: f32,
+    ) -> Option<f32> {
+        self.held(at, torque_nm)?.compliance(phalanx, k_m)
+    }
+
+    fn locate(
+        &self,
+        at: &Self::Configuration,
+        torque_nm: f32,
+        compliance_rad_per_nm: f32,
+    ) -> Inverse {
+        self.places(at, torque_nm, compliance_rad_per_nm, Solver::Bisection)
+    }
+
+    fn locate_closed(
+        &self,
+        at: &Self::Configuration,
+        torque_nm: f32,
+        compliance_rad_per_nm: f32,
+    ) -> Inverse {
+        self.places(at, torque_nm, compliance_rad_per_nm, Solver::ClosedForm)
+    }
+
+    fn path(
+        &self,
+        at: &Self::Configuration,
+        torque_nm: f32,
+        contact: Contact,
+    ) -> Option<Self::Path> {
+        self.start(at, torque_nm, contact)
+    }
+
+    fn follow(&self, path: &mut Self::Path, torque_nm: f32) -> Option<PathPoint> {
+        self.continue_to(path, torque_nm)
+    }
+
+    fn place(
+        &self,
+        guess: &Self::Path,
+        torque_nm: f32,
+        rotation_rad: f32,
+    ) -> Option<(f32, PathPoint)> {
+        self.placed(guess, torque_nm, rotation_rad)
+    }
+
+    fn stiffest_m(&self, at: &Self::Configuration, torque_nm: f32, phalanx: u8) -> Option<f32> {
+        self.held(at, torque_nm)?.stiffest_m(phalanx)
+    }
 }

@@ -3,10 +3,31 @@
 //! Equations in brackets are the source paper's; "MATH n" is a section of the derivation notes they were checked in.
 //! Lengths and torques may be in any consistent set of units; the names say metre and newton metre.
 
+mod build;
+mod configuration;
 mod error;
+mod fourbar;
+mod inverse;
+mod linkage;
 mod mechanics;
+mod pair;
+mod path;
+mod preshape;
+mod statics;
+mod tendon;
+mod transmission;
+mod triple;
 
+pub use build::{Finger, Parameters};
+pub use configuration::{Configuration, Step};
 pub use error::{ConfigError, Parameter};
+pub use fourbar::{Assembly, FourBar, Levers, Ratio};
+pub use linkage::Linkage;
 pub use mechanics::{
     Candidate, Class, Contact, Free, Inverse, MAX_PHALANGES, Mechanics, PathPoint,
 };
+pub use pair::{Pair, Roots};
+pub use path::Path;
+pub use tendon::Tendon;
+pub use transmission::{Gear, Transmission};
+pub use triple::Triple;

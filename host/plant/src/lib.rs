@@ -1,1 +1,35 @@
-//! To come.
+//! The simulated world: an underactuated finger, its drivetrain, bridge and sensors, and an object in its way.
+//!
+//! All of it is f64 and its own physics; it knows nothing of the library that it is there to judge. [`Plant`] is stepped
+//! by the levels on the bridge's [`Pins`] and answers with what a chip could measure; [`Plant::truth`] tells the rest.
+//! Simulated: nothing here was checked against a real finger.
+//!
+//! | module | what it models |
+//! |---|---|
+//! | `bridge` | H-bridge, winding, its temperature, unsigned current sense |
+//! | `drivetrain` | rotor, gearhead, worm: friction by the screw's laws, self-locking, backlash |
+//! | `encoder` | disc, wires and what can break in them |
+//! | `finger`, `linkage` | joints, springs, stops, tendon or four-bar transmission by loop closure, contact |
+//! | `object` | cylinders and convex polygons, thick phalanges |
+
+mod bridge;
+mod drivetrain;
+mod encoder;
+mod error;
+mod finger;
+mod linkage;
+mod object;
+mod parameters;
+mod plant;
+mod truth;
+
+pub use drivetrain::worm_efficiency;
+pub use encoder::EncoderFault;
+pub use error::Error;
+pub use object::{Grasp, Point, Shape};
+pub use parameters::{
+    Bridge, Cable, Contact as ContactParameters, DEFAULT_TOML, Encoder, FingerKind,
+    FingerParameters, Fingers, Gearhead, Hall, Mechanism, Motor, Parameters, Sense, Supply, Worm,
+};
+pub use plant::{Faults, MAX_STEP_S, Pins, Plant};
+pub use truth::{Contact, FirstContact, Truth};

@@ -1,0 +1,53 @@
+//! How fast the plant runs on one core: closing on a cylinder, one step a control period.
+
+use palpate_plant::{FingerKind, Grasp, Parameters, Pins, Plant, Shape};
+use std::time::Instant;
+
+fn main() -> Result<(), palpate_plant::Error> {
+    for kind in [
+        FingerKind::P70,
+        FingerKind::Tendon2,
+        FingerKind::Tendon3,
+        FingerKind::Linkage3,
+    ] {
+        let theta_1 = if kind == FingerKind::P70 { 0.5 } else { 0.8 };
+        for (name, shape) in [
+            ("cylinder", Shape::Cylinder { diameter_m: 0.01 }),
+            ("square", Shape::square(0.02, 45.0)),
+        ] {
+            let mut plant = Plant::new(
+                &Parameters::default(),
+                kind,
+                &Grasp::touching(2, 0.03, theta_1, shape),
+                1,
+            )?;
+            let pins = Pins {
+                outputs_enabled: true,
+                awake: true,
+                duty: 0.5,
+                closing: true,
+            };
+            let start = Instant::now();
+            for _ in 0..60_000 {
+                plant.step(&pins, 50e-6);
+            }
+            let wall = start.elapsed().as_secs_f64();
+            let truth = plant.truth();
+            println!(
+                "{kind:?} {name}: {:.0} times real time; theta_a {:.3} rad, torque {:.3} N m, current {:.1} mA, contacts {:?}, first {:?}",
+                plant.time_s() / wall,
+                truth.theta_a_rad,
+                truth.torque_nm,
+                1e3 * truth.motor_current_a,
+                truth.contacts,
+                truth.first_contact.map(|f| (
+                    f.time_s,
+                    f.contact.phalanx,
+                    f.contact.k_m,
+                    f.joint_rad
+                )),
+            );
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,189 @@
+//! Rotor, gearhead and worm: inertia, friction by their own laws, backlash.
+//!
+//! The rotor is the only mass. The worm turns only where a flank of the gearhead's backlash pushes it (its friction
+//! holds it otherwise), and pushes the wheel only across its own backlash; wheel and cable have no mass.
+
+use crate::parameters::{Parameters, Worm};
+use std::f64::consts::TAU;
+
+/// Static and running friction of the worm at a sliding speed (metre per second).
+fn worm_friction(worm: &Worm, speed: f64) -> f64 {
+    let running = worm.friction_running
+        * (-worm.friction_speed_factor * speed.powf(worm.friction_speed_exponent)).exp();
+    let stuck = worm.friction_static - worm.friction_running;
+    // Rounds to nothing a few tens of stribeck speeds on.
+    if speed > 30.0 * worm.stribeck_speed_m_per_s {
+        running
+    } else {
+        running + stuck * (-speed / worm.stribeck_speed_m_per_s).exp()
+    }
+}
+
+/// Torque at the worm that moves a wheel torque `load` (positive: against closing) in direction `way` (1 or -1), from the
+/// screw's inclined plane.
+fn screw(worm: &Worm, tan_lead: f64, load: f64, way: f64, friction: f64) -> f64 {
+    let along = way * load.signum() * friction;
+    // tan(lead + atan(along)) / tan(lead)
+    load / worm.ratio * (tan_lead + along) / ((1.0 - tan_lead * along) * tan_lead)
+}
+
+/// Efficiency of the worm while closing against a load, at a speed of the wheel: for judging parameters.
+#[must_use]
+pub fn worm_efficiency(parameters: &Parameters, wheel_rad_per_s: f64) -> f64 {
+    let worm = &parameters.worm;
+    let lead = worm.lead_angle_deg.to_radians();
+    let slip = wheel_rad_per_s.abs() * worm.ratio * worm.pitch_radius_m / lead.cos();
+    1.0 / (worm.ratio * screw(worm, lead.tan(), 1.0, 1.0, worm_friction(worm, slip)))
+}
+
+/// Configuration and state.
+#[derive(Clone, Debug)]
+pub(crate) struct Drivetrain {
+    worm: Worm,
+    inertia: f64,
+    drag: f64,
+    viscous: f64,
+    gear_ratio: f64,
+    gear_efficiency: f64,
+    /// Half the gearhead's backlash at its output, radian.
+    gear_play: f64,
+    tan_lead: f64,
+    slip_per_rad: f64,
+    worm_phase: f64,
+    wheel_phase: f64,
+    /// Motor shaft, radian, from where it stood at power-on.
+    pub rotor: f64,
+    /// Motor speed, radian per second.
+    pub speed: f64,
+    /// Worm, radian.
+    worm_angle: f64,
+}
+
+impl Drivetrain {
+    /// `play` in -1 to 1: where the worm rests in the gearhead's backlash.
+    pub fn new(parameters: &Parameters, play: f64) -> Self {
+        let Parameters {
+            motor,
+            gearhead,
+            worm,
+            ..
+        } = parameters;
+        let lead = worm.lead_angle_deg.to_radians();
+        let gear_play = 0.5 * gearhead.backlash_counts / parameters.counts_per_rad() * worm.ratio;
+        Self {
+            worm: *worm,
+            inertia: motor.rotor_inertia_kg_m2,
+            drag: motor.coulomb_nm + gearhead.drag_nm,
+            viscous: motor.viscous_nm_s_per_rad,
+            gear_ratio: gearhead.ratio,
+            gear_efficiency: gearhead.efficiency,
+            gear_play,
+            tan_lead: lead.tan(),
+            slip_per_rad: worm.pitch_radius_m / (lead.cos() * gearhead.ratio),
+            worm_phase: worm.eccentric_phase_deg.to_radians(),
+            wheel_phase: worm.wheel_eccentric_phase_deg.to_radians(),
+            rotor: 0.0,
+            speed: 0.0,
+            worm_angle: play * gear_play,
+        }
+    }
+
+    /// Wheel angle that the worm stands for, without the worm's backlash, radian.
+    pub fn wheel(&self) -> f64 {
+        self.worm_angle / self.worm.ratio
+    }
+
+    /// Kinetic energy, joule.
+    pub fn energy(&self) -> f64 {
+        0.5 * self.inertia * self.speed * self.speed
+    }
+
+    /// Torque at the rotor that a load at the wheel asks for when it turns in direction `way`, and whether the load
+    /// drives the worm itself (only a worm that is not self-locking).
+    fn reflected(&self, load: f64, way: f64, friction: f64) -> (f64, bool) {
+        let at_worm = screw(&self.worm, self.tan_lead, load, way, friction) / self.gear_ratio;
+        if at_worm * way < 0.0 {
+            return (at_worm * self.gear_efficiency, true);
+        }
+        let slack = self.rotor / self.gear_ratio - self.worm_angle;
+        let engaged = slack * way >= self.gear_play * (1.0 - 1e-9) - 1e-12;
+        (
+            if engaged {
+                at_worm / self.gear_efficiency
+            } else {
+                0.0
+            },
+            false,
+        )
+    }
+
+    /// One step: `torque` of the motor (mean over the step), `load` at the wheel, positive against closing.
+    pub fn step(&mut self, torque: f64, load: f64, dt: f64) {
+        let uneven = self.worm.eccentric_drag_nm * (self.worm_angle - self.worm_phase).cos()
+            + self.worm.wheel_eccentric_drag_nm * (self.wheel() - self.wheel_phase).cos();
+        let drag = (self.drag + uneven).max(0.0);
+        let friction = worm_friction(&self.worm, self.speed.abs() * self.slip_per_rad);
+        let way = if self.speed != 0.0 {
+            self.speed.signum()
+        } else if torque > self.reflected(load, 1.0, friction).0 + drag {
+            1.0
+        } else if torque < self.reflected(load, -1.0, friction).0 - drag {
+            -1.0
+        } else {
+            return;
+        };
+        let (reflected, driven) = self.reflected(load, way, friction);
+        let resisting = reflected + way * drag;
+        let speed = (self.speed + dt / self.inertia * (torque - resisting))
+            / (1.0 + dt * self.viscous / self.inertia);
+        // Friction stops the rotor, it does not throw it back.
+        self.speed = if speed * way < 0.0 { 0.0 } else { speed };
+        let change = self.speed * dt;
+        self.rotor += change;
+        let output = self.rotor / self.gear_ratio;
+        if driven {
+            self.worm_angle += change / self.gear_ratio;
+        }
+        self.worm_angle = self
+            .worm_angle
+            .clamp(output - self.gear_play, output + self.gear_play);
+    }
+
+    /// Turns in units of a full turn, for what repeats once a turn of the motor.
+    pub fn phase(&self) -> f64 {
+        self.rotor.rem_euclid(TAU)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn worm_efficiency_is_the_data_sheets() {
+        let p = Parameters::default();
+        // Wheel speeds of a closing finger; HARDWARE.md: 0.42-0.48 running, 0.33 at breakaway.
+        for speed in [0.2, 0.3, 0.5, 0.7] {
+            let eta = worm_efficiency(&p, speed);
+            assert!((0.42..=0.48).contains(&eta), "{eta} at {speed} rad/s");
+        }
+        let breakaway = worm_efficiency(&p, 0.0);
+        assert!((0.32..=0.345).contains(&breakaway), "{breakaway}");
+    }
+
+    #[test]
+    fn load_does_not_turn_a_self_locking_worm_but_turns_a_steep_one() {
+        let mut p = Parameters::default();
+        let mut locked = Drivetrain::new(&p, 1.0);
+        for _ in 0..2000 {
+            locked.step(0.0, 5.0, 50e-6);
+        }
+        assert_eq!(locked.rotor, 0.0);
+        p.worm.lead_angle_deg = 30.0;
+        let mut steep = Drivetrain::new(&p, -1.0);
+        for _ in 0..2000 {
+            steep.step(0.0, 5.0, 50e-6);
+        }
+        assert!(steep.rotor < -1.0);
+    }
+}

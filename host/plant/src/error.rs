@@ -1,0 +1,70 @@
+//! What can be wrong with a world before it starts.
+
+/// Why a plant cannot be built. Every variant names the key, what was found and what is allowed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// The file is not TOML.
+    #[error("not a TOML file: {0}")]
+    Syntax(String),
+    /// No such parameter.
+    #[error("unknown key `{key}`; expected one of: {expected}")]
+    UnknownKey {
+        /// Full path of the key.
+        key: String,
+        /// The keys that exist there.
+        expected: String,
+    },
+    /// A value of another kind than the default's.
+    #[error("`{key}` is {found}, expected {expected}")]
+    WrongType {
+        /// Full path of the key.
+        key: String,
+        /// Kind that is there.
+        found: &'static str,
+        /// Kind that is needed.
+        expected: &'static str,
+    },
+    /// A number outside its range, or not a number.
+    #[error("`{key}` = {value} is out of range, allowed {min} to {max}")]
+    OutOfRange {
+        /// Full path of the key.
+        key: String,
+        /// What was given.
+        value: f64,
+        /// Smallest allowed value.
+        min: f64,
+        /// Largest allowed value.
+        max: f64,
+    },
+    /// A list of the wrong length.
+    #[error("`{key}` has {found} numbers, expected {expected}")]
+    WrongLength {
+        /// Full path of the key.
+        key: String,
+        /// How many are there.
+        found: usize,
+        /// How many are needed.
+        expected: usize,
+    },
+    /// A finger has both pulleys and levers, or neither.
+    #[error("`{key}` needs either pulley_m, or lever_m, coupler_m, driven_m, offset_deg and mode")]
+    Transmission {
+        /// Path of the finger.
+        key: String,
+    },
+    /// A four-bar that cannot be assembled somewhere in its joint's range.
+    #[error(
+        "four-bar {stage} of `{key}` does not close at {angle_deg} deg: change its lengths or the joint's range"
+    )]
+    Open {
+        /// Path of the finger.
+        key: String,
+        /// First or second stage, from 1.
+        stage: usize,
+        /// Joint angle, degree.
+        angle_deg: f64,
+    },
+    /// The wanted place of contact is not on the finger or never reached.
+    #[error("no such contact: {0}")]
+    Contact(String),
+}

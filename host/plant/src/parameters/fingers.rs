@@ -1,0 +1,197 @@
+//! Geometry of the fingers.
+
+use super::within;
+use crate::{Error, linkage::Fourbar};
+use serde::Deserialize;
+
+/// Which finger of the parameters is simulated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum FingerKind {
+    /// The prototype: two phalanges, linkage, no spring at joint 1.
+    P70,
+    /// Two phalanges, tendon.
+    Tendon2,
+    /// Three phalanges, tendon.
+    Tendon3,
+    /// Three phalanges, linkage.
+    Linkage3,
+}
+
+/// One finger, lists from the proximal to the distal end.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct FingerParameters {
+    /// Phalanges, metre.
+    pub length_m: Vec<f64>,
+    /// Joint springs, newton metre per radian; the first may be zero.
+    pub spring_nm_per_rad: Vec<f64>,
+    /// Rest angles of the springs, degree.
+    pub rest_deg: Vec<f64>,
+    /// Lower mechanical stops of the joints, degree.
+    pub joint_min_deg: Vec<f64>,
+    /// Upper mechanical stops of the joints, degree.
+    pub joint_max_deg: Vec<f64>,
+    /// Travel of the input link between its opening and closing stop, radian.
+    pub travel_rad: f64,
+    /// Tendon: radii of the pulleys, `[r_1, r_2]` or `[r_1, r_2, r_3, r_4]`, metre.
+    #[serde(default)]
+    pub pulley_m: Vec<f64>,
+    /// Linkage: driving levers a, metre.
+    #[serde(default)]
+    pub lever_m: Vec<f64>,
+    /// Linkage: couplers b, metre.
+    #[serde(default)]
+    pub coupler_m: Vec<f64>,
+    /// Linkage: driven levers c, metre.
+    #[serde(default)]
+    pub driven_m: Vec<f64>,
+    /// Linkage: angle psi between driven lever and phalanx, degree, positive dorsal.
+    #[serde(default)]
+    pub offset_deg: Vec<f64>,
+    /// Linkage: assembly, 1 or -1.
+    #[serde(default)]
+    pub mode: Vec<f64>,
+}
+
+/// The table of fingers.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Fingers {
+    /// [`FingerKind::P70`].
+    pub p70: FingerParameters,
+    /// [`FingerKind::Tendon2`].
+    pub tendon2: FingerParameters,
+    /// [`FingerKind::Tendon3`].
+    pub tendon3: FingerParameters,
+    /// [`FingerKind::Linkage3`].
+    pub linkage3: FingerParameters,
+}
+
+impl Fingers {
+    /// The finger of a kind.
+    #[must_use]
+    pub fn of(&self, kind: FingerKind) -> &FingerParameters {
+        match kind {
+            FingerKind::P70 => &self.p70,
+            FingerKind::Tendon2 => &self.tendon2,
+            FingerKind::Tendon3 => &self.tendon3,
+            FingerKind::Linkage3 => &self.linkage3,
+        }
+    }
+
+    pub(super) fn validate(&self) -> Result<(), Error> {
+        self.p70.validate("finger.p70", 2)?;
+        self.tendon2.validate("finger.tendon2", 2)?;
+        self.tendon3.validate("finger.tendon3", 3)?;
+        self.linkage3.validate("finger.linkage3", 3)
+    }
+}
+
+impl FingerParameters {
+    fn validate(&self, key: &str, phalanges: usize) -> Result<(), Error> {
+        let list = |name: &str, values: &[f64], count: usize, min: f64, max: f64| {
+            let key = format!("{key}.{name}");
+            if values.len() != count {
+                return Err(Error::WrongLength {
+                    key,
+                    found: values.len(),
+                    expected: count,
+                });
+            }
+            (0..)
+                .zip(values)
+                .try_for_each(|(i, &value)| within(&format!("{key}[{i}]"), value, min, max))
+        };
+        list("length_m", &self.length_m, phalanges, 1e-3, 10.0)?;
+        list(
+            "spring_nm_per_rad",
+            &self.spring_nm_per_rad,
+            phalanges,
+            0.0,
+            1e3,
+        )?;
+        for (i, &spring) in self.spring_nm_per_rad.iter().enumerate().skip(1) {
+            within(&format!("{key}.spring_nm_per_rad[{i}]"), spring, 1e-6, 1e3)?;
+        }
+        list("rest_deg", &self.rest_deg, phalanges, -90.0, 180.0)?;
+        list(
+            "joint_min_deg",
+            &self.joint_min_deg,
+            phalanges,
+            -180.0,
+            180.0,
+        )?;
+        list(
+            "joint_max_deg",
+            &self.joint_max_deg,
+            phalanges,
+            -180.0,
+            180.0,
+        )?;
+        for i in 0..phalanges {
+            within(
+                &format!("{key}.joint_max_deg[{i}]"),
+                self.joint_max_deg[i],
+                self.joint_min_deg[i],
+                180.0,
+            )?;
+        }
+        within(&format!("{key}.travel_rad"), self.travel_rad, 0.01, 6.0)?;
+        let linkage = !self.lever_m.is_empty();
+        if linkage != self.pulley_m.is_empty() {
+            return Err(Error::Transmission {
+                key: key.to_owned(),
+            });
+        }
+        if linkage {
+            let stages = phalanges - 1;
+            list("lever_m", &self.lever_m, stages, 1e-3, 10.0)?;
+            list("coupler_m", &self.coupler_m, stages, 1e-3, 10.0)?;
+            list("driven_m", &self.driven_m, stages, 1e-3, 10.0)?;
+            list("offset_deg", &self.offset_deg, stages, -180.0, 180.0)?;
+            list("mode", &self.mode, stages, -1.0, 1.0)?;
+            for i in 0..stages {
+                if self.mode[i].abs() != 1.0 {
+                    let key = format!("{key}.mode[{i}]");
+                    return Err(Error::OutOfRange {
+                        key,
+                        value: self.mode[i],
+                        min: -1.0,
+                        max: 1.0,
+                    });
+                }
+                self.closes(key, i)?;
+            }
+            Ok(())
+        } else {
+            list("pulley_m", &self.pulley_m, 2 * (phalanges - 1), 1e-4, 1.0)
+        }
+    }
+
+    /// Stage `i` (from 0) as a four-bar.
+    pub(crate) fn fourbar(&self, i: usize) -> Fourbar {
+        Fourbar {
+            ground: self.length_m[i],
+            lever: self.lever_m[i],
+            coupler: self.coupler_m[i],
+            driven: self.driven_m[i],
+            offset: self.offset_deg[i].to_radians(),
+            mode: self.mode[i],
+        }
+    }
+
+    /// The loop must close over the joint's own range; with a second stage behind it, theta_3 adds to that range.
+    fn closes(&self, key: &str, stage: usize) -> Result<(), Error> {
+        let fourbar = self.fourbar(stage);
+        let (low, high) = (self.joint_min_deg[stage + 1], self.joint_max_deg[stage + 1]);
+        for step in 0..=40 {
+            let angle_deg = low + (high - low) * f64::from(step) / 40.0;
+            if fourbar.assemble(angle_deg.to_radians()).is_none() {
+                return Err(Error::Open {
+                    key: key.to_owned(),
+                    stage: stage + 1,
+                    angle_deg,
+                });
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,317 @@
+//! Every number of the simulated world, from TOML: `default.toml` holds the values, a user's file may replace some.
+
+mod fingers;
+mod load;
+mod spread;
+
+pub use fingers::{FingerKind, FingerParameters, Fingers};
+
+use crate::Error;
+use serde::Deserialize;
+
+/// The defaults, with the source of every value.
+pub const DEFAULT_TOML: &str = include_str!("../../default.toml");
+
+/// One table of plain numbers: the struct, and beside each field the range that a file must keep.
+macro_rules! section {
+    ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident in $min:expr, $max:expr;)* }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+        pub struct $name {
+            $($(#[$field_doc])* pub $field: f64,)*
+        }
+
+        impl $name {
+            fn validate(&self, section: &str) -> Result<(), Error> {
+                $(within(&format!("{section}.{}", stringify!($field)), self.$field, $min, $max)?;)*
+                Ok(())
+            }
+        }
+    };
+}
+
+/// Checks one number; NaN is out of every range.
+pub(crate) fn within(key: &str, value: f64, min: f64, max: f64) -> Result<(), Error> {
+    if (min..=max).contains(&value) {
+        Ok(())
+    } else {
+        Err(Error::OutOfRange {
+            key: key.to_owned(),
+            value,
+            min,
+            max,
+        })
+    }
+}
+
+section! {
+    /// Brushed motor.
+    Motor {
+        /// Torque per ampere, newton metre per ampere.
+        torque_constant_nm_per_a in 1e-4, 1.0;
+        /// Terminal resistance at ambient temperature, ohm.
+        resistance_ohm in 0.05, 1e3;
+        /// L/R, second.
+        electrical_time_constant_s in 1e-6, 1e-2;
+        /// Rotor inertia, kilogram square metre.
+        rotor_inertia_kg_m2 in 1e-10, 1e-3;
+        /// Bearing and brush friction, newton metre.
+        coulomb_nm in 0.0, 1e-2;
+        /// Viscous friction, newton metre second per radian.
+        viscous_nm_s_per_rad in 0.0, 1e-4;
+        /// Ripple of the torque constant, peak to peak, relative.
+        commutation_ripple in 0.0, 0.5;
+        /// Ripple periods a turn.
+        commutation_per_rev in 1.0, 100.0;
+        /// Change of resistance, relative per kelvin.
+        copper_temperature_coefficient_per_k in 0.0, 0.01;
+        /// Winding to housing, kelvin per watt.
+        winding_thermal_resistance_k_per_w in 0.01, 1e3;
+        /// Housing to air, kelvin per watt.
+        housing_thermal_resistance_k_per_w in 0.01, 1e3;
+        /// Winding, second.
+        winding_thermal_time_constant_s in 0.1, 1e4;
+        /// Housing, second.
+        housing_thermal_time_constant_s in 1.0, 1e5;
+        /// Air, degree Celsius.
+        ambient_c in -40.0, 80.0;
+    }
+}
+
+section! {
+    /// Planetary gearhead.
+    Gearhead {
+        /// Turns of the motor for one at its output.
+        ratio in 1.0, 1e4;
+        /// Efficiency of what it transmits, without the drag.
+        efficiency in 0.1, 1.0;
+        /// Drag without load, seen at the motor, newton metre.
+        drag_nm in 0.0, 1e-2;
+        /// Backlash, encoder counts.
+        backlash_counts in 0.0, 1e5;
+    }
+}
+
+section! {
+    /// Worm and wheel.
+    Worm {
+        /// Turns of the worm for one of the wheel.
+        ratio in 1.0, 1e3;
+        /// Lead angle, degree.
+        lead_angle_deg in 0.5, 45.0;
+        /// Pitch radius of the worm: sets the sliding speed, metre.
+        pitch_radius_m in 5e-4, 0.1;
+        /// Friction coefficient at rest.
+        friction_static in 0.0, 1.0;
+        /// Friction coefficient, running, at vanishing speed.
+        friction_running in 0.0, 1.0;
+        /// Factor in `exp(-factor v^exponent)`, v in metre per second.
+        friction_speed_factor in 0.0, 100.0;
+        /// Exponent in `exp(-factor v^exponent)`.
+        friction_speed_exponent in 0.1, 2.0;
+        /// Sliding speed over which static friction gives way to running friction, metre per second.
+        stribeck_speed_m_per_s in 1e-6, 1.0;
+        /// Backlash, encoder counts.
+        backlash_counts in 0.0, 1e5;
+        /// Drag that varies once a turn of the worm, amplitude at the motor, newton metre.
+        eccentric_drag_nm in 0.0, 1e-2;
+        /// Where that drag peaks, degree.
+        eccentric_phase_deg in -360.0, 360.0;
+        /// Drag that varies once a turn of the wheel, amplitude at the motor, newton metre.
+        wheel_eccentric_drag_nm in 0.0, 1e-2;
+        /// Where that drag peaks, degree.
+        wheel_eccentric_phase_deg in -360.0, 360.0;
+    }
+}
+
+section! {
+    /// Cable from the wheel to the input link.
+    Cable {
+        /// Elastic stiffness, newton per metre.
+        stiffness_n_per_m in 10.0, 1e10;
+        /// Radius of both pulleys, metre.
+        pulley_radius_m in 1e-3, 0.2;
+        /// Creep strain in the end, relative to the elastic strain.
+        creep_fraction in 0.0, 1.0;
+        /// Time constant of creep, second.
+        creep_time_s in 0.01, 1e4;
+    }
+}
+
+section! {
+    /// Incremental encoder on the motor shaft.
+    Encoder {
+        /// Edges of both phases a turn.
+        counts_per_rev in 4.0, 1e6;
+        /// Periodic error, once a turn, amplitude, counts.
+        periodic_error_counts in 0.0, 100.0;
+        /// Its phase, degree.
+        periodic_phase_deg in -360.0, 360.0;
+    }
+}
+
+section! {
+    /// Current sense of the bridge.
+    Sense {
+        /// Resistor from the sense output to ground, ohm.
+        resistor_ohm in 10.0, 1e6;
+        /// Mirrored current, ampere per ampere.
+        mirror_a_per_a in 1e-6, 0.1;
+        /// White noise, one independent value a plant step, ampere at the motor.
+        noise_rms_a in 0.0, 0.1;
+        /// Relative error of the mirror and the resistor.
+        gain_error in -0.5, 0.5;
+        /// Offset at power-on, ampere at the motor.
+        offset_a in -0.1, 0.1;
+        /// Further offset that builds up while running, ampere at the motor.
+        offset_drift_a in -0.1, 0.1;
+        /// Time constant of the drift, second.
+        offset_drift_time_s in 0.1, 1e5;
+        /// Voltage at which the converter saturates.
+        full_scale_v in 0.5, 10.0;
+    }
+}
+
+section! {
+    /// H-bridge.
+    Bridge {
+        /// Where its own chopping limits the current, ampere.
+        chop_current_a in 0.01, 100.0;
+        /// Both switches in the path, ohm.
+        on_resistance_ohm in 0.0, 100.0;
+        /// From nSLEEP high to a driven output, second.
+        wake_s in 0.0, 0.1;
+        /// Supply voltage below which it switches off, volt.
+        undervoltage_v in 0.0, 60.0;
+    }
+}
+
+section! {
+    /// Motor supply.
+    Supply {
+        /// Open-circuit voltage.
+        voltage_v in 0.0, 60.0;
+        /// Internal resistance, ohm.
+        internal_resistance_ohm in 0.0, 100.0;
+        /// Divider to the converter, volt per volt.
+        divider in 1e-3, 1.0;
+        /// Noise at the supply, volt.
+        noise_rms_v in 0.0, 5.0;
+    }
+}
+
+section! {
+    /// Optional angle sensor at joint 2.
+    Hall {
+        /// Output at theta_2 = 0, volt.
+        zero_v in -10.0, 10.0;
+        /// Output per radian, volt.
+        sensitivity_v_per_rad in -10.0, 10.0;
+        /// Noise, volt.
+        noise_rms_v in 0.0, 1.0;
+    }
+}
+
+section! {
+    /// Object against phalanx.
+    Contact {
+        /// Stiffness of a contact point, newton per metre.
+        stiffness_n_per_m in 1e3, 1e9;
+        /// Coulomb friction coefficient.
+        friction in 0.0, 2.0;
+        /// Sliding speed below which a contact counts as sticking, metre per second.
+        creep_speed_m_per_s in 1e-8, 1e-2;
+    }
+}
+
+section! {
+    /// What all fingers have in common.
+    Mechanism {
+        /// Viscous damping of each joint, newton metre second per radian.
+        damping_nm_s_per_rad in 1e-6, 1.0;
+        /// Relative error of all springs against the finger's table.
+        spring_error in -0.9, 10.0;
+        /// Mechanical stops, newton metre per radian.
+        stop_stiffness_nm_per_rad in 1.0, 1e6;
+        /// Half the thickness of a phalanx: the object touches its surface, metre.
+        phalanx_half_thickness_m in 1e-3, 0.1;
+        /// Where the input link stands at power-on, above its opening stop, radian.
+        start_above_stop_rad in 0.0, 3.0;
+    }
+}
+
+/// All parameters of the simulated world, SI units unless the name says otherwise.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Parameters {
+    /// Motor.
+    pub motor: Motor,
+    /// Gearhead.
+    pub gearhead: Gearhead,
+    /// Worm and wheel.
+    pub worm: Worm,
+    /// Cable.
+    pub cable: Cable,
+    /// Encoder.
+    pub encoder: Encoder,
+    /// Current sense.
+    pub sense: Sense,
+    /// Bridge.
+    pub bridge: Bridge,
+    /// Supply.
+    pub supply: Supply,
+    /// Angle sensor at joint 2.
+    pub hall: Hall,
+    /// Object against phalanx.
+    pub contact: Contact,
+    /// What all fingers have in common.
+    pub mechanism: Mechanism,
+    /// The fingers.
+    pub finger: Fingers,
+}
+
+impl Default for Parameters {
+    /// The values of `default.toml`.
+    fn default() -> Self {
+        // The embedded file is part of the program; a test reads it.
+        Self::from_toml("").expect("default.toml is valid")
+    }
+}
+
+impl Parameters {
+    /// Checks every value against its range, as [`Parameters::from_toml`] does: for values set in code.
+    ///
+    /// # Errors
+    /// [`Error`] naming the first bad key, its value and its range.
+    pub fn validate(&self) -> Result<(), Error> {
+        self.motor.validate("motor")?;
+        self.gearhead.validate("gearhead")?;
+        self.worm.validate("worm")?;
+        self.cable.validate("cable")?;
+        self.encoder.validate("encoder")?;
+        self.sense.validate("sense")?;
+        self.bridge.validate("bridge")?;
+        self.supply.validate("supply")?;
+        self.hall.validate("hall")?;
+        self.contact.validate("contact")?;
+        self.mechanism.validate("mechanism")?;
+        self.finger.validate()
+    }
+
+    /// Gear ratio from the motor to the input link.
+    #[must_use]
+    pub fn ratio(&self) -> f64 {
+        self.gearhead.ratio * self.worm.ratio
+    }
+
+    /// Encoder counts for a radian of the input link.
+    #[must_use]
+    pub fn counts_per_rad(&self) -> f64 {
+        self.encoder.counts_per_rev * self.ratio() / std::f64::consts::TAU
+    }
+
+    /// Elastic stiffness of the cable at the input link, newton metre per radian.
+    #[must_use]
+    pub fn cable_stiffness_nm_per_rad(&self) -> f64 {
+        self.cable.stiffness_n_per_m * self.cable.pulley_radius_m * self.cable.pulley_radius_m
+    }
+}

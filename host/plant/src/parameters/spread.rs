@@ -1,0 +1,52 @@
+//! Worlds drawn from the spreads of the data: what a calibration has to find out.
+
+use super::Parameters;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+impl Parameters {
+    /// A plant of its own: every hidden value drawn from its spread around `self`, the same for the same seed.
+    ///
+    /// Relative, uniform: winding resistance and rotor inertia 20 %, torque constant and springs 10 %, gearhead
+    /// efficiency 10 %, worm friction 15 %, motor friction 30 %. Absolute: gearhead drag 0.03-0.15 mNm, cable 1.5-10
+    /// kN/m (log-uniform), creep 3-7 %, sense offset 7 mA, drift 1 mA, gain 5 %, phases anywhere.
+    #[must_use]
+    pub fn randomised(&self, seed: u64) -> Self {
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let mut p = self.clone();
+        let mut around = |value: &mut f64, relative: f64| {
+            *value *= 1.0 + random.random_range(-relative..=relative)
+        };
+        around(&mut p.motor.resistance_ohm, 0.20);
+        around(&mut p.motor.rotor_inertia_kg_m2, 0.20);
+        around(&mut p.motor.torque_constant_nm_per_a, 0.10);
+        around(&mut p.motor.coulomb_nm, 0.30);
+        around(&mut p.motor.viscous_nm_s_per_rad, 0.30);
+        around(&mut p.gearhead.efficiency, 0.10);
+        p.gearhead.efficiency = p.gearhead.efficiency.min(1.0);
+        let mut friction = 1.0;
+        around(&mut friction, 0.15);
+        p.worm.friction_running *= friction;
+        p.worm.friction_static *= friction;
+        around(&mut p.worm.eccentric_drag_nm, 0.5);
+        around(&mut p.worm.wheel_eccentric_drag_nm, 0.5);
+        around(&mut p.gearhead.backlash_counts, 0.3);
+        around(&mut p.worm.backlash_counts, 0.3);
+        p.gearhead.drag_nm = random.random_range(0.03e-3..=0.15e-3);
+        p.cable.stiffness_n_per_m = random.random_range(1.5e3f64.ln()..=10e3f64.ln()).exp();
+        p.cable.creep_fraction = random.random_range(0.03..=0.07);
+        p.sense.offset_a = random.random_range(-7e-3..=7e-3);
+        p.sense.offset_drift_a = random.random_range(-1e-3..=1e-3);
+        p.sense.gain_error = random.random_range(-0.05..=0.05);
+        p.mechanism.spring_error =
+            (1.0 + p.mechanism.spring_error) * (1.0 + random.random_range(-0.1..=0.1)) - 1.0;
+        for phase in [
+            &mut p.worm.eccentric_phase_deg,
+            &mut p.worm.wheel_eccentric_phase_deg,
+            &mut p.encoder.periodic_phase_deg,
+        ] {
+            *phase = random.random_range(-180.0..=180.0);
+        }
+        p
+    }
+}

@@ -1,0 +1,382 @@
+//! The world put together, stepped by the levels on the pins.
+
+use crate::bridge::Bridge;
+use crate::drivetrain::Drivetrain;
+use crate::encoder::{EncoderFault, QuadratureEncoder};
+use crate::finger::{Finger, Hold};
+use crate::object::{Body, Grasp};
+use crate::parameters::{FingerKind, Parameters};
+use crate::{Error, FirstContact, Truth};
+use rand::{RngExt, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64Mcg;
+
+/// Longest step of the integration, second; longer ones are cut into equal parts.
+pub const MAX_STEP_S: f64 = 50e-6;
+
+/// What the chip puts on the bridge's pins.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pins {
+    /// The timer drives EN; else EN is pulled low.
+    pub outputs_enabled: bool,
+    /// nSLEEP.
+    pub awake: bool,
+    /// Share of time that EN is high, 0 to 1; beyond, it is clamped.
+    pub duty: f64,
+    /// PH.
+    pub closing: bool,
+}
+
+impl Pins {
+    /// Share of the supply voltage at the motor, closing positive.
+    pub(crate) fn drive(&self) -> f64 {
+        if !self.outputs_enabled || self.duty.is_nan() {
+            return 0.0;
+        }
+        let duty = self.duty.clamp(0.0, 1.0);
+        if self.closing { duty } else { -duty }
+    }
+}
+
+/// What is broken; all of it can change from one step to the next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Faults {
+    /// Wires of the encoder.
+    pub encoder: EncoderFault,
+    /// The rotor does not turn.
+    pub rotor_locked: bool,
+    /// Supply voltage instead of the parameter's.
+    pub supply_v: Option<f64>,
+    /// Further offset of the current sense, ampere at the motor.
+    pub sense_offset_a: f64,
+    /// Share of the winding that is left by a short circuit, above 0; 1 is healthy.
+    pub winding_left: f64,
+    /// The stops of the input link are broken off.
+    pub stops_missing: bool,
+}
+
+impl Default for Faults {
+    fn default() -> Self {
+        Self {
+            encoder: EncoderFault::default(),
+            rotor_locked: false,
+            supply_v: None,
+            sense_offset_a: 0.0,
+            winding_left: 1.0,
+            stops_missing: false,
+        }
+    }
+}
+
+/// Finger, drivetrain, bridge, sensors and object.
+#[derive(Clone, Debug)]
+pub struct Plant {
+    parameters: Parameters,
+    finger: Finger,
+    drivetrain: Drivetrain,
+    bridge: Bridge,
+    encoder: QuadratureEncoder,
+    body: Body,
+    random: Pcg64Mcg,
+    /// Faults to inject.
+    pub faults: Faults,
+    time: f64,
+    /// Input-link angle at which the drivetrain's own zero lies.
+    origin: f64,
+    half_backlash: f64,
+    cable_stiffness: f64,
+    creep: f64,
+    ripple_phase: f64,
+    pins: Pins,
+    drawn: f64,
+    sense_v: f64,
+    supply_v: f64,
+    supply_sense_v: f64,
+    hall_v: f64,
+    bridge_fault: bool,
+    first: Option<FirstContact>,
+}
+
+impl Plant {
+    /// A world at rest, the input link a little above its opening stop. The same arguments give the same world and the
+    /// same noise.
+    ///
+    /// # Errors
+    /// A parameter out of range, a four-bar that does not close, an object that cannot be where it is wanted.
+    pub fn new(
+        parameters: &Parameters,
+        kind: FingerKind,
+        grasp: &Grasp,
+        seed: u64,
+    ) -> Result<Self, Error> {
+        parameters.validate()?;
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let mut finger = Finger::new(parameters, kind)?;
+        let mut signed = || random.random_range(-1.0..=1.0f64);
+        let (gear_play, worm_play, ripple_phase) =
+            (signed(), signed(), signed() * std::f64::consts::PI);
+        let start = finger.stops[0]
+            + parameters
+                .mechanism
+                .start_above_stop_rad
+                .min(finger.stops[1] - finger.stops[0]);
+        let stiffness = parameters.cable_stiffness_nm_per_rad();
+        finger.settle(
+            &Body::Nothing,
+            Hold::Cable {
+                low: start,
+                high: start,
+                stiffness,
+            },
+        );
+        let half_backlash = 0.5 * parameters.worm.backlash_counts / parameters.counts_per_rad();
+        let drivetrain = Drivetrain::new(parameters, gear_play);
+        // A sprung finger hangs on the closing flank, a loose one rests anywhere between the flanks.
+        let sprung = finger.torque > 1e-9;
+        let flank = if sprung {
+            half_backlash
+        } else {
+            worm_play * half_backlash
+        };
+        let hanging = if sprung { start } else { finger.theta_a };
+        let mut plant = Self {
+            origin: hanging + flank - drivetrain.wheel(),
+            finger,
+            drivetrain,
+            bridge: Bridge::new(parameters),
+            encoder: QuadratureEncoder::new(&parameters.encoder),
+            body: Body::Nothing,
+            random,
+            faults: Faults::default(),
+            time: 0.0,
+            half_backlash,
+            cable_stiffness: stiffness,
+            creep: 0.0,
+            ripple_phase,
+            pins: Pins::default(),
+            drawn: 0.0,
+            sense_v: 0.0,
+            supply_v: parameters.supply.voltage_v,
+            supply_sense_v: 0.0,
+            hall_v: 0.0,
+            bridge_fault: false,
+            first: None,
+            parameters: parameters.clone(),
+        };
+        plant.place(grasp)?;
+        plant.measure();
+        Ok(plant)
+    }
+
+    /// Puts another object there, or takes it away ([`Grasp::Free`]), and forgets the first contact.
+    ///
+    /// # Errors
+    /// The object cannot be there, or overlaps the finger where it stands now; the old one then stays.
+    pub fn place(&mut self, grasp: &Grasp) -> Result<(), Error> {
+        let body = match grasp {
+            Grasp::Free => Body::Nothing,
+            Grasp::Touching {
+                phalanx,
+                k_m,
+                theta_1_rad,
+                shape,
+            } => self.finger.met(*phalanx, *k_m, *theta_1_rad, shape)?,
+            Grasp::At {
+                origin_m,
+                angle_rad,
+                shape,
+            } => Body::placed(shape, *origin_m, *angle_rad)?,
+        };
+        let clearance = self.finger.clearance(&body);
+        if clearance < 0.0 {
+            return Err(Error::Contact(format!(
+                "the object overlaps the finger by {:.1} mm",
+                -1e3 * clearance
+            )));
+        }
+        self.body = body;
+        self.first = None;
+        Ok(())
+    }
+
+    /// Lets `dt_s` seconds pass with these levels on the pins.
+    pub fn step(&mut self, pins: &Pins, dt_s: f64) {
+        self.pins = *pins;
+        self.bridge_fault = false;
+        if dt_s.is_nan() || dt_s <= 0.0 {
+            return;
+        }
+        let parts = (dt_s / MAX_STEP_S - 1e-9).ceil().max(1.0);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "at least one"
+        )]
+        for _ in 0..parts as u64 {
+            self.advance(dt_s / parts);
+        }
+        self.measure();
+    }
+
+    fn advance(&mut self, dt: f64) {
+        let Parameters { motor, supply, .. } = &self.parameters;
+        let open_circuit = self.faults.supply_v.unwrap_or(supply.voltage_v);
+        self.supply_v = (open_circuit - supply.internal_resistance_ohm * self.drawn).max(0.0);
+        let ripple = motor.commutation_per_rev * self.drivetrain.phase() + self.ripple_phase;
+        let constant =
+            motor.torque_constant_nm_per_a * (1.0 + 0.5 * motor.commutation_ripple * ripple.cos());
+        let emf = constant * self.drivetrain.speed;
+        let short = self.faults.winding_left.clamp(1e-3, 1.0);
+        let electric = self.bridge.step(&self.pins, self.supply_v, emf, short, dt);
+        self.drawn = electric.drawn_a;
+        self.bridge_fault |= electric.fault;
+        if self.faults.rotor_locked {
+            self.drivetrain.speed = 0.0;
+        } else {
+            self.drivetrain
+                .step(constant * electric.mean_a, self.finger.torque, dt);
+        }
+        let cable = &self.parameters.cable;
+        let crept = cable.creep_fraction * self.finger.torque / self.cable_stiffness;
+        self.creep += (crept - self.creep) * (dt / cable.creep_time_s).min(1.0);
+        let middle = self.origin + self.drivetrain.wheel() - self.creep;
+        let (low, high) = (middle - self.half_backlash, middle + self.half_backlash);
+        self.finger.stopped = !self.faults.stops_missing;
+        self.finger.step(
+            &self.body,
+            Hold::Cable {
+                low,
+                high,
+                stiffness: self.cable_stiffness,
+            },
+            dt,
+        );
+        self.encoder.turn(
+            self.drivetrain.rotor,
+            &self.faults.encoder,
+            &mut self.random,
+            dt,
+        );
+        self.time += dt;
+        if self.first.is_none()
+            && let Some(contact) = self.finger.contacts.first()
+        {
+            self.first = Some(FirstContact {
+                time_s: self.time,
+                contact: *contact,
+                joint_rad: self.finger.angle,
+                theta_a_rad: self.finger.theta_a,
+                torque_nm: self.finger.torque,
+            });
+        }
+    }
+
+    /// Draws the noise of this instant, so that reading twice gives the same.
+    fn measure(&mut self) {
+        let mut noise = |rms: f64| -> f64 {
+            let normal: f64 = StandardNormal.sample(&mut self.random);
+            rms * normal
+        };
+        let Parameters {
+            sense,
+            supply,
+            hall,
+            ..
+        } = &self.parameters;
+        let mut current = noise(sense.noise_rms_a);
+        if self.bridge.senses(self.supply_v) {
+            let drift =
+                sense.offset_drift_a * (1.0 - (-self.time / sense.offset_drift_time_s).exp());
+            current += self.bridge.sensed_a(&self.pins, self.supply_v) * (1.0 + sense.gain_error)
+                + sense.offset_a
+                + drift
+                + self.faults.sense_offset_a;
+        }
+        self.sense_v =
+            (current * sense.mirror_a_per_a * sense.resistor_ohm).clamp(0.0, sense.full_scale_v);
+        let supply_noise = noise(supply.noise_rms_v);
+        self.hall_v = hall.zero_v
+            + hall.sensitivity_v_per_rad * self.finger.angle[1]
+            + noise(hall.noise_rms_v);
+        self.supply_sense_v =
+            ((self.supply_v + supply_noise) * supply.divider).clamp(0.0, sense.full_scale_v);
+    }
+
+    /// Simulated time since [`Plant::new`], second.
+    #[must_use]
+    pub fn time_s(&self) -> f64 {
+        self.time
+    }
+
+    /// What a four-edge quadrature counter on the encoder's wires has counted since [`Plant::new`], closing positive.
+    #[must_use]
+    pub fn encoder_count(&self) -> i64 {
+        self.encoder.count
+    }
+
+    /// Levels of phases A and B; A leads while closing.
+    #[must_use]
+    pub fn encoder_phases(&self) -> (bool, bool) {
+        self.encoder.phases()
+    }
+
+    /// Voltage of the current sense at the end of the last step: unsigned, zero while asleep.
+    #[must_use]
+    pub fn current_sense_v(&self) -> f64 {
+        self.sense_v
+    }
+
+    /// Voltage of the supply's divider.
+    #[must_use]
+    pub fn supply_sense_v(&self) -> f64 {
+        self.supply_sense_v
+    }
+
+    /// Voltage of the optional angle sensor at joint 2.
+    #[must_use]
+    pub fn hall_v(&self) -> f64 {
+        self.hall_v
+    }
+
+    /// nFAULT was low in the last step: chopping, or too low a supply while awake.
+    #[must_use]
+    pub fn fault_pin_low(&self) -> bool {
+        self.bridge_fault
+    }
+
+    /// The parameters it was made with.
+    #[must_use]
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// Winding temperature, degree Celsius.
+    #[must_use]
+    pub fn winding_c(&self) -> f64 {
+        self.bridge.winding_c()
+    }
+
+    /// What nobody on the chip can know.
+    #[must_use]
+    pub fn truth(&self) -> Truth {
+        let cable = 0.5 * self.finger.torque * self.finger.torque / self.cable_stiffness;
+        Truth {
+            time_s: self.time,
+            phalanges: self.finger.count,
+            joint_rad: self.finger.angle,
+            theta_a_rad: self.finger.theta_a,
+            opening_stop_rad: self.finger.stops[0],
+            closing_stop_rad: self.finger.stops[1],
+            torque_nm: self.finger.torque,
+            motor_current_a: self.bridge.current_a,
+            motor_speed_rad_per_s: self.drivetrain.speed,
+            motor_angle_rad: self.drivetrain.rotor,
+            supply_v: self.supply_v,
+            winding_c: self.bridge.winding_c(),
+            pins: self.pins,
+            contacts: self.finger.contacts.clone(),
+            first_contact: self.first,
+            stored_energy_j: self.drivetrain.energy() + self.finger.energy() + cable,
+        }
+    }
+}

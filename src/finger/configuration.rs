@@ -1,0 +1,63 @@
+//! Posture: joint angles with their cosines and sines, and small steps away from it.
+
+use crate::numeric::Turn;
+
+/// Joint angles, each relative to the phalanx before it, with their rotations. State, not configuration of the finger.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub struct Configuration<const N: usize> {
+    rad: [f32; N],
+    turn: [Turn; N],
+}
+
+impl<const N: usize> Configuration<N> {
+    /// The posture of given angles; `None` where one is not finite or beyond two turns.
+    pub(crate) fn of(rad: [f32; N]) -> Option<Self> {
+        rad.iter()
+            .all(|a| a.abs() <= 4.0 * core::f32::consts::PI)
+            .then(|| Self {
+                rad,
+                turn: rad.map(Turn::by),
+            })
+    }
+
+    /// Joint angles, radian.
+    pub fn rad(&self) -> [f32; N] {
+        self.rad
+    }
+
+    /// Their rotations.
+    pub fn turn(&self) -> [Turn; N] {
+        self.turn
+    }
+
+    /// The posture a step away: by rotation, no trigonometric function and no difference of large angles.
+    pub(crate) fn advanced(&self, step: &Step<N>) -> Self {
+        let mut to = *self;
+        for j in 0..N {
+            to.rad[j] += step.rad[j];
+            to.turn[j] = to.turn[j].then(step.half[j].twice());
+        }
+        to
+    }
+}
+
+/// Changes of the joint angles, with the rotations of their halves: 1 - cos of a small angle is 2 sin^2 of its half,
+/// without cancellation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step<const N: usize> {
+    /// Changes of the angles, radian.
+    pub(crate) rad: [f32; N],
+    /// Rotations by half of them.
+    pub(crate) half: [Turn; N],
+}
+
+impl<const N: usize> Step<N> {
+    /// The step of given changes.
+    pub(crate) fn of(rad: [f32; N]) -> Self {
+        Self {
+            rad,
+            half: rad.map(|a| Turn::by(0.5 * a)),
+        }
+    }
+}

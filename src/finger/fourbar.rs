@@ -1,0 +1,255 @@
+//! One four-bar stage: ground g from O_(i-1) to O_i, driving lever a at O_(i-1), coupler b, driven lever c at O_i.
+
+use super::error::within;
+use super::{ConfigError, Parameter};
+use crate::numeric::{Turn, sqrt};
+use core::f32::consts::PI;
+
+/// Limits of a lever's length, in the unit of the finger's lengths.
+const LEVER_RANGE: [f32; 2] = [1e-6, 1e6];
+/// How far the coupler must stay from stretched and folded, as a share of a + b: nearer the transmission factor has no
+/// digit left in f32.
+const DEAD_POINT_MARGIN: f32 = 1e-5;
+
+/// On which side of the line from O_(i-1) to the coupler's far end the driving lever lies (the sign before acos in MATH
+/// 2): the two ways to put a four-bar together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub enum Assembly {
+    /// Clockwise from the line, mode -1.
+    Clockwise,
+    /// Counterclockwise from the line, mode +1.
+    Counterclockwise,
+}
+
+impl Assembly {
+    fn sign(self) -> f32 {
+        match self {
+            Self::Clockwise => -1.0,
+            Self::Counterclockwise => 1.0,
+        }
+    }
+}
+
+/// Levers of one stage; lengths in metre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub struct Levers {
+    /// Driving lever a.
+    pub driving_m: f32,
+    /// Coupler b.
+    pub coupler_m: f32,
+    /// Driven lever c.
+    pub driven_m: f32,
+    /// Offset psi of the driven lever from its phalanx, radian, positive dorsal.
+    pub offset_rad: f32,
+    /// How it is put together.
+    pub assembly: Assembly,
+}
+
+/// A stage checked to close.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub struct FourBar {
+    ground: f32,
+    levers: Levers,
+    offset: Turn,
+    /// Tip of the driving lever where v = 0: F counts from there.
+    zero: [f32; 2],
+}
+
+/// Transmission of one stage in one posture: F(v) and its derivatives, without the angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ratio {
+    /// F' = h / (h + g), with h the distance from O_i to where coupler line and ground line meet (MATH 2).
+    pub first: f32,
+    /// F''.
+    pub second: f32,
+    /// F'''.
+    pub third: f32,
+}
+
+/// Where the stage's points are, origin O_(i-1), first axis along the ground.
+#[derive(Clone, Copy, Debug)]
+struct Pose {
+    /// Tip A of the driving lever.
+    a: [f32; 2],
+    /// Tip B of the driven lever.
+    b: [f32; 2],
+    /// B seen from O_i.
+    c: [f32; 2],
+    /// cross(A, B), signed twice the area of O A B; zero in the dead points.
+    area: f32,
+}
+
+fn cross(u: [f32; 2], v: [f32; 2]) -> f32 {
+    u[0] * v[1] - u[1] * v[0]
+}
+
+fn dot(u: [f32; 2], v: [f32; 2]) -> f32 {
+    u[0] * v[0] + u[1] * v[1]
+}
+
+impl FourBar {
+    /// Checks the levers of a stage on a ground of given length, for all `v` in `range`.
+    ///
+    /// # Errors
+    /// A lever outside its range, or a `v` at which the coupler does not reach: then the distance of its ends from
+    /// O_(i-1) is named, which must lie between |a - b| and a + b.
+    pub fn build(
+        stage: u8,
+        ground_m: f32,
+        levers: Levers,
+        range: [f32; 2],
+    ) -> Result<Self, ConfigError> {
+        let [min, max] = LEVER_RANGE;
+        let a = within(
+            Parameter::DrivingLever { stage },
+            levers.driving_m,
+            min,
+            max,
+        )?;
+        let b = within(Parameter::Coupler { stage }, levers.coupler_m, min, max)?;
+        let c = within(Parameter::DrivenLever { stage }, levers.driven_m, min, max)?;
+        let psi = within(Parameter::LeverOffset { stage }, levers.offset_rad, -PI, PI)?;
+        let margin = DEAD_POINT_MARGIN * (a + b);
+        let (nearest, farthest) = ((a - b).abs() + margin, a + b - margin);
+        let [least, most] = cosine_range([range[0].min(0.0) - psi, range[1].max(0.0) - psi]);
+        for cosine in [least, most] {
+            let distance = reach(ground_m, c, cosine);
+            within(Parameter::Closure { stage }, distance, nearest, farthest)?;
+        }
+        let mut stage = Self {
+            ground: ground_m,
+            levers,
+            offset: Turn::by(psi).back(),
+            zero: [0.0; 2],
+        };
+        stage.zero = stage.pose(Turn::NONE).a;
+        Ok(stage)
+    }
+
+    /// Two circles intersected by one square root: no arc function (MATH 2). Where they do not meet, the dead point.
+    fn pose(&self, v: Turn) -> Pose {
+        let Levers {
+            driving_m: a,
+            coupler_m: b,
+            driven_m: c,
+            assembly,
+            ..
+        } = self.levers;
+        let delta = v.then(self.offset);
+        let c_tip = [c * delta.cos, c * delta.sin];
+        let b_tip = [self.ground + c_tip[0], c_tip[1]];
+        let square = dot(b_tip, b_tip);
+        let reach = sqrt(square);
+        // Heron's factors: near the dead points their product keeps the digits that R^2 a^2 - p^2 would lose.
+        let heron = ((b - a) + reach) * ((a - b) + reach) * ((a - reach) + b) * ((a + reach) + b);
+        let half_area = 0.5 * assembly.sign() * sqrt(heron.max(0.0));
+        let along = 0.5 * (square + (a - b) * (a + b));
+        let a_tip = [
+            (along * b_tip[0] - half_area * b_tip[1]) / square,
+            (along * b_tip[1] + half_area * b_tip[0]) / square,
+        ];
+        Pose {
+            a: a_tip,
+            b: b_tip,
+            c: c_tip,
+            area: -half_area,
+        }
+    }
+
+    /// Derivatives of F at the angle of `v`; `None` in a dead point or beyond.
+    pub fn ratio(&self, v: Turn) -> Option<Ratio> {
+        let Pose { a, b: _, c, area } = self.pose(v);
+        let g = self.ground;
+        // The tips move along the coupler at the same rate: F' cross(A, B) = cross(C, B - A); the rest follows by
+        // differentiating both sides, with A turning at F' and C at 1.
+        let (lean, twist) = (dot(c, a), cross(c, a));
+        let driven = -g * c[1] - twist;
+        let first = driven / area;
+        let slip = 1.0 - first;
+        let (driven_1, area_1) = (lean * slip - g * c[0], lean * slip - first * g * a[0]);
+        let second = (driven_1 - first * area_1) / area;
+        let common = twist * slip * slip - lean * second;
+        let (driven_2, area_2) = (
+            common + g * c[1],
+            common - second * g * a[0] + first * first * g * a[1],
+        );
+        let third = (driven_2 - 2.0 * second * area_1 - first * area_2) / area;
+        (first.is_finite() && second.is_finite() && third.is_finite()).then_some(Ratio {
+            first,
+            second,
+            third,
+        })
+    }
+
+    /// h, the signed distance from O_i to the intersection of ground line and coupler line, metre; `None` where they are
+    /// parallel.
+    pub fn intersection_m(&self, v: Turn) -> Option<f32> {
+        let Pose { a, c, area, .. } = self.pose(v);
+        let driven = -self.ground * c[1] - cross(c, a);
+        let h = self.ground * driven / (area - driven);
+        h.is_finite().then_some(h)
+    }
+
+    /// Rotation of the driving lever from v = 0.
+    pub fn lever(&self, v: Turn) -> Turn {
+        let a = self.pose(v).a;
+        let square = self.levers.driving_m * self.levers.driving_m;
+        Turn {
+            cos: dot(self.zero, a) / square,
+            sin: cross(self.zero, a) / square,
+        }
+    }
+
+    /// Half the rotation of the driving lever while the driven one turns on from `v` by twice `half`.
+    ///
+    /// From |B - A| staying b: an exact quadratic in the tangent of half the rotation, whose terms are all formed from
+    /// the chord of the driven lever's tip, never as a difference of two positions.
+    pub fn advance(&self, v: Turn, half: Turn) -> Option<Turn> {
+        let Pose { a, b, c, .. } = self.pose(v);
+        // Chord of the driven lever's tip: perpendicular to its middle direction, 2 sin(dv/2) long.
+        let middle = [
+            c[0] * half.cos - c[1] * half.sin,
+            c[1] * half.cos + c[0] * half.sin,
+        ];
+        let chord = [-2.0 * half.sin * middle[1], 2.0 * half.sin * middle[0]];
+        let b_new = [b[0] + chord[0], b[1] + chord[1]];
+        let (p, q) = (cross(a, b_new), dot(a, b_new));
+        let e = dot(
+            [b[0] - a[0] + 0.5 * chord[0], b[1] - a[1] + 0.5 * chord[1]],
+            chord,
+        );
+        // (e + 2 q) t^2 - 2 p t + e = 0, the root that vanishes with e.
+        let root = p * p - e * (e + 2.0 * q);
+        if !(root >= 0.0) {
+            return None;
+        }
+        let t = e / (p + sqrt(root).copysign(p));
+        let cos = 1.0 / sqrt(1.0 + t * t);
+        (t.is_finite()).then_some(Turn { cos, sin: t * cos })
+    }
+}
+
+/// Distance of the coupler's far end from O_(i-1).
+fn reach(ground: f32, driven: f32, cosine: f32) -> f32 {
+    sqrt((ground * ground + driven * driven + 2.0 * ground * driven * cosine).max(0.0))
+}
+
+/// Least and largest cosine over an interval of angles within +-4 pi.
+fn cosine_range([low, high]: [f32; 2]) -> [f32; 2] {
+    let (from, to) = (Turn::by(low).cos, Turn::by(high).cos);
+    let holds = |angle: f32| low <= angle && angle <= high;
+    let mut range = [from.min(to), from.max(to)];
+    for turns in -2i8..=2 {
+        let whole = f32::from(turns) * 2.0 * PI;
+        if holds(whole) {
+            range[1] = 1.0;
+        }
+        if holds(whole + PI) {
+            range[0] = -1.0;
+        }
+    }
+    range
+}

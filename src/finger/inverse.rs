@@ -1,0 +1,239 @@
+//! From a compliance to all places that explain it (MATH 5, 6).
+
+use super::pair::{Pair, Roots};
+use super::triple::Triple;
+use super::{Candidate, Class, Configuration, Finger, Inverse, Transmission};
+use crate::numeric::Turn;
+
+/// How near to the proximal compliance counts as proximal. A contact this close to phalanx 2's joint, k/l of 1e-3 or
+/// less, cannot be told from one on phalanx 1 by any measurement.
+const PROXIMAL_SHARE: f32 = 2e-6;
+
+/// Geometry and stiffness of a finger in one posture, as the inverse needs them.
+#[derive(Clone, Copy, Debug)]
+pub struct Held<const N: usize> {
+    pub(crate) lengths: [f32; N],
+    pub(crate) turn: [Turn; N],
+    pub(crate) x: [f32; N],
+    pub(crate) h: [[f32; N]; N],
+}
+
+/// Which of the two solvers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Solver {
+    Bisection,
+    ClosedForm,
+}
+
+/// The statics that differ with the number of phalanges.
+pub trait Order {
+    /// The springs hold the finger: H is positive on what a contact leaves free.
+    fn stable(&self) -> bool;
+    /// Compliance with a contact anywhere on phalanx 1.
+    fn proximal(&self) -> Option<f32>;
+    /// Compliance with a contact at `k_m` on a phalanx (18).
+    fn compliance(&self, phalanx: u8, k_m: f32) -> Option<f32>;
+    /// Stiffest place of a phalanx: e_2 (27) and its counterparts.
+    fn stiffest_m(&self, phalanx: u8) -> Option<f32>;
+    /// Roots of a compliance on a phalanx.
+    fn roots(&self, phalanx: u8, compliance: f32, closed: bool) -> Roots;
+}
+
+fn roots_of(pair: &Pair, compliance: f32, length: f32, closed: bool) -> Roots {
+    if closed {
+        pair.closed(compliance)
+    } else {
+        pair.bisected(compliance, length)
+    }
+}
+
+impl Held<2> {
+    fn pair(&self) -> Pair {
+        let ([l1, _], [_, theta_2], [_, x2], [[k1, _], [_, h22]]) =
+            (self.lengths, self.turn, self.x, self.h);
+        Pair {
+            c_m: l1 * theta_2.cos,
+            x2,
+            k1,
+            h22,
+        }
+    }
+}
+
+impl Order for Held<2> {
+    fn stable(&self) -> bool {
+        self.pair().h22 > 0.0
+    }
+
+    fn proximal(&self) -> Option<f32> {
+        self.pair().proximal()
+    }
+
+    fn compliance(&self, phalanx: u8, k_m: f32) -> Option<f32> {
+        match phalanx {
+            1 => self.proximal(),
+            2 => self.pair().compliance(k_m),
+            _ => None,
+        }
+    }
+
+    fn stiffest_m(&self, phalanx: u8) -> Option<f32> {
+        if phalanx == 2 {
+            self.pair().stiffest_m()
+        } else {
+            None
+        }
+    }
+
+    fn roots(&self, phalanx: u8, compliance: f32, closed: bool) -> Roots {
+        match phalanx {
+            2 => roots_of(&self.pair(), compliance, self.lengths[1], closed),
+            _ => Roots::default(),
+        }
+    }
+}
+
+impl Held<3> {
+    /// Contact on phalanx 2: joint 3 gives way freely. Eliminated, it leaves a pair and adds its own compliance.
+    fn pair(&self) -> (Pair, f32) {
+        let ([l1, ..], [_, theta_2, _], [_, x2, x3]) = (self.lengths, self.turn, self.x);
+        let [[k1, ..], [_, h22, h23], [.., h33]] = self.h;
+        let share = h23 / h33;
+        let pair = Pair {
+            c_m: l1 * theta_2.cos,
+            x2: x2 - share * x3,
+            k1,
+            h22: h22 - share * h23,
+        };
+        (pair, x3 * (x3 / h33))
+    }
+
+    fn triple(&self) -> Triple {
+        let ([l1, l2, _], [_, theta_2, theta_3], [_, x2, x3]) = (self.lengths, self.turn, self.x);
+        let [[k1, ..], [_, h22, h23], [.., h33]] = self.h;
+        let d2_m = l2 * theta_3.cos;
+        Triple {
+            d1_m: l1 * theta_2.then(theta_3).cos + d2_m,
+            d2_m,
+            x2,
+            x3,
+            k1,
+            h22,
+            h23,
+            h33,
+        }
+    }
+}
+
+impl Order for Held<3> {
+    fn stable(&self) -> bool {
+        let triple = self.triple();
+        triple.h33 > 0.0 && triple.determinant() > 0.0
+    }
+
+    fn proximal(&self) -> Option<f32> {
+        let (pair, tip) = self.pair();
+        Some(pair.proximal()? + tip)
+    }
+
+    fn compliance(&self, phalanx: u8, k_m: f32) -> Option<f32> {
+        match phalanx {
+            1 => self.proximal(),
+            2 => {
+                let (pair, tip) = self.pair();
+                Some(pair.compliance(k_m)? + tip)
+            }
+            3 => self.triple().compliance(k_m),
+            _ => None,
+        }
+    }
+
+    fn stiffest_m(&self, phalanx: u8) -> Option<f32> {
+        match phalanx {
+            2 => self.pair().0.stiffest_m(),
+            3 => self.triple().stiffest_m(),
+            _ => None,
+        }
+    }
+
+    fn roots(&self, phalanx: u8, compliance: f32, closed: bool) -> Roots {
+        match phalanx {
+            2 => {
+                let (pair, tip) = self.pair();
+                roots_of(&pair, compliance - tip, self.lengths[1], closed)
+            }
+            3 if closed => self.triple().closed(compliance),
+            3 => self.triple().bisected(compliance, self.lengths[2]),
+            _ => Roots::default(),
+        }
+    }
+}
+
+impl<const N: usize, T: Transmission<N>> Finger<N, T>
+where
+    Held<N>: Order,
+{
+    /// The finger in a posture held by a torque; `None` where that is not a stable equilibrium of its springs.
+    pub(crate) fn held(&self, at: &Configuration<N>, torque_nm: f32) -> Option<Held<N>> {
+        let gear = self.transmission.gear(at)?;
+        let h = self.hessian(&gear, torque_nm);
+        let held = Held {
+            lengths: self.parameters.lengths_m,
+            turn: at.turn(),
+            x: gear.x,
+            h,
+        };
+        (h.iter().flatten().all(|x| x.is_finite()) && held.stable()).then_some(held)
+    }
+
+    pub(crate) fn places(
+        &self,
+        at: &Configuration<N>,
+        torque_nm: f32,
+        compliance: f32,
+        solver: Solver,
+    ) -> Inverse {
+        let invalid = || Inverse::of(heapless::Vec::new(), Class::Invalid);
+        let Some(held) = self.held(at, torque_nm) else {
+            return invalid();
+        };
+        let Some(proximal) = held.proximal() else {
+            return invalid();
+        };
+        if !(compliance >= 0.0 && compliance.is_finite()) {
+            return invalid();
+        }
+        if (compliance - proximal).abs() <= PROXIMAL_SHARE * proximal {
+            return Inverse::of(heapless::Vec::new(), Class::Proximal);
+        }
+        // Without a spring at joint 1 nothing is softer than the free finger.
+        if self
+            .free(at, torque_nm)
+            .is_some_and(|free| compliance > free)
+        {
+            return Inverse::of(heapless::Vec::new(), Class::TooSoft);
+        }
+        let mut candidates = heapless::Vec::new();
+        for (phalanx, length) in (1u8..).zip(self.parameters.lengths_m).skip(1) {
+            let roots = held.roots(phalanx, compliance, solver == Solver::ClosedForm);
+            for (root, beyond_stiffest) in [(roots.near_m, false), (roots.far_m, true)] {
+                if let Some(k_m) = root.filter(|k| *k <= length) {
+                    // Two roots on each of two phalanges: the fourth place is the last.
+                    let _ = candidates.push(Candidate {
+                        phalanx,
+                        k_m,
+                        beyond_stiffest,
+                    });
+                }
+            }
+        }
+        Inverse::of(
+            candidates,
+            if compliance > proximal {
+                Class::Gap
+            } else {
+                Class::TooStiff
+            },
+        )
+    }
+}

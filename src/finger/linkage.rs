@@ -1,0 +1,106 @@
+//! Four-bar linkage, one stage a driven phalanx.
+
+use super::fourbar::{FourBar, Levers};
+use super::{ConfigError, Configuration, Gear, Parameters, Step, Transmission};
+use crate::numeric::Turn;
+
+/// Points of joint 3's range at which its stage is asked how far it turns the first stage.
+const RANGE_SAMPLES: u8 = 64;
+
+/// Four-bars in a row: one stage for two phalanges, two for three. Its design is the levers of each stage.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub struct Linkage<const STAGES: usize> {
+    stage: [FourBar; STAGES],
+}
+
+impl<const STAGES: usize> Linkage<STAGES> {
+    /// The stages, the one that drives phalanx 2 first.
+    pub fn stages(&self) -> &[FourBar; STAGES] {
+        &self.stage
+    }
+}
+
+impl Transmission<2> for Linkage<1> {
+    type Design = [Levers; 1];
+
+    fn build([levers]: Self::Design, finger: &Parameters<2>) -> Result<Self, ConfigError> {
+        let [ground, _] = finger.lengths_m;
+        let [_, range] = finger.range_rad;
+        Ok(Self {
+            stage: [FourBar::build(1, ground, levers, range)?],
+        })
+    }
+
+    fn gear(&self, at: &Configuration<2>) -> Option<Gear<2>> {
+        let ([first], [_, theta_2]) = (&self.stage, at.turn());
+        let ratio = first.ratio(theta_2)?;
+        Some(Gear {
+            x: [1.0, ratio.first],
+            w: [[0.0, 0.0], [0.0, ratio.second]],
+        })
+    }
+
+    fn rotation_rad(&self, at: &Configuration<2>) -> f32 {
+        let ([first], [theta_1, _], [_, theta_2]) = (&self.stage, at.rad(), at.turn());
+        theta_1 + first.lever(theta_2).rad()
+    }
+
+    fn turned_rad(&self, from: &Configuration<2>, step: &Step<2>) -> Option<f32> {
+        let ([first], [_, theta_2]) = (&self.stage, from.turn());
+        Some(step.rad[0] + 2.0 * first.advance(theta_2, step.half[1])?.rad())
+    }
+}
+
+impl Transmission<3> for Linkage<2> {
+    type Design = [Levers; 2];
+
+    fn build([near, far]: Self::Design, finger: &Parameters<3>) -> Result<Self, ConfigError> {
+        let [ground_1, ground_2, _] = finger.lengths_m;
+        let [_, range_2, range_3] = finger.range_rad;
+        let second = FourBar::build(2, ground_2, far, range_3)?;
+        // The first stage sees u = theta_2 + F3(theta_3): the joints' ranges do not tell u's, the stage itself does.
+        let mut range = [0.0f32; 2];
+        for sample in 0..=RANGE_SAMPLES {
+            let share = f32::from(sample) / f32::from(RANGE_SAMPLES);
+            let turned = second
+                .lever(Turn::by(range_3[0] + share * (range_3[1] - range_3[0])))
+                .rad();
+            range = [range[0].min(turned), range[1].max(turned)];
+        }
+        let first = FourBar::build(
+            1,
+            ground_1,
+            near,
+            [range_2[0] + range[0], range_2[1] + range[1]],
+        )?;
+        Ok(Self {
+            stage: [first, second],
+        })
+    }
+
+    fn gear(&self, at: &Configuration<3>) -> Option<Gear<3>> {
+        let ([first, second], [_, theta_2, theta_3]) = (&self.stage, at.turn());
+        let inner = second.ratio(theta_3)?;
+        let outer = first.ratio(theta_2.then(second.lever(theta_3)))?;
+        let w_23 = outer.second * inner.first;
+        let w_33 = w_23 * inner.first + outer.first * inner.second;
+        Some(Gear {
+            x: [1.0, outer.first, outer.first * inner.first],
+            w: [[0.0; 3], [0.0, outer.second, w_23], [0.0, w_23, w_33]],
+        })
+    }
+
+    fn rotation_rad(&self, at: &Configuration<3>) -> f32 {
+        let ([first, second], [theta_1, ..], [_, theta_2, theta_3]) =
+            (&self.stage, at.rad(), at.turn());
+        theta_1 + first.lever(theta_2.then(second.lever(theta_3))).rad()
+    }
+
+    fn turned_rad(&self, from: &Configuration<3>, step: &Step<3>) -> Option<f32> {
+        let ([first, second], [_, theta_2, theta_3]) = (&self.stage, from.turn());
+        let inner = second.advance(theta_3, step.half[2])?;
+        let u = theta_2.then(second.lever(theta_3));
+        Some(step.rad[0] + 2.0 * first.advance(u, step.half[1].then(inner))?.rad())
+    }
+}

@@ -1,0 +1,139 @@
+//! Two joints held by one contact on the second phalanx: K_c (18) in closed form and its inverse (MATH 5).
+//!
+//! With three phalanges and the contact on phalanx 2, the third joint is eliminated and the same problem remains.
+
+use crate::numeric::{bisect, sqrt};
+
+/// The stiffness problem of a contact on phalanx 2, reduced to four numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pair {
+    /// l_1 cos theta_2: what joint 1 has more of moment arm than joint 2, metre.
+    pub c_m: f32,
+    /// Transmission factor x_2.
+    pub x2: f32,
+    /// Stiffness K_1, newton metre per radian; may be 0.
+    pub k1: f32,
+    /// H_22 = K_2 - G_22, newton metre per radian, positive.
+    pub h22: f32,
+}
+
+/// Roots of the inverse on one phalanx: nearer than its stiffest point, and beyond.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Roots {
+    /// Below e_2.
+    pub near_m: Option<f32>,
+    /// Beyond e_2.
+    pub far_m: Option<f32>,
+}
+
+impl Pair {
+    /// p_1 x_2 - p_2, over the contact's moment arms p: the motion that the contact leaves, as the input link sees it.
+    fn lever(&self, k: f32) -> f32 {
+        // Grouped so that c, not k + c, is multiplied: near e_2 the two terms cancel.
+        self.x2 * self.c_m - (1.0 - self.x2) * k
+    }
+
+    /// Energy of that motion, K_1 p_2^2 + H_22 p_1^2.
+    fn energy(&self, k: f32) -> f32 {
+        let arm = self.c_m + k;
+        self.k1 * k * k + self.h22 * arm * arm
+    }
+
+    /// Compliance 1/K_c of a contact at `k_m` (18); `None` for values that do not give one.
+    pub fn compliance(&self, k_m: f32) -> Option<f32> {
+        // One quotient of sizes near one, squared: no overflow where lengths or stiffnesses are large.
+        let (lever, energy) = (self.lever(k_m), self.energy(k_m));
+        let compliance = lever * (lever / energy);
+        (compliance.is_finite() && energy > 0.0).then_some(compliance)
+    }
+
+    /// A closing finger presses at `k_m`: df/dT_a > 0 (MATH 5).
+    pub fn presses(&self, k_m: f32) -> bool {
+        self.h22 * (self.c_m + k_m) + self.k1 * self.x2 * k_m > 0.0
+    }
+
+    /// Compliance of a proximal contact, the limit for `k` -> 0 (MATH 5).
+    pub fn proximal(&self) -> Option<f32> {
+        let compliance = self.x2 * (self.x2 / self.h22);
+        (compliance.is_finite() && self.h22 > 0.0).then_some(compliance)
+    }
+
+    /// e_2 = c x_2 / (1 - x_2) (27), where the finger is rigid; `None` where there is no such place ahead of the joint.
+    pub fn stiffest_m(&self) -> Option<f32> {
+        let e2 = self.c_m * self.x2 / (1.0 - self.x2);
+        (e2.is_finite() && e2 > 0.0).then_some(e2)
+    }
+
+    /// Both roots in closed form, whether on the phalanx or not (MATH 5): forms without cancellation.
+    pub fn closed(&self, compliance: f32) -> Roots {
+        let Self {
+            c_m: c,
+            x2,
+            k1,
+            h22,
+        } = *self;
+        let num = x2 * x2 - compliance * h22;
+        let square = compliance * h22 + compliance * k1 * num;
+        if !(square >= 0.0) || !(compliance >= 0.0) {
+            return Roots::default();
+        }
+        let s = sqrt(square);
+        let accept = |k: f32| (k.is_finite() && k > 0.0 && self.presses(k)).then_some(k);
+        let near = accept(c * num / (x2 * (1.0 - x2) + compliance * h22 + s));
+        let far = accept(c * (x2 + s) / ((1.0 - x2) - compliance * k1 - s));
+        // Below e_2 the lever is positive, beyond it negative; where it crosses zero on the way, the root nearer than e_2
+        // is the softer half of the range from the proximal compliance down: that test keeps its sign near e_2.
+        let crossing = c > 0.0 && x2 > 0.0 && x2 < 1.0;
+        let near = near.filter(|k| {
+            if crossing {
+                num > 0.0
+            } else {
+                self.lever(*k) >= 0.0
+            }
+        });
+        let far = far.filter(|k| compliance > 0.0 && (crossing || self.lever(*k) <= 0.0));
+        Roots {
+            near_m: near,
+            far_m: far,
+        }
+    }
+
+    /// Both roots on a phalanx of length `length_m` by bisection.
+    ///
+    /// The residual lever -+ sqrt(C energy) is the compliance's square root with its sign, times something positive:
+    /// bounded, and monotone over the whole stretch on which a closing finger presses. The sign chosen says on which
+    /// side of e_2 to look; nothing is ever divided by what vanishes there.
+    pub fn bisected(&self, compliance: f32, length_m: f32) -> Roots {
+        let root = sqrt(compliance.max(0.0));
+        let pressing = self.h22 + self.k1 * self.x2;
+        // Where pressing begins on a folded finger (c < 0), or ends on one whose x_2 is negative.
+        let border = -self.c_m * (self.h22 / pressing);
+        let (low, high) = match (pressing > 0.0, self.c_m < 0.0) {
+            (true, false) => (0.0, length_m),
+            (true, true) => (border, length_m),
+            (false, false) => (
+                0.0,
+                if border > 0.0 {
+                    border.min(length_m)
+                } else {
+                    length_m
+                },
+            ),
+            (false, true) => return Roots::default(),
+        };
+        if !(low < high && root.is_finite() && compliance >= 0.0) {
+            return Roots::default();
+        }
+        let find = |side: f32| {
+            bisect(low, high, |k| {
+                self.lever(k) - side * root * sqrt(self.energy(k))
+            })
+            .filter(|k| *k > 0.0 && *k <= length_m && self.presses(*k))
+        };
+        let near = find(1.0);
+        Roots {
+            near_m: near,
+            far_m: if root > 0.0 { find(-1.0) } else { None },
+        }
+    }
+}

@@ -1,0 +1,190 @@
+//! The free finger: preshaping (6) and its stiffness (7).
+
+use super::{Configuration, Finger, Free, Gear, Transmission};
+use crate::numeric::solve;
+
+/// Newton steps: from the last sample two are enough, from rest ten.
+const STEPS: u8 = 24;
+/// Largest change of a joint angle in one Newton step, radian: keeps a start far away on the branch it came from.
+const STRIDE_RAD: f32 = 0.25;
+/// A step this small is the rounding of the angles.
+const SETTLED_RAD: f32 = 3e-7;
+
+impl<const N: usize, T: Transmission<N>> Finger<N, T> {
+    /// H = K - T_a W, the stiffness seen by the joints (MATH 2).
+    pub(crate) fn hessian(&self, gear: &Gear<N>, torque_nm: f32) -> [[f32; N]; N] {
+        let mut h = gear.w;
+        for i in 0..N {
+            for j in 0..N {
+                h[i][j] *= -torque_nm;
+            }
+            h[i][i] += self.parameters.stiffness_nm_per_rad[i];
+        }
+        h
+    }
+
+    pub(crate) fn springless(&self) -> bool {
+        self.parameters.stiffness_nm_per_rad.first() == Some(&0.0)
+    }
+
+    /// Change of the joint angles for residual torques and for a unit of input torque: H^-1 tau and H^-1 x. Without a
+    /// spring joint 1 does not move.
+    fn response(&self, gear: &Gear<N>, torque_nm: f32, tau: [f32; N]) -> Option<[[f32; N]; 2]> {
+        let (mut h, mut sides) = (self.hessian(gear, torque_nm), [tau, gear.x]);
+        if self.springless() {
+            h[0][0] = 1.0;
+            sides[0][0] = 0.0;
+            sides[1][0] = 0.0;
+        }
+        // One scale for matrix and right-hand sides: pivots compare as they should, and nothing over- or underflows.
+        let scale = h.iter().flatten().fold(0.0f32, |m, x| m.max(x.abs()));
+        let mut answer = solve(
+            h.map(|row| row.map(|x| x / scale)),
+            sides.map(|side| side.map(|x| x / scale)),
+        )?;
+        // A unit of torque may move the finger far: only its direction is used then.
+        answer
+            .iter_mut()
+            .flatten()
+            .for_each(|x| *x = x.clamp(-1e12, 1e12));
+        Some(answer)
+    }
+
+    /// Posture of the free finger under an input torque (6), by Newton's method from `near`; see
+    /// [`super::Mechanics::free_at_torque`].
+    pub(crate) fn preshape(
+        &self,
+        torque_nm: f32,
+        near: &Configuration<N>,
+    ) -> Option<Configuration<N>> {
+        if !torque_nm.is_finite() || (self.springless() && torque_nm != 0.0) {
+            return None;
+        }
+        let mut at = *near;
+        for _ in 0..STEPS {
+            let gear = self.transmission.gear(&at)?;
+            let tau = self.equivalent_torques_nm(&gear, &at, torque_nm)?;
+            let [change, _] = self.response(&gear, torque_nm, tau)?;
+            let (next, largest, _) = stride(&at, change)?;
+            at = next;
+            if largest <= SETTLED_RAD {
+                self.transmission.gear(&at)?;
+                return Some(at);
+            }
+        }
+        None
+    }
+
+    /// Posture and torque of the free finger at an input angle (6); see [`super::Mechanics::free_at_angle`].
+    pub(crate) fn follow_angle(
+        &self,
+        theta_a_rad: f32,
+        near: &Configuration<N>,
+    ) -> Option<Free<Configuration<N>>> {
+        if self.springless() {
+            let mut rad = self.rest.rad();
+            rad[0] = 0.0;
+            // Joints beyond the first stay at rest; the first takes what the input link turns.
+            rad[0] = theta_a_rad - self.transmission.rotation_rad(&Configuration::of(rad)?);
+            return Some(Free {
+                configuration: Configuration::of(rad)?,
+                torque_nm: 0.0,
+            });
+        }
+        let mut at = *near;
+        let mut torque_nm = self.torque_held(&at)?;
+        for _ in 0..STEPS {
+            let gear = self.transmission.gear(&at)?;
+            let tau = self.equivalent_torques_nm(&gear, &at, torque_nm)?;
+            let [change, per_torque] = self.response(&gear, torque_nm, tau)?;
+            let missing = theta_a_rad - self.transmission.rotation_rad(&at);
+            let compliance = dot(&gear.x, &per_torque);
+            let more_nm = (missing - dot(&gear.x, &change)) / compliance;
+            let mut both = change;
+            for i in 0..N {
+                both[i] += per_torque[i] * more_nm;
+            }
+            if !(compliance > 0.0) || !more_nm.is_finite() {
+                return None;
+            }
+            let (next, largest, share) = stride(&at, both)?;
+            at = next;
+            torque_nm += more_nm * share;
+            // The input angle is rounded in steps of its own: the joints settle no finer than that.
+            if largest <= SETTLED_RAD * (1.0 + theta_a_rad.abs()) {
+                self.transmission.gear(&at)?;
+                return torque_nm.is_finite().then_some(Free {
+                    configuration: at,
+                    torque_nm,
+                });
+            }
+        }
+        None
+    }
+
+    /// The torque that holds joint 1 where it is: x_1 = 1 makes it the spring's.
+    fn torque_held(&self, at: &Configuration<N>) -> Option<f32> {
+        let parameters = &self.parameters;
+        let (k, now, rest) = (
+            parameters.stiffness_nm_per_rad.first()?,
+            *at.rad().first()?,
+            parameters.rest_rad.first()?,
+        );
+        Some(k * (now - rest))
+    }
+
+    /// Expected global stiffness K_a' (7), the secant from rest; without torque its limit, the tangent.
+    pub(crate) fn secant_stiffness(&self, free: &Free<Configuration<N>>) -> Option<f32> {
+        if self.springless() {
+            return Some(0.0);
+        }
+        let from_rest = self.rest.rad();
+        let mut change = free.configuration.rad();
+        for i in 0..N {
+            change[i] -= from_rest[i];
+        }
+        let rotation = self
+            .transmission
+            .turned_rad(&self.rest, &super::Step::of(change))?;
+        let secant = free.torque_nm / rotation;
+        // Within a few roundings of rest the quotient has no digits: its limit has.
+        if rotation.abs() > 1e-5 && secant.is_finite() {
+            return Some(secant);
+        }
+        let stiffness = 1.0 / self.free(&free.configuration, free.torque_nm)?;
+        stiffness.is_finite().then_some(stiffness)
+    }
+
+    /// Tangent compliance without contact, C_free = x^T H^-1 x (MATH 4).
+    pub(crate) fn free(&self, at: &Configuration<N>, torque_nm: f32) -> Option<f32> {
+        if self.springless() {
+            return None;
+        }
+        let gear = self.transmission.gear(at)?;
+        let [_, per_torque] = self.response(&gear, torque_nm, [0.0; N])?;
+        let compliance = dot(&gear.x, &per_torque);
+        (compliance.is_finite() && compliance > 0.0).then_some(compliance)
+    }
+}
+
+/// The posture a change away, shortened to the stride; the size of the change, and the share of it that was taken.
+fn stride<const N: usize>(
+    at: &Configuration<N>,
+    change: [f32; N],
+) -> Option<(Configuration<N>, f32, f32)> {
+    let largest = change.iter().fold(0.0f32, |m, x| m.max(x.abs()));
+    let share = if largest > STRIDE_RAD {
+        STRIDE_RAD / largest
+    } else {
+        1.0
+    };
+    let mut rad = at.rad();
+    for i in 0..N {
+        rad[i] += change[i] * share;
+    }
+    Some((Configuration::of(rad)?, largest, share))
+}
+
+pub(crate) fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}

@@ -1,0 +1,63 @@
+//! Statics of the whole finger: equivalent torques (5) and contact forces (1).
+
+use super::{Configuration, Finger, Gear, Transmission};
+
+impl<const N: usize, T: Transmission<N>> Finger<N, T> {
+    /// Equivalent joint torques tau = x T_a - K (theta - theta_0) (5): what contacts have to balance. Newton metre.
+    pub fn equivalent_torques_nm(
+        &self,
+        gear: &Gear<N>,
+        at: &Configuration<N>,
+        torque_nm: f32,
+    ) -> Option<[f32; N]> {
+        let rad = at.rad();
+        let mut tau = [0.0; N];
+        for i in 0..N {
+            let spring =
+                self.parameters.stiffness_nm_per_rad[i] * (rad[i] - self.parameters.rest_rad[i]);
+            tau[i] = gear.x[i] * torque_nm - spring;
+        }
+        tau.iter().all(|t| t.is_finite()).then_some(tau)
+    }
+
+    /// J^T, the moment arms of one contact on each phalanx, at distances `k_m`: row m, column i holds p_m of the contact
+    /// on phalanx i (MATH 3), metre; upper triangular.
+    pub fn arms_m(&self, at: &Configuration<N>, k_m: [f32; N]) -> [[f32; N]; N] {
+        let turn = at.turn();
+        let mut arms = [[0.0; N]; N];
+        for i in 0..N {
+            // Down from the contact's own phalanx: alpha_i - alpha_m grows joint by joint.
+            let (mut arm, mut bend) = (k_m[i], crate::numeric::Turn::NONE);
+            for m in (0..=i).rev() {
+                arms[m][i] = arm;
+                if let Some(below) = m.checked_sub(1) {
+                    bend = bend.then(turn[m]);
+                    arm += self.parameters.lengths_m[below] * bend.cos;
+                }
+            }
+        }
+        arms
+    }
+
+    /// Contact forces f = J^-T tau (1) of one contact on each phalanx, newton; a negative one would have to pull.
+    ///
+    /// By back substitution in the moment arms, which needs no beta and divides by each k once. `None` where a distance
+    /// is 0 or anything is not finite.
+    pub fn contact_forces_n(
+        &self,
+        at: &Configuration<N>,
+        k_m: [f32; N],
+        tau_nm: [f32; N],
+    ) -> Option<[f32; N]> {
+        let arms = self.arms_m(at, k_m);
+        let mut force = [0.0; N];
+        for m in (0..N).rev() {
+            let mut tau = tau_nm[m];
+            for i in m + 1..N {
+                tau -= arms[m][i] * force[i];
+            }
+            force[m] = tau / k_m[m];
+        }
+        force.iter().all(|f| f.is_finite()).then_some(force)
+    }
+}

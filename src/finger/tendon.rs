@@ -1,0 +1,83 @@
+//! Tendon on pulleys: constant transmission factors.
+
+use super::error::within;
+use super::{ConfigError, Configuration, Gear, Parameter, Parameters, Step, Transmission};
+
+/// Limits of a pulley's radius, in the unit of the finger's lengths.
+const RADIUS_RANGE: [f32; 2] = [1e-6, 1e6];
+
+/// A tendon over pulleys. Its design is the radii: r_1, r_2 with two phalanges, r_1 to r_4 with three.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub struct Tendon<const N: usize> {
+    x: [f32; N],
+}
+
+fn checked<const R: usize>(radii: [f32; R]) -> Result<[f32; R], ConfigError> {
+    for (pulley, radius) in (1u8..).zip(radii) {
+        within(
+            Parameter::PulleyRadius { pulley },
+            radius,
+            RADIUS_RANGE[0],
+            RADIUS_RANGE[1],
+        )?;
+    }
+    Ok(radii)
+}
+
+impl<const N: usize> Tendon<N> {
+    fn constant(&self) -> Gear<N> {
+        Gear {
+            x: self.x,
+            w: [[0.0; N]; N],
+        }
+    }
+
+    fn sum(&self, rad: &[f32; N]) -> f32 {
+        self.x.iter().zip(rad).map(|(x, a)| x * a).sum()
+    }
+}
+
+impl Transmission<2> for Tendon<2> {
+    type Design = [f32; 2];
+
+    fn build(design: Self::Design, _: &Parameters<2>) -> Result<Self, ConfigError> {
+        let [r1, r2] = checked(design)?;
+        Ok(Self { x: [1.0, r2 / r1] })
+    }
+
+    fn gear(&self, _: &Configuration<2>) -> Option<Gear<2>> {
+        Some(self.constant())
+    }
+
+    fn rotation_rad(&self, at: &Configuration<2>) -> f32 {
+        self.sum(&at.rad())
+    }
+
+    fn turned_rad(&self, _: &Configuration<2>, step: &Step<2>) -> Option<f32> {
+        Some(self.sum(&step.rad))
+    }
+}
+
+impl Transmission<3> for Tendon<3> {
+    type Design = [f32; 4];
+
+    fn build(design: Self::Design, _: &Parameters<3>) -> Result<Self, ConfigError> {
+        let [r1, r2, r3, r4] = checked(design)?;
+        Ok(Self {
+            x: [1.0, r2 / r1, (r2 / r1) * (r4 / r3)],
+        })
+    }
+
+    fn gear(&self, _: &Configuration<3>) -> Option<Gear<3>> {
+        Some(self.constant())
+    }
+
+    fn rotation_rad(&self, at: &Configuration<3>) -> f32 {
+        self.sum(&at.rad())
+    }
+
+    fn turned_rad(&self, _: &Configuration<3>, step: &Step<3>) -> Option<f32> {
+        Some(self.sum(&step.rad))
+    }
+}

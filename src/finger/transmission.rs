@@ -1,0 +1,34 @@
+//! From the joints to the input link.
+
+use super::{ConfigError, Configuration, Parameters, Step};
+
+/// First and second derivatives of the input angle by the joint angles in one posture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gear<const N: usize> {
+    /// Transmission factors x_i = d theta_a / d theta_i; x_1 = 1.
+    pub x: [f32; N],
+    /// W, the Hessian of theta_a: symmetric, first row and column zero. G = T_a W (MATH 2).
+    pub w: [[f32; N]; N],
+}
+
+/// What drives the joints: theta_a = theta_1 + F2(theta_2 + F3(theta_3)) (MATH 2), F3 absent with two phalanges.
+pub trait Transmission<const N: usize>: Copy + core::fmt::Debug {
+    /// What a user gives: radii or levers.
+    type Design: Copy + core::fmt::Debug;
+
+    /// Checks a design against the finger that it shall drive.
+    ///
+    /// # Errors
+    /// A radius or lever outside its range, or a four-bar that does not close over the whole range of the joints.
+    fn build(design: Self::Design, finger: &Parameters<N>) -> Result<Self, ConfigError>;
+
+    /// Derivatives in a posture; `None` where the transmission cannot take it or stands in a dead point.
+    fn gear(&self, at: &Configuration<N>) -> Option<Gear<N>>;
+
+    /// theta_a in a posture, radian, 0 where all joint angles are. A posture that the transmission cannot take counts as
+    /// its dead point: finite, but only good for postures that [`super::Finger::configuration`] or the solvers gave.
+    fn rotation_rad(&self, at: &Configuration<N>) -> f32;
+
+    /// Change of theta_a over a step, radian, without the cancellation of taking two absolute angles apart.
+    fn turned_rad(&self, from: &Configuration<N>, step: &Step<N>) -> Option<f32>;
+}
