@@ -227,7 +227,7 @@ fn three_random(row: &Row) -> Option<Case> {
     Case::new(finger.fields(), &places, finger.length(), false)
 }
 
-/// Every `step`-th row for the chip.
+/// Reference rows for a PC, `timed` of the random and of the hard ones for the chip.
 fn emit(out: &mut String, name: &str, kind: &str, cases: &[Case], timed: usize) {
     let _ = writeln!(
         out,
@@ -265,7 +265,10 @@ fn emit(out: &mut String, name: &str, kind: &str, cases: &[Case], timed: usize) 
     let _ = writeln!(out, "];");
 }
 
-fn gather(folder: &Path, sources: &[(&str, fn(&Row) -> Option<Case>)]) -> Vec<Case> {
+/// Turns a row of a file into a case, or leaves it out.
+type Reader = fn(&Row) -> Option<Case>;
+
+fn gather(folder: &Path, sources: &[(&str, Reader)]) -> Vec<Case> {
     sources
         .iter()
         .flat_map(|(file, case)| {
@@ -276,6 +279,50 @@ fn gather(folder: &Path, sources: &[(&str, fn(&Row) -> Option<Case>)]) -> Vec<Ca
                 .collect::<Vec<_>>()
         })
         .collect()
+}
+
+/// Arguments of the functions: numbers over 40 octaves, points all round, angles within a turn with the last sample's.
+fn functions(out: &mut String, count: u32) {
+    // Weyl sequences: evenly spread, nothing random about them.
+    let spread = |at: u32, step: f64| (f64::from(at) + 0.5) * step % 1.0;
+    let mut list = |name: &str, kind: &str, row: &dyn Fn(f64, f64) -> String| {
+        let rows: Vec<String> = (0..count)
+            .map(|at| {
+                row(
+                    spread(at, 0.618_033_988_749_895),
+                    spread(at, 0.754_877_666_246_693),
+                )
+            })
+            .collect();
+        let _ = writeln!(
+            out,
+            "/// Arguments.\npub static {name}: &[{kind}] = &[{}];",
+            rows.join(", ")
+        );
+    };
+    list("NUMBERS_TIMED", "f32", &|u, _| {
+        format!("{:?}", (40.0 * u - 20.0).exp2() as f32)
+    });
+    list("POINTS_TIMED", "[f32; 2]", &|u, v| {
+        let (angle, length) = (std::f64::consts::TAU * (u - 0.5), (10.0 * v - 5.0).exp2());
+        format!(
+            "[{:?}, {:?}]",
+            (length * angle.sin()) as f32,
+            (length * angle.cos()) as f32
+        )
+    });
+    list("ANGLES_TIMED", "Angle", &|u, v| {
+        let (rad, step) = (
+            (std::f64::consts::TAU * (u - 0.5)) as f32,
+            (0.04 * (v - 0.5)) as f32,
+        );
+        let last = f64::from(rad) - f64::from(step);
+        format!(
+            "Angle {{ rad: {rad:?}, last_cos: {:?}, last_sin: {:?}, step_rad: {step:?} }}",
+            last.cos() as f32,
+            last.sin() as f32
+        )
+    });
 }
 
 fn main() {
@@ -303,6 +350,7 @@ fn main() {
         ],
     );
     emit(&mut out, "THREE", "ThreePhalanges", &cases, 100);
+    functions(&mut out, 100);
     std::fs::write(out_dir.join("rows.rs"), out).expect("the rows can be written");
     // The linker script of the chip, where cortex-m-rt looks for it.
     if std::env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {

@@ -2,8 +2,8 @@
 //! PC and on the chip alike, and the inputs they are judged on.
 //!
 //! Errors are measured on the PC over all reference rows, costs on the core over a part of the same rows; the two meet in
-//! `cargo xtask report`. rustc never fuses a multiplication with an addition and both square roots are exact, so the
-//! results are the same bits on both; the firmware sends a checksum of its results that shows it.
+//! `cargo xtask report`. rustc never fuses a multiplication with an addition and square roots are exact, so the results
+//! are the same bits on both; the chip sends a checksum of its results that shows it.
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -11,9 +11,6 @@ pub mod candidate;
 pub mod function;
 pub mod rows;
 mod solver;
+pub mod task;
 pub mod three;
 pub mod two;
-
-pub(crate) fn sqrt(x: f32) -> f32 {
-    libm::sqrtf(x)
-}

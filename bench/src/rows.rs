@@ -10,6 +10,7 @@
     clippy::approx_constant
 )]
 
+use crate::function::Angle;
 use crate::three::ThreePhalanges;
 use crate::two::TwoPhalanges;
 

@@ -3,7 +3,8 @@
 
 use super::ThreePhalanges;
 use crate::candidate::{NOWHERE, Roots, on_phalanx};
-use crate::{sqrt, two};
+use crate::two;
+use palpate::numeric::sqrt;
 
 /// Coefficients of 1, k, k^2.
 pub type Quadratic = [f32; 3];

@@ -4,8 +4,9 @@
 use super::ThreePhalanges;
 use super::algebra::Distal;
 use crate::candidate::{NOWHERE, Roots};
+use crate::solver;
 use crate::two::bracketed as pair;
-use crate::{solver, sqrt};
+use palpate::numeric::sqrt;
 
 const WIDTH: f32 = 6e-8;
 

@@ -2,6 +2,7 @@
 
 mod algebra;
 mod bracketed;
+mod library;
 mod matrix;
 mod published;
 
@@ -72,6 +73,16 @@ impl ThreePhalanges {
 
 /// The candidates.
 pub const CANDIDATES: &[Candidate<ThreePhalanges, Roots>] = &[
+    Candidate {
+        name: "library_closed",
+        run: library::closed,
+        chosen: Some("finger locate_closed: sensing's start value and its check of the curve fit"),
+    },
+    Candidate {
+        name: "library_bisection",
+        run: library::bisected,
+        chosen: None,
+    },
     Candidate {
         name: "textbook_k",
         run: algebra::textbook,

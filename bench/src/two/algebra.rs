@@ -2,7 +2,7 @@
 
 use super::TwoPhalanges;
 use crate::candidate::{NOWHERE, Roots, on_phalanx};
-use crate::sqrt;
+use palpate::numeric::sqrt;
 
 /// Whether a contact there would press: the sign of d f / d T_a with theta_2' = beta (beta x_2 - 1) / (K_1 + beta^2 K_2')
 /// multiplied by the positive denominator.

@@ -4,7 +4,7 @@
 use super::TwoPhalanges;
 use crate::candidate::{Roots, on_phalanx};
 use crate::solver;
-use crate::sqrt;
+use palpate::numeric::sqrt;
 
 /// Of the length, about one unit in the last place of f32.
 const WIDTH: f32 = 6e-8;

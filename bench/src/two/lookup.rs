@@ -3,7 +3,7 @@
 
 use super::TwoPhalanges;
 use crate::candidate::{Roots, on_phalanx};
-use crate::sqrt;
+use palpate::numeric::sqrt;
 
 const SHARES: usize = 9;
 const SIDES: usize = 17;

@@ -38,10 +38,8 @@ fn both(input: &TwoPhalanges, find: impl Fn(f32, f32) -> f32) -> Roots {
         } else {
             NEAREST * input.l2
         };
-        if !(lo < hi) {
-            return f32::NAN;
-        }
-        let k = find(lo, hi);
+        // Written so that the NaN of an empty bracket fails.
+        let k = if lo < hi { find(lo, hi) } else { f32::NAN };
         if input.presses(k, slopes(input, k)[1]) {
             on_phalanx(k, input.l2)
         } else {

@@ -2,6 +2,7 @@
 
 mod algebra;
 pub(crate) mod bracketed;
+pub(crate) mod library;
 mod lookup;
 mod matrix;
 mod published;
@@ -68,6 +69,16 @@ impl TwoPhalanges {
 
 /// The candidates.
 pub const CANDIDATES: &[Candidate<TwoPhalanges, Roots>] = &[
+    Candidate {
+        name: "library_closed",
+        run: library::closed,
+        chosen: Some("finger locate_closed: sensing's start value and its check of the curve fit"),
+    },
+    Candidate {
+        name: "library_bisection",
+        run: library::bisected,
+        chosen: None,
+    },
     Candidate {
         name: "textbook_beta",
         run: algebra::textbook_beta,
