@@ -340,7 +340,7 @@ fn main() {
             ("hard_2p.csv", two_hard),
         ],
     );
-    emit(&mut out, "TWO", "TwoPhalanges", &cases, 100);
+    emit(&mut out, "TWO", "TwoPhalanges", &cases, 64);
     let cases = gather(
         &folder,
         &[
@@ -349,8 +349,8 @@ fn main() {
             ("hard_3p.csv", three_hard),
         ],
     );
-    emit(&mut out, "THREE", "ThreePhalanges", &cases, 100);
-    functions(&mut out, 100);
+    emit(&mut out, "THREE", "ThreePhalanges", &cases, 64);
+    functions(&mut out, 64);
     std::fs::write(out_dir.join("rows.rs"), out).expect("the rows can be written");
     // The linker script of the chip, where cortex-m-rt looks for it.
     if std::env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {

@@ -34,11 +34,12 @@ fn main() -> Result<(), palpate_plant::Error> {
             let wall = start.elapsed().as_secs_f64();
             let truth = plant.truth();
             println!(
-                "{kind:?} {name}: {:.0} times real time; theta_a {:.3} rad, torque {:.3} N m, current {:.1} mA, contacts {:?}, first {:?}",
+                "{kind:?} {name}: {:.0} times real time; theta_a {:.3} rad, torque {:.3} N m, current {:.1} mA, joints {:.2?} rad, contacts {:?}, first {:?}",
                 plant.time_s() / wall,
                 truth.theta_a_rad,
                 truth.torque_nm,
                 1e3 * truth.motor_current_a,
+                truth.joint_rad,
                 truth.contacts,
                 truth.first_contact.map(|f| (
                     f.time_s,

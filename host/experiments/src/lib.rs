@@ -1,0 +1,5 @@
+//! The paper's experiments beside the paper's own algorithm, recordings replayed, figures.
+
+pub mod paper;
+pub mod reference;
+pub mod trace;

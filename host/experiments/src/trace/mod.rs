@@ -1,0 +1,20 @@
+//! What a recording is, however it was made.
+
+mod read;
+mod resample;
+
+pub use read::{Findings, ReadError, read};
+pub use resample::{Gap, PERIOD_US, Resampled, resample};
+
+/// One row of a recording, motor side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row {
+    /// Time, second; any origin.
+    pub time_s: f64,
+    /// Encoder position, counts, closing positive.
+    pub encoder_counts: i64,
+    /// Motor current, ampere, positive when its torque closes.
+    pub current_a: f64,
+    /// Duty of the bridge, closing positive, where it was recorded; only its sign is used.
+    pub duty: Option<f64>,
+}

@@ -1,0 +1,542 @@
+//! The plant against the data it was made from, and against physics.
+
+use palpate_plant::{Error, FingerKind, Grasp, Parameters, Pins, Plant, Shape};
+
+const STEP: f64 = 50e-6;
+const KINDS: [FingerKind; 4] = [
+    FingerKind::P70,
+    FingerKind::Tendon2,
+    FingerKind::Tendon3,
+    FingerKind::Linkage3,
+];
+
+fn drive(duty: f64) -> Pins {
+    Pins {
+        outputs_enabled: true,
+        awake: true,
+        duty: duty.abs(),
+        closing: duty >= 0.0,
+    }
+}
+
+fn run(plant: &mut Plant, pins: &Pins, seconds: f64) {
+    for _ in 0..(seconds / STEP).round() as u64 {
+        plant.step(pins, STEP);
+    }
+}
+
+fn quiet() -> Parameters {
+    let mut p = Parameters::default();
+    p.sense.noise_rms_a = 0.0;
+    p.sense.offset_a = 0.0;
+    p.sense.offset_drift_a = 0.0;
+    p.sense.gain_error = 0.0;
+    p.supply.noise_rms_v = 0.0;
+    p.hall.noise_rms_v = 0.0;
+    p
+}
+
+fn cylinder(diameter_m: f64) -> Shape {
+    Shape::Cylinder { diameter_m }
+}
+
+/// The motor alone, as its data sheet measures it.
+fn bare_motor() -> Parameters {
+    let mut p = quiet();
+    p.gearhead.drag_nm = 0.0;
+    p.worm.eccentric_drag_nm = 0.0;
+    p.worm.wheel_eccentric_drag_nm = 0.0;
+    p.motor.commutation_ripple = 0.0;
+    p.bridge.on_resistance_ohm = 0.0;
+    p.supply.internal_resistance_ohm = 0.0;
+    p.motor.copper_temperature_coefficient_per_k = 0.0;
+    p
+}
+
+#[test]
+fn motor_is_the_data_sheets() {
+    let p = bare_motor();
+    let mut plant = Plant::new(&p, FingerKind::P70, &Grasp::Free, 1).unwrap();
+    run(&mut plant, &drive(1.0), 0.5);
+    let truth = plant.truth();
+    let rpm = truth.motor_speed_rad_per_s * 30.0 / std::f64::consts::PI;
+    assert!((rpm / 12_500.0 - 1.0).abs() < 0.01, "{rpm} rpm");
+    assert!(
+        (truth.motor_current_a / 9e-3 - 1.0).abs() < 0.05,
+        "{} A",
+        truth.motor_current_a
+    );
+    assert!((plant.current_sense_v() / 6.8 - truth.motor_current_a).abs() < 1e-9);
+    assert!((plant.supply_sense_v() / 0.18 - 12.0).abs() < 1e-9);
+    plant.faults.rotor_locked = true;
+    run(&mut plant, &drive(1.0), 0.01);
+    assert!(
+        (plant.truth().motor_current_a / 0.347 - 1.0).abs() < 0.02,
+        "{} A",
+        plant.truth().motor_current_a
+    );
+}
+
+#[test]
+fn locked_winding_heats_to_its_data() {
+    let rise = |p: &Parameters, seconds: f64| {
+        let mut plant = Plant::new(p, FingerKind::P70, &Grasp::Free, 1).unwrap();
+        plant.faults.rotor_locked = true;
+        run(&mut plant, &drive(0.1 * 35.0 / 12.0), seconds);
+        plant.winding_c() - 25.0
+    };
+    let mut p = bare_motor();
+    // 0.35 W into 4 s / (12 K/W) at first.
+    let early = rise(&p, 0.201);
+    assert!(
+        (early / (0.35 * 0.2 * 12.0 / 4.0) - 1.0).abs() < 0.05,
+        "{early} K"
+    );
+    // 42 K/W in the end, here sooner.
+    p.motor.winding_thermal_time_constant_s = 0.1;
+    p.motor.housing_thermal_time_constant_s = 1.0;
+    let late = rise(&p, 10.0);
+    assert!((late / (0.35 * 42.0) - 1.0).abs() < 0.01, "{late} K");
+}
+
+#[test]
+fn mechanical_time_constant_is_the_data_sheets() {
+    let p = bare_motor();
+    let mut plant = Plant::new(&p, FingerKind::P70, &Grasp::Free, 1).unwrap();
+    run(&mut plant, &drive(1.0), p.bridge.wake_s);
+    let mut time = 0.0;
+    while plant.truth().motor_speed_rad_per_s < 0.632 * 1305.0 {
+        run(&mut plant, &drive(1.0), STEP);
+        time += STEP;
+    }
+    assert!((time / 4.3e-3 - 1.0).abs() < 0.1, "{time} s");
+}
+
+/// Whatever is stored was put in by the motor's torque; with the motor off, nothing grows.
+#[test]
+fn energy_comes_from_the_motor_alone() {
+    for kind in KINDS {
+        for friction in [0.0, 0.3] {
+            let mut p = quiet();
+            p.motor.commutation_ripple = 0.0;
+            p.contact.friction = friction;
+            let grasp = Grasp::touching(2, 0.03, 0.8, cylinder(0.02));
+            let mut plant = Plant::new(&p, kind, &grasp, 3).unwrap();
+            let start = plant.truth().stored_energy_j;
+            let mut work = 0.0;
+            for i in 0..60_000u32 {
+                // Close, open a little, close again.
+                let duty = if (30_000..34_000).contains(&i) {
+                    -0.4
+                } else {
+                    0.5
+                };
+                let before = plant.truth();
+                plant.step(&drive(duty), STEP);
+                let after = plant.truth();
+                // A quasi-static current: the mean over the step lies between its ends.
+                let current = before.motor_current_a.max(after.motor_current_a);
+                let turned = after.motor_angle_rad - before.motor_angle_rad;
+                let current = if turned < 0.0 {
+                    before.motor_current_a.min(after.motor_current_a)
+                } else {
+                    current
+                };
+                work += p.motor.torque_constant_nm_per_a * current * turned;
+                let stored = after.stored_energy_j - start;
+                assert!(
+                    stored <= work + 1e-6,
+                    "{kind:?} step {i}: stored {stored} of {work} J"
+                );
+            }
+            assert!(
+                plant.truth().stored_energy_j > 1e-3,
+                "{kind:?} never loaded"
+            );
+            let mut last = plant.truth().stored_energy_j;
+            for _ in 0..4000 {
+                plant.step(&Pins::default(), STEP);
+                let now = plant.truth().stored_energy_j;
+                assert!(
+                    now <= last + 1e-9,
+                    "{kind:?}: {last} to {now} J without a motor"
+                );
+                last = now;
+            }
+        }
+    }
+}
+
+#[test]
+fn grasp_stays_when_the_motor_is_off() {
+    let mut p = quiet();
+    p.cable.creep_fraction = 0.0;
+    let grasp = Grasp::touching(2, 0.03, 0.8, cylinder(0.01));
+    let mut plant = Plant::new(&p, FingerKind::P70, &grasp, 3).unwrap();
+    run(&mut plant, &drive(0.4), 4.0);
+    run(&mut plant, &Pins::default(), 0.5);
+    let (count, held) = (plant.encoder_count(), plant.truth().torque_nm);
+    assert!(held > 0.05, "{held} N m");
+    run(&mut plant, &Pins::default(), 2.0);
+    assert_eq!(plant.encoder_count(), count);
+    assert!((plant.truth().torque_nm / held - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn cable_creeps_under_load() {
+    let grasp = Grasp::touching(1, 0.06, 0.5, cylinder(0.02));
+    let mut plant = Plant::new(&quiet(), FingerKind::P70, &grasp, 3).unwrap();
+    // Onto the closing stop, which holds the input link.
+    plant.place(&Grasp::Free).unwrap();
+    run(&mut plant, &drive(0.5), 4.0);
+    run(&mut plant, &Pins::default(), 0.1);
+    let early = plant.truth().torque_nm;
+    run(&mut plant, &Pins::default(), 20.0);
+    let late = plant.truth().torque_nm;
+    assert!(
+        (0.93..0.99).contains(&(late / early)),
+        "{early} to {late} N m"
+    );
+    assert!((plant.truth().theta_a_rad - plant.truth().closing_stop_rad).abs() < 0.01);
+}
+
+/// Motor counts between the last motion of the loaded input link while closing and its first while opening.
+#[test]
+fn backlash_has_the_width_of_the_data() {
+    let mut p = quiet();
+    p.encoder.periodic_error_counts = 0.0;
+    p.cable.stiffness_n_per_m = 1e7;
+    p.cable.creep_fraction = 0.0;
+    let mut plant = Plant::new(&p, FingerKind::P70, &Grasp::Free, 5).unwrap();
+    run(&mut plant, &drive(0.3), 1.0);
+    run(&mut plant, &drive(0.0), 0.1);
+    let (turned, angle) = (plant.encoder_count(), plant.truth().theta_a_rad);
+    while angle - plant.truth().theta_a_rad < 1e-6 {
+        plant.step(&drive(-0.2), STEP);
+    }
+    let backlash = turned - plant.encoder_count();
+    assert!((backlash - (364 + 1092)).abs() < 20, "{backlash} counts");
+}
+
+#[test]
+fn same_seed_same_world_other_seed_other_noise() {
+    let p = Parameters::default();
+    let make = |seed| {
+        let grasp = Grasp::touching(2, 0.045, 0.8, cylinder(0.01));
+        let mut plant = Plant::new(&p, FingerKind::P70, &grasp, seed).unwrap();
+        let mut seen = Vec::new();
+        for _ in 0..2000 {
+            run(&mut plant, &drive(0.5), 1e-3);
+            seen.push((
+                plant.encoder_count(),
+                plant.current_sense_v().to_bits(),
+                plant.hall_v().to_bits(),
+            ));
+        }
+        (seen, plant.truth())
+    };
+    assert_eq!(make(7), make(7));
+    assert_ne!(make(7).0, make(8).0);
+}
+
+/// The object is met where it was asked for, thick phalanges and all, whatever its size.
+#[test]
+fn contact_begins_where_it_was_asked_for() {
+    for (kind, tolerance) in [
+        (FingerKind::P70, 1e-4),
+        (FingerKind::Tendon2, 1e-4),
+        (FingerKind::Linkage3, 1e-4),
+    ] {
+        for shape in [
+            cylinder(0.004),
+            cylinder(0.04),
+            Shape::square(0.02, 45.0),
+            Shape::square(0.02, 20.0),
+        ] {
+            for (phalanx, k_m) in [(1, 0.05), (2, 0.015), (2, 0.03), (2, 0.06)] {
+                let grasp = Grasp::touching(phalanx, k_m, 0.8, shape.clone());
+                let mut plant = Plant::new(&quiet(), kind, &grasp, 3).unwrap();
+                let first = loop {
+                    run(&mut plant, &drive(0.3), 1e-3);
+                    assert!(
+                        plant.time_s() < 6.0,
+                        "{kind:?} {shape:?} {k_m}: never touched"
+                    );
+                    if let Some(first) = plant.truth().first_contact {
+                        break first;
+                    }
+                };
+                assert_eq!(first.contact.phalanx, phalanx, "{kind:?} {shape:?}");
+                assert!(
+                    (first.contact.k_m - k_m).abs() < tolerance,
+                    "{kind:?} {shape:?}: {first:?}"
+                );
+                assert!((first.joint_rad[0] - 0.8).abs() < 2e-3, "{first:?}");
+                assert!(!first.contact.back);
+            }
+        }
+    }
+}
+
+#[test]
+fn flush_wall_touches_at_joint_and_tip() {
+    let grasp = Grasp::touching(2, 0.035, 0.8, Shape::plane());
+    let mut plant = Plant::new(&quiet(), FingerKind::P70, &grasp, 3).unwrap();
+    run(&mut plant, &drive(0.4), 4.0);
+    let contacts = plant.truth().contacts;
+    assert!(contacts.iter().any(|c| c.force_n > 0.1), "{contacts:?}");
+    assert!(
+        contacts
+            .iter()
+            .all(|c| c.k_m < 1e-3 || c.k_m > 0.0699 || c.k_m > 0.0899),
+        "{contacts:?}"
+    );
+}
+
+#[test]
+fn contact_may_lie_on_the_back() {
+    let mut plant = Plant::new(&quiet(), FingerKind::Tendon2, &Grasp::Free, 3).unwrap();
+    run(&mut plant, &drive(0.5), 2.0);
+    assert!(plant.truth().joint_rad[0] > 0.9);
+    // Between the opening finger and its rest pose (phalanx 1 at 30 deg), 80 mm out.
+    let (sin, cos) = 0.65f64.sin_cos();
+    plant
+        .place(&Grasp::At {
+            origin_m: [0.08 * cos, 0.08 * sin],
+            angle_rad: 0.0,
+            shape: cylinder(0.01),
+        })
+        .unwrap();
+    run(&mut plant, &drive(-0.5), 3.0);
+    let first = plant.truth().first_contact.unwrap();
+    assert!(
+        first.contact.back && first.contact.phalanx == 1,
+        "{first:?}"
+    );
+}
+
+#[test]
+fn friction_at_the_contact_holds_back() {
+    let slid = |friction| {
+        let mut p = quiet();
+        p.contact.friction = friction;
+        let grasp = Grasp::touching(2, 0.03, 0.8, cylinder(0.01));
+        let mut plant = Plant::new(&p, FingerKind::P70, &grasp, 3).unwrap();
+        run(&mut plant, &drive(0.4), 4.0);
+        let truth = plant.truth();
+        truth.strongest().unwrap().k_m - truth.first_contact.unwrap().contact.k_m
+    };
+    let (free, rubbing) = (slid(0.0), slid(0.3));
+    assert!(free > 1e-3 && rubbing < free, "{free} {rubbing} m");
+}
+
+#[test]
+fn sense_is_unsigned_and_blind_in_coast_and_reversal() {
+    let mut plant = Plant::new(&quiet(), FingerKind::P70, &Grasp::Free, 3).unwrap();
+    run(&mut plant, &drive(0.5), 0.3);
+    assert!(plant.current_sense_v() > 0.05);
+    // Asleep: no current, no reading.
+    plant.step(
+        &Pins {
+            awake: false,
+            ..drive(0.5)
+        },
+        STEP,
+    );
+    assert_eq!(
+        (plant.current_sense_v(), plant.truth().motor_current_a),
+        (0.0, 0.0)
+    );
+    run(&mut plant, &drive(0.5), 0.3);
+    // Less drive than back-EMF: the current opposes the drive.
+    run(&mut plant, &drive(0.05), 1e-3);
+    assert!(plant.truth().motor_current_a < 0.0);
+    assert_eq!(plant.current_sense_v(), 0.0);
+    // Opening at speed reads positive too.
+    run(&mut plant, &drive(-0.5), 0.2);
+    assert!(plant.truth().motor_current_a < 0.0 && plant.current_sense_v() > 0.05);
+}
+
+#[test]
+fn bridge_needs_time_to_wake_and_voltage_to_stay() {
+    let mut plant = Plant::new(&quiet(), FingerKind::P70, &Grasp::Free, 3).unwrap();
+    run(&mut plant, &drive(1.0), 0.9e-3);
+    assert_eq!(plant.truth().motor_current_a, 0.0);
+    run(&mut plant, &drive(1.0), 0.5e-3);
+    assert!(plant.truth().motor_current_a > 0.0);
+    plant.faults.supply_v = Some(3.0);
+    run(&mut plant, &drive(1.0), 0.2e-3);
+    assert!(plant.fault_pin_low() && plant.truth().motor_current_a == 0.0);
+    plant.faults.supply_v = None;
+    plant.faults.rotor_locked = true;
+    plant.faults.winding_left = 0.05;
+    run(&mut plant, &drive(1.0), 2e-3);
+    assert!(plant.fault_pin_low());
+    assert!((plant.truth().motor_current_a - 0.485).abs() < 1e-9);
+}
+
+#[test]
+fn missing_stop_lets_the_finger_run_on() {
+    let angle = |missing| {
+        let mut plant = Plant::new(&quiet(), FingerKind::P70, &Grasp::Free, 3).unwrap();
+        plant.faults.stops_missing = missing;
+        run(&mut plant, &drive(0.8), 3.0);
+        plant.truth().theta_a_rad
+    };
+    assert!((angle(false) - 1.6).abs() < 0.01);
+    assert!(angle(true) > 2.0);
+}
+
+#[test]
+fn broken_encoder_wires_miscount() {
+    let counts = |set: fn(&mut palpate_plant::EncoderFault)| {
+        let mut plant = Plant::new(&quiet(), FingerKind::P70, &Grasp::Free, 3).unwrap();
+        set(&mut plant.faults.encoder);
+        run(&mut plant, &drive(0.5), 0.5);
+        plant.encoder_count()
+    };
+    let healthy = counts(|_| {});
+    assert!(healthy > 10_000);
+    assert!(counts(|f| f.a_cut = true).abs() <= 2);
+    assert!(counts(|f| f.b_cut = true).abs() <= 2);
+    assert!(counts(|f| (f.a_cut, f.b_cut) = (true, true)).abs() <= 2);
+    assert!((counts(|f| f.swapped = true) + healthy).abs() <= 4);
+    let storm = counts(|f| f.storm_edges_per_s = 1e5);
+    assert!((storm - healthy).abs() > 1000, "{storm} {healthy}");
+}
+
+#[test]
+fn phases_go_with_the_count() {
+    let mut plant = Plant::new(&quiet(), FingerKind::P70, &Grasp::Free, 3).unwrap();
+    let (mut last, mut phases) = (plant.encoder_count(), plant.encoder_phases());
+    let mut single = 0;
+    for _ in 0..4000 {
+        plant.step(&drive(0.15), 10e-6);
+        let (now, levels) = (plant.encoder_count(), plant.encoder_phases());
+        if (now - last).abs() == 1 {
+            single += 1;
+            let changed = u8::from(phases.0 != levels.0) + u8::from(phases.1 != levels.1);
+            assert_eq!(changed, 1);
+            // A leads while closing: B copies A on its own edge, A becomes the opposite of B on its own.
+            let a_changed = phases.0 != levels.0;
+            assert_eq!((now > last) == a_changed, levels.0 != levels.1);
+        }
+        (last, phases) = (now, levels);
+    }
+    assert!(single > 100, "{single}");
+}
+
+#[test]
+fn random_plants_are_valid_and_their_own() {
+    let base = Parameters::default();
+    assert_eq!(base.randomised(1), base.randomised(1));
+    for seed in 0..200 {
+        let p = base.randomised(seed);
+        p.validate().unwrap();
+        assert_ne!(p, base.randomised(seed + 1));
+        assert!((1.5e3..=10e3).contains(&p.cable.stiffness_n_per_m));
+        assert!((0.03e-3..=0.15e-3).contains(&p.gearhead.drag_nm));
+    }
+}
+
+#[test]
+fn a_file_may_be_partial() {
+    let p = Parameters::from_toml(
+        "motor.resistance_ohm = 30\n[finger.p70]\nspring_nm_per_rad = [0, 0.07]",
+    )
+    .unwrap();
+    assert_eq!(
+        (p.motor.resistance_ohm, p.finger.p70.spring_nm_per_rad[1]),
+        (30.0, 0.07)
+    );
+    assert_eq!(
+        p.motor.torque_constant_nm_per_a,
+        Parameters::default().motor.torque_constant_nm_per_a
+    );
+}
+
+#[test]
+fn a_bad_file_is_told_what_is_wrong() {
+    let error = |text: &str| Parameters::from_toml(text).expect_err(text);
+    let unknown = error("[motor]\nresistence_ohm = 3");
+    assert!(matches!(&unknown, Error::UnknownKey { key, .. } if key == "motor.resistence_ohm"));
+    assert!(unknown.to_string().contains("resistance_ohm"), "{unknown}");
+    let range = error("[gearhead]\nefficiency = 1.2").to_string();
+    assert!(
+        range.contains("gearhead.efficiency")
+            && range.contains("1.2")
+            && range.contains("0.1 to 1"),
+        "{range}"
+    );
+    assert!(matches!(
+        error("motor.resistance_ohm = nan"),
+        Error::OutOfRange { .. }
+    ));
+    assert!(matches!(
+        error("motor.resistance_ohm = inf"),
+        Error::OutOfRange { .. }
+    ));
+    assert!(matches!(
+        error("motor.resistance_ohm = \"big\""),
+        Error::WrongType { .. }
+    ));
+    assert!(matches!(error("motor = 3"), Error::WrongType { .. }));
+    assert!(matches!(error("[motor"), Error::Syntax(_)));
+    assert!(matches!(
+        error("finger.p70.length_m = [0.09]"),
+        Error::WrongLength { expected: 2, .. }
+    ));
+    assert!(matches!(
+        error("finger.p70.length_m = [0.09, true]"),
+        Error::WrongType { .. }
+    ));
+    assert!(matches!(
+        error("finger.p70.mode = [0]"),
+        Error::OutOfRange { .. }
+    ));
+    assert!(matches!(
+        error("finger.p70.coupler_m = [0.3]"),
+        Error::Open { .. }
+    ));
+    assert!(matches!(
+        error("finger.p70.pulley_m = [0.1, 0.1]"),
+        Error::UnknownKey { .. }
+    ));
+}
+
+#[test]
+fn an_object_that_cannot_be_there_is_refused() {
+    let p = Parameters::default();
+    let place = |grasp| Plant::new(&p, FingerKind::P70, &grasp, 1).expect_err("refused");
+    for grasp in [
+        Grasp::touching(3, 0.03, 0.8, cylinder(0.01)),
+        Grasp::touching(0, 0.03, 0.8, cylinder(0.01)),
+        Grasp::touching(2, 0.08, 0.8, cylinder(0.01)),
+        Grasp::touching(2, f64::NAN, 0.8, cylinder(0.01)),
+        Grasp::touching(2, 0.03, 3.0, cylinder(0.01)),
+        Grasp::touching(2, 0.03, 0.8, cylinder(-0.01)),
+        Grasp::touching(
+            2,
+            0.03,
+            0.8,
+            Shape::Polygon {
+                corners_m: vec![[0.0, 0.0], [0.0, 0.1], [0.1, 0.0]],
+            },
+        ),
+        Grasp::At {
+            origin_m: [0.05, 0.0],
+            angle_rad: 0.0,
+            shape: cylinder(0.01),
+        },
+        Grasp::At {
+            origin_m: [f64::NAN, 0.0],
+            angle_rad: 0.0,
+            shape: cylinder(0.01),
+        },
+    ] {
+        assert!(
+            matches!(place(grasp.clone()), Error::Contact(_)),
+            "{grasp:?}"
+        );
+    }
+}

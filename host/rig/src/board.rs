@@ -1,0 +1,174 @@
+//! The plant as the chip sees it: codes and counters in, timer and pins out.
+
+use palpate::drive::io::{
+    ADC_FULL, AdcCode, CONTROL_HZ, DUTY_FULL, Direction, EncoderCount, Inputs, Outputs,
+};
+use palpate_plant::{Pins, Plant};
+
+/// A control period, second.
+pub const PERIOD_S: f64 = 1.0 / CONTROL_HZ as f64;
+
+/// Reference of the converter, volt.
+const REFERENCE_V: f64 = 3.3;
+
+/// Plant, converters, timer with its break, and the period's delay between measurement and output.
+#[derive(Clone, Debug)]
+pub struct Board {
+    /// The world.
+    pub plant: Plant,
+    /// In force since the last update of the timer.
+    pins: Pins,
+    /// The bridge was switched on since it was last switched off.
+    armed: bool,
+    /// nFAULT stopped the timer's outputs; stays until the bridge was switched off.
+    broken: bool,
+}
+
+impl Board {
+    /// A board just out of reset: bridge asleep.
+    #[must_use]
+    pub fn new(plant: Plant) -> Self {
+        Self {
+            plant,
+            pins: Pins::default(),
+            armed: false,
+            broken: false,
+        }
+    }
+
+    /// What the chip reads at the update that begins a control period.
+    #[must_use]
+    pub fn inputs(&self) -> Inputs {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "the counter has 16 bits"
+        )]
+        let encoder = EncoderCount(self.plant.encoder_count() as u16);
+        Inputs {
+            current: code(self.plant.current_sense_v()),
+            supply: code(self.plant.supply_sense_v()),
+            encoder,
+            bridge_fault: self.plant.fault_pin_low() || self.broken,
+            overrun: false,
+        }
+    }
+
+    /// One control period passes, then the timer takes over `outputs`: what was computed from the last [`Self::inputs`]
+    /// acts one period after they were measured, as the timer's preloaded registers make it.
+    pub fn period(&mut self, outputs: Outputs) {
+        self.plant.step(&self.pins, PERIOD_S);
+        if self.armed && self.plant.fault_pin_low() {
+            self.broken = true;
+        }
+        if outputs == Outputs::Off {
+            self.broken = false;
+        }
+        self.armed = outputs != Outputs::Off;
+        self.pins = match outputs {
+            Outputs::Off => Pins::default(),
+            Outputs::Brake => Pins {
+                awake: true,
+                duty: 0.0,
+                ..self.pins
+            },
+            Outputs::Drive { direction, duty } => Pins {
+                awake: true,
+                duty: f64::from(duty.0.min(DUTY_FULL)) / f64::from(DUTY_FULL),
+                closing: direction == Direction::Closing,
+                ..self.pins
+            },
+        };
+        self.pins.outputs_enabled = self.armed && !self.broken;
+    }
+
+    /// Levels in force.
+    #[must_use]
+    pub fn pins(&self) -> &Pins {
+        &self.pins
+    }
+}
+
+/// The sum of 16 conversions of 12 bits.
+fn code(volt: f64) -> AdcCode {
+    let conversion = (volt / REFERENCE_V * 4096.0).floor().clamp(0.0, 4095.0);
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "0 to 4095"
+    )]
+    let conversion = conversion as u16;
+    AdcCode((conversion * 16).min(ADC_FULL))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use palpate::drive::io::Duty;
+    use palpate_plant::{FingerKind, Grasp, Parameters};
+
+    fn board() -> Board {
+        Board::new(
+            Plant::new(&Parameters::default(), FingerKind::P70, &Grasp::Free, 1).expect("defaults"),
+        )
+    }
+
+    const DRIVE: Outputs = Outputs::Drive {
+        direction: Direction::Closing,
+        duty: Duty(DUTY_FULL / 2),
+    };
+
+    #[test]
+    fn codes_are_the_converters() {
+        assert_eq!(code(0.0), AdcCode(0));
+        assert_eq!(code(3.3), AdcCode(ADC_FULL));
+        assert_eq!(code(-1.0), AdcCode(0));
+        assert_eq!(code(100.0), AdcCode(ADC_FULL));
+        assert_eq!(code(1.65), AdcCode(2048 * 16));
+    }
+
+    #[test]
+    fn output_acts_a_period_later() {
+        let mut board = board();
+        for _ in 0..40 {
+            board.period(Outputs::Brake);
+        }
+        board.period(DRIVE);
+        assert_eq!(board.plant.truth().motor_current_a, 0.0);
+        board.period(DRIVE);
+        assert!(board.plant.truth().motor_current_a > 0.05);
+        assert!(board.inputs().current.0 > 1000);
+    }
+
+    #[test]
+    fn break_latches_until_switched_off() {
+        let mut board = board();
+        for _ in 0..40 {
+            board.period(DRIVE);
+        }
+        board.plant.faults.rotor_locked = true;
+        board.plant.faults.winding_left = 0.05;
+        for _ in 0..10 {
+            board.period(DRIVE);
+        }
+        board.plant.faults.winding_left = 1.0;
+        board.period(DRIVE);
+        board.period(DRIVE);
+        assert!(board.inputs().bridge_fault && !board.pins().outputs_enabled);
+        board.period(Outputs::Off);
+        board.period(DRIVE);
+        assert!(!board.inputs().bridge_fault && board.pins().outputs_enabled);
+    }
+
+    #[test]
+    fn encoder_wraps_at_16_bits() {
+        let mut board = board();
+        board.plant.faults.stops_missing = true;
+        for _ in 0..40_000 {
+            board.period(DRIVE);
+        }
+        let count = board.plant.encoder_count();
+        assert!(count > 65_536);
+        assert_eq!(i64::from(board.inputs().encoder.0), count % 65_536);
+    }
+}

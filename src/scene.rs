@@ -1,1 +1,0 @@
-//! The file a user edits: this finger, this drivetrain, these limits.
