@@ -340,7 +340,7 @@ fn main() {
             ("hard_2p.csv", two_hard),
         ],
     );
-    emit(&mut out, "TWO", "TwoPhalanges", &cases, 64);
+    emit(&mut out, "TWO", "TwoPhalanges", &cases, 48);
     let cases = gather(
         &folder,
         &[
@@ -349,14 +349,7 @@ fn main() {
             ("hard_3p.csv", three_hard),
         ],
     );
-    emit(&mut out, "THREE", "ThreePhalanges", &cases, 64);
-    functions(&mut out, 64);
+    emit(&mut out, "THREE", "ThreePhalanges", &cases, 48);
+    functions(&mut out, 48);
     std::fs::write(out_dir.join("rows.rs"), out).expect("the rows can be written");
-    // The linker script of the chip, where cortex-m-rt looks for it.
-    if std::env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
-        std::fs::write(out_dir.join("memory.x"), include_str!("../memory.x"))
-            .expect("memory.x can be written");
-        println!("cargo:rustc-link-search={}", out_dir.display());
-        println!("cargo:rerun-if-changed=memory.x");
-    }
 }

@@ -58,33 +58,44 @@ fn at([c, b, a]: [f32; 3], k: f32) -> f32 {
     c + k * (b + k * a)
 }
 
+/// One function for all numbers of steps, as it would be in a firmware.
+#[inline(never)]
+fn bisect(input: &ThreePhalanges, steps: u32) -> Roots {
+    both(input, |residual, lo, hi| {
+        solver::bisect(|k| at(residual, k), lo, hi, steps)
+    })
+}
+
 macro_rules! methods {
-    ($($(#[$doc:meta])* $name:ident: $find:expr;)*) => {$(
+    ($($(#[$doc:meta])* $name:ident: |$input:ident| $distal:expr;)*) => {$(
         $(#[$doc])*
         #[inline(never)]
-        pub fn $name(input: &ThreePhalanges) -> Roots {
-            if input.phalanx == 2 {
-                return input.effective().map_or(NOWHERE, |two| pair::$name(&two));
+        pub fn $name($input: &ThreePhalanges) -> Roots {
+            if $input.phalanx == 2 {
+                return $input.effective().map_or(NOWHERE, |two| pair::$name(&two));
             }
-            let width = WIDTH * input.l[2];
-            both(input, |residual, lo, hi| $find(residual, lo, hi, width))
+            $distal
         }
     )*};
 }
 
 methods! {
     /// Bisection, 12 steps a stretch.
-    bisection_12: |r, lo, hi, _| solver::bisect(|k| at(r, k), lo, hi, 12);
+    bisection_12: |input| bisect(input, 12);
     /// Bisection, 20 steps a stretch.
-    bisection_20: |r, lo, hi, _| solver::bisect(|k| at(r, k), lo, hi, 20);
+    bisection_20: |input| bisect(input, 20);
     /// Bisection, 28 steps a stretch.
-    bisection_28: |r, lo, hi, _| solver::bisect(|k| at(r, k), lo, hi, 28);
+    bisection_28: |input| bisect(input, 28);
     /// ITP.
-    itp: |r, lo, hi, width| solver::itp(|k| at(r, k), lo, hi, width);
+    itp: |input| both(input, |r, lo, hi| {
+        solver::itp(|k| at(r, k), lo, hi, WIDTH * input.l[2])
+    });
     /// Chandrupatla.
-    chandrupatla: |r, lo, hi, width| solver::chandrupatla(|k| at(r, k), lo, hi, width);
+    chandrupatla: |input| both(input, |r, lo, hi| {
+        solver::chandrupatla(|k| at(r, k), lo, hi, WIDTH * input.l[2])
+    });
     /// Newton inside the bracket.
-    newton: |r: [f32; 3], lo, hi, width| {
-        solver::newton(|k| (at(r, k), r[1] + 2.0 * k * r[2]), lo, hi, width)
-    };
+    newton: |input| both(input, |r, lo, hi| {
+        solver::newton(|k| (at(r, k), r[1] + 2.0 * k * r[2]), lo, hi, WIDTH * input.l[2])
+    });
 }

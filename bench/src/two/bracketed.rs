@@ -33,7 +33,8 @@ fn both(input: &TwoPhalanges, find: impl Fn(f32, f32, f32) -> f32) -> Roots {
     })
 }
 
-#[inline(always)]
+/// One function for all numbers of steps, as it would be in a firmware.
+#[inline(never)]
 fn bisect(input: &TwoPhalanges, steps: u32) -> Roots {
     both(input, |side, lo, hi| {
         solver::bisect(|k| residual(input, side, k).0, lo, hi, steps)
