@@ -11,14 +11,19 @@ fn main() -> std::process::ExitCode {
 }
 
 #[cfg(target_os = "none")]
+#[path = "../../src/board/clock.rs"]
+mod clock;
+
+#[cfg(target_os = "none")]
 mod chip {
     use core::hint::black_box;
+
     use cortex_m::peripheral::DWT;
     use cortex_m_rt::entry;
-    use defmt as _;
-    use embassy_stm32 as _;
+    use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS, exit};
+    use defmt::info;
+    use defmt_rtt as _;
     use palpate_bench::task::{self, Bits, Task, Visitor};
-    use rtt_target::{ChannelMode, rprintln, rtt_init, set_print_channel};
 
     struct Stopwatch;
 
@@ -27,9 +32,11 @@ mod chip {
     fn time<I, O>(run: fn(&I) -> O, input: &I) -> (u32, O) {
         let run = black_box(run);
         let input = black_box(input);
-        let before = DWT::cycle_count();
-        let output = black_box(run(input));
-        (DWT::cycle_count().wrapping_sub(before), output)
+        cortex_m::interrupt::free(|_| {
+            let before = DWT::cycle_count();
+            let output = black_box(run(input));
+            (DWT::cycle_count().wrapping_sub(before), output)
+        })
     }
 
     impl Visitor for Stopwatch {
@@ -43,21 +50,20 @@ mod chip {
                 .min()
                 .unwrap_or(0);
             for candidate in task.candidates {
-                let (mut sum, mut max, mut checksum) = (0_u64, 0, 0);
+                let (mut total, mut max, mut checksum) = (0_u64, 0, 0);
                 for input in task.timed {
                     let (counts, output) = time(candidate.run, input);
                     let counts = counts.saturating_sub(overhead);
-                    sum += u64::from(counts);
+                    total += u64::from(counts);
                     max = counts.max(max);
                     checksum = output.mix(checksum);
                 }
-                let calls = task.timed.len().max(1) as u64;
-                rprintln!(
-                    "bench task={} name={} calls={} total={} max={} overhead={} checksum={:08x} address={:08x}",
+                info!(
+                    "bench task={=str} name={=str} calls={=usize} total={=u64} max={=u32} overhead={=u32} checksum={=u32} address={=usize}",
                     task.name,
                     candidate.name,
-                    calls,
-                    sum,
+                    task.timed.len(),
+                    total,
                     max,
                     overhead,
                     checksum,
@@ -69,17 +75,19 @@ mod chip {
 
     #[entry]
     fn main() -> ! {
-        let channels = rtt_init! {
-            up: { 0: { size: 1024, mode: ChannelMode::BlockIfFull, name: "Terminal" } }
-        };
-        set_print_channel(channels.up.0);
+        let _chip = embassy_stm32::init(super::clock::config());
         if let Some(mut peripherals) = cortex_m::Peripherals::take() {
             peripherals.DCB.enable_trace();
             peripherals.DWT.enable_cycle_counter();
         }
         task::visit(&mut Stopwatch);
-        rprintln!("bench done");
-        cortex_m::asm::bkpt();
+        info!("bench done");
+        leave(true)
+    }
+
+    /// Ends the run under a debug probe or in the emulator.
+    fn leave(good: bool) -> ! {
+        exit(if good { EXIT_SUCCESS } else { EXIT_FAILURE });
         loop {
             cortex_m::asm::wfi();
         }
@@ -88,10 +96,10 @@ mod chip {
     /// A candidate that panics ends the run; the report says which results are missing.
     #[panic_handler]
     fn panic(info: &core::panic::PanicInfo) -> ! {
-        rprintln!("bench panic line={}", info.location().map_or(0, |at| at.line()));
-        cortex_m::asm::bkpt();
-        loop {
-            cortex_m::asm::wfi();
-        }
+        defmt::error!(
+            "bench panicked line={=u32}",
+            info.location().map_or(0, |at| at.line())
+        );
+        leave(false)
     }
 }

@@ -1,13 +1,14 @@
 //! The H-bridge: TIM1 makes EN on PA8 (PH/EN mode), PA9 is PH, PB5 is nSLEEP, PB10 is nFAULT and stops the timer's
 //! outputs in hardware.
 
-use core::mem::forget;
+use core::mem::{MaybeUninit, forget};
+use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{AfType, Flex, Level, Output, OutputType, Pull, Speed};
-use embassy_stm32::pac::gpio::vals::Idr;
+use embassy_stm32::pac::gpio::vals::{Idr, Odr};
 use embassy_stm32::pac::timer::vals::{Bkinp, Bkp, Mms2, Ossi, Ossr};
-use embassy_stm32::pac::{GPIOA, GPIOB, RCC, SYSCFG, TIM1};
+use embassy_stm32::pac::{DBGMCU, GPIOA, GPIOB, RCC, SYSCFG, TIM1};
 use embassy_stm32::peripherals::{PA8, PA9, PB5, PB10};
 use embassy_stm32::timer::Channel;
 use embassy_stm32::timer::low_level::{CountingMode, FilterValue, OutputCompareMode, Timer};
@@ -34,6 +35,21 @@ const FAULT_PIN: usize = 10;
 /// Centre-aligned counting makes two update events a PWM period; the repetition counter lets through one a control
 /// period: five PWM periods.
 const REPETITION: u16 = (2 * PWM_HZ / CONTROL_HZ - 1) as u16;
+
+/// Whether the bridge was on, in RAM that survives a reset: a reset by a dip of the supply leaves no other trace.
+#[unsafe(link_section = ".uninit.live")]
+static LIVE: MaybeUninit<AtomicU32> = MaybeUninit::uninit();
+const LIVE_MARK: u32 = 0x11FE_B41D;
+
+fn live() -> &'static AtomicU32 {
+    // SAFETY: any bits are a value of this type.
+    unsafe { LIVE.assume_init_ref() }
+}
+
+/// Whether the last run ended with the bridge on. Call once, before the bridge is set up.
+pub fn take_was_live() -> bool {
+    live().swap(0, Ordering::Relaxed) == LIVE_MARK
+}
 
 /// The bridge, armed or not. It belongs to the control interrupt.
 pub struct Bridge {
@@ -79,6 +95,8 @@ impl Bridge {
             w.set_bkf(0, FilterValue::FCK_INT_N8);
         });
         TIM1.bdtr().modify(|w| w.set_bke(0, true));
+        // A debugger that halts the core stops the timer and with it the outputs.
+        DBGMCU.apb2fzr().modify(|w| w.set_tim1(true));
         RCC.apb2enr().modify(|w| w.set_syscfgen(true));
         SYSCFG.cfgr2().modify(|w| {
             w.set_cll(true);
@@ -124,6 +142,7 @@ impl Bridge {
             return;
         }
         self.armed = true;
+        live().store(LIVE_MARK, Ordering::Relaxed);
         set(GPIOB, SLEEP_PIN, true);
         // Status bits are cleared by writing zero; ones leave the others alone.
         TIM1.sr().write(|w| {
@@ -145,6 +164,12 @@ pub fn off() {
     TIM1.bdtr().modify(|w| w.set_moe(false));
     TIM1.ccr(0).write(|w| w.set_ccr(0));
     set(GPIOB, SLEEP_PIN, false);
+    live().store(0, Ordering::Relaxed);
+}
+
+/// Outputs disabled and bridge asleep, as the registers have it.
+pub fn is_off() -> bool {
+    !TIM1.bdtr().read().moe() && GPIOB.odr().read().odr(SLEEP_PIN) == Odr::LOW
 }
 
 /// One pin through the set/reset register: no read, no lost update of its neighbours.

@@ -1,5 +1,6 @@
 //! 170 MHz from the board's 24 MHz crystal.
 
+use embassy_stm32::pac::RCC;
 use embassy_stm32::rcc::mux::Adcsel;
 use embassy_stm32::rcc::{Hse, HseMode, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk};
 use embassy_stm32::time::Hertz;
@@ -26,4 +27,10 @@ pub fn config() -> embassy_stm32::Config {
     // The driver divides it by 4: 42.5 MHz, below the converter's limit of 60 MHz.
     rcc.mux.adc12sel = Adcsel::SYS;
     config
+}
+
+/// From here on a crystal that stops takes the bridge off through the timer's break and raises the non-maskable
+/// interrupt.
+pub fn watch_crystal() {
+    RCC.cr().modify(|w| w.set_csson(true));
 }

@@ -1,19 +1,46 @@
 //! The control interrupt: 20 kHz, highest priority, registers in, registers out.
+//!
+//! In between runs [`Controller::step`], the same code as in the host's simulation. Nothing here waits, allocates, logs or
+//! can panic; `palpate-reach` proves it on the linked image.
 
-use core::cell::UnsafeCell;
+use core::cell::{Cell, UnsafeCell};
 use core::sync::atomic::{AtomicU32, Ordering};
 
+use cortex_m::peripheral::NVIC;
 use embassy_stm32::interrupt;
-use embassy_stm32::interrupt::{InterruptExt, Priority};
+use embassy_stm32::interrupt::{Interrupt, InterruptExt, Priority};
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
+use heapless::spsc::{Consumer, Producer, Queue};
+use static_cell::StaticCell;
 
-use palpate::drive::io::{Inputs, Outputs};
+use palpate::drive::io::Inputs;
+use palpate::drive::{Controller, Demand, Status};
+use palpate::sample::Sample;
 
 use super::bridge::{self, Bridge};
+use super::watchdog::{self, Reporter};
 use super::{encoder, sampling};
+
+/// Samples on their way to the sensing task, one a millisecond. The longest time for which it does not run is well
+/// below this many milliseconds; if it is not, the loss is a fault.
+const QUEUE_SAMPLES: usize = 32;
+
+/// Hands a value from one context to another. The lock masks interrupts for the few instructions of the copy.
+type Handover<T> = Mutex<CriticalSectionRawMutex, Cell<T>>;
+
+static DEMAND: Handover<Option<Demand>> = Mutex::new(Cell::new(None));
+static STATUS: Handover<Option<Status>> = Mutex::new(Cell::new(None));
+static SAMPLED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
+/// Samples that found the queue full; wraps.
+static LOST: AtomicU32 = AtomicU32::new(0);
 
 /// What belongs to the interrupt.
 struct Control {
     bridge: Bridge,
+    controller: Controller,
+    samples: Producer<'static, Sample>,
     overrun: bool,
 }
 
@@ -24,27 +51,80 @@ unsafe impl Sync for Owned {}
 
 static CONTROL: Owned = Owned(UnsafeCell::new(None));
 
-/// Control periods since boot; wraps.
-static PERIODS: AtomicU32 = AtomicU32::new(0);
-
-/// Control periods since boot; wraps.
-pub fn periods() -> u32 {
-    PERIODS.load(Ordering::Relaxed)
+/// The receiving end of the samples.
+pub struct Samples {
+    queue: Consumer<'static, Sample>,
+    lost: u32,
 }
 
-/// Gives the bridge to the interrupt and starts both.
-pub fn start(bridge: Bridge) {
+impl Samples {
+    /// Waits until the control interrupt has made a sample.
+    pub async fn wait(&mut self) {
+        SAMPLED.wait().await;
+    }
+
+    /// The oldest sample, if there is one.
+    pub fn next(&mut self) -> Option<Sample> {
+        self.queue.dequeue()
+    }
+
+    /// Whether samples were lost since the last call.
+    pub fn overflowed(&mut self) -> bool {
+        let lost = LOST.load(Ordering::Relaxed);
+        let overflowed = lost != self.lost;
+        self.lost = lost;
+        overflowed
+    }
+}
+
+/// Tells the controller what is wanted from the next control period on.
+pub fn demand(demand: Demand) {
+    DEMAND.lock(|cell| cell.set(Some(demand)));
+}
+
+/// The state of the motor as of the last sample.
+pub fn status() -> Status {
+    STATUS.lock(Cell::get).unwrap_or_default()
+}
+
+/// Gives bridge and controller to the interrupt and starts it.
+pub fn start(bridge: Bridge, controller: Controller) -> Samples {
+    static QUEUE: StaticCell<Queue<Sample, QUEUE_SAMPLES>> = StaticCell::new();
+    let (samples, queue) = QUEUE.init(Queue::new()).split();
     // SAFETY: the interrupt is not enabled yet.
     unsafe {
         *CONTROL.0.get() = Some(Control {
             bridge,
+            controller,
+            samples,
             overrun: false,
-        })
-    };
+        });
+    }
     interrupt::ADC1_2.set_priority(Priority::P0);
-    // SAFETY: its state is in place.
-    unsafe { interrupt::ADC1_2.enable() };
+    interrupt::FMAC.set_priority(Priority::P6);
+    // SAFETY: what they need is in place.
+    unsafe {
+        interrupt::FMAC.enable();
+        interrupt::ADC1_2.enable();
+    }
     bridge::start();
+    Samples { queue, lost: 0 }
+}
+
+/// Keeps the control interrupt from running until it is dropped.
+pub struct Pause(());
+
+/// Masks the control interrupt: for a flash operation, with the bridge off.
+pub fn pause() -> Pause {
+    interrupt::ADC1_2.disable();
+    Pause(())
+}
+
+impl Drop for Pause {
+    fn drop(&mut self) {
+        // SAFETY: the state is in place, or the handler returns at once.
+        unsafe { interrupt::ADC1_2.enable() };
+    }
 }
 
 #[interrupt]
@@ -61,15 +141,28 @@ fn ADC1_2() {
         bridge_fault: control.bridge.fault(),
         overrun: control.overrun,
     };
-    control.bridge.apply(step(inputs));
-    PERIODS.store(
-        PERIODS.load(Ordering::Relaxed).wrapping_add(1),
-        Ordering::Relaxed,
-    );
+    let demand = DEMAND.lock(Cell::get).unwrap_or_default();
+    let outputs = control.controller.step(&inputs, &demand);
+    control.bridge.apply(outputs);
+    if let Some(sample) = control.controller.sample() {
+        STATUS.lock(|cell| cell.set(Some(*control.controller.status())));
+        // Always true, but said here it spares the queue's arithmetic its check for a ring of no length, which would panic.
+        let ring_has_length = control.samples.capacity() < QUEUE_SAMPLES;
+        if !ring_has_length || control.samples.enqueue(sample).is_err() {
+            LOST.store(
+                LOST.load(Ordering::Relaxed).wrapping_add(1),
+                Ordering::Relaxed,
+            );
+        }
+        // Waking a task runs code of the executor, behind a pointer: a lower interrupt does that.
+        NVIC::pend(Interrupt::FMAC);
+    }
+    watchdog::report(Reporter::Control);
     control.overrun = sampling::pending();
 }
 
-/// Stands in for the controller: the bridge stays off.
-fn step(_inputs: Inputs) -> Outputs {
-    Outputs::Off
+/// Not the filter accelerator, which is unused, but its vector: wakes the sensing task on behalf of the control interrupt.
+#[interrupt]
+fn FMAC() {
+    SAMPLED.signal(());
 }

@@ -63,9 +63,12 @@ pub struct Limits {
     pub speed_rad_per_s: f32,
     /// Acceleration of the speed reference, radian per second squared at the input link. Limit.
     pub acceleration_rad_per_s2: f32,
-    /// Angle of the input link from the opening stop beyond which closing is suppressed, radian. Limit.
-    pub travel_rad: f32,
-    /// How far beyond either end of the travel the finger may be found, radian. Trip.
+    /// Angle of the input link from the opening stop beyond which opening is suppressed once homed, radian; negative, since
+    /// the cable winds up against the stop. Limit.
+    pub position_min_rad: f32,
+    /// Angle beyond which closing is suppressed once homed, radian. Limit.
+    pub position_max_rad: f32,
+    /// How far beyond these angles the finger may be found, radian. Trip.
     pub overtravel_rad: f32,
     /// Lowest supply, volt. Trip.
     pub supply_min_v: f32,
@@ -190,7 +193,9 @@ impl Config {
             1e4,
         )?;
         // Positions are wrapping 32-bit counts: a quarter of their range leaves room for every difference.
-        check("travel_rad", limits.travel_rad, 1e-3, 5e8 / counts_per_rad)?;
+        let reach_rad = 5e8 / counts_per_rad;
+        check("position_min_rad", limits.position_min_rad, -reach_rad, 0.0)?;
+        check("position_max_rad", limits.position_max_rad, 0.0, reach_rad)?;
         check(
             "overtravel_rad",
             limits.overtravel_rad,
@@ -204,5 +209,107 @@ impl Config {
             limits.supply_min_v,
             sense.reference_v * sense.supply_divider,
         )
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// The paper's prototype: RE10 12 V, 64:1 and 20:1, DRV8876.
+    pub(crate) fn p70() -> Config {
+        Config {
+            motor: Motor {
+                torque_constant_nm_per_a: 8.9e-3,
+                resistance_ohm: 35.0,
+                rotor_inertia_kg_m2: 1e-8,
+                thermal: Thermal {
+                    limit_c: 85.0,
+                    ambient_c: 25.0,
+                    winding_k_per_w: 12.0,
+                    housing_k_per_w: 30.0,
+                    winding_s: 4.0,
+                    housing_s: 150.0,
+                },
+            },
+            drivetrain: Drivetrain {
+                counts_per_motor_rev: 1024.0,
+                reduction: 1280.0,
+            },
+            sense: Sense {
+                reference_v: 3.3,
+                volt_per_a: 6.8,
+                supply_divider: 100.0 / 18.0,
+            },
+            limits: Limits {
+                current_a: 0.12,
+                current_trip_a: 0.25,
+                duty: 0.95,
+                speed_rad_per_s: 0.8,
+                acceleration_rad_per_s2: 10.0,
+                position_min_rad: -0.4,
+                position_max_rad: 2.0,
+                overtravel_rad: 0.1,
+                supply_min_v: 8.0,
+                supply_max_v: 16.0,
+            },
+        }
+    }
+
+    #[test]
+    fn the_prototype_is_valid() {
+        assert_eq!(p70().validate(), Ok(()));
+    }
+
+    #[test]
+    fn every_value_out_of_range_is_named() {
+        type Spoil = fn(&mut Config, f32);
+        let spoils: &[(&str, Spoil)] = &[
+            ("torque_constant_nm_per_a", |c, v| {
+                c.motor.torque_constant_nm_per_a = v
+            }),
+            ("resistance_ohm", |c, v| c.motor.resistance_ohm = v),
+            ("rotor_inertia_kg_m2", |c, v| {
+                c.motor.rotor_inertia_kg_m2 = v
+            }),
+            ("limit_c", |c, v| c.motor.thermal.limit_c = v),
+            ("ambient_c", |c, v| c.motor.thermal.ambient_c = v),
+            ("winding_k_per_w", |c, v| {
+                c.motor.thermal.winding_k_per_w = v
+            }),
+            ("housing_k_per_w", |c, v| {
+                c.motor.thermal.housing_k_per_w = v
+            }),
+            ("winding_s", |c, v| c.motor.thermal.winding_s = v),
+            ("housing_s", |c, v| c.motor.thermal.housing_s = v),
+            ("counts_per_motor_rev", |c, v| {
+                c.drivetrain.counts_per_motor_rev = v
+            }),
+            ("reduction", |c, v| c.drivetrain.reduction = v),
+            ("reference_v", |c, v| c.sense.reference_v = v),
+            ("volt_per_a", |c, v| c.sense.volt_per_a = v),
+            ("supply_divider", |c, v| c.sense.supply_divider = v),
+            ("current_a", |c, v| c.limits.current_a = v),
+            ("current_trip_a", |c, v| c.limits.current_trip_a = v),
+            ("duty", |c, v| c.limits.duty = v),
+            ("speed_rad_per_s", |c, v| c.limits.speed_rad_per_s = v),
+            ("acceleration_rad_per_s2", |c, v| {
+                c.limits.acceleration_rad_per_s2 = v
+            }),
+            ("position_min_rad", |c, v| c.limits.position_min_rad = v),
+            ("position_max_rad", |c, v| c.limits.position_max_rad = v),
+            ("overtravel_rad", |c, v| c.limits.overtravel_rad = v),
+            ("supply_min_v", |c, v| c.limits.supply_min_v = v),
+            ("supply_max_v", |c, v| c.limits.supply_max_v = v),
+        ];
+        for &(name, spoil) in spoils {
+            for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30, -1e30] {
+                let mut config = p70();
+                spoil(&mut config, value);
+                let error = config.validate().expect_err(name);
+                assert_eq!(error.name, name);
+                assert!(error.value.to_bits() == value.to_bits());
+            }
+        }
     }
 }

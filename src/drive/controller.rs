@@ -1,15 +1,68 @@
-//! The control interrupt's work as a pure function: inputs and demand to outputs.
+//! The control interrupt's work as a pure function: inputs and demand to outputs, 20,000 times a second.
 
 use super::config::{Config, OutOfRange};
-use super::convert::Scale;
-use super::demand::{Demand, Status};
-use super::io::{Inputs, Outputs};
-use crate::sample::Sample;
+use super::convert::{self, PERIOD_S, PERIOD_US, Scale};
+use super::current::{BLIND_A, CurrentLoop};
+use super::demand::{Demand, Limited, Offset, Setpoint, Status};
+use super::encoder::Encoder;
+use super::fault::Fault;
+use super::io::{CONTROL_HZ, Inputs, Outputs};
+use super::offset::{Measured, OffsetMeter};
+use super::protect::{Observed, Protection};
+use super::speed::SpeedLoop;
+use super::thermal::Winding;
+use crate::sample::{Drive, Sample};
+
+/// Samples a second handed to sensing.
+pub const SAMPLE_HZ: u32 = 1000;
+/// Control periods a sample.
+const PERIODS_PER_SAMPLE: u8 = (CONTROL_HZ / SAMPLE_HZ) as u8;
+const SAMPLE_S: f32 = 1.0 / SAMPLE_HZ as f32;
+/// Periods (1.5 ms) between waking the bridge and driving: it needs 1 ms.
+const WAKE_PERIODS: u8 = 30;
+/// Change of a demanded current a period, as a share of the limit: the limit is reached in 5 ms.
+const CURRENT_SLEW: f32 = 0.01;
+/// Slowest speed, counts a period, that has a direction: 0.002 rad/s at the prototype's input link.
+const MOVING: f32 = 0.02;
+/// A low-pass of 16 periods on the supply: its ripple must not reach the duty, its sag within a millisecond must.
+const SUPPLY_GAIN: f32 = 1.0 / 16.0;
+
+/// What one sample is averaged from.
+#[derive(Clone, Debug, Default)]
+struct Average {
+    periods: u8,
+    closing: u8,
+    opening: u8,
+    sum_a: f32,
+    sum_squares_a2: f32,
+    limited: Limited,
+}
 
 /// State of the control loop.
 #[derive(Clone, Debug)]
 pub struct Controller {
     scale: Scale,
+    current_limit_a: f32,
+    conductance_per_ohm: f32,
+    position_min_counts: i32,
+    position_max_counts: i32,
+    encoder: Encoder,
+    current: CurrentLoop,
+    speed: SpeedLoop,
+    winding: Winding,
+    protection: Protection,
+    meter: OffsetMeter,
+    average: Average,
+    /// What the bridge did in the period that just ended.
+    applied: Outputs,
+    reference_a: f32,
+    supply_v: f32,
+    per_supply_v: f32,
+    waking: u8,
+    in_speed: bool,
+    measuring: bool,
+    /// Signed current of the period that ended, where the sense could tell.
+    measured_a: Option<f32>,
     status: Status,
     sample: Option<Sample>,
 }
@@ -20,16 +73,43 @@ impl Controller {
     /// # Errors
     /// The first parameter out of its range.
     pub fn new(config: &Config) -> Result<Self, OutOfRange> {
+        let scale = Scale::new(config)?;
+        let limits = &config.limits;
         Ok(Self {
-            scale: Scale::new(config)?,
+            current_limit_a: limits.current_a,
+            conductance_per_ohm: 1.0 / config.motor.resistance_ohm,
+            position_min_counts: scale.counts(limits.position_min_rad),
+            position_max_counts: scale.counts(limits.position_max_rad),
+            encoder: Encoder::default(),
+            current: CurrentLoop::new(config, scale.emf_v_per_count_per_period()),
+            speed: SpeedLoop::new(config, &scale),
+            winding: Winding::new(&config.motor),
+            protection: Protection::new(config, &scale),
+            meter: OffsetMeter::default(),
+            average: Average::default(),
+            applied: Outputs::Off,
+            reference_a: 0.0,
+            supply_v: 0.0,
+            per_supply_v: 0.0,
+            waking: WAKE_PERIODS,
+            in_speed: false,
+            measuring: false,
+            measured_a: None,
             status: Status::default(),
             sample: None,
+            scale,
         })
     }
 
-    /// One control period (50 us): what was measured, what is wanted, what the bridge shall do.
-    pub fn step(&mut self, _inputs: &Inputs, _demand: &Demand) -> Outputs {
-        Outputs::Off
+    /// One control period (50 us): what was measured while the last outputs were applied, what is wanted, and what the
+    /// bridge shall do.
+    pub fn step(&mut self, inputs: &Inputs, demand: &Demand) -> Outputs {
+        self.status.time_us = self.status.time_us.wrapping_add(PERIOD_US as u64);
+        self.acknowledge(demand);
+        let encoder_plausible = self.encoder.update(inputs.encoder);
+        self.observe(inputs, encoder_plausible, demand.setpoint);
+        self.applied = self.decide(demand.setpoint);
+        self.applied
     }
 
     /// The 1 ms average completed by the last step, once: every twentieth call of [`step`](Self::step) makes one.
@@ -46,4 +126,244 @@ impl Controller {
     pub fn scale(&self) -> &Scale {
         &self.scale
     }
+
+    /// Carries out what the demand asks for once: a new zero, clearing a fault.
+    fn acknowledge(&mut self, demand: &Demand) {
+        if demand.zero != self.status.zero {
+            self.status.zero = demand.zero;
+            self.encoder.rezero(demand.zero_at_counts);
+            self.status.homed = true;
+        }
+        if demand.clear != self.status.clear {
+            self.status.clear = demand.clear;
+            if self.status.fault.is_some() {
+                self.status.fault = None;
+                // Whatever happened, the zero is worth a new homing.
+                self.status.homed = false;
+                self.protection.clear();
+                self.encoder.settle();
+                self.meter = OffsetMeter::default();
+            }
+        }
+    }
+
+    /// Counts beyond the limits of the travel: negative on the opening side, 0 within.
+    fn beyond_counts(&self) -> i32 {
+        let position = self.encoder.position_counts();
+        if !self.status.homed {
+            0
+        } else if position > self.position_max_counts {
+            position.wrapping_sub(self.position_max_counts)
+        } else if position < self.position_min_counts {
+            position.wrapping_sub(self.position_min_counts)
+        } else {
+            0
+        }
+    }
+
+    /// Judges the period that ended and adds it to the sample.
+    fn observe(&mut self, inputs: &Inputs, encoder_plausible: bool, setpoint: Setpoint) {
+        let raw_a = self.scale.current_a(inputs.current);
+        let supply_v = self.scale.supply_v(inputs.supply);
+        if self.supply_v == 0.0 {
+            self.supply_v = supply_v;
+        }
+        self.supply_v += SUPPLY_GAIN * (supply_v - self.supply_v);
+        let observed = Observed {
+            awake: self.applied != Outputs::Off,
+            applied_v: convert::applied(self.applied) * self.supply_v,
+            reference_a: self.reference_a,
+            reading_a: raw_a - self.status.offset_a,
+            supply_v,
+            speed: self.encoder.speed(),
+            encoder_plausible,
+            beyond_counts: self.beyond_counts().wrapping_abs(),
+            hot: self.winding.is_hot(),
+        };
+        let mut fault = self.protection.check(inputs, &observed);
+        if self.measure_offset(setpoint, raw_a, observed.speed) == Measured::OutOfRange {
+            fault = fault.or(Some(Fault::OffsetOutOfRange));
+        }
+        self.status.fault = self.status.fault.or(fault);
+        self.accumulate(&observed);
+    }
+
+    /// Runs the offset's measurement while it is asked for and the bridge brakes.
+    fn measure_offset(&mut self, setpoint: Setpoint, raw_a: f32, speed: f32) -> Measured {
+        if setpoint != Setpoint::MeasureOffset || self.applied != Outputs::Brake {
+            self.measuring = false;
+            return Measured::Pending;
+        }
+        if !self.measuring {
+            self.measuring = true;
+            self.meter = OffsetMeter::default();
+            self.status.offset = Offset::Measuring;
+        }
+        if self.status.offset != Offset::Measuring {
+            return Measured::Pending;
+        }
+        let measured = self.meter.update(raw_a, speed);
+        match measured {
+            Measured::Pending => {}
+            Measured::Offset(offset_a) => {
+                self.status.offset_a = offset_a;
+                self.status.offset = Offset::Known;
+            }
+            Measured::OutOfRange => self.status.offset = Offset::Unknown,
+        }
+        measured
+    }
+
+    /// Adds the period that ended to the sample, and completes it with the twentieth.
+    fn accumulate(&mut self, observed: &Observed) {
+        let signed_a = if observed.applied_v < 0.0 {
+            -observed.reading_a
+        } else {
+            observed.reading_a
+        };
+        // Where the sense is blind (braking, or a current against the voltage) the model tells the heat.
+        let blind = blind(observed.reference_a, observed.applied_v);
+        let flowing_a = if !observed.awake {
+            0.0
+        } else if blind {
+            (observed.applied_v - self.scale.emf_v_per_count_per_period() * observed.speed)
+                * self.conductance_per_ohm
+        } else {
+            signed_a
+        };
+        self.measured_a = if blind { None } else { Some(signed_a) };
+        let average = &mut self.average;
+        average.periods += 1;
+        average.sum_a += signed_a;
+        average.sum_squares_a2 += flowing_a * flowing_a;
+        if !blind {
+            average.closing += u8::from(observed.applied_v > 0.0 && observed.speed > MOVING);
+            average.opening += u8::from(observed.applied_v < 0.0 && observed.speed < -MOVING);
+        }
+        self.status.position_counts = self.encoder.position_counts();
+        self.status.speed_counts_per_s = observed.speed * CONTROL_HZ as f32;
+        if average.periods >= PERIODS_PER_SAMPLE {
+            self.complete_sample();
+        }
+    }
+
+    /// Hands out the sample, and does what is needed once a millisecond.
+    fn complete_sample(&mut self) {
+        const PER_SAMPLE: f32 = 1.0 / PERIODS_PER_SAMPLE as f32;
+        let average = core::mem::take(&mut self.average);
+        let current_a = average.sum_a * PER_SAMPLE;
+        let drive = if average.closing == PERIODS_PER_SAMPLE {
+            Drive::Closing
+        } else if average.opening == PERIODS_PER_SAMPLE {
+            Drive::Opening
+        } else {
+            Drive::Idle
+        };
+        self.winding
+            .advance(average.sum_squares_a2 * PER_SAMPLE, SAMPLE_S);
+        self.per_supply_v = 1.0 / self.supply_v.max(1.0);
+        self.status.current_a = current_a;
+        self.status.supply_v = self.supply_v;
+        self.status.winding_c = self.winding.celsius();
+        self.status.limited = average.limited;
+        self.sample = Some(Sample {
+            time_us: self.status.time_us,
+            position_counts: self.status.position_counts,
+            current_a,
+            drive,
+        });
+    }
+
+    /// Outputs for a setpoint.
+    fn decide(&mut self, setpoint: Setpoint) -> Outputs {
+        let wanted = if self.status.fault.is_some() {
+            Setpoint::Off
+        } else {
+            setpoint
+        };
+        let speed = self.encoder.speed();
+        if wanted == Setpoint::Off {
+            self.rest();
+            self.waking = WAKE_PERIODS;
+            return Outputs::Off;
+        }
+        if self.waking > 0 {
+            self.waking -= 1;
+            self.rest();
+            return Outputs::Brake;
+        }
+        let reference_a = match wanted {
+            Setpoint::Off | Setpoint::Brake | Setpoint::MeasureOffset => {
+                self.rest();
+                return Outputs::Brake;
+            }
+            Setpoint::Current { a } => {
+                self.in_speed = false;
+                self.slewed(a, speed)
+            }
+            Setpoint::Speed {
+                counts_per_s,
+                current_limit_a,
+            } => {
+                if !self.in_speed {
+                    self.in_speed = true;
+                    self.speed.preset(speed, self.reference_a);
+                }
+                let (wanted, suppressed) = self.inward(counts_per_s * PERIOD_S);
+                let limit_a = current_limit_a.min(self.current_limit_a).max(0.0);
+                let reference = self.speed.step(wanted, speed, limit_a);
+                self.average.limited.position |= suppressed;
+                self.average.limited.current |= reference.current_limited;
+                self.average.limited.speed |= reference.speed_limited;
+                reference.current_a
+            }
+        };
+        // The last period's reading belongs to the last period's direction: it tells nothing about a reversed reference.
+        let measured_a = if reference_a * self.reference_a > 0.0 {
+            self.measured_a
+        } else {
+            None
+        };
+        self.reference_a = reference_a;
+        let voltage = self
+            .current
+            .step(reference_a, measured_a, speed, self.per_supply_v);
+        self.average.limited.duty |= voltage.limited;
+        convert::drive(voltage.fraction)
+    }
+
+    /// No current is wanted: both loops start afresh.
+    fn rest(&mut self) {
+        self.reference_a = 0.0;
+        self.in_speed = false;
+        self.current.reset();
+    }
+
+    /// A wanted motion (speed or current), suppressed if it leads out of the travel.
+    fn inward(&self, wanted: f32) -> (f32, bool) {
+        let beyond = self.beyond_counts();
+        let outward = (beyond > 0 && wanted > 0.0) || (beyond < 0 && wanted < 0.0);
+        (if outward { 0.0 } else { wanted }, outward)
+    }
+
+    /// Current reference on its way to a demanded current, within the limits of current, speed, travel and slew.
+    fn slewed(&mut self, demanded_a: f32, speed: f32) -> f32 {
+        let (inward_a, suppressed) = self.inward(demanded_a);
+        let allowed_a = inward_a
+            .min(self.current_limit_a)
+            .max(-self.current_limit_a);
+        let (down_a, up_a) = self.speed.current_bounds_a(speed);
+        let bounded_a = allowed_a.min(up_a).max(down_a);
+        let slew_a = CURRENT_SLEW * self.current_limit_a;
+        let change_a = (bounded_a - self.reference_a).min(slew_a).max(-slew_a);
+        self.average.limited.position |= suppressed;
+        self.average.limited.current |= allowed_a != inward_a;
+        self.average.limited.speed |= bounded_a != allowed_a;
+        self.reference_a + change_a
+    }
+}
+
+/// Whether the unsigned current sense tells nothing in a period with this reference and voltage.
+fn blind(reference_a: f32, applied_v: f32) -> bool {
+    reference_a * applied_v <= 0.0 || reference_a.abs() < BLIND_A
 }

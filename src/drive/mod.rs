@@ -1,12 +1,20 @@
 //! Motor and drivetrain: codes and units, current loop, motion sequence, protection.
 
+#[cfg(test)]
+pub(crate) mod bench;
 pub mod config;
 pub mod controller;
 pub mod convert;
+mod current;
 pub mod demand;
+mod encoder;
 pub mod fault;
 pub mod io;
+mod offset;
+mod protect;
 pub mod sequence;
+mod speed;
+mod thermal;
 
 pub use controller::Controller;
 pub use demand::{Demand, Limited, Offset, Setpoint, Status};

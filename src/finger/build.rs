@@ -103,7 +103,7 @@ fn posture<const N: usize>(rad: [f32; N]) -> Result<Configuration<N>, ConfigErro
     let worst = rad
         .into_iter()
         .zip(1u8..)
-        .find(|(a, _)| !(a.abs() <= 4.0 * PI))
+        .find(|(a, _)| a.is_nan() || a.abs() > 4.0 * PI)
         .unwrap_or((0.0, 1));
     Configuration::of(rad).ok_or(ConfigError {
         parameter: Parameter::JointAngle { joint: worst.1 },

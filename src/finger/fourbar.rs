@@ -69,6 +69,15 @@ pub struct Ratio {
     pub third: f32,
 }
 
+/// What a step of the driven lever does at the driving one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Advance {
+    /// Half the rotation of the driving lever.
+    pub half: Turn,
+    /// Change of F'.
+    pub first_change: f32,
+}
+
 /// Where the stage's points are, origin O_(i-1), first axis along the ground.
 #[derive(Clone, Copy, Debug)]
 struct Pose {
@@ -203,33 +212,44 @@ impl FourBar {
         }
     }
 
-    /// Half the rotation of the driving lever while the driven one turns on from `v` by twice `half`.
+    /// What happens at the driving lever while the driven one turns on from `v` by twice `half`; `None` where the stage
+    /// cannot follow or starts in a dead point.
     ///
     /// From |B - A| staying b: an exact quadratic in the tangent of half the rotation, whose terms are all formed from
     /// the chord of the driven lever's tip, never as a difference of two positions.
-    pub fn advance(&self, v: Turn, half: Turn) -> Option<Turn> {
-        let Pose { a, b, c, .. } = self.pose(v);
-        // Chord of the driven lever's tip: perpendicular to its middle direction, 2 sin(dv/2) long.
-        let middle = [
-            c[0] * half.cos - c[1] * half.sin,
-            c[1] * half.cos + c[0] * half.sin,
-        ];
-        let chord = [-2.0 * half.sin * middle[1], 2.0 * half.sin * middle[0]];
-        let b_new = [b[0] + chord[0], b[1] + chord[1]];
+    pub fn advance(&self, v: Turn, half: Turn) -> Option<Advance> {
+        let Pose { a, b, c, area } = self.pose(v);
+        let db = chord(c, half);
+        let b_new = [b[0] + db[0], b[1] + db[1]];
         let (p, q) = (cross(a, b_new), dot(a, b_new));
-        let e = dot(
-            [b[0] - a[0] + 0.5 * chord[0], b[1] - a[1] + 0.5 * chord[1]],
-            chord,
-        );
+        let e = dot([b[0] - a[0] + 0.5 * db[0], b[1] - a[1] + 0.5 * db[1]], db);
         // (e + 2 q) t^2 - 2 p t + e = 0, the root that vanishes with e.
         let root = p * p - e * (e + 2.0 * q);
-        if !(root >= 0.0) {
-            return None;
-        }
+        // A negative root gives NaN, which the last line refuses.
         let t = e / (p + sqrt(root).copysign(p));
         let cos = 1.0 / sqrt(1.0 + t * t);
-        (t.is_finite()).then_some(Turn { cos, sin: t * cos })
+        let lever = Turn { cos, sin: t * cos };
+
+        // The changes of F' = driven / area, numerator and denominator of `ratio`, by the product rule.
+        let da = chord(a, lever);
+        let driven = -self.ground * c[1] - cross(c, a);
+        let driven_change = -self.ground * db[1] - cross(db, a) - cross(c, da) - cross(db, da);
+        let area_change = cross(da, b) + cross(a, db) + cross(da, db);
+        let first_change = (driven_change - driven / area * area_change) / (area + area_change);
+        (t.is_finite() && first_change.is_finite()).then_some(Advance {
+            half: lever,
+            first_change,
+        })
     }
+}
+
+/// By what a vector changes as it turns by twice `half`: perpendicular to its middle direction.
+fn chord(of: [f32; 2], half: Turn) -> [f32; 2] {
+    let middle = [
+        of[0] * half.cos - of[1] * half.sin,
+        of[1] * half.cos + of[0] * half.sin,
+    ];
+    [-2.0 * half.sin * middle[1], 2.0 * half.sin * middle[0]]
 }
 
 /// Distance of the coupler's far end from O_(i-1).

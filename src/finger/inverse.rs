@@ -5,9 +5,11 @@ use super::triple::Triple;
 use super::{Candidate, Class, Configuration, Finger, Inverse, Transmission};
 use crate::numeric::Turn;
 
-/// How near to the proximal compliance counts as proximal. A contact this close to phalanx 2's joint, k/l of 1e-3 or
-/// less, cannot be told from one on phalanx 1 by any measurement.
-const PROXIMAL_SHARE: f32 = 2e-6;
+/// How near to the proximal compliance counts as proximal: what is left of f32 behind the gear near a dead point, and
+/// far below any measurement.
+const PROXIMAL_SHARE: f32 = 1e-4;
+/// A place nearer to its joint than this share of the phalanx is a contact on the joint, when the compliance is proximal.
+const ON_JOINT_SHARE: f32 = 1e-3;
 
 /// Geometry and stiffness of a finger in one posture, as the inverse needs them.
 #[derive(Clone, Copy, Debug)]
@@ -203,9 +205,7 @@ where
         if !(compliance >= 0.0 && compliance.is_finite()) {
             return invalid();
         }
-        if (compliance - proximal).abs() <= PROXIMAL_SHARE * proximal {
-            return Inverse::of(heapless::Vec::new(), Class::Proximal);
-        }
+        let on_joint = (compliance - proximal).abs() <= PROXIMAL_SHARE * proximal;
         // Without a spring at joint 1 nothing is softer than the free finger.
         if self
             .free(at, torque_nm)
@@ -216,8 +216,14 @@ where
         let mut candidates = heapless::Vec::new();
         for (phalanx, length) in (1u8..).zip(self.parameters.lengths_m).skip(1) {
             let roots = held.roots(phalanx, compliance, solver == Solver::ClosedForm);
-            for (root, beyond_stiffest) in [(roots.near_m, false), (roots.far_m, true)] {
-                if let Some(k_m) = root.filter(|k| *k <= length) {
+            let far = roots.far_m.filter(|far| roots.near_m != Some(*far));
+            for (root, beyond_stiffest) in [(roots.near_m, false), (far, true)] {
+                let least = if on_joint {
+                    ON_JOINT_SHARE * length
+                } else {
+                    0.0
+                };
+                if let Some(k_m) = root.filter(|k| *k > least && *k <= length) {
                     // Two roots on each of two phalanges: the fourth place is the last.
                     let _ = candidates.push(Candidate {
                         phalanx,
@@ -226,6 +232,9 @@ where
                     });
                 }
             }
+        }
+        if on_joint {
+            return Inverse::proximal(candidates);
         }
         Inverse::of(
             candidates,

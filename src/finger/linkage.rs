@@ -1,6 +1,6 @@
 //! Four-bar linkage, one stage a driven phalanx.
 
-use super::fourbar::{FourBar, Levers};
+use super::fourbar::{Advance, FourBar, Levers};
 use super::{ConfigError, Configuration, Gear, Parameters, Step, Transmission};
 use crate::numeric::Turn;
 
@@ -18,6 +18,16 @@ impl<const STAGES: usize> Linkage<STAGES> {
     /// The stages, the one that drives phalanx 2 first.
     pub fn stages(&self) -> &[FourBar; STAGES] {
         &self.stage
+    }
+}
+
+impl Linkage<2> {
+    /// What a step does at the outer and the inner stage's driving levers.
+    fn advances(&self, from: &Configuration<3>, step: &Step<3>) -> Option<(Advance, Advance)> {
+        let ([first, second], [_, theta_2, theta_3]) = (&self.stage, from.turn());
+        let inner = second.advance(theta_3, step.half[2])?;
+        let u = theta_2.then(second.lever(theta_3));
+        Some((first.advance(u, step.half[1].then(inner.half))?, inner))
     }
 }
 
@@ -48,7 +58,12 @@ impl Transmission<2> for Linkage<1> {
 
     fn turned_rad(&self, from: &Configuration<2>, step: &Step<2>) -> Option<f32> {
         let ([first], [_, theta_2]) = (&self.stage, from.turn());
-        Some(step.rad[0] + 2.0 * first.advance(theta_2, step.half[1])?.rad())
+        Some(step.rad[0] + 2.0 * first.advance(theta_2, step.half[1])?.half.rad())
+    }
+
+    fn x_change(&self, from: &Configuration<2>, step: &Step<2>) -> Option<[f32; 2]> {
+        let ([first], [_, theta_2]) = (&self.stage, from.turn());
+        Some([0.0, first.advance(theta_2, step.half[1])?.first_change])
     }
 }
 
@@ -98,9 +113,19 @@ impl Transmission<3> for Linkage<2> {
     }
 
     fn turned_rad(&self, from: &Configuration<3>, step: &Step<3>) -> Option<f32> {
-        let ([first, second], [_, theta_2, theta_3]) = (&self.stage, from.turn());
-        let inner = second.advance(theta_3, step.half[2])?;
-        let u = theta_2.then(second.lever(theta_3));
-        Some(step.rad[0] + 2.0 * first.advance(u, step.half[1].then(inner))?.rad())
+        let (outer, _) = self.advances(from, step)?;
+        Some(step.rad[0] + 2.0 * outer.half.rad())
+    }
+
+    fn x_change(&self, from: &Configuration<3>, step: &Step<3>) -> Option<[f32; 3]> {
+        let (outer, inner) = self.advances(from, step)?;
+        let ([_, second], [.., theta_3]) = (&self.stage, from.turn());
+        let [_, x2, _] = self.gear(from)?.x;
+        let inner_now = second.ratio(theta_3)?.first + inner.first_change;
+        Some([
+            0.0,
+            outer.first_change,
+            outer.first_change * inner_now + x2 * inner.first_change,
+        ])
     }
 }

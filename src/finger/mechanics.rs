@@ -73,7 +73,8 @@ pub enum Class {
     Gap,
     /// No place is that stiff.
     TooStiff,
-    /// A contact on phalanx 1, anywhere, or at the very joint of phalanx 2.
+    /// A contact on phalanx 1, anywhere, or at the very joint of phalanx 2; with three phalanges there may be candidates
+    /// as soft on the others.
     Proximal,
     /// The question makes no sense: a value is not finite, negative, or the finger is not stable in this posture.
     Invalid,
@@ -98,6 +99,14 @@ impl Inverse {
             _ => Class::AmbiguousAcross,
         };
         Self { class, candidates }
+    }
+
+    /// As soft as a proximal contact; `others` are places on further phalanges that are as soft.
+    pub(crate) fn proximal(others: heapless::Vec<Candidate, 4>) -> Self {
+        Self {
+            class: Class::Proximal,
+            candidates: others,
+        }
     }
 
     /// What the compliance tells.
@@ -196,17 +205,20 @@ pub trait Mechanics {
         contact: Contact,
     ) -> Option<Self::Path>;
 
-    /// Follows the path to an input torque. Starts from the last point found, so that rising torques cost little. None
-    /// where the contact is lost, slides off its phalanx, or equilibrium is not found; the path then stays where it was.
-    fn follow(&self, path: &mut Self::Path, torque_nm: f32) -> Option<PathPoint>;
+    /// Follows the path until the input torque has risen by `rise_nm` since contact. Starts from the last point found, so
+    /// that rising torques cost little. A rise instead of a torque, because the difference of two torques would round.
+    /// None where the contact is lost, slides off its phalanx, or equilibrium is not found; the path then stays where it
+    /// was.
+    fn follow(&self, path: &mut Self::Path, rise_nm: f32) -> Option<PathPoint>;
 
-    /// The place of a contact from one finite step: the `k` with which the path of `guess` reaches `torque_nm` with the
-    /// input link turned by `rotation_rad` since contact (MATH 7); also the point reached. `guess` chooses the branch:
-    /// a path started at a candidate of the tangent inverse. None where no such place is found on the phalanx.
+    /// The place of a contact from one finite step: the `k` with which the path of `guess` turns the input link by
+    /// `rotation_rad` while the torque rises by `rise_nm`, both since contact (MATH 7); also the point reached. `guess`
+    /// chooses the branch: a path started at a candidate of the tangent inverse. None where no such place is found on
+    /// the phalanx.
     fn place(
         &self,
         guess: &Self::Path,
-        torque_nm: f32,
+        rise_nm: f32,
         rotation_rad: f32,
     ) -> Option<(f32, PathPoint)>;
 
@@ -307,17 +319,17 @@ where
         self.start(at, torque_nm, contact)
     }
 
-    fn follow(&self, path: &mut Self::Path, torque_nm: f32) -> Option<PathPoint> {
-        self.continue_to(path, torque_nm)
+    fn follow(&self, path: &mut Self::Path, rise_nm: f32) -> Option<PathPoint> {
+        self.continue_to(path, rise_nm)
     }
 
     fn place(
         &self,
         guess: &Self::Path,
-        torque_nm: f32,
+        rise_nm: f32,
         rotation_rad: f32,
     ) -> Option<(f32, PathPoint)> {
-        self.placed(guess, torque_nm, rotation_rad)
+        self.placed(guess, rise_nm, rotation_rad)
     }
 
     fn stiffest_m(&self, at: &Self::Configuration, torque_nm: f32, phalanx: u8) -> Option<f32> {

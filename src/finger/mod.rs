@@ -21,7 +21,7 @@ mod triple;
 pub use build::{Finger, Parameters};
 pub use configuration::{Configuration, Step};
 pub use error::{ConfigError, Parameter};
-pub use fourbar::{Assembly, FourBar, Levers, Ratio};
+pub use fourbar::{Advance, Assembly, FourBar, Levers, Ratio};
 pub use linkage::Linkage;
 pub use mechanics::{
     Candidate, Class, Contact, Free, Inverse, MAX_PHALANGES, Mechanics, PathPoint,

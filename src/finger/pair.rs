@@ -17,7 +17,7 @@ pub struct Pair {
     pub h22: f32,
 }
 
-/// Roots of the inverse on one phalanx: nearer than its stiffest point, and beyond.
+/// Roots of the inverse on one phalanx: nearer than its stiffest point, and beyond; both are that point for C = 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Roots {
     /// Below e_2.
@@ -74,7 +74,8 @@ impl Pair {
         } = *self;
         let num = x2 * x2 - compliance * h22;
         let square = compliance * h22 + compliance * k1 * num;
-        if !(square >= 0.0) || !(compliance >= 0.0) {
+        let real = square >= 0.0 && compliance >= 0.0;
+        if !real {
             return Roots::default();
         }
         let s = sqrt(square);
@@ -91,7 +92,7 @@ impl Pair {
                 self.lever(*k) >= 0.0
             }
         });
-        let far = far.filter(|k| compliance > 0.0 && (crossing || self.lever(*k) <= 0.0));
+        let far = far.filter(|k| crossing || self.lever(*k) <= 0.0);
         Roots {
             near_m: near,
             far_m: far,
@@ -133,7 +134,7 @@ impl Pair {
         let near = find(1.0);
         Roots {
             near_m: near,
-            far_m: if root > 0.0 { find(-1.0) } else { None },
+            far_m: find(-1.0),
         }
     }
 }

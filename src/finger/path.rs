@@ -9,6 +9,9 @@
 //! contact's place k unknown too and the rotation of the input link given, the same system is the estimator of one
 //! finite step. Everything is dimensionless inside: lengths over the finger's, stiffness over the largest.
 
+// Indices are those of the matrices in the equations; loops over 0..N need no bounds check.
+#![allow(clippy::needless_range_loop)]
+
 use super::preshape::dot;
 use super::{Configuration, Contact, Finger, Gear, MAX_PHALANGES, PathPoint, Step, Transmission};
 use crate::numeric::{Turn, solve};
@@ -29,15 +32,14 @@ const PIECES: u8 = 8;
 pub struct Path<const N: usize> {
     start: Start<N>,
     last: Unknown<N>,
-    /// Input torque of `last`, over the stiffness scale.
-    torque: f32,
+    /// Input torque of `last` since contact, over the stiffness scale.
+    rise: f32,
 }
 
 /// The instant of contact, dimensionless.
 #[derive(Clone, Copy, Debug)]
 struct Start<const N: usize> {
     from: Configuration<N>,
-    gear: Gear<N>,
     torque: f32,
     /// Phalanges before the one in contact.
     before: usize,
@@ -89,11 +91,13 @@ impl<const N: usize> Start<N> {
         &self,
         transmission: &T,
         at: &Unknown<N>,
-        torque: f32,
+        rise: f32,
     ) -> Option<Local<N>> {
         let step = Step::of(at.delta);
         let now = self.from.advanced(&step);
         let gear = transmission.gear(&now)?;
+        let x_change = transmission.x_change(&self.from, &step)?;
+        let torque = self.torque + rise;
         let (was, turn, i) = (self.from.turn(), now.turn(), self.before);
 
         // Down from the contact: bend of phalanx i against phalanx j at contact and now, and half the rotation of j.
@@ -142,8 +146,7 @@ impl<const N: usize> Start<N> {
                 arms[m] = k_now + arms_sines[m].0;
                 arms_by_k[m] = phi.cos;
             }
-            let driven =
-                gear.x[m] * (torque - self.torque) + (gear.x[m] - self.gear.x[m]) * self.torque;
+            let driven = gear.x[m] * rise + x_change[m] * self.torque;
             torques[m] = driven - self.stiffness[m] * at.delta[m] - at.force * arms[m];
         }
         Some(Local {
@@ -295,7 +298,6 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
             .fold(0.0f32, |m, k| m.max(*k));
         let start = Start {
             from: *at,
-            gear: self.transmission.gear(at)?,
             torque: torque_nm / stiffness_scale,
             before,
             lengths: self.parameters.lengths_m.map(|l| l / length_scale),
@@ -312,53 +314,53 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
             force: 0.0,
             k: k_m / length_scale,
         };
-        let local = start.local(&self.transmission, &last, start.torque)?;
+        let local = start.local(&self.transmission, &last, 0.0)?;
         let response = local.response()?;
         let presses =
             response.force_by_torque > 0.0 && local.compliance(&response.by_torque) >= 0.0;
         presses.then_some(Path {
             start,
             last,
-            torque: start.torque,
+            rise: 0.0,
         })
     }
 
     /// See [`super::Mechanics::follow`].
-    pub(crate) fn continue_to(&self, path: &mut Path<N>, torque_nm: f32) -> Option<PathPoint> {
-        let torque = torque_nm / path.start.stiffness_scale;
-        if !torque.is_finite() {
+    pub(crate) fn continue_to(&self, path: &mut Path<N>, rise_nm: f32) -> Option<PathPoint> {
+        let rise = rise_nm / path.start.stiffness_scale;
+        if !rise.is_finite() {
             return None;
         }
         let found = self
-            .newton(&path.start, path.last, path.torque, torque)
+            .newton(&path.start, path.last, path.rise, rise)
             .or_else(|| {
-                let (mut at, mut reached) = (path.last, path.torque);
+                let (mut at, mut reached) = (path.last, path.rise);
                 for piece in 1..=PIECES {
-                    let next = path.torque
-                        + (torque - path.torque) * (f32::from(piece) / f32::from(PIECES));
+                    let next =
+                        path.rise + (rise - path.rise) * (f32::from(piece) / f32::from(PIECES));
                     at = self.newton(&path.start, at, reached, next)?;
                     reached = next;
                 }
                 Some(at)
             })?;
-        let point = self.point(&path.start, &found, torque)?;
+        let point = self.point(&path.start, &found, rise)?;
         path.last = found;
-        path.torque = torque;
+        path.rise = rise;
         Some(point)
     }
 
-    /// From a point of the path to the one at another torque.
+    /// From a point of the path to the one at another rise.
     fn newton(
         &self,
         start: &Start<N>,
         last: Unknown<N>,
         reached: f32,
-        torque: f32,
+        rise: f32,
     ) -> Option<Unknown<N>> {
         let mut at = last;
         // Along the tangent first: Newton's method from there keeps to the branch.
         let response = start.local(&self.transmission, &at, reached)?.response()?;
-        let more = torque - reached;
+        let more = rise - reached;
         at.add(&Unknown {
             delta: response.by_torque.map(|y| y * more),
             force: response.force_by_torque * more,
@@ -368,7 +370,7 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
             before: f32::INFINITY,
         };
         for _ in 0..STEPS {
-            let response = start.local(&self.transmission, &at, torque)?.response()?;
+            let response = start.local(&self.transmission, &at, rise)?.response()?;
             let (size, shortened) = at.add(&Unknown {
                 delta: response.amiss,
                 force: response.force_amiss,
@@ -382,8 +384,8 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
     }
 
     /// What a user wants to know of a solved point; `None` where the contact would be off the phalanx or pull.
-    fn point(&self, start: &Start<N>, at: &Unknown<N>, torque: f32) -> Option<PathPoint> {
-        let local = start.local(&self.transmission, at, torque)?;
+    fn point(&self, start: &Start<N>, at: &Unknown<N>, rise: f32) -> Option<PathPoint> {
+        let local = start.local(&self.transmission, at, rise)?;
         let response = local.response()?;
         let compliance = local.compliance(&response.by_torque) / start.stiffness_scale;
         let step = Step::of(at.delta);
@@ -413,22 +415,22 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
     pub(crate) fn placed(
         &self,
         guess: &Path<N>,
-        torque_nm: f32,
+        rise_nm: f32,
         rotation_rad: f32,
     ) -> Option<(f32, PathPoint)> {
         let start = &guess.start;
-        let torque = torque_nm / start.stiffness_scale;
-        if !(torque.is_finite() && rotation_rad.is_finite()) {
+        let rise = rise_nm / start.stiffness_scale;
+        if !(rise.is_finite() && rotation_rad.is_finite()) {
             return None;
         }
         let mut path = *guess;
-        self.continue_to(&mut path, torque_nm);
+        self.continue_to(&mut path, rise_nm);
         let mut at = path.last;
         let mut settling = Settling {
             before: f32::INFINITY,
         };
         for _ in 0..STEPS {
-            let local = start.local(&self.transmission, &at, torque)?;
+            let local = start.local(&self.transmission, &at, rise)?;
             let turned = self
                 .transmission
                 .turned_rad(&start.from, &Step::of(at.delta))?;
@@ -437,7 +439,7 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
             let moved = size.max((step.k).abs() * largest(&at.delta));
             if settling.done(moved, shortened, &at.delta) {
                 let reach = *start.lengths.get(start.before)?;
-                let point = self.point(start, &at, torque)?;
+                let point = self.point(start, &at, rise)?;
                 return (at.k > 0.0 && at.k <= reach).then_some((at.k * start.length_scale, point));
             }
         }

@@ -1,5 +1,8 @@
 //! The free finger: preshaping (6) and its stiffness (7).
 
+// Indices are those of the matrices in the equations; loops over 0..N need no bounds check.
+#![allow(clippy::needless_range_loop)]
+
 use super::{Configuration, Finger, Free, Gear, Transmission};
 use crate::numeric::solve;
 
@@ -7,8 +10,10 @@ use crate::numeric::solve;
 const STEPS: u8 = 24;
 /// Largest change of a joint angle in one Newton step, radian: keeps a start far away on the branch it came from.
 const STRIDE_RAD: f32 = 0.25;
-/// A step this small is the rounding of the angles.
-const SETTLED_RAD: f32 = 3e-7;
+/// A step this small, over one radian or the largest angle, is the rounding of the angles.
+const SETTLED_SHARE: f32 = 3e-7;
+/// A step this small may be rounding, if it no longer shrinks.
+const NOISE_SHARE: f32 = 3e-5;
 
 impl<const N: usize, T: Transmission<N>> Finger<N, T> {
     /// H = K - T_a W, the stiffness seen by the joints (MATH 2).
@@ -60,14 +65,14 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
         if !torque_nm.is_finite() || (self.springless() && torque_nm != 0.0) {
             return None;
         }
-        let mut at = *near;
+        let (mut at, mut before) = (*near, f32::INFINITY);
         for _ in 0..STEPS {
             let gear = self.transmission.gear(&at)?;
             let tau = self.equivalent_torques_nm(&gear, &at, torque_nm)?;
             let [change, _] = self.response(&gear, torque_nm, tau)?;
             let (next, largest, _) = stride(&at, change)?;
             at = next;
-            if largest <= SETTLED_RAD {
+            if settled(&at, largest, &mut before) {
                 self.transmission.gear(&at)?;
                 return Some(at);
             }
@@ -91,7 +96,7 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
                 torque_nm: 0.0,
             });
         }
-        let mut at = *near;
+        let (mut at, mut before) = (*near, f32::INFINITY);
         let mut torque_nm = self.torque_held(&at)?;
         for _ in 0..STEPS {
             let gear = self.transmission.gear(&at)?;
@@ -104,14 +109,14 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
             for i in 0..N {
                 both[i] += per_torque[i] * more_nm;
             }
-            if !(compliance > 0.0) || !more_nm.is_finite() {
+            let held = compliance > 0.0 && more_nm.is_finite();
+            if !held {
                 return None;
             }
             let (next, largest, share) = stride(&at, both)?;
             at = next;
             torque_nm += more_nm * share;
-            // The input angle is rounded in steps of its own: the joints settle no finer than that.
-            if largest <= SETTLED_RAD * (1.0 + theta_a_rad.abs()) {
+            if settled(&at, largest, &mut before) {
                 self.transmission.gear(&at)?;
                 return torque_nm.is_finite().then_some(Free {
                     configuration: at,
@@ -165,6 +170,15 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
         let compliance = dot(&gear.x, &per_torque);
         (compliance.is_finite() && compliance > 0.0).then_some(compliance)
     }
+}
+
+/// Newton's method is done: its step is the rounding of the angles, or near that and no longer shrinking.
+fn settled<const N: usize>(at: &Configuration<N>, largest: f32, before: &mut f32) -> bool {
+    let scale = at.rad().iter().fold(1.0f32, |m, x| m.max(x.abs()));
+    let done = largest <= SETTLED_SHARE * scale
+        || (largest <= NOISE_SHARE * scale && largest >= 0.5 * *before);
+    *before = largest;
+    done
 }
 
 /// The posture a change away, shortened to the stride; the size of the change, and the share of it that was taken.

@@ -57,6 +57,10 @@ impl Transmission<2> for Tendon<2> {
     fn turned_rad(&self, _: &Configuration<2>, step: &Step<2>) -> Option<f32> {
         Some(self.sum(&step.rad))
     }
+
+    fn x_change(&self, _: &Configuration<2>, _: &Step<2>) -> Option<[f32; 2]> {
+        Some([0.0; 2])
+    }
 }
 
 impl Transmission<3> for Tendon<3> {
@@ -79,5 +83,9 @@ impl Transmission<3> for Tendon<3> {
 
     fn turned_rad(&self, _: &Configuration<3>, step: &Step<3>) -> Option<f32> {
         Some(self.sum(&step.rad))
+    }
+
+    fn x_change(&self, _: &Configuration<3>, _: &Step<3>) -> Option<[f32; 3]> {
+        Some([0.0; 3])
     }
 }

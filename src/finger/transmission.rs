@@ -31,4 +31,7 @@ pub trait Transmission<const N: usize>: Copy + core::fmt::Debug {
 
     /// Change of theta_a over a step, radian, without the cancellation of taking two absolute angles apart.
     fn turned_rad(&self, from: &Configuration<N>, step: &Step<N>) -> Option<f32>;
+
+    /// Change of the transmission factors x over a step, again without cancellation.
+    fn x_change(&self, from: &Configuration<N>, step: &Step<N>) -> Option<[f32; N]>;
 }

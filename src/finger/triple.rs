@@ -27,6 +27,9 @@ pub struct Triple {
     pub h33: f32,
 }
 
+/// A discriminant this small, as a share of its first term, has lost digits that matter.
+const NEAR_DOUBLE: f32 = 0.03;
+
 /// Quadratic q_0 + 2 q_1 k + q_2 k^2.
 type Quadratic = [f32; 3];
 
@@ -118,38 +121,42 @@ impl Triple {
         (l0, l1)
     }
 
-    /// softness - C energy, expanded in k.
-    fn residual(&self, compliance: f32) -> Quadratic {
-        let v0 = self.motion(0.0);
+    /// softness - C energy, expanded in k - `about`.
+    fn residual(&self, compliance: f32, about: f32) -> Quadratic {
+        let v0 = self.motion(about);
         let v1 = [self.x3 - self.x2, 1.0 - self.x3, self.x2 - 1.0];
         let (tail0, tail1) = ([v0[1], v0[2]], [v1[1], v1[2]]);
-        let (d1, d, one) = (self.d1_m, [self.d2_m, 0.0], [1.0, 1.0]);
+        let (p1, p, one) = (self.d1_m + about, [self.d2_m + about, about], [1.0, 1.0]);
         let (m, k1) = (self.determinant(), self.k1);
         [
             k1 * v0[0] * v0[0] + self.form(tail0, tail0)
-                - compliance * (m * d1 * d1 + k1 * self.adj(d, d)),
+                - compliance * (m * p1 * p1 + k1 * self.adj(p, p)),
             k1 * v0[0] * v1[0] + self.form(tail0, tail1)
-                - compliance * (m * d1 + k1 * self.adj(d, one)),
+                - compliance * (m * p1 + k1 * self.adj(p, one)),
             k1 * v1[0] * v1[0] + self.form(tail1, tail1)
                 - compliance * (m + k1 * self.adj(one, one)),
         ]
     }
 
-    /// Both roots in closed form, whether on the phalanx or not: the quadratic by the root of larger size and the
-    /// product of both, sorted by the side of the stiffest place.
+    /// Both roots in closed form, whether on the phalanx or not, sorted by the side of the stiffest place.
     pub fn closed(&self, compliance: f32) -> Roots {
-        if !(compliance >= 0.0) {
-            return Roots::default();
-        }
-        let [q0, q1, q2] = self.residual(compliance);
-        let square = q1 * q1 - q0 * q2;
-        if !(square >= 0.0) {
-            return Roots::default();
-        }
-        let large = -(q1 + sqrt(square).copysign(q1));
-        let accept = |k: f32| (k.is_finite() && k > 0.0 && self.presses(k)).then_some(k);
-        let (a, b) = (accept(large / q2), accept(q0 / large));
         let (l0, l1) = self.slope();
+        let mut about = 0.0;
+        let mut quadratic = self.residual(compliance, about);
+        // Near a double root the discriminant cancels; counted from the peak between the roots it does not.
+        let [q0, q1, q2] = quadratic;
+        if let Some(peak) = self
+            .stiffest_m()
+            .filter(|_| q1 * q1 - q0 * q2 < NEAR_DOUBLE * q1 * q1)
+        {
+            about = peak;
+            quadratic = self.residual(compliance, about);
+        }
+        let Some([a, b]) = roots(quadratic) else {
+            return Roots::default();
+        };
+        let accept = |k: f32| (k.is_finite() && k > 0.0 && self.presses(k)).then_some(k);
+        let (a, b) = (accept(about + a), accept(about + b));
         let side = |beyond: bool| move |k: &f32| (l0 + l1 * k < 0.0) == beyond;
         let pick = |beyond| a.filter(side(beyond)).or(b.filter(side(beyond)));
         match (a, b) {
@@ -215,4 +222,15 @@ impl Triple {
             }
         }
     }
+}
+
+/// Roots of a quadratic: the larger without cancellation, the other by their product. None where they are not real.
+fn roots([q0, q1, q2]: Quadratic) -> Option<[f32; 2]> {
+    let square = q1 * q1 - q0 * q2;
+    let real = square >= 0.0;
+    if !real {
+        return None;
+    }
+    let large = -(q1 + sqrt(square).copysign(q1));
+    Some([large / q2, q0 / large])
 }

@@ -1,5 +1,8 @@
 //! Systems of a few linear equations.
 
+// Indices are those of the matrix; loops over 0..N need no bounds check.
+#![allow(clippy::needless_range_loop)]
+
 /// Solves `a x = b` for several right-hand sides at once: Gaussian elimination with row pivoting, in place.
 ///
 /// `None` where a pivot is zero or a result is not finite. The caller scales rows and columns to a common size.
@@ -18,7 +21,7 @@ pub fn solve<const N: usize, const M: usize>(
             }
         }
         let pivot = a[i][i];
-        if !(pivot.abs() > 0.0) {
+        if pivot == 0.0 || pivot.is_nan() {
             return None;
         }
         for r in i + 1..N {

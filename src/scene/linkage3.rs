@@ -10,6 +10,7 @@ pub struct Linkage3;
 impl Scene for Linkage3 {
     const NAME: &'static str = "linkage3";
     type Finger = Finger<3, Linkage<2>>;
+    const PHALANGES: u8 = 3;
     // The closing stop is at 1.8 rad.
     const TRAVEL_RAD: f32 = 1.7;
 

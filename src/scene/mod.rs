@@ -46,6 +46,15 @@ pub trait Scene {
     /// What the sensing may assume before anything is calibrated.
     const UNCALIBRATED: Calibration = re10::UNCALIBRATED;
 
+    /// Phalanges; the last one is where a pin calibrates.
+    const PHALANGES: u8;
+
+    /// Nominal efficiency of the gears under load, 0 to 1.
+    const EFFICIENCY: f32 = re10::EFFICIENCY;
+
+    /// Contact force that holding aims at, newton.
+    const HOLD_FORCE_N: f32 = 1.0;
+
     /// Settings of the sensing.
     fn settings() -> Settings {
         Settings {
@@ -132,7 +141,7 @@ mod tests {
         }
         assert!(motion.closing_rad_per_s <= limits.speed_rad_per_s);
         assert!(motion.opening_rad_per_s <= limits.speed_rad_per_s);
-        assert!(motion.travel_rad < limits.travel_rad);
+        motion.validate(&limits).expect(S::NAME);
         // Probing must be able to reach the torque at which it ends.
         let probing_nm =
             motion.probing_current_a * drivetrain.torque_per_ampere_nm * drivetrain.efficiency;

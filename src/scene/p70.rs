@@ -11,6 +11,7 @@ pub struct P70;
 impl Scene for P70 {
     const NAME: &'static str = "p70";
     type Finger = Finger<2, Linkage<1>>;
+    const PHALANGES: u8 = 2;
     // The closing stop is at 1.6 rad.
     const TRAVEL_RAD: f32 = 1.5;
 

@@ -18,7 +18,7 @@ const TORQUE_CONSTANT_NM_PER_A: f32 = 8.9e-3;
 /// Rotor inertia, 0.10 g cm2 (R).
 const ROTOR_INERTIA_KG_M2: f32 = 1.0e-8;
 /// Gearhead 0.73 (I) times worm 0.45 running (I): nominal, the calibration finds the real one.
-const EFFICIENCY: f32 = 0.33;
+pub const EFFICIENCY: f32 = 0.33;
 /// Gearhead 364 and worm 1092 counts at the wheel (I), and a tenth more: an upper limit.
 const BACKLASH_COUNTS: f32 = 1.1 * (364.0 + 1092.0);
 /// Torque at the input link at which probing ends. With 120 mA, less some 15 mA of friction, the motor gives 0.4 N m.
@@ -62,9 +62,10 @@ pub const DRIVE: Config = Config {
         duty: 0.95,
         // The motor without load makes 1.0 rad/s at the input link (V2): some voltage must be left for load.
         speed_rad_per_s: 0.8,
-        acceleration_rad_per_s2: 5.0,
+        acceleration_rad_per_s2: 10.0,
         // Pressing on the closing stop winds the cable up: 0.35 N m over 1.2 N m/rad beyond the longest travel.
-        travel_rad: 2.8,
+        position_min_rad: -0.4,
+        position_max_rad: 2.8,
         overtravel_rad: 0.15,
         supply_min_v: 9.0,
         supply_max_v: 15.0,

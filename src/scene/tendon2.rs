@@ -12,6 +12,7 @@ pub struct Tendon2;
 impl Scene for Tendon2 {
     const NAME: &'static str = "tendon2";
     type Finger = Finger<2, Tendon<2>>;
+    const PHALANGES: u8 = 2;
     // The closing stop is at 2.2 rad.
     const TRAVEL_RAD: f32 = 2.1;
 

@@ -12,6 +12,7 @@ pub struct Tendon3;
 impl Scene for Tendon3 {
     const NAME: &'static str = "tendon3";
     type Finger = Finger<3, Tendon<3>>;
+    const PHALANGES: u8 = 3;
     // The closing stop is at 2.4 rad.
     const TRAVEL_RAD: f32 = 2.3;
 

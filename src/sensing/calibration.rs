@@ -5,8 +5,11 @@
 //! nominal ratio. The cable in series adds a twist in proportion to the torque; it is kept per newton metre *as computed
 //! with the nominal efficiency*, so that pressing against the closing stop measures it whatever the efficiency is.
 
+use crate::numeric::sqrt;
+use serde::{Deserialize, Serialize};
+
 /// Torque factor and cable, with what is not known of them. Plain data: it is stored as it is.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct Calibration {
     /// f: eta/K_2 divided by its nominal value, > 0.
@@ -24,6 +27,152 @@ pub struct Calibration {
     /// Presses against the closing stop used.
     pub presses: u8,
 }
+
+/// What is known of a drivetrain and finger before any calibration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub struct Nominal {
+    /// Stiffness of the cable at the input link, newton metre per radian; 0 for none in series.
+    pub cable_nm_per_rad: f32,
+    /// Standard deviation of the cable's compliance, as a share of it.
+    pub cable_share: f32,
+    /// Standard deviation of the ratio eta/K_2, as a share of it.
+    pub torque_factor_share: f32,
+}
+
+impl Nominal {
+    /// Standard deviation of eta/K_2 for the spreads of HARDWARE.md: torque constant +-10 % and current sense +-5 %
+    /// (uniform), gearhead and worm about 5 % each, spring 5 %.
+    pub const TORQUE_FACTOR_SHARE: f32 = 0.11;
+    /// Standard deviation of a nylon cable's compliance: half to three times the nominal stiffness (HARDWARE.md).
+    pub const CABLE_SHARE: f32 = 0.5;
+}
+
+impl Calibration {
+    /// Without any calibration.
+    pub fn nominal(nominal: &Nominal) -> Self {
+        let cable_rad_per_nm = if nominal.cable_nm_per_rad > 0.0 {
+            1.0 / nominal.cable_nm_per_rad
+        } else {
+            0.0
+        };
+        Self {
+            torque_factor: 1.0,
+            torque_factor_sigma: nominal.torque_factor_share,
+            cable_rad_per_nm,
+            cable_sigma_rad_per_nm: nominal.cable_share * cable_rad_per_nm,
+            correlation: 0.0,
+            contacts: 0,
+            presses: 0,
+        }
+    }
+
+    /// Whether every value is finite and in its range, as it must be after it was read from a memory.
+    pub fn is_valid(&self) -> bool {
+        (0.05..=20.0).contains(&self.torque_factor)
+            && (0.0..=1.0).contains(&self.torque_factor_sigma)
+            && (0.0..=100.0).contains(&self.cable_rad_per_nm)
+            && (0.0..=100.0).contains(&self.cable_sigma_rad_per_nm)
+            && (-1.0..=1.0).contains(&self.correlation)
+    }
+
+    /// Takes what a fit at a known place found, if it can be believed and tells something. `misfit` is the mean square
+    /// residual in variances.
+    ///
+    /// # Errors
+    /// Why not; nothing is changed then.
+    pub fn with_contact(&self, found: &Self, misfit: f32) -> Result<Self, Refusal> {
+        if !found.is_valid() || misfit > MISFIT || misfit.is_nan() {
+            return Err(Refusal::Misfit);
+        }
+        let factor_shift = (found.torque_factor / self.torque_factor - 1.0).abs();
+        let cable_shift = (found.cable_rad_per_nm - self.cable_rad_per_nm).abs();
+        if factor_shift > IMPLAUSIBLE * self.torque_factor_sigma
+            || cable_shift > IMPLAUSIBLE * self.cable_sigma_rad_per_nm
+        {
+            return Err(Refusal::Implausible);
+        }
+        // What was left unexplained makes the result as much less sure.
+        let swell = sqrt(misfit.max(1.0));
+        let learned = Self {
+            torque_factor_sigma: (swell * found.torque_factor_sigma).min(self.torque_factor_sigma),
+            cable_sigma_rad_per_nm: (swell * found.cable_sigma_rad_per_nm)
+                .min(self.cable_sigma_rad_per_nm),
+            contacts: self.contacts.saturating_add(1),
+            presses: self.presses,
+            ..*found
+        };
+        if self.ignorance() < INFORMATIVE * learned.ignorance() {
+            return Err(Refusal::Uninformative);
+        }
+        Ok(learned)
+    }
+
+    /// Takes the slope of a press against the closing stop, where the finger is rigid: radian per newton metre of
+    /// nominal torque, with its deviation.
+    ///
+    /// # Errors
+    /// Why not; nothing is changed then.
+    pub fn with_press(
+        &self,
+        slope_rad_per_nm: f32,
+        sigma_rad_per_nm: f32,
+    ) -> Result<Self, Refusal> {
+        let mine = self.cable_sigma_rad_per_nm * self.cable_sigma_rad_per_nm;
+        let its = sigma_rad_per_nm * sigma_rad_per_nm;
+        if !(its.is_finite() && slope_rad_per_nm > 0.0 && its > 0.0) {
+            return Err(Refusal::Misfit);
+        }
+        let shift = slope_rad_per_nm - self.cable_rad_per_nm;
+        if shift.abs() > IMPLAUSIBLE * sqrt(mine + its) {
+            return Err(Refusal::Implausible);
+        }
+        let gain = mine / (mine + its);
+        let factor_gain = self.correlation * self.torque_factor_sigma * self.cable_sigma_rad_per_nm
+            / (mine + its);
+        let variance = (1.0 - gain) * mine;
+        let factor_variance = self.torque_factor_sigma
+            * self.torque_factor_sigma
+            * (1.0 - self.correlation * self.correlation * gain);
+        let covariance = (1.0 - gain)
+            * self.correlation
+            * self.torque_factor_sigma
+            * self.cable_sigma_rad_per_nm;
+        let learned = Self {
+            torque_factor: self.torque_factor * (1.0 + factor_gain * shift),
+            torque_factor_sigma: sqrt(factor_variance.max(0.0)),
+            cable_rad_per_nm: self.cable_rad_per_nm + gain * shift,
+            cable_sigma_rad_per_nm: sqrt(variance),
+            correlation: (covariance / sqrt((variance * factor_variance).max(f32::MIN_POSITIVE)))
+                .clamp(-0.999, 0.999),
+            contacts: self.contacts,
+            presses: self.presses.saturating_add(1),
+        };
+        if !learned.is_valid() {
+            return Err(Refusal::Implausible);
+        }
+        if self.ignorance() < INFORMATIVE * learned.ignorance() {
+            return Err(Refusal::Uninformative);
+        }
+        Ok(learned)
+    }
+
+    /// What is not known: the area of the ellipse of one deviation, each axis floored where nothing more is to be gained.
+    fn ignorance(&self) -> f32 {
+        let across = sqrt((1.0 - self.correlation * self.correlation).max(0.0));
+        let cable_floor = 1e-3 * self.cable_rad_per_nm + 1e-6;
+        self.torque_factor_sigma.max(1e-3)
+            * self.cable_sigma_rad_per_nm.max(cable_floor)
+            * across.max(0.02)
+    }
+}
+
+/// Mean square residual, in variances, above which a curve is not what it is said to be.
+const MISFIT: f32 = 12.0;
+/// Shift, in deviations, that is taken for a mistake.
+const IMPLAUSIBLE: f32 = 4.0;
+/// By how much a calibration must shrink what is not known.
+const INFORMATIVE: f32 = 1.02;
 
 /// Why a calibration is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -14,6 +14,8 @@ pub enum NotLocated {
     Gap,
     /// Stiffer than any place on the finger.
     TooStiff,
+    /// No contact anywhere bends the curve like that: two contacts, an object that yields or slips.
+    Unexplained,
     /// The finger stopped, or torque ran out, before there was enough to judge.
     TooFewSamples,
 }
@@ -33,6 +35,11 @@ pub enum Event {
         /// Share of the travel that the table covers, 0 to 1.
         coverage: f32,
     },
+    /// A free motion left too little of it to record: a larger travel, or a steadier speed, is needed.
+    FrictionNotRecorded {
+        /// Share of the travel that was covered, 0 to 1.
+        coverage: f32,
+    },
     /// The record no longer fits what a free motion shows: record again.
     FrictionStale {
         /// Mean misfit.
@@ -47,7 +54,7 @@ pub enum Event {
     },
     /// Contact begins.
     Touch {
-        /// When, microseconds since boot.
+        /// When it was decided, microseconds since boot.
         time_us: u64,
         /// Input-link angle at the onset of contact, radian from the opening stop.
         theta_a_rad: f32,

@@ -1,14 +1,32 @@
 //! From samples to events: friction, stiffness, contact, location, force, uncertainty.
 //!
 //! Passive: the same samples give the same events, live or replayed, whatever made the finger move.
+//!
+//! ```text
+//! Sample -> block::Gate -> Block -> friction::Recorder -> Friction
+//!                               \-> Detector -> Curve -> Locator (fit::Hypothesis ...) -> Event
+//! ```
 
+pub mod block;
 pub mod calibration;
+pub mod curve;
+pub mod detector;
 pub mod drivetrain;
 pub mod event;
+pub mod fit;
+pub mod friction;
+pub mod joint;
+pub mod locator;
+mod normal;
+pub mod sensor;
 pub mod settings;
+pub mod step;
 
 pub use crate::sample::{self, Drive, Sample};
-pub use calibration::{Calibration, Refusal};
+pub use calibration::{Calibration, Nominal, Refusal};
 pub use drivetrain::Drivetrain;
 pub use event::{Event, NotLocated};
+pub use friction::Friction;
+pub use joint::{Hall, JointSensor, NoHall};
+pub use sensor::Sensor;
 pub use settings::{Directive, Settings};

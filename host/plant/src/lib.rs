@@ -20,6 +20,7 @@ mod finger;
 mod linkage;
 mod object;
 mod parameters;
+mod pins;
 mod plant;
 mod truth;
 
@@ -31,5 +32,6 @@ pub use parameters::{
     Bridge, Cable, Contact as ContactParameters, DEFAULT_TOML, Encoder, FingerKind,
     FingerParameters, Fingers, Gearhead, Hall, Mechanism, Motor, Parameters, Sense, Supply, Worm,
 };
-pub use plant::{Faults, MAX_STEP_S, Pins, Plant};
+pub use pins::{Faults, Pins};
+pub use plant::{MAX_STEP_S, Plant};
 pub use truth::{Contact, FirstContact, Truth};

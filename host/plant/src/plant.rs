@@ -2,71 +2,17 @@
 
 use crate::bridge::Bridge;
 use crate::drivetrain::Drivetrain;
-use crate::encoder::{EncoderFault, QuadratureEncoder};
+use crate::encoder::QuadratureEncoder;
 use crate::finger::{Finger, Hold};
 use crate::object::{Body, Grasp};
 use crate::parameters::{FingerKind, Parameters};
-use crate::{Error, FirstContact, Truth};
+use crate::{Error, Faults, FirstContact, Pins, Truth};
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 
 /// Longest step of the integration, second; longer ones are cut into equal parts.
 pub const MAX_STEP_S: f64 = 50e-6;
-
-/// What the chip puts on the bridge's pins.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Pins {
-    /// The timer drives EN; else EN is pulled low.
-    pub outputs_enabled: bool,
-    /// nSLEEP.
-    pub awake: bool,
-    /// Share of time that EN is high, 0 to 1; beyond, it is clamped.
-    pub duty: f64,
-    /// PH.
-    pub closing: bool,
-}
-
-impl Pins {
-    /// Share of the supply voltage at the motor, closing positive.
-    pub(crate) fn drive(&self) -> f64 {
-        if !self.outputs_enabled || self.duty.is_nan() {
-            return 0.0;
-        }
-        let duty = self.duty.clamp(0.0, 1.0);
-        if self.closing { duty } else { -duty }
-    }
-}
-
-/// What is broken; all of it can change from one step to the next.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Faults {
-    /// Wires of the encoder.
-    pub encoder: EncoderFault,
-    /// The rotor does not turn.
-    pub rotor_locked: bool,
-    /// Supply voltage instead of the parameter's.
-    pub supply_v: Option<f64>,
-    /// Further offset of the current sense, ampere at the motor.
-    pub sense_offset_a: f64,
-    /// Share of the winding that is left by a short circuit, above 0; 1 is healthy.
-    pub winding_left: f64,
-    /// The stops of the input link are broken off.
-    pub stops_missing: bool,
-}
-
-impl Default for Faults {
-    fn default() -> Self {
-        Self {
-            encoder: EncoderFault::default(),
-            rotor_locked: false,
-            supply_v: None,
-            sense_offset_a: 0.0,
-            winding_left: 1.0,
-            stops_missing: false,
-        }
-    }
-}
 
 /// Finger, drivetrain, bridge, sensors and object.
 #[derive(Clone, Debug)]

@@ -540,3 +540,30 @@ fn an_object_that_cannot_be_there_is_refused() {
         );
     }
 }
+
+/// The step of the integration does not show in what it integrates.
+#[test]
+fn shorter_steps_give_the_same_motion() {
+    let angles = |dt: f64| {
+        let grasp = Grasp::touching(2, 0.03, 0.6, cylinder(0.02));
+        let mut plant = Plant::new(&quiet(), FingerKind::P70, &grasp, 3).unwrap();
+        let mut seen = Vec::new();
+        for _ in 0..30 {
+            for _ in 0..(0.1 / dt).round() as u64 {
+                plant.step(&drive(0.4), dt);
+            }
+            let truth = plant.truth();
+            seen.push((truth.theta_a_rad, truth.torque_nm));
+        }
+        (seen, plant.truth().first_contact.unwrap().contact.k_m)
+    };
+    let (coarse, coarse_k) = angles(50e-6);
+    let (fine, fine_k) = angles(5e-6);
+    for (i, (c, f)) in coarse.iter().zip(&fine).enumerate() {
+        assert!(
+            (c.0 - f.0).abs() < 5e-4 && (c.1 - f.1).abs() < 5e-4,
+            "{i}: {c:?} {f:?}"
+        );
+    }
+    assert!((coarse_k - fine_k).abs() < 1e-6);
+}

@@ -1,5 +1,7 @@
 //! The states of the motion sequence, their legal transitions and their timeouts.
 
+use super::motion::{Motion, WINDUP_RAD};
+
 /// What the finger is doing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
@@ -62,15 +64,15 @@ impl State {
     pub const fn successors(self) -> &'static [State] {
         use State::*;
         match self {
-            Idle => &[CalibrateOffset, Home, RecordClosing, Close, Open, Fault],
-            CalibrateOffset => &[Home, Idle, Fault],
-            Home => &[RecordClosing, Close, Open, Idle, Fault],
+            Idle => &[CalibrateOffset, Fault],
+            CalibrateOffset => &[Home, RecordClosing, Close, Open, Idle, Fault],
+            Home => &[RecordClosing, Close, Idle, Fault],
             RecordClosing => &[RecordOpening, Idle, Fault],
             RecordOpening => &[Close, Idle, Fault],
-            Close => &[Probe, Hold, Open, Idle, Fault],
+            Close => &[Probe, Open, Idle, Fault],
             Probe => &[Hold, Open, Idle, Fault],
-            Hold => &[Open, Close, Idle, Fault],
-            Open => &[Close, RecordClosing, Idle, Fault],
+            Hold => &[Open, Idle, Fault],
+            Open => &[RecordClosing, Idle, Fault],
             Fault => &[Idle],
         }
     }
@@ -78,5 +80,50 @@ impl State {
     /// Whether `next` may follow.
     pub fn may_become(self, next: State) -> bool {
         self.successors().contains(&next)
+    }
+
+    /// Longest stay, second; `None` where the bridge is off and nothing can go wrong. What a motion should take, and half as
+    /// much again for acceleration, backlash and a supply that is low, and a second for what does not scale.
+    pub fn timeout_s(self, motion: &Motion) -> Option<f32> {
+        let closing_s = motion.travel_rad / motion.closing_rad_per_s;
+        let opening_s = motion.travel_rad / motion.opening_rad_per_s;
+        let windup_s = WINDUP_RAD / motion.closing_rad_per_s;
+        let should_s = match self {
+            State::Idle | State::Fault => return None,
+            // 1.5 ms to wake, 20 ms to settle, 205 ms to average; standstill before that.
+            State::CalibrateOffset => 0.5,
+            // From the closing stop to the opening stop in the worst case, or the run-up and twice the cable's windup.
+            State::Home => closing_s + 4.0 * windup_s,
+            State::RecordClosing | State::Close => closing_s + 2.0 * windup_s,
+            State::RecordOpening | State::Open => opening_s + 2.0 * windup_s,
+            State::Probe => motion.probing_rad / motion.closing_rad_per_s,
+            State::Hold => motion.holding_s,
+        };
+        Some(1.5 * should_s + 1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_state_can_stop_and_every_driving_state_can_fault() {
+        for state in State::ALL {
+            assert!(
+                state == State::Idle || state.may_become(State::Idle),
+                "{state:?}"
+            );
+            assert!(
+                state == State::Fault || state.may_become(State::Fault),
+                "{state:?}"
+            );
+            assert!(!state.may_become(state), "{state:?}");
+        }
+    }
+
+    #[test]
+    fn nothing_leaves_a_fault_but_clearing_it() {
+        assert_eq!(State::Fault.successors(), [State::Idle]);
     }
 }

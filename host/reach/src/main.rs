@@ -1,0 +1,54 @@
+//! `palpate-reach ELF...`: proves of each image that its control interrupt cannot panic, allocate or log.
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use anyhow::Result;
+use palpate_reach::Image;
+
+/// The control interrupt.
+const CONTROL: &str = "ADC1_2";
+
+fn main() -> ExitCode {
+    let files: Vec<String> = std::env::args().skip(1).collect();
+    if files.is_empty() || files.iter().any(|word| word.starts_with('-')) {
+        eprintln!("usage: palpate-reach ELF...");
+        return ExitCode::from(2);
+    }
+    let mut good = true;
+    for file in &files {
+        match check(Path::new(file)) {
+            Ok(proved) => good &= proved,
+            Err(error) => {
+                eprintln!("error: {error:#}");
+                good = false;
+            }
+        }
+    }
+    if good {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
+}
+
+/// Prints what breaks a rule; true if nothing does.
+fn check(file: &Path) -> Result<bool> {
+    let reach = Image::open(file)?.reach(CONTROL)?;
+    for violation in &reach.violations {
+        println!(
+            "{CONTROL} reaches {:#010x}, which {}: {}",
+            violation.address,
+            violation.what,
+            violation.path.join(" > ")
+        );
+    }
+    println!(
+        "{}: {CONTROL} reaches {} functions, {} instructions, {} violations",
+        file.display(),
+        reach.functions.len(),
+        reach.instructions,
+        reach.violations.len()
+    );
+    Ok(reach.violations.is_empty())
+}

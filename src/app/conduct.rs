@@ -1,0 +1,269 @@
+//! The motion half of the slow loop: commands, the motion sequence, and what it wants of the sensing half.
+
+use core::marker::PhantomData;
+
+use super::command::{Calibrate, Command};
+use super::sense::Order;
+use super::settings::{Overrides, Setting};
+use crate::drive::config::{Config, OutOfRange};
+use crate::drive::convert::Scale;
+use crate::drive::sequence::{Advance, Motion, Notice, Refused, Request, Sequence, State};
+use crate::drive::{Fault, Status};
+use crate::scene::Scene;
+use crate::sensing::{Directive, Event};
+
+/// What a command leads to beside the motion: what only the board can do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Effect {
+    /// Accepted; the log will tell.
+    Accepted,
+    /// List the commands.
+    Help,
+    /// Tell the state.
+    Status,
+    /// List the settings.
+    Show,
+    /// A setting changed; `at_restart`: it acts after `save` and a restart, because the control interrupt's limits are fixed
+    /// while it runs.
+    Set {
+        /// Acts only after `save` and a restart.
+        at_restart: bool,
+    },
+    /// Write to flash; the bridge is off.
+    Save,
+    /// Erase what was written; the bridge is off.
+    Factory,
+}
+
+/// What one step of the motion half decided.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conducted {
+    /// What the sequence decided.
+    pub advance: Advance,
+    /// For the sensing half.
+    pub order: Option<Order>,
+}
+
+/// The motion half. See [`Sense`](super::sense::Sense) for why there are two.
+#[derive(Clone, Debug)]
+pub struct Conduct<S: Scene> {
+    sequence: Sequence,
+    overrides: Overrides,
+    /// What the closing to come is for.
+    purpose: Directive,
+    /// An order that is not given by a change of state.
+    pending: Option<Order>,
+    free_a: f32,
+    scene: PhantomData<S>,
+}
+
+/// The drive's configuration with what the user has set: what the controller is built from at start.
+pub fn configuration<S: Scene>(overrides: &Overrides) -> Config {
+    let mut config = S::DRIVE;
+    let limits = &mut config.limits;
+    let replace = |place: &mut f32, setting| *place = overrides.get(setting).unwrap_or(*place);
+    replace(&mut limits.current_a, Setting::CurrentLimit);
+    replace(&mut limits.supply_min_v, Setting::SupplyMin);
+    replace(&mut limits.supply_max_v, Setting::SupplyMax);
+    config
+}
+
+impl<S: Scene> Conduct<S> {
+    /// A sequence at rest, with what the user has set.
+    ///
+    /// # Errors
+    /// The first parameter of drive or motion that is out of its range.
+    pub fn new(overrides: Overrides) -> Result<Self, OutOfRange> {
+        let config = configuration::<S>(&overrides);
+        let scale = Scale::new(&config)?;
+        let motion = motion::<S>(&overrides);
+        motion.validate(&config.limits)?;
+        Ok(Self {
+            sequence: Sequence::new(motion, scale),
+            overrides,
+            purpose: Directive::Watch,
+            pending: None,
+            free_a: 0.0,
+            scene: PhantomData,
+        })
+    }
+
+    /// Where the sequence is.
+    pub fn state(&self) -> State {
+        self.sequence.state()
+    }
+
+    /// The fault that is latched.
+    pub fn fault(&self) -> Option<Fault> {
+        self.sequence.fault()
+    }
+
+    /// What the user has set.
+    pub fn overrides(&self) -> &Overrides {
+        &self.overrides
+    }
+
+    /// Value of a setting now in force or to be in force after a restart, SI units.
+    pub fn value(&self, setting: Setting) -> f32 {
+        self.overrides
+            .get(setting)
+            .unwrap_or_else(|| default_value::<S>(setting))
+    }
+
+    /// Carries out a command.
+    ///
+    /// # Errors
+    /// Why not now, and what to do first.
+    pub fn command(&mut self, command: Command) -> Result<Effect, Refused> {
+        let request = match command {
+            Command::Help => return Ok(Effect::Help),
+            Command::Status => return Ok(Effect::Status),
+            Command::Show => return Ok(Effect::Show),
+            Command::Save => return self.resting().map(|()| Effect::Save),
+            Command::Factory => {
+                self.resting()?;
+                self.adjust(Overrides::default());
+                return Ok(Effect::Factory);
+            }
+            Command::Set(setting, value_si) => return self.set(setting, value_si),
+            Command::Calibrate(Calibrate::Forget) => {
+                self.resting()?;
+                self.pending = Some(Order::ForgetCalibration);
+                return Ok(Effect::Accepted);
+            }
+            Command::Calibrate(Calibrate::Cable) => Request::Press,
+            Command::Calibrate(Calibrate::At { .. }) | Command::Run => Request::Run,
+            Command::Close => Request::Close,
+            Command::Open => Request::Open,
+            Command::Stop => Request::Stop,
+            Command::Clear => Request::Clear,
+            Command::Home => Request::Home,
+            Command::RecordFriction => Request::RecordFriction,
+        };
+        self.sequence.request(request)?;
+        self.purpose = match command {
+            Command::Calibrate(Calibrate::At { k_m }) => Directive::Calibrate {
+                phalanx: S::PHALANGES,
+                k_m,
+            },
+            Command::Calibrate(Calibrate::Cable) => Directive::CalibrateCable,
+            Command::Run | Command::Close => Directive::Watch,
+            _ => self.purpose,
+        };
+        Ok(Effect::Accepted)
+    }
+
+    /// Hears an event of the sensing half: a located contact tells which current holds the wanted force.
+    ///
+    /// In single contact the force is in proportion to the torque above friction, and that to the current above what free
+    /// motion took. A force below the one that probing has reached is not given back: the worm locks.
+    pub fn hear(&mut self, event: &Event, status: &Status) {
+        let Event::Located { force_n, .. } = event else {
+            return;
+        };
+        let load_a = status.current_a - self.free_a;
+        if load_a > 0.0 && *force_n > 0.0 {
+            let wanted_n = self.value(Setting::HoldForce);
+            let limit_a = S::DRIVE.limits.current_a;
+            let mut motion = motion::<S>(&self.overrides);
+            motion.holding_current_a = (self.free_a + load_a * wanted_n / force_n)
+                .min(limit_a)
+                .max(0.0);
+            self.sequence.set_motion(motion);
+        }
+    }
+
+    /// One step, about once a millisecond.
+    pub fn advance(&mut self, now_us: u64, status: &Status, notice: Option<Notice>) -> Conducted {
+        let advance = self.sequence.advance(now_us, status, notice);
+        if self.sequence.state() == State::Close {
+            // Mean over some 0.1 s; a contact adds little to it until it is felt.
+            self.free_a += 0.01 * (status.current_a - self.free_a);
+        }
+        let order = advance
+            .changed
+            .and_then(|(_, to)| self.directive(to))
+            .map(Order::Direct);
+        let order = order.or_else(|| self.pending.take());
+        Conducted { advance, order }
+    }
+
+    /// What a state that begins means for the sensing; `None` where the directive stays.
+    fn directive(&self, entered: State) -> Option<Directive> {
+        match entered {
+            State::RecordClosing => Some(Directive::RecordFriction),
+            State::Close => Some(self.purpose),
+            State::RecordOpening | State::Probe | State::Hold => None,
+            State::Idle | State::CalibrateOffset | State::Home | State::Open | State::Fault => {
+                Some(Directive::Rest)
+            }
+        }
+    }
+
+    /// The bridge is off.
+    fn resting(&self) -> Result<(), Refused> {
+        match self.sequence.state() {
+            State::Idle | State::Fault => Ok(()),
+            state => Err(Refused::Busy(state)),
+        }
+    }
+
+    fn set(&mut self, setting: Setting, value_si: f32) -> Result<Effect, Refused> {
+        self.resting()?;
+        let mut overrides = self.overrides;
+        // The parser has checked the range; what is out of it nevertheless is not taken.
+        if overrides.set(setting, value_si).is_ok() {
+            self.adjust(overrides);
+        }
+        let at_restart = matches!(
+            setting,
+            Setting::CurrentLimit | Setting::SupplyMin | Setting::SupplyMax
+        );
+        Ok(Effect::Set { at_restart })
+    }
+
+    fn adjust(&mut self, overrides: Overrides) {
+        if overrides.get(Setting::ClosingSpeed) != self.overrides.get(Setting::ClosingSpeed) {
+            // The worm's friction depends on speed.
+            self.sequence.forget_friction();
+        }
+        self.overrides = overrides;
+        self.sequence.set_motion(motion::<S>(&overrides));
+        self.pending = Some(Order::Adjust(overrides));
+    }
+}
+
+/// The sequence's speeds and currents with what the user has set.
+fn motion<S: Scene>(overrides: &Overrides) -> Motion {
+    let mut motion = S::MOTION;
+    let replace = |place: &mut f32, setting| *place = overrides.get(setting).unwrap_or(*place);
+    replace(&mut motion.closing_rad_per_s, Setting::ClosingSpeed);
+    replace(&mut motion.holding_s, Setting::HoldTime);
+    if let Some(limit_a) = overrides.get(Setting::CurrentLimit) {
+        // What probing may ask for follows the limit; the rest must not exceed it.
+        motion.probing_current_a = limit_a;
+        for current_a in [
+            &mut motion.free_current_a,
+            &mut motion.homing_current_a,
+            &mut motion.holding_current_a,
+        ] {
+            *current_a = current_a.min(limit_a);
+        }
+    }
+    motion
+}
+
+/// A setting's value where the user has set none, SI units.
+fn default_value<S: Scene>(setting: Setting) -> f32 {
+    match setting {
+        Setting::ClosingSpeed => S::MOTION.closing_rad_per_s,
+        Setting::CurrentLimit => S::DRIVE.limits.current_a,
+        Setting::ProbeTorque => S::settings().torque_limit_nm,
+        Setting::WantedDeviation => S::settings().wanted_sigma_m,
+        Setting::HoldForce => S::HOLD_FORCE_N,
+        Setting::HoldTime => S::MOTION.holding_s,
+        Setting::Efficiency => S::EFFICIENCY,
+        Setting::SupplyMin => S::DRIVE.limits.supply_min_v,
+        Setting::SupplyMax => S::DRIVE.limits.supply_max_v,
+    }
+}

@@ -1,0 +1,120 @@
+//! The sensing half of the slow loop: samples in, events out, and what the motion sequence must know of them.
+
+use super::kept::Kept;
+use super::settings::{Overrides, Setting};
+use crate::drive::sequence::Notice;
+use crate::finger::ConfigError;
+use crate::sample::Sample;
+use crate::scene::Scene;
+use crate::sensing::{Calibration, Directive, Event, Sensor};
+
+/// What the motion half asks of the sensing half.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Order {
+    /// What the samples from now on are good for.
+    Direct(Directive),
+    /// Settings changed.
+    Adjust(Overrides),
+    /// Back to the scene's calibration.
+    ForgetCalibration,
+}
+
+/// The sensing half. It shares nothing with the motion half but [`Order`]s and [`Notice`]s, so that the two may live in two
+/// tasks, of two priorities if a fit takes long: a `stop` must not wait for it.
+#[derive(Clone, Debug)]
+pub struct Sense<S: Scene> {
+    sensor: Sensor<S::Finger>,
+}
+
+impl<S: Scene> Sense<S> {
+    /// A sensor for the scene's finger, nothing recorded, nothing calibrated.
+    ///
+    /// # Errors
+    /// The parameter of the finger that is out of its range.
+    pub fn new() -> Result<Self, ConfigError> {
+        let finger = S::finger()?;
+        let drivetrain = S::drivetrain(&finger);
+        let sensor = Sensor::new(finger, drivetrain, S::settings(), S::UNCALIBRATED);
+        Ok(Self { sensor })
+    }
+
+    /// Carries out an order.
+    pub fn order(&mut self, order: Order) {
+        match order {
+            Order::Direct(directive) => self.sensor.direct(directive),
+            Order::Adjust(overrides) => self.adjust(&overrides),
+            Order::ForgetCalibration => {
+                self.sensor.set_calibration(S::UNCALIBRATED);
+            }
+        }
+    }
+
+    /// Takes a sample; tells at most one thing. [`notice`] says what of it concerns the motion.
+    pub fn sample(&mut self, sample: &Sample) -> Option<Event> {
+        self.sensor.update(sample)
+    }
+
+    /// The sensor, for whoever wants to look.
+    pub fn sensor(&self) -> &Sensor<S::Finger> {
+        &self.sensor
+    }
+
+    /// What is worth keeping over a power cut.
+    pub fn keep(&self, overrides: Overrides) -> Kept {
+        Kept {
+            overrides,
+            friction: self.sensor.friction().cloned(),
+            calibration: *self.sensor.calibration(),
+        }
+    }
+
+    /// Takes over what was kept; it has been checked ([`Kept`] is decoded whole or not at all). Tells the motion half
+    /// whether friction is known.
+    pub fn restore(&mut self, kept: &Kept) -> Notice {
+        self.adjust(&kept.overrides);
+        self.sensor.set_calibration(kept.calibration);
+        let known = kept
+            .friction
+            .clone()
+            .is_some_and(|friction| self.sensor.set_friction(friction));
+        if known {
+            Notice::FrictionKnown
+        } else {
+            Notice::FrictionUnknown
+        }
+    }
+
+    /// The calibration in force.
+    pub fn calibration(&self) -> &Calibration {
+        self.sensor.calibration()
+    }
+
+    fn adjust(&mut self, overrides: &Overrides) {
+        let mut settings = S::settings();
+        let replace = |place: &mut f32, setting| *place = overrides.get(setting).unwrap_or(*place);
+        replace(&mut settings.speed_rad_per_s, Setting::ClosingSpeed);
+        replace(&mut settings.torque_limit_nm, Setting::ProbeTorque);
+        replace(&mut settings.wanted_sigma_m, Setting::WantedDeviation);
+        self.sensor.set_settings(settings);
+        let nominal = S::drivetrain(self.sensor.finger()).efficiency;
+        self.sensor
+            .set_efficiency(overrides.get(Setting::Efficiency).unwrap_or(nominal));
+    }
+}
+
+/// What an event means for the motion.
+pub fn notice(event: &Event) -> Option<Notice> {
+    match event {
+        Event::Touch { .. } => Some(Notice::Touched),
+        Event::Located { settled: true, .. }
+        | Event::Ambiguous { settled: true, .. }
+        | Event::NotLocated { .. }
+        | Event::Calibrated { .. }
+        | Event::CalibrationRefused { .. } => Some(Notice::Settled),
+        Event::FrictionRecorded { .. } => Some(Notice::FrictionKnown),
+        Event::FrictionNotRecorded { .. } => Some(Notice::FrictionNotRecorded),
+        Event::FrictionStale { .. } => Some(Notice::FrictionUnknown),
+        // A contact that is still being judged; and softness is no reason to stop closing.
+        Event::Located { .. } | Event::Ambiguous { .. } | Event::Unusual { .. } => None,
+    }
+}

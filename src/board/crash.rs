@@ -1,0 +1,246 @@
+//! What happens when the program itself fails: the bridge goes off first, then the cause is written to RAM that survives
+//! the reset, then the chip resets; the next boot reports it.
+//!
+//! A fault that cannot even enter its handler locks the core up: the timer's break input takes the bridge off in
+//! hardware ([`super::bridge`]) and the watchdog resets.
+
+use core::cell::UnsafeCell;
+use core::fmt::Write;
+use core::mem::MaybeUninit;
+use core::panic::PanicInfo;
+
+use cortex_m::peripheral::SCB;
+use cortex_m_rt::{ExceptionFrame, exception};
+
+use super::{bridge, storage};
+
+/// Length of the text kept.
+const TEXT_BYTES: usize = 112;
+
+/// Why the program stopped.
+#[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
+pub enum Cause {
+    /// A panic; the text says where and why.
+    Panic,
+    /// A fault of the core.
+    HardFault,
+    /// A fault because a stack left RAM.
+    StackOverflow,
+    /// A non-maskable interrupt: two wrong bits in a word of flash outside the records, or a clock failure.
+    NonMaskable,
+    /// An interrupt or exception without a handler.
+    Unhandled,
+}
+
+impl Cause {
+    const ALL: [Self; 5] = [
+        Self::Panic,
+        Self::HardFault,
+        Self::StackOverflow,
+        Self::NonMaskable,
+        Self::Unhandled,
+    ];
+
+    /// Name in the log.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Panic => "panic",
+            Self::HardFault => "hard-fault",
+            Self::StackOverflow => "stack-overflow",
+            Self::NonMaskable => "non-maskable",
+            Self::Unhandled => "unhandled",
+        }
+    }
+}
+
+/// What is kept across the reset.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub struct Crash {
+    /// Index into [`Cause::ALL`].
+    cause: u32,
+    /// Program counter, zero where unknown.
+    pub pc: u32,
+    /// Link register, zero where unknown.
+    pub lr: u32,
+    /// Configurable fault status register (for an unhandled exception its number).
+    pub status: u32,
+    /// Address of the access that failed, zero where unknown.
+    pub address: u32,
+    length: u32,
+    text: [u8; TEXT_BYTES],
+}
+
+impl Crash {
+    fn new(cause: Cause) -> Self {
+        Self {
+            cause: cause as u32,
+            pc: 0,
+            lr: 0,
+            status: 0,
+            address: 0,
+            length: 0,
+            text: [0; TEXT_BYTES],
+        }
+    }
+
+    /// Why.
+    pub fn cause(&self) -> Cause {
+        Cause::ALL
+            .get(self.cause as usize)
+            .copied()
+            .unwrap_or(Cause::Unhandled)
+    }
+
+    /// The panic's place and message, cut to what fits.
+    pub fn text(&self) -> &str {
+        let bytes = self.text.get(..self.length as usize).unwrap_or(&[]);
+        core::str::from_utf8(bytes).unwrap_or("?")
+    }
+
+    fn checksum(&self) -> u32 {
+        let words = [
+            self.cause,
+            self.pc,
+            self.lr,
+            self.status,
+            self.address,
+            self.length,
+        ];
+        let mix = |sum: u32, word: u32| (sum.rotate_left(5) ^ word).wrapping_mul(0x9E37_79B1);
+        let sum = words.iter().fold(0x7A1F_A7E5, |sum, &word| mix(sum, word));
+        self.text
+            .iter()
+            .fold(sum, |sum, &byte| mix(sum, byte.into()))
+    }
+}
+
+impl Write for Crash {
+    /// Keeps what fits, on a character boundary.
+    fn write_str(&mut self, text: &str) -> core::fmt::Result {
+        for character in text.chars() {
+            let start = self.length as usize;
+            let Some(room) = self.text.get_mut(start..start + character.len_utf8()) else {
+                return Err(core::fmt::Error);
+            };
+            character.encode_utf8(room);
+            self.length += character.len_utf8() as u32;
+        }
+        Ok(())
+    }
+}
+
+#[derive(Clone, Copy)]
+#[repr(C)]
+struct Kept {
+    crash: Crash,
+    checksum: u32,
+}
+
+struct Retained(UnsafeCell<MaybeUninit<Kept>>);
+
+// SAFETY: written by a handler that never returns, read once at boot.
+unsafe impl Sync for Retained {}
+
+/// Neither zeroed nor loaded at reset.
+#[unsafe(link_section = ".uninit.crash")]
+static RETAINED: Retained = Retained(UnsafeCell::new(MaybeUninit::uninit()));
+
+/// What the last run left, once: the next call finds nothing.
+pub fn take() -> Option<Crash> {
+    // SAFETY: plain words, any bits are a value; volatile because the compiler sees no one write them before.
+    let kept = unsafe { RETAINED.0.get().cast::<Kept>().read_volatile() };
+    let valid = kept.checksum == kept.crash.checksum()
+        && (kept.crash.cause as usize) < Cause::ALL.len()
+        && kept.crash.length as usize <= TEXT_BYTES;
+    forget();
+    valid.then_some(kept.crash)
+}
+
+fn forget() {
+    // SAFETY: within the cell; breaks the checksum with certainty, as it flips every bit of it.
+    unsafe {
+        let checksum = &raw mut (*RETAINED.0.get().cast::<Kept>()).checksum;
+        checksum.write_volatile(!checksum.read_volatile());
+    }
+}
+
+/// Keeps the record and resets. The bridge is off already.
+fn keep_and_reset(crash: Crash) -> ! {
+    let kept = Kept {
+        crash,
+        checksum: crash.checksum(),
+    };
+    // SAFETY: this context never returns, and nothing else writes the cell.
+    unsafe { RETAINED.0.get().cast::<Kept>().write_volatile(kept) };
+    SCB::sys_reset()
+}
+
+#[panic_handler]
+fn panic(info: &PanicInfo) -> ! {
+    bridge::off();
+    cortex_m::interrupt::disable();
+    let mut crash = Crash::new(Cause::Panic);
+    // A message that does not fit is cut: that is no error here.
+    if let Some(place) = info.location() {
+        let _ = write!(crash, "{}:{} ", place.file(), place.line());
+    }
+    let _ = write!(crash, "{}", info.message());
+    keep_and_reset(crash)
+}
+
+/// Configurable fault status: a stack push failed (bus or memory fault on exception entry).
+const STACKING_FAILED: u32 = 1 << 12 | 1 << 4;
+/// Configurable fault status: the bus fault address, or the memory fault address, is valid.
+const BUS_ADDRESS_VALID: u32 = 1 << 15;
+const MEMORY_ADDRESS_VALID: u32 = 1 << 7;
+
+#[exception]
+unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+    bridge::off();
+    // SAFETY: reads of status registers; no one else needs the peripheral any more.
+    let scb = unsafe { &*SCB::PTR };
+    let status = scb.cfsr.read();
+    let at = core::ptr::from_ref(frame) as u32;
+    // A frame outside the stacks was never written: reading it would be the next fault.
+    let in_ram = (RAM_START..RAM_END - size_of::<ExceptionFrame>() as u32).contains(&at);
+    let overflow = !in_ram || status & STACKING_FAILED != 0;
+    let mut crash = Crash::new(if overflow {
+        Cause::StackOverflow
+    } else {
+        Cause::HardFault
+    });
+    crash.status = status;
+    if status & BUS_ADDRESS_VALID != 0 {
+        crash.address = scb.bfar.read();
+    } else if status & MEMORY_ADDRESS_VALID != 0 {
+        crash.address = scb.mmfar.read();
+    }
+    if in_ram {
+        crash.pc = frame.pc();
+        crash.lr = frame.lr();
+    }
+    keep_and_reset(crash)
+}
+
+/// Bounds of RAM (SRAM1, SRAM2 and the alias of CCM SRAM).
+const RAM_START: u32 = 0x2000_0000;
+const RAM_END: u32 = 0x2000_8000;
+
+#[exception]
+unsafe fn NonMaskableInt() {
+    // A power cut in the middle of a write can leave a record with two wrong bits: its reader asks and drops it.
+    if storage::acknowledge_bad_word() {
+        return;
+    }
+    bridge::off();
+    keep_and_reset(Crash::new(Cause::NonMaskable))
+}
+
+#[exception]
+unsafe fn DefaultHandler(number: i16) {
+    bridge::off();
+    let mut crash = Crash::new(Cause::Unhandled);
+    crash.status = number as u16 as u32;
+    keep_and_reset(crash)
+}

@@ -1,0 +1,191 @@
+//! Records in the last 16 KiB of flash that survive a power cut: `sequential-storage` (append, checksum, wear levelling
+//! over eight pages) on top of the flash controller.
+//!
+//! The chip has one bank: while it erases (25 ms at most) or programs, the core stalls on every fetch from flash, and
+//! the control interrupt with it. So nothing is written unless the bridge is off, and the control interrupt is masked
+//! for the duration of one operation; between two operations everything runs.
+
+use core::ops::Range;
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+
+use embassy_futures::yield_now;
+use embassy_stm32::flash::{Blocking, Error as FlashError, Flash, MAX_ERASE_SIZE, WRITE_SIZE};
+use embassy_stm32::pac::FLASH;
+use embassy_stm32::{Peri, peripherals};
+use embedded_storage_async::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
+};
+use sequential_storage::cache::{Cache, Uncached};
+use sequential_storage::map::{MapConfig, MapStorage};
+
+use super::{bridge, control};
+
+/// Where the records lie, as offsets from the start of flash; `memory.x` keeps the linker out of it.
+const RANGE: Range<u32> = 0x1_C000..0x2_0000;
+
+unsafe extern "C" {
+    /// Bounds of the region in `memory.x`; their addresses are the values.
+    static _storage_start: u8;
+    static _storage_end: u8;
+}
+
+/// Records ask for this much: the longest one, its key and rounding to the flash word.
+pub const BUFFER_BYTES: usize = 1024;
+
+/// Why a record was not read or written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Error {
+    /// The bridge is on: the motor must be off while flash is written.
+    BridgeOn,
+    /// The flash controller refused or failed.
+    Flash(FlashError),
+    /// Does not fit, or what is there makes no sense.
+    Layout,
+}
+
+impl Error {
+    /// Name in the log.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::BridgeOn => "bridge-on",
+            Self::Flash(FlashError::Prog) => "not-erased",
+            Self::Flash(FlashError::Protected) => "write-protected",
+            Self::Flash(_) => "flash",
+            Self::Layout => "layout",
+        }
+    }
+}
+
+impl NorFlashError for Error {
+    fn kind(&self) -> NorFlashErrorKind {
+        NorFlashErrorKind::Other
+    }
+}
+
+impl From<sequential_storage::Error<Error>> for Error {
+    fn from(error: sequential_storage::Error<Error>) -> Self {
+        match error {
+            sequential_storage::Error::Storage { value } => value,
+            _ => Self::Layout,
+        }
+    }
+}
+
+/// Words with two wrong bits met since boot: left by a power cut in the middle of a write, or worn out.
+static BAD_WORDS: AtomicU32 = AtomicU32::new(0);
+/// A record is being read: a bad word is expected and harmless, since its checksum fails.
+static READING: AtomicBool = AtomicBool::new(false);
+
+/// Words with two wrong bits met since boot.
+pub fn bad_words() -> u32 {
+    BAD_WORDS.load(Ordering::Relaxed)
+}
+
+/// For the non-maskable interrupt: if it came from a bad word among the records, acknowledges it and says so.
+pub fn acknowledge_bad_word() -> bool {
+    let status = FLASH.eccr().read();
+    if !status.eccd() || !READING.load(Ordering::Relaxed) || !RANGE.contains(&status.addr_ecc()) {
+        return false;
+    }
+    // Flags are cleared by writing the ones back.
+    FLASH.eccr().write_value(status);
+    BAD_WORDS.store(bad_words().wrapping_add(1), Ordering::Relaxed);
+    true
+}
+
+/// The region as the storage crate wants it.
+struct Region {
+    flash: Flash<'static, Blocking>,
+}
+
+impl Region {
+    /// Runs one flash operation with the control interrupt out of the way, provided that the bridge is off.
+    async fn undisturbed(
+        &mut self,
+        operation: impl FnOnce(&mut Flash<'static, Blocking>) -> Result<(), FlashError>,
+    ) -> Result<(), Error> {
+        let result = {
+            // Masked first: the interrupt cannot switch the bridge on behind the check.
+            let _pause = control::pause();
+            if bridge::is_off() {
+                operation(&mut self.flash).map_err(Error::Flash)
+            } else {
+                Err(Error::BridgeOn)
+            }
+        };
+        yield_now().await;
+        result
+    }
+}
+
+impl ErrorType for Region {
+    type Error = Error;
+}
+
+impl ReadNorFlash for Region {
+    const READ_SIZE: usize = 1;
+
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
+        READING.store(true, Ordering::Relaxed);
+        let result = self.flash.blocking_read(offset, bytes);
+        READING.store(false, Ordering::Relaxed);
+        result.map_err(Error::Flash)
+    }
+
+    fn capacity(&self) -> usize {
+        RANGE.end as usize
+    }
+}
+
+impl NorFlash for Region {
+    const WRITE_SIZE: usize = WRITE_SIZE;
+    const ERASE_SIZE: usize = MAX_ERASE_SIZE;
+
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
+        for page in (from..to).step_by(Self::ERASE_SIZE) {
+            self.undisturbed(|flash| flash.blocking_erase(page, page + Self::ERASE_SIZE as u32))
+                .await?;
+        }
+        Ok(())
+    }
+
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
+        self.undisturbed(|flash| flash.blocking_write(offset, bytes))
+            .await
+    }
+}
+
+/// The records.
+pub struct Storage {
+    map: MapStorage<u8, Region, Cache<Uncached, Uncached, Uncached, u8>>,
+    buffer: [u8; BUFFER_BYTES],
+}
+
+impl Storage {
+    /// Takes the flash controller.
+    pub fn new(flash: Peri<'static, peripherals::FLASH>) -> Self {
+        let linked = (&raw const _storage_start) as u32..(&raw const _storage_end) as u32;
+        assert!(linked == RANGE, "memory.x and storage.rs disagree");
+        let flash = Flash::new_blocking(flash);
+        let config = const { MapConfig::new(RANGE) };
+        Self {
+            map: MapStorage::new(Region { flash }, config, Cache::new_uncached()),
+            buffer: [0; BUFFER_BYTES],
+        }
+    }
+
+    /// Last record saved under `key`, if there is one whose checksum holds.
+    pub async fn load(&mut self, key: u8) -> Result<Option<&[u8]>, Error> {
+        Ok(self.map.fetch_item::<&[u8]>(&mut self.buffer, &key).await?)
+    }
+
+    /// Saves a record: after a power cut at any moment the old one is there, or the new one, whole.
+    pub async fn save(&mut self, key: u8, record: &[u8]) -> Result<(), Error> {
+        Ok(self.map.store_item(&mut self.buffer, &key, &record).await?)
+    }
+
+    /// Forgets all records.
+    pub async fn erase(&mut self) -> Result<(), Error> {
+        Ok(self.map.erase_all().await?)
+    }
+}

@@ -1,0 +1,243 @@
+//! Everything that the firmware says in its log: one line a record, `name key=value key=value`, units in the keys, lengths
+//! in millimetre and torques in millinewton metre. A value that is not known is `NaN`. Programs may read these
+//! lines; the README's table of log lines is written from this file.
+
+use defmt::{error, info, warn};
+
+use palpate::drive::fault::Fault;
+use palpate::drive::sequence::{Outcome, State};
+use palpate::drive::{Limited, Status};
+use palpate::sensing::{Calibration, Event, NotLocated, Refusal};
+
+use super::crash::Crash;
+use super::reset::Reset;
+use super::watchdog::Missing;
+
+/// Metre to millimetre, newton metre to millinewton metre, radian to milliradian, ampere to milliampere.
+const MILLI: f32 = 1e3;
+
+/// `boot`: the first line.
+pub fn boot(scene: &str) {
+    info!(
+        "boot version={=str} scene={=str}",
+        env!("CARGO_PKG_VERSION"),
+        scene
+    );
+}
+
+/// `reset`: why the chip started.
+pub fn reset(reset: Reset) {
+    info!("reset cause={=str}", reset.name());
+}
+
+/// `watchdog`: who had not reported when it bit.
+pub fn watchdog(missing: Missing) {
+    error!(
+        "watchdog control_missing={=bool} sensing_missing={=bool} sequence_missing={=bool}",
+        missing.control, missing.sensing, missing.sequence
+    );
+}
+
+/// `crash`: what the last run left before it reset itself. `text` runs to the end of the line.
+pub fn crash(crash: &Crash) {
+    error!(
+        "crash cause={=str} pc={=u32:#x} lr={=u32:#x} status={=u32:#x} address={=u32:#x} text={=str}",
+        crash.cause().name(),
+        crash.pc,
+        crash.lr,
+        crash.status,
+        crash.address,
+        crash.text()
+    );
+}
+
+/// `log`: records lost since boot, because no one read them in time.
+pub fn dropped(dropped: u32) {
+    warn!("log dropped={=u32}", dropped);
+}
+
+/// `state`: the motion sequence went on.
+pub fn state(from: State, to: State) {
+    info!("state name={=str} from={=str}", to.name(), from.name());
+}
+
+/// `sequence done`: how a motion ended.
+pub fn done(outcome: Outcome) {
+    let verdict = match outcome {
+        Outcome::Contact => "contact",
+        Outcome::NoContact => "no-contact",
+        Outcome::NotRecorded => "not-recorded",
+        Outcome::Complete => "complete",
+        Outcome::Stopped => "stopped",
+    };
+    info!("sequence done verdict={=str}", verdict);
+}
+
+/// `fault`: the bridge is off until `clear`.
+pub fn fault(fault: Fault) {
+    error!(
+        "fault number={=u8} name={=str}",
+        fault.number(),
+        fault.name()
+    );
+    error!("fault-cause {=str}", fault.cause());
+    error!("fault-remedy {=str}", fault.remedy());
+}
+
+/// `limit`: demands that were clamped, when that changes.
+pub fn limited(limited: Limited) {
+    warn!(
+        "limit current={=bool} duty={=bool} speed={=bool} position={=bool}",
+        limited.current, limited.duty, limited.speed, limited.position
+    );
+}
+
+/// `offset`: the current sense's offset, measured at every start of a motion.
+pub fn offset(offset_a: f32) {
+    info!("offset current_ma={=f32}", offset_a * MILLI);
+}
+
+/// `status`: the answer to the command.
+pub fn status(state: State, status: &Status) {
+    info!(
+        "status state={=str} position_counts={=i32} homed={=bool} current_ma={=f32} supply_v={=f32} winding_c={=f32} fault={=u8}",
+        state.name(),
+        status.position_counts,
+        status.homed,
+        status.current_a * MILLI,
+        status.supply_v,
+        status.winding_c,
+        status.fault.map_or(0, Fault::number)
+    );
+}
+
+fn why_not(why: NotLocated) -> &'static str {
+    match why {
+        NotLocated::Proximal => "proximal",
+        NotLocated::TooSoft => "too-soft",
+        NotLocated::Gap => "gap",
+        NotLocated::TooStiff => "too-stiff",
+        NotLocated::TooFewSamples => "too-few-samples",
+        NotLocated::Unexplained => "unexplained",
+    }
+}
+
+fn why_refused(why: Refusal) -> &'static str {
+    match why {
+        Refusal::NoContact => "no-contact",
+        Refusal::TooFewSamples => "too-few-samples",
+        Refusal::NoSuchPlace => "no-such-place",
+        Refusal::Misfit => "misfit",
+        Refusal::Implausible => "implausible",
+        Refusal::Uninformative => "uninformative",
+    }
+}
+
+/// What sensing has to say.
+pub fn event(event: &Event) {
+    match *event {
+        Event::FrictionRecorded {
+            closing_nm,
+            opening_nm,
+            residual_nm,
+            coverage,
+        } => info!(
+            "friction-recorded closing_mnm={=f32} opening_mnm={=f32} residual_mnm={=f32} coverage={=f32}",
+            closing_nm * MILLI,
+            opening_nm * MILLI,
+            residual_nm * MILLI,
+            coverage
+        ),
+        Event::FrictionNotRecorded { coverage } => {
+            warn!("friction-not-recorded coverage={=f32}", coverage)
+        }
+        Event::FrictionStale { misfit_nm } => {
+            warn!("friction-stale misfit_mnm={=f32}", misfit_nm * MILLI)
+        }
+        Event::Unusual {
+            k_a_nm_per_rad,
+            k_a_free_nm_per_rad,
+        } => warn!(
+            "unusual k_a_nm_per_rad={=f32} k_a_free_nm_per_rad={=f32}",
+            k_a_nm_per_rad, k_a_free_nm_per_rad
+        ),
+        Event::Touch {
+            time_us,
+            theta_a_rad,
+            torque_nm,
+        } => info!(
+            "touch time_us={=u64} theta_a_mrad={=f32} torque_mnm={=f32}",
+            time_us,
+            theta_a_rad * MILLI,
+            torque_nm * MILLI
+        ),
+        Event::Located {
+            phalanx,
+            k_m,
+            sigma_m,
+            k_c_nm_per_rad,
+            force_n,
+            radius_m,
+            radius_sigma_m,
+            settled,
+        } => info!(
+            "located phalanx={=u8} k_mm={=f32} sigma_mm={=f32} k_c_nm_per_rad={=f32} force_n={=f32} radius_mm={=f32} radius_sigma_mm={=f32} settled={=bool}",
+            phalanx,
+            k_m * MILLI,
+            sigma_m * MILLI,
+            k_c_nm_per_rad,
+            force_n,
+            radius_m * MILLI,
+            radius_sigma_m * MILLI,
+            settled
+        ),
+        Event::Ambiguous {
+            phalanx,
+            k_m,
+            sigma_m,
+            settled,
+        } => info!(
+            "ambiguous phalanx={=u8} k_mm={=f32} sigma_mm={=f32} other_phalanx={=u8} other_k_mm={=f32} other_sigma_mm={=f32} settled={=bool}",
+            phalanx[0],
+            k_m[0] * MILLI,
+            sigma_m[0] * MILLI,
+            phalanx[1],
+            k_m[1] * MILLI,
+            sigma_m[1] * MILLI,
+            settled
+        ),
+        Event::NotLocated { why, torque_nm } => info!(
+            "not-located why={=str} torque_mnm={=f32}",
+            why_not(why),
+            torque_nm * MILLI
+        ),
+        Event::Calibrated { calibration } => self::calibration(&calibration),
+        Event::CalibrationRefused { why } => {
+            warn!("calibration-refused why={=str}", why_refused(why))
+        }
+    }
+}
+
+/// `calibrated`: what is known of efficiency over spring stiffness, and of the cable.
+pub fn calibration(calibration: &Calibration) {
+    info!(
+        "calibrated torque_factor={=f32} torque_factor_sigma={=f32} cable_mrad_per_nm={=f32} cable_sigma_mrad_per_nm={=f32} correlation={=f32} contacts={=u8} presses={=u8}",
+        calibration.torque_factor,
+        calibration.torque_factor_sigma,
+        calibration.cable_rad_per_nm * MILLI,
+        calibration.cable_sigma_rad_per_nm * MILLI,
+        calibration.correlation,
+        calibration.contacts,
+        calibration.presses
+    );
+}
+
+/// `record`: a stored record was used, was not there, or was ignored.
+pub fn record(name: &str, what: &str) {
+    info!("record name={=str} state={=str}", name, what);
+}
+
+/// `answer`: the answer to a command line, as text.
+pub fn answer(text: &str) {
+    info!("answer {=str}", text);
+}

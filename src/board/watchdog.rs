@@ -1,0 +1,95 @@
+//! The independent watchdog, fed only when the control interrupt, the sensing task and the sequence task have all
+//! reported since the last feed.
+//!
+//! Budget. The watchdog counts the LSI, 29.5 to 34 kHz over temperature and supply (datasheet), nominally 32 kHz. Set to
+//! 100 ms nominal it bites after 94 to 108.5 ms. Feeds come every 10 ms; the longest stall that is part of the plan is
+//! the erasure of one flash page, 25 ms at most, with the bridge off. 10 + 25 ms leave a factor of 2.6 to the
+//! earliest bite. The other way round: a task that hangs with the motor live is reset after at most
+//! 10 ms (its last report may be that old) + 108.5 ms.
+
+use core::mem::MaybeUninit;
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use embassy_stm32::Peri;
+use embassy_stm32::pac::DBGMCU;
+use embassy_stm32::peripherals::IWDG;
+use embassy_stm32::wdg::IndependentWatchdog;
+use embassy_time::{Duration, Ticker};
+
+/// Nominal time from the last feed to the reset.
+const TIMEOUT_US: u32 = 100_000;
+/// How often feeding is considered.
+const PERIOD: Duration = Duration::from_millis(10);
+
+/// Who has to report.
+#[derive(Clone, Copy)]
+#[repr(u32)]
+pub enum Reporter {
+    /// The control interrupt.
+    Control = 1,
+    /// The sensing task.
+    Sensing = 2,
+    /// The sequence task.
+    Sequence = 4,
+}
+
+const ALL: u32 = 7;
+/// Marks a word that this program wrote, against what RAM holds after power-up.
+const MARK: u32 = 0x5EED_F0A0;
+
+/// Reports since the last feed; survives a reset, so that the next boot can tell who was missing.
+#[unsafe(link_section = ".uninit.reports")]
+static REPORTS: MaybeUninit<AtomicU32> = MaybeUninit::uninit();
+
+fn reports() -> &'static AtomicU32 {
+    // SAFETY: any bits are a value of this type.
+    unsafe { REPORTS.assume_init_ref() }
+}
+
+/// Who had not reported when the watchdog bit.
+#[derive(Clone, Copy, defmt::Format)]
+pub struct Missing {
+    /// The control interrupt.
+    pub control: bool,
+    /// The sensing task.
+    pub sensing: bool,
+    /// The sequence task.
+    pub sequence: bool,
+}
+
+/// I am alive. Callable from the control interrupt: the highest priority is never interrupted in its read-modify-write.
+pub fn report(who: Reporter) {
+    reports().fetch_or(who as u32, Ordering::Relaxed);
+}
+
+/// Reads what the last run left and starts afresh. Call once, before anything reports.
+pub fn take_reports() -> Option<Missing> {
+    let reports = reports().swap(MARK, Ordering::Relaxed);
+    let missing = |who: Reporter| reports & who as u32 == 0;
+    (reports & !ALL == MARK).then(|| Missing {
+        control: missing(Reporter::Control),
+        sensing: missing(Reporter::Sensing),
+        sequence: missing(Reporter::Sequence),
+    })
+}
+
+/// Starts the watchdog; nothing but a reset stops it, except a debugger that halts the core.
+pub fn start(iwdg: Peri<'static, IWDG>) -> IndependentWatchdog<'static, IWDG> {
+    DBGMCU.apb1lfzr().modify(|w| w.set_iwdg(true));
+    let mut watchdog = IndependentWatchdog::new(iwdg, TIMEOUT_US);
+    watchdog.unleash();
+    watchdog
+}
+
+/// Feeds it, on the conditions above.
+#[embassy_executor::task]
+pub async fn supervise(mut watchdog: IndependentWatchdog<'static, IWDG>) {
+    let mut ticker = Ticker::every(PERIOD);
+    loop {
+        ticker.next().await;
+        if reports().load(Ordering::Relaxed) & ALL == ALL {
+            reports().fetch_and(!ALL, Ordering::Relaxed);
+            watchdog.pet();
+        }
+    }
+}

@@ -1,0 +1,220 @@
+//! Protection: what is wrong with the last control period, judged from what was applied and what was measured.
+//!
+//! Every limit below stands with the reason why no healthy motion reaches it. Electrical limits trip on one reading: each
+//! is the mean of 16 conversions over a whole PWM period, which one disturbed conversion cannot push past them.
+
+use super::config::Config;
+use super::convert::Scale;
+use super::fault::Fault;
+use super::io::{ADC_FULL, AdcCode, Inputs};
+
+/// A reading this close to full scale is no measurement any more: 485 mA, twice the over-current trip.
+const SATURATED: AdcCode = AdcCode(ADC_FULL - 16 * 8);
+/// The very same sum of 16 conversions, this often in succession, while the motor turns. The sense has 0.1 mA rms of
+/// noise before averaging, 3 codes after: 40 equal readings by chance have a probability below 1e-30.
+const SAME_READINGS: u16 = 40;
+/// Slowest motion, counts a period, that counts as turning: 0.05 rad/s at the prototype's input link.
+const TURNING: f32 = 0.5;
+/// Periods (10 ms) that the back-EMF may contradict the encoder. A blow stops the rotor faster than the observer (1 ms)
+/// follows, and settles within 5 ms.
+const CONTRADICTION_PERIODS: u16 = 200;
+/// Voltage the model may be off without a contradiction: 1 V for bridge, offset and sudden motion; 30 % of the resistive
+/// part (20 % spread, and warmth); 20 % of the back-EMF (10 % spread).
+const SLACK_V: f32 = 1.0;
+const SLACK_RESISTIVE: f32 = 0.3;
+const SLACK_EMF: f32 = 0.2;
+/// Current that must flow before a reading of nothing is suspicious, ampere: offset (7 mA at most) and a little.
+const EXPECTED_A: f32 = 10e-3;
+/// A reading of nothing, ampere.
+const NOTHING_A: f32 = 2e-3;
+/// Reading at rest that is no offset, ampere: the amplifier's 7 mA, drift, and a margin as large.
+pub const OFFSET_LIMIT_A: f32 = 15e-3;
+/// Periods (20 ms) at rest before its reading is judged, and that it must persist: winding currents die in microseconds,
+/// the rotor stops within its mechanical time constant of 4 ms.
+const REST_PERIODS: u16 = 400;
+
+/// Counts how long a condition persists.
+#[derive(Clone, Copy, Debug, Default)]
+struct Persistence(u16);
+
+impl Persistence {
+    /// `true` from the moment the condition has held for more than `limit` periods, interruptions counted back.
+    fn update(&mut self, holds: bool, limit: u16) -> bool {
+        self.0 = if holds {
+            self.0.saturating_add(1)
+        } else {
+            self.0.saturating_sub(1)
+        };
+        self.0 > limit
+    }
+}
+
+/// What the controller knows about the period that just ended.
+#[derive(Clone, Copy, Debug)]
+pub struct Observed {
+    /// The bridge was awake.
+    pub awake: bool,
+    /// Motor voltage applied, closing positive; 0 in brake.
+    pub applied_v: f32,
+    /// Current reference it was applied for; 0 when not driving.
+    pub reference_a: f32,
+    /// Reading of the current sense without its offset, magnitude.
+    pub reading_a: f32,
+    /// Supply, volt.
+    pub supply_v: f32,
+    /// Speed by the encoder, counts a period.
+    pub speed: f32,
+    /// The encoder's last step is one that a motor can make.
+    pub encoder_plausible: bool,
+    /// Counts beyond the limits of the travel, 0 within or before homing.
+    pub beyond_counts: i32,
+    /// Winding beyond its temperature.
+    pub hot: bool,
+}
+
+/// The detectors' state.
+#[derive(Clone, Debug)]
+pub struct Protection {
+    trip_a: f32,
+    supply_min_v: f32,
+    supply_max_v: f32,
+    resistance_ohm: f32,
+    emf_v_per_speed: f32,
+    overtravel_counts: i32,
+    last_code: AdcCode,
+    same_readings: u16,
+    nothing: Persistence,
+    contradiction: Persistence,
+    rest: u16,
+    offset: Persistence,
+}
+
+impl Protection {
+    /// Detectors for a configuration.
+    pub fn new(config: &Config, scale: &Scale) -> Self {
+        Self {
+            trip_a: config.limits.current_trip_a,
+            supply_min_v: config.limits.supply_min_v,
+            supply_max_v: config.limits.supply_max_v,
+            resistance_ohm: config.motor.resistance_ohm,
+            emf_v_per_speed: scale.emf_v_per_count_per_period(),
+            overtravel_counts: scale.counts(config.limits.overtravel_rad),
+            last_code: AdcCode(0),
+            same_readings: 0,
+            nothing: Persistence::default(),
+            contradiction: Persistence::default(),
+            rest: 0,
+            offset: Persistence::default(),
+        }
+    }
+
+    /// Forgets what led to a fault.
+    pub fn clear(&mut self) {
+        self.same_readings = 0;
+        self.nothing = Persistence::default();
+        self.contradiction = Persistence::default();
+        self.rest = 0;
+        self.offset = Persistence::default();
+    }
+
+    /// The most severe fault of this period.
+    pub fn check(&mut self, inputs: &Inputs, observed: &Observed) -> Option<Fault> {
+        let sense = self.sense_stuck(inputs.current, observed);
+        let motion = self.contradiction(observed);
+        let offset = self.offset(observed);
+        if observed.awake {
+            // While the bridge is off its fault pin and a late interrupt endanger nothing, and storing records delays it.
+            if inputs.bridge_fault {
+                return Some(Fault::Bridge);
+            }
+            if inputs.overrun {
+                return Some(Fault::Overrun);
+            }
+            if observed.supply_v < self.supply_min_v {
+                return Some(Fault::SupplyLow);
+            }
+            if !observed.encoder_plausible {
+                return Some(Fault::EncoderJump);
+            }
+            if observed.beyond_counts > self.overtravel_counts {
+                return Some(Fault::TravelLimit);
+            }
+        }
+        if observed.supply_v > self.supply_max_v {
+            return Some(Fault::SupplyHigh);
+        }
+        if inputs.current >= SATURATED {
+            return Some(Fault::SenseSaturated);
+        }
+        if observed.reading_a > self.trip_a {
+            return Some(Fault::OverCurrent);
+        }
+        if observed.hot {
+            return Some(Fault::WindingHot);
+        }
+        sense.or(motion).or(offset)
+    }
+
+    /// Driven with a current that the sense must show: reference and voltage point the same way.
+    fn must_flow(observed: &Observed) -> bool {
+        observed.reference_a.abs() > EXPECTED_A && observed.reference_a * observed.applied_v > 0.0
+    }
+
+    /// A reading that does not move, or that shows nothing of a current that must flow.
+    fn sense_stuck(&mut self, code: AdcCode, observed: &Observed) -> Option<Fault> {
+        let turning = observed.speed.abs() > TURNING && Self::must_flow(observed);
+        self.same_readings = if code == self.last_code && turning && code.0 != 0 {
+            self.same_readings.saturating_add(1)
+        } else {
+            0
+        };
+        self.last_code = code;
+        let nothing = Self::must_flow(observed) && observed.reading_a < NOTHING_A;
+        let nothing = self.nothing.update(nothing, CONTRADICTION_PERIODS);
+        (nothing || self.same_readings > SAME_READINGS).then_some(Fault::SenseStuck)
+    }
+
+    /// The motor's voltage balance, V = R i + k_e w, against the encoder's speed w.
+    fn contradiction(&mut self, observed: &Observed) -> Option<Fault> {
+        // A sense that shows nothing is a matter of its own; so is a current against the voltage, which it cannot show.
+        let tells = Self::must_flow(observed) && observed.reading_a >= NOTHING_A;
+        let resistive_v = self.resistance_ohm * observed.reading_a;
+        let emf_v = self.emf_v_per_speed * observed.speed;
+        let signed_resistive_v = if observed.applied_v < 0.0 {
+            -resistive_v
+        } else {
+            resistive_v
+        };
+        let excess_v = observed.applied_v - signed_resistive_v - emf_v;
+        let slack_v = SLACK_V + SLACK_RESISTIVE * resistive_v + SLACK_EMF * emf_v.abs();
+        let contradicts = tells && excess_v.abs() > slack_v;
+        if !self
+            .contradiction
+            .update(contradicts, CONTRADICTION_PERIODS)
+        {
+            return None;
+        }
+        // The motor's own EMF, and which way the encoder counts.
+        let against =
+            (excess_v + emf_v) * observed.speed < 0.0 && observed.speed.abs() > 0.1 * TURNING;
+        Some(if against {
+            Fault::EncoderReversed
+        } else {
+            Fault::EncoderStuck
+        })
+    }
+
+    /// A reading at rest that is no offset.
+    fn offset(&mut self, observed: &Observed) -> Option<Fault> {
+        let at_rest = observed.applied_v == 0.0 && observed.speed.abs() < 0.1 * TURNING;
+        self.rest = if at_rest {
+            self.rest.saturating_add(1)
+        } else {
+            0
+        };
+        let wrong = self.rest > REST_PERIODS && observed.reading_a.abs() > OFFSET_LIMIT_A;
+        self.offset
+            .update(wrong, REST_PERIODS)
+            .then_some(Fault::OffsetOutOfRange)
+    }
+}

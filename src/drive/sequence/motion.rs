@@ -1,0 +1,86 @@
+//! Speeds, currents and places of the motion sequence.
+
+use crate::drive::config::{Limits, OutOfRange, check};
+
+/// The cable winds up by at most this against either stop, radian at the input link: 0.35 N m on 1.2 N m/rad, rounded up.
+pub const WINDUP_RAD: f32 = 0.3;
+
+/// What the sequence must know. Angles and speeds are those of the input link.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// Speed while homing, recording friction, closing and probing, radian per second. One speed for all of them: the
+    /// worm's friction depends on it.
+    pub closing_rad_per_s: f32,
+    /// Speed while opening, radian per second.
+    pub opening_rad_per_s: f32,
+    /// Largest current while moving free, ampere.
+    pub free_current_a: f32,
+    /// Largest current against the opening stop, ampere.
+    pub homing_current_a: f32,
+    /// Current that ends probing, ampere.
+    pub probing_current_a: f32,
+    /// How far probing may close on after the contact, radian.
+    pub probing_rad: f32,
+    /// Current while holding, ampere.
+    pub holding_current_a: f32,
+    /// How long to hold, second. Afterwards the worm holds by itself.
+    pub holding_s: f32,
+    /// Where opening ends, radian from the opening stop.
+    pub rest_rad: f32,
+    /// Where closing ends without a contact, radian from the opening stop: short of the closing stop.
+    pub travel_rad: f32,
+}
+
+impl Motion {
+    /// Checks the values against each other and against the drive's limits.
+    ///
+    /// # Errors
+    /// The first value out of range.
+    pub fn validate(&self, limits: &Limits) -> Result<(), OutOfRange> {
+        check(
+            "closing_rad_per_s",
+            self.closing_rad_per_s,
+            0.02,
+            limits.speed_rad_per_s,
+        )?;
+        check(
+            "opening_rad_per_s",
+            self.opening_rad_per_s,
+            0.02,
+            limits.speed_rad_per_s,
+        )?;
+        check(
+            "free_current_a",
+            self.free_current_a,
+            1e-3,
+            limits.current_a,
+        )?;
+        check(
+            "homing_current_a",
+            self.homing_current_a,
+            1e-3,
+            limits.current_a,
+        )?;
+        check(
+            "probing_current_a",
+            self.probing_current_a,
+            1e-3,
+            limits.current_a,
+        )?;
+        check("probing_rad", self.probing_rad, 0.01, 3.0)?;
+        check(
+            "holding_current_a",
+            self.holding_current_a,
+            0.0,
+            limits.current_a,
+        )?;
+        check("holding_s", self.holding_s, 0.0, 600.0)?;
+        check("rest_rad", self.rest_rad, 0.0, 0.5)?;
+        check(
+            "travel_rad",
+            self.travel_rad,
+            self.rest_rad + 0.05,
+            limits.position_max_rad,
+        )
+    }
+}

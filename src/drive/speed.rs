@@ -1,0 +1,130 @@
+//! Speed loop: proportional and integral on the observer's speed, with a limited acceleration of the reference.
+
+use super::config::Config;
+use super::convert::{PERIOD_S, Scale};
+
+/// Bandwidth, radian per second: 25 Hz. Low, because the current is the torque signal that sensing lives on: the
+/// encoder's unevenness once a motor turn must not become current. High enough to hold the worm, whose friction falls
+/// with speed, in steady motion.
+const BANDWIDTH_RAD_PER_S: f32 = 157.0;
+/// The integral's corner, a fifth of the bandwidth.
+const INTEGRAL_RAD_PER_S: f32 = 31.4;
+
+/// State of the speed loop. Speeds in counts a control period.
+#[derive(Clone, Debug)]
+pub struct SpeedLoop {
+    gain_a_per_speed: f32,
+    feed_forward_a_per_change: f32,
+    limit: f32,
+    change_limit: f32,
+    reference: f32,
+    integral_a: f32,
+}
+
+/// What the speed loop decided.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reference {
+    /// Current reference, ampere.
+    pub current_a: f32,
+    /// Clamped by the current limit.
+    pub current_limited: bool,
+    /// The wanted speed was clamped.
+    pub speed_limited: bool,
+}
+
+impl SpeedLoop {
+    /// Gains from the rotor's inertia, which dominates everything behind it: 1/reduction^2 of the finger's counts.
+    pub fn new(config: &Config, scale: &Scale) -> Self {
+        let motor = &config.motor;
+        // Motor radian per second of a count a period, by way of k_e.
+        let rad_per_s = scale.emf_v_per_count_per_period() / motor.torque_constant_nm_per_a;
+        let a_per_rad_per_s2 = motor.rotor_inertia_kg_m2 / motor.torque_constant_nm_per_a;
+        Self {
+            gain_a_per_speed: BANDWIDTH_RAD_PER_S * a_per_rad_per_s2 * rad_per_s,
+            feed_forward_a_per_change: a_per_rad_per_s2 * rad_per_s / PERIOD_S,
+            limit: scale.counts_per_s(config.limits.speed_rad_per_s) * PERIOD_S,
+            change_limit: scale.counts_per_s(config.limits.acceleration_rad_per_s2)
+                * PERIOD_S
+                * PERIOD_S,
+            reference: 0.0,
+            integral_a: 0.0,
+        }
+    }
+
+    /// Starts from the speed and current at hand, so that taking over is smooth.
+    pub fn preset(&mut self, speed: f32, current_a: f32) {
+        self.reference = speed;
+        self.integral_a = current_a;
+    }
+
+    /// Largest current towards positive and negative speed that keeps the configured speed: what bounds a current demand.
+    pub fn current_bounds_a(&self, speed: f32) -> (f32, f32) {
+        let up_a = self.gain_a_per_speed * (self.limit - speed);
+        let down_a = self.gain_a_per_speed * (-self.limit - speed);
+        (down_a, up_a)
+    }
+
+    /// Current for a wanted speed.
+    pub fn step(&mut self, wanted: f32, speed: f32, current_limit_a: f32) -> Reference {
+        let target = wanted.min(self.limit).max(-self.limit);
+        let change = (target - self.reference)
+            .min(self.change_limit)
+            .max(-self.change_limit);
+        self.reference += change;
+        let error = self.reference - speed;
+        let integral_a =
+            self.integral_a + self.gain_a_per_speed * (INTEGRAL_RAD_PER_S * PERIOD_S) * error;
+        let free_a =
+            self.gain_a_per_speed * error + integral_a + self.feed_forward_a_per_change * change;
+        let current_a = free_a.min(current_limit_a).max(-current_limit_a);
+        let current_limited = current_a != free_a;
+        // Anti-windup: while clamped the integral may only shrink.
+        if !current_limited || integral_a.abs() < self.integral_a.abs() {
+            self.integral_a = integral_a;
+        }
+        Reference {
+            current_a,
+            current_limited,
+            speed_limited: target != wanted,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drive::config::tests::p70;
+
+    #[test]
+    fn holds_a_speed_against_friction_without_offset() {
+        let config = p70();
+        let scale = Scale::new(&config).expect("valid");
+        let mut control = SpeedLoop::new(&config, &scale);
+        let rad_per_s_per_speed = 122.7f32;
+        let mut speed = 0.0f32;
+        let wanted = 3.13f32;
+        let mut peak = 0.0f32;
+        for _ in 0..10_000 {
+            let current_a = control.step(wanted, speed, 0.12).current_a;
+            let friction_nm = 0.13e-3 * if speed > 0.0 { 1.0 } else { 0.0 };
+            speed += (8.9e-3 * current_a - friction_nm) / 1e-8 / rad_per_s_per_speed * PERIOD_S;
+            peak = peak.max(speed);
+        }
+        assert!((speed - wanted).abs() < 1e-3, "{speed}");
+        assert!(peak < 1.1 * wanted, "overshoot to {peak}");
+    }
+
+    #[test]
+    fn clamps_and_says_so_and_leaves_no_windup() {
+        let config = p70();
+        let scale = Scale::new(&config).expect("valid");
+        let mut control = SpeedLoop::new(&config, &scale);
+        for _ in 0..40_000 {
+            let reference = control.step(100.0, 0.0, 0.05);
+            assert!(reference.current_a <= 0.05 && reference.speed_limited);
+        }
+        // Blocked for two seconds, then free: the integral must not hold more than the limit.
+        control.preset(0.0, control.integral_a);
+        assert!(control.step(0.0, 0.0, 0.12).current_a <= 0.06);
+    }
+}

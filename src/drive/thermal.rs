@@ -1,0 +1,144 @@
+//! Winding temperature from the current: an I2t model with two bodies, winding and housing.
+
+use super::config::Motor;
+
+/// Resistance of copper grows by this a kelvin; the resistance in the configuration is that at 25 degrees.
+const COPPER_PER_K: f32 = 0.00393;
+const COLD_C: f32 = 25.0;
+
+/// Temperatures of one motor.
+#[derive(Clone, Debug)]
+pub struct Winding {
+    ambient_c: f32,
+    limit_c: f32,
+    resistance_ohm: f32,
+    winding_w_per_k: f32,
+    housing_w_per_k: f32,
+    winding_k_per_j: f32,
+    housing_k_per_j: f32,
+    /// Rises above ambient: small numbers, so that the small increments of a millisecond are not rounded away.
+    winding_rise_k: f32,
+    housing_rise_k: f32,
+}
+
+impl Winding {
+    /// A motor at ambient temperature: what it had before a reset is not known.
+    pub fn new(motor: &Motor) -> Self {
+        let thermal = &motor.thermal;
+        Self {
+            ambient_c: thermal.ambient_c,
+            limit_c: thermal.limit_c,
+            resistance_ohm: motor.resistance_ohm,
+            winding_w_per_k: 1.0 / thermal.winding_k_per_w,
+            housing_w_per_k: 1.0 / thermal.housing_k_per_w,
+            winding_k_per_j: thermal.winding_k_per_w / thermal.winding_s,
+            housing_k_per_j: thermal.housing_k_per_w / thermal.housing_s,
+            winding_rise_k: 0.0,
+            housing_rise_k: 0.0,
+        }
+    }
+
+    /// Advances by `seconds`, much less than the winding's time constant, with this mean square of the current.
+    pub fn advance(&mut self, mean_square_a2: f32, seconds: f32) {
+        let hot = 1.0 + COPPER_PER_K * (self.celsius() - COLD_C);
+        let heat_w = mean_square_a2 * self.resistance_ohm * hot;
+        let to_housing_w = (self.winding_rise_k - self.housing_rise_k) * self.winding_w_per_k;
+        let to_ambient_w = self.housing_rise_k * self.housing_w_per_k;
+        self.winding_rise_k += (heat_w - to_housing_w) * self.winding_k_per_j * seconds;
+        self.housing_rise_k += (to_housing_w - to_ambient_w) * self.housing_k_per_j * seconds;
+    }
+
+    /// Winding temperature, degree Celsius.
+    pub fn celsius(&self) -> f32 {
+        self.ambient_c + self.winding_rise_k
+    }
+
+    /// Above the limit.
+    pub fn is_hot(&self) -> bool {
+        self.celsius() > self.limit_c
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drive::config::Thermal;
+
+    fn motor() -> Motor {
+        Motor {
+            torque_constant_nm_per_a: 8.9e-3,
+            resistance_ohm: 35.0,
+            rotor_inertia_kg_m2: 1e-8,
+            thermal: Thermal {
+                limit_c: 85.0,
+                ambient_c: 25.0,
+                winding_k_per_w: 12.0,
+                housing_k_per_w: 30.0,
+                winding_s: 4.0,
+                housing_s: 150.0,
+            },
+        }
+    }
+
+    /// Seconds until the limit, `None` within `patience_s`.
+    fn seconds_to_limit(current_a: f32, patience_s: u32) -> Option<f32> {
+        let mut winding = Winding::new(&motor());
+        (0..patience_s * 1000)
+            .find(|_| {
+                winding.advance(current_a * current_a, 1e-3);
+                winding.is_hot()
+            })
+            .map(|ms| ms as f32 * 1e-3)
+    }
+
+    #[test]
+    fn the_continuous_limit_is_that_of_the_thermal_resistances() {
+        // 42 K/W, 60 K, 35 ohm warmed up by 60 K: i^2 = 60 / (42 * 35 * 1.2358), 182 mA; the data sheet says 183 mA.
+        assert_eq!(seconds_to_limit(0.178, 3000), None);
+        assert!(seconds_to_limit(0.186, 3000).is_some());
+    }
+
+    #[test]
+    fn a_stall_at_full_voltage_is_cut_before_the_winding_is_hot() {
+        // 347 mA: 4.2 W on the winding alone, 50 K above the housing in the end: adiabatic start 12.6 K/s.
+        let seconds = seconds_to_limit(0.347, 200).expect("must trip");
+        assert!((5.0..60.0).contains(&seconds), "{seconds}");
+        // Twice the current must trip much sooner than a quarter of the time.
+        assert!(seconds_to_limit(0.694, 200).expect("must trip") < 0.25 * seconds);
+    }
+
+    #[test]
+    fn the_default_current_never_trips_and_settles_where_it_must() {
+        let mut winding = Winding::new(&motor());
+        for _ in 0..1_500_000 {
+            winding.advance(0.12 * 0.12, 1e-3);
+            assert!(!winding.is_hot());
+        }
+        // Fixed point of rise = 42 K/W * i^2 R (1 + alpha rise).
+        let power_w = 0.12f32 * 0.12 * 35.0;
+        let rise = 42.0 * power_w / (1.0 - 42.0 * power_w * COPPER_PER_K);
+        assert!(
+            (winding.celsius() - 25.0 - rise).abs() < 0.3,
+            "{} against {rise}",
+            winding.celsius()
+        );
+    }
+
+    #[test]
+    fn cools_with_both_time_constants() {
+        let mut winding = Winding::new(&motor());
+        for _ in 0..4000 {
+            winding.advance(0.3 * 0.3, 1e-3);
+        }
+        let hot = winding.celsius();
+        for _ in 0..12_000 {
+            winding.advance(0.0, 1e-3);
+        }
+        let warm = winding.celsius();
+        assert!(
+            warm < hot - 10.0,
+            "the winding gives its heat to the housing in seconds: {hot} to {warm}"
+        );
+        assert!(warm > 26.0, "the housing keeps it for minutes: {warm}");
+    }
+}

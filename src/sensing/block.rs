@@ -1,0 +1,208 @@
+//! From samples to blocks: a few milliseconds of steady motion, the unit that every estimate is made of.
+//!
+//! The worm is self-locking and its friction depends on load and speed: the current tells the load only while the motor
+//! turns steadily in the drive direction. Whatever belongs to a start, a reversal, the dead band after it or a change of
+//! speed never becomes a block.
+
+use crate::sensing::{Drive, Drivetrain, Sample, Settings};
+
+/// Length of a block: five turns of the commutator's ripple at the usual speed, short beside the detection delay.
+const BLOCK_US: u32 = 8_000;
+/// A longer time without a sample breaks a block.
+const GAP_US: u64 = 5_000;
+
+/// Means over a stretch of steady motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Block {
+    /// End of the block, microseconds since boot.
+    pub time_us: u64,
+    /// Whether it closed or opened; never [`Drive::Idle`].
+    pub drive: Drive,
+    /// Encoder position half way, counts.
+    pub counts: i32,
+    /// Way made, counts, without sign.
+    pub width_counts: u32,
+    /// Torque of the motor at the input link if nothing were lost, less what changed the speed, newton metre.
+    pub drive_torque_nm: f32,
+}
+
+/// What a sample led to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Step {
+    /// Nothing yet.
+    Pending,
+    /// A block of steady motion.
+    Block(Block),
+    /// The motion ended or turned round.
+    Ended,
+}
+
+/// The last sample.
+#[derive(Clone, Copy, Debug)]
+struct Last {
+    time_us: u64,
+    counts: i32,
+}
+
+/// A run in one direction.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    drive: Drive,
+    start_counts: i32,
+    /// The dead band has to be crossed first.
+    reversed: bool,
+    /// When the gears were in touch.
+    taken_up_us: Option<u64>,
+    /// Speed over the block before, if it was its neighbour.
+    speed_rad_per_s: Option<f32>,
+}
+
+/// Sums over the block being filled.
+#[derive(Clone, Copy, Debug)]
+struct Sums {
+    start_counts: i32,
+    duration_us: u32,
+    ampere_us: f32,
+}
+
+/// Sorts samples into blocks.
+#[derive(Clone, Debug, Default)]
+pub struct Gate {
+    last: Option<Last>,
+    run: Option<Run>,
+    /// Direction in which the gears were last in touch.
+    in_touch: Option<Drive>,
+    sums: Option<Sums>,
+}
+
+impl Gate {
+    /// Takes a sample. A repeated or late one is ignored, as is a current that is not a number.
+    pub fn push(&mut self, sample: &Sample, drivetrain: &Drivetrain, settings: &Settings) -> Step {
+        let now = Last {
+            time_us: sample.time_us,
+            counts: sample.position_counts,
+        };
+        let Some(last) = self.last else {
+            self.last = Some(now);
+            return Step::Pending;
+        };
+        let Some(elapsed_us) = sample
+            .time_us
+            .checked_sub(last.time_us)
+            .filter(|&us| us > 0)
+        else {
+            return Step::Pending;
+        };
+        self.last = Some(now);
+        if self.run.is_some_and(|run| run.drive != sample.drive) {
+            self.run = None;
+            self.sums = None;
+            if sample.drive != Drive::Idle {
+                self.begin(sample.drive, last.counts);
+            }
+            return Step::Ended;
+        }
+        if sample.drive == Drive::Idle {
+            return Step::Pending;
+        }
+        if self.run.is_none() {
+            self.begin(sample.drive, last.counts);
+        }
+        if elapsed_us > GAP_US || !sample.current_a.is_finite() {
+            self.breach();
+            return Step::Pending;
+        }
+        self.collect(
+            now,
+            last,
+            elapsed_us,
+            sample.current_a,
+            drivetrain,
+            settings,
+        )
+    }
+
+    fn begin(&mut self, drive: Drive, start_counts: i32) {
+        self.run = Some(Run {
+            drive,
+            start_counts,
+            reversed: self.in_touch != Some(drive),
+            taken_up_us: None,
+            speed_rad_per_s: None,
+        });
+        self.sums = None;
+    }
+
+    /// Drops the block being filled.
+    fn breach(&mut self) {
+        self.sums = None;
+        if let Some(run) = &mut self.run {
+            run.speed_rad_per_s = None;
+        }
+    }
+
+    fn collect(
+        &mut self,
+        now: Last,
+        last: Last,
+        elapsed_us: u64,
+        current_a: f32,
+        drivetrain: &Drivetrain,
+        settings: &Settings,
+    ) -> Step {
+        let Some(run) = &mut self.run else {
+            return Step::Pending;
+        };
+        let sign = if run.drive == Drive::Opening {
+            -1.0
+        } else {
+            1.0
+        };
+        let Some(taken_up_us) = run.taken_up_us else {
+            let way_rad = sign * drivetrain.rotation_rad(run.start_counts, now.counts);
+            if !run.reversed || way_rad >= drivetrain.backlash_rad {
+                run.taken_up_us = Some(now.time_us);
+                self.in_touch = Some(run.drive);
+            }
+            return Step::Pending;
+        };
+        if now.time_us.saturating_sub(taken_up_us) < u64::from(settings.settle_us) {
+            return Step::Pending;
+        }
+        // Fits: a gap of more than 5 ms never gets here.
+        let elapsed_us = elapsed_us as u32;
+        let sums = self.sums.get_or_insert(Sums {
+            start_counts: last.counts,
+            duration_us: 0,
+            ampere_us: 0.0,
+        });
+        sums.duration_us = sums.duration_us.saturating_add(elapsed_us);
+        sums.ampere_us += current_a * elapsed_us as f32;
+        if sums.duration_us < BLOCK_US {
+            return Step::Pending;
+        }
+        let done = *sums;
+        self.sums = None;
+        let way_counts = now.counts.wrapping_sub(done.start_counts);
+        let duration_s = done.duration_us as f32 * 1e-6;
+        let speed_rad_per_s = drivetrain.rotation_rad(done.start_counts, now.counts) / duration_s;
+        let deviation = sign * speed_rad_per_s - settings.speed_rad_per_s;
+        if deviation.abs() > settings.speed_tolerance * settings.speed_rad_per_s {
+            run.speed_rad_per_s = None;
+            return Step::Pending;
+        }
+        let Some(before) = run.speed_rad_per_s.replace(speed_rad_per_s) else {
+            return Step::Pending;
+        };
+        let acceleration = (speed_rad_per_s - before) / duration_s;
+        Step::Block(Block {
+            time_us: now.time_us,
+            drive: run.drive,
+            counts: done.start_counts.wrapping_add(way_counts / 2),
+            width_counts: way_counts.unsigned_abs(),
+            drive_torque_nm: drivetrain.torque_per_ampere_nm * done.ampere_us
+                / done.duration_us as f32
+                - drivetrain.inertia_kg_m2 * acceleration,
+        })
+    }
+}

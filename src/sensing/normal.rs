@@ -1,0 +1,156 @@
+//! Weighted least squares with priors: normal equations of a few whitened unknowns, by Cholesky.
+//!
+//! Unknowns are whitened: in units of their prior deviation from their prior mean. A prior then adds 1 to the diagonal,
+//! which bounds the condition and lets f32 do; an unknown that a hypothesis lacks simply stays at 0.
+
+use crate::numeric::{ln, sqrt};
+
+/// Normal equations of `P` unknowns about a point.
+#[derive(Clone, Copy, Debug)]
+pub struct Normal<const P: usize> {
+    matrix: [[f32; P]; P],
+    right: [f32; P],
+}
+
+/// Cholesky factor of normal equations.
+#[derive(Clone, Copy, Debug)]
+pub struct Factor<const P: usize> {
+    lower: [[f32; P]; P],
+}
+
+impl<const P: usize> Normal<P> {
+    /// No information.
+    pub const EMPTY: Self = Self {
+        matrix: [[0.0; P]; P],
+        right: [0.0; P],
+    };
+
+    /// Adds a residual (measured less model) with the model's derivatives and the inverse of its variance.
+    pub fn add(&mut self, residual: f32, slopes: &[f32; P], weight: f32) {
+        for ((row, right), &slope) in self.matrix.iter_mut().zip(&mut self.right).zip(slopes) {
+            let weighted = weight * slope;
+            *right += weighted * residual;
+            for (cell, &other) in row.iter_mut().zip(slopes) {
+                *cell += weighted * other;
+            }
+        }
+    }
+
+    /// Adds the prior of one unknown that stands at `value` (whitened): mean 0, variance 1/`weight`.
+    pub fn add_prior(&mut self, unknown: usize, value: f32, weight: f32) {
+        if let Some(cell) = self
+            .matrix
+            .get_mut(unknown)
+            .and_then(|row| row.get_mut(unknown))
+        {
+            *cell += weight;
+        }
+        if let Some(right) = self.right.get_mut(unknown) {
+            *right -= weight * value;
+        }
+    }
+
+    /// Factors the matrix, its diagonal raised by `damping` times itself. None unless it is positive definite.
+    pub fn factor(&self, damping: f32) -> Option<Factor<P>> {
+        let mut lower = [[0.0; P]; P];
+        for row in 0..P {
+            for column in 0..=row {
+                let mut sum = self.matrix[row][column];
+                if row == column {
+                    sum *= 1.0 + damping;
+                }
+                for inner in 0..column {
+                    sum -= lower[row][inner] * lower[column][inner];
+                }
+                lower[row][column] = if row == column {
+                    if !(sum > 0.0 && sum.is_finite()) {
+                        return None;
+                    }
+                    sqrt(sum)
+                } else {
+                    sum / lower[column][column]
+                };
+            }
+        }
+        Some(Factor { lower })
+    }
+
+    /// The step to the minimum.
+    pub fn step(&self, factor: &Factor<P>) -> [f32; P] {
+        factor.solve(self.right)
+    }
+}
+
+impl<const P: usize> Factor<P> {
+    /// Solves for a right-hand side.
+    fn solve(&self, mut x: [f32; P]) -> [f32; P] {
+        for row in 0..P {
+            let mut sum = x[row];
+            for column in 0..row {
+                sum -= self.lower[row][column] * x[column];
+            }
+            x[row] = sum / self.lower[row][row];
+        }
+        for row in (0..P).rev() {
+            let mut sum = x[row];
+            for column in row + 1..P {
+                sum -= self.lower[column][row] * x[column];
+            }
+            x[row] = sum / self.lower[row][row];
+        }
+        x
+    }
+
+    /// Column of the inverse: covariances of one unknown with all.
+    pub fn covariance(&self, unknown: usize) -> [f32; P] {
+        let mut unit = [0.0; P];
+        if let Some(one) = unit.get_mut(unknown) {
+            *one = 1.0;
+        }
+        self.solve(unit)
+    }
+
+    /// Logarithm of the matrix's determinant.
+    pub fn ln_determinant(&self) -> f32 {
+        let mut sum = 0.0;
+        for (index, row) in self.lower.iter().enumerate() {
+            sum += row.get(index).map_or(0.0, |&diagonal| ln(diagonal));
+        }
+        2.0 * sum
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Normal;
+
+    #[test]
+    fn a_line_is_found_with_its_covariance() {
+        // y = 2 + 3 x at x = -1, 0, 1 with unit weights: covariance diag(1/3, 1/2).
+        let mut normal = Normal::<2>::EMPTY;
+        for x in [-1.0f32, 0.0, 1.0] {
+            normal.add(2.0 + 3.0 * x, &[1.0, x], 1.0);
+        }
+        let factor = normal.factor(0.0).unwrap();
+        let [offset, slope] = normal.step(&factor);
+        assert!((offset - 2.0).abs() < 1e-6 && (slope - 3.0).abs() < 1e-6);
+        assert!((factor.covariance(0)[0] - 1.0 / 3.0).abs() < 1e-6);
+        assert!((factor.covariance(1)[1] - 0.5).abs() < 1e-6);
+        assert!(factor.covariance(0)[1].abs() < 1e-6);
+        assert!((factor.ln_determinant() - 6.0f32.ln()).abs() < 1e-5);
+    }
+
+    #[test]
+    fn what_the_data_do_not_tell_is_refused_or_left_to_the_prior() {
+        let mut normal = Normal::<2>::EMPTY;
+        normal.add(1.0, &[1.0, 0.0], 4.0);
+        assert!(normal.factor(0.0).is_none());
+        normal.add_prior(1, 0.5, 1.0);
+        let factor = normal.factor(0.0).unwrap();
+        let step = normal.step(&factor);
+        assert!((step[0] - 1.0).abs() < 1e-6 && (step[1] + 0.5).abs() < 1e-6);
+        assert!((factor.covariance(1)[1] - 1.0).abs() < 1e-6);
+        normal.add(f32::NAN, &[f32::NAN, 0.0], 1.0);
+        assert!(normal.factor(0.0).is_none());
+    }
+}

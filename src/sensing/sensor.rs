@@ -1,0 +1,793 @@
+//! The sensor: samples and directives in, events out.
+//!
+//! | stage | what runs |
+//! |---|---|
+//! | free motion recorded | [`Recorder`] |
+//! | closing, nothing felt | [`Detector`] on the residual of the record |
+//! | contact | [`Curve`], and every third block one step of the [`Locator`] |
+//! | motion over | the locator until its fits stand still, one step a sample; then the last word |
+
+use crate::finger::Mechanics;
+use crate::numeric::sqrt;
+use crate::sensing::block::{Block, Gate, Step};
+use crate::sensing::curve::{self, Curve, Point};
+use crate::sensing::detector::{self, Detector, Finding};
+use crate::sensing::fit::{Data, Estimate, LEAST_POINTS, Place, Prior};
+use crate::sensing::friction::{Friction, Recorder};
+use crate::sensing::joint::{Hall, JointSensor, NoHall};
+use crate::sensing::locator::{self, Locator, Verdict};
+use crate::sensing::{
+    Calibration, Directive, Drive, Drivetrain, Event, NotLocated, Refusal, Sample, Settings,
+};
+use heapless::{Deque, Vec};
+
+/// Blocks kept, so that the curve starts at the onset and not at its detection: a quarter of a second.
+const HISTORY: usize = 32;
+/// Deviation of the onset as the detector sees it, radian: a tenth of a second of motion.
+const ONSET_SIGMA_RAD: f32 = 0.03;
+/// How well a pin is placed by hand or by a gauge, metre (R, chosen).
+const PIN_SIGMA_M: f32 = 0.3e-3;
+/// Blocks between two steps of the locator.
+const BLOCKS_PER_STEP: u8 = 3;
+/// Steps that each hypothesis gets when the motion is over.
+const LAST_STEPS: u8 = 40;
+/// A point enters the fit when its torque stands this many deviations above zero.
+const CLEAR_SIGMAS: f32 = 4.0;
+/// A deviation that shrinks by less than this factor while the torque grows by a quarter will not be worth more torque.
+const NO_HELP: f32 = 0.93;
+/// Deviation of k, as a share of the phalanx, above which no location is reported.
+const VAGUE: f32 = 0.25;
+/// A location is reported anew when its deviation has shrunk by this factor.
+const SHARPER: f32 = 0.75;
+/// Systematic error of the cable's twist that a press does not show (creep differs with the rate), as a share.
+const PRESS_SHARE: f32 = 0.01;
+/// Share of the record's bins that a recording must fill.
+const COVERAGE: f32 = 0.6;
+
+/// A block as it is remembered.
+#[derive(Clone, Copy, Debug)]
+struct Past<R> {
+    counts: i32,
+    width_counts: u32,
+    residual_nm: f32,
+    reading: R,
+}
+
+/// A contact in hand.
+#[derive(Clone, Debug)]
+struct Touching<R> {
+    curve: Curve,
+    locator: Locator,
+    /// What the record's level was off by, and its deviation, newton metre of motor torque.
+    level_nm: f32,
+    level_sigma_nm: f32,
+    noise_nm2_counts: f32,
+    onset_rad: f32,
+    reading: R,
+    blocks: u8,
+    torque_nm: f32,
+    /// Torque and deviation when it was last asked whether more torque helps.
+    asked: (f32, f32),
+    reported: Reported,
+    /// Steps left after the motion ended; None while it goes on.
+    last_steps: Option<u8>,
+    settled: bool,
+}
+
+/// What was said last.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Reported {
+    Nothing,
+    Located { phalanx: u8, k_m: f32, sigma_m: f32 },
+    Ambiguous,
+}
+
+/// Contact sensing of one finger. See the module documentation.
+///
+/// `H` is [`NoHall`] or [`Hall`].
+#[derive(Clone, Debug)]
+pub struct Sensor<F: Mechanics, H: JointSensor = NoHall> {
+    finger: F,
+    drivetrain: Drivetrain,
+    settings: Settings,
+    calibration: Calibration,
+    directive: Directive,
+    gate: Gate,
+    friction: Option<Friction>,
+    recorder: Option<Recorder>,
+    detector: Option<Detector>,
+    history: Deque<Past<H::Reading>, HISTORY>,
+    touching: Option<Touching<H::Reading>>,
+    /// The contact of this closing has been judged, or what was found was no contact.
+    done: bool,
+    stale_told: bool,
+    posture: F::Configuration,
+    reading: H::Reading,
+    events: Deque<Event, 4>,
+}
+
+impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
+    /// A sensor without friction record.
+    pub fn new(
+        finger: F,
+        drivetrain: Drivetrain,
+        settings: Settings,
+        calibration: Calibration,
+    ) -> Self {
+        let posture = finger.rest();
+        Self {
+            finger,
+            drivetrain,
+            settings,
+            calibration,
+            directive: Directive::Rest,
+            gate: Gate::default(),
+            friction: None,
+            recorder: None,
+            detector: None,
+            history: Deque::new(),
+            touching: None,
+            done: false,
+            stale_told: false,
+            posture,
+            reading: H::Reading::default(),
+            events: Deque::new(),
+        }
+    }
+
+    /// The finger.
+    pub fn finger(&self) -> &F {
+        &self.finger
+    }
+
+    /// The settings.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Other settings, from the next closing on.
+    pub fn set_settings(&mut self, settings: Settings) {
+        self.settings = settings;
+    }
+
+    /// Nominal efficiency of the drivetrain, 0 to 1, from the next closing on; anything else is ignored.
+    pub fn set_efficiency(&mut self, efficiency: f32) {
+        if efficiency > 0.0 && efficiency <= 1.0 {
+            self.drivetrain.efficiency = efficiency;
+        }
+    }
+
+    /// The friction record.
+    pub fn friction(&self) -> Option<&Friction> {
+        self.friction.as_ref()
+    }
+
+    /// Takes a record that was kept. One that is not valid is ignored, and said so by `false`.
+    pub fn set_friction(&mut self, friction: Friction) -> bool {
+        let valid = friction.is_valid();
+        if valid {
+            self.friction = Some(friction);
+        }
+        valid
+    }
+
+    /// What is known of torque factor and cable.
+    pub fn calibration(&self) -> &Calibration {
+        &self.calibration
+    }
+
+    /// Takes a calibration that was kept, or the nominal one. One that is not valid is ignored, and said so by `false`.
+    pub fn set_calibration(&mut self, calibration: Calibration) -> bool {
+        let valid = calibration.is_valid();
+        if valid {
+            self.calibration = calibration;
+        }
+        valid
+    }
+
+    /// What the samples from now on are good for. A contact in hand is judged with what is there; the same directive
+    /// again starts anew.
+    pub fn direct(&mut self, directive: Directive) {
+        if self.directive == Directive::RecordFriction
+            && directive != Directive::RecordFriction
+            && let Some(mut recorder) = self.recorder.take()
+        {
+            self.end_recording(&mut recorder);
+        }
+        if directive == Directive::Rest && self.touching.is_some() {
+            // The last word is still to be said, under the old directive; nothing but that comes after.
+            self.end_motion();
+            return;
+        }
+        self.directive = directive;
+        self.detector = None;
+        self.touching = None;
+        self.done = false;
+        self.stale_told = false;
+        self.history.clear();
+        if directive == Directive::RecordFriction {
+            self.recorder = Some(Recorder::new(self.travel_counts()));
+        }
+    }
+
+    /// Takes a sample; tells at most one thing. Typically some hundred instructions; every third block of a contact, and
+    /// after its end for some tens of samples, one step of a fit.
+    pub fn update(&mut self, sample: &Sample) -> Option<Event> {
+        match self.gate.push(sample, &self.drivetrain, &self.settings) {
+            Step::Pending => {}
+            Step::Block(block) => self.take(&block),
+            Step::Ended => self.end_run(),
+        }
+        self.conclude();
+        self.events.pop_front()
+    }
+
+    fn travel_counts(&self) -> i32 {
+        // Saturates where nonsense was set.
+        (self.settings.travel_rad / self.drivetrain.rad_per_count) as i32
+    }
+
+    fn tell(&mut self, event: Event) {
+        // Four wait at most: a touch, a location, staleness and a calibration. A fifth would repeat one of them.
+        let _ = self.events.push_back(event);
+    }
+
+    fn take(&mut self, block: &Block) {
+        match self.directive {
+            Directive::Rest => {}
+            Directive::RecordFriction => {
+                if let Some(recorder) = &mut self.recorder {
+                    recorder.push(block);
+                }
+            }
+            // What comes after the finger has opened is another closing.
+            _ if block.drive != Drive::Closing => self.done = false,
+            _ if self.done => {}
+            _ => match self.touching.take() {
+                Some(mut touching) if touching.last_steps.is_none() => {
+                    self.press(&mut touching, block);
+                    self.touching = Some(touching);
+                }
+                Some(touching) => self.touching = Some(touching),
+                None => self.search(block),
+            },
+        }
+    }
+
+    fn end_run(&mut self) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.end_run();
+        }
+        self.detector = None;
+        self.history.clear();
+        self.end_motion();
+    }
+
+    fn end_motion(&mut self) {
+        if let Some(touching) = &mut self.touching
+            && touching.last_steps.is_none()
+        {
+            touching.locator.refresh();
+            touching.last_steps = Some(LAST_STEPS);
+        }
+    }
+
+    fn end_recording(&mut self, recorder: &mut Recorder) {
+        let recorded = recorder.finish();
+        let coverage = recorder.coverage();
+        let told = recorded.as_ref().and_then(|friction| {
+            Some(Event::FrictionRecorded {
+                closing_nm: friction.closing.mean_nm()?,
+                opening_nm: friction.opening.mean_nm()?,
+                residual_nm: friction.residual_nm(),
+                coverage,
+            })
+        });
+        match (recorded, told) {
+            (Some(friction), Some(event)) if coverage >= COVERAGE => {
+                self.friction = Some(friction);
+                self.tell(event);
+            }
+            _ => self.tell(Event::FrictionNotRecorded { coverage }),
+        }
+    }
+
+    /// Residual of the record at a block.
+    fn residual_nm(&self, block: &Block) -> Option<f32> {
+        let friction = self.friction.as_ref()?;
+        let torque_nm = if self.directive == Directive::CalibrateCable || self.touching.is_some() {
+            friction.near(block.drive, block.counts)?
+        } else {
+            friction.at(block.drive, block.counts)?
+        };
+        Some(block.drive_torque_nm - torque_nm).filter(|residual| residual.is_finite())
+    }
+
+    /// Nothing felt yet.
+    fn search(&mut self, block: &Block) {
+        let Some(residual_nm) = self.residual_nm(block) else {
+            return;
+        };
+        let Some(friction) = &self.friction else {
+            return;
+        };
+        let (Some(noise), Some(mean_nm)) = (
+            friction.noise_nm2_counts(block.drive),
+            friction.closing.mean_nm(),
+        ) else {
+            return;
+        };
+        let theta_a_rad = self.drivetrain.angle_rad(block.counts);
+        if let Some(free) = self.finger.free_at_angle(theta_a_rad, &self.posture) {
+            self.posture = free.configuration;
+        }
+        if self.history.is_full() {
+            self.history.pop_front();
+        }
+        let _ = self.history.push_back(Past {
+            counts: block.counts,
+            width_counts: block.width_counts,
+            residual_nm,
+            reading: self.reading,
+        });
+        let settings = &self.settings;
+        let detector = self.detector.get_or_insert_with(|| {
+            let blocks = friction.travel_counts as f32 / block.width_counts.max(1) as f32;
+            Detector::new(
+                detector::threshold(settings.false_alarms_per_closing, blocks),
+                mean_nm,
+                noise,
+            )
+        });
+        let finding = detector.push(residual_nm, block.width_counts);
+        let level = detector.level();
+        match finding {
+            Finding::Free => {}
+            Finding::Stale { misfit_nm } => {
+                if !self.stale_told {
+                    self.stale_told = true;
+                    self.tell(Event::FrictionStale { misfit_nm });
+                }
+            }
+            Finding::Softer { .. } => {
+                self.done = true;
+                self.tell_unusual(theta_a_rad, residual_nm - level.0);
+            }
+            Finding::Contact { since } => self.touch(block, since, level, noise),
+        }
+    }
+
+    fn tell_unusual(&mut self, theta_a_rad: f32, excess_nm: f32) {
+        let rest_rad = self.finger.input_angle_rad(&self.finger.rest());
+        let expected = self
+            .finger
+            .free_at_angle(theta_a_rad, &self.posture)
+            .and_then(|free| self.finger.expected_k_a(&free))
+            .unwrap_or(0.0);
+        let way_rad = theta_a_rad - rest_rad;
+        let excess = self.drivetrain.efficiency * excess_nm / way_rad;
+        self.tell(Event::Unusual {
+            k_a_nm_per_rad: if excess.is_finite() {
+                expected + excess
+            } else {
+                expected
+            },
+            k_a_free_nm_per_rad: expected,
+        });
+    }
+
+    /// A contact is decided.
+    fn touch(&mut self, block: &Block, since: usize, level: (f32, f32), noise: f32) {
+        let first = self.history.len().saturating_sub(since);
+        let Some(onset) = self.history.iter().nth(first).copied() else {
+            return;
+        };
+        let mut touching = Touching {
+            curve: Curve::new(onset.counts, onset.width_counts),
+            locator: Locator::default(),
+            level_nm: level.0,
+            level_sigma_nm: sqrt(level.1.max(0.0)),
+            noise_nm2_counts: noise,
+            onset_rad: self.drivetrain.angle_rad(onset.counts),
+            reading: onset.reading,
+            blocks: 0,
+            torque_nm: 0.0,
+            asked: (0.0, f32::INFINITY),
+            reported: Reported::Nothing,
+            last_steps: None,
+            settled: false,
+        };
+        for past in self.history.iter().skip(first) {
+            self.add(
+                &mut touching,
+                past.counts,
+                past.width_counts,
+                past.residual_nm,
+            );
+        }
+        self.history.clear();
+        self.detector = None;
+        self.tell(Event::Touch {
+            time_us: block.time_us,
+            theta_a_rad: touching.onset_rad,
+            torque_nm: touching.torque_nm,
+        });
+        self.touching = Some(touching);
+    }
+
+    /// Adds a block to the curve.
+    fn add(
+        &self,
+        touching: &mut Touching<H::Reading>,
+        counts: i32,
+        width_counts: u32,
+        residual_nm: f32,
+    ) {
+        let efficiency = self.drivetrain.efficiency;
+        let free_nm = self
+            .finger
+            .free_at_angle(self.drivetrain.angle_rad(counts), &self.posture)
+            .map_or(0.0, |free| free.torque_nm);
+        let excess_nm = efficiency * (residual_nm - touching.level_nm);
+        let torque_nm = excess_nm + free_nm / self.calibration.torque_factor;
+        let variance =
+            efficiency * efficiency * touching.noise_nm2_counts / width_counts.max(1) as f32;
+        touching.curve.push(counts, torque_nm, variance);
+        touching.torque_nm = excess_nm;
+    }
+
+    /// The contact goes on.
+    fn press(&mut self, touching: &mut Touching<H::Reading>, block: &Block) {
+        let Some(friction) = &self.friction else {
+            return;
+        };
+        let Some(torque_nm) = friction.near(block.drive, block.counts) else {
+            return;
+        };
+        self.add(
+            touching,
+            block.counts,
+            block.width_counts,
+            block.drive_torque_nm - torque_nm,
+        );
+        touching.blocks = touching.blocks.saturating_add(1);
+        if touching.blocks < BLOCKS_PER_STEP || self.directive == Directive::CalibrateCable {
+            return;
+        }
+        touching.blocks = 0;
+        touching.locator.refresh();
+        self.refine(touching);
+        if matches!(self.directive, Directive::Watch) {
+            self.report(touching);
+        }
+    }
+
+    fn prior(&self, touching: &Touching<H::Reading>) -> Prior {
+        let settings = &self.settings;
+        Prior {
+            place: match self.directive {
+                Directive::Calibrate { phalanx, k_m } => Place::Known {
+                    phalanx,
+                    k_m,
+                    sigma_m: PIN_SIGMA_M,
+                },
+                _ => Place::Anywhere,
+            },
+            radius_m: (settings.radius_m, settings.radius_sigma_m),
+            offset_sigma_nm: self.drivetrain.efficiency * touching.level_sigma_nm,
+            onset_rad: (touching.onset_rad, ONSET_SIGMA_RAD),
+            calibration: self.calibration,
+        }
+    }
+
+    /// One step of the locator.
+    fn refine(&self, touching: &mut Touching<H::Reading>) {
+        let prior = self.prior(touching);
+        let free_nm = self
+            .finger
+            .free_at_angle(touching.onset_rad, &self.posture)
+            .map_or(0.0, |free| free.torque_nm)
+            / self.calibration.torque_factor;
+        let offset_variance = prior.offset_sigma_nm * prior.offset_sigma_nm;
+        let points: Vec<Point, { curve::BINS }> = touching
+            .curve
+            .points()
+            .filter(|p| {
+                let clear = p.torque_nm - free_nm;
+                let variance = p.variance_nm2 + offset_variance;
+                clear > 0.0 && clear * clear > CLEAR_SIGMAS * CLEAR_SIGMAS * variance
+            })
+            .copied()
+            .collect();
+        let data = Data {
+            points: &points,
+            origin_rad: self.drivetrain.angle_rad(touching.curve.origin_counts()),
+            drivetrain: &self.drivetrain,
+        };
+        touching
+            .locator
+            .refine(&self.finger, &data, &prior, &self.posture);
+    }
+
+    fn verdict(&self, touching: &Touching<H::Reading>) -> Verdict {
+        let change = H::change_rad(touching.reading, self.reading);
+        touching.locator.verdict(|estimate| {
+            change.map_or(0.0, |measured| {
+                let [_, expected, _] = estimate.end.joints_rad;
+                locator::ln_likelihood(measured, expected, Hall::SIGMA_RAD)
+            })
+        })
+    }
+
+    /// Says what is new while the torque rises.
+    fn report(&mut self, touching: &mut Touching<H::Reading>) {
+        if touching.settled {
+            return;
+        }
+        let spent = touching.torque_nm >= 0.97 * self.settings.torque_limit_nm;
+        match self.verdict(touching) {
+            Verdict::At {
+                phalanx,
+                estimate,
+                spread,
+            } => {
+                let sigma_m = estimate.k_sigma_m * sqrt(spread);
+                let length = self.finger.phalanx_length_m(phalanx).unwrap_or(0.0);
+                let help = self.more_torque_helps(touching, sigma_m);
+                let settled = spent || sigma_m <= self.settings.wanted_sigma_m || !help;
+                let news = match touching.reported {
+                    Reported::Located {
+                        phalanx: before,
+                        k_m,
+                        sigma_m: was,
+                    } => {
+                        before != phalanx
+                            || sigma_m < SHARPER * was
+                            || (estimate.k_m - k_m).abs() > 2.0 * was
+                    }
+                    _ => true,
+                };
+                if (news || settled) && sigma_m < VAGUE * length {
+                    self.tell_located(touching, phalanx, &estimate, spread, settled);
+                }
+                touching.settled = settled && sigma_m < VAGUE * length;
+            }
+            Verdict::Either {
+                phalanx,
+                estimate,
+                spread,
+            } => {
+                if touching.reported != Reported::Ambiguous || spent {
+                    self.tell_ambiguous(touching, phalanx, &estimate, spread, spent);
+                }
+                touching.settled = spent;
+            }
+            Verdict::Nowhere(why) => {
+                // A proximal contact is known for what it is when the torque no longer adds to it: others may yet turn up.
+                let sure = touching.torque_nm >= 0.5 * self.settings.torque_limit_nm;
+                if spent || (sure && why == NotLocated::Proximal) {
+                    touching.settled = true;
+                    self.tell(Event::NotLocated {
+                        why,
+                        torque_nm: touching.torque_nm,
+                    });
+                }
+            }
+            Verdict::Undecided => {}
+        }
+    }
+
+    /// Whether the deviation still shrinks as the torque grows.
+    fn more_torque_helps(&self, touching: &mut Touching<H::Reading>, sigma_m: f32) -> bool {
+        let (torque_nm, was_m) = touching.asked;
+        if touching.torque_nm < 1.25 * torque_nm {
+            return true;
+        }
+        touching.asked = (touching.torque_nm, sigma_m);
+        // Early deviations say little: the fit may not stand still yet.
+        touching.torque_nm < 0.4 * self.settings.torque_limit_nm || sigma_m < NO_HELP * was_m
+    }
+
+    fn tell_located(
+        &mut self,
+        touching: &mut Touching<H::Reading>,
+        phalanx: u8,
+        estimate: &Estimate,
+        spread: f32,
+        settled: bool,
+    ) {
+        let swell = sqrt(spread);
+        let sigma_m = estimate.k_sigma_m * swell;
+        let radius_sigma_m = estimate.radius_sigma_m * swell;
+        // No better than the prior: the curve does not tell.
+        let tells_radius = radius_sigma_m < 0.7 * self.settings.radius_sigma_m;
+        let k_c = self
+            .finger
+            .free_at_angle(estimate.onset_rad, &self.posture)
+            .and_then(|free| {
+                self.finger.contact_compliance(
+                    &free.configuration,
+                    free.torque_nm,
+                    phalanx,
+                    estimate.k_m,
+                )
+            })
+            .map_or(f32::INFINITY, |compliance| 1.0 / compliance);
+        touching.reported = Reported::Located {
+            phalanx,
+            k_m: estimate.k_m,
+            sigma_m,
+        };
+        self.tell(Event::Located {
+            phalanx,
+            k_m: estimate.k_m,
+            sigma_m,
+            k_c_nm_per_rad: k_c,
+            force_n: estimate.end.force_n,
+            radius_m: if tells_radius {
+                estimate.radius_m
+            } else {
+                f32::NAN
+            },
+            radius_sigma_m: if tells_radius {
+                radius_sigma_m
+            } else {
+                f32::NAN
+            },
+            settled,
+        });
+    }
+
+    fn tell_ambiguous(
+        &mut self,
+        touching: &mut Touching<H::Reading>,
+        phalanx: [u8; 2],
+        estimate: &[Estimate; 2],
+        spread: f32,
+        settled: bool,
+    ) {
+        touching.reported = Reported::Ambiguous;
+        self.tell(Event::Ambiguous {
+            phalanx,
+            k_m: estimate.map(|e| e.k_m),
+            sigma_m: estimate.map(|e| e.k_sigma_m * sqrt(spread)),
+            settled,
+        });
+    }
+
+    /// After the motion: the fits to their minimum, then the last word.
+    fn conclude(&mut self) {
+        let Some(mut touching) = self.touching.take() else {
+            return;
+        };
+        let Some(steps) = touching.last_steps else {
+            self.touching = Some(touching);
+            return;
+        };
+        if self.directive != Directive::CalibrateCable
+            && !touching.settled
+            && steps > 0
+            && !(steps < LAST_STEPS && touching.locator.has_converged())
+        {
+            touching.last_steps = Some(steps - 1);
+            self.refine(&mut touching);
+            self.touching = Some(touching);
+            return;
+        }
+        self.done = true;
+        match self.directive {
+            Directive::CalibrateCable => {
+                let learned = self.learn_from_press(&touching);
+                self.tell_calibration(learned);
+            }
+            Directive::Calibrate { .. } => {
+                let learned = self.learn_from_contact(&touching);
+                self.tell_calibration(learned);
+            }
+            _ if touching.settled => {}
+            _ => self.last_word(&mut touching),
+        }
+    }
+
+    fn last_word(&mut self, touching: &mut Touching<H::Reading>) {
+        match self.verdict(touching) {
+            Verdict::At {
+                phalanx,
+                estimate,
+                spread,
+            } => {
+                let length = self.finger.phalanx_length_m(phalanx).unwrap_or(0.0);
+                if estimate.k_sigma_m * sqrt(spread) < VAGUE * length {
+                    self.tell_located(touching, phalanx, &estimate, spread, true);
+                    return;
+                }
+                self.tell(Event::NotLocated {
+                    why: NotLocated::TooFewSamples,
+                    torque_nm: touching.torque_nm,
+                });
+            }
+            Verdict::Either {
+                phalanx,
+                estimate,
+                spread,
+            } => {
+                self.tell_ambiguous(touching, phalanx, &estimate, spread, true);
+            }
+            Verdict::Nowhere(why) => self.tell(Event::NotLocated {
+                why,
+                torque_nm: touching.torque_nm,
+            }),
+            Verdict::Undecided => self.tell(Event::NotLocated {
+                why: NotLocated::TooFewSamples,
+                torque_nm: touching.torque_nm,
+            }),
+        }
+    }
+
+    fn tell_calibration(&mut self, learned: Result<Calibration, Refusal>) {
+        match learned {
+            Ok(calibration) => {
+                self.calibration = calibration;
+                self.tell(Event::Calibrated { calibration });
+            }
+            Err(why) => self.tell(Event::CalibrationRefused { why }),
+        }
+    }
+
+    fn learn_from_contact(&self, touching: &Touching<H::Reading>) -> Result<Calibration, Refusal> {
+        let Directive::Calibrate { phalanx, k_m } = self.directive else {
+            return Err(Refusal::NoSuchPlace);
+        };
+        let length = self
+            .finger
+            .phalanx_length_m(phalanx)
+            .ok_or(Refusal::NoSuchPlace)?;
+        if !(phalanx > 1 && k_m > 0.0 && k_m <= length) {
+            return Err(Refusal::NoSuchPlace);
+        }
+        let hypothesis = touching
+            .locator
+            .hypotheses()
+            .first()
+            .ok_or(Refusal::TooFewSamples)?;
+        let estimate = hypothesis.estimate().ok_or(Refusal::Misfit)?;
+        if estimate.reached < LEAST_POINTS {
+            return Err(Refusal::TooFewSamples);
+        }
+        let misfit = estimate.chi_square / (estimate.reached as f32 - 2.0).max(1.0);
+        let found = hypothesis
+            .learned(&self.prior(touching))
+            .ok_or(Refusal::Misfit)?;
+        self.calibration.with_contact(&found, misfit)
+    }
+
+    fn learn_from_press(&self, touching: &Touching<H::Reading>) -> Result<Calibration, Refusal> {
+        let friction = self.friction.as_ref().ok_or(Refusal::TooFewSamples)?;
+        let top_nm = touching
+            .curve
+            .last()
+            .ok_or(Refusal::TooFewSamples)?
+            .torque_nm;
+        // The foot of the curve is where gears and cable settle.
+        let slope = curve::slope(touching.curve.points(), 0.2 * top_nm, f32::INFINITY)
+            .filter(|slope| slope.points >= LEAST_POINTS as u16)
+            .ok_or(Refusal::TooFewSamples)?;
+        let rad_per_nm = slope.counts_per_nm * self.drivetrain.rad_per_count;
+        // Friction beyond the record may rise or fall over the press by as much as it does within it.
+        let unevenness_nm =
+            self.drivetrain.efficiency * friction.unevenness_nm(Drive::Closing).unwrap_or(0.0);
+        let share = unevenness_nm / top_nm;
+        let noise = slope.sigma_counts_per_nm * self.drivetrain.rad_per_count;
+        let sigma = sqrt(
+            noise * noise + rad_per_nm * rad_per_nm * (share * share + PRESS_SHARE * PRESS_SHARE),
+        );
+        self.calibration.with_press(rad_per_nm, sigma)
+    }
+}
+
+impl<F: Mechanics> Sensor<F, Hall> {
+    /// Takes a reading of theta_2, radian; it belongs to the samples that follow.
+    pub fn set_joint(&mut self, theta_2_rad: f32) {
+        self.reading = Some(theta_2_rad).filter(|angle| angle.is_finite());
+    }
+}

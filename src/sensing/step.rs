@@ -1,0 +1,80 @@
+//! The place of a contact from one finite step of torque (MATH 7).
+
+use crate::finger::{Candidate, Contact, Mechanics};
+use heapless::Vec;
+
+/// Places from which the search starts besides those of the secant, as shares of the stretch on either side of the
+/// phalanx's stiffest place.
+const START_SHARES: [f32; 3] = [0.05, 0.5, 0.95];
+/// Two answers this near, as a share of the phalanx's length, are one.
+const SAME_SHARE: f32 = 1e-4;
+
+/// Most places that one step is explained by: two on each phalanx beyond the first.
+pub const MAX_PLACES: usize = 4;
+
+/// All places where a contact explains that `rise_nm` of torque after contact turned the input link by `rotation_rad`.
+///
+/// The secant rotation over torque is inverted as if it were the tangent at contact; each place that this gives, and a
+/// few more on each phalanx, start Newton's method on the finite step. Unlike the tangent's inverse the answers are not
+/// biased by the size of the step. None where nothing on phalanx 2 or beyond explains the step.
+pub fn places<M: Mechanics>(
+    finger: &M,
+    at: &M::Configuration,
+    torque_nm: f32,
+    rise_nm: f32,
+    rotation_rad: f32,
+    radius_m: f32,
+) -> Vec<Candidate, MAX_PLACES> {
+    let mut found: Vec<Candidate, MAX_PLACES> = Vec::new();
+    let secant = finger.locate(at, torque_nm, rotation_rad / rise_nm);
+    let mut try_from = |phalanx: u8, k_m: f32, length: f32| {
+        let Some(guess) = finger.path(
+            at,
+            torque_nm,
+            Contact {
+                phalanx,
+                k_m,
+                radius_m,
+            },
+        ) else {
+            return;
+        };
+        let Some((k_m, point)) = finger.place(&guess, rise_nm, rotation_rad) else {
+            return;
+        };
+        let known = found
+            .iter()
+            .any(|f| f.phalanx == phalanx && (f.k_m - k_m).abs() <= SAME_SHARE * length);
+        if !known {
+            // Beyond the stiffest place the next joint opens as the torque rises.
+            let next = usize::from(phalanx)
+                .checked_sub(1)
+                .and_then(|joint| point.joints_rad.get(joint));
+            let beyond_stiffest = next.is_some_and(|change| *change < 0.0);
+            let _ = found.push(Candidate {
+                phalanx,
+                k_m,
+                beyond_stiffest,
+            });
+        }
+    };
+    for candidate in secant.candidates() {
+        if let Some(length) = finger.phalanx_length_m(candidate.phalanx) {
+            try_from(candidate.phalanx, candidate.k_m, length);
+        }
+    }
+    for phalanx in 2u8.. {
+        let Some(length) = finger.phalanx_length_m(phalanx) else {
+            break;
+        };
+        let peak = finger
+            .stiffest_m(at, torque_nm, phalanx)
+            .filter(|k| *k > 0.0 && *k < length)
+            .unwrap_or(length);
+        for share in START_SHARES {
+            try_from(phalanx, share * peak, length);
+            try_from(phalanx, peak + share * (length - peak), length);
+        }
+    }
+    found
+}

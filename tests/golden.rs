@@ -1,0 +1,70 @@
+//! The library against the reference files of `tests/data/golden`.
+
+mod golden_files;
+
+use std::path::Path;
+
+fn check(name: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/data/golden")
+        .join(name);
+    let report = golden_files::evaluate(&path).unwrap_or_else(|error| panic!("{error}"));
+    let mut lines = format!(
+        "{}: {} rows, {} misclassified",
+        report.file,
+        report.rows,
+        report.misclassified.len()
+    );
+    for quantity in &report.quantities {
+        lines += &format!(
+            "\n  {:<50} {:>5} rows  median {:.1e}  p99 {:.1e}  max {:.1e} (line {})  not finite {}  {}",
+            quantity.name,
+            quantity.rows(),
+            quantity.quantile(0.5),
+            quantity.quantile(0.99),
+            quantity.quantile(1.0),
+            quantity.worst_line,
+            quantity.nonfinite,
+            if quantity.passes() { "" } else { "FAILS" }
+        );
+    }
+    for (line, what) in report.misclassified.iter().take(5) {
+        lines += &format!("\n  line {line}: {what}");
+    }
+    println!("{lines}");
+    assert!(report.passes(), "{lines}");
+}
+
+macro_rules! golden {
+    ($($name:ident),* $(,)?) => { $(#[test] fn $name() { check(concat!(stringify!($name), ".csv")); })* };
+}
+
+#[allow(non_snake_case)]
+mod files {
+    use super::check;
+    golden!(
+        kc_2T,
+        kc_2L,
+        kc_3T,
+        kc_3L,
+        inverse_2T,
+        inverse_2L,
+        inverse_3T,
+        inverse_3L,
+        inverse_folded_2T,
+        inverse_folded_2L,
+        inverse_folded_3T,
+        hard_2p,
+        hard_3p,
+        contact_2T,
+        contact_2L,
+        contact_3T,
+        contact_3L,
+        preshape_2T,
+        preshape_2L,
+        preshape_3T,
+        preshape_3L,
+        fourbar,
+        static_forces,
+    );
+}
