@@ -145,6 +145,11 @@ impl Plant {
         Ok(())
     }
 
+    /// Starts the noise anew from another seed; nothing else changes.
+    pub fn reseed(&mut self, seed: u64) {
+        self.random = Pcg64Mcg::seed_from_u64(seed);
+    }
+
     /// Lets `dt_s` seconds pass with these levels on the pins.
     pub fn step(&mut self, pins: &Pins, dt_s: f64) {
         self.pins = *pins;
