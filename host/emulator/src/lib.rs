@@ -1,1 +1,80 @@
-//! To come.
+// SPDX-License-Identifier: GPL-2.0-only
+//! An STM32G431RB that runs the unmodified firmware image against a simulated finger.
+//!
+//! | module | what it does |
+//! |---|---|
+//! | [`cortex`] | the core: instruction engine, exceptions, interrupt controller, instruction counts |
+//! | [`chip`] | a file a peripheral; an access nobody modelled is an error with a name |
+//! | [`world`] | the plant at the pins |
+//! | [`firmware`], [`rtt`], [`log`] | the image, the debug probe's ring buffers, decoded log lines |
+//! | [`machine`] | all of it, run in virtual time |
+//! | [`sim`] | simulated grasps: object, script, verdict, trace |
+//!
+//! Nothing here was checked against silicon. Time has the granularity of a straight run of instructions, and
+//! [`time::CYCLES_PER_INSTRUCTION`] is assumed; instruction counts are exact.
+#![deny(unsafe_code)]
+
+pub mod chip;
+pub mod cortex;
+pub mod firmware;
+pub mod log;
+pub mod machine;
+pub mod rtt;
+pub mod sim;
+pub mod time;
+pub mod world;
+
+pub use chip::{Misuse, ResetCause};
+pub use firmware::Firmware;
+pub use machine::{Machine, Pause, Setup};
+
+use std::path::PathBuf;
+
+/// Why an emulation could not go on.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A file cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Not a firmware image for this chip.
+    #[error("{}: {why}", path.display())]
+    Elf {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        why: String,
+    },
+    /// The firmware did something whose outcome is not modelled.
+    #[error("at {time_s:.6} s, {place}: {misuse}")]
+    Misuse {
+        /// What.
+        misuse: Misuse,
+        /// Where in the firmware.
+        place: String,
+        /// When.
+        time_s: f64,
+    },
+    /// No function has this in its name.
+    #[error("no function of the firmware has '{0}' in its name")]
+    NoFunction(String),
+    /// The instruction engine failed.
+    #[error("instruction engine: {0:?}")]
+    Engine(unicorn_engine::uc_error),
+    /// A trace cannot be written.
+    #[error("cannot write the trace: {0}")]
+    Trace(std::io::Error),
+    /// The simulated world refused its parameters.
+    #[error("plant: {0}")]
+    Plant(#[from] palpate_plant::Error),
+}
+
+impl From<unicorn_engine::uc_error> for Error {
+    fn from(error: unicorn_engine::uc_error) -> Self {
+        Self::Engine(error)
+    }
+}

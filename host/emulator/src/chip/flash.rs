@@ -1,0 +1,379 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! FLASH: the memory and its controller, with the rules of the chip: keys, erased double words, pages, stalls.
+
+use super::bank::{Bank, Misuse, Register};
+use crate::time::{TICKS_PER_US, Ticks};
+
+/// Size of the flash memory.
+pub const FLASH_SIZE: usize = 128 * 1024;
+/// Erase unit.
+pub const PAGE_SIZE: usize = 2048;
+
+const ACR: u32 = 0x00;
+const KEYR: u32 = 0x08;
+const OPTKEYR: u32 = 0x0C;
+const SR: u32 = 0x10;
+const CR: u32 = 0x14;
+const OPTR: u32 = 0x20;
+
+const REGISTERS: &[Register] = &[
+    (ACR, "ACR", 0x0004_0600),
+    (0x04, "PDKEYR", 0),
+    (KEYR, "KEYR", 0),
+    (OPTKEYR, "OPTKEYR", 0),
+    (SR, "SR", 0),
+    (CR, "CR", 0xC000_0000),
+    (0x18, "ECCR", 0),
+    (OPTR, "OPTR", 0xFFEF_F8AA),
+    (0x24, "PCROP1SR", 0xFFFF_FFFF),
+    (0x28, "PCROP1ER", 0),
+    (0x2C, "WRP1AR", 0x0000_00FF),
+    (0x30, "WRP1BR", 0x0000_00FF),
+    (0x70, "SEC1R", 0),
+];
+
+// SR
+const EOP: u32 = 1;
+const OPERR: u32 = 1 << 1;
+const PROGERR: u32 = 1 << 3;
+const WRPERR: u32 = 1 << 4;
+const PGAERR: u32 = 1 << 5;
+const SIZERR: u32 = 1 << 6;
+const PGSERR: u32 = 1 << 7;
+const BSY: u32 = 1 << 16;
+const ERRORS: u32 = 0xC3FA;
+// CR
+const PG: u32 = 1;
+const PER: u32 = 1 << 1;
+const MER: u32 = 1 << 2;
+const STRT: u32 = 1 << 16;
+const EOPIE: u32 = 1 << 24;
+const ERRIE: u32 = 1 << 25;
+const LOCK: u32 = 1 << 31;
+
+/// Typical times of the data sheet.
+const PROGRAM: Ticks = 82 * TICKS_PER_US;
+const ERASE: Ticks = 22_020 * TICKS_PER_US;
+
+/// What a power cut leaves of the operation it hits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cut {
+    /// The operation had not begun.
+    Before,
+    /// A double word with some of its bits programmed, a page with some of its bits erased.
+    During,
+    /// The operation had just ended.
+    After,
+}
+
+/// One operation on the flash memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Operation {
+    /// A double word at this offset.
+    Program(u32),
+    /// The page with this number.
+    Erase(u32),
+}
+
+/// The memory and its controller.
+#[derive(Debug)]
+pub(crate) struct Flash {
+    bank: Bank,
+    /// Contents.
+    pub(crate) image: Vec<u8>,
+    /// Ranges changed since the core's view was last refreshed.
+    pub(crate) changed: Vec<(usize, usize)>,
+    keys: u8,
+    /// First half of a double word being written.
+    half: Option<(u32, u32)>,
+    busy_until: Ticks,
+    /// Operations carried out since power-on of the emulator.
+    pub(crate) operations: Vec<Operation>,
+    /// Index of the operation at which the power goes, and what it leaves.
+    pub(crate) cut: Option<(usize, Cut)>,
+    /// The cut has happened.
+    pub(crate) power_lost: bool,
+    /// A write the core made outside the controller's rules raises a bus fault on the chip; here it is an error flag.
+    locked_until_reset: bool,
+}
+
+impl Flash {
+    pub(crate) fn new(image: Vec<u8>) -> Self {
+        Self {
+            bank: Bank::new("FLASH", REGISTERS),
+            image,
+            changed: Vec::new(),
+            keys: 0,
+            half: None,
+            busy_until: 0,
+            operations: Vec::new(),
+            cut: None,
+            power_lost: false,
+            locked_until_reset: false,
+        }
+    }
+
+    pub(crate) fn reset(&mut self) {
+        self.bank.reset();
+        self.keys = 0;
+        self.half = None;
+        self.busy_until = 0;
+        self.locked_until_reset = false;
+    }
+
+    /// Flash wait states.
+    pub(crate) fn latency(&self) -> u32 {
+        self.bank[ACR] & 0xF
+    }
+
+    pub(crate) fn read(&self, offset: u32, now: Ticks) -> Result<u32, Misuse> {
+        let value = self.bank.read(offset)?;
+        Ok(match offset {
+            SR if now < self.busy_until => value | BSY,
+            KEYR | OPTKEYR | 0x04 => 0,
+            _ => value,
+        })
+    }
+
+    /// Returns how long the core stalls if it runs from flash.
+    pub(crate) fn write(&mut self, offset: u32, value: u32, now: Ticks) -> Result<Ticks, Misuse> {
+        match offset {
+            KEYR => self.key(value),
+            OPTKEYR => return Err(self.bank.unsupported(offset, value, "option bytes are not modelled")),
+            SR => self.bank[SR] &= !(value & (ERRORS | EOP)),
+            CR => return self.control(value, now),
+            _ => self.bank.write(offset, value)?,
+        }
+        Ok(0)
+    }
+
+    fn key(&mut self, value: u32) {
+        match (self.keys, value) {
+            (0, 0x4567_0123) => self.keys = 1,
+            (1, 0xCDEF_89AB) if !self.locked_until_reset => {
+                self.bank[CR] &= !LOCK;
+                self.keys = 0;
+            }
+            // A wrong key locks the controller until the next reset.
+            _ => self.locked_until_reset = true,
+        }
+    }
+
+    fn control(&mut self, value: u32, now: Ticks) -> Result<Ticks, Misuse> {
+        let old = self.bank[CR];
+        if value & LOCK != 0 {
+            self.bank[CR] |= LOCK;
+            self.keys = 0;
+        }
+        if old & LOCK != 0 {
+            return Ok(0);
+        }
+        if now < self.busy_until {
+            return Err(self.bank.unsupported(CR, value, "written while an operation is running"));
+        }
+        self.bank[CR] = value & !STRT;
+        if value & PG == 0 {
+            self.half = None;
+        }
+        if value & STRT == 0 {
+            return Ok(0);
+        }
+        if value & MER != 0 {
+            return Err(self.bank.unsupported(CR, value, "a mass erase would erase the running firmware"));
+        }
+        // Flags of an earlier failure keep the next operation from starting.
+        if value & PER == 0 || value & PG != 0 || self.bank[SR] & ERRORS != 0 {
+            self.bank[SR] |= PGSERR;
+            return Ok(0);
+        }
+        let page = value >> 3 & 0x7F;
+        if page as usize >= FLASH_SIZE / PAGE_SIZE {
+            return Err(self.bank.unsupported(CR, value, "no such page"));
+        }
+        if self.protected(page) {
+            self.bank[SR] |= WRPERR | OPERR;
+            return Ok(0);
+        }
+        let start = page as usize * PAGE_SIZE;
+        self.perform(Operation::Erase(page), start, &[0xFF; PAGE_SIZE]);
+        self.busy_until = now + ERASE;
+        Ok(ERASE)
+    }
+
+    fn protected(&self, page: u32) -> bool {
+        [0x2C, 0x30].iter().any(|&register| {
+            let (first, last) = (self.bank[register] & 0x7F, self.bank[register] >> 16 & 0x7F);
+            (first..=last).contains(&page)
+        })
+    }
+
+    /// A store of the core into the flash's address range. Returns how long the core stalls.
+    pub(crate) fn store(&mut self, offset: u32, size: usize, value: u32, now: Ticks) -> Ticks {
+        // Whatever happens, the core's view has to be put right: the engine has already written there.
+        self.changed.push((offset as usize & !7, 8));
+        let flags = if self.bank[CR] & (LOCK | PG) != PG {
+            PGSERR
+        } else if self.bank[SR] & ERRORS != 0 {
+            PGSERR
+        } else if size != 4 {
+            SIZERR
+        } else if offset % 4 != 0 {
+            PGAERR
+        } else if self.protected(offset / PAGE_SIZE as u32) {
+            WRPERR
+        } else {
+            0
+        };
+        if flags != 0 {
+            self.bank[SR] |= flags | OPERR;
+            return 0;
+        }
+        match self.half.take() {
+            None if offset % 8 == 0 => {
+                self.half = Some((offset, value));
+                0
+            }
+            Some((low_offset, low)) if offset == low_offset + 4 => self.program(low_offset, low, value, now),
+            _ => {
+                self.bank[SR] |= PGAERR | OPERR;
+                0
+            }
+        }
+    }
+
+    fn program(&mut self, offset: u32, low: u32, high: u32, now: Ticks) -> Ticks {
+        let start = offset as usize;
+        let mut data = [0; 8];
+        data[..4].copy_from_slice(&low.to_le_bytes());
+        data[4..].copy_from_slice(&high.to_le_bytes());
+        let erased = self.image[start..start + 8].iter().all(|&byte| byte == 0xFF);
+        // The error-correcting code covers the double word: only all-zero may be written over old data.
+        if !erased && data != [0; 8] {
+            self.bank[SR] |= PROGERR | OPERR;
+            return 0;
+        }
+        self.perform(Operation::Program(offset), start, &data);
+        self.busy_until = now + PROGRAM;
+        PROGRAM
+    }
+
+    /// Carries out one operation, unless the power goes at this one.
+    fn perform(&mut self, operation: Operation, start: usize, data: &[u8]) {
+        let index = self.operations.len();
+        self.operations.push(operation);
+        self.changed.push((start, data.len()));
+        let cut = self.cut.filter(|&(at, _)| at == index).map(|(_, cut)| cut);
+        self.power_lost |= cut.is_some();
+        if cut == Some(Cut::Before) {
+            return;
+        }
+        for (position, (cell, &new)) in self.image[start..].iter_mut().zip(data).enumerate() {
+            // Half of the bits in transition got there, in a fixed pattern.
+            let reached = scramble(index as u64, position as u64);
+            *cell = match (cut, operation) {
+                (Some(Cut::During), Operation::Program(_)) => *cell & (new | !reached),
+                (Some(Cut::During), Operation::Erase(_)) => *cell | reached,
+                _ => new,
+            };
+        }
+        self.bank[SR] |= if self.bank[CR] & EOPIE != 0 { EOP } else { 0 };
+    }
+
+    /// Flips one bit, as wear or radiation would.
+    pub(crate) fn flip(&mut self, bit: usize) {
+        if let Some(byte) = self.image.get_mut(bit / 8) {
+            *byte ^= 1 << (bit % 8);
+            self.changed.push((bit / 8, 1));
+        }
+    }
+
+    pub(crate) fn next_event(&self, now: Ticks) -> Option<Ticks> {
+        (self.busy_until > now).then_some(self.busy_until)
+    }
+
+    pub(crate) fn interrupt(&self) -> bool {
+        let (status, control) = (self.bank[SR], self.bank[CR]);
+        status & EOP != 0 && control & EOPIE != 0 || status & OPERR != 0 && control & ERRIE != 0
+    }
+}
+
+/// A fixed hash: which bits of a cut operation got there.
+fn scramble(a: u64, b: u64) -> u8 {
+    let mut x = a.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ b.wrapping_add(1).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    x ^= x >> 29;
+    x = x.wrapping_mul(0x94D0_49BB_1331_11EB);
+    (x >> 56) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unlocked() -> Flash {
+        let mut flash = Flash::new(vec![0xFF; FLASH_SIZE]);
+        flash.write(KEYR, 0x4567_0123, 0).unwrap();
+        flash.write(KEYR, 0xCDEF_89AB, 0).unwrap();
+        flash
+    }
+
+    #[test]
+    fn programs_an_erased_double_word_once() {
+        let mut flash = unlocked();
+        flash.write(CR, PG, 0).unwrap();
+        assert_eq!(flash.store(0x1_C000, 4, 0x1234_5678, 0), 0);
+        assert_eq!(flash.store(0x1_C004, 4, 0x9ABC_DEF0, 0), PROGRAM);
+        assert_eq!(flash.image[0x1_C000..0x1_C008], 0x9ABC_DEF0_1234_5678_u64.to_le_bytes());
+        assert_eq!(flash.read(SR, 1).unwrap(), BSY);
+        flash.store(0x1_C000, 4, 0, 2 * PROGRAM);
+        flash.store(0x1_C004, 4, 1, 2 * PROGRAM);
+        assert_eq!(flash.read(SR, 2 * PROGRAM).unwrap(), PROGERR | OPERR);
+        assert_eq!(flash.operations.len(), 1);
+        flash.write(SR, PROGERR | OPERR, 2 * PROGRAM).unwrap();
+        flash.store(0x1_C000, 4, 0, 2 * PROGRAM);
+        flash.store(0x1_C004, 4, 0, 2 * PROGRAM);
+        assert_eq!(flash.image[0x1_C000..0x1_C008], [0; 8], "all zero may be written over old data");
+    }
+
+    #[test]
+    fn refuses_what_the_chip_refuses() {
+        let mut locked = Flash::new(vec![0xFF; FLASH_SIZE]);
+        locked.store(0, 4, 0, 0);
+        assert_ne!(locked.read(SR, 0).unwrap() & PGSERR, 0);
+        locked.write(KEYR, 1, 0).unwrap();
+        locked.write(KEYR, 0x4567_0123, 0).unwrap();
+        locked.write(KEYR, 0xCDEF_89AB, 0).unwrap();
+        assert_ne!(locked.read(CR, 0).unwrap() & LOCK, 0, "a wrong key locks until reset");
+        for (offset, size, flag) in [(0x1_C000, 2, SIZERR), (0x1_C002, 4, PGAERR), (0x1_C004, 4, PGAERR)] {
+            let mut flash = unlocked();
+            flash.write(CR, PG, 0).unwrap();
+            flash.store(offset, size, 0, 0);
+            assert_ne!(flash.read(SR, 0).unwrap() & flag, 0, "{offset:#x} {size}");
+            assert!(flash.operations.is_empty());
+        }
+    }
+
+    #[test]
+    fn erases_a_page_and_stalls() {
+        let mut flash = unlocked();
+        flash.image.fill(0x55);
+        assert_eq!(flash.write(CR, PER | 60 << 3 | STRT, 0), Ok(ERASE));
+        assert!(flash.image[60 * PAGE_SIZE..61 * PAGE_SIZE].iter().all(|&b| b == 0xFF));
+        assert!(flash.image[61 * PAGE_SIZE..].iter().all(|&b| b == 0x55));
+    }
+
+    #[test]
+    fn a_cut_operation_is_undone_half_done_or_done() {
+        for (cut, expected) in [(Cut::Before, Some(0x55)), (Cut::During, None), (Cut::After, Some(0xFF))] {
+            let mut flash = unlocked();
+            flash.image.fill(0x55);
+            flash.cut = Some((0, cut));
+            flash.write(CR, PER | 60 << 3 | STRT, 0).unwrap();
+            assert!(flash.power_lost);
+            let page = &flash.image[60 * PAGE_SIZE..61 * PAGE_SIZE];
+            match expected {
+                Some(value) => assert!(page.iter().all(|&b| b == value)),
+                None => assert!(page.iter().all(|&b| b & 0x55 == 0x55) && page.iter().any(|&b| b != 0x55)),
+            }
+        }
+    }
+}

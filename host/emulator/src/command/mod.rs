@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! The commands of the program.
+
+pub mod sim;
+
+use std::process::ExitCode;
+
+use palpate_emulator::Error;
+
+/// Wrong options and files exit with 2, everything else that goes wrong with 1.
+pub fn exit_code(error: &Error) -> ExitCode {
+    match error {
+        Error::Read { .. } | Error::Elf { .. } | Error::Plant(_) | Error::NoFunction(_) => ExitCode::from(2),
+        _ => ExitCode::FAILURE,
+    }
+}

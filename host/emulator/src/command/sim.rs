@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! `sim`: one run, its log, its summary.
+
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+use clap::Args;
+use palpate_emulator::firmware::default_path;
+use palpate_emulator::sim::{Object, Scene, Script, Session, Settings, Summary, Trace, event_json};
+use palpate_emulator::{Error, Firmware, Setup};
+use palpate_plant::Parameters;
+
+/// Options of `sim`.
+#[derive(Args)]
+pub struct Options {
+    /// Firmware image
+    #[arg(long, default_value_os_t = default_path())]
+    elf: PathBuf,
+    /// Finger that the firmware was built for
+    #[arg(long, value_enum, default_value = "p70")]
+    scene: Scene,
+    /// Place of the contact on its phalanx, from the joint, in millimetre
+    #[arg(long, value_name = "MM", default_value_t = 30.0, value_parser = positive)]
+    contact_mm: f64,
+    /// Diameter of the cylinder
+    #[arg(long, value_name = "MM", default_value_t = 10.0, value_parser = positive)]
+    object_mm: f64,
+    /// Phalanx that meets the object, from 1
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=3))]
+    phalanx: u8,
+    /// Object at the first phalanx
+    #[arg(long, conflicts_with_all = ["free", "phalanx"])]
+    proximal: bool,
+    /// No object
+    #[arg(long, conflicts_with_all = ["contact_mm", "object_mm", "phalanx"])]
+    free: bool,
+    /// Angle of joint 1 at contact
+    #[arg(long, value_name = "DEG", default_value_t = 45.0, value_parser = finite)]
+    theta1_deg: f64,
+    /// Of the simulated noise
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Parameters of the simulated finger and drivetrain, a TOML file
+    #[arg(long, value_name = "FILE")]
+    plant: Option<PathBuf>,
+    /// Writes what was measured and what is true, a row a millisecond
+    #[arg(long, value_name = "FILE.csv")]
+    trace: Option<PathBuf>,
+    /// One JSON object a line: every event, then the summary
+    #[arg(long)]
+    json: bool,
+    /// Typed instead of pressing the button, separated by semicolons, each when the motion before it has ended
+    #[arg(long, value_name = "COMMANDS")]
+    commands: Option<String>,
+    /// Simulated seconds after which the run is given up
+    #[arg(long, value_name = "S", default_value_t = 120.0, value_parser = positive)]
+    max_s: f64,
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| "a number is expected".to_owned())
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    finite(text).ok().filter(|&v| v > 0.0).ok_or_else(|| "a number above zero is expected".to_owned())
+}
+
+/// Reads the plant's parameters, or takes the defaults.
+fn parameters(path: Option<&Path>) -> Result<Parameters, Error> {
+    let Some(path) = path else { return Ok(Parameters::default()) };
+    let text = std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
+    Ok(Parameters::from_toml(&text)?)
+}
+
+fn settings(options: &Options) -> Result<Settings, Error> {
+    let object = Object {
+        phalanx: if options.proximal { 1 } else { options.phalanx },
+        contact_mm: options.contact_mm,
+        diameter_mm: options.object_mm,
+        theta_1_deg: options.theta1_deg,
+    };
+    Ok(Settings {
+        scene: options.scene,
+        parameters: parameters(options.plant.as_deref())?,
+        object: (!options.free).then_some(object),
+        script: options.commands.as_deref().map_or_else(Script::button, Script::parse),
+        seed: options.seed,
+        max_s: options.max_s,
+        setup: Setup::default(),
+    })
+}
+
+/// Runs it.
+pub fn run(options: &Options) -> Result<ExitCode, Error> {
+    let firmware = Firmware::load(&options.elf)?;
+    let settings = settings(options)?;
+    let trace = match &options.trace {
+        Some(path) => {
+            Some(Trace::create(path).map_err(|source| Error::Read { path: path.clone(), source })?)
+        }
+        None => None,
+    };
+    let start = Instant::now();
+    let mut session = Session::start(&firmware, settings, trace)?;
+    let mut printed = 0;
+    let mut progress = Progress::new();
+    let mut result = Ok(());
+    while result.is_ok() && !session.over() {
+        result = session.millisecond();
+        if printed < session.lines.len() {
+            progress.clear();
+            printed = print(&session, printed, options.json);
+        }
+        progress.show(&session, start);
+    }
+    progress.clear();
+    result = result.and(session.finish());
+    print(&session, printed, options.json);
+    result?;
+    let summary = Summary::of(&session);
+    let wall_s = start.elapsed().as_secs_f64();
+    if options.json {
+        println!("{}", summary.json(wall_s));
+    } else {
+        print!("\n{}", summary.text(wall_s));
+    }
+    if session.timed_out() && !session.completed() {
+        eprintln!("error: the firmware did not reach its final state within {} s", options.max_s);
+    }
+    let fine = session.completed() && session.faults.is_empty() && session.resets.is_empty();
+    Ok(if fine { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+fn print(session: &Session<'_>, from: usize, json: bool) -> usize {
+    for line in &session.lines[from..] {
+        if json {
+            println!("{}", event_json(line));
+        } else {
+            println!("{line}");
+        }
+    }
+    session.lines.len()
+}
+
+/// A line on the terminal that overwrites itself.
+struct Progress {
+    terminal: bool,
+    shown: Option<Instant>,
+}
+
+impl Progress {
+    fn new() -> Self {
+        Self { terminal: std::io::stderr().is_terminal(), shown: None }
+    }
+
+    fn show(&mut self, session: &Session<'_>, start: Instant) {
+        if !self.terminal || self.shown.is_some_and(|at| at.elapsed().as_millis() < 200) {
+            return;
+        }
+        let (emulated, wall) = (session.machine.time_s(), start.elapsed().as_secs_f64());
+        eprint!("\r\x1b[K{emulated:.1} s simulated, {:.1} times real time, {}", emulated / wall, session.state);
+        self.shown = Some(Instant::now());
+    }
+
+    fn clear(&mut self) {
+        if self.shown.take().is_some() {
+            eprint!("\r\x1b[K");
+            // A terminal that cannot be flushed shows the line a little longer.
+            let _ = std::io::stderr().flush();
+        }
+    }
+}

@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! Who executed how many instructions: the whole run, every exception, watched functions.
+
+use std::collections::BTreeMap;
+
+use super::decode::Block;
+
+/// Executed instructions and their estimated cycles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cost {
+    /// Executed instructions: exact, those skipped by an IT condition included.
+    pub instructions: u64,
+    /// Cycles by the core's table at zero wait states.
+    pub cycles_low: u64,
+    /// Cycles with an upper estimate of the flash's wait states.
+    pub cycles_high: u64,
+}
+
+impl Cost {
+    fn add(&mut self, block: &Block) {
+        self.instructions += u64::from(block.instructions);
+        self.cycles_low += u64::from(block.cycles_low);
+        self.cycles_high += u64::from(block.cycles_high);
+    }
+
+    fn since(self, start: Self) -> Self {
+        Self {
+            instructions: self.instructions - start.instructions,
+            cycles_low: self.cycles_low - start.cycles_low,
+            cycles_high: self.cycles_high - start.cycles_high,
+        }
+    }
+}
+
+/// Calls of one exception handler or function; its own work and that of its callees, without what preempted it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Calls {
+    /// Finished calls.
+    pub count: u64,
+    /// Sum over the calls.
+    pub total: Cost,
+    /// Fewest instructions in one call.
+    pub min_instructions: u64,
+    /// The call with the most instructions.
+    pub max: Cost,
+}
+
+impl Calls {
+    fn record(&mut self, cost: Cost) {
+        self.min_instructions =
+            if self.count == 0 { cost.instructions } else { self.min_instructions.min(cost.instructions) };
+        self.count += 1;
+        self.total.instructions += cost.instructions;
+        self.total.cycles_low += cost.cycles_low;
+        self.total.cycles_high += cost.cycles_high;
+        if cost.instructions >= self.max.instructions {
+            self.max = cost;
+        }
+    }
+}
+
+/// A function being executed: it ends where its caller goes on, in the same context, with its stack given back.
+#[derive(Clone, Copy, Debug)]
+struct Frame {
+    watch: u16,
+    return_to: u32,
+    stack: u32,
+    depth: usize,
+    start: Cost,
+}
+
+/// The books.
+#[derive(Debug)]
+pub struct Account {
+    total: Cost,
+    /// What thread mode (first) and every exception on top of it executed so far.
+    contexts: Vec<(u16, Cost)>,
+    frames: Vec<Frame>,
+    exceptions: BTreeMap<u16, Calls>,
+    functions: Vec<(String, Calls)>,
+}
+
+impl Account {
+    pub(crate) fn new() -> Self {
+        Self {
+            total: Cost::default(),
+            contexts: vec![(0, Cost::default())],
+            frames: Vec::new(),
+            exceptions: BTreeMap::new(),
+            functions: Vec::new(),
+        }
+    }
+
+    /// Starts watching a function; the number goes into its first block.
+    pub(crate) fn watch(&mut self, name: String) -> u16 {
+        self.functions.push((name, Calls::default()));
+        self.functions.len() as u16
+    }
+
+    pub(crate) fn charge(&mut self, block: &Block) {
+        self.total.add(block);
+        if let Some((_, own)) = self.contexts.last_mut() {
+            own.add(block);
+        }
+    }
+
+    /// Takes back what a fault in mid-block kept from being executed.
+    pub(crate) fn refund(&mut self, instructions: u32) {
+        let instructions = u64::from(instructions);
+        self.total.instructions -= instructions;
+        if let Some((_, own)) = self.contexts.last_mut() {
+            own.instructions -= instructions;
+        }
+    }
+
+    /// Where the innermost watched function returns to.
+    pub(crate) fn awaited_return(&self) -> Option<u32> {
+        self.frames.last().map(|frame| frame.return_to)
+    }
+
+    pub(crate) fn call(&mut self, watch: u16, return_to: u32, stack: u32) {
+        let (depth, start) = self.here();
+        self.frames.push(Frame { watch, return_to: return_to & !1, stack, depth, start });
+    }
+
+    /// The address where the innermost watched function returns to is about to run.
+    pub(crate) fn returned(&mut self, stack: u32) {
+        let (depth, now) = self.here();
+        while let Some(frame) = self.frames.last().copied() {
+            if frame.depth != depth || stack < frame.stack {
+                break;
+            }
+            self.frames.pop();
+            if let Some((_, calls)) = self.functions.get_mut(usize::from(frame.watch) - 1) {
+                calls.record(now.since(frame.start));
+            }
+        }
+    }
+
+    fn here(&self) -> (usize, Cost) {
+        let own = self.contexts.last().map_or(Cost::default(), |context| context.1);
+        (self.contexts.len(), own)
+    }
+
+    pub(crate) fn enter(&mut self, exception: u16) {
+        self.contexts.push((exception, Cost::default()));
+    }
+
+    pub(crate) fn leave(&mut self) {
+        if self.contexts.len() > 1
+            && let Some((exception, own)) = self.contexts.pop()
+        {
+            self.frames.retain(|frame| frame.depth <= self.contexts.len());
+            self.exceptions.entry(exception).or_default().record(own);
+        }
+    }
+
+    /// A reset ends every context without counting it as a call.
+    pub(crate) fn reset(&mut self) {
+        self.contexts.truncate(1);
+        self.frames.clear();
+    }
+
+    /// Everything executed since power-on.
+    #[must_use]
+    pub fn total(&self) -> Cost {
+        self.total
+    }
+
+    /// By exception number; interrupt n is 16 + n.
+    #[must_use]
+    pub fn exceptions(&self) -> &BTreeMap<u16, Calls> {
+        &self.exceptions
+    }
+
+    /// Watched functions in the order in which they were named.
+    #[must_use]
+    pub fn functions(&self) -> &[(String, Calls)] {
+        &self.functions
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn block(instructions: u32) -> Block {
+        Block { instructions, cycles_low: instructions, cycles_high: 2 * instructions, ..Block::default() }
+    }
+
+    #[test]
+    fn a_function_is_charged_its_callees_but_not_what_preempted_it() {
+        let mut account = Account::new();
+        let outer = account.watch("outer".into());
+        let inner = account.watch("inner".into());
+        account.charge(&block(100));
+        account.call(outer, 0x0800_0101, 0x2000_1000);
+        account.charge(&block(10));
+        account.call(inner, 0x0800_0201, 0x2000_0F00);
+        account.charge(&block(3));
+        account.enter(40);
+        account.charge(&block(1000));
+        account.leave();
+        account.returned(0x2000_0F00);
+        account.charge(&block(5));
+        account.returned(0x2000_1000);
+        let calls: Vec<_> = account.functions().iter().map(|(_, calls)| calls.total.instructions).collect();
+        assert_eq!(calls, [18, 3]);
+        assert_eq!(account.exceptions()[&40].max.instructions, 1000);
+        assert_eq!(account.total().instructions, 1118);
+    }
+
+    #[test]
+    fn recursion_ends_at_its_own_level() {
+        let mut account = Account::new();
+        let f = account.watch("f".into());
+        account.call(f, 0x0800_0100, 0x2000_1000);
+        account.charge(&block(1));
+        account.call(f, 0x0800_0200, 0x2000_0FF0);
+        account.charge(&block(1));
+        account.returned(0x2000_0FF0);
+        assert_eq!(account.functions()[0].1.count, 1);
+        account.charge(&block(1));
+        account.returned(0x2000_1000);
+        assert_eq!(account.functions()[0].1.count, 2);
+        assert_eq!(account.functions()[0].1.max.instructions, 3);
+    }
+}

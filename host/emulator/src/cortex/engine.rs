@@ -1,0 +1,337 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! The instruction engine with its memories and hooks, wrapped so that the rest of the crate sees no callback.
+
+use unicorn_engine::{Arch, ArmCpuModel, HookType, MemType, Mode, Prot, RegisterARM, Unicorn, uc_error};
+
+use super::decode::{self, Block};
+use super::memory::Ram;
+use super::{Map, Trap};
+use crate::chip::Chip;
+use crate::time::CYCLES_PER_INSTRUCTION;
+
+type Uc<'a> = Unicorn<'a, Chip>;
+
+/// Why the engine came back.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Exit {
+    /// A deadline, or an exception to take.
+    Due,
+    WaitForInterrupt,
+    Trap(Trap),
+}
+
+/// The engine and everything it calls back into.
+pub(crate) struct Engine {
+    uc: Uc<'static>,
+    /// Dropped after the engine, which holds a pointer into it.
+    _ram: Ram,
+}
+
+impl Engine {
+    pub(crate) fn new(chip: Chip) -> Result<Self, uc_error> {
+        let mut uc = Unicorn::new_with_data(Arch::ARM, Mode::THUMB | Mode::MCLASS, chip)?;
+        uc.ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32)?;
+        // The CCM SRAM's size is no multiple of the default page.
+        uc.ctl_set_page_size(1024)?;
+        let mut ram = Ram::new();
+        ram.map(&mut uc)?;
+        let code = Prot::READ | Prot::EXEC;
+        uc.mem_map(0, Map::FLASH_SIZE.into(), code)?;
+        uc.mem_map(Map::FLASH.into(), Map::FLASH_SIZE.into(), code)?;
+        uc.mem_map(Map::SYSTEM.into(), Map::SYSTEM_SIZE.into(), Prot::READ)?;
+        // Unique identity and flash size in KiB.
+        uc.mem_write(0x1FFF_7590, b"EMULATED\0\0\0\0")?;
+        uc.mem_write(0x1FFF_75E0, &128u16.to_le_bytes())?;
+        for (base, size) in [(0x4000_0000, 0x0003_0000), (0x4800_0000, 0x2000), (0x5000_0000, 0x0007_0000)] {
+            uc.mmio_map(
+                base,
+                size,
+                Some(move |uc: &mut Uc<'_>, offset, bytes| load(uc, (base + offset) as u32, bytes, Chip::read)),
+                Some(move |uc: &mut Uc<'_>, offset, bytes, value| {
+                    store(uc, (base + offset) as u32, bytes, value, Chip::write);
+                }),
+            )?;
+        }
+        let base = 0xE000_0000;
+        uc.mmio_map(
+            base,
+            0x0010_0000,
+            Some(move |uc: &mut Uc<'_>, offset, bytes| {
+                load(uc, (base + offset) as u32, bytes, |chip, address, size| {
+                    let word = chip.read_system(address & !3)? >> (8 * (address & 3));
+                    Ok(if size >= 4 { word } else { word & ((1 << (8 * size)) - 1) })
+                })
+            }),
+            Some(move |uc: &mut Uc<'_>, offset, bytes, value| {
+                store(uc, (base + offset) as u32, bytes, value, Chip::write_system);
+            }),
+        )?;
+        uc.add_block_hook(1, 0, on_block)?;
+        uc.add_intr_hook(on_interrupt)?;
+        uc.add_insn_invalid_hook(on_invalid)?;
+        uc.add_mem_hook(HookType::MEM_UNMAPPED, 1, 0, |uc: &mut Uc<'_>, kind, address, _, _| {
+            let fetch = kind == MemType::FETCH_UNMAPPED;
+            trap(uc, Trap::Bus { address: address as u32, fetch });
+            false
+        })?;
+        uc.add_mem_hook(HookType::MEM_WRITE_PROT, 1, 0, |uc: &mut Uc<'_>, _, address, size, value| {
+            let offset = (address as u32).checked_sub(Map::FLASH).unwrap_or(address as u32);
+            uc.get_data_mut().store_flash(offset, size, value as u32);
+            true
+        })?;
+        let mut engine = Self { uc, _ram: ram };
+        engine.refresh_flash()?;
+        Ok(engine)
+    }
+
+    /// Makes CYCCNT count executed instructions exactly, at the price of slower loads.
+    pub(crate) fn count_instructions(&mut self) -> Result<(), uc_error> {
+        self.chip_mut().core.count_instructions = true;
+        // The mere presence of the hook makes the engine keep the program counter exact at loads.
+        let cyccnt = 0xE000_1004;
+        self.uc.add_mem_hook(HookType::MEM_READ, cyccnt, cyccnt + 3, |uc: &mut Uc<'_>, _, _, _, _| {
+            let pc = uc.reg_read(RegisterARM::PC).unwrap_or(0) as u32;
+            let core = &uc.get_data().core;
+            let (start, block) = (core.block_address, core.block);
+            let before = pc.wrapping_sub(start).min(block.size) as usize;
+            let mut code = vec![0; before];
+            let executed = if uc.mem_read(start.into(), &mut code).is_ok() { decode::count(&code) } else { 0 };
+            uc.get_data_mut().core.instructions_ahead = u64::from(block.instructions - executed);
+            true
+        })?;
+        Ok(())
+    }
+
+    pub(crate) fn chip(&self) -> &Chip {
+        self.uc.get_data()
+    }
+
+    pub(crate) fn chip_mut(&mut self) -> &mut Chip {
+        self.uc.get_data_mut()
+    }
+
+    /// Runs from the program counter until something is due.
+    pub(crate) fn run(&mut self) -> Result<Exit, uc_error> {
+        let pc = self.register(RegisterARM::PC)?;
+        let result = self.uc.emu_start(u64::from(pc | 1), 0, 0, 0);
+        if let Some(trap) = self.chip_mut().core.trap.take() {
+            if matches!(trap, Trap::Bus { .. } | Trap::Undefined) {
+                self.refund()?;
+            }
+            return Ok(Exit::Trap(trap));
+        }
+        result?;
+        let pc = self.register(RegisterARM::PC)?;
+        Ok(match self.halfword(pc.wrapping_sub(2)) {
+            Some(decode::WFI) if pc != self.chip().core.block_address => Exit::WaitForInterrupt,
+            _ => Exit::Due,
+        })
+    }
+
+    /// Takes back the instructions of a block that a fault cut short.
+    fn refund(&mut self) -> Result<(), uc_error> {
+        let pc = self.register(RegisterARM::PC)?;
+        let core = &self.chip().core;
+        let (start, block) = (core.block_address, core.block);
+        let Some(code) = self.read(start, pc.wrapping_sub(start).min(block.size) as usize) else {
+            return Ok(());
+        };
+        let executed = decode::count(&code);
+        self.chip_mut().core.account.refund(block.instructions.saturating_sub(executed));
+        Ok(())
+    }
+
+    pub(crate) fn register(&self, register: RegisterARM) -> Result<u32, uc_error> {
+        self.uc.reg_read(register).map(|value| value as u32)
+    }
+
+    pub(crate) fn set_register(&mut self, register: RegisterARM, value: u32) -> Result<(), uc_error> {
+        self.uc.reg_write(register, value.into())
+    }
+
+    pub(super) fn wide_register(&self, register: RegisterARM) -> Result<u64, uc_error> {
+        self.uc.reg_read(register)
+    }
+
+    pub(super) fn set_wide_register(&mut self, register: RegisterARM, value: u64) -> Result<(), uc_error> {
+        self.uc.reg_write(register, value)
+    }
+
+    /// Memory as the core sees it; `None` if part of it is not there.
+    pub(crate) fn read(&self, address: u32, size: usize) -> Option<Vec<u8>> {
+        self.uc.mem_read_as_vec(address.into(), size).ok()
+    }
+
+    pub(crate) fn word(&self, address: u32) -> Option<u32> {
+        let mut bytes = [0; 4];
+        self.uc.mem_read(address.into(), &mut bytes).ok()?;
+        Some(u32::from_le_bytes(bytes))
+    }
+
+    fn halfword(&self, address: u32) -> Option<u16> {
+        let mut bytes = [0; 2];
+        self.uc.mem_read(address.into(), &mut bytes).ok()?;
+        Some(u16::from_le_bytes(bytes))
+    }
+
+    /// Writes RAM as a debugger would. False if it is not RAM.
+    pub(crate) fn write(&mut self, address: u32, bytes: &[u8]) -> bool {
+        let end = address.wrapping_add(bytes.len().max(1) as u32 - 1);
+        let ram = Map::ram_offset(address).is_some() && Map::ram_offset(end).is_some();
+        ram && self.uc.mem_write(address.into(), bytes).is_ok()
+    }
+
+    /// Shows the core the whole flash.
+    fn refresh_flash(&mut self) -> Result<(), uc_error> {
+        let image = self.chip().flash.image.clone();
+        self.uc.mem_write(0, &image)?;
+        self.uc.mem_write(Map::FLASH.into(), &image)
+    }
+
+    /// Shows the core what the flash controller changed.
+    pub(crate) fn refresh_changed(&mut self) -> Result<(), uc_error> {
+        for (start, length) in std::mem::take(&mut self.chip_mut().flash.changed) {
+            let bytes = self.chip().flash.image[start..start + length].to_vec();
+            self.uc.mem_write(start as u64, &bytes)?;
+            self.uc.mem_write(u64::from(Map::FLASH) + start as u64, &bytes)?;
+        }
+        Ok(())
+    }
+
+    /// Watches a function from now on.
+    pub(crate) fn watch(&mut self, address: u32, name: String) {
+        let core = &mut self.chip_mut().core;
+        let number = core.account.watch(name);
+        if let Some(slot) = core.blocks.slot(address & !1) {
+            slot.watch = number;
+        }
+    }
+}
+
+fn trap(uc: &mut Uc<'_>, trap: Trap) {
+    uc.get_data_mut().core.trap.get_or_insert(trap);
+}
+
+fn load(
+    uc: &mut Uc<'_>,
+    address: u32,
+    size: usize,
+    read: impl FnOnce(&mut Chip, u32, usize) -> Result<u32, crate::Misuse>,
+) -> u64 {
+    match read(uc.get_data_mut(), address, size) {
+        Ok(value) => value.into(),
+        Err(misuse) => {
+            trap(uc, Trap::Misuse(misuse));
+            0
+        }
+    }
+}
+
+fn store(
+    uc: &mut Uc<'_>,
+    address: u32,
+    size: usize,
+    value: u64,
+    write: impl FnOnce(&mut Chip, u32, usize, u32) -> Result<(), crate::Misuse>,
+) {
+    if let Err(misuse) = write(uc.get_data_mut(), address, size, value as u32) {
+        trap(uc, Trap::Misuse(misuse));
+    }
+}
+
+/// Before every block: stop if something is due, else charge the block.
+fn on_block(uc: &mut Uc<'_>, address: u64, size: u32) {
+    let address = address as u32;
+    let chip = uc.get_data_mut();
+    chip.core.block_address = address;
+    let stop = chip.now >= chip.deadline
+        || chip.core.trap.is_some()
+        || chip.reset_request.is_some()
+        || !chip.flash.changed.is_empty();
+    if stop || chip.core.nvic.candidate().is_some() && takes_exception(uc) {
+        // The result says only that the engine is not running, which a hook of its own rules out.
+        let _ = uc.emu_stop();
+        return;
+    }
+    let chip = uc.get_data_mut();
+    let slot = chip.core.blocks.slot(address).map_or(Block::default(), |slot| *slot);
+    let block = if slot.size == size { slot } else { learn(uc, address, size, slot.watch) };
+    if uc.get_data().core.account.awaited_return() == Some(address) {
+        let stack = uc.reg_read(RegisterARM::SP).unwrap_or(0) as u32;
+        uc.get_data_mut().core.account.returned(stack);
+    }
+    if block.watch != 0 {
+        let return_to = uc.reg_read(RegisterARM::LR).unwrap_or(0) as u32;
+        let stack = uc.reg_read(RegisterARM::SP).unwrap_or(0) as u32;
+        uc.get_data_mut().core.account.call(block.watch, return_to, stack);
+    }
+    let chip = uc.get_data_mut();
+    chip.core.block = block;
+    chip.core.account.charge(&block);
+    chip.core.event |= block.sends_event;
+    let (numerator, denominator) = CYCLES_PER_INSTRUCTION;
+    chip.now += u64::from(block.instructions) * chip.clocks().bus * numerator / denominator;
+}
+
+fn learn(uc: &mut Uc<'_>, address: u32, size: u32, watch: u16) -> Block {
+    let mut code = vec![0; size as usize];
+    let readable = uc.mem_read(address.into(), &mut code).is_ok();
+    let block = if readable { decode::decode(&code) } else { Block { size, ..Block::default() } };
+    let block = Block { watch, ..block };
+    if let Some(slot) = uc.get_data_mut().core.blocks.slot(address) {
+        *slot = block;
+    }
+    block
+}
+
+/// The mask registers let the pending exception through.
+fn takes_exception(uc: &Uc<'_>) -> bool {
+    let Some((_, priority)) = uc.get_data().core.nvic.candidate() else {
+        return false;
+    };
+    let mask = |register| uc.reg_read(register).unwrap_or(0) as u32;
+    let base = mask(RegisterARM::BASEPRI) as i16;
+    let masked = mask(RegisterARM::FAULTMASK) & 1 != 0 && priority >= -1
+        || mask(RegisterARM::PRIMASK) & 1 != 0 && priority >= 0
+        || base != 0 && priority >= base;
+    !masked
+}
+
+impl Engine {
+    /// The exception to take now, if any.
+    pub(crate) fn takes(&self) -> Option<u16> {
+        let candidate = self.chip().core.nvic.candidate()?;
+        takes_exception(&self.uc).then_some(candidate.0)
+    }
+}
+
+fn on_interrupt(uc: &mut Uc<'_>, number: u32) {
+    let pc = uc.reg_read(RegisterARM::PC).unwrap_or(0) as u32;
+    let what = match number {
+        2 => Trap::Supervisor,
+        7 => Trap::Breakpoint,
+        8 => Trap::Return(pc | 1),
+        3 | 4 => Trap::Bus { address: pc, fetch: number == 3 },
+        _ => Trap::Undefined,
+    };
+    trap(uc, what);
+    let _ = uc.emu_stop();
+}
+
+fn on_invalid(uc: &mut Uc<'_>) -> bool {
+    let pc = uc.reg_read(RegisterARM::PC).unwrap_or(0) as u32;
+    let mut before = [0; 2];
+    let read = uc.mem_read(pc.wrapping_sub(2).into(), &mut before);
+    if read.is_ok() && u16::from_le_bytes(before) == decode::WFE {
+        let core = &mut uc.get_data_mut().core;
+        if core.event {
+            core.event = false;
+        } else {
+            trap(uc, Trap::WaitForEvent);
+            let _ = uc.emu_stop();
+        }
+        return true;
+    }
+    trap(uc, Trap::Undefined);
+    false
+}

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! The Cortex-M4F: the engine runs its instructions, this module adds what the engine lacks.
+
+pub mod account;
+pub mod decode;
+mod engine;
+mod exception;
+mod memory;
+pub(crate) mod nvic;
+mod system;
+mod systick;
+
+pub(crate) use engine::{Engine, Exit};
+
+use crate::chip::{Bank, Misuse};
+use account::Account;
+use decode::{Block, Blocks};
+use nvic::Nvic;
+
+/// The memories.
+pub(crate) struct Map;
+
+impl Map {
+    pub(crate) const FLASH: u32 = 0x0800_0000;
+    pub(crate) const FLASH_SIZE: u32 = crate::chip::FLASH_SIZE as u32;
+    /// SRAM1, SRAM2 and the alias of the CCM SRAM, one behind the other.
+    pub(crate) const RAM: u32 = 0x2000_0000;
+    pub(crate) const RAM_SIZE: u32 = 32 * 1024;
+    /// The CCM SRAM at its own address.
+    pub(crate) const CCM: u32 = 0x1000_0000;
+    pub(crate) const CCM_SIZE: u32 = 10 * 1024;
+    /// Where in the RAM the CCM SRAM appears as well.
+    pub(crate) const CCM_ALIAS: u32 = 0x5800;
+    /// System memory with the unique identity and the flash size.
+    pub(crate) const SYSTEM: u32 = 0x1FFF_0000;
+    pub(crate) const SYSTEM_SIZE: u32 = 0x8000;
+
+    /// Offset into the RAM of an address in it or in the CCM SRAM.
+    pub(crate) fn ram_offset(address: u32) -> Option<u32> {
+        let ram = address.wrapping_sub(Self::RAM);
+        let ccm = address.wrapping_sub(Self::CCM);
+        if ram < Self::RAM_SIZE {
+            Some(ram)
+        } else {
+            (ccm < Self::CCM_SIZE).then(|| ccm + Self::CCM_ALIAS)
+        }
+    }
+}
+
+/// Something the core did that the run loop must deal with.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Trap {
+    /// An exception handler returned with this value in the program counter.
+    Return(u32),
+    Supervisor,
+    Breakpoint,
+    WaitForEvent,
+    Undefined,
+    /// No memory answers at this address.
+    Bus { address: u32, fetch: bool },
+    Misuse(Misuse),
+}
+
+/// State of the core beside its registers, and the books of the emulation.
+#[derive(Debug)]
+pub struct Core {
+    pub(crate) nvic: Nvic,
+    pub(crate) systick: systick::SysTick,
+    scs: Bank,
+    dwt: Bank,
+    /// The books.
+    pub(crate) account: Account,
+    blocks: Blocks,
+    /// The block that runs or was about to run.
+    block: Block,
+    pub(crate) block_address: u32,
+    /// Set by SEV and by exception entry and return; consumed by WFE.
+    pub(crate) event: bool,
+    pub(crate) locked_up: bool,
+    pub(crate) trap: Option<Trap>,
+    /// CYCCNT counts executed instructions exactly.
+    pub(crate) count_instructions: bool,
+    /// Instructions of the running block that come after the load being carried out.
+    instructions_ahead: u64,
+    /// Level of nFAULT when the pins were last looked at.
+    pub(crate) fault_was_low: bool,
+}
+
+impl Core {
+    pub(crate) fn new() -> Self {
+        Self {
+            nvic: Nvic::new(),
+            systick: systick::SysTick::default(),
+            scs: Bank::new("SCS", system::SCS),
+            dwt: Bank::new("DWT", system::DWT),
+            account: Account::new(),
+            blocks: Blocks::new(),
+            block: Block::default(),
+            block_address: 0,
+            event: false,
+            locked_up: false,
+            trap: None,
+            count_instructions: false,
+            instructions_ahead: 0,
+            fault_was_low: false,
+        }
+    }
+
+    pub(crate) fn reset(&mut self) {
+        self.nvic = Nvic::new();
+        self.systick = systick::SysTick::default();
+        self.scs.reset();
+        self.dwt.reset();
+        self.account.reset();
+        self.blocks.forget_ram();
+        self.event = false;
+        self.locked_up = false;
+        self.trap = None;
+    }
+
+    pub(crate) fn runs_from_ram(&self) -> bool {
+        Map::ram_offset(self.block_address).is_some()
+    }
+
+    /// Instructions executed before the load being carried out.
+    fn exact_instructions(&self) -> u64 {
+        self.account.total().instructions - self.instructions_ahead
+    }
+}

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! Log lines: decoded with the firmware's own tables, printed as a probe would, read as events.
+
+use defmt_decoder::{DecodeError, StreamDecoder};
+
+use crate::firmware::Firmware;
+
+/// One decoded log line.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// When the reader fetched it, in virtual seconds.
+    pub fetched_s: f64,
+    /// Time stamp of the firmware as it prints it; empty if it has none.
+    pub timestamp: String,
+    /// Level, in lower case; empty for a plain print.
+    pub level: String,
+    /// The text.
+    pub message: String,
+    /// Source file and line.
+    pub location: String,
+}
+
+impl Line {
+    /// Seconds since boot by the firmware's own clock, or when it was fetched if it prints none.
+    #[must_use]
+    pub fn time_s(&self) -> f64 {
+        self.timestamp.parse().unwrap_or(self.fetched_s)
+    }
+
+    /// The line read as `name key=value ...`.
+    #[must_use]
+    pub fn event(&self) -> Event<'_> {
+        Event::parse(&self.message)
+    }
+}
+
+impl std::fmt::Display for Line {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} ", self.timestamp)?;
+        if !self.level.is_empty() {
+            write!(f, "[{:<5}] ", self.level.to_uppercase())?;
+        }
+        write!(f, "{}", self.message)?;
+        if !self.location.is_empty() {
+            write!(f, " ({})", self.location)?;
+        }
+        Ok(())
+    }
+}
+
+/// A line taken apart: leading words are the name, the rest fields.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Event<'a> {
+    /// Words before the first field.
+    pub name: &'a str,
+    fields: Vec<(&'a str, &'a str)>,
+}
+
+impl<'a> Event<'a> {
+    /// Takes a line apart. A value reaches to the next ` key=`, so it may contain blanks.
+    #[must_use]
+    pub fn parse(line: &'a str) -> Self {
+        let starts: Vec<(usize, usize)> = line
+            .match_indices('=')
+            .filter_map(|(equals, _)| {
+                let start = line[..equals].rfind(' ').map_or(0, |blank| blank + 1);
+                let key = &line[start..equals];
+                let named = key.starts_with(|c: char| c.is_ascii_alphabetic())
+                    && key.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+                named.then_some((start, equals))
+            })
+            .collect();
+        let name = line[..starts.first().map_or(line.len(), |s| s.0)].trim_end();
+        let ends = starts.iter().skip(1).map(|s| s.0).chain([line.len()]);
+        let fields = starts.iter().zip(ends).map(|(&(start, equals), end)| {
+            (&line[start..equals], line[equals + 1..end].trim_end())
+        });
+        Self { name, fields: fields.collect() }
+    }
+
+    /// Fields in the order of the line.
+    #[must_use]
+    pub fn fields(&self) -> &[(&'a str, &'a str)] {
+        &self.fields
+    }
+
+    /// A field's text.
+    #[must_use]
+    pub fn field(&self, key: &str) -> Option<&'a str> {
+        self.fields.iter().find(|f| f.0 == key).map(|f| f.1)
+    }
+
+    /// A field as a finite number.
+    #[must_use]
+    pub fn number(&self, key: &str) -> Option<f64> {
+        self.field(key)?.parse().ok().filter(|v: &f64| v.is_finite())
+    }
+}
+
+/// Decodes a stream of frames.
+pub(crate) struct Log<'f> {
+    firmware: &'f Firmware,
+    decoder: Option<Box<dyn StreamDecoder + Send + Sync + 'f>>,
+    /// Frames that could not be decoded: the firmware dropped part of them.
+    pub(crate) malformed: u64,
+}
+
+impl<'f> Log<'f> {
+    pub(crate) fn new(firmware: &'f Firmware) -> Self {
+        let decoder = firmware.table.as_ref().map(|table| table.new_stream_decoder());
+        Self { firmware, decoder, malformed: 0 }
+    }
+
+    /// After a reset the firmware begins a new stream.
+    pub(crate) fn restart(&mut self) {
+        *self = Self { malformed: self.malformed, ..Self::new(self.firmware) };
+    }
+
+    pub(crate) fn decode(&mut self, bytes: &[u8], fetched_s: f64) -> Vec<Line> {
+        let mut lines = Vec::new();
+        let (Some(decoder), Some(table)) = (&mut self.decoder, &self.firmware.table) else {
+            return lines;
+        };
+        decoder.received(bytes);
+        loop {
+            match decoder.decode() {
+                Ok(frame) => lines.push(Line {
+                    fetched_s,
+                    timestamp: frame.display_timestamp().map(|t| t.to_string()).unwrap_or_default(),
+                    level: frame.level().map(|l| l.as_str().to_owned()).unwrap_or_default(),
+                    message: frame.display_message().to_string(),
+                    location: self
+                        .firmware
+                        .locations
+                        .get(&frame.index())
+                        .map(|l| format!("{}:{}", tail(&l.file.to_string_lossy()), l.line))
+                        .unwrap_or_default(),
+                }),
+                Err(DecodeError::UnexpectedEof) => break,
+                Err(DecodeError::Malformed) => {
+                    self.malformed += 1;
+                    if !table.encoding().can_recover() {
+                        break;
+                    }
+                }
+            }
+        }
+        lines
+    }
+}
+
+/// The path from `src` on.
+fn tail(path: &str) -> &str {
+    path.rfind("src/").map_or(path, |at| &path[at..])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reads_events() {
+        let event = Event::parse("located phalanx=2 k_mm=30.1 sigma_mm=0.6 settled=true");
+        assert_eq!(event.name, "located");
+        assert_eq!(event.number("k_mm"), Some(30.1));
+        assert_eq!(event.field("settled"), Some("true"));
+        assert_eq!(event.number("settled"), None);
+        assert_eq!(event.field("missing"), None);
+    }
+
+    #[test]
+    fn a_value_may_have_blanks_and_a_line_no_fields() {
+        let event = Event::parse("not-located why=no stable root on any phalanx k_mm=-1");
+        assert_eq!(event.field("why"), Some("no stable root on any phalanx"));
+        assert_eq!(event.number("k_mm"), Some(-1.0));
+        assert_eq!(Event::parse("sequence done"), Event { name: "sequence done", fields: vec![] });
+        assert_eq!(Event::parse("a == b").fields(), []);
+    }
+}

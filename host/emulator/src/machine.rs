@@ -1,0 +1,397 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! The chip with firmware in it, switched on and run in virtual time.
+
+use palpate_plant::Plant;
+use unicorn_engine::RegisterARM;
+
+use crate::chip::{Chip, Cut, Operation, ResetCause};
+use crate::cortex::account::Account;
+use crate::cortex::{Engine, Exit, Map, Trap};
+use crate::firmware::{Firmware, place};
+use crate::log::{Line, Log};
+use crate::rtt::{Reader, Rtt};
+use crate::time::{self, TICKS_PER_MS, Ticks};
+use crate::world::{Wires, World};
+use crate::{Error, Misuse};
+
+/// How the machine is set up.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// How the log is read.
+    pub reader: Reader,
+    /// Contents of the flash left by an earlier run, instead of a freshly programmed chip.
+    pub flash: Option<Vec<u8>>,
+    /// Frequency of the watchdog's oscillator: 32 kHz nominal, 29.5 to 34 kHz over temperature and supply.
+    pub lsi_hz: u64,
+    /// The cycle counter counts executed instructions exactly, for benchmarks.
+    pub count_instructions: bool,
+    /// Parts of names of functions whose calls are counted.
+    pub watch: Vec<String>,
+}
+
+impl Default for Setup {
+    fn default() -> Self {
+        Self { reader: Reader::Attached, flash: None, lsi_hz: 32_000, count_instructions: false, watch: Vec::new() }
+    }
+}
+
+/// Why the machine paused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pause {
+    /// The wanted time has come.
+    Time,
+    /// The chip was reset and starts again.
+    Reset(ResetCause),
+    /// The power went at the flash operation set by [`Machine::cut_power_at`].
+    PowerLost,
+    /// The firmware ended itself by a semihosting exit with this code.
+    Exit(u32),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sleep {
+    No,
+    ForEvent,
+    ForInterrupt,
+}
+
+/// A running chip.
+pub struct Machine<'f> {
+    firmware: &'f Firmware,
+    engine: Engine,
+    rtt: Rtt,
+    log: Log<'f>,
+    sleep: Sleep,
+    next_poll: Ticks,
+    lines: Vec<Line>,
+    outbox: Vec<u8>,
+}
+
+/// How often a probe polls the log.
+const POLL: Ticks = TICKS_PER_MS;
+
+impl<'f> Machine<'f> {
+    /// Programs the firmware into a chip wired to `plant` (or to nothing) and switches it on.
+    ///
+    /// # Errors
+    /// The engine cannot be set up, or a watched function does not exist.
+    pub fn new(firmware: &'f Firmware, plant: Option<Plant>, setup: &Setup) -> Result<Self, Error> {
+        let image = setup.flash.clone().unwrap_or_else(|| firmware.image.clone());
+        let mut engine = Engine::new(Chip::new(image, plant, setup.lsi_hz))?;
+        if setup.count_instructions {
+            engine.count_instructions()?;
+        }
+        for part in &setup.watch {
+            let mut any = false;
+            for function in firmware.functions(part) {
+                engine.watch(function.address, function.name.clone());
+                any = true;
+            }
+            if !any {
+                return Err(Error::NoFunction(part.clone()));
+            }
+        }
+        let mut machine = Self {
+            firmware,
+            engine,
+            rtt: Rtt::new(firmware.symbol("_SEGGER_RTT"), setup.reader),
+            log: Log::new(firmware),
+            sleep: Sleep::No,
+            next_poll: POLL,
+            lines: Vec::new(),
+            outbox: Vec::new(),
+        };
+        machine.forget_ram();
+        machine.engine.start()?;
+        Ok(machine)
+    }
+
+    /// Fills the RAM with a pattern, as power-on leaves it: neither zero nor an old value.
+    fn forget_ram(&mut self) {
+        self.engine.write(Map::RAM, &vec![UNTOUCHED; Map::RAM_SIZE as usize]);
+    }
+
+    /// Switches the power off and on again. The flash keeps its contents, the RAM does not.
+    ///
+    /// # Errors
+    /// The engine fails.
+    pub fn power_cycle(&mut self) -> Result<(), Error> {
+        self.chip_mut().flash.power_lost = false;
+        self.chip_mut().flash.cut = None;
+        self.forget_ram();
+        self.restart(ResetCause::PowerOn)
+    }
+
+    /// Resets the chip from outside.
+    ///
+    /// # Errors
+    /// The engine fails.
+    pub fn reset(&mut self, cause: ResetCause) -> Result<(), Error> {
+        self.restart(cause)
+    }
+
+    fn restart(&mut self, cause: ResetCause) -> Result<(), Error> {
+        self.poll(true);
+        self.chip_mut().reset(cause);
+        self.engine.refresh_changed()?;
+        self.sleep = Sleep::No;
+        self.log.restart();
+        self.engine.start()?;
+        Ok(())
+    }
+
+    /// Virtual time since power-on.
+    #[must_use]
+    pub fn now(&self) -> Ticks {
+        self.chip().now
+    }
+
+    /// Virtual time since power-on in seconds.
+    #[must_use]
+    pub fn time_s(&self) -> f64 {
+        time::seconds(self.now())
+    }
+
+    /// The chip.
+    #[must_use]
+    pub fn chip(&self) -> &Chip {
+        self.engine.chip()
+    }
+
+    pub(crate) fn chip_mut(&mut self) -> &mut Chip {
+        self.engine.chip_mut()
+    }
+
+    /// The books: who executed how many instructions.
+    #[must_use]
+    pub fn account(&self) -> &Account {
+        &self.chip().core.account
+    }
+
+    /// The simulated world, if one is wired.
+    #[must_use]
+    pub fn plant(&self) -> Option<&Plant> {
+        self.chip().world.plant()
+    }
+
+    /// The simulated world, to break something in it.
+    pub fn plant_mut(&mut self) -> Option<&mut Plant> {
+        self.chip_mut().world.plant_mut()
+    }
+
+    /// What is wrong between world and chip.
+    pub fn rewire(&mut self, change: impl FnOnce(&mut Wires)) {
+        let chip = self.chip_mut();
+        change(&mut chip.world.wires);
+        chip.rewired();
+    }
+
+    /// The world at the pins.
+    #[must_use]
+    pub fn world(&self) -> &World {
+        &self.chip().world
+    }
+
+    /// Presses or releases the user button.
+    pub fn button(&mut self, pressed: bool) {
+        self.chip_mut().button(pressed);
+    }
+
+    /// Queues bytes for the log's down channel; they go as the firmware makes room.
+    pub fn command(&mut self, text: &str) {
+        self.outbox.extend(text.as_bytes());
+    }
+
+    /// Sends bytes over the serial port.
+    pub fn serial(&mut self, text: &str) {
+        self.chip_mut().serial_in(text.as_bytes());
+    }
+
+    /// What the firmware sent over the serial port since the last call.
+    pub fn serial_output(&mut self) -> Vec<u8> {
+        self.chip_mut().serial_out()
+    }
+
+    /// Log lines fetched since the last call.
+    pub fn take_lines(&mut self) -> Vec<Line> {
+        std::mem::take(&mut self.lines)
+    }
+
+    /// Log frames that arrived damaged.
+    #[must_use]
+    pub fn malformed_frames(&self) -> u64 {
+        self.log.malformed
+    }
+
+    /// Contents of the flash.
+    #[must_use]
+    pub fn flash(&self) -> &[u8] {
+        &self.chip().flash.image
+    }
+
+    /// Flash operations carried out so far.
+    #[must_use]
+    pub fn flash_operations(&self) -> &[Operation] {
+        &self.chip().flash.operations
+    }
+
+    /// Lets the power fail at the flash operation with this index in [`Machine::flash_operations`].
+    pub fn cut_power_at(&mut self, operation: usize, cut: Cut) {
+        self.chip_mut().flash.cut = Some((operation, cut));
+    }
+
+    /// Flips a bit of the flash, counted from its first.
+    ///
+    /// # Errors
+    /// The engine fails.
+    pub fn flip_flash_bit(&mut self, bit: usize) -> Result<(), Error> {
+        self.chip_mut().flash.flip(bit);
+        Ok(self.engine.refresh_changed()?)
+    }
+
+    /// Deepest use of the stack since power-on in bytes, from the untouched pattern below it.
+    #[must_use]
+    pub fn stack_used(&self) -> Option<u32> {
+        let top = self.firmware.symbol("_stack_start")?;
+        // With the stack below the data everything down to the RAM's start is stack, else down to the data's end.
+        let end = ["__sheap", "_sheap", "__euninit", "__ebss"].iter().find_map(|s| self.firmware.symbol(s));
+        let bottom = end.filter(|&end| end < top).unwrap_or(Map::RAM);
+        let stack = self.engine.read(bottom, top.checked_sub(bottom)? as usize)?;
+        let free = stack.iter().take_while(|&&byte| byte == UNTOUCHED).count();
+        Some(stack.len() as u32 - free as u32)
+    }
+
+    /// Where the core is, for messages.
+    #[must_use]
+    pub fn position(&self) -> String {
+        place(self.firmware, self.chip().core.block_address)
+    }
+
+    /// Runs up to a moment of virtual time.
+    ///
+    /// # Errors
+    /// The firmware misuses the chip in a way that the emulator does not guess about, or the engine fails.
+    pub fn run_until(&mut self, end: Ticks) -> Result<Pause, Error> {
+        loop {
+            let limit = end.min(self.next_poll);
+            let chip = self.chip_mut();
+            chip.limit = limit;
+            chip.reschedule();
+            match self.go()? {
+                Pause::Time if self.now() < end || self.next_poll <= end => {
+                    if self.now() >= self.next_poll {
+                        self.poll(false);
+                    }
+                    if self.now() >= end {
+                        return Ok(Pause::Time);
+                    }
+                }
+                pause => return Ok(pause),
+            }
+        }
+    }
+
+    fn poll(&mut self, everything: bool) {
+        self.next_poll = self.now() + POLL;
+        let bytes = if everything { self.rtt.rest(&mut self.engine) } else { self.rtt.poll(&mut self.engine) };
+        let fetched_s = self.time_s();
+        self.lines.extend(self.log.decode(&bytes, fetched_s));
+        if !self.outbox.is_empty() {
+            let sent = self.rtt.send(&mut self.engine, &self.outbox);
+            self.outbox.drain(..sent);
+        }
+    }
+
+    /// Runs until the chip's limit.
+    fn go(&mut self) -> Result<Pause, Error> {
+        loop {
+            self.chip_mut().advance();
+            self.engine.refresh_changed()?;
+            let chip = self.engine.chip_mut();
+            if chip.flash.power_lost {
+                return Ok(Pause::PowerLost);
+            }
+            if let Some(cause) = chip.reset_request.take() {
+                self.restart(cause)?;
+                return Ok(Pause::Reset(cause));
+            }
+            if chip.now >= chip.limit {
+                return Ok(Pause::Time);
+            }
+            if chip.core.locked_up {
+                chip.now = chip.deadline;
+                continue;
+            }
+            if let Some(exception) = self.engine.takes() {
+                self.sleep = Sleep::No;
+                if self.engine.enter(exception)?.is_err() {
+                    self.engine.unstacked(exception)?;
+                }
+                continue;
+            }
+            let chip = self.engine.chip_mut();
+            match self.sleep {
+                Sleep::No => {}
+                Sleep::ForEvent if chip.core.event => chip.core.event = false,
+                Sleep::ForInterrupt if chip.core.nvic.candidate().is_some() => {}
+                Sleep::ForEvent | Sleep::ForInterrupt => {
+                    chip.now = chip.deadline.max(chip.now);
+                    continue;
+                }
+            }
+            self.sleep = Sleep::No;
+            match self.engine.run()? {
+                Exit::Due => {}
+                Exit::WaitForInterrupt => self.sleep = Sleep::ForInterrupt,
+                Exit::Trap(trap) => {
+                    if let Some(code) = self.handle(trap)? {
+                        return Ok(Pause::Exit(code));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Deals with what stopped the core; an exit code if the firmware ended itself.
+    fn handle(&mut self, trap: Trap) -> Result<Option<u32>, Error> {
+        match trap {
+            Trap::WaitForEvent => self.sleep = Sleep::ForEvent,
+            Trap::Return(value) => {
+                if self.engine.leave(value)?.is_err() {
+                    self.engine.fault(&Trap::Bus { address: 0, fetch: false })?;
+                }
+            }
+            Trap::Supervisor => self.engine.escalate(crate::cortex::nvic::exception::SV_CALL)?,
+            Trap::Breakpoint => return self.breakpoint(),
+            Trap::Bus { .. } | Trap::Undefined => self.engine.fault(&trap)?,
+            Trap::Misuse(misuse) => return Err(self.misuse(misuse)),
+        }
+        Ok(None)
+    }
+
+    /// Semihosting exit, else a debug event, which without a debugger is a hard fault.
+    fn breakpoint(&mut self) -> Result<Option<u32>, Error> {
+        const SEMIHOSTING: u32 = 0xAB;
+        let pc = self.engine.register(RegisterARM::PC)?;
+        let immediate = self.engine.word(pc & !1).map_or(0, |word| word & 0xFF);
+        let operation = self.engine.register(RegisterARM::R0)?;
+        if immediate == SEMIHOSTING && matches!(operation, 0x18 | 0x20) {
+            let reason = self.engine.register(RegisterARM::R1)?;
+            return Ok(Some(u32::from(reason != 0x2_0026)));
+        }
+        self.engine.fault(&Trap::Breakpoint)?;
+        Ok(None)
+    }
+
+    fn misuse(&self, misuse: Misuse) -> Error {
+        Error::Misuse { misuse, place: self.position(), time_s: self.time_s() }
+    }
+
+    /// Ends the run: fetches what is left of the log.
+    pub fn finish(&mut self) {
+        self.poll(true);
+    }
+}
+
+/// What untouched RAM holds.
+const UNTOUCHED: u8 = 0xA7;

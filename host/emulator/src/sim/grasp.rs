@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! Which finger, and what it is going to meet.
+
+use palpate_plant::{FingerKind, Grasp, Shape};
+
+/// The finger a firmware is built for, by the name of its scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Scene {
+    /// The prototype: two phalanges, linkage.
+    P70,
+    /// Two phalanges, tendon.
+    Tendon2,
+    /// Three phalanges, tendon.
+    Tendon3,
+    /// Three phalanges, linkage.
+    Linkage3,
+}
+
+impl Scene {
+    /// The plant's name for it.
+    #[must_use]
+    pub fn finger(self) -> FingerKind {
+        match self {
+            Self::P70 => FingerKind::P70,
+            Self::Tendon2 => FingerKind::Tendon2,
+            Self::Tendon3 => FingerKind::Tendon3,
+            Self::Linkage3 => FingerKind::Linkage3,
+        }
+    }
+}
+
+/// A cylinder that the freely closing finger meets at a wanted place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Object {
+    /// Phalanx, from 1.
+    pub phalanx: u8,
+    /// Place from that phalanx's joint.
+    pub contact_mm: f64,
+    /// Diameter.
+    pub diameter_mm: f64,
+    /// Angle of joint 1 when they meet.
+    pub theta_1_deg: f64,
+}
+
+impl Object {
+    /// As the plant wants it.
+    #[must_use]
+    pub fn grasp(&self) -> Grasp {
+        let shape = Shape::Cylinder { diameter_m: 1e-3 * self.diameter_mm };
+        Grasp::touching(self.phalanx, 1e-3 * self.contact_mm, self.theta_1_deg.to_radians(), shape)
+    }
+}

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! Simulated grasps: what is in the finger's way, what the firmware is told to do, and what it says about it.
+
+mod grasp;
+mod script;
+mod session;
+mod summary;
+mod trace;
+
+pub use grasp::{Object, Scene};
+pub use script::{Script, Step};
+pub use session::{Session, Settings, end_of};
+pub use summary::{Summary, Verdict, event_json};
+pub use trace::Trace;

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! What the user at the bench does, one thing after the other.
+
+use super::grasp::Object;
+
+/// One thing the user does.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Step {
+    /// Presses the button.
+    Button,
+    /// Types a command.
+    Command(String),
+}
+
+impl Step {
+    /// The firmware answers with a motion that ends in `sequence done`.
+    #[must_use]
+    pub fn moves(&self) -> bool {
+        match self {
+            Self::Button => true,
+            Self::Command(line) => {
+                let mut words = line.split_whitespace();
+                match (words.next(), words.next()) {
+                    (Some("run" | "home" | "record-friction" | "close" | "open"), _) => true,
+                    (Some("calibrate"), word) => word != Some("forget"),
+                    _ => false,
+                }
+            }
+        }
+    }
+
+    /// What lies in the finger's way when it closes: the object of this run, or the pin a calibration names.
+    #[must_use]
+    pub fn object(&self, wanted: Option<Object>) -> Option<Object> {
+        let Self::Command(line) = self else { return wanted };
+        let mut words = line.split_whitespace();
+        match (words.next(), words.next().and_then(|word| word.parse().ok())) {
+            (Some("run" | "close"), _) => wanted,
+            (Some("calibrate"), Some(contact_mm)) => wanted
+                .or(Some(Object { phalanx: 2, contact_mm, diameter_mm: 10.0, theta_1_deg: 45.0 }))
+                .map(|pin| Object { phalanx: 2, contact_mm, ..pin }),
+            _ => None,
+        }
+    }
+}
+
+/// Steps in their order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Script(pub Vec<Step>);
+
+impl Script {
+    /// The button once.
+    #[must_use]
+    pub fn button() -> Self {
+        Self(vec![Step::Button])
+    }
+
+    /// Commands separated by semicolons; the word `button` presses it.
+    #[must_use]
+    pub fn parse(text: &str) -> Self {
+        let commands = text.split(';').map(str::trim).filter(|command| !command.is_empty());
+        Self(commands.map(|c| if c == "button" { Step::Button } else { Step::Command(c.to_owned()) }).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_calibration_brings_its_own_pin() {
+        let script = Script::parse("record-friction; calibrate 40;run ; status; button");
+        let wanted = Object { phalanx: 1, contact_mm: 20.0, diameter_mm: 12.0, theta_1_deg: 30.0 };
+        let objects: Vec<_> = script.0.iter().map(|step| step.object(Some(wanted))).collect();
+        let pin = Object { phalanx: 2, contact_mm: 40.0, ..wanted };
+        assert_eq!(objects, [None, Some(pin), Some(wanted), None, Some(wanted)]);
+        assert_eq!(script.0.iter().filter(|step| step.moves()).count(), 4);
+    }
+}

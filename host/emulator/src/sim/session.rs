@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! A run from power-on to the end of the script, with everything the firmware said.
+
+use palpate_plant::{Grasp, Parameters, Plant, Truth};
+
+use super::grasp::{Object, Scene};
+use super::script::{Script, Step};
+use super::trace::Trace;
+use crate::log::Line;
+use crate::machine::{Machine, Pause, Setup};
+use crate::time::{TICKS_PER_MS, Ticks};
+use crate::{Error, Firmware, ResetCause};
+
+/// What is simulated.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// The finger.
+    pub scene: Scene,
+    /// The plant's parameters.
+    pub parameters: Parameters,
+    /// What the finger meets; nothing on a free closing.
+    pub object: Option<Object>,
+    /// What the user does.
+    pub script: Script,
+    /// Of the plant's noise.
+    pub seed: u64,
+    /// Simulated seconds after which a run is given up.
+    pub max_s: f64,
+    /// The chip's.
+    pub setup: Setup,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            scene: Scene::P70,
+            parameters: Parameters::default(),
+            object: None,
+            script: Script::button(),
+            seed: 1,
+            max_s: 120.0,
+            setup: Setup::default(),
+        }
+    }
+}
+
+/// When the user begins after boot: the firmware has set itself up by then.
+const FIRST_STEP: Ticks = 100 * TICKS_PER_MS;
+/// How long the button is held.
+const PRESS: Ticks = 100 * TICKS_PER_MS;
+/// Pause before a step, and the wait after a command that moves nothing.
+const PAUSE: Ticks = 50 * TICKS_PER_MS;
+
+/// Where the user is in the script.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Progress {
+    /// The next step comes at this time.
+    Next(Ticks),
+    /// A motion is going on.
+    Moving,
+    /// Every step is done.
+    Done,
+}
+
+/// A run under way.
+pub struct Session<'f> {
+    /// The chip in its world.
+    pub machine: Machine<'f>,
+    settings: Settings,
+    next: usize,
+    progress: Progress,
+    release: Option<Ticks>,
+    placed: bool,
+    /// Every log line so far.
+    pub lines: Vec<Line>,
+    /// Resets so far, with their time in seconds.
+    pub resets: Vec<(f64, ResetCause)>,
+    /// The last `state` reported, empty before the first.
+    pub state: String,
+    /// Faults reported so far, by number and name.
+    pub faults: Vec<(u32, String)>,
+    /// The true state when the last estimate was fetched.
+    pub truth_at_estimate: Option<Truth>,
+    trace: Option<Trace>,
+}
+
+impl<'f> Session<'f> {
+    /// Switches the chip on.
+    ///
+    /// # Errors
+    /// The plant refuses its parameters or the object, or the machine cannot be set up.
+    pub fn start(firmware: &'f Firmware, settings: Settings, trace: Option<Trace>) -> Result<Self, Error> {
+        let kind = settings.scene.finger();
+        let mut plant = Plant::new(&settings.parameters, kind, &Grasp::Free, settings.seed)?;
+        if let Some(object) = settings.object {
+            // An impossible object is better refused now than in the middle of the run.
+            plant.place(&object.grasp())?;
+            plant.place(&Grasp::Free)?;
+        }
+        let machine = Machine::new(firmware, Some(plant), &settings.setup)?;
+        Ok(Self {
+            machine,
+            settings,
+            next: 0,
+            progress: Progress::Next(FIRST_STEP),
+            release: None,
+            placed: false,
+            lines: Vec::new(),
+            resets: Vec::new(),
+            state: String::new(),
+            faults: Vec::new(),
+            truth_at_estimate: None,
+            trace,
+        })
+    }
+
+    /// The script is done, the firmware has reported a fault, or the time is up.
+    #[must_use]
+    pub fn over(&self) -> bool {
+        self.completed() || !self.faults.is_empty() || self.timed_out()
+    }
+
+    /// Every step of the script was carried out and its motion ended.
+    #[must_use]
+    pub fn completed(&self) -> bool {
+        self.progress == Progress::Done
+    }
+
+    /// The time allowed is up.
+    #[must_use]
+    pub fn timed_out(&self) -> bool {
+        self.machine.time_s() >= self.settings.max_s
+    }
+
+    /// One millisecond of simulated time. New log lines are in `lines`.
+    ///
+    /// # Errors
+    /// The firmware misuses the chip, the object cannot be placed, or the trace cannot be written.
+    pub fn millisecond(&mut self) -> Result<(), Error> {
+        let end = self.machine.now() / TICKS_PER_MS * TICKS_PER_MS + TICKS_PER_MS;
+        while self.machine.now() < end {
+            match self.machine.run_until(end)? {
+                Pause::Time => {}
+                Pause::Reset(cause) => self.resets.push((self.machine.time_s(), cause)),
+                Pause::PowerLost | Pause::Exit(_) => break,
+            }
+        }
+        for line in self.machine.take_lines() {
+            self.hear(&line)?;
+            self.lines.push(line);
+        }
+        self.act();
+        if let (Some(trace), Some(plant)) = (&mut self.trace, self.machine.plant()) {
+            trace.row(self.machine.time_s(), plant).map_err(Error::Trace)?;
+        }
+        Ok(())
+    }
+
+    fn hear(&mut self, line: &Line) -> Result<(), Error> {
+        let event = line.event();
+        match event.name {
+            "state" => {
+                event.field("name").unwrap_or_default().clone_into(&mut self.state);
+                match self.state.as_str() {
+                    // The finger is at its opening stop and about to close: now the object is put there.
+                    "close" => self.place()?,
+                    "idle" => self.placed = false,
+                    _ => {}
+                }
+            }
+            "sequence done" if self.progress == Progress::Moving => {
+                self.progress = Progress::Next(self.machine.now() + PAUSE);
+            }
+            "fault" => {
+                let number = event.number("number").map_or(0, |n| n as u32);
+                self.faults.push((number, event.field("name").unwrap_or_default().to_owned()));
+            }
+            "located" | "ambiguous" | "not-located" => {
+                self.truth_at_estimate = self.machine.plant().map(palpate_plant::Plant::truth);
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn place(&mut self) -> Result<(), Error> {
+        let step = self.next.checked_sub(1).and_then(|n| self.settings.script.0.get(n));
+        let object = step.and_then(|step| step.object(self.settings.object));
+        if let Some(plant) = self.machine.plant_mut()
+            && !self.placed
+        {
+            plant.place(&object.map_or(Grasp::Free, |object| object.grasp()))?;
+            self.placed = true;
+        }
+        Ok(())
+    }
+
+    /// What the user does now.
+    fn act(&mut self) {
+        let now = self.machine.now();
+        if self.release.is_some_and(|at| at <= now) {
+            self.release = None;
+            self.machine.button(false);
+        }
+        let Progress::Next(at) = self.progress else { return };
+        if now < at {
+            return;
+        }
+        let Some(step) = self.settings.script.0.get(self.next) else {
+            self.progress = Progress::Done;
+            return;
+        };
+        self.next += 1;
+        self.progress = if step.moves() { Progress::Moving } else { Progress::Next(now + PAUSE) };
+        match step {
+            Step::Button => {
+                self.machine.button(true);
+                self.release = Some(now + PRESS);
+            }
+            Step::Command(line) => self.machine.command(&format!("{line}\n")),
+        }
+    }
+
+    /// Ends the run: what is left of the log, and the trace.
+    ///
+    /// # Errors
+    /// The trace cannot be written.
+    pub fn finish(&mut self) -> Result<(), Error> {
+        self.machine.finish();
+        for line in self.machine.take_lines() {
+            self.hear(&line)?;
+            self.lines.push(line);
+        }
+        self.trace.take().map_or(Ok(()), Trace::finish).map_err(Error::Trace)
+    }
+}
+
+/// Runs to the end; the session holds what was said.
+///
+/// # Errors
+/// As [`Session::start`] and [`Session::millisecond`].
+pub fn end_of(firmware: &Firmware, settings: Settings) -> Result<Session<'_>, Error> {
+    let mut session = Session::start(firmware, settings, None)?;
+    while !session.over() {
+        session.millisecond()?;
+    }
+    session.finish()?;
+    Ok(session)
+}

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! What the chip's pins are wired to: the plant, stepped in virtual time, and what may go wrong between the two.
+
+use palpate_plant::{Pins, Plant};
+
+use crate::time::{self, Ticks};
+
+/// A failure between the plant's voltages and the chip's readings; wires of the encoder fail in the plant itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Wires {
+    /// The converter gives this voltage for the motor current, whatever flows.
+    pub current_v: Option<f64>,
+    /// nFAULT pulled low.
+    pub fault_low: bool,
+}
+
+/// Supply sense of a board without a plant: half the converter's range.
+const SUPPLY_SENSE_V: f64 = 1.65;
+
+/// The world at the pins.
+#[derive(Debug)]
+pub struct World {
+    plant: Option<Plant>,
+    pub(crate) pins: Pins,
+    synced: Ticks,
+    pub(crate) wires: Wires,
+    /// When the bridge was last switched off, and when it was last switched on.
+    off_since: Option<Ticks>,
+    on_since: Option<Ticks>,
+}
+
+/// The bridge is awake and its timer drives it, if only to brake.
+fn powered(pins: &Pins) -> bool {
+    pins.awake && pins.outputs_enabled
+}
+
+impl World {
+    pub(crate) fn new(plant: Option<Plant>) -> Self {
+        Self {
+            plant,
+            pins: Pins::default(),
+            synced: 0,
+            wires: Wires::default(),
+            off_since: None,
+            on_since: None,
+        }
+    }
+
+    /// Brings the world up to now with the pins as they were.
+    pub(crate) fn sync(&mut self, now: Ticks) {
+        if now > self.synced {
+            if let Some(plant) = &mut self.plant {
+                plant.step(&self.pins, time::seconds(now - self.synced));
+            }
+            self.synced = now;
+        }
+    }
+
+    /// New pins from now on.
+    pub(crate) fn set_pins(&mut self, pins: Pins, now: Ticks) {
+        if pins == self.pins {
+            return;
+        }
+        self.sync(now);
+        match (powered(&self.pins), powered(&pins)) {
+            (true, false) => self.off_since = Some(now),
+            (false, true) => self.on_since = Some(now),
+            _ => {}
+        }
+        self.pins = pins;
+    }
+
+    /// What the chip asks of the bridge.
+    #[must_use]
+    pub fn pins(&self) -> &Pins {
+        &self.pins
+    }
+
+    /// The bridge is awake and its timer drives it.
+    #[must_use]
+    pub fn bridge_on(&self) -> bool {
+        powered(&self.pins)
+    }
+
+    /// When the bridge was last switched off; later than the last time it was switched on if it is off now.
+    #[must_use]
+    pub fn bridge_off_since(&self) -> Option<Ticks> {
+        self.off_since
+    }
+
+    /// When the bridge was last switched on.
+    #[must_use]
+    pub fn bridge_on_since(&self) -> Option<Ticks> {
+        self.on_since
+    }
+
+    /// Edges that reached the timer's quadrature decoder.
+    pub(crate) fn edges(&self) -> i64 {
+        self.plant.as_ref().map_or(0, Plant::encoder_count)
+    }
+
+    pub(crate) fn current_v(&self) -> f64 {
+        let sensed = self.plant.as_ref().map_or(0.0, Plant::current_sense_v);
+        self.wires.current_v.unwrap_or(sensed)
+    }
+
+    pub(crate) fn supply_v(&self) -> f64 {
+        self.plant.as_ref().map_or(SUPPLY_SENSE_V, Plant::supply_sense_v)
+    }
+
+    pub(crate) fn hall_v(&self) -> f64 {
+        self.plant.as_ref().map_or(0.0, Plant::hall_v)
+    }
+
+    pub(crate) fn fault_low(&self) -> bool {
+        self.wires.fault_low || self.plant.as_ref().is_some_and(Plant::fault_pin_low)
+    }
+
+    pub(crate) fn plant(&self) -> Option<&Plant> {
+        self.plant.as_ref()
+    }
+
+    pub(crate) fn plant_mut(&mut self) -> Option<&mut Plant> {
+        self.plant.as_mut()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn notes_when_the_bridge_is_switched() {
+        let mut world = World::new(None);
+        let on = Pins { outputs_enabled: true, awake: true, duty: 0.3, closing: true };
+        world.set_pins(on, 10);
+        assert!(world.bridge_on());
+        world.set_pins(Pins { duty: 0.0, ..on }, 20);
+        assert_eq!(world.bridge_off_since(), None, "braking is not off");
+        world.set_pins(Pins { awake: false, ..on }, 30);
+        assert_eq!((world.bridge_on_since(), world.bridge_off_since()), (Some(10), Some(30)));
+    }
+}
