@@ -13,11 +13,14 @@ use clap::Parser;
 enum Command {
     /// Close the simulated finger on an object and print the log
     Sim(command::sim::Options),
+    /// Run an image to its own end and count the instructions of its functions
+    Count(command::count::Options),
 }
 
 fn main() -> ExitCode {
     let result = match Command::parse() {
         Command::Sim(options) => command::sim::run(&options),
+        Command::Count(options) => command::count::run(&options),
     };
     result.unwrap_or_else(|error| {
         eprintln!("error: {error}");

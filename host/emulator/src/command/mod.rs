@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! The commands of the program.
 
+pub mod count;
 pub mod sim;
 
 use std::process::ExitCode;
