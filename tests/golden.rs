@@ -17,7 +17,7 @@ fn check(name: &str) {
     );
     for quantity in &report.quantities {
         lines += &format!(
-            "\n  {:<50} {:>5} rows  median {:.1e}  p99 {:.1e}  max {:.1e} (line {})  not finite {}  {}",
+            "\n  {:<50} {:>5} rows  median {:.1e}  p99 {:.1e}  max {:.1e} (line {})  not finite {}  [{}] {}",
             quantity.name,
             quantity.rows(),
             quantity.quantile(0.5),
@@ -25,6 +25,7 @@ fn check(name: &str) {
             quantity.quantile(1.0),
             quantity.worst_line,
             quantity.nonfinite,
+            quantity.limits(),
             if quantity.passes() { "" } else { "FAILS" }
         );
     }

@@ -12,6 +12,7 @@ fn main() -> std::process::ExitCode {
 
 #[cfg(target_os = "none")]
 #[path = "../../src/board/clock.rs"]
+#[expect(dead_code, reason = "the firmware uses all of it")]
 mod clock;
 
 #[cfg(target_os = "none")]
@@ -76,6 +77,7 @@ mod chip {
     #[entry]
     fn main() -> ! {
         let _chip = embassy_stm32::init(super::clock::config());
+        super::clock::boost();
         if let Some(mut peripherals) = cortex_m::Peripherals::take() {
             peripherals.DCB.enable_trace();
             peripherals.DWT.enable_cycle_counter();

@@ -1,6 +1,6 @@
 //! 170 MHz from the board's 24 MHz crystal.
 
-use embassy_stm32::pac::RCC;
+use embassy_stm32::pac::{PWR, RCC};
 use embassy_stm32::rcc::mux::Adcsel;
 use embassy_stm32::rcc::{Hse, HseMode, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk};
 use embassy_stm32::time::Hertz;
@@ -27,6 +27,12 @@ pub fn config() -> embassy_stm32::Config {
     // The driver divides it by 4: 42.5 MHz, below the converter's limit of 60 MHz.
     rcc.mux.adc12sel = Adcsel::SYS;
     config
+}
+
+/// Boost mode of the core's regulator, which a clock above 150 MHz needs: R1MODE, bit 8 of PWR_CR5, cleared (RM0440).
+/// The driver clears bit 0 of that register instead. Call it right after the clock is set up.
+pub fn boost() {
+    PWR.cr5().modify(|w| w.0 &= !(1 << 8));
 }
 
 /// From here on a crystal that stops takes the bridge off through the timer's break and raises the non-maskable

@@ -68,6 +68,7 @@ extern "C" fn thread() -> ! {
 /// Brings the chip up, then the tasks.
 fn start(spawner: Spawner) {
     let p = embassy_stm32::init(clock::config());
+    clock::boost();
     clock::watch_crystal();
     interrupt::TIM2.set_priority(Priority::P8);
     interrupt::LPUART1.set_priority(Priority::P10);

@@ -4,6 +4,9 @@
 use super::io::{AdcCode, Direction, EncoderCount, Inputs, Outputs};
 use core::f64::consts::TAU;
 
+/// Steps of the simulation a control period.
+const STEPS: u32 = 3;
+
 /// What is wrong with the bench.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) enum Wrong {
@@ -124,9 +127,9 @@ impl Bench {
             }
         };
         let mut sensed_a = 0.0;
-        for _ in 0..10 {
-            let emf_v =
-                self.torque_constant * self.speed * (1.0 + 0.025 * (10.0 * self.angle).sin());
+        let ripple = 1.0 + 0.025 * (10.0 * self.angle).sin();
+        for _ in 0..STEPS {
+            let emf_v = self.torque_constant * self.speed * ripple;
             self.current_a = if driven {
                 (voltage - emf_v) / self.resistance_ohm
             } else {
@@ -140,7 +143,7 @@ impl Bench {
             let load = self.load_nm() / 1280.0;
             let assisting = load * self.speed < 0.0;
             let resisting_nm = self.friction_nm + load.abs() * if assisting { 0.4 } else { 2.6 };
-            let step_s = 5e-6;
+            let step_s = 50e-6 / f64::from(STEPS);
             let free = self.speed + drive_nm / self.inertia * step_s;
             let brake = resisting_nm / self.inertia * step_s;
             self.speed = if free.abs() <= brake {
@@ -152,7 +155,7 @@ impl Bench {
                 self.speed = 0.0;
             }
             self.angle += self.speed * step_s;
-            sensed_a += 0.1 * (self.current_a * sign).max(0.0);
+            sensed_a += (self.current_a * sign).max(0.0) / f64::from(STEPS);
         }
         let noise_a = self.noise_a * 12f64.sqrt() * self.random();
         let offset_a = if self.wrong == Wrong::SenseOffset {

@@ -136,14 +136,11 @@ impl Controller {
         }
         if demand.clear != self.status.clear {
             self.status.clear = demand.clear;
-            if self.status.fault.is_some() {
-                self.status.fault = None;
-                // Whatever happened, the zero is worth a new homing.
-                self.status.homed = false;
-                self.protection.clear();
-                self.encoder.settle();
-                self.meter = OffsetMeter::default();
-            }
+            self.status.fault = None;
+            // Whatever happened, the zero is worth a new homing.
+            self.status.homed = false;
+            self.protection.clear();
+            self.encoder.settle();
         }
     }
 
@@ -329,6 +326,10 @@ impl Controller {
             .current
             .step(reference_a, measured_a, speed, self.per_supply_v);
         self.average.limited.duty |= voltage.limited;
+        if voltage.fraction * convert::applied(self.applied) < 0.0 {
+            // The direction pin acts at once, the duty with the timer's next update: one period of brake between them.
+            return Outputs::Brake;
+        }
         convert::drive(voltage.fraction)
     }
 

@@ -27,6 +27,9 @@ const SLACK_EMF: f32 = 0.2;
 const EXPECTED_A: f32 = 10e-3;
 /// A reading of nothing, ampere.
 const NOTHING_A: f32 = 2e-3;
+/// Periods (0.2 s) for which a driven, turning motor may show no current at all: only while it slows down, which the
+/// limited acceleration makes shorter than that. Otherwise friction alone takes several times `NOTHING_A`.
+const NOTHING_PERIODS: u16 = 4000;
 /// Reading at rest that is no offset, ampere: the amplifier's 7 mA, drift, and a margin as large.
 pub const OFFSET_LIMIT_A: f32 = 15e-3;
 /// Periods (20 ms) at rest before its reading is judged, and that it must persist: winding currents die in microseconds,
@@ -84,6 +87,7 @@ pub struct Protection {
     last_code: AdcCode,
     same_readings: u16,
     nothing: Persistence,
+    idle_reading: Persistence,
     contradiction: Persistence,
     rest: u16,
     offset: Persistence,
@@ -102,6 +106,7 @@ impl Protection {
             last_code: AdcCode(0),
             same_readings: 0,
             nothing: Persistence::default(),
+            idle_reading: Persistence::default(),
             contradiction: Persistence::default(),
             rest: 0,
             offset: Persistence::default(),
@@ -112,6 +117,7 @@ impl Protection {
     pub fn clear(&mut self) {
         self.same_readings = 0;
         self.nothing = Persistence::default();
+        self.idle_reading = Persistence::default();
         self.contradiction = Persistence::default();
         self.rest = 0;
         self.offset = Persistence::default();
@@ -169,9 +175,14 @@ impl Protection {
             0
         };
         self.last_code = code;
-        let nothing = Self::must_flow(observed) && observed.reading_a < NOTHING_A;
-        let nothing = self.nothing.update(nothing, CONTRADICTION_PERIODS);
-        (nothing || self.same_readings > SAME_READINGS).then_some(Fault::SenseStuck)
+        let nothing = observed.reading_a < NOTHING_A;
+        let missing = self
+            .nothing
+            .update(nothing && Self::must_flow(observed), CONTRADICTION_PERIODS);
+        // The loops work round a dead sense: the reference itself may come to ask for nothing.
+        let driven = observed.applied_v * observed.speed > 0.0 && observed.speed.abs() > TURNING;
+        let idle = self.idle_reading.update(nothing && driven, NOTHING_PERIODS);
+        (missing || idle || self.same_readings > SAME_READINGS).then_some(Fault::SenseStuck)
     }
 
     /// The motor's voltage balance, V = R i + k_e w, against the encoder's speed w.

@@ -100,6 +100,11 @@ fn dot(u: [f32; 2], v: [f32; 2]) -> f32 {
 }
 
 impl FourBar {
+    /// Its levers.
+    pub fn levers(&self) -> Levers {
+        self.levers
+    }
+
     /// Checks the levers of a stage on a ground of given length, for all `v` in `range`.
     ///
     /// # Errors

@@ -101,6 +101,21 @@ impl Inverse {
         Self { class, candidates }
     }
 
+    /// The same without candidates that something else rules out; all of them where none would be left.
+    pub(crate) fn retaining(self, keep: impl Fn(&Candidate) -> bool) -> Self {
+        let kept: heapless::Vec<Candidate, 4> = self
+            .candidates
+            .iter()
+            .filter(|c| keep(c))
+            .copied()
+            .collect();
+        if kept.is_empty() || self.class == Class::Proximal {
+            self
+        } else {
+            Self::of(kept, self.class)
+        }
+    }
+
     /// As soft as a proximal contact; `others` are places on further phalanges that are as soft.
     pub(crate) fn proximal(others: heapless::Vec<Candidate, 4>) -> Self {
         Self {

@@ -5,7 +5,7 @@
 
 mod build;
 mod configuration;
-mod error;
+pub(crate) mod error;
 mod fourbar;
 mod inverse;
 mod linkage;

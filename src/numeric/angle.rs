@@ -38,7 +38,8 @@ pub fn sin_cos(rad: f32) -> (f32, f32) {
 /// Tangent up to which four terms of the arc tangent's series are exact to 1e-9.
 const SERIES_TAN: f32 = 0.1;
 
-/// Angle of the point (x, y), radian, -pi to pi; 0 for the origin and for arguments that are not finite.
+/// Angle of the point (x, y), radian, -pi to pi (either at the cut); 0 for the origin and for arguments that are
+/// not finite.
 ///
 /// micromath's start value, 2.8e-3 rad off, put right by one rotation and the first two terms of the arc tangent of
 /// what remains. Measured against f64 (test `atan2_error`): 2.4e-7 rad over the circle, 3e-7 relative near 0.

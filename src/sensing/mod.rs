@@ -16,6 +16,7 @@ pub mod event;
 pub mod fit;
 pub mod friction;
 pub mod joint;
+pub mod location;
 pub mod locator;
 mod normal;
 pub mod sensor;

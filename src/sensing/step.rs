@@ -1,6 +1,7 @@
 //! The place of a contact from one finite step of torque (MATH 7).
 
 use crate::finger::{Candidate, Contact, Mechanics};
+use crate::sensing::location::{BranchSense, Series};
 use heapless::Vec;
 
 /// Places from which the search starts besides those of the secant, as shares of the stretch on either side of the
@@ -12,19 +13,35 @@ const SAME_SHARE: f32 = 1e-4;
 /// Most places that one step is explained by: two on each phalanx beyond the first.
 pub const MAX_PLACES: usize = 4;
 
-/// All places where a contact explains that `rise_nm` of torque after contact turned the input link by `rotation_rad`.
+/// One finite step after contact, as measured: differences, never absolute values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub struct Measured {
+    /// Rise of the input torque since contact, newton metre.
+    pub rise_nm: f32,
+    /// Rotation on the actuator's side since contact, radian.
+    pub rotation_rad: f32,
+    /// Effective contact radius, metre; 0 where it is not known (MATH 7 says what that costs).
+    pub radius_m: f32,
+}
+
+/// All places where a contact explains a finite step, by phalanx and in the order found.
 ///
-/// The secant rotation over torque is inverted as if it were the tangent at contact; each place that this gives, and a
+/// The secant, rotation over rise, is inverted as if it were the tangent at contact; each place that this gives, and a
 /// few more on each phalanx, start Newton's method on the finite step. Unlike the tangent's inverse the answers are not
-/// biased by the size of the step. None where nothing on phalanx 2 or beyond explains the step.
+/// biased by the size of the step. Empty where nothing on phalanx 2 or beyond explains the step, or a value is not finite.
 pub fn places<M: Mechanics>(
     finger: &M,
     at: &M::Configuration,
     torque_nm: f32,
-    rise_nm: f32,
-    rotation_rad: f32,
-    radius_m: f32,
+    step: &Measured,
+    series: &impl Series,
+    sense: &impl BranchSense,
 ) -> Vec<Candidate, MAX_PLACES> {
+    let Measured {
+        rise_nm, radius_m, ..
+    } = *step;
+    let rotation_rad = step.rotation_rad - rise_nm * series.compliance_rad_per_nm();
     let mut found: Vec<Candidate, MAX_PLACES> = Vec::new();
     let secant = finger.locate(at, torque_nm, rotation_rad / rise_nm);
     let mut try_from = |phalanx: u8, k_m: f32, length: f32| {
@@ -75,6 +92,9 @@ pub fn places<M: Mechanics>(
             try_from(phalanx, share * peak, length);
             try_from(phalanx, peak + share * (length - peak), length);
         }
+    }
+    if found.iter().any(|candidate| sense.allows(candidate)) {
+        found.retain(|candidate| sense.allows(candidate));
     }
     found
 }

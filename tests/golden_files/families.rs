@@ -8,6 +8,8 @@ use palpate::finger::{
     Linkage, Mechanics, Pair, Parameters, Tendon, Transmission, Triple,
 };
 use palpate::numeric::{Turn, sin_cos};
+use palpate::sensing::location::{NoJointSensor, Rigid};
+use palpate::sensing::step;
 
 /// Calls a generic function for the finger that the header describes.
 macro_rules! by_kind {
@@ -671,14 +673,12 @@ where
             relative(number(full.map(|p| p.force_n)), row.f64("f")?, 0.0),
         );
         if phalanx > 1 {
-            let places = palpate::sensing::step::places(
-                &built,
-                &at,
-                torque,
-                more,
-                row.f32("dtheta_a")?,
-                0.0,
-            );
+            let step = step::Measured {
+                rise_nm: more,
+                rotation_rad: row.f32("dtheta_a")?,
+                radius_m: 0.0,
+            };
+            let places = step::places(&built, &at, torque, &step, &Rigid, &NoJointSensor);
             let best = places
                 .iter()
                 .filter(|place| place.phalanx == phalanx)

@@ -33,21 +33,6 @@ pub struct Table {
 }
 
 impl Table {
-    /// Reads a file.
-    pub fn read(path: &std::path::Path) -> Result<Self, FileError> {
-        let name = path
-            .file_name()
-            .unwrap_or(path.as_os_str())
-            .to_string_lossy()
-            .into_owned();
-        let text = std::fs::read_to_string(path).map_err(|error| FileError {
-            file: name.clone(),
-            line: 0,
-            what: error.to_string(),
-        })?;
-        Self::parse(&name, &text)
-    }
-
     /// Reads text.
     pub fn parse(name: &str, text: &str) -> Result<Self, FileError> {
         let error = |line, what: String| FileError {

@@ -38,11 +38,20 @@ impl Firmware {
     /// # Errors
     /// The file cannot be read, is no 32-bit Arm ELF, does not fit the flash, or its log tables do not parse.
     pub fn load(path: &Path) -> Result<Self, Error> {
-        let data = std::fs::read(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
-        let bad = |why: String| Error::Elf { path: path.to_owned(), why };
+        let data = std::fs::read(path).map_err(|source| Error::Read {
+            path: path.to_owned(),
+            source,
+        })?;
+        let bad = |why: String| Error::Elf {
+            path: path.to_owned(),
+            why,
+        };
         let elf = object::File::parse(&*data).map_err(|e| bad(e.to_string()))?;
         if elf.architecture() != object::Architecture::Arm {
-            return Err(bad(format!("built for {:?}, not for Arm", elf.architecture())));
+            return Err(bad(format!(
+                "built for {:?}, not for Arm",
+                elf.architecture()
+            )));
         }
         let mut image = vec![0xFF; FLASH_SIZE];
         load_segments(&data, &mut image).map_err(bad)?;
@@ -53,17 +62,29 @@ impl Firmware {
             let address = symbol.address() as u32;
             if symbol.kind() == SymbolKind::Text && symbol.size() > 0 {
                 let name = format!("{:#}", rustc_demangle::demangle(name));
-                functions.push(Function { address: address & !1, size: symbol.size() as u32, name });
+                functions.push(Function {
+                    address: address & !1,
+                    size: symbol.size() as u32,
+                    name,
+                });
             }
             symbols.push((name.to_owned(), address));
         }
         functions.sort_by_key(|f| f.address);
         let table = Table::parse(&data).map_err(|e| bad(format!("log tables: {e}")))?;
         let locations = match &table {
-            Some(table) => table.get_locations(&data).map_err(|e| bad(format!("log locations: {e}")))?,
+            Some(table) => table
+                .get_locations(&data)
+                .map_err(|e| bad(format!("log locations: {e}")))?,
             None => Locations::default(),
         };
-        Ok(Self { image, functions, symbols, table, locations })
+        Ok(Self {
+            image,
+            functions,
+            symbols,
+            table,
+            locations,
+        })
     }
 
     /// Address of a symbol by its exact name in the file.
@@ -75,8 +96,13 @@ impl Firmware {
     /// The function an address lies in.
     #[must_use]
     pub fn function_at(&self, address: u32) -> Option<&Function> {
-        let index = self.functions.partition_point(|f| f.address <= address).checked_sub(1)?;
-        self.functions.get(index).filter(|f| address < f.address + f.size)
+        let index = self
+            .functions
+            .partition_point(|f| f.address <= address)
+            .checked_sub(1)?;
+        self.functions
+            .get(index)
+            .filter(|f| address < f.address + f.size)
     }
 
     /// Functions whose demangled name contains `part`.
@@ -88,17 +114,30 @@ impl Firmware {
 /// Copies what the file wants in flash to where it is loaded, not to where it runs.
 fn load_segments(data: &[u8], image: &mut [u8]) -> Result<(), String> {
     use object::read::elf::{FileHeader, ProgramHeader};
-    let header = object::elf::FileHeader32::<object::Endianness>::parse(data).map_err(|e| e.to_string())?;
+    let header =
+        object::elf::FileHeader32::<object::Endianness>::parse(data).map_err(|e| e.to_string())?;
     let endian = header.endian().map_err(|e| e.to_string())?;
-    for segment in header.program_headers(endian, data).map_err(|e| e.to_string())? {
-        let bytes = segment.data(endian, data).map_err(|()| "a segment lies outside the file".to_owned())?;
+    for segment in header
+        .program_headers(endian, data)
+        .map_err(|e| e.to_string())?
+    {
+        let bytes = segment
+            .data(endian, data)
+            .map_err(|()| "a segment lies outside the file".to_owned())?;
         if segment.p_type(endian) != object::elf::PT_LOAD || bytes.is_empty() {
             continue;
         }
         let address = segment.p_paddr(endian);
         let start = address.wrapping_sub(Map::FLASH) as usize;
-        let place = start.checked_add(bytes.len()).and_then(|end| image.get_mut(start..end));
-        let place = place.ok_or_else(|| format!("{} bytes at {address:#010x} lie outside the flash", bytes.len()))?;
+        let place = start
+            .checked_add(bytes.len())
+            .and_then(|end| image.get_mut(start..end));
+        let place = place.ok_or_else(|| {
+            format!(
+                "{} bytes at {address:#010x} lie outside the flash",
+                bytes.len()
+            )
+        })?;
         place.copy_from_slice(bytes);
     }
     Ok(())

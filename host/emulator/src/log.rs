@@ -75,7 +75,10 @@ impl<'a> Event<'a> {
         let fields = starts.iter().zip(ends).map(|(&(start, equals), end)| {
             (&line[start..equals], line[equals + 1..end].trim_end())
         });
-        Self { name, fields: fields.collect() }
+        Self {
+            name,
+            fields: fields.collect(),
+        }
     }
 
     /// Fields in the order of the line.
@@ -93,7 +96,10 @@ impl<'a> Event<'a> {
     /// A field as a finite number.
     #[must_use]
     pub fn number(&self, key: &str) -> Option<f64> {
-        self.field(key)?.parse().ok().filter(|v: &f64| v.is_finite())
+        self.field(key)?
+            .parse()
+            .ok()
+            .filter(|v: &f64| v.is_finite())
     }
 }
 
@@ -107,13 +113,23 @@ pub(crate) struct Log<'f> {
 
 impl<'f> Log<'f> {
     pub(crate) fn new(firmware: &'f Firmware) -> Self {
-        let decoder = firmware.table.as_ref().map(|table| table.new_stream_decoder());
-        Self { firmware, decoder, malformed: 0 }
+        let decoder = firmware
+            .table
+            .as_ref()
+            .map(|table| table.new_stream_decoder());
+        Self {
+            firmware,
+            decoder,
+            malformed: 0,
+        }
     }
 
     /// After a reset the firmware begins a new stream.
     pub(crate) fn restart(&mut self) {
-        *self = Self { malformed: self.malformed, ..Self::new(self.firmware) };
+        *self = Self {
+            malformed: self.malformed,
+            ..Self::new(self.firmware)
+        };
     }
 
     pub(crate) fn decode(&mut self, bytes: &[u8], fetched_s: f64) -> Vec<Line> {
@@ -126,8 +142,14 @@ impl<'f> Log<'f> {
             match decoder.decode() {
                 Ok(frame) => lines.push(Line {
                     fetched_s,
-                    timestamp: frame.display_timestamp().map(|t| t.to_string()).unwrap_or_default(),
-                    level: frame.level().map(|l| l.as_str().to_owned()).unwrap_or_default(),
+                    timestamp: frame
+                        .display_timestamp()
+                        .map(|t| t.to_string())
+                        .unwrap_or_default(),
+                    level: frame
+                        .level()
+                        .map(|l| l.as_str().to_owned())
+                        .unwrap_or_default(),
                     message: frame.display_message().to_string(),
                     location: self
                         .firmware
@@ -173,7 +195,13 @@ mod tests {
         let event = Event::parse("not-located why=no stable root on any phalanx k_mm=-1");
         assert_eq!(event.field("why"), Some("no stable root on any phalanx"));
         assert_eq!(event.number("k_mm"), Some(-1.0));
-        assert_eq!(Event::parse("sequence done"), Event { name: "sequence done", fields: vec![] });
+        assert_eq!(
+            Event::parse("sequence done"),
+            Event {
+                name: "sequence done",
+                fields: vec![]
+            }
+        );
         assert_eq!(Event::parse("a == b").fields(), []);
     }
 }

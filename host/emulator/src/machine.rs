@@ -31,7 +31,13 @@ pub struct Setup {
 
 impl Default for Setup {
     fn default() -> Self {
-        Self { reader: Reader::Attached, flash: None, lsi_hz: 32_000, count_instructions: false, watch: Vec::new() }
+        Self {
+            reader: Reader::Attached,
+            flash: None,
+            lsi_hz: 32_000,
+            count_instructions: false,
+            watch: Vec::new(),
+        }
     }
 }
 
@@ -76,7 +82,10 @@ impl<'f> Machine<'f> {
     /// # Errors
     /// The engine cannot be set up, or a watched function does not exist.
     pub fn new(firmware: &'f Firmware, plant: Option<Plant>, setup: &Setup) -> Result<Self, Error> {
-        let image = setup.flash.clone().unwrap_or_else(|| firmware.image.clone());
+        let image = setup
+            .flash
+            .clone()
+            .unwrap_or_else(|| firmware.image.clone());
         let mut engine = Engine::new(Chip::new(image, plant, setup.lsi_hz))?;
         if setup.count_instructions {
             engine.count_instructions()?;
@@ -108,7 +117,8 @@ impl<'f> Machine<'f> {
 
     /// Fills the RAM with a pattern, as power-on leaves it: neither zero nor an old value.
     fn forget_ram(&mut self) {
-        self.engine.write(Map::RAM, &vec![UNTOUCHED; Map::RAM_SIZE as usize]);
+        self.engine
+            .write(Map::RAM, &vec![UNTOUCHED; Map::RAM_SIZE as usize]);
     }
 
     /// Switches the power off and on again. The flash keeps its contents, the RAM does not.
@@ -254,9 +264,13 @@ impl<'f> Machine<'f> {
     pub fn stack_used(&self) -> Option<u32> {
         let top = self.firmware.symbol("_stack_start")?;
         // With the stack below the data everything down to the RAM's start is stack, else down to the data's end.
-        let end = ["__sheap", "_sheap", "__euninit", "__ebss"].iter().find_map(|s| self.firmware.symbol(s));
+        let end = ["__sheap", "_sheap", "__euninit", "__ebss"]
+            .iter()
+            .find_map(|s| self.firmware.symbol(s));
         let bottom = end.filter(|&end| end < top).unwrap_or(Map::RAM);
-        let stack = self.engine.read(bottom, top.checked_sub(bottom)? as usize)?;
+        let stack = self
+            .engine
+            .read(bottom, top.checked_sub(bottom)? as usize)?;
         let free = stack.iter().take_while(|&&byte| byte == UNTOUCHED).count();
         Some(stack.len() as u32 - free as u32)
     }
@@ -293,7 +307,11 @@ impl<'f> Machine<'f> {
 
     fn poll(&mut self, everything: bool) {
         self.next_poll = self.now() + POLL;
-        let bytes = if everything { self.rtt.rest(&mut self.engine) } else { self.rtt.poll(&mut self.engine) };
+        let bytes = if everything {
+            self.rtt.rest(&mut self.engine)
+        } else {
+            self.rtt.poll(&mut self.engine)
+        };
         let fetched_s = self.time_s();
         self.lines.extend(self.log.decode(&bytes, fetched_s));
         if !self.outbox.is_empty() {
@@ -358,10 +376,15 @@ impl<'f> Machine<'f> {
             Trap::WaitForEvent => self.sleep = Sleep::ForEvent,
             Trap::Return(value) => {
                 if self.engine.leave(value)?.is_err() {
-                    self.engine.fault(&Trap::Bus { address: 0, fetch: false })?;
+                    self.engine.fault(&Trap::Bus {
+                        address: 0,
+                        fetch: false,
+                    })?;
                 }
             }
-            Trap::Supervisor => self.engine.escalate(crate::cortex::nvic::exception::SV_CALL)?,
+            Trap::Supervisor => self
+                .engine
+                .escalate(crate::cortex::nvic::exception::SV_CALL)?,
             Trap::Breakpoint => return self.breakpoint(),
             Trap::Bus { .. } | Trap::Undefined => self.engine.fault(&trap)?,
             Trap::Misuse(misuse) => return Err(self.misuse(misuse)),
@@ -384,7 +407,11 @@ impl<'f> Machine<'f> {
     }
 
     fn misuse(&self, misuse: Misuse) -> Error {
-        Error::Misuse { misuse, place: self.position(), time_s: self.time_s() }
+        Error::Misuse {
+            misuse,
+            place: self.position(),
+            time_s: self.time_s(),
+        }
     }
 
     /// Ends the run: fetches what is left of the log.

@@ -59,9 +59,15 @@ impl Rtt {
         }
         let descriptor = control + HEADER + if down { ups * CHANNEL } else { 0 };
         let word = |n: u32| engine.word(descriptor + 4 * n);
-        let channel =
-            Channel { descriptor, buffer: word(1)?, size: word(2)?, write: word(3)?, read: word(4)? };
-        let valid = channel.buffer != 0 && channel.write < channel.size && channel.read < channel.size;
+        let channel = Channel {
+            descriptor,
+            buffer: word(1)?,
+            size: word(2)?,
+            write: word(3)?,
+            read: word(4)?,
+        };
+        let valid =
+            channel.buffer != 0 && channel.write < channel.size && channel.read < channel.size;
         valid.then_some(channel)
     }
 
@@ -96,8 +102,14 @@ impl Rtt {
         let available = (channel.write + channel.size - channel.read) % channel.size;
         let length = available.min(most);
         let first = length.min(channel.size - channel.read);
-        let mut bytes = engine.read(channel.buffer + channel.read, first as usize).unwrap_or_default();
-        bytes.extend(engine.read(channel.buffer, (length - first) as usize).unwrap_or_default());
+        let mut bytes = engine
+            .read(channel.buffer + channel.read, first as usize)
+            .unwrap_or_default();
+        bytes.extend(
+            engine
+                .read(channel.buffer, (length - first) as usize)
+                .unwrap_or_default(),
+        );
         let read = (channel.read + length) % channel.size;
         engine.write(channel.descriptor + 16, &read.to_le_bytes());
         bytes

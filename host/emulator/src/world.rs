@@ -105,7 +105,9 @@ impl World {
     }
 
     pub(crate) fn supply_v(&self) -> f64 {
-        self.plant.as_ref().map_or(SUPPLY_SENSE_V, Plant::supply_sense_v)
+        self.plant
+            .as_ref()
+            .map_or(SUPPLY_SENSE_V, Plant::supply_sense_v)
     }
 
     pub(crate) fn hall_v(&self) -> f64 {
@@ -132,12 +134,20 @@ mod tests {
     #[test]
     fn notes_when_the_bridge_is_switched() {
         let mut world = World::new(None);
-        let on = Pins { outputs_enabled: true, awake: true, duty: 0.3, closing: true };
+        let on = Pins {
+            outputs_enabled: true,
+            awake: true,
+            duty: 0.3,
+            closing: true,
+        };
         world.set_pins(on, 10);
         assert!(world.bridge_on());
         world.set_pins(Pins { duty: 0.0, ..on }, 20);
         assert_eq!(world.bridge_off_since(), None, "braking is not off");
         world.set_pins(Pins { awake: false, ..on }, 30);
-        assert_eq!((world.bridge_on_since(), world.bridge_off_since()), (Some(10), Some(30)));
+        assert_eq!(
+            (world.bridge_on_since(), world.bridge_off_since()),
+            (Some(10), Some(30))
+        );
     }
 }

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use palpate_report::size;
+use palpate_report::{golden, size};
 
 #[derive(Parser)]
 #[command(about = "Reference data, speed against error, what an ELF weighs")]
@@ -14,12 +14,15 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    /// The library against a folder of reference files.
+    Golden(golden::Arguments),
     /// Flash and RAM of firmware images, and what they must not carry.
     Size(size::Arguments),
 }
 
 fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
+        Command::Golden(arguments) => golden::run(&arguments),
         Command::Size(arguments) => size::run(&arguments),
     };
     match outcome {

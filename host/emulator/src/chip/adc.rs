@@ -95,7 +95,11 @@ pub(crate) struct Adc {
 
 impl Adc {
     pub(crate) fn new(name: &'static str) -> Self {
-        Self { bank: Bank::new(name, REGISTERS), running: None, missed_triggers: 0 }
+        Self {
+            bank: Bank::new(name, REGISTERS),
+            running: None,
+            missed_triggers: 0,
+        }
     }
 
     pub(crate) fn reset(&mut self) {
@@ -110,19 +114,31 @@ impl Adc {
         Ok(value)
     }
 
-    pub(crate) fn write(&mut self, offset: u32, value: u32, clocks: Clocks, adc_clock: Ticks) -> Result<(), Misuse> {
+    pub(crate) fn write(
+        &mut self,
+        offset: u32,
+        value: u32,
+        clocks: Clocks,
+        adc_clock: Ticks,
+    ) -> Result<(), Misuse> {
         match offset {
             ISR => self.bank[ISR] &= !value,
             CR => self.control(value, clocks, adc_clock)?,
             CFGR if value & 3 != 0 => {
-                return Err(self.bank.unsupported(CFGR, value, "ADC DMA is not modelled"));
+                return Err(self
+                    .bank
+                    .unsupported(CFGR, value, "ADC DMA is not modelled"));
             }
             CFGR if value & 0xC00 != 0 || value >> 13 & 1 != 0 || value & (1 << 25) != 0 => {
                 let what = "of the regular group only single software starts are modelled";
                 return Err(self.bank.unsupported(CFGR, value, what));
             }
             JSQR if value >> 7 & 3 != 0 && value >> 2 & 0x1F != 8 => {
-                return Err(self.bank.unsupported(JSQR, value, "of the injected triggers only TIM1_TRGO2 is modelled"));
+                return Err(self.bank.unsupported(
+                    JSQR,
+                    value,
+                    "of the injected triggers only TIM1_TRGO2 is modelled",
+                ));
             }
             _ => self.bank.write(offset, value)?,
         }
@@ -134,7 +150,11 @@ impl Adc {
         let level = value & (ADVREGEN | DEEPPWD | 1 << 30);
         let mut new = old & !(ADVREGEN | DEEPPWD | 1 << 30) | level;
         if value & (ADEN | ADCAL) != 0 && (new & ADVREGEN == 0 || new & DEEPPWD != 0) {
-            return Err(self.bank.unsupported(CR, value, "the voltage regulator is off or the ADC in deep power-down"));
+            return Err(self.bank.unsupported(
+                CR,
+                value,
+                "the voltage regulator is off or the ADC in deep power-down",
+            ));
         }
         // Calibration ends at once: its time is not modelled.
         if value & ADEN != 0 && old & ADEN == 0 {
@@ -174,7 +194,10 @@ impl Adc {
     pub(crate) fn trigger(&mut self, now: Ticks, adc_clock: Ticks) {
         if self.bank[CR] & JADSTART != 0 && self.bank[JSQR] >> 7 & 3 != 0 {
             match self.running {
-                Some(Running { group: Group::Injected, .. }) => self.missed_triggers += 1,
+                Some(Running {
+                    group: Group::Injected,
+                    ..
+                }) => self.missed_triggers += 1,
                 _ => self.start(Group::Injected, now, adc_clock),
             }
         }
@@ -182,7 +205,11 @@ impl Adc {
 
     fn start(&mut self, group: Group, now: Ticks, adc_clock: Ticks) {
         let done = now + self.duration(group, 0, adc_clock);
-        self.running = Some(Running { group, rank: 0, done });
+        self.running = Some(Running {
+            group,
+            rank: 0,
+            done,
+        });
     }
 
     fn channel(&self, group: Group, rank: u32) -> u32 {
@@ -201,7 +228,11 @@ impl Adc {
             Group::Regular => 1,
             Group::Injected => 2,
         };
-        if self.bank[CFGR2] & enable != 0 { 2 << (self.bank[CFGR2] >> 2 & 7) } else { 1 }
+        if self.bank[CFGR2] & enable != 0 {
+            2 << (self.bank[CFGR2] >> 2 & 7)
+        } else {
+            1
+        }
     }
 
     fn duration(&self, group: Group, rank: u32, adc_clock: Ticks) -> Ticks {
@@ -216,14 +247,23 @@ impl Adc {
     }
 
     /// Ends the conversion that is due; `volts` gives the voltage at a channel each time it is sampled.
-    pub(crate) fn finish(&mut self, now: Ticks, adc_clock: Ticks, mut volts: impl FnMut(u32) -> f64) {
+    pub(crate) fn finish(
+        &mut self,
+        now: Ticks,
+        adc_clock: Ticks,
+        mut volts: impl FnMut(u32) -> f64,
+    ) {
         let Some(Running { group, rank, done }) = self.running.filter(|r| r.done <= now) else {
             return;
         };
         let channel = self.channel(group, rank);
         let ratio = self.ratio(group);
         let sum: u32 = (0..ratio).map(|_| code(volts(channel))).sum();
-        let shift = if ratio > 1 { self.bank[CFGR2] >> 5 & 0xF } else { 0 };
+        let shift = if ratio > 1 {
+            self.bank[CFGR2] >> 5 & 0xF
+        } else {
+            0
+        };
         let result = (sum >> shift) & 0xFFFF;
         let last = match group {
             Group::Injected => {
@@ -242,7 +282,11 @@ impl Adc {
         };
         if !last {
             let done = done + self.duration(group, rank + 1, adc_clock);
-            self.running = Some(Running { group, rank: rank + 1, done });
+            self.running = Some(Running {
+                group,
+                rank: rank + 1,
+                done,
+            });
             return;
         }
         self.running = None;
@@ -282,7 +326,10 @@ mod tests {
 
     fn enabled() -> Adc {
         let mut adc = Adc::new("ADC1");
-        assert!(adc.write(CR, ADEN, at(0), CLOCK).is_err(), "in deep power-down");
+        assert!(
+            adc.write(CR, ADEN, at(0), CLOCK).is_err(),
+            "in deep power-down"
+        );
         adc.write(CR, 0, at(0), CLOCK).unwrap();
         adc.write(CR, ADVREGEN, at(0), CLOCK).unwrap();
         adc.write(CR, ADVREGEN | ADCAL, at(0), CLOCK).unwrap();
@@ -296,7 +343,8 @@ mod tests {
         let mut adc = enabled();
         adc.write(CFGR2, 2 | 3 << 2, at(0), CLOCK).unwrap();
         adc.write(SMPR1, 3 << 6 | 3 << 18, at(0), CLOCK).unwrap();
-        adc.write(JSQR, 1 | 8 << 2 | 1 << 7 | 2 << 9 | 6 << 15, at(0), CLOCK).unwrap();
+        adc.write(JSQR, 1 | 8 << 2 | 1 << 7 | 2 << 9 | 6 << 15, at(0), CLOCK)
+            .unwrap();
         adc.write(CR, ADVREGEN | JADSTART, at(0), CLOCK).unwrap();
         assert_eq!(adc.next_event(), None, "armed, not started");
         adc.trigger(1000, CLOCK);
@@ -322,7 +370,11 @@ mod tests {
         adc.write(SQR1, 7 << 6, at(0), CLOCK).unwrap();
         adc.write(CR, ADVREGEN | ADSTART, at(0), CLOCK).unwrap();
         let done = adc.next_event().unwrap();
-        adc.finish(done, CLOCK, |channel| if channel == 7 { 0.825 } else { 0.0 });
+        adc.finish(
+            done,
+            CLOCK,
+            |channel| if channel == 7 { 0.825 } else { 0.0 },
+        );
         assert_eq!(adc.read(DR), Ok(1024));
         assert_eq!(adc.read(CR).unwrap() & ADSTART, 0);
     }

@@ -7,7 +7,9 @@ use crate::time::Ticks;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Misuse {
     /// No peripheral lives there.
-    #[error("{address:#010x} belongs to no modelled peripheral: model it in src/chip before using it")]
+    #[error(
+        "{address:#010x} belongs to no modelled peripheral: model it in src/chip before using it"
+    )]
     NoPeripheral {
         /// The address accessed.
         address: u32,
@@ -68,7 +70,11 @@ pub(crate) struct Bank {
 impl Bank {
     pub(crate) fn new(name: &'static str, registers: &'static [Register]) -> Self {
         let words = registers.iter().map(|r| r.0 / 4 + 1).max().unwrap_or(0);
-        let mut bank = Self { name, registers, values: vec![None; words as usize] };
+        let mut bank = Self {
+            name,
+            registers,
+            values: vec![None; words as usize],
+        };
         bank.reset();
         bank
     }
@@ -81,7 +87,10 @@ impl Bank {
 
     pub(crate) fn read(&self, offset: u32) -> Result<u32, Misuse> {
         let value = self.values.get((offset / 4) as usize).copied().flatten();
-        value.ok_or(Misuse::UnknownRegister { peripheral: self.name, offset })
+        value.ok_or(Misuse::UnknownRegister {
+            peripheral: self.name,
+            offset,
+        })
     }
 
     pub(crate) fn write(&mut self, offset: u32, value: u32) -> Result<(), Misuse> {
@@ -91,11 +100,19 @@ impl Bank {
     }
 
     pub(crate) fn register(&self, offset: u32) -> &'static str {
-        self.registers.iter().find(|r| r.0 == offset).map_or("?", |r| r.1)
+        self.registers
+            .iter()
+            .find(|r| r.0 == offset)
+            .map_or("?", |r| r.1)
     }
 
     pub(crate) fn unsupported(&self, offset: u32, value: u32, what: &'static str) -> Misuse {
-        Misuse::Unsupported { peripheral: self.name, register: self.register(offset), value, what }
+        Misuse::Unsupported {
+            peripheral: self.name,
+            register: self.register(offset),
+            value,
+            what,
+        }
     }
 }
 
@@ -105,7 +122,10 @@ impl std::ops::Index<u32> for Bank {
     fn index(&self, offset: u32) -> &u32 {
         match &self.values[(offset / 4) as usize] {
             Some(value) => value,
-            None => panic!("{} has no register at {offset:#x}: a mistake in its model", self.name),
+            None => panic!(
+                "{} has no register at {offset:#x}: a mistake in its model",
+                self.name
+            ),
         }
     }
 }
@@ -136,7 +156,10 @@ mod tests {
         assert_eq!(bank.write(8, 7), Ok(()));
         assert_eq!(bank[8], 7);
         for offset in [4, 12, 4096] {
-            let unknown = Err(Misuse::UnknownRegister { peripheral: "X", offset });
+            let unknown = Err(Misuse::UnknownRegister {
+                peripheral: "X",
+                offset,
+            });
             assert_eq!(bank.read(offset), unknown);
         }
         bank.reset();

@@ -36,7 +36,10 @@ pub(crate) struct Exti {
 
 impl Exti {
     pub(crate) fn new() -> Self {
-        Self { bank: Bank::new("EXTI", REGISTERS), level: 0 }
+        Self {
+            bank: Bank::new("EXTI", REGISTERS),
+            level: 0,
+        }
     }
 
     pub(crate) fn read(&self, offset: u32) -> Result<u32, Misuse> {
@@ -47,9 +50,17 @@ impl Exti {
         match offset {
             PR1 | PR2 => self.bank[offset] &= !value,
             SWIER1 => self.bank[PR1] |= value & self.bank[IMR1],
-            SWIER2 => return Err(self.bank.unsupported(offset, value, "lines above 31 are not modelled")),
+            SWIER2 => {
+                return Err(self.bank.unsupported(
+                    offset,
+                    value,
+                    "lines above 31 are not modelled",
+                ));
+            }
             EMR1 if value & 0xFFFF != 0 => {
-                return Err(self.bank.unsupported(offset, value, "event mode is not modelled"));
+                return Err(self
+                    .bank
+                    .unsupported(offset, value, "event mode is not modelled"));
             }
             _ => self.bank.write(offset, value)?,
         }

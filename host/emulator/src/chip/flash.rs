@@ -139,7 +139,11 @@ impl Flash {
     pub(crate) fn write(&mut self, offset: u32, value: u32, now: Ticks) -> Result<Ticks, Misuse> {
         match offset {
             KEYR => self.key(value),
-            OPTKEYR => return Err(self.bank.unsupported(offset, value, "option bytes are not modelled")),
+            OPTKEYR => {
+                return Err(self
+                    .bank
+                    .unsupported(offset, value, "option bytes are not modelled"));
+            }
             SR => self.bank[SR] &= !(value & (ERRORS | EOP)),
             CR => return self.control(value, now),
             _ => self.bank.write(offset, value)?,
@@ -169,7 +173,9 @@ impl Flash {
             return Ok(0);
         }
         if now < self.busy_until {
-            return Err(self.bank.unsupported(CR, value, "written while an operation is running"));
+            return Err(self
+                .bank
+                .unsupported(CR, value, "written while an operation is running"));
         }
         self.bank[CR] = value & !STRT;
         if value & PG == 0 {
@@ -179,7 +185,11 @@ impl Flash {
             return Ok(0);
         }
         if value & MER != 0 {
-            return Err(self.bank.unsupported(CR, value, "a mass erase would erase the running firmware"));
+            return Err(self.bank.unsupported(
+                CR,
+                value,
+                "a mass erase would erase the running firmware",
+            ));
         }
         // Flags of an earlier failure keep the next operation from starting.
         if value & PER == 0 || value & PG != 0 || self.bank[SR] & ERRORS != 0 {
@@ -211,13 +221,11 @@ impl Flash {
     pub(crate) fn store(&mut self, offset: u32, size: usize, value: u32, now: Ticks) -> Ticks {
         // Whatever happens, the core's view has to be put right: the engine has already written there.
         self.changed.push((offset as usize & !7, 8));
-        let flags = if self.bank[CR] & (LOCK | PG) != PG {
-            PGSERR
-        } else if self.bank[SR] & ERRORS != 0 {
+        let flags = if self.bank[CR] & (LOCK | PG) != PG || self.bank[SR] & ERRORS != 0 {
             PGSERR
         } else if size != 4 {
             SIZERR
-        } else if offset % 4 != 0 {
+        } else if !offset.is_multiple_of(4) {
             PGAERR
         } else if self.protected(offset / PAGE_SIZE as u32) {
             WRPERR
@@ -229,11 +237,13 @@ impl Flash {
             return 0;
         }
         match self.half.take() {
-            None if offset % 8 == 0 => {
+            None if offset.is_multiple_of(8) => {
                 self.half = Some((offset, value));
                 0
             }
-            Some((low_offset, low)) if offset == low_offset + 4 => self.program(low_offset, low, value, now),
+            Some((low_offset, low)) if offset == low_offset + 4 => {
+                self.program(low_offset, low, value, now)
+            }
             _ => {
                 self.bank[SR] |= PGAERR | OPERR;
                 0
@@ -246,7 +256,9 @@ impl Flash {
         let mut data = [0; 8];
         data[..4].copy_from_slice(&low.to_le_bytes());
         data[4..].copy_from_slice(&high.to_le_bytes());
-        let erased = self.image[start..start + 8].iter().all(|&byte| byte == 0xFF);
+        let erased = self.image[start..start + 8]
+            .iter()
+            .all(|&byte| byte == 0xFF);
         // The error-correcting code covers the double word: only all-zero may be written over old data.
         if !erased && data != [0; 8] {
             self.bank[SR] |= PROGERR | OPERR;
@@ -299,7 +311,8 @@ impl Flash {
 
 /// A fixed hash: which bits of a cut operation got there.
 fn scramble(a: u64, b: u64) -> u8 {
-    let mut x = a.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ b.wrapping_add(1).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    let mut x = a.wrapping_mul(0x9E37_79B9_7F4A_7C15)
+        ^ b.wrapping_add(1).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     x ^= x >> 29;
     x = x.wrapping_mul(0x94D0_49BB_1331_11EB);
     (x >> 56) as u8
@@ -322,7 +335,10 @@ mod tests {
         flash.write(CR, PG, 0).unwrap();
         assert_eq!(flash.store(0x1_C000, 4, 0x1234_5678, 0), 0);
         assert_eq!(flash.store(0x1_C004, 4, 0x9ABC_DEF0, 0), PROGRAM);
-        assert_eq!(flash.image[0x1_C000..0x1_C008], 0x9ABC_DEF0_1234_5678_u64.to_le_bytes());
+        assert_eq!(
+            flash.image[0x1_C000..0x1_C008],
+            0x9ABC_DEF0_1234_5678_u64.to_le_bytes()
+        );
         assert_eq!(flash.read(SR, 1).unwrap(), BSY);
         flash.store(0x1_C000, 4, 0, 2 * PROGRAM);
         flash.store(0x1_C004, 4, 1, 2 * PROGRAM);
@@ -331,7 +347,11 @@ mod tests {
         flash.write(SR, PROGERR | OPERR, 2 * PROGRAM).unwrap();
         flash.store(0x1_C000, 4, 0, 2 * PROGRAM);
         flash.store(0x1_C004, 4, 0, 2 * PROGRAM);
-        assert_eq!(flash.image[0x1_C000..0x1_C008], [0; 8], "all zero may be written over old data");
+        assert_eq!(
+            flash.image[0x1_C000..0x1_C008],
+            [0; 8],
+            "all zero may be written over old data"
+        );
     }
 
     #[test]
@@ -342,8 +362,16 @@ mod tests {
         locked.write(KEYR, 1, 0).unwrap();
         locked.write(KEYR, 0x4567_0123, 0).unwrap();
         locked.write(KEYR, 0xCDEF_89AB, 0).unwrap();
-        assert_ne!(locked.read(CR, 0).unwrap() & LOCK, 0, "a wrong key locks until reset");
-        for (offset, size, flag) in [(0x1_C000, 2, SIZERR), (0x1_C002, 4, PGAERR), (0x1_C004, 4, PGAERR)] {
+        assert_ne!(
+            locked.read(CR, 0).unwrap() & LOCK,
+            0,
+            "a wrong key locks until reset"
+        );
+        for (offset, size, flag) in [
+            (0x1_C000, 2, SIZERR),
+            (0x1_C002, 4, PGAERR),
+            (0x1_C004, 4, PGAERR),
+        ] {
             let mut flash = unlocked();
             flash.write(CR, PG, 0).unwrap();
             flash.store(offset, size, 0, 0);
@@ -357,13 +385,21 @@ mod tests {
         let mut flash = unlocked();
         flash.image.fill(0x55);
         assert_eq!(flash.write(CR, PER | 60 << 3 | STRT, 0), Ok(ERASE));
-        assert!(flash.image[60 * PAGE_SIZE..61 * PAGE_SIZE].iter().all(|&b| b == 0xFF));
+        assert!(
+            flash.image[60 * PAGE_SIZE..61 * PAGE_SIZE]
+                .iter()
+                .all(|&b| b == 0xFF)
+        );
         assert!(flash.image[61 * PAGE_SIZE..].iter().all(|&b| b == 0x55));
     }
 
     #[test]
     fn a_cut_operation_is_undone_half_done_or_done() {
-        for (cut, expected) in [(Cut::Before, Some(0x55)), (Cut::During, None), (Cut::After, Some(0xFF))] {
+        for (cut, expected) in [
+            (Cut::Before, Some(0x55)),
+            (Cut::During, None),
+            (Cut::After, Some(0xFF)),
+        ] {
             let mut flash = unlocked();
             flash.image.fill(0x55);
             flash.cut = Some((0, cut));
@@ -372,7 +408,9 @@ mod tests {
             let page = &flash.image[60 * PAGE_SIZE..61 * PAGE_SIZE];
             match expected {
                 Some(value) => assert!(page.iter().all(|&b| b == value)),
-                None => assert!(page.iter().all(|&b| b & 0x55 == 0x55) && page.iter().any(|&b| b != 0x55)),
+                None => assert!(
+                    page.iter().all(|&b| b & 0x55 == 0x55) && page.iter().any(|&b| b != 0x55)
+                ),
             }
         }
     }

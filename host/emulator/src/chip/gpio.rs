@@ -32,7 +32,9 @@ macro_rules! port {
 const PORT_A: &[Register] = port!(0xABFF_FFFF, 0x0C00_0000, 0x6400_0000);
 const PORT_B: &[Register] = port!(0xFFFF_FEBF, 0x0000_00C0, 0x0000_0100);
 pub(super) const PORT: &[Register] = port!(0xFFFF_FFFF, 0, 0);
-pub(crate) const NAMES: [&str; 7] = ["GPIOA", "GPIOB", "GPIOC", "GPIOD", "GPIOE", "GPIOF", "GPIOG"];
+pub(crate) const NAMES: [&str; 7] = [
+    "GPIOA", "GPIOB", "GPIOC", "GPIOD", "GPIOE", "GPIOF", "GPIOG",
+];
 
 /// Mode of a pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,7 +60,11 @@ impl Gpio {
             1 => PORT_B,
             _ => PORT,
         };
-        Self { bank: Bank::new(NAMES[port], registers), driven: 0, level: 0 }
+        Self {
+            bank: Bank::new(NAMES[port], registers),
+            driven: 0,
+            level: 0,
+        }
     }
 
     /// Reset of the port: the world outside stays as it is.
@@ -69,8 +75,16 @@ impl Gpio {
     /// Drives a pin from outside, or lets it float (`None`).
     pub(crate) fn drive(&mut self, pin: u8, level: Option<bool>) {
         let bit = 1 << pin;
-        self.driven = if level.is_some() { self.driven | bit } else { self.driven & !bit };
-        self.level = if level == Some(true) { self.level | bit } else { self.level & !bit };
+        self.driven = if level.is_some() {
+            self.driven | bit
+        } else {
+            self.driven & !bit
+        };
+        self.level = if level == Some(true) {
+            self.level | bit
+        } else {
+            self.level & !bit
+        };
     }
 
     pub(crate) fn mode(&self, pin: u8) -> Mode {

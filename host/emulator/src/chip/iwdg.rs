@@ -10,8 +10,13 @@ const RLR: u32 = 0x08;
 const SR: u32 = 0x0C;
 const WINR: u32 = 0x10;
 
-const REGISTERS: &[Register] =
-    &[(KR, "KR", 0), (PR, "PR", 0), (RLR, "RLR", 0xFFF), (SR, "SR", 0), (WINR, "WINR", 0xFFF)];
+const REGISTERS: &[Register] = &[
+    (KR, "KR", 0),
+    (PR, "PR", 0),
+    (RLR, "RLR", 0xFFF),
+    (SR, "SR", 0),
+    (WINR, "WINR", 0xFFF),
+];
 
 #[derive(Debug)]
 pub(crate) struct Iwdg {
@@ -26,11 +31,21 @@ pub(crate) struct Iwdg {
 
 impl Iwdg {
     pub(crate) fn new(lsi_hz: u64) -> Self {
-        Self { bank: Bank::new("IWDG", REGISTERS), unlocked: false, reloaded: None, lsi_hz, bitten: false }
+        Self {
+            bank: Bank::new("IWDG", REGISTERS),
+            unlocked: false,
+            reloaded: None,
+            lsi_hz,
+            bitten: false,
+        }
     }
 
     pub(crate) fn read(&self, offset: u32) -> Result<u32, Misuse> {
-        if offset == KR { Ok(0) } else { self.bank.read(offset) }
+        if offset == KR {
+            Ok(0)
+        } else {
+            self.bank.read(offset)
+        }
     }
 
     pub(crate) fn write(&mut self, offset: u32, value: u32, now: Ticks) -> Result<(), Misuse> {
@@ -44,7 +59,11 @@ impl Iwdg {
             (KR, 0x5555) => self.unlocked = true,
             (KR, _) => self.unlocked = false,
             (PR | RLR | WINR, _) if !self.unlocked => {
-                return Err(self.bank.unsupported(offset, value, "written without the access key 0x5555"));
+                return Err(self.bank.unsupported(
+                    offset,
+                    value,
+                    "written without the access key 0x5555",
+                ));
             }
             (WINR, _) => {
                 // Writing the window also reloads the counter.
@@ -61,14 +80,20 @@ impl Iwdg {
     }
 
     fn too_early(&self, now: Ticks) -> bool {
-        let left = |since: Ticks| u64::from(self.bank[RLR]).saturating_sub((now - since) / self.step());
-        self.reloaded.is_some_and(|since| left(since) > u64::from(self.bank[WINR]))
+        let left =
+            |since: Ticks| u64::from(self.bank[RLR]).saturating_sub((now - since) / self.step());
+        self.reloaded
+            .is_some_and(|since| left(since) > u64::from(self.bank[WINR]))
     }
 
     /// When it resets the chip.
     pub(crate) fn next_event(&self) -> Option<Ticks> {
         let since = self.reloaded?;
-        if self.bitten { Some(since) } else { Some(since + (u64::from(self.bank[RLR]) + 1) * self.step()) }
+        if self.bitten {
+            Some(since)
+        } else {
+            Some(since + (u64::from(self.bank[RLR]) + 1) * self.step())
+        }
     }
 }
 
@@ -92,6 +117,10 @@ mod tests {
         dog.write(KR, 0x5555, 4 * TICKS_PER_MS).unwrap();
         dog.write(WINR, 40, 4 * TICKS_PER_MS).unwrap();
         dog.write(KR, 0xAAAA, 5 * TICKS_PER_MS).unwrap();
-        assert_eq!(dog.next_event(), Some(5 * TICKS_PER_MS), "before the window opens");
+        assert_eq!(
+            dog.next_event(),
+            Some(5 * TICKS_PER_MS),
+            "before the window opens"
+        );
     }
 }

@@ -46,7 +46,8 @@ impl Device {
 }
 
 pub(super) const ADC_CCR: u32 = 0x08;
-pub(super) const ADC_COMMON: &[Register] = &[(0x00, "CSR", 0), (ADC_CCR, "CCR", 0), (0x0C, "CDR", 0)];
+pub(super) const ADC_COMMON: &[Register] =
+    &[(0x00, "CSR", 0), (ADC_CCR, "CCR", 0), (0x0C, "CDR", 0)];
 
 const AHB1: u32 = 0x48;
 const AHB2: u32 = 0x4C;
@@ -91,7 +92,10 @@ pub(super) const DEVICES: &[(u32, Device, Option<Gate>)] = &[
 
 pub(super) fn locate(address: u32) -> Option<(u32, Device, Option<Gate>)> {
     let index = DEVICES.partition_point(|d| d.0 <= address).checked_sub(1)?;
-    DEVICES.get(index).copied().filter(|d| address - d.0 < 0x400)
+    DEVICES
+        .get(index)
+        .copied()
+        .filter(|d| address - d.0 < 0x400)
 }
 
 /// Names of the registers most often met with their clock off.
@@ -104,7 +108,10 @@ pub(super) fn register_name(device: Device, offset: u32) -> &'static str {
         Device::Dma(_) => dma::DMA,
         _ => &[],
     };
-    registers.iter().find(|r| r.0 == offset).map_or("(register)", |r| r.1)
+    registers
+        .iter()
+        .find(|r| r.0 == offset)
+        .map_or("(register)", |r| r.1)
 }
 
 #[cfg(test)]

@@ -25,9 +25,9 @@ pub(crate) use bank::{Bank, Clocks, Register};
 use crate::cortex::{Core, nvic::exception};
 use crate::time::{TICKS_PER_US, Ticks};
 use crate::world::World;
-use palpate_plant::{Pins, Plant};
 use gpio::Mode;
 use map::Device;
+use palpate_plant::{Pins, Plant};
 
 /// Pins of the board, as (port, pin).
 mod pin {
@@ -103,12 +103,22 @@ impl Chip {
             exti: exti::Exti::new(),
             syscfg: simple::Plain::new("SYSCFG", simple::SYSCFG),
             dbgmcu: simple::Plain::new("DBGMCU", simple::DBGMCU),
-            dma: [dma::Dma::controller("DMA1"), dma::Dma::controller("DMA2"), dma::Dma::multiplexer()],
+            dma: [
+                dma::Dma::controller("DMA1"),
+                dma::Dma::controller("DMA2"),
+                dma::Dma::multiplexer(),
+            ],
             tim1: tim1::Tim1::new(),
-            timers: GENERAL.iter().map(|&(name, wide, _)| timer::Timer::new(name, wide)).collect(),
+            timers: GENERAL
+                .iter()
+                .map(|&(name, wide, _)| timer::Timer::new(name, wide))
+                .collect(),
             adc: [adc::Adc::new("ADC1"), adc::Adc::new("ADC2")],
             adc_common: Bank::new("ADC12_COMMON", map::ADC_COMMON),
-            uarts: [uart::Uart::new("LPUART1", true), uart::Uart::new("USART2", false)],
+            uarts: [
+                uart::Uart::new("LPUART1", true),
+                uart::Uart::new("USART2", false),
+            ],
             iwdg: iwdg::Iwdg::new(lsi_hz),
             world: World::new(plant),
             next_idle_step: 0,
@@ -132,7 +142,11 @@ impl Chip {
         self.ports.iter_mut().for_each(gpio::Gpio::reset);
         self.exti = exti::Exti::new();
         self.syscfg.bank.reset();
-        self.dma = [dma::Dma::controller("DMA1"), dma::Dma::controller("DMA2"), dma::Dma::multiplexer()];
+        self.dma = [
+            dma::Dma::controller("DMA1"),
+            dma::Dma::controller("DMA2"),
+            dma::Dma::multiplexer(),
+        ];
         self.tim1.reset();
         self.timers.iter_mut().for_each(timer::Timer::reset);
         self.adc.iter_mut().for_each(adc::Adc::reset);
@@ -145,7 +159,10 @@ impl Chip {
     }
 
     pub(crate) fn clocks(&self) -> Clocks {
-        Clocks { now: self.now, bus: self.rcc.bus }
+        Clocks {
+            now: self.now,
+            bus: self.rcc.bus,
+        }
     }
 
     /// Presses or releases the user button, high when pressed.
@@ -188,7 +205,9 @@ impl Chip {
         match control >> 16 & 3 {
             0 if self.rcc.adc_from_system_clock() => {
                 const PRESCALER: [u64; 12] = [1, 2, 4, 6, 8, 10, 12, 16, 32, 64, 128, 256];
-                PRESCALER.get((control >> 18 & 0xF) as usize).map(|p| p * self.rcc.bus)
+                PRESCALER
+                    .get((control >> 18 & 0xF) as usize)
+                    .map(|p| p * self.rcc.bus)
             }
             0 => None,
             mode => Some(self.rcc.bus << (mode - 1)),
@@ -199,7 +218,11 @@ impl Chip {
     pub(crate) fn read(&mut self, address: u32, size: usize) -> Result<u32, Misuse> {
         let word = self.read_word(address & !3)?;
         let shifted = word >> (8 * (address & 3));
-        Ok(if size >= 4 { shifted } else { shifted & ((1 << (8 * size)) - 1) })
+        Ok(if size >= 4 {
+            shifted
+        } else {
+            shifted & ((1 << (8 * size)) - 1)
+        })
     }
 
     fn read_word(&mut self, address: u32) -> Result<u32, Misuse> {
@@ -236,9 +259,15 @@ impl Chip {
     pub(crate) fn write(&mut self, address: u32, size: usize, value: u32) -> Result<(), Misuse> {
         let (device, offset) = self.locate(address & !3)?;
         // The registers of timers are 16 bits wide, or may be written as if they were.
-        let narrow = matches!(device, Device::Tim1 | Device::Timer(_)) && size == 2 && address.is_multiple_of(4);
+        let narrow = matches!(device, Device::Tim1 | Device::Timer(_))
+            && size == 2
+            && address.is_multiple_of(4);
         if size != 4 && !narrow {
-            return Err(Misuse::Width { peripheral: device.name(), offset: offset | address & 3, size });
+            return Err(Misuse::Width {
+                peripheral: device.name(),
+                offset: offset | address & 3,
+                size,
+            });
         }
         let clocks = self.clocks();
         match device {
@@ -271,7 +300,11 @@ impl Chip {
             }
             Device::Adc(n) => {
                 let Some(clock) = self.adc_clock() else {
-                    return Err(Misuse::Unclocked { peripheral: "ADC12", register: "(any)", enable: "CCIPR.ADC12SEL" });
+                    return Err(Misuse::Unclocked {
+                        peripheral: "ADC12",
+                        register: "(any)",
+                        enable: "CCIPR.ADC12SEL",
+                    });
                 };
                 self.adc[n].write(offset, value, clocks, clock)?;
             }
@@ -325,7 +358,12 @@ impl Chip {
         let hertz = self.bus_hertz();
         if hertz > 34_000_000 * (u64::from(self.flash.latency()) + 1) {
             let what = "more flash wait states are needed (FLASH.ACR.LATENCY)";
-            return Err(Misuse::Unsupported { peripheral: "RCC", register: "CFGR", value: hertz as u32, what });
+            return Err(Misuse::Unsupported {
+                peripheral: "RCC",
+                register: "CFGR",
+                value: hertz as u32,
+                what,
+            });
         }
         Ok(())
     }
@@ -342,8 +380,15 @@ impl Chip {
             self.unboosted_since = None;
         } else if self.now > since + BOOST_GRACE {
             let what = "above 150 MHz the core needs boost mode (bit 8, R1MODE, = 0)";
-            let misuse = Misuse::Unsupported { peripheral: "PWR", register: "CR5", value: 0x100, what };
-            self.core.trap.get_or_insert(crate::cortex::Trap::Misuse(misuse));
+            let misuse = Misuse::Unsupported {
+                peripheral: "PWR",
+                register: "CR5",
+                value: 0x100,
+                what,
+            };
+            self.core
+                .trap
+                .get_or_insert(crate::cortex::Trap::Misuse(misuse));
         }
     }
 
@@ -456,7 +501,11 @@ impl Chip {
     /// Recomputes when the next thing happens by itself.
     pub(crate) fn reschedule(&mut self) {
         let clocks = self.clocks();
-        let timers = self.timers.iter().filter_map(|t| t.next_event(clocks)).min();
+        let timers = self
+            .timers
+            .iter()
+            .filter_map(|t| t.next_event(clocks))
+            .min();
         let others = [
             self.tim1.next_event(),
             self.adc[0].next_event(),
@@ -508,9 +557,13 @@ impl Chip {
             self.sync_world();
             self.check_boost();
         }
-        self.timers.iter_mut().for_each(|timer| timer.settle(clocks));
+        self.timers
+            .iter_mut()
+            .for_each(|timer| timer.settle(clocks));
         if let Some(clock) = self.adc_clock() {
-            let Self { adc, world, now, .. } = self;
+            let Self {
+                adc, world, now, ..
+            } = self;
             for adc in adc {
                 adc.finish(*now, clock, |channel| match channel {
                     2 => world.current_v(),
@@ -535,7 +588,9 @@ impl Chip {
     /// The encoder's wires reach the timer.
     #[must_use]
     pub fn encoder_connected(&self) -> bool {
-        pin::ENCODER.iter().all(|&(port, number)| self.ports[port].mode(number) == Mode::Alternate(2))
+        pin::ENCODER
+            .iter()
+            .all(|&(port, number)| self.ports[port].mode(number) == Mode::Alternate(2))
     }
 
     /// Triggers of the ADC that came while it was still converting.

@@ -27,7 +27,9 @@ pub(crate) struct Pwr {
 
 impl Pwr {
     pub(crate) fn new() -> Self {
-        Self { bank: Bank::new("PWR", REGISTERS) }
+        Self {
+            bank: Bank::new("PWR", REGISTERS),
+        }
     }
 
     pub(crate) fn read(&self, offset: u32) -> Result<u32, Misuse> {

@@ -89,13 +89,24 @@ pub(crate) struct Rcc {
 
 impl Rcc {
     pub(crate) fn new() -> Self {
-        Self { bank: Bank::new("RCC", REGISTERS), bus: time::TICKS_PER_S / HSI_HZ }
+        Self {
+            bank: Bank::new("RCC", REGISTERS),
+            bus: time::TICKS_PER_S / HSI_HZ,
+        }
     }
 
     /// The reset flags stay until the firmware removes them; the backup domain keeps its clock.
     pub(crate) fn reset(&mut self, cause: ResetCause) {
-        let flags = if cause == ResetCause::PowerOn { 0 } else { self.bank[CSR] & 0xFF00_0000 };
-        let backup = if cause == ResetCause::PowerOn { 0 } else { self.bank[BDCR] };
+        let flags = if cause == ResetCause::PowerOn {
+            0
+        } else {
+            self.bank[CSR] & 0xFF00_0000
+        };
+        let backup = if cause == ResetCause::PowerOn {
+            0
+        } else {
+            self.bank[BDCR]
+        };
         *self = Self::new();
         self.bank[CSR] = flags | cause.flags();
         self.bank[BDCR] = backup;
@@ -111,20 +122,29 @@ impl Rcc {
         match offset {
             // Oscillators are ready at once: start-up times are not modelled.
             CR => {
-                let ready = (value >> 8 & 1) << 10 | (value >> 16 & 1) << 17 | (value >> 24 & 1) << 25;
+                let ready =
+                    (value >> 8 & 1) << 10 | (value >> 16 & 1) << 17 | (value >> 24 & 1) << 25;
                 self.bank[CR] = value & !(1 << 10 | 1 << 17 | 1 << 25) | ready;
             }
             BDCR => self.bank[BDCR] = value & !2 | (value & 1) << 1,
             CRRCR => self.bank[CRRCR] = value & !2 | (value & 1) << 1,
             CSR => {
                 let old = self.bank[CSR];
-                let flags = if value >> 23 & 1 != 0 { 0 } else { old & 0xFF00_0000 };
+                let flags = if value >> 23 & 1 != 0 {
+                    0
+                } else {
+                    old & 0xFF00_0000
+                };
                 self.bank[CSR] = flags | value & 1 | (value & 1) << 1;
             }
             CFGR => {
                 self.bank[CFGR] = value & !0xC | (value & 3) << 2;
                 if value & 0x3F00 != 0 {
-                    return Err(self.bank.unsupported(CFGR, value, "APB prescalers other than 1 are not modelled"));
+                    return Err(self.bank.unsupported(
+                        CFGR,
+                        value,
+                        "APB prescalers other than 1 are not modelled",
+                    ));
                 }
             }
             0x28..=0x40 => return Ok(Some((offset + 0x20, value))),
@@ -163,7 +183,11 @@ impl Rcc {
                     _ => 0,
                 };
                 if input == 0 || cr >> 25 & 1 == 0 || pll >> 24 & 1 == 0 {
-                    return Err(self.bank.unsupported(CFGR, cfgr, "the PLL is selected but not running"));
+                    return Err(self.bank.unsupported(
+                        CFGR,
+                        cfgr,
+                        "the PLL is selected but not running",
+                    ));
                 }
                 let divide = (u64::from(pll >> 4 & 0xF) + 1) * 2 * (u64::from(pll >> 25 & 3) + 1);
                 input * u64::from(pll >> 8 & 0x7F) / divide
@@ -171,7 +195,9 @@ impl Rcc {
             _ => return Err(self.bank.unsupported(CFGR, cfgr, "no such clock source")),
         };
         if source > 170_000_000 {
-            return Err(self.bank.unsupported(PLLCFGR, pll, "the chip runs at 170 MHz at most"));
+            return Err(self
+                .bank
+                .unsupported(PLLCFGR, pll, "the chip runs at 170 MHz at most"));
         }
         let divide = match cfgr >> 4 & 0xF {
             code @ 8..=11 => 2 << (code - 8),
@@ -180,7 +206,10 @@ impl Rcc {
         };
         self.bus = time::period(source)
             .map(|ticks| ticks * divide)
-            .ok_or_else(|| self.bank.unsupported(PLLCFGR, pll, "this frequency has no whole period in ticks"))?;
+            .ok_or_else(|| {
+                self.bank
+                    .unsupported(PLLCFGR, pll, "this frequency has no whole period in ticks")
+            })?;
         Ok(())
     }
 }

@@ -38,7 +38,9 @@ pub(crate) struct Plain {
 
 impl Plain {
     pub(crate) fn new(name: &'static str, registers: &'static [Register]) -> Self {
-        Self { bank: Bank::new(name, registers) }
+        Self {
+            bank: Bank::new(name, registers),
+        }
     }
 
     pub(crate) fn read(&self, offset: u32) -> Result<u32, Misuse> {

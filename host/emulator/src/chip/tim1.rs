@@ -82,9 +82,19 @@ pub(crate) struct Tim1 {
 
 impl Tim1 {
     pub(crate) fn new() -> Self {
-        let shadow = Shadow { reload: 0xFFFF, ..Shadow::default() };
+        let shadow = Shadow {
+            reload: 0xFFFF,
+            ..Shadow::default()
+        };
         let bank = Bank::new("TIM1", REGISTERS);
-        Self { bank, shadow, origin: 0, next_update: None, break_pin: None, lockup: false }
+        Self {
+            bank,
+            shadow,
+            origin: 0,
+            next_update: None,
+            break_pin: None,
+            lockup: false,
+        }
     }
 
     pub(crate) fn reset(&mut self) {
@@ -121,7 +131,8 @@ impl Tim1 {
         if self.bank[CR1] & 2 != 0 {
             // UDIS: no update event, the counter goes on.
             self.origin = at;
-            self.next_update = Some(at + (u64::from(self.shadow.repetition) + 1) * self.half_cycle(clocks));
+            self.next_update =
+                Some(at + (u64::from(self.shadow.repetition) + 1) * self.half_cycle(clocks));
             return false;
         }
         self.load(at, clocks);
@@ -172,7 +183,8 @@ impl Tim1 {
         if self.next_update.is_none() {
             return self.bank[CNT];
         }
-        let counts = (clocks.now - self.origin.min(clocks.now)) / (clocks.bus * (u64::from(self.shadow.prescaler) + 1));
+        let counts = (clocks.now - self.origin.min(clocks.now))
+            / (clocks.bus * (u64::from(self.shadow.prescaler) + 1));
         let reload = u64::from(self.shadow.reload).max(1);
         if self.centre_aligned() {
             let phase = counts % (2 * reload);
@@ -182,7 +194,12 @@ impl Tim1 {
         }
     }
 
-    pub(crate) fn write(&mut self, offset: u32, value: u32, clocks: Clocks) -> Result<bool, Misuse> {
+    pub(crate) fn write(
+        &mut self,
+        offset: u32,
+        value: u32,
+        clocks: Clocks,
+    ) -> Result<bool, Misuse> {
         let mut triggered = false;
         match offset {
             SR => {
@@ -214,13 +231,25 @@ impl Tim1 {
                 }
             }
             CR2 if value >> 20 & 0xF > 2 => {
-                return Err(self.bank.unsupported(CR2, value, "of the TRGO2 sources only reset and update are modelled"));
+                return Err(self.bank.unsupported(
+                    CR2,
+                    value,
+                    "of the TRGO2 sources only reset and update are modelled",
+                ));
             }
             SMCR if value & 7 != 0 => {
-                return Err(self.bank.unsupported(SMCR, value, "slave modes of TIM1 are not modelled"));
+                return Err(self.bank.unsupported(
+                    SMCR,
+                    value,
+                    "slave modes of TIM1 are not modelled",
+                ));
             }
             DIER if value & 0xFF00 != 0 => {
-                return Err(self.bank.unsupported(DIER, value, "timer DMA requests are not modelled"));
+                return Err(self.bank.unsupported(
+                    DIER,
+                    value,
+                    "timer DMA requests are not modelled",
+                ));
             }
             PSC | RCR => self.bank[offset] = value & 0xFFFF,
             ARR => {
@@ -240,12 +269,20 @@ impl Tim1 {
             BDTR => {
                 let old = self.bank[BDTR];
                 // Once locked, only MOE moves until reset.
-                self.bank[BDTR] = if old & 0x300 != 0 { old & !MOE | value & MOE } else { value };
+                self.bank[BDTR] = if old & 0x300 != 0 {
+                    old & !MOE | value & MOE
+                } else {
+                    value
+                };
                 self.apply_break();
             }
             AF1 => {
                 if value & 0x1FE != 0 {
-                    return Err(self.bank.unsupported(AF1, value, "comparators as break source are not modelled"));
+                    return Err(self.bank.unsupported(
+                        AF1,
+                        value,
+                        "comparators as break source are not modelled",
+                    ));
                 }
                 self.bank[AF1] = value;
                 self.apply_break();
@@ -266,7 +303,8 @@ impl Tim1 {
             return None;
         }
         let mode = self.bank[CCMR1] >> 4 & 7 | self.bank[CCMR1] >> 13 & 8;
-        let full = f64::from(self.shadow.reload.max(1)) + if self.centre_aligned() { 0.0 } else { 1.0 };
+        let full =
+            f64::from(self.shadow.reload.max(1)) + if self.centre_aligned() { 0.0 } else { 1.0 };
         let share = (f64::from(self.shadow.compare[0]) / full).min(1.0);
         let running = self.bank[CR1] & 1 != 0;
         let active = match mode {
@@ -275,7 +313,11 @@ impl Tim1 {
             7 if running => 1.0 - share,
             _ => 0.0,
         };
-        Some(if self.bank[CCER] & 2 == 0 { active } else { 1.0 - active })
+        Some(if self.bank[CCER] & 2 == 0 {
+            active
+        } else {
+            1.0 - active
+        })
     }
 
     /// Levels of the interrupt lines: break, update, trigger and commutation, compare.
@@ -348,7 +390,10 @@ mod tests {
         timer.set_break_pin(Some(false));
         assert_eq!(timer.duty(), None);
         timer.write(BDTR, BKE | MOE, at(9)).unwrap();
-        assert!(!timer.main_output(), "while the pin is low MOE cannot be set");
+        assert!(
+            !timer.main_output(),
+            "while the pin is low MOE cannot be set"
+        );
         timer.set_break_pin(Some(true));
         assert!(!timer.main_output(), "latched");
         timer.write(SR, !BIF, at(9)).unwrap();

@@ -121,7 +121,9 @@ impl Uart {
         let room = self.waiting.len() < self.depth();
         let idle = self.waiting.is_empty() && self.shifting.is_none();
         let flag = |condition, flag| if condition { flag } else { 0 };
-        let flags = flag(room, TXE) | flag(idle, TC & self.bank[ISR]) | flag(!self.received.is_empty(), RXNE);
+        let flags = flag(room, TXE)
+            | flag(idle, TC & self.bank[ISR])
+            | flag(!self.received.is_empty(), RXNE);
         self.bank[ISR] = self.bank[ISR] & !(TXE | TC | RXNE) | flags;
     }
 
@@ -143,11 +145,21 @@ impl Uart {
                 self.update();
             }
             CR3 if value & 0xC0 != 0 => {
-                return Err(self.bank.unsupported(CR3, value, "DMA of the serial port is not modelled"));
+                return Err(self.bank.unsupported(
+                    CR3,
+                    value,
+                    "DMA of the serial port is not modelled",
+                ));
             }
             CR1 => {
                 self.bank[CR1] = value;
-                let acknowledge = |enable, flag| if value & UE != 0 && value & enable != 0 { flag } else { 0 };
+                let acknowledge = |enable, flag| {
+                    if value & UE != 0 && value & enable != 0 {
+                        flag
+                    } else {
+                        0
+                    }
+                };
                 let status = self.bank[ISR] & !(TEACK | REACK);
                 self.bank[ISR] = status | acknowledge(TE, TEACK) | acknowledge(RE, REACK);
                 self.update();
@@ -168,7 +180,11 @@ impl Uart {
     }
 
     pub(crate) fn next_event(&self) -> Option<Ticks> {
-        self.shifting.map(|s| s.1).into_iter().chain(self.next_incoming).min()
+        self.shifting
+            .map(|s| s.1)
+            .into_iter()
+            .chain(self.next_incoming)
+            .min()
     }
 
     pub(crate) fn advance(&mut self, clocks: Clocks) {

@@ -60,17 +60,28 @@ pub struct Options {
 }
 
 fn finite(text: &str) -> Result<f64, String> {
-    text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| "a number is expected".to_owned())
+    text.parse()
+        .ok()
+        .filter(|v: &f64| v.is_finite())
+        .ok_or_else(|| "a number is expected".to_owned())
 }
 
 fn positive(text: &str) -> Result<f64, String> {
-    finite(text).ok().filter(|&v| v > 0.0).ok_or_else(|| "a number above zero is expected".to_owned())
+    finite(text)
+        .ok()
+        .filter(|&v| v > 0.0)
+        .ok_or_else(|| "a number above zero is expected".to_owned())
 }
 
 /// Reads the plant's parameters, or takes the defaults.
 fn parameters(path: Option<&Path>) -> Result<Parameters, Error> {
-    let Some(path) = path else { return Ok(Parameters::default()) };
-    let text = std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
+    let Some(path) = path else {
+        return Ok(Parameters::default());
+    };
+    let text = std::fs::read_to_string(path).map_err(|source| Error::Read {
+        path: path.to_owned(),
+        source,
+    })?;
     Ok(Parameters::from_toml(&text)?)
 }
 
@@ -85,7 +96,10 @@ fn settings(options: &Options) -> Result<Settings, Error> {
         scene: options.scene,
         parameters: parameters(options.plant.as_deref())?,
         object: (!options.free).then_some(object),
-        script: options.commands.as_deref().map_or_else(Script::button, Script::parse),
+        script: options
+            .commands
+            .as_deref()
+            .map_or_else(Script::button, Script::parse),
         seed: options.seed,
         max_s: options.max_s,
         setup: Setup::default(),
@@ -97,9 +111,10 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
     let firmware = Firmware::load(&options.elf)?;
     let settings = settings(options)?;
     let trace = match &options.trace {
-        Some(path) => {
-            Some(Trace::create(path).map_err(|source| Error::Read { path: path.clone(), source })?)
-        }
+        Some(path) => Some(Trace::create(path).map_err(|source| Error::Read {
+            path: path.clone(),
+            source,
+        })?),
         None => None,
     };
     let start = Instant::now();
@@ -127,10 +142,17 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
         print!("\n{}", summary.text(wall_s));
     }
     if session.timed_out() && !session.completed() {
-        eprintln!("error: the firmware did not reach its final state within {} s", options.max_s);
+        eprintln!(
+            "error: the firmware did not reach its final state within {} s",
+            options.max_s
+        );
     }
     let fine = session.completed() && session.faults.is_empty() && session.resets.is_empty();
-    Ok(if fine { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(if fine {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
 }
 
 fn print(session: &Session<'_>, from: usize, json: bool) -> usize {
@@ -152,7 +174,10 @@ struct Progress {
 
 impl Progress {
     fn new() -> Self {
-        Self { terminal: std::io::stderr().is_terminal(), shown: None }
+        Self {
+            terminal: std::io::stderr().is_terminal(),
+            shown: None,
+        }
     }
 
     fn show(&mut self, session: &Session<'_>, start: Instant) {
@@ -160,7 +185,11 @@ impl Progress {
             return;
         }
         let (emulated, wall) = (session.machine.time_s(), start.elapsed().as_secs_f64());
-        eprint!("\r\x1b[K{emulated:.1} s simulated, {:.1} times real time, {}", emulated / wall, session.state);
+        eprint!(
+            "\r\x1b[K{emulated:.1} s simulated, {:.1} times real time, {}",
+            emulated / wall,
+            session.state
+        );
         self.shown = Some(Instant::now());
     }
 

@@ -47,8 +47,11 @@ pub struct Calls {
 
 impl Calls {
     fn record(&mut self, cost: Cost) {
-        self.min_instructions =
-            if self.count == 0 { cost.instructions } else { self.min_instructions.min(cost.instructions) };
+        self.min_instructions = if self.count == 0 {
+            cost.instructions
+        } else {
+            self.min_instructions.min(cost.instructions)
+        };
         self.count += 1;
         self.total.instructions += cost.instructions;
         self.total.cycles_low += cost.cycles_low;
@@ -120,7 +123,13 @@ impl Account {
 
     pub(crate) fn call(&mut self, watch: u16, return_to: u32, stack: u32) {
         let (depth, start) = self.here();
-        self.frames.push(Frame { watch, return_to: return_to & !1, stack, depth, start });
+        self.frames.push(Frame {
+            watch,
+            return_to: return_to & !1,
+            stack,
+            depth,
+            start,
+        });
     }
 
     /// The address where the innermost watched function returns to is about to run.
@@ -138,7 +147,10 @@ impl Account {
     }
 
     fn here(&self) -> (usize, Cost) {
-        let own = self.contexts.last().map_or(Cost::default(), |context| context.1);
+        let own = self
+            .contexts
+            .last()
+            .map_or(Cost::default(), |context| context.1);
         (self.contexts.len(), own)
     }
 
@@ -150,7 +162,8 @@ impl Account {
         if self.contexts.len() > 1
             && let Some((exception, own)) = self.contexts.pop()
         {
-            self.frames.retain(|frame| frame.depth <= self.contexts.len());
+            self.frames
+                .retain(|frame| frame.depth <= self.contexts.len());
             self.exceptions.entry(exception).or_default().record(own);
         }
     }
@@ -185,7 +198,12 @@ mod tests {
     use super::*;
 
     fn block(instructions: u32) -> Block {
-        Block { instructions, cycles_low: instructions, cycles_high: 2 * instructions, ..Block::default() }
+        Block {
+            instructions,
+            cycles_low: instructions,
+            cycles_high: 2 * instructions,
+            ..Block::default()
+        }
     }
 
     #[test]
@@ -204,7 +222,11 @@ mod tests {
         account.returned(0x2000_0F00);
         account.charge(&block(5));
         account.returned(0x2000_1000);
-        let calls: Vec<_> = account.functions().iter().map(|(_, calls)| calls.total.instructions).collect();
+        let calls: Vec<_> = account
+            .functions()
+            .iter()
+            .map(|(_, calls)| calls.total.instructions)
+            .collect();
         assert_eq!(calls, [18, 3]);
         assert_eq!(account.exceptions()[&40].max.instructions, 1000);
         assert_eq!(account.total().instructions, 1118);

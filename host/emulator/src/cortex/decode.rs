@@ -62,7 +62,10 @@ pub fn length(halfword: u16) -> usize {
 /// Decodes one block.
 #[must_use]
 pub fn decode(code: &[u8]) -> Block {
-    let mut block = Block { size: code.len() as u32, ..Block::default() };
+    let mut block = Block {
+        size: code.len() as u32,
+        ..Block::default()
+    };
     let halfword = |at: usize| match code.get(at..at + 2) {
         Some(bytes) => u16::from_le_bytes([bytes[0], bytes[1]]),
         None => 0,
@@ -71,7 +74,11 @@ pub fn decode(code: &[u8]) -> Block {
     while at < code.len() {
         let first = halfword(at);
         let size = length(first);
-        let cost = if size == 4 { wide(first, halfword(at + 2)) } else { narrow(first) };
+        let cost = if size == 4 {
+            wide(first, halfword(at + 2))
+        } else {
+            narrow(first)
+        };
         block.instructions += 1;
         block.cycles_low += cost.cycles;
         block.cycles_high += cost.cycles + cost.stall;
@@ -103,13 +110,19 @@ const fn cost(cycles: u32) -> Cost {
 
 /// A branch: pipeline refill of one to three cycles, and the target's line from flash.
 const fn branch(cycles: u32) -> Cost {
-    Cost { cycles: cycles + 1, stall: 2 + 4 }
+    Cost {
+        cycles: cycles + 1,
+        stall: 2 + 4,
+    }
 }
 
 fn narrow(op: u16) -> Cost {
     match op >> 11 {
         // Load from a literal pool.
-        0b01001 => Cost { cycles: 2, stall: 4 },
+        0b01001 => Cost {
+            cycles: 2,
+            stall: 4,
+        },
         0b01000 => match op >> 8 & 0x7 {
             // BX, BLX
             0b111 => branch(1),
@@ -125,13 +138,19 @@ fn narrow(op: u16) -> Cost {
             0xD if op & 0x100 != 0 => branch(1 + (op & 0x1FF).count_ones()),
             0xD => cost(1 + (op & 0xFF).count_ones()),
             // CBZ, CBNZ: not taken is the lower bound
-            0x1 | 0x3 | 0x9 | 0xB => Cost { cycles: 1, stall: 3 + 4 },
+            0x1 | 0x3 | 0x9 | 0xB => Cost {
+                cycles: 1,
+                stall: 3 + 4,
+            },
             _ => cost(1),
         },
         // STM, LDM
         0b11000 | 0b11001 => cost(1 + (op & 0xFF).count_ones()),
         // Conditional branch: not taken is the lower bound
-        0b11010 | 0b11011 => Cost { cycles: 1, stall: 3 + 4 },
+        0b11010 | 0b11011 => Cost {
+            cycles: 1,
+            stall: 3 + 4,
+        },
         0b11100 => branch(1),
         _ => cost(1),
     }
@@ -142,7 +161,11 @@ fn wide(first: u16, second: u16) -> Cost {
     // Load and store multiple
     if op & 0xFE40_0000 == 0xE800_0000 {
         let registers = (op & 0xFFFF).count_ones();
-        return if op & 0x0010_8000 == 0x0010_8000 { branch(1 + registers) } else { cost(1 + registers) };
+        return if op & 0x0010_8000 == 0x0010_8000 {
+            branch(1 + registers)
+        } else {
+            cost(1 + registers)
+        };
     }
     // Table branch, then load and store double or exclusive
     if op & 0xFFF0_FFE0 == 0xE8D0_F000 {
@@ -154,7 +177,14 @@ fn wide(first: u16, second: u16) -> Cost {
     // Branches and barriers
     if op & 0xF800_8000 == 0xF000_8000 {
         if op & 0x5000 == 0 {
-            return if op & 0x0380_0000 == 0x0380_0000 { cost(2) } else { Cost { cycles: 1, stall: 3 + 4 } };
+            return if op & 0x0380_0000 == 0x0380_0000 {
+                cost(2)
+            } else {
+                Cost {
+                    cycles: 1,
+                    stall: 3 + 4,
+                }
+            };
         }
         return branch(1);
     }
@@ -164,11 +194,17 @@ fn wide(first: u16, second: u16) -> Cost {
             return branch(2);
         }
         let literal = op & 0x001F_0000 == 0x001F_0000;
-        return Cost { cycles: 2, stall: if literal { 4 } else { 0 } };
+        return Cost {
+            cycles: 2,
+            stall: if literal { 4 } else { 0 },
+        };
     }
     // Division: 2 to 12
     if op & 0xFFD0_F0F0 == 0xFB90_F0F0 {
-        return Cost { cycles: 2, stall: 10 };
+        return Cost {
+            cycles: 2,
+            stall: 10,
+        };
     }
     if op & 0xEC00_0E00 == 0xEC00_0A00 {
         return floating(op);
@@ -180,7 +216,11 @@ fn floating(op: u32) -> Cost {
     if op & 0xFF00_0000 == 0xEE00_0000 {
         if op & 0x10 != 0 {
             // Between core and floating-point registers
-            return cost(if op & 0x00E0_0000 == 0x00E0_0000 { 1 } else { 2 });
+            return cost(if op & 0x00E0_0000 == 0x00E0_0000 {
+                1
+            } else {
+                2
+            });
         }
         let opcode = op >> 20 & 0xB;
         return match opcode {
@@ -198,7 +238,10 @@ fn floating(op: u32) -> Cost {
     if op & 0x0120_0000 == 0x0100_0000 {
         let double = op & 0x100 != 0;
         let literal = op & 0x000F_0000 == 0x000F_0000;
-        return Cost { cycles: if double { 3 } else { 2 }, stall: if load && literal { 4 } else { 0 } };
+        return Cost {
+            cycles: if double { 3 } else { 2 },
+            stall: if load && literal { 4 } else { 0 },
+        };
     }
     if op & 0x01E0_0000 == 0x0040_0000 {
         return cost(2);
@@ -227,20 +270,20 @@ mod tests {
     fn follows_the_cycle_table() {
         // One instruction each with its cycles at zero wait states.
         let table: [(&[u16], u32); 14] = [
-            (&[0x1840], 1),         // adds r0,r0,r1
-            (&[0x6808], 2),         // ldr r0,[r1]
-            (&[0x4801], 2),         // ldr r0,[pc,#4]
-            (&[0xB5F0], 6),         // push {r4-r7,lr}
-            (&[0x4770], 2),         // bx lr
+            (&[0x1840], 1),          // adds r0,r0,r1
+            (&[0x6808], 2),          // ldr r0,[r1]
+            (&[0x4801], 2),          // ldr r0,[pc,#4]
+            (&[0xB5F0], 6),          // push {r4-r7,lr}
+            (&[0x4770], 2),          // bx lr
             (&[0xEEB1, 0x0AC0], 14), // vsqrt.f32 s0,s0
             (&[0xEE80, 0x0A20], 14), // vdiv.f32 s0,s0,s1
-            (&[0xEE30, 0x0A20], 1), // vadd.f32 s0,s0,s1
-            (&[0xEE20, 0x0A20], 1), // vmul.f32 s0,s0,s1
-            (&[0xEEA0, 0x0A20], 3), // vfma.f32 s0,s0,s1
-            (&[0xED90, 0x0A00], 2), // vldr s0,[r0]
-            (&[0xEE10, 0x0A10], 2), // vmov r0,s0
-            (&[0xE9D0, 0x0100], 3), // ldrd r0,r1,[r0]
-            (&[0xFBB0, 0xF0F1], 2), // udiv r0,r0,r1
+            (&[0xEE30, 0x0A20], 1),  // vadd.f32 s0,s0,s1
+            (&[0xEE20, 0x0A20], 1),  // vmul.f32 s0,s0,s1
+            (&[0xEEA0, 0x0A20], 3),  // vfma.f32 s0,s0,s1
+            (&[0xED90, 0x0A00], 2),  // vldr s0,[r0]
+            (&[0xEE10, 0x0A10], 2),  // vmov r0,s0
+            (&[0xE9D0, 0x0100], 3),  // ldrd r0,r1,[r0]
+            (&[0xFBB0, 0xF0F1], 2),  // udiv r0,r0,r1
         ];
         for (instruction, cycles) in table {
             let block = decode(&code(instruction));

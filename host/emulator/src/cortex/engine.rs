@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! The instruction engine with its memories and hooks, wrapped so that the rest of the crate sees no callback.
 
-use unicorn_engine::{Arch, ArmCpuModel, HookType, MemType, Mode, Prot, RegisterARM, Unicorn, uc_error};
+use unicorn_engine::{
+    Arch, ArmCpuModel, HookType, MemType, Mode, Prot, RegisterARM, Unicorn, uc_error,
+};
 
 use super::decode::{self, Block};
 use super::memory::Ram;
@@ -42,11 +44,17 @@ impl Engine {
         // Unique identity and flash size in KiB.
         uc.mem_write(0x1FFF_7590, b"EMULATED\0\0\0\0")?;
         uc.mem_write(0x1FFF_75E0, &128u16.to_le_bytes())?;
-        for (base, size) in [(0x4000_0000, 0x0003_0000), (0x4800_0000, 0x2000), (0x5000_0000, 0x0007_0000)] {
+        for (base, size) in [
+            (0x4000_0000, 0x0003_0000),
+            (0x4800_0000, 0x2000),
+            (0x5000_0000, 0x0007_0000),
+        ] {
             uc.mmio_map(
                 base,
                 size,
-                Some(move |uc: &mut Uc<'_>, offset, bytes| load(uc, (base + offset) as u32, bytes, Chip::read)),
+                Some(move |uc: &mut Uc<'_>, offset, bytes| {
+                    load(uc, (base + offset) as u32, bytes, Chip::read)
+                }),
                 Some(move |uc: &mut Uc<'_>, offset, bytes, value| {
                     store(uc, (base + offset) as u32, bytes, value, Chip::write);
                 }),
@@ -59,7 +67,11 @@ impl Engine {
             Some(move |uc: &mut Uc<'_>, offset, bytes| {
                 load(uc, (base + offset) as u32, bytes, |chip, address, size| {
                     let word = chip.read_system(address & !3)? >> (8 * (address & 3));
-                    Ok(if size >= 4 { word } else { word & ((1 << (8 * size)) - 1) })
+                    Ok(if size >= 4 {
+                        word
+                    } else {
+                        word & ((1 << (8 * size)) - 1)
+                    })
                 })
             }),
             Some(move |uc: &mut Uc<'_>, offset, bytes, value| {
@@ -69,16 +81,34 @@ impl Engine {
         uc.add_block_hook(1, 0, on_block)?;
         uc.add_intr_hook(on_interrupt)?;
         uc.add_insn_invalid_hook(on_invalid)?;
-        uc.add_mem_hook(HookType::MEM_UNMAPPED, 1, 0, |uc: &mut Uc<'_>, kind, address, _, _| {
-            let fetch = kind == MemType::FETCH_UNMAPPED;
-            trap(uc, Trap::Bus { address: address as u32, fetch });
-            false
-        })?;
-        uc.add_mem_hook(HookType::MEM_WRITE_PROT, 1, 0, |uc: &mut Uc<'_>, _, address, size, value| {
-            let offset = (address as u32).checked_sub(Map::FLASH).unwrap_or(address as u32);
-            uc.get_data_mut().store_flash(offset, size, value as u32);
-            true
-        })?;
+        uc.add_mem_hook(
+            HookType::MEM_UNMAPPED,
+            1,
+            0,
+            |uc: &mut Uc<'_>, kind, address, _, _| {
+                let fetch = kind == MemType::FETCH_UNMAPPED;
+                trap(
+                    uc,
+                    Trap::Bus {
+                        address: address as u32,
+                        fetch,
+                    },
+                );
+                false
+            },
+        )?;
+        uc.add_mem_hook(
+            HookType::MEM_WRITE_PROT,
+            1,
+            0,
+            |uc: &mut Uc<'_>, _, address, size, value| {
+                let offset = (address as u32)
+                    .checked_sub(Map::FLASH)
+                    .unwrap_or(address as u32);
+                uc.get_data_mut().store_flash(offset, size, value as u32);
+                true
+            },
+        )?;
         let mut engine = Self { uc, _ram: ram };
         engine.refresh_flash()?;
         Ok(engine)
@@ -89,16 +119,26 @@ impl Engine {
         self.chip_mut().core.count_instructions = true;
         // The mere presence of the hook makes the engine keep the program counter exact at loads.
         let cyccnt = 0xE000_1004;
-        self.uc.add_mem_hook(HookType::MEM_READ, cyccnt, cyccnt + 3, |uc: &mut Uc<'_>, _, _, _, _| {
-            let pc = uc.reg_read(RegisterARM::PC).unwrap_or(0) as u32;
-            let core = &uc.get_data().core;
-            let (start, block) = (core.block_address, core.block);
-            let before = pc.wrapping_sub(start).min(block.size) as usize;
-            let mut code = vec![0; before];
-            let executed = if uc.mem_read(start.into(), &mut code).is_ok() { decode::count(&code) } else { 0 };
-            uc.get_data_mut().core.instructions_ahead = u64::from(block.instructions - executed);
-            true
-        })?;
+        self.uc.add_mem_hook(
+            HookType::MEM_READ,
+            cyccnt,
+            cyccnt + 3,
+            |uc: &mut Uc<'_>, _, _, _, _| {
+                let pc = uc.reg_read(RegisterARM::PC).unwrap_or(0) as u32;
+                let core = &uc.get_data().core;
+                let (start, block) = (core.block_address, core.block);
+                let before = pc.wrapping_sub(start).min(block.size) as usize;
+                let mut code = vec![0; before];
+                let executed = if uc.mem_read(start.into(), &mut code).is_ok() {
+                    decode::count(&code)
+                } else {
+                    0
+                };
+                uc.get_data_mut().core.instructions_ahead =
+                    u64::from(block.instructions - executed);
+                true
+            },
+        )?;
         Ok(())
     }
 
@@ -137,7 +177,10 @@ impl Engine {
             return Ok(());
         };
         let executed = decode::count(&code);
-        self.chip_mut().core.account.refund(block.instructions.saturating_sub(executed));
+        self.chip_mut()
+            .core
+            .account
+            .refund(block.instructions.saturating_sub(executed));
         Ok(())
     }
 
@@ -145,7 +188,11 @@ impl Engine {
         self.uc.reg_read(register).map(|value| value as u32)
     }
 
-    pub(crate) fn set_register(&mut self, register: RegisterARM, value: u32) -> Result<(), uc_error> {
+    pub(crate) fn set_register(
+        &mut self,
+        register: RegisterARM,
+        value: u32,
+    ) -> Result<(), uc_error> {
         self.uc.reg_write(register, value.into())
     }
 
@@ -153,7 +200,11 @@ impl Engine {
         self.uc.reg_read(register)
     }
 
-    pub(super) fn set_wide_register(&mut self, register: RegisterARM, value: u64) -> Result<(), uc_error> {
+    pub(super) fn set_wide_register(
+        &mut self,
+        register: RegisterARM,
+        value: u64,
+    ) -> Result<(), uc_error> {
         self.uc.reg_write(register, value)
     }
 
@@ -193,7 +244,8 @@ impl Engine {
         for (start, length) in std::mem::take(&mut self.chip_mut().flash.changed) {
             let bytes = self.chip().flash.image[start..start + length].to_vec();
             self.uc.mem_write(start as u64, &bytes)?;
-            self.uc.mem_write(u64::from(Map::FLASH) + start as u64, &bytes)?;
+            self.uc
+                .mem_write(u64::from(Map::FLASH) + start as u64, &bytes)?;
         }
         Ok(())
     }
@@ -254,8 +306,16 @@ fn on_block(uc: &mut Uc<'_>, address: u64, size: u32) {
         return;
     }
     let chip = uc.get_data_mut();
-    let slot = chip.core.blocks.slot(address).map_or(Block::default(), |slot| *slot);
-    let block = if slot.size == size { slot } else { learn(uc, address, size, slot.watch) };
+    let slot = chip
+        .core
+        .blocks
+        .slot(address)
+        .map_or(Block::default(), |slot| *slot);
+    let block = if slot.size == size {
+        slot
+    } else {
+        learn(uc, address, size, slot.watch)
+    };
     if uc.get_data().core.account.awaited_return() == Some(address) {
         let stack = uc.reg_read(RegisterARM::SP).unwrap_or(0) as u32;
         uc.get_data_mut().core.account.returned(stack);
@@ -263,7 +323,10 @@ fn on_block(uc: &mut Uc<'_>, address: u64, size: u32) {
     if block.watch != 0 {
         let return_to = uc.reg_read(RegisterARM::LR).unwrap_or(0) as u32;
         let stack = uc.reg_read(RegisterARM::SP).unwrap_or(0) as u32;
-        uc.get_data_mut().core.account.call(block.watch, return_to, stack);
+        uc.get_data_mut()
+            .core
+            .account
+            .call(block.watch, return_to, stack);
     }
     let chip = uc.get_data_mut();
     chip.core.block = block;
@@ -276,7 +339,14 @@ fn on_block(uc: &mut Uc<'_>, address: u64, size: u32) {
 fn learn(uc: &mut Uc<'_>, address: u32, size: u32, watch: u16) -> Block {
     let mut code = vec![0; size as usize];
     let readable = uc.mem_read(address.into(), &mut code).is_ok();
-    let block = if readable { decode::decode(&code) } else { Block { size, ..Block::default() } };
+    let block = if readable {
+        decode::decode(&code)
+    } else {
+        Block {
+            size,
+            ..Block::default()
+        }
+    };
     let block = Block { watch, ..block };
     if let Some(slot) = uc.get_data_mut().core.blocks.slot(address) {
         *slot = block;
@@ -311,7 +381,10 @@ fn on_interrupt(uc: &mut Uc<'_>, number: u32) {
         2 => Trap::Supervisor,
         7 => Trap::Breakpoint,
         8 => Trap::Return(pc | 1),
-        3 | 4 => Trap::Bus { address: pc, fetch: number == 3 },
+        3 | 4 => Trap::Bus {
+            address: pc,
+            fetch: number == 3,
+        },
         _ => Trap::Undefined,
     };
     trap(uc, what);

@@ -23,8 +23,25 @@ impl Engine {
     /// Starts from the vector table, as after a reset.
     pub(crate) fn start(&mut self) -> Result<(), uc_error> {
         let table = Map::FLASH;
-        let (stack, entry) = (self.word(table).unwrap_or(0), self.word(table + 4).unwrap_or(0));
-        for register in [R::R0, R::R1, R::R2, R::R3, R::R4, R::R5, R::R6, R::R7, R::R8, R::R9, R::R10, R::R11, R::R12] {
+        let (stack, entry) = (
+            self.word(table).unwrap_or(0),
+            self.word(table + 4).unwrap_or(0),
+        );
+        for register in [
+            R::R0,
+            R::R1,
+            R::R2,
+            R::R3,
+            R::R4,
+            R::R5,
+            R::R6,
+            R::R7,
+            R::R8,
+            R::R9,
+            R::R10,
+            R::R11,
+            R::R12,
+        ] {
             self.set_register(register, 0)?;
         }
         self.set_register(R::XPSR, THUMB)?;
@@ -69,7 +86,13 @@ impl Engine {
         let flags = self.register(R::XPSR)? & 0xF80F_0000;
         self.set_register(R::XPSR, flags | THUMB | u32::from(number))?;
         self.set_register(R::CONTROL, control & !(FPCA | SPSEL))?;
-        let mode = if handler { 0x1 } else if process { 0xD } else { 0x9 };
+        let mode = if handler {
+            0x1
+        } else if process {
+            0xD
+        } else {
+            0x9
+        };
         let link = 0xFFFF_FFE0 | if floating { 0 } else { 0x10 } | mode;
         self.set_register(R::LR, link)?;
         let table = self.chip().core.scs[VTOR];
@@ -90,12 +113,23 @@ impl Engine {
         let number = (self.register(R::XPSR)? & 0x1FF) as u16;
         let floating = exc_return & 0x10 == 0;
         let process = exc_return & 0xF == 0xD;
-        let frame = if process { self.register(R::PSP)? } else { self.register(R::SP)? };
+        let frame = if process {
+            self.register(R::PSP)?
+        } else {
+            self.register(R::SP)?
+        };
         let size = if floating { 0x68 } else { 0x20 };
         let Some(bytes) = self.read(frame, size) else {
             return Ok(Err(Unstackable));
         };
-        let word = |n: usize| u32::from_le_bytes([bytes[4 * n], bytes[4 * n + 1], bytes[4 * n + 2], bytes[4 * n + 3]]);
+        let word = |n: usize| {
+            u32::from_le_bytes([
+                bytes[4 * n],
+                bytes[4 * n + 1],
+                bytes[4 * n + 2],
+                bytes[4 * n + 3],
+            ])
+        };
         if number != exception::NMI {
             self.set_register(R::FAULTMASK, 0)?;
         }
@@ -140,7 +174,11 @@ impl Engine {
         };
         let core = &mut self.chip_mut().core;
         core.scs[CFSR] |= status;
-        if let Trap::Bus { address, fetch: false } = trap {
+        if let Trap::Bus {
+            address,
+            fetch: false,
+        } = trap
+        {
             core.scs[BFAR] = *address;
         }
         self.escalate(number)
@@ -151,12 +189,23 @@ impl Engine {
         let masked = self.register(R::PRIMASK)? & 1 != 0;
         let faultmask = self.register(R::FAULTMASK)? & 1 != 0;
         let core = &mut self.chip_mut().core;
-        let running = if faultmask { -1 } else if masked { core.nvic.running().min(0) } else { core.nvic.running() };
-        let enabled = core.nvic.enabled >> number & 1 != 0 && core.nvic.preemption(number) < running;
+        let running = if faultmask {
+            -1
+        } else if masked {
+            core.nvic.running().min(0)
+        } else {
+            core.nvic.running()
+        };
+        let enabled =
+            core.nvic.enabled >> number & 1 != 0 && core.nvic.preemption(number) < running;
         if !enabled {
             core.scs[HFSR] |= 1 << 30;
         }
-        let number = if enabled { number } else { exception::HARD_FAULT };
+        let number = if enabled {
+            number
+        } else {
+            exception::HARD_FAULT
+        };
         if core.nvic.preemption(number) >= running {
             self.chip_mut().lock_up();
             return Ok(());

@@ -13,7 +13,9 @@ pub(super) struct Ram {
 
 impl Ram {
     pub(super) fn new() -> Self {
-        Self { bytes: vec![0; Map::RAM_SIZE as usize / 8].into_boxed_slice() }
+        Self {
+            bytes: vec![0; Map::RAM_SIZE as usize / 8].into_boxed_slice(),
+        }
     }
 
     /// Maps the RAM at its own address and its last part at that of the CCM SRAM.
@@ -24,8 +26,18 @@ impl Ram {
         // SAFETY: both ranges lie within `bytes`, whose heap block does not move and lives as long as the engine,
         // because `Engine` owns both and drops the engine first. Nothing else reads or writes the block.
         unsafe {
-            engine.mem_map_ptr(Map::RAM.into(), Map::RAM_SIZE.into(), Prot::ALL, start.cast())?;
-            engine.mem_map_ptr(Map::CCM.into(), Map::CCM_SIZE.into(), Prot::ALL, alias.cast())
+            engine.mem_map_ptr(
+                Map::RAM.into(),
+                Map::RAM_SIZE.into(),
+                Prot::ALL,
+                start.cast(),
+            )?;
+            engine.mem_map_ptr(
+                Map::CCM.into(),
+                Map::CCM_SIZE.into(),
+                Prot::ALL,
+                alias.cast(),
+            )
         }
     }
 }

@@ -57,7 +57,10 @@ pub(crate) enum Trap {
     WaitForEvent,
     Undefined,
     /// No memory answers at this address.
-    Bus { address: u32, fetch: bool },
+    Bus {
+        address: u32,
+        fetch: bool,
+    },
     Misuse(Misuse),
 }
 

@@ -20,7 +20,8 @@ pub mod exception {
 pub(crate) const INTERRUPTS: u16 = 102;
 const EXCEPTIONS: u16 = exception::EXTERNAL + INTERRUPTS;
 /// The core's own exceptions cannot be disabled here; the configurable faults are, by SHCSR.
-const ALWAYS: u128 = 0xFFFF & !(1 << exception::MEM_MANAGE | 1 << exception::BUS_FAULT | 1 << exception::USAGE_FAULT);
+const ALWAYS: u128 = 0xFFFF
+    & !(1 << exception::MEM_MANAGE | 1 << exception::BUS_FAULT | 1 << exception::USAGE_FAULT);
 
 /// Priority of thread mode: below every exception.
 pub(crate) const THREAD: i16 = 256;
@@ -76,13 +77,21 @@ impl Nvic {
 
     pub(crate) fn set_pending(&mut self, exception: u16, pending: bool) {
         let bit = 1u128 << exception;
-        self.pending = if pending { self.pending | bit } else { self.pending & !bit };
+        self.pending = if pending {
+            self.pending | bit
+        } else {
+            self.pending & !bit
+        };
         self.update();
     }
 
     pub(crate) fn set_enabled(&mut self, exception: u16, enabled: bool) {
         let bit = 1u128 << exception;
-        self.enabled = if enabled { self.enabled | bit } else { self.enabled & !bit };
+        self.enabled = if enabled {
+            self.enabled | bit
+        } else {
+            self.enabled & !bit
+        };
         self.update();
     }
 
@@ -104,7 +113,10 @@ impl Nvic {
     }
 
     pub(crate) fn priority(&self, exception: u16) -> u8 {
-        self.priority.get(usize::from(exception)).copied().unwrap_or(0)
+        self.priority
+            .get(usize::from(exception))
+            .copied()
+            .unwrap_or(0)
     }
 
     /// Four bits are implemented.
@@ -135,7 +147,10 @@ impl Nvic {
 
     /// Priority of what runs, the mask registers left out.
     pub(crate) fn running(&self) -> i16 {
-        bits(self.active).map(|e| self.preemption(e)).min().unwrap_or(THREAD)
+        bits(self.active)
+            .map(|e| self.preemption(e))
+            .min()
+            .unwrap_or(THREAD)
     }
 
     fn update(&mut self) {
@@ -194,9 +209,17 @@ mod tests {
         for interrupt in [3, 7, 5] {
             nvic.set_pending(16 + interrupt, true);
         }
-        assert_eq!(nvic.candidate(), Some((16 + 5, 0x40)), "equal priority: the lower number first");
+        assert_eq!(
+            nvic.candidate(),
+            Some((16 + 5, 0x40)),
+            "equal priority: the lower number first"
+        );
         nvic.enter(16 + 5);
-        assert_eq!(nvic.candidate(), None, "neither an equal nor a lower priority preempts");
+        assert_eq!(
+            nvic.candidate(),
+            None,
+            "neither an equal nor a lower priority preempts"
+        );
         assert!(nvic.leave(16 + 5));
         assert_eq!(nvic.candidate(), Some((16 + 7, 0x40)));
     }

@@ -64,7 +64,9 @@ impl Chip {
             0xE000_E300..=0xE000_E31F => Ok(nvic.bank(Irq::Active, address >> 2 & 7)),
             0xE000_E400..=0xE000_E4EF => {
                 let first = exception::EXTERNAL + (address & 0xFF) as u16;
-                Ok(u32::from_le_bytes(std::array::from_fn(|n| nvic.priority(first + n as u16))))
+                Ok(u32::from_le_bytes(std::array::from_fn(|n| {
+                    nvic.priority(first + n as u16)
+                })))
             }
             0xE000_ED04 => Ok(u32::from(nvic.candidate().map_or(0, |c| c.0)) << 12
                 | u32::from(nvic.is_pending(exception::SYS_TICK)) << 26
@@ -72,7 +74,9 @@ impl Chip {
             0xE000_ED0C => Ok(0xFA05_0000 | u32::from(nvic.group()) << 8),
             0xE000_ED18..=0xE000_ED23 => {
                 let first = (address - 0xE000_ED14) as u16;
-                Ok(u32::from_le_bytes(std::array::from_fn(|n| nvic.priority(first + n as u16))))
+                Ok(u32::from_le_bytes(std::array::from_fn(|n| {
+                    nvic.priority(first + n as u16)
+                })))
             }
             0xE000_E000..=0xE000_EFFF => self.core.scs.read(address & 0xFFF),
             0xE004_2000..=0xE004_23FF => self.read(address, 4),
@@ -90,19 +94,35 @@ impl Chip {
 
     /// What CYCCNT counts: core cycles, or executed instructions in a benchmark.
     fn cycle_counter(&self) -> u64 {
-        if self.core.count_instructions { self.core.exact_instructions() } else { self.now / self.clocks().bus }
+        if self.core.count_instructions {
+            self.core.exact_instructions()
+        } else {
+            self.now / self.clocks().bus
+        }
     }
 
     /// A store to the private peripheral bus.
-    pub(super) fn write_system(&mut self, address: u32, size: usize, value: u32) -> Result<(), Misuse> {
+    pub(super) fn write_system(
+        &mut self,
+        address: u32,
+        size: usize,
+        value: u32,
+    ) -> Result<(), Misuse> {
         let clocks = self.clocks();
         let byte_wise = matches!(address, 0xE000_E400..=0xE000_E4EF | 0xE000_ED18..=0xE000_ED23);
         if size != 4 && !byte_wise {
-            return Err(Misuse::Width { peripheral: "SCS", offset: address & 0xFFF, size });
+            return Err(Misuse::Width {
+                peripheral: "SCS",
+                offset: address & 0xFFF,
+                size,
+            });
         }
         let interrupts = |address: u32| {
             let first = 32 * (address >> 2 & 7) as u16;
-            (0..32).filter(move |n| value >> n & 1 != 0).map(move |n| first + n).filter(|&i| i < INTERRUPTS)
+            (0..32)
+                .filter(move |n| value >> n & 1 != 0)
+                .map(move |n| first + n)
+                .filter(|&i| i < INTERRUPTS)
         };
         let external = |interrupt: u16| exception::EXTERNAL + interrupt;
         match address {
@@ -111,19 +131,34 @@ impl Chip {
                 offset => self.core.dwt.write(offset, value | 0x4000_0000)?,
             },
             0xE000_E010..=0xE000_E01F => self.core.systick.write(address & 0xF, value, clocks),
-            0xE000_E100..=0xE000_E11F => interrupts(address).for_each(|i| self.core.nvic.set_enabled(external(i), true)),
-            0xE000_E180..=0xE000_E19F => interrupts(address).for_each(|i| self.core.nvic.set_enabled(external(i), false)),
-            0xE000_E200..=0xE000_E21F => interrupts(address).for_each(|i| self.core.nvic.set_pending(external(i), true)),
-            0xE000_E280..=0xE000_E29F => interrupts(address).for_each(|i| self.core.nvic.set_pending(external(i), false)),
-            0xE000_EF00 if value < u32::from(INTERRUPTS) => self.core.nvic.set_pending(external(value as u16), true),
+            0xE000_E100..=0xE000_E11F => {
+                interrupts(address).for_each(|i| self.core.nvic.set_enabled(external(i), true))
+            }
+            0xE000_E180..=0xE000_E19F => {
+                interrupts(address).for_each(|i| self.core.nvic.set_enabled(external(i), false))
+            }
+            0xE000_E200..=0xE000_E21F => {
+                interrupts(address).for_each(|i| self.core.nvic.set_pending(external(i), true))
+            }
+            0xE000_E280..=0xE000_E29F => {
+                interrupts(address).for_each(|i| self.core.nvic.set_pending(external(i), false))
+            }
+            0xE000_EF00 if value < u32::from(INTERRUPTS) => {
+                self.core.nvic.set_pending(external(value as u16), true)
+            }
             0xE000_E400..=0xE000_E4EF => {
                 for n in 0..size as u32 {
-                    self.core.nvic.set_priority(external((address + n - 0xE000_E400) as u16), (value >> (8 * n)) as u8);
+                    self.core.nvic.set_priority(
+                        external((address + n - 0xE000_E400) as u16),
+                        (value >> (8 * n)) as u8,
+                    );
                 }
             }
             0xE000_ED18..=0xE000_ED23 => {
                 for n in 0..size as u32 {
-                    self.core.nvic.set_priority((address + n - 0xE000_ED14) as u16, (value >> (8 * n)) as u8);
+                    self.core
+                        .nvic
+                        .set_priority((address + n - 0xE000_ED14) as u16, (value >> (8 * n)) as u8);
                 }
             }
             0xE000_ED04 => {
@@ -158,7 +193,11 @@ impl Chip {
         match offset {
             CFSR | HFSR | DFSR => self.core.scs[offset] &= !value,
             MPU_CTRL if value & 1 != 0 => {
-                return Err(self.core.scs.unsupported(offset, value, "memory protection is not modelled"));
+                return Err(self.core.scs.unsupported(
+                    offset,
+                    value,
+                    "memory protection is not modelled",
+                ));
             }
             SHCSR => {
                 self.core.scs[SHCSR] = value & 0x7_0000;

@@ -19,7 +19,11 @@ const CORE_CLOCK: u32 = 4;
 
 impl SysTick {
     fn step(&self, clocks: Clocks) -> Ticks {
-        if self.control & CORE_CLOCK != 0 { clocks.bus } else { 8 * clocks.bus }
+        if self.control & CORE_CLOCK != 0 {
+            clocks.bus
+        } else {
+            8 * clocks.bus
+        }
     }
 
     fn period(&self, clocks: Clocks) -> Ticks {
@@ -31,7 +35,11 @@ impl SysTick {
             0x0 => self.control | u32::from(std::mem::take(&mut self.counted)) << 16,
             0x4 => self.reload,
             0x8 if self.control & ENABLE == 0 => 0,
-            0x8 => self.reload - ((clocks.now - self.started) / self.step(clocks)).min(u64::from(self.reload)) as u32,
+            0x8 => {
+                self.reload
+                    - ((clocks.now - self.started) / self.step(clocks)).min(u64::from(self.reload))
+                        as u32
+            }
             _ => 0,
         }
     }

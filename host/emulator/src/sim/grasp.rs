@@ -46,7 +46,14 @@ impl Object {
     /// As the plant wants it.
     #[must_use]
     pub fn grasp(&self) -> Grasp {
-        let shape = Shape::Cylinder { diameter_m: 1e-3 * self.diameter_mm };
-        Grasp::touching(self.phalanx, 1e-3 * self.contact_mm, self.theta_1_deg.to_radians(), shape)
+        let shape = Shape::Cylinder {
+            diameter_m: 1e-3 * self.diameter_mm,
+        };
+        Grasp::touching(
+            self.phalanx,
+            1e-3 * self.contact_mm,
+            self.theta_1_deg.to_radians(),
+            shape,
+        )
     }
 }

@@ -32,13 +32,27 @@ impl Step {
     /// What lies in the finger's way when it closes: the object of this run, or the pin a calibration names.
     #[must_use]
     pub fn object(&self, wanted: Option<Object>) -> Option<Object> {
-        let Self::Command(line) = self else { return wanted };
+        let Self::Command(line) = self else {
+            return wanted;
+        };
         let mut words = line.split_whitespace();
-        match (words.next(), words.next().and_then(|word| word.parse().ok())) {
+        match (
+            words.next(),
+            words.next().and_then(|word| word.parse().ok()),
+        ) {
             (Some("run" | "close"), _) => wanted,
             (Some("calibrate"), Some(contact_mm)) => wanted
-                .or(Some(Object { phalanx: 2, contact_mm, diameter_mm: 10.0, theta_1_deg: 45.0 }))
-                .map(|pin| Object { phalanx: 2, contact_mm, ..pin }),
+                .or(Some(Object {
+                    phalanx: 2,
+                    contact_mm,
+                    diameter_mm: 10.0,
+                    theta_1_deg: 45.0,
+                }))
+                .map(|pin| Object {
+                    phalanx: 2,
+                    contact_mm,
+                    ..pin
+                }),
             _ => None,
         }
     }
@@ -58,8 +72,21 @@ impl Script {
     /// Commands separated by semicolons; the word `button` presses it.
     #[must_use]
     pub fn parse(text: &str) -> Self {
-        let commands = text.split(';').map(str::trim).filter(|command| !command.is_empty());
-        Self(commands.map(|c| if c == "button" { Step::Button } else { Step::Command(c.to_owned()) }).collect())
+        let commands = text
+            .split(';')
+            .map(str::trim)
+            .filter(|command| !command.is_empty());
+        Self(
+            commands
+                .map(|c| {
+                    if c == "button" {
+                        Step::Button
+                    } else {
+                        Step::Command(c.to_owned())
+                    }
+                })
+                .collect(),
+        )
     }
 }
 
@@ -70,9 +97,22 @@ mod tests {
     #[test]
     fn a_calibration_brings_its_own_pin() {
         let script = Script::parse("record-friction; calibrate 40;run ; status; button");
-        let wanted = Object { phalanx: 1, contact_mm: 20.0, diameter_mm: 12.0, theta_1_deg: 30.0 };
-        let objects: Vec<_> = script.0.iter().map(|step| step.object(Some(wanted))).collect();
-        let pin = Object { phalanx: 2, contact_mm: 40.0, ..wanted };
+        let wanted = Object {
+            phalanx: 1,
+            contact_mm: 20.0,
+            diameter_mm: 12.0,
+            theta_1_deg: 30.0,
+        };
+        let objects: Vec<_> = script
+            .0
+            .iter()
+            .map(|step| step.object(Some(wanted)))
+            .collect();
+        let pin = Object {
+            phalanx: 2,
+            contact_mm: 40.0,
+            ..wanted
+        };
         assert_eq!(objects, [None, Some(pin), Some(wanted), None, Some(wanted)]);
         assert_eq!(script.0.iter().filter(|step| step.moves()).count(), 4);
     }

@@ -89,7 +89,11 @@ impl<'f> Session<'f> {
     ///
     /// # Errors
     /// The plant refuses its parameters or the object, or the machine cannot be set up.
-    pub fn start(firmware: &'f Firmware, settings: Settings, trace: Option<Trace>) -> Result<Self, Error> {
+    pub fn start(
+        firmware: &'f Firmware,
+        settings: Settings,
+        trace: Option<Trace>,
+    ) -> Result<Self, Error> {
         let kind = settings.scene.finger();
         let mut plant = Plant::new(&settings.parameters, kind, &Grasp::Free, settings.seed)?;
         if let Some(object) = settings.object {
@@ -151,7 +155,9 @@ impl<'f> Session<'f> {
         }
         self.act();
         if let (Some(trace), Some(plant)) = (&mut self.trace, self.machine.plant()) {
-            trace.row(self.machine.time_s(), plant).map_err(Error::Trace)?;
+            trace
+                .row(self.machine.time_s(), plant)
+                .map_err(Error::Trace)?;
         }
         Ok(())
     }
@@ -160,7 +166,10 @@ impl<'f> Session<'f> {
         let event = line.event();
         match event.name {
             "state" => {
-                event.field("name").unwrap_or_default().clone_into(&mut self.state);
+                event
+                    .field("name")
+                    .unwrap_or_default()
+                    .clone_into(&mut self.state);
                 match self.state.as_str() {
                     // The finger is at its opening stop and about to close: now the object is put there.
                     "close" => self.place()?,
@@ -173,7 +182,8 @@ impl<'f> Session<'f> {
             }
             "fault" => {
                 let number = event.number("number").map_or(0, |n| n as u32);
-                self.faults.push((number, event.field("name").unwrap_or_default().to_owned()));
+                self.faults
+                    .push((number, event.field("name").unwrap_or_default().to_owned()));
             }
             "located" | "ambiguous" | "not-located" => {
                 self.truth_at_estimate = self.machine.plant().map(palpate_plant::Plant::truth);
@@ -184,7 +194,10 @@ impl<'f> Session<'f> {
     }
 
     fn place(&mut self) -> Result<(), Error> {
-        let step = self.next.checked_sub(1).and_then(|n| self.settings.script.0.get(n));
+        let step = self
+            .next
+            .checked_sub(1)
+            .and_then(|n| self.settings.script.0.get(n));
         let object = step.and_then(|step| step.object(self.settings.object));
         if let Some(plant) = self.machine.plant_mut()
             && !self.placed
@@ -202,7 +215,9 @@ impl<'f> Session<'f> {
             self.release = None;
             self.machine.button(false);
         }
-        let Progress::Next(at) = self.progress else { return };
+        let Progress::Next(at) = self.progress else {
+            return;
+        };
         if now < at {
             return;
         }
@@ -211,7 +226,11 @@ impl<'f> Session<'f> {
             return;
         };
         self.next += 1;
-        self.progress = if step.moves() { Progress::Moving } else { Progress::Next(now + PAUSE) };
+        self.progress = if step.moves() {
+            Progress::Moving
+        } else {
+            Progress::Next(now + PAUSE)
+        };
         match step {
             Step::Button => {
                 self.machine.button(true);
@@ -231,7 +250,10 @@ impl<'f> Session<'f> {
             self.hear(&line)?;
             self.lines.push(line);
         }
-        self.trace.take().map_or(Ok(()), Trace::finish).map_err(Error::Trace)
+        self.trace
+            .take()
+            .map_or(Ok(()), Trace::finish)
+            .map_err(Error::Trace)
     }
 }
 

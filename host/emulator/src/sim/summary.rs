@@ -95,7 +95,9 @@ impl Summary {
             summary.true_k_mm = Some(1e3 * first.contact.k_m);
         }
         let truth = session.truth_at_estimate.as_ref();
-        summary.true_force_n = truth.and_then(|truth| truth.strongest()).map(|contact| contact.force_n);
+        summary.true_force_n = truth
+            .and_then(|truth| truth.strongest())
+            .map(|contact| contact.force_n);
         summary
     }
 
@@ -150,10 +152,17 @@ impl Summary {
     /// For people.
     #[must_use]
     pub fn text(&self, wall_s: f64) -> String {
-        let number = |value: Option<f64>, unit: &str| value.map_or("-".to_owned(), |v| format!("{v:.2} {unit}"));
+        let number = |value: Option<f64>, unit: &str| {
+            value.map_or("-".to_owned(), |v| format!("{v:.2} {unit}"))
+        };
         let phalanx = |value: Option<u32>| value.map_or("-".to_owned(), |n| n.to_string());
-        let sigma = self.sigma_mm.map_or(String::new(), |s| format!(" +- {s:.2}"));
-        let fault = self.fault.as_ref().map_or(String::new(), |name| format!(" ({name})"));
+        let sigma = self
+            .sigma_mm
+            .map_or(String::new(), |s| format!(" +- {s:.2}"));
+        let fault = self
+            .fault
+            .as_ref()
+            .map_or(String::new(), |name| format!(" ({name})"));
         let faster = self.emulated_s / wall_s.max(1e-9);
         format!(
             "verdict   {}{fault}\n\
@@ -188,7 +197,11 @@ pub fn event_json(line: &Line) -> Value {
     }
     for &(key, text) in event.fields() {
         // A field must not hide what every event has.
-        let key = if object.contains_key(key) { format!("field_{key}") } else { key.to_owned() };
+        let key = if object.contains_key(key) {
+            format!("field_{key}")
+        } else {
+            key.to_owned()
+        };
         object.insert(key, value(text));
     }
     Value::Object(object)

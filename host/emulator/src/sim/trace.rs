@@ -34,11 +34,16 @@ impl Trace {
         let truth = plant.truth();
         let sense = &plant.parameters().sense;
         let sign = if truth.pins.closing { 1.0 } else { -1.0 };
-        let current_a = sign * plant.current_sense_v() / (sense.mirror_a_per_a * sense.resistor_ohm);
+        let current_a =
+            sign * plant.current_sense_v() / (sense.mirror_a_per_a * sense.resistor_ohm);
         let driven = truth.pins.awake && truth.pins.outputs_enabled;
         let duty = if driven { sign * truth.pins.duty } else { 0.0 };
         let (phalanx, k_mm, force_n) = match truth.strongest() {
-            Some(contact) => (contact.phalanx.to_string(), format!("{:.4}", 1e3 * contact.k_m), contact.force_n),
+            Some(contact) => (
+                contact.phalanx.to_string(),
+                format!("{:.4}", 1e3 * contact.k_m),
+                contact.force_n,
+            ),
             None => (String::new(), String::new(), 0.0),
         };
         writeln!(
