@@ -60,7 +60,7 @@ mod chip {
                     checksum = output.mix(checksum);
                 }
                 info!(
-                    "bench task={=str} name={=str} calls={=usize} total={=u64} max={=u32} overhead={=u32} checksum={=u32} address={=usize}",
+                    "bench task={=str} name={=str} calls={=usize} total={=u64} max={=u32} overhead={=u32} checksum={=u32} address={=usize} nothing={=usize}",
                     task.name,
                     candidate.name,
                     task.timed.len(),
@@ -68,7 +68,8 @@ mod chip {
                     max,
                     overhead,
                     checksum,
-                    candidate.run as usize
+                    candidate.run as usize,
+                    task.nothing as usize
                 );
             }
         }

@@ -83,7 +83,7 @@ impl Distal {
 pub fn textbook(input: &ThreePhalanges) -> Roots {
     if input.phalanx == 2 {
         return match input.effective() {
-            Some(pair) => two::textbook_k(&pair),
+            Some(pair) => two::textbook_k_part(&pair),
             None => NOWHERE,
         };
     }

@@ -5,7 +5,7 @@ use super::ThreePhalanges;
 use super::algebra::Distal;
 use crate::candidate::{NOWHERE, Roots};
 use crate::solver;
-use crate::two::bracketed as pair;
+use crate::two::bracketed::part as pair;
 use palpate::numeric::sqrt;
 
 const WIDTH: f32 = 6e-8;

@@ -26,18 +26,20 @@ impl ThreePhalanges {
 #[inline(never)]
 pub fn closed(input: &ThreePhalanges) -> Roots {
     if input.phalanx == 2 {
-        return input.effective().map_or(NOWHERE, |two| pair::closed(&two));
+        return input
+            .effective()
+            .map_or(NOWHERE, |two| pair::closed_part(&two));
     }
     pair::kept(input.triple().closed(input.compliance), input.l[2])
 }
 
-/// Bisection to neighbouring numbers.
+/// Bisection, 24 steps a root.
 #[inline(never)]
 pub fn bisected(input: &ThreePhalanges) -> Roots {
     if input.phalanx == 2 {
         return input
             .effective()
-            .map_or(NOWHERE, |two| pair::bisected(&two));
+            .map_or(NOWHERE, |two| pair::bisected_part(&two));
     }
     pair::kept(
         input.triple().bisected(input.compliance, input.l[2]),

@@ -44,6 +44,12 @@ pub fn textbook_beta(input: &TwoPhalanges) -> Roots {
 /// ((1 - x_2) k - c x_2)^2 = C (K_1 k^2 + K_2' (k + c)^2), multiplied out.
 #[inline(never)]
 pub fn textbook_k(input: &TwoPhalanges) -> Roots {
+    textbook_k_part(input)
+}
+
+/// The same to be part of another function.
+#[inline(always)]
+pub fn textbook_k_part(input: &TwoPhalanges) -> Roots {
     let (c, rest) = (input.c(), 1.0 - input.x2);
     let soft2 = input.compliance * input.stiffness2;
     textbook(

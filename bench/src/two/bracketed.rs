@@ -41,38 +41,51 @@ fn bisect(input: &TwoPhalanges, steps: u32) -> Roots {
     })
 }
 
-macro_rules! bisections {
-    ($($name:ident $steps:literal),*) => {$(
-        #[doc = concat!("Bisection, ", stringify!($steps), " steps a bracket.")]
-        #[inline(never)]
-        pub fn $name(input: &TwoPhalanges) -> Roots {
-            bisect(input, $steps)
+macro_rules! methods {
+    ($($(#[$doc:meta])* $name:ident: |$input:ident| $body:expr;)*) => {
+        /// The same to be part of another function: three phalanges have their own copies, timed apart.
+        pub mod part {
+            use super::*;
+            $(
+                #[inline(always)]
+                pub fn $name($input: &TwoPhalanges) -> Roots {
+                    $body
+                }
+            )*
         }
-    )*};
+        $(
+            $(#[$doc])*
+            #[inline(never)]
+            pub fn $name(input: &TwoPhalanges) -> Roots {
+                part::$name(input)
+            }
+        )*
+    };
 }
 
-bisections!(bisection_8 8, bisection_12 12, bisection_16 16, bisection_20 20, bisection_24 24, bisection_28 28);
-
-/// ITP.
-#[inline(never)]
-pub fn itp(input: &TwoPhalanges) -> Roots {
-    both(input, |side, lo, hi| {
+methods! {
+    /// Bisection, 8 steps a bracket.
+    bisection_8: |input| bisect(input, 8);
+    /// Bisection, 12 steps a bracket.
+    bisection_12: |input| bisect(input, 12);
+    /// Bisection, 16 steps a bracket.
+    bisection_16: |input| bisect(input, 16);
+    /// Bisection, 20 steps a bracket.
+    bisection_20: |input| bisect(input, 20);
+    /// Bisection, 24 steps a bracket.
+    bisection_24: |input| bisect(input, 24);
+    /// Bisection, 28 steps a bracket.
+    bisection_28: |input| bisect(input, 28);
+    /// ITP.
+    itp: |input| both(input, |side, lo, hi| {
         solver::itp(|k| residual(input, side, k).0, lo, hi, WIDTH * input.l2)
-    })
-}
-
-/// Chandrupatla.
-#[inline(never)]
-pub fn chandrupatla(input: &TwoPhalanges) -> Roots {
-    both(input, |side, lo, hi| {
+    });
+    /// Chandrupatla.
+    chandrupatla: |input| both(input, |side, lo, hi| {
         solver::chandrupatla(|k| residual(input, side, k).0, lo, hi, WIDTH * input.l2)
-    })
-}
-
-/// Newton inside the bracket.
-#[inline(never)]
-pub fn newton(input: &TwoPhalanges) -> Roots {
-    both(input, |side, lo, hi| {
+    });
+    /// Newton inside the bracket.
+    newton: |input| both(input, |side, lo, hi| {
         solver::newton(|k| residual(input, side, k), lo, hi, WIDTH * input.l2)
-    })
+    });
 }

@@ -19,17 +19,33 @@ impl TwoPhalanges {
 /// What the library found, kept to the phalanx.
 #[inline(always)]
 pub fn kept(found: Found, length: f32) -> Roots {
-    [found.near_m, found.far_m].map(|root| root.map_or(f32::NAN, |k| on_phalanx(k, length)))
+    let keep = |root: Option<f32>| match root {
+        Some(k) => on_phalanx(k, length),
+        None => f32::NAN,
+    };
+    [keep(found.near_m), keep(found.far_m)]
+}
+
+/// The stable closed form, to be part of another function.
+#[inline(always)]
+pub fn closed_part(input: &TwoPhalanges) -> Roots {
+    kept(input.pair().closed(input.compliance), input.l2)
+}
+
+/// Bisection, to be part of another function.
+#[inline(always)]
+pub fn bisected_part(input: &TwoPhalanges) -> Roots {
+    kept(input.pair().bisected(input.compliance, input.l2), input.l2)
 }
 
 /// The stable closed form (MATH 5).
 #[inline(never)]
 pub fn closed(input: &TwoPhalanges) -> Roots {
-    kept(input.pair().closed(input.compliance), input.l2)
+    closed_part(input)
 }
 
-/// Bisection to neighbouring numbers.
+/// Bisection, 24 steps a root.
 #[inline(never)]
 pub fn bisected(input: &TwoPhalanges) -> Roots {
-    kept(input.pair().bisected(input.compliance, input.l2), input.l2)
+    bisected_part(input)
 }

@@ -8,7 +8,7 @@ mod matrix;
 mod published;
 
 use crate::candidate::{Candidate, Roots};
-pub(crate) use algebra::textbook_k;
+pub(crate) use algebra::textbook_k_part;
 
 /// Reduced data of a finger with two phalanges at the instant of contact. Any consistent units.
 #[derive(Clone, Copy, Debug)]
