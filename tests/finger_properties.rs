@@ -224,10 +224,16 @@ where
     let Some(end) = end else {
         return Err(TestCaseError::reject("slides off at once"));
     };
-    for i in 0..N {
-        let stretch = f64::from(posture.rad()[i]) - f64::from(finger.parameters().rest_rad[i]);
-        let change = f64::from(end.joints_rad[i]);
-        spring += f64::from(springs[i]) * change * (stretch + 0.5 * change);
+    let rests = finger.parameters().rest_rad;
+    for (((angle, rest), stiffness), change) in posture
+        .rad()
+        .iter()
+        .zip(rests)
+        .zip(springs)
+        .zip(end.joints_rad)
+    {
+        let (stretch, change) = (f64::from(*angle) - f64::from(rest), f64::from(change));
+        spring += f64::from(stiffness) * change * (stretch + 0.5 * change);
     }
     let scale = work.abs().max(1e-4 * f64::from(rise) * f64::from(rise));
     prop_assert!(

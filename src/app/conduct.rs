@@ -140,17 +140,29 @@ impl<S: Scene> Conduct<S> {
             Command::Home => Request::Home,
             Command::RecordFriction => Request::RecordFriction,
         };
-        self.sequence.request(request)?;
-        self.purpose = match command {
-            Command::Calibrate(Calibrate::At { k_m }) => Directive::Calibrate {
-                phalanx: S::PHALANGES,
-                k_m,
-            },
-            Command::Calibrate(Calibrate::Cable) => Directive::CalibrateCable,
-            Command::Run | Command::Close => Directive::Watch,
-            _ => self.purpose,
-        };
+        match command {
+            Command::Calibrate(at) => {
+                if !self.sequence.friction_known() {
+                    // The pin would be in the way of recording it first.
+                    return Err(Refused::NoFriction);
+                }
+                self.request(request, purpose::<S>(at))?;
+            }
+            _ => self.request(request, Directive::Watch)?,
+        }
         Ok(Effect::Accepted)
+    }
+
+    /// Asks for a motion, and says what a closing in it is for.
+    ///
+    /// # Errors
+    /// Why not now, and what to do first.
+    pub fn request(&mut self, request: Request, purpose: Directive) -> Result<(), Refused> {
+        self.sequence.request(request)?;
+        if !matches!(request, Request::Stop | Request::Open | Request::Clear) {
+            self.purpose = purpose;
+        }
+        Ok(())
     }
 
     /// Hears an event of the sensing half: a located contact tells which current holds the wanted force.
@@ -233,6 +245,18 @@ impl<S: Scene> Conduct<S> {
     }
 }
 
+/// What a calibration's closing is for.
+fn purpose<S: Scene>(calibrate: Calibrate) -> Directive {
+    match calibrate {
+        Calibrate::At { k_m } => Directive::Calibrate {
+            phalanx: S::PHALANGES,
+            k_m,
+        },
+        Calibrate::Cable => Directive::CalibrateCable,
+        Calibrate::Forget => Directive::Rest,
+    }
+}
+
 /// The sequence's speeds and currents with what the user has set.
 fn motion<S: Scene>(overrides: &Overrides) -> Motion {
     let mut motion = S::MOTION;
@@ -265,5 +289,183 @@ fn default_value<S: Scene>(setting: Setting) -> f32 {
         Setting::Efficiency => S::EFFICIENCY,
         Setting::SupplyMin => S::DRIVE.limits.supply_min_v,
         Setting::SupplyMax => S::DRIVE.limits.supply_max_v,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drive::Setpoint;
+    use crate::scene::P70;
+
+    fn conduct() -> Conduct<P70> {
+        Conduct::new(Overrides::default()).expect("the scene is valid")
+    }
+
+    fn known(conduct: &mut Conduct<P70>) {
+        conduct.advance(0, &Status::default(), Some(Notice::FrictionKnown));
+    }
+
+    #[test]
+    fn every_command_at_rest_is_accepted_or_says_what_is_missing() {
+        for (command, expected) in [
+            (Command::Help, Ok(Effect::Help)),
+            (Command::Status, Ok(Effect::Status)),
+            (Command::Run, Ok(Effect::Accepted)),
+            (Command::Home, Ok(Effect::Accepted)),
+            (Command::RecordFriction, Ok(Effect::Accepted)),
+            (
+                Command::Calibrate(Calibrate::At { k_m: 0.04 }),
+                Err(Refused::NoFriction),
+            ),
+            (
+                Command::Calibrate(Calibrate::Cable),
+                Err(Refused::NoFriction),
+            ),
+            (Command::Calibrate(Calibrate::Forget), Ok(Effect::Accepted)),
+            (Command::Close, Ok(Effect::Accepted)),
+            (Command::Open, Ok(Effect::Accepted)),
+            (Command::Stop, Ok(Effect::Accepted)),
+            (Command::Clear, Err(Refused::NoFault)),
+            (Command::Show, Ok(Effect::Show)),
+            (
+                Command::Set(Setting::HoldForce, 2.0),
+                Ok(Effect::Set { at_restart: false }),
+            ),
+            (
+                Command::Set(Setting::SupplyMin, 8.0),
+                Ok(Effect::Set { at_restart: true }),
+            ),
+            (Command::Save, Ok(Effect::Save)),
+            (Command::Factory, Ok(Effect::Factory)),
+        ] {
+            assert_eq!(conduct().command(command), expected, "{command:?}");
+        }
+    }
+
+    #[test]
+    fn flash_and_settings_wait_until_the_bridge_is_off() {
+        let mut conduct = conduct();
+        conduct.command(Command::Run).expect("at rest");
+        conduct.advance(1000, &Status::default(), None);
+        let busy = Err(Refused::Busy(State::CalibrateOffset));
+        for command in [
+            Command::Save,
+            Command::Factory,
+            Command::Set(Setting::HoldTime, 1.0),
+            Command::Calibrate(Calibrate::Forget),
+            Command::Run,
+        ] {
+            assert_eq!(conduct.command(command), busy, "{command:?}");
+        }
+        assert_eq!(conduct.command(Command::Stop), Ok(Effect::Accepted));
+        let conducted = conduct.advance(2000, &Status::default(), None);
+        assert_eq!(conducted.advance.demand.setpoint, Setpoint::Off);
+        assert_eq!(conducted.order, Some(Order::Direct(Directive::Rest)));
+        assert_eq!(conduct.command(Command::Save), Ok(Effect::Save));
+    }
+
+    #[test]
+    fn a_setting_reaches_motion_sensing_and_the_next_start() {
+        let mut conduct = conduct();
+        known(&mut conduct);
+        assert!(conduct.sequence.friction_known());
+        conduct
+            .command(Command::Set(Setting::ClosingSpeed, 0.2))
+            .expect("at rest");
+        assert!(
+            !conduct.sequence.friction_known(),
+            "the worm's friction depends on speed"
+        );
+        let order = conduct.advance(1, &Status::default(), None).order;
+        assert_eq!(order, Some(Order::Adjust(*conduct.overrides())));
+        assert_eq!(conduct.value(Setting::ClosingSpeed), 0.2);
+        assert_eq!(motion::<P70>(conduct.overrides()).closing_rad_per_s, 0.2);
+        conduct
+            .command(Command::Set(Setting::CurrentLimit, 0.05))
+            .expect("at rest");
+        let config = configuration::<P70>(conduct.overrides());
+        assert_eq!(config.limits.current_a, 0.05);
+        motion::<P70>(conduct.overrides())
+            .validate(&config.limits)
+            .expect("follows the limit");
+    }
+
+    #[test]
+    fn every_setting_has_a_default_within_its_range_and_both_ends_make_a_valid_drive() {
+        for row in &Setting::TABLE {
+            let default = row.to_user(conduct().value(row.setting));
+            assert!(
+                row.to_si(default * (1.0 - 1e-6)).is_some(),
+                "{}: {default}",
+                row.name
+            );
+            for end in [row.min, row.max] {
+                let mut overrides = Overrides::default();
+                overrides
+                    .set(row.setting, row.to_si(end).expect("in range"))
+                    .expect("in range");
+                assert!(
+                    Conduct::<P70>::new(overrides).is_ok(),
+                    "{} {end}: {:?}",
+                    row.name,
+                    Conduct::<P70>::new(overrides)
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_calibration_watches_the_pin_and_the_next_run_does_not() {
+        let mut conduct = conduct();
+        known(&mut conduct);
+        conduct
+            .command(Command::Calibrate(Calibrate::At { k_m: 0.04 }))
+            .expect("friction is known");
+        assert_eq!(
+            conduct.directive(State::Close),
+            Some(Directive::Calibrate {
+                phalanx: 2,
+                k_m: 0.04
+            })
+        );
+        conduct.command(Command::Stop).expect("always");
+        conduct.advance(1, &Status::default(), None);
+        conduct.command(Command::Run).expect("at rest");
+        assert_eq!(conduct.directive(State::Close), Some(Directive::Watch));
+    }
+
+    #[test]
+    fn holding_aims_at_the_wanted_force_within_the_limit() {
+        let mut conduct = conduct();
+        conduct.free_a = 0.015;
+        let located = |force_n| Event::Located {
+            phalanx: 2,
+            k_m: 0.04,
+            sigma_m: 0.001,
+            k_c_nm_per_rad: 2.0,
+            force_n,
+            radius_m: f32::NAN,
+            radius_sigma_m: f32::NAN,
+            settled: true,
+        };
+        let status = Status {
+            current_a: 0.065,
+            ..Status::default()
+        };
+        let held_a = |conduct: &Conduct<P70>| conduct.sequence.motion().holding_current_a;
+        conduct
+            .overrides
+            .set(Setting::HoldForce, 1.5)
+            .expect("in range");
+        conduct.hear(&located(1.0), &status);
+        assert!((held_a(&conduct) - 0.09).abs() < 1e-6);
+        conduct.hear(&located(0.1), &status);
+        assert_eq!(held_a(&conduct), P70::DRIVE.limits.current_a);
+        let before = held_a(&conduct);
+        for force_n in [0.0, -1.0, f32::NAN] {
+            conduct.hear(&located(force_n), &status);
+            assert_eq!(held_a(&conduct), before);
+        }
     }
 }

@@ -25,7 +25,7 @@ use super::{encoder, sampling};
 
 /// Samples on their way to the sensing task, one a millisecond. The longest time for which it does not run is well
 /// below this many milliseconds; if it is not, the loss is a fault.
-const QUEUE_SAMPLES: usize = 32;
+const QUEUE_SAMPLES: usize = 16;
 
 /// Hands a value from one context to another. The lock masks interrupts for the few instructions of the copy.
 type Handover<T> = Mutex<CriticalSectionRawMutex, Cell<T>>;

@@ -14,6 +14,7 @@ mod console;
 mod control;
 mod crash;
 mod encoder;
+mod execute;
 #[cfg(feature = "fault-injection")]
 mod inject;
 mod last_run;
@@ -21,22 +22,30 @@ mod log;
 mod reset;
 mod sampling;
 mod serial;
+mod slow;
 mod storage;
 mod telemetry;
 mod watchdog;
 
+use core::cell::RefCell;
+
 use embassy_executor::{Executor, Spawner};
 use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
-use embassy_time::{Duration, Ticker};
+use embassy_sync::blocking_mutex::Mutex;
 use static_cell::StaticCell;
 
-use palpate::app::command::{COMMANDS, Command};
-use palpate::drive::{Controller, Demand};
+use palpate::app::conduct::{Conduct, configuration};
+use palpate::app::sense::Sense;
+use palpate::app::settings::Overrides;
+use palpate::drive::config::OutOfRange;
+use palpate::drive::sequence::Notice;
+use palpate::drive::{Controller, Fault};
+use palpate::finger::ConfigError;
 use palpate::scene::{Active, Scene};
 
-use control::Samples;
-use watchdog::Reporter;
+use execute::Found;
+use slow::Shared;
 
 /// Runs after RAM is set up, on the main stack: moves thread mode to the process stack (`memory.x` says why).
 #[cortex_m_rt::entry]
@@ -62,20 +71,22 @@ fn main() -> ! {
 
 extern "C" fn thread() -> ! {
     static EXECUTOR: StaticCell<Executor> = StaticCell::new();
-    EXECUTOR.init(Executor::new()).run(start)
+    EXECUTOR.init(Executor::new()).run(|spawner| {
+        // The first task: there is room for it.
+        spawner.spawn(start(spawner).expect("first"));
+    })
 }
 
-/// Brings the chip up, then the tasks.
-fn start(spawner: Spawner) {
+/// Brings the chip up: what the last run left, what was kept in flash, the bridge (off), then the tasks.
+#[embassy_executor::task]
+async fn start(spawner: Spawner) {
     let p = embassy_stm32::init(clock::config());
     clock::boost();
     clock::watch_crystal();
     interrupt::TIM2.set_priority(Priority::P8);
     interrupt::LPUART1.set_priority(Priority::P10);
     telemetry::boot(Active::NAME);
-    if let Some(fault) = last_run::report() {
-        telemetry::fault(fault);
-    }
+    let mut fault = last_run::report();
 
     let bridge = bridge::Bridge::new(
         p.TIM1,
@@ -88,86 +99,77 @@ fn start(spawner: Spawner) {
     );
     encoder::start(p.TIM3, p.PA6, p.PA7);
     sampling::start(p.ADC1, p.PA1, p.PC0);
+    let light = slow::Light::new(Output::new(p.PA5, Level::Low, Speed::Low));
+    // The board pulls it down.
+    let button = slow::Button::new(Input::new(p.PC13, Pull::None));
     let (tx, rx) = serial::open(p.LPUART1, p.PA2, p.PA3).split();
-    let storage = storage::Storage::new(p.FLASH);
-    let led = Output::new(p.PA5, Level::Low, Speed::Low);
-    let button = Input::new(p.PC13, Pull::Down);
-    let controller = Controller::new(&Active::DRIVE).expect("configuration");
-    let samples = control::start(bridge, controller);
 
-    // Each is spawned once: there is room for it.
+    let sense = match sensing() {
+        Ok(sense) => sense,
+        Err(wrong) => return telemetry::bad_finger(&wrong),
+    };
+    let mut storage = storage::Storage::new(p.FLASH);
+    let mut overrides = Overrides::default();
+    match execute::load(&mut storage, sense).await {
+        Found::Nothing => {}
+        Found::Unusable => fault = fault.or(Some(Fault::BadRecord)),
+        Found::Restored {
+            overrides: set,
+            notice,
+        } => {
+            overrides = set;
+            slow::tell(notice).await;
+        }
+    }
+    let (samples, conduct) = match launch(bridge, overrides, &mut fault) {
+        Ok(running) => running,
+        Err(wrong) => return telemetry::bad_configuration(&wrong),
+    };
+    if let Some(fault) = fault {
+        slow::tell(Notice::Fault(fault)).await;
+    }
+    // Each task is spawned once: there is room for it.
     spawner.spawn(watchdog::supervise(watchdog::start(p.IWDG)).expect("first"));
     spawner.spawn(console::listen(rx).expect("first"));
-    spawner.spawn(execute(console::Speaker::new(tx), storage).expect("first"));
-    spawner.spawn(sense(samples).expect("first"));
-    spawner.spawn(sequence(led, button).expect("first"));
+    spawner.spawn(
+        execute::execute(console::Speaker::new(tx), storage, sense, conduct).expect("first"),
+    );
+    spawner.spawn(slow::sense(samples, sense, conduct).expect("first"));
+    spawner.spawn(slow::sequence(light, button, sense, conduct).expect("first"));
 }
 
-#[embassy_executor::task]
-async fn sense(mut samples: Samples) {
-    loop {
-        samples.wait().await;
-        #[cfg(feature = "fault-injection")]
-        inject::starve().await;
-        while let Some(_sample) = samples.next() {}
-        watchdog::report(Reporter::Sensing);
-    }
+static SENSE: StaticCell<Shared<Sense<Active>>> = StaticCell::new();
+static CONDUCT: StaticCell<Shared<Conduct<Active>>> = StaticCell::new();
+
+fn shared<T>(cell: &'static StaticCell<Shared<T>>, value: T) -> &'static Shared<T> {
+    cell.init(Mutex::new(RefCell::new(value)))
 }
 
-#[embassy_executor::task]
-async fn sequence(mut led: Output<'static>, button: Input<'static>) {
-    let mut ticker = Ticker::every(Duration::from_millis(1));
-    let mut dropped = 0;
-    loop {
-        ticker.next().await;
-        control::demand(Demand::default());
-        if console::stop_requested() || button.is_high() {
-            led.toggle();
-        }
-        if log::dropped() != dropped {
-            dropped = log::dropped();
-            telemetry::dropped(dropped);
-        }
-        watchdog::report(Reporter::Sequence);
-    }
+/// The sensing half. Apart from [`start`], so that it lies on the stack for the moment only; so does [`launch`].
+#[inline(never)]
+fn sensing() -> Result<&'static Shared<Sense<Active>>, ConfigError> {
+    Ok(shared(&SENSE, Sense::new()?))
 }
 
-#[embassy_executor::task]
-async fn execute(mut speaker: console::Speaker, mut storage: storage::Storage) {
-    let record = storage.load(RECORD).await.map(|r| r.map(<[u8]>::len));
-    match record {
-        Ok(Some(length)) => defmt::info!("record bytes={}", length),
-        Ok(None) => telemetry::record("all", "none"),
-        Err(error) => telemetry::record("all", error.name()),
-    }
-    loop {
-        match console::next().await {
-            Ok(Command::Help) => {
-                for (name, usage, what) in COMMANDS {
-                    speaker.answer(format_args!("{name} {usage}: {what}")).await;
-                }
-            }
-            Ok(Command::Save) => match storage.save(RECORD, b"hello").await {
-                Ok(()) => speaker.answer(format_args!("saved")).await,
-                Err(error) => {
-                    speaker
-                        .answer(format_args!("not saved: {}", error.name()))
-                        .await
-                }
-            },
-            Ok(Command::Factory) => match storage.erase().await {
-                Ok(()) => speaker.answer(format_args!("forgotten")).await,
-                Err(error) => {
-                    speaker
-                        .answer(format_args!("not erased: {}", error.name()))
-                        .await
-                }
-            },
-            Ok(_) => speaker.answer(format_args!("ok")).await,
-            Err(error) => speaker.answer(format_args!("error: {error}")).await,
-        }
-    }
+/// Starts the control interrupt and makes the motion half, with what the user has set. Where that no longer fits the scene
+/// there is a fault, and the scene's own values count; where even they are out of range, nothing can move.
+#[inline(never)]
+fn launch(
+    bridge: bridge::Bridge,
+    set: Overrides,
+    fault: &mut Option<Fault>,
+) -> Result<(control::Samples, &'static Shared<Conduct<Active>>), OutOfRange> {
+    let build = |overrides| {
+        let controller = Controller::new(&configuration::<Active>(&overrides))?;
+        Ok((controller, Conduct::new(overrides)?))
+    };
+    let (controller, conduct) = build(set).or_else(|wrong| {
+        telemetry::bad_configuration(&wrong);
+        *fault = fault.or(Some(Fault::BadConfiguration));
+        build(Overrides::default())
+    })?;
+    Ok((
+        control::start(bridge, controller),
+        shared(&CONDUCT, conduct),
+    ))
 }
-
-/// Key of the one record.
-const RECORD: u8 = 1;

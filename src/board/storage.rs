@@ -3,20 +3,22 @@
 //!
 //! The chip has one bank: while it erases (25 ms at most) or programs, the core stalls on every fetch from flash, and
 //! the control interrupt with it. So nothing is written unless the bridge is off, and the control interrupt is masked
-//! for the duration of one operation; between two operations everything runs.
+//! for the duration of one operation; between two operations everything runs, long enough for all to report to the
+//! watchdog.
 
 use core::ops::Range;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-use embassy_futures::yield_now;
 use embassy_stm32::flash::{Blocking, Error as FlashError, Flash, MAX_ERASE_SIZE, WRITE_SIZE};
 use embassy_stm32::pac::FLASH;
 use embassy_stm32::{Peri, peripherals};
+use embassy_time::{Duration, Timer};
 use embedded_storage_async::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
 use sequential_storage::cache::{Cache, Uncached};
-use sequential_storage::map::{MapConfig, MapStorage};
+use sequential_storage::map::{MapConfig, MapStorage, SerializationError, Value};
+use static_cell::StaticCell;
 
 use super::{bridge, control};
 
@@ -29,8 +31,11 @@ unsafe extern "C" {
     static _storage_end: u8;
 }
 
-/// Records ask for this much: the longest one, its key and rounding to the flash word.
-pub const BUFFER_BYTES: usize = 1024;
+/// Pause after an operation: two samples.
+const BREATH: Duration = Duration::from_millis(2);
+
+/// Longest record with its key, rounded up to the flash word. A page holds 2,016 bytes.
+const BUFFER_BYTES: usize = 1536;
 
 /// Why a record was not read or written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -113,7 +118,7 @@ impl Region {
                 Err(Error::BridgeOn)
             }
         };
-        yield_now().await;
+        Timer::after(BREATH).await;
         result
     }
 }
@@ -158,7 +163,7 @@ impl NorFlash for Region {
 /// The records.
 pub struct Storage {
     map: MapStorage<u8, Region, Cache<Uncached, Uncached, Uncached, u8>>,
-    buffer: [u8; BUFFER_BYTES],
+    buffer: &'static mut [u8; BUFFER_BYTES],
 }
 
 impl Storage {
@@ -166,26 +171,50 @@ impl Storage {
     pub fn new(flash: Peri<'static, peripherals::FLASH>) -> Self {
         let linked = (&raw const _storage_start) as u32..(&raw const _storage_end) as u32;
         assert!(linked == RANGE, "memory.x and storage.rs disagree");
+        // Outside the struct: this moves through the stack on its way into its task.
+        static BUFFER: StaticCell<[u8; BUFFER_BYTES]> = StaticCell::new();
         let flash = Flash::new_blocking(flash);
         let config = const { MapConfig::new(RANGE) };
         Self {
             map: MapStorage::new(Region { flash }, config, Cache::new_uncached()),
-            buffer: [0; BUFFER_BYTES],
+            buffer: BUFFER.init([0; BUFFER_BYTES]),
         }
     }
 
     /// Last record saved under `key`, if there is one whose checksum holds.
     pub async fn load(&mut self, key: u8) -> Result<Option<&[u8]>, Error> {
-        Ok(self.map.fetch_item::<&[u8]>(&mut self.buffer, &key).await?)
+        Ok(self.map.fetch_item::<&[u8]>(self.buffer, &key).await?)
     }
 
-    /// Saves a record: after a power cut at any moment the old one is there, or the new one, whole.
-    pub async fn save(&mut self, key: u8, record: &[u8]) -> Result<(), Error> {
-        Ok(self.map.store_item(&mut self.buffer, &key, &record).await?)
+    /// Saves the record that `encode` writes, of as many bytes as it says (`None`: it does not fit): after a power cut at
+    /// any moment the old record is there, or the new one, whole.
+    pub async fn save(
+        &mut self,
+        key: u8,
+        encode: impl Fn(&mut [u8]) -> Option<usize>,
+    ) -> Result<(), Error> {
+        Ok(self
+            .map
+            .store_item(self.buffer, &key, &Encoder(encode))
+            .await?)
     }
 
     /// Forgets all records.
     pub async fn erase(&mut self) -> Result<(), Error> {
         Ok(self.map.erase_all().await?)
+    }
+}
+
+/// Lets a record be written straight into the storage crate's buffer.
+struct Encoder<F>(F);
+
+impl<'a, F: Fn(&mut [u8]) -> Option<usize>> Value<'a> for Encoder<F> {
+    fn serialize_into(&self, buffer: &mut [u8]) -> Result<usize, SerializationError> {
+        (self.0)(buffer).ok_or(SerializationError::BufferTooSmall)
+    }
+
+    fn deserialize_from(_: &'a [u8]) -> Result<(Self, usize), SerializationError> {
+        // Records are read as bytes.
+        Err(SerializationError::InvalidFormat)
     }
 }

@@ -4,9 +4,11 @@
 
 use defmt::{error, info, warn};
 
+use palpate::drive::config::OutOfRange;
 use palpate::drive::fault::Fault;
 use palpate::drive::sequence::{Outcome, State};
 use palpate::drive::{Limited, Status};
+use palpate::finger::ConfigError;
 use palpate::sensing::{Calibration, Event, NotLocated, Refusal};
 
 use super::crash::Crash;
@@ -97,8 +99,8 @@ pub fn offset(offset_a: f32) {
     info!("offset current_ma={=f32}", offset_a * MILLI);
 }
 
-/// `status`: the answer to the command.
-pub fn status(state: State, status: &Status) {
+/// `status`: asked for by the command.
+pub fn status(state: State, fault: Option<Fault>, status: &Status) {
     info!(
         "status state={=str} position_counts={=i32} homed={=bool} current_ma={=f32} supply_v={=f32} winding_c={=f32} fault={=u8}",
         state.name(),
@@ -107,7 +109,7 @@ pub fn status(state: State, status: &Status) {
         status.current_a * MILLI,
         status.supply_v,
         status.winding_c,
-        status.fault.map_or(0, Fault::number)
+        fault.map_or(0, Fault::number)
     );
 }
 
@@ -232,9 +234,27 @@ pub fn calibration(calibration: &Calibration) {
     );
 }
 
-/// `record`: a stored record was used, was not there, or was ignored.
-pub fn record(name: &str, what: &str) {
-    info!("record name={=str} state={=str}", name, what);
+/// `record`: what was found in flash at start, and how many words in it were beyond repair.
+pub fn record(state: &str, bad_words: u32) {
+    info!("record state={=str} bad_words={=u32}", state, bad_words);
+}
+
+/// `commands`: lines ignored since boot, because too many waited.
+pub fn ignored(ignored: u32) {
+    warn!("commands ignored={=u32}", ignored);
+}
+
+/// `bad-configuration`: a parameter of the drive that is out of its range.
+pub fn bad_configuration(wrong: &OutOfRange) {
+    error!(
+        "bad-configuration name={=str} value={=f32} min={=f32} max={=f32}",
+        wrong.name, wrong.value, wrong.min, wrong.max
+    );
+}
+
+/// `bad-finger`: a parameter of the finger that is out of its range.
+pub fn bad_finger(wrong: &ConfigError) {
+    error!("bad-finger {}", wrong);
 }
 
 /// `answer`: the answer to a command line, as text.

@@ -126,3 +126,81 @@ pub fn applied(outputs: Outputs) -> f32 {
         } => -(f32::from(duty.0) * PER_TICK),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drive::config::tests::p70;
+    use proptest::prelude::*;
+
+    fn scale() -> Scale {
+        Scale::new(&p70()).expect("valid")
+    }
+
+    #[test]
+    fn the_prototypes_scales_are_those_of_its_data_sheets() {
+        let scale = scale();
+        // 3.3 V over 6.8 V/A, and 18.3 V behind 82 and 18 kohm.
+        assert!((scale.current_a(AdcCode(ADC_FULL)) - 0.485_294).abs() < 1e-6);
+        assert!((scale.supply_v(AdcCode(ADC_FULL)) - 18.333_33).abs() < 1e-4);
+        // 1024 x 64 x 20 counts a revolution.
+        assert!((scale.angle_rad(1_310_720) - TAU).abs() < 1e-6);
+        assert!((scale.counts_per_s(0.3) - 62_582.3).abs() < 0.5);
+        assert!((scale.rad_per_s(62_582.3) - 0.3).abs() < 1e-6);
+        // 8.9 mV s/rad at 20,000 / 1024 revolutions a second.
+        assert!((scale.emf_v_per_count_per_period() - 1.092_19).abs() < 1e-4);
+    }
+
+    #[test]
+    fn a_configuration_out_of_range_has_no_scales() {
+        let mut config = p70();
+        config.sense.volt_per_a = 0.0;
+        assert_eq!(Scale::new(&config).expect_err("zero").name, "volt_per_a");
+    }
+
+    proptest! {
+        #[test]
+        fn every_code_survives_the_way_to_units_and_back(code in 0..=ADC_FULL) {
+            let scale = scale();
+            prop_assert_eq!(scale.current_code(scale.current_a(AdcCode(code))), AdcCode(code));
+            prop_assert_eq!(scale.supply_code(scale.supply_v(AdcCode(code))), AdcCode(code));
+        }
+
+        #[test]
+        fn whatever_is_asked_for_is_a_legal_output(fraction: f32) {
+            match drive(fraction) {
+                Outputs::Drive { direction, duty } => {
+                    prop_assert!(duty.0 <= DUTY_FULL);
+                    if fraction.abs() < 1.0 {
+                        prop_assert!((applied(drive(fraction)) - fraction).abs() <= 0.501 / f32::from(DUTY_FULL));
+                    }
+                    if fraction < 0.0 {
+                        prop_assert_eq!(direction, Direction::Opening);
+                    }
+                }
+                other => prop_assert!(false, "{:?}", other),
+            }
+        }
+    }
+
+    #[test]
+    fn conversions_saturate() {
+        let scale = scale();
+        for (value, code) in [
+            (f32::NAN, 0),
+            (f32::NEG_INFINITY, 0),
+            (-1.0, 0),
+            (1e30, ADC_FULL),
+            (f32::INFINITY, ADC_FULL),
+        ] {
+            assert_eq!(scale.current_code(value), AdcCode(code));
+            assert_eq!(scale.supply_code(value), AdcCode(code));
+        }
+        assert_eq!(scale.counts(f32::NAN), 0);
+        assert_eq!(scale.counts(f32::INFINITY), i32::MAX);
+        assert_eq!(scale.counts(f32::NEG_INFINITY), i32::MIN);
+        assert_eq!(applied(drive(f32::NAN)), 0.0);
+        assert!((applied(drive(f32::INFINITY)) - 1.0).abs() < 1e-6);
+        assert!((applied(drive(f32::NEG_INFINITY)) + 1.0).abs() < 1e-6);
+    }
+}

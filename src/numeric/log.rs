@@ -1,5 +1,8 @@
 //! Natural logarithm.
 
+const LN_2_HIGH: f32 = 0.693_359_4;
+const LN_2_LOW: f32 = -2.121_944_4e-4;
+
 /// Natural logarithm of a positive, normal number, error below 1e-6 absolute for 1e-6 to 1e6; for anything else the
 /// value of the smallest normal number, -87.3.
 ///
@@ -20,7 +23,8 @@ pub fn ln(x: f32) -> f32 {
     let series = 2.0
         * s
         * (1.0 + square * (1.0 / 3.0 + square * (0.2 + square * (1.0 / 7.0 + square / 9.0))));
-    exponent as f32 * core::f32::consts::LN_2 + series
+    // ln 2 in two parts, the first short enough for its product to be exact.
+    exponent as f32 * LN_2_HIGH + (exponent as f32 * LN_2_LOW + series)
 }
 
 #[cfg(test)]

@@ -109,6 +109,7 @@ pub fn drivetrain(opening_stop_rad: f32) -> Drivetrain {
     let rad_per_count = TAU / (COUNTS_PER_MOTOR_REV * REDUCTION);
     Drivetrain {
         rad_per_count,
+        counts_per_turn: COUNTS_PER_MOTOR_REV as u32,
         opening_stop_rad,
         torque_per_ampere_nm: REDUCTION * TORQUE_CONSTANT_NM_PER_A,
         efficiency: EFFICIENCY,

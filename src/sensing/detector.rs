@@ -19,7 +19,7 @@ use crate::numeric::sqrt;
 
 /// Blocks by which the misfit's filter lags: longer than a detection takes, so that a contact is decided before it can
 /// pass for misfit.
-pub const LAG: usize = 16;
+pub const LAG: usize = 8;
 /// What a deviation must exceed to count, in standard deviations.
 const KAPPA: f32 = 1.0;
 /// Siegmund's correction for the excess over the boundary.

@@ -6,6 +6,8 @@
 pub struct Drivetrain {
     /// Rotation of the input link per encoder count, radian, > 0.
     pub rad_per_count: f32,
+    /// Encoder counts per turn of the motor, > 0: what repeats with the motor's turn is averaged over it.
+    pub counts_per_turn: u32,
     /// Angle theta_a of the input link at the opening stop, where the encoder counts from, radian.
     pub opening_stop_rad: f32,
     /// Torque at the input link per ampere if nothing were lost: reduction times torque constant, newton metre per

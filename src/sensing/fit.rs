@@ -238,7 +238,7 @@ impl Hypothesis {
         }
     }
 
-    /// Keeps the unknowns where they mean something.
+    /// Keeps the unknowns where they mean something. (With computed bounds `clamp` would panic on a NaN.)
     fn clamp<F: Mechanics>(&self, x: &mut [f32; UNKNOWNS], finger: &F, prior: &Prior) {
         let length = finger.phalanx_length_m(self.phalanx).unwrap_or(0.0);
         x[K] = match prior.place {
@@ -246,13 +246,15 @@ impl Hypothesis {
             Place::Known { k_m, sigma_m, .. } => {
                 let sigma = sigma_m.max(f32::MIN_POSITIVE);
                 let low = (Self::LEAST * length - k_m) / sigma;
-                x[K].clamp(low, ((length - k_m) / sigma).max(low))
+                x[K].max(low).min(((length - k_m) / sigma).max(low))
             }
         };
         let (radius, radius_sigma) = prior.radius_m;
         let sigma = radius_sigma.max(f32::MIN_POSITIVE);
         let low = -radius.max(0.0) / sigma;
-        x[RADIUS] = x[RADIUS].clamp(low, ((RADIUS_MAX_M - radius) / sigma).max(low));
+        x[RADIUS] = x[RADIUS]
+            .max(low)
+            .min(((RADIUS_MAX_M - radius) / sigma).max(low));
         for unknown in [OFFSET, ONSET, FACTOR, CABLE] {
             x[unknown] = x[unknown].clamp(-6.0, 6.0);
         }

@@ -9,8 +9,8 @@ use crate::sensing::block::Block;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-/// Number of bins over the travel: at 1.6 rad a bin is an eighth of a worm's tooth pitch or finer (0.3 rad with 20:1),
-/// and half a dozen blocks wide, which average the motor's own turns.
+/// Number of bins over the travel: at 1.6 rad a bin is 1/25 of a turn of the worm (0.3 rad with 20:1), and two or three
+/// turns of the motor wide.
 pub const BINS: usize = 128;
 
 /// Least share of the mean friction that the residual is taken to be: a record from one quiet pass is no proof.
@@ -23,8 +23,8 @@ pub struct Track {
     pub torque_nm: Vec<f32, BINS>,
     /// Passes that went into each bin; 0 marks one without a value.
     pub passes: Vec<u8, BINS>,
-    /// Variance of a bin's mean about what its neighbours, or another pass, tell, newton metre squared.
-    pub variance_nm2: f32,
+    /// Noise of the torque: variance of its mean over a way, times that way, newton metre squared counts.
+    pub noise_nm2_counts: f32,
 }
 
 impl Track {
@@ -32,7 +32,7 @@ impl Track {
         Self {
             torque_nm: Vec::from_array([0.0; BINS]),
             passes: Vec::from_array([0; BINS]),
-            variance_nm2: 0.0,
+            noise_nm2_counts: 0.0,
         }
     }
 
@@ -40,7 +40,7 @@ impl Track {
         self.torque_nm.len() == BINS
             && self.passes.len() == BINS
             && self.torque_nm.iter().all(|torque| torque.is_finite())
-            && (0.0..f32::MAX).contains(&self.variance_nm2)
+            && (0.0..f32::MAX).contains(&self.noise_nm2_counts)
     }
 
     fn bin(&self, index: usize) -> Option<f32> {
@@ -48,6 +48,16 @@ impl Track {
             (Some(&torque), Some(&passes)) if passes > 0 => Some(torque),
             _ => None,
         }
+    }
+
+    /// Averages a value into a bin; the difference from what was there, if anything was.
+    fn fill(&mut self, index: usize, torque_nm: f32) -> Option<f32> {
+        let (torque, passes) = (self.torque_nm.get_mut(index)?, self.passes.get_mut(index)?);
+        let difference = torque_nm - *torque;
+        let filled = *passes > 0;
+        *passes = passes.saturating_add(1);
+        *torque += difference / f32::from(*passes);
+        filled.then_some(difference)
     }
 
     /// Mean over the bins that have a value, newton metre; None without any.
@@ -65,22 +75,6 @@ impl Track {
     /// Share of the bins that have a value, 0 to 1.
     pub fn coverage(&self) -> f32 {
         self.passes.iter().filter(|&&passes| passes > 0).count() as f32 / BINS as f32
-    }
-
-    /// Variance of a bin about the mean of its neighbours, as if of one bin alone: (1 + 2/4) times its own. What changes
-    /// within a few bins counts as noise, rightly: interpolation does not follow it.
-    fn roughness_nm2(&self) -> Option<f32> {
-        let (mut sum, mut count) = (0.0, 0u32);
-        for index in 1..BINS - 1 {
-            if let (Some(before), Some(here), Some(after)) =
-                (self.bin(index - 1), self.bin(index), self.bin(index + 1))
-            {
-                let deviation = here - 0.5 * (before + after);
-                sum += deviation * deviation;
-                count += 1;
-            }
-        }
-        (count >= 8).then(|| sum / (1.5 * count as f32))
     }
 }
 
@@ -121,7 +115,11 @@ impl Friction {
 
     /// Standard deviation of what the record leaves unexplained in a bin, newton metre, the worse of both directions.
     pub fn residual_nm(&self) -> f32 {
-        sqrt(self.closing.variance_nm2.max(self.opening.variance_nm2))
+        let noise = self
+            .closing
+            .noise_nm2_counts
+            .max(self.opening.noise_nm2_counts);
+        sqrt(noise / self.bin_counts())
     }
 
     /// Width of a bin, counts.
@@ -155,7 +153,7 @@ impl Friction {
     /// As [`Friction::at`], beyond the ends of the travel the value at the end.
     pub fn near(&self, drive: Drive, counts: i32) -> Option<f32> {
         let track = self.track(drive)?;
-        let inside = counts.clamp(0, self.travel_counts - 1);
+        let inside = counts.min(self.travel_counts.wrapping_sub(1)).max(0);
         self.at(drive, inside).or_else(|| {
             let index = self.index(inside)?;
             // The nearest bin with a value.
@@ -189,49 +187,96 @@ impl Friction {
         Some(((counts as f32 / self.bin_counts()) as usize).min(BINS - 1))
     }
 
-    /// Noise of the torque in a direction, as a variance of its mean over a way, times that way: newton metre squared
-    /// counts. Divided by a way in counts it is the variance of the mean over it, the table's own error included: the
-    /// table is as noisy as the motion that it is taken from.
+    /// Noise of a block's residual in a direction, as [`Track::noise_nm2_counts`]: divided by a way in counts it is the
+    /// variance of the residual's mean over it. The table's own error is in it: it is as noisy as the motion that it was
+    /// taken from.
     pub fn noise_nm2_counts(&self, drive: Drive) -> Option<f32> {
         let track = self.track(drive)?;
         let floor = LEAST_RESIDUAL * track.mean_nm()?;
-        Some(2.0 * track.variance_nm2.max(floor * floor) * self.bin_counts())
+        Some(
+            2.0 * track
+                .noise_nm2_counts
+                .max(floor * floor * self.bin_counts()),
+        )
     }
 }
 
-/// Mean over the bin that the finger is passing.
+/// Mean over a stretch about as long as a bin.
 #[derive(Clone, Copy, Debug)]
-struct Passing {
+struct Stretch {
     drive: Drive,
     index: usize,
+    sum_counts: f32,
     sum_nm: f32,
     blocks: u16,
+    way_counts: f32,
 }
 
-/// How a later pass differs from those before.
+/// Where a stretch lies and what was measured over it.
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    counts: f32,
+    torque_nm: f32,
+    way_counts: f32,
+}
+
+impl Stretch {
+    fn node(&self) -> Node {
+        let blocks = f32::from(self.blocks.max(1));
+        Node {
+            counts: self.sum_counts / blocks,
+            torque_nm: self.sum_nm / blocks,
+            way_counts: self.way_counts,
+        }
+    }
+}
+
+/// Statistics of one direction.
 #[derive(Clone, Copy, Debug, Default)]
-struct Repeat {
+struct Statistics {
+    /// Squared deviations of a stretch from the line between its neighbours, as noise; what changes within a few bins
+    /// counts as noise, rightly: interpolation does not follow it.
+    rough_sum: f32,
+    rough_count: u16,
+    /// Differences between a pass and those before.
     count: u16,
     sum: f32,
     sum_of_squares: f32,
 }
 
-impl Repeat {
-    fn add(&mut self, difference: f32) {
+impl Statistics {
+    fn rough(&mut self, first: &Node, middle: &Node, last: &Node) {
+        let share = (middle.counts - first.counts) / (last.counts - first.counts);
+        let deviation =
+            middle.torque_nm - first.torque_nm - share * (last.torque_nm - first.torque_nm);
+        let variances = 1.0 + share * share + (1.0 - share) * (1.0 - share);
+        let noise = deviation * deviation / variances * middle.way_counts;
+        if noise.is_finite() {
+            self.rough_sum += noise;
+            self.rough_count = self.rough_count.saturating_add(1);
+        }
+    }
+
+    fn repeat(&mut self, difference: f32) {
         self.count = self.count.saturating_add(1);
         self.sum += difference;
         self.sum_of_squares += difference * difference;
     }
 
-    /// Variance of a bin's mean in one pass: the difference of two has twice that. A shift of the whole pass is not
-    /// noise: the detector follows it.
-    fn variance(&self) -> Option<f32> {
-        if self.count < 16 {
+    /// The noise; None with too little to tell. A shift of a whole pass is not noise: the detector follows it.
+    fn noise_nm2_counts(&self, bin_counts: f32) -> Option<f32> {
+        if self.rough_count < 8 {
             return None;
+        }
+        let rough = self.rough_sum / f32::from(self.rough_count);
+        if self.count < 16 {
+            return Some(rough);
         }
         let count = f32::from(self.count);
         let mean = self.sum / count;
-        Some((0.5 * (self.sum_of_squares / count - mean * mean)).max(0.0))
+        // The difference of two passes has twice the variance of one.
+        let repeat = 0.5 * (self.sum_of_squares / count - mean * mean) * bin_counts;
+        Some(rough.max(repeat))
     }
 }
 
@@ -239,9 +284,11 @@ impl Repeat {
 #[derive(Clone, Debug)]
 pub struct Recorder {
     friction: Friction,
-    passing: Option<Passing>,
-    closing: Repeat,
-    opening: Repeat,
+    stretch: Option<Stretch>,
+    /// The two stretches before, the last one first.
+    nodes: [Option<Node>; 2],
+    closing: Statistics,
+    opening: Statistics,
 }
 
 impl Recorder {
@@ -249,70 +296,96 @@ impl Recorder {
     pub fn new(travel_counts: i32) -> Self {
         Self {
             friction: Friction::empty(travel_counts),
-            passing: None,
-            closing: Repeat::default(),
-            opening: Repeat::default(),
+            stretch: None,
+            nodes: [None; 2],
+            closing: Statistics::default(),
+            opening: Statistics::default(),
         }
     }
 
-    /// Takes a block of free motion. One outside the travel, or that fills no bin by half, is left out.
+    /// Takes a block of free motion. One outside the travel is left out.
     pub fn push(&mut self, block: &Block) {
         let Some(index) = self.friction.index(block.counts) else {
             self.end_run();
             return;
         };
-        if let Some(passing) = &mut self.passing
-            && passing.drive == block.drive
-            && passing.index == index
-        {
-            passing.sum_nm += block.drive_torque_nm;
-            passing.blocks = passing.blocks.saturating_add(1);
-            return;
+        if let Some(stretch) = &mut self.stretch {
+            if stretch.drive != block.drive {
+                self.end_run();
+            } else if stretch.index == index {
+                stretch.sum_counts += block.counts as f32;
+                stretch.sum_nm += block.drive_torque_nm;
+                stretch.blocks = stretch.blocks.saturating_add(1);
+                stretch.way_counts += block.width_counts as f32;
+                return;
+            } else {
+                self.end_stretch();
+            }
         }
-        self.end_run();
-        self.passing = Some(Passing {
+        self.stretch = Some(Stretch {
             drive: block.drive,
             index,
+            sum_counts: block.counts as f32,
             sum_nm: block.drive_torque_nm,
             blocks: 1,
+            way_counts: block.width_counts as f32,
         });
     }
 
-    /// The motion ended: what was collected of the bin at hand goes into the record.
+    /// The motion ended.
     pub fn end_run(&mut self) {
-        let Some(passing) = self.passing.take() else {
+        self.end_stretch();
+        self.nodes = [None; 2];
+    }
+
+    /// Fills the bins whose centres lie between this stretch and the one before.
+    fn end_stretch(&mut self) {
+        let Some(stretch) = self.stretch.take() else {
             return;
         };
-        let mean = passing.sum_nm / f32::from(passing.blocks);
-        let (track, repeat) = match passing.drive {
+        let node = stretch.node();
+        if !node.torque_nm.is_finite() {
+            return;
+        }
+        let bin_counts = self.friction.bin_counts();
+        let (track, statistics) = match stretch.drive {
             Drive::Closing => (&mut self.friction.closing, &mut self.closing),
             Drive::Opening => (&mut self.friction.opening, &mut self.opening),
             Drive::Idle => return,
         };
-        if let (Some(torque), Some(passes)) = (
-            track.torque_nm.get_mut(passing.index),
-            track.passes.get_mut(passing.index),
-        ) && mean.is_finite()
-        {
-            if *passes > 0 {
-                repeat.add(mean - *torque);
-            }
-            *passes = passes.saturating_add(1);
-            *torque += (mean - *torque) / f32::from(*passes);
+        let [before, first] = self.nodes;
+        if let (Some(first), Some(middle)) = (&first, &before) {
+            statistics.rough(first, middle, &node);
         }
+        if let Some(before) = before {
+            let (low, high) = if before.counts < node.counts {
+                (before.counts, node.counts)
+            } else {
+                (node.counts, before.counts)
+            };
+            let from = (low / bin_counts - 0.5).max(0.0) as usize;
+            // At most three: stretches are a bin apart, or two where one was left out.
+            for index in from..BINS.min(from + 4) {
+                let centre = (index as f32 + 0.5) * bin_counts;
+                if centre > low && centre <= high {
+                    let share = (centre - before.counts) / (node.counts - before.counts);
+                    let torque_nm = before.torque_nm + share * (node.torque_nm - before.torque_nm);
+                    if let Some(difference) = track.fill(index, torque_nm) {
+                        statistics.repeat(difference);
+                    }
+                }
+            }
+        }
+        self.nodes = [Some(node), before];
     }
 
     /// The record so far; None while either direction lacks the bins for its statistics.
     pub fn finish(&mut self) -> Option<Friction> {
         self.end_run();
         let mut friction = self.friction.clone();
-        for (track, repeat) in [
-            (&mut friction.closing, &self.closing),
-            (&mut friction.opening, &self.opening),
-        ] {
-            let roughness = track.roughness_nm2()?;
-            track.variance_nm2 = repeat.variance().map_or(roughness, |v| v.max(roughness));
-        }
+        let bin_counts = friction.bin_counts();
+        friction.closing.noise_nm2_counts = self.closing.noise_nm2_counts(bin_counts)?;
+        friction.opening.noise_nm2_counts = self.opening.noise_nm2_counts(bin_counts)?;
         Some(friction)
     }
 

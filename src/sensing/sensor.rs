@@ -4,7 +4,7 @@
 //! |---|---|
 //! | free motion recorded | [`Recorder`] |
 //! | closing, nothing felt | [`Detector`] on the residual of the record |
-//! | contact | [`Curve`], and every third block one step of the [`Locator`] |
+//! | contact | [`Curve`], and every second block one step of the [`Locator`] |
 //! | motion over | the locator until its fits stand still, one step a sample; then the last word |
 
 use crate::finger::Mechanics;
@@ -28,7 +28,7 @@ const ONSET_SIGMA_RAD: f32 = 0.03;
 /// How well a pin is placed by hand or by a gauge, metre (R, chosen).
 const PIN_SIGMA_M: f32 = 0.3e-3;
 /// Blocks between two steps of the locator.
-const BLOCKS_PER_STEP: u8 = 3;
+const BLOCKS_PER_STEP: u8 = 2;
 /// Steps that each hypothesis gets when the motion is over.
 const LAST_STEPS: u8 = 40;
 /// A point enters the fit when its torque stands this many deviations above zero.
@@ -210,7 +210,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         }
     }
 
-    /// Takes a sample; tells at most one thing. Typically some hundred instructions; every third block of a contact, and
+    /// Takes a sample; tells at most one thing. Typically some hundred instructions; every second block of a contact, and
     /// after its end for some tens of samples, one step of a fit.
     pub fn update(&mut self, sample: &Sample) -> Option<Event> {
         match self.gate.push(sample, &self.drivetrain, &self.settings) {

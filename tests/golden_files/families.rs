@@ -902,8 +902,8 @@ fn forces_of<const N: usize, T: Transmission<N>>(
         );
         // A force is a sum of torques over arms: the largest of them is its natural scale.
         let mut scale = 0.0f64;
-        for j in i + 1..N {
-            scale = scale.max((f64::from(arms[i][j]) * row.f64(&format!("f{}", j + 1))?).abs());
+        for (j, arm) in arms[i].into_iter().enumerate().skip(i + 1) {
+            scale = scale.max((f64::from(arm) * row.f64(&format!("f{}", j + 1))?).abs());
         }
         scale = scale.max(want.abs()) / f64::from(k[i]);
         let want = row.f64(&format!("f{}", i + 1))?;

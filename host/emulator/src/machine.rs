@@ -71,6 +71,7 @@ pub struct Machine<'f> {
     next_poll: Ticks,
     lines: Vec<Line>,
     outbox: Vec<u8>,
+    notes: Vec<String>,
 }
 
 /// How often a probe polls the log.
@@ -109,6 +110,7 @@ impl<'f> Machine<'f> {
             next_poll: POLL,
             lines: Vec::new(),
             outbox: Vec::new(),
+            notes: Vec::new(),
         };
         machine.forget_ram();
         machine.engine.start()?;
@@ -142,6 +144,7 @@ impl<'f> Machine<'f> {
 
     fn restart(&mut self, cause: ResetCause) -> Result<(), Error> {
         self.poll(true);
+        self.note(&format!("reset ({cause:?})"));
         self.chip_mut().reset(cause);
         self.engine.refresh_changed()?;
         self.sleep = Sleep::No;
@@ -225,6 +228,19 @@ impl<'f> Machine<'f> {
     /// Log lines fetched since the last call.
     pub fn take_lines(&mut self) -> Vec<Line> {
         std::mem::take(&mut self.lines)
+    }
+
+    /// What the chip did that the firmware's log does not show (faults, lockup, resets), since the last call.
+    pub fn take_notes(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.notes)
+    }
+
+    fn note(&mut self, what: &str) {
+        self.notes.push(format!(
+            "{:.6} s: {what}, {}",
+            self.time_s(),
+            self.position()
+        ));
     }
 
     /// Log frames that arrived damaged.
@@ -386,7 +402,19 @@ impl<'f> Machine<'f> {
                 .engine
                 .escalate(crate::cortex::nvic::exception::SV_CALL)?,
             Trap::Breakpoint => return self.breakpoint(),
-            Trap::Bus { .. } | Trap::Undefined => self.engine.fault(&trap)?,
+            Trap::Bus { .. } | Trap::Undefined => {
+                let stack = self.engine.register(RegisterARM::SP)?;
+                self.note(&match trap {
+                    Trap::Bus { address, .. } => {
+                        format!("bus error at {address:#010x}, stack at {stack:#010x}")
+                    }
+                    _ => format!("undefined instruction, stack at {stack:#010x}"),
+                });
+                self.engine.fault(&trap)?;
+                if self.chip().core.locked_up {
+                    self.note("lockup");
+                }
+            }
             Trap::Misuse(misuse) => return Err(self.misuse(misuse)),
         }
         Ok(None)

@@ -1,5 +1,7 @@
 //! The paper's experiments beside the paper's own algorithm, recordings replayed, figures.
 
+pub mod experiments;
+pub mod figures;
 pub mod paper;
 pub mod reference;
 pub mod trace;

@@ -15,14 +15,16 @@ use crate::reference::{Finger, free_posture, tangent_compliance};
 
 /// Samples in the mean, milliseconds.
 const SMOOTHING: usize = 20;
+/// Longer without a closing sample is a pause, microseconds.
+const PAUSE_US: u64 = 2_000 * SMOOTHING as u64;
 /// Rise of torque of the two-point secant, newton metre (MATH 7's runs of the baseline).
 pub const TORQUE_STEP_NM: f64 = 0.05;
 /// The paper's mean error as a share of the phalanx: nearer to the joint it cannot tell the phalanges apart.
 const JOINT_SHARE: f64 = 0.073;
 /// Places tried on a phalanx before the root is refined.
 const SCAN: u32 = 140;
-/// Share of the free closing's begin that is left out: the drivetrain still takes up its backlash there.
-const START_UP_SHARE: f64 = 0.1;
+/// Begin of a closing that is left out, microseconds: the motor still starts and takes up the gears' backlash there.
+const START_UP_US: u64 = 250_000;
 
 /// What the algorithm takes for granted.
 #[derive(Clone, Debug)]
@@ -89,23 +91,27 @@ fn closing(model: &Model, samples: &[Sample]) -> impl Iterator<Item = Point> {
         .iter()
         .filter(|sample| sample.drive == Drive::Closing)
         .collect();
-    let points: Vec<Point> = driven
-        .windows(SMOOTHING)
-        // Not across a pause or a gap.
-        .filter(|window| {
-            window[SMOOTHING - 1].time_us - window[0].time_us < 2_000 * SMOOTHING as u64
-        })
-        .map(|window| {
-            let mean = |value: &dyn Fn(&Sample) -> f64| {
-                window.iter().map(|sample| value(sample)).sum::<f64>() / SMOOTHING as f64
-            };
-            Point {
-                time_us: window[SMOOTHING - 1].time_us,
-                torque_nm: mean(&|sample| f64::from(sample.current_a)) * model.torque_nm_per_a,
-                angle_rad: mean(&|sample| f64::from(sample.position_counts)) / model.counts_per_rad,
-            }
-        })
-        .collect();
+    let mut started = 0;
+    let mut points = Vec::new();
+    for (index, window) in driven.windows(SMOOTHING).enumerate() {
+        let (first, last) = (window[0], window[SMOOTHING - 1]);
+        // After a pause, a gap or another motion it starts again.
+        let paused = index == 0 || first.time_us - driven[index - 1].time_us > PAUSE_US;
+        if paused {
+            started = first.time_us;
+        }
+        if last.time_us - first.time_us > PAUSE_US || first.time_us - started < START_UP_US {
+            continue;
+        }
+        let mean = |value: &dyn Fn(&Sample) -> f64| {
+            window.iter().map(|sample| value(sample)).sum::<f64>() / SMOOTHING as f64
+        };
+        points.push(Point {
+            time_us: last.time_us,
+            torque_nm: mean(&|sample| f64::from(sample.current_a)) * model.torque_nm_per_a,
+            angle_rad: mean(&|sample| f64::from(sample.position_counts)) / model.counts_per_rad,
+        });
+    }
     points.into_iter()
 }
 
@@ -114,11 +120,7 @@ fn closing(model: &Model, samples: &[Sample]) -> impl Iterator<Item = Point> {
 /// `None` where the samples hold no closing motion.
 #[must_use]
 pub fn friction_threshold(model: &Model, free_closing: &[Sample]) -> Option<f64> {
-    let points: Vec<Point> = closing(model, free_closing).collect();
-    let skip = (points.len() as f64 * START_UP_SHARE) as usize;
-    points
-        .iter()
-        .skip(skip)
+    closing(model, free_closing)
         .map(|point| point.torque_nm)
         .max_by(f64::total_cmp)
 }

@@ -2,7 +2,8 @@
 
 use crate::Row;
 use palpate::drive::fault::Fault;
-use palpate::sensing::{Event, NotLocated};
+use palpate::sample::Sample;
+use palpate::sensing::{Directive, Event, NotLocated};
 use palpate_plant::{FirstContact, Truth};
 
 /// The last word on a grasp.
@@ -55,7 +56,9 @@ pub struct Outcome {
     pub truth: Truth,
     /// The fault, if there was one.
     pub fault: Option<Fault>,
-    /// Samples, if they were asked for.
+    /// What the sensing was given, with what each sample was good for.
+    pub samples: Vec<(Directive, Sample)>,
+    /// Samples beside the truth, if they were asked for.
     pub trace: Vec<Row>,
 }
 

@@ -1,9 +1,9 @@
 //! A finger on a bench: power it, let it learn its friction, calibrate it, give it objects.
 
 use crate::outcome::verdict;
+use crate::slow::SlowError;
 use crate::{Board, Machine, Outcome, Row, Slow};
 use palpate::drive::config::OutOfRange;
-use palpate::drive::convert::Scale;
 use palpate::drive::sequence::{Refused, Request, State};
 use palpate::finger::ConfigError;
 use palpate::scene::{Linkage3, P70, Scene, Tendon2, Tendon3};
@@ -67,8 +67,10 @@ impl<S: Simulated> Rig<S> {
     /// A parameter out of range.
     pub fn new(parameters: &Parameters, seed: u64) -> Result<Self, Error> {
         let plant = Plant::new(parameters, S::FINGER, &Grasp::Free, seed)?;
-        let scale = Scale::new(&S::DRIVE).map_err(Error::Drive)?;
-        let slow = Slow::new(scale).map_err(Error::Finger)?;
+        let slow = Slow::new().map_err(|error| match error {
+            SlowError::Finger(error) => Error::Finger(error),
+            SlowError::Drive(error) => Error::Drive(error),
+        })?;
         let machine = Machine::new(Board::new(plant), &S::DRIVE, slow).map_err(Error::Drive)?;
         Ok(Self {
             machine,
@@ -89,12 +91,19 @@ impl<S: Simulated> Rig<S> {
     /// What the sensing knows of torque factor and cable.
     #[must_use]
     pub fn calibration(&self) -> &Calibration {
-        self.machine.slow.sensor.calibration()
+        self.machine.slow.sense.calibration()
     }
 
     /// The slow loop, for settings and records.
     pub fn slow(&mut self) -> &mut Slow<S> {
         &mut self.machine.slow
+    }
+
+    /// Lets time pass.
+    pub fn idle(&mut self, seconds: f64) {
+        for _ in 0..Machine::<Slow<S>>::samples(seconds) {
+            self.machine.until_sample();
+        }
     }
 
     /// Offset, homing, and friction recorded on a free closing and opening.
@@ -115,14 +124,14 @@ impl<S: Simulated> Rig<S> {
         self.motion(Request::Close, Directive::Watch)
     }
 
-    /// Opens; the object is taken away afterwards.
+    /// Takes the object out of the hand, then opens. (An object that has slipped past the fingertip would jam the opening
+    /// finger from behind.)
     ///
     /// # Errors
     /// The sequence refused.
     pub fn open(&mut self) -> Result<Outcome, Error> {
-        let outcome = self.motion(Request::Open, Directive::Watch)?;
         self.machine.board.plant.place(&Grasp::Free)?;
-        Ok(outcome)
+        self.motion(Request::Open, Directive::Watch)
     }
 
     /// Closes on a pin of 6 mm at a known place, learns from it, opens.
@@ -154,6 +163,7 @@ impl<S: Simulated> Rig<S> {
     pub fn motion(&mut self, request: Request, closing: Directive) -> Result<Outcome, Error> {
         let machine = &mut self.machine;
         machine.slow.events.clear();
+        machine.slow.samples.clear();
         machine.slow.fault = None;
         machine
             .slow
@@ -184,6 +194,7 @@ impl<S: Simulated> Rig<S> {
             first_contact: truth.first_contact,
             fault: machine.slow.fault,
             events,
+            samples: std::mem::take(&mut machine.slow.samples),
             truth,
             trace,
         })

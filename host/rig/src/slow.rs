@@ -1,44 +1,55 @@
-//! The slow loop of the simulation: motion sequence and sensing, each told what the other found.
+//! The slow loop of the simulation: the library's two halves, each told what the other found.
 
 use crate::{Simulated, SlowLoop};
-use palpate::drive::convert::Scale;
+use palpate::app::sense::{Order, notice};
+use palpate::app::settings::Overrides;
+use palpate::app::{Conduct, Sense};
+use palpate::drive::config::OutOfRange;
 use palpate::drive::demand::{Demand, Status};
 use palpate::drive::fault::Fault;
-use palpate::drive::sequence::{Notice, Refused, Request, Sequence, State};
+use palpate::drive::sequence::{Notice, Refused, Request, State};
 use palpate::finger::ConfigError;
 use palpate::sample::Sample;
-use palpate::sensing::{Directive, Event, NoHall, Sensor};
+use palpate::sensing::{Directive, Event};
 
-/// Sequence, sensor, and what they said.
+/// Both halves, and what they said.
 #[derive(Clone, Debug)]
 pub struct Slow<S: Simulated> {
     /// Sensing.
-    pub sensor: Sensor<S::Finger, NoHall>,
+    pub sense: Sense<S>,
+    /// Motion.
+    pub conduct: Conduct<S>,
     /// Events with the time they were told, microseconds since reset.
     pub events: Vec<(u64, Event)>,
+    /// Samples with what each was good for.
+    pub samples: Vec<(Directive, Sample)>,
     /// First fault since it was last taken.
     pub fault: Option<Fault>,
-    sequence: Sequence,
-    /// What a closing is for.
-    closing: Directive,
     directive: Directive,
     notice: Option<Notice>,
+}
+
+/// What is wrong with a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SlowError {
+    /// Its finger.
+    Finger(ConfigError),
+    /// Its drive.
+    Drive(OutOfRange),
 }
 
 impl<S: Simulated> Slow<S> {
     /// A slow loop at rest, without calibration or friction record.
     ///
     /// # Errors
-    /// The scene's finger is not valid.
-    pub fn new(scale: Scale) -> Result<Self, ConfigError> {
-        let finger = S::finger()?;
-        let drivetrain = S::drivetrain(&finger);
+    /// The scene is not valid.
+    pub fn new() -> Result<Self, SlowError> {
         Ok(Self {
-            sensor: Sensor::new(finger, drivetrain, S::settings(), S::UNCALIBRATED),
+            sense: Sense::new().map_err(SlowError::Finger)?,
+            conduct: Conduct::new(Overrides::default()).map_err(SlowError::Drive)?,
             events: Vec::new(),
+            samples: Vec::new(),
             fault: None,
-            sequence: Sequence::new(S::MOTION, scale),
-            closing: Directive::Watch,
             directive: Directive::Rest,
             notice: None,
         })
@@ -49,50 +60,34 @@ impl<S: Simulated> Slow<S> {
     /// # Errors
     /// The sequence is busy or faulted.
     pub fn request(&mut self, request: Request, closing: Directive) -> Result<(), Refused> {
-        self.closing = closing;
-        self.sequence.request(request)
+        self.conduct.request(request, closing)
     }
 
     /// Where the sequence is.
     #[must_use]
     pub fn state(&self) -> State {
-        self.sequence.state()
+        self.conduct.state()
     }
 }
 
 impl<S: Simulated> SlowLoop for Slow<S> {
     fn sample(&mut self, sample: &Sample, status: &Status) -> Demand {
-        if let Some(event) = self.sensor.update(sample) {
+        self.samples.push((self.directive, *sample));
+        if let Some(event) = self.sense.sample(sample) {
+            self.conduct.hear(&event, status);
             self.events.push((sample.time_us, event));
             self.notice = notice(&event).or(self.notice);
         }
-        let advance = self
-            .sequence
+        let conducted = self
+            .conduct
             .advance(sample.time_us, status, self.notice.take());
-        self.fault = self.fault.or(advance.fault);
-        let directive = match self.sequence.state() {
-            State::RecordClosing | State::RecordOpening => Directive::RecordFriction,
-            State::Close | State::Probe => self.closing,
-            _ => Directive::Rest,
-        };
-        if directive != self.directive {
-            self.directive = directive;
-            self.sensor.direct(directive);
+        self.fault = self.fault.or(conducted.advance.fault);
+        if let Some(order) = conducted.order {
+            if let Order::Direct(directive) = order {
+                self.directive = directive;
+            }
+            self.sense.order(order);
         }
-        advance.demand
-    }
-}
-
-/// What an event means to the sequence.
-fn notice(event: &Event) -> Option<Notice> {
-    match event {
-        Event::Touch { .. } => Some(Notice::Touched),
-        Event::FrictionRecorded { .. } => Some(Notice::FrictionKnown),
-        Event::FrictionStale { .. } => Some(Notice::FrictionUnknown),
-        Event::Located { settled, .. } | Event::Ambiguous { settled, .. } => {
-            settled.then_some(Notice::Settled)
-        }
-        Event::NotLocated { .. } => Some(Notice::Settled),
-        _ => None,
+        conducted.advance.demand
     }
 }

@@ -66,6 +66,8 @@ pub enum Refused {
     Busy(State),
     /// Nothing to clear.
     NoFault,
+    /// There is no friction record: record friction first, with nothing in the way.
+    NoFriction,
 }
 
 /// How a motion ended.
@@ -142,6 +144,8 @@ pub struct Sequence {
     request: Option<Request>,
     demand: Demand,
     homing: Homing,
+    /// Run-ups taken in this homing: each goes further, for a cable softer than most needs more to unwind.
+    run_ups: u8,
     onset: Onset,
     stall: Stall,
     /// The offset's measurement has begun in this state.
@@ -169,6 +173,7 @@ impl Sequence {
             request: None,
             demand: Demand::default(),
             homing: Homing::Seek,
+            run_ups: 0,
             onset: Onset::default(),
             stall: Stall::default(),
             measuring: false,
@@ -187,9 +192,19 @@ impl Sequence {
         self.latched
     }
 
+    /// Speeds, currents and places in force.
+    pub fn motion(&self) -> &Motion {
+        &self.motion
+    }
+
     /// Changes speeds, currents and places; `motion` is assumed valid. Takes effect at the next change of state.
     pub fn set_motion(&mut self, motion: Motion) {
         self.motion = motion;
+    }
+
+    /// There is a friction record.
+    pub fn friction_known(&self) -> bool {
+        self.friction_known
     }
 
     /// The next motion that closes records friction first.
@@ -401,6 +416,7 @@ impl Sequence {
                     // Too short a way to tell free motion from windup: take a run-up.
                     self.start_counts = status.position_counts;
                     self.homing = Homing::RunUp;
+                    self.run_ups = self.run_ups.saturating_add(1);
                 } else {
                     self.demand.zero = self.demand.zero.wrapping_add(1);
                     self.demand.zero_at_counts = stop_counts;
@@ -412,7 +428,7 @@ impl Sequence {
                 let away_rad = self
                     .scale
                     .angle_rad(status.position_counts.wrapping_sub(self.start_counts));
-                if away_rad > RUN_UP_RAD + WINDUP_RAD {
+                if away_rad > RUN_UP_RAD + f32::from(self.run_ups) * WINDUP_RAD {
                     self.homing = Homing::Seek;
                     self.onset = Onset::default();
                     self.stall = Stall::default();
@@ -562,6 +578,7 @@ impl Sequence {
             }
             State::Home => {
                 self.homing = Homing::Seek;
+                self.run_ups = 0;
                 self.onset = Onset::default();
             }
             State::Close => self.returning = true,

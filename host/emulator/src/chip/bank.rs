@@ -14,6 +14,12 @@ pub enum Misuse {
         /// The address accessed.
         address: u32,
     },
+    /// The core runs code from RAM, which the emulator maps for data alone.
+    #[error("code at {address:#010x} in RAM: only code in flash is modelled")]
+    CodeInRam {
+        /// Where.
+        address: u32,
+    },
     /// The peripheral has no register there, or it is not modelled.
     #[error("{peripheral} has no modelled register at offset {offset:#05x}")]
     UnknownRegister {

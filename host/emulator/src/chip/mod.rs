@@ -39,8 +39,8 @@ mod pin {
     pub(super) const ENCODER: [(usize, u8); 2] = [(0, 6), (0, 7)];
 }
 
-/// How long the core may run fast before boost mode is on.
-const BOOST_GRACE: Ticks = 1000 * TICKS_PER_US;
+/// How long the core may run fast before boost mode is on, and a fault handler may touch what has no clock.
+const PATIENCE: Ticks = 1000 * TICKS_PER_US;
 /// Longest step of the world while the PWM timer does not set the pace.
 const IDLE_STEP: Ticks = 50 * TICKS_PER_US;
 
@@ -82,6 +82,9 @@ pub struct Chip {
     pub(crate) world: World,
     next_idle_step: Ticks,
     unboosted_since: Option<Ticks>,
+    /// An access to a peripheral without clock, forgiven if the chip is reset soon: a fault handler switches the bridge
+    /// off before it knows what is on.
+    unclocked: Option<(Misuse, Ticks)>,
     /// The next moment at which something happens by itself.
     pub(crate) deadline: Ticks,
     /// An end set from outside.
@@ -123,6 +126,7 @@ impl Chip {
             world: World::new(plant),
             next_idle_step: 0,
             unboosted_since: None,
+            unclocked: None,
             deadline: 0,
             limit: Ticks::MAX,
             reset_request: None,
@@ -136,6 +140,8 @@ impl Chip {
     /// Puts everything but the RAM into its reset state.
     pub(crate) fn reset(&mut self, cause: ResetCause) {
         self.reset_request = None;
+        self.unclocked = None;
+        self.unboosted_since = None;
         self.rcc.reset(cause);
         self.pwr = pwr::Pwr::new();
         self.flash.reset();
@@ -226,7 +232,9 @@ impl Chip {
     }
 
     fn read_word(&mut self, address: u32) -> Result<u32, Misuse> {
-        let (device, offset) = self.locate(address)?;
+        let Some((device, offset)) = self.clocked(address)? else {
+            return Ok(0);
+        };
         let clocks = self.clocks();
         match device {
             Device::Rcc => self.rcc.read(offset),
@@ -257,7 +265,9 @@ impl Chip {
 
     /// A store of the core into the peripheral space.
     pub(crate) fn write(&mut self, address: u32, size: usize, value: u32) -> Result<(), Misuse> {
-        let (device, offset) = self.locate(address & !3)?;
+        let Some((device, offset)) = self.clocked(address & !3)? else {
+            return Ok(());
+        };
         // The registers of timers are 16 bits wide, or may be written as if they were.
         let narrow = matches!(device, Device::Tim1 | Device::Timer(_))
             && size == 2
@@ -333,9 +343,30 @@ impl Chip {
 
     /// The core cannot fetch from flash while it is programmed or erased.
     fn stall(&mut self, ticks: Ticks) {
-        if !self.core.runs_from_ram() {
-            self.now += ticks;
+        self.now += ticks;
+    }
+
+    /// The peripheral at an address; `None` if its clock is off, so that it reads as zero and ignores writes.
+    fn clocked(&mut self, address: u32) -> Result<Option<(Device, u32)>, Misuse> {
+        match self.locate(address) {
+            Err(misuse @ Misuse::Unclocked { .. }) => {
+                self.unclocked.get_or_insert((misuse, self.now));
+                Ok(None)
+            }
+            found => found.map(Some),
         }
+    }
+
+    /// Misuse that was forgiven for a while, and no longer is.
+    fn check_patience(&mut self) {
+        if let Some((misuse, since)) = &self.unclocked
+            && self.now > since + PATIENCE
+        {
+            self.core
+                .trap
+                .get_or_insert(crate::cortex::Trap::Misuse(misuse.clone()));
+        }
+        self.check_boost();
     }
 
     fn locate(&self, address: u32) -> Result<(Device, u32), Misuse> {
@@ -378,7 +409,7 @@ impl Chip {
         let since = *self.unboosted_since.get_or_insert(self.now);
         if !unsafe_speed {
             self.unboosted_since = None;
-        } else if self.now > since + BOOST_GRACE {
+        } else if self.now > since + PATIENCE {
             let what = "above 150 MHz the core needs boost mode (bit 8, R1MODE, = 0)";
             let misuse = Misuse::Unsupported {
                 peripheral: "PWR",
@@ -555,7 +586,7 @@ impl Chip {
         }
         if self.next_idle_step <= self.now {
             self.sync_world();
-            self.check_boost();
+            self.check_patience();
         }
         self.timers
             .iter_mut()

@@ -128,6 +128,10 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
             progress.clear();
             printed = print(&session, printed, options.json);
         }
+        for note in session.machine.take_notes() {
+            progress.clear();
+            eprintln!("chip: {note}");
+        }
         progress.show(&session, start);
     }
     progress.clear();
@@ -140,6 +144,9 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
         println!("{}", summary.json(wall_s));
     } else {
         print!("\n{}", summary.text(wall_s));
+    }
+    if !session.resets.is_empty() {
+        eprintln!("error: the chip was reset {} times", session.resets.len());
     }
     if session.timed_out() && !session.completed() {
         eprintln!(

@@ -23,33 +23,23 @@ pub struct Block {
     pub watch: u16,
 }
 
-/// Decoded blocks by start address, for the flash and for the RAM.
+/// Decoded blocks by start address in the flash.
 #[derive(Debug)]
 pub struct Blocks {
     flash: Vec<Block>,
-    ram: Vec<Block>,
 }
 
 impl Blocks {
     pub(crate) fn new() -> Self {
         Self {
             flash: vec![Block::default(); (Map::FLASH_SIZE / 2) as usize],
-            ram: vec![Block::default(); (Map::RAM_SIZE / 2) as usize],
         }
     }
 
-    /// The slot of a start address; `None` outside flash and RAM.
+    /// The slot of a start address; `None` outside the flash.
     pub(crate) fn slot(&mut self, address: u32) -> Option<&mut Block> {
-        let flash = address.wrapping_sub(Map::FLASH) / 2;
-        if let Some(slot) = self.flash.get_mut(flash as usize) {
-            return Some(slot);
-        }
-        self.ram.get_mut((Map::ram_offset(address)? / 2) as usize)
-    }
-
-    /// Forgets what was decoded in RAM: its contents may be new code.
-    pub(crate) fn forget_ram(&mut self) {
-        self.ram.fill(Block::default());
+        self.flash
+            .get_mut((address.wrapping_sub(Map::FLASH) / 2) as usize)
     }
 }
 

@@ -8,7 +8,7 @@ use unicorn_engine::{
 use super::decode::{self, Block};
 use super::memory::Ram;
 use super::{Map, Trap};
-use crate::chip::Chip;
+use crate::chip::{Chip, Misuse};
 use crate::time::CYCLES_PER_INSTRUCTION;
 
 type Uc<'a> = Unicorn<'a, Chip>;
@@ -26,7 +26,7 @@ pub(crate) enum Exit {
 pub(crate) struct Engine {
     uc: Uc<'static>,
     /// Dropped after the engine, which holds a pointer into it.
-    _ram: Ram,
+    ram: Ram,
 }
 
 impl Engine {
@@ -35,7 +35,7 @@ impl Engine {
         uc.ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32)?;
         // The CCM SRAM's size is no multiple of the default page.
         uc.ctl_set_page_size(1024)?;
-        let mut ram = Ram::new();
+        let ram = Ram::new();
         ram.map(&mut uc)?;
         let code = Prot::READ | Prot::EXEC;
         uc.mem_map(0, Map::FLASH_SIZE.into(), code)?;
@@ -81,35 +81,45 @@ impl Engine {
         uc.add_block_hook(1, 0, on_block)?;
         uc.add_intr_hook(on_interrupt)?;
         uc.add_insn_invalid_hook(on_invalid)?;
-        uc.add_mem_hook(
-            HookType::MEM_UNMAPPED,
-            1,
-            0,
-            |uc: &mut Uc<'_>, kind, address, _, _| {
-                let fetch = kind == MemType::FETCH_UNMAPPED;
-                trap(
-                    uc,
-                    Trap::Bus {
-                        address: address as u32,
-                        fetch,
-                    },
-                );
-                false
-            },
-        )?;
-        uc.add_mem_hook(
-            HookType::MEM_WRITE_PROT,
-            1,
-            0,
-            |uc: &mut Uc<'_>, _, address, size, value| {
-                let offset = (address as u32)
-                    .checked_sub(Map::FLASH)
-                    .unwrap_or(address as u32);
-                uc.get_data_mut().store_flash(offset, size, value as u32);
-                true
-            },
-        )?;
-        let mut engine = Self { uc, _ram: ram };
+        // Hooks must not cover the RAM: a store to a page with a hook is slow.
+        let (ccm_end, ram_end) = (Map::CCM + Map::CCM_SIZE, Map::RAM + Map::RAM_SIZE);
+        for (from, to) in [
+            (0, Map::CCM - 1),
+            (ccm_end, Map::RAM - 1),
+            (ram_end, u32::MAX),
+        ] {
+            let (from, to) = (from.into(), to.into());
+            uc.add_mem_hook(
+                HookType::MEM_UNMAPPED,
+                from,
+                to,
+                |uc: &mut Uc<'_>, kind, address, _, _| {
+                    let fetch = kind == MemType::FETCH_UNMAPPED;
+                    trap(
+                        uc,
+                        Trap::Bus {
+                            address: address as u32,
+                            fetch,
+                        },
+                    );
+                    false
+                },
+            )?;
+        }
+        for base in [0, Map::FLASH] {
+            let (from, to) = (base.into(), (base + Map::FLASH_SIZE - 1).into());
+            uc.add_mem_hook(
+                HookType::MEM_WRITE_PROT,
+                from,
+                to,
+                move |uc: &mut Uc<'_>, _, address, size, value| {
+                    uc.get_data_mut()
+                        .store_flash(address as u32 - base, size, value as u32);
+                    true
+                },
+            )?;
+        }
+        let mut engine = Self { uc, ram };
         engine.refresh_flash()?;
         Ok(engine)
     }
@@ -159,6 +169,11 @@ impl Engine {
                 self.refund()?;
             }
             return Ok(Exit::Trap(trap));
+        }
+        if result == Err(uc_error::FETCH_PROT) {
+            return Ok(Exit::Trap(Trap::Misuse(Misuse::CodeInRam {
+                address: self.register(RegisterARM::PC)?,
+            })));
         }
         result?;
         let pc = self.register(RegisterARM::PC)?;
@@ -210,26 +225,33 @@ impl Engine {
 
     /// Memory as the core sees it; `None` if part of it is not there.
     pub(crate) fn read(&self, address: u32, size: usize) -> Option<Vec<u8>> {
-        self.uc.mem_read_as_vec(address.into(), size).ok()
+        let mut bytes = vec![0; size];
+        self.read_into(address, &mut bytes)?;
+        Some(bytes)
+    }
+
+    fn read_into(&self, address: u32, bytes: &mut [u8]) -> Option<()> {
+        match self.ram.read(address, bytes) {
+            Some(()) => Some(()),
+            None => self.uc.mem_read(address.into(), bytes).ok(),
+        }
     }
 
     pub(crate) fn word(&self, address: u32) -> Option<u32> {
         let mut bytes = [0; 4];
-        self.uc.mem_read(address.into(), &mut bytes).ok()?;
+        self.read_into(address, &mut bytes)?;
         Some(u32::from_le_bytes(bytes))
     }
 
     fn halfword(&self, address: u32) -> Option<u16> {
         let mut bytes = [0; 2];
-        self.uc.mem_read(address.into(), &mut bytes).ok()?;
+        self.read_into(address, &mut bytes)?;
         Some(u16::from_le_bytes(bytes))
     }
 
     /// Writes RAM as a debugger would. False if it is not RAM.
     pub(crate) fn write(&mut self, address: u32, bytes: &[u8]) -> bool {
-        let end = address.wrapping_add(bytes.len().max(1) as u32 - 1);
-        let ram = Map::ram_offset(address).is_some() && Map::ram_offset(end).is_some();
-        ram && self.uc.mem_write(address.into(), bytes).is_ok()
+        self.ram.write(address, bytes).is_some()
     }
 
     /// Shows the core the whole flash.
@@ -268,7 +290,7 @@ fn load(
     uc: &mut Uc<'_>,
     address: u32,
     size: usize,
-    read: impl FnOnce(&mut Chip, u32, usize) -> Result<u32, crate::Misuse>,
+    read: impl FnOnce(&mut Chip, u32, usize) -> Result<u32, Misuse>,
 ) -> u64 {
     match read(uc.get_data_mut(), address, size) {
         Ok(value) => value.into(),
@@ -284,7 +306,7 @@ fn store(
     address: u32,
     size: usize,
     value: u64,
-    write: impl FnOnce(&mut Chip, u32, usize, u32) -> Result<(), crate::Misuse>,
+    write: impl FnOnce(&mut Chip, u32, usize, u32) -> Result<(), Misuse>,
 ) {
     if let Err(misuse) = write(uc.get_data_mut(), address, size, value as u32) {
         trap(uc, Trap::Misuse(misuse));

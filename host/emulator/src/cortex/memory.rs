@@ -1,43 +1,93 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! The RAM, which the engine sees at two addresses: the only place that needs `unsafe`.
 
+use std::cell::UnsafeCell;
+
 use unicorn_engine::{Prot, Unicorn, uc_error};
 
 use super::Map;
 
 /// Host memory behind the chip's RAM. Must outlive the engine it is mapped into.
-#[derive(Debug)]
 pub(super) struct Ram {
-    bytes: Box<[u64]>,
+    words: Box<[UnsafeCell<u64>]>,
 }
 
 impl Ram {
     pub(super) fn new() -> Self {
         Self {
-            bytes: vec![0; Map::RAM_SIZE as usize / 8].into_boxed_slice(),
+            words: (0..Map::RAM_SIZE / 8).map(|_| UnsafeCell::new(0)).collect(),
         }
     }
 
-    /// Maps the RAM at its own address and its last part at that of the CCM SRAM.
+    /// Maps the RAM at its own address and its last part at that of the CCM SRAM. Data only: a page that may hold code
+    /// makes every store to it slow.
     #[allow(unsafe_code)]
-    pub(super) fn map<D>(&mut self, engine: &mut Unicorn<'_, D>) -> Result<(), uc_error> {
-        let start = self.bytes.as_mut_ptr();
-        let alias = self.bytes[Map::CCM_ALIAS as usize / 8..].as_mut_ptr();
-        // SAFETY: both ranges lie within `bytes`, whose heap block does not move and lives as long as the engine,
-        // because `Engine` owns both and drops the engine first. Nothing else reads or writes the block.
+    pub(super) fn map<D>(&self, engine: &mut Unicorn<'_, D>) -> Result<(), uc_error> {
+        let data = Prot::READ | Prot::WRITE;
+        let alias = &self.words[Map::CCM_ALIAS as usize / 8..];
+        // SAFETY: both ranges lie within `words`, whose heap block does not move and lives as long as the engine,
+        // because `Engine` owns both and drops the engine first. The cells allow writes from outside.
         unsafe {
             engine.mem_map_ptr(
                 Map::RAM.into(),
                 Map::RAM_SIZE.into(),
-                Prot::ALL,
-                start.cast(),
+                data,
+                self.words[0].get().cast(),
             )?;
             engine.mem_map_ptr(
                 Map::CCM.into(),
                 Map::CCM_SIZE.into(),
-                Prot::ALL,
-                alias.cast(),
+                data,
+                alias[0].get().cast(),
             )
         }
+    }
+
+    /// Where a range of the chip's addresses lies in the host memory; `None` if part of it is not RAM.
+    fn place(&self, address: u32, length: usize) -> Option<*mut u8> {
+        let start = Map::ram_offset(address)? as usize;
+        let end = if address >= Map::RAM {
+            Map::RAM_SIZE
+        } else {
+            Map::CCM_ALIAS + Map::CCM_SIZE
+        } as usize;
+        let inside = start.checked_add(length).is_some_and(|to| to <= end);
+        inside.then(|| self.words[0].get().cast::<u8>().wrapping_add(start))
+    }
+
+    /// Copies out of the RAM; `None` if part of the range is not RAM.
+    #[allow(unsafe_code)]
+    pub(super) fn read(&self, address: u32, into: &mut [u8]) -> Option<()> {
+        let place = self.place(address, into.len())?;
+        // SAFETY: `place` has checked that the range lies within the heap block; the engine runs on this thread alone,
+        // so nothing writes meanwhile; a slice of the caller cannot overlap it.
+        unsafe { std::ptr::copy_nonoverlapping(place, into.as_mut_ptr(), into.len()) };
+        Some(())
+    }
+
+    /// Copies into the RAM; `None` if part of the range is not RAM.
+    #[allow(unsafe_code)]
+    pub(super) fn write(&self, address: u32, bytes: &[u8]) -> Option<()> {
+        let place = self.place(address, bytes.len())?;
+        // SAFETY: as in `read`.
+        unsafe { std::ptr::copy_nonoverlapping(bytes.as_ptr(), place, bytes.len()) };
+        Some(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_memory_at_two_addresses() {
+        let ram = Ram::new();
+        let mut byte = [0];
+        assert_eq!(ram.write(Map::CCM, &[7]), Some(()));
+        assert_eq!(ram.read(Map::RAM + Map::CCM_ALIAS, &mut byte), Some(()));
+        assert_eq!(byte, [7]);
+        assert_eq!(ram.write(Map::RAM + Map::RAM_SIZE - 1, &[1, 2]), None);
+        assert_eq!(ram.write(Map::CCM + Map::CCM_SIZE, &[1]), None);
+        assert_eq!(ram.read(Map::RAM - 1, &mut byte), None);
     }
 }

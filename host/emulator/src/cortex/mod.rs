@@ -115,14 +115,9 @@ impl Core {
         self.scs.reset();
         self.dwt.reset();
         self.account.reset();
-        self.blocks.forget_ram();
         self.event = false;
         self.locked_up = false;
         self.trap = None;
-    }
-
-    pub(crate) fn runs_from_ram(&self) -> bool {
-        Map::ram_offset(self.block_address).is_some()
     }
 
     /// Instructions executed before the load being carried out.

@@ -51,6 +51,9 @@ const PRESS: Ticks = 100 * TICKS_PER_MS;
 /// Pause before a step, and the wait after a command that moves nothing.
 const PAUSE: Ticks = 50 * TICKS_PER_MS;
 
+/// Resets after which the firmware will not come up any more.
+const RESET_LOOP: usize = 10;
+
 /// Where the user is in the script.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Progress {
@@ -121,7 +124,10 @@ impl<'f> Session<'f> {
     /// The script is done, the firmware has reported a fault, or the time is up.
     #[must_use]
     pub fn over(&self) -> bool {
-        self.completed() || !self.faults.is_empty() || self.timed_out()
+        self.completed()
+            || !self.faults.is_empty()
+            || self.timed_out()
+            || self.resets.len() >= RESET_LOOP
     }
 
     /// Every step of the script was carried out and its motion ended.

@@ -1,0 +1,94 @@
+//! Tables in the documentation, between markers, with the fingerprint of the code they describe.
+
+use std::path::Path;
+
+const BEGIN: &str = "<!-- experiments: begin";
+const END: &str = "<!-- experiments: end -->";
+
+/// Why a document could not be written.
+#[derive(Debug)]
+pub enum DocumentError {
+    /// It has no place for the tables.
+    NoMarkers(String),
+    /// It cannot be read or written.
+    Io(std::io::Error),
+}
+
+impl std::fmt::Display for DocumentError {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::NoMarkers(name) => {
+                write!(out, "{name} has no markers '{BEGIN} ... -->' and '{END}'")
+            }
+            Self::Io(error) => write!(out, "{error}"),
+        }
+    }
+}
+
+impl std::error::Error for DocumentError {}
+
+impl From<std::io::Error> for DocumentError {
+    fn from(error: std::io::Error) -> Self {
+        Self::Io(error)
+    }
+}
+
+fn split(text: &str) -> Option<(&str, &str, &str)> {
+    let begin = text.find(BEGIN)?;
+    let end = begin + text[begin..].find(END)?;
+    Some((&text[..begin], &text[begin..end], &text[end + END.len()..]))
+}
+
+/// Replaces what stands between the markers.
+///
+/// # Errors
+/// [`DocumentError`].
+pub fn write(path: &Path, fingerprint: &str, body: &str) -> Result<(), DocumentError> {
+    let text = std::fs::read_to_string(path)?;
+    let Some((before, _, after)) = split(&text) else {
+        return Err(DocumentError::NoMarkers(path.display().to_string()));
+    };
+    let text = format!(
+        "{before}{BEGIN}, written by `cargo xtask experiments --write`, code {fingerprint} -->\n\n{}\n\n{END}{after}",
+        body.trim()
+    );
+    Ok(std::fs::write(path, text)?)
+}
+
+/// The fingerprint that a document was written for.
+///
+/// # Errors
+/// [`DocumentError`].
+pub fn described(path: &Path) -> Result<Option<String>, DocumentError> {
+    let text = std::fs::read_to_string(path)?;
+    let Some((_, table, _)) = split(&text) else {
+        return Err(DocumentError::NoMarkers(path.display().to_string()));
+    };
+    let line = table.lines().next().unwrap_or_default();
+    Ok(line
+        .split_whitespace()
+        .skip_while(|word| *word != "code")
+        .nth(1)
+        .map(str::to_owned))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_is_replaced_and_its_fingerprint_found() {
+        let path = std::env::temp_dir().join(format!("palpate-document-{}.md", std::process::id()));
+        std::fs::write(&path, format!("above\n{BEGIN} -->\nold\n{END}\nbelow\n")).unwrap();
+        assert_eq!(described(&path).unwrap(), None);
+        write(&path, "0123abcd", "| new |").unwrap();
+        write(&path, "89abcdef", "| newer |").unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(text.starts_with("above\n") && text.ends_with("\nbelow\n"));
+        assert!(text.contains("| newer |") && !text.contains("old"));
+        assert_eq!(described(&path).unwrap().as_deref(), Some("89abcdef"));
+        std::fs::write(&path, "no markers").unwrap();
+        assert!(matches!(described(&path), Err(DocumentError::NoMarkers(_))));
+        std::fs::remove_file(&path).unwrap();
+    }
+}

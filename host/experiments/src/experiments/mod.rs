@@ -1,0 +1,11 @@
+//! The paper's experiments in the simulation, ours beside the paper's algorithm on the same samples.
+
+pub mod catalogue;
+pub mod document;
+pub mod fingerprint;
+pub mod judge;
+pub mod live;
+pub mod objects;
+pub mod result;
+pub mod run;
+pub mod session;

@@ -1,0 +1,72 @@
+//! Runs jobs on all processors, with a progress bar, and puts their entries together.
+
+use std::collections::BTreeMap;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use rayon::prelude::*;
+
+use super::catalogue::{Entry, Job};
+use super::live::Failure;
+use super::result::{Method, Row, Trial, summarise};
+
+/// A bar that counts closings; silent where standard error is no terminal.
+fn bar(closings: usize) -> ProgressBar {
+    let bar = ProgressBar::new(closings as u64);
+    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} simulated closings, {eta} left");
+    if let Ok(style) = style {
+        bar.set_style(style);
+    }
+    bar
+}
+
+/// Does all jobs; the order of the entries does not depend on the number of workers.
+///
+/// # Errors
+/// The first failure, by the order of the jobs.
+pub fn jobs(jobs: &[Job]) -> Result<Vec<Entry>, Failure> {
+    let bar = bar(jobs.iter().map(|job| job.closings).sum());
+    let found: Vec<Result<Vec<Entry>, Failure>> = jobs
+        .par_iter()
+        .map(|job| {
+            let entries = (job.run)();
+            bar.inc(job.closings as u64);
+            entries
+        })
+        .collect();
+    bar.finish_and_clear();
+    let mut entries = Vec::new();
+    for result in found {
+        entries.extend(result?);
+    }
+    Ok(entries)
+}
+
+/// One row for each experiment, method and calibration, in the order of their first entries.
+#[must_use]
+pub fn rows(entries: &[Entry]) -> Vec<Row> {
+    let mut order: Vec<&str> = Vec::new();
+    let mut groups: BTreeMap<(&str, Method, bool), Vec<Trial>> = BTreeMap::new();
+    for entry in entries {
+        if !order.contains(&entry.experiment.as_str()) {
+            order.push(&entry.experiment);
+        }
+        groups
+            .entry((&entry.experiment, entry.method, entry.calibrated))
+            .or_default()
+            .push(entry.trial);
+    }
+    let mut rows = Vec::new();
+    for experiment in order {
+        for (method, calibrated) in [
+            (Method::Ours, true),
+            (Method::Ours, false),
+            (Method::Paper, true),
+            (Method::Paper, false),
+        ] {
+            if let Some(trials) = groups.get(&(experiment, method, calibrated)) {
+                rows.push(summarise(experiment, method, calibrated, trials));
+            }
+        }
+    }
+    rows
+}

@@ -1,0 +1,213 @@
+//! The slow loop's tasks: sensing and motion sequence, each once a millisecond, in thread mode.
+//!
+//! Both halves are plain state ([`Sense`], [`Conduct`]) behind a lock that holds for a call, never across an await: thread
+//! mode runs one task at a time.
+
+use core::cell::RefCell;
+
+use embassy_stm32::gpio::{Input, Output};
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
+use embassy_sync::channel::Channel;
+use embassy_time::{Duration, Instant, Ticker};
+
+use palpate::app::command::Command;
+use palpate::app::conduct::Conduct;
+use palpate::app::sense::{Sense, notice};
+use palpate::drive::sequence::{Notice, State};
+use palpate::drive::{Fault, Limited, Offset, Status};
+use palpate::scene::Active;
+
+use super::control::{self, Samples};
+use super::watchdog::{self, Reporter};
+use super::{console, log, telemetry};
+
+/// State that several tasks share.
+pub type Shared<T> = Mutex<ThreadModeRawMutex, RefCell<T>>;
+
+/// Notices to the sequence, which takes one a millisecond; whoever sends more waits.
+static NOTICES: Channel<ThreadModeRawMutex, Notice, 4> = Channel::new();
+
+/// Tells the sequence something.
+pub async fn tell(notice: Notice) {
+    NOTICES.send(notice).await;
+}
+
+/// Samples to events.
+#[embassy_executor::task]
+pub async fn sense(
+    mut samples: Samples,
+    sense: &'static Shared<Sense<Active>>,
+    conduct: &'static Shared<Conduct<Active>>,
+) {
+    loop {
+        samples.wait().await;
+        #[cfg(feature = "fault-injection")]
+        super::inject::starve().await;
+        if samples.overflowed() {
+            tell(Notice::Fault(Fault::QueueOverflow)).await;
+        }
+        while let Some(sample) = samples.next() {
+            let event = sense.lock(|sense| sense.borrow_mut().sample(&sample));
+            let Some(event) = event else {
+                continue;
+            };
+            telemetry::event(&event);
+            conduct.lock(|conduct| conduct.borrow_mut().hear(&event, &control::status()));
+            if let Some(notice) = notice(&event) {
+                tell(notice).await;
+            }
+        }
+        watchdog::report(Reporter::Sensing);
+    }
+}
+
+/// The motion sequence: notices, button and stop in, demands out.
+#[embassy_executor::task]
+pub async fn sequence(
+    mut light: Light,
+    mut button: Button,
+    sense: &'static Shared<Sense<Active>>,
+    conduct: &'static Shared<Conduct<Active>>,
+) {
+    let mut ticker = Ticker::every(Duration::from_millis(1));
+    let mut said = Said::default();
+    loop {
+        ticker.next().await;
+        let status = control::status();
+        let pressed = button.pressed();
+        let conducted = conduct.lock(|conduct| {
+            let mut conduct = conduct.borrow_mut();
+            if console::stop_requested() {
+                // Never refused.
+                let _ = conduct.command(Command::Stop);
+            } else if pressed {
+                // What the button means now is never refused either.
+                let command = meaning(conduct.state());
+                let _ = conduct.command(command);
+            }
+            conduct.advance(
+                Instant::now().as_micros(),
+                &status,
+                NOTICES.try_receive().ok(),
+            )
+        });
+        control::demand(conducted.advance.demand);
+        if let Some(order) = conducted.order {
+            sense.lock(|sense| sense.borrow_mut().order(order));
+        }
+        if let Some((from, to)) = conducted.advance.changed {
+            telemetry::state(from, to);
+            light.show(to);
+        }
+        if let Some(fault) = conducted.advance.fault {
+            telemetry::fault(fault);
+        }
+        if let Some(outcome) = conducted.advance.done {
+            telemetry::done(outcome);
+        }
+        said.changes(&status);
+        light.tick();
+        watchdog::report(Reporter::Sequence);
+    }
+}
+
+/// What the button asks for.
+fn meaning(state: State) -> Command {
+    match state {
+        State::Idle => Command::Run,
+        State::Fault => Command::Clear,
+        _ => Command::Stop,
+    }
+}
+
+/// What the log has said of slow changes.
+#[derive(Default)]
+struct Said {
+    limited: Limited,
+    offset: Offset,
+    dropped: u32,
+    ignored: u32,
+}
+
+impl Said {
+    /// Says what has changed.
+    fn changes(&mut self, status: &Status) {
+        if status.limited != self.limited {
+            self.limited = status.limited;
+            telemetry::limited(status.limited);
+        }
+        if status.offset != self.offset {
+            self.offset = status.offset;
+            if status.offset == Offset::Known {
+                telemetry::offset(status.offset_a);
+            }
+        }
+        let dropped = log::dropped();
+        if dropped != self.dropped {
+            self.dropped = dropped;
+            telemetry::dropped(dropped);
+        }
+        let ignored = console::ignored();
+        if ignored != self.ignored {
+            self.ignored = ignored;
+            telemetry::ignored(ignored);
+        }
+    }
+}
+
+/// The user button (PC13, high when pressed), debounced.
+pub struct Button {
+    pin: Input<'static>,
+    /// Last samples, one a millisecond, newest in bit 0.
+    history: u32,
+}
+
+impl Button {
+    /// Takes the pin.
+    pub fn new(pin: Input<'static>) -> Self {
+        Self { pin, history: 0 }
+    }
+
+    /// Call once a millisecond: true once a press, when it has lasted 16 ms after 15 ms of rest.
+    fn pressed(&mut self) -> bool {
+        self.history = self.history << 1 | u32::from(self.pin.is_high());
+        self.history == 0x0000_FFFF
+    }
+}
+
+/// The LED (PA5): dark at rest, lit in motion, blinking after a fault.
+pub struct Light {
+    pin: Output<'static>,
+    state: State,
+    ticks: u32,
+}
+
+impl Light {
+    /// Half a blink, milliseconds.
+    const BLINK: u32 = 125;
+
+    /// Takes the pin.
+    pub fn new(pin: Output<'static>) -> Self {
+        Self {
+            pin,
+            state: State::Idle,
+            ticks: 0,
+        }
+    }
+
+    fn show(&mut self, state: State) {
+        self.state = state;
+    }
+
+    /// Call once a millisecond.
+    fn tick(&mut self) {
+        self.ticks = self.ticks.wrapping_add(1);
+        let lit = match self.state {
+            State::Idle => false,
+            State::Fault => self.ticks / Self::BLINK % 2 == 0,
+            _ => true,
+        };
+        self.pin.set_level(lit.into());
+    }
+}
