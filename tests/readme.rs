@@ -13,7 +13,11 @@ fn holds(what: &str, rows: &[String]) {
     assert!(
         missing.is_empty(),
         "the README's table of {what} lacks:\n{}\nThe whole table:\n{}",
-        missing.iter().map(|row| row.as_str()).collect::<Vec<_>>().join("\n"),
+        missing
+            .iter()
+            .map(|row| row.as_str())
+            .collect::<Vec<_>>()
+            .join("\n"),
         rows.join("\n"),
     );
 }

@@ -104,6 +104,12 @@ pub fn visit(visitor: &mut impl Visitor) {
         nothing: nothing_angles,
     });
     visitor.task(&Task {
+        name: "sin_cos_step",
+        candidates: function::SIN_COS_STEP,
+        timed: rows::ANGLES_TIMED,
+        nothing: nothing_angles,
+    });
+    visitor.task(&Task {
         name: "atan2",
         candidates: function::ATAN2,
         timed: rows::POINTS_TIMED,

@@ -122,7 +122,7 @@ impl Pair {
             ),
             (false, true) => return Roots::default(),
         };
-        if !(low < high && compliance < f32::INFINITY && compliance >= 0.0) {
+        if !(low < high && (0.0..f32::INFINITY).contains(&compliance)) {
             return Roots::default();
         }
         // This is asked for at every step: what does not depend on `k` stays outside, and squares with their sign are

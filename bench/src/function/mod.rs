@@ -79,9 +79,28 @@ pub const SIN_COS: &[Candidate<Angle, [f32; 2]>] = &[
         run: sin_cos_micromath,
         chosen: None,
     },
+];
+
+/// Sine and cosine where those of the last sample are at hand, a small step away.
+pub const SIN_COS_STEP: &[Candidate<Angle, [f32; 2]>] = &[
     Candidate {
         name: "angle_addition",
         run: sin_cos_addition,
+        chosen: None,
+    },
+    Candidate {
+        name: "library_turn",
+        run: sin_cos_turn,
+        chosen: None,
+    },
+    Candidate {
+        name: "minimax_f32_afresh",
+        run: sin_cos_minimax,
+        chosen: None,
+    },
+    Candidate {
+        name: "micromath_afresh",
+        run: sin_cos_micromath,
         chosen: None,
     },
 ];
@@ -189,6 +208,17 @@ fn sin_cos_addition(angle: &Angle) -> [f32; 2] {
         angle.last_sin + (angle.last_cos * sin - angle.last_sin * versine),
         angle.last_cos - (angle.last_sin * sin + angle.last_cos * versine),
     ]
+}
+
+/// The library's rotations, put together.
+#[inline(never)]
+fn sin_cos_turn(angle: &Angle) -> [f32; 2] {
+    let last = numeric::Turn {
+        cos: angle.last_cos,
+        sin: angle.last_sin,
+    };
+    let now = last.then(numeric::Turn::by(angle.step_rad));
+    [now.sin, now.cos]
 }
 
 #[inline(never)]

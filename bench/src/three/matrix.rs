@@ -20,10 +20,11 @@ fn solve(mut m: [[f32; 4]; 3]) -> [f32; 3] {
                 m.swap(row, column);
             }
         }
-        for row in column + 1..3 {
-            let factor = m[row][column] / m[column][column];
-            for at in column..4 {
-                m[row][at] -= factor * m[column][at];
+        let pivot = m[column];
+        for row in m.iter_mut().skip(column + 1) {
+            let factor = row[column] / pivot[column];
+            for (entry, above) in row.iter_mut().zip(pivot) {
+                *entry -= factor * above;
             }
         }
     }

@@ -2,4 +2,5 @@
 
 pub mod elf;
 pub mod golden;
+pub mod report;
 pub mod size;
