@@ -265,6 +265,50 @@ fn emit(out: &mut String, name: &str, kind: &str, cases: &[Case], timed: usize) 
     let _ = writeln!(out, "];");
 }
 
+/// Rows of the files of finite steps, contact on phalanx 2, and the place at first contact.
+fn steps(out: &mut String, table: &Table, name: &str, kind: &str, design: &[&str], timed: usize) {
+    let rows: Vec<(String, f64)> = table
+        .rows()
+        .filter(|row| row.number("phal") == 2.0)
+        .map(|row| {
+            let list = |columns: &[&str]| {
+                let numbers: Vec<String> = columns.iter().map(|name| format!("{:?}", row.number(name))).collect();
+                format!("[{}]", numbers.join(", "))
+            };
+            let fields = format!(
+                "Row {{ l: {}, stiffness: {}, rest_rad: {}, theta_rad: {}, design: {}, torque: {:?}, rise: {:?}, \
+                 rotation_rad: {:?}, half_rotation_rad: {:?} }}",
+                list(&["l1", "l2"]),
+                list(&["K1", "K2"]),
+                list(&["th10", "th20"]),
+                list(&["th1", "th2"]),
+                list(design),
+                row.number("T_c"),
+                row.number("dT"),
+                row.number("dtheta_a") as f32,
+                row.number("dtheta_a_half") as f32,
+            );
+            (fields, row.number("k"))
+        })
+        .collect();
+    let _ = writeln!(
+        out,
+        "/// Steps and the places that they came from.\n#[cfg(not(target_os = \"none\"))]"
+    );
+    let _ = writeln!(out, "pub static {name}: &[(Row<{kind}>, f64)] = &[");
+    for (fields, k) in &rows {
+        let _ = writeln!(out, "({fields}, {k:?}),");
+    }
+    let _ = writeln!(
+        out,
+        "];\n/// The part of them that the chip times.\npub static {name}_TIMED: [Row<{kind}>; {timed}] = ["
+    );
+    for at in 0..timed {
+        let _ = writeln!(out, "{},", rows[at * rows.len() / timed].0);
+    }
+    let _ = writeln!(out, "];");
+}
+
 /// Turns a row of a file into a case, or leaves it out.
 type Reader = fn(&Row) -> Option<Case>;
 
@@ -340,7 +384,7 @@ fn main() {
             ("hard_2p.csv", two_hard),
         ],
     );
-    emit(&mut out, "TWO", "TwoPhalanges", &cases, 48);
+    emit(&mut out, "TWO", "TwoPhalanges", &cases, 32);
     let cases = gather(
         &folder,
         &[
@@ -349,7 +393,25 @@ fn main() {
             ("hard_3p.csv", three_hard),
         ],
     );
-    emit(&mut out, "THREE", "ThreePhalanges", &cases, 48);
+    emit(&mut out, "THREE", "ThreePhalanges", &cases, 32);
     functions(&mut out, 48);
+    let table = Table::read(&folder.join("contact_2L.csv"));
+    steps(
+        &mut out,
+        &table,
+        "STEPS",
+        "FourBar",
+        &["a1", "b1", "c1", "psi1", "mode1"],
+        24,
+    );
+    let table = Table::read(&folder.join("contact_2T.csv"));
+    steps(
+        &mut out,
+        &table,
+        "STEPS_TENDON",
+        "Pulleys",
+        &["r1", "r2"],
+        24,
+    );
     std::fs::write(out_dir.join("rows.rs"), out).expect("the rows can be written");
 }

@@ -11,6 +11,7 @@ pub mod candidate;
 pub mod function;
 pub mod rows;
 mod solver;
+pub mod step;
 pub mod task;
 pub mod three;
 pub mod two;

@@ -41,7 +41,7 @@ mod chip {
     }
 
     impl Visitor for Stopwatch {
-        fn task<I, O: Bits>(&mut self, task: &Task<I, O>) {
+        fn task<I, O: Bits>(&mut self, task: &Task<'_, I, O>) {
             // What remains of a call when the function does nothing: the least of several, the first has cold caches.
             let overhead = task
                 .timed

@@ -3,17 +3,18 @@
 use crate::candidate::Candidate;
 use crate::function::{self, Angle};
 use crate::rows;
+use crate::step::{self, Row, Step};
 use crate::three::{self, ThreePhalanges};
 use crate::two::{self, TwoPhalanges};
 
 /// A task.
-pub struct Task<I: 'static, O: 'static> {
+pub struct Task<'a, I: 'static, O: 'static> {
     /// Name in the report.
     pub name: &'static str,
     /// All candidates: same input, same promise.
     pub candidates: &'static [Candidate<I, O>],
     /// What they are timed on.
-    pub timed: &'static [I],
+    pub timed: &'a [I],
     /// A function that does nothing with the same signature: the cost of being called.
     pub nothing: fn(&I) -> O,
 }
@@ -21,7 +22,7 @@ pub struct Task<I: 'static, O: 'static> {
 /// Who goes through all tasks: the chip to time them, a PC to judge them.
 pub trait Visitor {
     /// One task.
-    fn task<I, O: Bits>(&mut self, task: &Task<I, O>);
+    fn task<I, O: Bits>(&mut self, task: &Task<'_, I, O>);
 }
 
 /// Results that a checksum can be taken of.
@@ -49,7 +50,7 @@ impl<const N: usize> Bits for [f32; N] {
 }
 
 /// Checksum of a candidate's results over all timed inputs.
-pub fn checksum<I, O: Bits>(task: &Task<I, O>, candidate: &Candidate<I, O>) -> u32 {
+pub fn checksum<I, O: Bits>(task: &Task<'_, I, O>, candidate: &Candidate<I, O>) -> u32 {
     task.timed
         .iter()
         .fold(0, |sum, input| (candidate.run)(input).mix(sum))
@@ -71,6 +72,18 @@ nothing!(nothing_angle, Angle, f32, 0.0);
 nothing!(nothing_angles, Angle, [f32; 2], [0.0; 2]);
 nothing!(nothing_point, [f32; 2], f32, 0.0);
 
+fn nothing_step<T>(_: &Step<T>) -> [f32; 2] {
+    [0.0; 2]
+}
+
+/// Rows made ready; those that the library refuses are left out.
+fn ready<D, T, const N: usize>(
+    rows: &[Row<D>; N],
+    make: fn(&Row<D>) -> Option<Step<T>>,
+) -> heapless::Vec<Step<T>, N> {
+    rows.iter().filter_map(make).collect()
+}
+
 /// Shows a visitor every task.
 pub fn visit(visitor: &mut impl Visitor) {
     visitor.task(&Task {
@@ -84,6 +97,18 @@ pub fn visit(visitor: &mut impl Visitor) {
         candidates: three::CANDIDATES,
         timed: rows::THREE_TIMED,
         nothing: nothing_three,
+    });
+    visitor.task(&Task {
+        name: "k2_2p_step",
+        candidates: step::by_linkage::CANDIDATES,
+        timed: &ready(&rows::STEPS_TIMED, step::linkage),
+        nothing: nothing_step,
+    });
+    visitor.task(&Task {
+        name: "k2_2p_step_tendon",
+        candidates: step::by_tendon::CANDIDATES,
+        timed: &ready(&rows::STEPS_TENDON_TIMED, step::tendon),
+        nothing: nothing_step,
     });
     visitor.task(&Task {
         name: "sqrt",

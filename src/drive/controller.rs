@@ -2,7 +2,7 @@
 
 use super::config::{Config, OutOfRange};
 use super::convert::{self, PERIOD_S, PERIOD_US, Scale};
-use super::current::{BLIND_A, CurrentLoop};
+use super::current::CurrentLoop;
 use super::demand::{Demand, Limited, Offset, Setpoint, Status};
 use super::encoder::Encoder;
 use super::fault::Fault;
@@ -364,7 +364,9 @@ impl Controller {
     }
 }
 
-/// Whether the unsigned current sense tells nothing in a period with this reference and voltage.
+/// Whether the unsigned current sense tells nothing in a period with this reference and voltage. However small the reference
+/// is, the sense tells as much as its offset allows: with an offset of -7 mA, which an unsigned converter cannot even see,
+/// free motion may read as little as 3 mA.
 fn blind(reference_a: f32, applied_v: f32) -> bool {
-    reference_a * applied_v <= 0.0 || reference_a.abs() < BLIND_A
+    reference_a * applied_v <= 0.0
 }

@@ -15,10 +15,6 @@ const INTEGRAL_GAIN: f32 = 0.05;
 const RESISTANCE_TRIM: f32 = 0.3;
 const EMF_TRIM: f32 = 0.15;
 const BRIDGE_TRIM_V: f32 = 0.3;
-/// Below this current reference the sense tells no sign worth trusting, ampere: its offset may be off by 1 mA, its noise
-/// is 0.5 mA.
-pub const BLIND_A: f32 = 3e-3;
-
 /// State of the current loop.
 #[derive(Clone, Debug)]
 pub struct CurrentLoop {
@@ -105,13 +101,11 @@ mod tests {
         let mut peak_a = 0.0f32;
         let mut fraction = 0.0f32;
         for _ in 0..periods {
-            let sensed = (fraction * reference_a > 0.0 && reference_a.abs() > BLIND_A).then_some(
-                if current_a * fraction > 0.0 {
-                    current_a
-                } else {
-                    0.0
-                },
-            );
+            let sensed = (fraction * reference_a > 0.0).then_some(if current_a * fraction > 0.0 {
+                current_a
+            } else {
+                0.0
+            });
             fraction = control
                 .step(reference_a, sensed, speed, 1.0 / supply_v)
                 .fraction;

@@ -19,6 +19,12 @@ const TORQUE_CONSTANT_NM_PER_A: f32 = 8.9e-3;
 const ROTOR_INERTIA_KG_M2: f32 = 1.0e-8;
 /// Gearhead 0.73 (I) times worm 0.45 running (I): nominal, the calibration finds the real one.
 pub const EFFICIENCY: f32 = 0.33;
+/// Viscous friction of the motor, 0.03 mNm at 12,500 rpm (I).
+const VISCOUS_NM_S_PER_RAD: f32 = 2.3e-8;
+/// From the worm's running friction 0.124 exp(-2.233 v^0.645) (V) at 0.3 rad/s of a wheel with 20 teeth of some 4 mm worm
+/// radius and 4.5 degree of lead: friction 0.10, falling by 13 % of itself per unit of ln v, over 0.18 in the screw's
+/// equation (I).
+const EFFICIENCY_PER_SPEED: f32 = 0.07;
 /// Gearhead 364 and worm 1092 counts at the wheel (I), and a tenth more: an upper limit.
 const BACKLASH_COUNTS: f32 = 1.1 * (364.0 + 1092.0);
 /// Torque at the input link at which probing ends. With 120 mA, less some 15 mA of friction, the motor gives 0.4 N m.
@@ -94,11 +100,11 @@ pub const fn motion(travel_rad: f32) -> Motion {
 /// What is assumed before a contact at a known place has been felt.
 pub const UNCALIBRATED: Calibration = Calibration {
     torque_factor: 1.0,
-    // Torque constant +-10 %, efficiency +-10 %, spring +-10 %, each as two deviations: 9 % together.
-    torque_factor_sigma: 0.09,
+    // Uniform spreads (HARDWARE): torque constant 10 %, spring 10 %, gearhead 10 %, worm 9 %, current sense 5 %.
+    torque_factor_sigma: 0.115,
     // Nylon of 3 kN/m (V2, 1.5 to 10) on pulleys of 20 mm: 1.2 N m/rad.
     cable_rad_per_nm: 1.0 / 1.2,
-    cable_sigma_rad_per_nm: 0.25,
+    cable_sigma_rad_per_nm: 0.4,
     correlation: 0.0,
     contacts: 0,
     presses: 0,
@@ -110,10 +116,18 @@ pub fn drivetrain(opening_stop_rad: f32) -> Drivetrain {
     Drivetrain {
         rad_per_count,
         counts_per_turn: COUNTS_PER_MOTOR_REV as u32,
+        counts_per_worm_turn: (COUNTS_PER_MOTOR_REV * 64.0) as u32,
+        // 5 % within 5 s (R); 3 to 7 % is as likely.
+        creep: [0.05, 0.015],
+        creep_s: 5.0,
         opening_stop_rad,
         torque_per_ampere_nm: REDUCTION * TORQUE_CONSTANT_NM_PER_A,
         efficiency: EFFICIENCY,
         inertia_kg_m2: ROTOR_INERTIA_KG_M2 * REDUCTION * REDUCTION,
+        // +-20 % (R), uniform.
+        inertia_share: 0.115,
+        viscous_nm_s_per_rad: VISCOUS_NM_S_PER_RAD * REDUCTION * REDUCTION,
+        efficiency_per_speed: EFFICIENCY_PER_SPEED,
         backlash_rad: BACKLASH_COUNTS * rad_per_count,
     }
 }

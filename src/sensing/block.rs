@@ -24,8 +24,13 @@ pub struct Block {
     pub counts: i32,
     /// Way made, counts, without sign.
     pub width_counts: u32,
-    /// Torque of the motor at the input link if nothing were lost, less what changed the speed, newton metre.
+    /// Torque of the motor at the input link if nothing were lost, less what changed the speed and what another than the
+    /// nominal speed costs, newton metre.
     pub drive_torque_nm: f32,
+    /// Of it, what was taken for the change of speed since the block before, newton metre.
+    pub inertia_nm: f32,
+    /// Speed above the nominal one, as a share of it.
+    pub overspeed: f32,
 }
 
 /// What a sample led to.
@@ -235,13 +240,17 @@ impl Gate {
         } else {
             turn_counts / 2
         };
+        let inertia_nm = drivetrain.inertia_kg_m2 * acceleration;
+        let viscous_nm = sign * drivetrain.viscous_nm_s_per_rad * deviation;
+        let motor_nm = drivetrain.torque_per_ampere_nm * done.ampere_us / done.duration_us;
         Step::Block(Block {
             time_us: now.time_us,
             drive: run.drive,
             counts: done.start_counts.wrapping_add(half_counts),
             width_counts: turn_counts.unsigned_abs(),
-            drive_torque_nm: drivetrain.torque_per_ampere_nm * done.ampere_us / done.duration_us
-                - drivetrain.inertia_kg_m2 * acceleration,
+            drive_torque_nm: motor_nm - inertia_nm - viscous_nm,
+            inertia_nm,
+            overspeed: deviation / settings.speed_rad_per_s,
         })
     }
 }

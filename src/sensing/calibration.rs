@@ -28,45 +28,7 @@ pub struct Calibration {
     pub presses: u8,
 }
 
-/// What is known of a drivetrain and finger before any calibration.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
-pub struct Nominal {
-    /// Stiffness of the cable at the input link, newton metre per radian; 0 for none in series.
-    pub cable_nm_per_rad: f32,
-    /// Standard deviation of the cable's compliance, as a share of it.
-    pub cable_share: f32,
-    /// Standard deviation of the ratio eta/K_2, as a share of it.
-    pub torque_factor_share: f32,
-}
-
-impl Nominal {
-    /// Standard deviation of eta/K_2 for the spreads of HARDWARE.md: torque constant +-10 % and current sense +-5 %
-    /// (uniform), gearhead and worm about 5 % each, spring 5 %.
-    pub const TORQUE_FACTOR_SHARE: f32 = 0.11;
-    /// Standard deviation of a nylon cable's compliance: half to three times the nominal stiffness (HARDWARE.md).
-    pub const CABLE_SHARE: f32 = 0.5;
-}
-
 impl Calibration {
-    /// Without any calibration.
-    pub fn nominal(nominal: &Nominal) -> Self {
-        let cable_rad_per_nm = if nominal.cable_nm_per_rad > 0.0 {
-            1.0 / nominal.cable_nm_per_rad
-        } else {
-            0.0
-        };
-        Self {
-            torque_factor: 1.0,
-            torque_factor_sigma: nominal.torque_factor_share,
-            cable_rad_per_nm,
-            cable_sigma_rad_per_nm: nominal.cable_share * cable_rad_per_nm,
-            correlation: 0.0,
-            contacts: 0,
-            presses: 0,
-        }
-    }
-
     /// Whether every value is finite and in its range, as it must be after it was read from a memory.
     pub fn is_valid(&self) -> bool {
         (0.05..=20.0).contains(&self.torque_factor)

@@ -16,6 +16,10 @@ pub struct Point {
     pub counts: f32,
     /// Torque at the input link, newton metre.
     pub torque_nm: f32,
+    /// Torque above that of the contact as the cable's creep feels it, delayed by its time constant, newton metre.
+    pub late_nm: f32,
+    /// Of the torque, what was taken for the change of speed, newton metre.
+    pub inertia_nm: f32,
     /// Variance of the torque's mean, newton metre squared.
     pub variance_nm2: f32,
     /// Blocks in the bin; 0 for none.
@@ -34,6 +38,8 @@ impl Point {
         Self {
             counts: mine * self.counts + others * other.counts,
             torque_nm: mine * self.torque_nm + others * other.torque_nm,
+            late_nm: mine * self.late_nm + others * other.late_nm,
+            inertia_nm: mine * self.inertia_nm + others * other.inertia_nm,
             variance_nm2: mine * mine * self.variance_nm2 + others * others * other.variance_nm2,
             blocks,
         }
@@ -63,17 +69,20 @@ impl Curve {
         self.origin_counts
     }
 
-    /// Takes the means of a block. One before the origin, or that is not a number, is ignored.
-    pub fn push(&mut self, counts: i32, torque_nm: f32, variance_nm2: f32) {
+    /// Takes the means of a block at a position. One before the origin, or that is not a number, is ignored.
+    pub fn push(&mut self, counts: i32, block: Point) {
         let way_counts = counts.wrapping_sub(self.origin_counts);
-        if way_counts < 0 || !torque_nm.is_finite() || !variance_nm2.is_finite() {
+        let sound = block.torque_nm.is_finite()
+            && block.late_nm.is_finite()
+            && block.inertia_nm.is_finite()
+            && block.variance_nm2.is_finite();
+        if way_counts < 0 || !sound {
             return;
         }
         let point = Point {
             counts: way_counts as f32,
-            torque_nm,
-            variance_nm2,
             blocks: 1,
+            ..block
         };
         while point.counts >= self.width_counts * BINS as f32 {
             self.halve();
@@ -120,22 +129,22 @@ pub struct Slope {
     pub points: u16,
 }
 
-/// Straight line through the points between two torques. None with fewer than three, or where the torque does not vary.
+/// Straight line through the points above a torque, the cable's creep of a share `creep` taken as part of the torque. None with fewer than three, or where the torque does not vary.
 ///
 /// The torque is regressed on the angle, which is the one without noise, and the slope inverted: the other way round the
 /// noise would flatten it.
 pub fn slope<'a>(
     points: impl Iterator<Item = &'a Point> + Clone,
     from_nm: f32,
-    to_nm: f32,
+    creep: f32,
 ) -> Option<Slope> {
-    let chosen = points.filter(|p| p.torque_nm >= from_nm && p.torque_nm <= to_nm);
+    let chosen = points.filter(|p| p.torque_nm >= from_nm);
     let (mut weight, mut x, mut y, mut count) = (0.0, 0.0, 0.0, 0u16);
     for p in chosen.clone() {
         let w = 1.0 / p.variance_nm2.max(LEAST_VARIANCE_NM2);
         weight += w;
         x += w * p.counts;
-        y += w * p.torque_nm;
+        y += w * (p.torque_nm + creep * p.late_nm);
         count = count.saturating_add(1);
     }
     if count < 3 {
@@ -146,7 +155,7 @@ pub fn slope<'a>(
     for p in chosen {
         let w = 1.0 / p.variance_nm2.max(LEAST_VARIANCE_NM2);
         xx += w * (p.counts - x) * (p.counts - x);
-        xy += w * (p.counts - x) * (p.torque_nm - y);
+        xy += w * (p.counts - x) * (p.torque_nm + creep * p.late_nm - y);
     }
     let stiffness = xy / xx;
     if !(stiffness.is_finite() && stiffness > 0.0 && xx > 0.0) {

@@ -8,6 +8,13 @@ pub struct Drivetrain {
     pub rad_per_count: f32,
     /// Encoder counts per turn of the motor, > 0: what repeats with the motor's turn is averaged over it.
     pub counts_per_turn: u32,
+    /// Encoder counts per turn of the slowest shaft but the last (a worm): friction beyond what was recorded is continued
+    /// with that period. 0 for none.
+    pub counts_per_worm_turn: u32,
+    /// Share of the cable's twist that comes late (creep), 0 to 1, and its standard deviation.
+    pub creep: [f32; 2],
+    /// Time constant of the creep, second, > 0.
+    pub creep_s: f32,
     /// Angle theta_a of the input link at the opening stop, where the encoder counts from, radian.
     pub opening_stop_rad: f32,
     /// Torque at the input link per ampere if nothing were lost: reduction times torque constant, newton metre per
@@ -19,6 +26,13 @@ pub struct Drivetrain {
     /// Inertia of the rotor seen from the input link, kg m2, >= 0: the torque that it takes to change the speed is not
     /// the load's.
     pub inertia_kg_m2: f32,
+    /// Its standard deviation, as a share of it.
+    pub inertia_share: f32,
+    /// Viscous part of the friction seen from the input link, newton metre second per radian, >= 0: what it adds when the
+    /// speed is not quite the one that friction was recorded at.
+    pub viscous_nm_s_per_rad: f32,
+    /// Change of the efficiency, as a share of it, per share of speed: a worm's friction falls with its speed.
+    pub efficiency_per_speed: f32,
     /// Dead band after a reversal, at the input link, radian, >= 0: an upper limit.
     pub backlash_rad: f32,
 }

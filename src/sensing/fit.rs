@@ -1,12 +1,13 @@
 //! Where is the contact, and how round the object: the whole torque-angle curve against the finger's exact path (MATH 7).
 //!
-//! For a hypothesis (a phalanx) six numbers are fitted, each with a prior: the location k, the effective contact radius
+//! For a hypothesis (a phalanx) eight numbers are fitted, each with a prior: the location k, the effective contact radius
 //! R, an offset q of the torque (misfit of the friction record), the onset angle o, and what calibration has left open of
-//! the torque factor f and the cable's twist c. With the nominal torque T of each point the model is
+//! the torque factor f, the cable's twist c, the share g of it that creeps
+//! and the rotor's inertia j, which counts while a stiff contact slows the motor down. With the nominal torque T of each point, corrected by j, the model is
 //!
-//! angle = o + rotation(f (T - q); k, R) + c (T - q - T_c / f),
+//! angle = o + rotation(f (T - q); k, R) + c (T - q - T_c / f + g L),
 //!
-//! rotation being the contact path from the torque T_c of the free finger at the onset. The residual is taken in angle,
+//! L being the torque delayed by the creep's time constant, and rotation the contact path from the torque T_c of the free finger at the onset. The residual is taken in angle,
 //! which stays bounded where the finger is rigid (e_2); its variance is that of the torque times the slope squared.
 //! Everything unknown is a parameter with a prior, so the deviation of k that comes out holds noise, friction misfit,
 //! radius and calibration together.
@@ -18,19 +19,20 @@ use crate::sensing::normal::{Factor, Normal};
 use crate::sensing::{Calibration, Drivetrain};
 
 /// Number of unknowns.
-pub const UNKNOWNS: usize = 6;
+pub const UNKNOWNS: usize = 8;
 const K: usize = 0;
 const RADIUS: usize = 1;
 const OFFSET: usize = 2;
 const ONSET: usize = 3;
 const FACTOR: usize = 4;
 const CABLE: usize = 5;
+const CREEP: usize = 6;
+const INERTIA: usize = 7;
 
 /// Deviation of a measured angle from any model, radian: four counts of the encoder's periodic error and as much again.
 const ANGLE_SIGMA_RAD: f32 = 4e-5;
-/// What the path does not know of the cable (creep: 5 % of the twist within 5 s, of which a rise that lasts about as long
-/// as the calibration's leaves little), as a share of the twist.
-const TWIST_SHARE: f32 = 0.003;
+/// What the model does not know of the cable, as a share of the twist (R, chosen).
+const TWIST_SHARE: f32 = 0.001;
 /// Wobble of the gears' efficiency, as a share of the torque (R, chosen).
 const TORQUE_SHARE: f32 = 0.002;
 /// Largest effective contact radius thought of, metre.
@@ -69,6 +71,10 @@ pub struct Prior {
     pub onset_rad: (f32, f32),
     /// Torque factor and cable.
     pub calibration: Calibration,
+    /// Share of the cable's twist that creeps: mean and deviation.
+    pub creep: [f32; 2],
+    /// Deviation of the rotor's inertia, as a share of it.
+    pub inertia_share: f32,
 }
 
 /// A posture at the onset.
@@ -164,6 +170,15 @@ struct Values {
     onset_rad: f32,
     factor: f32,
     cable: f32,
+    creep: f32,
+    inertia: f32,
+}
+
+impl Values {
+    /// Torque of a point without offset and error of the inertia, newton metre.
+    fn torque_nm(&self, point: &Point) -> f32 {
+        point.torque_nm - self.offset_nm - self.inertia * point.inertia_nm
+    }
 }
 
 impl Hypothesis {
@@ -235,6 +250,8 @@ impl Hypothesis {
             cable: calibration.cable_rad_per_nm
                 + calibration.cable_sigma_rad_per_nm
                     * (calibration.correlation * x[FACTOR] + rest * x[CABLE]),
+            creep: prior.creep[0] + prior.creep[1] * x[CREEP],
+            inertia: prior.inertia_share * x[INERTIA],
         }
     }
 
@@ -255,7 +272,7 @@ impl Hypothesis {
         x[RADIUS] = x[RADIUS]
             .max(low)
             .min(((RADIUS_MAX_M - radius) / sigma).max(low));
-        for unknown in [OFFSET, ONSET, FACTOR, CABLE] {
+        for unknown in [OFFSET, ONSET, FACTOR, CABLE, CREEP, INERTIA] {
             x[unknown] = x[unknown].clamp(-6.0, 6.0);
         }
         // A factor near zero would be a motor that does nothing.
@@ -318,7 +335,7 @@ impl Hypothesis {
             .zip(&mut pass.rotation)
             .zip(&mut pass.compliance)
         {
-            let torque_nm = values.factor * (point.torque_nm - values.offset_nm);
+            let torque_nm = values.factor * values.torque_nm(point);
             if torque_nm <= onset.torque_nm {
                 // Noise took the torque below that of the contact: the path's tangent goes on.
                 *rotation = at_onset * (torque_nm - onset.torque_nm);
@@ -345,8 +362,8 @@ impl Hypothesis {
         rotation: f32,
         compliance: f32,
     ) -> (f32, f32, f32) {
-        let excess = point.torque_nm - values.offset_nm - contact_torque_nm / values.factor;
-        let twist = values.cable * excess;
+        let excess = values.torque_nm(point) - contact_torque_nm / values.factor;
+        let twist = values.cable * (excess + values.creep * point.late_nm);
         let slope = values.factor * compliance + values.cable;
         let measured =
             data.origin_rad - values.onset_rad + point.counts * data.drivetrain.rad_per_count;
@@ -524,7 +541,7 @@ impl Hypothesis {
             };
             let (residual, variance, slope) =
                 Self::residual(data, point, values, onset.torque_nm, rotation, compliance);
-            let torque = point.torque_nm - values.offset_nm;
+            let torque = values.torque_nm(point);
             let excess = torque - onset.torque_nm / values.factor;
             let derivative = |pass: &Option<Pass>, step: f32| {
                 pass.as_ref()
@@ -539,10 +556,14 @@ impl Hypothesis {
             slopes[OFFSET] = -slope * prior.offset_sigma_nm;
             slopes[ONSET] = prior.onset_rad.1;
             let cable_sigma = calibration.cable_sigma_rad_per_nm;
-            slopes[FACTOR] =
-                by_factor * calibration.torque_factor * calibration.torque_factor_sigma
-                    + excess * cable_sigma * calibration.correlation;
-            slopes[CABLE] = excess * cable_sigma * rest;
+            slopes[FACTOR] = by_factor
+                * calibration.torque_factor
+                * calibration.torque_factor_sigma
+                + (excess + values.creep * point.late_nm) * cable_sigma * calibration.correlation;
+            let late = values.creep * point.late_nm;
+            slopes[CABLE] = (excess + late) * cable_sigma * rest;
+            slopes[INERTIA] = -slope * point.inertia_nm * prior.inertia_share;
+            slopes[CREEP] = values.cable * point.late_nm * prior.creep[1];
             normal.add(residual, &slopes, 1.0 / variance);
         }
         for (unknown, &value) in self.x.iter().enumerate() {

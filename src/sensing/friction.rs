@@ -150,20 +150,36 @@ impl Friction {
         }
     }
 
-    /// As [`Friction::at`], beyond the ends of the travel the value at the end.
-    pub fn near(&self, drive: Drive, counts: i32) -> Option<f32> {
+    /// As [`Friction::at`]; beyond the end of the record it is continued with the period of the worm, `period_counts`,
+    /// drifting on as it did over the last period (0: as at the end). With it how far that was, counts.
+    pub fn beyond(&self, drive: Drive, counts: i32, period_counts: u32) -> Option<(f32, f32)> {
+        if let Some(torque) = self.at(drive, counts) {
+            return Some((torque, 0.0));
+        }
         let track = self.track(drive)?;
-        let inside = counts.min(self.travel_counts.wrapping_sub(1)).max(0);
-        self.at(drive, inside).or_else(|| {
-            let index = self.index(inside)?;
-            // The nearest bin with a value.
-            (1..BINS).find_map(|away| {
-                index
-                    .checked_sub(away)
-                    .and_then(|i| track.bin(i))
-                    .or_else(|| track.bin(index + away))
-            })
-        })
+        let last = (0..BINS).rev().find(|&index| track.bin(index).is_some())?;
+        let end = track.bin(last)?;
+        let end_counts = (last as f32 + 0.5) * self.bin_counts();
+        let excess = counts as f32 - end_counts;
+        if excess <= 0.0 {
+            // Before the record's beginning, where the motion was not steady yet.
+            let first = (0..BINS).find_map(|index| track.bin(index))?;
+            return Some((first, 0.0));
+        }
+        let period = period_counts as f32;
+        // Rounded up by hand: `core` has no ceil for the chip. A share beyond any count saturates.
+        let share = excess / period;
+        let whole = share as u32 as f32;
+        let periods = if whole < share { whole + 1.0 } else { whole };
+        if period_counts > 0 && periods < 4.0 {
+            let back = counts as f32 - periods * period;
+            let base = self.at(drive, back as i32);
+            let before = self.at(drive, (end_counts - period) as i32);
+            if let (Some(base), Some(before)) = (base, before) {
+                return Some((base + periods * (end - before), excess));
+            }
+        }
+        Some((end, excess))
     }
 
     /// Standard deviation of the friction over the travel, newton metre: how far it may be from the value at the end

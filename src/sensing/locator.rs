@@ -140,7 +140,11 @@ impl Locator {
         prior: &Prior,
         near: &F::Configuration,
     ) {
-        let Some(slope) = curve::slope(data.points.iter(), f32::NEG_INFINITY, f32::INFINITY) else {
+        let Some(slope) = curve::slope(
+            data.points.iter(),
+            f32::NEG_INFINITY,
+            data.drivetrain.creep[0],
+        ) else {
             return;
         };
         self.slope = Some(slope);

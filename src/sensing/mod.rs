@@ -24,7 +24,7 @@ pub mod settings;
 pub mod step;
 
 pub use crate::sample::{self, Drive, Sample};
-pub use calibration::{Calibration, Nominal, Refusal};
+pub use calibration::{Calibration, Refusal};
 pub use drivetrain::Drivetrain;
 pub use event::{Event, NotLocated};
 pub use friction::Friction;

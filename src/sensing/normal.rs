@@ -51,6 +51,7 @@ impl<const P: usize> Normal<P> {
     }
 
     /// Factors the matrix, its diagonal raised by `damping` times itself. None unless it is positive definite.
+    #[expect(clippy::needless_range_loop, reason = "a triangle of two matrices")]
     pub fn factor(&self, damping: f32) -> Option<Factor<P>> {
         let mut lower = [[0.0; P]; P];
         for row in 0..P {
@@ -83,6 +84,7 @@ impl<const P: usize> Normal<P> {
 
 impl<const P: usize> Factor<P> {
     /// Solves for a right-hand side.
+    #[expect(clippy::needless_range_loop, reason = "a triangle of two matrices")]
     fn solve(&self, mut x: [f32; P]) -> [f32; P] {
         for row in 0..P {
             let mut sum = x[row];

@@ -39,17 +39,30 @@ const NO_HELP: f32 = 0.93;
 const VAGUE: f32 = 0.25;
 /// A location is reported anew when its deviation has shrunk by this factor.
 const SHARPER: f32 = 0.75;
-/// Systematic error of the cable's twist that a press does not show (creep differs with the rate), as a share.
-const PRESS_SHARE: f32 = 0.01;
+/// Systematic error of the cable's twist that a press does not show (how much it creeps), as a share.
+const PRESS_SHARE: f32 = 0.005;
+/// Error of the friction beyond the record, continued periodically, as a share of its unevenness within (R, chosen).
+const UNSURE_BEYOND: f32 = 0.15;
+/// How much the closing stop may yield, radian per newton metre (R, chosen): it counts as cable.
+const STOP_YIELD_RAD_PER_NM: f32 = 4e-3;
+/// A contact is lost when the torque falls by this share of itself and this many deviations of a block.
+const LOST_SHARE: f32 = 0.03;
+const LOST_SIGMAS: f32 = 8.0;
 /// Share of the record's bins that a recording must fill.
 const COVERAGE: f32 = 0.6;
 
 /// A block as it is remembered.
 #[derive(Clone, Copy, Debug)]
 struct Past<R> {
+    time_us: u64,
     counts: i32,
     width_counts: u32,
     residual_nm: f32,
+    /// How far beyond the friction record, counts.
+    beyond_counts: f32,
+    /// As in [`Block`].
+    inertia_nm: f32,
+    overspeed: f32,
     reading: R,
 }
 
@@ -62,16 +75,33 @@ struct Touching<R> {
     level_nm: f32,
     level_sigma_nm: f32,
     noise_nm2_counts: f32,
+    /// How uneven the friction is over the travel, newton metre of motor torque.
+    unevenness_nm: f32,
     onset_rad: f32,
     reading: R,
     blocks: u8,
     torque_nm: f32,
+    /// The torque as the cable's creep feels it, and when it was last brought up to date.
+    late_nm: f32,
+    late_us: u64,
+    /// The last block: it joins the curve when its neighbour has told its acceleration.
+    waiting: Past<R>,
     /// Torque and deviation when it was last asked whether more torque helps.
     asked: (f32, f32),
     reported: Reported,
     /// Steps left after the motion ended; None while it goes on.
     last_steps: Option<u8>,
     settled: bool,
+}
+
+impl<R> Touching<R> {
+    /// No more is to come; the last word is due.
+    fn end(&mut self) {
+        if self.last_steps.is_none() {
+            self.locator.refresh();
+            self.last_steps = Some(LAST_STEPS);
+        }
+    }
 }
 
 /// What was said last.
@@ -243,14 +273,18 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             // What comes after the finger has opened is another closing.
             _ if block.drive != Drive::Closing => self.done = false,
             _ if self.done => {}
-            _ => match self.touching.take() {
-                Some(mut touching) if touching.last_steps.is_none() => {
-                    self.press(&mut touching, block);
-                    self.touching = Some(touching);
+            _ => {
+                let past = self.past(block);
+                match (self.touching.take(), past) {
+                    (Some(mut touching), Some(past)) if touching.last_steps.is_none() => {
+                        self.press(&mut touching, &past);
+                        self.touching = Some(touching);
+                    }
+                    (Some(touching), _) => self.touching = Some(touching),
+                    (None, Some(past)) => self.search(block, past),
+                    (None, None) => {}
                 }
-                Some(touching) => self.touching = Some(touching),
-                None => self.search(block),
-            },
+            }
         }
     }
 
@@ -264,11 +298,8 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
     }
 
     fn end_motion(&mut self) {
-        if let Some(touching) = &mut self.touching
-            && touching.last_steps.is_none()
-        {
-            touching.locator.refresh();
-            touching.last_steps = Some(LAST_STEPS);
+        if let Some(touching) = &mut self.touching {
+            touching.end();
         }
     }
 
@@ -292,22 +323,32 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         }
     }
 
-    /// Residual of the record at a block.
-    fn residual_nm(&self, block: &Block) -> Option<f32> {
+    /// A block with the residual of the record.
+    fn past(&self, block: &Block) -> Option<Past<H::Reading>> {
         let friction = self.friction.as_ref()?;
-        let torque_nm = if self.directive == Directive::CalibrateCable || self.touching.is_some() {
-            friction.near(block.drive, block.counts)?
-        } else {
-            friction.at(block.drive, block.counts)?
-        };
-        Some(block.drive_torque_nm - torque_nm).filter(|residual| residual.is_finite())
+        let (torque_nm, beyond_counts) =
+            if self.directive == Directive::CalibrateCable || self.touching.is_some() {
+                let period_counts = self.drivetrain.counts_per_worm_turn;
+                friction.beyond(block.drive, block.counts, period_counts)?
+            } else {
+                (friction.at(block.drive, block.counts)?, 0.0)
+            };
+        Some(Past {
+            time_us: block.time_us,
+            counts: block.counts,
+            width_counts: block.width_counts,
+            residual_nm: block.drive_torque_nm - torque_nm,
+            beyond_counts,
+            inertia_nm: block.inertia_nm,
+            overspeed: block.overspeed,
+            reading: self.reading,
+        })
+        .filter(|past| past.residual_nm.is_finite())
     }
 
     /// Nothing felt yet.
-    fn search(&mut self, block: &Block) {
-        let Some(residual_nm) = self.residual_nm(block) else {
-            return;
-        };
+    fn search(&mut self, block: &Block, past: Past<H::Reading>) {
+        let residual_nm = past.residual_nm;
         let Some(friction) = &self.friction else {
             return;
         };
@@ -324,12 +365,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         if self.history.is_full() {
             self.history.pop_front();
         }
-        let _ = self.history.push_back(Past {
-            counts: block.counts,
-            width_counts: block.width_counts,
-            residual_nm,
-            reading: self.reading,
-        });
+        let _ = self.history.push_back(past);
         let settings = &self.settings;
         let detector = self.detector.get_or_insert_with(|| {
             let blocks = friction.travel_counts as f32 / block.width_counts.max(1) as f32;
@@ -344,10 +380,14 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         match finding {
             Finding::Free => {}
             Finding::Stale { misfit_nm } => {
-                if !self.stale_told {
+                if !self.stale_told && self.directive != Directive::CalibrateCable {
                     self.stale_told = true;
                     self.tell(Event::FrictionStale { misfit_nm });
                 }
+            }
+            // Beyond the record, on the way to the stop, friction may well be less.
+            Finding::Softer { .. } if self.directive == Directive::CalibrateCable => {
+                self.detector = None;
             }
             Finding::Softer { .. } => {
                 self.done = true;
@@ -388,22 +428,25 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             level_nm: level.0,
             level_sigma_nm: sqrt(level.1.max(0.0)),
             noise_nm2_counts: noise,
+            unevenness_nm: self
+                .friction
+                .as_ref()
+                .and_then(|friction| friction.unevenness_nm(block.drive))
+                .unwrap_or(0.0),
             onset_rad: self.drivetrain.angle_rad(onset.counts),
             reading: onset.reading,
             blocks: 0,
             torque_nm: 0.0,
+            late_nm: 0.0,
+            late_us: onset.time_us,
+            waiting: onset,
             asked: (0.0, f32::INFINITY),
             reported: Reported::Nothing,
             last_steps: None,
             settled: false,
         };
-        for past in self.history.iter().skip(first) {
-            self.add(
-                &mut touching,
-                past.counts,
-                past.width_counts,
-                past.residual_nm,
-            );
+        for past in self.history.iter().skip(first + 1) {
+            self.add(&mut touching, past);
         }
         self.history.clear();
         self.detector = None;
@@ -415,41 +458,59 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         self.touching = Some(touching);
     }
 
-    /// Adds a block to the curve.
-    fn add(
-        &self,
-        touching: &mut Touching<H::Reading>,
-        counts: i32,
-        width_counts: u32,
-        residual_nm: f32,
-    ) {
-        let efficiency = self.drivetrain.efficiency;
+    /// Adds a block to the curve: the one before it, that is. A block's own acceleration is half that since the block
+    /// before and half that to the one after.
+    fn add(&self, touching: &mut Touching<H::Reading>, next: &Past<H::Reading>) {
+        let mut past = core::mem::replace(&mut touching.waiting, *next);
+        past.residual_nm += 0.5 * (past.inertia_nm - next.inertia_nm);
+        let drivetrain = &self.drivetrain;
+        let efficiency =
+            drivetrain.efficiency * (1.0 + drivetrain.efficiency_per_speed * past.overspeed);
         let free_nm = self
             .finger
-            .free_at_angle(self.drivetrain.angle_rad(counts), &self.posture)
+            .free_at_angle(drivetrain.angle_rad(past.counts), &self.posture)
             .map_or(0.0, |free| free.torque_nm);
-        let excess_nm = efficiency * (residual_nm - touching.level_nm);
+        let excess_nm = efficiency * (past.residual_nm - touching.level_nm);
         let torque_nm = excess_nm + free_nm / self.calibration.torque_factor;
-        let variance =
-            efficiency * efficiency * touching.noise_nm2_counts / width_counts.max(1) as f32;
-        touching.curve.push(counts, torque_nm, variance);
+        let elapsed_s = past.time_us.saturating_sub(touching.late_us) as f32 * 1e-6;
+        touching.late_us = past.time_us;
+        touching.late_nm +=
+            (elapsed_s / drivetrain.creep_s).min(1.0) * (excess_nm - touching.late_nm);
+        let mut noise = touching.noise_nm2_counts;
+        if past.beyond_counts > 0.0 {
+            // Wrong for a good part of a period in the same direction.
+            let unevenness_nm = UNSURE_BEYOND * touching.unevenness_nm;
+            noise += unevenness_nm * unevenness_nm * 0.25 * drivetrain.counts_per_worm_turn as f32;
+        }
+        let variance = efficiency * efficiency * noise / past.width_counts.max(1) as f32;
+        touching.curve.push(
+            past.counts,
+            Point {
+                torque_nm,
+                late_nm: touching.late_nm,
+                inertia_nm: 0.5 * efficiency * (past.inertia_nm + next.inertia_nm),
+                variance_nm2: variance,
+                ..Point::default()
+            },
+        );
         touching.torque_nm = excess_nm;
     }
 
+    /// Whether the torque has fallen: the finger slid off, or the object gave way. What comes after is another contact.
+    fn is_lost(&self, touching: &Touching<H::Reading>, past: &Past<H::Reading>) -> bool {
+        let efficiency = self.drivetrain.efficiency;
+        let torque_nm = efficiency * (past.residual_nm - touching.level_nm);
+        let block = efficiency * sqrt(touching.noise_nm2_counts / past.width_counts.max(1) as f32);
+        touching.torque_nm - torque_nm > LOST_SHARE * touching.torque_nm + LOST_SIGMAS * block
+    }
+
     /// The contact goes on.
-    fn press(&mut self, touching: &mut Touching<H::Reading>, block: &Block) {
-        let Some(friction) = &self.friction else {
+    fn press(&mut self, touching: &mut Touching<H::Reading>, past: &Past<H::Reading>) {
+        if self.is_lost(touching, past) {
+            touching.end();
             return;
-        };
-        let Some(torque_nm) = friction.near(block.drive, block.counts) else {
-            return;
-        };
-        self.add(
-            touching,
-            block.counts,
-            block.width_counts,
-            block.drive_torque_nm - torque_nm,
-        );
+        }
+        self.add(touching, past);
         touching.blocks = touching.blocks.saturating_add(1);
         if touching.blocks < BLOCKS_PER_STEP || self.directive == Directive::CalibrateCable {
             return;
@@ -477,6 +538,8 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             offset_sigma_nm: self.drivetrain.efficiency * touching.level_sigma_nm,
             onset_rad: (touching.onset_rad, ONSET_SIGMA_RAD),
             calibration: self.calibration,
+            creep: self.drivetrain.creep,
+            inertia_share: self.drivetrain.inertia_share,
         }
     }
 
@@ -762,24 +825,28 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
     }
 
     fn learn_from_press(&self, touching: &Touching<H::Reading>) -> Result<Calibration, Refusal> {
-        let friction = self.friction.as_ref().ok_or(Refusal::TooFewSamples)?;
         let top_nm = touching
             .curve
             .last()
             .ok_or(Refusal::TooFewSamples)?
             .torque_nm;
         // The foot of the curve is where gears and cable settle.
-        let slope = curve::slope(touching.curve.points(), 0.2 * top_nm, f32::INFINITY)
-            .filter(|slope| slope.points >= LEAST_POINTS as u16)
-            .ok_or(Refusal::TooFewSamples)?;
+        let slope = curve::slope(
+            touching.curve.points(),
+            0.2 * top_nm,
+            self.drivetrain.creep[0],
+        )
+        .filter(|slope| slope.points >= LEAST_POINTS as u16)
+        .ok_or(Refusal::TooFewSamples)?;
         let rad_per_nm = slope.counts_per_nm * self.drivetrain.rad_per_count;
-        // Friction beyond the record may rise or fall over the press by as much as it does within it.
-        let unevenness_nm =
-            self.drivetrain.efficiency * friction.unevenness_nm(Drive::Closing).unwrap_or(0.0);
+        // Friction beyond the record, where the stop is, is continued; its error may tilt the line.
+        let unevenness_nm = UNSURE_BEYOND * self.drivetrain.efficiency * touching.unevenness_nm;
         let share = unevenness_nm / top_nm;
         let noise = slope.sigma_counts_per_nm * self.drivetrain.rad_per_count;
         let sigma = sqrt(
-            noise * noise + rad_per_nm * rad_per_nm * (share * share + PRESS_SHARE * PRESS_SHARE),
+            noise * noise
+                + rad_per_nm * rad_per_nm * (share * share + PRESS_SHARE * PRESS_SHARE)
+                + STOP_YIELD_RAD_PER_NM * STOP_YIELD_RAD_PER_NM,
         );
         self.calibration.with_press(rad_per_nm, sigma)
     }

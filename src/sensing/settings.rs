@@ -29,7 +29,8 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             speed_rad_per_s: 0.3,
-            speed_tolerance: 0.1,
+            // A stiff contact takes a tenth of the speed; beyond twice that the friction is another.
+            speed_tolerance: 0.2,
             settle_us: 60_000,
             travel_rad: 1.5,
             false_alarms_per_closing: 1e-4,

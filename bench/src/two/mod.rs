@@ -164,9 +164,4 @@ pub const CANDIDATES: &[Candidate<TwoPhalanges, Roots>] = &[
         run: published::f64_libm,
         chosen: None,
     },
-    Candidate {
-        name: "nalgebra_numeris_f64_micromath",
-        run: published::f64_micromath,
-        chosen: None,
-    },
 ];

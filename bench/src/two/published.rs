@@ -55,7 +55,3 @@ published!(
     /// f64 throughout, libm's cosine.
     f64_libm, f64, 1e-12, |x: f32| libm::cos(f64::from(x))
 );
-published!(
-    /// f64 throughout but for micromath's cosine, which has no f64.
-    f64_micromath, f64, 1e-12, |x: f32| f64::from(F32Ext::cos(x))
-);

@@ -205,6 +205,11 @@ impl<'f> Machine<'f> {
         &self.chip().world
     }
 
+    /// Changes how the log is read from now on.
+    pub fn set_reader(&mut self, reader: Reader) {
+        self.rtt.reader = reader;
+    }
+
     /// Presses or releases the user button.
     pub fn button(&mut self, pressed: bool) {
         self.chip_mut().button(pressed);

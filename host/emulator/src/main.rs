@@ -12,7 +12,9 @@ use clap::Parser;
 #[command(name = "palpate-emulator", version)]
 enum Command {
     /// Close the simulated finger on an object and print the log
-    Sim(command::sim::Options),
+    Sim(Box<command::sim::Options>),
+    /// Inject every fault into the running firmware and print what came of it
+    Faults(command::faults::Options),
     /// Run an image to its own end and count the instructions of its functions
     Count(command::count::Options),
 }
@@ -20,6 +22,7 @@ enum Command {
 fn main() -> ExitCode {
     let result = match Command::parse() {
         Command::Sim(options) => command::sim::run(&options),
+        Command::Faults(options) => command::faults::run(&options),
         Command::Count(options) => command::count::run(&options),
     };
     result.unwrap_or_else(|error| {

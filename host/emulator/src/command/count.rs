@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use palpate_emulator::cortex::account::Cost;
+use palpate_emulator::cortex::account::{Calls, Cost};
 use palpate_emulator::time::TICKS_PER_MS;
 use palpate_emulator::{Error, Firmware, Machine, Pause, Setup};
 use serde_json::{Value, json};
@@ -30,10 +30,43 @@ fn cost(cost: Cost) -> Value {
     })
 }
 
+fn calls(name: &str, address: Option<u32>, calls: &Calls) -> Value {
+    json!({
+        "type": "calls", "function": name, "address": address, "calls": calls.count,
+        "total": cost(calls.total), "max": cost(calls.max),
+    })
+}
+
+/// Prints what watched functions and exception handlers cost, one JSON object a line, and the run as a whole.
+pub fn books(firmware: &Firmware, watch: &[String], machine: &Machine<'_>) {
+    let account = machine.account();
+    // Watches are numbered in this order.
+    let watched = watch.iter().flat_map(|part| firmware.functions(part));
+    for (function, (name, counted)) in watched.zip(account.functions()) {
+        if counted.count > 0 {
+            println!("{}", calls(name, Some(function.address), counted));
+        }
+    }
+    for (number, counted) in account.exceptions() {
+        println!("{}", calls(&format!("exception {number}"), None, counted));
+    }
+    println!(
+        "{}",
+        json!({
+            "type": "run", "emulated_s": machine.time_s(), "total": cost(account.total()),
+            "stack_bytes": machine.stack_used(),
+        })
+    );
+}
+
 /// Runs it; prints JSON objects, one a line: log lines, then the counted functions.
 pub fn run(options: &Options) -> Result<ExitCode, Error> {
     let firmware = Firmware::load(&options.elf)?;
-    let setup = Setup { count_instructions: true, watch: options.watch.clone(), ..Setup::default() };
+    let setup = Setup {
+        count_instructions: true,
+        watch: options.watch.clone(),
+        ..Setup::default()
+    };
     let mut machine = Machine::new(&firmware, None, &setup)?;
     let code = loop {
         let until = machine.now() + 10 * TICKS_PER_MS;
@@ -50,21 +83,17 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
             _ => break None,
         }
     };
-    // Watches are numbered in this order.
-    let watched = options.watch.iter().flat_map(|part| firmware.functions(part));
-    for (function, (name, calls)) in watched.zip(machine.account().functions()) {
-        if calls.count > 0 {
-            println!(
-                "{}",
-                json!({
-                    "type": "calls", "function": name, "address": function.address, "calls": calls.count,
-                    "total": cost(calls.total), "max": cost(calls.max),
-                })
-            );
-        }
-    }
+    books(&firmware, &options.watch, &machine);
     if code.is_none() {
-        eprintln!("error: the image did not end itself within {} s, at {}", options.max_s, machine.position());
+        eprintln!(
+            "error: the image did not end itself within {} s, at {}",
+            options.max_s,
+            machine.position()
+        );
     }
-    Ok(if code == Some(0) { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(if code == Some(0) {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
 }

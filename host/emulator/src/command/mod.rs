@@ -2,6 +2,7 @@
 //! The commands of the program.
 
 pub mod count;
+pub mod faults;
 pub mod sim;
 
 use std::process::ExitCode;

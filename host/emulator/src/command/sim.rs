@@ -8,7 +8,9 @@ use std::time::Instant;
 
 use clap::Args;
 use palpate_emulator::firmware::default_path;
-use palpate_emulator::sim::{Object, Scene, Script, Session, Settings, Summary, Trace, event_json};
+use palpate_emulator::sim::{
+    Injected, Object, Scene, Script, Session, Settings, Summary, Trace, event_json,
+};
 use palpate_emulator::{Error, Firmware, Setup};
 use palpate_plant::Parameters;
 
@@ -54,9 +56,15 @@ pub struct Options {
     /// Typed instead of pressing the button, separated by semicolons, each when the motion before it has ended
     #[arg(long, value_name = "COMMANDS")]
     commands: Option<String>,
+    /// Injects a fault: NAME or NAME@SECONDS
+    #[arg(long, value_name = "NAME[@TIME_S]")]
+    fault: Option<Injected>,
     /// Simulated seconds after which the run is given up
     #[arg(long, value_name = "S", default_value_t = 120.0, value_parser = positive)]
     max_s: f64,
+    /// Counts the calls of functions with this in their names; also says what interrupts and the whole run cost (JSON)
+    #[arg(long, value_name = "PART")]
+    watch: Vec<String>,
 }
 
 fn finite(text: &str) -> Result<f64, String> {
@@ -102,7 +110,10 @@ fn settings(options: &Options) -> Result<Settings, Error> {
             .map_or_else(Script::button, Script::parse),
         seed: options.seed,
         max_s: options.max_s,
-        setup: Setup::default(),
+        setup: Setup {
+            watch: options.watch.clone(),
+            ..Setup::default()
+        },
     })
 }
 
@@ -122,8 +133,12 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
     let mut printed = 0;
     let mut progress = Progress::new();
     let mut result = Ok(());
+    let mut fault = options.fault;
     while result.is_ok() && !session.over() {
         result = session.millisecond();
+        if let Some(injected) = due(&mut fault, session.machine.time_s()) {
+            result = result.and_then(|()| session.inject(injected.fault));
+        }
         if printed < session.lines.len() {
             progress.clear();
             printed = print(&session, printed, options.json);
@@ -140,6 +155,9 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
     result?;
     let summary = Summary::of(&session);
     let wall_s = start.elapsed().as_secs_f64();
+    if !options.watch.is_empty() {
+        super::count::books(&firmware, &options.watch, &session.machine);
+    }
     if options.json {
         println!("{}", summary.json(wall_s));
     } else {
@@ -160,6 +178,11 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
     } else {
         ExitCode::FAILURE
     })
+}
+
+/// The fault, once, when its time has come.
+fn due(fault: &mut Option<Injected>, time_s: f64) -> Option<Injected> {
+    fault.take_if(|fault| fault.at_s <= time_s)
 }
 
 fn print(session: &Session<'_>, from: usize, json: bool) -> usize {

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! Simulated grasps: what is in the finger's way, what the firmware is told to do, and what it says about it.
 
+mod fault;
 mod grasp;
 mod script;
 mod session;
 mod summary;
 mod trace;
 
+pub use fault::{FAULTS, Fault, Injected, Judgement, judge};
 pub use grasp::{Object, Scene};
 pub use script::{Script, Step};
 pub use session::{Session, Settings, end_of};

@@ -3,6 +3,7 @@
 use palpate_bench::candidate::Candidate;
 use palpate_bench::function::{self, Angle};
 use palpate_bench::rows::{self, Reference};
+use palpate_bench::step::{self, Step};
 use palpate_bench::task::{Bits, Task, Visitor, checksum};
 use palpate_bench::{task, three, two};
 
@@ -114,6 +115,27 @@ fn places<I>(
     gathered.summary("% of the phalanx")
 }
 
+/// The place that a finite step came from, in % of the phalanx's length. Other places that explain the same step are no
+/// mistake: they are not counted.
+fn stepped<D, T>(
+    candidate: &Candidate<Step<T>, [f32; 2]>,
+    rows: &[(step::Row<D>, f64)],
+    ready: fn(&step::Row<D>) -> Option<Step<T>>,
+) -> Error {
+    let mut gathered = Gathered::default();
+    for (row, k) in rows {
+        let Some(input) = ready(row) else { continue };
+        let found = (candidate.run)(&input).map(f64::from);
+        let nearest = found
+            .into_iter()
+            .filter(|k| k.is_finite())
+            .map(|found| (found - k).abs())
+            .fold(f64::INFINITY, f64::min);
+        gathered.add(100.0 * nearest / f64::from(row.l[1]), false);
+    }
+    gathered.summary("% of the phalanx")
+}
+
 /// Points of a sweep.
 const SWEEP: u32 = 100_000;
 
@@ -184,6 +206,16 @@ fn errors(task: &str, at: usize) -> Error {
             rows::THREE,
             three::ThreePhalanges::length,
         ),
+        "k2_2p_step" => stepped(
+            &step::by_linkage::CANDIDATES[at],
+            rows::STEPS,
+            step::linkage,
+        ),
+        "k2_2p_step_tendon" => stepped(
+            &step::by_tendon::CANDIDATES[at],
+            rows::STEPS_TENDON,
+            step::tendon,
+        ),
         "sqrt" => sweep(
             &function::SQRT[at],
             number,
@@ -217,7 +249,7 @@ fn errors(task: &str, at: usize) -> Error {
 struct Judge(Vec<Judged>);
 
 impl Visitor for Judge {
-    fn task<I, O: Bits>(&mut self, task: &Task<I, O>) {
+    fn task<I, O: Bits>(&mut self, task: &Task<'_, I, O>) {
         for (at, candidate) in task.candidates.iter().enumerate() {
             self.0.push(Judged {
                 task: task.name,

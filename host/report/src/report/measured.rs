@@ -20,11 +20,13 @@ enum Record {
     Line {
         text: String,
     },
+    /// A watched function, or an exception handler, which has no address.
     Calls {
-        address: u64,
+        address: Option<u64>,
         calls: u64,
         total: Counted,
     },
+    Run {},
 }
 
 /// A candidate on the chip.
@@ -51,7 +53,7 @@ pub fn read(path: &Path) -> Result<Vec<Measured>> {
         match serde_json::from_str(line)? {
             Record::Line { text } => lines.push(text),
             Record::Calls {
-                address,
+                address: Some(address),
                 calls,
                 total,
             } => {
@@ -61,6 +63,7 @@ pub fn read(path: &Path) -> Result<Vec<Measured>> {
                     (mean(total.cycles_low), mean(total.cycles_high)),
                 );
             }
+            Record::Calls { .. } | Record::Run {} => {}
         }
     }
     if !lines.iter().any(|line| line == "bench done") {

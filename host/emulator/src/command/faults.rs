@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! `faults`: every fault into the running firmware, as a table.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use clap::Args;
+use palpate_emulator::firmware::default_path;
+use palpate_emulator::sim::{FAULTS, Injected, Judgement, Object, Settings, judge};
+use palpate_emulator::{Error, Firmware};
+use serde_json::json;
+
+/// Options of `faults`.
+#[derive(Args)]
+pub struct Options {
+    /// Firmware image, built with the feature `fault-injection`
+    #[arg(long, default_value_os_t = default_path())]
+    elf: PathBuf,
+    /// Only this one: NAME or NAME@SECONDS
+    #[arg(long, value_name = "NAME[@TIME_S]")]
+    fault: Vec<Injected>,
+    /// Of the simulated noise
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// One JSON object a line
+    #[arg(long)]
+    json: bool,
+}
+
+/// A run with or without a fault, and what came of it.
+type Row = (Option<Injected>, Result<Judgement, Error>);
+
+/// Runs them all.
+pub fn run(options: &Options) -> Result<ExitCode, Error> {
+    let firmware = Firmware::load(&options.elf)?;
+    let every = || {
+        FAULTS.iter().map(|fault| Injected {
+            fault,
+            at_s: fault.at_s,
+        })
+    };
+    let wanted: Vec<Injected> = if options.fault.is_empty() {
+        every().collect()
+    } else {
+        options.fault.clone()
+    };
+    // The healthy run with the same seed comes first.
+    let runs: Vec<Option<Injected>> = std::iter::once(None)
+        .chain(wanted.into_iter().map(Some))
+        .collect();
+    if !options.json {
+        println!(
+            "{:<16} {:<18} {:>10} {:>10}  {:<4} detected by",
+            "fault", "reported", "off_us", "limit_us", ""
+        );
+    }
+    let all_passed = parallel(&firmware, options, &runs);
+    Ok(if all_passed {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
+}
+
+/// Runs on all cores, prints in order. True if all passed.
+fn parallel(firmware: &Firmware, options: &Options, runs: &[Option<Injected>]) -> bool {
+    let next = AtomicUsize::new(0);
+    let printer = Mutex::new(Printer {
+        json: options.json,
+        rows: runs.iter().map(|_| None).collect(),
+        next: 0,
+        passed: true,
+    });
+    let workers = std::thread::available_parallelism()
+        .map_or(1, usize::from)
+        .min(runs.len());
+    std::thread::scope(|scope| {
+        for _ in 0..workers {
+            scope.spawn(|| {
+                loop {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(&injected) = runs.get(index) else {
+                        break;
+                    };
+                    let outcome = judge(firmware, settings(options.seed), injected);
+                    if let Ok(mut printer) = printer.lock() {
+                        printer.take(index, (injected, outcome));
+                    }
+                }
+            });
+        }
+    });
+    printer
+        .into_inner()
+        .is_ok_and(|printer| printer.passed && printer.next == runs.len())
+}
+
+fn settings(seed: u64) -> Settings {
+    let object = Object {
+        phalanx: 2,
+        contact_mm: 30.0,
+        diameter_mm: 10.0,
+        theta_1_deg: 45.0,
+    };
+    Settings {
+        object: Some(object),
+        seed,
+        max_s: 60.0,
+        ..Settings::default()
+    }
+}
+
+struct Printer {
+    json: bool,
+    rows: Vec<Option<Row>>,
+    next: usize,
+    passed: bool,
+}
+
+impl Printer {
+    fn take(&mut self, index: usize, row: Row) {
+        self.rows[index] = Some(row);
+        while let Some(row) = self.rows.get_mut(self.next).and_then(Option::take) {
+            self.next += 1;
+            self.print(&row);
+        }
+    }
+
+    fn print(&mut self, (injected, outcome): &Row) {
+        let name = injected.map_or("healthy", |i| i.fault.name);
+        let detected_by = injected.map_or("nothing", |i| i.fault.detected_by);
+        let limit_us = injected
+            .map(|i| i.fault.limit_us)
+            .filter(|&limit| limit > 0.0);
+        let (off_us, reported, failures) = match outcome {
+            Ok(verdict) => (
+                verdict.off_us,
+                verdict.reported.join(" "),
+                verdict.failures.clone(),
+            ),
+            Err(error) => (None, String::new(), vec![error.to_string()]),
+        };
+        let pass = failures.is_empty();
+        self.passed &= pass;
+        if self.json {
+            let reported = (!reported.is_empty()).then_some(&reported);
+            println!(
+                "{}",
+                json!({
+                    "type": "fault", "name": name, "detected_by": detected_by, "off_us": off_us,
+                    "limit_us": limit_us, "reported": reported, "pass": pass, "failures": failures,
+                })
+            );
+            return;
+        }
+        let number = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.1}"));
+        let mark = if pass { "ok" } else { "FAIL" };
+        println!(
+            "{name:<16} {reported:<18} {:>10} {:>10}  {mark:<4} {detected_by}",
+            number(off_us),
+            number(limit_us)
+        );
+        for failure in failures {
+            println!("{:16} {failure}", "");
+        }
+    }
+}

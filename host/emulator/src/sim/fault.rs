@@ -1,0 +1,461 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! Faults injected into a running firmware, and what has to come of each.
+
+use palpate_plant::Faults;
+
+use super::session::{Session, Settings};
+use crate::rtt::Reader;
+use crate::time::{self, TICKS_PER_MS, TICKS_PER_US, Ticks};
+use crate::world::Wires;
+use crate::{Error, Firmware, ResetCause};
+
+/// How a fault gets in.
+#[derive(Clone, Copy, Debug)]
+enum Injection {
+    /// Something breaks in finger, motor or encoder.
+    Plant(fn(&mut Faults)),
+    /// Something breaks between plant and chip; given the present current sense voltage.
+    Wires(fn(&mut Wires, f64)),
+    /// The firmware is told to fail: needs the feature `fault-injection`.
+    Command(&'static str),
+    /// The chip is reset.
+    Reset(ResetCause),
+    /// The log's reader changes, and comes back after this many simulated seconds.
+    Reader(Reader, f64),
+}
+
+/// A fault that can be injected.
+#[derive(Clone, Copy, Debug)]
+pub struct Fault {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// What finds it.
+    pub detected_by: &'static str,
+    /// Names of the faults that the firmware may report for it; none if it has to go on undisturbed.
+    pub reported: &'static [&'static str],
+    /// The bridge has to be off this long after the injection.
+    pub limit_us: f64,
+    /// When it is injected, unless told otherwise: in mid-motion, or before the first motion.
+    pub at_s: f64,
+    injection: Injection,
+}
+
+/// In the middle of the free closing that records friction.
+const MOVING_S: f64 = 7.0;
+/// A reading of the supply or the current is judged in the next control period and acted on in the same interrupt;
+/// what happens in a period is measured in the one after.
+const NEXT_PERIODS_US: f64 = 200.0;
+/// Back-EMF against encoder: 10 ms of contradiction, the observer's 1 ms, and slack for what counts back.
+const CONTRADICTION_US: f64 = 30_000.0;
+/// The watchdog at its oscillator's slowest, after the last report.
+const WATCHDOG_US: f64 = 118_500.0;
+/// A command on its way: the probe polls every millisecond, the console and the executor take their turn.
+const COMMAND_US: f64 = 50_000.0;
+
+/// Every fault.
+pub const FAULTS: &[Fault] = &[
+    Fault {
+        name: "over-current",
+        detected_by: "control interrupt, or the bridge's own limit through the timer break",
+        reported: &["over-current", "sense-saturated", "bridge"],
+        limit_us: NEXT_PERIODS_US,
+        at_s: MOVING_S,
+        injection: Injection::Plant(|faults| faults.winding_left = 0.1),
+    },
+    Fault {
+        name: "fault-pin",
+        detected_by: "timer break (hardware)",
+        reported: &["bridge"],
+        limit_us: 1.0,
+        at_s: MOVING_S,
+        injection: Injection::Wires(|wires, _| wires.fault_low = true),
+    },
+    Fault {
+        name: "supply-collapse",
+        detected_by: "control interrupt",
+        reported: &["supply-low", "bridge"],
+        limit_us: NEXT_PERIODS_US,
+        at_s: MOVING_S,
+        injection: Injection::Plant(|faults| faults.supply_v = Some(5.0)),
+    },
+    Fault {
+        name: "supply-surge",
+        detected_by: "control interrupt",
+        reported: &["supply-high"],
+        limit_us: NEXT_PERIODS_US,
+        at_s: MOVING_S,
+        injection: Injection::Plant(|faults| faults.supply_v = Some(20.0)),
+    },
+    Fault {
+        name: "encoder-a-cut",
+        detected_by: "control interrupt",
+        reported: &["encoder-stuck", "encoder-jump"],
+        limit_us: CONTRADICTION_US,
+        at_s: MOVING_S,
+        injection: Injection::Plant(|faults| faults.encoder.a_cut = true),
+    },
+    Fault {
+        name: "encoder-b-cut",
+        detected_by: "control interrupt",
+        reported: &["encoder-stuck", "encoder-jump"],
+        limit_us: CONTRADICTION_US,
+        at_s: MOVING_S,
+        injection: Injection::Plant(|faults| faults.encoder.b_cut = true),
+    },
+    Fault {
+        name: "encoder-cut",
+        detected_by: "control interrupt",
+        reported: &["encoder-stuck", "encoder-jump"],
+        limit_us: CONTRADICTION_US,
+        at_s: MOVING_S,
+        injection: Injection::Plant(|faults| {
+            faults.encoder.a_cut = true;
+            faults.encoder.b_cut = true;
+        }),
+    },
+    Fault {
+        name: "encoder-swapped",
+        detected_by: "control interrupt",
+        reported: &["encoder-reversed", "encoder-jump"],
+        limit_us: CONTRADICTION_US,
+        at_s: MOVING_S,
+        injection: Injection::Plant(|faults| faults.encoder.swapped = true),
+    },
+    Fault {
+        name: "encoder-noise",
+        detected_by: "control interrupt",
+        reported: &["encoder-jump", "encoder-stuck", "encoder-reversed"],
+        limit_us: CONTRADICTION_US,
+        at_s: MOVING_S,
+        injection: Injection::Plant(|faults| faults.encoder.storm_edges_per_s = 2e6),
+    },
+    Fault {
+        name: "adc-stuck-zero",
+        detected_by: "control interrupt",
+        reported: &["sense-stuck"],
+        limit_us: 5_000.0,
+        at_s: MOVING_S,
+        injection: Injection::Wires(|wires, _| wires.current_v = Some(0.0)),
+    },
+    Fault {
+        name: "adc-stuck-full",
+        detected_by: "control interrupt",
+        reported: &["sense-saturated", "over-current"],
+        limit_us: NEXT_PERIODS_US,
+        at_s: MOVING_S,
+        injection: Injection::Wires(|wires, _| wires.current_v = Some(3.3)),
+    },
+    Fault {
+        name: "adc-stuck-last",
+        detected_by: "control interrupt",
+        reported: &["sense-stuck"],
+        limit_us: 5_000.0,
+        at_s: MOVING_S,
+        injection: Injection::Wires(|wires, volts| wires.current_v = Some(volts)),
+    },
+    Fault {
+        name: "sense-offset",
+        detected_by: "offset measured at rest",
+        reported: &["offset-out-of-range"],
+        limit_us: 1_000_000.0,
+        at_s: 0.05,
+        injection: Injection::Plant(|faults| faults.sense_offset_a = 0.020),
+    },
+    Fault {
+        name: "stalled-rotor",
+        detected_by: "sequence",
+        reported: &["stall"],
+        limit_us: 1_000_000.0,
+        at_s: MOVING_S,
+        injection: Injection::Plant(|faults| faults.rotor_locked = true),
+    },
+    Fault {
+        name: "missing-stop",
+        detected_by: "sequence",
+        reported: &["state-timeout", "travel-limit"],
+        limit_us: 30_000_000.0,
+        at_s: 0.05,
+        injection: Injection::Plant(|faults| faults.stops_missing = true),
+    },
+    Fault {
+        name: "task-starved",
+        detected_by: "independent watchdog, or the samples that pile up",
+        reported: &["watchdog", "queue-overflow"],
+        limit_us: WATCHDOG_US + COMMAND_US,
+        at_s: MOVING_S,
+        injection: Injection::Command("inject starve-task"),
+    },
+    Fault {
+        name: "executor-hung",
+        detected_by: "independent watchdog",
+        reported: &["watchdog"],
+        limit_us: WATCHDOG_US + COMMAND_US,
+        at_s: MOVING_S,
+        injection: Injection::Command("inject hang"),
+    },
+    Fault {
+        name: "panic",
+        detected_by: "panic handler",
+        reported: &["panic"],
+        limit_us: COMMAND_US,
+        at_s: MOVING_S,
+        injection: Injection::Command("inject panic"),
+    },
+    Fault {
+        name: "bus-fault",
+        detected_by: "fault handler",
+        reported: &["hard-fault"],
+        limit_us: COMMAND_US,
+        at_s: MOVING_S,
+        injection: Injection::Command("inject hardfault"),
+    },
+    Fault {
+        name: "stack-overflow",
+        detected_by: "fault handler",
+        reported: &["stack-overflow"],
+        limit_us: COMMAND_US,
+        at_s: MOVING_S,
+        injection: Injection::Command("inject stack-overflow"),
+    },
+    Fault {
+        name: "brown-out",
+        detected_by: "reset",
+        reported: &["brown-out"],
+        limit_us: 1.0,
+        at_s: MOVING_S,
+        injection: Injection::Reset(ResetCause::BrownOut),
+    },
+    Fault {
+        name: "rtt-absent",
+        detected_by: "nothing: the log drops records",
+        reported: &[],
+        limit_us: 0.0,
+        at_s: 0.05,
+        injection: Injection::Reader(Reader::Absent, 10.0),
+    },
+    Fault {
+        name: "rtt-slow",
+        detected_by: "nothing: the log drops records",
+        reported: &[],
+        limit_us: 0.0,
+        at_s: 0.05,
+        injection: Injection::Reader(Reader::Slow(1), f64::INFINITY),
+    },
+];
+
+/// A fault with the moment of its injection.
+#[derive(Clone, Copy, Debug)]
+pub struct Injected {
+    /// What.
+    pub fault: &'static Fault,
+    /// When, in simulated seconds.
+    pub at_s: f64,
+}
+
+impl std::str::FromStr for Injected {
+    type Err = String;
+
+    /// `NAME` or `NAME@SECONDS`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (name, at) = text
+            .split_once('@')
+            .map_or((text, None), |(name, at)| (name, Some(at)));
+        let names = || {
+            FAULTS
+                .iter()
+                .map(|fault| fault.name)
+                .collect::<Vec<_>>()
+                .join(", ")
+        };
+        let fault = FAULTS.iter().find(|fault| fault.name == name);
+        let fault = fault.ok_or_else(|| format!("no fault '{name}'; there are {}", names()))?;
+        let at_s = match at {
+            None => fault.at_s,
+            Some(at) => match at.parse::<f64>() {
+                Ok(seconds) if seconds.is_finite() && seconds >= 0.0 => seconds,
+                _ => return Err(format!("'{at}' is no time in seconds")),
+            },
+        };
+        Ok(Self { fault, at_s })
+    }
+}
+
+impl Session<'_> {
+    /// Lets the fault happen now.
+    ///
+    /// # Errors
+    /// The engine fails.
+    pub fn inject(&mut self, fault: &Fault) -> Result<(), Error> {
+        match fault.injection {
+            Injection::Plant(change) => {
+                if let Some(plant) = self.machine.plant_mut() {
+                    change(&mut plant.faults);
+                }
+            }
+            Injection::Wires(change) => {
+                let volts = self
+                    .machine
+                    .plant()
+                    .map_or(0.0, palpate_plant::Plant::current_sense_v);
+                self.machine.rewire(|wires| change(wires, volts));
+            }
+            Injection::Command(line) => self.machine.command(&format!("{line}\n")),
+            Injection::Reset(cause) => {
+                self.machine.reset(cause)?;
+                self.resets.push((self.machine.time_s(), cause));
+            }
+            Injection::Reader(reader, _) => self.machine.set_reader(reader),
+        }
+        Ok(())
+    }
+}
+
+/// What came of an injected fault.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Judgement {
+    /// From the injection until the bridge was off for good; `None` if it never was, or had no need to be.
+    pub off_us: Option<f64>,
+    /// Names of the faults reported.
+    pub reported: Vec<String>,
+    /// Why it failed; empty if it did not.
+    pub failures: Vec<String>,
+}
+
+/// How long nothing may move after a fault has been reported.
+const WATCH: Ticks = 500 * TICKS_PER_MS;
+
+/// Injects one fault into a run and judges what the chip does. No fault: the run has to end well.
+///
+/// # Errors
+/// As [`Session::start`] and [`Session::millisecond`].
+pub fn judge(
+    firmware: &Firmware,
+    settings: Settings,
+    injected: Option<Injected>,
+) -> Result<Judgement, Error> {
+    let mut session = Session::start(firmware, settings, None)?;
+    let stored = stored(&session);
+    let Some(Injected { fault, at_s }) = injected else {
+        return undisturbed(session, None);
+    };
+    let at = time::ticks(at_s);
+    while session.machine.now() < at && session.faults.is_empty() && !session.timed_out() {
+        session.millisecond()?;
+    }
+    let before = session.faults.len();
+    session.inject(fault)?;
+    let injected_at = session.machine.now();
+    if let Injection::Reader(_, lasting_s) = fault.injection {
+        return undisturbed(session, Some(lasting_s));
+    }
+    let was_on = session.machine.world().bridge_on();
+    let patience = injected_at + time::ticks(1e-6 * fault.limit_us) + 2000 * TICKS_PER_MS;
+    while session.faults.len() == before && session.machine.now() < patience {
+        session.millisecond()?;
+    }
+    let reported_at = session.machine.now();
+    while session.machine.now() < reported_at + WATCH {
+        session.millisecond()?;
+    }
+    session.finish()?;
+    let mut failures = Vec::new();
+    let world = session.machine.world();
+    let off = world
+        .bridge_off_since()
+        .filter(|&off| off >= injected_at && !world.bridge_on());
+    let off_us = off.map(|off| (off - injected_at) as f64 / TICKS_PER_US as f64);
+    match off_us {
+        None => failures.push("the bridge was not switched off for good".to_owned()),
+        Some(us) if us > fault.limit_us => failures.push(format!("off after {us:.0} us")),
+        Some(_) => {}
+    }
+    if !was_on && at_s >= MOVING_S {
+        failures.push("the motor was not driven when the fault came".to_owned());
+    }
+    let reported: Vec<String> = session.faults[before..]
+        .iter()
+        .map(|fault| fault.1.clone())
+        .collect();
+    match reported.first() {
+        None => failures.push("no fault was reported".to_owned()),
+        Some(name) if !fault.reported.contains(&name.as_str()) => {
+            failures.push(format!("reported as {name}"))
+        }
+        Some(_) => {}
+    }
+    if self::stored(&session) != stored {
+        failures.push("stored records changed".to_owned());
+    }
+    Ok(Judgement {
+        off_us,
+        reported,
+        failures,
+    })
+}
+
+/// The pages that hold records: the last 16 KiB.
+fn stored(session: &Session<'_>) -> Vec<u8> {
+    let flash = session.machine.flash();
+    flash[flash.len() - 16 * 1024..].to_vec()
+}
+
+/// The run must end as if nothing had happened.
+fn undisturbed(mut session: Session<'_>, lasting_s: Option<f64>) -> Result<Judgement, Error> {
+    let back = lasting_s.map(|seconds| session.machine.time_s() + seconds);
+    while !session.over() {
+        session.millisecond()?;
+        if back.is_some_and(|back| session.machine.time_s() >= back) {
+            session.machine.set_reader(Reader::Attached);
+        }
+    }
+    session.finish()?;
+    let reported: Vec<String> = session.faults.iter().map(|fault| fault.1.clone()).collect();
+    let mut failures = Vec::new();
+    if !reported.is_empty() {
+        failures.push(format!("reported {}", reported.join(", ")));
+    }
+    if !session.resets.is_empty() {
+        failures.push(format!("reset {} times", session.resets.len()));
+    }
+    let missed = session.machine.chip().missed_triggers();
+    if missed > 0 {
+        failures.push(format!("{missed} control periods were late"));
+    }
+    if lasting_s.is_none() && !session.completed() {
+        failures.push("the motion did not end".to_owned());
+    }
+    // With half of the log lost, the motor tells that the run went on: after the grasp it rests.
+    let touched = session
+        .machine
+        .plant()
+        .is_some_and(|plant| plant.truth().first_contact.is_some());
+    if lasting_s.is_some() && !session.completed() && !touched {
+        failures.push("the finger did not go on to the object".to_owned());
+    }
+    Ok(Judgement {
+        off_us: None,
+        reported,
+        failures,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_and_times_are_read() {
+        let injected: Injected = "fault-pin@2.5".parse().unwrap();
+        assert_eq!((injected.fault.name, injected.at_s), ("fault-pin", 2.5));
+        assert_eq!("panic".parse::<Injected>().unwrap().at_s, MOVING_S);
+        assert!(
+            "nonsense"
+                .parse::<Injected>()
+                .unwrap_err()
+                .contains("fault-pin")
+        );
+        for wrong in ["panic@", "panic@x", "panic@-1", "panic@inf"] {
+            assert!(wrong.parse::<Injected>().is_err(), "{wrong}");
+        }
+    }
+}
