@@ -7,6 +7,7 @@ pub mod kept;
 pub mod record;
 pub mod sense;
 pub mod settings;
+pub mod store;
 
 pub use conduct::Conduct;
 pub use sense::Sense;

@@ -322,10 +322,9 @@ where
     let peak = finger
         .stiffest_m(&posture, torque, contact.phalanx)
         .unwrap_or(f32::INFINITY);
-    if N == 3 && (contact.k_m - peak).abs() < 0.1 * length {
-        return Err(TestCaseError::reject(
-            "a smooth minimum of C: no place to be told there",
-        ));
+    // There the rotation has its minimum over k: rounding decides whether the measured one is reached at all.
+    if (contact.k_m - peak).abs() < if N == 3 { 0.1 } else { 0.02 } * length {
+        return Err(TestCaseError::reject("the stiffest place"));
     }
     let Some(mut path) = finger.path(&posture, torque, contact) else {
         return Err(TestCaseError::reject("does not press there"));
@@ -369,7 +368,7 @@ macro_rules! properties {
     ($($module:ident: $finger:expr, $phalanges:expr;)*) => { $(mod $module {
         use super::*;
         proptest! {
-            #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
+            #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
 
             #[test]
             fn forward_then_inverse(f in $finger, share in within(0.0, 0.5), phalanx in 2..=$phalanges, at in within(0.02, 0.98)) {
@@ -407,7 +406,7 @@ properties! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Lengths in other units and springs in other units give the same finger.
     #[test]

@@ -3,10 +3,11 @@
 use palpate::app::command::{COMMANDS, Command};
 use palpate::app::conduct::{Conduct, Effect};
 use palpate::app::decimal::Decimal;
-use palpate::app::kept::{Kept, mark};
+use palpate::app::kept::{self, mark};
 use palpate::app::record::{RecordError, decode, encode};
 use palpate::app::sense::Sense;
 use palpate::app::settings::{Overrides, Setting};
+use palpate::app::store::{Found, StoreError};
 use palpate::drive::sequence::{Notice, Refused};
 use palpate::scene::Active;
 
@@ -15,12 +16,9 @@ use super::slow::Shared;
 use super::storage::{self, Storage};
 use super::{control, telemetry};
 
-/// Key of the one record.
-const RECORD: u8 = 1;
-
 /// What the record, if there is one, says.
-pub enum Found {
-    /// Nothing was ever saved.
+pub enum Kept {
+    /// Nothing was ever saved, or nothing is left of it; the log says which.
     Nothing,
     /// A whole record of this scene; sensing has taken over its part.
     Restored {
@@ -34,26 +32,32 @@ pub enum Found {
 }
 
 /// Reads the record, hands it over, and says so in the log.
-pub async fn load(storage: &mut Storage, sense: &'static Shared<Sense<Active>>) -> Found {
-    let (found, what) = match storage.load(RECORD).await {
-        Ok(None) => (Found::Nothing, "none"),
-        Ok(Some(bytes)) => restore(bytes, sense),
-        Err(error) => (Found::Unusable, error.name()),
+pub async fn load(storage: &mut Storage, sense: &'static Shared<Sense<Active>>) -> Kept {
+    let (kept, what) = match storage.load().await {
+        Ok(Found::Nothing) => (Kept::Nothing, "none"),
+        Ok(Found::Unreadable) => (Kept::Nothing, "unreadable"),
+        Ok(Found::Record { bytes, newest }) => restore(bytes, newest, sense),
+        Err(error) => (Kept::Unusable, storage::name(error)),
     };
     telemetry::record(what, storage::bad_words());
-    found
+    kept
 }
 
 /// Apart from [`load`], so that the record lies on the stack for the moment only.
 #[inline(never)]
-fn restore(bytes: &[u8], sense: &'static Shared<Sense<Active>>) -> (Found, &'static str) {
-    match decode::<Kept>(bytes, mark::<Active>()) {
+fn restore(
+    bytes: &[u8],
+    newest: bool,
+    sense: &'static Shared<Sense<Active>>,
+) -> (Kept, &'static str) {
+    match decode::<kept::Kept>(bytes, mark::<Active>()) {
         Ok(kept) => {
             let overrides = kept.overrides;
             let notice = sense.lock(|sense| sense.borrow_mut().restore(&kept));
-            (Found::Restored { overrides, notice }, "loaded")
+            let what = if newest { "loaded" } else { "older" };
+            (Kept::Restored { overrides, notice }, what)
         }
-        Err(error) => (Found::Unusable, why(error)),
+        Err(error) => (Kept::Unusable, why(error)),
     }
 }
 
@@ -108,7 +112,7 @@ pub async fn execute(
                 written(&mut speaker, "saved", result).await;
             }
             Ok(Effect::Factory) => {
-                let result = storage.erase().await;
+                let result = storage.forget().await;
                 written(&mut speaker, "forgotten", result).await;
             }
         }
@@ -125,12 +129,16 @@ async fn refuse(speaker: &mut Speaker, refused: Refused) {
     speaker.answer(format_args!("refused: {why} {what}")).await;
 }
 
-async fn written(speaker: &mut Speaker, done: &str, result: Result<(), storage::Error>) {
+async fn written(
+    speaker: &mut Speaker,
+    done: &str,
+    result: Result<(), StoreError<storage::Error>>,
+) {
     match result {
         Ok(()) => speaker.answer(format_args!("{done}")).await,
         Err(error) => {
             speaker
-                .answer(format_args!("failed: {}", error.name()))
+                .answer(format_args!("failed: {}", storage::name(error)))
                 .await
         }
     }
@@ -140,10 +148,10 @@ async fn save(
     storage: &mut Storage,
     sense: &'static Shared<Sense<Active>>,
     conduct: &'static Shared<Conduct<Active>>,
-) -> Result<(), storage::Error> {
+) -> Result<(), StoreError<storage::Error>> {
     let overrides = conduct.lock(|conduct| *conduct.borrow().overrides());
     storage
-        .save(RECORD, |buffer| write_record(sense, overrides, buffer))
+        .save(|buffer| write_record(sense, overrides, buffer))
         .await
 }
 

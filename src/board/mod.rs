@@ -44,7 +44,7 @@ use palpate::drive::{Controller, Fault};
 use palpate::finger::ConfigError;
 use palpate::scene::{Active, Scene};
 
-use execute::Found;
+use execute::Kept;
 use slow::Shared;
 
 /// Runs after RAM is set up, on the main stack: moves thread mode to the process stack (`memory.x` says why).
@@ -111,9 +111,9 @@ async fn start(spawner: Spawner) {
     let mut storage = storage::Storage::new(p.FLASH);
     let mut overrides = Overrides::default();
     match execute::load(&mut storage, sense).await {
-        Found::Nothing => {}
-        Found::Unusable => fault = fault.or(Some(Fault::BadRecord)),
-        Found::Restored {
+        Kept::Nothing => {}
+        Kept::Unusable => fault = fault.or(Some(Fault::BadRecord)),
+        Kept::Restored {
             overrides: set,
             notice,
         } => {

@@ -1,5 +1,4 @@
-//! Records in the last 16 KiB of flash that survive a power cut: `sequential-storage` (append, checksum, wear levelling
-//! over eight pages) on top of the flash controller.
+//! The record in the last 16 KiB of flash, eight pages: the flash controller under a [`Store`].
 //!
 //! The chip has one bank: while it erases (25 ms at most) or programs, the core stalls on every fetch from flash, and
 //! the control interrupt with it. So nothing is written unless the bridge is off, and the control interrupt is masked
@@ -16,8 +15,7 @@ use embassy_time::{Duration, Timer};
 use embedded_storage_async::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
-use sequential_storage::cache::{Cache, Uncached};
-use sequential_storage::map::{MapConfig, MapStorage, SerializationError, Value};
+use palpate::app::store::{Found, Memory, Store, StoreError};
 use static_cell::StaticCell;
 
 use super::{bridge, control};
@@ -37,42 +35,30 @@ const BREATH: Duration = Duration::from_millis(2);
 /// Longest record with its key, rounded up to the flash word. A page holds 2,016 bytes.
 const BUFFER_BYTES: usize = 1536;
 
-/// Why a record was not read or written.
+/// Why the flash was not read or written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Error {
     /// The bridge is on: the motor must be off while flash is written.
     BridgeOn,
     /// The flash controller refused or failed.
     Flash(FlashError),
-    /// Does not fit, or what is there makes no sense.
-    Layout,
 }
 
-impl Error {
-    /// Name in the log.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::BridgeOn => "bridge-on",
-            Self::Flash(FlashError::Prog) => "not-erased",
-            Self::Flash(FlashError::Protected) => "write-protected",
-            Self::Flash(_) => "flash",
-            Self::Layout => "layout",
-        }
+/// Name of an error in the log.
+pub fn name(error: StoreError<Error>) -> &'static str {
+    match error {
+        StoreError::Flash(Error::BridgeOn) => "bridge-on",
+        StoreError::Flash(Error::Flash(FlashError::Prog)) => "not-erased",
+        StoreError::Flash(Error::Flash(FlashError::Protected)) => "write-protected",
+        StoreError::Flash(Error::Flash(_)) => "flash",
+        StoreError::Layout => "layout",
+        StoreError::NotKept => "worn-out",
     }
 }
 
 impl NorFlashError for Error {
     fn kind(&self) -> NorFlashErrorKind {
         NorFlashErrorKind::Other
-    }
-}
-
-impl From<sequential_storage::Error<Error>> for Error {
-    fn from(error: sequential_storage::Error<Error>) -> Self {
-        match error {
-            sequential_storage::Error::Storage { value } => value,
-            _ => Self::Layout,
-        }
     }
 }
 
@@ -160,9 +146,15 @@ impl NorFlash for Region {
     }
 }
 
-/// The records.
+impl Memory for Region {
+    fn is_unfinished(error: &Error) -> bool {
+        *error == Error::Flash(FlashError::Prog)
+    }
+}
+
+/// The record's place.
 pub struct Storage {
-    map: MapStorage<u8, Region, Cache<Uncached, Uncached, Uncached, u8>>,
+    store: Store<Region>,
     buffer: &'static mut [u8; BUFFER_BYTES],
 }
 
@@ -174,47 +166,27 @@ impl Storage {
         // Outside the struct: this moves through the stack on its way into its task.
         static BUFFER: StaticCell<[u8; BUFFER_BYTES]> = StaticCell::new();
         let flash = Flash::new_blocking(flash);
-        let config = const { MapConfig::new(RANGE) };
         Self {
-            map: MapStorage::new(Region { flash }, config, Cache::new_uncached()),
+            store: Store::new(Region { flash }, RANGE).expect("whole pages"),
             buffer: BUFFER.init([0; BUFFER_BYTES]),
         }
     }
 
-    /// Last record saved under `key`, if there is one whose checksum holds.
-    pub async fn load(&mut self, key: u8) -> Result<Option<&[u8]>, Error> {
-        Ok(self.map.fetch_item::<&[u8]>(self.buffer, &key).await?)
+    /// See [`Store::load`].
+    pub async fn load(&mut self) -> Result<Found<'_>, StoreError<Error>> {
+        self.store.load(self.buffer).await
     }
 
-    /// Saves the record that `encode` writes, of as many bytes as it says (`None`: it does not fit): after a power cut at
-    /// any moment the old record is there, or the new one, whole.
+    /// See [`Store::save`].
     pub async fn save(
         &mut self,
-        key: u8,
         encode: impl Fn(&mut [u8]) -> Option<usize>,
-    ) -> Result<(), Error> {
-        Ok(self
-            .map
-            .store_item(self.buffer, &key, &Encoder(encode))
-            .await?)
+    ) -> Result<(), StoreError<Error>> {
+        self.store.save(self.buffer, encode).await
     }
 
-    /// Forgets all records.
-    pub async fn erase(&mut self) -> Result<(), Error> {
-        Ok(self.map.erase_all().await?)
-    }
-}
-
-/// Lets a record be written straight into the storage crate's buffer.
-struct Encoder<F>(F);
-
-impl<'a, F: Fn(&mut [u8]) -> Option<usize>> Value<'a> for Encoder<F> {
-    fn serialize_into(&self, buffer: &mut [u8]) -> Result<usize, SerializationError> {
-        (self.0)(buffer).ok_or(SerializationError::BufferTooSmall)
-    }
-
-    fn deserialize_from(_: &'a [u8]) -> Result<(Self, usize), SerializationError> {
-        // Records are read as bytes.
-        Err(SerializationError::InvalidFormat)
+    /// See [`Store::forget`].
+    pub async fn forget(&mut self) -> Result<(), StoreError<Error>> {
+        self.store.forget(self.buffer).await
     }
 }

@@ -85,10 +85,15 @@ struct Pose {
     a: [f32; 2],
     /// Tip B of the driven lever.
     b: [f32; 2],
-    /// B seen from O_i.
+    /// B seen from O_i, and its direction.
     c: [f32; 2],
+    delta: Turn,
     /// cross(A, B), signed twice the area of O A B; zero in the dead points.
     area: f32,
+    /// |B|^2.
+    square: f32,
+    /// A . B.
+    along: f32,
 }
 
 fn cross(u: [f32; 2], v: [f32; 2]) -> f32 {
@@ -155,7 +160,8 @@ impl FourBar {
         let delta = v.then(self.offset);
         let c_tip = [c * delta.cos, c * delta.sin];
         let b_tip = [self.ground + c_tip[0], c_tip[1]];
-        let square = dot(b_tip, b_tip);
+        let ground = self.ground;
+        let square = (ground * ground + c * c) + 2.0 * (ground * c) * delta.cos;
         let reach = sqrt(square);
         // Heron's factors: near the dead points their product keeps the digits that R^2 a^2 - p^2 would lose.
         let heron = ((b - a) + reach) * ((a - b) + reach) * ((a - reach) + b) * ((a + reach) + b);
@@ -169,19 +175,33 @@ impl FourBar {
             a: a_tip,
             b: b_tip,
             c: c_tip,
+            delta,
             area: -half_area,
+            square,
+            along,
         }
     }
 
     /// Derivatives of F at the angle of `v`; `None` in a dead point or beyond.
     pub fn ratio(&self, v: Turn) -> Option<Ratio> {
-        let Pose { a, b: _, c, area } = self.pose(v);
+        let Pose {
+            a,
+            c,
+            delta,
+            area,
+            square,
+            along,
+            ..
+        } = self.pose(v);
         let g = self.ground;
-        // The tips move along the coupler at the same rate: F' cross(A, B) = cross(C, B - A); the rest follows by
-        // differentiating both sides, with A turning at F' and C at 1.
+        // F' from the triangle O A B alone: how B turns about O, and how the angle at O follows |B|. The tips' positions
+        // would bring in their roundings, and k depends on F' more than on anything else.
+        let (driven, both) = (self.levers.driven_m, g * self.levers.driven_m);
+        let turn = driven * driven + both * delta.cos;
+        let first = (turn - both * delta.sin * ((square - along) / area)) / square;
+        // The tips move along the coupler at the same rate: F' cross(A, B) = cross(C, B - A); the higher derivatives
+        // follow by differentiating both sides, with A turning at F' and C at 1.
         let (lean, twist) = (dot(c, a), cross(c, a));
-        let driven = -g * c[1] - twist;
-        let first = driven / area;
         let slip = 1.0 - first;
         let (driven_1, area_1) = (lean * slip - g * c[0], lean * slip - first * g * a[0]);
         let second = (driven_1 - first * area_1) / area;
@@ -223,7 +243,7 @@ impl FourBar {
     /// From |B - A| staying b: an exact quadratic in the tangent of half the rotation, whose terms are all formed from
     /// the chord of the driven lever's tip, never as a difference of two positions.
     pub fn advance(&self, v: Turn, half: Turn) -> Option<Advance> {
-        let Pose { a, b, c, area } = self.pose(v);
+        let Pose { a, b, c, area, .. } = self.pose(v);
         let db = chord(c, half);
         let b_new = [b[0] + db[0], b[1] + db[1]];
         let (p, q) = (cross(a, b_new), dot(a, b_new));

@@ -11,6 +11,9 @@ const PROXIMAL_SHARE: f32 = 1e-4;
 /// A place nearer to its joint than this share of the phalanx is a contact on the joint, when the compliance is proximal.
 const ON_JOINT_SHARE: f32 = 1e-3;
 
+/// Rounding of a compliance that is a sum of two.
+const ROUNDING: f32 = 2.4e-7;
+
 /// Geometry and stiffness of a finger in one posture, as the inverse needs them.
 #[derive(Clone, Copy, Debug)]
 pub struct Held<const N: usize> {
@@ -162,7 +165,14 @@ impl Order for Held<3> {
         match phalanx {
             2 => {
                 let (pair, tip) = self.pair();
-                roots_of(&pair, compliance - tip, self.lengths[1], closed)
+                let own = compliance - tip;
+                // At the stiffest place all compliance is the tip's, and rounding decides on which side of it.
+                let own = if own < 0.0 && own >= -ROUNDING * tip {
+                    0.0
+                } else {
+                    own
+                };
+                roots_of(&pair, own, self.lengths[1], closed)
             }
             3 if closed => self.triple().closed(compliance),
             3 => self.triple().bisected(compliance, self.lengths[2]),

@@ -103,12 +103,11 @@ impl Inverse {
 
     /// The same without candidates that something else rules out; all of them where none would be left.
     pub(crate) fn retaining(self, keep: impl Fn(&Candidate) -> bool) -> Self {
-        let kept: heapless::Vec<Candidate, 4> = self
-            .candidates
-            .iter()
-            .filter(|c| keep(c))
-            .copied()
-            .collect();
+        let mut kept = heapless::Vec::new();
+        for candidate in self.candidates.iter().filter(|c| keep(c)) {
+            // As long as the list that it comes from.
+            let _ = kept.push(*candidate);
+        }
         if kept.is_empty() || self.class == Class::Proximal {
             self
         } else {

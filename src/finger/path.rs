@@ -436,7 +436,7 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
                 .turned_rad(&start.from, &Step::of(at.delta))?;
             let step = local.place_response(at.force, rotation_rad - turned)?;
             let (size, shortened) = at.add(&step)?;
-            let moved = size.max((step.k).abs() * largest(&at.delta));
+            let moved = size.max(step.k.abs() * largest(&at.delta));
             if settling.done(moved, shortened, &at.delta) {
                 let reach = *start.lengths.get(start.before)?;
                 let point = self.point(start, &at, rise)?;

@@ -3,7 +3,7 @@
 // Indices are those of the matrices in the equations; loops over 0..N need no bounds check.
 #![allow(clippy::needless_range_loop)]
 
-use super::{Configuration, Finger, Free, Gear, Transmission};
+use super::{Configuration, Finger, Free, Gear, Step, Transmission};
 use crate::numeric::solve;
 
 /// Newton steps: from the last sample two are enough, from rest ten.
@@ -71,11 +71,13 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
             let tau = self.equivalent_torques_nm(&gear, &at, torque_nm)?;
             let [change, _] = self.response(&gear, torque_nm, tau)?;
             let (next, largest, _) = stride(&at, change)?;
-            at = next;
-            if settled(&at, largest, &mut before) {
+            if settled(&next, largest, &mut before) {
+                // The last change by rotation: it is finer than the rounding of the angle that it is added to.
+                let at = at.advanced(&Step::of(change));
                 self.transmission.gear(&at)?;
                 return Some(at);
             }
+            at = next;
         }
         None
     }
@@ -150,7 +152,7 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
         }
         let rotation = self
             .transmission
-            .turned_rad(&self.rest, &super::Step::of(change))?;
+            .turned_rad(&self.rest, &Step::of(change))?;
         let secant = free.torque_nm / rotation;
         // Within a few roundings of rest the quotient has no digits: its limit has.
         if rotation.abs() > 1e-5 && secant.is_finite() {

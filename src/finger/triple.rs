@@ -30,6 +30,9 @@ pub struct Triple {
 /// A discriminant this small, as a share of its first term, has lost digits that matter.
 const NEAR_DOUBLE: f32 = 0.03;
 
+/// Rounding of softness and energy.
+const ROUNDING: f32 = 5e-7;
+
 /// Quadratic q_0 + 2 q_1 k + q_2 k^2.
 type Quadratic = [f32; 3];
 
@@ -121,6 +124,13 @@ impl Triple {
         (l0, l1)
     }
 
+    /// The compliance misses that of the stiffest place by no more than rounding: that place is the double root.
+    fn grazes(&self, compliance: f32, peak: f32) -> bool {
+        let softness = self.softness(peak);
+        let missing = softness - compliance * self.energy(peak);
+        missing >= 0.0 && missing <= ROUNDING * softness
+    }
+
     /// softness - C energy, expanded in k - `about`.
     fn residual(&self, compliance: f32, about: f32) -> Quadratic {
         let v0 = self.motion(about);
@@ -145,15 +155,22 @@ impl Triple {
         let mut quadratic = self.residual(compliance, about);
         // Near a double root the discriminant cancels; counted from the peak between the roots it does not.
         let [q0, q1, q2] = quadratic;
-        if let Some(peak) = self
-            .stiffest_m()
-            .filter(|_| q1 * q1 - q0 * q2 < NEAR_DOUBLE * q1 * q1)
-        {
+        let middle = -q1 / q2;
+        let nearly_double = |peak: &f32| {
+            q1 * q1 - q0 * q2 < NEAR_DOUBLE * q1 * q1 && (peak - middle).abs() < 0.5 * middle.abs()
+        };
+        if let Some(peak) = self.stiffest_m().filter(nearly_double) {
             about = peak;
             quadratic = self.residual(compliance, about);
         }
         let Some([a, b]) = roots(quadratic) else {
-            return Roots::default();
+            let peak = self
+                .stiffest_m()
+                .filter(|peak| self.grazes(compliance, *peak));
+            return Roots {
+                near_m: peak.filter(|k| *k > 0.0 && self.presses(*k)),
+                far_m: None,
+            };
         };
         let accept = |k: f32| (k.is_finite() && k > 0.0 && self.presses(k)).then_some(k);
         let (a, b) = (accept(about + a), accept(about + b));
@@ -199,10 +216,12 @@ impl Triple {
         };
         match self.stiffest_m() {
             Some(peak) if peak > low && peak < high => {
-                let near = find(low, peak);
+                let far = find(peak, high);
+                let near = find(low, peak).filter(|near| far != Some(*near));
+                let touching = || self.grazes(compliance, peak).then_some(peak);
                 Roots {
-                    near_m: near,
-                    far_m: find(peak, high).filter(|far| near != Some(*far)),
+                    near_m: near.or_else(|| if far.is_none() { touching() } else { None }),
+                    far_m: far,
                 }
             }
             _ => {

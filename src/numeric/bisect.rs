@@ -4,11 +4,15 @@
 /// (`cargo xtask report` shows the error over the number of steps).
 pub const BISECTION_STEPS: u32 = 24;
 
-/// Zero of `residual` in `[low, high]`, where its signs must differ (a zero at an end counts); `None` where they do not.
+/// Zero of `residual` in `[low, high]`, where its signs must differ (a zero at an end counts); `None` where they do not or
+/// the bracket is not finite.
 ///
 /// [`BISECTION_STEPS`] evaluations after the two at the ends, whatever the residual. Only signs are used: the
 /// residual must be bounded and change sign once, its scale does not matter.
 pub fn bisect(low: f32, high: f32, mut residual: impl FnMut(f32) -> f32) -> Option<f32> {
+    if !(low.is_finite() && high.is_finite()) {
+        return None;
+    }
     let (at_low, at_high) = (residual(low), residual(high));
     if at_low == 0.0 {
         return Some(low);

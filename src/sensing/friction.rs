@@ -167,10 +167,13 @@ impl Friction {
             return Some((first, 0.0));
         }
         let period = period_counts as f32;
-        // Rounded up by hand: `core` has no ceil for the chip. A share beyond any count saturates.
-        let share = excess / period;
-        let whole = share as u32 as f32;
-        let periods = if whole < share { whole + 1.0 } else { whole };
+        // Rounded up; `ceil` is not in core. A period of 0 gives more than is allowed below.
+        let whole = (excess / period) as u32 as f32;
+        let periods = if whole * period < excess {
+            whole + 1.0
+        } else {
+            whole
+        };
         if period_counts > 0 && periods < 4.0 {
             let back = counts as f32 - periods * period;
             let base = self.at(drive, back as i32);

@@ -8,7 +8,7 @@
 use crate::finger::{Class, Mechanics};
 use crate::numeric::ln;
 use crate::sensing::NotLocated;
-use crate::sensing::curve::{self, Slope};
+use crate::sensing::curve::{self, BINS, Point, Slope};
 use crate::sensing::fit::{Data, Estimate, Hypothesis, LEAST_POINTS, Place, Prior};
 
 /// Most hypotheses at a time: two places on each of two phalanges, and the proximal one.
@@ -51,10 +51,14 @@ pub enum Verdict {
     Nowhere(NotLocated),
 }
 
-/// The competition.
+/// The competition. It goes in rounds: within one, every hypothesis is fitted to the same points, or their evidence could
+/// not be compared.
 #[derive(Clone, Debug)]
 pub struct Locator {
     hypotheses: heapless::Vec<Hypothesis, MOST>,
+    /// Points of this round.
+    points: heapless::Vec<Point, BINS>,
+    /// The hypothesis whose turn it is.
     turn: usize,
     asked_at_nm: f32,
     /// What the slope said last, for a contact that no hypothesis explains.
@@ -66,6 +70,7 @@ impl Default for Locator {
     fn default() -> Self {
         Self {
             hypotheses: heapless::Vec::new(),
+            points: heapless::Vec::new(),
             turn: 0,
             asked_at_nm: 0.0,
             class: Class::Invalid,
@@ -90,42 +95,58 @@ impl Locator {
         self.hypotheses.iter().all(Hypothesis::has_converged)
     }
 
-    /// One step: makes hypotheses if it is time to, else refines one of them. `near` is a posture near the onset.
+    /// One step: begins a round if it is time to, and refines the next hypothesis. True when that ends a round: then there
+    /// is a verdict. `near` is a posture near the onset.
     pub fn refine<F: Mechanics>(
         &mut self,
         finger: &F,
         data: &Data,
         prior: &Prior,
         near: &F::Configuration,
-    ) {
-        let Some(last) = data.points.last() else {
-            return;
-        };
-        if data.points.len() >= LEAST_POINTS {
-            let rise = last.torque_nm;
-            let variance = last.variance_nm2 + prior.offset_sigma_nm * prior.offset_sigma_nm;
-            if rise > ASK_AGAIN * self.asked_at_nm
-                && rise * rise > FIRST_SIGMAS * FIRST_SIGMAS * variance
-            {
+    ) -> bool {
+        if self.turn == 0 {
+            self.points.clear();
+            // As many as there are bins.
+            let _ = self
+                .points
+                .extend_from_slice(data.points.get(..BINS).unwrap_or(data.points));
+            if self.is_time_to_ask(prior) {
                 self.ask(finger, data, prior, near);
-                self.asked_at_nm = rise;
-                return;
+                return false;
             }
         }
-        let count = self.hypotheses.len();
-        // The next one that still moves.
-        for _ in 0..count {
-            self.turn = (self.turn + 1) % count.max(1);
-            if let Some(hypothesis) = self.hypotheses.get_mut(self.turn)
-                && !hypothesis.has_converged()
-            {
-                hypothesis.refine(finger, data, prior, near);
-                return;
-            }
+        let round = Data {
+            points: &self.points,
+            ..*data
+        };
+        if let Some(hypothesis) = self.hypotheses.get_mut(self.turn) {
+            hypothesis.refine(finger, &round, prior, near);
         }
+        self.turn += 1;
+        if self.turn < self.hypotheses.len() {
+            return false;
+        }
+        self.turn = 0;
+        !self.hypotheses.is_empty()
     }
 
-    /// New points have come.
+    /// Whether the torque has grown enough for places not thought of.
+    fn is_time_to_ask(&mut self, prior: &Prior) -> bool {
+        let Some(last) = self.points.last() else {
+            return false;
+        };
+        let rise = last.torque_nm;
+        let variance = last.variance_nm2 + prior.offset_sigma_nm * prior.offset_sigma_nm;
+        let due = self.points.len() >= LEAST_POINTS
+            && rise > ASK_AGAIN * self.asked_at_nm
+            && rise * rise > FIRST_SIGMAS * FIRST_SIGMAS * variance;
+        if due {
+            self.asked_at_nm = rise;
+        }
+        due
+    }
+
+    /// Starts the count of settled steps anew: no more points will come.
     pub fn refresh(&mut self) {
         for hypothesis in &mut self.hypotheses {
             hypothesis.refresh();
@@ -228,17 +249,22 @@ impl Locator {
             .push(Hypothesis::new(phalanx, k_m, length, prior));
     }
 
-    /// What the hypotheses say now. `bonus` is what else is known of each (a joint's sensor), as a logarithm of odds.
+    /// Mean square residual of the best hypothesis, in variances; infinite if none explains the curve.
+    pub fn misfit(&self) -> f32 {
+        self.hypotheses
+            .iter()
+            .filter_map(|h| h.estimate())
+            .map(|e| e.chi_square / (e.reached as f32 - 2.0).max(1.0))
+            .fold(f32::INFINITY, f32::min)
+    }
+
+    /// What the hypotheses say at the end of a round. `bonus` is what else is known of each (a joint's sensor), as a
+    /// logarithm of odds.
     pub fn verdict(&self, bonus: impl Fn(&Estimate) -> f32) -> Verdict {
         if self.hypotheses.is_empty() || self.hypotheses.iter().any(|h| h.steps() < 2) {
             return Verdict::Undecided;
         }
-        let spread = self
-            .hypotheses
-            .iter()
-            .filter_map(|h| h.estimate())
-            .map(|e| e.chi_square / (e.reached as f32 - 2.0).max(1.0))
-            .fold(f32::INFINITY, f32::min);
+        let spread = self.misfit();
         if !spread.is_finite() || spread > MISFIT {
             return Verdict::Nowhere(self.unexplained());
         }

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | free motion recorded | [`Recorder`] |
 //! | closing, nothing felt | [`Detector`] on the residual of the record |
-//! | contact | [`Curve`], and every second block one step of the [`Locator`] |
+//! | contact | [`Curve`], and every block one step of the [`Locator`] |
 //! | motion over | the locator until its fits stand still, one step a sample; then the last word |
 
 use crate::finger::Mechanics;
@@ -27,8 +27,6 @@ const HISTORY: usize = 32;
 const ONSET_SIGMA_RAD: f32 = 0.03;
 /// How well a pin is placed by hand or by a gauge, metre (R, chosen).
 const PIN_SIGMA_M: f32 = 0.3e-3;
-/// Blocks between two steps of the locator.
-const BLOCKS_PER_STEP: u8 = 2;
 /// Steps that each hypothesis gets when the motion is over.
 const LAST_STEPS: u8 = 40;
 /// A point enters the fit when its torque stands this many deviations above zero.
@@ -37,6 +35,10 @@ const CLEAR_SIGMAS: f32 = 4.0;
 const NO_HELP: f32 = 0.93;
 /// Deviation of k, as a share of the phalanx, above which no location is reported.
 const VAGUE: f32 = 0.25;
+/// Mean square residual, in variances, up to which a curve counts as explained well.
+const GOOD: f32 = 4.0;
+/// Growth of it with which a curve has left its path.
+const WORSE: f32 = 5.0;
 /// A location is reported anew when its deviation has shrunk by this factor.
 const SHARPER: f32 = 0.75;
 /// Systematic error of the cable's twist that a press does not show (how much it creeps), as a share.
@@ -79,7 +81,6 @@ struct Touching<R> {
     unevenness_nm: f32,
     onset_rad: f32,
     reading: R,
-    blocks: u8,
     torque_nm: f32,
     /// The torque as the cable's creep feels it, and when it was last brought up to date.
     late_nm: f32,
@@ -89,6 +90,8 @@ struct Touching<R> {
     /// Torque and deviation when it was last asked whether more torque helps.
     asked: (f32, f32),
     reported: Reported,
+    /// The last verdict from a curve that was explained well, and its misfit.
+    good: Option<(Verdict, f32)>,
     /// Steps left after the motion ended; None while it goes on.
     last_steps: Option<u8>,
     settled: bool,
@@ -240,7 +243,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         }
     }
 
-    /// Takes a sample; tells at most one thing. Typically some hundred instructions; every second block of a contact, and
+    /// Takes a sample; tells at most one thing. Typically some hundred instructions; every block of a contact, and
     /// after its end for some tens of samples, one step of a fit.
     pub fn update(&mut self, sample: &Sample) -> Option<Event> {
         match self.gate.push(sample, &self.drivetrain, &self.settings) {
@@ -435,13 +438,13 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
                 .unwrap_or(0.0),
             onset_rad: self.drivetrain.angle_rad(onset.counts),
             reading: onset.reading,
-            blocks: 0,
             torque_nm: 0.0,
             late_nm: 0.0,
             late_us: onset.time_us,
             waiting: onset,
             asked: (0.0, f32::INFINITY),
             reported: Reported::Nothing,
+            good: None,
             last_steps: None,
             settled: false,
         };
@@ -511,15 +514,12 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             return;
         }
         self.add(touching, past);
-        touching.blocks = touching.blocks.saturating_add(1);
-        if touching.blocks < BLOCKS_PER_STEP || self.directive == Directive::CalibrateCable {
+        if self.directive == Directive::CalibrateCable || touching.settled {
             return;
         }
-        touching.blocks = 0;
-        touching.locator.refresh();
-        self.refine(touching);
-        if matches!(self.directive, Directive::Watch) {
-            self.report(touching);
+        let judged = self.refine(touching);
+        if judged && self.directive == Directive::Watch {
+            self.report(touching, false);
         }
     }
 
@@ -543,8 +543,8 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         }
     }
 
-    /// One step of the locator.
-    fn refine(&self, touching: &mut Touching<H::Reading>) {
+    /// One step of the locator; true at the end of a round.
+    fn refine(&self, touching: &mut Touching<H::Reading>) -> bool {
         let prior = self.prior(touching);
         let free_nm = self
             .finger
@@ -569,7 +569,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         };
         touching
             .locator
-            .refine(&self.finger, &data, &prior, &self.posture);
+            .refine(&self.finger, &data, &prior, &self.posture)
     }
 
     fn verdict(&self, touching: &Touching<H::Reading>) -> Verdict {
@@ -582,13 +582,26 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         })
     }
 
-    /// Says what is new while the torque rises.
-    fn report(&mut self, touching: &mut Touching<H::Reading>) {
+    /// Says what is new at the end of a round; `last` is the last word.
+    fn report(&mut self, touching: &mut Touching<H::Reading>, last: bool) {
         if touching.settled {
             return;
         }
-        let spent = touching.torque_nm >= 0.97 * self.settings.torque_limit_nm;
-        match self.verdict(touching) {
+        let misfit = touching.locator.misfit();
+        let mut verdict = self.verdict(touching);
+        let mut over = last || touching.torque_nm >= 0.97 * self.settings.torque_limit_nm;
+        match touching.good {
+            // The curve has left the path that explained it well: a second contact, a slip. What was known before holds.
+            Some((good, was)) if misfit > WORSE * was.max(1.0) => {
+                verdict = good;
+                over = true;
+            }
+            _ if misfit <= GOOD && verdict != Verdict::Undecided => {
+                touching.good = Some((verdict, misfit));
+            }
+            _ => {}
+        }
+        match verdict {
             Verdict::At {
                 phalanx,
                 estimate,
@@ -597,7 +610,13 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
                 let sigma_m = estimate.k_sigma_m * sqrt(spread);
                 let length = self.finger.phalanx_length_m(phalanx).unwrap_or(0.0);
                 let help = self.more_torque_helps(touching, sigma_m);
-                let settled = spent || sigma_m <= self.settings.wanted_sigma_m || !help;
+                let settled = over || sigma_m <= self.settings.wanted_sigma_m || !help;
+                if sigma_m >= VAGUE * length {
+                    if over {
+                        self.tell_nowhere(touching, NotLocated::TooFewSamples);
+                    }
+                    return;
+                }
                 let news = match touching.reported {
                     Reported::Located {
                         phalanx: before,
@@ -610,34 +629,39 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
                     }
                     _ => true,
                 };
-                if (news || settled) && sigma_m < VAGUE * length {
-                    self.tell_located(touching, phalanx, &estimate, spread, settled);
+                touching.settled = settled;
+                if news || settled {
+                    self.tell_located(touching, phalanx, &estimate, spread);
                 }
-                touching.settled = settled && sigma_m < VAGUE * length;
             }
             Verdict::Either {
                 phalanx,
                 estimate,
                 spread,
             } => {
-                if touching.reported != Reported::Ambiguous || spent {
-                    self.tell_ambiguous(touching, phalanx, &estimate, spread, spent);
+                touching.settled = over;
+                if touching.reported != Reported::Ambiguous || over {
+                    self.tell_ambiguous(touching, phalanx, &estimate, spread);
                 }
-                touching.settled = spent;
             }
             Verdict::Nowhere(why) => {
-                // A proximal contact is known for what it is when the torque no longer adds to it: others may yet turn up.
+                // A proximal contact is not told from one near the joint before the torque has shown the difference.
                 let sure = touching.torque_nm >= 0.5 * self.settings.torque_limit_nm;
-                if spent || (sure && why == NotLocated::Proximal) {
-                    touching.settled = true;
-                    self.tell(Event::NotLocated {
-                        why,
-                        torque_nm: touching.torque_nm,
-                    });
+                if over || (sure && why == NotLocated::Proximal) {
+                    self.tell_nowhere(touching, why);
                 }
             }
+            Verdict::Undecided if over => self.tell_nowhere(touching, NotLocated::TooFewSamples),
             Verdict::Undecided => {}
         }
+    }
+
+    fn tell_nowhere(&mut self, touching: &mut Touching<H::Reading>, why: NotLocated) {
+        touching.settled = true;
+        self.tell(Event::NotLocated {
+            why,
+            torque_nm: touching.torque_nm,
+        });
     }
 
     /// Whether the deviation still shrinks as the torque grows.
@@ -657,8 +681,8 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         phalanx: u8,
         estimate: &Estimate,
         spread: f32,
-        settled: bool,
     ) {
+        let settled = touching.settled;
         let swell = sqrt(spread);
         let sigma_m = estimate.k_sigma_m * swell;
         let radius_sigma_m = estimate.radius_sigma_m * swell;
@@ -707,8 +731,8 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         phalanx: [u8; 2],
         estimate: &[Estimate; 2],
         spread: f32,
-        settled: bool,
     ) {
+        let settled = touching.settled;
         touching.reported = Reported::Ambiguous;
         self.tell(Event::Ambiguous {
             phalanx,
@@ -748,42 +772,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
                 self.tell_calibration(learned);
             }
             _ if touching.settled => {}
-            _ => self.last_word(&mut touching),
-        }
-    }
-
-    fn last_word(&mut self, touching: &mut Touching<H::Reading>) {
-        match self.verdict(touching) {
-            Verdict::At {
-                phalanx,
-                estimate,
-                spread,
-            } => {
-                let length = self.finger.phalanx_length_m(phalanx).unwrap_or(0.0);
-                if estimate.k_sigma_m * sqrt(spread) < VAGUE * length {
-                    self.tell_located(touching, phalanx, &estimate, spread, true);
-                    return;
-                }
-                self.tell(Event::NotLocated {
-                    why: NotLocated::TooFewSamples,
-                    torque_nm: touching.torque_nm,
-                });
-            }
-            Verdict::Either {
-                phalanx,
-                estimate,
-                spread,
-            } => {
-                self.tell_ambiguous(touching, phalanx, &estimate, spread, true);
-            }
-            Verdict::Nowhere(why) => self.tell(Event::NotLocated {
-                why,
-                torque_nm: touching.torque_nm,
-            }),
-            Verdict::Undecided => self.tell(Event::NotLocated {
-                why: NotLocated::TooFewSamples,
-                torque_nm: touching.torque_nm,
-            }),
+            _ => self.report(&mut touching, true),
         }
     }
 

@@ -10,6 +10,9 @@ const START_SHARES: [f32; 3] = [0.05, 0.5, 0.95];
 /// Two answers this near, as a share of the phalanx's length, are one.
 const SAME_SHARE: f32 = 1e-4;
 
+/// Rounding of a rotation, as a share of the joints' changes that add up to it.
+const ROUNDING: f32 = 2e-6;
+
 /// Most places that one step is explained by: two on each phalanx beyond the first.
 pub const MAX_PLACES: usize = 4;
 
@@ -56,9 +59,32 @@ pub fn places<M: Mechanics>(
         ) else {
             return;
         };
-        let Some((k_m, point)) = finger.place(&guess, rise_nm, rotation_rad) else {
+        let Some((k_m, _)) = finger.place(&guess, rise_nm, rotation_rad) else {
             return;
         };
+        // Newton's method may end on a branch that no rising torque leads to: the path from the place found must turn the
+        // input link as measured.
+        let followed = finger
+            .path(
+                at,
+                torque_nm,
+                Contact {
+                    phalanx,
+                    k_m,
+                    radius_m,
+                },
+            )
+            .and_then(|mut path| finger.follow(&mut path, rise_nm));
+        let Some(point) = followed else { return };
+        let most = point
+            .joints_rad
+            .iter()
+            .fold(0.0f32, |m, change| m.max(change.abs()));
+        if (point.rotation_rad - rotation_rad).abs()
+            > SAME_SHARE * rotation_rad.abs() + ROUNDING * most
+        {
+            return;
+        }
         let known = found
             .iter()
             .any(|f| f.phalanx == phalanx && (f.k_m - k_m).abs() <= SAME_SHARE * length);
@@ -93,8 +119,10 @@ pub fn places<M: Mechanics>(
             try_from(phalanx, peak + share * (length - peak), length);
         }
     }
-    if found.iter().any(|candidate| sense.allows(candidate)) {
-        found.retain(|candidate| sense.allows(candidate));
+    let mut allowed = Vec::new();
+    for candidate in found.iter().filter(|candidate| sense.allows(candidate)) {
+        // As long as the list that it comes from.
+        let _ = allowed.push(*candidate);
     }
-    found
+    if allowed.is_empty() { found } else { allowed }
 }

@@ -54,6 +54,17 @@ pub enum Pause {
     Exit(u32),
 }
 
+/// Use of a stack.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stack {
+    /// `process` or `main`.
+    pub name: &'static str,
+    /// Bytes it may use.
+    pub size: usize,
+    /// Bytes it has used at most.
+    pub used: usize,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Sleep {
     No,
@@ -280,20 +291,32 @@ impl<'f> Machine<'f> {
         Ok(self.engine.refresh_changed()?)
     }
 
-    /// Deepest use of the stack since power-on in bytes, from the untouched pattern below it.
+    /// Deepest use of the stacks since power-on, from the untouched pattern below: the process stack of a firmware that
+    /// has one (`_process_stack_end`, `_process_stack_start`), and the main stack.
     #[must_use]
-    pub fn stack_used(&self) -> Option<u32> {
-        let top = self.firmware.symbol("_stack_start")?;
-        // With the stack below the data everything down to the RAM's start is stack, else down to the data's end.
-        let end = ["__sheap", "_sheap", "__euninit", "__ebss"]
-            .iter()
-            .find_map(|s| self.firmware.symbol(s));
-        let bottom = end.filter(|&end| end < top).unwrap_or(Map::RAM);
-        let stack = self
-            .engine
-            .read(bottom, top.checked_sub(bottom)? as usize)?;
-        let free = stack.iter().take_while(|&&byte| byte == UNTOUCHED).count();
-        Some(stack.len() as u32 - free as u32)
+    pub fn stacks(&self) -> Vec<Stack> {
+        let symbol = |name| self.firmware.symbol(name);
+        let main_end = symbol("_stack_end").unwrap_or(Map::RAM);
+        [
+            (
+                "process",
+                symbol("_process_stack_end"),
+                symbol("_process_stack_start"),
+            ),
+            ("main", Some(main_end), symbol("_stack_start")),
+        ]
+        .into_iter()
+        .filter_map(|(name, end, start)| {
+            let (end, start) = (end?, start?);
+            let bytes = self.engine.read(end, start.checked_sub(end)? as usize)?;
+            let free = bytes.iter().take_while(|&&byte| byte == UNTOUCHED).count();
+            Some(Stack {
+                name,
+                size: bytes.len(),
+                used: bytes.len() - free,
+            })
+        })
+        .collect()
     }
 
     /// Where the core is, for messages.

@@ -15,15 +15,15 @@ enum Command {
     Sim(Box<command::sim::Options>),
     /// Inject every fault into the running firmware and print what came of it
     Faults(command::faults::Options),
-    /// Run an image to its own end and count the instructions of its functions
-    Count(command::count::Options),
+    /// Run a benchmark image to its end and count instructions
+    Bench(command::bench::Options),
 }
 
 fn main() -> ExitCode {
     let result = match Command::parse() {
         Command::Sim(options) => command::sim::run(&options),
+        Command::Bench(options) => command::bench::run(&options),
         Command::Faults(options) => command::faults::run(&options),
-        Command::Count(options) => command::count::run(&options),
     };
     result.unwrap_or_else(|error| {
         eprintln!("error: {error}");

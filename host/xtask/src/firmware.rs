@@ -9,6 +9,9 @@ use crate::process::{Outcome, cargo, step, target_dir};
 /// The scenes that a firmware can be built for, first the default.
 pub const SCENES: &[&str] = &["p70", "tendon2", "tendon3", "linkage3"];
 
+/// Package and binary of the benchmarks.
+const BENCH: &str = "palpate-bench";
+
 /// What to build.
 #[derive(Clone, Default)]
 pub struct Build {
@@ -25,9 +28,20 @@ impl Build {
         self.bin.as_deref().unwrap_or("palpate")
     }
 
+    /// The benchmarks' image: every candidate method, timed on the chip.
+    pub fn bench() -> Self {
+        Self {
+            bin: Some(BENCH.to_owned()),
+            ..Self::default()
+        }
+    }
+
     /// Folder of its own for each scene and feature set, so that going from one to another builds nothing twice.
     fn target_dir(&self) -> PathBuf {
-        let scene = self.scene.as_deref().unwrap_or(SCENES[0]);
+        let scene = match self.bin() {
+            BENCH => BENCH,
+            _ => self.scene.as_deref().unwrap_or(SCENES[0]),
+        };
         let name = match &self.features {
             Some(features) => format!("{scene}-{}", features.replace([',', ' '], "-")),
             None => scene.to_owned(),
@@ -46,11 +60,10 @@ impl Build {
             "--release",
             "--target",
             THUMB,
-            "--package",
-            "palpate",
         ]);
+        // Every image has a package of its own name.
         command
-            .args(["--bin", self.bin()])
+            .args(["--package", self.bin(), "--bin", self.bin()])
             .arg("--target-dir")
             .arg(self.target_dir());
         let mut features: Vec<String> = self.features.iter().cloned().collect();

@@ -30,15 +30,15 @@ const REGISTERS: &[Register] = &[
 #[derive(Debug)]
 pub(crate) struct Exti {
     bank: Bank,
-    /// Last level of each of the 16 pin lines.
-    level: u16,
+    /// Last level of each of the 16 pin lines; `None` while none is armed and nobody looks.
+    level: Option<u16>,
 }
 
 impl Exti {
     pub(crate) fn new() -> Self {
         Self {
             bank: Bank::new("EXTI", REGISTERS),
-            level: 0,
+            level: None,
         }
     }
 
@@ -67,18 +67,22 @@ impl Exti {
         Ok(())
     }
 
-    /// New level of a pin line.
-    pub(crate) fn sense(&mut self, line: u8, high: bool) {
-        let bit = 1u16 << line;
-        let was = self.level & bit != 0;
-        if was == high {
-            return;
-        }
-        self.level ^= bit;
-        let trigger = if high { RTSR1 } else { FTSR1 };
-        if self.bank[trigger] & self.bank[IMR1] & u32::from(bit) != 0 {
-            self.bank[PR1] |= u32::from(bit);
-        }
+    /// Some pin line is armed.
+    pub(crate) fn armed(&self) -> bool {
+        (self.bank[RTSR1] | self.bank[FTSR1]) & 0xFFFF != 0
+    }
+
+    /// Present levels of the pin lines.
+    pub(crate) fn sense(&mut self, level: u16) {
+        let was = self.level.replace(level).unwrap_or(level);
+        let rising = u32::from(level & !was) & self.bank[RTSR1];
+        let falling = u32::from(!level & was) & self.bank[FTSR1];
+        self.bank[PR1] |= (rising | falling) & self.bank[IMR1];
+    }
+
+    /// Nobody looks at the pins any more.
+    pub(crate) fn ignore(&mut self) {
+        self.level = None;
     }
 
     /// Levels of the interrupt lines with their numbers.
@@ -105,8 +109,9 @@ mod tests {
         let mut exti = Exti::new();
         exti.write(IMR1, 1 << 13).unwrap();
         exti.write(RTSR1, 1 << 13).unwrap();
-        exti.sense(13, true);
-        exti.sense(13, false);
+        exti.sense(0);
+        exti.sense(1 << 13);
+        exti.sense(0);
         assert!(exti.lines().contains(&(40, true)));
         exti.write(PR1, 1 << 13).unwrap();
         assert!(exti.lines().contains(&(40, false)));

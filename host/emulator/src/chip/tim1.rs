@@ -57,6 +57,11 @@ const BKE: u32 = 1 << 12;
 const BIF: u32 = 1 << 7;
 const SBIF: u32 = 1 << 13;
 
+/// A store to this register may move the next update event.
+pub(crate) fn moves_events(offset: u32) -> bool {
+    matches!(offset, CR1 | EGR)
+}
+
 /// Values in force until the next update event.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Shadow {

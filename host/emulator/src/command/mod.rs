@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! The commands of the program.
 
-pub mod count;
+pub mod bench;
+mod counts;
 pub mod faults;
 pub mod sim;
 

@@ -59,12 +59,15 @@ pub struct Options {
     /// Injects a fault: NAME or NAME@SECONDS
     #[arg(long, value_name = "NAME[@TIME_S]")]
     fault: Option<Injected>,
+    /// Prints executed instructions of every interrupt, and the use of the stacks
+    #[arg(long)]
+    counts: bool,
+    /// Counts the calls of every function with this in its name
+    #[arg(long, value_name = "NAME", requires = "counts")]
+    watch: Vec<String>,
     /// Simulated seconds after which the run is given up
     #[arg(long, value_name = "S", default_value_t = 120.0, value_parser = positive)]
     max_s: f64,
-    /// Counts the calls of functions with this in their names; also says what interrupts and the whole run cost (JSON)
-    #[arg(long, value_name = "PART")]
-    watch: Vec<String>,
 }
 
 fn finite(text: &str) -> Result<f64, String> {
@@ -153,11 +156,11 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
     result = result.and(session.finish());
     print(&session, printed, options.json);
     result?;
+    if options.counts {
+        super::counts::print(&session.machine, options.json);
+    }
     let summary = Summary::of(&session);
     let wall_s = start.elapsed().as_secs_f64();
-    if !options.watch.is_empty() {
-        super::count::books(&firmware, &options.watch, &session.machine);
-    }
     if options.json {
         println!("{}", summary.json(wall_s));
     } else {

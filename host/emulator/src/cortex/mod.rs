@@ -6,9 +6,12 @@ pub mod decode;
 mod engine;
 mod exception;
 mod memory;
+mod names;
 pub(crate) mod nvic;
 mod system;
 mod systick;
+
+pub use names::exception_name;
 
 pub(crate) use engine::{Engine, Exit};
 

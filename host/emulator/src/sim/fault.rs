@@ -47,6 +47,8 @@ const MOVING_S: f64 = 7.0;
 const NEXT_PERIODS_US: f64 = 200.0;
 /// Back-EMF against encoder: 10 ms of contradiction, the observer's 1 ms, and slack for what counts back.
 const CONTRADICTION_US: f64 = 30_000.0;
+/// A driven motor may show no current for 0.2 s while it slows down; longer is a fault.
+const SILENCE_US: f64 = 250_000.0;
 /// The watchdog at its oscillator's slowest, after the last report.
 const WATCHDOG_US: f64 = 118_500.0;
 /// A command on its way: the probe polls every millisecond, the console and the executor take their turn.
@@ -56,11 +58,12 @@ const COMMAND_US: f64 = 50_000.0;
 pub const FAULTS: &[Fault] = &[
     Fault {
         name: "over-current",
-        detected_by: "control interrupt, or the bridge's own limit through the timer break",
-        reported: &["over-current", "sense-saturated", "bridge"],
+        detected_by: "control interrupt",
+        reported: &["over-current"],
         limit_us: NEXT_PERIODS_US,
         at_s: MOVING_S,
-        injection: Injection::Plant(|faults| faults.winding_left = 0.1),
+        // 350 mA at 6.8 V/A: above every limit, below full scale.
+        injection: Injection::Wires(|wires, _| wires.current_v = Some(2.38)),
     },
     Fault {
         name: "fault-pin",
@@ -133,7 +136,7 @@ pub const FAULTS: &[Fault] = &[
         name: "adc-stuck-zero",
         detected_by: "control interrupt",
         reported: &["sense-stuck"],
-        limit_us: 5_000.0,
+        limit_us: SILENCE_US,
         at_s: MOVING_S,
         injection: Injection::Wires(|wires, _| wires.current_v = Some(0.0)),
     },
@@ -343,12 +346,12 @@ pub fn judge(
         session.millisecond()?;
     }
     let before = session.faults.len();
+    let was_on = session.machine.world().bridge_on();
     session.inject(fault)?;
     let injected_at = session.machine.now();
     if let Injection::Reader(_, lasting_s) = fault.injection {
         return undisturbed(session, Some(lasting_s));
     }
-    let was_on = session.machine.world().bridge_on();
     let patience = injected_at + time::ticks(1e-6 * fault.limit_us) + 2000 * TICKS_PER_MS;
     while session.faults.len() == before && session.machine.now() < patience {
         session.millisecond()?;

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! Loads and stores of the core: which peripheral answers, and what it does to the others.
+
+use super::map::{self, Device};
+use super::{Chip, ENCODER, Misuse, pwr, tim1};
+use crate::time::{TICKS_PER_US, Ticks};
+
+/// How long the core may run fast before boost mode is on, and a fault handler may touch what has no clock.
+const PATIENCE: Ticks = 1000 * TICKS_PER_US;
+impl Chip {
+    /// Period of the ADC's clock; `None` while it has none.
+    pub(super) fn adc_clock(&self) -> Option<Ticks> {
+        let control = self.adc_common[map::ADC_CCR];
+        match control >> 16 & 3 {
+            0 if self.rcc.adc_from_system_clock() => {
+                const PRESCALER: [u64; 12] = [1, 2, 4, 6, 8, 10, 12, 16, 32, 64, 128, 256];
+                PRESCALER
+                    .get((control >> 18 & 0xF) as usize)
+                    .map(|p| p * self.rcc.bus)
+            }
+            0 => None,
+            mode => Some(self.rcc.bus << (mode - 1)),
+        }
+    }
+
+    /// A load of the core from the peripheral space.
+    pub(crate) fn read(&mut self, address: u32, size: usize) -> Result<u32, Misuse> {
+        let word = self.read_word(address & !3)?;
+        let shifted = word >> (8 * (address & 3));
+        Ok(if size >= 4 {
+            shifted
+        } else {
+            shifted & ((1 << (8 * size)) - 1)
+        })
+    }
+
+    fn read_word(&mut self, address: u32) -> Result<u32, Misuse> {
+        let Some((device, offset)) = self.clocked(address)? else {
+            return Ok(0);
+        };
+        let clocks = self.clocks();
+        match device {
+            Device::Rcc => self.rcc.read(offset),
+            Device::Pwr => self.pwr.read(offset),
+            Device::Flash => self.flash.read(offset, self.now),
+            Device::Gpio(port) => self.ports[port].read(offset),
+            Device::Exti => self.exti.read(offset),
+            Device::Syscfg => self.syscfg.read(offset),
+            Device::Dbgmcu => self.dbgmcu.read(offset),
+            Device::Dma(n) => self.dma[n].read(offset),
+            Device::Tim1 => self.tim1.read(offset, clocks),
+            Device::Timer(n) => {
+                if n == ENCODER && self.encoder_connected() {
+                    self.timers[n].edges = self.world.edges();
+                }
+                self.timers[n].read(offset, clocks)
+            }
+            Device::Adc(n) => self.adc[n].read(offset),
+            Device::AdcCommon => self.adc_common.read(offset),
+            Device::Uart(n) => {
+                let value = self.uarts[n].read(offset);
+                self.update_line(device);
+                value
+            }
+            Device::Iwdg => self.iwdg.read(offset),
+        }
+    }
+
+    /// A store of the core into the peripheral space.
+    pub(crate) fn write(&mut self, address: u32, size: usize, value: u32) -> Result<(), Misuse> {
+        let Some((device, offset)) = self.clocked(address & !3)? else {
+            return Ok(());
+        };
+        // The registers of timers are 16 bits wide, or may be written as if they were.
+        let narrow = matches!(device, Device::Tim1 | Device::Timer(_))
+            && size == 2
+            && address.is_multiple_of(4);
+        if size != 4 && !narrow {
+            return Err(Misuse::Width {
+                peripheral: device.name(),
+                offset: offset | address & 3,
+                size,
+            });
+        }
+        let clocks = self.clocks();
+        match device {
+            Device::Rcc => {
+                if let Some((register, bits)) = self.rcc.write(offset, value)? {
+                    self.reset_devices(register, bits);
+                }
+                self.check_wait_states()?;
+            }
+            Device::Pwr => self.pwr.write(offset, value)?,
+            Device::Flash => {
+                let stall = self.flash.write(offset, value, self.now)?;
+                self.stall(stall);
+            }
+            Device::Gpio(port) => self.ports[port].write(offset, value)?,
+            Device::Exti => self.exti.write(offset, value)?,
+            Device::Syscfg => self.syscfg.write(offset, value)?,
+            Device::Dbgmcu => self.dbgmcu.write(offset, value)?,
+            Device::Dma(n) => self.dma[n].write(offset, value)?,
+            Device::Tim1 => {
+                if self.tim1.write(offset, value, clocks)? {
+                    self.trigger_adc();
+                }
+            }
+            Device::Timer(n) => {
+                if n == ENCODER && self.encoder_connected() {
+                    self.timers[n].edges = self.world.edges();
+                }
+                self.timers[n].write(offset, value, clocks)?;
+            }
+            Device::Adc(n) => {
+                let Some(clock) = self.adc_clock() else {
+                    return Err(Misuse::Unclocked {
+                        peripheral: "ADC12",
+                        register: "(any)",
+                        enable: "CCIPR.ADC12SEL",
+                    });
+                };
+                self.adc[n].write(offset, value, clocks, clock)?;
+            }
+            Device::AdcCommon => self.adc_common.write(offset, value)?,
+            Device::Uart(n) => self.uarts[n].write(offset, value, clocks)?,
+            Device::Iwdg => self.iwdg.write(offset, value, self.now)?,
+        }
+        self.follow(device, offset);
+        Ok(())
+    }
+
+    /// What a store may have changed beyond the register: pins, interrupt lines, the time of the next event.
+    fn follow(&mut self, device: Device, offset: u32) {
+        if matches!(
+            device,
+            Device::Gpio(_) | Device::Syscfg | Device::Rcc | Device::Exti
+        ) {
+            self.sense_pins();
+        }
+        if matches!(device, Device::Gpio(_) | Device::Tim1 | Device::Rcc) {
+            self.apply_pins();
+        }
+        self.update_line(device);
+        // Most stores of the control interrupt move no event: compare values, pins, the break register.
+        let untimed = match device {
+            Device::Gpio(_) | Device::Syscfg | Device::Exti => true,
+            Device::Tim1 => !tim1::moves_events(offset),
+            _ => false,
+        };
+        if !untimed {
+            self.reschedule();
+        }
+    }
+
+    /// A store of the core into the flash's own addresses.
+    pub(crate) fn store_flash(&mut self, offset: u32, size: usize, value: u32) {
+        let stall = self.flash.store(offset, size, value, self.now);
+        self.stall(stall);
+        self.update_line(Device::Flash);
+        self.reschedule();
+    }
+
+    /// The core cannot fetch from flash while it is programmed or erased.
+    fn stall(&mut self, ticks: Ticks) {
+        self.now += ticks;
+    }
+
+    /// The peripheral at an address; `None` if its clock is off, so that it reads as zero and ignores writes.
+    fn clocked(&mut self, address: u32) -> Result<Option<(Device, u32)>, Misuse> {
+        match self.locate(address) {
+            Err(misuse @ Misuse::Unclocked { .. }) => {
+                self.unclocked.get_or_insert((misuse, self.now));
+                Ok(None)
+            }
+            found => found.map(Some),
+        }
+    }
+
+    /// Misuse that was forgiven for a while, and no longer is.
+    pub(super) fn check_patience(&mut self) {
+        if let Some((misuse, since)) = &self.unclocked
+            && self.now > since + PATIENCE
+        {
+            self.core
+                .trap
+                .get_or_insert(crate::cortex::Trap::Misuse(misuse.clone()));
+        }
+        self.check_boost();
+    }
+
+    fn locate(&self, address: u32) -> Result<(Device, u32), Misuse> {
+        let (base, device, gate) = map::locate(address).ok_or(Misuse::NoPeripheral { address })?;
+        let offset = address - base;
+        if let Some(gate) = gate
+            && !self.rcc.enabled(gate)
+        {
+            return Err(Misuse::Unclocked {
+                peripheral: device.name(),
+                register: map::register_name(device, offset),
+                enable: self.rcc.name(gate.0),
+            });
+        }
+        Ok((device, offset))
+    }
+
+    /// What the flash can follow.
+    fn check_wait_states(&self) -> Result<(), Misuse> {
+        let hertz = self.bus_hertz();
+        if hertz > 34_000_000 * (u64::from(self.flash.latency()) + 1) {
+            let what = "more flash wait states are needed (FLASH.ACR.LATENCY)";
+            return Err(Misuse::Unsupported {
+                peripheral: "RCC",
+                register: "CFGR",
+                value: hertz as u32,
+                what,
+            });
+        }
+        Ok(())
+    }
+
+    fn bus_hertz(&self) -> u64 {
+        crate::time::TICKS_PER_S / self.rcc.bus
+    }
+
+    /// Above 150 MHz the core needs boost mode. The switch may come shortly before, or the bit shortly after.
+    fn check_boost(&mut self) {
+        let unsafe_speed = self.bus_hertz() > 150_000_000 && !self.pwr.boost();
+        let since = *self.unboosted_since.get_or_insert(self.now);
+        if !unsafe_speed {
+            self.unboosted_since = None;
+        } else if self.now > since + PATIENCE {
+            let what = "above 150 MHz the core needs boost mode (bit 8, R1MODE, = 0)";
+            let misuse = Misuse::Unsupported {
+                peripheral: "PWR",
+                register: "CR5",
+                value: 0x100,
+                what,
+            };
+            self.core
+                .trap
+                .get_or_insert(crate::cortex::Trap::Misuse(misuse));
+        }
+    }
+
+    fn reset_devices(&mut self, register: u32, bits: u32) {
+        for &(_, device, gate) in map::DEVICES {
+            let Some((at, bit)) = gate else { continue };
+            if at != register || bits >> bit & 1 == 0 {
+                continue;
+            }
+            match device {
+                Device::Gpio(port) => self.ports[port].reset(),
+                Device::Tim1 => self.tim1.reset(),
+                Device::Timer(n) => self.timers[n].reset(),
+                Device::Adc(n) => self.adc[n].reset(),
+                Device::AdcCommon => self.adc_common.reset(),
+                Device::Uart(n) => self.uarts[n].reset(),
+                Device::Syscfg => self.syscfg.bank.reset(),
+                Device::Pwr => self.pwr = pwr::Pwr::new(),
+                _ => {}
+            }
+        }
+    }
+}

@@ -1,0 +1,298 @@
+//! The record in flash, with the power cut at every operation, bits flipped, and thousands of saves.
+
+mod flash;
+
+use flash::{BUFFER, Bench, Cut, Flash, Kept, PAGE, PAGES, Random, WORD};
+use palpate::app::store::StoreError;
+
+/// Length of a record with a friction table, and of one without.
+const LONG: usize = 1310;
+const SHORT: usize = 60;
+/// Outcomes tried of each operation that is cut short.
+const OUTCOMES: u64 = 6;
+
+/// The `n`th record: no two are alike.
+fn record(n: u64, length: usize) -> Vec<u8> {
+    let mut random = Random(n);
+    let mut bytes: Vec<u8> = (0..length).map(|_| random.next() as u8).collect();
+    bytes[..8].copy_from_slice(&n.to_le_bytes());
+    bytes
+}
+
+/// Flash after some saves, loaded before each as the firmware does.
+fn filled(saves: u64, length: usize) -> Flash {
+    let mut flash = Flash::blank();
+    for n in 0..saves {
+        let mut bench = Bench::new(flash);
+        bench.load().unwrap();
+        bench.save(&record(n, length)).unwrap();
+        flash = bench.flash();
+    }
+    flash.power_on();
+    flash
+}
+
+/// Every way of cutting an action short at each of its operations, until it ends by itself.
+fn every_cut(flash: &Flash, mut action: impl FnMut(Flash) -> bool) -> usize {
+    for operation in 0.. {
+        let cuts = (0..OUTCOMES).map(|seed| Cut::During(Random(seed << 32 | operation as u64)));
+        let mut ended = false;
+        for cut in std::iter::once(Cut::Before).chain(cuts) {
+            ended = action(flash.clone().cut_at(operation, cut));
+        }
+        if ended {
+            return operation;
+        }
+    }
+    unreachable!()
+}
+
+/// What a power cut during a save may leave: the old record or the new one. Then the next save must succeed.
+fn old_or_new(mut flash: Flash, old: &Kept, new: &[u8], length: usize) -> bool {
+    flash.power_on();
+    let mut bench = Bench::new(flash);
+    let found = bench.load().unwrap();
+    let is_new = found == Kept::Record(new.to_vec(), true);
+    let is_old = match (old, &found) {
+        (Kept::Record(old, _), Kept::Record(found, _)) => old == found,
+        (Kept::Nothing, Kept::Nothing | Kept::Unreadable) => true,
+        _ => false,
+    };
+    assert!(is_new || is_old, "{found:?}");
+    let next = record(u64::MAX, length);
+    bench.save(&next).unwrap();
+    assert_eq!(bench.load(), Ok(Kept::Record(next, true)));
+    is_new
+}
+
+#[test]
+fn a_power_cut_at_any_operation_of_a_save_leaves_the_old_record_or_the_new() {
+    let mut cuts = 0;
+    for length in [SHORT, LONG] {
+        // Blank, the first page, the ring begun and gone round, the last page and the first.
+        for saves in [0, 1, 2, 6, 7, 8, 9, 30, 31, 200, 247, 248] {
+            let flash = filled(saves, length);
+            let old = Bench::new(flash.clone()).load().unwrap();
+            let new = record(saves, length);
+            let (mut olds, mut news) = (0, 0);
+            cuts += every_cut(&flash, |flash| {
+                let mut bench = Bench::new(flash);
+                let saved = bench.load().and_then(|_| bench.save(&new)).is_ok();
+                let is_new = old_or_new(bench.flash(), &old, &new, length);
+                assert!(is_new || !saved, "said to be saved, and is not");
+                *(if is_new { &mut news } else { &mut olds }) += 1;
+                saved
+            });
+            assert!(olds > 10 && news > 0);
+        }
+    }
+    println!("{cuts} operations cut, each {} ways", OUTCOMES + 1);
+    assert!(cuts > 2000);
+}
+
+#[test]
+fn a_power_cut_while_the_last_one_is_mended_loses_nothing_either() {
+    let old = Kept::Record(record(8, LONG), true);
+    let new = record(9, LONG);
+    let mut mended = 0;
+    every_cut(&filled(9, LONG), |flash| {
+        let mut bench = Bench::new(flash);
+        let saved = bench.save(&new).is_ok();
+        let mut torn = bench.flash();
+        torn.power_on();
+        mended += every_cut(&torn, |flash| {
+            let mut bench = Bench::new(flash);
+            let loaded = bench.load().is_ok();
+            old_or_new(bench.flash(), &old, &new, LONG);
+            loaded
+        });
+        saved
+    });
+    assert!(mended > 0, "no cut of a save left anything to mend");
+}
+
+#[test]
+fn a_thousand_saves_with_the_power_cut_at_random() {
+    let mut random = Random(42);
+    let mut flash = Flash::blank();
+    let mut last = Kept::Nothing;
+    let mut cuts = 0;
+    for n in 0..1000 {
+        let length = if random.next().is_multiple_of(3) {
+            SHORT
+        } else {
+            LONG
+        };
+        let new = record(n, length);
+        // Now and then so late that the save is over.
+        let cut = match random.next() % 4 {
+            0 => Cut::Before,
+            _ => Cut::During(Random(random.next())),
+        };
+        flash = flash.cut_at(random.below(200), cut);
+        let mut bench = Bench::new(flash);
+        let saved = bench.load().and_then(|_| bench.save(&new)).is_ok();
+        cuts += u32::from(!saved);
+        flash = bench.flash();
+        flash.power_on();
+        let mut bench = Bench::new(flash);
+        let found = bench.load().unwrap();
+        let is_new = matches!(&found, Kept::Record(bytes, _) if *bytes == new);
+        let is_old = match (&last, &found) {
+            (Kept::Record(old, _), Kept::Record(bytes, _)) => old == bytes,
+            (Kept::Nothing, Kept::Nothing | Kept::Unreadable) => true,
+            _ => false,
+        };
+        assert!(is_new || (is_old && !saved), "save {n}: {found:?}");
+        if is_new {
+            last = found;
+        }
+        flash = bench.flash();
+    }
+    assert!((300..1000).contains(&cuts), "{cuts}");
+}
+
+#[test]
+fn a_power_cut_while_forgetting_leaves_the_record_or_nothing() {
+    for saves in [1, 2, 8, 20] {
+        for length in [SHORT, LONG] {
+            let flash = filled(saves, length);
+            let old = record(saves - 1, length);
+            let (mut kept, mut gone) = (0, 0);
+            every_cut(&flash, |flash| {
+                let mut bench = Bench::new(flash);
+                let forgot = bench.forget().is_ok();
+                let mut flash = bench.flash();
+                flash.power_on();
+                let mut bench = Bench::new(flash);
+                match bench.load().unwrap() {
+                    Kept::Nothing => gone += 1,
+                    Kept::Record(bytes, _) if bytes == old && !forgot => kept += 1,
+                    other => panic!("{other:?}"),
+                }
+                bench.save(&old).unwrap();
+                assert_eq!(bench.load(), Ok(Kept::Record(old.clone(), true)));
+                forgot
+            });
+            assert!(kept > 0 && gone > 0);
+        }
+    }
+}
+
+#[test]
+fn a_single_flipped_bit_is_never_used() {
+    let flash = filled(5, LONG);
+    let (last, before) = (record(4, LONG), record(3, LONG));
+    let mut older = 0;
+    // The page of the last record, the one before it and the blank one behind.
+    for bit in 3 * PAGE * 8..6 * PAGE * 8 {
+        let mut damaged = flash.clone();
+        damaged.flip(bit);
+        match Bench::new(damaged).load().unwrap() {
+            Kept::Record(bytes, true) => assert_eq!(bytes, last, "bit {bit}"),
+            Kept::Record(bytes, false) if bytes == before => older += 1,
+            // Behind the record something seems to have begun.
+            Kept::Record(bytes, false) => {
+                assert!(
+                    bytes == last && bit > (4 * PAGE + WORD + LONG) * 8,
+                    "bit {bit}"
+                );
+            }
+            other => panic!("bit {bit}: {other:?}"),
+        }
+    }
+    // Every bit of header, key and record, and no more than the padding beside.
+    let least = (8 + 1 + LONG) * 8;
+    assert!((least..least + 64).contains(&older), "{older}");
+}
+
+#[test]
+fn whatever_bits_are_flipped_a_record_is_whole_or_reported_and_the_next_save_works() {
+    let mut random = Random(7);
+    let (mut last, mut older, mut unreadable, mut layout) = (0, 0, 0, 0);
+    for run in 0..3000 {
+        let saves = 1 + random.next() % 12;
+        let length = [SHORT, LONG][run % 2];
+        let mut flash = filled(saves, length);
+        // From one bit to one in six.
+        let flips = 1 << (random.next() % 15);
+        for _ in 0..flips {
+            let bit = random.below(PAGES * PAGE * 8);
+            flash.flip(bit);
+        }
+        let mut bench = Bench::new(flash);
+        match bench.load() {
+            Ok(Kept::Record(bytes, newest)) => {
+                let n = u64::from_le_bytes(bytes[..8].try_into().unwrap());
+                assert!(n < saves && bytes == record(n, length), "run {run}");
+                assert!(!newest || n == saves - 1, "run {run}, {flips} bits");
+                *(if newest { &mut last } else { &mut older }) += 1;
+            }
+            // With so many bits wrong that no mark of a page is left.
+            Ok(Kept::Nothing) => assert!(flips > 1000, "run {run}"),
+            Ok(Kept::Unreadable) => unreadable += 1,
+            Err(StoreError::Layout) => layout += 1,
+            Err(error) => panic!("run {run}: {error:?}"),
+        }
+        let next = record(u64::MAX, length);
+        if bench.save(&next).is_err() {
+            bench.forget().unwrap();
+            bench.save(&next).unwrap();
+        }
+        match bench.load() {
+            // What is wrong behind it may still look like something newer.
+            Ok(Kept::Record(bytes, _)) => assert_eq!(bytes, next, "run {run}"),
+            other => panic!("run {run}: {other:?}"),
+        }
+    }
+    println!("last {last}, older {older}, unreadable {unreadable}, no sense {layout}");
+    assert!(last > 100 && older > 100 && unreadable > 100);
+}
+
+#[test]
+fn a_word_that_reads_as_erased_and_is_not_does_not_stop_a_save() {
+    for length in [SHORT, LONG] {
+        let flash = filled(3, length);
+        let blank: Vec<usize> = (0..PAGES * PAGE / WORD)
+            .filter(|&word| flash.is_blank(word))
+            .collect();
+        for word in blank {
+            let mut weak = flash.clone();
+            weak.touch(word);
+            let mut bench = Bench::new(weak);
+            bench.load().unwrap();
+            let new = record(3, length);
+            bench.save(&new).unwrap();
+            assert_eq!(bench.load(), Ok(Kept::Record(new, true)), "word {word}");
+        }
+    }
+}
+
+#[test]
+fn wear_is_level() {
+    for length in [SHORT, LONG] {
+        let mut bench = Bench::new(Flash::blank());
+        for n in 0..4000 {
+            bench.save(&record(n, length)).unwrap();
+        }
+        let erases = bench.flash().erases;
+        let (least, most) = (erases.iter().min().unwrap(), erases.iter().max().unwrap());
+        println!("{length} bytes: {erases:?} erases in 4000 saves");
+        assert!(most - least <= 1, "{erases:?}");
+    }
+}
+
+#[test]
+fn what_does_not_fit_is_said_and_harms_nothing() {
+    let mut bench = Bench::new(filled(4, LONG));
+    let last = Ok(Kept::Record(record(3, LONG), true));
+    for length in [BUFFER, BUFFER + 1, 5000] {
+        assert!(bench.save(&vec![1; length]).is_err(), "{length}");
+        assert_eq!(bench.load(), last);
+    }
+    assert_eq!(
+        Bench::new(Flash::blank()).load(),
+        Ok(Kept::Nothing),
+        "never saved"
+    );
+}
