@@ -91,7 +91,7 @@ pub fn sim(arguments: &[String]) -> Outcome {
     let build = Build {
         scene: scene.clone(),
         features,
-        bin: None,
+        package: None,
     };
     let elf = build.elf()?;
     if let Some(scene) = scene {
@@ -106,7 +106,7 @@ pub fn build(arguments: &[String]) -> Outcome {
     let build = Build {
         scene: scene(&mut rest)?,
         features: take(&mut rest, "--features")?,
-        bin: None,
+        package: None,
     };
     none_left(&rest)?;
     println!("{}", build.elf()?.display());
@@ -278,7 +278,7 @@ mod tests {
 
     #[test]
     fn a_wrong_call_is_refused_with_status_2() {
-        let unknown = scene(&mut words("--scene p71")).err().expect("refused");
+        let unknown = scene(&mut words("--scene p71")).expect_err("refused");
         assert_eq!(unknown.code, 2);
         assert!(unknown.message.contains("p71") && unknown.message.contains("p70"));
         assert_eq!(

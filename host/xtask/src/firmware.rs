@@ -4,68 +4,52 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use crate::machine::{self, THUMB, Toolchain};
-use crate::process::{Outcome, cargo, step, target_dir};
+use crate::process::{Failure, Outcome, cargo, step, target_dir};
 
 /// The scenes that a firmware can be built for, first the default.
 pub const SCENES: &[&str] = &["p70", "tendon2", "tendon3", "linkage3"];
 
-/// Package and binary of the benchmarks.
-const BENCH: &str = "palpate-bench";
-
-/// What to build.
+/// What to build for the chip.
 #[derive(Clone, Default)]
 pub struct Build {
     /// Scene, or the default one.
     pub scene: Option<String>,
     /// Further cargo features, separated by commas.
     pub features: Option<String>,
-    /// Another binary than the firmware itself.
-    pub bin: Option<String>,
+    /// Another package than the firmware's; its binary has its name.
+    pub package: Option<&'static str>,
 }
 
 impl Build {
-    fn bin(&self) -> &str {
-        self.bin.as_deref().unwrap_or("palpate")
+    fn package(&self) -> &str {
+        self.package.unwrap_or("palpate")
     }
 
-    /// The benchmarks' image: every candidate method, timed on the chip.
-    pub fn bench() -> Self {
-        Self {
-            bin: Some(BENCH.to_owned()),
-            ..Self::default()
+    /// What distinguishes this ELF from the others.
+    fn name(&self) -> String {
+        let mut name = self.package().to_owned();
+        for part in [&self.scene, &self.features].into_iter().flatten() {
+            name.push('-');
+            name.push_str(&part.replace([',', ' '], "-"));
         }
+        name
     }
 
-    /// Folder of its own for each scene and feature set, so that going from one to another builds nothing twice.
-    fn target_dir(&self) -> PathBuf {
-        let scene = match self.bin() {
-            BENCH => BENCH,
-            _ => self.scene.as_deref().unwrap_or(SCENES[0]),
-        };
-        let name = match &self.features {
-            Some(features) => format!("{scene}-{}", features.replace([',', ' '], "-")),
-            None => scene.to_owned(),
-        };
-        let compiler = match std::env::var("PALPATE_TOOLCHAIN").as_deref() {
-            Ok("debian") => "firmware-debian",
-            _ => "firmware",
-        };
-        target_dir().join(compiler).join(name)
+    /// A folder for each compiler: two that share one would build everything anew at every change between them.
+    fn target_dir(toolchain: &Toolchain) -> PathBuf {
+        target_dir().join(match toolchain {
+            Toolchain::Rustup => "firmware",
+            Toolchain::Debian { .. } => "firmware-debian",
+        })
     }
 
     /// The cargo call `subcommand` for this build; `check` lints the same code that `build` compiles.
-    fn cargo(&self, subcommand: &str, toolchain: &Toolchain) -> Outcome<Command> {
-        let mut command = cargo([
-            subcommand,
-            "--release",
-            "--target",
-            THUMB,
-        ]);
-        // Every image has a package of its own name.
+    fn cargo(&self, subcommand: &str, toolchain: &Toolchain) -> Command {
+        let mut command = cargo([subcommand, "--release", "--target", THUMB]);
         command
-            .args(["--package", self.bin(), "--bin", self.bin()])
+            .args(["--package", self.package(), "--bin", self.package()])
             .arg("--target-dir")
-            .arg(self.target_dir());
+            .arg(Self::target_dir(toolchain));
         let mut features: Vec<String> = self.features.iter().cloned().collect();
         if let Some(scene) = &self.scene {
             command.arg("--no-default-features");
@@ -81,22 +65,22 @@ impl Build {
                 .env("RUSTC_BOOTSTRAP", "1")
                 .env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker);
         }
-        Ok(command)
+        command
     }
 
     /// Builds the ELF and returns its path.
     pub fn elf(&self) -> Outcome<PathBuf> {
         let toolchain = machine::firmware_toolchain()?;
-        let what = format!(
-            "building the firmware, scene {}",
-            self.scene.as_deref().unwrap_or(SCENES[0])
-        );
-        step(&what, &mut self.cargo("build", &toolchain)?)?;
-        Ok(self
-            .target_dir()
-            .join(THUMB)
-            .join("release")
-            .join(self.bin()))
+        let what = format!("building for the chip: {}", self.name());
+        step(&what, &mut self.cargo("build", &toolchain))?;
+        let folder = Self::target_dir(&toolchain);
+        let built = folder.join(THUMB).join("release").join(self.package());
+        // The next scene is built over this one: keep it under a name of its own.
+        let kept = folder.join("elf").join(self.name());
+        std::fs::create_dir_all(folder.join("elf"))
+            .and_then(|()| std::fs::copy(&built, &kept))
+            .map_err(|error| Failure::new(format!("cannot keep {}: {error}", kept.display())))?;
+        Ok(kept)
     }
 
     /// Lints the code as the chip will run it.
@@ -104,13 +88,13 @@ impl Build {
         let toolchain = machine::firmware_toolchain()?;
         let mut command = match toolchain {
             Toolchain::Rustup => {
-                let mut command = self.cargo("clippy", &toolchain)?;
+                let mut command = self.cargo("clippy", &toolchain);
                 command.args(["--", "-D", "warnings"]);
                 command
             }
             // `cargo clippy` would take the wrong compiler's driver: do by hand what it does.
             Toolchain::Debian { .. } => {
-                let mut command = self.cargo("check", &toolchain)?;
+                let mut command = self.cargo("check", &toolchain);
                 command
                     .env("RUSTC_WORKSPACE_WRAPPER", machine::debian_clippy()?)
                     .env(

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// Why a command ended badly: exit status and what to tell (empty where the program itself has told it).
+#[derive(Debug)]
 pub struct Failure {
     /// Exit status of xtask: 1 for a failed check, 2 for a wrong call.
     pub code: u8,
