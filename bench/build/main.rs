@@ -266,7 +266,7 @@ fn emit(out: &mut String, name: &str, kind: &str, cases: &[Case], timed: usize) 
 }
 
 /// Rows of the files of finite steps, contact on phalanx 2, and the place at first contact.
-fn steps(out: &mut String, table: &Table, name: &str, kind: &str, design: &[&str], timed: usize) {
+fn steps(out: &mut String, table: &Table, timed: usize) {
     let rows: Vec<(String, f64)> = table
         .rows()
         .filter(|row| row.number("phal") == 2.0)
@@ -282,7 +282,7 @@ fn steps(out: &mut String, table: &Table, name: &str, kind: &str, design: &[&str
                 list(&["K1", "K2"]),
                 list(&["th10", "th20"]),
                 list(&["th1", "th2"]),
-                list(design),
+                list(&["a1", "b1", "c1", "psi1", "mode1"]),
                 row.number("T_c"),
                 row.number("dT"),
                 row.number("dtheta_a") as f32,
@@ -295,13 +295,13 @@ fn steps(out: &mut String, table: &Table, name: &str, kind: &str, design: &[&str
         out,
         "/// Steps and the places that they came from.\n#[cfg(not(target_os = \"none\"))]"
     );
-    let _ = writeln!(out, "pub static {name}: &[(Row<{kind}>, f64)] = &[");
+    let _ = writeln!(out, "pub static STEPS: &[(Row, f64)] = &[");
     for (fields, k) in &rows {
         let _ = writeln!(out, "({fields}, {k:?}),");
     }
     let _ = writeln!(
         out,
-        "];\n/// The part of them that the chip times.\npub static {name}_TIMED: [Row<{kind}>; {timed}] = ["
+        "];\n/// The part of them that the chip times.\npub static STEPS_TIMED: [Row; {timed}] = ["
     );
     for at in 0..timed {
         let _ = writeln!(out, "{},", rows[at * rows.len() / timed].0);
@@ -395,23 +395,6 @@ fn main() {
     );
     emit(&mut out, "THREE", "ThreePhalanges", &cases, 32);
     functions(&mut out, 48);
-    let table = Table::read(&folder.join("contact_2L.csv"));
-    steps(
-        &mut out,
-        &table,
-        "STEPS",
-        "FourBar",
-        &["a1", "b1", "c1", "psi1", "mode1"],
-        24,
-    );
-    let table = Table::read(&folder.join("contact_2T.csv"));
-    steps(
-        &mut out,
-        &table,
-        "STEPS_TENDON",
-        "Pulleys",
-        &["r1", "r2"],
-        24,
-    );
+    steps(&mut out, &Table::read(&folder.join("contact_2L.csv")), 32);
     std::fs::write(out_dir.join("rows.rs"), out).expect("the rows can be written");
 }

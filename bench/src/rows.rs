@@ -11,7 +11,7 @@
 )]
 
 use crate::function::Angle;
-use crate::step::{FourBar, Pulleys, Row};
+use crate::step::Row;
 use crate::three::ThreePhalanges;
 use crate::two::TwoPhalanges;
 

@@ -3,7 +3,7 @@
 use crate::candidate::Candidate;
 use crate::function::{self, Angle};
 use crate::rows;
-use crate::step::{self, Row, Step};
+use crate::step::{self, Step};
 use crate::three::{self, ThreePhalanges};
 use crate::two::{self, TwoPhalanges};
 
@@ -67,22 +67,11 @@ macro_rules! nothing {
 
 nothing!(nothing_two, TwoPhalanges, [f32; 2], [0.0; 2]);
 nothing!(nothing_three, ThreePhalanges, [f32; 2], [0.0; 2]);
+nothing!(nothing_step, Step, [f32; 2], [0.0; 2]);
 nothing!(nothing_number, f32, f32, 0.0);
 nothing!(nothing_angle, Angle, f32, 0.0);
 nothing!(nothing_angles, Angle, [f32; 2], [0.0; 2]);
 nothing!(nothing_point, [f32; 2], f32, 0.0);
-
-fn nothing_step<T>(_: &Step<T>) -> [f32; 2] {
-    [0.0; 2]
-}
-
-/// Rows made ready; those that the library refuses are left out.
-fn ready<D, T, const N: usize>(
-    rows: &[Row<D>; N],
-    make: fn(&Row<D>) -> Option<Step<T>>,
-) -> heapless::Vec<Step<T>, N> {
-    rows.iter().filter_map(make).collect()
-}
 
 /// Shows a visitor every task.
 pub fn visit(visitor: &mut impl Visitor) {
@@ -98,16 +87,13 @@ pub fn visit(visitor: &mut impl Visitor) {
         timed: rows::THREE_TIMED,
         nothing: nothing_three,
     });
+    // Fingers are built here: a firmware has its finger ready.
+    let steps: heapless::Vec<Step, { rows::STEPS_TIMED.len() }> =
+        rows::STEPS_TIMED.iter().filter_map(step::ready).collect();
     visitor.task(&Task {
         name: "k2_2p_step",
-        candidates: step::by_linkage::CANDIDATES,
-        timed: &ready(&rows::STEPS_TIMED, step::linkage),
-        nothing: nothing_step,
-    });
-    visitor.task(&Task {
-        name: "k2_2p_step_tendon",
-        candidates: step::by_tendon::CANDIDATES,
-        timed: &ready(&rows::STEPS_TENDON_TIMED, step::tendon),
+        candidates: step::CANDIDATES,
+        timed: &steps,
         nothing: nothing_step,
     });
     visitor.task(&Task {

@@ -1,17 +1,18 @@
-//! Tasks `k2_2p_step` and `k2_2p_step_tendon`: the same place from a finite step of torque after contact, which the secant
-//! stiffness tells with a bias (MATH 7). Fingers with one four-bar, and with a tendon.
+//! Task `k2_2p_step`: the same place from a finite step of torque after contact, which the secant stiffness tells with a bias
+//! (MATH 7). Fingers with a four-bar, as the default scene's.
 
 use crate::candidate::{Candidate, NOWHERE, Roots, on_phalanx};
+use crate::two::library::kept;
 use palpate::finger::{
     Assembly, Candidate as Place, Configuration, Contact, Finger, Levers, Linkage, Mechanics,
-    Parameters, Tendon,
+    Parameters, Rise,
 };
 use palpate::sensing::location::{NoJointSensor, Rigid};
 use palpate::sensing::step::{self, Measured};
 
 /// A row of the files: a finger with two phalanges, its posture at contact, a step of torque.
 #[derive(Clone, Copy, Debug)]
-pub struct Row<D> {
+pub struct Row {
     /// Lengths.
     pub l: [f32; 2],
     /// Stiffness of the springs.
@@ -20,8 +21,8 @@ pub struct Row<D> {
     pub rest_rad: [f32; 2],
     /// Angles at contact, radian.
     pub theta_rad: [f32; 2],
-    /// Radii of the pulleys, or a, b, c, psi and the mode of the four-bar.
-    pub design: D,
+    /// a, b, c, psi and the mode of the four-bar.
+    pub design: [f32; 5],
     /// Torque at contact.
     pub torque: f32,
     /// Rise of torque after contact.
@@ -32,15 +33,10 @@ pub struct Row<D> {
     pub half_rotation_rad: f32,
 }
 
-/// Levers of a four-bar: a, b, c, psi, mode.
-pub type FourBar = [f32; 5];
-/// Radii r_1, r_2 of the pulleys.
-pub type Pulleys = [f32; 2];
-
 /// A row made ready: what a firmware has at hand when the step is over.
 #[derive(Clone, Copy, Debug)]
-pub struct Step<T> {
-    finger: Finger<2, T>,
+pub struct Step {
+    finger: Finger<2, Linkage<1>>,
     at: Configuration<2>,
     torque: f32,
     rise: f32,
@@ -48,7 +44,7 @@ pub struct Step<T> {
     half_rotation_rad: f32,
 }
 
-fn parameters<D>(row: &Row<D>) -> Parameters<2> {
+fn parameters(row: &Row) -> Parameters<2> {
     // Wide enough for any posture of the file.
     let range = |i: usize| {
         [
@@ -64,24 +60,8 @@ fn parameters<D>(row: &Row<D>) -> Parameters<2> {
     }
 }
 
-fn ready<T, D>(row: &Row<D>, finger: Finger<2, T>) -> Option<Step<T>>
-where
-    T: Copy + palpate::finger::Transmission<2>,
-    Finger<2, T>: Mechanics<Configuration = Configuration<2>>,
-{
-    let near = finger.configuration(row.theta_rad).ok()?;
-    Some(Step {
-        at: finger.free_at_torque(row.torque, &near)?,
-        finger,
-        torque: row.torque,
-        rise: row.rise,
-        rotation_rad: row.rotation_rad,
-        half_rotation_rad: row.half_rotation_rad,
-    })
-}
-
-/// A finger with a four-bar; nothing where the library refuses the row.
-pub fn linkage(row: &Row<FourBar>) -> Option<Step<Linkage<1>>> {
+/// Makes a row ready; nothing where the library refuses it.
+pub fn ready(row: &Row) -> Option<Step> {
     let [driving_m, coupler_m, driven_m, offset_rad, mode] = row.design;
     let levers = Levers {
         driving_m,
@@ -94,12 +74,16 @@ pub fn linkage(row: &Row<FourBar>) -> Option<Step<Linkage<1>>> {
             Assembly::Clockwise
         },
     };
-    ready(row, Finger::new(parameters(row), [levers]).ok()?)
-}
-
-/// A finger with a tendon; nothing where the library refuses the row.
-pub fn tendon(row: &Row<Pulleys>) -> Option<Step<Tendon<2>>> {
-    ready(row, Finger::new(parameters(row), row.design).ok()?)
+    let finger = Finger::<2, Linkage<1>>::new(parameters(row), [levers]).ok()?;
+    let near = finger.configuration(row.theta_rad).ok()?;
+    Some(Step {
+        at: finger.free_at_torque(row.torque, &near)?,
+        finger,
+        torque: row.torque,
+        rise: row.rise,
+        rotation_rad: row.rotation_rad,
+        half_rotation_rad: row.half_rotation_rad,
+    })
 }
 
 fn roots(places: &[Place], length: f32) -> Roots {
@@ -110,111 +94,115 @@ fn roots(places: &[Place], length: f32) -> Roots {
     roots
 }
 
-macro_rules! candidates {
-    ($module:ident, $transmission:ty) => {
-        /// The candidates for one transmission.
-        pub mod $module {
-            use super::*;
+/// The candidates.
+pub const CANDIDATES: &[Candidate<Step, Roots>] = &[
+    Candidate {
+        name: "finite_step_one_unknown",
+        run: one_unknown,
+        chosen: None,
+    },
+    Candidate {
+        name: "finite_step",
+        run: finite_step,
+        chosen: None,
+    },
+    Candidate {
+        name: "finite_step_all_places",
+        run: all_places,
+        chosen: None,
+    },
+    Candidate {
+        name: "secant_closed",
+        run: secant,
+        chosen: None,
+    },
+    Candidate {
+        name: "secant_bisection",
+        run: bisected,
+        chosen: None,
+    },
+    Candidate {
+        name: "two_step_extrapolation",
+        run: extrapolated,
+        chosen: None,
+    },
+];
 
-            type Input = Step<$transmission>;
-
-            /// The candidates.
-            pub const CANDIDATES: &[Candidate<Input, Roots>] = &[
-                Candidate {
-                    name: "finite_step",
-                    run: finite_step,
-                    chosen: None,
-                },
-                Candidate {
-                    name: "finite_step_all_places",
-                    run: all_places,
-                    chosen: None,
-                },
-                Candidate {
-                    name: "secant_closed",
-                    run: secant,
-                    chosen: None,
-                },
-                Candidate {
-                    name: "secant_bisection",
-                    run: bisected,
-                    chosen: None,
-                },
-                Candidate {
-                    name: "two_step_extrapolation",
-                    run: extrapolated,
-                    chosen: None,
-                },
-            ];
-
-            fn closed(input: &Input, compliance: f32) -> Roots {
-                let found = input
-                    .finger
-                    .locate_closed(&input.at, input.torque, compliance);
-                roots(found.candidates(), input.finger.parameters().lengths_m[1])
-            }
-
-            /// The secant taken for the tangent, in closed form.
-            #[inline(never)]
-            fn secant(input: &Input) -> Roots {
-                closed(input, input.rotation_rad / input.rise)
-            }
-
-            /// The same by bisection: the paper's way.
-            #[inline(never)]
-            fn bisected(input: &Input) -> Roots {
-                let compliance = input.rotation_rad / input.rise;
-                let found = input.finger.locate(&input.at, input.torque, compliance);
-                roots(found.candidates(), input.finger.parameters().lengths_m[1])
-            }
-
-            /// The secants of half the step and of the whole, extrapolated to no step.
-            #[inline(never)]
-            fn extrapolated(input: &Input) -> Roots {
-                let rotation = 4.0 * input.half_rotation_rad - input.rotation_rad;
-                closed(input, rotation / input.rise)
-            }
-
-            /// The finite step solved from each place that the secant gives.
-            #[inline(never)]
-            fn finite_step(input: &Input) -> Roots {
-                secant(input).map(|k_m| {
-                    let contact = Contact {
-                        phalanx: 2,
-                        k_m,
-                        radius_m: 0.0,
-                    };
-                    input
-                        .finger
-                        .path(&input.at, input.torque, contact)
-                        .and_then(|guess| {
-                            input.finger.place(&guess, input.rise, input.rotation_rad)
-                        })
-                        .map_or(f32::NAN, |(k, _)| k)
-                })
-            }
-
-            /// Every place that explains the finite step, from several starts on each phalanx.
-            #[inline(never)]
-            fn all_places(input: &Input) -> Roots {
-                let measured = Measured {
-                    rise_nm: input.rise,
-                    rotation_rad: input.rotation_rad,
-                    radius_m: 0.0,
-                };
-                let found = step::places(
-                    &input.finger,
-                    &input.at,
-                    input.torque,
-                    &measured,
-                    &Rigid,
-                    &NoJointSensor,
-                );
-                roots(&found, input.finger.parameters().lengths_m[1])
-            }
-        }
-    };
+fn closed(input: &Step, compliance: f32) -> Roots {
+    let found = input
+        .finger
+        .locate_closed(&input.at, input.torque, compliance);
+    roots(found.candidates(), input.finger.parameters().lengths_m[1])
 }
 
-candidates!(by_linkage, Linkage<1>);
-candidates!(by_tendon, Tendon<2>);
+/// The secant taken for the tangent, in closed form.
+#[inline(never)]
+fn secant(input: &Step) -> Roots {
+    closed(input, input.rotation_rad / input.rise)
+}
+
+/// The same by bisection: the paper's way.
+#[inline(never)]
+fn bisected(input: &Step) -> Roots {
+    let compliance = input.rotation_rad / input.rise;
+    let found = input.finger.locate(&input.at, input.torque, compliance);
+    roots(found.candidates(), input.finger.parameters().lengths_m[1])
+}
+
+/// The secants of half the step and of the whole, extrapolated to no step.
+#[inline(never)]
+fn extrapolated(input: &Step) -> Roots {
+    let rotation = 4.0 * input.half_rotation_rad - input.rotation_rad;
+    closed(input, rotation / input.rise)
+}
+
+/// One equation for the change of joint 2, a point contact.
+#[inline(never)]
+fn one_unknown(input: &Step) -> Roots {
+    let rise = Rise {
+        torque_nm: input.rise,
+        rotation_rad: input.rotation_rad,
+    };
+    kept(
+        input
+            .finger
+            .places_from_step(&input.at, input.torque, &rise),
+        input.finger.parameters().lengths_m[1],
+    )
+}
+
+/// The finite step solved from each place that the secant gives.
+#[inline(never)]
+fn finite_step(input: &Step) -> Roots {
+    secant(input).map(|k_m| {
+        let contact = Contact {
+            phalanx: 2,
+            k_m,
+            radius_m: 0.0,
+        };
+        input
+            .finger
+            .path(&input.at, input.torque, contact)
+            .and_then(|guess| input.finger.place(&guess, input.rise, input.rotation_rad))
+            .map_or(f32::NAN, |(k, _)| k)
+    })
+}
+
+/// Every place that explains the finite step, from several starts on each phalanx.
+#[inline(never)]
+fn all_places(input: &Step) -> Roots {
+    let measured = Measured {
+        rise_nm: input.rise,
+        rotation_rad: input.rotation_rad,
+        radius_m: 0.0,
+    };
+    let found = step::places(
+        &input.finger,
+        &input.at,
+        input.torque,
+        &measured,
+        &Rigid,
+        &NoJointSensor,
+    );
+    roots(&found, input.finger.parameters().lengths_m[1])
+}

@@ -117,14 +117,12 @@ fn places<I>(
 
 /// The place that a finite step came from, in % of the phalanx's length. Other places that explain the same step are no
 /// mistake: they are not counted.
-fn stepped<D, T>(
-    candidate: &Candidate<Step<T>, [f32; 2]>,
-    rows: &[(step::Row<D>, f64)],
-    ready: fn(&step::Row<D>) -> Option<Step<T>>,
-) -> Error {
+fn stepped(candidate: &Candidate<Step, [f32; 2]>) -> Error {
     let mut gathered = Gathered::default();
-    for (row, k) in rows {
-        let Some(input) = ready(row) else { continue };
+    for (row, k) in rows::STEPS {
+        let Some(input) = step::ready(row) else {
+            continue;
+        };
         let found = (candidate.run)(&input).map(f64::from);
         let nearest = found
             .into_iter()
@@ -206,16 +204,7 @@ fn errors(task: &str, at: usize) -> Error {
             rows::THREE,
             three::ThreePhalanges::length,
         ),
-        "k2_2p_step" => stepped(
-            &step::by_linkage::CANDIDATES[at],
-            rows::STEPS,
-            step::linkage,
-        ),
-        "k2_2p_step_tendon" => stepped(
-            &step::by_tendon::CANDIDATES[at],
-            rows::STEPS_TENDON,
-            step::tendon,
-        ),
+        "k2_2p_step" => stepped(&step::CANDIDATES[at]),
         "sqrt" => sweep(
             &function::SQRT[at],
             number,

@@ -1,6 +1,6 @@
 //! `report`: speed against error of every candidate method, on the emulated core.
 //!
-//! Costs come from a run of the bench image on the emulated chip (`palpate-emulator count`): its own cycle counter, which
+//! Costs come from a run of the bench image on the emulated chip (`palpate-emulator bench`): its own cycle counter, which
 //! counts executed instructions there, less an empty call; and the cycle bracket of its functions: below the core's table at
 //! zero wait states, above it 4 cycles a flash line of 8 bytes, a taken branch and a literal on top. Errors are measured
 //! here with the same code over all reference rows. The results of the timed rows must be the same bits on both.
@@ -51,7 +51,7 @@ pub struct Arguments {
 /// Joins errors and costs.
 fn join(arguments: &Arguments) -> Result<Vec<Row>> {
     let image = Image::read(&arguments.bench)?;
-    let measured = measured::read(&arguments.counts)?;
+    let measured = measured::read(&arguments.counts, &image)?;
     judge::judge()
         .into_iter()
         .map(|judged| {
