@@ -9,10 +9,10 @@ use super::pair::{Pair, Roots};
 use super::{Configuration, Finger, Step, Transmission};
 use crate::numeric::Turn;
 
-/// Newton steps; started from the secant's place, three or four are taken.
+/// Newton steps; started from the secant's place, two or three are taken.
 const STEPS: u8 = 8;
-/// A change of the unknown this small, as a share of the rotations, is their rounding.
-const SETTLED_SHARE: f32 = 3e-7;
+/// A change of the unknown this small, as a share of the rotations, leaves its square: their rounding.
+const SETTLED_SHARE: f32 = 2e-4;
 
 /// A step of torque after contact, as the input link sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,8 +75,8 @@ impl<T: Transmission<2>> Finger<2, T> {
                 rad: [0.0, delta_2],
                 half: [Turn::NONE, half_2],
             };
-            let delta_1 = rise.rotation_rad - self.transmission.turned_rad(at, &step)?;
-            let [_, x2_change] = self.transmission.x_change(at, &step)?;
+            let (turned_rad, [_, x2_change]) = self.transmission.changes(at, &step)?;
+            let delta_1 = rise.rotation_rad - turned_rad;
             let x2_now = x2 + x2_change;
             // Changes of the joints' torques: the contact force's, times its moment arms.
             let tau_1 = rise.torque_nm - k1 * delta_1;
@@ -93,11 +93,15 @@ impl<T: Transmission<2>> Finger<2, T> {
                 + (tau_1_slope - tau_2_slope) * drop * lean.cos
                 - (tau_1 - tau_2) * x2_now * lean.then(half_1.back()).cos;
             let change = residual / slope;
+            delta_2 -= change;
             if change.abs() <= SETTLED_SHARE * (delta_2.abs() + delta_1.abs()) {
-                let k = -l1 * drop * now.then(half_1).cos / sum.sin;
+                // So near that joint 1 follows in proportion, and the next step would change less than rounding.
+                let half_1 = Turn::by(0.5 * (delta_1 + x2_now * change));
+                let half_2 = Turn::by(0.5 * delta_2);
+                let lean = theta_2.then(half_2.twice()).then(half_1);
+                let k = -2.0 * l1 * half_1.sin * lean.cos / half_1.then(half_2).twice().sin;
                 return (k > 0.0 && k <= l2).then_some(k);
             }
-            delta_2 -= change;
         }
         None
     }

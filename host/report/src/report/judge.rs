@@ -294,4 +294,16 @@ mod tests {
         assert!(error.random_max <= 1e-4, "{error:?}");
         assert_eq!(error.nonfinite, 0);
     }
+
+    #[test]
+    fn one_unknown_explains_a_finite_step_without_the_bias_of_the_secant() {
+        let judged = judge();
+        let of = |name: &str| {
+            let found = judged.iter().find(|one| one.task == "k2_2p_step" && one.name == name);
+            &found.expect("it is a candidate").error
+        };
+        assert!(of("secant_closed").error_max > 1.0);
+        let error = of("finite_step_one_unknown");
+        assert!(error.error_max < 5e-4 && error.nonfinite == 0, "{error:?}");
+    }
 }
