@@ -25,8 +25,8 @@ const VISCOUS_NM_S_PER_RAD: f32 = 2.3e-8;
 /// radius and 4.5 degree of lead: friction 0.10, falling by 13 % of itself per unit of ln v, over 0.18 in the screw's
 /// equation (I).
 const EFFICIENCY_PER_SPEED: f32 = 0.07;
-/// Gearhead 364 and worm 1092 counts at the wheel (I), and a tenth more: an upper limit.
-const BACKLASH_COUNTS: f32 = 1.1 * (364.0 + 1092.0);
+/// Gearhead 364 and worm 1092 counts at the wheel (I).
+const BACKLASH_COUNTS: f32 = 364.0 + 1092.0;
 /// Torque at the input link at which probing ends. With 120 mA, less some 15 mA of friction, the motor gives 0.4 N m.
 pub const PROBE_TORQUE_NM: f32 = 0.35;
 

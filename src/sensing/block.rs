@@ -10,6 +10,8 @@
 
 use crate::sensing::{Drive, Drivetrain, Sample, Settings};
 
+/// Way after a reversal that is not used, in nominal backlashes: gears wear.
+const DEAD_BAND: f32 = 1.5;
 /// A longer time without a sample breaks a block.
 const GAP_US: u64 = 5_000;
 
@@ -175,7 +177,7 @@ impl Gate {
         };
         let Some(taken_up_us) = run.taken_up_us else {
             let way_rad = sign * drivetrain.rotation_rad(run.start_counts, now.counts);
-            if !run.reversed || way_rad >= drivetrain.backlash_rad {
+            if !run.reversed || way_rad >= DEAD_BAND * drivetrain.backlash_rad {
                 run.taken_up_us = Some(now.time_us);
                 self.in_touch = Some(run.drive);
             }

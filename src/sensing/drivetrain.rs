@@ -33,7 +33,7 @@ pub struct Drivetrain {
     pub viscous_nm_s_per_rad: f32,
     /// Change of the efficiency, as a share of it, per share of speed: a worm's friction falls with its speed.
     pub efficiency_per_speed: f32,
-    /// Dead band after a reversal, at the input link, radian, >= 0: an upper limit.
+    /// Dead band after a reversal, at the input link, radian, >= 0.
     pub backlash_rad: f32,
 }
 
@@ -44,8 +44,9 @@ impl Drivetrain {
         to_counts.wrapping_sub(from_counts) as f32 * self.rad_per_count
     }
 
-    /// Angle theta_a of the input link at an encoder position, radian, the cable's twist included.
-    pub fn angle_rad(&self, counts: i32) -> f32 {
-        self.opening_stop_rad + self.rotation_rad(0, counts)
+    /// Angle theta_a of the input link at an encoder position while closing, radian, the cable's twist included: the dead
+    /// band has been crossed since the stop.
+    pub fn closing_rad(&self, counts: i32) -> f32 {
+        self.opening_stop_rad - self.backlash_rad + self.rotation_rad(0, counts)
     }
 }

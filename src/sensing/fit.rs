@@ -12,7 +12,7 @@
 //! Everything unknown is a parameter with a prior, so the deviation of k that comes out holds noise, friction misfit,
 //! radius and calibration together.
 
-use crate::finger::{Contact, Mechanics, PathPoint};
+use crate::finger::{Contact, Free, Mechanics, PathPoint};
 use crate::numeric::{ln, sqrt};
 use crate::sensing::curve::{BINS, Point};
 use crate::sensing::normal::{Factor, Normal};
@@ -77,11 +77,26 @@ pub struct Prior {
     pub inertia_share: f32,
 }
 
-/// A posture at the onset.
-#[derive(Clone, Copy, Debug)]
-struct Onset<C> {
-    configuration: C,
-    torque_nm: f32,
+/// Posture and torque of the free finger at an angle measured before the cable: the torque that holds the finger twists
+/// it. `near` is where the search starts.
+pub fn free_behind_cable<F: Mechanics>(
+    finger: &F,
+    measured_rad: f32,
+    calibration: &Calibration,
+    creep: f32,
+    near: &F::Configuration,
+) -> Option<Free<F::Configuration>> {
+    let twist_rad_per_nm = calibration.cable_rad_per_nm * (1.0 + creep) / calibration.torque_factor;
+    let mut free = finger.free_at_angle(measured_rad, near)?;
+    // The twist is small beside the angle: each round takes the error down by the cable's share of the compliance.
+    for _ in 0..3 {
+        if free.torque_nm == 0.0 {
+            break;
+        }
+        let angle_rad = measured_rad - twist_rad_per_nm * free.torque_nm;
+        free = finger.free_at_angle(angle_rad, &free.configuration)?;
+    }
+    Some(free)
 }
 
 /// The curve with what turns its numbers into a model's.
@@ -283,20 +298,17 @@ impl Hypothesis {
     fn onset<F: Mechanics>(
         finger: &F,
         onset_rad: f32,
+        prior: &Prior,
         near: &F::Configuration,
-    ) -> Option<Onset<F::Configuration>> {
-        let free = finger.free_at_angle(onset_rad, near)?;
-        Some(Onset {
-            configuration: free.configuration,
-            torque_nm: free.torque_nm,
-        })
+    ) -> Option<Free<F::Configuration>> {
+        free_behind_cable(finger, onset_rad, &prior.calibration, prior.creep[0], near)
     }
 
     /// Follows the path through the points.
     fn follow<F: Mechanics>(
         &self,
         finger: &F,
-        onset: &Onset<F::Configuration>,
+        onset: &Free<F::Configuration>,
         values: &Values,
         points: &[Point],
     ) -> Pass {
@@ -427,7 +439,7 @@ impl Hypothesis {
         let data = Data { points, ..*data };
         let x = self.x;
         let values = self.values(&x, finger, prior);
-        let Some(onset) = Self::onset(finger, values.onset_rad, near) else {
+        let Some(onset) = Self::onset(finger, values.onset_rad, prior, near) else {
             self.fail();
             return;
         };
@@ -454,7 +466,7 @@ impl Hypothesis {
         }
         self.clamp(&mut trial, finger, prior);
         let trial_values = self.values(&trial, finger, prior);
-        let trial_cost = Self::onset(finger, trial_values.onset_rad, near).map(|onset| {
+        let trial_cost = Self::onset(finger, trial_values.onset_rad, prior, near).map(|onset| {
             let pass = self.follow(finger, &onset, &trial_values, points);
             self.cost(&trial, &data, &trial_values, onset.torque_nm, &pass, prior)
                 .0
@@ -489,7 +501,7 @@ impl Hypothesis {
         finger: &F,
         data: &Data,
         prior: &Prior,
-        onset: &Onset<F::Configuration>,
+        onset: &Free<F::Configuration>,
         values: &Values,
         here: &Pass,
     ) -> Option<Normal<UNKNOWNS>> {

@@ -13,6 +13,9 @@ use serde::{Deserialize, Serialize};
 /// turns of the motor wide.
 pub const BINS: usize = 128;
 
+/// Blocks held back by the recorder.
+const HELD: usize = 2;
+
 /// Least share of the mean friction that the residual is taken to be: a record from one quiet pass is no proof.
 const LEAST_RESIDUAL: f32 = 1e-3;
 
@@ -304,6 +307,8 @@ impl Statistics {
 pub struct Recorder {
     friction: Friction,
     stretch: Option<Stretch>,
+    /// Blocks held back: those in which the motion came to its end are not free motion at a steady speed.
+    held: [Option<Block>; HELD],
     /// The two stretches before, the last one first.
     nodes: [Option<Node>; 2],
     closing: Statistics,
@@ -316,22 +321,30 @@ impl Recorder {
         Self {
             friction: Friction::empty(travel_counts),
             stretch: None,
+            held: [None; HELD],
             nodes: [None; 2],
             closing: Statistics::default(),
             opening: Statistics::default(),
         }
     }
 
-    /// Takes a block of free motion. One outside the travel is left out.
+    /// Takes a block of free motion. One outside the travel is left out, and so are the last two of a run.
     pub fn push(&mut self, block: &Block) {
+        let [first, second] = self.held;
+        self.held = [second, Some(*block)];
+        if let Some(block) = first {
+            self.take(&block);
+        }
+    }
+
+    fn take(&mut self, block: &Block) {
         let Some(index) = self.friction.index(block.counts) else {
-            self.end_run();
+            self.end_stretch();
+            self.nodes = [None; 2];
             return;
         };
         if let Some(stretch) = &mut self.stretch {
-            if stretch.drive != block.drive {
-                self.end_run();
-            } else if stretch.index == index {
+            if stretch.index == index {
                 stretch.sum_counts += block.counts as f32;
                 stretch.sum_nm += block.drive_torque_nm;
                 stretch.blocks = stretch.blocks.saturating_add(1);
@@ -351,8 +364,9 @@ impl Recorder {
         });
     }
 
-    /// The motion ended.
+    /// The motion ended or turned round.
     pub fn end_run(&mut self) {
+        self.held = [None; HELD];
         self.end_stretch();
         self.nodes = [None; 2];
     }

@@ -9,7 +9,9 @@ use crate::finger::{Class, Mechanics};
 use crate::numeric::ln;
 use crate::sensing::NotLocated;
 use crate::sensing::curve::{self, BINS, Point, Slope};
-use crate::sensing::fit::{Data, Estimate, Hypothesis, LEAST_POINTS, Place, Prior};
+use crate::sensing::fit::{
+    Data, Estimate, Hypothesis, LEAST_POINTS, Place, Prior, free_behind_cable,
+};
 
 /// Most hypotheses at a time: two places on each of two phalanges, and the proximal one.
 const MOST: usize = 5;
@@ -180,7 +182,8 @@ impl Locator {
         let calibration = &prior.calibration;
         let compliance = (rad_per_nm - calibration.cable_rad_per_nm) / calibration.torque_factor;
         let onset_rad = data.origin_rad + slope.onset_counts * data.drivetrain.rad_per_count;
-        let Some(free) = finger.free_at_angle(onset_rad, near) else {
+        let Some(free) = free_behind_cable(finger, onset_rad, calibration, prior.creep[0], near)
+        else {
             return;
         };
         let inverse = finger.locate(&free.configuration, free.torque_nm, compliance.max(1e-6));

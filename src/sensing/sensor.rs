@@ -7,12 +7,12 @@
 //! | contact | [`Curve`], and every block one step of the [`Locator`] |
 //! | motion over | the locator until its fits stand still, one step a sample; then the last word |
 
-use crate::finger::Mechanics;
+use crate::finger::{Free, Mechanics};
 use crate::numeric::sqrt;
 use crate::sensing::block::{Block, Gate, Step};
 use crate::sensing::curve::{self, Curve, Point};
 use crate::sensing::detector::{self, Detector, Finding};
-use crate::sensing::fit::{Data, Estimate, LEAST_POINTS, Place, Prior};
+use crate::sensing::fit::{self, Data, Estimate, LEAST_POINTS, Place, Prior};
 use crate::sensing::friction::{Friction, Recorder};
 use crate::sensing::joint::{Hall, JointSensor, NoHall};
 use crate::sensing::locator::{self, Locator, Verdict};
@@ -29,6 +29,8 @@ const ONSET_SIGMA_RAD: f32 = 0.03;
 const PIN_SIGMA_M: f32 = 0.3e-3;
 /// Steps that each hypothesis gets when the motion is over.
 const LAST_STEPS: u8 = 40;
+/// Samples between two of them: a step takes several milliseconds on the target, and samples must not pile up meanwhile.
+const SAMPLES_PER_LAST_STEP: u8 = 12;
 /// A point enters the fit when its torque stands this many deviations above zero.
 const CLEAR_SIGMAS: f32 = 4.0;
 /// A deviation that shrinks by less than this factor while the torque grows by a quarter will not be worth more torque.
@@ -94,6 +96,8 @@ struct Touching<R> {
     good: Option<(Verdict, f32)>,
     /// Steps left after the motion ended; None while it goes on.
     last_steps: Option<u8>,
+    /// Samples until the next of them.
+    pause: u8,
     settled: bool,
 }
 
@@ -361,8 +365,8 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         ) else {
             return;
         };
-        let theta_a_rad = self.drivetrain.angle_rad(block.counts);
-        if let Some(free) = self.finger.free_at_angle(theta_a_rad, &self.posture) {
+        let theta_a_rad = self.drivetrain.closing_rad(block.counts);
+        if let Some(free) = self.free(theta_a_rad) {
             self.posture = free.configuration;
         }
         if self.history.is_full() {
@@ -403,8 +407,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
     fn tell_unusual(&mut self, theta_a_rad: f32, excess_nm: f32) {
         let rest_rad = self.finger.input_angle_rad(&self.finger.rest());
         let expected = self
-            .finger
-            .free_at_angle(theta_a_rad, &self.posture)
+            .free(theta_a_rad)
             .and_then(|free| self.finger.expected_k_a(&free))
             .unwrap_or(0.0);
         let way_rad = theta_a_rad - rest_rad;
@@ -417,6 +420,18 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             },
             k_a_free_nm_per_rad: expected,
         });
+    }
+
+    /// Posture and torque of the free finger at a measured angle.
+    fn free(&self, measured_rad: f32) -> Option<Free<F::Configuration>> {
+        let creep = self.drivetrain.creep[0];
+        fit::free_behind_cable(
+            &self.finger,
+            measured_rad,
+            &self.calibration,
+            creep,
+            &self.posture,
+        )
     }
 
     /// A contact is decided.
@@ -436,7 +451,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
                 .as_ref()
                 .and_then(|friction| friction.unevenness_nm(block.drive))
                 .unwrap_or(0.0),
-            onset_rad: self.drivetrain.angle_rad(onset.counts),
+            onset_rad: self.drivetrain.closing_rad(onset.counts),
             reading: onset.reading,
             torque_nm: 0.0,
             late_nm: 0.0,
@@ -446,6 +461,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             reported: Reported::Nothing,
             good: None,
             last_steps: None,
+            pause: 0,
             settled: false,
         };
         for past in self.history.iter().skip(first + 1) {
@@ -470,8 +486,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         let efficiency =
             drivetrain.efficiency * (1.0 + drivetrain.efficiency_per_speed * past.overspeed);
         let free_nm = self
-            .finger
-            .free_at_angle(drivetrain.angle_rad(past.counts), &self.posture)
+            .free(drivetrain.closing_rad(past.counts))
             .map_or(0.0, |free| free.torque_nm);
         let excess_nm = efficiency * (past.residual_nm - touching.level_nm);
         let torque_nm = excess_nm + free_nm / self.calibration.torque_factor;
@@ -547,8 +562,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
     fn refine(&self, touching: &mut Touching<H::Reading>) -> bool {
         let prior = self.prior(touching);
         let free_nm = self
-            .finger
-            .free_at_angle(touching.onset_rad, &self.posture)
+            .free(touching.onset_rad)
             .map_or(0.0, |free| free.torque_nm)
             / self.calibration.torque_factor;
         let offset_variance = prior.offset_sigma_nm * prior.offset_sigma_nm;
@@ -564,7 +578,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             .collect();
         let data = Data {
             points: &points,
-            origin_rad: self.drivetrain.angle_rad(touching.curve.origin_counts()),
+            origin_rad: self.drivetrain.closing_rad(touching.curve.origin_counts()),
             drivetrain: &self.drivetrain,
         };
         touching
@@ -689,8 +703,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         // No better than the prior: the curve does not tell.
         let tells_radius = radius_sigma_m < 0.7 * self.settings.radius_sigma_m;
         let k_c = self
-            .finger
-            .free_at_angle(estimate.onset_rad, &self.posture)
+            .free(estimate.onset_rad)
             .and_then(|free| {
                 self.finger.contact_compliance(
                     &free.configuration,
@@ -756,8 +769,12 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             && steps > 0
             && !(steps < LAST_STEPS && touching.locator.has_converged())
         {
-            touching.last_steps = Some(steps - 1);
-            self.refine(&mut touching);
+            if touching.pause == 0 {
+                touching.pause = SAMPLES_PER_LAST_STEP;
+                touching.last_steps = Some(steps - 1);
+                self.refine(&mut touching);
+            }
+            touching.pause = touching.pause.saturating_sub(1);
             self.touching = Some(touching);
             return;
         }

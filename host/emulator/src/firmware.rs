@@ -87,6 +87,19 @@ impl Firmware {
         })
     }
 
+    /// A flash image without symbols or log tables, for tests of the chip. Shorter than the flash: the rest is erased.
+    #[must_use]
+    pub fn raw(mut image: Vec<u8>) -> Self {
+        image.resize(FLASH_SIZE, 0xFF);
+        Self {
+            image,
+            functions: Vec::new(),
+            symbols: Vec::new(),
+            table: None,
+            locations: Locations::default(),
+        }
+    }
+
     /// Address of a symbol by its exact name in the file.
     #[must_use]
     pub fn symbol(&self, name: &str) -> Option<u32> {

@@ -221,6 +221,12 @@ impl<'f> Machine<'f> {
         self.rtt.reader = reader;
     }
 
+    /// A word of flash or RAM, as a debugger would read it; `None` where there is no memory.
+    #[must_use]
+    pub fn word(&self, address: u32) -> Option<u32> {
+        self.engine.word(address)
+    }
+
     /// Presses or releases the user button.
     pub fn button(&mut self, pressed: bool) {
         self.chip_mut().button(pressed);

@@ -4,4 +4,5 @@ pub mod experiments;
 pub mod figures;
 pub mod paper;
 pub mod reference;
+pub mod replay;
 pub mod trace;

@@ -1,14 +1,17 @@
 //! `experiments`, `replay` and `figures`, called by `cargo xtask`.
 
-use std::path::PathBuf;
+use std::error::Error;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
-use palpate_experiments::experiments::{catalogue, result, run};
-use palpate_experiments::figures;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use palpate::sample::Sample;
+use palpate::scene::{Linkage3, P70, Tendon2, Tendon3};
+use palpate_experiments::experiments::{ablation, catalogue, result, run, sensitivity};
+use palpate_experiments::{figures, replay, trace};
 use palpate_plant::Parameters;
 
-type Outcome = Result<(), Box<dyn std::error::Error>>;
+type Outcome = Result<(), Box<dyn Error>>;
 
 #[derive(Parser)]
 #[command(
@@ -24,6 +27,8 @@ struct Arguments {
 enum Command {
     /// The paper's experiments, ours beside the paper's algorithm.
     Experiments(Experiments),
+    /// The sensing on a recording.
+    Replay(Replay),
     /// Draw the figures as SVG and PNG.
     Figures {
         /// Where to.
@@ -46,9 +51,38 @@ struct Experiments {
     /// A tenth of the free and of the random closings.
     #[arg(long)]
     quick: bool,
+    /// Only the experiments whose name begins so.
+    #[arg(long)]
+    only: Option<String>,
 }
 
-fn parameters(file: Option<&PathBuf>) -> Result<Parameters, Box<dyn std::error::Error>> {
+#[derive(Clone, Copy, ValueEnum)]
+enum SceneName {
+    P70,
+    Tendon2,
+    Tendon3,
+    Linkage3,
+}
+
+#[derive(Args)]
+struct Replay {
+    /// CSV with columns time_s, encoder_counts, current_a (signed, or with a column duty for its sign).
+    file: PathBuf,
+    /// The finger of the recording.
+    #[arg(long, value_enum, default_value = "p70")]
+    scene: SceneName,
+    /// Recording of a free closing and opening, instead of one searched in FILE.
+    #[arg(long)]
+    friction: Option<PathBuf>,
+    /// Encoder count at the opening stop.
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
+    zero_counts: i64,
+    /// One JSON object a line instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+fn parameters(file: Option<&PathBuf>) -> Result<Parameters, Box<dyn Error>> {
     match file {
         None => Ok(Parameters::default()),
         Some(file) => {
@@ -60,13 +94,125 @@ fn parameters(file: Option<&PathBuf>) -> Result<Parameters, Box<dyn std::error::
     }
 }
 
+/// Samples of a recording; what was odd about it goes to standard error, or is told as JSON.
+fn samples(file: &Path, zero_counts: i64, json: bool) -> Result<Vec<Sample>, Box<dyn Error>> {
+    let named = |error: &dyn std::fmt::Display| format!("{}: {error}", file.display());
+    let opened = std::fs::File::open(file).map_err(|error| named(&error))?;
+    let (rows, findings) = trace::read(opened).map_err(|error| named(&error))?;
+    let resampled = trace::resample(&rows, zero_counts);
+    if json {
+        let gaps: Vec<_> = resampled
+            .gaps
+            .iter()
+            .map(|gap| [gap.from_s, gap.to_s])
+            .collect();
+        println!(
+            "{}",
+            serde_json::json!({
+                "type": "recording", "file": file.display().to_string(), "rows": findings.rows,
+                "repeated": findings.repeated, "backward": findings.backward,
+                "sign_from_duty": findings.sign_from_duty, "interval_s": resampled.interval_s,
+                "interpolated": resampled.interpolated, "gaps_s": gaps, "cut_at_s": resampled.cut_at_s,
+                "samples": resampled.samples.len(),
+            })
+        );
+    } else {
+        println!(
+            "recording rows={} repeated={} backward={} sign_from_duty={} interval_ms={:.3} interpolated={} gaps={} \
+             samples={}",
+            findings.rows,
+            findings.repeated,
+            findings.backward,
+            findings.sign_from_duty,
+            1e3 * resampled.interval_s,
+            resampled.interpolated,
+            resampled.gaps.len(),
+            resampled.samples.len(),
+        );
+        for gap in &resampled.gaps {
+            println!("gap from_s={:.4} to_s={:.4}", gap.from_s, gap.to_s);
+        }
+        if let Some(cut_at_s) = resampled.cut_at_s {
+            println!("cut at_s={cut_at_s}");
+        }
+    }
+    if resampled.samples.is_empty() {
+        return Err(named(&"the rows are too far apart: no two within 0.2 s").into());
+    }
+    Ok(resampled.samples)
+}
+
+fn replay(options: &Replay) -> Outcome {
+    let recorded = samples(&options.file, options.zero_counts, options.json)?;
+    let record = options
+        .friction
+        .as_deref()
+        .map(|file| samples(file, options.zero_counts, options.json))
+        .transpose()?;
+    let record = record.as_deref();
+    let found = match options.scene {
+        SceneName::P70 => replay::replay::<P70>(&recorded, record),
+        SceneName::Tendon2 => replay::replay::<Tendon2>(&recorded, record),
+        SceneName::Tendon3 => replay::replay::<Tendon3>(&recorded, record),
+        SceneName::Linkage3 => replay::replay::<Linkage3>(&recorded, record),
+    }?;
+    let second = |index: usize| recorded.get(index).map_or(0.0, |s| s.time_us as f64 * 1e-6);
+    let (source, stretch) = match &found.friction {
+        replay::Source::Separate => ("file", None),
+        replay::Source::Within(at) => ("free-closing", Some([second(at.from), second(at.to - 1)])),
+        replay::Source::None => ("none", None),
+    };
+    if options.json {
+        println!(
+            "{}",
+            serde_json::json!({"type": "friction", "source": source, "stretch_s": stretch})
+        );
+    } else {
+        let at = stretch.map_or_else(String::new, |[a, b]| format!(" from_s={a:.3} to_s={b:.3}"));
+        println!("friction source={source}{at}");
+    }
+    if found.friction == replay::Source::None {
+        eprintln!(
+            "no free closing in the recording: contacts cannot be told from friction; give one with --friction"
+        );
+    }
+    for told in &found.told {
+        let time_s = told.time_us as f64 * 1e-6;
+        if options.json {
+            let (name, mut fields) = replay::fields(&told.event);
+            fields.insert("type".into(), serde_json::json!("event"));
+            fields.insert("name".into(), serde_json::json!(name));
+            fields.insert("t_s".into(), serde_json::json!(time_s));
+            println!("{}", serde_json::Value::Object(fields));
+        } else {
+            println!("{time_s:10.3} {}", replay::line(&told.event));
+        }
+    }
+    Ok(())
+}
+
 fn experiments(options: &Experiments) -> Outcome {
     let plan = catalogue::Plan {
         parameters: parameters(options.plant.as_ref())?,
         seed: options.seed,
         quick: options.quick,
     };
-    let rows = run::rows(&run::jobs(&catalogue::all(&plan))?);
+    let jobs = [
+        catalogue::all(&plan),
+        ablation::ablation(&plan),
+        sensitivity::sensitivity(&plan),
+    ]
+    .into_iter()
+    .flatten()
+    .filter(|job| {
+        options
+            .only
+            .as_ref()
+            .is_none_or(|name| job.name.starts_with(name))
+    })
+    .collect::<Vec<_>>();
+    let (entries, failed) = run::jobs(&jobs);
+    let rows = run::rows(&entries);
     if options.json {
         for row in &rows {
             println!("{}", serde_json::to_string(row)?);
@@ -74,7 +220,14 @@ fn experiments(options: &Experiments) -> Outcome {
     } else {
         println!("{}", result::markdown(&rows));
     }
-    Ok(())
+    for job in &failed {
+        eprintln!("{}: {}", job.name, job.failure);
+    }
+    if failed.is_empty() {
+        Ok(())
+    } else {
+        Err("not all closings could be simulated".into())
+    }
 }
 
 fn figures(directory: &std::path::Path) -> Outcome {
@@ -87,6 +240,7 @@ fn figures(directory: &std::path::Path) -> Outcome {
 fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Experiments(options) => experiments(&options),
+        Command::Replay(options) => replay(&options),
         Command::Figures { directory } => figures(&directory),
     };
     match outcome {

@@ -165,7 +165,7 @@ pub fn faults(arguments: &[String]) -> Outcome {
 /// `experiments`: the paper's work again.
 pub fn experiments(arguments: &[String]) -> Outcome {
     run(&mut host_program(
-        "palpate-rig",
+        "palpate-experiments",
         &[&["experiments".to_owned()], arguments].concat(),
     ))
 }
@@ -173,7 +173,7 @@ pub fn experiments(arguments: &[String]) -> Outcome {
 /// `replay`: a recorded trace.
 pub fn replay(arguments: &[String]) -> Outcome {
     run(&mut host_program(
-        "palpate-rig",
+        "palpate-experiments",
         &[&["replay".to_owned()], arguments].concat(),
     ))
 }
@@ -181,7 +181,7 @@ pub fn replay(arguments: &[String]) -> Outcome {
 /// `figures`: pictures of the above.
 pub fn figures(arguments: &[String]) -> Outcome {
     run(&mut host_program(
-        "palpate-report",
+        "palpate-experiments",
         &[&["figures".to_owned()], arguments].concat(),
     ))
 }

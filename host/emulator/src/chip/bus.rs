@@ -3,6 +3,7 @@
 
 use super::map::{self, Device};
 use super::{Chip, ENCODER, Misuse, pwr, tim1};
+use crate::cortex::nvic::exception;
 use crate::time::{TICKS_PER_US, Ticks};
 
 /// How long the core may run fast before boost mode is on, and a fault handler may touch what has no clock.
@@ -158,6 +159,13 @@ impl Chip {
         self.stall(stall);
         self.update_line(Device::Flash);
         self.reschedule();
+    }
+
+    /// A load of the core from the flash pages that hold records.
+    pub(crate) fn load_flash(&mut self, offset: u32) {
+        if self.flash.load(offset) {
+            self.core.nvic.set_pending(exception::NMI, true);
+        }
     }
 
     /// The core cannot fetch from flash while it is programmed or erased.

@@ -2,6 +2,7 @@
 //! FLASH: the memory and its controller, with the rules of the chip: keys, erased double words, pages, stalls.
 
 use super::bank::{Bank, Misuse, Register};
+use super::ecc::{Ecc, Reading};
 use crate::time::{TICKS_PER_US, Ticks};
 
 /// Size of the flash memory.
@@ -14,6 +15,7 @@ const KEYR: u32 = 0x08;
 const OPTKEYR: u32 = 0x0C;
 const SR: u32 = 0x10;
 const CR: u32 = 0x14;
+const ECCR: u32 = 0x18;
 const OPTR: u32 = 0x20;
 
 const REGISTERS: &[Register] = &[
@@ -23,7 +25,7 @@ const REGISTERS: &[Register] = &[
     (OPTKEYR, "OPTKEYR", 0),
     (SR, "SR", 0),
     (CR, "CR", 0xC000_0000),
-    (0x18, "ECCR", 0),
+    (ECCR, "ECCR", 0),
     (OPTR, "OPTR", 0xFFEF_F8AA),
     (0x24, "PCROP1SR", 0xFFFF_FFFF),
     (0x28, "PCROP1ER", 0),
@@ -50,6 +52,10 @@ const STRT: u32 = 1 << 16;
 const EOPIE: u32 = 1 << 24;
 const ERRIE: u32 = 1 << 25;
 const LOCK: u32 = 1 << 31;
+// ECCR
+const ECCIE: u32 = 1 << 24;
+const ECCC: u32 = 1 << 30;
+const ECCD: u32 = 1 << 31;
 
 /// Typical times of the data sheet.
 const PROGRAM: Ticks = 82 * TICKS_PER_US;
@@ -83,6 +89,7 @@ pub(crate) struct Flash {
     pub(crate) image: Vec<u8>,
     /// Ranges changed since the core's view was last refreshed.
     pub(crate) changed: Vec<(usize, usize)>,
+    ecc: Ecc,
     keys: u8,
     /// First half of a double word being written.
     half: Option<(u32, u32)>,
@@ -103,6 +110,7 @@ impl Flash {
             bank: Bank::new("FLASH", REGISTERS),
             image,
             changed: Vec::new(),
+            ecc: Ecc::default(),
             keys: 0,
             half: None,
             busy_until: 0,
@@ -146,6 +154,10 @@ impl Flash {
             }
             SR => self.bank[SR] &= !(value & (ERRORS | EOP)),
             CR => return self.control(value, now),
+            ECCR => {
+                let flags = self.bank[ECCR] & (ECCC | ECCD) & !value;
+                self.bank[ECCR] = self.bank[ECCR] & !(ECCC | ECCD | ECCIE) | flags | value & ECCIE;
+            }
             _ => self.bank.write(offset, value)?,
         }
         Ok(0)
@@ -280,23 +292,48 @@ impl Flash {
             return;
         }
         for (position, (cell, &new)) in self.image[start..].iter_mut().zip(data).enumerate() {
-            // Half of the bits in transition got there, in a fixed pattern.
-            let reached = scramble(index as u64, position as u64);
-            *cell = match (cut, operation) {
-                (Some(Cut::During), Operation::Program(_)) => *cell & (new | !reached),
-                (Some(Cut::During), Operation::Erase(_)) => *cell | reached,
-                _ => new,
-            };
+            let double_word = (start + position) as u32 & !7;
+            if cut == Some(Cut::During) {
+                // Half of the bits in transition got there, in a fixed pattern.
+                let reached = scramble(index as u64, position as u64);
+                *cell = match operation {
+                    Operation::Program(_) => *cell & (new | !reached),
+                    Operation::Erase(_) => *cell | reached,
+                };
+                self.ecc.spoil(double_word);
+            } else {
+                *cell = new;
+                self.ecc.renew(double_word);
+            }
         }
         self.bank[SR] |= if self.bank[CR] & EOPIE != 0 { EOP } else { 0 };
     }
 
     /// Flips one bit, as wear or radiation would.
     pub(crate) fn flip(&mut self, bit: usize) {
-        if let Some(byte) = self.image.get_mut(bit / 8) {
-            *byte ^= 1 << (bit % 8);
-            self.changed.push((bit / 8, 1));
+        let double_word = bit / 64 * 8;
+        if double_word + 8 > self.image.len() {
+            return;
         }
+        for wrong in self.ecc.flip(double_word as u32, (bit % 64) as u32) {
+            self.image[double_word + wrong as usize / 8] ^= 1 << (wrong % 8);
+        }
+        self.changed.push((double_word, 8));
+    }
+
+    /// The core loads from this offset. True if that is a non-maskable interrupt.
+    pub(crate) fn load(&mut self, offset: u32) -> bool {
+        let double_word = offset & !7;
+        let flag = match self.ecc.read(double_word) {
+            Reading::Good => return false,
+            Reading::Corrected => ECCC,
+            Reading::Bad => ECCD,
+        };
+        // The first error keeps its address until it is acknowledged.
+        if self.bank[ECCR] & (ECCC | ECCD) == 0 {
+            self.bank[ECCR] = self.bank[ECCR] & ECCIE | double_word | flag;
+        }
+        flag == ECCD
     }
 
     pub(crate) fn next_event(&self, now: Ticks) -> Option<Ticks> {
@@ -391,6 +428,21 @@ mod tests {
                 .all(|&b| b == 0xFF)
         );
         assert!(flash.image[61 * PAGE_SIZE..].iter().all(|&b| b == 0x55));
+    }
+
+    #[test]
+    fn a_bad_double_word_tells_when_it_is_read() {
+        let mut flash = unlocked();
+        flash.image.fill(0x55);
+        flash.flip(64 * 3);
+        assert_eq!(flash.image[24], 0x55, "corrected");
+        assert!(!flash.load(24));
+        assert_eq!(flash.read(ECCR, 0).unwrap(), ECCC | 24);
+        flash.write(ECCR, ECCC, 0).unwrap();
+        flash.flip(64 * 3 + 9);
+        assert!(flash.load(28));
+        assert_eq!(flash.read(ECCR, 0).unwrap(), ECCD | 24);
+        assert_eq!((flash.image[24], flash.image[25]), (0x54, 0x57));
     }
 
     #[test]

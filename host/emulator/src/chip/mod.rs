@@ -5,6 +5,7 @@ mod adc;
 mod bank;
 mod bus;
 mod dma;
+mod ecc;
 mod events;
 mod exti;
 mod flash;

@@ -32,6 +32,12 @@ impl Chip {
         self.reschedule();
     }
 
+    /// The core has locked up: only a reset starts it again.
+    #[must_use]
+    pub fn locked_up(&self) -> bool {
+        self.core.locked_up
+    }
+
     /// Main output enable of the bridge's timer.
     #[must_use]
     pub fn bridge_enabled(&self) -> bool {

@@ -11,6 +11,9 @@ use super::{Map, Trap};
 use crate::chip::{Chip, Misuse};
 use crate::time::CYCLES_PER_INSTRUCTION;
 
+/// Last pages of the flash, where a firmware keeps records and where damaged double words are looked for.
+const RECORDS_SIZE: u32 = 16 * 1024;
+
 type Uc<'a> = Unicorn<'a, Chip>;
 
 /// Why the engine came back.
@@ -119,6 +122,18 @@ impl Engine {
                 },
             )?;
         }
+        // Loads from the records alone: a hook makes the loads of its pages slow.
+        let records = Map::FLASH + Map::FLASH_SIZE - RECORDS_SIZE;
+        let (from, to) = (records.into(), (records + RECORDS_SIZE - 1).into());
+        uc.add_mem_hook(
+            HookType::MEM_READ,
+            from,
+            to,
+            |uc: &mut Uc<'_>, _, address, _, _| {
+                uc.get_data_mut().load_flash(address as u32 - Map::FLASH);
+                true
+            },
+        )?;
         let mut engine = Self { uc, ram };
         engine.refresh_flash()?;
         Ok(engine)

@@ -27,11 +27,16 @@ pub struct Entry {
 
 /// A piece of work that one worker does: one finger and its closings.
 pub struct Job {
+    /// What it belongs to.
+    pub name: String,
     /// Closings in it.
     pub closings: usize,
-    /// The work.
-    pub run: Box<dyn Fn() -> Result<Vec<Entry>, Failure> + Send + Sync>,
+    /// The work: appends its entries, so that what was done before a failure counts.
+    pub run: Box<Work>,
 }
+
+/// See [`Job::run`].
+pub type Work = dyn Fn(&mut Vec<Entry>) -> Result<(), Failure> + Send + Sync;
 
 /// What to run.
 #[derive(Clone, Debug)]
@@ -88,17 +93,17 @@ fn job<S: Simulated + 'static>(
     closings: usize,
     next: impl Fn(usize, &mut Pcg64Mcg) -> Wanted + Send + Sync + 'static,
 ) -> Job {
-    let run = move || {
+    let run = move |found: &mut Vec<Entry>| {
         let mut session = Session::<S>::new(&parameters, &Setup::default(), seed)?;
         let mut random = Pcg64Mcg::seed_from_u64(seed ^ 0x005e_ed0f_91ac_e500);
-        let mut found = Vec::new();
         for index in 0..closings {
             let case = closing(&mut session, || next(index, &mut random))?;
             found.extend(entries(experiment, &session, &case)?);
         }
-        Ok(found)
+        Ok(())
     };
     Job {
+        name: experiment.to_owned(),
         closings,
         run: Box::new(run),
     }
@@ -224,16 +229,16 @@ pub fn free(plan: &Plan) -> Vec<Job> {
     (0..fingers)
         .map(|finger| {
             let (parameters, seed) = (plan.parameters.clone(), plan.seed + 100 + finger);
-            let run = move || {
+            let run = move |found: &mut Vec<Entry>| {
                 let mut session = Session::<P70>::new(&parameters, &Setup::default(), seed)?;
-                let mut found = Vec::new();
                 for _ in 0..25 {
                     let case = session.free_closing()?;
                     found.extend(entries("free", &session, &case)?);
                 }
-                Ok(found)
+                Ok(())
             };
             Job {
+                name: "free".to_owned(),
                 closings: 25,
                 run: Box::new(run),
             }

@@ -161,8 +161,10 @@ pub fn papers(
 pub fn paper_model<S: Simulated>() -> Result<paper::Model, Failure> {
     let finger = S::finger().map_err(|error| Failure::Scene(format!("{error:?}")))?;
     let drivetrain = S::drivetrain(&finger);
+    let nominal = nominal_finger(S::FINGER);
     Ok(paper::Model {
-        finger: nominal_finger(S::FINGER),
+        free: paper::free_table(&nominal, f64::from(S::TRAVEL_RAD)),
+        finger: nominal,
         torque_nm_per_a: f64::from(drivetrain.torque_per_ampere_nm * drivetrain.efficiency),
         counts_per_rad: 1.0 / f64::from(drivetrain.rad_per_count),
         cable_rad_per_nm: f64::from(S::UNCALIBRATED.cable_rad_per_nm),

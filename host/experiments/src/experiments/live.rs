@@ -5,7 +5,7 @@ use palpate::app::command::Command;
 use palpate::app::settings::Setting;
 use palpate::sample::Sample;
 use palpate::scene::Scene;
-use palpate::sensing::{Calibration, Directive, Event, Friction, Sensor, Settings};
+use palpate::sensing::{Calibration, Directive, Event, Friction, Refusal, Sensor, Settings};
 use palpate_plant::{FirstContact, Grasp, Parameters};
 use palpate_rig::{Outcome, Rig, Simulated};
 
@@ -157,18 +157,33 @@ impl<S: Simulated> Bench<S> {
     /// The guided calibration: a press against the closing stop, then a pin at each of these places of the distal
     /// phalanx.
     ///
+    /// Returns what was refused.
+    ///
     /// # Errors
-    /// [`Failure`]; also where not a single pin taught anything.
-    pub fn calibrate(&mut self, places_m: &[f64], theta_1_rad: f64) -> Result<(), Failure> {
-        Recording::try_from(self.rig.press()?)?;
+    /// [`Failure`].
+    pub fn calibrate(
+        &mut self,
+        places_m: &[f64],
+        theta_1_rad: f64,
+    ) -> Result<Vec<Refusal>, Failure> {
+        let mut refused = refusals(&Recording::try_from(self.rig.press()?)?);
         for &k_m in places_m {
-            Recording::try_from(self.rig.calibrate(S::PHALANGES, k_m as f32, theta_1_rad)?)?;
+            let outcome = self.rig.calibrate(S::PHALANGES, k_m as f32, theta_1_rad)?;
+            refused.extend(refusals(&Recording::try_from(outcome)?));
         }
-        if self.calibration().contacts == 0 {
-            return Err(Failure::Missing("calibration"));
-        }
-        Ok(())
+        Ok(refused)
     }
+}
+
+fn refusals(recording: &Recording) -> Vec<Refusal> {
+    recording
+        .events
+        .iter()
+        .filter_map(|(_, event)| match event {
+            Event::CalibrationRefused { why } => Some(*why),
+            _ => None,
+        })
+        .collect()
 }
 
 /// A sensor as the firmware of this scene makes it.

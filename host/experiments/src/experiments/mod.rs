@@ -1,5 +1,6 @@
 //! The paper's experiments in the simulation, ours beside the paper's algorithm on the same samples.
 
+pub mod ablation;
 pub mod catalogue;
 pub mod document;
 pub mod fingerprint;
@@ -8,4 +9,5 @@ pub mod live;
 pub mod objects;
 pub mod result;
 pub mod run;
+pub mod sensitivity;
 pub mod session;

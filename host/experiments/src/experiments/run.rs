@@ -19,26 +19,37 @@ fn bar(closings: usize) -> ProgressBar {
     bar
 }
 
-/// Does all jobs; the order of the entries does not depend on the number of workers.
-///
-/// # Errors
-/// The first failure, by the order of the jobs.
-pub fn jobs(jobs: &[Job]) -> Result<Vec<Entry>, Failure> {
+/// Work that could not be done, or not to its end.
+#[derive(Debug)]
+pub struct Incomplete {
+    /// Which job.
+    pub name: String,
+    /// Why.
+    pub failure: Failure,
+}
+
+/// Does all jobs; the order of the entries does not depend on the number of workers. What failed is told beside them.
+#[must_use]
+pub fn jobs(jobs: &[Job]) -> (Vec<Entry>, Vec<Incomplete>) {
     let bar = bar(jobs.iter().map(|job| job.closings).sum());
-    let found: Vec<Result<Vec<Entry>, Failure>> = jobs
+    let found: Vec<(Vec<Entry>, Option<Incomplete>)> = jobs
         .par_iter()
         .map(|job| {
-            let entries = (job.run)();
+            let mut entries = Vec::new();
+            let failed = (job.run)(&mut entries).err().map(|failure| Incomplete {
+                name: job.name.clone(),
+                failure,
+            });
             bar.inc(job.closings as u64);
-            entries
+            (entries, failed)
         })
         .collect();
     bar.finish_and_clear();
-    let mut entries = Vec::new();
-    for result in found {
-        entries.extend(result?);
-    }
-    Ok(entries)
+    let (entries, failed): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+    (
+        entries.into_iter().flatten().collect(),
+        failed.into_iter().flatten().collect(),
+    )
 }
 
 /// One row for each experiment, method and calibration, in the order of their first entries.

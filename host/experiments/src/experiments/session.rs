@@ -1,6 +1,6 @@
 //! A finger with what it learned, its closings, and what each method says of them.
 
-use palpate::sensing::{Calibration, Friction, Settings};
+use palpate::sensing::{Calibration, Friction, Refusal, Settings};
 use palpate_plant::{Grasp, Parameters};
 use palpate_rig::Simulated;
 
@@ -35,6 +35,8 @@ pub struct Session<S: Simulated> {
     pub free: Recording,
     /// The friction record.
     pub friction: Friction,
+    /// Steps of the guided calibration that were refused: nothing was learned from them.
+    pub refused: Vec<Refusal>,
     /// Before any calibration.
     pub nominal: Calibration,
     /// After the guided calibration.
@@ -58,7 +60,7 @@ impl<S: Simulated> Session<S> {
         let nominal = *bench.calibration();
         let length = judge::length_m::<S>(S::PHALANGES)?;
         let places = PIN_SHARES.map(|share| share * length);
-        bench.calibrate(&places, PIN_THETA_1_RAD)?;
+        let refused = bench.calibrate(&places, PIN_THETA_1_RAD)?;
         let model = judge::paper_model::<S>()?;
         let threshold_nm = paper::friction_threshold(&model, &judge::free_motion(&free))
             .ok_or(Failure::Missing("closing motion"))?;
@@ -68,10 +70,17 @@ impl<S: Simulated> Session<S> {
             settings: setup.settings::<S>(),
             free,
             friction,
+            refused,
             nominal,
             model,
             threshold_nm,
         })
+    }
+
+    /// Judges with the friction record and the threshold of another time.
+    pub fn take_record(&mut self, friction: Friction, threshold_nm: f64) {
+        self.friction = friction;
+        self.threshold_nm = threshold_nm;
     }
 
     /// The paper's algorithm, with this finger's calibration where it is wanted, and its threshold.

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! Faults injected into the running firmware: the bridge off in time, the right name, nothing moves again.
+//!
+//! The image, built with the feature `fault-injection`, comes from `PALPATE_FAULT_ELF` (`cargo xtask test` sets it);
+//! without it these tests say so and pass.
+
+use palpate_emulator::Firmware;
+use palpate_emulator::sim::{FAULTS, Injected, Object, Settings, judge};
+
+fn settings() -> Settings {
+    let object = Object {
+        phalanx: 2,
+        contact_mm: 30.0,
+        diameter_mm: 10.0,
+        theta_1_deg: 45.0,
+    };
+    Settings {
+        object: Some(object),
+        max_s: 60.0,
+        ..Settings::default()
+    }
+}
+
+/// Judges every fault whose name passes.
+fn judges(wanted: impl Fn(&str) -> bool) {
+    let Some(path) = std::env::var_os("PALPATE_FAULT_ELF") else {
+        eprintln!("PALPATE_FAULT_ELF is not set: nothing tested");
+        return;
+    };
+    let firmware = Firmware::load(path.as_ref()).expect("the image loads");
+    let mut judged = 0;
+    for fault in FAULTS.iter().filter(|fault| wanted(fault.name)) {
+        let injected = Injected {
+            fault,
+            at_s: fault.at_s,
+        };
+        let judgement =
+            judge(&firmware, settings(), Some(injected)).expect("the chip is not misused");
+        assert_eq!(judgement.failures, [""; 0], "{}: {judgement:?}", fault.name);
+        judged += 1;
+    }
+    assert!(judged > 0);
+}
+
+#[test]
+fn electrical() {
+    judges(|name| {
+        ["over-current", "fault-pin", "brown-out"].contains(&name) || name.starts_with("supply")
+    });
+}
+
+#[test]
+fn encoder() {
+    judges(|name| name.starts_with("encoder"));
+}
+
+#[test]
+fn current_sense() {
+    judges(|name| name.starts_with("adc") || name.starts_with("sense"));
+}
+
+#[test]
+fn mechanical() {
+    judges(|name| name == "stalled-rotor");
+}
+
+#[test]
+fn software() {
+    judges(|name| {
+        [
+            "task-starved",
+            "executor-hung",
+            "panic",
+            "bus-fault",
+            "stack-overflow",
+        ]
+        .contains(&name)
+    });
+}
+
+#[test]
+fn log_reader() {
+    judges(|name| name.starts_with("rtt"));
+}

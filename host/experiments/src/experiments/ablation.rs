@@ -1,0 +1,136 @@
+//! Where the difference comes from: from the paper's algorithm to ours on the same distal contacts, one thing after the
+//! other.
+
+use palpate::sample::Drive;
+use palpate::scene::{P70, Scene};
+use palpate::sensing::{Calibration, Friction, Sample, Settings};
+
+use super::catalogue::{Entry, Job, Plan, closing, distal_wanted};
+use super::judge::{self, Knowledge};
+use super::live::{Failure, Recording, Setup};
+use super::objects;
+use super::result::{Method, Trial};
+use super::session::{Case, Session};
+use crate::paper;
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+
+/// So small a deviation holds a parameter where it is.
+const HELD: f32 = 1e-4;
+/// The way from theirs to ours.
+const STEPS: [&str; 6] = [
+    "the paper's algorithm",
+    "+ friction table",
+    "+ finite step, whole curve",
+    "+ torque factor calibrated",
+    "+ cable calibrated",
+    "+ contact radius",
+];
+
+/// The samples less the recorded friction.
+fn without_friction(recording: &Recording, friction: &Friction) -> Recording {
+    let drivetrain = palpate::scene::P70::finger().map(|finger| P70::drivetrain(&finger));
+    let per_ampere = drivetrain.map_or(f32::NAN, |drivetrain| drivetrain.torque_per_ampere_nm);
+    let samples = recording
+        .samples
+        .iter()
+        .map(|(directive, sample)| {
+            let torque_nm = friction
+                .beyond(Drive::Closing, sample.position_counts, 0)
+                .map_or(0.0, |(torque_nm, _)| torque_nm);
+            let less = Sample {
+                current_a: sample.current_a - torque_nm / per_ampere,
+                ..*sample
+            };
+            (*directive, less)
+        })
+        .collect();
+    Recording {
+        samples,
+        ..recording.clone()
+    }
+}
+
+/// Every step of the way on one contact.
+fn ladder(session: &Session<P70>, case: &Case) -> Result<Vec<Trial>, Failure> {
+    let (nominal, calibrated) = (session.nominal, session.calibrated);
+    let (model, _) = session.papers_model(&nominal);
+    let free = judge::free_motion(&without_friction(&session.free, &session.friction));
+    let threshold = paper::friction_threshold(&model, &free).ok_or(Failure::Missing("closing"))?;
+    let table = judge::papers(
+        &model,
+        threshold,
+        &without_friction(&case.recording, &session.friction),
+        &case.truth,
+    );
+    let held = |calibration: Calibration| Calibration {
+        torque_factor_sigma: HELD,
+        cable_sigma_rad_per_nm: HELD,
+        correlation: 0.0,
+        ..calibration
+    };
+    let point = Settings {
+        radius_m: 0.0,
+        radius_sigma_m: HELD * 0.01,
+        ..session.settings
+    };
+    let factor_only = Calibration {
+        torque_factor: calibrated.torque_factor,
+        // The calibrated cable is per nominal torque; so is the nominal one with the calibrated factor.
+        cable_rad_per_nm: nominal.cable_rad_per_nm * calibrated.torque_factor,
+        ..nominal
+    };
+    let ours = |calibration: Calibration, settings: Settings| {
+        let knowledge = Knowledge {
+            friction: session.friction.clone(),
+            calibration,
+            settings,
+        };
+        judge::ours::<P70>(&knowledge, &case.recording, &case.truth)
+    };
+    Ok(vec![
+        session.papers(case, &nominal),
+        table,
+        ours(held(nominal), point)?,
+        ours(held(factor_only), point)?,
+        ours(held(calibrated), point)?,
+        ours(calibrated, session.settings)?,
+    ])
+}
+
+/// The 40 distal grasps again, judged step by step.
+#[must_use]
+pub fn ablation(plan: &Plan) -> Vec<Job> {
+    (0..4)
+        .map(|row| {
+            let (parameters, seed) = (plan.parameters.clone(), plan.seed + 10 + row as u64);
+            let objects = objects::ten();
+            let run = move |found: &mut Vec<Entry>| {
+                let mut session = Session::<P70>::new(&parameters, &Setup::default(), seed)?;
+                let mut random = Pcg64Mcg::seed_from_u64(seed);
+                for object in &objects {
+                    let case = closing(&mut session, || distal_wanted(object, row, &mut random))?;
+                    let trials = ladder(&session, &case)?;
+                    for (step, trial) in trials.into_iter().enumerate() {
+                        found.push(Entry {
+                            experiment: format!("ablation: {}", STEPS[step]),
+                            method: if step < 2 {
+                                Method::Paper
+                            } else {
+                                Method::Ours
+                            },
+                            calibrated: step > 2,
+                            trial,
+                        });
+                    }
+                }
+                Ok(())
+            };
+            Job {
+                name: "ablation".to_owned(),
+                closings: 10,
+                run: Box::new(run),
+            }
+        })
+        .collect()
+}
