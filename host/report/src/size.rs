@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 
-use crate::elf::Image;
+use crate::elf::{Footprint, Image};
 
 /// Limits of the default scene.
 const FLASH_MOST: u64 = 64 * 1024;
@@ -42,7 +42,7 @@ const FORBIDDEN: &[Forbidden] = &[
     Forbidden {
         what: "a crate of the benchmarks",
         matches: |name| {
-            ["nalgebra::", "numeris::", "libm::"]
+            ["nalgebra::", "numeris::"]
                 .iter()
                 .any(|of| name.contains(of))
         },
@@ -111,57 +111,140 @@ pub fn forbidden(image: &Image) -> Vec<(String, &'static str)> {
         .collect()
 }
 
-/// Prints the table; false where an image is too large or carries what it must not.
-pub fn run(arguments: &Arguments) -> Result<bool> {
-    let mut good = true;
-    if !arguments.json {
-        println!(
-            "scene            flash      static RAM   CCM     left for stacks   f64, software sqrt, nalgebra"
+/// Functions of what a scene does not have: module, and the scenes that may carry it.
+const FEATURES: &[(&str, &[&str])] = &[
+    ("finger::tendon::", &["tendon2", "tendon3"]),
+    ("finger::fourbar::", &["p70", "linkage3"]),
+    ("finger::triple::", &["tendon3", "linkage3"]),
+];
+
+/// A firmware image and what it weighs.
+pub struct Row {
+    scene: String,
+    footprint: Footprint,
+    forbidden: Vec<(String, &'static str)>,
+    unused: Vec<String>,
+}
+
+impl Row {
+    /// As an object of a line of its own.
+    pub fn json(&self) -> serde_json::Value {
+        let forbidden: Vec<&String> = self.forbidden.iter().map(|(name, _)| name).collect();
+        serde_json::json!({
+            "type": "size", "scene": self.scene, "flash_bytes": self.footprint.flash_bytes,
+            "ram_bytes": self.footprint.ram_bytes, "ccm_bytes": self.footprint.ccm_bytes, "left_bytes": self.left(),
+            "forbidden": forbidden, "unused": self.unused,
+        })
+    }
+
+    fn left(&self) -> u64 {
+        RAM_BYTES.saturating_sub(self.footprint.ram_bytes)
+    }
+}
+
+/// Reads images given as NAME=ELF.
+pub fn rows(images: &[String]) -> Result<Vec<Row>> {
+    images
+        .iter()
+        .map(|word| {
+            let (scene, path) = word
+                .split_once('=')
+                .with_context(|| format!("'{word}' is not NAME=ELF"))?;
+            let image = Image::read(&PathBuf::from(path))?;
+            let foreign = |name: &str| {
+                FEATURES
+                    .iter()
+                    .any(|(module, scenes)| name.contains(module) && !scenes.contains(&scene))
+            };
+            let names = image.symbols().map(|symbol| &symbol.name);
+            Ok(Row {
+                scene: scene.to_owned(),
+                footprint: image.footprint,
+                forbidden: forbidden(&image),
+                unused: names.filter(|name| foreign(name)).cloned().collect(),
+            })
+        })
+        .collect()
+}
+
+/// The table, in Markdown.
+pub fn table(rows: &[Row]) -> String {
+    let mut text = "| scene | flash, bytes | static RAM | CCM | left for stacks | f64, software sqrt, nalgebra | unused features |\n\
+                    |---|---|---|---|---|---|---|\n"
+        .to_owned();
+    for row in rows {
+        let list = |names: usize| {
+            if names == 0 {
+                "none".to_owned()
+            } else {
+                format!("{names} PRESENT")
+            }
+        };
+        let Footprint {
+            flash_bytes,
+            ram_bytes,
+            ccm_bytes,
+        } = row.footprint;
+        text += &format!(
+            "| {} | {flash_bytes} | {ram_bytes} | {ccm_bytes} | {} | {} | {} |\n",
+            row.scene,
+            row.left(),
+            list(row.forbidden.len()),
+            list(row.unused.len())
         );
     }
-    for (at, word) in arguments.images.iter().enumerate() {
-        let (name, path) = word
-            .split_once('=')
-            .with_context(|| format!("'{word}' is not NAME=ELF"))?;
-        let image = Image::read(&PathBuf::from(path))?;
-        let footprint = image.footprint;
-        let forbidden = forbidden(&image);
-        let left = RAM_BYTES.saturating_sub(footprint.ram_bytes);
-        if arguments.json {
-            let names: Vec<&String> = forbidden.iter().map(|(name, _)| name).collect();
-            println!(
-                "{}",
-                serde_json::json!({
-                    "type": "size", "scene": name, "flash_bytes": footprint.flash_bytes,
-                    "ram_bytes": footprint.ram_bytes, "ccm_bytes": footprint.ccm_bytes, "left_bytes": left,
-                    "forbidden": names,
-                })
-            );
-        } else {
-            println!(
-                "{name:<14} {:>7} B   {:>9} B   {:>5} B   {left:>8} B         {}",
-                footprint.flash_bytes,
-                footprint.ram_bytes,
-                footprint.ccm_bytes,
-                if forbidden.is_empty() {
-                    "none"
-                } else {
-                    "PRESENT"
-                }
-            );
+    text
+}
+
+/// What is wrong, a line each.
+pub fn check(rows: &[Row]) -> Vec<String> {
+    let mut wrong = Vec::new();
+    for (at, row) in rows.iter().enumerate() {
+        let scene = &row.scene;
+        wrong.extend(
+            row.forbidden
+                .iter()
+                .map(|(symbol, why)| format!("{scene}: carries {symbol}: {why}")),
+        );
+        wrong.extend(
+            row.unused
+                .iter()
+                .map(|symbol| format!("{scene}: carries {symbol}, which it does not use")),
+        );
+        let Footprint {
+            flash_bytes,
+            ram_bytes,
+            ..
+        } = row.footprint;
+        if at == 0 && flash_bytes > FLASH_MOST {
+            wrong.push(format!(
+                "{scene}: {flash_bytes} bytes of flash, {FLASH_MOST} are allowed"
+            ));
         }
-        for (symbol, why) in &forbidden {
-            good = false;
-            eprintln!("{name}: carries {symbol}: {why}");
-        }
-        if at == 0 && (footprint.flash_bytes > FLASH_MOST || footprint.ram_bytes > RAM_MOST) {
-            good = false;
-            eprintln!(
-                "{name}: more than {FLASH_MOST} bytes of flash or {RAM_MOST} bytes of static RAM"
-            );
+        if at == 0 && ram_bytes > RAM_MOST {
+            wrong.push(format!(
+                "{scene}: {ram_bytes} bytes of static RAM, {RAM_MOST} are allowed"
+            ));
         }
     }
-    Ok(good)
+    wrong
+}
+
+/// Prints the table; false where an image is too large or carries what it must not.
+pub fn run(arguments: &Arguments) -> Result<bool> {
+    let rows = rows(&arguments.images)?;
+    if arguments.json {
+        for row in &rows {
+            println!("{}", row.json());
+        }
+    } else {
+        print!("{}", table(&rows));
+    }
+    let wrong = check(&rows);
+    for line in &wrong {
+        eprintln!("{line}");
+    }
+    Ok(wrong.is_empty())
 }
 
 #[cfg(test)]

@@ -299,7 +299,9 @@ mod tests {
     fn one_unknown_explains_a_finite_step_without_the_bias_of_the_secant() {
         let judged = judge();
         let of = |name: &str| {
-            let found = judged.iter().find(|one| one.task == "k2_2p_step" && one.name == name);
+            let found = judged
+                .iter()
+                .find(|one| one.task == "k2_2p_step" && one.name == name);
             &found.expect("it is a candidate").error
         };
         assert!(of("secant_closed").error_max > 1.0);

@@ -11,13 +11,16 @@ mod measured;
 mod plot;
 mod row;
 mod table;
+mod whole;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
 use crate::elf::Image;
+use crate::size;
 use row::Row;
+use whole::Grasp;
 
 /// What follows `report`.
 #[derive(clap::Args)]
@@ -28,6 +31,12 @@ pub struct Arguments {
     /// What the emulator counted while it ran.
     #[arg(long)]
     counts: PathBuf,
+    /// What the emulator counted during a grasp of the default scene.
+    #[arg(long)]
+    grasp: Option<PathBuf>,
+    /// Firmware images of the scenes, NAME=ELF, the default one first.
+    #[arg(long, value_name = "NAME=ELF")]
+    image: Vec<String>,
     /// Compiler that built the images.
     #[arg(long)]
     compiler: String,
@@ -82,61 +91,120 @@ fn tasks(rows: &[Row]) -> Vec<&[Row]> {
     rows.chunk_by(|a, b| a.task == b.task).collect()
 }
 
-/// The whole text of the tables.
-fn text(rows: &[Row], compiler: &str) -> String {
-    let mut text = format!(
-        "Instructions are counted exactly on an emulated Cortex-M4F, not on silicon; cycles are a bracket computed from \
-         them. {compiler}. Chosen methods in bold.\n"
-    );
-    for rows in tasks(rows) {
-        let name = rows.first().map_or("", |row| &row.task);
-        text += &format!("\n### {name}\n\n{}", table::task(rows));
-    }
-    text += &format!("\n### What the firmware uses\n\n{}", table::choices(rows));
-    text
+/// Everything that the report knows.
+struct Report {
+    rows: Vec<Row>,
+    grasp: Option<Grasp>,
+    sizes: Vec<size::Row>,
 }
 
-/// Runs it; false where a check fails.
-pub fn run(arguments: &Arguments) -> Result<bool> {
-    let rows = join(arguments)?;
-    if arguments.json {
-        for row in &rows {
+impl Report {
+    fn gather(arguments: &Arguments) -> Result<Self> {
+        Ok(Self {
+            rows: join(arguments)?,
+            grasp: arguments.grasp.as_deref().map(whole::read).transpose()?,
+            sizes: size::rows(&arguments.image)?,
+        })
+    }
+
+    /// The whole text of the tables.
+    fn text(&self, compiler: &str) -> String {
+        let mut text = format!(
+            "Instructions are counted exactly on an emulated Cortex-M4F, not on silicon; cycles are a bracket computed from \
+             them. {compiler}. Chosen methods in bold.\n"
+        );
+        for rows in tasks(&self.rows) {
+            let name = rows.first().map_or("", |row| &row.task);
+            text += &format!("\n### {name}\n\n{}", table::task(rows));
+        }
+        text += &format!(
+            "\n### What the firmware uses\n\n{}",
+            table::choices(&self.rows)
+        );
+        if let Some(grasp) = &self.grasp {
+            text += &format!("\n### Whole path\n\n{}", grasp.text());
+        }
+        if !self.sizes.is_empty() {
+            text += &format!(
+                "\n### Flash and RAM by scene\n\n{}",
+                size::table(&self.sizes)
+            );
+        }
+        text
+    }
+
+    fn print_json(&self) -> Result<()> {
+        for row in &self.rows {
             println!("{}", serde_json::to_string(row)?);
         }
-    } else {
-        println!("{}", text(&rows, &arguments.compiler));
+        if let Some(grasp) = &self.grasp {
+            for figure in grasp.figures() {
+                println!("{}", serde_json::to_string(&figure)?);
+            }
+            for stack in &grasp.stacks {
+                println!(
+                    "{}",
+                    serde_json::json!({
+                        "type": "stack", "name": stack.name, "used_bytes": stack.used_bytes,
+                        "size_bytes": stack.size_bytes,
+                    })
+                );
+            }
+        }
+        for size in &self.sizes {
+            println!("{}", size.json());
+        }
+        Ok(())
     }
-    if let Some(folder) = &arguments.out {
+
+    fn write(&self, folder: &Path, compiler: &str) -> Result<()> {
         std::fs::create_dir_all(folder)
             .with_context(|| format!("cannot create {}", folder.display()))?;
-        for rows in tasks(&rows) {
+        for rows in tasks(&self.rows) {
             if let Some(first) = rows.first() {
                 plot::task(folder, &first.task, rows)?;
             }
         }
         let tables = folder.join("tables.md");
-        std::fs::write(&tables, text(&rows, &arguments.compiler))
-            .with_context(|| format!("cannot write {}", tables.display()))?;
+        std::fs::write(&tables, self.text(compiler))
+            .with_context(|| format!("cannot write {}", tables.display()))
+    }
+
+    /// Prints what is wrong; whether nothing is.
+    fn check(&self, recorded: &Path, compiler: &str) -> Result<bool> {
+        let (mut wrong, unknown) = check::check(&self.rows, &check::read(recorded)?, compiler);
+        wrong.extend(self.grasp.iter().flat_map(Grasp::check));
+        wrong.extend(size::check(&self.sizes));
+        for line in &unknown {
+            eprintln!("note: {line}");
+        }
+        for line in &wrong {
+            eprintln!("check: {line}");
+        }
+        if wrong.is_empty() {
+            eprintln!("check: every chosen method stands, no count has grown by more than 5 %");
+        }
+        Ok(wrong.is_empty())
+    }
+}
+
+/// Runs it; false where a check fails.
+pub fn run(arguments: &Arguments) -> Result<bool> {
+    let report = Report::gather(arguments)?;
+    if arguments.json {
+        report.print_json()?;
+    } else {
+        println!("{}", report.text(&arguments.compiler));
+    }
+    if let Some(folder) = &arguments.out {
+        report.write(folder, &arguments.compiler)?;
     }
     if arguments.record {
-        check::record(&arguments.recorded, &arguments.compiler, &rows)?;
+        check::record(&arguments.recorded, &arguments.compiler, &report.rows)?;
     }
-    if !arguments.check {
-        return Ok(true);
+    if arguments.check {
+        report.check(&arguments.recorded, &arguments.compiler)
+    } else {
+        Ok(true)
     }
-    let (wrong, unknown) = check::check(
-        &rows,
-        &check::read(&arguments.recorded)?,
-        &arguments.compiler,
-    );
-    for line in &unknown {
-        eprintln!("note: {line}");
-    }
-    for line in &wrong {
-        eprintln!("check: {line}");
-    }
-    if wrong.is_empty() {
-        eprintln!("check: every chosen method stands, no count has grown by more than 5 %");
-    }
-    Ok(wrong.is_empty())
 }
