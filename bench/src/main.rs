@@ -77,8 +77,7 @@ mod chip {
 
     #[entry]
     fn main() -> ! {
-        let _chip = embassy_stm32::init(super::clock::config());
-        super::clock::boost();
+        let _chip = super::clock::start();
         if let Some(mut peripherals) = cortex_m::Peripherals::take() {
             peripherals.DCB.enable_trace();
             peripherals.DWT.enable_cycle_counter();
