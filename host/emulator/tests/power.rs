@@ -3,10 +3,10 @@
 //!
 //! The image comes from `PALPATE_ELF` (`cargo xtask test` sets it); without it these tests say so and pass.
 
+use palpate_emulator::chip::{Cut, Operation};
 use palpate_emulator::log::Line;
 use palpate_emulator::sim::{Script, Settings, end_of};
 use palpate_emulator::time::{TICKS_PER_MS, Ticks};
-use palpate_emulator::chip::{Cut, Operation};
 use palpate_emulator::{Firmware, Machine, Pause, Setup};
 
 /// Where the records lie.
@@ -160,6 +160,8 @@ fn a_power_cut_at_any_flash_operation_of_a_save_leaves_a_whole_record() {
             old = found;
         }
     }
-    println!("{cuts} cuts: {olds} times the old record, {news} times the new; {mended} cut again while mending");
+    println!(
+        "{cuts} cuts: {olds} times the old record, {news} times the new; {mended} cut again while mending"
+    );
     assert!(cuts > 450 && olds > 300 && news > 0 && mended > 0);
 }
