@@ -33,7 +33,7 @@ unsafe extern "C" {
 const BREATH: Duration = Duration::from_millis(2);
 
 /// Longest record with its key, rounded up to the flash word. A page holds 2,016 bytes.
-const BUFFER_BYTES: usize = 1536;
+const BUFFER_BYTES: usize = 1400;
 
 /// Why the flash was not read or written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
