@@ -8,7 +8,7 @@ mod session;
 mod summary;
 mod trace;
 
-pub use fault::{FAULTS, Fault, Injected, Judgement, judge};
+pub use fault::{CONTROL_INSTRUCTIONS, FAULTS, Fault, Injected, Judgement, judge};
 pub use grasp::{Object, Scene};
 pub use script::{Script, Step};
 pub use session::{Session, Settings, end_of};
