@@ -10,7 +10,7 @@
 //! | [`bisect`] | | the residual's rounding | fixed number of steps |
 //! | [`clamp`] | two compares | none | `f32::clamp` can panic; `min` and `max` cost three times as much to be right about NaN |
 //! | [`ln`] | exponent and the series of artanh | 1e-6 | likelihoods and thresholds, not in a control path |
-//! | [`solve`] | Gaussian elimination, row pivoting | the condition's | at most 5 unknowns |
+//! | [`solve`] | Gaussian elimination, row pivoting | the condition's | one unknown a joint, never more than three |
 //!
 //! Host and target run the same operations in the same order (nothing is fused), so they give the same numbers.
 
