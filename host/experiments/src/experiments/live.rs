@@ -159,7 +159,11 @@ impl<S: Simulated> Bench<S> {
     pub fn close(&mut self, grasp: &Grasp) -> Result<Recording, Failure> {
         self.closings += 1;
         let mut rig = self.rig.clone();
-        rig.reseed(self.seed.wrapping_mul(1_000_003).wrapping_add(self.closings));
+        rig.reseed(
+            self.seed
+                .wrapping_mul(1_000_003)
+                .wrapping_add(self.closings),
+        );
         Recording::try_from(rig.close(grasp)?)
     }
 
