@@ -149,6 +149,9 @@ impl Report {
             for figure in grasp.figures() {
                 println!("{}", serde_json::to_string(&figure)?);
             }
+            for target in grasp.targets() {
+                println!("{}", serde_json::to_string(&target)?);
+            }
             for stack in &grasp.stacks {
                 println!(
                     "{}",
@@ -182,10 +185,26 @@ impl Report {
     /// Prints what is wrong; whether nothing is.
     fn check(&self, recorded: &Path, compiler: &str) -> Result<bool> {
         let (mut wrong, unknown) = check::check(&self.rows, &check::read(recorded)?, compiler);
-        wrong.extend(self.grasp.iter().flat_map(Grasp::check));
         wrong.extend(size::check(&self.sizes));
         for line in &unknown {
             eprintln!("note: {line}");
+        }
+        for target in self
+            .grasp
+            .iter()
+            .flat_map(Grasp::targets)
+            .filter(|target| !target.met)
+        {
+            let whole::Target {
+                what,
+                measured,
+                most,
+                unit,
+                ..
+            } = target;
+            eprintln!(
+                "note: missed target: {what}: {measured:.1} {unit}, at most {most} were wanted"
+            );
         }
         for line in &wrong {
             eprintln!("check: {line}");

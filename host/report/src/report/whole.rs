@@ -69,6 +69,24 @@ pub struct Figure {
     pub load_high_percent: f64,
 }
 
+/// A target of the whole path.
+#[derive(Clone, Debug, Serialize)]
+pub struct Target {
+    /// `target`.
+    #[serde(rename = "type")]
+    pub kind: &'static str,
+    /// Of what.
+    pub what: &'static str,
+    /// Mean over the grasp.
+    pub measured: f64,
+    /// At most this was wanted.
+    pub most: f64,
+    /// Of both.
+    pub unit: &'static str,
+    /// Reached.
+    pub met: bool,
+}
+
 /// Reads what `palpate-emulator sim --json --counts` printed.
 pub fn read(path: &Path) -> Result<Grasp> {
     let text =
@@ -158,29 +176,33 @@ impl Grasp {
         }
     }
 
-    /// What misses the limits.
-    pub fn check(&self) -> Vec<String> {
+    /// Targets of the whole path: what, measured, wanted at most, unit.
+    pub fn targets(&self) -> Vec<Target> {
         let figures = self.figures();
-        let mut wrong = Vec::new();
-        let mut load = 0.0;
-        for (what, most) in [(CONTROL, CONTROL_MOST), (TYPICAL, SENSING_MOST)] {
-            match figures.iter().find(|figure| figure.what == what) {
-                None => wrong.push(format!("the grasp does not show the {what}")),
-                Some(figure) => {
-                    load += figure.load_high_percent;
-                    if figure.part.instructions_mean > most {
-                        wrong.push(format!(
-                            "{what}: {:.0} instructions on average, {most:.0} are allowed",
-                            figure.part.instructions_mean
-                        ));
-                    }
-                }
-            }
-        }
-        if load > LOAD_MOST_PERCENT {
-            wrong.push(format!("control and sensing take {load:.1} % of the processor, {LOAD_MOST_PERCENT} % are allowed"));
-        }
-        wrong
+        let of = |what: &str| figures.iter().find(|figure| figure.what == what);
+        let instructions = |what| of(what).map_or(f64::NAN, |figure| figure.part.instructions_mean);
+        let load: f64 = [CONTROL, TYPICAL]
+            .map(|what| of(what).map_or(f64::NAN, |figure| figure.load_high_percent))
+            .iter()
+            .sum();
+        let target = |what, measured, most, unit| Target {
+            kind: "target",
+            what,
+            measured,
+            most,
+            unit,
+            met: measured <= most,
+        };
+        vec![
+            target(CONTROL, instructions(CONTROL), CONTROL_MOST, "instructions"),
+            target(TYPICAL, instructions(TYPICAL), SENSING_MOST, "instructions"),
+            target(
+                "both, upper cycle bracket",
+                load,
+                LOAD_MOST_PERCENT,
+                "% of the processor",
+            ),
+        ]
     }
 
     fn at(&self, name: &str) -> Option<f64> {
@@ -212,6 +234,22 @@ impl Grasp {
                 part.cycles_high_mean,
                 figure.load_low_percent,
                 figure.load_high_percent,
+            );
+        }
+        text += "\n| target | measured | at most | |\n|---|---|---|---|\n";
+        for target in self.targets() {
+            let Target {
+                what,
+                measured,
+                most,
+                unit,
+                met,
+                ..
+            } = target;
+            let verdict = if met { "met" } else { "**missed**" };
+            let _ = writeln!(
+                text,
+                "| {what}, {unit} | {measured:.1} | {most:.0} | {verdict} |"
             );
         }
         text += "\n| stack | used, bytes | of |\n|---|---|---|\n";
