@@ -52,6 +52,10 @@ pub async fn sense(
             let event = sense.lock(|sense| sense.borrow_mut().sample(&sample));
             if let Some(event) = event {
                 telemetry::event(&event);
+                let hint = sense.lock(|sense| sense.borrow().hint(&event));
+                if let Some(hint) = hint {
+                    telemetry::hint(&hint);
+                }
                 conduct.lock(|conduct| conduct.borrow_mut().hear(&event, &control::status()));
                 if let Some(notice) = notice(&event) {
                     tell(notice).await;
@@ -207,7 +211,7 @@ impl Light {
         self.ticks = self.ticks.wrapping_add(1);
         let lit = match self.state {
             State::Idle => false,
-            State::Fault => self.ticks / Self::BLINK % 2 == 0,
+            State::Fault => (self.ticks / Self::BLINK).is_multiple_of(2),
             _ => true,
         };
         self.pin.set_level(lit.into());

@@ -274,7 +274,8 @@ pub fn random(plan: &Plan) -> Vec<Job> {
 }
 
 /// 4 to 40 mm, as many thin as thick ones.
-fn random_cylinder(random: &mut Pcg64Mcg) -> Object {
+#[must_use]
+pub fn random_cylinder(random: &mut Pcg64Mcg) -> Object {
     Object {
         name: "random cylinder",
         shape: Shape::Cylinder {
