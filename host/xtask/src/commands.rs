@@ -255,6 +255,10 @@ pub fn test(arguments: &[String]) -> Outcome {
     .elf()?;
     reach(&[elf.clone(), faulty.clone()])?;
     step(
+        "proof that the control interrupt cannot panic, allocate or log",
+        &mut host_program("palpate-reach", &[elf.display().to_string()]),
+    )?;
+    step(
         "tests of the library",
         &mut cargo(["test", "--package", "palpate"]),
     )?;
