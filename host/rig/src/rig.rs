@@ -4,6 +4,7 @@ use crate::outcome::verdict;
 use crate::slow::SlowError;
 use crate::{Board, Machine, Outcome, Row, Slow};
 use palpate::drive::config::OutOfRange;
+use palpate::drive::controller::Controller;
 use palpate::drive::sequence::{Refused, Request, State};
 use palpate::finger::ConfigError;
 use palpate::scene::{Linkage3, P70, Scene, Tendon2, Tendon3};
@@ -49,7 +50,7 @@ pub enum Error {
 /// Longest motion, second: the sequence's own timeouts end every motion before.
 const LONGEST_S: f64 = 120.0;
 /// Samples after a motion, for the last word of the sensing.
-const AFTERWARDS_S: f64 = 0.15;
+const AFTERWARDS_S: f64 = 0.6;
 
 /// A simulated finger with its firmware. A clone goes its own way: let one record its friction and clone it for many
 /// grasps, each with a [`reseed`](Self::reseed).
@@ -86,6 +87,11 @@ impl<S: Simulated> Rig<S> {
     /// The world, for faults and truth.
     pub fn plant(&mut self) -> &mut Plant {
         &mut self.machine.board.plant
+    }
+
+    /// The control interrupt, for what a user cannot do to it: counters beside their wrap.
+    pub fn controller(&mut self) -> &mut Controller {
+        &mut self.machine.controller
     }
 
     /// What the sensing knows of torque factor and cable.
