@@ -25,13 +25,19 @@ const RECORD: u8 = 1;
 const MARKED_BITS: u32 = 4;
 /// Tries of a save: each that meets an unfinished word gets past it. One power cut leaves one; damage may leave more.
 const TRIES: u8 = 32;
-/// Bytes read at once.
+/// Bytes compared at once.
 const CHUNK: usize = 64;
 /// Longest word of a flash that is supported, bytes.
 const WORD_MAX: usize = 32;
 
 /// Flash that holds records.
 pub trait Memory: NorFlash {
+    /// Reads without waiting: what is looked at here is in the address space.
+    ///
+    /// # Errors
+    /// The flash failed.
+    fn look(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error>;
+
     /// Whether a write failed because what it was to write on is not erased. It may read as if it were.
     fn is_unfinished(error: &Self::Error) -> bool;
 }
@@ -129,12 +135,12 @@ impl<F: Memory> Store<F> {
     ) -> Result<Found<'b>, StoreError<F::Error>> {
         self.mend().await?;
         let Some(bytes) = self.map.0.fetch_item::<&[u8]>(buffer, &RECORD).await? else {
-            return Ok(match self.newest_page(None).await? {
+            return Ok(match self.newest_page(None)? {
                 None => Found::Nothing,
                 Some(_) => Found::Unreadable,
             });
         };
-        let newest = self.newest_page(Some(bytes)).await?.unwrap_or(true);
+        let newest = self.newest_page(Some(bytes))?.unwrap_or(true);
         Ok(match (bytes, newest) {
             // What `forget` wrote.
             ([], true) => Found::Nothing,
@@ -186,7 +192,7 @@ impl<F: Memory> Store<F> {
         let hidden = self.save(buffer, |_| Some(0)).await.is_ok();
         let mut in_use = self.range.start;
         for page in self.pages() {
-            if self.state(page).await? == Page::InUse {
+            if self.state(page)? == Page::InUse {
                 in_use = page;
             }
         }
@@ -199,59 +205,60 @@ impl<F: Memory> Store<F> {
         Ok(())
     }
 
-    /// Finishes erasing: pages that are not in use and not blank, and one that wrongly claims to be in use.
+    /// Finishes erasing what a power cut left half erased.
     async fn mend(&mut self) -> Result<(), StoreError<F::Error>> {
-        for page in self.pages() {
-            let unfinished = match self.state(page).await? {
-                Page::Open => !self.is_blank(page, page + F::ERASE_SIZE as u32).await?,
-                Page::Broken => true,
-                Page::InUse | Page::Full => false,
-            };
-            if unfinished {
-                self.erase(page).await?;
-            }
-        }
-        for page in self.pages() {
-            if self.state(page).await? != Page::InUse {
-                continue;
-            }
-            let behind = self.behind(page).await?;
-            if behind == page || self.state(behind).await? != Page::InUse {
-                continue;
-            }
-            // Two claim to be in use: one is half erased. A save erases ahead of the page in use, and leaves full ones
-            // behind it; forgetting comes last to the page right behind it, when no other is left.
-            if self.behind(behind).await? != page {
-                self.erase(page).await?;
-            } else if behind == self.before(page) {
-                self.erase(behind).await?;
-            }
+        while let Some(page) = self.half_erased()? {
+            self.erase(page).await?;
         }
         Ok(())
     }
 
+    /// A page that is not in use and not blank, or that wrongly claims to be in use.
+    fn half_erased(&mut self) -> Result<Option<u32>, StoreError<F::Error>> {
+        for page in self.pages() {
+            match self.state(page)? {
+                Page::Broken => return Ok(Some(page)),
+                Page::Open if !self.is_blank(page, page + F::ERASE_SIZE as u32)? => {
+                    return Ok(Some(page));
+                }
+                Page::InUse => {
+                    let behind = self.behind(page)?;
+                    if behind == page || self.state(behind)? != Page::InUse {
+                        continue;
+                    }
+                    // Two claim to be in use: one is half erased. A save erases ahead of the page in use, and leaves full
+                    // ones behind it; forgetting comes last to the page right behind it, when no other is left.
+                    if self.behind(behind)? != page {
+                        return Ok(Some(page));
+                    } else if behind == self.before(page) {
+                        return Ok(Some(behind));
+                    }
+                }
+                Page::Open | Page::Full => {}
+            }
+        }
+        Ok(None)
+    }
+
     /// The nearest page behind one, in the ring, that is not open; the page itself if there is no other.
-    async fn behind(&mut self, page: u32) -> Result<u32, StoreError<F::Error>> {
+    fn behind(&mut self, page: u32) -> Result<u32, StoreError<F::Error>> {
         let mut behind = self.before(page);
-        while behind != page && self.state(behind).await? == Page::Open {
+        while behind != page && self.state(behind)? == Page::Open {
             behind = self.before(behind);
         }
         Ok(behind)
     }
 
     /// Whether the newest page with anything in it ends with these bytes; `None` without such a page.
-    async fn newest_page(
-        &mut self,
-        bytes: Option<&[u8]>,
-    ) -> Result<Option<bool>, StoreError<F::Error>> {
+    fn newest_page(&mut self, bytes: Option<&[u8]>) -> Result<Option<bool>, StoreError<F::Error>> {
         let mut newest = self.range.start;
         for page in self.pages() {
-            match self.state(page).await? {
+            match self.state(page)? {
                 Page::InUse => {
                     newest = page;
                     break;
                 }
-                Page::Open if self.state(self.before(page)).await? == Page::Full => {
+                Page::Open if self.state(self.before(page))? == Page::Full => {
                     newest = self.before(page);
                 }
                 _ => {}
@@ -260,9 +267,9 @@ impl<F: Memory> Store<F> {
         let word = F::WRITE_SIZE as u32;
         for _ in self.pages() {
             let (start, end) = (newest + word, newest + F::ERASE_SIZE as u32 - word);
-            if !self.is_blank(start, end).await? {
+            if !self.is_blank(start, end)? {
                 return match bytes {
-                    Some(bytes) => self.ends_with(start, end, bytes).await.map(Some),
+                    Some(bytes) => self.ends_with(start, end, bytes).map(Some),
                     None => Ok(Some(false)),
                 };
             }
@@ -272,7 +279,7 @@ impl<F: Memory> Store<F> {
     }
 
     /// Whether the bytes stand there, behind a key, from the beginning of a word on, and nothing behind them.
-    async fn ends_with(
+    fn ends_with(
         &mut self,
         start: u32,
         end: u32,
@@ -283,7 +290,7 @@ impl<F: Memory> Store<F> {
         let mut place = start;
         while place + item <= end {
             let behind = place + item.next_multiple_of(word);
-            if self.matches(place + 1, bytes).await? && self.is_blank(behind, end).await? {
+            if self.matches(place + 1, bytes)? && self.is_blank(behind, end)? {
                 return Ok(true);
             }
             place += word;
@@ -291,12 +298,12 @@ impl<F: Memory> Store<F> {
         Ok(false)
     }
 
-    async fn matches(&mut self, place: u32, bytes: &[u8]) -> Result<bool, StoreError<F::Error>> {
+    fn matches(&mut self, place: u32, bytes: &[u8]) -> Result<bool, StoreError<F::Error>> {
         let mut chunk = [0; CHUNK];
         let mut place = place;
         for part in bytes.chunks(CHUNK) {
             let (read, _) = chunk.split_at_mut(part.len());
-            self.read(place, read).await?;
+            self.look(place, read)?;
             if read != part {
                 return Ok(false);
             }
@@ -305,44 +312,36 @@ impl<F: Memory> Store<F> {
         Ok(true)
     }
 
-    async fn is_blank(&mut self, start: u32, end: u32) -> Result<bool, StoreError<F::Error>> {
-        let mut chunk = [0; CHUNK];
-        let mut place = start;
-        while place < end {
-            let length = CHUNK.min((end - place) as usize);
-            let (read, _) = chunk.split_at_mut(length);
-            self.read(place, read).await?;
-            if read.iter().any(|&byte| byte != 0xFF) {
+    fn is_blank(&mut self, start: u32, end: u32) -> Result<bool, StoreError<F::Error>> {
+        let mut byte = [0];
+        for place in start..end {
+            self.look(place, &mut byte)?;
+            if byte != [0xFF] {
                 return Ok(false);
             }
-            place += length as u32;
         }
         Ok(true)
     }
 
-    async fn state(&mut self, page: u32) -> Result<Page, StoreError<F::Error>> {
-        let mut marks = [false; 2];
-        for (marked, place) in marks
-            .iter_mut()
-            .zip([page, page + F::ERASE_SIZE as u32 - 1])
-        {
-            let mut byte = [0];
-            self.read(place, &mut byte).await?;
-            *marked = byte.iter().map(|byte| byte.count_zeros()).sum::<u32>() >= MARKED_BITS;
-        }
-        Ok(match marks {
-            [false, false] => Page::Open,
-            [true, false] => Page::InUse,
-            [true, true] => Page::Full,
-            [false, true] => Page::Broken,
+    fn state(&mut self, page: u32) -> Result<Page, StoreError<F::Error>> {
+        let start = self.is_marked(page)?;
+        let end = self.is_marked(page + F::ERASE_SIZE as u32 - 1)?;
+        Ok(match (start, end) {
+            (false, false) => Page::Open,
+            (true, false) => Page::InUse,
+            (true, true) => Page::Full,
+            (false, true) => Page::Broken,
         })
     }
 
-    async fn read(&mut self, place: u32, bytes: &mut [u8]) -> Result<(), StoreError<F::Error>> {
-        self.memory()
-            .read(place, bytes)
-            .await
-            .map_err(StoreError::Flash)
+    fn is_marked(&mut self, place: u32) -> Result<bool, StoreError<F::Error>> {
+        let mut byte = [0];
+        self.look(place, &mut byte)?;
+        Ok(u8::from_le_bytes(byte).count_zeros() >= MARKED_BITS)
+    }
+
+    fn look(&mut self, place: u32, bytes: &mut [u8]) -> Result<(), StoreError<F::Error>> {
+        self.memory().look(place, bytes).map_err(StoreError::Flash)
     }
 
     async fn erase(&mut self, page: u32) -> Result<(), StoreError<F::Error>> {

@@ -1,12 +1,16 @@
 //! 170 MHz from the board's 24 MHz crystal.
 
-use embassy_stm32::pac::RCC;
+use embassy_stm32::Peripherals;
+use embassy_stm32::pac::{PWR, RCC};
 use embassy_stm32::rcc::mux::Adcsel;
 use embassy_stm32::rcc::{Hse, HseMode, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk};
 use embassy_stm32::time::Hertz;
 
-/// Clock tree: HSE 24 MHz / 6 x 85 / 2 = 170 MHz to core, buses, timers; boost mode and 4 wait states follow.
-pub fn config() -> embassy_stm32::Config {
+/// R1MODE in PWR_CR5 (reference manual RM0440); clear is boost mode. The register crate has it at bit 0.
+const NO_BOOST: u32 = 1 << 8;
+
+/// Starts the clocks: HSE 24 MHz / 6 x 85 / 2 = 170 MHz to core, buses and timers, 4 wait states, boost mode.
+pub fn start() -> Peripherals {
     let mut config = embassy_stm32::Config::default();
     let rcc = &mut config.rcc;
     rcc.hse = Some(Hse {
@@ -26,11 +30,11 @@ pub fn config() -> embassy_stm32::Config {
     rcc.hsi48 = None;
     // The driver divides it by 4: 42.5 MHz, below the converter's limit of 60 MHz.
     rcc.mux.adc12sel = Adcsel::SYS;
-    config
-}
-
-/// From here on a crystal that stops takes the bridge off through the timer's break and raises the non-maskable
-/// interrupt.
-pub fn watch_crystal() {
+    let peripherals = embassy_stm32::init(config);
+    // `boost` above writes the wrong bit; before `init` there is no use in the right one, since `init` resets PWR.
+    PWR.cr5().modify(|w| w.0 &= !NO_BOOST);
+    // From here on a crystal that stops takes the bridge off through the timer's break and raises the non-maskable
+    // interrupt.
     RCC.cr().modify(|w| w.set_csson(true));
+    peripherals
 }

@@ -30,7 +30,7 @@ const QUEUE_SAMPLES: usize = 16;
 /// Hands a value from one context to another. The lock masks interrupts for the few instructions of the copy.
 type Handover<T> = Mutex<CriticalSectionRawMutex, Cell<T>>;
 
-static DEMAND: Handover<Option<Demand>> = Mutex::new(Cell::new(None));
+static DEMAND: Handover<Demand> = Mutex::new(Cell::new(Demand::REST));
 static STATUS: Handover<Option<Status>> = Mutex::new(Cell::new(None));
 static SAMPLED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 /// Samples that found the queue full; wraps.
@@ -79,7 +79,7 @@ impl Samples {
 
 /// Tells the controller what is wanted from the next control period on.
 pub fn demand(demand: Demand) {
-    DEMAND.lock(|cell| cell.set(Some(demand)));
+    DEMAND.lock(|cell| cell.set(demand));
 }
 
 /// The state of the motor as of the last sample.
@@ -141,7 +141,7 @@ fn ADC1_2() {
         bridge_fault: control.bridge.fault(),
         overrun: control.overrun,
     };
-    let demand = DEMAND.lock(Cell::get).unwrap_or_default();
+    let demand = DEMAND.lock(Cell::get);
     let outputs = control.controller.step(&inputs, &demand);
     control.bridge.apply(outputs);
     if let Some(sample) = control.controller.sample() {
@@ -156,8 +156,8 @@ fn ADC1_2() {
         }
         // Waking a task runs code of the executor, behind a pointer: a lower interrupt does that.
         NVIC::pend(Interrupt::FMAC);
+        watchdog::report(Reporter::Control);
     }
-    watchdog::report(Reporter::Control);
     control.overrun = sampling::pending();
 }
 

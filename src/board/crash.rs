@@ -107,11 +107,13 @@ impl Crash {
             self.address,
             self.length,
         ];
-        let mix = |sum: u32, word: u32| (sum.rotate_left(5) ^ word).wrapping_mul(0x9E37_79B1);
-        let sum = words.iter().fold(0x7A1F_A7E5, |sum, &word| mix(sum, word));
-        self.text
-            .iter()
-            .fold(sum, |sum, &byte| mix(sum, byte.into()))
+        let text = self.text.iter().map(|&byte| u32::from(byte));
+        words
+            .into_iter()
+            .chain(text)
+            .fold(0x7A1F_A7E5, |sum: u32, word| {
+                (sum.rotate_left(5) ^ word).wrapping_mul(0x9E37_79B1)
+            })
     }
 }
 
@@ -148,21 +150,16 @@ static RETAINED: Retained = Retained(UnsafeCell::new(MaybeUninit::uninit()));
 
 /// What the last run left, once: the next call finds nothing.
 pub fn take() -> Option<Crash> {
-    // SAFETY: plain words, any bits are a value; volatile because the compiler sees no one write them before.
-    let kept = unsafe { RETAINED.0.get().cast::<Kept>().read_volatile() };
+    // The compiler sees no one write it before: the pointer is hidden, so that it cannot conclude from that.
+    let retained = core::hint::black_box(RETAINED.0.get().cast::<Kept>());
+    // SAFETY: plain words, any bits are a value.
+    let kept = unsafe { retained.read() };
     let valid = kept.checksum == kept.crash.checksum()
         && (kept.crash.cause as usize) < Cause::ALL.len()
         && kept.crash.length as usize <= TEXT_BYTES;
-    forget();
+    // SAFETY: within the cell. A flipped checksum fits nothing.
+    unsafe { (*retained).checksum = !kept.checksum };
     valid.then_some(kept.crash)
-}
-
-fn forget() {
-    // SAFETY: within the cell; breaks the checksum with certainty, as it flips every bit of it.
-    unsafe {
-        let checksum = &raw mut (*RETAINED.0.get().cast::<Kept>()).checksum;
-        checksum.write_volatile(!checksum.read_volatile());
-    }
 }
 
 /// Keeps the record and resets. The bridge is off already.
@@ -172,7 +169,7 @@ fn keep_and_reset(crash: Crash) -> ! {
         checksum: crash.checksum(),
     };
     // SAFETY: this context never returns, and nothing else writes the cell.
-    unsafe { RETAINED.0.get().cast::<Kept>().write_volatile(kept) };
+    unsafe { core::hint::black_box(RETAINED.0.get().cast::<Kept>()).write(kept) };
     SCB::sys_reset()
 }
 

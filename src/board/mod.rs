@@ -80,8 +80,7 @@ extern "C" fn thread() -> ! {
 /// Brings the chip up: what the last run left, what was kept in flash, the bridge (off), then the tasks.
 #[embassy_executor::task]
 async fn start(spawner: Spawner) {
-    let p = embassy_stm32::init(clock::config());
-    clock::watch_crystal();
+    let p = clock::start();
     interrupt::TIM2.set_priority(Priority::P8);
     interrupt::LPUART1.set_priority(Priority::P10);
     telemetry::boot(Active::NAME);

@@ -5,6 +5,7 @@
 
 use core::cell::RefCell;
 
+use embassy_futures::yield_now;
 use embassy_stm32::gpio::{Input, Output};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
@@ -49,16 +50,17 @@ pub async fn sense(
         }
         while let Some(sample) = samples.next() {
             let event = sense.lock(|sense| sense.borrow_mut().sample(&sample));
-            let Some(event) = event else {
-                continue;
-            };
-            telemetry::event(&event);
-            conduct.lock(|conduct| conduct.borrow_mut().hear(&event, &control::status()));
-            if let Some(notice) = notice(&event) {
-                tell(notice).await;
+            if let Some(event) = event {
+                telemetry::event(&event);
+                conduct.lock(|conduct| conduct.borrow_mut().hear(&event, &control::status()));
+                if let Some(notice) = notice(&event) {
+                    tell(notice).await;
+                }
             }
+            watchdog::report(Reporter::Sensing);
+            // However far behind this is, the sequence and a stop come in between.
+            yield_now().await;
         }
-        watchdog::report(Reporter::Sensing);
     }
 }
 

@@ -117,10 +117,7 @@ impl ReadNorFlash for Region {
     const READ_SIZE: usize = 1;
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
-        READING.store(true, Ordering::Relaxed);
-        let result = self.flash.blocking_read(offset, bytes);
-        READING.store(false, Ordering::Relaxed);
-        result.map_err(Error::Flash)
+        self.look(offset, bytes)
     }
 
     fn capacity(&self) -> usize {
@@ -147,6 +144,13 @@ impl NorFlash for Region {
 }
 
 impl Memory for Region {
+    fn look(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
+        READING.store(true, Ordering::Relaxed);
+        let result = self.flash.blocking_read(offset, bytes);
+        READING.store(false, Ordering::Relaxed);
+        result.map_err(Error::Flash)
+    }
+
     fn is_unfinished(error: &Error) -> bool {
         *error == Error::Flash(FlashError::Prog)
     }

@@ -75,15 +75,13 @@ pub fn done(outcome: Outcome) {
     info!("sequence done verdict={=str}", verdict);
 }
 
-/// `fault`: the bridge is off until `clear`.
+/// `fault`: the bridge is off until `clear`. Causes and remedies stand in the README, not in flash.
 pub fn fault(fault: Fault) {
     error!(
         "fault number={=u8} name={=str}",
         fault.number(),
         fault.name()
     );
-    error!("fault-cause {=str}", fault.cause());
-    error!("fault-remedy {=str}", fault.remedy());
 }
 
 /// `limit`: demands that were clamped, when that changes.

@@ -8,15 +8,23 @@ use super::encoder::Encoder;
 use super::fault::Fault;
 use super::io::{CONTROL_HZ, Inputs, Outputs};
 use super::offset::{Measured, OffsetMeter};
-use super::protect::{Observed, Protection};
+use super::protect::{FREE_TURN, Observed, Protection, TURNS};
 use super::speed::SpeedLoop;
 use super::thermal::Winding;
+use crate::numeric::clamp;
 use crate::sample::{Drive, Sample};
 
 /// Samples a second handed to sensing.
 pub const SAMPLE_HZ: u32 = 1000;
 /// Control periods a sample.
 const PERIODS_PER_SAMPLE: u8 = (CONTROL_HZ / SAMPLE_HZ) as u8;
+/// Every period of a sample in steady motion with the drive.
+const ALL_CLOSING: i8 = PERIODS_PER_SAMPLE as i8;
+const ALL_OPENING: i8 = -ALL_CLOSING;
+/// The period of a sample in which the thermal model advances by the sample before: one with no slow detector.
+const HEAT_PERIOD: u8 = FREE_TURN + 1;
+// The last period of a sample, which completes it, leaves the slow detectors out.
+const _: () = assert!((PERIODS_PER_SAMPLE - 1) % TURNS == FREE_TURN);
 const SAMPLE_S: f32 = 1.0 / SAMPLE_HZ as f32;
 /// Periods (1.5 ms) between waking the bridge and driving: it needs 1 ms.
 const WAKE_PERIODS: u8 = 30;
@@ -31,8 +39,8 @@ const SUPPLY_GAIN: f32 = 1.0 / 16.0;
 #[derive(Clone, Debug, Default)]
 struct Average {
     periods: u8,
-    closing: u8,
-    opening: u8,
+    /// Periods of steady motion in the direction of the drive: closing counts up, opening down.
+    driven: i8,
     sum_a: f32,
     sum_squares_a2: f32,
     limited: Limited,
@@ -55,6 +63,11 @@ pub struct Controller {
     average: Average,
     /// What the bridge did in the period that just ended.
     applied: Outputs,
+    /// The same as a fraction of the supply, closing positive.
+    applied_fraction: f32,
+    /// Counts beyond the limits of the travel: negative on the opening side, 0 within.
+    beyond_counts: i32,
+    hot: bool,
     reference_a: f32,
     supply_v: f32,
     per_supply_v: f32,
@@ -64,7 +77,11 @@ pub struct Controller {
     /// Signed current of the period that ended, where the sense could tell.
     measured_a: Option<f32>,
     status: Status,
-    sample: Option<Sample>,
+    /// The last step completed a sample, which has not been taken.
+    completed: bool,
+    drive: Drive,
+    /// Mean square of the sample's current, for the thermal model's turn.
+    mean_square_a2: f32,
 }
 
 impl Controller {
@@ -88,6 +105,9 @@ impl Controller {
             meter: OffsetMeter::default(),
             average: Average::default(),
             applied: Outputs::Off,
+            applied_fraction: 0.0,
+            beyond_counts: 0,
+            hot: false,
             reference_a: 0.0,
             supply_v: 0.0,
             per_supply_v: 0.0,
@@ -96,7 +116,9 @@ impl Controller {
             measuring: false,
             measured_a: None,
             status: Status::default(),
-            sample: None,
+            completed: false,
+            drive: Drive::Idle,
+            mean_square_a2: 0.0,
             scale,
         })
     }
@@ -105,16 +127,27 @@ impl Controller {
     /// bridge shall do.
     pub fn step(&mut self, inputs: &Inputs, demand: &Demand) -> Outputs {
         self.status.time_us = self.status.time_us.wrapping_add(PERIOD_US as u64);
+        self.completed = false;
         self.acknowledge(demand);
         let encoder_plausible = self.encoder.update(inputs.encoder);
         self.observe(inputs, encoder_plausible, demand.setpoint);
         self.applied = self.decide(demand.setpoint);
+        self.applied_fraction = convert::applied(self.applied);
         self.applied
     }
 
     /// The 1 ms average completed by the last step, once: every twentieth call of [`step`](Self::step) makes one.
     pub fn sample(&mut self) -> Option<Sample> {
-        self.sample.take()
+        if !self.completed {
+            return None;
+        }
+        self.completed = false;
+        Some(Sample {
+            time_us: self.status.time_us,
+            position_counts: self.status.position_counts,
+            current_a: self.status.current_a,
+            drive: self.drive,
+        })
     }
 
     /// What the slow loop wants to know, as of the last step.
@@ -160,6 +193,7 @@ impl Controller {
 
     /// Judges the period that ended and adds it to the sample.
     fn observe(&mut self, inputs: &Inputs, encoder_plausible: bool, setpoint: Setpoint) {
+        self.beyond_counts = self.beyond_counts();
         let raw_a = self.scale.current_a(inputs.current);
         let supply_v = self.scale.supply_v(inputs.supply);
         if self.supply_v == 0.0 {
@@ -168,16 +202,18 @@ impl Controller {
         self.supply_v += SUPPLY_GAIN * (supply_v - self.supply_v);
         let observed = Observed {
             awake: self.applied != Outputs::Off,
-            applied_v: convert::applied(self.applied) * self.supply_v,
+            applied_v: self.applied_fraction * self.supply_v,
             reference_a: self.reference_a,
             reading_a: raw_a - self.status.offset_a,
             supply_v,
             speed: self.encoder.speed(),
             encoder_plausible,
-            beyond_counts: self.beyond_counts().wrapping_abs(),
-            hot: self.winding.is_hot(),
+            beyond_counts: self.beyond_counts.wrapping_abs(),
+            hot: self.hot,
         };
-        let mut fault = self.protection.check(inputs, &observed);
+        let mut fault = self
+            .protection
+            .check(inputs, &observed, self.average.periods % TURNS);
         if self.measure_offset(setpoint, raw_a, observed.speed) == Measured::OutOfRange {
             fault = fault.or(Some(Fault::OffsetOutOfRange));
         }
@@ -233,42 +269,46 @@ impl Controller {
         average.periods += 1;
         average.sum_a += signed_a;
         average.sum_squares_a2 += flowing_a * flowing_a;
-        if !blind {
-            average.closing += u8::from(observed.applied_v > 0.0 && observed.speed > MOVING);
-            average.opening += u8::from(observed.applied_v < 0.0 && observed.speed < -MOVING);
+        if !blind && observed.speed.abs() > MOVING && observed.applied_v * observed.speed > 0.0 {
+            average.driven += if observed.speed > 0.0 { 1 } else { -1 };
         }
         self.status.position_counts = self.encoder.position_counts();
         self.status.speed_counts_per_s = observed.speed * CONTROL_HZ as f32;
-        if average.periods >= PERIODS_PER_SAMPLE {
-            self.complete_sample();
+        match average.periods {
+            HEAT_PERIOD => self.heat(),
+            PERIODS_PER_SAMPLE => self.complete_sample(),
+            _ => {}
         }
     }
 
-    /// Hands out the sample, and does what is needed once a millisecond.
+    /// Once a millisecond, not in the period that has a sample to complete: the winding's temperature, and the supply's
+    /// reciprocal.
+    fn heat(&mut self) {
+        self.winding.advance(self.mean_square_a2, SAMPLE_S);
+        self.hot = self.winding.is_hot();
+        self.status.winding_c = self.winding.celsius();
+        // Not below 1 V, nor NaN.
+        self.per_supply_v = if self.supply_v > 1.0 {
+            1.0 / self.supply_v
+        } else {
+            1.0
+        };
+    }
+
+    /// Completes the sample.
     fn complete_sample(&mut self) {
         const PER_SAMPLE: f32 = 1.0 / PERIODS_PER_SAMPLE as f32;
         let average = core::mem::take(&mut self.average);
-        let current_a = average.sum_a * PER_SAMPLE;
-        let drive = if average.closing == PERIODS_PER_SAMPLE {
-            Drive::Closing
-        } else if average.opening == PERIODS_PER_SAMPLE {
-            Drive::Opening
-        } else {
-            Drive::Idle
+        self.drive = match average.driven {
+            ALL_CLOSING => Drive::Closing,
+            ALL_OPENING => Drive::Opening,
+            _ => Drive::Idle,
         };
-        self.winding
-            .advance(average.sum_squares_a2 * PER_SAMPLE, SAMPLE_S);
-        self.per_supply_v = 1.0 / self.supply_v.max(1.0);
-        self.status.current_a = current_a;
+        self.mean_square_a2 = average.sum_squares_a2 * PER_SAMPLE;
+        self.status.current_a = average.sum_a * PER_SAMPLE;
         self.status.supply_v = self.supply_v;
-        self.status.winding_c = self.winding.celsius();
         self.status.limited = average.limited;
-        self.sample = Some(Sample {
-            time_us: self.status.time_us,
-            position_counts: self.status.position_counts,
-            current_a,
-            drive,
-        });
+        self.completed = true;
     }
 
     /// Outputs for a setpoint.
@@ -307,7 +347,7 @@ impl Controller {
                     self.speed.preset(speed, self.reference_a);
                 }
                 let (wanted, suppressed) = self.inward(counts_per_s * PERIOD_S);
-                let limit_a = current_limit_a.min(self.current_limit_a).max(0.0);
+                let limit_a = clamp(current_limit_a, 0.0, self.current_limit_a);
                 let reference = self.speed.step(wanted, speed, limit_a);
                 self.average.limited.position |= suppressed;
                 self.average.limited.current |= reference.current_limited;
@@ -326,7 +366,7 @@ impl Controller {
             .current
             .step(reference_a, measured_a, speed, self.per_supply_v);
         self.average.limited.duty |= voltage.limited;
-        if voltage.fraction * convert::applied(self.applied) < 0.0 {
+        if voltage.fraction * self.applied_fraction < 0.0 {
             // The direction pin acts at once, the duty with the timer's next update: one period of brake between them.
             return Outputs::Brake;
         }
@@ -341,8 +381,12 @@ impl Controller {
     }
 
     /// A wanted motion (speed or current), suppressed if it leads out of the travel.
+    #[inline]
     fn inward(&self, wanted: f32) -> (f32, bool) {
-        let beyond = self.beyond_counts();
+        if self.beyond_counts == 0 {
+            return (wanted, false);
+        }
+        let beyond = self.beyond_counts;
         let outward = (beyond > 0 && wanted > 0.0) || (beyond < 0 && wanted < 0.0);
         (if outward { 0.0 } else { wanted }, outward)
     }
@@ -350,13 +394,11 @@ impl Controller {
     /// Current reference on its way to a demanded current, within the limits of current, speed, travel and slew.
     fn slewed(&mut self, demanded_a: f32, speed: f32) -> f32 {
         let (inward_a, suppressed) = self.inward(demanded_a);
-        let allowed_a = inward_a
-            .min(self.current_limit_a)
-            .max(-self.current_limit_a);
+        let allowed_a = clamp(inward_a, -self.current_limit_a, self.current_limit_a);
         let (down_a, up_a) = self.speed.current_bounds_a(speed);
-        let bounded_a = allowed_a.min(up_a).max(down_a);
+        let bounded_a = clamp(allowed_a, down_a, up_a);
         let slew_a = CURRENT_SLEW * self.current_limit_a;
-        let change_a = (bounded_a - self.reference_a).min(slew_a).max(-slew_a);
+        let change_a = clamp(bounded_a - self.reference_a, -slew_a, slew_a);
         self.average.limited.position |= suppressed;
         self.average.limited.current |= allowed_a != inward_a;
         self.average.limited.speed |= bounded_a != allowed_a;

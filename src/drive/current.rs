@@ -6,6 +6,7 @@
 //! state cannot express.
 
 use super::config::Config;
+use crate::numeric::clamp;
 
 /// Share of the remaining current error that the integral takes back in one period: a time constant of 20 periods
 /// (1 ms) with a motor of nominal resistance, far from the stability limit of 1 whatever its resistance.
@@ -65,10 +66,9 @@ impl CurrentLoop {
         if let Some(measured_a) = measured_a {
             integral_v += INTEGRAL_GAIN * self.resistance_ohm * (reference_a - measured_a);
         }
-        // Not `clamp`, which can panic.
-        integral_v = integral_v.min(trim_v).max(-trim_v);
+        integral_v = clamp(integral_v, -trim_v, trim_v);
         let fraction = (resistive_v + emf_v + integral_v) * per_supply_v;
-        let clamped = fraction.min(self.duty_limit).max(-self.duty_limit);
+        let clamped = clamp(fraction, -self.duty_limit, self.duty_limit);
         let limited = clamped != fraction;
         // Anti-windup: a clamped voltage must not fill the integral further.
         if !limited || integral_v.abs() < self.integral_v.abs() {

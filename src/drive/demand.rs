@@ -42,6 +42,16 @@ pub struct Demand {
     pub clear: u8,
 }
 
+impl Demand {
+    /// Bridge off, nothing else asked for: what is in force before the first demand.
+    pub const REST: Self = Self {
+        setpoint: Setpoint::Off,
+        zero: 0,
+        zero_at_counts: 0,
+        clear: 0,
+    };
+}
+
 impl From<Setpoint> for Demand {
     fn from(setpoint: Setpoint) -> Self {
         Self {

@@ -2,6 +2,9 @@
 //!
 //! Every limit below stands with the reason why no healthy motion reaches it. Electrical limits trip on one reading: each
 //! is the mean of 16 conversions over a whole PWM period, which one disturbed conversion cannot push past them.
+//!
+//! What endangers something within a millisecond is judged in every period. What takes many periods to be told from healthy
+//! motion takes turns, one of [`TURNS`] a period, so that no period pays for all of it.
 
 use super::config::Config;
 use super::convert::Scale;
@@ -10,14 +13,18 @@ use super::io::{ADC_FULL, AdcCode, Inputs};
 
 /// A reading this close to full scale is no measurement any more: 485 mA, twice the over-current trip.
 const SATURATED: AdcCode = AdcCode(ADC_FULL - 16 * 8);
+/// Periods in which every slow detector has its turn once.
+pub const TURNS: u8 = 4;
+/// The turn that no detector takes: the controller completes its sample in it.
+pub const FREE_TURN: u8 = 3;
 /// The very same sum of 16 conversions, this often in succession, while the motor turns. The sense has 0.1 mA rms of
 /// noise before averaging, 3 codes after: 40 equal readings by chance have a probability below 1e-30.
 const SAME_READINGS: u16 = 40;
 /// Slowest motion, counts a period, that counts as turning: 0.05 rad/s at the prototype's input link.
 const TURNING: f32 = 0.5;
-/// Periods (10 ms) that the back-EMF may contradict the encoder. A blow stops the rotor faster than the observer (1 ms)
+/// Turns (10 ms) that the back-EMF may contradict the encoder. A blow stops the rotor faster than the observer (1 ms)
 /// follows, and settles within 5 ms.
-const CONTRADICTION_PERIODS: u16 = 200;
+const CONTRADICTION_TURNS: u16 = 50;
 /// Voltage the model may be off without a contradiction: 1 V for bridge, offset and sudden motion; 30 % of the resistive
 /// part (20 % spread, and warmth); 20 % of the back-EMF (10 % spread).
 const SLACK_V: f32 = 1.0;
@@ -27,21 +34,21 @@ const SLACK_EMF: f32 = 0.2;
 const EXPECTED_A: f32 = 10e-3;
 /// A reading of nothing, ampere.
 const NOTHING_A: f32 = 2e-3;
-/// Periods (0.2 s) for which a driven, turning motor may show no current at all: only while it slows down, which the
+/// Turns (0.2 s) for which a driven, turning motor may show no current at all: only while it slows down, which the
 /// limited acceleration makes shorter than that. Otherwise friction alone takes several times `NOTHING_A`.
-const NOTHING_PERIODS: u16 = 4000;
+const NOTHING_TURNS: u16 = 1000;
 /// Reading at rest that is no offset, ampere: the amplifier's 7 mA, drift, and a margin as large.
 pub const OFFSET_LIMIT_A: f32 = 15e-3;
-/// Periods (20 ms) at rest before its reading is judged, and that it must persist: winding currents die in microseconds,
+/// Turns (20 ms) at rest before its reading is judged, and that it must persist: winding currents die in microseconds,
 /// the rotor stops within its mechanical time constant of 4 ms.
-const REST_PERIODS: u16 = 400;
+const REST_TURNS: u16 = 100;
 
 /// Counts how long a condition persists.
 #[derive(Clone, Copy, Debug, Default)]
 struct Persistence(u16);
 
 impl Persistence {
-    /// `true` from the moment the condition has held for more than `limit` periods, interruptions counted back.
+    /// `true` from the moment the condition has held for more than `limit` turns, interruptions counted back.
     fn update(&mut self, holds: bool, limit: u16) -> bool {
         self.0 = if holds {
             self.0.saturating_add(1)
@@ -123,11 +130,20 @@ impl Protection {
         self.offset = Persistence::default();
     }
 
-    /// The most severe fault of this period.
-    pub fn check(&mut self, inputs: &Inputs, observed: &Observed) -> Option<Fault> {
-        let sense = self.sense_stuck(inputs.current, observed);
-        let motion = self.contradiction(observed);
-        let offset = self.offset(observed);
+    /// The most severe fault of this period. `turn` counts the periods, modulo [`TURNS`].
+    pub fn check(&mut self, inputs: &Inputs, observed: &Observed, turn: u8) -> Option<Fault> {
+        self.same_readings = if inputs.current == self.last_code {
+            self.same_readings.saturating_add(1)
+        } else {
+            0
+        };
+        self.last_code = inputs.current;
+        let slow = match turn {
+            0 => self.sense_stuck(inputs.current, observed),
+            1 => self.contradiction(observed),
+            2 => self.offset(observed),
+            _ => None,
+        };
         if observed.awake {
             // While the bridge is off its fault pin and a late interrupt endanger nothing, and storing records delays it.
             if inputs.bridge_fault {
@@ -158,7 +174,7 @@ impl Protection {
         if observed.hot {
             return Some(Fault::WindingHot);
         }
-        sense.or(motion).or(offset)
+        slow
     }
 
     /// Driven with a current that the sense must show: reference and voltage point the same way.
@@ -169,20 +185,15 @@ impl Protection {
     /// A reading that does not move, or that shows nothing of a current that must flow.
     fn sense_stuck(&mut self, code: AdcCode, observed: &Observed) -> Option<Fault> {
         let turning = observed.speed.abs() > TURNING && Self::must_flow(observed);
-        self.same_readings = if code == self.last_code && turning && code.0 != 0 {
-            self.same_readings.saturating_add(1)
-        } else {
-            0
-        };
-        self.last_code = code;
+        let same = self.same_readings > SAME_READINGS && turning && code.0 != 0;
         let nothing = observed.reading_a < NOTHING_A;
         let missing = self
             .nothing
-            .update(nothing && Self::must_flow(observed), CONTRADICTION_PERIODS);
+            .update(nothing && Self::must_flow(observed), CONTRADICTION_TURNS);
         // The loops work round a dead sense: the reference itself may come to ask for nothing.
         let driven = observed.applied_v * observed.speed > 0.0 && observed.speed.abs() > TURNING;
-        let idle = self.idle_reading.update(nothing && driven, NOTHING_PERIODS);
-        (missing || idle || self.same_readings > SAME_READINGS).then_some(Fault::SenseStuck)
+        let idle = self.idle_reading.update(nothing && driven, NOTHING_TURNS);
+        (missing || idle || same).then_some(Fault::SenseStuck)
     }
 
     /// The motor's voltage balance, V = R i + k_e w, against the encoder's speed w.
@@ -199,10 +210,7 @@ impl Protection {
         let excess_v = observed.applied_v - signed_resistive_v - emf_v;
         let slack_v = SLACK_V + SLACK_RESISTIVE * resistive_v + SLACK_EMF * emf_v.abs();
         let contradicts = tells && excess_v.abs() > slack_v;
-        if !self
-            .contradiction
-            .update(contradicts, CONTRADICTION_PERIODS)
-        {
+        if !self.contradiction.update(contradicts, CONTRADICTION_TURNS) {
             return None;
         }
         // The motor's own EMF, and which way the encoder counts.
@@ -223,9 +231,9 @@ impl Protection {
         } else {
             0
         };
-        let wrong = self.rest > REST_PERIODS && observed.reading_a.abs() > OFFSET_LIMIT_A;
+        let wrong = self.rest > REST_TURNS && observed.reading_a.abs() > OFFSET_LIMIT_A;
         self.offset
-            .update(wrong, REST_PERIODS)
+            .update(wrong, REST_TURNS)
             .then_some(Fault::OffsetOutOfRange)
     }
 }

@@ -2,6 +2,7 @@
 
 use super::config::Config;
 use super::convert::{PERIOD_S, Scale};
+use crate::numeric::clamp;
 
 /// Bandwidth, radian per second: 25 Hz. Low, because the current is the torque signal that sensing lives on: the
 /// encoder's unevenness once a motor turn must not become current. High enough to hold the worm, whose friction falls
@@ -66,17 +67,19 @@ impl SpeedLoop {
 
     /// Current for a wanted speed.
     pub fn step(&mut self, wanted: f32, speed: f32, current_limit_a: f32) -> Reference {
-        let target = wanted.min(self.limit).max(-self.limit);
-        let change = (target - self.reference)
-            .min(self.change_limit)
-            .max(-self.change_limit);
+        let target = clamp(wanted, -self.limit, self.limit);
+        let change = clamp(
+            target - self.reference,
+            -self.change_limit,
+            self.change_limit,
+        );
         self.reference += change;
         let error = self.reference - speed;
         let integral_a =
             self.integral_a + self.gain_a_per_speed * (INTEGRAL_RAD_PER_S * PERIOD_S) * error;
         let free_a =
             self.gain_a_per_speed * error + integral_a + self.feed_forward_a_per_change * change;
-        let current_a = free_a.min(current_limit_a).max(-current_limit_a);
+        let current_a = clamp(free_a, -current_limit_a, current_limit_a);
         let current_limited = current_a != free_a;
         // Anti-windup: while clamped the integral may only shrink.
         if !current_limited || integral_a.abs() < self.integral_a.abs() {

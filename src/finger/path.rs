@@ -402,13 +402,18 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
         let point = PathPoint {
             rotation_rad,
             compliance_rad_per_nm: compliance,
-            k_now_m: local.k_now * start.length_scale,
+            k_now_m: self.on_phalanx(start, local.k_now)?,
             force_n: at.force * (start.stiffness_scale / start.length_scale),
             joints_rad,
         };
         let finite =
             rotation_rad.is_finite() && compliance.is_finite() && point.force_n.is_finite();
         (stays && finite).then_some(point)
+    }
+
+    /// A distance along the phalanx in metre; the change of scale may round past the tip.
+    fn on_phalanx(&self, start: &Start<N>, k: f32) -> Option<f32> {
+        Some((k * start.length_scale).min(*self.parameters.lengths_m.get(start.before)?))
     }
 
     /// See [`super::Mechanics::place`].
@@ -440,7 +445,8 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
             if settling.done(moved, shortened, &at.delta) {
                 let reach = *start.lengths.get(start.before)?;
                 let point = self.point(start, &at, rise)?;
-                return (at.k > 0.0 && at.k <= reach).then_some((at.k * start.length_scale, point));
+                let on_it = at.k > 0.0 && at.k <= reach;
+                return on_it.then_some((self.on_phalanx(start, at.k)?, point));
             }
         }
         None

@@ -5,7 +5,7 @@
 //! | free motion recorded | [`Recorder`] |
 //! | closing, nothing felt | [`Detector`] on the residual of the record |
 //! | contact | [`Curve`], and every block one step of the [`Locator`] |
-//! | motion over | the locator until its fits stand still, one step a sample; then the last word |
+//! | motion over | the locator until its fits stand still, one step every dozen samples; then the last word |
 
 use crate::finger::{Free, Mechanics};
 use crate::numeric::sqrt;
@@ -19,6 +19,7 @@ use crate::sensing::locator::{self, Locator, Verdict};
 use crate::sensing::{
     Calibration, Directive, Drive, Drivetrain, Event, NotLocated, Refusal, Sample, Settings,
 };
+use core::mem;
 use heapless::{Deque, Vec};
 
 /// Blocks kept, so that the curve starts at the onset and not at its detection: a quarter of a second.
@@ -29,6 +30,8 @@ const ONSET_SIGMA_RAD: f32 = 0.03;
 const PIN_SIGMA_M: f32 = 0.3e-3;
 /// Steps that each hypothesis gets when the motion is over.
 const LAST_STEPS: u8 = 40;
+/// Samples between two of them: a step takes several milliseconds on the target, and samples must not pile up meanwhile.
+const SAMPLES_PER_LAST_STEP: u8 = 12;
 /// A point enters the fit when its torque stands this many deviations above zero.
 const CLEAR_SIGMAS: f32 = 4.0;
 /// A deviation that shrinks by less than this factor while the torque grows by a quarter will not be worth more torque.
@@ -94,6 +97,8 @@ struct Touching<R> {
     good: Option<(Verdict, f32)>,
     /// Steps left after the motion ended; None while it goes on.
     last_steps: Option<u8>,
+    /// Samples until the next of them.
+    pause: u8,
     settled: bool,
 }
 
@@ -115,6 +120,17 @@ enum Reported {
     Ambiguous,
 }
 
+/// What is in hand. Never two at a time: they share their memory.
+#[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is no heap to put one on")]
+enum Work<R> {
+    Nothing,
+    /// Friction is being recorded.
+    Recording(Recorder),
+    /// A contact is being judged.
+    Contact(Touching<R>),
+}
+
 /// Contact sensing of one finger. See the module documentation.
 ///
 /// `H` is [`NoHall`] or [`Hall`].
@@ -127,10 +143,9 @@ pub struct Sensor<F: Mechanics, H: JointSensor = NoHall> {
     directive: Directive,
     gate: Gate,
     friction: Option<Friction>,
-    recorder: Option<Recorder>,
+    work: Work<H::Reading>,
     detector: Option<Detector>,
     history: Deque<Past<H::Reading>, HISTORY>,
-    touching: Option<Touching<H::Reading>>,
     /// The contact of this closing has been judged, or what was found was no contact.
     done: bool,
     stale_told: bool,
@@ -156,10 +171,9 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             directive: Directive::Rest,
             gate: Gate::default(),
             friction: None,
-            recorder: None,
+            work: Work::Nothing,
             detector: None,
             history: Deque::new(),
-            touching: None,
             done: false,
             stale_told: false,
             posture,
@@ -223,24 +237,24 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
     pub fn direct(&mut self, directive: Directive) {
         if self.directive == Directive::RecordFriction
             && directive != Directive::RecordFriction
-            && let Some(mut recorder) = self.recorder.take()
+            && let Work::Recording(mut recorder) = mem::replace(&mut self.work, Work::Nothing)
         {
             self.end_recording(&mut recorder);
         }
-        if directive == Directive::Rest && self.touching.is_some() {
+        if directive == Directive::Rest && matches!(self.work, Work::Contact(_)) {
             // The last word is still to be said, under the old directive; nothing but that comes after.
             self.end_motion();
             return;
         }
         self.directive = directive;
         self.detector = None;
-        self.touching = None;
         self.done = false;
         self.stale_told = false;
         self.history.clear();
-        if directive == Directive::RecordFriction {
-            self.recorder = Some(Recorder::new(self.travel_counts()));
-        }
+        self.work = match directive {
+            Directive::RecordFriction => Work::Recording(Recorder::new(self.travel_counts())),
+            _ => Work::Nothing,
+        };
     }
 
     /// Takes a sample; tells at most one thing. Typically some hundred instructions; every block of a contact, and
@@ -269,7 +283,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         match self.directive {
             Directive::Rest => {}
             Directive::RecordFriction => {
-                if let Some(recorder) = &mut self.recorder {
+                if let Work::Recording(recorder) = &mut self.work {
                     recorder.push(block);
                 }
             }
@@ -278,21 +292,32 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             _ if self.done => {}
             _ => {
                 let past = self.past(block);
-                match (self.touching.take(), past) {
-                    (Some(mut touching), Some(past)) if touching.last_steps.is_none() => {
-                        self.press(&mut touching, &past);
-                        self.touching = Some(touching);
+                match (&self.work, past) {
+                    (Work::Contact(touching), Some(past)) if touching.last_steps.is_none() => {
+                        self.with_contact(|sensor, touching| sensor.press(touching, &past));
                     }
-                    (Some(touching), _) => self.touching = Some(touching),
-                    (None, Some(past)) => self.search(block, past),
-                    (None, None) => {}
+                    (Work::Contact(_), _) | (_, None) => {}
+                    (_, Some(past)) => self.search(block, past),
                 }
             }
         }
     }
 
+    /// Does something with the contact in hand, which lies on the stack meanwhile: not inlined, so that it does not lie there
+    /// for the other users of the caller's frame too.
+    #[inline(never)]
+    fn with_contact(&mut self, act: impl FnOnce(&mut Self, &mut Touching<H::Reading>)) {
+        match mem::replace(&mut self.work, Work::Nothing) {
+            Work::Contact(mut touching) => {
+                act(self, &mut touching);
+                self.work = Work::Contact(touching);
+            }
+            other => self.work = other,
+        }
+    }
+
     fn end_run(&mut self) {
-        if let Some(recorder) = &mut self.recorder {
+        if let Work::Recording(recorder) = &mut self.work {
             recorder.end_run();
         }
         self.detector = None;
@@ -301,7 +326,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
     }
 
     fn end_motion(&mut self) {
-        if let Some(touching) = &mut self.touching {
+        if let Work::Contact(touching) = &mut self.work {
             touching.end();
         }
     }
@@ -329,13 +354,14 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
     /// A block with the residual of the record.
     fn past(&self, block: &Block) -> Option<Past<H::Reading>> {
         let friction = self.friction.as_ref()?;
-        let (torque_nm, beyond_counts) =
-            if self.directive == Directive::CalibrateCable || self.touching.is_some() {
-                let period_counts = self.drivetrain.counts_per_worm_turn;
-                friction.beyond(block.drive, block.counts, period_counts)?
-            } else {
-                (friction.at(block.drive, block.counts)?, 0.0)
-            };
+        let (torque_nm, beyond_counts) = if self.directive == Directive::CalibrateCable
+            || matches!(self.work, Work::Contact(_))
+        {
+            let period_counts = self.drivetrain.counts_per_worm_turn;
+            friction.beyond(block.drive, block.counts, period_counts)?
+        } else {
+            (friction.at(block.drive, block.counts)?, 0.0)
+        };
         Some(Past {
             time_us: block.time_us,
             counts: block.counts,
@@ -431,6 +457,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
     }
 
     /// A contact is decided.
+    #[inline(never)]
     fn touch(&mut self, block: &Block, since: usize, level: (f32, f32), noise: f32) {
         let first = self.history.len().saturating_sub(since);
         let Some(onset) = self.history.iter().nth(first).copied() else {
@@ -457,6 +484,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             reported: Reported::Nothing,
             good: None,
             last_steps: None,
+            pause: 0,
             settled: false,
         };
         for past in self.history.iter().skip(first + 1) {
@@ -469,7 +497,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             theta_a_rad: touching.onset_rad,
             torque_nm: touching.torque_nm,
         });
-        self.touching = Some(touching);
+        self.work = Work::Contact(touching);
     }
 
     /// Adds a block to the curve: the one before it, that is. A block's own acceleration is half that since the block
@@ -752,11 +780,10 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
 
     /// After the motion: the fits to their minimum, then the last word.
     fn conclude(&mut self) {
-        let Some(mut touching) = self.touching.take() else {
+        let Work::Contact(touching) = &mut self.work else {
             return;
         };
         let Some(steps) = touching.last_steps else {
-            self.touching = Some(touching);
             return;
         };
         if self.directive != Directive::CalibrateCable
@@ -764,24 +791,31 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             && steps > 0
             && !(steps < LAST_STEPS && touching.locator.has_converged())
         {
+            if touching.pause > 0 {
+                touching.pause -= 1;
+                return;
+            }
+            touching.pause = SAMPLES_PER_LAST_STEP - 1;
             touching.last_steps = Some(steps - 1);
-            self.refine(&mut touching);
-            self.touching = Some(touching);
+            self.with_contact(|sensor, touching| {
+                sensor.refine(touching);
+            });
             return;
         }
         self.done = true;
-        match self.directive {
+        self.with_contact(|sensor, touching| match sensor.directive {
             Directive::CalibrateCable => {
-                let learned = self.learn_from_press(&touching);
-                self.tell_calibration(learned);
+                let learned = sensor.learn_from_press(touching);
+                sensor.tell_calibration(learned);
             }
             Directive::Calibrate { .. } => {
-                let learned = self.learn_from_contact(&touching);
-                self.tell_calibration(learned);
+                let learned = sensor.learn_from_contact(touching);
+                sensor.tell_calibration(learned);
             }
             _ if touching.settled => {}
-            _ => self.report(&mut touching, true),
-        }
+            _ => sensor.report(touching, true),
+        });
+        self.work = Work::Nothing;
     }
 
     fn tell_calibration(&mut self, learned: Result<Calibration, Refusal>) {

@@ -186,14 +186,7 @@ impl ReadNorFlash for Flash {
     const READ_SIZE: usize = 1;
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Failure> {
-        if self.off {
-            return Err(Failure::PowerLost);
-        }
-        let first = (offset - START) as usize;
-        for (place, byte) in (first..).zip(bytes) {
-            *byte = self.words[place / WORD].data.to_le_bytes()[place % WORD];
-        }
-        Ok(())
+        self.look(offset, bytes)
     }
 
     fn capacity(&self) -> usize {
@@ -241,6 +234,17 @@ impl NorFlash for Flash {
 }
 
 impl Memory for Flash {
+    fn look(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Failure> {
+        if self.off {
+            return Err(Failure::PowerLost);
+        }
+        let first = (offset - START) as usize;
+        for (place, byte) in (first..).zip(bytes) {
+            *byte = self.words[place / WORD].data.to_le_bytes()[place % WORD];
+        }
+        Ok(())
+    }
+
     fn is_unfinished(error: &Failure) -> bool {
         *error == Failure::NotErased
     }

@@ -607,6 +607,7 @@ fn contact<const N: usize, T: FromRow<N>>(
 where
     Finger<N, T>: Mechanics<Configuration = Configuration<N>>,
 {
+    report.quantity("dtheta_a in every row, relative", Limit::default());
     report.quantity("dtheta_a, relative", Limit::max(1e-5));
     report.quantity(
         "dtheta_a ill-conditioned, over its allowance",
@@ -649,6 +650,7 @@ where
         let allowance = 4.0 * compliance_floor::<N, T>(&row)?;
         for (point, column) in [(full, "dtheta_a"), (half, "dtheta_a_half")] {
             let error = relative(number(point.map(|p| p.rotation_rad)), row.f64(column)?, 0.0);
+            report.note("dtheta_a in every row, relative", line, error);
             if allowance > 1e-5 {
                 report.note(
                     "dtheta_a ill-conditioned, over its allowance",

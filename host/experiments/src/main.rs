@@ -7,7 +7,9 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use palpate::sample::Sample;
 use palpate::scene::{Linkage3, P70, Tendon2, Tendon3};
-use palpate_experiments::experiments::{ablation, catalogue, result, run, sensitivity};
+use palpate_experiments::experiments::{
+    ablation, catalogue, document, fingerprint, result, run, sensitivity,
+};
 use palpate_experiments::{figures, replay, trace};
 use palpate_plant::Parameters;
 
@@ -34,6 +36,12 @@ enum Command {
         /// Where to.
         #[arg(default_value = "docs/figures")]
         directory: PathBuf,
+        /// Parameters of the simulated world.
+        #[arg(long)]
+        plant: Option<PathBuf>,
+        /// Everything random follows from it.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
     },
 }
 
@@ -52,8 +60,11 @@ struct Experiments {
     #[arg(long)]
     quick: bool,
     /// Only the experiments whose name begins so.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "write")]
     only: Option<String>,
+    /// Write the tables into docs/EXPERIMENTS.md and README.md.
+    #[arg(long, conflicts_with_all = ["quick", "plant", "json"])]
+    write: bool,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -92,6 +103,18 @@ fn parameters(file: Option<&PathBuf>) -> Result<Parameters, Box<dyn Error>> {
                 .map_err(|error| format!("{}: {error}", file.display()).into())
         }
     }
+}
+
+fn plan(
+    plant: Option<&PathBuf>,
+    seed: u64,
+    quick: bool,
+) -> Result<catalogue::Plan, Box<dyn Error>> {
+    Ok(catalogue::Plan {
+        parameters: parameters(plant)?,
+        seed,
+        quick,
+    })
 }
 
 /// Samples of a recording; what was odd about it goes to standard error, or is told as JSON.
@@ -192,11 +215,7 @@ fn replay(options: &Replay) -> Outcome {
 }
 
 fn experiments(options: &Experiments) -> Outcome {
-    let plan = catalogue::Plan {
-        parameters: parameters(options.plant.as_ref())?,
-        seed: options.seed,
-        quick: options.quick,
-    };
+    let plan = plan(options.plant.as_ref(), options.seed, options.quick)?;
     let jobs = [
         catalogue::all(&plan),
         ablation::ablation(&plan),
@@ -213,6 +232,9 @@ fn experiments(options: &Experiments) -> Outcome {
     .collect::<Vec<_>>();
     let (entries, failed) = run::jobs(&jobs);
     let rows = run::rows(&entries);
+    if options.write {
+        write(&rows)?;
+    }
     if options.json {
         for row in &rows {
             println!("{}", serde_json::to_string(row)?);
@@ -230,10 +252,21 @@ fn experiments(options: &Experiments) -> Outcome {
     }
 }
 
-fn figures(directory: &std::path::Path) -> Outcome {
+/// The tables into the documents, with the fingerprint of the code that made them.
+fn write(rows: &[result::Row]) -> Outcome {
+    let code = fingerprint::fingerprint()?;
+    for (file, body) in document::bodies(rows) {
+        document::write(&fingerprint::root().join(file), &code, &body)?;
+    }
+    Ok(())
+}
+
+fn figures(directory: &Path, plan: &catalogue::Plan) -> Outcome {
     for (what, difference) in figures::mechanics(directory)? {
         println!("K_c, {what}: library f32 against f64 at most {difference:.1e} relative");
     }
+    figures::simulated(directory, plan)?;
+    println!("figures are in {}", directory.display());
     Ok(())
 }
 
@@ -241,7 +274,11 @@ fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Experiments(options) => experiments(&options),
         Command::Replay(options) => replay(&options),
-        Command::Figures { directory } => figures(&directory),
+        Command::Figures {
+            directory,
+            plant,
+            seed,
+        } => plan(plant.as_ref(), seed, false).and_then(|plan| figures(&directory, &plan)),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -2,6 +2,11 @@
 
 use std::path::Path;
 
+use super::result::{Row, markdown};
+
+/// Documents that hold tables, from the root of the checkout.
+pub const DOCUMENTS: [&str; 2] = ["docs/EXPERIMENTS.md", "README.md"];
+
 const BEGIN: &str = "<!-- experiments: begin";
 const END: &str = "<!-- experiments: end -->";
 
@@ -31,6 +36,30 @@ impl From<std::io::Error> for DocumentError {
     fn from(error: std::io::Error) -> Self {
         Self::Io(error)
     }
+}
+
+/// What goes between the markers of each document: everything, and what a reader of the README should know.
+#[must_use]
+pub fn bodies(rows: &[Row]) -> [(&'static str, String); 2] {
+    let pick = |keep: &dyn Fn(&Row) -> bool| -> Vec<Row> {
+        rows.iter().filter(|row| keep(row)).cloned().collect()
+    };
+    let paper = |row: &Row| {
+        ["proximal", "distal", "preshape", "free", "random"].contains(&row.experiment.as_str())
+    };
+    let other = |row: &Row| ["tendon2", "tendon3", "linkage3"].contains(&row.experiment.as_str());
+    let ablation = |row: &Row| row.experiment.starts_with("ablation");
+    let all = format!(
+        "### The paper's experiments, prototype\n\n{}\n### Other fingers\n\n{}\n### Where the difference comes from\n\n\
+         The distal grasps again; each line adds one thing to the line above.\n\n{}\n### Sensitivity\n\n\
+         20 distal contacts at each level, after the guided calibration.\n\n{}",
+        markdown(&pick(&paper)),
+        markdown(&pick(&other)),
+        markdown(&pick(&ablation)),
+        markdown(&pick(&|row| !paper(row) && !other(row) && !ablation(row))),
+    );
+    let short = markdown(&pick(&paper));
+    [(DOCUMENTS[0], all), (DOCUMENTS[1], short)]
 }
 
 fn split(text: &str) -> Option<(&str, &str, &str)> {

@@ -188,7 +188,7 @@ fn library_closure<F: Mechanics>(
     };
     for step in 0..=7 {
         let torque = contact_torque + f64::from(step) * (last - contact_torque) / 7.0;
-        let Some(point) = finger.follow(&mut path, torque as f32) else {
+        let Some(point) = finger.follow(&mut path, (torque - contact_torque) as f32) else {
             break;
         };
         points.push((torque, torque / f64::from(turned + point.rotation_rad)));

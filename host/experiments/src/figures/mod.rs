@@ -2,5 +2,7 @@
 
 pub mod canvas;
 mod mechanics;
+mod simulated;
 
 pub use mechanics::mechanics;
+pub use simulated::simulated;
