@@ -49,7 +49,7 @@ pub enum Error {
 /// Longest motion, second: the sequence's own timeouts end every motion before.
 const LONGEST_S: f64 = 120.0;
 /// Samples after a motion, for the last word of the sensing.
-const AFTERWARDS_S: f64 = 0.15;
+const AFTERWARDS_S: f64 = 0.6;
 
 /// A simulated finger with its firmware. A clone goes its own way: let one record its friction and clone it for many
 /// grasps, each with a [`reseed`](Self::reseed).
