@@ -71,7 +71,7 @@ impl Bridge {
         // The complementary PWM driver would enable the outputs in its constructor: the low-level driver does not.
         let timer = Timer::new(tim1);
         timer.set_counting_mode(CountingMode::CenterAlignedBothInterrupts);
-        timer.set_max_compare_value(DUTY_FULL.into());
+        timer.set_max_compare_value(DUTY_FULL);
         timer.set_autoreload_preload(true);
         // Written before the counter starts: the update then falls on the counter's zero, the middle of the on-time.
         timer.set_repetition_counter(REPETITION);

@@ -3,6 +3,7 @@
 //! Listening and executing are two tasks: while a command waits for flash or for the serial port, `stop` still arrives
 //! and takes effect within a millisecond.
 
+use core::convert::Infallible;
 use core::fmt::Write;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
@@ -109,7 +110,22 @@ impl Speaker {
         let _ = line.write_fmt(text);
         telemetry::answer(&line);
         // The port drains at its own pace, whether someone listens or not: this ends, and it cannot fail.
-        let _ = self.port.write_all(line.as_bytes()).await;
-        let _ = self.port.write_all(b"\r\n").await;
+        let _ = polled(self.port.write_all(line.as_bytes())).await;
+        let _ = polled(self.port.write_all(b"\r\n")).await;
+    }
+}
+
+/// Awaits a write to the serial port, asking again every millisecond: embassy-stm32 0.6.0 leaves no waker behind when its
+/// buffer has too little room, so that a write that has to wait would wait for ever.
+async fn polled<F: Future>(write: F) -> F::Output {
+    match select(write, tick()).await {
+        Either::First(output) => output,
+        Either::Second(never) => match never {},
+    }
+}
+
+async fn tick() -> Infallible {
+    loop {
+        Timer::after(Duration::from_millis(1)).await;
     }
 }

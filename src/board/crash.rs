@@ -15,7 +15,7 @@ use cortex_m_rt::{ExceptionFrame, exception};
 use super::{bridge, storage};
 
 /// Length of the text kept.
-const TEXT_BYTES: usize = 112;
+const TEXT_BYTES: usize = 80;
 
 /// Why the program stopped.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
@@ -92,7 +92,7 @@ impl Crash {
             .unwrap_or(Cause::Unhandled)
     }
 
-    /// The panic's place and message, cut to what fits.
+    /// The panic's file, line and message, cut to what fits.
     pub fn text(&self) -> &str {
         let bytes = self.text.get(..self.length as usize).unwrap_or(&[]);
         core::str::from_utf8(bytes).unwrap_or("?")
@@ -180,7 +180,8 @@ fn panic(info: &PanicInfo) -> ! {
     let mut crash = Crash::new(Cause::Panic);
     // A message that does not fit is cut: that is no error here.
     if let Some(place) = info.location() {
-        let _ = write!(crash, "{}:{} ", place.file(), place.line());
+        let file = place.file().rsplit('/').next().unwrap_or_default();
+        let _ = write!(crash, "{file}:{} ", place.line());
     }
     let _ = write!(crash, "{}", info.message());
     keep_and_reset(crash)

@@ -17,9 +17,11 @@ pub fn start(
     a: Peri<'static, PA6>,
     b: Peri<'static, PA7>,
 ) {
-    let mut config = Config::default();
-    config.ch1_pull = Pull::Up;
-    config.ch2_pull = Pull::Up;
+    let config = Config {
+        ch1_pull: Pull::Up,
+        ch2_pull: Pull::Up,
+        ..Config::default()
+    };
     let qei = Qei::new(tim3, a, b, config);
     // 8 equal samples at 170 MHz / 16: pulses below 0.75 us are ignored. A phase lasts 9.4 us at full motor speed
     // (213,000 edges a second over two phases).

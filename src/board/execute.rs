@@ -72,7 +72,6 @@ fn why(error: RecordError) -> &'static str {
 }
 
 /// Carries out commands.
-#[embassy_executor::task]
 pub async fn execute(
     mut speaker: Speaker,
     mut storage: Storage,

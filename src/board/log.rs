@@ -13,7 +13,7 @@ use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicU32, Ordering, compiler_fence};
 
 /// Room for records, some 15 bytes each: a grasp makes some dozens a second at most, a reader polls every few milliseconds.
-const UP_BYTES: usize = 1024;
+const UP_BYTES: usize = 896;
 /// Room for command bytes; the command task empties it every few milliseconds.
 const DOWN_BYTES: usize = 64;
 

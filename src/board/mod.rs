@@ -77,7 +77,8 @@ extern "C" fn thread() -> ! {
     })
 }
 
-/// Brings the chip up: what the last run left, what was kept in flash, the bridge (off), then the tasks.
+/// Brings the chip up: what the last run left, what was kept in flash, the bridge (off), then the other tasks; then carries
+/// out commands.
 #[embassy_executor::task]
 async fn start(spawner: Spawner) {
     let p = clock::start();
@@ -129,11 +130,10 @@ async fn start(spawner: Spawner) {
     // Each task is spawned once: there is room for it.
     spawner.spawn(watchdog::supervise(watchdog::start(p.IWDG)).expect("first"));
     spawner.spawn(console::listen(rx).expect("first"));
-    spawner.spawn(
-        execute::execute(console::Speaker::new(tx), storage, sense, conduct).expect("first"),
-    );
     spawner.spawn(slow::sense(samples, sense, conduct).expect("first"));
     spawner.spawn(slow::sequence(light, button, sense, conduct).expect("first"));
+    // The rest of this task's life: it shares its memory with what is above.
+    execute::execute(console::Speaker::new(tx), storage, sense, conduct).await
 }
 
 static SENSE: StaticCell<Shared<Sense<Active>>> = StaticCell::new();

@@ -9,7 +9,7 @@ bind_interrupts!(struct Irqs {
     LPUART1 => BufferedInterruptHandler<LPUART1>;
 });
 
-const TX_BYTES: usize = 256;
+const TX_BYTES: usize = 128;
 const RX_BYTES: usize = 64;
 
 /// Opens the port.

@@ -207,7 +207,7 @@ impl Light {
         self.ticks = self.ticks.wrapping_add(1);
         let lit = match self.state {
             State::Idle => false,
-            State::Fault => self.ticks / Self::BLINK % 2 == 0,
+            State::Fault => (self.ticks / Self::BLINK).is_multiple_of(2),
             _ => true,
         };
         self.pin.set_level(lit.into());

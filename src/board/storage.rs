@@ -6,7 +6,7 @@
 //! watchdog.
 
 use core::ops::Range;
-use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering, compiler_fence};
 
 use embassy_stm32::flash::{Blocking, Error as FlashError, Flash, MAX_ERASE_SIZE, WRITE_SIZE};
 use embassy_stm32::pac::FLASH;
@@ -33,7 +33,7 @@ unsafe extern "C" {
 const BREATH: Duration = Duration::from_millis(2);
 
 /// Longest record with its key, rounded up to the flash word. A page holds 2,016 bytes.
-const BUFFER_BYTES: usize = 1536;
+const BUFFER_BYTES: usize = 1400;
 
 /// Why the flash was not read or written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -147,6 +147,10 @@ impl Memory for Region {
     fn look(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
         READING.store(true, Ordering::Relaxed);
         let result = self.flash.blocking_read(offset, bytes);
+        // The interrupt of a bad word comes a little after its load: let it come before the flag goes.
+        compiler_fence(Ordering::SeqCst);
+        cortex_m::asm::dsb();
+        cortex_m::asm::isb();
         READING.store(false, Ordering::Relaxed);
         result.map_err(Error::Flash)
     }

@@ -65,6 +65,13 @@ impl Transmission<2> for Linkage<1> {
         let ([first], [_, theta_2]) = (&self.stage, from.turn());
         Some([0.0, first.advance(theta_2, step.half[1])?.first_change])
     }
+
+    fn changes(&self, from: &Configuration<2>, step: &Step<2>) -> Option<(f32, [f32; 2])> {
+        let ([first], [_, theta_2]) = (&self.stage, from.turn());
+        let advance = first.advance(theta_2, step.half[1])?;
+        let turned_rad = step.rad[0] + 2.0 * advance.half.rad();
+        Some((turned_rad, [0.0, advance.first_change]))
+    }
 }
 
 impl Transmission<3> for Linkage<2> {

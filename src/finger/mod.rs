@@ -6,6 +6,7 @@
 mod build;
 mod configuration;
 pub(crate) mod error;
+mod finite_step;
 mod fourbar;
 mod inverse;
 mod linkage;
@@ -21,6 +22,7 @@ mod triple;
 pub use build::{Finger, Parameters};
 pub use configuration::{Configuration, Step};
 pub use error::{ConfigError, Parameter};
+pub use finite_step::Rise;
 pub use fourbar::{Advance, Assembly, FourBar, Levers, Ratio};
 pub use linkage::Linkage;
 pub use mechanics::{

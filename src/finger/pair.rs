@@ -65,6 +65,7 @@ impl Pair {
     }
 
     /// Both roots in closed form, whether on the phalanx or not (MATH 5): forms without cancellation.
+    #[inline]
     pub fn closed(&self, compliance: f32) -> Roots {
         let Self {
             c_m: c,
@@ -79,33 +80,32 @@ impl Pair {
             return Roots::default();
         }
         let s = sqrt(square);
-        let accept = |k: f32| (k.is_finite() && k > 0.0 && self.presses(k)).then_some(k);
-        let near = accept(c * num / (x2 * (1.0 - x2) + compliance * h22 + s));
-        let far = accept(c * (x2 + s) / ((1.0 - x2) - compliance * k1 - s));
+        let rest = 1.0 - x2;
+        let near = c * num / (x2 * rest + compliance * h22 + s);
+        let far = c * (x2 + s) / (rest - compliance * k1 - s);
+        let ahead = |k: f32| k > 0.0 && k < f32::INFINITY;
         // Below e_2 the lever is positive, beyond it negative; where it crosses zero on the way, the root nearer than e_2
-        // is the softer half of the range from the proximal compliance down: that test keeps its sign near e_2.
-        let crossing = c > 0.0 && x2 > 0.0 && x2 < 1.0;
-        let near = near.filter(|k| {
-            if crossing {
-                num > 0.0
-            } else {
-                self.lever(*k) >= 0.0
-            }
-        });
-        let far = far.filter(|k| crossing || self.lever(*k) <= 0.0);
+        // is the softer half of the range from the proximal compliance down: that test keeps its sign near e_2. The finger
+        // then presses anywhere ahead of the joint, which saves asking.
+        if c > 0.0 && x2 > 0.0 && x2 < 1.0 && h22 > 0.0 && k1 >= 0.0 {
+            return Roots {
+                near_m: (ahead(near) && num > 0.0).then_some(near),
+                far_m: ahead(far).then_some(far),
+            };
+        }
+        let accept = |k: f32| ahead(k) && self.presses(k);
         Roots {
-            near_m: near,
-            far_m: far,
+            near_m: (accept(near) && self.lever(near) >= 0.0).then_some(near),
+            far_m: (accept(far) && self.lever(far) <= 0.0).then_some(far),
         }
     }
 
     /// Both roots on a phalanx of length `length_m` by bisection.
     ///
-    /// The residual lever -+ sqrt(C energy) is the compliance's square root with its sign, times something positive:
+    /// The residual lever |lever| -+ C energy has the sign of the compliance's signed root less the one looked for:
     /// bounded, and monotone over the whole stretch on which a closing finger presses. The sign chosen says on which
     /// side of e_2 to look; nothing is ever divided by what vanishes there.
     pub fn bisected(&self, compliance: f32, length_m: f32) -> Roots {
-        let root = sqrt(compliance.max(0.0));
         let pressing = self.h22 + self.k1 * self.x2;
         // Where pressing begins on a folded finger (c < 0), or ends on one whose x_2 is negative.
         let border = -self.c_m * (self.h22 / pressing);
@@ -122,19 +122,25 @@ impl Pair {
             ),
             (false, true) => return Roots::default(),
         };
-        if !(low < high && root.is_finite() && compliance >= 0.0) {
+        if !(low < high && (0.0..f32::INFINITY).contains(&compliance)) {
             return Roots::default();
         }
-        let find = |side: f32| {
-            bisect(low, high, |k| {
-                self.lever(k) - side * root * sqrt(self.energy(k))
-            })
-            .filter(|k| *k > 0.0 && *k <= length_m && self.presses(*k))
+        // This is asked for at every step: what does not depend on `k` stays outside, and squares with their sign are
+        // compared instead of taking the root.
+        let (at_joint, rest) = (self.x2 * self.c_m, 1.0 - self.x2);
+        let (soft1, soft2) = (compliance * self.k1, compliance * self.h22);
+        let lever = |k: f32| {
+            let lever = at_joint - rest * k;
+            lever * lever.abs()
         };
-        let near = find(1.0);
+        let yielding = |k: f32| {
+            let arm = self.c_m + k;
+            soft1 * k * k + soft2 * arm * arm
+        };
+        let accept = |k: &f32| *k > 0.0 && *k <= length_m && self.presses(*k);
         Roots {
-            near_m: near,
-            far_m: find(-1.0),
+            near_m: bisect(low, high, |k| lever(k) - yielding(k)).filter(accept),
+            far_m: bisect(low, high, |k| lever(k) + yielding(k)).filter(accept),
         }
     }
 }

@@ -34,4 +34,9 @@ pub trait Transmission<const N: usize>: Copy + core::fmt::Debug {
 
     /// Change of the transmission factors x over a step, again without cancellation.
     fn x_change(&self, from: &Configuration<N>, step: &Step<N>) -> Option<[f32; N]>;
+
+    /// Both changes at once, where that saves work.
+    fn changes(&self, from: &Configuration<N>, step: &Step<N>) -> Option<(f32, [f32; N])> {
+        Some((self.turned_rad(from, step)?, self.x_change(from, step)?))
+    }
 }

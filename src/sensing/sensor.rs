@@ -262,6 +262,8 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
 
     /// Takes a sample; tells at most one thing. Typically some hundred instructions; every block of a contact, and
     /// after its end for some tens of samples, one step of a fit.
+    // A symbol of its own, so that its instructions can be counted on the chip.
+    #[inline(never)]
     pub fn update(&mut self, sample: &Sample) -> Option<Event> {
         match self.gate.push(sample, &self.drivetrain, &self.settings) {
             Step::Pending => {}

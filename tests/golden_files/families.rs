@@ -5,7 +5,7 @@ use super::measure::{FileReport, Limit};
 use super::table::{FileError, Row, Table};
 use palpate::finger::{
     Candidate, Class, Configuration, Contact, Finger, FourBar, Free, Gear, Inverse, Levers,
-    Linkage, Mechanics, Pair, Parameters, Tendon, Transmission, Triple,
+    Linkage, Mechanics, Pair, Parameters, Roots, Tendon, Transmission, Triple,
 };
 use palpate::numeric::{Turn, sin_cos};
 use palpate::sensing::location::{NoJointSensor, Rigid};
@@ -368,15 +368,14 @@ fn hard_pair(table: &Table, report: &mut FileReport) -> Result<(), FileError> {
             inputs.push(row.f64(column)?);
         }
         let wanted = [row.f64("k_minus")?, row.f64("k_plus")?];
-        // The file's roots may lie off the phalanx: bisection searches as far as they do.
-        let reach = wanted
-            .iter()
-            .copied()
-            .filter(|k| k.is_finite())
-            .fold(f64::from(l2), f64::max)
-            * 1.5;
+        // The file's roots may lie off the phalanx: bisection searches as far as they do, each with a bracket of its own,
+        // whose halvings leave a share of it.
+        let [near, far] = reaches(wanted, l2);
         let closed = pair.closed(compliance);
-        let bisected = pair.bisected(compliance, reach as f32);
+        let bisected = Roots {
+            near_m: pair.bisected(compliance, near).near_m,
+            far_m: pair.bisected(compliance, far).far_m,
+        };
         let by_side = [
             [closed.near_m, bisected.near_m],
             [closed.far_m, bisected.far_m],
@@ -387,6 +386,16 @@ fn hard_pair(table: &Table, report: &mut FileReport) -> Result<(), FileError> {
         }
     }
     Ok(())
+}
+
+/// How far to search for the nearer and the farther of the wanted roots: past them, at least to the phalanx's end.
+fn reaches(wanted: [f64; 2], length: f32) -> [f32; 2] {
+    let finite = || wanted.iter().copied().filter(|k| k.is_finite());
+    let [near, far] = [
+        finite().fold(f64::INFINITY, f64::min),
+        finite().fold(0.0, f64::max),
+    ];
+    [if near.is_finite() { near } else { far }, far].map(|k| 1.5 * k.max(f64::from(length)) as f32)
 }
 
 /// One root of a hard case by both solvers.
@@ -485,12 +494,7 @@ fn hard_triple(table: &Table, report: &mut FileReport) -> Result<(), FileError> 
         );
         let length = if phalanx == 3 { l3 } else { l2 };
         let mut wanted = [row.f64("k_a")?, row.f64("k_b")?];
-        let reach = wanted
-            .iter()
-            .copied()
-            .filter(|k| k.is_finite())
-            .fold(f64::from(length), f64::max) as f32
-            * 1.5;
+        let [near, far] = reaches(wanted, length);
         let (closed, bisected) = if phalanx == 3 {
             let d2_m = l2 * theta_3.cos;
             let d1_m = l1 * theta_2.then(theta_3).cos + d2_m;
@@ -506,7 +510,10 @@ fn hard_triple(table: &Table, report: &mut FileReport) -> Result<(), FileError> 
             };
             (
                 triple.closed(compliance),
-                triple.bisected(compliance, reach),
+                Roots {
+                    near_m: triple.bisected(compliance, near).near_m,
+                    far_m: triple.bisected(compliance, far).far_m,
+                },
             )
         } else {
             let pair = Pair {
@@ -516,7 +523,11 @@ fn hard_triple(table: &Table, report: &mut FileReport) -> Result<(), FileError> 
                 h22,
             };
             let rest = compliance - x3 * (x3 / h33);
-            (pair.closed(rest), pair.bisected(rest, reach))
+            let bisected = Roots {
+                near_m: pair.bisected(rest, near).near_m,
+                far_m: pair.bisected(rest, far).far_m,
+            };
+            (pair.closed(rest), bisected)
         };
         let mut inputs = Vec::new();
         for column in ["l1", "l2", "th2", "th3", "x2", "x3", "K1", "K2", "K3", "C"] {

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use palpate_report::golden;
+use palpate_report::{golden, report, size};
 
 #[derive(Parser)]
 #[command(about = "Reference data, speed against error, what an ELF weighs")]
@@ -16,11 +16,17 @@ struct Arguments {
 enum Command {
     /// The library against a folder of reference files.
     Golden(golden::Arguments),
+    /// Speed against error of every candidate method.
+    Report(report::Arguments),
+    /// Flash and RAM of firmware images, and what they must not carry.
+    Size(size::Arguments),
 }
 
 fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Golden(arguments) => golden::run(&arguments),
+        Command::Report(arguments) => report::run(&arguments),
+        Command::Size(arguments) => size::run(&arguments),
     };
     match outcome {
         Ok(true) => ExitCode::SUCCESS,

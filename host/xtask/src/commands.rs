@@ -186,14 +186,6 @@ pub fn figures(arguments: &[String]) -> Outcome {
     ))
 }
 
-/// `report`: speed against error.
-pub fn report(arguments: &[String]) -> Outcome {
-    run(&mut host_program(
-        "palpate-report",
-        &[&["report".to_owned()], arguments].concat(),
-    ))
-}
-
 /// `setup`: get what is lacking, and nothing else.
 pub fn setup(arguments: &[String]) -> Outcome {
     none_left(arguments)?;

@@ -7,6 +7,7 @@ mod commands;
 mod firmware;
 mod machine;
 mod process;
+mod report;
 
 use std::process::ExitCode;
 
@@ -81,9 +82,9 @@ const COMMANDS: &[Command] = &[
     },
     Command {
         name: "report",
-        arguments: "[--json] [--check]",
+        arguments: "[--json] [--check] [--record] [--out DIR]",
         summary: "speed against error of every candidate method, on the emulated core",
-        run: commands::report,
+        run: report::report,
     },
     Command {
         name: "check",

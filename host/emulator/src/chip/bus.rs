@@ -72,10 +72,13 @@ impl Chip {
         let Some((device, offset)) = self.clocked(address & !3)? else {
             return Ok(());
         };
-        // The registers of timers are 16 bits wide, or may be written as if they were.
-        let narrow = matches!(device, Device::Tim1 | Device::Timer(_))
-            && size == 2
-            && address.is_multiple_of(4);
+        // The registers of timers are 16 bits wide, or may be written as if they were; the data registers of serial
+        // ports take bytes.
+        let narrow = match device {
+            Device::Tim1 | Device::Timer(_) => size == 2,
+            Device::Uart(_) => true,
+            _ => false,
+        } && address.is_multiple_of(4);
         if size != 4 && !narrow {
             return Err(Misuse::Width {
                 peripheral: device.name(),

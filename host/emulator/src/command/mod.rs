@@ -13,9 +13,11 @@ use palpate_emulator::Error;
 /// Wrong options and files exit with 2, everything else that goes wrong with 1.
 pub fn exit_code(error: &Error) -> ExitCode {
     match error {
-        Error::Read { .. } | Error::Elf { .. } | Error::Plant(_) | Error::NoFunction(_) => {
-            ExitCode::from(2)
-        }
+        Error::Read { .. }
+        | Error::Write { .. }
+        | Error::Elf { .. }
+        | Error::Plant(_)
+        | Error::NoFunction(_) => ExitCode::from(2),
         _ => ExitCode::FAILURE,
     }
 }

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Args;
+use palpate_emulator::chip::FLASH_SIZE;
 use palpate_emulator::firmware::default_path;
 use palpate_emulator::sim::{
     Injected, Object, Scene, Script, Session, Settings, Summary, Trace, event_json,
@@ -56,6 +57,12 @@ pub struct Options {
     /// Typed instead of pressing the button, separated by semicolons, each when the motion before it has ended
     #[arg(long, value_name = "COMMANDS")]
     commands: Option<String>,
+    /// Records friction, calibrates on a pin at each of these places, then grasps
+    #[arg(long, value_name = "MM,MM", value_delimiter = ',', value_parser = positive, conflicts_with = "commands")]
+    calibrate: Vec<f64>,
+    /// Flash contents to start from, if the file exists, and where they are kept at the end
+    #[arg(long, value_name = "FILE")]
+    flash: Option<PathBuf>,
     /// Injects a fault: NAME or NAME@SECONDS
     #[arg(long, value_name = "NAME[@TIME_S]")]
     fault: Option<Injected>,
@@ -96,6 +103,38 @@ fn parameters(path: Option<&Path>) -> Result<Parameters, Error> {
     Ok(Parameters::from_toml(&text)?)
 }
 
+/// What the user does: the guided calibration, the commands, or the button.
+fn script(options: &Options) -> Script {
+    if !options.calibrate.is_empty() {
+        return Script::calibration(&options.calibrate);
+    }
+    options
+        .commands
+        .as_deref()
+        .map_or_else(Script::button, Script::parse)
+}
+
+/// Flash contents of an earlier run, if there was one.
+fn flash(path: Option<&Path>) -> Result<Option<Vec<u8>>, Error> {
+    match path {
+        Some(path) if path.exists() => {
+            let image = std::fs::read(path).map_err(|source| Error::Read {
+                path: path.to_owned(),
+                source,
+            })?;
+            if image.len() != FLASH_SIZE {
+                let why = format!("{} bytes, a flash image has {FLASH_SIZE}", image.len());
+                return Err(Error::Elf {
+                    path: path.to_owned(),
+                    why,
+                });
+            }
+            Ok(Some(image))
+        }
+        _ => Ok(None),
+    }
+}
+
 fn settings(options: &Options) -> Result<Settings, Error> {
     let object = Object {
         phalanx: if options.proximal { 1 } else { options.phalanx },
@@ -107,14 +146,12 @@ fn settings(options: &Options) -> Result<Settings, Error> {
         scene: options.scene,
         parameters: parameters(options.plant.as_deref())?,
         object: (!options.free).then_some(object),
-        script: options
-            .commands
-            .as_deref()
-            .map_or_else(Script::button, Script::parse),
+        script: script(options),
         seed: options.seed,
         max_s: options.max_s,
         setup: Setup {
             watch: options.watch.clone(),
+            flash: flash(options.flash.as_deref())?,
             ..Setup::default()
         },
     })
@@ -125,7 +162,7 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
     let firmware = Firmware::load(&options.elf)?;
     let settings = settings(options)?;
     let trace = match &options.trace {
-        Some(path) => Some(Trace::create(path).map_err(|source| Error::Read {
+        Some(path) => Some(Trace::create(path).map_err(|source| Error::Write {
             path: path.clone(),
             source,
         })?),
@@ -158,6 +195,12 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
     result?;
     if options.counts {
         super::counts::print(&session.machine, options.json);
+    }
+    if let Some(path) = &options.flash {
+        std::fs::write(path, session.machine.flash()).map_err(|source| Error::Write {
+            path: path.clone(),
+            source,
+        })?;
     }
     let summary = Summary::of(&session);
     let wall_s = start.elapsed().as_secs_f64();

@@ -69,6 +69,16 @@ impl Script {
         Self(vec![Step::Button])
     }
 
+    /// The guided calibration with a pin at each of these places, then a grasp.
+    #[must_use]
+    pub fn calibration(places_mm: &[f64]) -> Self {
+        let commands = places_mm.iter().map(|place| format!("calibrate {place}"));
+        let all = std::iter::once("record-friction".to_owned())
+            .chain(commands)
+            .chain(["run".to_owned()]);
+        Self(all.map(Step::Command).collect())
+    }
+
     /// Commands separated by semicolons; the word `button` presses it.
     #[must_use]
     pub fn parse(text: &str) -> Self {
@@ -93,6 +103,14 @@ impl Script {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_calibration_is_a_script() {
+        assert_eq!(
+            Script::calibration(&[20.0, 45.5]),
+            Script::parse("record-friction;calibrate 20;calibrate 45.5;run")
+        );
+    }
 
     #[test]
     fn a_calibration_brings_its_own_pin() {

@@ -48,8 +48,10 @@ impl Default for Settings {
 const FIRST_STEP: Ticks = 100 * TICKS_PER_MS;
 /// How long the button is held.
 const PRESS: Ticks = 100 * TICKS_PER_MS;
-/// Pause before a step, and the wait after a command that moves nothing.
+/// Pause before a step, and the silence that ends an answer.
 const PAUSE: Ticks = 50 * TICKS_PER_MS;
+/// Longest wait for an answer.
+const ANSWER: Ticks = 3000 * TICKS_PER_MS;
 
 /// Resets after which the firmware will not come up any more.
 const RESET_LOOP: usize = 10;
@@ -61,6 +63,8 @@ enum Progress {
     Next(Ticks),
     /// A motion is going on.
     Moving,
+    /// A command that moves nothing was typed: its answer is awaited until then.
+    Answering(Ticks),
     /// Every step is done.
     Done,
 }
@@ -170,6 +174,9 @@ impl<'f> Session<'f> {
 
     fn hear(&mut self, line: &Line) -> Result<(), Error> {
         let event = line.event();
+        if let Progress::Answering(_) = self.progress {
+            self.progress = Progress::Answering(self.machine.now() + PAUSE);
+        }
         match event.name {
             "state" => {
                 event
@@ -221,11 +228,9 @@ impl<'f> Session<'f> {
             self.release = None;
             self.machine.button(false);
         }
-        let Progress::Next(at) = self.progress else {
-            return;
-        };
-        if now < at {
-            return;
+        match self.progress {
+            Progress::Next(at) | Progress::Answering(at) if now >= at => {}
+            _ => return,
         }
         let Some(step) = self.settings.script.0.get(self.next) else {
             self.progress = Progress::Done;
@@ -235,7 +240,7 @@ impl<'f> Session<'f> {
         self.progress = if step.moves() {
             Progress::Moving
         } else {
-            Progress::Next(now + PAUSE)
+            Progress::Answering(now + ANSWER)
         };
         match step {
             Step::Button => {

@@ -1,0 +1,400 @@
+//! Turns the reference files into the rows that candidates are judged on, and a part of them into the rows that the chip
+//! times. See `rows.rs`.
+
+mod files;
+mod reference;
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use files::{Row, Table};
+use reference::Finger;
+
+/// Roots this near to the end of the phalanx are left out: rounding decides on which side they fall.
+const END: f64 = 2e-3;
+
+/// A row as Rust source: reduced data, roots on the phalanx, whether it is a hard case.
+struct Case {
+    fields: String,
+    roots: Vec<f64>,
+    hard: bool,
+}
+
+impl Case {
+    /// Keeps a row whose roots are clearly on or clearly off the phalanx, and not twice the same.
+    fn new(fields: String, places: &[f64], length: f64, hard: bool) -> Option<Self> {
+        let edge = |k: &f64| (k / length - 1.0).abs() < END;
+        if places.iter().any(edge) {
+            return None;
+        }
+        let roots: Vec<f64> = places
+            .iter()
+            .copied()
+            .filter(|&k| k > 0.0 && k < length)
+            .collect();
+        Some(Self {
+            fields,
+            roots,
+            hard,
+        })
+    }
+}
+
+fn rounded(x: f64) -> f64 {
+    f64::from(x as f32)
+}
+
+/// Fails the build where the f64 reference and a 50-digit file disagree by more than rounding explains.
+fn agree(what: &str, found: &[f64], wanted: f64, length: f64, tolerance: f64) {
+    let nearest = found
+        .iter()
+        .map(|k| (k - wanted).abs())
+        .fold(f64::INFINITY, f64::min);
+    assert!(
+        nearest <= tolerance * length,
+        "{what}: the reference file has k = {wanted}, the f64 reference {found:?}"
+    );
+}
+
+/// Reduced data of two phalanges, f32-exact but for the cosine.
+fn two(l1: f64, l2: f64, theta2: f64, x2: f64, k1: f64, k2: f64, c: f64) -> (String, Finger) {
+    let fields = format!(
+        "TwoPhalanges {{ l1: {l1:?}, l2: {l2:?}, theta2_rad: {theta2:?}, cos2: {:?}, x2: {x2:?}, stiffness1: {k1:?}, \
+         stiffness2: {k2:?}, compliance: {c:?} }}",
+        theta2.cos() as f32
+    );
+    let finger = Finger {
+        d: [l1 * theta2.cos(), 0.0, 0.0],
+        e: [1.0, 1.0, 0.0],
+        x: [1.0, x2, 0.0],
+        h: [[k1, 0.0, 0.0], [0.0, k2, 0.0], [0.0, 0.0, 1.0]],
+    };
+    (fields, finger)
+}
+
+fn two_hard(row: &Row) -> Option<Case> {
+    let [l1, l2, theta2, x2, k1, k2, c] = row.numbers(["l1", "l2", "th2", "x2", "K1", "K2p", "C"]);
+    let (fields, finger) = two(l1, l2, theta2, x2, k1, k2, c);
+    let mut places: Vec<f64> = row
+        .numbers(["k_minus", "k_plus"])
+        .into_iter()
+        .filter(|k| k.is_finite())
+        .collect();
+    let found = finger.places(c);
+    for &k in &places {
+        // Where C = 0 both roots are e_2 and the quadratic has lost half its digits.
+        agree(
+            "hard_2p",
+            &found,
+            k,
+            k.max(l2),
+            if c == 0.0 { 1e-6 } else { 1e-9 },
+        );
+    }
+    places.dedup();
+    Case::new(fields, &places, l2, true)
+}
+
+fn two_random(row: &Row) -> Option<Case> {
+    if row.number("phal") != 2.0 || row.number("df_dT") <= 0.0 {
+        return None;
+    }
+    let [l1, l2, theta2, x2, k1, k2, g22, c] = row
+        .numbers(["l1", "l2", "th2", "x2", "K1", "K2", "g22", "C"])
+        .map(|x| x);
+    let [theta2, x2, k2, c] = [theta2, x2, k2 - g22, c].map(rounded);
+    let (fields, finger) = two(l1, l2, theta2, x2, k1, k2, c);
+    let places = finger.places(c);
+    agree("kc_2", &places, row.number("k"), l2, 1e-4);
+    Case::new(fields, &places, l2, false)
+}
+
+struct Three {
+    phalanx: u8,
+    l: [f64; 3],
+    theta2: f64,
+    theta3: f64,
+    x: [f64; 2],
+    k1: f64,
+    h: [f64; 3],
+    c: f64,
+}
+
+impl Three {
+    fn fields(&self) -> String {
+        let Self {
+            phalanx,
+            l,
+            theta2,
+            theta3,
+            x,
+            k1,
+            h,
+            c,
+        } = self;
+        format!(
+            "ThreePhalanges {{ phalanx: {phalanx}, l: {l:?}, theta2_rad: {theta2:?}, theta3_rad: {theta3:?}, cos2: {:?}, \
+             cos3: {:?}, cos23: {:?}, x2: {:?}, x3: {:?}, stiffness1: {k1:?}, h22: {:?}, h23: {:?}, h33: {:?}, \
+             compliance: {c:?} }}",
+            theta2.cos() as f32,
+            theta3.cos() as f32,
+            (theta2 + theta3).cos() as f32,
+            x[0],
+            x[1],
+            h[0],
+            h[1],
+            h[2],
+        )
+    }
+
+    fn places(&self) -> Vec<f64> {
+        let Self {
+            l,
+            theta2,
+            theta3,
+            x,
+            k1,
+            h,
+            ..
+        } = self;
+        let (d, e) = if self.phalanx == 2 {
+            ([l[0] * theta2.cos(), 0.0, 0.0], [1.0, 1.0, 0.0])
+        } else {
+            let near = l[1] * theta3.cos();
+            ([near + l[0] * (theta2 + theta3).cos(), near, 0.0], [1.0; 3])
+        };
+        Finger {
+            d,
+            e,
+            x: [1.0, x[0], x[1]],
+            h: [[*k1, 0.0, 0.0], [0.0, h[0], h[1]], [0.0, h[1], h[2]]],
+        }
+        .places(self.c)
+    }
+
+    fn length(&self) -> f64 {
+        self.l[usize::from(self.phalanx) - 1]
+    }
+}
+
+fn three_hard(row: &Row) -> Option<Case> {
+    let [k1, k2, k3] = row.numbers(["K1", "K2", "K3"]);
+    let finger = Three {
+        phalanx: row.number("phal") as u8,
+        l: row.numbers(["l1", "l2", "l3"]),
+        theta2: row.number("th2"),
+        theta3: row.number("th3"),
+        x: row.numbers(["x2", "x3"]),
+        k1,
+        h: [k2, 0.0, k3],
+        c: row.number("C"),
+    };
+    let places: Vec<f64> = row
+        .numbers(["k_a", "k_b"])
+        .into_iter()
+        .filter(|k| k.is_finite())
+        .collect();
+    let found = finger.places();
+    for &k in &places {
+        agree("hard_3p", &found, k, k.max(finger.length()), 1e-6);
+    }
+    Case::new(finger.fields(), &places, finger.length(), true)
+}
+
+fn three_random(row: &Row) -> Option<Case> {
+    let phalanx = row.number("phal") as u8;
+    if phalanx < 2 || row.number("df_dT") <= 0.0 {
+        return None;
+    }
+    let [k2, k3, g22, g23, g33] = row.numbers(["K2", "K3", "g22", "g23", "g33"]);
+    let finger = Three {
+        phalanx,
+        l: row.numbers(["l1", "l2", "l3"]),
+        theta2: rounded(row.number("th2")),
+        theta3: rounded(row.number("th3")),
+        x: row.numbers(["x2", "x3"]).map(rounded),
+        k1: row.number("K1"),
+        h: [k2 - g22, -g23, k3 - g33].map(rounded),
+        c: rounded(row.number("C")),
+    };
+    let places = finger.places();
+    // Near a turn of the compliance the rounding of the data moves the root, or takes it away: not a row to judge by.
+    let wanted = row.number("k");
+    let near = |k: &f64| (k - wanted).abs() < 1e-3 * finger.length();
+    if !places.iter().any(near) {
+        return None;
+    }
+    Case::new(finger.fields(), &places, finger.length(), false)
+}
+
+/// Reference rows for a PC, `timed` of the random and of the hard ones for the chip.
+fn emit(out: &mut String, name: &str, kind: &str, cases: &[Case], timed: usize) {
+    let _ = writeln!(
+        out,
+        "/// What results are judged by.\n#[cfg(not(target_os = \"none\"))]\npub static {name}: &[Reference<{kind}>] = &["
+    );
+    for case in cases {
+        let root = |at: usize| {
+            case.roots
+                .get(at)
+                .map_or("f64::NAN".to_owned(), |k| format!("{k:?}"))
+        };
+        let _ = writeln!(
+            out,
+            "Reference {{ input: {}, roots: [{}, {}], hard: {} }},",
+            case.fields,
+            root(0),
+            root(1),
+            case.hard
+        );
+    }
+    let _ = writeln!(
+        out,
+        "];\n/// The part of them that the chip times.\npub static {name}_TIMED: &[{kind}] = &["
+    );
+    for hard in [false, true] {
+        let half: Vec<&Case> = cases.iter().filter(|case| case.hard == hard).collect();
+        for at in 0..timed.min(half.len()) {
+            let _ = writeln!(
+                out,
+                "{},",
+                half[at * half.len() / timed.min(half.len())].fields
+            );
+        }
+    }
+    let _ = writeln!(out, "];");
+}
+
+/// Rows of the files of finite steps, contact on phalanx 2, and the place at first contact.
+fn steps(out: &mut String, table: &Table, timed: usize) {
+    let rows: Vec<(String, f64)> = table
+        .rows()
+        .filter(|row| row.number("phal") == 2.0)
+        .map(|row| {
+            let list = |columns: &[&str]| {
+                let numbers: Vec<String> = columns.iter().map(|name| format!("{:?}", row.number(name))).collect();
+                format!("[{}]", numbers.join(", "))
+            };
+            let fields = format!(
+                "Row {{ l: {}, stiffness: {}, rest_rad: {}, theta_rad: {}, design: {}, torque: {:?}, rise: {:?}, \
+                 rotation_rad: {:?}, half_rotation_rad: {:?} }}",
+                list(&["l1", "l2"]),
+                list(&["K1", "K2"]),
+                list(&["th10", "th20"]),
+                list(&["th1", "th2"]),
+                list(&["a1", "b1", "c1", "psi1", "mode1"]),
+                row.number("T_c"),
+                row.number("dT"),
+                row.number("dtheta_a") as f32,
+                row.number("dtheta_a_half") as f32,
+            );
+            (fields, row.number("k"))
+        })
+        .collect();
+    let _ = writeln!(
+        out,
+        "/// Steps and the places that they came from.\n#[cfg(not(target_os = \"none\"))]"
+    );
+    let _ = writeln!(out, "pub static STEPS: &[(Row, f64)] = &[");
+    for (fields, k) in &rows {
+        let _ = writeln!(out, "({fields}, {k:?}),");
+    }
+    let _ = writeln!(
+        out,
+        "];\n/// The part of them that the chip times.\npub static STEPS_TIMED: [Row; {timed}] = ["
+    );
+    for at in 0..timed {
+        let _ = writeln!(out, "{},", rows[at * rows.len() / timed].0);
+    }
+    let _ = writeln!(out, "];");
+}
+
+/// Turns a row of a file into a case, or leaves it out.
+type Reader = fn(&Row) -> Option<Case>;
+
+fn gather(folder: &Path, sources: &[(&str, Reader)]) -> Vec<Case> {
+    sources
+        .iter()
+        .flat_map(|(file, case)| {
+            let table = Table::read(&folder.join(file));
+            table
+                .rows()
+                .filter_map(|row| case(&row))
+                .collect::<Vec<_>>()
+        })
+        .collect()
+}
+
+/// Arguments of the functions: numbers over 40 octaves, points all round, angles within a turn with the last sample's.
+fn functions(out: &mut String, count: u32) {
+    // Weyl sequences: evenly spread, nothing random about them.
+    let spread = |at: u32, step: f64| (f64::from(at) + 0.5) * step % 1.0;
+    let mut list = |name: &str, kind: &str, row: &dyn Fn(f64, f64) -> String| {
+        let rows: Vec<String> = (0..count)
+            .map(|at| {
+                row(
+                    spread(at, 0.618_033_988_749_895),
+                    spread(at, 0.754_877_666_246_693),
+                )
+            })
+            .collect();
+        let _ = writeln!(
+            out,
+            "/// Arguments.\npub static {name}: &[{kind}] = &[{}];",
+            rows.join(", ")
+        );
+    };
+    list("NUMBERS_TIMED", "f32", &|u, _| {
+        format!("{:?}", (40.0 * u - 20.0).exp2() as f32)
+    });
+    list("POINTS_TIMED", "[f32; 2]", &|u, v| {
+        let (angle, length) = (std::f64::consts::TAU * (u - 0.5), (10.0 * v - 5.0).exp2());
+        format!(
+            "[{:?}, {:?}]",
+            (length * angle.sin()) as f32,
+            (length * angle.cos()) as f32
+        )
+    });
+    list("ANGLES_TIMED", "Angle", &|u, v| {
+        let (rad, step) = (
+            (std::f64::consts::TAU * (u - 0.5)) as f32,
+            (0.04 * (v - 0.5)) as f32,
+        );
+        let last = f64::from(rad) - f64::from(step);
+        format!(
+            "Angle {{ rad: {rad:?}, last_cos: {:?}, last_sin: {:?}, step_rad: {step:?} }}",
+            last.cos() as f32,
+            last.sin() as f32
+        )
+    });
+}
+
+fn main() {
+    let root = PathBuf::from(std::env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets it"));
+    let out_dir = PathBuf::from(std::env::var_os("OUT_DIR").expect("cargo sets it"));
+    let folder = root.join("../tests/data/golden");
+    println!("cargo:rerun-if-changed={}", folder.display());
+    println!("cargo:rerun-if-changed=build");
+    let mut out = String::new();
+    let cases = gather(
+        &folder,
+        &[
+            ("kc_2T.csv", two_random),
+            ("kc_2L.csv", two_random),
+            ("hard_2p.csv", two_hard),
+        ],
+    );
+    emit(&mut out, "TWO", "TwoPhalanges", &cases, 32);
+    let cases = gather(
+        &folder,
+        &[
+            ("kc_3T.csv", three_random),
+            ("kc_3L.csv", three_random),
+            ("hard_3p.csv", three_hard),
+        ],
+    );
+    emit(&mut out, "THREE", "ThreePhalanges", &cases, 32);
+    functions(&mut out, 48);
+    steps(&mut out, &Table::read(&folder.join("contact_2L.csv")), 32);
+    std::fs::write(out_dir.join("rows.rs"), out).expect("the rows can be written");
+}

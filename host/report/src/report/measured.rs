@@ -1,0 +1,124 @@
+//! What the emulator counted while the bench image ran: the image's own lines, and the cycles of its functions.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use serde::Deserialize;
+use serde_json::Value;
+
+use super::row::Cost;
+use crate::elf::Image;
+
+/// A line of the emulator's output.
+#[derive(Deserialize)]
+#[serde(tag = "type", rename_all = "lowercase")]
+enum Record {
+    /// A log line of the image.
+    Event {
+        name: String,
+        #[serde(flatten)]
+        fields: HashMap<String, Value>,
+    },
+    /// What a function cost.
+    Count {
+        name: String,
+        cycles_low_mean: f64,
+        cycles_high_mean: f64,
+    },
+    #[serde(other)]
+    Other,
+}
+
+/// A candidate on the chip.
+pub struct Measured {
+    /// Task.
+    pub task: String,
+    /// Candidate.
+    pub name: String,
+    /// Of its results.
+    pub checksum: u32,
+    /// Where its function is.
+    pub address: u64,
+    /// What a call costs.
+    pub cost: Cost,
+}
+
+/// Mean cycles of a function, low and high.
+type Cycles = HashMap<String, (f64, f64)>;
+
+/// Reads what `palpate-emulator bench --json` printed for this image.
+pub fn read(path: &Path, image: &Image) -> Result<Vec<Measured>> {
+    let text =
+        std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let (mut events, mut cycles) = (Vec::new(), Cycles::new());
+    for line in text.lines() {
+        match serde_json::from_str(line)
+            .with_context(|| format!("not what the emulator prints: {line}"))?
+        {
+            Record::Event { name, fields } => events.push((name, fields)),
+            Record::Count {
+                name,
+                cycles_low_mean,
+                cycles_high_mean,
+            } => {
+                cycles.insert(name, (cycles_low_mean, cycles_high_mean));
+            }
+            Record::Other => {}
+        }
+    }
+    if !events.iter().any(|(name, _)| name == "bench done") {
+        bail!(
+            "the run on the emulated chip did not end: {:?}",
+            events.last()
+        );
+    }
+    events
+        .iter()
+        .filter(|(name, fields)| name == "bench" && fields.contains_key("task"))
+        .map(|(_, fields)| one(fields, image, &cycles))
+        .collect()
+}
+
+fn one(fields: &HashMap<String, Value>, image: &Image, cycles: &Cycles) -> Result<Measured> {
+    let field = |key: &str| {
+        fields
+            .get(key)
+            .with_context(|| format!("no {key} in {fields:?}"))
+    };
+    let text = |key: &str| -> Result<String> {
+        Ok(field(key)?
+            .as_str()
+            .with_context(|| format!("{key} is no text"))?
+            .to_owned())
+    };
+    let number = |key: &str| -> Result<u64> {
+        field(key)?
+            .as_u64()
+            .with_context(|| format!("{key} is no count"))
+    };
+    let of = |address: u64| {
+        image
+            .symbol_at(address & !1)
+            .and_then(|symbol| cycles.get(&symbol.name))
+            .copied()
+            .unwrap_or((f64::NAN, f64::NAN))
+    };
+    let address = number("address")? & !1;
+    let (own, nothing) = (of(address), of(number("nothing")?));
+    let cycles_low = own.0 - nothing.0;
+    Ok(Measured {
+        task: text("task")?,
+        // The event has a name of its own.
+        name: text("field_name")?,
+        checksum: u32::try_from(number("checksum")?)?,
+        address,
+        cost: Cost {
+            instructions_mean: number("total")? as f64 / number("calls")?.max(1) as f64,
+            instructions_max: number("max")?,
+            cycles_low,
+            // A function of one instruction is not dearer than the empty one.
+            cycles_high: (own.1 - nothing.1).max(cycles_low),
+        },
+    })
+}

@@ -1,0 +1,210 @@
+//! `report`: speed against error of every candidate method, on the emulated core.
+//!
+//! Costs come from a run of the bench image on the emulated chip (`palpate-emulator bench`): its own cycle counter, which
+//! counts executed instructions there, less an empty call; and the cycle bracket of its functions: below the core's table at
+//! zero wait states, above it 4 cycles a flash line of 8 bytes, a taken branch and a literal on top. Errors are measured
+//! here with the same code over all reference rows. The results of the timed rows must be the same bits on both.
+
+mod check;
+mod judge;
+mod measured;
+mod plot;
+mod row;
+mod table;
+mod whole;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+
+use crate::elf::Image;
+use crate::size;
+use row::Row;
+use whole::Grasp;
+
+/// What follows `report`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The bench image.
+    #[arg(long)]
+    bench: PathBuf,
+    /// What the emulator counted while it ran.
+    #[arg(long)]
+    counts: PathBuf,
+    /// What the emulator counted during a grasp of the default scene.
+    #[arg(long)]
+    grasp: Option<PathBuf>,
+    /// Firmware images of the scenes, NAME=ELF, the default one first.
+    #[arg(long, value_name = "NAME=ELF")]
+    image: Vec<String>,
+    /// Compiler that built the images.
+    #[arg(long)]
+    compiler: String,
+    /// Recorded instruction counts.
+    #[arg(long)]
+    recorded: PathBuf,
+    /// One JSON object a line instead of tables.
+    #[arg(long)]
+    json: bool,
+    /// Fail where a chosen method is beaten, or instruction counts have grown.
+    #[arg(long)]
+    check: bool,
+    /// Record this run's instruction counts for the compiler.
+    #[arg(long)]
+    record: bool,
+    /// Folder for the plots and the tables.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// Joins errors and costs.
+fn join(arguments: &Arguments) -> Result<Vec<Row>> {
+    let image = Image::read(&arguments.bench)?;
+    let measured = measured::read(&arguments.counts, &image)?;
+    judge::judge()
+        .into_iter()
+        .map(|judged| {
+            let on_chip = measured
+                .iter()
+                .find(|one| one.task == judged.task && one.name == judged.name)
+                .with_context(|| format!("the chip did not run {} {}", judged.task, judged.name))?;
+            Ok(Row {
+                kind: "candidate",
+                task: judged.task.to_owned(),
+                name: judged.name.to_owned(),
+                error: judged.error,
+                cost: on_chip.cost,
+                flash_bytes: image
+                    .reached_from(on_chip.address)
+                    .iter()
+                    .map(|symbol| symbol.size)
+                    .sum(),
+                chosen: judged.chosen.is_some(),
+                why: judged.chosen,
+                same_bits: judged.checksum == on_chip.checksum,
+            })
+        })
+        .collect()
+}
+
+fn tasks(rows: &[Row]) -> Vec<&[Row]> {
+    rows.chunk_by(|a, b| a.task == b.task).collect()
+}
+
+/// Everything that the report knows.
+struct Report {
+    rows: Vec<Row>,
+    grasp: Option<Grasp>,
+    sizes: Vec<size::Row>,
+}
+
+impl Report {
+    fn gather(arguments: &Arguments) -> Result<Self> {
+        Ok(Self {
+            rows: join(arguments)?,
+            grasp: arguments.grasp.as_deref().map(whole::read).transpose()?,
+            sizes: size::rows(&arguments.image)?,
+        })
+    }
+
+    /// The whole text of the tables.
+    fn text(&self, compiler: &str) -> String {
+        let mut text = format!(
+            "Instructions are counted exactly on an emulated Cortex-M4F, not on silicon; cycles are a bracket computed from \
+             them. {compiler}. Chosen methods in bold.\n"
+        );
+        for rows in tasks(&self.rows) {
+            let name = rows.first().map_or("", |row| &row.task);
+            text += &format!("\n### {name}\n\n{}", table::task(rows));
+        }
+        text += &format!(
+            "\n### What the firmware uses\n\n{}",
+            table::choices(&self.rows)
+        );
+        if let Some(grasp) = &self.grasp {
+            text += &format!("\n### Whole path\n\n{}", grasp.text());
+        }
+        if !self.sizes.is_empty() {
+            text += &format!(
+                "\n### Flash and RAM by scene\n\n{}",
+                size::table(&self.sizes)
+            );
+        }
+        text
+    }
+
+    fn print_json(&self) -> Result<()> {
+        for row in &self.rows {
+            println!("{}", serde_json::to_string(row)?);
+        }
+        if let Some(grasp) = &self.grasp {
+            for figure in grasp.figures() {
+                println!("{}", serde_json::to_string(&figure)?);
+            }
+            for stack in &grasp.stacks {
+                println!(
+                    "{}",
+                    serde_json::json!({
+                        "type": "stack", "name": stack.name, "used_bytes": stack.used_bytes,
+                        "size_bytes": stack.size_bytes,
+                    })
+                );
+            }
+        }
+        for size in &self.sizes {
+            println!("{}", size.json());
+        }
+        Ok(())
+    }
+
+    fn write(&self, folder: &Path, compiler: &str) -> Result<()> {
+        std::fs::create_dir_all(folder)
+            .with_context(|| format!("cannot create {}", folder.display()))?;
+        for rows in tasks(&self.rows) {
+            if let Some(first) = rows.first() {
+                plot::task(folder, &first.task, rows)?;
+            }
+        }
+        let tables = folder.join("tables.md");
+        std::fs::write(&tables, self.text(compiler))
+            .with_context(|| format!("cannot write {}", tables.display()))
+    }
+
+    /// Prints what is wrong; whether nothing is.
+    fn check(&self, recorded: &Path, compiler: &str) -> Result<bool> {
+        let (mut wrong, unknown) = check::check(&self.rows, &check::read(recorded)?, compiler);
+        wrong.extend(self.grasp.iter().flat_map(Grasp::check));
+        wrong.extend(size::check(&self.sizes));
+        for line in &unknown {
+            eprintln!("note: {line}");
+        }
+        for line in &wrong {
+            eprintln!("check: {line}");
+        }
+        if wrong.is_empty() {
+            eprintln!("check: every chosen method stands, no count has grown by more than 5 %");
+        }
+        Ok(wrong.is_empty())
+    }
+}
+
+/// Runs it; false where a check fails.
+pub fn run(arguments: &Arguments) -> Result<bool> {
+    let report = Report::gather(arguments)?;
+    if arguments.json {
+        report.print_json()?;
+    } else {
+        println!("{}", report.text(&arguments.compiler));
+    }
+    if let Some(folder) = &arguments.out {
+        report.write(folder, &arguments.compiler)?;
+    }
+    if arguments.record {
+        check::record(&arguments.recorded, &arguments.compiler, &report.rows)?;
+    }
+    if arguments.check {
+        report.check(&arguments.recorded, &arguments.compiler)
+    } else {
+        Ok(true)
+    }
+}

@@ -1,0 +1,271 @@
+//! `size`: flash and RAM of firmware images, and a look for what they must not carry.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+
+use crate::elf::{Footprint, Image};
+
+/// Limits of the default scene.
+const FLASH_MOST: u64 = 64 * 1024;
+const RAM_MOST: u64 = 12 * 1024;
+/// SRAM1 and SRAM2.
+const RAM_BYTES: u64 = 22 * 1024;
+
+/// What follows `size`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Images: NAME=ELF; the first is the default scene, which limits apply to.
+    #[arg(required = true)]
+    images: Vec<String>,
+    /// One JSON object a line.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Something that no firmware image may carry, and why.
+struct Forbidden {
+    what: &'static str,
+    matches: fn(&str) -> bool,
+}
+
+/// Soft double precision, square roots in software, and the crates that only the benchmarks use.
+const FORBIDDEN: &[Forbidden] = &[
+    Forbidden {
+        what: "f64 in software",
+        matches: is_soft_double,
+    },
+    Forbidden {
+        what: "square root in software",
+        matches: is_soft_root,
+    },
+    Forbidden {
+        what: "a crate of the benchmarks",
+        matches: |name| {
+            ["nalgebra::", "numeris::"]
+                .iter()
+                .any(|of| name.contains(of))
+        },
+    },
+];
+
+fn is_soft_double(name: &str) -> bool {
+    const AEABI: &[&str] = &[
+        "add", "sub", "rsub", "mul", "div", "cmpeq", "cmplt", "cmple", "cmpge", "cmpgt", "cmpun",
+        "2iz", "2uiz", "2lz", "2ulz", "2f", "cdcmpeq", "cdcmple", "cdrcmple",
+    ];
+    const GNU: &[&str] = &[
+        "adddf3",
+        "subdf3",
+        "muldf3",
+        "divdf3",
+        "extendsfdf2",
+        "truncdfsf2",
+        "floatsidf",
+        "floatunsidf",
+        "floatdidf",
+        "floatundidf",
+        "fixdfsi",
+        "fixunsdfsi",
+        "fixdfdi",
+        "fixunsdfdi",
+        "ltdf2",
+        "gtdf2",
+        "ledf2",
+        "gedf2",
+        "eqdf2",
+        "nedf2",
+        "unorddf2",
+    ];
+    let last = name.rsplit("::").next().unwrap_or(name);
+    last.strip_prefix("__aeabi_d")
+        .is_some_and(|rest| AEABI.contains(&rest))
+        || [
+            "__aeabi_f2d",
+            "__aeabi_i2d",
+            "__aeabi_ui2d",
+            "__aeabi_l2d",
+            "__aeabi_ul2d",
+        ]
+        .contains(&last)
+        || last
+            .strip_prefix("__")
+            .is_some_and(|rest| GNU.contains(&rest))
+}
+
+fn is_soft_root(name: &str) -> bool {
+    matches!(name.rsplit("::").next(), Some("sqrt" | "sqrtf"))
+}
+
+/// What an image carries that it must not: names with the reason.
+pub fn forbidden(image: &Image) -> Vec<(String, &'static str)> {
+    image
+        .symbols()
+        .filter(|symbol| symbol.is_code)
+        .flat_map(|symbol| {
+            FORBIDDEN
+                .iter()
+                .filter(|forbidden| (forbidden.matches)(&symbol.name))
+                .map(|forbidden| (symbol.name.clone(), forbidden.what))
+        })
+        .collect()
+}
+
+/// Functions of what a scene does not have: module, and the scenes that may carry it.
+const FEATURES: &[(&str, &[&str])] = &[
+    ("finger::tendon::", &["tendon2", "tendon3"]),
+    ("finger::fourbar::", &["p70", "linkage3"]),
+    ("finger::triple::", &["tendon3", "linkage3"]),
+];
+
+/// A firmware image and what it weighs.
+pub struct Row {
+    scene: String,
+    footprint: Footprint,
+    forbidden: Vec<(String, &'static str)>,
+    unused: Vec<String>,
+}
+
+impl Row {
+    /// As an object of a line of its own.
+    pub fn json(&self) -> serde_json::Value {
+        let forbidden: Vec<&String> = self.forbidden.iter().map(|(name, _)| name).collect();
+        serde_json::json!({
+            "type": "size", "scene": self.scene, "flash_bytes": self.footprint.flash_bytes,
+            "ram_bytes": self.footprint.ram_bytes, "ccm_bytes": self.footprint.ccm_bytes, "left_bytes": self.left(),
+            "forbidden": forbidden, "unused": self.unused,
+        })
+    }
+
+    fn left(&self) -> u64 {
+        RAM_BYTES.saturating_sub(self.footprint.ram_bytes)
+    }
+}
+
+/// Reads images given as NAME=ELF.
+pub fn rows(images: &[String]) -> Result<Vec<Row>> {
+    images
+        .iter()
+        .map(|word| {
+            let (scene, path) = word
+                .split_once('=')
+                .with_context(|| format!("'{word}' is not NAME=ELF"))?;
+            let image = Image::read(&PathBuf::from(path))?;
+            let foreign = |name: &str| {
+                FEATURES
+                    .iter()
+                    .any(|(module, scenes)| name.contains(module) && !scenes.contains(&scene))
+            };
+            let names = image.symbols().map(|symbol| &symbol.name);
+            Ok(Row {
+                scene: scene.to_owned(),
+                footprint: image.footprint,
+                forbidden: forbidden(&image),
+                unused: names.filter(|name| foreign(name)).cloned().collect(),
+            })
+        })
+        .collect()
+}
+
+/// The table, in Markdown.
+pub fn table(rows: &[Row]) -> String {
+    let mut text = "| scene | flash, bytes | static RAM | CCM | left for stacks | f64, software sqrt, nalgebra | unused features |\n\
+                    |---|---|---|---|---|---|---|\n"
+        .to_owned();
+    for row in rows {
+        let list = |names: usize| {
+            if names == 0 {
+                "none".to_owned()
+            } else {
+                format!("{names} PRESENT")
+            }
+        };
+        let Footprint {
+            flash_bytes,
+            ram_bytes,
+            ccm_bytes,
+        } = row.footprint;
+        text += &format!(
+            "| {} | {flash_bytes} | {ram_bytes} | {ccm_bytes} | {} | {} | {} |\n",
+            row.scene,
+            row.left(),
+            list(row.forbidden.len()),
+            list(row.unused.len())
+        );
+    }
+    text
+}
+
+/// What is wrong, a line each.
+pub fn check(rows: &[Row]) -> Vec<String> {
+    let mut wrong = Vec::new();
+    for (at, row) in rows.iter().enumerate() {
+        let scene = &row.scene;
+        wrong.extend(
+            row.forbidden
+                .iter()
+                .map(|(symbol, why)| format!("{scene}: carries {symbol}: {why}")),
+        );
+        wrong.extend(
+            row.unused
+                .iter()
+                .map(|symbol| format!("{scene}: carries {symbol}, which it does not use")),
+        );
+        let Footprint {
+            flash_bytes,
+            ram_bytes,
+            ..
+        } = row.footprint;
+        if at == 0 && flash_bytes > FLASH_MOST {
+            wrong.push(format!(
+                "{scene}: {flash_bytes} bytes of flash, {FLASH_MOST} are allowed"
+            ));
+        }
+        if at == 0 && ram_bytes > RAM_MOST {
+            wrong.push(format!(
+                "{scene}: {ram_bytes} bytes of static RAM, {RAM_MOST} are allowed"
+            ));
+        }
+    }
+    wrong
+}
+
+/// Prints the table; false where an image is too large or carries what it must not.
+pub fn run(arguments: &Arguments) -> Result<bool> {
+    let rows = rows(&arguments.images)?;
+    if arguments.json {
+        for row in &rows {
+            println!("{}", row.json());
+        }
+    } else {
+        print!("{}", table(&rows));
+    }
+    let wrong = check(&rows);
+    for line in &wrong {
+        eprintln!("{line}");
+    }
+    Ok(wrong.is_empty())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{is_soft_double, is_soft_root};
+
+    #[test]
+    fn knows_double_precision_by_both_names() {
+        assert!(
+            is_soft_double("__aeabi_dmul")
+                && is_soft_double("__adddf3")
+                && is_soft_double("__aeabi_f2d")
+        );
+        assert!(is_soft_double("compiler_builtins::float::add::__adddf3"));
+        assert!(!is_soft_double("__aeabi_fmul") && !is_soft_double("__aeabi_uldivmod"));
+        assert!(!is_soft_double("palpate::drive::double"));
+    }
+
+    #[test]
+    fn knows_a_square_root_in_software() {
+        assert!(is_soft_root("libm::math::sqrtf") && is_soft_root("sqrt"));
+        assert!(!is_soft_root("palpate::sensing::sqrt_rate"));
+    }
+}

@@ -1,0 +1,123 @@
+//! `report`: speed against error of every candidate method, on the emulated core.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::firmware::{Build, SCENES};
+use crate::machine::{self, Toolchain};
+use crate::process::{Failure, Outcome, cargo, output, root, step, target_dir};
+
+/// Instruction counts that `--check` compares with.
+const RECORDED: &str = "docs/report/instructions.json";
+
+/// Builds the bench image and the scenes' firmware, runs them in the emulator, and hands everything to the program that joins
+/// it.
+pub fn report(arguments: &[String]) -> Outcome {
+    machine::emulator_packages()?;
+    let bench = Build {
+        package: Some("palpate-bench"),
+        ..Build::default()
+    }
+    .elf()?;
+    let mut images = Vec::new();
+    for scene in SCENES {
+        let build = Build {
+            scene: Some((*scene).to_owned()),
+            ..Build::default()
+        };
+        images.push((*scene, build.elf()?));
+    }
+    step(
+        "building the emulator",
+        &mut cargo([
+            "build",
+            "--profile",
+            "host",
+            "--package",
+            "palpate-emulator",
+        ]),
+    )?;
+    let folder = target_dir().join("report");
+    std::fs::create_dir_all(&folder)
+        .map_err(|error| Failure::new(format!("cannot create {}: {error}", folder.display())))?;
+    let counts = emulate("bench", &bench, &["--watch", "palpate_bench"], &folder)?;
+    let mut words = vec![
+        "report".to_owned(),
+        format!("--bench={}", bench.display()),
+        format!("--counts={}", counts.display()),
+        format!("--compiler={}", compiler()?),
+        format!("--recorded={}", root().join(RECORDED).display()),
+    ];
+    if let Some((_, firmware)) = images.first() {
+        let grasp = emulate(
+            "sim",
+            firmware,
+            &["--counts", "--watch", "sensing::"],
+            &folder,
+        )?;
+        words.push(format!("--grasp={}", grasp.display()));
+    }
+    words.extend(
+        images
+            .iter()
+            .map(|(scene, elf)| format!("--image={scene}={}", elf.display())),
+    );
+    words.extend_from_slice(arguments);
+    step(
+        "joining errors and costs",
+        cargo([
+            "run",
+            "--quiet",
+            "--profile",
+            "host",
+            "--package",
+            "palpate-report",
+            "--",
+        ])
+        .args(words),
+    )
+}
+
+/// Runs an image in the emulator and keeps what it prints.
+fn emulate(subcommand: &str, elf: &Path, arguments: &[&str], folder: &Path) -> Outcome<PathBuf> {
+    let path = folder.join(format!("{subcommand}.jsonl"));
+    let file = File::create(&path)
+        .map_err(|error| Failure::new(format!("cannot write {}: {error}", path.display())))?;
+    let mut command = cargo([
+        "run",
+        "--quiet",
+        "--profile",
+        "host",
+        "--package",
+        "palpate-emulator",
+        "--",
+    ]);
+    command
+        .arg(subcommand)
+        .arg("--json")
+        .arg("--elf")
+        .arg(elf)
+        .args(arguments)
+        .stdout(file);
+    step(
+        &format!("running {} on the emulated chip", elf.display()),
+        &mut command,
+    )?;
+    Ok(path)
+}
+
+/// Name and version of the compiler that builds for the chip.
+fn compiler() -> Outcome<String> {
+    let program = match machine::firmware_toolchain()? {
+        Toolchain::Rustup => Command::new("rustc"),
+        Toolchain::Debian { .. } => Command::new("/usr/bin/rustc"),
+    };
+    let version = output(program.get_program(), &["--version"]).unwrap_or_default();
+    // Without the date and hash: packages of one release differ in them.
+    Ok(version
+        .split_whitespace()
+        .take(2)
+        .collect::<Vec<_>>()
+        .join(" "))
+}

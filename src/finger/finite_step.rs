@@ -1,0 +1,108 @@
+//! The place of a contact from one finite step of torque, two phalanges (MATH 7): one equation for one unknown, the change
+//! of joint 2.
+//!
+//! Unlike [`super::Mechanics::place`], which follows any finger's contact on a cylinder, this takes the contact for a point
+//! and needs a fraction of the time. Every quantity is a change since contact: nothing is lost by taking absolute angles or
+//! torques apart.
+
+use super::pair::{Pair, Roots};
+use super::{Configuration, Finger, Step, Transmission};
+use crate::numeric::Turn;
+
+/// Newton steps; started from the secant's place, two or three are taken.
+const STEPS: u8 = 8;
+/// A change of the unknown this small, as a share of the rotations, leaves its square: their rounding.
+const SETTLED_SHARE: f32 = 2e-4;
+
+/// A step of torque after contact, as the input link sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub struct Rise {
+    /// Rise of the input torque since contact, newton metre, positive.
+    pub torque_nm: f32,
+    /// Rotation of the input link since contact, radian.
+    pub rotation_rad: f32,
+}
+
+impl<T: Transmission<2>> Finger<2, T> {
+    /// The places on phalanx 2 from where a contact point at rest explains a finite step; `at` and `torque_nm` hold the
+    /// finger in equilibrium at first contact. Each root of the secant, taken for the tangent, starts one search: below e_2
+    /// and beyond. `None` where the search leaves the phalanx or does not settle.
+    pub fn places_from_step(&self, at: &Configuration<2>, torque_nm: f32, rise: &Rise) -> Roots {
+        let Some(gear) = self.transmission.gear(at) else {
+            return Roots::default();
+        };
+        let ([l1, _], [k1, k2]) = (
+            self.parameters.lengths_m,
+            self.parameters.stiffness_nm_per_rad,
+        );
+        let ([_, theta_2], [_, x2], [_, [_, w22]]) = (at.turn(), gear.x, gear.w);
+        let pair = Pair {
+            c_m: l1 * theta_2.cos,
+            x2,
+            k1,
+            h22: k2 - torque_nm * w22,
+        };
+        let secant = pair.closed(rise.rotation_rad / rise.torque_nm);
+        let search = |start: Option<f32>| self.place_near(at, torque_nm, rise, &pair, w22, start?);
+        Roots {
+            near_m: search(secant.near_m),
+            far_m: search(secant.far_m),
+        }
+    }
+
+    fn place_near(
+        &self,
+        at: &Configuration<2>,
+        torque_nm: f32,
+        rise: &Rise,
+        pair: &Pair,
+        w22: f32,
+        start_m: f32,
+    ) -> Option<f32> {
+        let ([l1, l2], [k1, k2]) = (
+            self.parameters.lengths_m,
+            self.parameters.stiffness_nm_per_rad,
+        );
+        let ([_, theta_2], x2) = (at.turn(), pair.x2);
+        // The tangent's answer for the start.
+        let arm = start_m + pair.c_m;
+        let energy = k1 * start_m * start_m + pair.h22 * arm * arm;
+        let mut delta_2 = rise.torque_nm * arm * ((arm * x2 - start_m) / energy);
+        for _ in 0..STEPS {
+            let half_2 = Turn::by(0.5 * delta_2);
+            let step = Step {
+                rad: [0.0, delta_2],
+                half: [Turn::NONE, half_2],
+            };
+            let (turned_rad, [_, x2_change]) = self.transmission.changes(at, &step)?;
+            let delta_1 = rise.rotation_rad - turned_rad;
+            let x2_now = x2 + x2_change;
+            // Changes of the joints' torques: the contact force's, times its moment arms.
+            let tau_1 = rise.torque_nm - k1 * delta_1;
+            let tau_2 = x2_now * rise.torque_nm + x2_change * torque_nm - k2 * delta_2;
+            let half_1 = Turn::by(0.5 * delta_1);
+            let now = theta_2.then(half_2.twice());
+            let sum = half_1.then(half_2).twice();
+            // The contact point seen from joint 1 stays, and its force is normal to the phalanx.
+            let (drop, lean) = (2.0 * half_1.sin, theta_2.then(half_1.back()));
+            let residual = now.cos * tau_2 * sum.sin + (tau_1 - tau_2) * drop * lean.cos;
+            let (tau_1_slope, tau_2_slope) = (k1 * x2_now, w22 * (torque_nm + rise.torque_nm) - k2);
+            let slope = (now.cos * tau_2_slope - now.sin * tau_2) * sum.sin
+                + now.cos * tau_2 * sum.cos * (1.0 - x2_now)
+                + (tau_1_slope - tau_2_slope) * drop * lean.cos
+                - (tau_1 - tau_2) * x2_now * lean.then(half_1.back()).cos;
+            let change = residual / slope;
+            delta_2 -= change;
+            if change.abs() <= SETTLED_SHARE * (delta_2.abs() + delta_1.abs()) {
+                // So near that joint 1 follows in proportion, and the next step would change less than rounding.
+                let half_1 = Turn::by(0.5 * (delta_1 + x2_now * change));
+                let half_2 = Turn::by(0.5 * delta_2);
+                let lean = theta_2.then(half_2.twice()).then(half_1);
+                let k = -2.0 * l1 * half_1.sin * lean.cos / half_1.then(half_2).twice().sin;
+                return (k > 0.0 && k <= l2).then_some(k);
+            }
+        }
+        None
+    }
+}
