@@ -3,6 +3,7 @@
 pub mod command;
 pub mod conduct;
 pub mod decimal;
+pub mod hint;
 pub mod kept;
 pub mod record;
 pub mod sense;

@@ -12,7 +12,6 @@ fn main() -> std::process::ExitCode {
 
 #[cfg(target_os = "none")]
 #[path = "../../src/board/clock.rs"]
-#[expect(dead_code, reason = "the firmware uses all of it")]
 mod clock;
 
 #[cfg(target_os = "none")]

@@ -1,5 +1,6 @@
 //! The sensing half of the slow loop: samples in, events out, and what the motion sequence must know of them.
 
+use super::hint::Hint;
 use super::kept::Kept;
 use super::settings::{Overrides, Setting};
 use crate::drive::sequence::Notice;
@@ -52,6 +53,11 @@ impl<S: Scene> Sense<S> {
     /// Takes a sample; tells at most one thing. [`notice`] says what of it concerns the motion.
     pub fn sample(&mut self, sample: &Sample) -> Option<Event> {
         self.sensor.update(sample)
+    }
+
+    /// What the user should do after an event that was just told, in the guided calibration.
+    pub fn hint(&self, event: &Event) -> Option<Hint> {
+        Hint::after::<S>(event, self.calibration(), self.sensor.finger())
     }
 
     /// The sensor, for whoever wants to look.

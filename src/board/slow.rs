@@ -52,6 +52,10 @@ pub async fn sense(
             let event = sense.lock(|sense| sense.borrow_mut().sample(&sample));
             if let Some(event) = event {
                 telemetry::event(&event);
+                let hint = sense.lock(|sense| sense.borrow().hint(&event));
+                if let Some(hint) = hint {
+                    telemetry::hint(&hint);
+                }
                 conduct.lock(|conduct| conduct.borrow_mut().hear(&event, &control::status()));
                 if let Some(notice) = notice(&event) {
                     tell(notice).await;

@@ -2,8 +2,11 @@
 //! in millimetre and torques in millinewton metre. A value that is not known is `NaN`. Programs may read these
 //! lines; the README's table of log lines is written from this file.
 
+use core::fmt::Write;
+
 use defmt::{error, info, warn};
 
+use palpate::app::hint::Hint;
 use palpate::drive::config::OutOfRange;
 use palpate::drive::fault::Fault;
 use palpate::drive::sequence::{Outcome, State};
@@ -17,6 +20,8 @@ use super::watchdog::Missing;
 
 /// Metre to millimetre, newton metre to millinewton metre, radian to milliradian, ampere to milliampere.
 const MILLI: f32 = 1e3;
+/// Longest hint.
+const HINT_BYTES: usize = 120;
 
 /// `boot`: the first line.
 pub fn boot(scene: &str) {
@@ -253,6 +258,14 @@ pub fn bad_configuration(wrong: &OutOfRange) {
 /// `bad-finger`: a parameter of the finger that is out of its range.
 pub fn bad_finger(wrong: &ConfigError) {
     error!("bad-finger {}", wrong);
+}
+
+/// `hint`: what to do next in the guided calibration, as text.
+pub fn hint(hint: &Hint) {
+    let mut text = heapless::String::<HINT_BYTES>::new();
+    // Too long a hint is cut.
+    let _ = write!(text, "{hint}");
+    info!("hint {=str}", text.as_str());
 }
 
 /// `answer`: the answer to a command line, as text.

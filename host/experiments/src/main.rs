@@ -8,7 +8,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use palpate::sample::Sample;
 use palpate::scene::{Linkage3, P70, Tendon2, Tendon3};
 use palpate_experiments::experiments::{
-    ablation, catalogue, document, fingerprint, result, run, sensitivity,
+    ablation, calibration, catalogue, document, fingerprint, result, run, sensitivity,
 };
 use palpate_experiments::{figures, replay, trace};
 use palpate_plant::Parameters;
@@ -245,11 +245,33 @@ fn experiments(options: &Experiments) -> Outcome {
     for job in &failed {
         eprintln!("{}: {}", job.name, job.failure);
     }
-    if failed.is_empty() {
+    let calibrated = match &options.only {
+        Some(name) if !"calibration".starts_with(name) => true,
+        _ => calibration(&plan, options.json),
+    };
+    if failed.is_empty() && calibrated {
         Ok(())
     } else {
         Err("not all closings could be simulated".into())
     }
+}
+
+/// The guided calibration on fingers with hidden values of their own; whether all could be simulated.
+fn calibration(plan: &catalogue::Plan, json: bool) -> bool {
+    let (fingers, failed) = calibration::study(plan);
+    let summary = calibration::Summary::of(&fingers);
+    if json {
+        for finger in &fingers {
+            println!("{}", finger.json());
+        }
+        println!("{}", summary.json());
+    } else {
+        println!("{}", summary.markdown());
+    }
+    for (seed, failure) in &failed {
+        eprintln!("calibration, finger {seed}: {failure}");
+    }
+    failed.is_empty()
 }
 
 /// The tables into the documents, with the fingerprint of the code that made them.
@@ -266,6 +288,7 @@ fn figures(directory: &Path, plan: &catalogue::Plan) -> Outcome {
         println!("K_c, {what}: library f32 against f64 at most {difference:.1e} relative");
     }
     figures::simulated(directory, plan)?;
+    figures::calibration(directory, &calibration::study(plan).0)?;
     println!("figures are in {}", directory.display());
     Ok(())
 }

@@ -39,6 +39,8 @@ pub(crate) struct Finger {
     pub stops: [f64; 2],
     /// Stops of the input link are there (they can be broken off).
     pub stopped: bool,
+    /// Joint 1 has lost its stops as well: nothing ends the motion.
+    pub runs_on: bool,
     stages: [Stage; 2],
     half_thickness: f64,
     damping: f64,
@@ -107,6 +109,7 @@ impl Finger {
             high: list(&finger.joint_max_deg, f64::to_radians),
             stops: [0.0, finger.travel_rad],
             stopped: true,
+            runs_on: false,
             stages: [stage(0)?, stage(1)?],
             half_thickness: mechanism.phalanx_half_thickness_m,
             damping: mechanism.damping_nm_s_per_rad,

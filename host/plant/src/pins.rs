@@ -39,7 +39,7 @@ pub struct Faults {
     pub sense_offset_a: f64,
     /// Share of the winding that is left by a short circuit, above 0; 1 is healthy.
     pub winding_left: f64,
-    /// The stops of the input link are broken off.
+    /// The stops of the input link are broken off, and those of joint 1: nothing ends the motion.
     pub stops_missing: bool,
 }
 

@@ -193,6 +193,7 @@ impl Plant {
         let middle = self.origin + self.drivetrain.wheel() - self.creep;
         let (low, high) = (middle - self.half_backlash, middle + self.half_backlash);
         self.finger.stopped = !self.faults.stops_missing;
+        self.finger.runs_on = self.faults.stops_missing;
         self.finger.step(
             &self.body,
             Hold::Cable {

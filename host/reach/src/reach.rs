@@ -159,3 +159,124 @@ impl<'a> Walk<'a> {
         });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use object::write::{Object, StandardSection, Symbol, SymbolSection};
+    use object::{Architecture, BinaryFormat, Endianness, SymbolFlags, SymbolKind, SymbolScope};
+
+    use super::*;
+
+    const RETURN: u16 = 0x4770;
+    const NOP: u16 = 0xBF00;
+    const UNDEFINED: u16 = 0xDE00;
+    const CALL_R3: u16 = 0x4798;
+
+    /// `bl` from one address forward to another.
+    fn call(from: u32, to: u32) -> [u16; 2] {
+        let halfwords = u16::try_from((to - (from + 4)) / 2).expect("near");
+        [0xF000, 0xF800 | halfwords]
+    }
+
+    /// An image of these functions, one after the other from address 0, each with the last `data` halfwords marked as data.
+    fn image(functions: &[(&str, &[u16], u32)]) -> Image {
+        let mut object = Object::new(BinaryFormat::Elf, Architecture::Arm, Endianness::Little);
+        let text = object.section_id(StandardSection::Text);
+        let symbol = |object: &mut Object<'_>, name: &str, value, size, kind| {
+            object.add_symbol(Symbol {
+                name: name.into(),
+                value,
+                size,
+                kind,
+                scope: SymbolScope::Compilation,
+                weak: false,
+                section: SymbolSection::Section(text),
+                flags: SymbolFlags::None,
+            });
+        };
+        for (name, code, data) in functions {
+            let bytes: Vec<u8> = code.iter().flat_map(|half| half.to_le_bytes()).collect();
+            let size = bytes.len() as u64;
+            let at = object.append_section_data(text, &bytes, 2);
+            // Bit 0 says Thumb.
+            symbol(&mut object, name, at | 1, size, SymbolKind::Text);
+            symbol(&mut object, "$t", at, 0, SymbolKind::Label);
+            if *data > 0 {
+                let start = at + size - 2 * u64::from(*data);
+                symbol(&mut object, "$d", start, 0, SymbolKind::Label);
+            }
+        }
+        Image::parse(&object.write().expect("an image")).expect("readable")
+    }
+
+    fn wrong(functions: &[(&str, &[u16], u32)]) -> Vec<Violation> {
+        let reach = image(functions)
+            .reach("ADC1_2")
+            .expect("there is a handler");
+        reach.violations
+    }
+
+    #[test]
+    fn a_handler_that_only_computes_passes() {
+        let [high, low] = call(0, 6);
+        let functions: &[(&str, &[u16], u32)] = &[
+            ("ADC1_2", &[high, low, RETURN], 0),
+            ("compute", &[NOP, RETURN], 0),
+            ("core9panicking5panic", &[UNDEFINED], 0),
+        ];
+        let reach = image(functions).reach("ADC1_2").expect("a handler");
+        assert_eq!(reach.violations, []);
+        assert_eq!((reach.functions.len(), reach.instructions), (2, 4));
+    }
+
+    #[test]
+    fn a_panic_is_found_behind_another_function() {
+        let to_compute = call(0, 6);
+        let to_panic = call(6, 12);
+        let found = wrong(&[
+            ("ADC1_2", &[to_compute[0], to_compute[1], RETURN], 0),
+            ("compute", &[to_panic[0], to_panic[1], RETURN], 0),
+            ("_ZN4core9panicking5panic17h0E", &[UNDEFINED], 0),
+        ]);
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert_eq!(found[0].what, "can panic");
+        assert_eq!(found[0].path[..2], ["ADC1_2", "compute"]);
+        assert_eq!(found[0].path.len(), 3);
+    }
+
+    #[test]
+    fn log_records_text_and_memory_are_refused() {
+        for (name, what) in [
+            ("_defmt_acquire", "formats a log record"),
+            ("_RNvNtCs0_4core3fmt5write", "formats text"),
+            ("__rust_alloc", "allocates"),
+        ] {
+            let [high, low] = call(0, 6);
+            let found = wrong(&[("ADC1_2", &[high, low, RETURN], 0), (name, &[RETURN], 0)]);
+            assert_eq!(found.len(), 1, "{name}");
+            assert_eq!(found[0].what, what, "{name}");
+        }
+    }
+
+    #[test]
+    fn a_trap_and_a_call_through_a_register_are_refused() {
+        for (instruction, what) in [(UNDEFINED, "traps"), (CALL_R3, "jumps through a register")] {
+            let found = wrong(&[("ADC1_2", &[NOP, instruction, RETURN], 0)]);
+            assert_eq!(found.len(), 1);
+            assert_eq!((found[0].address, found[0].what.as_str()), (2, what));
+        }
+    }
+
+    #[test]
+    fn constants_are_no_instructions() {
+        let functions: &[(&str, &[u16], u32)] =
+            &[("ADC1_2", &[NOP, RETURN, UNDEFINED, CALL_R3], 2)];
+        assert_eq!(wrong(functions), []);
+        assert_eq!(wrong(&[("ADC1_2", functions[0].1, 0)]).len(), 2);
+    }
+
+    #[test]
+    fn an_image_without_the_handler_proves_nothing() {
+        assert!(image(&[("main", &[RETURN], 0)]).reach("ADC1_2").is_err());
+    }
+}

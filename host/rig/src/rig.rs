@@ -4,6 +4,7 @@ use crate::outcome::verdict;
 use crate::slow::SlowError;
 use crate::{Board, Machine, Outcome, Row, Slow};
 use palpate::drive::config::OutOfRange;
+use palpate::drive::controller::Controller;
 use palpate::drive::sequence::{Refused, Request, State};
 use palpate::finger::ConfigError;
 use palpate::scene::{Linkage3, P70, Scene, Tendon2, Tendon3};
@@ -86,6 +87,11 @@ impl<S: Simulated> Rig<S> {
     /// The world, for faults and truth.
     pub fn plant(&mut self) -> &mut Plant {
         &mut self.machine.board.plant
+    }
+
+    /// The control interrupt, for what a user cannot do to it: counters beside their wrap.
+    pub fn controller(&mut self) -> &mut Controller {
+        &mut self.machine.controller
     }
 
     /// What the sensing knows of torque factor and cable.

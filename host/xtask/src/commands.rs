@@ -219,7 +219,28 @@ pub fn check(arguments: &[String]) -> Outcome {
         cargo(["doc", "--workspace", "--no-deps", "--profile", "host"])
             .env("RUSTDOCFLAGS", "-D warnings"),
     )?;
-    size(&[])
+    size(&[])?;
+    reach(&every_scene()?)
+}
+
+/// The firmware of every scene.
+fn every_scene() -> Outcome<Vec<PathBuf>> {
+    let build = |scene: &&str| {
+        Build {
+            scene: Some((*scene).to_owned()),
+            ..Build::default()
+        }
+        .elf()
+    };
+    SCENES.iter().map(build).collect()
+}
+
+/// Proves of images that their control interrupt cannot panic, allocate or log.
+fn reach(images: &[PathBuf]) -> Outcome {
+    step(
+        "what the control interrupt can reach",
+        host_program("palpate-reach", &[]).args(images),
+    )
 }
 
 /// `test`: everything that can be tested here.
@@ -232,6 +253,11 @@ pub fn test(arguments: &[String]) -> Outcome {
         ..Build::default()
     }
     .elf()?;
+    reach(&[elf.clone(), faulty.clone()])?;
+    step(
+        "proof that the control interrupt cannot panic, allocate or log",
+        &mut host_program("palpate-reach", &[elf.display().to_string()]),
+    )?;
     step(
         "tests of the library",
         &mut cargo(["test", "--package", "palpate"]),

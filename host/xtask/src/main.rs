@@ -89,7 +89,7 @@ const COMMANDS: &[Command] = &[
     Command {
         name: "check",
         arguments: "",
-        summary: "formatting, lints on host and target, documentation, size",
+        summary: "formatting, lints on host and target, documentation, size, no panic in the control interrupt",
         run: commands::check,
     },
     Command {

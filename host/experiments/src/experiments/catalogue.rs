@@ -65,6 +65,8 @@ pub const PRESHAPES_RAD: [f64; 5] = [0.3, 0.5, 0.7, 0.9, 1.1];
 pub const PRESHAPE_PLACES_M: [f64; 5] = [0.010, 0.022, 0.035, 0.048, 0.060];
 /// Middle of the object along the phalanx in the 40 distal grasps, share of its length.
 const DISTAL_SHARES: [f64; 4] = [0.2, 0.4, 0.6, 0.8];
+/// Free closings of one finger.
+const FREE_CLOSINGS: usize = 100;
 /// Tries to find a place for an object.
 const TRIES: usize = 20;
 
@@ -222,16 +224,16 @@ pub fn preshape(plan: &Plan) -> Vec<Job> {
         .collect()
 }
 
-/// (d) free closings: 25 on each of 40 fingers.
+/// (d) free closings: 100 on each of 10 fingers.
 #[must_use]
 pub fn free(plan: &Plan) -> Vec<Job> {
-    let fingers = if plan.quick { 4 } else { 40 };
+    let fingers = if plan.quick { 1 } else { 10 };
     (0..fingers)
         .map(|finger| {
             let (parameters, seed) = (plan.parameters.clone(), plan.seed + 100 + finger);
             let run = move |found: &mut Vec<Entry>| {
                 let mut session = Session::<P70>::new(&parameters, &Setup::default(), seed)?;
-                for _ in 0..25 {
+                for _ in 0..FREE_CLOSINGS {
                     let case = session.free_closing()?;
                     found.extend(entries("free", &session, &case)?);
                 }
@@ -239,7 +241,7 @@ pub fn free(plan: &Plan) -> Vec<Job> {
             };
             Job {
                 name: "free".to_owned(),
-                closings: 25,
+                closings: FREE_CLOSINGS,
                 run: Box::new(run),
             }
         })
@@ -274,7 +276,8 @@ pub fn random(plan: &Plan) -> Vec<Job> {
 }
 
 /// 4 to 40 mm, as many thin as thick ones.
-fn random_cylinder(random: &mut Pcg64Mcg) -> Object {
+#[must_use]
+pub fn random_cylinder(random: &mut Pcg64Mcg) -> Object {
     Object {
         name: "random cylinder",
         shape: Shape::Cylinder {

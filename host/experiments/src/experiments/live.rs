@@ -94,6 +94,8 @@ impl TryFrom<Outcome> for Recording {
 /// A finger on a bench.
 pub struct Bench<S: Simulated> {
     rig: Rig<S>,
+    seed: u64,
+    closings: u64,
 }
 
 impl<S: Simulated> Bench<S> {
@@ -126,7 +128,12 @@ impl<S: Simulated> Bench<S> {
             rig.idle(0.01);
         }
         let recording = Recording::try_from(rig.prepare()?)?;
-        Ok((Self { rig }, recording))
+        let bench = Self {
+            rig,
+            seed,
+            closings: 0,
+        };
+        Ok((bench, recording))
     }
 
     /// The friction record.
@@ -144,14 +151,20 @@ impl<S: Simulated> Bench<S> {
         self.rig.calibration()
     }
 
-    /// Closes on an object from the open position, and opens again.
+    /// Closes on an object from the open position, with a noise of its own. The finger on the bench stays as it is: each
+    /// closing begins from the same state, and the time for opening is saved.
     ///
     /// # Errors
     /// [`Failure`].
     pub fn close(&mut self, grasp: &Grasp) -> Result<Recording, Failure> {
-        let recording = Recording::try_from(self.rig.close(grasp)?)?;
-        Recording::try_from(self.rig.open()?)?;
-        Ok(recording)
+        self.closings += 1;
+        let mut rig = self.rig.clone();
+        rig.reseed(
+            self.seed
+                .wrapping_mul(1_000_003)
+                .wrapping_add(self.closings),
+        );
+        Recording::try_from(rig.close(grasp)?)
     }
 
     /// The guided calibration: a press against the closing stop, then a pin at each of these places of the distal

@@ -1,6 +1,7 @@
 //! The paper's experiments in the simulation, ours beside the paper's algorithm on the same samples.
 
 pub mod ablation;
+pub mod calibration;
 pub mod catalogue;
 pub mod document;
 pub mod fingerprint;

@@ -1,8 +1,10 @@
 //! Figures as SVG and PNG.
 
+mod calibration;
 pub mod canvas;
 mod mechanics;
 mod simulated;
 
+pub use calibration::calibration;
 pub use mechanics::mechanics;
 pub use simulated::simulated;

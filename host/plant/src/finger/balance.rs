@@ -73,7 +73,7 @@ impl Finger {
             self.push(theta_a - self.stops[0], x, stop, Source::Stop);
             self.push(self.stops[1] - theta_a, back, stop, Source::Stop);
         }
-        for i in 0..self.count {
+        for i in usize::from(self.runs_on)..self.count {
             let mut up = [0.0; MAX];
             let mut down = [0.0; MAX];
             (up[i], down[i]) = (1.0, -1.0);

@@ -22,6 +22,9 @@ use crate::size;
 use row::Row;
 use whole::Grasp;
 
+/// What a reader of the page must know.
+const INTRODUCTION: &str = include_str!("intro.md");
+
 /// What follows `report`.
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -108,25 +111,30 @@ impl Report {
     }
 
     /// The whole text of the tables.
-    fn text(&self, compiler: &str) -> String {
+    fn text(&self, compiler: &str, with_plots: bool) -> String {
         let mut text = format!(
             "Instructions are counted exactly on an emulated Cortex-M4F, not on silicon; cycles are a bracket computed from \
              them. {compiler}. Chosen methods in bold.\n"
         );
         for rows in tasks(&self.rows) {
             let name = rows.first().map_or("", |row| &row.task);
-            text += &format!("\n### {name}\n\n{}", table::task(rows));
+            let plot = if with_plots {
+                format!("![error against cost]({name}.png)\n\n")
+            } else {
+                String::new()
+            };
+            text += &format!("\n## {name}\n\n{plot}{}", table::task(rows));
         }
         text += &format!(
-            "\n### What the firmware uses\n\n{}",
+            "\n## What the firmware uses\n\n{}",
             table::choices(&self.rows)
         );
         if let Some(grasp) = &self.grasp {
-            text += &format!("\n### Whole path\n\n{}", grasp.text());
+            text += &format!("\n## Whole path\n\n{}", grasp.text());
         }
         if !self.sizes.is_empty() {
             text += &format!(
-                "\n### Flash and RAM by scene\n\n{}",
+                "\n## Flash and RAM by scene\n\n{}",
                 size::table(&self.sizes)
             );
         }
@@ -140,6 +148,9 @@ impl Report {
         if let Some(grasp) = &self.grasp {
             for figure in grasp.figures() {
                 println!("{}", serde_json::to_string(&figure)?);
+            }
+            for target in grasp.targets() {
+                println!("{}", serde_json::to_string(&target)?);
             }
             for stack in &grasp.stacks {
                 println!(
@@ -157,6 +168,7 @@ impl Report {
         Ok(())
     }
 
+    /// Plots, and the report as a page that shows them.
     fn write(&self, folder: &Path, compiler: &str) -> Result<()> {
         std::fs::create_dir_all(folder)
             .with_context(|| format!("cannot create {}", folder.display()))?;
@@ -165,18 +177,34 @@ impl Report {
                 plot::task(folder, &first.task, rows)?;
             }
         }
-        let tables = folder.join("tables.md");
-        std::fs::write(&tables, self.text(compiler))
-            .with_context(|| format!("cannot write {}", tables.display()))
+        let page = folder.join("README.md");
+        let text = format!("{INTRODUCTION}{}", self.text(compiler, true));
+        std::fs::write(&page, text).with_context(|| format!("cannot write {}", page.display()))
     }
 
     /// Prints what is wrong; whether nothing is.
     fn check(&self, recorded: &Path, compiler: &str) -> Result<bool> {
         let (mut wrong, unknown) = check::check(&self.rows, &check::read(recorded)?, compiler);
-        wrong.extend(self.grasp.iter().flat_map(Grasp::check));
         wrong.extend(size::check(&self.sizes));
         for line in &unknown {
             eprintln!("note: {line}");
+        }
+        for target in self
+            .grasp
+            .iter()
+            .flat_map(Grasp::targets)
+            .filter(|target| !target.met)
+        {
+            let whole::Target {
+                what,
+                measured,
+                most,
+                unit,
+                ..
+            } = target;
+            eprintln!(
+                "note: missed target: {what}: {measured:.1} {unit}, at most {most} were wanted"
+            );
         }
         for line in &wrong {
             eprintln!("check: {line}");
@@ -194,7 +222,7 @@ pub fn run(arguments: &Arguments) -> Result<bool> {
     if arguments.json {
         report.print_json()?;
     } else {
-        println!("{}", report.text(&arguments.compiler));
+        println!("{}", report.text(&arguments.compiler, false));
     }
     if let Some(folder) = &arguments.out {
         report.write(folder, &arguments.compiler)?;

@@ -21,10 +21,9 @@ pub fn task(rows: &[Row]) -> String {
             .total_cmp(&b.cost.instructions_mean)
     });
     let unit = rows.first().map_or("", |row| row.error.error_unit);
-    let mut text = format!(
-        "| method | median | p99 | max | rms | lacking | instructions, mean | max | cycles | flash, bytes |\n\
-         |---|---|---|---|---|---|---|---|---|---|\n",
-    );
+    let mut text = "| method | median | p99 | max | rms | lacking | instructions, mean | max | cycles | flash, bytes |\n\
+                    |---|---|---|---|---|---|---|---|---|---|\n"
+        .to_owned();
     for row in rows {
         let name = if row.chosen {
             format!("**{}**", row.name)

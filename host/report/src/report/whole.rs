@@ -69,6 +69,24 @@ pub struct Figure {
     pub load_high_percent: f64,
 }
 
+/// A target of the whole path.
+#[derive(Clone, Debug, Serialize)]
+pub struct Target {
+    /// `target`.
+    #[serde(rename = "type")]
+    pub kind: &'static str,
+    /// Of what.
+    pub what: &'static str,
+    /// Mean over the grasp.
+    pub measured: f64,
+    /// At most this was wanted.
+    pub most: f64,
+    /// Of both.
+    pub unit: &'static str,
+    /// Reached.
+    pub met: bool,
+}
+
 /// Reads what `palpate-emulator sim --json --counts` printed.
 pub fn read(path: &Path) -> Result<Grasp> {
     let text =
@@ -88,11 +106,17 @@ pub fn read(path: &Path) -> Result<Grasp> {
     Ok(grasp)
 }
 
+/// The part of a sensing update that is asked for once a block of a contact, not at every sample.
+const FIT: &str = "curve fit, one step";
+const CONTROL: &str = "control interrupt";
+const UPDATE: &str = "sensing update";
+const TYPICAL: &str = "sensing update, its fits left out";
+
 /// Figures by the part of a name that tells them.
 const FIGURES: &[(&str, &str, &str)] = &[
-    ("control interrupt", "ADC1_2", ""),
-    ("sensing update", "sensing::sensor::Sensor", "::update"),
-    ("curve fit, one step", "sensing::sensor::Sensor", "::refine"),
+    (CONTROL, "ADC1_2", ""),
+    (UPDATE, "sensing::sensor::Sensor", "::update"),
+    (FIT, "sensing::sensor::Sensor", "::refine"),
     (
         "curve fit, one hypothesis followed",
         "sensing::fit::Hypothesis",
@@ -111,52 +135,74 @@ impl Grasp {
 
     /// The parts that a reader asks for.
     pub fn figures(&self) -> Vec<Figure> {
-        let share =
-            |cycles: f64, calls: u64| 100.0 * cycles * calls as f64 / (CLOCK_HZ * self.seconds());
-        FIGURES
-            .iter()
-            .filter_map(|&(what, name, end)| {
-                let part = self.parts.iter().find(|part| {
-                    part.name.contains(name)
-                        && (end.is_empty() || part.name.contains(&format!("{end}")))
-                })?;
-                Some(Figure {
-                    kind: "path",
-                    what,
-                    part: part.clone(),
-                    load_low_percent: share(part.cycles_low_mean, part.calls),
-                    load_high_percent: share(part.cycles_high_mean, part.calls),
-                })
-            })
+        let part = |&(what, name, end): &(&'static str, &str, &str)| {
+            let fits = |part: &&Part| part.name.contains(name) && part.name.contains(end);
+            Some((what, self.parts.iter().find(fits)?.clone()))
+        };
+        let mut parts: Vec<(&'static str, Part)> = FIGURES.iter().filter_map(part).collect();
+        let of = |what: &str| {
+            parts
+                .iter()
+                .find(|part| part.0 == what)
+                .map(|part| part.1.clone())
+        };
+        if let (Some(update), Some(fit)) = (of(UPDATE), of(FIT)) {
+            let share = fit.calls as f64 / update.calls.max(1) as f64;
+            let typical = Part {
+                name: update.name.clone(),
+                calls: update.calls,
+                instructions_mean: update.instructions_mean - share * fit.instructions_mean,
+                // Which calls had no fit in them is not known.
+                instructions_max: update.instructions_max,
+                cycles_low_mean: update.cycles_low_mean - share * fit.cycles_low_mean,
+                cycles_high_mean: update.cycles_high_mean - share * fit.cycles_high_mean,
+            };
+            parts.push((TYPICAL, typical));
+        }
+        parts
+            .into_iter()
+            .map(|(what, part)| self.figure(what, part))
             .collect()
     }
 
-    /// What misses the limits.
-    pub fn check(&self) -> Vec<String> {
+    fn figure(&self, what: &'static str, part: Part) -> Figure {
+        let share = |cycles: f64| 100.0 * cycles * part.calls as f64 / (CLOCK_HZ * self.seconds());
+        Figure {
+            kind: "path",
+            what,
+            load_low_percent: share(part.cycles_low_mean),
+            load_high_percent: share(part.cycles_high_mean),
+            part,
+        }
+    }
+
+    /// Targets of the whole path: what, measured, wanted at most, unit.
+    pub fn targets(&self) -> Vec<Target> {
         let figures = self.figures();
-        let mut wrong = Vec::new();
-        let mut load = 0.0;
-        for (what, most) in [
-            ("control interrupt", CONTROL_MOST),
-            ("sensing update", SENSING_MOST),
-        ] {
-            match figures.iter().find(|figure| figure.what == what) {
-                None => wrong.push(format!("the grasp does not show the {what}")),
-                Some(figure) => {
-                    load += figure.load_high_percent;
-                    if figure.part.instructions_mean > most {
-                        wrong.push(format!(
-                            "{what}: {:.0} instructions on average, {most:.0} are allowed",
-                            figure.part.instructions_mean
-                        ));
-                    }
-                }
-            }
-        }
-        if load > LOAD_MOST_PERCENT {
-            wrong.push(format!("control and sensing take {load:.1} % of the processor, {LOAD_MOST_PERCENT} % are allowed"));
-        }
-        wrong
+        let of = |what: &str| figures.iter().find(|figure| figure.what == what);
+        let instructions = |what| of(what).map_or(f64::NAN, |figure| figure.part.instructions_mean);
+        let load: f64 = [CONTROL, TYPICAL]
+            .map(|what| of(what).map_or(f64::NAN, |figure| figure.load_high_percent))
+            .iter()
+            .sum();
+        let target = |what, measured, most, unit| Target {
+            kind: "target",
+            what,
+            measured,
+            most,
+            unit,
+            met: measured <= most,
+        };
+        vec![
+            target(CONTROL, instructions(CONTROL), CONTROL_MOST, "instructions"),
+            target(TYPICAL, instructions(TYPICAL), SENSING_MOST, "instructions"),
+            target(
+                "both, upper cycle bracket",
+                load,
+                LOAD_MOST_PERCENT,
+                "% of the processor",
+            ),
+        ]
     }
 
     fn at(&self, name: &str) -> Option<f64> {
@@ -188,6 +234,22 @@ impl Grasp {
                 part.cycles_high_mean,
                 figure.load_low_percent,
                 figure.load_high_percent,
+            );
+        }
+        text += "\n| target | measured | at most | |\n|---|---|---|---|\n";
+        for target in self.targets() {
+            let Target {
+                what,
+                measured,
+                most,
+                unit,
+                met,
+                ..
+            } = target;
+            let verdict = if met { "met" } else { "**missed**" };
+            let _ = writeln!(
+                text,
+                "| {what}, {unit} | {measured:.1} | {most:.0} | {verdict} |"
             );
         }
         text += "\n| stack | used, bytes | of |\n|---|---|---|\n";

@@ -1,0 +1,330 @@
+//! What the guided calibration finds out about fingers whose hidden values differ, and what that is worth for a location.
+
+use indicatif::ProgressBar;
+use palpate::scene::{P70, Scene};
+use palpate::sensing::Calibration;
+use palpate_plant::{Parameters, worm_efficiency};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+use serde_json::{Value, json};
+
+use super::catalogue::{Plan, Wanted, closing, random_cylinder};
+use super::live::{Failure, Setup};
+use super::result::Trial;
+use super::session::Session;
+
+/// Contacts felt on each finger, distal phalanx.
+const CONTACTS: usize = 6;
+
+/// What a calibration is about: the values of the simulated world, in the terms of [`Calibration`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct True {
+    /// Efficiency over spring stiffness, as a factor on the scene's.
+    pub torque_factor: f64,
+    /// Elastic twist of the cable per newton metre computed with the scene's values.
+    pub cable_rad_per_nm: f64,
+}
+
+impl True {
+    /// From the plant's own parameters, at the speed at which the finger closes.
+    #[must_use]
+    pub fn of(parameters: &Parameters) -> Self {
+        let speed = f64::from(P70::MOTION.closing_rad_per_s);
+        let constant = parameters.motor.torque_constant_nm_per_a
+            / f64::from(P70::DRIVE.motor.torque_constant_nm_per_a);
+        let current = 1.0 + parameters.sense.gain_error;
+        let efficiency = parameters.gearhead.efficiency * worm_efficiency(parameters, speed)
+            / f64::from(P70::EFFICIENCY);
+        // Torque at the input link for one computed from the measured current with the scene's values.
+        let torque = constant * efficiency / current;
+        Self {
+            torque_factor: torque / (1.0 + parameters.mechanism.spring_error),
+            cable_rad_per_nm: torque / parameters.cable_stiffness_nm_per_rad(),
+        }
+    }
+}
+
+/// One finger, calibrated.
+#[derive(Clone, Debug)]
+pub struct Finger {
+    /// Of its hidden values.
+    pub seed: u64,
+    /// Them.
+    pub truth: True,
+    /// What the guided sequence found.
+    pub found: Calibration,
+    /// Steps of the sequence that were refused.
+    pub refused: usize,
+    /// The same contacts judged before and after the calibration.
+    pub contacts: Vec<[Trial; 2]>,
+}
+
+impl Finger {
+    fn new(seed: u64, parameters: &Parameters) -> Result<Self, Failure> {
+        let mut session = Session::<P70>::new(parameters, &Setup::default(), seed)?;
+        let mut random = Pcg64Mcg::seed_from_u64(seed ^ 0x00ca_11b8);
+        let mut contacts = Vec::new();
+        for _ in 0..CONTACTS {
+            let case = closing(&mut session, || Wanted {
+                object: random_cylinder(&mut random),
+                phalanx: 2,
+                k_m: 0.070 * random.random_range(0.05..0.95),
+                theta_1_rad: random.random_range(0.25..1.1),
+            })?;
+            contacts.push([
+                session.ours(&case, &session.nominal)?,
+                session.ours(&case, &session.calibrated)?,
+            ]);
+        }
+        Ok(Self {
+            seed,
+            truth: True::of(parameters),
+            found: session.calibrated,
+            refused: session.refused.len(),
+            contacts,
+        })
+    }
+
+    /// Errors of torque factor and cable in claimed deviations.
+    #[must_use]
+    pub fn deviations(&self) -> [f64; 2] {
+        let found = &self.found;
+        let factor = (f64::from(found.torque_factor) / self.truth.torque_factor).ln();
+        let cable = f64::from(found.cable_rad_per_nm) - self.truth.cable_rad_per_nm;
+        [
+            factor / f64::from(found.torque_factor_sigma),
+            cable / f64::from(found.cable_sigma_rad_per_nm),
+        ]
+    }
+
+    /// Absolute errors of the places, metre, before (0) or after (1).
+    pub fn errors_m(&self, after: usize) -> impl Iterator<Item = f64> + '_ {
+        self.contacts
+            .iter()
+            .filter_map(move |trials| trials[after].error_m().map(f64::abs))
+    }
+
+    /// One line of JSON.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        let found = &self.found;
+        let errors = |after| self.errors_m(after).map(|e| 1e3 * e).collect::<Vec<_>>();
+        json!({
+            "type": "calibration", "seed": self.seed,
+            "torque_factor": found.torque_factor, "torque_factor_sigma": found.torque_factor_sigma,
+            "torque_factor_true": self.truth.torque_factor,
+            "cable_mrad_per_nm": 1e3 * found.cable_rad_per_nm,
+            "cable_sigma_mrad_per_nm": 1e3 * found.cable_sigma_rad_per_nm,
+            "cable_true_mrad_per_nm": 1e3 * self.truth.cable_rad_per_nm,
+            "contacts": found.contacts, "presses": found.presses, "refused": self.refused,
+            "abs_err_before_mm": errors(0), "abs_err_after_mm": errors(1),
+        })
+    }
+}
+
+/// Fingers with hidden values of their own, calibrated and tried. The second list: what could not be done.
+#[must_use]
+pub fn study(plan: &Plan) -> (Vec<Finger>, Vec<(u64, Failure)>) {
+    let fingers = if plan.quick { 10 } else { 100 };
+    let bar = ProgressBar::new(fingers);
+    let done: Vec<_> = (0..fingers)
+        .into_par_iter()
+        .map(|index| {
+            let seed = plan.seed + 3000 + index;
+            let finger = Finger::new(seed, &plan.parameters.randomised(seed));
+            bar.inc(1);
+            finger.map_err(|failure| (seed, failure))
+        })
+        .collect();
+    bar.finish_and_clear();
+    let (mut fingers, mut failed) = (Vec::new(), Vec::new());
+    for finger in done {
+        match finger {
+            Ok(finger) => fingers.push(finger),
+            Err(failure) => failed.push(failure),
+        }
+    }
+    (fingers, failed)
+}
+
+/// What all fingers together show.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Summary {
+    /// Fingers.
+    pub fingers: usize,
+    /// Steps of the guided sequence that were refused.
+    pub refused: usize,
+    /// True torque factor and cable within two claimed deviations, percent of the fingers.
+    pub within_2sigma_pct: [f64; 2],
+    /// Root mean square error of torque factor and cable, percent, before and after.
+    pub rms_pct: [[f64; 2]; 2],
+    /// The contacts before and after.
+    pub places: [Places; 2],
+}
+
+/// How contacts were located.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Places {
+    /// Contacts.
+    pub n: usize,
+    /// Located on the right phalanx, percent.
+    pub located_pct: f64,
+    /// Mean absolute error of those, millimetre.
+    pub mean_mm: f64,
+    /// Median.
+    pub median_mm: f64,
+    /// Nine in ten are better.
+    pub worst_tenth_mm: f64,
+    /// True place within two claimed deviations, percent of those.
+    pub within_2sigma_pct: f64,
+}
+
+fn percent(part: usize, whole: usize) -> f64 {
+    100.0 * part as f64 / whole.max(1) as f64
+}
+
+impl Places {
+    fn of(trials: &[Trial]) -> Self {
+        let mut errors: Vec<f64> = trials
+            .iter()
+            .filter_map(Trial::error_m)
+            .map(f64::abs)
+            .collect();
+        errors.sort_by(f64::total_cmp);
+        let quantile = |share: f64| {
+            let index = (share * errors.len() as f64) as usize;
+            errors.get(index).map_or(f64::NAN, |error| 1e3 * error)
+        };
+        let within = trials
+            .iter()
+            .filter(|trial| match (trial.error_m(), trial.place) {
+                (Some(error), Some((_, Some(sigma)))) => error.abs() <= 2.0 * sigma,
+                _ => false,
+            })
+            .count();
+        Self {
+            n: trials.len(),
+            located_pct: percent(errors.len(), trials.len()),
+            mean_mm: 1e3 * errors.iter().sum::<f64>() / errors.len() as f64,
+            median_mm: quantile(0.5),
+            worst_tenth_mm: quantile(0.9),
+            within_2sigma_pct: percent(within, errors.len()),
+        }
+    }
+}
+
+impl Summary {
+    /// Of fingers.
+    #[must_use]
+    pub fn of(fingers: &[Finger]) -> Self {
+        let nominal = P70::UNCALIBRATED;
+        let within = |which: usize| {
+            let good = |finger: &&Finger| finger.deviations()[which].abs() <= 2.0;
+            percent(fingers.iter().filter(good).count(), fingers.len())
+        };
+        let rms = |error: &dyn Fn(&Finger) -> f64| {
+            let sum: f64 = fingers.iter().map(|finger| error(finger).powi(2)).sum();
+            100.0 * (sum / fingers.len().max(1) as f64).sqrt()
+        };
+        let errors = |calibration: &dyn Fn(&Finger) -> Calibration| {
+            [
+                rms(&|f| f64::from(calibration(f).torque_factor) / f.truth.torque_factor - 1.0),
+                rms(&|f| {
+                    f64::from(calibration(f).cable_rad_per_nm) / f.truth.cable_rad_per_nm - 1.0
+                }),
+            ]
+        };
+        let places = [0, 1].map(|after| {
+            let trials: Vec<Trial> = fingers
+                .iter()
+                .flat_map(|finger| finger.contacts.iter().map(|trials| trials[after]))
+                .collect();
+            Places::of(&trials)
+        });
+        Self {
+            fingers: fingers.len(),
+            refused: fingers.iter().map(|finger| finger.refused).sum(),
+            within_2sigma_pct: [within(0), within(1)],
+            rms_pct: [errors(&|_| nominal), errors(&|finger| finger.found)],
+            places,
+        }
+    }
+
+    /// One line of JSON.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        let places = self.places.map(|places| {
+            json!({
+                "n": places.n, "located_pct": places.located_pct, "mean_abs_err_mm": places.mean_mm,
+                "median_abs_err_mm": places.median_mm, "p90_abs_err_mm": places.worst_tenth_mm,
+                "within_2sigma_pct": places.within_2sigma_pct,
+            })
+        });
+        json!({
+            "type": "calibration-summary", "fingers": self.fingers, "refused": self.refused,
+            "torque_factor_within_2sigma_pct": self.within_2sigma_pct[0],
+            "cable_within_2sigma_pct": self.within_2sigma_pct[1],
+            "torque_factor_rms_pct": [self.rms_pct[0][0], self.rms_pct[1][0]],
+            "cable_rms_pct": [self.rms_pct[0][1], self.rms_pct[1][1]],
+            "before": places[0], "after": places[1],
+        })
+    }
+
+    /// As a table.
+    #[must_use]
+    pub fn markdown(&self) -> String {
+        let mut text = format!(
+            "Guided calibration of {} simulated fingers (a press on the stop, two pins), {} steps refused\n\n\
+             | | before | after | true value within 2 sigma |\n|---|---|---|---|\n",
+            self.fingers, self.refused
+        );
+        for (which, name) in ["torque factor, rms error", "cable, rms error"]
+            .into_iter()
+            .enumerate()
+        {
+            text += &format!(
+                "| {name} | {:.1} % | {:.1} % | {:.0} % |\n",
+                self.rms_pct[0][which], self.rms_pct[1][which], self.within_2sigma_pct[which]
+            );
+        }
+        let [before, after] = &self.places;
+        let mut row = |name: &str, value: fn(&Places) -> f64, unit: &str, last: &str| {
+            text += &format!(
+                "| {name} | {:.2} {unit} | {:.2} {unit} | {last} |\n",
+                value(before),
+                value(after)
+            );
+        };
+        let within = format!(
+            "{:.0} % before, {:.0} % after",
+            before.within_2sigma_pct, after.within_2sigma_pct
+        );
+        row("contacts located", |p| p.located_pct, "%", "");
+        row("place, mean error", |p| p.mean_mm, "mm", &within);
+        row("place, median error", |p| p.median_mm, "mm", "");
+        row("place, nine in ten below", |p| p.worst_tenth_mm, "mm", "");
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_true_values_follow_the_hidden_ones() {
+        let base = Parameters::default();
+        let nominal = True::of(&base);
+        assert!((nominal.torque_factor - 1.0).abs() < 0.05, "{nominal:?}");
+        let mut other = base.clone();
+        other.motor.torque_constant_nm_per_a *= 1.1;
+        other.mechanism.spring_error = 0.25;
+        other.cable.stiffness_n_per_m *= 2.0;
+        let found = True::of(&other);
+        let ratio = found.torque_factor / nominal.torque_factor;
+        assert!((ratio - 1.1 / 1.25).abs() < 1e-9, "{ratio}");
+        let ratio = found.cable_rad_per_nm / nominal.cable_rad_per_nm;
+        assert!((ratio - 1.1 / 2.0).abs() < 1e-9, "{ratio}");
+    }
+}

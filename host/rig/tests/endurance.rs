@@ -1,0 +1,90 @@
+//! More than an hour of simulated time in one piece: nothing drifts, nothing wraps wrongly.
+//!
+//! The finger grasps and opens, again and again, for 4,400 s (25 s, unless `PALPATE_ENDURANCE_S` says otherwise;
+//! `cargo xtask test` says 4,400). In that time
+//! the 16-bit encoder counter wraps some thousand times, and the time in microseconds passes 2^32. The 32-bit position
+//! starts beside its wrap, so that the homing motion crosses it.
+
+use palpate::drive::Demand;
+use palpate::drive::io::{EncoderCount, Inputs};
+use palpate::scene::P70;
+use palpate_plant::{Grasp, Parameters, Shape};
+use palpate_rig::{Outcome, Rig};
+
+/// The zero may be found anew by so many counts (0.5 mrad at the input link): cable and noise at the opening stop.
+const ZERO_COUNTS: i64 = 100;
+
+/// Where the controller's zero lies in the plant's own counts.
+fn zero(rig: &mut Rig<P70>) -> i64 {
+    let position = rig.controller().status().position_counts;
+    rig.plant().encoder_count() - i64::from(position)
+}
+
+/// Samples follow each other by a millisecond exactly, over all motions.
+fn follow(outcome: &Outcome, last_us: &mut Option<u64>) {
+    for (_, sample) in &outcome.samples {
+        if let Some(last_us) = *last_us {
+            assert_eq!(sample.time_us, last_us + 1000);
+        }
+        *last_us = Some(sample.time_us);
+    }
+}
+
+#[test]
+fn an_hour_leaves_everything_where_it_was() {
+    let seconds: f64 = std::env::var("PALPATE_ENDURANCE_S").map_or(25.0, |number| {
+        number.parse().expect("PALPATE_ENDURANCE_S is a number")
+    });
+    let mut rig = Rig::<P70>::new(&Parameters::default(), 3).expect("defaults");
+
+    // Shift the position to its lower end, then take back what the demand would otherwise ask for once more.
+    let still = Inputs {
+        encoder: EncoderCount(rig.plant().encoder_count() as u16),
+        ..Inputs::default()
+    };
+    let shift = Demand {
+        zero: 1,
+        zero_at_counts: i32::MAX - 100,
+        clear: 1,
+        ..Demand::default()
+    };
+    rig.controller().step(&still, &shift);
+    rig.controller().step(&still, &Demand::default());
+    assert!(rig.controller().status().position_counts < i32::MIN + 1000);
+    assert!(!rig.controller().status().homed);
+
+    let mut last_us = None;
+    let prepared = rig.prepare().expect("accepted");
+    assert_eq!(prepared.fault, None);
+    follow(&prepared, &mut last_us);
+    let first = zero(&mut rig);
+    let (mut lowest, mut highest, mut grasps) = (first, first, 0u32);
+    let mut wraps = 0;
+    while rig.plant().time_s() < seconds {
+        let k_m = 0.01 + 0.001 * f64::from(grasps % 50);
+        let grasp = Grasp::touching(2, k_m, 0.8, Shape::Cylinder { diameter_m: 0.01 });
+        for outcome in [rig.close(&grasp), rig.open()] {
+            let outcome = outcome.expect("accepted");
+            assert_eq!(outcome.fault, None, "grasp {grasps}");
+            follow(&outcome, &mut last_us);
+            wraps += outcome
+                .samples
+                .windows(2)
+                .filter(|pair| pair[0].1.position_counts >> 16 != pair[1].1.position_counts >> 16)
+                .count();
+        }
+        lowest = lowest.min(zero(&mut rig));
+        highest = highest.max(zero(&mut rig));
+        grasps += 1;
+    }
+    println!(
+        "{:.0} s, {grasps} grasps, {wraps} wraps of the counter, zero {lowest} to {highest}, at first {first}, at last {}",
+        rig.plant().time_s(),
+        zero(&mut rig)
+    );
+    assert!(
+        highest - lowest <= ZERO_COUNTS,
+        "zero from {lowest} to {highest} counts"
+    );
+    assert!(wraps > 4);
+}
