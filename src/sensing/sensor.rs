@@ -36,6 +36,9 @@ const SAMPLES_PER_LAST_STEP: u8 = 12;
 const CLEAR_SIGMAS: f32 = 4.0;
 /// A deviation that shrinks by less than this factor while the torque grows by a quarter will not be worth more torque.
 const NO_HELP: f32 = 0.93;
+/// Deviation of k, as a share of the phalanx, above which all the torque there is will be used: far up the curve its bend
+/// tells what the slope alone cannot.
+const SHARP: f32 = 0.012;
 /// Deviation of k, as a share of the phalanx, above which no location is reported.
 const VAGUE: f32 = 0.25;
 /// Mean square residual, in variances, up to which a curve counts as explained well.
@@ -631,7 +634,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         let mut over = last || touching.torque_nm >= 0.97 * self.settings.torque_limit_nm;
         match touching.good {
             // The curve has left the path that explained it well: a second contact, a slip. What was known before holds.
-            Some((good, was)) if misfit > WORSE * was.max(1.0) => {
+            Some((good, was)) if misfit > WORSE * was.max(1.0) || verdict == Verdict::Undecided => {
                 verdict = good;
                 over = true;
             }
@@ -648,7 +651,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             } => {
                 let sigma_m = estimate.k_sigma_m * sqrt(spread);
                 let length = self.finger.phalanx_length_m(phalanx).unwrap_or(0.0);
-                let help = self.more_torque_helps(touching, sigma_m);
+                let help = self.more_torque_helps(touching, sigma_m) || sigma_m > SHARP * length;
                 let settled = over || sigma_m <= self.settings.wanted_sigma_m || !help;
                 if sigma_m >= VAGUE * length {
                     if over {
@@ -685,12 +688,12 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             }
             Verdict::Nowhere(why) => {
                 // A proximal contact is not told from one near the joint before the torque has shown the difference.
-                let sure = touching.torque_nm >= 0.5 * self.settings.torque_limit_nm;
+                let sure = touching.torque_nm >= 0.3 * self.settings.torque_limit_nm;
                 if over || (sure && why == NotLocated::Proximal) {
                     self.tell_nowhere(touching, why);
                 }
             }
-            Verdict::Undecided if over => self.tell_nowhere(touching, NotLocated::TooFewSamples),
+            Verdict::Undecided if last => self.tell_nowhere(touching, NotLocated::TooFewSamples),
             Verdict::Undecided => {}
         }
     }
