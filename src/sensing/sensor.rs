@@ -45,6 +45,8 @@ const VAGUE: f32 = 0.25;
 const GOOD: f32 = 4.0;
 /// Growth of it with which a curve has left its path.
 const WORSE: f32 = 5.0;
+/// Rounds that it takes to believe it.
+const WORSE_ROUNDS: u8 = 4;
 /// A location is reported anew when its deviation has shrunk by this factor.
 const SHARPER: f32 = 0.75;
 /// Systematic error of the cable's twist that a press does not show (how much it creeps), as a share.
@@ -98,6 +100,8 @@ struct Touching<R> {
     reported: Reported,
     /// The last verdict from a curve that was explained well, and its misfit.
     good: Option<(Verdict, f32)>,
+    /// Rounds in a row whose misfit was much worse.
+    worse: u8,
     /// Steps left after the motion ended; None while it goes on.
     last_steps: Option<u8>,
     /// Samples until the next of them.
@@ -488,6 +492,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             asked: (0.0, f32::INFINITY),
             reported: Reported::Nothing,
             good: None,
+            worse: 0,
             last_steps: None,
             pause: 0,
             settled: false,
@@ -632,16 +637,26 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         let misfit = touching.locator.misfit();
         let mut verdict = self.verdict(touching);
         let mut over = last || touching.torque_nm >= 0.97 * self.settings.torque_limit_nm;
+        let was = touching.good.map_or(misfit, |(_, was)| was);
+        if misfit > (WORSE * was.max(1.0)).max(GOOD) {
+            touching.worse = touching.worse.saturating_add(1);
+        } else {
+            touching.worse = 0;
+        }
         match touching.good {
-            // The curve has left the path that explained it well: a second contact, a slip. What was known before holds.
-            Some((good, was)) if misfit > WORSE * was.max(1.0) || verdict == Verdict::Undecided => {
+            // The curve has left the path that explained it well: a second contact, a slip. What was known before holds. A
+            // round or two may just be a fit on its way.
+            Some((good, _)) if touching.worse >= WORSE_ROUNDS || verdict == Verdict::Undecided => {
                 verdict = good;
-                over = true;
+                over |= touching.worse >= WORSE_ROUNDS;
             }
             _ if misfit <= GOOD && verdict != Verdict::Undecided => {
                 touching.good = Some((verdict, misfit));
             }
             _ => {}
+        }
+        if touching.worse > 0 && !over {
+            return;
         }
         match verdict {
             Verdict::At {

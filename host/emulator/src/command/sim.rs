@@ -10,7 +10,7 @@ use clap::Args;
 use palpate_emulator::chip::FLASH_SIZE;
 use palpate_emulator::firmware::default_path;
 use palpate_emulator::sim::{
-    Injected, Object, Scene, Script, Session, Settings, Summary, Trace, event_json,
+    Calibration, Injected, Object, Scene, Script, Session, Settings, Summary, Trace, event_json,
 };
 use palpate_emulator::{Error, Firmware, Setup};
 use palpate_plant::Parameters;
@@ -57,7 +57,8 @@ pub struct Options {
     /// Typed instead of pressing the button, separated by semicolons, each when the motion before it has ended
     #[arg(long, value_name = "COMMANDS")]
     commands: Option<String>,
-    /// Records friction, calibrates on a pin at each of these places, then grasps
+    /// Records friction, calibrates on the closing stop and on a pin at each of these places, saves, then grasps; without
+    /// --plant, a finger whose hidden values are drawn from their spreads by the seed
     #[arg(long, value_name = "MM,MM", value_delimiter = ',', value_parser = positive, conflicts_with = "commands")]
     calibrate: Vec<f64>,
     /// Flash contents to start from, if the file exists, and where they are kept at the end
@@ -73,7 +74,7 @@ pub struct Options {
     #[arg(long, value_name = "NAME", requires = "counts")]
     watch: Vec<String>,
     /// Simulated seconds after which the run is given up
-    #[arg(long, value_name = "S", default_value_t = 120.0, value_parser = positive)]
+    #[arg(long, value_name = "S", default_value_t = 300.0, value_parser = positive)]
     max_s: f64,
 }
 
@@ -91,13 +92,18 @@ fn positive(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "a number above zero is expected".to_owned())
 }
 
-/// Reads the plant's parameters, or takes the defaults.
-fn parameters(path: Option<&Path>) -> Result<Parameters, Error> {
-    let Some(path) = path else {
-        return Ok(Parameters::default());
+/// Reads the plant's parameters, or takes the defaults; for a calibration, values that are not the firmware's.
+fn parameters(options: &Options) -> Result<Parameters, Error> {
+    let Some(path) = &options.plant else {
+        let parameters = Parameters::default();
+        return Ok(if options.calibrate.is_empty() {
+            parameters
+        } else {
+            parameters.randomised(options.seed)
+        });
     };
     let text = std::fs::read_to_string(path).map_err(|source| Error::Read {
-        path: path.to_owned(),
+        path: path.clone(),
         source,
     })?;
     Ok(Parameters::from_toml(&text)?)
@@ -144,7 +150,7 @@ fn settings(options: &Options) -> Result<Settings, Error> {
     };
     Ok(Settings {
         scene: options.scene,
-        parameters: parameters(options.plant.as_deref())?,
+        parameters: parameters(options)?,
         object: (!options.free).then_some(object),
         script: script(options),
         seed: options.seed,
@@ -169,6 +175,7 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
         None => None,
     };
     let start = Instant::now();
+    let world = settings.parameters.clone();
     let mut session = Session::start(&firmware, settings, trace)?;
     let mut printed = 0;
     let mut progress = Progress::new();
@@ -204,6 +211,13 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
     }
     let summary = Summary::of(&session);
     let wall_s = start.elapsed().as_secs_f64();
+    if let Some(calibration) = Calibration::of(&session.lines, &world) {
+        if options.json {
+            println!("{}", calibration.json());
+        } else {
+            print!("\n{}", calibration.text());
+        }
+    }
     if options.json {
         println!("{}", summary.json(wall_s));
     } else {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! Simulated grasps: what is in the finger's way, what the firmware is told to do, and what it says about it.
 
+mod calibration;
 mod fault;
 mod grasp;
 mod script;
@@ -8,6 +9,7 @@ mod session;
 mod summary;
 mod trace;
 
+pub use calibration::{Calibration, Found};
 pub use fault::{FAULTS, Fault, Injected, Judgement, judge};
 pub use grasp::{Object, Scene};
 pub use script::{Script, Step};

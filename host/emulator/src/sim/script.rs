@@ -69,13 +69,16 @@ impl Script {
         Self(vec![Step::Button])
     }
 
-    /// The guided calibration with a pin at each of these places, then a grasp.
+    /// The guided calibration: a press on the closing stop, a pin at each of these places, what was learned is kept; then a
+    /// grasp.
     #[must_use]
     pub fn calibration(places_mm: &[f64]) -> Self {
         let commands = places_mm.iter().map(|place| format!("calibrate {place}"));
-        let all = std::iter::once("record-friction".to_owned())
+        let all = ["record-friction", "calibrate cable"]
+            .map(str::to_owned)
+            .into_iter()
             .chain(commands)
-            .chain(["run".to_owned()]);
+            .chain(["save", "run"].map(str::to_owned));
         Self(all.map(Step::Command).collect())
     }
 
@@ -108,7 +111,7 @@ mod tests {
     fn a_calibration_is_a_script() {
         assert_eq!(
             Script::calibration(&[20.0, 45.5]),
-            Script::parse("record-friction;calibrate 20;calibrate 45.5;run")
+            Script::parse("record-friction;calibrate cable;calibrate 20;calibrate 45.5;save;run")
         );
     }
 

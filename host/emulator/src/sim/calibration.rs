@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! What a calibration found, beside the values of the simulated world.
+
+use palpate_plant::{Parameters, worm_efficiency};
+use serde_json::{Value, json};
+
+use crate::log::Line;
+
+/// What the firmware computes with before it is calibrated; `show` lists it.
+const NOMINAL_EFFICIENCY: f64 = 0.33;
+/// Speed at which the finger closes, radian per second: the worm's friction depends on it.
+const SPEED_RAD_PER_S: f64 = 0.3;
+
+/// A value that was found, with its claimed deviation, and the true one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    /// As the firmware logged it.
+    pub value: f64,
+    /// Claimed standard deviation.
+    pub sigma: f64,
+    /// From the plant's parameters.
+    pub truth: f64,
+}
+
+impl Found {
+    /// Error in claimed deviations.
+    #[must_use]
+    pub fn deviations(&self) -> f64 {
+        (self.value - self.truth) / self.sigma
+    }
+
+    fn json(&self) -> Value {
+        json!({
+            "found": self.value, "sigma": self.sigma, "true": self.truth, "deviations": self.deviations(),
+        })
+    }
+
+    fn text(&self, name: &str) -> String {
+        format!(
+            "{name:<24} {:>9.4} +- {:<9.4} {:>9.4}  {:+.1} sigma\n",
+            self.value,
+            self.sigma,
+            self.truth,
+            self.deviations()
+        )
+    }
+}
+
+/// Torque factor and cable.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Calibration {
+    /// Efficiency over spring stiffness, as a factor on what the firmware assumes.
+    pub torque_factor: Found,
+    /// Elastic twist of the cable per torque as the firmware computes it, milliradian per newton metre.
+    pub cable_mrad_per_nm: Found,
+}
+
+impl Calibration {
+    /// The last one that the log tells of.
+    #[must_use]
+    pub fn of(lines: &[Line], parameters: &Parameters) -> Option<Self> {
+        let line = lines
+            .iter()
+            .rev()
+            .find(|line| line.event().name == "calibrated")?;
+        let event = line.event();
+        let nominal = Parameters::default();
+        let constant =
+            parameters.motor.torque_constant_nm_per_a / nominal.motor.torque_constant_nm_per_a;
+        let efficiency =
+            parameters.gearhead.efficiency * worm_efficiency(parameters, SPEED_RAD_PER_S);
+        // Torque at the input link for one that the firmware computes from the current it measures.
+        let torque =
+            constant * efficiency / NOMINAL_EFFICIENCY / (1.0 + parameters.sense.gain_error);
+        let value = event.number("torque_factor")?;
+        Some(Self {
+            torque_factor: Found {
+                value,
+                // The deviation is one of the logarithm.
+                sigma: value * event.number("torque_factor_sigma")?,
+                truth: torque / (1.0 + parameters.mechanism.spring_error),
+            },
+            cable_mrad_per_nm: Found {
+                value: event.number("cable_mrad_per_nm")?,
+                sigma: event.number("cable_sigma_mrad_per_nm")?,
+                truth: 1e3 * torque / parameters.cable_stiffness_nm_per_rad(),
+            },
+        })
+    }
+
+    /// For a terminal.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let head = format!(
+            "{:<24} {:>9}    {:<9} {:>9}\n",
+            "calibration", "found", "", "true"
+        );
+        head + &self.torque_factor.text("torque factor")
+            + &self.cable_mrad_per_nm.text("cable, mrad/(N m)")
+    }
+
+    /// One object.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        json!({
+            "type": "calibration", "torque_factor": self.torque_factor.json(),
+            "cable_mrad_per_nm": self.cable_mrad_per_nm.json(),
+        })
+    }
+}
