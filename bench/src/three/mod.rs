@@ -76,7 +76,9 @@ pub const CANDIDATES: &[Candidate<ThreePhalanges, Roots>] = &[
     Candidate {
         name: "library_closed",
         run: library::closed,
-        chosen: Some("locate_closed: as near as bisection, a sixth of its cost; sensing still starts its fits from locate, by bisection"),
+        chosen: Some(
+            "locate_closed: as near as bisection, a sixth of its cost; sensing still starts its fits from locate, by bisection",
+        ),
     },
     Candidate {
         name: "library_bisection",
