@@ -73,7 +73,7 @@ fn last(session: &Session<'_>, name: &str, key: &str) -> Option<f64> {
     events
         .filter(|event| event.name == name)
         .filter_map(|event| event.number(key))
-        .last()
+        .next_back()
 }
 
 fn delay_ms(touch_s: f64, contact: Option<&FirstContact>) -> Option<f64> {
