@@ -28,10 +28,12 @@ fn the_readme_lists_every_fault() {
         .iter()
         .map(|fault| {
             format!(
-                "| {} | `{}` | {} | {} | {} |",
+                "| {} | `{}` | {} | {}: {} | {} | {} |",
                 fault.number(),
                 fault.name(),
                 fault.detected_by(),
+                fault.limit_us(),
+                fault.limit_reason(),
                 fault.cause(),
                 fault.remedy()
             )

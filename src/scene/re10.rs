@@ -104,7 +104,7 @@ pub const UNCALIBRATED: Calibration = Calibration {
     torque_factor_sigma: 0.115,
     // Nylon of 3 kN/m (V2, 1.5 to 10) on pulleys of 20 mm: 1.2 N m/rad.
     cable_rad_per_nm: 1.0 / 1.2,
-    cable_sigma_rad_per_nm: 0.4,
+    cable_sigma_rad_per_nm: 0.25,
     correlation: 0.0,
     contacts: 0,
     presses: 0,

@@ -28,7 +28,7 @@ const OVERSHOOT: f32 = 1.166;
 /// (HARDWARE: what offset calibration leaves) beside a no-load current of some 14 mA.
 const LEVEL_SHARE: f32 = 0.08;
 /// Random walk of the misfit: its standard deviation over a thousand blocks, as a share of the friction.
-const WALK_SHARE: f32 = 0.05;
+const WALK_SHARE: f32 = 0.015;
 /// A level further off than this share of the friction asks for a new record.
 const STALE_SHARE: f32 = 0.25;
 /// As does a mean square residual of this many variances.
@@ -139,7 +139,9 @@ impl Detector {
         }
         let variance = self.noise_nm2_counts / (width_counts.max(1) as f32);
         let deviation = residual_nm - self.level_nm;
-        let z = deviation / sqrt(variance + self.level_variance_nm2).max(f32::MIN_POSITIVE);
+        // The level's error stays while the sum grows: over a run of LAG blocks it adds up LAG times as fast as noise.
+        let lasting = variance + LAG as f32 * self.level_variance_nm2;
+        let z = deviation / sqrt(lasting).max(f32::MIN_POSITIVE);
         self.stiffer.add(z);
         self.softer.add(-z);
         if self.stiffer.sum > self.threshold {

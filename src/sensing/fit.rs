@@ -39,6 +39,8 @@ const TORQUE_SHARE: f32 = 0.002;
 const RADIUS_MAX_M: f32 = 0.045;
 /// What a point beyond the end of a path counts for: three standard deviations.
 const UNREACHED: f32 = 9.0;
+/// Nearer to a joint than this share of the phalanx, a contact is one on the joint.
+const JOINT_SHARE: f32 = 0.02;
 /// Fewest points that make a fit.
 pub const LEAST_POINTS: usize = 5;
 
@@ -143,6 +145,8 @@ pub struct Hypothesis {
     phalanx: u8,
     /// Unknowns, whitened by the prior (location: in phalanx lengths).
     x: [f32; UNKNOWNS],
+    /// Location of `best` in phalanx lengths.
+    share: f32,
     damping: f32,
     steps: u16,
     settled_steps: u8,
@@ -207,6 +211,7 @@ impl Hypothesis {
         Self {
             phalanx,
             x,
+            share: 1.0,
             damping: 0.0,
             steps: 0,
             settled_steps: 0,
@@ -242,6 +247,12 @@ impl Hypothesis {
     /// New points have come.
     pub fn refresh(&mut self) {
         self.settled_steps = 0;
+    }
+
+    /// Whether the place lies on the very joint of phalanx 2: as compliant as a contact anywhere on phalanx 1 (MATH 5), and
+    /// nearer to the joint than either phalanx is thick.
+    pub fn is_on_first_joint(&self) -> bool {
+        self.phalanx == 2 && self.share < JOINT_SHARE
     }
 
     fn is_proximal(&self) -> bool {
@@ -455,6 +466,7 @@ impl Hypothesis {
         };
         self.cost = cost;
         self.factor = normal.factor(0.0);
+        self.share = values.k_m / finger.phalanx_length_m(self.phalanx).unwrap_or(values.k_m);
         self.best = self.report(finger, prior, &values, chi_square, &here);
         let Some(factor) = normal.factor(self.damping) else {
             self.fail();

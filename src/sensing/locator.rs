@@ -264,7 +264,9 @@ impl Locator {
     /// What the hypotheses say at the end of a round. `bonus` is what else is known of each (a joint's sensor), as a
     /// logarithm of odds.
     pub fn verdict(&self, bonus: impl Fn(&Estimate) -> f32) -> Verdict {
-        if self.hypotheses.is_empty() || self.hypotheses.iter().any(|h| h.steps() < 2) {
+        // One that was just added has not found its place yet; it will be heard with the next rounds.
+        let seasoned = || self.hypotheses.iter().filter(|h| h.steps() >= 2);
+        if seasoned().next().is_none() {
             return Verdict::Undecided;
         }
         let spread = self.misfit();
@@ -274,7 +276,7 @@ impl Locator {
         let spread = spread.max(1.0);
         let mut first: Option<(&Hypothesis, &Estimate, f32)> = None;
         let mut second: Option<(&Hypothesis, &Estimate, f32)> = None;
-        for hypothesis in &self.hypotheses {
+        for hypothesis in seasoned() {
             let Some(estimate) = hypothesis.estimate() else {
                 continue;
             };
@@ -300,7 +302,7 @@ impl Locator {
         let Some((hypothesis, estimate, evidence)) = first else {
             return Verdict::Nowhere(self.unexplained());
         };
-        if hypothesis.phalanx() == 1 {
+        if hypothesis.phalanx() == 1 || hypothesis.is_on_first_joint() {
             return Verdict::Nowhere(NotLocated::Proximal);
         }
         if let Some((rival, other, rival_evidence)) = second

@@ -31,3 +31,6 @@ pub use friction::Friction;
 pub use joint::{Hall, JointSensor, NoHall};
 pub use sensor::Sensor;
 pub use settings::{Directive, Settings};
+
+#[cfg(test)]
+mod tests;

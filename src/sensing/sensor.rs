@@ -36,12 +36,17 @@ const SAMPLES_PER_LAST_STEP: u8 = 12;
 const CLEAR_SIGMAS: f32 = 4.0;
 /// A deviation that shrinks by less than this factor while the torque grows by a quarter will not be worth more torque.
 const NO_HELP: f32 = 0.93;
+/// Deviation of k, as a share of the phalanx, above which all the torque there is will be used: far up the curve its bend
+/// tells what the slope alone cannot.
+const SHARP: f32 = 0.012;
 /// Deviation of k, as a share of the phalanx, above which no location is reported.
 const VAGUE: f32 = 0.25;
 /// Mean square residual, in variances, up to which a curve counts as explained well.
 const GOOD: f32 = 4.0;
 /// Growth of it with which a curve has left its path.
 const WORSE: f32 = 5.0;
+/// Rounds that it takes to believe it.
+const WORSE_ROUNDS: u8 = 4;
 /// A location is reported anew when its deviation has shrunk by this factor.
 const SHARPER: f32 = 0.75;
 /// Systematic error of the cable's twist that a press does not show (how much it creeps), as a share.
@@ -95,6 +100,8 @@ struct Touching<R> {
     reported: Reported,
     /// The last verdict from a curve that was explained well, and its misfit.
     good: Option<(Verdict, f32)>,
+    /// Rounds in a row whose misfit was much worse.
+    worse: u8,
     /// Steps left after the motion ended; None while it goes on.
     last_steps: Option<u8>,
     /// Samples until the next of them.
@@ -485,6 +492,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             asked: (0.0, f32::INFINITY),
             reported: Reported::Nothing,
             good: None,
+            worse: 0,
             last_steps: None,
             pause: 0,
             settled: false,
@@ -629,16 +637,26 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         let misfit = touching.locator.misfit();
         let mut verdict = self.verdict(touching);
         let mut over = last || touching.torque_nm >= 0.97 * self.settings.torque_limit_nm;
+        let was = touching.good.map_or(misfit, |(_, was)| was);
+        if misfit > (WORSE * was.max(1.0)).max(GOOD) {
+            touching.worse = touching.worse.saturating_add(1);
+        } else {
+            touching.worse = 0;
+        }
         match touching.good {
-            // The curve has left the path that explained it well: a second contact, a slip. What was known before holds.
-            Some((good, was)) if misfit > WORSE * was.max(1.0) => {
+            // The curve has left the path that explained it well: a second contact, a slip. What was known before holds. A
+            // round or two may just be a fit on its way.
+            Some((good, _)) if touching.worse >= WORSE_ROUNDS || verdict == Verdict::Undecided => {
                 verdict = good;
-                over = true;
+                over |= touching.worse >= WORSE_ROUNDS;
             }
             _ if misfit <= GOOD && verdict != Verdict::Undecided => {
                 touching.good = Some((verdict, misfit));
             }
             _ => {}
+        }
+        if touching.worse > 0 && !over {
+            return;
         }
         match verdict {
             Verdict::At {
@@ -648,7 +666,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             } => {
                 let sigma_m = estimate.k_sigma_m * sqrt(spread);
                 let length = self.finger.phalanx_length_m(phalanx).unwrap_or(0.0);
-                let help = self.more_torque_helps(touching, sigma_m);
+                let help = self.more_torque_helps(touching, sigma_m) || sigma_m > SHARP * length;
                 let settled = over || sigma_m <= self.settings.wanted_sigma_m || !help;
                 if sigma_m >= VAGUE * length {
                     if over {
@@ -685,12 +703,12 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             }
             Verdict::Nowhere(why) => {
                 // A proximal contact is not told from one near the joint before the torque has shown the difference.
-                let sure = touching.torque_nm >= 0.5 * self.settings.torque_limit_nm;
+                let sure = touching.torque_nm >= 0.3 * self.settings.torque_limit_nm;
                 if over || (sure && why == NotLocated::Proximal) {
                     self.tell_nowhere(touching, why);
                 }
             }
-            Verdict::Undecided if over => self.tell_nowhere(touching, NotLocated::TooFewSamples),
+            Verdict::Undecided if last => self.tell_nowhere(touching, NotLocated::TooFewSamples),
             Verdict::Undecided => {}
         }
     }

@@ -273,7 +273,9 @@ pub fn test(arguments: &[String]) -> Outcome {
             "palpate",
         ])
         .env("PALPATE_ELF", &elf)
-        .env("PALPATE_FAULT_ELF", &faulty),
+        .env("PALPATE_FAULT_ELF", &faulty)
+        .env("PALPATE_GRASPS", "1000")
+        .env("PALPATE_ENDURANCE_S", "4400"),
     )
 }
 

@@ -7,8 +7,11 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Args;
+use palpate_emulator::cortex::account::Calls;
 use palpate_emulator::firmware::default_path;
-use palpate_emulator::sim::{FAULTS, Injected, Judgement, Object, Settings, judge};
+use palpate_emulator::sim::{
+    CONTROL_INSTRUCTIONS, FAULTS, Injected, Judgement, Object, Settings, judge,
+};
 use palpate_emulator::{Error, Firmware};
 use serde_json::json;
 
@@ -72,6 +75,7 @@ fn parallel(firmware: &Firmware, options: &Options, runs: &[Option<Injected>]) -
         rows: runs.iter().map(|_| None).collect(),
         next: 0,
         passed: true,
+        control: Calls::default(),
     });
     let workers = std::thread::available_parallelism()
         .map_or(1, usize::from)
@@ -92,9 +96,10 @@ fn parallel(firmware: &Firmware, options: &Options, runs: &[Option<Injected>]) -
             });
         }
     });
-    printer
-        .into_inner()
-        .is_ok_and(|printer| printer.passed && printer.next == runs.len())
+    printer.into_inner().is_ok_and(|printer| {
+        printer.print_control();
+        printer.passed && printer.next == runs.len()
+    })
 }
 
 fn settings(seed: u64) -> Settings {
@@ -117,9 +122,36 @@ struct Printer {
     rows: Vec<Option<Row>>,
     next: usize,
     passed: bool,
+    /// The longest control interrupt of all runs.
+    control: Calls,
 }
 
+/// Cycles of one control period, 50 us at 170 MHz.
+const PERIOD_CYCLES: f64 = 8500.0;
+
 impl Printer {
+    /// What the control interrupt costs at worst, over all runs.
+    fn print_control(&self) {
+        let worst = self.control.max;
+        let share = |cycles: u64| 100.0 * cycles as f64 / PERIOD_CYCLES;
+        let (low, high) = (share(worst.cycles_low), share(worst.cycles_high));
+        if self.json {
+            println!(
+                "{}",
+                json!({
+                    "type": "control", "instructions_max": worst.instructions,
+                    "instructions_limit": CONTROL_INSTRUCTIONS, "cycles_low": worst.cycles_low,
+                    "cycles_high": worst.cycles_high, "period_percent_low": low, "period_percent_high": high,
+                })
+            );
+        } else {
+            println!(
+                "\ncontrol interrupt: at most {} instructions (limit {CONTROL_INSTRUCTIONS}), {} to {} cycles, {low:.0} to {high:.0} % of its period",
+                worst.instructions, worst.cycles_low, worst.cycles_high
+            );
+        }
+    }
+
     fn take(&mut self, index: usize, row: Row) {
         self.rows[index] = Some(row);
         while let Some(row) = self.rows.get_mut(self.next).and_then(Option::take) {
@@ -142,6 +174,11 @@ impl Printer {
             ),
             Err(error) => (None, String::new(), vec![error.to_string()]),
         };
+        if let Ok(verdict) = outcome
+            && verdict.control.max.instructions > self.control.max.instructions
+        {
+            self.control = verdict.control;
+        }
         let pass = failures.is_empty();
         self.passed &= pass;
         if self.json {

@@ -10,7 +10,7 @@ mod summary;
 mod trace;
 
 pub use calibration::{Calibration, Found};
-pub use fault::{FAULTS, Fault, Injected, Judgement, judge};
+pub use fault::{CONTROL_INSTRUCTIONS, FAULTS, Fault, Injected, Judgement, judge};
 pub use grasp::{Object, Scene};
 pub use script::{Script, Step};
 pub use session::{Session, Settings, end_of};

@@ -137,6 +137,9 @@ impl Report {
                 "\n## Flash and RAM by scene\n\n{}",
                 size::table(&self.sizes)
             );
+            for line in size::missed(&self.sizes) {
+                text += &format!("\n**{line}**\n");
+            }
         }
         text
     }
@@ -187,6 +190,9 @@ impl Report {
         let (mut wrong, unknown) = check::check(&self.rows, &check::read(recorded)?, compiler);
         wrong.extend(size::check(&self.sizes));
         for line in &unknown {
+            eprintln!("note: {line}");
+        }
+        for line in size::missed(&self.sizes) {
             eprintln!("note: {line}");
         }
         for target in self

@@ -1,0 +1,225 @@
+use crate::scene::{P70, Scene};
+use crate::sensing::{Calibration, Directive, Drive, Event, Sample, Sensor, Settings};
+use proptest::prelude::*;
+
+fn sensor() -> Sensor<<P70 as Scene>::Finger> {
+    let finger = P70::finger().unwrap();
+    let drivetrain = P70::drivetrain(&finger);
+    Sensor::new(finger, drivetrain, P70::settings(), P70::UNCALIBRATED)
+}
+
+/// Every number that an event carries, except a radius that the curve does not tell.
+fn numbers(event: &Event) -> Vec<f32> {
+    match *event {
+        Event::FrictionRecorded {
+            closing_nm,
+            opening_nm,
+            residual_nm,
+            coverage,
+        } => vec![closing_nm, opening_nm, residual_nm, coverage],
+        Event::FrictionNotRecorded { coverage } => vec![coverage],
+        Event::FrictionStale { misfit_nm } => vec![misfit_nm],
+        Event::Unusual {
+            k_a_nm_per_rad,
+            k_a_free_nm_per_rad,
+        } => vec![k_a_nm_per_rad, k_a_free_nm_per_rad],
+        Event::Touch {
+            theta_a_rad,
+            torque_nm,
+            ..
+        } => vec![theta_a_rad, torque_nm],
+        Event::Located {
+            k_m,
+            sigma_m,
+            force_n,
+            ..
+        } => vec![k_m, sigma_m, force_n],
+        Event::Ambiguous { k_m, sigma_m, .. } => [k_m, sigma_m].concat(),
+        Event::NotLocated { torque_nm, .. } => vec![torque_nm],
+        Event::Calibrated { calibration } => {
+            vec![calibration.torque_factor, calibration.cable_rad_per_nm]
+        }
+        Event::CalibrationRefused { .. } => vec![],
+    }
+}
+
+/// A motion of the input link at 0.3 rad/s with a current that a function of the angle tells.
+fn motion(
+    sensor: &mut Sensor<<P70 as Scene>::Finger>,
+    time_us: &mut u64,
+    range_rad: (f32, f32),
+    current_a: impl Fn(f32) -> f32,
+) -> Vec<Event> {
+    let drivetrain = P70::drivetrain(sensor.finger());
+    let (from, to) = range_rad;
+    let drive = if to > from {
+        Drive::Closing
+    } else {
+        Drive::Opening
+    };
+    let step = (to - from).signum() * 0.3e-3;
+    let mut events = Vec::new();
+    for i in 0..((to - from) / step) as i32 {
+        let angle = from + step * i as f32;
+        *time_us += 1000;
+        let sample = Sample {
+            time_us: *time_us,
+            position_counts: (f64::from(angle) / f64::from(drivetrain.rad_per_count)) as i32,
+            current_a: current_a(angle),
+            drive,
+        };
+        events.extend(sensor.update(&sample));
+    }
+    for _ in 0..400 {
+        *time_us += 1000;
+        let sample = Sample {
+            time_us: *time_us,
+            position_counts: (f64::from(to) / f64::from(drivetrain.rad_per_count)) as i32,
+            current_a: 0.0,
+            drive: Drive::Idle,
+        };
+        events.extend(sensor.update(&sample));
+    }
+    events
+}
+
+fn friction_a(angle: f32) -> f32 {
+    0.015 + 0.001 * (20.0 * angle).cos()
+}
+
+fn recorded() -> (Sensor<<P70 as Scene>::Finger>, u64) {
+    let (mut sensor, mut time_us) = (sensor(), 0);
+    sensor.direct(Directive::RecordFriction);
+    motion(&mut sensor, &mut time_us, (0.0, 1.5), friction_a);
+    motion(&mut sensor, &mut time_us, (1.5, 0.0), |a| -friction_a(a));
+    sensor.direct(Directive::Watch);
+    let told = motion(&mut sensor, &mut time_us, (0.0, 0.05), friction_a);
+    assert!(
+        matches!(told[..], [Event::FrictionRecorded { coverage, .. }] if coverage > 0.9),
+        "{told:?}"
+    );
+    motion(&mut sensor, &mut time_us, (0.05, 0.0), |a| -friction_a(a));
+    (sensor, time_us)
+}
+
+#[test]
+fn a_free_closing_tells_nothing_and_a_motion_at_another_speed_records_nothing() {
+    let (mut sensor, mut time_us) = recorded();
+    sensor.direct(Directive::Watch);
+    assert_eq!(
+        motion(&mut sensor, &mut time_us, (0.0, 1.45), friction_a),
+        []
+    );
+    sensor.set_settings(Settings {
+        speed_rad_per_s: 0.6,
+        ..P70::settings()
+    });
+    sensor.direct(Directive::RecordFriction);
+    motion(&mut sensor, &mut time_us, (0.0, 1.4), friction_a);
+    sensor.direct(Directive::Rest);
+    let told = motion(&mut sensor, &mut time_us, (1.4, 1.39), friction_a);
+    assert_eq!(told, [Event::FrictionNotRecorded { coverage: 0.0 }]);
+    assert!(sensor.friction().is_some(), "the old record stands");
+}
+
+#[test]
+fn a_softer_finger_is_unusual_and_no_contact() {
+    let (mut sensor, mut time_us) = recorded();
+    sensor.direct(Directive::Watch);
+    let told = motion(&mut sensor, &mut time_us, (0.0, 1.4), |angle| {
+        friction_a(angle) - 0.02 * (angle - 0.7).max(0.0)
+    });
+    let [
+        Event::Unusual {
+            k_a_nm_per_rad,
+            k_a_free_nm_per_rad,
+        },
+    ] = told[..]
+    else {
+        panic!("{told:?}");
+    };
+    assert_eq!(k_a_free_nm_per_rad, 0.0);
+    assert!(k_a_nm_per_rad < 0.0);
+}
+
+#[test]
+fn without_a_record_nothing_is_claimed() {
+    let (mut sensor, mut time_us) = (sensor(), 0);
+    sensor.direct(Directive::Watch);
+    let told = motion(&mut sensor, &mut time_us, (0.0, 1.4), |angle| {
+        0.015 + 0.1 * (angle - 0.7).max(0.0)
+    });
+    assert_eq!(told, []);
+}
+
+#[test]
+fn what_was_kept_is_taken_only_if_valid() {
+    let (recorded, _) = recorded();
+    let mut other = sensor();
+    let mut damaged = recorded.friction().unwrap().clone();
+    damaged.travel_counts = 0;
+    assert!(!other.set_friction(damaged) && other.friction().is_none());
+    assert!(other.set_friction(recorded.friction().unwrap().clone()));
+    assert_eq!(other.friction(), recorded.friction());
+    let before = *other.calibration();
+    assert!(!other.set_calibration(Calibration {
+        torque_factor: f32::NAN,
+        ..before
+    }));
+    assert_eq!(*other.calibration(), before);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// Whatever a closing shows, the sensor answers with numbers and does not panic.
+    #[test]
+    fn any_current_gives_sound_events(
+        slopes in proptest::collection::vec(-0.5f32..1.0, 4),
+        jumps in proptest::collection::vec((0.2f32..1.4, -0.2f32..0.2), 0..3),
+        directive in 0u8..3,
+        nonsense in 0usize..4,
+    ) {
+        let (mut sensor, mut time_us) = recorded();
+        sensor.direct(match directive {
+            0 => Directive::Watch,
+            1 => Directive::Calibrate { phalanx: 2, k_m: 0.02 },
+            _ => Directive::CalibrateCable,
+        });
+        let told = motion(&mut sensor, &mut time_us, (0.0, 1.45), |angle| {
+            let bend: f32 = slopes.iter().enumerate()
+                .map(|(i, slope)| slope * (angle - 0.3 * (i + 1) as f32).max(0.0)).sum();
+            let jump: f32 = jumps.iter().filter(|(at, _)| angle > *at).map(|(_, by)| by).sum();
+            let broken = nonsense == 3 && (0.8..0.82).contains(&angle);
+            if broken { f32::NAN } else { friction_a(angle) + bend + jump }
+        });
+        for event in &told {
+            prop_assert!(numbers(event).iter().all(|n| n.is_finite()), "{event:?}");
+        }
+        prop_assert!(sensor.calibration().is_valid());
+    }
+
+    /// Samples without any sense: no panic, nothing unsound.
+    #[test]
+    fn any_samples_are_survived(
+        samples in proptest::collection::vec((any::<u32>(), any::<i32>(), any::<f32>(), 0u8..3), 0..400),
+    ) {
+        let (mut sensor, _) = recorded();
+        let mut time_us = 1 << 40;
+        for (i, (gap, counts, current_a, drive)) in samples.into_iter().enumerate() {
+            time_us += u64::from(gap % 3000);
+            let sample = Sample {
+                time_us,
+                position_counts: counts,
+                current_a,
+                drive: [Drive::Closing, Drive::Opening, Drive::Idle][usize::from(drive)],
+            };
+            if let Some(event) = sensor.update(&sample) {
+                prop_assert!(numbers(&event).iter().all(|n| n.is_finite()), "{event:?}");
+            }
+            if i % 50 == 0 {
+                sensor.direct(Directive::RecordFriction);
+            }
+        }
+    }
+}
