@@ -296,3 +296,44 @@ fn what_does_not_fit_is_said_and_harms_nothing() {
         "never saved"
     );
 }
+
+/// Cut short again and again, while erasing more often than not, so that pages without a whole record go round the ring.
+#[test]
+fn saves_that_never_end_lose_nothing() {
+    for seed in 0..40 {
+        let mut random = Random(seed);
+        let saves = 2 + seed % 9;
+        let mut flash = filled(saves, LONG);
+        let mut last = record(saves - 1, LONG);
+        for n in 1000..1300 {
+            let new = record(n, LONG);
+            let mut rehearsal = Bench::new(flash.clone());
+            rehearsal.load().and_then(|_| rehearsal.save(&new)).unwrap();
+            let rehearsed = rehearsal.flash();
+            let erasing = &rehearsed.erasing;
+            let operation = if erasing.is_empty() || random.next().is_multiple_of(3) {
+                random.below(rehearsed.operations)
+            } else {
+                erasing[random.below(erasing.len())]
+            };
+            // Then what is mended at the next start, too.
+            for operation in [operation, 0] {
+                flash = flash.cut_at(operation, Cut::During(Random(random.next())));
+                let mut bench = Bench::new(flash);
+                let mended = bench.load();
+                if operation > 0 {
+                    let _ = mended.and_then(|_| bench.save(&new));
+                }
+                flash = bench.flash();
+            }
+            flash.power_on();
+            let mut bench = Bench::new(flash);
+            match bench.load() {
+                Ok(Kept::Record(bytes, _)) if bytes == new || bytes == last => last = bytes,
+                other => panic!("seed {seed}, save {n}: {other:?}"),
+            }
+            flash = bench.flash();
+            flash.power_on();
+        }
+    }
+}

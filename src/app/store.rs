@@ -25,6 +25,8 @@ const RECORD: u8 = 1;
 const MARKED_BITS: u32 = 4;
 /// Tries of a save: each that meets an unfinished word gets past it. One power cut leaves one; damage may leave more.
 const TRIES: u8 = 32;
+/// What is saved to hide a record that shall be forgotten: shorter than any record.
+const FORGOTTEN: [u8; 4] = *b"none";
 /// Bytes compared at once.
 const CHUNK: usize = 64;
 /// Longest word of a flash that is supported, bytes.
@@ -141,11 +143,13 @@ impl<F: Memory> Store<F> {
             });
         };
         let newest = self.newest_page(Some(bytes))?.unwrap_or(true);
-        Ok(match (bytes, newest) {
-            // What `forget` wrote.
-            ([], true) => Found::Nothing,
-            ([], false) => Found::Unreadable,
-            _ => Found::Record { bytes, newest },
+        if let Some(page) = self.moved_from(bytes)? {
+            self.erase(page).await?;
+        }
+        Ok(match (bytes == FORGOTTEN, newest) {
+            (true, true) => Found::Nothing,
+            (true, false) => Found::Unreadable,
+            (false, _) => Found::Record { bytes, newest },
         })
     }
 
@@ -187,9 +191,13 @@ impl<F: Memory> Store<F> {
     /// # Errors
     /// The flash failed.
     pub async fn forget(&mut self, buffer: &mut [u8]) -> Result<(), StoreError<F::Error>> {
-        // An empty record hides the old ones while they are erased, from ahead of it on round the ring. Where even that
+        // A record of nothing hides the old ones while they are erased, from ahead of it on round the ring. Where even that
         // cannot be saved, everything is erased.
-        let hidden = self.save(buffer, |_| Some(0)).await.is_ok();
+        let nothing = |room: &mut [u8]| {
+            room.get_mut(..FORGOTTEN.len())?.copy_from_slice(&FORGOTTEN);
+            Some(FORGOTTEN.len())
+        };
+        let hidden = self.save(buffer, nothing).await.is_ok();
         let mut in_use = self.range.start;
         for page in self.pages() {
             if self.state(page)? == Page::InUse {
@@ -240,6 +248,26 @@ impl<F: Memory> Store<F> {
         Ok(None)
     }
 
+    /// The page that the record was moved away from, if it is still to be erased.
+    ///
+    /// A save that finds the record on the page ahead moves it to the page in use before it erases the one ahead. Were the
+    /// erasing cut short such that it still reads as full, `sequential-storage` would take the moving for unfinished, erase
+    /// what was moved and look for it where it no longer is.
+    fn moved_from(&mut self, bytes: &[u8]) -> Result<Option<u32>, StoreError<F::Error>> {
+        let word = F::WRITE_SIZE as u32;
+        for ahead in self.pages() {
+            let page = self.before(ahead);
+            let (start, end) = (page + word, page + F::ERASE_SIZE as u32 - word);
+            if self.state(page)? == Page::InUse
+                && self.state(ahead)? != Page::Open
+                && self.holds(start, end, bytes, false)?
+            {
+                return Ok(Some(ahead));
+            }
+        }
+        Ok(None)
+    }
+
     /// The nearest page behind one, in the ring, that is not open; the page itself if there is no other.
     fn behind(&mut self, page: u32) -> Result<u32, StoreError<F::Error>> {
         let mut behind = self.before(page);
@@ -269,7 +297,7 @@ impl<F: Memory> Store<F> {
             let (start, end) = (newest + word, newest + F::ERASE_SIZE as u32 - word);
             if !self.is_blank(start, end)? {
                 return match bytes {
-                    Some(bytes) => self.ends_with(start, end, bytes).map(Some),
+                    Some(bytes) => self.holds(start, end, bytes, true).map(Some),
                     None => Ok(Some(false)),
                 };
             }
@@ -278,19 +306,21 @@ impl<F: Memory> Store<F> {
         Ok(None)
     }
 
-    /// Whether the bytes stand there, behind a key, from the beginning of a word on, and nothing behind them.
-    fn ends_with(
+    /// Whether the bytes stand there, behind a key, from the beginning of a word on, and nothing behind them if they are to be
+    /// the last.
+    fn holds(
         &mut self,
         start: u32,
         end: u32,
         bytes: &[u8],
+        last: bool,
     ) -> Result<bool, StoreError<F::Error>> {
         let word = F::WRITE_SIZE as u32;
         let item = 1 + bytes.len() as u32;
         let mut place = start;
         while place + item <= end {
             let behind = place + item.next_multiple_of(word);
-            if self.matches(place + 1, bytes)? && self.is_blank(behind, end)? {
+            if self.matches(place + 1, bytes)? && (!last || self.is_blank(behind, end)?) {
                 return Ok(true);
             }
             place += word;

@@ -87,6 +87,8 @@ pub struct Flash {
     pub erases: [u32; PAGES],
     /// Operations so far.
     pub operations: usize,
+    /// Which of them erased a page.
+    pub erasing: Vec<usize>,
     /// The power goes at this operation.
     pub cut: Option<(usize, Cut)>,
     off: bool,
@@ -98,6 +100,7 @@ impl Flash {
             words: vec![Word::ERASED; PAGES * PAGE / WORD],
             erases: [0; PAGES],
             operations: 0,
+            erasing: Vec::new(),
             cut: None,
             off: false,
         }
@@ -108,6 +111,7 @@ impl Flash {
         self.off = false;
         self.cut = None;
         self.operations = 0;
+        self.erasing.clear();
     }
 
     pub fn cut_at(mut self, operation: usize, cut: Cut) -> Self {
@@ -203,6 +207,7 @@ impl NorFlash for Flash {
         assert!(from.is_multiple_of(PAGE) && to.is_multiple_of(PAGE) && from < to);
         for page in from / PAGE..to / PAGE {
             let words = page * PAGE / WORD..(page + 1) * PAGE / WORD;
+            self.erasing.push(self.operations);
             match self.operate() {
                 Ok(()) => {
                     self.erases[page] += 1;
