@@ -9,8 +9,6 @@ use palpate_emulator::sim::{Script, Settings, end_of};
 use palpate_emulator::time::{TICKS_PER_MS, Ticks};
 use palpate_emulator::{Firmware, Machine, Pause, Setup};
 
-/// Where the records lie.
-const STORAGE: std::ops::Range<usize> = 0x1_C000..0x2_0000;
 /// The firmware is up and has read its record, even if it had to erase pages first.
 const BOOT: Ticks = 300 * TICKS_PER_MS;
 /// Longest time to an answer: a save takes some 60 ms.
@@ -27,7 +25,6 @@ fn firmware() -> Option<Firmware> {
 /// A chip on a bare board with a record in its flash.
 struct Board<'f> {
     machine: Machine<'f>,
-    random: u64,
 }
 
 impl<'f> Board<'f> {
@@ -44,17 +41,9 @@ impl<'f> Board<'f> {
             ..Setup::default()
         };
         let machine = Machine::new(firmware, None, &setup).expect("the engine works");
-        let mut board = Self { machine, random: 1 };
+        let mut board = Self { machine };
         assert_eq!(board.boot().as_deref(), Some("loaded"));
         board
-    }
-
-    fn random(&mut self, end: usize) -> usize {
-        self.random = self
-            .random
-            .wrapping_mul(0x5851_F42D_4C95_7F2D)
-            .wrapping_add(0x1405_7B7E_F767_814F);
-        (self.random >> 33) as usize % end
     }
 
     /// Runs until a line that passes, or the time is up. `None`, too, if the power went.

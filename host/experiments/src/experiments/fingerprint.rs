@@ -4,7 +4,10 @@ use std::path::{Path, PathBuf};
 
 /// Sources that decide the results, from the root of the checkout.
 const SOURCES: &[&str] = &[
-    "src/app",
+    "src/app/conduct.rs",
+    "src/app/kept.rs",
+    "src/app/sense.rs",
+    "src/app/settings.rs",
     "src/drive",
     "src/finger",
     "src/numeric",
