@@ -21,6 +21,10 @@ fn replayed(file: &str) -> Replay {
     replay::<P70>(&resample(&rows, 0).samples, None).expect("the scene is valid")
 }
 
+/// The direction of drive is read from duty and motion, so that a few samples more or less enter: uncalibrated, the place
+/// is known to some 3 mm.
+const SAME_M: f64 = 2.5e-3;
+
 /// A friction record and then a contact, as one file.
 fn recording() -> (Vec<Row>, Outcome) {
     let mut rig = Rig::<P70>::new(&Parameters::default(), 9).expect("the defaults are valid");
