@@ -244,20 +244,42 @@ fn experiments(options: &Experiments) -> Outcome {
     }
     // What the simulated firmware refused or could not end is told beside the table; the rest stands.
     for job in &failed {
+        let reason = job.failure.to_string();
         if options.json {
-            let reason = job.failure.to_string();
-            println!(
-                "{}",
-                serde_json::json!({"type": "failure", "experiment": job.name, "reason": reason})
-            );
+            let failure =
+                serde_json::json!({"type": "failure", "experiment": job.name, "reason": reason});
+            println!("{failure}");
         } else {
-            eprintln!("{}: {}", job.name, job.failure);
+            eprintln!("{}: {reason}", job.name);
         }
     }
-    if rows.is_empty() {
+    let calibration_wanted = match &options.only {
+        Some(name) => "calibration".starts_with(name),
+        None => true,
+    };
+    if calibration_wanted {
+        calibration(&plan, options.json);
+    } else if rows.is_empty() {
         return Err("nothing could be simulated".into());
     }
     Ok(())
+}
+
+/// The guided calibration on fingers with hidden values of their own.
+fn calibration(plan: &catalogue::Plan, json: bool) {
+    let (fingers, failed) = calibration::study(plan);
+    let summary = calibration::Summary::of(&fingers);
+    if json {
+        for finger in &fingers {
+            println!("{}", finger.json());
+        }
+        println!("{}", summary.json());
+    } else {
+        println!("{}", summary.markdown());
+    }
+    for (seed, failure) in &failed {
+        eprintln!("calibration, finger {seed}: {failure}");
+    }
 }
 
 /// The tables into the documents, with the fingerprint of the code that made them.

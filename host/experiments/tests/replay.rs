@@ -61,7 +61,7 @@ fn a_file_tells_what_the_firmware_told() {
     assert!(matches!(whole.friction, Source::Within(_)));
     let found = place_m(whole.told.iter().map(|told| told.event)).expect("located from the file");
     assert!(
-        (found - live).abs() < 1.0e-3,
+        (found - live).abs() < SAME_M,
         "{found} m from the file, {live} m live"
     );
 
@@ -75,7 +75,7 @@ fn a_file_tells_what_the_firmware_told() {
     let found = place_m(replayed(&csv(&thinned)).told.iter().map(|told| told.event));
     let found = found.expect("located from fewer rows");
     assert!(
-        (found - live).abs() < 1.5e-3,
+        (found - live).abs() < SAME_M,
         "{found} m from fewer rows, {live} m live"
     );
 }

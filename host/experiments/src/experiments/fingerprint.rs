@@ -50,7 +50,13 @@ impl Hash {
     }
 }
 
-/// A number that changes when code that decides the results changes; comments and blank lines do not count.
+/// The text up to its unit tests, which stand at the end of a file.
+fn without_tests(text: &str) -> &str {
+    text.split_once("\n#[cfg(test)]\nmod tests {")
+        .map_or(text, |(code, _)| code)
+}
+
+/// A number that changes when code that decides the results changes; comments, blank lines and unit tests do not count.
 ///
 /// # Errors
 /// A source that cannot be read.
@@ -65,7 +71,7 @@ pub fn fingerprint() -> std::io::Result<String> {
     for path in paths {
         let name = path.strip_prefix(&root).unwrap_or(&path);
         hash.take(name.to_string_lossy().replace('\\', "/").as_bytes());
-        for line in std::fs::read_to_string(&path)?.lines() {
+        for line in without_tests(&std::fs::read_to_string(&path)?).lines() {
             let line = line.trim();
             if !(line.is_empty() || line.starts_with("//") || line.starts_with('#')) {
                 hash.take(line.as_bytes());
@@ -79,6 +85,15 @@ pub fn fingerprint() -> std::io::Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn unit_tests_do_not_count_but_what_only_names_them_does() {
+        assert_eq!(without_tests("a\n#[cfg(test)]\nmod tests {\nb\n}\n"), "a");
+        assert_eq!(
+            without_tests("#[cfg(test)]\nmod tests;\na\n"),
+            "#[cfg(test)]\nmod tests;\na\n"
+        );
+    }
 
     #[test]
     fn it_is_the_same_twice_and_every_source_is_there() {
