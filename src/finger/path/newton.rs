@@ -4,6 +4,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::Start;
+use super::response::Answer;
 use crate::finger::{Finger, Transmission};
 
 /// Newton steps towards one torque; warm-started, two or three are taken.
@@ -71,32 +72,40 @@ impl Settling {
     }
 }
 
+/// A solved point of the path.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Station<const N: usize> {
+    pub(super) at: Unknown<N>,
+    /// Input torque since contact, over the stiffness scale.
+    pub(super) rise: f32,
+    /// Change along the path for a unit of it.
+    pub(super) tangent: Answer<N>,
+}
+
 impl<const N: usize, T: Transmission<N>> Finger<N, T> {
     /// From a point of the path to the one at another rise.
     pub(super) fn newton(
         &self,
         start: &Start<N>,
-        last: Unknown<N>,
-        reached: f32,
+        from: &Station<N>,
         rise: f32,
     ) -> Option<Unknown<N>> {
-        let mut at = last;
+        let mut at = from.at;
         // Along the tangent first: Newton's method from there keeps to the branch.
-        let response = start.local(&self.transmission, &at, reached)?.response()?;
-        let more = rise - reached;
+        let more = rise - from.rise;
         at.add(&Unknown {
-            delta: response.by_torque.map(|y| y * more),
-            force: response.force_by_torque * more,
+            delta: from.tangent.delta.map(|y| y * more),
+            force: from.tangent.force * more,
             k: 0.0,
         })?;
         let mut settling = Settling {
             before: f32::INFINITY,
         };
         for _ in 0..STEPS {
-            let response = start.local(&self.transmission, &at, rise)?.response()?;
+            let Answer { delta, force } = start.local(&self.transmission, &at, rise)?.step()?;
             let (size, shortened) = at.add(&Unknown {
-                delta: response.amiss,
-                force: response.force_amiss,
+                delta,
+                force,
                 k: 0.0,
             })?;
             if settling.done(size, shortened, &at.delta) {
