@@ -117,15 +117,18 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
         Some(point)
     }
 
-    /// What a user wants to know of a solved point; `None` where the contact would be off the phalanx or pull.
+    /// What a user wants to know of the point that `near` is near to, after the last step of Newton's method; `None` where
+    /// the contact would be off the phalanx or pull.
     fn point(
         &self,
         start: &Start<N>,
-        at: &Unknown<N>,
+        near: &Unknown<N>,
         rise: f32,
     ) -> Option<(PathPoint, Station<N>)> {
-        let local = start.local(&self.transmission, at, rise)?;
-        let tangent = local.tangent()?;
+        let local = start.local(&self.transmission, near, rise)?;
+        let [step, tangent] = local.step_and_tangent()?;
+        let mut at = *near;
+        at.add(&step.into())?;
         let compliance = local.compliance(&tangent.delta) / start.stiffness_scale;
         let step = Step::of(at.delta);
         let rotation_rad = self.transmission.turned_rad(&start.from, &step)?;
@@ -147,14 +150,7 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
         };
         let finite =
             rotation_rad.is_finite() && compliance.is_finite() && point.force_n.is_finite();
-        (stays && finite).then_some((
-            point,
-            Station {
-                at: *at,
-                rise,
-                tangent,
-            },
-        ))
+        (stays && finite).then_some((point, Station { at, rise, tangent }))
     }
 
     /// A distance along the phalanx in metre; the change of scale may round past the tip.

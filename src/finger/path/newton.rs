@@ -16,12 +16,25 @@ const SETTLED_SHARE: f32 = 2e-7;
 /// A change this small compared with the joints' may be rounding, if it no longer shrinks.
 const NOISE_SHARE: f32 = 1e-4;
 
+/// After a step this small compared with the joints' changes the next one, its square, is their rounding.
+const NEAR_SHARE: f32 = 1e-4;
+
 /// What Newton's method moves.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Unknown<const N: usize> {
     pub(super) delta: [f32; N],
     pub(super) force: f32,
     pub(super) k: f32,
+}
+
+impl<const N: usize> From<Answer<N>> for Unknown<N> {
+    fn from(Answer { delta, force }: Answer<N>) -> Self {
+        Self {
+            delta,
+            force,
+            k: 0.0,
+        }
+    }
 }
 
 impl<const N: usize> Unknown<N> {
@@ -83,7 +96,8 @@ pub(super) struct Station<const N: usize> {
 }
 
 impl<const N: usize, T: Transmission<N>> Finger<N, T> {
-    /// From a point of the path to the one at another rise.
+    /// From a point of the path to near the one at another rise: so near that one step more, which who asks for the
+    /// point takes, ends in the rounding.
     pub(super) fn newton(
         &self,
         start: &Start<N>,
@@ -98,17 +112,10 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
             force: from.tangent.force * more,
             k: 0.0,
         })?;
-        let mut settling = Settling {
-            before: f32::INFINITY,
-        };
         for _ in 0..STEPS {
-            let Answer { delta, force } = start.local(&self.transmission, &at, rise)?.step()?;
-            let (size, shortened) = at.add(&Unknown {
-                delta,
-                force,
-                k: 0.0,
-            })?;
-            if settling.done(size, shortened, &at.delta) {
+            let step = start.local(&self.transmission, &at, rise)?.step()?;
+            let (size, shortened) = at.add(&step.into())?;
+            if !shortened && size <= NEAR_SHARE * largest(&at.delta) {
                 return Some(at);
             }
         }

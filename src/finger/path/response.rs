@@ -78,6 +78,13 @@ impl<const N: usize> Local<N> {
         }
     }
 
+    fn driven(&self) -> Load<N> {
+        Load {
+            torques: self.gear.x,
+            gap: 0.0,
+        }
+    }
+
     /// Newton's step at a given torque.
     pub(super) fn step(&self) -> Option<Answer<N>> {
         let [step, ..] = self.answers(&[self.amiss()])?;
@@ -86,11 +93,14 @@ impl<const N: usize> Local<N> {
 
     /// Change along the path for a unit of input torque.
     pub(super) fn tangent(&self) -> Option<Answer<N>> {
-        let [tangent, ..] = self.answers(&[Load {
-            torques: self.gear.x,
-            gap: 0.0,
-        }])?;
+        let [tangent, ..] = self.answers(&[self.driven()])?;
         Some(tangent)
+    }
+
+    /// Both.
+    pub(super) fn step_and_tangent(&self) -> Option<[Answer<N>; 2]> {
+        let [step, tangent, ..] = self.answers(&[self.amiss(), self.driven()])?;
+        Some([step, tangent])
     }
 
     /// y^T H y for the tangent y: the compliance. Unlike x^T y it keeps its digits near e_2, where y vanishes.
