@@ -16,6 +16,7 @@ mod response;
 
 use super::{Configuration, Contact, Finger, MAX_PHALANGES, PathPoint, Step, Transmission};
 use newton::{Station, Unknown};
+use response::Responses;
 
 /// Pieces into which a torque is divided when Newton's method does not reach it in one.
 const PIECES: u8 = 8;
@@ -126,7 +127,12 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
         rise: f32,
     ) -> Option<(PathPoint, Station<N>)> {
         let local = start.local(&self.transmission, near, rise)?;
-        let [step, tangent] = local.step_and_tangent()?;
+        let Responses {
+            step,
+            tangent,
+            by_k,
+            by_radius,
+        } = local.responses(near.force)?;
         let mut at = *near;
         at.add(&step.into())?;
         let compliance = local.compliance(&tangent.delta) / start.stiffness_scale;
@@ -144,12 +150,15 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
         let point = PathPoint {
             rotation_rad,
             compliance_rad_per_nm: compliance,
+            rotation_by_k_rad_per_m: by_k / start.length_scale,
+            rotation_by_radius_rad_per_m: by_radius / start.length_scale,
             k_now_m: self.on_phalanx(start, local.k_now)?,
             force_n: at.force * (start.stiffness_scale / start.length_scale),
             joints_rad,
         };
-        let finite =
-            rotation_rad.is_finite() && compliance.is_finite() && point.force_n.is_finite();
+        let finite = [rotation_rad, compliance, by_k, by_radius, point.force_n]
+            .iter()
+            .all(|x| x.is_finite());
         (stays && finite).then_some((point, Station { at, rise, tangent }))
     }
 

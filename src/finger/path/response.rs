@@ -29,6 +29,18 @@ pub(super) struct Answer<const N: usize> {
     pub(super) force: f32,
 }
 
+/// All that a point of the path is asked for.
+pub(super) struct Responses<const N: usize> {
+    /// Newton's step.
+    pub(super) step: Answer<N>,
+    /// Change along the path for a unit of input torque.
+    pub(super) tangent: Answer<N>,
+    /// Derivative of the input link's rotation by the place of the contact at a given torque.
+    pub(super) by_k: f32,
+    /// The same by the contact radius.
+    pub(super) by_radius: f32,
+}
+
 impl<const N: usize> Local<N> {
     /// The stiffness made regular by a spring across the contact, which moves no solution and lends joint 1 without a
     /// spring a pivot.
@@ -97,10 +109,23 @@ impl<const N: usize> Local<N> {
         Some(tangent)
     }
 
-    /// Both.
-    pub(super) fn step_and_tangent(&self) -> Option<[Answer<N>; 2]> {
-        let [step, tangent, ..] = self.answers(&[self.amiss(), self.driven()])?;
-        Some([step, tangent])
+    /// Everything at a point, to whose force it belongs.
+    pub(super) fn responses(&self, force: f32) -> Option<Responses<N>> {
+        // Equilibrium and contact, differentiated by k and by the radius.
+        let moved = |arms: [f32; N], gap: f32| Load {
+            torques: arms.map(|arm| -force * arm),
+            gap: -gap,
+        };
+        let by_k = moved(self.arms_by_k, self.gap_by_k);
+        let by_radius = moved(self.arms_by_radius, self.gap_by_radius);
+        let [step, tangent, by_k, by_radius] =
+            self.answers(&[self.amiss(), self.driven(), by_k, by_radius])?;
+        Some(Responses {
+            step,
+            tangent,
+            by_k: dot(&self.gear.x, &by_k.delta),
+            by_radius: dot(&self.gear.x, &by_radius.delta),
+        })
     }
 
     /// y^T H y for the tangent y: the compliance. Unlike x^T y it keeps its digits near e_2, where y vanishes.

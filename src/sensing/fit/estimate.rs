@@ -40,7 +40,6 @@ impl Hypothesis {
         finger: &F,
         prior: &Prior,
         values: &Values,
-        chi_square: f32,
         pass: &Pass,
     ) -> Option<Estimate> {
         let factor = self.factor.as_ref()?;
@@ -66,7 +65,7 @@ impl Hypothesis {
             torque_factor: values.factor,
             cable_rad_per_nm: values.cable,
             offset_nm: values.offset_nm,
-            chi_square,
+            chi_square: pass.squares,
             reached: pass.reached,
             end: pass.end,
         })
