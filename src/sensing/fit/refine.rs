@@ -82,18 +82,17 @@ impl Hypothesis {
             self.retreat(prior);
             return None;
         }
-        let normal = &rows.normal;
-        self.cost = cost(&here, &self.x, prior);
-        self.factor = normal.factor(0.0);
+        let cost = cost(&here, &self.x, prior);
         self.share = values.k_m / length;
-        self.best = self.report(finger, prior, &values, &here);
-        let step = normal
-            .factor(self.damping)
-            .map(|factor| normal.step(&factor));
+        self.best = rows
+            .normal
+            .factor(0.0)
+            .map(|factor| self.best(length, prior, &values, &here, cost, &factor));
+        let step = rows.normal.factor(self.damping).map(|factor| factor.step());
         if step.is_none() {
             self.fail();
         }
-        Some((self.cost, step?))
+        Some((cost, step?))
     }
 
     /// Cost of other values of the unknowns.

@@ -194,11 +194,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             Work::Searching(search) => match known.search(search, block, past) {
                 Found::Nothing => {}
                 Found::Softer => self.done = true,
-                Found::Contact(found) => {
-                    if let Some(touch) = known.touch(search, block, &found) {
-                        touch.begin(&mut self.work);
-                    }
-                }
+                Found::Contact(onset) => self.begin(block, &onset),
             },
             Work::Nothing | Work::Recording(_) => {}
         }

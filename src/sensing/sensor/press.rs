@@ -6,10 +6,8 @@ use super::touch::{Touch, Touching};
 use crate::finger::Mechanics;
 use crate::numeric::sqrt;
 use crate::sensing::Directive;
-use crate::sensing::curve::{self, Point};
-use crate::sensing::fit::{Data, Place, Prior};
+use crate::sensing::fit::{Place, Prior};
 use crate::sensing::joint::JointSensor;
-use heapless::Vec;
 
 /// Deviation of the onset as the detector sees it, radian: a tenth of a second of motion.
 const ONSET_SIGMA_RAD: f32 = 0.03;
@@ -74,26 +72,20 @@ impl<F: Mechanics, H: JointSensor> Known<F, H> {
             .map_or(0.0, |free| free.torque_nm)
             / self.calibration.torque_factor;
         let offset_variance = prior.offset_sigma_nm * prior.offset_sigma_nm;
-        let points: Vec<Point, { curve::BINS }> = touching
-            .touch
-            .curve
-            .points()
-            .filter(|p| {
-                let clear = p.torque_nm - free_nm;
-                let variance = p.variance_nm2 + offset_variance;
-                clear > 0.0 && clear * clear > CLEAR_SIGMAS * CLEAR_SIGMAS * variance
-            })
-            .copied()
-            .collect();
-        let data = Data {
-            points: &points,
-            origin_rad: self
-                .drivetrain
-                .closing_rad(touching.touch.curve.origin_counts()),
-            drivetrain: &self.drivetrain,
-        };
-        touching
-            .locator
-            .refine(&self.finger, &data, &prior, &self.posture)
+        let points = touching.touch.curve.points().filter(|p| {
+            let clear = p.torque_nm - free_nm;
+            let variance = p.variance_nm2 + offset_variance;
+            clear > 0.0 && clear * clear > CLEAR_SIGMAS * CLEAR_SIGMAS * variance
+        });
+        let origin_rad = self
+            .drivetrain
+            .closing_rad(touching.touch.curve.origin_counts());
+        touching.locator.refine(
+            &self.finger,
+            points,
+            (origin_rad, &self.drivetrain),
+            &prior,
+            &self.posture,
+        )
     }
 }

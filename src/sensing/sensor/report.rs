@@ -30,7 +30,7 @@ impl<F: Mechanics, H: JointSensor> Known<F, H> {
         let change = H::change_rad(touching.touch.reading, self.reading);
         touching.locator.verdict(|estimate| {
             change.map_or(0.0, |measured| {
-                let [_, expected, _] = estimate.end.joints_rad;
+                let [_, expected, _] = estimate.joints_rad;
                 locator::ln_likelihood(measured, expected, Hall::SIGMA_RAD)
             })
         })
@@ -173,7 +173,7 @@ impl<F: Mechanics, H: JointSensor> Known<F, H> {
             k_m: estimate.k_m,
             sigma_m,
             k_c_nm_per_rad: k_c,
-            force_n: estimate.end.force_n,
+            force_n: estimate.force_n,
             radius_m: if tells_radius {
                 estimate.radius_m
             } else {

@@ -1,8 +1,8 @@
 //! A contact in hand, and how its curve grows.
 
 use super::known::Known;
-use super::search::{Onset, Past, Search};
-use super::{UNSURE_BEYOND, Work};
+use super::search::{Onset, Past};
+use super::{Sensor, UNSURE_BEYOND, Work};
 use crate::finger::Mechanics;
 use crate::numeric::sqrt;
 use crate::sensing::Event;
@@ -50,11 +50,40 @@ pub(super) struct Touching<R> {
     pub(super) settled: bool,
 }
 
-impl<R> Touch<R> {
-    /// From here on the contact is what is in hand.
-    // Not inlined: what is built here is written where it stays, not into a frame first.
+impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
+    /// A contact is decided: from here on it is what is in hand.
+    // Not inlined: the curve lies on the stack meanwhile, and should not for the other users of the caller's frame.
     #[inline(never)]
-    pub(super) fn begin(self, work: &mut Work<R>) {
+    pub(super) fn begin(&mut self, block: &Block, found: &Onset) {
+        let Work::Searching(search) = &self.work else {
+            return;
+        };
+        let mut blocks = search
+            .history
+            .iter()
+            .skip(search.history.len().saturating_sub(found.since));
+        let Some(first) = blocks.next() else {
+            return;
+        };
+        let known = &mut self.known;
+        let mut touch = known.touch(block, found, first);
+        for past in blocks {
+            known.add(&mut touch, past);
+        }
+        known.tell(Event::Touch {
+            time_us: block.time_us,
+            theta_a_rad: touch.onset_rad,
+            torque_nm: touch.torque_nm,
+        });
+        touch.take(&mut self.work);
+    }
+}
+
+impl<R> Touch<R> {
+    /// Becomes what is in hand.
+    // Not inlined: so the whole is written where it stays, not in a frame first.
+    #[inline(never)]
+    fn take(self, work: &mut Work<R>) {
         *work = Work::Contact(Touching {
             touch: self,
             locator: Locator::default(),
@@ -78,18 +107,11 @@ pub(super) enum Reported {
 }
 
 impl<F: Mechanics, H: JointSensor> Known<F, H> {
-    /// A contact is decided: the curve since its onset, from the blocks remembered.
+    /// A curve from the block on with which a contact began.
     #[inline(never)]
-    pub(super) fn touch(
-        &mut self,
-        search: &Search<H::Reading>,
-        block: &Block,
-        found: &Onset,
-    ) -> Option<Touch<H::Reading>> {
-        let first = search.history.len().saturating_sub(found.since);
-        let onset = search.history.iter().nth(first).copied()?;
-        let mut touch = Touch {
-            curve: Curve::new(onset.counts, onset.width_counts),
+    fn touch(&self, block: &Block, found: &Onset, first: &Past<H::Reading>) -> Touch<H::Reading> {
+        Touch {
+            curve: Curve::new(first.counts, first.width_counts),
             level_nm: found.level.0,
             level_sigma_nm: sqrt(found.level.1.max(0.0)),
             noise_nm2_counts: found.noise_nm2_counts,
@@ -98,22 +120,13 @@ impl<F: Mechanics, H: JointSensor> Known<F, H> {
                 .as_ref()
                 .and_then(|friction| friction.unevenness_nm(block.drive))
                 .unwrap_or(0.0),
-            onset_rad: self.drivetrain.closing_rad(onset.counts),
-            reading: onset.reading,
+            onset_rad: self.drivetrain.closing_rad(first.counts),
+            reading: first.reading,
             torque_nm: 0.0,
             late_nm: 0.0,
-            late_us: onset.time_us,
-            waiting: onset,
-        };
-        for past in search.history.iter().skip(first + 1) {
-            self.add(&mut touch, past);
+            late_us: first.time_us,
+            waiting: *first,
         }
-        self.tell(Event::Touch {
-            time_us: block.time_us,
-            theta_a_rad: touch.onset_rad,
-            torque_nm: touch.torque_nm,
-        });
-        Some(touch)
     }
 
     /// Adds a block to the curve: the one before it, that is. A block's own acceleration is half that since the block
