@@ -125,6 +125,14 @@ impl Image {
             .unwrap_or_default()
     }
 
+    /// Text in flash that tells where the machine that built the image keeps its files, up to the end of the text.
+    pub fn machine_paths(&self) -> Vec<String> {
+        self.flash
+            .iter()
+            .flat_map(|(_, bytes)| machine_paths(bytes))
+            .collect()
+    }
+
     /// Every function that is reached from the one at `address` by calls and jumps to fixed places, and every static that
     /// it names, itself included. Calls through pointers are not followed.
     pub fn reached_from(&self, address: u64) -> Vec<&Symbol> {
@@ -144,6 +152,30 @@ impl Image {
             .filter_map(|address| self.symbols.get(address))
             .collect()
     }
+}
+
+/// Parts of paths below which compilers keep sources and users their files.
+const MACHINE_FOLDERS: &[&str] = &[
+    "registry/src/",
+    "rustlib/src/",
+    "/root/",
+    "/home/",
+    "/Users/",
+    "/target/",
+];
+
+fn machine_paths(bytes: &[u8]) -> Vec<String> {
+    bytes
+        .split(|byte| !(b' '..=b'~').contains(byte))
+        .map(String::from_utf8_lossy)
+        .filter_map(|text| {
+            let at = MACHINE_FOLDERS
+                .iter()
+                .filter_map(|folder| text.find(folder))
+                .min()?;
+            text.get(at..).map(str::to_owned)
+        })
+        .collect()
 }
 
 /// Addresses that a function's code names: BL and B.W, MOVW with MOVT, and words (literals).
@@ -196,7 +228,16 @@ fn references(start: u64, code: &[u8]) -> Vec<u64> {
 
 #[cfg(test)]
 mod tests {
-    use super::references;
+    use super::{machine_paths, references};
+
+    #[test]
+    fn paths_of_the_building_machine_among_other_text() {
+        let bytes = b"rad/ssrc/board/mod.rs\0okok/home/me/.cargo/registry/src/i/a-1.0/src/lib.rs\x01/rustc/1/library";
+        assert_eq!(
+            machine_paths(bytes),
+            ["/home/me/.cargo/registry/src/i/a-1.0/src/lib.rs"]
+        );
+    }
 
     #[test]
     fn calls_forwards_and_backwards() {

@@ -124,6 +124,7 @@ pub struct Row {
     footprint: Footprint,
     forbidden: Vec<(String, &'static str)>,
     unused: Vec<String>,
+    paths: Vec<String>,
 }
 
 impl Row {
@@ -133,7 +134,7 @@ impl Row {
         serde_json::json!({
             "type": "size", "scene": self.scene, "flash_bytes": self.footprint.flash_bytes,
             "ram_bytes": self.footprint.ram_bytes, "ccm_bytes": self.footprint.ccm_bytes, "left_bytes": self.left(),
-            "forbidden": forbidden, "unused": self.unused,
+            "forbidden": forbidden, "unused": self.unused, "paths": self.paths,
         })
     }
 
@@ -162,6 +163,7 @@ pub fn rows(images: &[String]) -> Result<Vec<Row>> {
                 footprint: image.footprint,
                 forbidden: forbidden(&image),
                 unused: names.filter(|name| foreign(name)).cloned().collect(),
+                paths: image.machine_paths(),
             })
         })
         .collect()
@@ -210,6 +212,11 @@ pub fn check(rows: &[Row]) -> Vec<String> {
             row.unused
                 .iter()
                 .map(|symbol| format!("{scene}: carries {symbol}, which it does not use")),
+        );
+        wrong.extend(
+            row.paths
+                .iter()
+                .map(|path| format!("{scene}: carries a path of the building machine: {path}")),
         );
     }
     wrong
