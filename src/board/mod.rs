@@ -54,6 +54,7 @@ fn main() -> ! {
     unsafe extern "C" {
         static _process_stack_start: u32;
     }
+    control::load();
     // SAFETY: the linker reserves the region for nothing else, its end is aligned to 8 bytes, and nothing on the main
     // stack is needed any more.
     unsafe {

@@ -27,11 +27,11 @@ pub struct Symbol {
 /// What of the chip's memories is taken before the first call.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Footprint {
-    /// Code, constants and the initial values of statics.
+    /// Code, that which is copied to CCM SRAM included, constants and the initial values of statics.
     pub flash_bytes: u64,
     /// Statics in SRAM.
     pub ram_bytes: u64,
-    /// Statics in CCM SRAM.
+    /// Code that runs from CCM SRAM.
     pub ccm_bytes: u64,
 }
 
@@ -58,7 +58,6 @@ impl Image {
         let mut flash = Vec::new();
         for section in file.sections() {
             let (address, size) = (section.address(), section.size());
-            let initial = !matches!(section.kind(), SectionKind::UninitializedData);
             if SRAM.contains(&address) {
                 footprint.ram_bytes += size;
             } else if CCM.contains(&address) {
@@ -70,8 +69,12 @@ impl Image {
             } else {
                 continue;
             }
-            // Statics with a value have it in flash as well; cortex-m-rt's `.uninit` has none, whatever its type says.
-            if initial && section.name().is_ok_and(|name| name.starts_with(".data")) {
+            // Statics with a value and code that is copied are in flash as well; cortex-m-rt's `.uninit` is not, whatever
+            // its type says.
+            let is_copied = section.kind() == SectionKind::Text
+                || section.kind() == SectionKind::Data
+                    && section.name().is_ok_and(|name| name.starts_with(".data"));
+            if is_copied {
                 footprint.flash_bytes += size;
             }
         }
