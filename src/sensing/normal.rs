@@ -91,7 +91,6 @@ impl<const P: usize> Factor<'_, P> {
 
     /// Solves for a right-hand side, in place.
     #[inline(never)]
-    #[expect(clippy::needless_range_loop, reason = "a triangle of two matrices")]
     fn solve(&self, x: &mut [f32; P]) {
         let Normal {
             matrix, diagonal, ..

@@ -65,6 +65,8 @@ impl<F: Mechanics, H: JointSensor> Known<F, H> {
     }
 
     /// One step of the locator; true at the end of a round.
+    // A symbol of its own, so that its instructions can be counted on the chip.
+    #[inline(never)]
     pub(super) fn refine(&self, touching: &mut Touching<H::Reading>) -> bool {
         let prior = self.prior(touching);
         let free_nm = self
