@@ -15,6 +15,7 @@ mod place;
 mod response;
 
 use super::{Configuration, Contact, Finger, MAX_PHALANGES, PathPoint, Step, Transmission};
+use crate::numeric::Bounded;
 use newton::{Station, Unknown};
 use response::Responses;
 
@@ -65,7 +66,7 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
             .parameters
             .stiffness_nm_per_rad
             .iter()
-            .fold(0.0f32, |m, k| m.max(*k));
+            .fold(0.0f32, |m, k| k.at_least(m));
         let start = Start {
             from: *at,
             torque: torque_nm / stiffness_scale,
@@ -172,6 +173,6 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
 
     /// A distance along the phalanx in metre; the change of scale may round past the tip.
     fn on_phalanx(&self, start: &Start<N>, k: f32) -> Option<f32> {
-        Some((k * start.length_scale).min(*self.parameters.lengths_m.get(start.before)?))
+        Some((k * start.length_scale).at_most(*self.parameters.lengths_m.get(start.before)?))
     }
 }

@@ -6,6 +6,7 @@
 use super::Start;
 use super::response::Answer;
 use crate::finger::{Finger, Transmission};
+use crate::numeric::Bounded;
 
 /// Newton steps towards one torque; warm-started, two or three are taken.
 pub(super) const STEPS: u8 = 16;
@@ -64,7 +65,7 @@ impl<const N: usize> Unknown<N> {
 }
 
 pub(super) fn largest<const N: usize>(of: &[f32; N]) -> f32 {
-    of.iter().fold(0.0f32, |m, x| m.max(x.abs()))
+    of.iter().fold(0.0f32, |m, x| x.abs().at_least(m))
 }
 
 /// Says when Newton's method is done: the step is the rounding of what it changes, or no longer shrinks near that.
