@@ -87,8 +87,9 @@ impl Hypothesis {
         x[RADIUS] = x[RADIUS]
             .at_least(low)
             .at_most(((RADIUS_MAX_M - radius) / sigma).at_least(low));
-        for unknown in [OFFSET, ONSET, FACTOR, CABLE, CREEP, INERTIA] {
-            x[unknown] = x[unknown].clamp(-6.0, 6.0);
+        let [_, _, others @ ..] = x;
+        for value in others {
+            *value = value.clamp(-6.0, 6.0);
         }
         // A factor near zero would be a motor that does nothing.
         let sigma = prior
