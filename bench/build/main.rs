@@ -265,24 +265,57 @@ fn emit(out: &mut String, name: &str, kind: &str, cases: &[Case], timed: usize) 
     let _ = writeln!(out, "];");
 }
 
-/// Rows of the files of finite steps, contact on phalanx 2, and the place at first contact.
-fn steps(out: &mut String, table: &Table, timed: usize) {
+/// A file of finite steps: the rows' name and type, columns of the finger.
+struct Steps<'a> {
+    file: &'a str,
+    name: &'a str,
+    kind: &'a str,
+    phalanges: usize,
+    /// How many of them the chip times: their fingers must fit its memory.
+    timed: usize,
+}
+
+/// Rows of the files of finite steps, contact beyond phalanx 1, and the place at first contact.
+fn steps(out: &mut String, folder: &Path, of: &Steps) {
+    let Steps {
+        name, kind, timed, ..
+    } = of;
+    let table = Table::read(&folder.join(of.file));
     let rows: Vec<(String, f64)> = table
         .rows()
-        .filter(|row| row.number("phal") == 2.0)
+        .filter(|row| row.number("phal") > 1.0)
         .map(|row| {
-            let list = |columns: &[&str]| {
+            let list = |columns: &[String]| {
                 let numbers: Vec<String> = columns.iter().map(|name| format!("{:?}", row.number(name))).collect();
                 format!("[{}]", numbers.join(", "))
             };
+            let each = |prefix: &str, suffix: &str| -> String {
+                let columns: Vec<String> = (1..=of.phalanges).map(|i| format!("{prefix}{i}{suffix}")).collect();
+                list(&columns)
+            };
+            // The joints' stops are as near as the row's postures allow.
+            let ranges: Vec<String> = (1..=of.phalanges)
+                .map(|i| {
+                    let angles = ["0", "", "_after"].map(|suffix| row.number(&format!("th{i}{suffix}")));
+                    let [least, most] = angles.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], angle| {
+                        [a.min(*angle), b.max(*angle)]
+                    });
+                    format!("[{:?}, {:?}]", (least - 1e-3) as f32, (most + 1e-3) as f32)
+                })
+                .collect();
+            let stages: Vec<String> = (1..of.phalanges)
+                .map(|stage| list(&["a", "b", "c", "psi", "mode"].map(|name| format!("{name}{stage}"))))
+                .collect();
             let fields = format!(
-                "Row {{ l: {}, stiffness: {}, rest_rad: {}, theta_rad: {}, design: {}, torque: {:?}, rise: {:?}, \
-                 rotation_rad: {:?}, half_rotation_rad: {:?} }}",
-                list(&["l1", "l2"]),
-                list(&["K1", "K2"]),
-                list(&["th10", "th20"]),
-                list(&["th1", "th2"]),
-                list(&["a1", "b1", "c1", "psi1", "mode1"]),
+                "{kind} {{ phalanx: {}, l: {}, stiffness: {}, rest_rad: {}, theta_rad: {}, range_rad: [{}], design: [{}], rise: Rise {{ \
+                 torque: {:?}, rise: {:?}, rotation_rad: {:?}, half_rotation_rad: {:?} }} }}",
+                row.number("phal"),
+                each("l", ""),
+                each("K", ""),
+                each("th", "0"),
+                each("th", ""),
+                ranges.join(", "),
+                stages.join(", "),
                 row.number("T_c"),
                 row.number("dT"),
                 row.number("dtheta_a") as f32,
@@ -295,15 +328,15 @@ fn steps(out: &mut String, table: &Table, timed: usize) {
         out,
         "/// Steps and the places that they came from.\n#[cfg(not(target_os = \"none\"))]"
     );
-    let _ = writeln!(out, "pub static STEPS: &[(Row, f64)] = &[");
+    let _ = writeln!(out, "pub static {name}: &[({kind}, f64)] = &[");
     for (fields, k) in &rows {
         let _ = writeln!(out, "({fields}, {k:?}),");
     }
     let _ = writeln!(
         out,
-        "];\n/// The part of them that the chip times.\npub static STEPS_TIMED: [Row; {timed}] = ["
+        "];\n/// The part of them that the chip times.\npub static {name}_TIMED: [{kind}; {timed}] = ["
     );
-    for at in 0..timed {
+    for at in 0..*timed {
         let _ = writeln!(out, "{},", rows[at * rows.len() / timed].0);
     }
     let _ = writeln!(out, "];");
@@ -395,6 +428,23 @@ fn main() {
     );
     emit(&mut out, "THREE", "ThreePhalanges", &cases, 32);
     functions(&mut out, 48);
-    steps(&mut out, &Table::read(&folder.join("contact_2L.csv")), 32);
+    for file in [
+        Steps {
+            file: "contact_2L.csv",
+            name: "TWO_STEPS",
+            kind: "TwoRow",
+            phalanges: 2,
+            timed: 32,
+        },
+        Steps {
+            file: "contact_3L.csv",
+            name: "THREE_STEPS",
+            kind: "ThreeRow",
+            phalanges: 3,
+            timed: 24,
+        },
+    ] {
+        steps(&mut out, &folder, &file);
+    }
     std::fs::write(out_dir.join("rows.rs"), out).expect("the rows can be written");
 }

@@ -11,7 +11,9 @@
 )]
 
 use crate::function::Angle;
-use crate::step::Row;
+use crate::step::Rise;
+use crate::step::three::ThreeRow;
+use crate::step::two::TwoRow;
 use crate::three::ThreePhalanges;
 use crate::two::TwoPhalanges;
 

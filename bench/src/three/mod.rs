@@ -3,6 +3,7 @@
 mod algebra;
 mod bracketed;
 mod library;
+mod lookup;
 mod matrix;
 mod published;
 
@@ -128,6 +129,11 @@ pub const CANDIDATES: &[Candidate<ThreePhalanges, Roots>] = &[
     Candidate {
         name: "matrix_18_chandrupatla",
         run: matrix::chandrupatla,
+        chosen: None,
+    },
+    Candidate {
+        name: "table_257",
+        run: lookup::table,
         chosen: None,
     },
     Candidate {

@@ -3,10 +3,11 @@
 use palpate_bench::candidate::Candidate;
 use palpate_bench::function::{self, Angle};
 use palpate_bench::rows::{self, Reference};
-use palpate_bench::step::{self, Step};
+use palpate_bench::step::{self, Row as StepRow};
 use palpate_bench::task::{Bits, Task, Visitor, checksum};
 use palpate_bench::{task, three, two};
 
+use super::published;
 use super::row::Error;
 
 /// What is known of a candidate without the chip.
@@ -19,8 +20,8 @@ pub struct Judged {
     pub chosen: Option<&'static str>,
     /// How far it is off.
     pub error: Error,
-    /// Of its results over the inputs that the chip times.
-    pub checksum: u32,
+    /// Of its results over the inputs that the chip times; nothing for what cannot run there.
+    pub checksum: Option<u32>,
 }
 
 /// Errors of one candidate, gathered.
@@ -117,19 +118,23 @@ fn places<I>(
 
 /// The place that a finite step came from, in % of the phalanx's length. Other places that explain the same step are no
 /// mistake: they are not counted.
-fn stepped(candidate: &Candidate<Step, [f32; 2]>) -> Error {
+fn stepped<I, const N: usize, const S: usize>(
+    candidate: &Candidate<I, [f32; 2]>,
+    rows: &[(StepRow<N, S>, f64)],
+    ready: fn(&StepRow<N, S>) -> Option<I>,
+) -> Error {
     let mut gathered = Gathered::default();
-    for (row, k) in rows::STEPS {
-        let Some(input) = step::ready(row) else {
-            continue;
-        };
-        let found = (candidate.run)(&input).map(f64::from);
+    for (row, k) in rows {
+        // A row that the library refuses is an answer that is lacking.
+        let found = ready(row).map_or([f64::NAN; 2], |input| {
+            (candidate.run)(&input).map(f64::from)
+        });
         let nearest = found
             .into_iter()
             .filter(|k| k.is_finite())
             .map(|found| (found - k).abs())
             .fold(f64::INFINITY, f64::min);
-        gathered.add(100.0 * nearest / f64::from(row.l[1]), false);
+        gathered.add(100.0 * nearest / f64::from(row.length()), false);
     }
     gathered.summary("% of the phalanx")
 }
@@ -204,7 +209,16 @@ fn errors(task: &str, at: usize) -> Error {
             rows::THREE,
             three::ThreePhalanges::length,
         ),
-        "k2_2p_step" => stepped(&step::CANDIDATES[at]),
+        "k2_2p_step" => stepped(
+            &step::two::CANDIDATES[at],
+            rows::TWO_STEPS,
+            step::two::ready,
+        ),
+        "k2_3p_step" => stepped(
+            &step::three::CANDIDATES[at],
+            rows::THREE_STEPS,
+            step::three::ready,
+        ),
         "sqrt" => sweep(
             &function::SQRT[at],
             number,
@@ -235,6 +249,31 @@ fn errors(task: &str, at: usize) -> Error {
     }
 }
 
+/// Candidates of a task that need the standard library.
+fn on_pc_only(task: &'static str) -> Vec<Judged> {
+    let judged = |name, error| Judged {
+        task,
+        name,
+        chosen: None,
+        error,
+        checksum: None,
+    };
+    match task {
+        "k2_2p" => published::TWO
+            .iter()
+            .map(|one| judged(one.name, places(one, rows::TWO, |input| input.l2)))
+            .collect(),
+        "k2_3p" => published::THREE
+            .iter()
+            .map(|one| {
+                let length = three::ThreePhalanges::length;
+                judged(one.name, places(one, rows::THREE, length))
+            })
+            .collect(),
+        _ => Vec::new(),
+    }
+}
+
 struct Judge(Vec<Judged>);
 
 impl Visitor for Judge {
@@ -245,9 +284,10 @@ impl Visitor for Judge {
                 name: candidate.name,
                 chosen: candidate.chosen,
                 error: errors(task.name, at),
-                checksum: checksum(task, candidate),
+                checksum: Some(checksum(task, candidate)),
             });
         }
+        self.0.extend(on_pc_only(task.name));
     }
 }
 

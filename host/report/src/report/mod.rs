@@ -9,6 +9,7 @@ mod check;
 mod judge;
 mod measured;
 mod plot;
+mod published;
 mod row;
 mod table;
 mod whole;
@@ -19,7 +20,7 @@ use anyhow::{Context, Result};
 
 use crate::elf::Image;
 use crate::size;
-use row::Row;
+use row::{OnChip, Row};
 use whole::Grasp;
 
 /// What a reader of the page must know.
@@ -67,24 +68,31 @@ fn join(arguments: &Arguments) -> Result<Vec<Row>> {
     judge::judge()
         .into_iter()
         .map(|judged| {
-            let on_chip = measured
-                .iter()
-                .find(|one| one.task == judged.task && one.name == judged.name)
-                .with_context(|| format!("the chip did not run {} {}", judged.task, judged.name))?;
+            let on_chip = judged
+                .checksum
+                .map(|checksum| {
+                    let one = measured
+                        .iter()
+                        .find(|one| one.task == judged.task && one.name == judged.name)
+                        .with_context(|| {
+                            format!("the chip did not run {} {}", judged.task, judged.name)
+                        })?;
+                    let reached = image.reached_from(one.address);
+                    anyhow::Ok(OnChip {
+                        cost: one.cost,
+                        flash_bytes: reached.iter().map(|symbol| symbol.size).sum(),
+                        same_bits: checksum == one.checksum,
+                    })
+                })
+                .transpose()?;
             Ok(Row {
                 kind: "candidate",
                 task: judged.task.to_owned(),
                 name: judged.name.to_owned(),
                 error: judged.error,
-                cost: on_chip.cost,
-                flash_bytes: image
-                    .reached_from(on_chip.address)
-                    .iter()
-                    .map(|symbol| symbol.size)
-                    .sum(),
+                on_chip,
                 chosen: judged.chosen.is_some(),
                 why: judged.chosen,
-                same_bits: judged.checksum == on_chip.checksum,
             })
         })
         .collect()

@@ -21,6 +21,13 @@ const FONT: &str = "sans-serif";
 pub fn task(folder: &Path, task: &str, rows: &[Row]) -> Result<()> {
     plotters::style::register_font(FONT, FontStyle::Normal, dejavu::sans::regular())
         .map_err(|_| anyhow!("the font is unreadable"))?;
+    // What cannot run on the chip has no cost to draw.
+    let rows: Vec<Row> = rows
+        .iter()
+        .filter(|row| row.on_chip.is_some())
+        .cloned()
+        .collect();
+    let rows = rows.as_slice();
     let svg = folder.join(format!("{task}.svg"));
     let png = folder.join(format!("{task}.png"));
     draw(SVGBackend::new(&svg, SIZE).into_drawing_area(), task, rows)?;
@@ -37,7 +44,7 @@ fn error(row: &Row) -> f64 {
 }
 
 fn cost(row: &Row) -> f64 {
-    row.cost.instructions_mean.max(1.0)
+    row.instructions().max(1.0)
 }
 
 /// Best error so far, from the cheapest candidate on.

@@ -15,11 +15,7 @@ fn short(value: f64) -> String {
 /// A task's candidates, the cheapest first.
 pub fn task(rows: &[Row]) -> String {
     let mut rows: Vec<&Row> = rows.iter().collect();
-    rows.sort_by(|a, b| {
-        a.cost
-            .instructions_mean
-            .total_cmp(&b.cost.instructions_mean)
-    });
+    rows.sort_by(|a, b| a.instructions().total_cmp(&b.instructions()));
     let unit = rows.first().map_or("", |row| row.error.error_unit);
     let mut text = "| method | median | p99 | max | rms | lacking | instructions, mean | max | cycles | flash, bytes |\n\
                     |---|---|---|---|---|---|---|---|---|---|\n"
@@ -35,18 +31,26 @@ pub fn task(rows: &[Row]) -> String {
         } else {
             row.error.nonfinite.to_string()
         };
+        let cost = row.on_chip.map_or(
+            "needs the standard library | – | – | –".to_owned(),
+            |chip| {
+                format!(
+                    "{:.0} | {} | {:.0} to {:.0} | {}",
+                    chip.cost.instructions_mean,
+                    chip.cost.instructions_max,
+                    chip.cost.cycles_low,
+                    chip.cost.cycles_high,
+                    chip.flash_bytes
+                )
+            },
+        );
         let _ = writeln!(
             text,
-            "| {name} | {} | {} | {} | {} | {lacking} | {:.0} | {} | {:.0} to {:.0} | {} |",
+            "| {name} | {} | {} | {} | {} | {lacking} | {cost} |",
             short(row.error.error_median),
             short(row.error.error_p99),
             short(row.error.error_max),
             short(row.error.error_rms),
-            row.cost.instructions_mean,
-            row.cost.instructions_max,
-            row.cost.cycles_low,
-            row.cost.cycles_high,
-            row.flash_bytes,
         );
     }
     let _ = writeln!(text, "\nErrors: {unit}.");
