@@ -1,5 +1,7 @@
 //! Tasks `sqrt`, `sin`, `sin_cos`, `atan2`, `recip`: the functions that the methods stand on.
 
+pub mod cordic;
+
 use crate::candidate::Candidate;
 use micromath::F32Ext;
 use palpate::numeric;
@@ -44,6 +46,11 @@ pub const SIN: &[Candidate<Angle, f32>] = &[
         chosen: None,
     },
     Candidate {
+        name: cordic::NAME,
+        run: cordic::sine,
+        chosen: None,
+    },
+    Candidate {
         name: "libm",
         run: sin_libm,
         chosen: None,
@@ -63,6 +70,11 @@ pub const SIN_COS: &[Candidate<Angle, [f32; 2]>] = &[
         chosen: Some(
             "numeric::sin_cos, for configurations and large steps: at the rounding of f32",
         ),
+    },
+    Candidate {
+        name: cordic::NAME,
+        run: cordic::both,
+        chosen: None,
     },
     Candidate {
         name: "libm",

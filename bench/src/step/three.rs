@@ -10,7 +10,8 @@ pub type ThreeRow = Row<3, 2>;
 /// A row made ready.
 pub type Ready = Step<Finger<3, Linkage<2>>>;
 
-/// Makes a row ready; nothing where the library refuses it.
+/// Makes a row ready; nothing where the library refuses it. Not inlined: its frame need not lie under the candidates.
+#[inline(never)]
 pub fn ready(row: &ThreeRow) -> Option<Ready> {
     let parameters = Parameters {
         lengths_m: row.l,

@@ -11,7 +11,8 @@ pub type TwoRow = Row<2, 1>;
 /// A row made ready.
 pub type Ready = Step<Finger<2, Linkage<1>>>;
 
-/// Makes a row ready; nothing where the library refuses it.
+/// Makes a row ready; nothing where the library refuses it. Not inlined: its frame need not lie under the candidates.
+#[inline(never)]
 pub fn ready(row: &TwoRow) -> Option<Ready> {
     let parameters = Parameters {
         lengths_m: row.l,

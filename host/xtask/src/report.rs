@@ -53,7 +53,15 @@ pub fn report(arguments: &[String]) -> Outcome {
         let grasp = emulate(
             "sim",
             firmware,
-            &["--counts", "--watch", "sensing::"],
+            &[
+                "--counts",
+                "--watch",
+                "sensing::",
+                "--watch",
+                "finger::",
+                "--apart",
+                "sensing::fit",
+            ],
             &folder,
         )?;
         words.push(format!("--grasp={}", grasp.display()));
@@ -63,6 +71,10 @@ pub fn report(arguments: &[String]) -> Outcome {
             .iter()
             .map(|(scene, elf)| format!("--image={scene}={}", elf.display())),
     );
+    // Checks need no simulation of hundreds of closings.
+    if !arguments.iter().any(|word| word == "--check") {
+        words.push("--delays".to_owned());
+    }
     words.extend_from_slice(arguments);
     step(
         "joining errors and costs",

@@ -5,7 +5,9 @@ use std::fmt::Write as _;
 use super::row::Row;
 
 fn short(value: f64) -> String {
-    if value == 0.0 {
+    if value.is_nan() {
+        "–".to_owned()
+    } else if value == 0.0 {
         "0".to_owned()
     } else {
         format!("{value:.1e}")
