@@ -125,6 +125,7 @@ pub struct Row {
     footprint: Footprint,
     forbidden: Vec<(String, &'static str)>,
     unused: Vec<String>,
+    paths: Vec<String>,
 }
 
 impl Row {
@@ -134,7 +135,7 @@ impl Row {
         serde_json::json!({
             "type": "size", "scene": self.scene, "flash_bytes": self.footprint.flash_bytes,
             "ram_bytes": self.footprint.ram_bytes, "ccm_bytes": self.footprint.ccm_bytes, "left_bytes": self.left(),
-            "forbidden": forbidden, "unused": self.unused,
+            "forbidden": forbidden, "unused": self.unused, "paths": self.paths,
         })
     }
 
@@ -184,6 +185,7 @@ pub fn rows(images: &[String]) -> Result<Vec<Row>> {
                 footprint: image.footprint,
                 forbidden: forbidden(&image),
                 unused: names.filter(|name| foreign(name)).cloned().collect(),
+                paths: image.machine_paths(),
             })
         })
         .collect()
@@ -191,7 +193,7 @@ pub fn rows(images: &[String]) -> Result<Vec<Row>> {
 
 /// The table, in Markdown.
 pub fn table(rows: &[Row]) -> String {
-    let mut text = "| scene | flash, bytes | static RAM | CCM | left for stacks | f64, software sqrt, nalgebra | unused features |\n\
+    let mut text = "| scene | flash, bytes | static RAM | code in CCM SRAM | left for stacks | f64, software sqrt, nalgebra | unused features |\n\
                     |---|---|---|---|---|---|---|\n"
         .to_owned();
     for row in rows {
@@ -232,6 +234,11 @@ pub fn check(rows: &[Row]) -> Vec<String> {
             row.unused
                 .iter()
                 .map(|symbol| format!("{scene}: carries {symbol}, which it does not use")),
+        );
+        wrong.extend(
+            row.paths
+                .iter()
+                .map(|path| format!("{scene}: carries a path of the building machine: {path}")),
         );
     }
     wrong
