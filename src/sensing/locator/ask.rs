@@ -2,8 +2,9 @@
 
 use super::Locator;
 use crate::finger::{Class, Mechanics};
+use crate::sensing::Drivetrain;
 use crate::sensing::curve;
-use crate::sensing::fit::{Data, Hypothesis, LEAST_POINTS, Place, Prior, free_behind_cable};
+use crate::sensing::fit::{Hypothesis, LEAST_POINTS, Place, Prior, free_behind_cable};
 
 /// Torque at which hypotheses are first made, in standard deviations of the offset and of a point.
 const FIRST_SIGMAS: f32 = 8.0;
@@ -33,18 +34,14 @@ impl Locator {
     pub(super) fn ask<F: Mechanics>(
         &mut self,
         finger: &F,
-        data: &Data,
+        (origin_rad, drivetrain): (f32, &Drivetrain),
         prior: &Prior,
         near: &F::Configuration,
     ) {
-        let Some(slope) = curve::slope(
-            data.points.iter(),
-            f32::NEG_INFINITY,
-            data.drivetrain.creep[0],
-        ) else {
+        let Some(slope) = curve::slope(self.points.iter(), f32::NEG_INFINITY, drivetrain.creep[0])
+        else {
             return;
         };
-        self.slope = Some(slope);
         if let Place::Known { phalanx, k_m, .. } = prior.place {
             // Calibration: the place is told, and only that.
             if self.hypotheses.is_empty() {
@@ -52,10 +49,10 @@ impl Locator {
             }
             return;
         }
-        let rad_per_nm = slope.counts_per_nm * data.drivetrain.rad_per_count;
+        let rad_per_nm = slope.counts_per_nm * drivetrain.rad_per_count;
         let calibration = &prior.calibration;
         let compliance = (rad_per_nm - calibration.cable_rad_per_nm) / calibration.torque_factor;
-        let onset_rad = data.origin_rad + slope.onset_counts * data.drivetrain.rad_per_count;
+        let onset_rad = origin_rad + slope.onset_counts * drivetrain.rad_per_count;
         let Some(free) = free_behind_cable(finger, onset_rad, calibration, prior.creep[0], near)
         else {
             return;

@@ -138,6 +138,14 @@ const FIGURES: &[Known] = &[
         names: &[("sensing::sensor::Sensor", "::update")],
     },
     Known {
+        what: "fit: one step",
+        kind: "function",
+        names: &[
+            ("sensing::sensor::known::Known", "::refine"),
+            ("sensing::", "::refine"),
+        ],
+    },
+    Known {
         what: "fit: locate, the finger's inverse of a slope",
         kind: "function",
         names: &[("finger::", ">::places"), ("finger::inverse", "::roots")],
