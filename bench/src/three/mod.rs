@@ -78,7 +78,7 @@ pub const CANDIDATES: &[Candidate<ThreePhalanges, Roots>] = &[
         name: "library_closed",
         run: library::closed,
         chosen: Some(
-            "locate_closed: as near as bisection, a sixth of its cost; sensing still starts its fits from locate, by bisection",
+            "locate_closed: where every fit of sensing starts; as near as bisection for a fraction of its cost",
         ),
     },
     Candidate {

@@ -57,7 +57,8 @@ impl Locator {
         else {
             return;
         };
-        let inverse = finger.locate(&free.configuration, free.torque_nm, compliance.max(1e-6));
+        let inverse =
+            finger.locate_closed(&free.configuration, free.torque_nm, compliance.max(1e-6));
         self.class = if compliance > 0.0 {
             inverse.class()
         } else {
