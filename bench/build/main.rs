@@ -388,6 +388,23 @@ fn functions(out: &mut String, count: u32) {
             (length * angle.cos()) as f32
         )
     });
+    list("EQUATIONS_TIMED", "Equations", &|u, v| {
+        // M M^T plus a share of the unit matrix: positive definite.
+        let m: [[f64; 3]; 3] = std::array::from_fn(|i| {
+            std::array::from_fn(|j| ((3 * i + j) as f64 * 0.7 + 7.0 * u + 11.0 * v).sin())
+        });
+        let a: [[f32; 3]; 3] = std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                let product: f64 = (0..3).map(|k| m[i][k] * m[j][k]).sum();
+                (product + if i == j { 0.1 + v } else { 0.0 }) as f32
+            })
+        });
+        format!(
+            "Equations {{ a: {a:?}, b: [{:?}, {:?}, 1.0] }}",
+            (2.0 * u - 1.0) as f32,
+            (2.0 * v - 1.0) as f32
+        )
+    });
     list("ANGLES_TIMED", "Angle", &|u, v| {
         let (rad, step) = (
             (std::f64::consts::TAU * (u - 0.5)) as f32,

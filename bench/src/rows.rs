@@ -10,7 +10,7 @@
     clippy::approx_constant
 )]
 
-use crate::function::Angle;
+use crate::function::{Angle, Equations};
 use crate::step::Rise;
 use crate::step::three::ThreeRow;
 use crate::step::two::TwoRow;

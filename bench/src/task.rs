@@ -1,7 +1,7 @@
 //! The tasks: a name, the candidates, the inputs that the chip times.
 
 use crate::candidate::Candidate;
-use crate::function::{self, Angle};
+use crate::function::{self, Angle, Equations};
 use crate::rows;
 use crate::step;
 use crate::three::{self, ThreePhalanges};
@@ -72,6 +72,7 @@ nothing!(nothing_three_step, step::three::Ready, [f32; 2], [0.0; 2]);
 nothing!(nothing_number, f32, f32, 0.0);
 nothing!(nothing_angle, Angle, f32, 0.0);
 nothing!(nothing_angles, Angle, [f32; 2], [0.0; 2]);
+nothing!(nothing_equations, Equations, [f32; 3], [0.0; 3]);
 nothing!(nothing_point, [f32; 2], f32, 0.0);
 
 /// Shows a visitor every task.
@@ -125,6 +126,18 @@ pub fn visit(visitor: &mut impl Visitor) {
         candidates: function::RECIP,
         timed: rows::NUMBERS_TIMED,
         nothing: nothing_number,
+    });
+    visitor.task(&Task {
+        name: "ln",
+        candidates: function::LN,
+        timed: rows::NUMBERS_TIMED,
+        nothing: nothing_number,
+    });
+    visitor.task(&Task {
+        name: "solve_3",
+        candidates: function::SOLVE,
+        timed: rows::EQUATIONS_TIMED,
+        nothing: nothing_equations,
     });
 }
 

@@ -1,7 +1,7 @@
 //! Errors of every candidate over all reference rows, on this PC with the code that the chip runs.
 
 use palpate_bench::candidate::Candidate;
-use palpate_bench::function::{self, Angle};
+use palpate_bench::function::{self, Angle, Equations};
 use palpate_bench::rows::{self, Reference};
 use palpate_bench::step::{self, Row as StepRow};
 use palpate_bench::task::{Bits, Task, Visitor, checksum};
@@ -190,6 +190,32 @@ fn sweep<I, O>(
     gathered.summary(unit)
 }
 
+/// As the build script makes those that the chip times: M M^T plus a share of the unit matrix.
+fn equations(at: u32) -> Equations {
+    let (u, v) = (spread(at, GOLDEN), spread(at, PLASTIC));
+    let m: [[f64; 3]; 3] = std::array::from_fn(|i| {
+        std::array::from_fn(|j| ((3 * i + j) as f64 * 0.7 + 7.0 * u + 11.0 * v).sin())
+    });
+    let product = |i: usize, j: usize| (0..3).map(|k| m[i][k] * m[j][k]).sum::<f64>();
+    Equations {
+        a: std::array::from_fn(|i| {
+            std::array::from_fn(|j| (product(i, j) + if i == j { 0.1 + v } else { 0.0 }) as f32)
+        }),
+        b: [(2.0 * u - 1.0) as f32, (2.0 * v - 1.0) as f32, 1.0],
+    }
+}
+
+/// Largest error of a solution, as a share of the largest unknown; the truth in f64.
+fn unsolved(of: &Equations, found: [f32; 3]) -> f64 {
+    let a = nalgebra::Matrix3::from(of.a.map(|row| row.map(f64::from))).transpose();
+    let b = nalgebra::Vector3::from(of.b.map(f64::from));
+    let Some(truth) = a.full_piv_lu().solve(&b) else {
+        return f64::NAN;
+    };
+    let found = nalgebra::Vector3::from(found.map(f64::from));
+    (found - truth).amax() / truth.amax()
+}
+
 fn relative(found: f32, truth: f64) -> f64 {
     (f64::from(found) - truth).abs() / truth.abs()
 }
@@ -256,6 +282,18 @@ fn errors(task: &str, at: usize) -> Error {
         ),
         "sin_cos" => sweep(&function::SIN_COS[at], angle, off, "absolute"),
         "sin_cos_step" => sweep(&function::SIN_COS_STEP[at], angle, off, "absolute"),
+        "ln" => sweep(
+            &function::LN[at],
+            number,
+            |x, y| (f64::from(y) - f64::from(*x).ln()).abs(),
+            "absolute",
+        ),
+        "solve_3" => sweep(
+            &function::SOLVE[at],
+            equations,
+            unsolved,
+            "of the largest unknown",
+        ),
         "atan2" => sweep(
             &function::ATAN2[at],
             point,

@@ -12,6 +12,7 @@ mod judge;
 mod measured;
 mod plot;
 mod published;
+mod readme;
 mod row;
 mod table;
 mod target;
@@ -63,6 +64,9 @@ pub struct Arguments {
     /// Measure delay against error by the settings, simulated: a minute on two processors.
     #[arg(long)]
     delays: bool,
+    /// Write the short tables between the markers of this file.
+    #[arg(long, value_name = "FILE")]
+    readme: Option<PathBuf>,
     /// Folder for the plots and the tables.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -263,6 +267,15 @@ pub fn run(arguments: &Arguments) -> Result<bool> {
     }
     if let Some(folder) = &arguments.out {
         report.write(folder, &arguments.compiler)?;
+    }
+    if let Some(path) = &arguments.readme {
+        let block = readme::block(
+            &arguments.compiler,
+            &report.rows,
+            report.grasp.as_ref(),
+            &report.targets(),
+        );
+        readme::write(path, &block)?;
     }
     if arguments.record {
         check::record(&arguments.recorded, &arguments.compiler, &report.rows)?;

@@ -59,15 +59,50 @@ pub fn task(rows: &[Row]) -> String {
     text
 }
 
-/// What the firmware uses, and why.
+/// Why a row stands: the nearest cheaper one, whose error is larger, and the nearest with less error, which is dearer.
+fn rivals<'a>(rows: &'a [Row], chosen: &Row) -> [Option<&'a Row>; 2] {
+    let rivals = || {
+        rows.iter().filter(|row| {
+            row.task == chosen.task && row.name != chosen.name && row.on_chip.is_some()
+        })
+    };
+    let cheaper = rivals()
+        .filter(|row| row.instructions() < chosen.instructions())
+        .max_by(|a, b| a.instructions().total_cmp(&b.instructions()));
+    let nearer = rivals()
+        .filter(|row| row.error.nonfinite == 0 && row.error.error_max < chosen.error.error_max)
+        .min_by(|a, b| a.instructions().total_cmp(&b.instructions()));
+    [cheaper, nearer]
+}
+
+/// What the code uses, and the numbers that say why.
 pub fn choices(rows: &[Row]) -> String {
-    let mut text = "| task | chosen | where and why |\n|---|---|---|\n".to_owned();
+    let mut text = "| task | chosen | instructions | largest error | next cheaper | cheapest with less error | where and why |\n\
+                    |---|---|---|---|---|---|---|\n"
+        .to_owned();
     for row in rows.iter().filter(|row| row.chosen) {
+        let [cheaper, nearer] = rivals(rows, row).map(|rival| {
+            rival.map_or("none".to_owned(), |rival| {
+                let lacking = match rival.error.nonfinite {
+                    0 => String::new(),
+                    count => format!(", lacks {count}"),
+                };
+                format!(
+                    "{}: {:.0}, {}{lacking}",
+                    rival.name,
+                    rival.instructions(),
+                    short(rival.error.error_max)
+                )
+            })
+        });
         let _ = writeln!(
             text,
-            "| {} | {} | {} |",
+            "| {} | {} | {:.0} | {} {} | {cheaper} | {nearer} | {} |",
             row.task,
             row.name,
+            row.instructions(),
+            short(row.error.error_max),
+            row.error.error_unit,
             row.why.unwrap_or_default()
         );
     }

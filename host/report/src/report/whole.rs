@@ -112,7 +112,8 @@ pub const CONTROL: &str = "control interrupt";
 pub const UPDATE: &str = "sensing update, all";
 /// The typical update: nothing but a fit, some tens of times a contact, costs more.
 pub const TYPICAL: &str = "sensing update without a fit";
-const WITH_FIT: &str = "sensing update with a step of the fit";
+/// The rare one.
+pub const WITH_FIT: &str = "sensing update with a step of the fit";
 
 /// A figure: its name, what kind of count it is, and what of a function's name tells it; the first that is there.
 struct Known {
@@ -149,6 +150,11 @@ const FIGURES: &[Known] = &[
         what: "fit: locate, the finger's inverse of a slope",
         kind: "function",
         names: &[("finger::", ">::places"), ("finger::inverse", "::roots")],
+    },
+    Known {
+        what: "fit: its normal equations factored",
+        kind: "function",
+        names: &[("sensing::normal", "::factor")],
     },
     Known {
         what: "fit: one hypothesis followed along the curve",
