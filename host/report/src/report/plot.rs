@@ -119,7 +119,7 @@ pub fn delays(folder: &Path, rows: &[delay::Row]) -> Result<()> {
             Group {
                 name: "first place told",
                 colour: FIRST,
-                radius: 6,
+                radius: 9,
                 points: speeds.iter().map(|row| first(row)).collect(),
             },
             Group {
@@ -189,6 +189,19 @@ fn labels(points: &[(i32, i32)], widths: &[i32], right: i32) -> Vec<(i32, i32)> 
     result
 }
 
+/// Label of a line of the mesh: 1, 2 and 5 of every decade, there is no room for more.
+fn tick(value: f64) -> String {
+    let leading = value / 10_f64.powf(value.log10().floor());
+    if [1.0, 2.0, 5.0, 10.0]
+        .iter()
+        .any(|label| (leading - label).abs() < 1e-6)
+    {
+        format!("{}", (value * 1e6).round() / 1e6)
+    } else {
+        String::new()
+    }
+}
+
 fn draw<B: DrawingBackend>(area: DrawingArea<B, Shift>, scatter: &Scatter) -> Result<()> {
     paint(&area, scatter)
         .and_then(|()| area.present().map_err(|e| e.to_string()))
@@ -220,13 +233,9 @@ fn paint<B: DrawingBackend>(area: &DrawingArea<B, Shift>, scatter: &Scatter) -> 
         .x_desc(&scatter.x)
         .y_desc(scatter.y)
         .x_label_formatter(&|x| {
-            if plain {
-                format!("{x}")
-            } else {
-                format!("{x:.0e}")
-            }
+            if plain { tick(*x) } else { format!("{x:.0e}") }
         })
-        .y_label_formatter(&|y| format!("{y:.0}"))
+        .y_label_formatter(&|y| if plain { tick(*y) } else { format!("{y:.0}") })
         .label_style((FONT, 18))
         .axis_desc_style((FONT, 20))
         .light_line_style(WHITE)
@@ -273,7 +282,14 @@ fn paint<B: DrawingBackend>(area: &DrawingArea<B, Shift>, scatter: &Scatter) -> 
 
 #[cfg(test)]
 mod tests {
-    use super::{Point, front};
+    use super::{Point, front, tick};
+
+    #[test]
+    fn ticks_are_few_and_short() {
+        let shown: Vec<String> = (1..=10).map(|n| tick(0.1 * f64::from(n))).collect();
+        assert_eq!(shown.join(" "), "0.1 0.2   0.5     1");
+        assert_eq!(tick(2000.0), "2000");
+    }
 
     #[test]
     fn the_front_is_a_staircase_of_those_that_nothing_beats() {
