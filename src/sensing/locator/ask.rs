@@ -58,7 +58,7 @@ impl Locator {
         else {
             return;
         };
-        let inverse = finger.locate(
+        let inverse = finger.locate_closed(
             &free.configuration,
             free.torque_nm,
             compliance.at_least(1e-6),
