@@ -159,6 +159,11 @@ impl Row {
         self.footprint.ram_bytes
     }
 
+    /// Code and statics in CCM SRAM.
+    pub fn ccm_bytes(&self) -> u64 {
+        self.footprint.ccm_bytes
+    }
+
     /// Number of functions that it must not carry.
     pub fn forbidden(&self) -> usize {
         self.forbidden.len()
