@@ -1,6 +1,7 @@
 //! The place of a contact from one finite step of torque (MATH 7).
 
 use crate::finger::{Candidate, Contact, Mechanics};
+use crate::numeric::Bounded;
 use crate::sensing::location::{BranchSense, Series};
 use heapless::Vec;
 
@@ -79,7 +80,7 @@ pub fn places<M: Mechanics>(
         let most = point
             .joints_rad
             .iter()
-            .fold(0.0f32, |m, change| m.max(change.abs()));
+            .fold(0.0f32, |m, change| change.abs().at_least(m));
         if (point.rotation_rad - rotation_rad).abs()
             > SAME_SHARE * rotation_rad.abs() + ROUNDING * most
         {

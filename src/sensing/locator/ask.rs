@@ -2,6 +2,7 @@
 
 use super::Locator;
 use crate::finger::{Class, Mechanics};
+use crate::numeric::Bounded;
 use crate::sensing::Drivetrain;
 use crate::sensing::curve;
 use crate::sensing::fit::{Hypothesis, LEAST_POINTS, Place, Prior, free_behind_cable};
@@ -57,8 +58,11 @@ impl Locator {
         else {
             return;
         };
-        let inverse =
-            finger.locate_closed(&free.configuration, free.torque_nm, compliance.max(1e-6));
+        let inverse = finger.locate_closed(
+            &free.configuration,
+            free.torque_nm,
+            compliance.at_least(1e-6),
+        );
         self.class = if compliance > 0.0 {
             inverse.class()
         } else {
