@@ -1,0 +1,116 @@
+//! Any finger of this crate answers; each question goes to the module that knows.
+
+use super::{Contact, Free, Inverse, Mechanics, PathPoint};
+use crate::finger::inverse::{Held, Order, Solver};
+use crate::finger::path::Path;
+use crate::finger::{Configuration, Finger, Transmission};
+
+impl<const N: usize, T: Transmission<N>> Mechanics for Finger<N, T>
+where
+    Held<N>: Order,
+{
+    const PHALANGES: usize = N;
+    type Configuration = Configuration<N>;
+    type Path = Path<N>;
+
+    fn rest(&self) -> Self::Configuration {
+        self.rest
+    }
+
+    fn input_angle_rad(&self, at: &Self::Configuration) -> f32 {
+        self.transmission.rotation_rad(at)
+    }
+
+    fn joint_rad(&self, at: &Self::Configuration, joint: u8) -> Option<f32> {
+        at.rad().get(usize::from(joint).checked_sub(1)?).copied()
+    }
+
+    fn phalanx_length_m(&self, phalanx: u8) -> Option<f32> {
+        self.parameters
+            .lengths_m
+            .get(usize::from(phalanx).checked_sub(1)?)
+            .copied()
+    }
+
+    fn free_at_angle(
+        &self,
+        theta_a_rad: f32,
+        near: &Self::Configuration,
+    ) -> Option<Free<Self::Configuration>> {
+        self.follow_angle(theta_a_rad, near)
+    }
+
+    fn free_at_torque(
+        &self,
+        torque_nm: f32,
+        near: &Self::Configuration,
+    ) -> Option<Self::Configuration> {
+        self.preshape(torque_nm, near)
+    }
+
+    fn expected_k_a(&self, free: &Free<Self::Configuration>) -> Option<f32> {
+        self.secant_stiffness(free)
+    }
+
+    fn free_compliance(&self, at: &Self::Configuration, torque_nm: f32) -> Option<f32> {
+        self.free(at, torque_nm)
+    }
+
+    fn proximal_compliance(&self, at: &Self::Configuration, torque_nm: f32) -> Option<f32> {
+        self.held(at, torque_nm)?.proximal()
+    }
+
+    fn contact_compliance(
+        &self,
+        at: &Self::Configuration,
+        torque_nm: f32,
+        phalanx: u8,
+        k_m: f32,
+    ) -> Option<f32> {
+        self.held(at, torque_nm)?.compliance(phalanx, k_m)
+    }
+
+    fn locate(
+        &self,
+        at: &Self::Configuration,
+        torque_nm: f32,
+        compliance_rad_per_nm: f32,
+    ) -> Inverse {
+        self.places(at, torque_nm, compliance_rad_per_nm, Solver::Bisection)
+    }
+
+    fn locate_closed(
+        &self,
+        at: &Self::Configuration,
+        torque_nm: f32,
+        compliance_rad_per_nm: f32,
+    ) -> Inverse {
+        self.places(at, torque_nm, compliance_rad_per_nm, Solver::ClosedForm)
+    }
+
+    fn path(
+        &self,
+        at: &Self::Configuration,
+        torque_nm: f32,
+        contact: Contact,
+    ) -> Option<Self::Path> {
+        self.start(at, torque_nm, contact)
+    }
+
+    fn follow(&self, path: &mut Self::Path, rise_nm: f32) -> Option<PathPoint> {
+        self.continue_to(path, rise_nm)
+    }
+
+    fn place(
+        &self,
+        guess: &Self::Path,
+        rise_nm: f32,
+        rotation_rad: f32,
+    ) -> Option<(f32, PathPoint)> {
+        self.placed(guess, rise_nm, rotation_rad)
+    }
+
+    fn stiffest_m(&self, at: &Self::Configuration, torque_nm: f32, phalanx: u8) -> Option<f32> {
+        self.held(at, torque_nm)?.stiffest_m(phalanx)
+    }
+}

@@ -1,0 +1,103 @@
+//! The finger a step after contact: its stiffness, the contact's moment arms, and what is amiss there.
+
+// Indices are those of the matrices in the equations; loops over 0..N need no bounds check.
+#![allow(clippy::needless_range_loop)]
+
+use super::Start;
+use super::newton::Unknown;
+use crate::finger::{Gear, Step, Transmission};
+use crate::numeric::Turn;
+
+/// The finger a step after contact, and what is amiss there.
+pub(super) struct Local<const N: usize> {
+    pub(super) gear: Gear<N>,
+    /// H + f dp/ddelta.
+    pub(super) stiffness: [[f32; N]; N],
+    /// Moment arms p of the contact.
+    pub(super) arms: [f32; N],
+    /// dp/dk, and the sine with which k shifts the gap.
+    pub(super) arms_by_k: [f32; N],
+    pub(super) gap_by_k: f32,
+    /// tau - f p.
+    pub(super) torques: [f32; N],
+    /// Distance of the cylinder from the phalanx.
+    pub(super) gap: f32,
+    pub(super) k_now: f32,
+}
+
+impl<const N: usize> Start<N> {
+    /// Everything about the finger at `at`, exactly as far from contact as the increments say.
+    pub(super) fn local<T: Transmission<N>>(
+        &self,
+        transmission: &T,
+        at: &Unknown<N>,
+        rise: f32,
+    ) -> Option<Local<N>> {
+        let step = Step::of(at.delta);
+        let now = self.from.advanced(&step);
+        let gear = transmission.gear(&now)?;
+        let x_change = transmission.x_change(&self.from, &step)?;
+        let torque = self.torque + rise;
+        let (was, turn, i) = (self.from.turn(), now.turn(), self.before);
+
+        // Down from the contact: bend of phalanx i against phalanx j at contact and now, and half the rotation of j.
+        let mut half = step
+            .half
+            .iter()
+            .take(i + 1)
+            .fold(Turn::NONE, |sum, h| sum.then(*h));
+        let phi = half.twice();
+        let versine = 2.0 * half.sin * half.sin;
+        let mut arms_sines = [(0.0f32, 0.0f32); N];
+        let (mut bend_was, mut bend_now) = (Turn::NONE, Turn::NONE);
+        let (mut arm, mut sine) = (0.0f32, 0.0f32);
+        let mut shift = [0.0f32; 2];
+        for j in (0..N).filter(|j| *j <= i).rev() {
+            arms_sines[j] = (arm, sine);
+            let Some(below) = j.checked_sub(1) else { break };
+            half = half.then(step.half[j].back());
+            bend_was = bend_was.then(was[j]);
+            bend_now = bend_now.then(turn[j]);
+            // The tip of phalanx j moves by a chord, perpendicular to its middle direction; frame of phalanx i at contact.
+            let middle = bend_was.back().then(half);
+            let chord = 2.0 * half.sin * self.lengths[below];
+            shift[0] -= chord * middle.sin;
+            shift[1] += chord * middle.cos;
+            arm += self.lengths[below] * bend_now.cos;
+            sine -= self.lengths[below] * bend_now.sin;
+        }
+        let gap = -at.k * phi.sin - self.radius * versine + phi.sin * shift[0] - phi.cos * shift[1];
+        let k_now = phi.cos * (at.k - shift[0]) + phi.sin * (self.radius - shift[1]);
+        let normal = self.radius + gap;
+
+        let (mut arms, mut arms_by_k) = ([0.0; N], [0.0; N]);
+        let mut stiffness = gear.w;
+        let mut torques = [0.0; N];
+        for m in 0..N {
+            for q in 0..N {
+                stiffness[m][q] *= -torque;
+                if m <= i && q <= i {
+                    // dp_m/ddelta_q: the height of the contact over the joint nearer to the base.
+                    stiffness[m][q] += at.force * (normal + arms_sines[m.min(q)].1);
+                }
+            }
+            stiffness[m][m] += self.stiffness[m];
+            if m <= i {
+                arms[m] = k_now + arms_sines[m].0;
+                arms_by_k[m] = phi.cos;
+            }
+            let driven = gear.x[m] * rise + x_change[m] * self.torque;
+            torques[m] = driven - self.stiffness[m] * at.delta[m] - at.force * arms[m];
+        }
+        Some(Local {
+            gear,
+            stiffness,
+            arms,
+            arms_by_k,
+            gap_by_k: phi.sin,
+            torques,
+            gap,
+            k_now,
+        })
+    }
+}

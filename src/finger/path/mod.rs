@@ -1,0 +1,155 @@
+//! The path after contact: a phalanx rolls and slides on a cylinder fixed in space while the torque rises (MATH 7).
+//!
+//! Unknown are the changes delta of the joint angles and the contact force f. They satisfy
+//!
+//! - equilibrium of every joint, tau(T, delta) = f p(delta), in increments since contact, where tau = 0;
+//! - contact: the phalanx stays at the distance R from the cylinder's centre; R = 0 is a point.
+//!
+//! Newton's method solves both together, at e_2 as well as anywhere: nothing is divided by what vanishes there. With the
+//! contact's place k unknown too and the rotation of the input link given, the same system is the estimator of one
+//! finite step. Everything is dimensionless inside: lengths over the finger's, stiffness over the largest.
+
+mod local;
+mod newton;
+mod place;
+mod response;
+
+use super::{Configuration, Contact, Finger, MAX_PHALANGES, PathPoint, Step, Transmission};
+use newton::Unknown;
+
+/// Pieces into which a torque is divided when Newton's method does not reach it in one.
+const PIECES: u8 = 8;
+
+/// A contact path under way: what was there at contact, and the last point found.
+#[derive(Clone, Copy, Debug)]
+pub struct Path<const N: usize> {
+    start: Start<N>,
+    last: Unknown<N>,
+    /// Input torque of `last` since contact, over the stiffness scale.
+    rise: f32,
+}
+
+/// The instant of contact, dimensionless.
+#[derive(Clone, Copy, Debug)]
+struct Start<const N: usize> {
+    from: Configuration<N>,
+    torque: f32,
+    /// Phalanges before the one in contact.
+    before: usize,
+    lengths: [f32; N],
+    stiffness: [f32; N],
+    radius: f32,
+    length_scale: f32,
+    stiffness_scale: f32,
+}
+
+impl<const N: usize, T: Transmission<N>> Finger<N, T> {
+    /// See [`super::Mechanics::path`].
+    pub(crate) fn start(
+        &self,
+        at: &Configuration<N>,
+        torque_nm: f32,
+        contact: Contact,
+    ) -> Option<Path<N>> {
+        let Contact {
+            phalanx,
+            k_m,
+            radius_m,
+        } = contact;
+        let before = usize::from(phalanx).checked_sub(1)?;
+        let length = *self.parameters.lengths_m.get(before)?;
+        if !(k_m > 0.0 && k_m <= length && radius_m >= 0.0 && torque_nm.is_finite()) {
+            return None;
+        }
+        let length_scale = self.parameters.lengths_m.iter().sum::<f32>();
+        let stiffness_scale = self
+            .parameters
+            .stiffness_nm_per_rad
+            .iter()
+            .fold(0.0f32, |m, k| m.max(*k));
+        let start = Start {
+            from: *at,
+            torque: torque_nm / stiffness_scale,
+            before,
+            lengths: self.parameters.lengths_m.map(|l| l / length_scale),
+            stiffness: self
+                .parameters
+                .stiffness_nm_per_rad
+                .map(|k| k / stiffness_scale),
+            radius: radius_m / length_scale,
+            length_scale,
+            stiffness_scale,
+        };
+        let last = Unknown {
+            delta: [0.0; N],
+            force: 0.0,
+            k: k_m / length_scale,
+        };
+        let local = start.local(&self.transmission, &last, 0.0)?;
+        let response = local.response()?;
+        let presses =
+            response.force_by_torque > 0.0 && local.compliance(&response.by_torque) >= 0.0;
+        presses.then_some(Path {
+            start,
+            last,
+            rise: 0.0,
+        })
+    }
+
+    /// See [`super::Mechanics::follow`].
+    pub(crate) fn continue_to(&self, path: &mut Path<N>, rise_nm: f32) -> Option<PathPoint> {
+        let rise = rise_nm / path.start.stiffness_scale;
+        if !rise.is_finite() {
+            return None;
+        }
+        let found = self
+            .newton(&path.start, path.last, path.rise, rise)
+            .or_else(|| {
+                let (mut at, mut reached) = (path.last, path.rise);
+                for piece in 1..=PIECES {
+                    let next =
+                        path.rise + (rise - path.rise) * (f32::from(piece) / f32::from(PIECES));
+                    at = self.newton(&path.start, at, reached, next)?;
+                    reached = next;
+                }
+                Some(at)
+            })?;
+        let point = self.point(&path.start, &found, rise)?;
+        path.last = found;
+        path.rise = rise;
+        Some(point)
+    }
+
+    /// What a user wants to know of a solved point; `None` where the contact would be off the phalanx or pull.
+    fn point(&self, start: &Start<N>, at: &Unknown<N>, rise: f32) -> Option<PathPoint> {
+        let local = start.local(&self.transmission, at, rise)?;
+        let response = local.response()?;
+        let compliance = local.compliance(&response.by_torque) / start.stiffness_scale;
+        let step = Step::of(at.delta);
+        let rotation_rad = self.transmission.turned_rad(&start.from, &step)?;
+        let reach = start.lengths.get(start.before)?;
+        let stays = local.k_now > 0.0
+            && local.k_now <= *reach
+            && at.force >= -f32::EPSILON
+            && compliance >= 0.0;
+        let mut joints_rad = [0.0; MAX_PHALANGES];
+        for (joint, delta) in joints_rad.iter_mut().zip(at.delta) {
+            *joint = delta;
+        }
+        let point = PathPoint {
+            rotation_rad,
+            compliance_rad_per_nm: compliance,
+            k_now_m: self.on_phalanx(start, local.k_now)?,
+            force_n: at.force * (start.stiffness_scale / start.length_scale),
+            joints_rad,
+        };
+        let finite =
+            rotation_rad.is_finite() && compliance.is_finite() && point.force_n.is_finite();
+        (stays && finite).then_some(point)
+    }
+
+    /// A distance along the phalanx in metre; the change of scale may round past the tip.
+    fn on_phalanx(&self, start: &Start<N>, k: f32) -> Option<f32> {
+        Some((k * start.length_scale).min(*self.parameters.lengths_m.get(start.before)?))
+    }
+}

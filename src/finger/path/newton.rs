@@ -1,0 +1,108 @@
+//! Newton's method along the path.
+
+// Indices are those of the matrices in the equations; loops over 0..N need no bounds check.
+#![allow(clippy::needless_range_loop)]
+
+use super::Start;
+use crate::finger::{Finger, Transmission};
+
+/// Newton steps towards one torque; warm-started, two or three are taken.
+pub(super) const STEPS: u8 = 16;
+/// A joint's change in one Newton step, radian, beyond which the step is shortened.
+const STRIDE_RAD: f32 = 0.2;
+/// A change this small compared with the joints' is their rounding.
+const SETTLED_SHARE: f32 = 2e-7;
+/// A change this small compared with the joints' may be rounding, if it no longer shrinks.
+const NOISE_SHARE: f32 = 1e-4;
+
+/// What Newton's method moves.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Unknown<const N: usize> {
+    pub(super) delta: [f32; N],
+    pub(super) force: f32,
+    pub(super) k: f32,
+}
+
+impl<const N: usize> Unknown<N> {
+    /// Adds a Newton step, shortened to the stride; answers its size and whether it was shortened.
+    pub(super) fn add(&mut self, step: &Unknown<N>) -> Option<(f32, bool)> {
+        let size = largest(&step.delta);
+        let share = if size > STRIDE_RAD {
+            STRIDE_RAD / size
+        } else {
+            1.0
+        };
+        for m in 0..N {
+            self.delta[m] += share * step.delta[m];
+        }
+        self.force += share * step.force;
+        self.k += share * step.k;
+        let finite = self
+            .delta
+            .iter()
+            .chain([&self.force, &self.k])
+            .all(|x| x.is_finite() && x.abs() < 1e12);
+        finite.then_some((size, share < 1.0))
+    }
+}
+
+pub(super) fn largest<const N: usize>(of: &[f32; N]) -> f32 {
+    of.iter().fold(0.0f32, |m, x| m.max(x.abs()))
+}
+
+/// Says when Newton's method is done: the step is the rounding of what it changes, or no longer shrinks near that.
+pub(super) struct Settling {
+    pub(super) before: f32,
+}
+
+impl Settling {
+    pub(super) fn done<const N: usize>(
+        &mut self,
+        size: f32,
+        shortened: bool,
+        delta: &[f32; N],
+    ) -> bool {
+        let scale = largest(delta);
+        let done = !shortened
+            && (size <= SETTLED_SHARE * scale
+                || (size <= NOISE_SHARE * scale && size >= 0.5 * self.before));
+        self.before = size;
+        done
+    }
+}
+
+impl<const N: usize, T: Transmission<N>> Finger<N, T> {
+    /// From a point of the path to the one at another rise.
+    pub(super) fn newton(
+        &self,
+        start: &Start<N>,
+        last: Unknown<N>,
+        reached: f32,
+        rise: f32,
+    ) -> Option<Unknown<N>> {
+        let mut at = last;
+        // Along the tangent first: Newton's method from there keeps to the branch.
+        let response = start.local(&self.transmission, &at, reached)?.response()?;
+        let more = rise - reached;
+        at.add(&Unknown {
+            delta: response.by_torque.map(|y| y * more),
+            force: response.force_by_torque * more,
+            k: 0.0,
+        })?;
+        let mut settling = Settling {
+            before: f32::INFINITY,
+        };
+        for _ in 0..STEPS {
+            let response = start.local(&self.transmission, &at, rise)?.response()?;
+            let (size, shortened) = at.add(&Unknown {
+                delta: response.amiss,
+                force: response.force_amiss,
+                k: 0.0,
+            })?;
+            if settling.done(size, shortened, &at.delta) {
+                return Some(at);
+            }
+        }
+        None
+    }
+}

@@ -1,0 +1,43 @@
+//! The estimator of one finite step: the place that turns the input link as measured.
+
+use super::Path;
+use super::newton::{STEPS, Settling, largest};
+use crate::finger::{Finger, PathPoint, Step, Transmission};
+
+impl<const N: usize, T: Transmission<N>> Finger<N, T> {
+    /// See [`super::Mechanics::place`].
+    pub(crate) fn placed(
+        &self,
+        guess: &Path<N>,
+        rise_nm: f32,
+        rotation_rad: f32,
+    ) -> Option<(f32, PathPoint)> {
+        let start = &guess.start;
+        let rise = rise_nm / start.stiffness_scale;
+        if !(rise.is_finite() && rotation_rad.is_finite()) {
+            return None;
+        }
+        let mut path = *guess;
+        self.continue_to(&mut path, rise_nm);
+        let mut at = path.last;
+        let mut settling = Settling {
+            before: f32::INFINITY,
+        };
+        for _ in 0..STEPS {
+            let local = start.local(&self.transmission, &at, rise)?;
+            let turned = self
+                .transmission
+                .turned_rad(&start.from, &Step::of(at.delta))?;
+            let step = local.place_response(at.force, rotation_rad - turned)?;
+            let (size, shortened) = at.add(&step)?;
+            let moved = size.max(step.k.abs() * largest(&at.delta));
+            if settling.done(moved, shortened, &at.delta) {
+                let reach = *start.lengths.get(start.before)?;
+                let point = self.point(start, &at, rise)?;
+                let on_it = at.k > 0.0 && at.k <= reach;
+                return on_it.then_some((self.on_phalanx(start, at.k)?, point));
+            }
+        }
+        None
+    }
+}

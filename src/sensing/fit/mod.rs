@@ -1,0 +1,126 @@
+//! Where is the contact, and how round the object: the whole torque-angle curve against the finger's exact path (MATH 7).
+//!
+//! For a hypothesis (a phalanx) eight numbers are fitted, each with a prior: the location k, the effective contact radius
+//! R, an offset q of the torque (misfit of the friction record), the onset angle o, and what calibration has left open of
+//! the torque factor f, the cable's twist c, the share g of it that creeps and the rotor's inertia j, which counts while a
+//! stiff contact slows the motor down. With the nominal torque T of each point, corrected by j, the model is
+//!
+//! angle = o + rotation(f (T - q); k, R) + c (T - q - T_c / f + g L),
+//!
+//! L being the torque delayed by the creep's time constant, and rotation the contact path from the torque T_c of the free
+//! finger at the onset. The residual is taken in angle, which stays bounded where the finger is rigid (e_2); its variance
+//! is that of the torque times the slope squared. Everything unknown is a parameter with a prior, so the deviation of k
+//! that comes out holds noise, friction misfit, radius and calibration together.
+
+mod estimate;
+mod linearise;
+mod model;
+mod onset;
+mod prior;
+mod refine;
+mod unknowns;
+
+pub use estimate::Estimate;
+pub use model::Data;
+pub use onset::free_behind_cable;
+pub use prior::{Place, Prior};
+pub use unknowns::UNKNOWNS;
+
+use crate::sensing::normal::Factor;
+use unknowns::{K, LEAST_SHARE};
+
+/// Nearer to a joint than this share of the phalanx, a contact is one on the joint.
+const JOINT_SHARE: f32 = 0.02;
+/// Fewest points that make a fit.
+pub const LEAST_POINTS: usize = 5;
+
+/// One explanation of the curve, refined step by step.
+#[derive(Clone, Copy, Debug)]
+pub struct Hypothesis {
+    phalanx: u8,
+    /// Unknowns, whitened by the prior (location: in phalanx lengths).
+    x: [f32; UNKNOWNS],
+    /// Location of `best` in phalanx lengths.
+    share: f32,
+    damping: f32,
+    steps: u16,
+    settled_steps: u8,
+    best: Option<Estimate>,
+    /// Inverse covariance, factored.
+    factor: Option<Factor<UNKNOWNS>>,
+    /// Sum of squares, priors and logarithms of variances.
+    cost: f32,
+}
+
+impl Hypothesis {
+    /// A contact on a phalanx, starting at a location. On phalanx 1 location and radius mean nothing and stay.
+    pub fn new(phalanx: u8, k_m: f32, length_m: f32, prior: &Prior) -> Self {
+        let mut x = [0.0; UNKNOWNS];
+        x[K] = match prior.place {
+            Place::Anywhere => (k_m / length_m).clamp(LEAST_SHARE, 1.0),
+            Place::Known { .. } => 0.0,
+        };
+        Self {
+            phalanx,
+            x,
+            share: 1.0,
+            damping: 0.0,
+            steps: 0,
+            settled_steps: 0,
+            best: None,
+            factor: None,
+            cost: f32::INFINITY,
+        }
+    }
+
+    /// The phalanx.
+    pub fn phalanx(&self) -> u8 {
+        self.phalanx
+    }
+
+    /// Result so far; None before the first step, or where no path fits the curve at all.
+    pub fn estimate(&self) -> Option<&Estimate> {
+        self.best.as_ref()
+    }
+
+    /// Steps made.
+    pub fn steps(&self) -> u16 {
+        self.steps
+    }
+
+    /// Whether the last steps changed nothing that matters.
+    pub fn has_converged(&self) -> bool {
+        self.settled_steps >= 2
+    }
+
+    /// New points have come.
+    pub fn refresh(&mut self) {
+        self.settled_steps = 0;
+    }
+
+    /// Whether the place lies on the very joint of phalanx 2: as compliant as a contact anywhere on phalanx 1 (MATH 5), and
+    /// nearer to the joint than either phalanx is thick.
+    pub fn is_on_first_joint(&self) -> bool {
+        self.phalanx == 2 && self.share < JOINT_SHARE
+    }
+
+    fn is_proximal(&self) -> bool {
+        self.phalanx <= 1
+    }
+
+    /// Nothing explains the curve from here.
+    fn fail(&mut self) {
+        self.best = None;
+        self.factor = None;
+        self.cost = f32::INFINITY;
+        self.settled_steps = self.settled_steps.saturating_add(1);
+    }
+
+    /// The path ends before the curve: try nearer to the middle of the phalanx.
+    fn retreat(&mut self, prior: &Prior) {
+        self.fail();
+        if prior.place == Place::Anywhere {
+            self.x[K] += 0.25 * (0.5 - self.x[K]);
+        }
+    }
+}

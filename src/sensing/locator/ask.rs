@@ -1,0 +1,128 @@
+//! Where to start from: the finger's inverse is asked for places as stiff as the curve.
+
+use super::Locator;
+use crate::finger::{Class, Mechanics};
+use crate::sensing::curve;
+use crate::sensing::fit::{Data, Hypothesis, LEAST_POINTS, Place, Prior, free_behind_cable};
+
+/// Torque at which hypotheses are first made, in standard deviations of the offset and of a point.
+const FIRST_SIGMAS: f32 = 8.0;
+/// Growth of the torque after which the slope is asked again for places not thought of.
+const ASK_AGAIN: f32 = 1.8;
+/// Two places closer than this share of the phalanx are one.
+const SAME_PLACE: f32 = 0.12;
+
+impl Locator {
+    /// Whether the torque has grown enough for places not thought of.
+    pub(super) fn is_time_to_ask(&mut self, prior: &Prior) -> bool {
+        let Some(last) = self.points.last() else {
+            return false;
+        };
+        let rise = last.torque_nm;
+        let variance = last.variance_nm2 + prior.offset_sigma_nm * prior.offset_sigma_nm;
+        let due = self.points.len() >= LEAST_POINTS
+            && rise > ASK_AGAIN * self.asked_at_nm
+            && rise * rise > FIRST_SIGMAS * FIRST_SIGMAS * variance;
+        if due {
+            self.asked_at_nm = rise;
+        }
+        due
+    }
+
+    /// Asks the finger's inverse where a contact of the measured slope may be.
+    pub(super) fn ask<F: Mechanics>(
+        &mut self,
+        finger: &F,
+        data: &Data,
+        prior: &Prior,
+        near: &F::Configuration,
+    ) {
+        let Some(slope) = curve::slope(
+            data.points.iter(),
+            f32::NEG_INFINITY,
+            data.drivetrain.creep[0],
+        ) else {
+            return;
+        };
+        self.slope = Some(slope);
+        if let Place::Known { phalanx, k_m, .. } = prior.place {
+            // Calibration: the place is told, and only that.
+            if self.hypotheses.is_empty() {
+                self.add(finger, phalanx, k_m, prior);
+            }
+            return;
+        }
+        let rad_per_nm = slope.counts_per_nm * data.drivetrain.rad_per_count;
+        let calibration = &prior.calibration;
+        let compliance = (rad_per_nm - calibration.cable_rad_per_nm) / calibration.torque_factor;
+        let onset_rad = data.origin_rad + slope.onset_counts * data.drivetrain.rad_per_count;
+        let Some(free) = free_behind_cable(finger, onset_rad, calibration, prior.creep[0], near)
+        else {
+            return;
+        };
+        let inverse = finger.locate(&free.configuration, free.torque_nm, compliance.max(1e-6));
+        self.class = if compliance > 0.0 {
+            inverse.class()
+        } else {
+            Class::TooStiff
+        };
+        if self.hypotheses.is_empty() {
+            self.add(finger, 1, 0.0, prior);
+        }
+        for candidate in inverse.candidates() {
+            if candidate.phalanx > 1 {
+                self.add(finger, candidate.phalanx, candidate.k_m, prior);
+            }
+        }
+        // No place is as soft or as stiff as the slope: the nearest one there is, on each phalanx that has none.
+        let share = match self.class {
+            Class::TooStiff => 0.85,
+            Class::Proximal | Class::Gap | Class::TooSoft => 0.1,
+            _ => return,
+        };
+        for phalanx in 2..=F::PHALANGES as u8 {
+            if !self.hypotheses.iter().any(|h| h.phalanx() == phalanx) {
+                let length = finger.phalanx_length_m(phalanx).unwrap_or(0.0);
+                self.add(finger, phalanx, share * length, prior);
+            }
+        }
+    }
+
+    /// Adds a hypothesis unless there is one like it; the worst one makes room.
+    fn add<F: Mechanics>(&mut self, finger: &F, phalanx: u8, k_m: f32, prior: &Prior) {
+        let Some(length) = finger.phalanx_length_m(phalanx) else {
+            return;
+        };
+        let known = self.hypotheses.iter().any(|h| {
+            h.phalanx() == phalanx
+                && (phalanx == 1
+                    || h.steps() == 0
+                    || h.estimate()
+                        .is_some_and(|e| (e.k_m - k_m).abs() < SAME_PLACE * length))
+        });
+        if known {
+            return;
+        }
+        if self.hypotheses.is_full() {
+            let worst = (0..self.hypotheses.len()).min_by(|&a, &b| {
+                let evidence = |i: usize| {
+                    self.hypotheses.get(i).map_or(f32::NEG_INFINITY, |h| {
+                        if h.phalanx() == 1 {
+                            f32::INFINITY
+                        } else {
+                            h.ln_evidence(1.0)
+                        }
+                    })
+                };
+                evidence(a).total_cmp(&evidence(b))
+            });
+            if let Some(worst) = worst {
+                self.hypotheses.swap_remove(worst);
+            }
+        }
+        // There is room: one was just made.
+        let _ = self
+            .hypotheses
+            .push(Hypothesis::new(phalanx, k_m, length, prior));
+    }
+}

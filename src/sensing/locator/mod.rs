@@ -1,0 +1,105 @@
+//! Which phalanx, which of several places: hypotheses that compete for one curve.
+//!
+//! A running slope and the finger's inverse (bisection) give the places to start from; each becomes a fit of the whole
+//! curve, refined a step at a time, and so does a contact on the proximal phalanx, which has no place. They are compared
+//! by their evidence: what explains the curve as well with less freedom wins, two that explain it about equally well are
+//! reported as ambiguous.
+
+mod ask;
+mod judge;
+
+pub use judge::{Verdict, ln_likelihood};
+
+use crate::finger::{Class, Mechanics};
+use crate::sensing::curve::{BINS, Point, Slope};
+use crate::sensing::fit::{Data, Hypothesis, Prior};
+
+/// Most hypotheses at a time: two places on each of two phalanges, and the proximal one.
+const MOST: usize = 5;
+
+/// The competition. It goes in rounds: within one, every hypothesis is fitted to the same points, or their evidence could
+/// not be compared.
+#[derive(Clone, Debug)]
+pub struct Locator {
+    hypotheses: heapless::Vec<Hypothesis, MOST>,
+    /// Points of this round.
+    points: heapless::Vec<Point, BINS>,
+    /// The hypothesis whose turn it is.
+    turn: usize,
+    asked_at_nm: f32,
+    /// What the slope said last, for a contact that no hypothesis explains.
+    class: Class,
+    slope: Option<Slope>,
+}
+
+impl Default for Locator {
+    fn default() -> Self {
+        Self {
+            hypotheses: heapless::Vec::new(),
+            points: heapless::Vec::new(),
+            turn: 0,
+            asked_at_nm: 0.0,
+            class: Class::Invalid,
+            slope: None,
+        }
+    }
+}
+
+impl Locator {
+    /// The slope that the places were last asked for with.
+    pub fn slope(&self) -> Option<&Slope> {
+        self.slope.as_ref()
+    }
+
+    /// Fits in hand.
+    pub fn hypotheses(&self) -> &[Hypothesis] {
+        &self.hypotheses
+    }
+
+    /// Whether every fit has reached its minimum.
+    pub fn has_converged(&self) -> bool {
+        self.hypotheses.iter().all(Hypothesis::has_converged)
+    }
+
+    /// One step: begins a round if it is time to, and refines the next hypothesis. True when that ends a round: then there
+    /// is a verdict. `near` is a posture near the onset.
+    pub fn refine<F: Mechanics>(
+        &mut self,
+        finger: &F,
+        data: &Data,
+        prior: &Prior,
+        near: &F::Configuration,
+    ) -> bool {
+        if self.turn == 0 {
+            self.points.clear();
+            // As many as there are bins.
+            let _ = self
+                .points
+                .extend_from_slice(data.points.get(..BINS).unwrap_or(data.points));
+            if self.is_time_to_ask(prior) {
+                self.ask(finger, data, prior, near);
+                return false;
+            }
+        }
+        let round = Data {
+            points: &self.points,
+            ..*data
+        };
+        if let Some(hypothesis) = self.hypotheses.get_mut(self.turn) {
+            hypothesis.refine(finger, &round, prior, near);
+        }
+        self.turn += 1;
+        if self.turn < self.hypotheses.len() {
+            return false;
+        }
+        self.turn = 0;
+        !self.hypotheses.is_empty()
+    }
+
+    /// Starts the count of settled steps anew: no more points will come.
+    pub fn refresh(&mut self) {
+        for hypothesis in &mut self.hypotheses {
+            hypothesis.refresh();
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! The motion is over: the fits to their minimum, then the last word.
+
+use super::touch::Touching;
+use super::{Sensor, Work};
+use crate::finger::Mechanics;
+use crate::sensing::Directive;
+use crate::sensing::joint::JointSensor;
+
+/// Steps that each hypothesis gets when the motion is over.
+const LAST_STEPS: u8 = 40;
+/// Samples between two of them: a step takes several milliseconds on the target, and samples must not pile up meanwhile.
+const SAMPLES_PER_LAST_STEP: u8 = 12;
+
+impl<R> Touching<R> {
+    /// No more is to come; the last word is due.
+    pub(super) fn end(&mut self) {
+        if self.last_steps.is_none() {
+            self.locator.refresh();
+            self.last_steps = Some(LAST_STEPS);
+        }
+    }
+}
+
+impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
+    /// After the motion: the fits to their minimum, then the last word.
+    pub(super) fn conclude(&mut self) {
+        let Work::Contact(touching) = &mut self.work else {
+            return;
+        };
+        let Some(steps) = touching.last_steps else {
+            return;
+        };
+        if self.directive != Directive::CalibrateCable
+            && !touching.settled
+            && steps > 0
+            && !(steps < LAST_STEPS && touching.locator.has_converged())
+        {
+            if touching.pause > 0 {
+                touching.pause -= 1;
+                return;
+            }
+            touching.pause = SAMPLES_PER_LAST_STEP - 1;
+            touching.last_steps = Some(steps - 1);
+            self.with_contact(|sensor, touching| {
+                sensor.refine(touching);
+            });
+            return;
+        }
+        self.done = true;
+        self.with_contact(|sensor, touching| match sensor.directive {
+            Directive::CalibrateCable => {
+                let learned = sensor.learn_from_press(touching);
+                sensor.tell_calibration(learned);
+            }
+            Directive::Calibrate { .. } => {
+                let learned = sensor.learn_from_contact(touching);
+                sensor.tell_calibration(learned);
+            }
+            _ if touching.settled => {}
+            _ => sensor.report(touching, true),
+        });
+        self.work = Work::Nothing;
+    }
+}

@@ -1,0 +1,207 @@
+//! What a round of the locator says, and whether it is news.
+
+use super::Sensor;
+use super::touch::{Reported, Touching};
+use crate::finger::Mechanics;
+use crate::numeric::sqrt;
+use crate::sensing::fit::Estimate;
+use crate::sensing::joint::{Hall, JointSensor};
+use crate::sensing::locator::{self, Verdict};
+use crate::sensing::{Event, NotLocated};
+
+/// A deviation that shrinks by less than this factor while the torque grows by a quarter will not be worth more torque.
+const NO_HELP: f32 = 0.93;
+/// Deviation of k, as a share of the phalanx, above which all the torque there is will be used: far up the curve its bend
+/// tells what the slope alone cannot.
+const SHARP: f32 = 0.012;
+/// Deviation of k, as a share of the phalanx, above which no location is reported.
+const VAGUE: f32 = 0.25;
+/// Mean square residual, in variances, up to which a curve counts as explained well.
+const GOOD: f32 = 4.0;
+/// Growth of it with which a curve has left its path.
+const WORSE: f32 = 5.0;
+/// Rounds that it takes to believe it.
+const WORSE_ROUNDS: u8 = 4;
+/// A location is reported anew when its deviation has shrunk by this factor.
+const SHARPER: f32 = 0.75;
+
+impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
+    fn verdict(&self, touching: &Touching<H::Reading>) -> Verdict {
+        let change = H::change_rad(touching.reading, self.reading);
+        touching.locator.verdict(|estimate| {
+            change.map_or(0.0, |measured| {
+                let [_, expected, _] = estimate.end.joints_rad;
+                locator::ln_likelihood(measured, expected, Hall::SIGMA_RAD)
+            })
+        })
+    }
+
+    /// Says what is new at the end of a round; `last` is the last word.
+    pub(super) fn report(&mut self, touching: &mut Touching<H::Reading>, last: bool) {
+        if touching.settled {
+            return;
+        }
+        let misfit = touching.locator.misfit();
+        let mut verdict = self.verdict(touching);
+        let mut over = last || touching.torque_nm >= 0.97 * self.settings.torque_limit_nm;
+        let was = touching.good.map_or(misfit, |(_, was)| was);
+        if misfit > (WORSE * was.max(1.0)).max(GOOD) {
+            touching.worse = touching.worse.saturating_add(1);
+        } else {
+            touching.worse = 0;
+        }
+        match touching.good {
+            // The curve has left the path that explained it well: a second contact, a slip. What was known before holds. A
+            // round or two may just be a fit on its way.
+            Some((good, _)) if touching.worse >= WORSE_ROUNDS || verdict == Verdict::Undecided => {
+                verdict = good;
+                over |= touching.worse >= WORSE_ROUNDS;
+            }
+            _ if misfit <= GOOD && verdict != Verdict::Undecided => {
+                touching.good = Some((verdict, misfit));
+            }
+            _ => {}
+        }
+        if touching.worse > 0 && !over {
+            return;
+        }
+        match verdict {
+            Verdict::At {
+                phalanx,
+                estimate,
+                spread,
+            } => {
+                let sigma_m = estimate.k_sigma_m * sqrt(spread);
+                let length = self.finger.phalanx_length_m(phalanx).unwrap_or(0.0);
+                let help = self.more_torque_helps(touching, sigma_m) || sigma_m > SHARP * length;
+                let settled = over || sigma_m <= self.settings.wanted_sigma_m || !help;
+                if sigma_m >= VAGUE * length {
+                    if over {
+                        self.tell_nowhere(touching, NotLocated::TooFewSamples);
+                    }
+                    return;
+                }
+                let news = match touching.reported {
+                    Reported::Located {
+                        phalanx: before,
+                        k_m,
+                        sigma_m: was,
+                    } => {
+                        before != phalanx
+                            || sigma_m < SHARPER * was
+                            || (estimate.k_m - k_m).abs() > 2.0 * was
+                    }
+                    _ => true,
+                };
+                touching.settled = settled;
+                if news || settled {
+                    self.tell_located(touching, phalanx, &estimate, spread);
+                }
+            }
+            Verdict::Either {
+                phalanx,
+                estimate,
+                spread,
+            } => {
+                touching.settled = over;
+                if touching.reported != Reported::Ambiguous || over {
+                    self.tell_ambiguous(touching, phalanx, &estimate, spread);
+                }
+            }
+            Verdict::Nowhere(why) => {
+                // A proximal contact is not told from one near the joint before the torque has shown the difference.
+                let sure = touching.torque_nm >= 0.3 * self.settings.torque_limit_nm;
+                if over || (sure && why == NotLocated::Proximal) {
+                    self.tell_nowhere(touching, why);
+                }
+            }
+            Verdict::Undecided if last => self.tell_nowhere(touching, NotLocated::TooFewSamples),
+            Verdict::Undecided => {}
+        }
+    }
+
+    fn tell_nowhere(&mut self, touching: &mut Touching<H::Reading>, why: NotLocated) {
+        touching.settled = true;
+        self.tell(Event::NotLocated {
+            why,
+            torque_nm: touching.torque_nm,
+        });
+    }
+
+    /// Whether the deviation still shrinks as the torque grows.
+    fn more_torque_helps(&self, touching: &mut Touching<H::Reading>, sigma_m: f32) -> bool {
+        let (torque_nm, was_m) = touching.asked;
+        if touching.torque_nm < 1.25 * torque_nm {
+            return true;
+        }
+        touching.asked = (touching.torque_nm, sigma_m);
+        // Early deviations say little: the fit may not stand still yet.
+        touching.torque_nm < 0.4 * self.settings.torque_limit_nm || sigma_m < NO_HELP * was_m
+    }
+
+    fn tell_located(
+        &mut self,
+        touching: &mut Touching<H::Reading>,
+        phalanx: u8,
+        estimate: &Estimate,
+        spread: f32,
+    ) {
+        let settled = touching.settled;
+        let swell = sqrt(spread);
+        let sigma_m = estimate.k_sigma_m * swell;
+        let radius_sigma_m = estimate.radius_sigma_m * swell;
+        // No better than the prior: the curve does not tell.
+        let tells_radius = radius_sigma_m < 0.7 * self.settings.radius_sigma_m;
+        let k_c = self
+            .free(estimate.onset_rad)
+            .and_then(|free| {
+                self.finger.contact_compliance(
+                    &free.configuration,
+                    free.torque_nm,
+                    phalanx,
+                    estimate.k_m,
+                )
+            })
+            .map_or(f32::INFINITY, |compliance| 1.0 / compliance);
+        touching.reported = Reported::Located {
+            phalanx,
+            k_m: estimate.k_m,
+            sigma_m,
+        };
+        self.tell(Event::Located {
+            phalanx,
+            k_m: estimate.k_m,
+            sigma_m,
+            k_c_nm_per_rad: k_c,
+            force_n: estimate.end.force_n,
+            radius_m: if tells_radius {
+                estimate.radius_m
+            } else {
+                f32::NAN
+            },
+            radius_sigma_m: if tells_radius {
+                radius_sigma_m
+            } else {
+                f32::NAN
+            },
+            settled,
+        });
+    }
+
+    fn tell_ambiguous(
+        &mut self,
+        touching: &mut Touching<H::Reading>,
+        phalanx: [u8; 2],
+        estimate: &[Estimate; 2],
+        spread: f32,
+    ) {
+        let settled = touching.settled;
+        touching.reported = Reported::Ambiguous;
+        self.tell(Event::Ambiguous {
+            phalanx,
+            k_m: estimate.map(|e| e.k_m),
+            sigma_m: estimate.map(|e| e.k_sigma_m * sqrt(spread)),
+            settled,
+        });
+    }
+}
