@@ -21,7 +21,7 @@ use crate::finger::Mechanics;
 use crate::sensing::block::{Block, Gate, Step};
 use crate::sensing::detector::Detector;
 use crate::sensing::friction::{Friction, Recorder};
-use crate::sensing::joint::{Hall, JointSensor, NoHall};
+use crate::sensing::joint::{JointSensor, NoHall};
 use crate::sensing::{Calibration, Directive, Drive, Drivetrain, Event, Sample, Settings};
 use core::mem;
 use heapless::Deque;
@@ -44,7 +44,7 @@ enum Work<R> {
 
 /// Contact sensing of one finger. See the module documentation.
 ///
-/// `H` is [`NoHall`] or [`Hall`].
+/// `H` is [`NoHall`] or [`Hall`](crate::sensing::Hall).
 #[derive(Clone, Debug)]
 pub struct Sensor<F: Mechanics, H: JointSensor = NoHall> {
     finger: F,
@@ -62,6 +62,8 @@ pub struct Sensor<F: Mechanics, H: JointSensor = NoHall> {
     stale_told: bool,
     posture: F::Configuration,
     reading: H::Reading,
+    /// Change of theta_2 since contact, as the last verdict took it into account.
+    joint_change: H::Reading,
     events: Deque<Event, 4>,
 }
 
@@ -89,6 +91,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             stale_told: false,
             posture,
             reading: H::Reading::default(),
+            joint_change: H::Reading::default(),
             events: Deque::new(),
         }
     }
@@ -113,6 +116,11 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         if efficiency > 0.0 && efficiency <= 1.0 {
             self.drivetrain.efficiency = efficiency;
         }
+    }
+
+    /// Change of theta_2 since contact, as the last word on a contact took it into account.
+    pub fn joint_change(&self) -> H::Reading {
+        self.joint_change
     }
 
     /// The friction record.
@@ -172,7 +180,8 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
     /// after its end for some tens of samples, one step of a fit.
     // A symbol of its own, so that its instructions can be counted on the chip.
     #[inline(never)]
-    pub fn update(&mut self, sample: &Sample) -> Option<Event> {
+    pub fn update(&mut self, sample: &Sample<H::Reading>) -> Option<Event> {
+        self.reading = sample.joint;
         match self.gate.push(sample, &self.drivetrain, &self.settings) {
             Step::Pending => {}
             Step::Block(block) => self.take(&block),
@@ -242,12 +251,5 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         if let Work::Contact(touching) = &mut self.work {
             touching.end();
         }
-    }
-}
-
-impl<F: Mechanics> Sensor<F, Hall> {
-    /// Takes a reading of theta_2, radian; it belongs to the samples that follow.
-    pub fn set_joint(&mut self, theta_2_rad: f32) {
-        self.reading = Some(theta_2_rad).filter(|angle| angle.is_finite());
     }
 }
