@@ -55,7 +55,8 @@ fn main() {
         notice: None,
         fault: None,
     };
-    let mut machine = Machine::new(Board::new(plant), &P70::DRIVE, NotFitted, motion).expect("config");
+    let mut machine =
+        Machine::new(Board::new(plant), &P70::DRIVE, NotFitted, motion).expect("config");
     let start = std::time::Instant::now();
     for request in [Request::RecordFriction, Request::Close, Request::Open] {
         if request == Request::Close {

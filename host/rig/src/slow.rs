@@ -75,8 +75,7 @@ impl<S: Simulated> SlowLoop for Slow<S> {
     type Input = Input<S>;
 
     fn sample(&mut self, sample: &SampleOf<S>, status: &Status) -> Demand {
-        self.samples
-            .push((self.directive, sample.with_joint(())));
+        self.samples.push((self.directive, sample.with_joint(())));
         if let Some(event) = self.sense.sample(sample) {
             self.conduct.hear(&event, status);
             self.events.push((sample.time_us, event));
