@@ -16,12 +16,16 @@ use heapless::spsc::{Consumer, Producer, Queue};
 use static_cell::StaticCell;
 
 use palpate::drive::io::Inputs;
+use palpate::drive::joint::JointInput;
 use palpate::drive::{Controller, Demand, Status};
-use palpate::sample::Sample;
+use palpate::scene::{Active, JointPin, SampleOf};
 
 use super::bridge::{self, Bridge};
 use super::watchdog::{self, Reporter};
 use super::{encoder, sampling};
+
+/// What a sample of this firmware's scene holds.
+type Sample = SampleOf<Active>;
 
 /// Samples on their way to the sensing task, one a millisecond. The longest time for which it does not run is well
 /// below this many milliseconds; if it is not, the loss is a fault.
@@ -40,6 +44,7 @@ static LOST: AtomicU32 = AtomicU32::new(0);
 struct Control {
     bridge: Bridge,
     controller: Controller,
+    joint: JointPin<Active>,
     samples: Producer<'static, Sample>,
     overrun: bool,
 }
@@ -87,8 +92,8 @@ pub fn status() -> Status {
     STATUS.lock(Cell::get).unwrap_or_default()
 }
 
-/// Gives bridge and controller to the interrupt and starts it.
-pub fn start(bridge: Bridge, controller: Controller) -> Samples {
+/// Gives bridge, controller and what reads joint 2 to the interrupt and starts it.
+pub fn start(bridge: Bridge, controller: Controller, joint: JointPin<Active>) -> Samples {
     static QUEUE: StaticCell<Queue<Sample, QUEUE_SAMPLES>> = StaticCell::new();
     let (samples, queue) = QUEUE.init(Queue::new()).split();
     // SAFETY: the interrupt is not enabled yet.
@@ -96,6 +101,7 @@ pub fn start(bridge: Bridge, controller: Controller) -> Samples {
         *CONTROL.0.get() = Some(Control {
             bridge,
             controller,
+            joint,
             samples,
             overrun: false,
         });
@@ -141,10 +147,14 @@ fn ADC1_2() {
         bridge_fault: control.bridge.fault(),
         overrun: control.overrun,
     };
+    if JointPin::<Active>::FITTED {
+        control.joint.push(sampling::read_joint());
+    }
     let demand = DEMAND.lock(Cell::get);
     let outputs = control.controller.step(&inputs, &demand);
     control.bridge.apply(outputs);
     if let Some(sample) = control.controller.sample() {
+        let sample = sample.with_joint(control.joint.take());
         STATUS.lock(|cell| cell.set(Some(*control.controller.status())));
         // Always true, but said here it spares the queue's arithmetic its check for a ring of no length, which would panic.
         let ring_has_length = control.samples.capacity() < QUEUE_SAMPLES;

@@ -39,7 +39,7 @@ impl Joint for Hall {
 }
 
 /// How a scene's board reads joint 2.
-pub type Input<S> = <<S as Scene>::Joint as Joint>::Input;
+pub type JointPin<S> = <<S as Scene>::Joint as Joint>::Input;
 
 /// What a scene's board reads of joint 2: nothing without a sensor.
 pub type Reading<S> = <<S as Scene>::Joint as JointSensor>::Reading;
@@ -92,7 +92,7 @@ pub trait Scene {
     ///
     /// # Errors
     /// The parameter of the sensor that is out of its range.
-    fn joint_input() -> Result<Input<Self>, OutOfRange>
+    fn joint_input() -> Result<JointPin<Self>, OutOfRange>
     where
         Self: Sized,
     {

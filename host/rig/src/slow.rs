@@ -10,7 +10,7 @@ use palpate::drive::fault::Fault;
 use palpate::drive::sequence::{Notice, Refused, Request, State};
 use palpate::finger::ConfigError;
 use palpate::sample::Sample;
-use palpate::scene::{Input, SampleOf};
+use palpate::scene::{JointPin, SampleOf};
 use palpate::sensing::{Directive, Event};
 
 /// Both halves, and what they said.
@@ -72,7 +72,7 @@ impl<S: Simulated> Slow<S> {
 }
 
 impl<S: Simulated> SlowLoop for Slow<S> {
-    type Input = Input<S>;
+    type Input = JointPin<S>;
 
     fn sample(&mut self, sample: &SampleOf<S>, status: &Status) -> Demand {
         self.samples.push((self.directive, sample.with_joint(())));

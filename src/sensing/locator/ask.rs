@@ -1,7 +1,8 @@
 //! Where to start from: the finger's inverse is asked for places as stiff as the curve.
 
 use super::Locator;
-use crate::finger::{Candidate, Class, Mechanics};
+use crate::finger::{Candidate, Class, Free, Inverse, Mechanics};
+use crate::numeric::clamp;
 use crate::sensing::curve;
 use crate::sensing::fit::{Data, Hypothesis, LEAST_POINTS, Place, Prior, free_behind_cable};
 
@@ -72,7 +73,7 @@ impl Locator {
         let Some(free) = free_at(onset_rad) else {
             return;
         };
-        let inverse = finger.locate(&free.configuration, free.torque_nm, compliance.max(1e-6));
+        let inverse = places(finger, &free, compliance);
         self.class = if compliance > 0.0 {
             inverse.class()
         } else {
@@ -82,11 +83,7 @@ impl Locator {
             self.add(finger, 1, 0.0, prior);
         }
         // A slope that is not sure may put one of two places just off the tip: a stiffer one brings it back.
-        let stiffer = finger.locate(
-            &free.configuration,
-            free.torque_nm,
-            (STIFFER * compliance).max(1e-6),
-        );
+        let stiffer = places(finger, &free, STIFFER * compliance);
         for candidate in inverse.candidates().iter().filter(|c| c.phalanx > 1) {
             let &Candidate { phalanx, k_m, .. } = candidate;
             let beside = |c: &&Candidate| {
@@ -156,6 +153,18 @@ impl Locator {
     }
 }
 
+/// Places as compliant as this; where nothing is left of a compliance, the stiffest.
+// Once in flash, though asked twice.
+#[inline(never)]
+fn places<F: Mechanics>(
+    finger: &F,
+    free: &Free<F::Configuration>,
+    compliance_rad_per_nm: f32,
+) -> Inverse {
+    let compliance_rad_per_nm = compliance_rad_per_nm.max(1e-6);
+    finger.locate(&free.configuration, free.torque_nm, compliance_rad_per_nm)
+}
+
 /// A start beside one of two places of a phalanx that explain a slope. A steep curve puts both at the stiffest place, which
 /// says nothing about the side: fits that start there may both take the same.
 fn apart(k_m: f32, twin_m: f32, length_m: f32) -> f32 {
@@ -166,5 +175,5 @@ fn apart(k_m: f32, twin_m: f32, length_m: f32) -> f32 {
     } else {
         middle + half
     };
-    start.clamp(LEAST_START * length_m, length_m)
+    clamp(start, LEAST_START * length_m, length_m)
 }
