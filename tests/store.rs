@@ -2,8 +2,8 @@
 
 mod flash;
 
-use flash::{BUFFER, Bench, Cut, Flash, Kept, PAGE, PAGES, Random, WORD};
-use palpate::app::store::StoreError;
+use flash::{Bench, Cut, Flash, Kept, Random};
+use palpate::app::store::{PAGE, PAGES, RECORD_MAX, StoreError, WORD};
 
 /// Length of a record with a friction table, and of one without.
 const LONG: usize = 1310;
@@ -19,15 +19,13 @@ fn record(n: u64, length: usize) -> Vec<u8> {
     bytes
 }
 
-/// Flash after some saves, loaded before each as the firmware does.
+/// Flash after some saves.
 fn filled(saves: u64, length: usize) -> Flash {
-    let mut flash = Flash::blank();
+    let mut bench = Bench::new(Flash::blank());
     for n in 0..saves {
-        let mut bench = Bench::new(flash);
-        bench.load().unwrap();
         bench.save(&record(n, length)).unwrap();
-        flash = bench.flash();
     }
+    let mut flash = bench.flash();
     flash.power_on();
     flash
 }
@@ -51,7 +49,8 @@ fn every_cut(flash: &Flash, mut action: impl FnMut(Flash) -> bool) -> usize {
 fn old_or_new(mut flash: Flash, old: &Kept, new: &[u8], length: usize) -> bool {
     flash.power_on();
     let mut bench = Bench::new(flash);
-    let found = bench.load().unwrap();
+    let found = bench.load();
+    assert_eq!(bench.flash().operations, 0, "looking changes nothing");
     let is_new = found == Kept::Record(new.to_vec(), true);
     let is_old = match (old, &found) {
         (Kept::Record(old, _), Kept::Record(found, _)) => old == found,
@@ -61,7 +60,7 @@ fn old_or_new(mut flash: Flash, old: &Kept, new: &[u8], length: usize) -> bool {
     assert!(is_new || is_old, "{found:?}");
     let next = record(u64::MAX, length);
     bench.save(&next).unwrap();
-    assert_eq!(bench.load(), Ok(Kept::Record(next, true)));
+    assert_eq!(bench.load(), Kept::Record(next, true));
     is_new
 }
 
@@ -70,45 +69,48 @@ fn a_power_cut_at_any_operation_of_a_save_leaves_the_old_record_or_the_new() {
     let mut cuts = 0;
     for length in [SHORT, LONG] {
         // Blank, the first page, the ring begun and gone round, the last page and the first.
-        for saves in [0, 1, 2, 6, 7, 8, 9, 30, 31, 200, 247, 248] {
+        for saves in [0, 1, 2, 6, 7, 8, 9, 17, 200] {
             let flash = filled(saves, length);
-            let old = Bench::new(flash.clone()).load().unwrap();
+            let old = Bench::new(flash.clone()).load();
             let new = record(saves, length);
             let (mut olds, mut news) = (0, 0);
             cuts += every_cut(&flash, |flash| {
                 let mut bench = Bench::new(flash);
-                let saved = bench.load().and_then(|_| bench.save(&new)).is_ok();
+                let saved = bench.save(&new).is_ok();
                 let is_new = old_or_new(bench.flash(), &old, &new, length);
                 assert!(is_new || !saved, "said to be saved, and is not");
                 *(if is_new { &mut news } else { &mut olds }) += 1;
                 saved
             });
-            assert!(olds > 10 && news > 0);
+            assert!(olds > 30 && news > 0);
         }
     }
     println!("{cuts} operations cut, each {} ways", OUTCOMES + 1);
-    assert!(cuts > 2000);
+    assert!(cuts > 1500);
 }
 
 #[test]
-fn a_power_cut_while_the_last_one_is_mended_loses_nothing_either() {
-    let old = Kept::Record(record(8, LONG), true);
-    let new = record(9, LONG);
-    let mut mended = 0;
-    every_cut(&filled(9, LONG), |flash| {
+fn a_power_cut_in_the_save_after_one_that_was_cut_short_loses_nothing_either() {
+    let old = Kept::Record(record(8, SHORT), true);
+    let (first, second) = (record(9, SHORT), record(10, SHORT));
+    every_cut(&filled(9, SHORT), |flash| {
         let mut bench = Bench::new(flash);
-        let saved = bench.save(&new).is_ok();
+        let saved = bench.save(&first).is_ok();
         let mut torn = bench.flash();
         torn.power_on();
-        mended += every_cut(&torn, |flash| {
+        let before = Bench::new(torn.clone()).load();
+        assert!(
+            before == Kept::Record(first.clone(), true)
+                || matches!((&before, &old), (Kept::Record(found, _), Kept::Record(old, _)) if found == old)
+        );
+        every_cut(&torn, |flash| {
             let mut bench = Bench::new(flash);
-            let loaded = bench.load().is_ok();
-            old_or_new(bench.flash(), &old, &new, LONG);
-            loaded
+            let saved = bench.save(&second).is_ok();
+            old_or_new(bench.flash(), &before, &second, SHORT);
+            saved
         });
         saved
     });
-    assert!(mended > 0, "no cut of a save left anything to mend");
 }
 
 #[test]
@@ -131,12 +133,12 @@ fn a_thousand_saves_with_the_power_cut_at_random() {
         };
         flash = flash.cut_at(random.below(200), cut);
         let mut bench = Bench::new(flash);
-        let saved = bench.load().and_then(|_| bench.save(&new)).is_ok();
+        let saved = bench.save(&new).is_ok();
         cuts += u32::from(!saved);
         flash = bench.flash();
         flash.power_on();
         let mut bench = Bench::new(flash);
-        let found = bench.load().unwrap();
+        let found = bench.load();
         let is_new = matches!(&found, Kept::Record(bytes, _) if *bytes == new);
         let is_old = match (&last, &found) {
             (Kept::Record(old, _), Kept::Record(bytes, _)) => old == bytes,
@@ -165,13 +167,13 @@ fn a_power_cut_while_forgetting_leaves_the_record_or_nothing() {
                 let mut flash = bench.flash();
                 flash.power_on();
                 let mut bench = Bench::new(flash);
-                match bench.load().unwrap() {
+                match bench.load() {
                     Kept::Nothing => gone += 1,
                     Kept::Record(bytes, _) if bytes == old && !forgot => kept += 1,
                     other => panic!("{other:?}"),
                 }
                 bench.save(&old).unwrap();
-                assert_eq!(bench.load(), Ok(Kept::Record(old.clone(), true)));
+                assert_eq!(bench.load(), Kept::Record(old.clone(), true));
                 forgot
             });
             assert!(kept > 0 && gone > 0);
@@ -188,28 +190,24 @@ fn a_single_flipped_bit_is_never_used() {
     for bit in 3 * PAGE * 8..6 * PAGE * 8 {
         let mut damaged = flash.clone();
         damaged.flip(bit);
-        match Bench::new(damaged).load().unwrap() {
+        match Bench::new(damaged).load() {
             Kept::Record(bytes, true) => assert_eq!(bytes, last, "bit {bit}"),
             Kept::Record(bytes, false) if bytes == before => older += 1,
             // Behind the record something seems to have begun.
             Kept::Record(bytes, false) => {
-                assert!(
-                    bytes == last && bit > (4 * PAGE + WORD + LONG) * 8,
-                    "bit {bit}"
-                );
+                assert!(bytes == last && bit >= 5 * PAGE * 8, "bit {bit}");
             }
             other => panic!("bit {bit}: {other:?}"),
         }
     }
-    // Every bit of header, key and record, and no more than the padding beside.
-    let least = (8 + 1 + LONG) * 8;
-    assert!((least..least + 64).contains(&older), "{older}");
+    // Every bit of number, record, length and checksum.
+    assert_eq!(older, (4 + LONG + WORD) * 8);
 }
 
 #[test]
 fn whatever_bits_are_flipped_a_record_is_whole_or_reported_and_the_next_save_works() {
     let mut random = Random(7);
-    let (mut last, mut older, mut unreadable, mut layout) = (0, 0, 0, 0);
+    let (mut last, mut older, mut unreadable) = (0, 0, 0);
     for run in 0..3000 {
         let saves = 1 + random.next() % 12;
         let length = [SHORT, LONG][run % 2];
@@ -222,30 +220,20 @@ fn whatever_bits_are_flipped_a_record_is_whole_or_reported_and_the_next_save_wor
         }
         let mut bench = Bench::new(flash);
         match bench.load() {
-            Ok(Kept::Record(bytes, newest)) => {
+            Kept::Record(bytes, newest) => {
                 let n = u64::from_le_bytes(bytes[..8].try_into().unwrap());
                 assert!(n < saves && bytes == record(n, length), "run {run}");
                 assert!(!newest || n == saves - 1, "run {run}, {flips} bits");
                 *(if newest { &mut last } else { &mut older }) += 1;
             }
-            // With so many bits wrong that no mark of a page is left.
-            Ok(Kept::Nothing) => assert!(flips > 1000, "run {run}"),
-            Ok(Kept::Unreadable) => unreadable += 1,
-            Err(StoreError::Layout) => layout += 1,
-            Err(error) => panic!("run {run}: {error:?}"),
+            Kept::Nothing => panic!("run {run}"),
+            Kept::Unreadable => unreadable += 1,
         }
         let next = record(u64::MAX, length);
-        if bench.save(&next).is_err() {
-            bench.forget().unwrap();
-            bench.save(&next).unwrap();
-        }
-        match bench.load() {
-            // What is wrong behind it may still look like something newer.
-            Ok(Kept::Record(bytes, _)) => assert_eq!(bytes, next, "run {run}"),
-            other => panic!("run {run}: {other:?}"),
-        }
+        bench.save(&next).unwrap();
+        assert_eq!(bench.load(), Kept::Record(next, true), "run {run}");
     }
-    println!("last {last}, older {older}, unreadable {unreadable}, no sense {layout}");
+    println!("last {last}, older {older}, unreadable {unreadable}");
     assert!(last > 100 && older > 100 && unreadable > 100);
 }
 
@@ -260,10 +248,9 @@ fn a_word_that_reads_as_erased_and_is_not_does_not_stop_a_save() {
             let mut weak = flash.clone();
             weak.touch(word);
             let mut bench = Bench::new(weak);
-            bench.load().unwrap();
             let new = record(3, length);
             bench.save(&new).unwrap();
-            assert_eq!(bench.load(), Ok(Kept::Record(new, true)), "word {word}");
+            assert_eq!(bench.load(), Kept::Record(new, true), "word {word}");
         }
     }
 }
@@ -285,16 +272,38 @@ fn wear_is_level() {
 #[test]
 fn what_does_not_fit_is_said_and_harms_nothing() {
     let mut bench = Bench::new(filled(4, LONG));
-    let last = Ok(Kept::Record(record(3, LONG), true));
-    for length in [BUFFER, BUFFER + 1, 5000] {
-        assert!(bench.save(&vec![1; length]).is_err(), "{length}");
+    let last = Kept::Record(record(3, LONG), true);
+    for length in [RECORD_MAX + 1, PAGE, 5000] {
+        assert_eq!(
+            bench.save(&vec![1; length]),
+            Err(StoreError::TooLong),
+            "{length}"
+        );
         assert_eq!(bench.load(), last);
     }
+    let longest = vec![1; RECORD_MAX];
+    bench.save(&longest).unwrap();
+    assert_eq!(bench.load(), Kept::Record(longest, true));
     assert_eq!(
         Bench::new(Flash::blank()).load(),
-        Ok(Kept::Nothing),
+        Kept::Nothing,
         "never saved"
     );
+}
+
+#[test]
+fn a_page_that_is_worn_out_is_passed_over() {
+    let mut flash = filled(3, LONG);
+    // The next save would go there.
+    flash.stuck = Some(3);
+    let mut bench = Bench::new(flash);
+    for n in 3..30 {
+        bench.save(&record(n, LONG)).unwrap();
+        match bench.load() {
+            Kept::Record(bytes, _) => assert_eq!(bytes, record(n, LONG)),
+            other => panic!("save {n}: {other:?}"),
+        }
+    }
 }
 
 /// Cut short again and again, while erasing more often than not, so that pages without a whole record go round the ring.
@@ -308,7 +317,7 @@ fn saves_that_never_end_lose_nothing() {
         for n in 1000..1300 {
             let new = record(n, LONG);
             let mut rehearsal = Bench::new(flash.clone());
-            rehearsal.load().and_then(|_| rehearsal.save(&new)).unwrap();
+            rehearsal.save(&new).unwrap();
             let rehearsed = rehearsal.flash();
             let erasing = &rehearsed.erasing;
             let operation = if erasing.is_empty() || random.next().is_multiple_of(3) {
@@ -316,20 +325,17 @@ fn saves_that_never_end_lose_nothing() {
             } else {
                 erasing[random.below(erasing.len())]
             };
-            // Then what is mended at the next start, too.
+            // Then the erasing of the next try, too.
             for operation in [operation, 0] {
                 flash = flash.cut_at(operation, Cut::During(Random(random.next())));
                 let mut bench = Bench::new(flash);
-                let mended = bench.load();
-                if operation > 0 {
-                    let _ = mended.and_then(|_| bench.save(&new));
-                }
+                let _ = bench.save(&new);
                 flash = bench.flash();
             }
             flash.power_on();
             let mut bench = Bench::new(flash);
             match bench.load() {
-                Ok(Kept::Record(bytes, _)) if bytes == new || bytes == last => last = bytes,
+                Kept::Record(bytes, _) if bytes == new || bytes == last => last = bytes,
                 other => panic!("seed {seed}, save {n}: {other:?}"),
             }
             flash = bench.flash();

@@ -7,7 +7,7 @@ use palpate::app::kept::{self, mark};
 use palpate::app::record::{RecordError, decode, encode};
 use palpate::app::sense::Sense;
 use palpate::app::settings::{Overrides, Setting};
-use palpate::app::store::{Found, StoreError};
+use palpate::app::store::{Found, StoreError, Writer};
 use palpate::drive::sequence::{Notice, Refused};
 use palpate::scene::Active;
 
@@ -32,19 +32,17 @@ pub enum Kept {
 }
 
 /// Reads the record, hands it over, and says so in the log.
-pub async fn load(storage: &mut Storage, sense: &'static Shared<Sense<Active>>) -> Kept {
-    let (kept, what) = match storage.load().await {
-        Ok(Found::Nothing) => (Kept::Nothing, "none"),
-        Ok(Found::Unreadable) => (Kept::Nothing, "unreadable"),
-        Ok(Found::Record { bytes, newest }) => restore(bytes, newest, sense),
-        Err(error) => (Kept::Unusable, storage::name(error)),
-    };
+#[inline(never)]
+pub fn load(storage: &mut Storage, sense: &'static Shared<Sense<Active>>) -> Kept {
+    let (kept, what) = storage.load(|found| match found {
+        Found::Nothing => (Kept::Nothing, "none"),
+        Found::Unreadable => (Kept::Nothing, "unreadable"),
+        Found::Record { bytes, newest } => restore(bytes, newest, sense),
+    });
     telemetry::record(what, storage::bad_words());
     kept
 }
 
-/// Apart from [`load`], so that the record lies on the stack for the moment only.
-#[inline(never)]
 fn restore(
     bytes: &[u8],
     newest: bool,
@@ -150,7 +148,7 @@ async fn save(
 ) -> Result<(), StoreError<storage::Error>> {
     let overrides = conduct.lock(|conduct| *conduct.borrow().overrides());
     storage
-        .save(|buffer| write_record(sense, overrides, buffer))
+        .save(|writer| write_record(sense, overrides, writer))
         .await
 }
 
@@ -159,11 +157,11 @@ async fn save(
 fn write_record(
     sense: &'static Shared<Sense<Active>>,
     overrides: Overrides,
-    buffer: &mut [u8],
-) -> Option<usize> {
+    writer: &mut Writer<'_, storage::Region>,
+) {
     let kept = sense.lock(|sense| sense.borrow().keep(overrides));
-    let written = encode(&kept, mark::<Active>(), buffer).ok()?;
-    Some(written.len())
+    // The writer knows what failed.
+    let _ = encode(&kept, mark::<Active>(), writer);
 }
 
 async fn help(speaker: &mut Speaker) {

@@ -38,6 +38,7 @@ use static_cell::StaticCell;
 use palpate::app::conduct::{Conduct, configuration};
 use palpate::app::sense::Sense;
 use palpate::app::settings::Overrides;
+use palpate::app::store::Store;
 use palpate::drive::config::OutOfRange;
 use palpate::drive::joint::JointInput;
 use palpate::drive::sequence::Notice;
@@ -54,6 +55,7 @@ fn main() -> ! {
     unsafe extern "C" {
         static _process_stack_start: u32;
     }
+    control::load();
     // SAFETY: the linker reserves the region for nothing else, its end is aligned to 8 bytes, and nothing on the main
     // stack is needed any more.
     unsafe {
@@ -111,9 +113,9 @@ async fn start(spawner: Spawner) {
         Ok(sense) => sense,
         Err(wrong) => return telemetry::bad_finger(&wrong),
     };
-    let mut storage = storage::Storage::new(p.FLASH);
+    let mut storage = Store::new(storage::Region::new(p.FLASH));
     let mut overrides = Overrides::default();
-    match execute::load(&mut storage, sense).await {
+    match execute::load(&mut storage, sense) {
         Kept::Nothing => {}
         Kept::Unusable => fault = fault.or(Some(Fault::BadRecord)),
         Kept::Restored {

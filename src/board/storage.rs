@@ -1,25 +1,23 @@
 //! The record in the last 16 KiB of flash, eight pages: the flash controller under a [`Store`].
 //!
-//! The chip has one bank: while it erases (25 ms at most) or programs, the core stalls on every fetch from flash, and
-//! the control interrupt with it. So nothing is written unless the bridge is off, and the control interrupt is masked
-//! for the duration of one operation; between two operations everything runs, long enough for all to report to the
-//! watchdog.
+//! The chip has one bank: while it erases (25 ms at most) or programs (14 ms for the longest record), the core stalls on
+//! every fetch from flash, and the control interrupt with it. So nothing is written unless the bridge is off, and the
+//! control interrupt is masked while a page is erased or a record is written; between the two everything runs, long enough
+//! for all to report to the watchdog.
 
 use core::ops::Range;
+use core::slice;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering, compiler_fence};
 
-use embassy_stm32::flash::{Blocking, Error as FlashError, Flash, MAX_ERASE_SIZE, WRITE_SIZE};
 use embassy_stm32::pac::FLASH;
 use embassy_stm32::{Peri, peripherals};
 use embassy_time::{Duration, Timer};
-use embedded_storage_async::nor_flash::{
-    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
-};
-use palpate::app::store::{Found, Memory, Store, StoreError};
-use static_cell::StaticCell;
+use palpate::app::store::{Memory, PAGE, PAGES, Store, StoreError, WORD};
 
 use super::{bridge, control};
 
+/// Where flash begins for the core, and from where on it is counted in registers and in [`RANGE`].
+const FLASH_START: usize = 0x0800_0000;
 /// Where the records lie, as offsets from the start of flash; `memory.x` keeps the linker out of it.
 const RANGE: Range<u32> = 0x1_C000..0x2_0000;
 
@@ -32,33 +30,31 @@ unsafe extern "C" {
 /// Pause after an operation: two samples.
 const BREATH: Duration = Duration::from_millis(2);
 
-/// Longest record with its key, rounded up to the flash word. A page holds 2,016 bytes.
-const BUFFER_BYTES: usize = 1400;
+/// The two keys that unlock the flash controller (reference manual RM0440).
+const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 
-/// Why the flash was not read or written.
+/// Why the flash was not written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Error {
     /// The bridge is on: the motor must be off while flash is written.
     BridgeOn,
-    /// The flash controller refused or failed.
-    Flash(FlashError),
+    /// What was to be programmed is not erased.
+    NotErased,
+    /// The page is protected.
+    Protected,
+    /// Another error of the flash controller.
+    Flash,
 }
 
 /// Name of an error in the log.
 pub fn name(error: StoreError<Error>) -> &'static str {
     match error {
         StoreError::Flash(Error::BridgeOn) => "bridge-on",
-        StoreError::Flash(Error::Flash(FlashError::Prog)) => "not-erased",
-        StoreError::Flash(Error::Flash(FlashError::Protected)) => "write-protected",
-        StoreError::Flash(Error::Flash(_)) => "flash",
-        StoreError::Layout => "layout",
+        StoreError::Flash(Error::NotErased) => "not-erased",
+        StoreError::Flash(Error::Protected) => "write-protected",
+        StoreError::Flash(Error::Flash) => "flash",
+        StoreError::TooLong => "too-long",
         StoreError::NotKept => "worn-out",
-    }
-}
-
-impl NorFlashError for Error {
-    fn kind(&self) -> NorFlashErrorKind {
-        NorFlashErrorKind::Other
     }
 }
 
@@ -67,7 +63,7 @@ static BAD_WORDS: AtomicU32 = AtomicU32::new(0);
 /// A record is being read: a bad word is expected and harmless, since its checksum fails.
 static READING: AtomicBool = AtomicBool::new(false);
 
-/// Words with two wrong bits met since boot.
+/// Words with two wrong bits met since boot; a word counts as often as it is read.
 pub fn bad_words() -> u32 {
     BAD_WORDS.load(Ordering::Relaxed)
 }
@@ -84,117 +80,119 @@ pub fn acknowledge_bad_word() -> bool {
     true
 }
 
-/// The region as the storage crate wants it.
-struct Region {
-    flash: Flash<'static, Blocking>,
+/// The flash controller, whose pages are the store's.
+pub struct Region {
+    /// No one else has it.
+    _flash: Peri<'static, peripherals::FLASH>,
 }
 
 impl Region {
-    /// Runs one flash operation with the control interrupt out of the way, provided that the bridge is off.
-    async fn undisturbed(
-        &mut self,
-        operation: impl FnOnce(&mut Flash<'static, Blocking>) -> Result<(), FlashError>,
-    ) -> Result<(), Error> {
-        let result = {
-            // Masked first: the interrupt cannot switch the bridge on behind the check.
-            let _pause = control::pause();
-            if bridge::is_off() {
-                operation(&mut self.flash).map_err(Error::Flash)
-            } else {
-                Err(Error::BridgeOn)
+    /// Takes the flash controller.
+    pub fn new(flash: Peri<'static, peripherals::FLASH>) -> Self {
+        const { assert!(RANGE.end - RANGE.start == (PAGES * PAGE) as u32) };
+        let linked = (&raw const _storage_start) as u32..(&raw const _storage_end) as u32;
+        assert!(linked == RANGE, "memory.x and storage.rs disagree");
+        Self { _flash: flash }
+    }
+
+    /// Waits for the end of an operation; how it ended.
+    fn wait(&mut self) -> Result<(), Error> {
+        let status = loop {
+            let status = FLASH.sr().read();
+            if !status.bsy() {
+                break status;
             }
         };
-        Timer::after(BREATH).await;
-        result
-    }
-}
-
-impl ErrorType for Region {
-    type Error = Error;
-}
-
-impl ReadNorFlash for Region {
-    const READ_SIZE: usize = 1;
-
-    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
-        self.look(offset, bytes)
-    }
-
-    fn capacity(&self) -> usize {
-        RANGE.end as usize
-    }
-}
-
-impl NorFlash for Region {
-    const WRITE_SIZE: usize = WRITE_SIZE;
-    const ERASE_SIZE: usize = MAX_ERASE_SIZE;
-
-    async fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
-        for page in (from..to).step_by(Self::ERASE_SIZE) {
-            self.undisturbed(|flash| flash.blocking_erase(page, page + Self::ERASE_SIZE as u32))
-                .await?;
+        // Flags are cleared by writing the ones back.
+        FLASH.sr().write_value(status);
+        if status.progerr() {
+            Err(Error::NotErased)
+        } else if status.wrperr() {
+            Err(Error::Protected)
+        } else if status.pgaerr() || status.sizerr() || status.pgserr() {
+            Err(Error::Flash)
+        } else {
+            Ok(())
         }
-        Ok(())
-    }
-
-    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
-        self.undisturbed(|flash| flash.blocking_write(offset, bytes))
-            .await
     }
 }
 
 impl Memory for Region {
-    fn look(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
+    type Error = Error;
+
+    fn read<R>(&mut self, look: impl FnOnce(&[u8]) -> R) -> R {
+        let start = (FLASH_START + RANGE.start as usize) as *const u8;
+        // SAFETY: flash that holds nothing else, readable at any time, and not written while the slice lives, since that
+        // takes this exclusively borrowed controller. A word that cannot be read is some value.
+        let pages = unsafe { slice::from_raw_parts(start, PAGES * PAGE) };
         READING.store(true, Ordering::Relaxed);
-        let result = self.flash.blocking_read(offset, bytes);
+        compiler_fence(Ordering::SeqCst);
+        let seen = look(pages);
         // The interrupt of a bad word comes a little after its load: let it come before the flag goes.
         compiler_fence(Ordering::SeqCst);
         cortex_m::asm::dsb();
         cortex_m::asm::isb();
         READING.store(false, Ordering::Relaxed);
-        result.map_err(Error::Flash)
+        seen
     }
 
-    fn is_unfinished(error: &Error) -> bool {
-        *error == Error::Flash(FlashError::Prog)
+    fn undisturbed(
+        &mut self,
+        operation: impl FnOnce(&mut Self) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        // Masked first: the interrupt cannot switch the bridge on behind the check.
+        let _pause = control::pause();
+        if !bridge::is_off() {
+            return Err(Error::BridgeOn);
+        }
+        for key in KEYS {
+            FLASH.keyr().write_value(key);
+        }
+        // The data cache would go on showing what was there before.
+        FLASH.acr().modify(|w| w.set_dcen(false));
+        let result = self.wait().and_then(|()| operation(self));
+        FLASH.acr().modify(|w| w.set_dcrst(true));
+        FLASH.acr().modify(|w| w.set_dcrst(false));
+        FLASH.acr().modify(|w| w.set_dcen(true));
+        FLASH.cr().modify(|w| w.set_lock(true));
+        result
+    }
+
+    fn erase(&mut self, page: usize) -> Result<(), Error> {
+        let page = RANGE.start as usize / PAGE + page;
+        FLASH.cr().modify(|w| {
+            w.set_per(true);
+            w.set_pnb(page as u8);
+        });
+        FLASH.cr().modify(|w| w.set_strt(true));
+        let result = self.wait();
+        FLASH.cr().modify(|w| w.set_per(false));
+        result
+    }
+
+    fn program(&mut self, offset: usize, word: [u8; WORD]) -> Result<(), Error> {
+        // Beyond the records there is nothing, but what is written must not depend on that.
+        if offset >= PAGES * PAGE {
+            return Err(Error::Flash);
+        }
+        let [a, b, c, d, e, f, g, h] = word;
+        let halves = [[a, b, c, d], [e, f, g, h]].map(u32::from_le_bytes);
+        let place = (FLASH_START + RANGE.start as usize + offset) as *mut u32;
+        FLASH.cr().modify(|w| w.set_pg(true));
+        // SAFETY: flash that holds nothing else; the controller answers a wrong address or state with an error.
+        unsafe {
+            place.write_volatile(halves[0]);
+            place.add(1).write_volatile(halves[1]);
+        }
+        let result = self.wait();
+        FLASH.cr().modify(|w| w.set_pg(false));
+        result
+    }
+
+    async fn rest(&mut self) {
+        Timer::after(BREATH).await;
     }
 }
 
 /// The record's place.
-pub struct Storage {
-    store: Store<Region>,
-    buffer: &'static mut [u8; BUFFER_BYTES],
-}
-
-impl Storage {
-    /// Takes the flash controller.
-    pub fn new(flash: Peri<'static, peripherals::FLASH>) -> Self {
-        let linked = (&raw const _storage_start) as u32..(&raw const _storage_end) as u32;
-        assert!(linked == RANGE, "memory.x and storage.rs disagree");
-        // Outside the struct: this moves through the stack on its way into its task.
-        static BUFFER: StaticCell<[u8; BUFFER_BYTES]> = StaticCell::new();
-        let flash = Flash::new_blocking(flash);
-        Self {
-            store: Store::new(Region { flash }, RANGE).expect("whole pages"),
-            buffer: BUFFER.init([0; BUFFER_BYTES]),
-        }
-    }
-
-    /// See [`Store::load`].
-    pub async fn load(&mut self) -> Result<Found<'_>, StoreError<Error>> {
-        self.store.load(self.buffer).await
-    }
-
-    /// See [`Store::save`].
-    pub async fn save(
-        &mut self,
-        encode: impl Fn(&mut [u8]) -> Option<usize>,
-    ) -> Result<(), StoreError<Error>> {
-        self.store.save(self.buffer, encode).await
-    }
-
-    /// See [`Store::forget`].
-    pub async fn forget(&mut self) -> Result<(), StoreError<Error>> {
-        self.store.forget(self.buffer).await
-    }
-}
+pub type Storage = Store<Region>;

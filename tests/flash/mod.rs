@@ -2,30 +2,12 @@
 //! and what a power cut in the middle of an operation leaves of it.
 
 use embassy_futures::block_on;
-use embedded_storage_async::nor_flash::{
-    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
-};
-use palpate::app::store::{Found, Memory, Store, StoreError};
-
-pub const WORD: usize = 8;
-pub const PAGE: usize = 2048;
-pub const PAGES: usize = 8;
-/// Records do not begin at zero on the chip either.
-pub const START: u32 = 0x1_C000;
-
-/// Longest record with its key, rounded up to the word.
-pub const BUFFER: usize = 1536;
+use palpate::app::store::{Found, Memory, PAGE, PAGES, Store, StoreError, WORD};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Failure {
     PowerLost,
     NotErased,
-}
-
-impl NorFlashError for Failure {
-    fn kind(&self) -> NorFlashErrorKind {
-        NorFlashErrorKind::Other
-    }
 }
 
 /// Random numbers that are the same on every machine (splitmix64).
@@ -91,7 +73,10 @@ pub struct Flash {
     pub erasing: Vec<usize>,
     /// The power goes at this operation.
     pub cut: Option<(usize, Cut)>,
+    /// A page that is worn out: it takes nothing but zeros.
+    pub stuck: Option<usize>,
     off: bool,
+    undisturbed: bool,
 }
 
 impl Flash {
@@ -102,7 +87,9 @@ impl Flash {
             operations: 0,
             erasing: Vec::new(),
             cut: None,
+            stuck: None,
             off: false,
+            undisturbed: false,
         }
     }
 
@@ -152,8 +139,57 @@ impl Flash {
             Cut::During(random) => Some(random),
         })
     }
+}
 
-    fn program(&mut self, index: usize, data: u64) -> Result<(), Failure> {
+impl Memory for Flash {
+    type Error = Failure;
+
+    fn read<R>(&mut self, look: impl FnOnce(&[u8]) -> R) -> R {
+        let bytes = self.words.iter().flat_map(|word| word.data.to_le_bytes());
+        look(&bytes.collect::<Vec<u8>>())
+    }
+
+    fn undisturbed(
+        &mut self,
+        operation: impl FnOnce(&mut Self) -> Result<(), Failure>,
+    ) -> Result<(), Failure> {
+        assert!(!self.undisturbed);
+        self.undisturbed = true;
+        let result = operation(self);
+        self.undisturbed = false;
+        result
+    }
+
+    fn erase(&mut self, page: usize) -> Result<(), Failure> {
+        assert!(self.undisturbed && page < PAGES);
+        let words = page * PAGE / WORD..(page + 1) * PAGE / WORD;
+        self.erasing.push(self.operations);
+        match self.operate() {
+            Ok(()) => {
+                self.erases[page] += 1;
+                self.words[words].fill(Word::ERASED);
+                Ok(())
+            }
+            Err(left) => {
+                if let Some(mut random) = left {
+                    let share = random.next() % 257;
+                    for word in &mut self.words[words] {
+                        word.data |= random.bits(share);
+                        word.code |= random.bits(share) as u8;
+                    }
+                }
+                Err(Failure::PowerLost)
+            }
+        }
+    }
+
+    fn program(&mut self, offset: usize, word: [u8; WORD]) -> Result<(), Failure> {
+        assert!(self.undisturbed && offset.is_multiple_of(WORD));
+        let index = offset / WORD;
+        let data = match self.stuck {
+            Some(page) if offset / PAGE == page => 0,
+            _ => u64::from_le_bytes(word),
+        };
         let word = self.words[index];
         if !self.off && !word.is_erased() && data != 0 {
             return Err(Failure::NotErased);
@@ -180,78 +216,9 @@ impl Flash {
         }
         Err(Failure::PowerLost)
     }
-}
 
-impl ErrorType for Flash {
-    type Error = Failure;
-}
-
-impl ReadNorFlash for Flash {
-    const READ_SIZE: usize = 1;
-
-    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Failure> {
-        self.look(offset, bytes)
-    }
-
-    fn capacity(&self) -> usize {
-        START as usize + PAGES * PAGE
-    }
-}
-
-impl NorFlash for Flash {
-    const WRITE_SIZE: usize = WORD;
-    const ERASE_SIZE: usize = PAGE;
-
-    async fn erase(&mut self, from: u32, to: u32) -> Result<(), Failure> {
-        let (from, to) = ((from - START) as usize, (to - START) as usize);
-        assert!(from.is_multiple_of(PAGE) && to.is_multiple_of(PAGE) && from < to);
-        for page in from / PAGE..to / PAGE {
-            let words = page * PAGE / WORD..(page + 1) * PAGE / WORD;
-            self.erasing.push(self.operations);
-            match self.operate() {
-                Ok(()) => {
-                    self.erases[page] += 1;
-                    self.words[words].fill(Word::ERASED);
-                }
-                Err(left) => {
-                    if let Some(mut random) = left {
-                        let share = random.next() % 257;
-                        for word in &mut self.words[words] {
-                            word.data |= random.bits(share);
-                            word.code |= random.bits(share) as u8;
-                        }
-                    }
-                    return Err(Failure::PowerLost);
-                }
-            }
-        }
-        Ok(())
-    }
-
-    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Failure> {
-        let first = (offset - START) as usize;
-        assert!(first.is_multiple_of(WORD) && bytes.len().is_multiple_of(WORD));
-        for (index, word) in (first / WORD..).zip(bytes.chunks(WORD)) {
-            self.program(index, u64::from_le_bytes(word.try_into().unwrap()))?;
-        }
-        Ok(())
-    }
-}
-
-impl Memory for Flash {
-    fn look(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Failure> {
-        if self.off {
-            return Err(Failure::PowerLost);
-        }
-        let first = (offset - START) as usize;
-        for (place, byte) in (first..).zip(bytes) {
-            *byte = self.words[place / WORD].data.to_le_bytes()[place % WORD];
-        }
-        Ok(())
-    }
-
-    fn is_unfinished(error: &Failure) -> bool {
-        *error == Failure::NotErased
+    async fn rest(&mut self) {
+        assert!(!self.undisturbed);
     }
 }
 
@@ -263,34 +230,26 @@ pub enum Kept {
     Record(Vec<u8>, bool),
 }
 
-/// A store and the buffer that it needs.
-pub struct Bench {
-    pub store: Store<Flash>,
-    buffer: [u8; BUFFER],
-}
+/// A store at the bench.
+pub struct Bench(Store<Flash>);
 
 impl Bench {
     pub fn new(flash: Flash) -> Self {
-        let store = Store::new(flash, START..START + (PAGES * PAGE) as u32);
-        Self {
-            store: store.expect("whole pages"),
-            buffer: [0; BUFFER],
-        }
+        Self(Store::new(flash))
     }
 
     pub fn flash(&mut self) -> Flash {
-        self.store.memory().clone()
+        self.0.memory().clone()
     }
 
     pub fn save(&mut self, record: &[u8]) -> Result<(), StoreError<Failure>> {
-        block_on(self.store.save(&mut self.buffer, |room| {
-            room.get_mut(..record.len())?.copy_from_slice(record);
-            Some(record.len())
+        block_on(self.0.save(|writer| {
+            writer.push(record);
         }))
     }
 
-    pub fn load(&mut self) -> Result<Kept, StoreError<Failure>> {
-        Ok(match block_on(self.store.load(&mut self.buffer))? {
+    pub fn load(&mut self) -> Kept {
+        self.0.load(|found| match found {
             Found::Nothing => Kept::Nothing,
             Found::Unreadable => Kept::Unreadable,
             Found::Record { bytes, newest } => Kept::Record(bytes.to_vec(), newest),
@@ -298,6 +257,6 @@ impl Bench {
     }
 
     pub fn forget(&mut self) -> Result<(), StoreError<Failure>> {
-        block_on(self.store.forget(&mut self.buffer))
+        block_on(self.0.forget())
     }
 }

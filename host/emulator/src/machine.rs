@@ -123,15 +123,14 @@ impl<'f> Machine<'f> {
             outbox: Vec::new(),
             notes: Vec::new(),
         };
-        machine.forget_ram();
+        machine.forget_ram()?;
         machine.engine.start()?;
         Ok(machine)
     }
 
     /// Fills the RAM with a pattern, as power-on leaves it: neither zero nor an old value.
-    fn forget_ram(&mut self) {
-        self.engine
-            .write(Map::RAM, &vec![UNTOUCHED; Map::RAM_SIZE as usize]);
+    fn forget_ram(&mut self) -> Result<(), Error> {
+        Ok(self.engine.forget_ram(UNTOUCHED)?)
     }
 
     /// Switches the power off and on again. The flash keeps its contents, the RAM does not.
@@ -141,7 +140,7 @@ impl<'f> Machine<'f> {
     pub fn power_cycle(&mut self) -> Result<(), Error> {
         self.chip_mut().flash.power_lost = false;
         self.chip_mut().flash.cut = None;
-        self.forget_ram();
+        self.forget_ram()?;
         self.restart(ResetCause::PowerOn)
     }
 

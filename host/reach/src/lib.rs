@@ -2,11 +2,13 @@
 //!
 //! From the handler's symbol every direct branch and call is followed through the instructions themselves. A jump through
 //! a register or a trap instruction is a violation, since nothing could then be said about where it ends, and so is
-//! reaching a function that panics, allocates or formats text or a log record.
+//! reaching a function that panics, allocates or formats text or a log record, or one outside the memory that the handler
+//! is meant to run from.
 
 mod reach;
 mod thumb;
 
+use std::ops::Range;
 use std::path::Path;
 
 use anyhow::{Context, Result};
@@ -93,12 +95,12 @@ impl Image {
         &self.functions
     }
 
-    /// Everything that `handler` can reach.
+    /// Everything that `handler` can reach; all of it must lie in `home`.
     ///
     /// # Errors
     /// There is no such function.
-    pub fn reach(&self, handler: &str) -> Result<Reach> {
-        reach::from(self, handler)
+    pub fn reach(&self, handler: &str, home: &Range<u32>) -> Result<Reach> {
+        reach::from(self, handler, home)
     }
 
     /// The function that contains `address`.

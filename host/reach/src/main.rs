@@ -1,5 +1,7 @@
-//! `palpate-reach ELF...`: proves of each image that its control interrupt cannot panic, allocate or log.
+//! `palpate-reach ELF...`: proves of each image that its control interrupt cannot panic, allocate or log, and runs from CCM
+//! SRAM alone.
 
+use std::ops::Range;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -8,6 +10,8 @@ use palpate_reach::Image;
 
 /// The control interrupt.
 const CONTROL: &str = "ADC1_2";
+/// Where all of it must lie: the CCM SRAM, by the address at which the core fetches from it without wait states.
+const CCM: Range<u32> = 0x1000_0000..0x1000_2800;
 
 fn main() -> ExitCode {
     let files: Vec<String> = std::env::args().skip(1).collect();
@@ -34,7 +38,7 @@ fn main() -> ExitCode {
 
 /// Prints what breaks a rule; true if nothing does.
 fn check(file: &Path) -> Result<bool> {
-    let reach = Image::open(file)?.reach(CONTROL)?;
+    let reach = Image::open(file)?.reach(CONTROL, &CCM)?;
     for violation in &reach.violations {
         println!(
             "{CONTROL} reaches {:#010x}, which {}: {}",
@@ -44,9 +48,10 @@ fn check(file: &Path) -> Result<bool> {
         );
     }
     println!(
-        "{}: {CONTROL} reaches {} functions, {} instructions, {} violations",
+        "{}: {CONTROL} reaches {} functions, {} bytes, {} instructions, {} violations",
         file.display(),
         reach.functions.len(),
+        reach.functions.iter().map(|f| f.size).sum::<u32>(),
         reach.instructions,
         reach.violations.len()
     );

@@ -1,6 +1,7 @@
 //! Follows control flow from a handler through the linked instructions.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 use anyhow::{Context, Result};
 
@@ -41,7 +42,7 @@ const FORBIDDEN: &[(&str, &str)] = &[
     ("core3fmt", "formats text"),
 ];
 
-pub fn from(image: &Image, handler: &str) -> Result<Reach> {
+pub fn from(image: &Image, handler: &str, home: &Range<u32>) -> Result<Reach> {
     let first = image
         .functions()
         .iter()
@@ -49,6 +50,7 @@ pub fn from(image: &Image, handler: &str) -> Result<Reach> {
         .with_context(|| format!("no function {handler}"))?;
     let mut walk = Walk {
         image,
+        home,
         callers: BTreeMap::new(),
         violations: Vec::new(),
         instructions: 0,
@@ -79,6 +81,8 @@ pub fn from(image: &Image, handler: &str) -> Result<Reach> {
 
 struct Walk<'a> {
     image: &'a Image,
+    /// The memory that all of it must lie in.
+    home: &'a Range<u32>,
     /// Who was first seen to call a function.
     callers: BTreeMap<u32, u32>,
     violations: Vec<Violation>,
@@ -95,6 +99,9 @@ impl<'a> Walk<'a> {
         {
             self.violate(function, function.address, what);
             return callees;
+        }
+        if !self.home.contains(&function.address) {
+            self.violate(function, function.address, "lies in another memory");
         }
         if function.size == 0 {
             self.violate(
@@ -209,9 +216,12 @@ mod tests {
         Image::parse(&object.write().expect("an image")).expect("readable")
     }
 
+    /// Where [`image`] puts functions.
+    const EVERYWHERE: Range<u32> = 0..u32::MAX;
+
     fn wrong(functions: &[(&str, &[u16], u32)]) -> Vec<Violation> {
         let reach = image(functions)
-            .reach("ADC1_2")
+            .reach("ADC1_2", &EVERYWHERE)
             .expect("there is a handler");
         reach.violations
     }
@@ -224,7 +234,9 @@ mod tests {
             ("compute", &[NOP, RETURN], 0),
             ("core9panicking5panic", &[UNDEFINED], 0),
         ];
-        let reach = image(functions).reach("ADC1_2").expect("a handler");
+        let reach = image(functions)
+            .reach("ADC1_2", &EVERYWHERE)
+            .expect("a handler");
         assert_eq!(reach.violations, []);
         assert_eq!((reach.functions.len(), reach.instructions), (2, 4));
     }
@@ -277,6 +289,30 @@ mod tests {
 
     #[test]
     fn an_image_without_the_handler_proves_nothing() {
-        assert!(image(&[("main", &[RETURN], 0)]).reach("ADC1_2").is_err());
+        assert!(
+            image(&[("main", &[RETURN], 0)])
+                .reach("ADC1_2", &EVERYWHERE)
+                .is_err()
+        );
+    }
+
+    #[test]
+    fn a_function_in_another_memory_is_refused() {
+        let [high, low] = call(0, 6);
+        let functions: &[(&str, &[u16], u32)] = &[
+            ("ADC1_2", &[high, low, RETURN], 0),
+            ("compute", &[NOP, RETURN], 0),
+        ];
+        let reach = |home: Range<u32>| image(functions).reach("ADC1_2", &home).expect("a handler");
+        assert_eq!(reach(0..10).violations, []);
+        let [far] = &reach(0..6).violations[..] else {
+            panic!("one function lies beyond");
+        };
+        assert_eq!(
+            (far.address, far.what.as_str()),
+            (6, "lies in another memory")
+        );
+        assert_eq!(far.path, ["ADC1_2", "compute"]);
+        assert_eq!(reach(6..10).violations.len(), 1, "the handler itself");
     }
 }

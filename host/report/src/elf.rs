@@ -27,11 +27,11 @@ pub struct Symbol {
 /// What of the chip's memories is taken before the first call.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Footprint {
-    /// Code, constants and the initial values of statics.
+    /// Code, that which is copied to CCM SRAM included, constants and the initial values of statics.
     pub flash_bytes: u64,
     /// Statics in SRAM.
     pub ram_bytes: u64,
-    /// Statics in CCM SRAM.
+    /// Code that runs from CCM SRAM.
     pub ccm_bytes: u64,
 }
 
@@ -58,7 +58,6 @@ impl Image {
         let mut flash = Vec::new();
         for section in file.sections() {
             let (address, size) = (section.address(), section.size());
-            let initial = !matches!(section.kind(), SectionKind::UninitializedData);
             if SRAM.contains(&address) {
                 footprint.ram_bytes += size;
             } else if CCM.contains(&address) {
@@ -70,8 +69,12 @@ impl Image {
             } else {
                 continue;
             }
-            // Statics with a value have it in flash as well; cortex-m-rt's `.uninit` has none, whatever its type says.
-            if initial && section.name().is_ok_and(|name| name.starts_with(".data")) {
+            // Statics with a value and code that is copied are in flash as well; cortex-m-rt's `.uninit` is not, whatever
+            // its type says.
+            let is_copied = section.kind() == SectionKind::Text
+                || section.kind() == SectionKind::Data
+                    && section.name().is_ok_and(|name| name.starts_with(".data"));
+            if is_copied {
                 footprint.flash_bytes += size;
             }
         }
@@ -125,6 +128,14 @@ impl Image {
             .unwrap_or_default()
     }
 
+    /// Text in flash that tells where the machine that built the image keeps its files, up to the end of the text.
+    pub fn machine_paths(&self) -> Vec<String> {
+        self.flash
+            .iter()
+            .flat_map(|(_, bytes)| machine_paths(bytes))
+            .collect()
+    }
+
     /// Every function that is reached from the one at `address` by calls and jumps to fixed places, and every static that
     /// it names, itself included. Calls through pointers are not followed.
     pub fn reached_from(&self, address: u64) -> Vec<&Symbol> {
@@ -144,6 +155,30 @@ impl Image {
             .filter_map(|address| self.symbols.get(address))
             .collect()
     }
+}
+
+/// Parts of paths below which compilers keep sources and users their files.
+const MACHINE_FOLDERS: &[&str] = &[
+    "registry/src/",
+    "rustlib/src/",
+    "/root/",
+    "/home/",
+    "/Users/",
+    "/target/",
+];
+
+fn machine_paths(bytes: &[u8]) -> Vec<String> {
+    bytes
+        .split(|byte| !(b' '..=b'~').contains(byte))
+        .map(String::from_utf8_lossy)
+        .filter_map(|text| {
+            let at = MACHINE_FOLDERS
+                .iter()
+                .filter_map(|folder| text.find(folder))
+                .min()?;
+            text.get(at..).map(str::to_owned)
+        })
+        .collect()
 }
 
 /// Addresses that a function's code names: BL and B.W, MOVW with MOVT, and words (literals).
@@ -196,7 +231,16 @@ fn references(start: u64, code: &[u8]) -> Vec<u64> {
 
 #[cfg(test)]
 mod tests {
-    use super::references;
+    use super::{machine_paths, references};
+
+    #[test]
+    fn paths_of_the_building_machine_among_other_text() {
+        let bytes = b"rad/ssrc/board/mod.rs\0okok/home/me/.cargo/registry/src/i/a-1.0/src/lib.rs\x01/rustc/1/library";
+        assert_eq!(
+            machine_paths(bytes),
+            ["/home/me/.cargo/registry/src/i/a-1.0/src/lib.rs"]
+        );
+    }
 
     #[test]
     fn calls_forwards_and_backwards() {

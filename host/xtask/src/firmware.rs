@@ -46,7 +46,14 @@ impl Build {
     /// The cargo call `subcommand` for this build; `check` lints the same code that `build` compiles.
     fn cargo(&self, subcommand: &str, toolchain: &Toolchain) -> Command {
         let mut command = cargo([subcommand, "--release", "--target", THUMB]);
+        // As configuration, not as a variable: this joins the flags in .cargo/config.toml, and paths may hold blanks.
+        let flags: Vec<String> = machine::source_folders(toolchain)
+            .iter()
+            .map(|folder| format!("'--remap-path-prefix={}='", folder.display()))
+            .collect();
         command
+            .arg("--config")
+            .arg(format!("target.{THUMB}.rustflags=[{}]", flags.join(", ")))
             .args(["--package", self.package(), "--bin", self.package()])
             .arg("--target-dir")
             .arg(Self::target_dir(toolchain));
@@ -71,6 +78,7 @@ impl Build {
     /// Builds the ELF and returns its path.
     pub fn elf(&self) -> Outcome<PathBuf> {
         let toolchain = machine::firmware_toolchain()?;
+        machine::fetch_sources()?;
         let what = format!("building for the chip: {}", self.name());
         step(&what, &mut self.cargo("build", &toolchain))?;
         let folder = Self::target_dir(&toolchain);
@@ -86,6 +94,7 @@ impl Build {
     /// Lints the code as the chip will run it.
     pub fn clippy(&self) -> Outcome {
         let toolchain = machine::firmware_toolchain()?;
+        machine::fetch_sources()?;
         let mut command = match toolchain {
             Toolchain::Rustup => {
                 let mut command = self.cargo("clippy", &toolchain);

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use crate::process::{Failure, Outcome, output};
+use crate::process::{Failure, Outcome, cargo, output, step};
 
 /// The chip's architecture: Cortex-M4 with single-precision floating point.
 pub const THUMB: &str = "thumbv7em-none-eabihf";
@@ -99,6 +99,46 @@ fn linker() -> Option<PathBuf> {
     } else {
         find("ld.lld")
     }
+}
+
+/// Where the sources of other crates and of the core library lie. A panic tells its file: with these folders in front of it
+/// the image would be larger, and another one on every machine.
+pub fn source_folders(toolchain: &Toolchain) -> Vec<PathBuf> {
+    let mut folders = registries();
+    let library = match toolchain {
+        Toolchain::Rustup => sysroot().map(|sysroot| sysroot.join("lib/rustlib/src/rust/library")),
+        Toolchain::Debian { .. } => Path::new(DEBIAN_CORE)
+            .ancestors()
+            .nth(3)
+            .map(Path::to_path_buf),
+    };
+    folders.extend(library);
+    // Ending in a separator, which is to go as well.
+    folders.iter().map(|folder| folder.join("")).collect()
+}
+
+/// Folders of unpacked crates, one for each registry in use.
+fn registries() -> Vec<PathBuf> {
+    let cargo_home = std::env::var_os("CARGO_HOME")
+        .map(PathBuf::from)
+        .or_else(|| Some(std::env::home_dir()?.join(".cargo")));
+    let entries = cargo_home.and_then(|home| std::fs::read_dir(home.join("registry/src")).ok());
+    let mut folders: Vec<PathBuf> = entries
+        .into_iter()
+        .flatten()
+        .flatten()
+        .map(|entry| entry.path())
+        .collect();
+    folders.sort();
+    folders
+}
+
+/// On a fresh machine, unpacks the crates: only then is it known where they lie.
+pub fn fetch_sources() -> Outcome {
+    if !registries().is_empty() {
+        return Ok(());
+    }
+    step("fetching crates", &mut cargo(["fetch"]))
 }
 
 /// Debian's clippy for the target, where Debian's compiler builds the firmware.

@@ -14,8 +14,10 @@ pub enum Misuse {
         /// The address accessed.
         address: u32,
     },
-    /// The core runs code from RAM, which the emulator maps for data alone.
-    #[error("code at {address:#010x} in RAM: only code in flash is modelled")]
+    /// The core runs code from RAM, which the emulator maps for data alone but for the CCM SRAM at its own address.
+    #[error(
+        "code at {address:#010x} in RAM: only code in flash and in CCM SRAM at 0x1000_0000 is modelled"
+    )]
     CodeInRam {
         /// Where.
         address: u32,

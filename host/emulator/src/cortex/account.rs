@@ -154,11 +154,15 @@ impl Account {
         (self.contexts.len(), own)
     }
 
-    pub(crate) fn enter(&mut self, exception: u16) {
+    /// Enters an exception, in this many cycles at the least and at the most: they are the exception's own.
+    pub(crate) fn enter(&mut self, exception: u16, cycles_low: u32, cycles_high: u32) {
         self.contexts.push((exception, Cost::default()));
+        self.pass(cycles_low, cycles_high);
     }
 
-    pub(crate) fn leave(&mut self) {
+    /// Leaves it, in this many.
+    pub(crate) fn leave(&mut self, cycles_low: u32, cycles_high: u32) {
+        self.pass(cycles_low, cycles_high);
         if self.contexts.len() > 1
             && let Some((exception, own)) = self.contexts.pop()
         {
@@ -166,6 +170,14 @@ impl Account {
                 .retain(|frame| frame.depth <= self.contexts.len());
             self.exceptions.entry(exception).or_default().record(own);
         }
+    }
+
+    fn pass(&mut self, cycles_low: u32, cycles_high: u32) {
+        self.charge(&Block {
+            cycles_low,
+            cycles_high,
+            ..Block::default()
+        });
     }
 
     /// A reset ends every context without counting it as a call.
@@ -216,9 +228,9 @@ mod tests {
         account.charge(&block(10));
         account.call(inner, 0x0800_0201, 0x2000_0F00);
         account.charge(&block(3));
-        account.enter(40);
+        account.enter(40, 12, 33);
         account.charge(&block(1000));
-        account.leave();
+        account.leave(10, 27);
         account.returned(0x2000_0F00);
         account.charge(&block(5));
         account.returned(0x2000_1000);
@@ -228,7 +240,16 @@ mod tests {
             .map(|(_, calls)| calls.total.instructions)
             .collect();
         assert_eq!(calls, [18, 3]);
-        assert_eq!(account.exceptions()[&40].max.instructions, 1000);
+        let Cost {
+            instructions,
+            cycles_low,
+            cycles_high,
+        } = account.exceptions()[&40].max;
+        assert_eq!(
+            [instructions, cycles_low, cycles_high],
+            [1000, 1022, 2060],
+            "its own, and the way in and out"
+        );
         assert_eq!(account.total().instructions, 1118);
     }
 

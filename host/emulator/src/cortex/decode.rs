@@ -2,7 +2,8 @@
 //! What a translated block costs, decoded once and kept.
 //!
 //! The engine calls back once a block; the number of instructions in it follows from the Thumb encoding alone.
-//! Cycles are a bracket: the core's table for zero wait states below, flash wait states on top above.
+//! Cycles are a bracket: the core's table for zero wait states below; above what it leaves open at its dearest (refill of
+//! the pipeline, division), and what fetching from flash waits for.
 
 use super::Map;
 
@@ -15,7 +16,8 @@ pub struct Block {
     pub instructions: u32,
     /// Cycles by the core's table, no wait states, division at its shortest.
     pub cycles_low: u32,
-    /// Cycles with flash wait states: 4 a flash line of 8 bytes, 4 a taken branch, 4 a literal.
+    /// Cycles at most: refill of the pipeline after a branch 3, division 12; from flash, as if nothing were ever cached, 4
+    /// more for each line of 8 bytes, taken branch and literal. The CCM SRAM answers fetches and literals without waiting.
     pub cycles_high: u32,
     /// Contains SEV.
     pub sends_event: bool,
@@ -23,23 +25,75 @@ pub struct Block {
     pub watch: u16,
 }
 
-/// Decoded blocks by start address in the flash.
+/// Memory that instructions are fetched from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Memory {
+    /// Flash, four wait states.
+    Flash,
+    /// CCM SRAM by its own address, none.
+    Ccm,
+}
+
+impl Memory {
+    /// Where an address is fetched from; what is not CCM SRAM can only be flash.
+    pub(crate) fn at(address: u32) -> Self {
+        if address.wrapping_sub(Map::CCM) < Map::CCM_SIZE {
+            Self::Ccm
+        } else {
+            Self::Flash
+        }
+    }
+}
+
+/// Decoded blocks by start address.
 #[derive(Debug)]
 pub struct Blocks {
     flash: Vec<Block>,
+    ccm: Vec<Block>,
+    /// The CCM SRAM was written since its blocks were decoded.
+    ccm_changed: bool,
 }
 
 impl Blocks {
     pub(crate) fn new() -> Self {
         Self {
             flash: vec![Block::default(); (Map::FLASH_SIZE / 2) as usize],
+            ccm: vec![Block::default(); (Map::CCM_SIZE / 2) as usize],
+            ccm_changed: false,
         }
     }
 
-    /// The slot of a start address; `None` outside the flash.
+    /// The slot of a start address; `None` where no code runs.
     pub(crate) fn slot(&mut self, address: u32) -> Option<&mut Block> {
-        self.flash
-            .get_mut((address.wrapping_sub(Map::FLASH) / 2) as usize)
+        let (blocks, start) = match Memory::at(address) {
+            Memory::Flash => (&mut self.flash, Map::FLASH),
+            Memory::Ccm => (&mut self.ccm, Map::CCM),
+        };
+        blocks.get_mut((address.wrapping_sub(start) / 2) as usize)
+    }
+
+    /// The contents of the CCM SRAM change.
+    pub(crate) fn change_ccm(&mut self) {
+        self.ccm_changed = true;
+    }
+
+    /// Whether what is kept of the code at this address may be that of an earlier content.
+    pub(crate) fn is_stale(&self, address: u32) -> bool {
+        self.ccm_changed && Memory::at(address) == Memory::Ccm
+    }
+
+    /// Forgets what was decoded in CCM SRAM if its contents have changed; what is watched stays so. Whether they have.
+    pub(crate) fn forget_stale(&mut self) -> bool {
+        if !std::mem::take(&mut self.ccm_changed) {
+            return false;
+        }
+        for block in &mut self.ccm {
+            *block = Block {
+                watch: block.watch,
+                ..Block::default()
+            };
+        }
+        true
     }
 }
 
@@ -49,9 +103,13 @@ pub fn length(halfword: u16) -> usize {
     if halfword >> 11 >= 0b11101 { 4 } else { 2 }
 }
 
-/// Decodes one block.
+/// Decodes one block, fetched from `memory`.
 #[must_use]
-pub fn decode(code: &[u8]) -> Block {
+pub fn decode(code: &[u8], memory: Memory) -> Block {
+    let wait = match memory {
+        Memory::Flash => FLASH_WAIT,
+        Memory::Ccm => 0,
+    };
     let mut block = Block {
         size: code.len() as u32,
         ..Block::default()
@@ -71,48 +129,74 @@ pub fn decode(code: &[u8]) -> Block {
         };
         block.instructions += 1;
         block.cycles_low += cost.cycles;
-        block.cycles_high += cost.cycles + cost.stall;
+        block.cycles_high += cost.cycles + cost.more + wait * u32::from(cost.fetches);
         block.sends_event |= first == SEV;
         at += size;
     }
-    block.cycles_high += 4 * (block.size.div_ceil(8));
+    block.cycles_high += wait * block.size.div_ceil(FLASH_LINE);
     block
 }
 
 /// Instructions in the first `bytes` of a block.
 #[must_use]
 pub fn count(code: &[u8]) -> u32 {
-    decode(code).instructions
+    decode(code, Memory::Ccm).instructions
 }
 
 pub(crate) const WFE: u16 = 0xBF20;
 pub(crate) const WFI: u16 = 0xBF30;
 pub(crate) const SEV: u16 = 0xBF40;
 
+/// Wait states of the flash at 170 MHz, and the bytes that one access brings.
+pub(super) const FLASH_WAIT: u32 = 4;
+const FLASH_LINE: u32 = 8;
+
+/// What an instruction costs by the core's table.
 struct Cost {
     cycles: u32,
-    stall: u32,
+    /// Cycles more at the most.
+    more: u32,
+    /// It fetches out of sequence, a branch's target or a literal: waits again where fetching waits.
+    fetches: bool,
 }
 
 const fn cost(cycles: u32) -> Cost {
-    Cost { cycles, stall: 0 }
+    Cost {
+        cycles,
+        more: 0,
+        fetches: false,
+    }
 }
 
-/// A branch: pipeline refill of one to three cycles, and the target's line from flash.
+/// A branch: one to three cycles to refill the pipeline.
 const fn branch(cycles: u32) -> Cost {
     Cost {
         cycles: cycles + 1,
-        stall: 2 + 4,
+        more: 2,
+        fetches: true,
+    }
+}
+
+/// A conditional branch: at the least it is not taken.
+const CONDITIONAL: Cost = Cost {
+    cycles: 1,
+    more: 3,
+    fetches: true,
+};
+
+/// A load relative to the program counter.
+const fn literal(cycles: u32) -> Cost {
+    Cost {
+        cycles,
+        more: 0,
+        fetches: true,
     }
 }
 
 fn narrow(op: u16) -> Cost {
     match op >> 11 {
         // Load from a literal pool.
-        0b01001 => Cost {
-            cycles: 2,
-            stall: 4,
-        },
+        0b01001 => literal(2),
         0b01000 => match op >> 8 & 0x7 {
             // BX, BLX
             0b111 => branch(1),
@@ -127,20 +211,13 @@ fn narrow(op: u16) -> Cost {
             0xC => cost(1 + (op & 0xFF).count_ones()),
             0xD if op & 0x100 != 0 => branch(1 + (op & 0x1FF).count_ones()),
             0xD => cost(1 + (op & 0xFF).count_ones()),
-            // CBZ, CBNZ: not taken is the lower bound
-            0x1 | 0x3 | 0x9 | 0xB => Cost {
-                cycles: 1,
-                stall: 3 + 4,
-            },
+            // CBZ, CBNZ
+            0x1 | 0x3 | 0x9 | 0xB => CONDITIONAL,
             _ => cost(1),
         },
         // STM, LDM
         0b11000 | 0b11001 => cost(1 + (op & 0xFF).count_ones()),
-        // Conditional branch: not taken is the lower bound
-        0b11010 | 0b11011 => Cost {
-            cycles: 1,
-            stall: 3 + 4,
-        },
+        0b11010 | 0b11011 => CONDITIONAL,
         0b11100 => branch(1),
         _ => cost(1),
     }
@@ -170,10 +247,7 @@ fn wide(first: u16, second: u16) -> Cost {
             return if op & 0x0380_0000 == 0x0380_0000 {
                 cost(2)
             } else {
-                Cost {
-                    cycles: 1,
-                    stall: 3 + 4,
-                }
+                CONDITIONAL
             };
         }
         return branch(1);
@@ -183,17 +257,14 @@ fn wide(first: u16, second: u16) -> Cost {
         if op & 0x0010_F000 == 0x0010_F000 && op & 0x0060_0000 == 0x0040_0000 {
             return branch(2);
         }
-        let literal = op & 0x001F_0000 == 0x001F_0000;
-        return Cost {
-            cycles: 2,
-            stall: if literal { 4 } else { 0 },
-        };
+        let from_pc = op & 0x001F_0000 == 0x001F_0000;
+        return if from_pc { literal(2) } else { cost(2) };
     }
     // Division: 2 to 12
     if op & 0xFFD0_F0F0 == 0xFB90_F0F0 {
         return Cost {
-            cycles: 2,
-            stall: 10,
+            more: 10,
+            ..cost(2)
         };
     }
     if op & 0xEC00_0E00 == 0xEC00_0A00 {
@@ -226,11 +297,12 @@ fn floating(op: u32) -> Cost {
     // VLDR, VSTR; VLDM, VSTM, VPUSH, VPOP; two core registers
     let load = op & 0x0010_0000 != 0;
     if op & 0x0120_0000 == 0x0100_0000 {
-        let double = op & 0x100 != 0;
-        let literal = op & 0x000F_0000 == 0x000F_0000;
-        return Cost {
-            cycles: if double { 3 } else { 2 },
-            stall: if load && literal { 4 } else { 0 },
+        let cycles = if op & 0x100 != 0 { 3 } else { 2 };
+        let from_pc = op & 0x000F_0000 == 0x000F_0000;
+        return if load && from_pc {
+            literal(cycles)
+        } else {
+            cost(cycles)
         };
     }
     if op & 0x01E0_0000 == 0x0040_0000 {
@@ -250,7 +322,10 @@ mod tests {
     #[test]
     fn counts_narrow_and_wide_instructions() {
         // movs r0,#1; add.w r0,r0,#1; bl; nop
-        let block = decode(&code(&[0x2001, 0xF100, 0x0001, 0xF000, 0xF801, 0xBF00]));
+        let block = decode(
+            &code(&[0x2001, 0xF100, 0x0001, 0xF000, 0xF801, 0xBF00]),
+            Memory::Flash,
+        );
         assert_eq!(block.instructions, 4);
         assert_eq!(block.size, 12);
         assert!(!block.sends_event);
@@ -276,15 +351,51 @@ mod tests {
             (&[0xFBB0, 0xF0F1], 2),  // udiv r0,r0,r1
         ];
         for (instruction, cycles) in table {
-            let block = decode(&code(instruction));
+            let block = decode(&code(instruction), Memory::Flash);
             assert_eq!(block.cycles_low, cycles, "{instruction:04x?}");
             assert!(block.cycles_high >= block.cycles_low + 4);
         }
     }
 
     #[test]
+    fn flash_makes_fetches_wait_and_ccm_does_not() {
+        // The most that one instruction costs, from CCM SRAM and from flash.
+        let table: [(&[u16], u32, u32); 9] = [
+            (&[0x1840], 1, 5),           // adds r0,r0,r1: a line
+            (&[0x6808], 2, 6),           // ldr r0,[r1]: a line, its datum is not known to be there
+            (&[0x4801], 2, 10),          // ldr r0,[pc,#4]: a line and a literal
+            (&[0xED9F, 0x0A01], 2, 10),  // vldr s0,[pc,#4]
+            (&[0x4770], 4, 12),          // bx lr: refill, a line and the target's
+            (&[0xD001], 4, 12),          // beq: taken
+            (&[0xB108], 4, 12),          // cbz: taken
+            (&[0xF000, 0xF800], 4, 12),  // bl
+            (&[0xFBB0, 0xF0F1], 12, 16), // udiv r0,r0,r1
+        ];
+        for (instruction, ccm, flash) in table {
+            let most = |memory| decode(&code(instruction), memory).cycles_high;
+            assert_eq!(most(Memory::Ccm), ccm, "{instruction:04x?}");
+            assert_eq!(most(Memory::Flash), flash, "{instruction:04x?}");
+        }
+        let least = |memory| decode(&code(&[0x4770]), memory).cycles_low;
+        assert_eq!(least(Memory::Ccm), least(Memory::Flash));
+    }
+
+    #[test]
+    fn an_address_is_fetched_from_one_memory() {
+        for address in [Map::CCM, Map::CCM + Map::CCM_SIZE - 2] {
+            assert_eq!(Memory::at(address), Memory::Ccm);
+        }
+        for address in [0, Map::FLASH, Map::CCM - 2, Map::CCM + Map::CCM_SIZE] {
+            assert_eq!(Memory::at(address), Memory::Flash);
+        }
+        let mut blocks = Blocks::new();
+        assert!(blocks.slot(Map::CCM).is_some() && blocks.slot(Map::FLASH).is_some());
+        assert!(blocks.slot(Map::CCM + Map::CCM_SIZE).is_none());
+    }
+
+    #[test]
     fn finds_the_event() {
-        assert!(decode(&code(&[0xBF00, SEV])).sends_event);
-        assert!(!decode(&code(&[WFE, WFI])).sends_event);
+        assert!(decode(&code(&[0xBF00, SEV]), Memory::Flash).sends_event);
+        assert!(!decode(&code(&[WFE, WFI]), Memory::Flash).sends_event);
     }
 }

@@ -5,7 +5,7 @@ use unicorn_engine::{
     Arch, ArmCpuModel, HookType, MemType, Mode, Prot, RegisterARM, Unicorn, uc_error,
 };
 
-use super::decode::{self, Block};
+use super::decode::{self, Block, Memory};
 use super::memory::Ram;
 use super::{Map, Trap};
 use crate::chip::{Chip, Misuse};
@@ -131,6 +131,17 @@ impl Engine {
             to,
             |uc: &mut Uc<'_>, _, address, _, _| {
                 uc.get_data_mut().load_flash(address as u32 - Map::FLASH);
+                true
+            },
+        )?;
+        // What the engine and the books keep of code must follow its changes. Only the firmware's start stores here.
+        let (from, to) = (Map::CCM.into(), (ccm_end - 1).into());
+        uc.add_mem_hook(
+            HookType::MEM_WRITE,
+            from,
+            to,
+            |uc: &mut Uc<'_>, _, _, _, _| {
+                uc.get_data_mut().core.blocks.change_ccm();
                 true
             },
         )?;
@@ -269,6 +280,13 @@ impl Engine {
         self.ram.write(address, bytes).is_some()
     }
 
+    /// Fills the RAM with `byte`, code included.
+    pub(crate) fn forget_ram(&mut self, byte: u8) -> Result<(), uc_error> {
+        self.write(Map::RAM, &vec![byte; Map::RAM_SIZE as usize]);
+        self.chip_mut().core.blocks.change_ccm();
+        self.refresh_changed()
+    }
+
     /// Shows the core the whole flash.
     fn refresh_flash(&mut self) -> Result<(), uc_error> {
         let image = self.chip().flash.image.clone();
@@ -276,8 +294,11 @@ impl Engine {
         self.uc.mem_write(Map::FLASH.into(), &image)
     }
 
-    /// Shows the core what the flash controller changed.
+    /// Shows the core what the flash controller changed, and what was stored where code runs.
     pub(crate) fn refresh_changed(&mut self) -> Result<(), uc_error> {
+        if self.chip_mut().core.blocks.forget_stale() {
+            self.uc.ctl_flush_tb()?;
+        }
         for (start, length) in std::mem::take(&mut self.chip_mut().flash.changed) {
             let bytes = self.chip().flash.image[start..start + length].to_vec();
             self.uc.mem_write(start as u64, &bytes)?;
@@ -336,7 +357,8 @@ fn on_block(uc: &mut Uc<'_>, address: u64, size: u32) {
     let stop = chip.now >= chip.deadline
         || chip.core.trap.is_some()
         || chip.reset_request.is_some()
-        || !chip.flash.changed.is_empty();
+        || !chip.flash.changed.is_empty()
+        || chip.core.blocks.is_stale(address);
     if stop || chip.core.nvic.candidate().is_some() && takes_exception(uc) {
         // The result says only that the engine is not running, which a hook of its own rules out.
         let _ = uc.emu_stop();
@@ -377,7 +399,7 @@ fn learn(uc: &mut Uc<'_>, address: u32, size: u32, watch: u16) -> Block {
     let mut code = vec![0; size as usize];
     let readable = uc.mem_read(address.into(), &mut code).is_ok();
     let block = if readable {
-        decode::decode(&code)
+        decode::decode(&code, Memory::at(address))
     } else {
         Block {
             size,

@@ -3,6 +3,7 @@
 
 use unicorn_engine::{RegisterARM as R, uc_error};
 
+use super::decode::FLASH_WAIT;
 use super::nvic::exception;
 use super::system::{BFAR, CFSR, HFSR, VTOR};
 use super::{Engine, Map, Trap};
@@ -14,6 +15,21 @@ const SPSEL: u32 = 2;
 /// Bit of the stacked xPSR: four bytes were left free to align the frame.
 const ALIGNED: u32 = 1 << 9;
 const THUMB: u32 = 1 << 24;
+
+/// Cycles of an exception's entry or return.
+struct Passage {
+    least: u32,
+}
+
+const ENTRY: Passage = Passage { least: 12 };
+const RETURN: Passage = Passage { least: 10 };
+
+impl Passage {
+    /// With the floating-point registers, one cycle each.
+    const fn cycles(&self, floating: bool) -> u32 {
+        self.least + if floating { 17 } else { 0 }
+    }
+}
 
 /// Stacking failed: no memory below the stack pointer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,11 +116,13 @@ impl Engine {
         self.set_register(R::PC, vector | 1)?;
         let chip = self.chip_mut();
         chip.core.nvic.enter(number);
-        chip.core.account.enter(number);
+        let cycles = ENTRY.cycles(floating);
+        // The floating-point registers are stacked when the handler first uses one; the vector comes from flash.
+        chip.core
+            .account
+            .enter(number, ENTRY.least, cycles + FLASH_WAIT);
         chip.core.event = true;
-        // Twelve cycles at the least; the floating-point registers add one each.
-        let cycles = if floating { 29 } else { 12 };
-        chip.now += cycles * chip.clocks().bus;
+        chip.now += u64::from(cycles) * chip.clocks().bus;
         Ok(if stacked { Ok(()) } else { Err(Unstackable) })
     }
 
@@ -158,9 +176,10 @@ impl Engine {
         self.set_register(R::PC, word(6) | 1)?;
         let chip = self.chip_mut();
         chip.core.nvic.leave(number);
-        chip.core.account.leave();
+        let cycles = RETURN.cycles(floating);
+        chip.core.account.leave(RETURN.least, cycles);
         chip.core.event = true;
-        chip.now += if floating { 27 } else { 10 } * chip.clocks().bus;
+        chip.now += u64::from(cycles) * chip.clocks().bus;
         Ok(Ok(()))
     }
 

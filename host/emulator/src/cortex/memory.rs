@@ -19,8 +19,9 @@ impl Ram {
         }
     }
 
-    /// Maps the RAM at its own address and its last part at that of the CCM SRAM. Data only: a page that may hold code
-    /// makes every store to it slow.
+    /// Maps the RAM at its own address and its last part, once more, at that of the CCM SRAM, where alone code may run: a
+    /// page that may hold code makes every store to it slow. The engine notices changed code where it is stored at the address
+    /// it runs from, not through the alias.
     #[allow(unsafe_code)]
     pub(super) fn map<D>(&self, engine: &mut Unicorn<'_, D>) -> Result<(), uc_error> {
         let data = Prot::READ | Prot::WRITE;
@@ -37,7 +38,7 @@ impl Ram {
             engine.mem_map_ptr(
                 Map::CCM.into(),
                 Map::CCM_SIZE.into(),
-                data,
+                Prot::ALL,
                 alias[0].get().cast(),
             )
         }

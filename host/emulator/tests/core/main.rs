@@ -8,7 +8,7 @@ mod programs;
 use palpate_emulator::chip::FLASH_SIZE;
 use palpate_emulator::time::{TICKS_PER_MS, TICKS_PER_S};
 use palpate_emulator::{Error, Firmware, Machine, Misuse, Pause, ResetCause, Setup};
-use programs::{ACCESS, CYCCNT, FAULT, FPU, LOCKUP, LOOP, MASK, PROGRAM, SLEEP};
+use programs::{ACCESS, CCM, CYCCNT, FAULT, FPU, JUMP, LOCKUP, LOOP, MASK, PROGRAM, SLEEP};
 
 const RAM: u32 = 0x2000_0000;
 const STACK: u32 = RAM + 0x1000;
@@ -148,6 +148,50 @@ fn flash_is_programmed_by_its_controller_and_survives_a_reset() {
     machine.power_cycle().expect("the engine works");
     assert_ne!(machine.word(RAM), Some(0x1122_3344), "a power cut does not");
     assert_eq!(machine.word(0x0801_C000), Some(0x1122_3344));
+}
+
+#[test]
+fn code_runs_from_ccm_sram_which_is_one_memory_at_two_addresses() {
+    let firmware = image(CCM, 0x40);
+    let (machine, pause) = run(&firmware, &Setup::default());
+    assert_eq!(pause.expect("a sound run"), Pause::Exit(0));
+    // What the first routine gave, what the one in its place gave, the first routine as the alias shows it.
+    assert_eq!(words::<3>(&machine), [7, 9, 0x4770_2207]);
+    let total = machine.account().total();
+    assert_eq!(total.instructions, 18 + 2 * 2);
+}
+
+#[test]
+fn code_in_ccm_sram_outlives_a_reset_and_not_a_power_cut() {
+    let firmware = image(CCM, 0x40);
+    let (mut machine, _) = run(&firmware, &Setup::default());
+    let code = 0x1000_1000;
+    assert_eq!(machine.word(code), Some(0x4770_2209));
+    machine.reset(ResetCause::Pin).expect("the engine works");
+    assert_eq!(machine.word(code), Some(0x4770_2209));
+    machine.power_cycle().expect("the engine works");
+    assert_ne!(machine.word(code), Some(0x4770_2209));
+    // What is put there anew runs, not what was translated before the cut.
+    let again = machine.run_until(2 * TICKS_PER_S);
+    assert_eq!(again.expect("a sound run"), Pause::Exit(0));
+    assert_eq!(words::<3>(&machine), [7, 9, 0x4770_2207]);
+}
+
+#[test]
+fn code_in_other_ram_is_refused() {
+    for address in [RAM + 0x100, RAM + 0x5800] {
+        let mut program = JUMP.to_vec();
+        program[2] = address as u16 | 1;
+        let firmware = image(&program, 0x40);
+        let refused = run(&firmware, &Setup::default()).1;
+        assert!(
+            matches!(
+                refused,
+                Err(Error::Misuse { misuse: Misuse::CodeInRam { address: at }, .. }) if at & !1 == address
+            ),
+            "{address:#x}: {refused:?}"
+        );
+    }
 }
 
 #[test]

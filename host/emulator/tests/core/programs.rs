@@ -236,6 +236,42 @@ pub const PROGRAM: &[u16] = &[
     0x7788, 0x5566, 0xed0c, 0xe000, 0x0004, 0x05fa,
 ];
 
+/// Puts two instructions into CCM SRAM, runs them, reads them at the alias, then puts others in their place.
+///
+/// ```text
+/// ldr r0, =0x10001000
+/// ldr r1, =0x47702207
+/// str r1, [r0]
+/// adds r3, r0, #1
+/// blx r3                  movs r2, #7; bx lr
+/// ldr r4, =0x20006800
+/// ldr r5, [r4]
+/// ldr r1, =0x47702209
+/// str r1, [r0]
+/// mov r6, r2
+/// blx r3                  movs r2, #9; bx lr
+/// ldr r7, =0x20000000
+/// str r6, [r7]
+/// str r2, [r7, #4]
+/// str r5, [r7, #8]
+/// movs r0, #0x18
+/// ldr r1, =0x20026
+/// bkpt #0xab
+/// ```
+pub const CCM: &[u16] = &[
+    0xf04f, 0x2010, 0x4908, 0x6001, 0x1c43, 0x4798, 0x4c07, 0x6825, 0x4907, 0x6001, 0x4616, 0x4798,
+    0xf04f, 0x5700, 0x603e, 0x607a, 0x60bd, 0x2018, 0x4903, 0xbeab, 0x2207, 0x4770, 0x6800, 0x2000,
+    0x2209, 0x4770, 0x0026, 0x0002,
+];
+
+/// Jumps to an address
+///
+/// ```text
+/// ldr r0, =0x20005801
+/// bx r0
+/// ```
+pub const JUMP: &[u16] = &[0x4800, 0x4700, 0x5801, 0x2000];
+
 /// Loads from an address for ever
 ///
 /// ```text

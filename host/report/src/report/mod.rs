@@ -2,7 +2,8 @@
 //!
 //! Costs come from a run of the bench image on the emulated chip (`palpate-emulator bench`): its own cycle counter, which
 //! counts executed instructions there, less an empty call; and the cycle bracket of its functions: below the core's table at
-//! zero wait states, above it 4 cycles a flash line of 8 bytes, a taken branch and a literal on top. Errors are measured
+//! zero wait states, above it the dearest branches and 4 cycles a flash line of 8 bytes, a taken branch and a literal on top,
+//! for code that does not run from CCM SRAM. Errors are measured
 //! here with the same code over all reference rows. The results of the timed rows must be the same bits on both.
 
 mod check;
