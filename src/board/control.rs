@@ -29,8 +29,8 @@ use super::bridge::{self, Bridge};
 use super::watchdog::{self, Reporter};
 use super::{encoder, sampling};
 
-/// What a sample of this firmware's scene holds.
-type Sample = SampleOf<Active>;
+/// What the interrupt hands out: joint 2 is still a code.
+type Sample = palpate::sample::Sample<<JointPin<Active> as JointInput>::Raw>;
 
 /// Samples on their way to the sensing task, one a millisecond. The longest time for which it does not run is well
 /// below this many milliseconds; if it is not, the loss is a fault.
@@ -49,7 +49,6 @@ static LOST: AtomicU32 = AtomicU32::new(0);
 struct Control {
     bridge: Bridge,
     controller: Controller,
-    joint: JointPin<Active>,
     samples: Producer<'static, Sample>,
     overrun: bool,
 }
@@ -64,6 +63,7 @@ static CONTROL: Owned = Owned(UnsafeCell::new(None));
 /// The receiving end of the samples.
 pub struct Samples {
     queue: Consumer<'static, Sample>,
+    joint: JointPin<Active>,
     lost: u32,
 }
 
@@ -74,8 +74,10 @@ impl Samples {
     }
 
     /// The oldest sample, if there is one.
-    pub fn next(&mut self) -> Option<Sample> {
-        self.queue.dequeue()
+    pub fn next(&mut self) -> Option<SampleOf<Active>> {
+        let sample = self.queue.dequeue()?;
+        let reading = self.joint.reading(sample.joint);
+        Some(sample.with_joint(reading))
     }
 
     /// Whether samples were lost since the last call.
@@ -117,7 +119,7 @@ pub fn load() {
     asm::isb();
 }
 
-/// Gives bridge, controller and what reads joint 2 to the interrupt and starts it.
+/// Gives bridge and controller to the interrupt and starts it; `joint` reads joint 2.
 pub fn start(bridge: Bridge, controller: Controller, joint: JointPin<Active>) -> Samples {
     static QUEUE: StaticCell<Queue<Sample, QUEUE_SAMPLES>> = StaticCell::new();
     let (samples, queue) = QUEUE.init(Queue::new()).split();
@@ -126,7 +128,6 @@ pub fn start(bridge: Bridge, controller: Controller, joint: JointPin<Active>) ->
         *CONTROL.0.get() = Some(Control {
             bridge,
             controller,
-            joint,
             samples,
             overrun: false,
         });
@@ -139,7 +140,11 @@ pub fn start(bridge: Bridge, controller: Controller, joint: JointPin<Active>) ->
         interrupt::ADC1_2.enable();
     }
     bridge::start();
-    Samples { queue, lost: 0 }
+    Samples {
+        queue,
+        joint,
+        lost: 0,
+    }
 }
 
 /// Keeps the control interrupt from running until it is dropped.
@@ -174,14 +179,11 @@ extern "C" fn control() {
         bridge_fault: control.bridge.fault(),
         overrun: control.overrun,
     };
-    if JointPin::<Active>::FITTED {
-        control.joint.push(sampling::read_joint());
-    }
     let demand = DEMAND.lock(Cell::get);
     let outputs = control.controller.step(&inputs, &demand);
     control.bridge.apply(outputs);
     if let Some(sample) = control.controller.sample() {
-        let sample = sample.with_joint(control.joint.take());
+        let sample = sample.with_joint(JointPin::<Active>::take(sampling::read_joint));
         STATUS.lock(|cell| cell.set(Some(*control.controller.status())));
         // Always true, but said here it spares the queue's arithmetic its check for a ring of no length, which would panic.
         let ring_has_length = control.samples.capacity() < QUEUE_SAMPLES;

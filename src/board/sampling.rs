@@ -3,22 +3,23 @@
 //!
 //! TIM1's update starts two injected ranks of 16 conversions each. A conversion takes 12.5 + 12.5 cycles of 42.5 MHz,
 //! 0.59 us, sixteen of them 9.4 us: the sum is the mean over one PWM period of 10 us. The interrupt follows 18.8 us after
-//! the trigger. ADC2 converts its one rank meanwhile, from the same trigger, and has finished by then.
+//! the trigger. ADC2 takes 64 conversions of its one rank from the same trigger, 37.6 us: the mean of most of a control
+//! period, which the interrupt finds finished in the next.
 
 use core::mem::forget;
 
 use embassy_stm32::Peri;
 use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, Exten, SampleTime};
-use embassy_stm32::pac::adc::regs::Cfgr2;
 use embassy_stm32::pac::adc::vals::Trovs;
-use embassy_stm32::pac::{ADC1, ADC2};
+use embassy_stm32::pac::{self, ADC1, ADC2};
 use embassy_stm32::peripherals::{PA1, PC0, PC1};
 use embassy_stm32::triggers::TIM1_TRGO2;
 
 use palpate::drive::io::AdcCode;
 
-/// OVSR code for 16 conversions a result.
+/// OVSR codes for so many conversions a result.
 const OVERSAMPLE_16: u8 = 0b011;
+const OVERSAMPLE_64: u8 = 0b101;
 
 /// Powers, calibrates and arms the converter; it waits for TIM1.
 pub fn start(
@@ -27,10 +28,7 @@ pub fn start(
     supply: Peri<'static, PC0>,
 ) {
     let adc = Adc::new(adc1, AdcConfig::default());
-    // The driver cannot oversample injected conversions. The context queue would take each of its partial writes of the
-    // sequence for a sequence of its own: off.
-    ADC1.cfgr().modify(|w| w.set_jqdis(true));
-    ADC1.cfgr2().modify(oversample);
+    oversample(ADC1, OVERSAMPLE_16, 0);
     let injected = adc.setup_injected_conversions(
         [
             (current.degrade_adc(), SampleTime::CYCLES12_5),
@@ -53,9 +51,8 @@ pub fn start_joint(
     angle: Peri<'static, PC1>,
 ) {
     let adc = Adc::new(adc2, AdcConfig::default());
-    // As in `start`.
-    ADC2.cfgr().modify(|w| w.set_jqdis(true));
-    ADC2.cfgr2().modify(oversample);
+    // A sum of 64, divided by four: the scale of a sum of 16.
+    oversample(ADC2, OVERSAMPLE_64, 2);
     forget(adc.setup_injected_conversions(
         [(angle.degrade_adc(), SampleTime::CYCLES12_5)],
         TIM1_TRGO2,
@@ -64,15 +61,19 @@ pub fn start_joint(
     ));
 }
 
-/// Every result is a sum over [`OVERSAMPLE_16`] conversions.
-fn oversample(w: &mut Cfgr2) {
-    w.set_jovse(true);
-    w.set_ovsr(OVERSAMPLE_16);
-    w.set_ovss(0);
-    w.set_trovs(Trovs::AUTOMATIC);
+/// Makes every result the sum over several conversions, shifted right: the driver cannot, for injected ones. The context
+/// queue would take each of the driver's partial writes of the sequence for a sequence of its own: off.
+fn oversample(adc: pac::adc::Adc, ratio: u8, shift: u8) {
+    adc.cfgr().modify(|w| w.set_jqdis(true));
+    adc.cfgr2().modify(|w| {
+        w.set_jovse(true);
+        w.set_ovsr(ratio);
+        w.set_ovss(shift);
+        w.set_trovs(Trovs::AUTOMATIC);
+    });
 }
 
-/// The last sum of joint 2.
+/// The last result of joint 2.
 pub fn read_joint() -> AdcCode {
     AdcCode(ADC2.jdr(0).read().jdata())
 }

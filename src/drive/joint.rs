@@ -20,23 +20,26 @@ pub struct AngleSense {
 
 /// How the board reads joint 2: [`NotFitted`] or [`HallInput`].
 pub trait JointInput: Copy + core::fmt::Debug {
-    /// What a sample carries.
+    /// What the control interrupt takes along for a sample.
+    type Raw: Copy;
+
+    /// What that says.
     type Reading: Copy;
 
     /// Whether there is a pin to convert.
     const FITTED: bool;
 
-    /// An input at rest.
+    /// An input.
     ///
     /// # Errors
     /// The first parameter out of its range.
     fn new(board: &Sense, sensor: &AngleSense) -> Result<Self, OutOfRange>;
 
-    /// Takes the code of a control period.
-    fn push(&mut self, code: AdcCode);
+    /// Takes a code along, if there is one to take.
+    fn take(code: impl FnOnce() -> AdcCode) -> Self::Raw;
 
-    /// The mean over the periods since the last call.
-    fn take(&mut self) -> Self::Reading;
+    /// The reading of what was taken.
+    fn reading(&self, raw: Self::Raw) -> Self::Reading;
 }
 
 /// No sensor; no size.
@@ -44,6 +47,7 @@ pub trait JointInput: Copy + core::fmt::Debug {
 pub struct NotFitted;
 
 impl JointInput for NotFitted {
+    type Raw = ();
     type Reading = ();
     const FITTED: bool = false;
 
@@ -51,77 +55,56 @@ impl JointInput for NotFitted {
         Ok(Self)
     }
 
-    fn push(&mut self, _: AdcCode) {}
+    fn take(_: impl FnOnce() -> AdcCode) {}
 
-    fn take(&mut self) {}
+    fn reading(&self, (): ()) {}
 }
 
-/// A Hall sensor. It has no reading for a sample in which a single code was one that the joint cannot have: a broken wire
-/// reads zero, a short full scale.
+/// A Hall sensor. A code that the joint cannot have is no reading: a broken wire gives zero, a short full scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HallInput {
     rad_per_code: f32,
     zero_code: f32,
     lowest: AdcCode,
     highest: AdcCode,
-    sum: u32,
-    periods: u16,
-    plausible: bool,
 }
 
 impl JointInput for HallInput {
+    type Raw = AdcCode;
     /// Angle, radian.
     type Reading = Option<f32>;
     const FITTED: bool = true;
 
     fn new(board: &Sense, sensor: &AngleSense) -> Result<Self, OutOfRange> {
-        let full = f32::from(ADC_FULL);
-        let code_per_v = full / board.reference_v;
-        let code_per_rad = sensor.volt_per_rad * code_per_v;
-        let zero_code = sensor.zero_v * code_per_v;
         check("volt_per_rad", sensor.volt_per_rad.abs(), 0.01, 10.0)?;
         check("zero_v", sensor.zero_v, -20.0, 20.0)?;
         check("min_rad", sensor.min_rad, -3.2, sensor.max_rad)?;
         check("max_rad", sensor.max_rad, sensor.min_rad, 3.2)?;
         // Both ends must stand clear of what a broken wire and a short read.
-        let (a, b) = (sensor.min_rad, sensor.max_rad);
-        let end = |rad: f32| sensor.zero_v + sensor.volt_per_rad * rad;
-        let (low_v, high_v) = (end(a).min(end(b)), end(a).max(end(b)));
+        let end_v = |rad: f32| sensor.zero_v + sensor.volt_per_rad * rad;
+        let (a_v, b_v) = (end_v(sensor.min_rad), end_v(sensor.max_rad));
+        let (low_v, high_v) = (a_v.min(b_v), a_v.max(b_v));
         let margin_v = 0.02 * board.reference_v;
         check("lowest_v", low_v, margin_v, board.reference_v)?;
         check("highest_v", high_v, low_v, board.reference_v - margin_v)?;
+        let code_per_v = f32::from(ADC_FULL) / board.reference_v;
         // Within the converter's range, as just checked.
         let code = |volt: f32| AdcCode((volt * code_per_v) as u16);
         Ok(Self {
-            rad_per_code: 1.0 / code_per_rad,
-            zero_code,
+            rad_per_code: 1.0 / (sensor.volt_per_rad * code_per_v),
+            zero_code: sensor.zero_v * code_per_v,
             lowest: code(low_v),
             highest: code(high_v),
-            sum: 0,
-            periods: 0,
-            plausible: true,
         })
     }
 
-    // Both run in the control interrupt, and are part of it: no calls.
-    #[inline(always)]
-    fn push(&mut self, code: AdcCode) {
-        self.plausible &= code >= self.lowest && code <= self.highest;
-        self.sum = self.sum.wrapping_add(u32::from(code.0));
-        self.periods = self.periods.wrapping_add(1);
+    fn take(code: impl FnOnce() -> AdcCode) -> AdcCode {
+        code()
     }
 
-    #[inline(always)]
-    fn take(&mut self) -> Option<f32> {
-        let Self {
-            sum,
-            periods,
-            plausible,
-            ..
-        } = *self;
-        (self.sum, self.periods, self.plausible) = (0, 0, true);
-        let mean = sum as f32 / f32::from(periods);
-        (plausible && periods > 0).then(|| (mean - self.zero_code) * self.rad_per_code)
+    fn reading(&self, raw: AdcCode) -> Option<f32> {
+        let plausible = raw >= self.lowest && raw <= self.highest;
+        plausible.then(|| (f32::from(raw.0) - self.zero_code) * self.rad_per_code)
     }
 }
 
@@ -145,23 +128,12 @@ mod tests {
         AdcCode((volt / BOARD.reference_v * f32::from(ADC_FULL)).round() as u16)
     }
 
-    fn read(input: &mut HallInput, volts: &[f32]) -> Option<f32> {
-        for &volt in volts {
-            input.push(code(volt));
-        }
-        input.take()
-    }
-
     #[test]
-    fn an_angle_is_the_mean_of_its_codes() {
-        let mut input = HallInput::new(&BOARD, &SENSOR).unwrap();
+    fn a_code_becomes_its_angle() {
+        let input = HallInput::new(&BOARD, &SENSOR).unwrap();
         for angle_rad in [-0.39, 0.0, 0.7, 1.5, 2.29] {
             let volt = SENSOR.zero_v + SENSOR.volt_per_rad * angle_rad;
-            let ripple = 0.005;
-            let volts: Vec<f32> = (0..20)
-                .map(|i| volt + if i % 2 == 0 { ripple } else { -ripple })
-                .collect();
-            let read = read(&mut input, &volts).unwrap();
+            let read = input.reading(HallInput::take(|| code(volt))).unwrap();
             assert!((read - angle_rad).abs() < 1e-4, "{read} {angle_rad}");
         }
     }
@@ -173,21 +145,20 @@ mod tests {
             volt_per_rad: -1.0,
             ..SENSOR
         };
-        let mut input = HallInput::new(&BOARD, &falling).unwrap();
-        let read = read(&mut input, &[1.8; 20]).unwrap();
+        let input = HallInput::new(&BOARD, &falling).unwrap();
+        let read = input.reading(code(1.8)).unwrap();
         assert!((read - 1.0).abs() < 1e-4, "{read}");
     }
 
     #[test]
-    fn one_impossible_code_spoils_its_sample_and_no_other() {
-        let mut input = HallInput::new(&BOARD, &SENSOR).unwrap();
+    fn a_code_that_the_joint_cannot_have_is_no_reading() {
+        let input = HallInput::new(&BOARD, &SENSOR).unwrap();
         for bad_v in [0.0, 0.09, 2.81, 3.3] {
-            let mut volts = [1.2; 20];
-            volts[7] = bad_v;
-            assert_eq!(read(&mut input, &volts), None, "{bad_v} V");
-            assert!(read(&mut input, &[1.2; 20]).is_some());
+            assert_eq!(input.reading(code(bad_v)), None, "{bad_v} V");
         }
-        assert_eq!(input.take(), None, "nothing was converted");
+        for good_v in [0.11, 1.2, 2.79] {
+            assert!(input.reading(code(good_v)).is_some(), "{good_v} V");
+        }
     }
 
     #[test]
@@ -214,7 +185,8 @@ mod tests {
 
     #[test]
     fn a_board_without_it_has_nothing() {
+        NotFitted::take(|| panic!("nothing to read"));
         assert_eq!(size_of::<NotFitted>(), 0);
-        assert_eq!(size_of::<<NotFitted as JointInput>::Reading>(), 0);
+        assert_eq!(size_of::<<NotFitted as JointInput>::Raw>(), 0);
     }
 }

@@ -60,11 +60,9 @@ impl<S: SlowLoop> Machine<S> {
         loop {
             self.board.period(self.outputs);
             self.outputs = self.controller.step(&self.board.inputs(), &self.demand);
-            if S::Input::FITTED {
-                self.joint.push(self.board.joint_code());
-            }
             if let Some(sample) = self.controller.sample() {
-                let sample = sample.with_joint(self.joint.take());
+                let raw = S::Input::take(|| self.board.joint_code());
+                let sample = sample.with_joint(self.joint.reading(raw));
                 self.demand = self.slow.sample(&sample, self.controller.status());
                 return sample;
             }
