@@ -10,7 +10,7 @@
 //! | [`bisect`] | | the residual's rounding | fixed number of steps |
 //! | [`clamp`] | two compares | none | `f32::clamp` can panic; `min` and `max` cost three times as much to be right about NaN |
 //! | [`ln`] | exponent and the series of artanh | 1e-6 | likelihoods and thresholds, not in a control path |
-//! | [`solve`] | Gaussian elimination, row pivoting | the condition's | one unknown a joint, never more than three |
+//! | [`solve`], [`solve_in_place`] | Gaussian elimination, row pivoting | the condition's | one unknown a joint, never more than three |
 //!
 //! Host and target run the same operations in the same order (nothing is fused), so they give the same numbers.
 
@@ -24,6 +24,6 @@ mod root;
 pub use angle::{SIN_COS_MAX_RAD, Turn, atan2, sin_cos};
 pub use bisect::{BISECTION_STEPS, bisect};
 pub use clamp::clamp;
-pub use linear::solve;
+pub use linear::{solve, solve_in_place};
 pub use log::ln;
 pub use root::sqrt;

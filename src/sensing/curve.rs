@@ -93,15 +93,13 @@ impl Curve {
         }
     }
 
-    /// Neighbours become one, twice as wide.
+    /// Neighbours become one, twice as wide. In place: no bin is written before it has been read.
     fn halve(&mut self) {
-        let mut wide = [Point::default(); BINS];
-        for (to, pair) in wide.iter_mut().zip(self.bins.chunks_exact(2)) {
-            if let [first, second] = pair {
-                *to = first.with(*second);
-            }
+        for to in 0..BINS {
+            let pair = [2 * to, 2 * to + 1].map(|from| self.bins.get(from).copied());
+            let [first, second] = pair.map(Option::unwrap_or_default);
+            self.bins[to] = first.with(second);
         }
-        self.bins = wide;
         self.width_counts *= 2.0;
     }
 

@@ -4,6 +4,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::Start;
+use super::response::Answer;
 use crate::finger::{Finger, Transmission};
 
 /// Newton steps towards one torque; warm-started, two or three are taken.
@@ -15,12 +16,25 @@ const SETTLED_SHARE: f32 = 2e-7;
 /// A change this small compared with the joints' may be rounding, if it no longer shrinks.
 const NOISE_SHARE: f32 = 1e-4;
 
+/// After a step this small compared with the joints' changes the next one, its square, is their rounding.
+const NEAR_SHARE: f32 = 1e-4;
+
 /// What Newton's method moves.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Unknown<const N: usize> {
     pub(super) delta: [f32; N],
     pub(super) force: f32,
     pub(super) k: f32,
+}
+
+impl<const N: usize> From<Answer<N>> for Unknown<N> {
+    fn from(Answer { delta, force }: Answer<N>) -> Self {
+        Self {
+            delta,
+            force,
+            k: 0.0,
+        }
+    }
 }
 
 impl<const N: usize> Unknown<N> {
@@ -71,35 +85,37 @@ impl Settling {
     }
 }
 
+/// A solved point of the path.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Station<const N: usize> {
+    pub(super) at: Unknown<N>,
+    /// Input torque since contact, over the stiffness scale.
+    pub(super) rise: f32,
+    /// Change along the path for a unit of it.
+    pub(super) tangent: Answer<N>,
+}
+
 impl<const N: usize, T: Transmission<N>> Finger<N, T> {
-    /// From a point of the path to the one at another rise.
+    /// From a point of the path to near the one at another rise: so near that one step more, which who asks for the
+    /// point takes, ends in the rounding.
     pub(super) fn newton(
         &self,
         start: &Start<N>,
-        last: Unknown<N>,
-        reached: f32,
+        from: &Station<N>,
         rise: f32,
     ) -> Option<Unknown<N>> {
-        let mut at = last;
+        let mut at = from.at;
         // Along the tangent first: Newton's method from there keeps to the branch.
-        let response = start.local(&self.transmission, &at, reached)?.response()?;
-        let more = rise - reached;
+        let more = rise - from.rise;
         at.add(&Unknown {
-            delta: response.by_torque.map(|y| y * more),
-            force: response.force_by_torque * more,
+            delta: from.tangent.delta.map(|y| y * more),
+            force: from.tangent.force * more,
             k: 0.0,
         })?;
-        let mut settling = Settling {
-            before: f32::INFINITY,
-        };
         for _ in 0..STEPS {
-            let response = start.local(&self.transmission, &at, rise)?.response()?;
-            let (size, shortened) = at.add(&Unknown {
-                delta: response.amiss,
-                force: response.force_amiss,
-                k: 0.0,
-            })?;
-            if settling.done(size, shortened, &at.delta) {
+            let step = start.local(&self.transmission, &at, rise)?.step()?;
+            let (size, shortened) = at.add(&step.into())?;
+            if !shortened && size <= NEAR_SHARE * largest(&at.delta) {
                 return Some(at);
             }
         }

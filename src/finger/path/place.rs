@@ -19,7 +19,7 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
         }
         let mut path = *guess;
         self.continue_to(&mut path, rise_nm);
-        let mut at = path.last;
+        let mut at = path.last.at;
         let mut settling = Settling {
             before: f32::INFINITY,
         };
@@ -33,7 +33,7 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
             let moved = size.max(step.k.abs() * largest(&at.delta));
             if settling.done(moved, shortened, &at.delta) {
                 let reach = *start.lengths.get(start.before)?;
-                let point = self.point(start, &at, rise)?;
+                let (point, _) = self.point(start, &at, rise)?;
                 let on_it = at.k > 0.0 && at.k <= reach;
                 return on_it.then_some((self.on_phalanx(start, at.k)?, point));
             }

@@ -142,9 +142,9 @@ impl Recorder {
     }
 
     /// The record so far; None while either direction lacks the bins for its statistics.
-    pub fn finish(&mut self) -> Option<Friction> {
+    pub fn finish(&mut self) -> Option<&Friction> {
         self.end_run();
-        let mut friction = self.friction.clone();
+        let friction = &mut self.friction;
         let bin_counts = friction.bin_counts();
         friction.closing.noise_nm2_counts = self.closing.noise_nm2_counts(bin_counts)?;
         friction.opening.noise_nm2_counts = self.opening.noise_nm2_counts(bin_counts)?;

@@ -3,8 +3,9 @@
 use super::Locator;
 use crate::finger::{Candidate, Class, Free, Inverse, Mechanics};
 use crate::numeric::clamp;
+use crate::sensing::Drivetrain;
 use crate::sensing::curve;
-use crate::sensing::fit::{Data, Hypothesis, LEAST_POINTS, Place, Prior, free_behind_cable};
+use crate::sensing::fit::{Hypothesis, LEAST_POINTS, Place, Prior, free_behind_cable};
 
 /// Torque at which hypotheses are first made, in standard deviations of the offset and of a point.
 const FIRST_SIGMAS: f32 = 8.0;
@@ -40,18 +41,14 @@ impl Locator {
     pub(super) fn ask<F: Mechanics>(
         &mut self,
         finger: &F,
-        data: &Data,
+        (origin_rad, drivetrain): (f32, &Drivetrain),
         prior: &Prior,
         near: &F::Configuration,
     ) {
-        let Some(slope) = curve::slope(
-            data.points.iter(),
-            f32::NEG_INFINITY,
-            data.drivetrain.creep[0],
-        ) else {
+        let Some(slope) = curve::slope(self.points.iter(), f32::NEG_INFINITY, drivetrain.creep[0])
+        else {
             return;
         };
-        self.slope = Some(slope);
         if let Place::Known { phalanx, k_m, .. } = prior.place {
             // Calibration: the place is told, and only that.
             if self.hypotheses.is_empty() {
@@ -59,7 +56,7 @@ impl Locator {
             }
             return;
         }
-        let rad_per_nm = slope.counts_per_nm * data.drivetrain.rad_per_count;
+        let rad_per_nm = slope.counts_per_nm * drivetrain.rad_per_count;
         let calibration = &prior.calibration;
         let compliance = (rad_per_nm - calibration.cable_rad_per_nm) / calibration.torque_factor;
         let free_at =
@@ -67,9 +64,8 @@ impl Locator {
         // The curve begins at the torque that holds the free finger there, not at none.
         let held_nm = free_at(prior.onset_rad.0)
             .map_or(0.0, |free| free.torque_nm / calibration.torque_factor);
-        let onset_rad = data.origin_rad
-            + slope.onset_counts * data.drivetrain.rad_per_count
-            + rad_per_nm * held_nm;
+        let onset_rad =
+            origin_rad + slope.onset_counts * drivetrain.rad_per_count + rad_per_nm * held_nm;
         let Some(free) = free_at(onset_rad) else {
             return;
         };

@@ -116,7 +116,7 @@ const TYPICAL: &str = "sensing update, its fits left out";
 const FIGURES: &[(&str, &str, &str)] = &[
     (CONTROL, "ADC1_2", ""),
     (UPDATE, "sensing::sensor::Sensor", "::update"),
-    (FIT, "sensing::sensor::Sensor", "::refine"),
+    (FIT, "sensing::sensor::known::Known", "::refine"),
     (
         "curve fit, one hypothesis followed",
         "sensing::fit::Hypothesis",
