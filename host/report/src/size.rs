@@ -6,11 +6,12 @@ use anyhow::{Context, Result};
 
 use crate::elf::{Footprint, Image};
 
-/// Targets of the default scene.
-const FLASH_MOST: u64 = 64 * 1024;
-const RAM_MOST: u64 = 12 * 1024;
-/// SRAM1, SRAM2 and CCM SRAM.
-const RAM_BYTES: u64 = 32 * 1024;
+/// Target of the default scene: flash.
+pub const FLASH_MOST: u64 = 64 * 1024;
+/// Statics in SRAM.
+pub const RAM_MOST: u64 = 12 * 1024;
+/// SRAM1, SRAM2 and CCM SRAM, which follow each other.
+pub const RAM_BYTES: u64 = 32 * 1024;
 
 /// What follows `size`.
 #[derive(clap::Args)]
@@ -163,8 +164,29 @@ impl Row {
         })
     }
 
-    fn left(&self) -> u64 {
+    /// RAM beside statics and what lies in CCM, bytes: stacks and spare room.
+    pub fn left(&self) -> u64 {
         RAM_BYTES.saturating_sub(self.footprint.ram_bytes + self.footprint.ccm_bytes)
+    }
+
+    /// Name.
+    pub fn scene(&self) -> &str {
+        &self.scene
+    }
+
+    /// Code, constants, initial values.
+    pub fn flash_bytes(&self) -> u64 {
+        self.footprint.flash_bytes
+    }
+
+    /// Statics in SRAM.
+    pub fn ram_bytes(&self) -> u64 {
+        self.footprint.ram_bytes
+    }
+
+    /// Number of functions that it must not carry.
+    pub fn forbidden(&self) -> usize {
+        self.forbidden.len()
     }
 }
 

@@ -15,6 +15,7 @@ mod place;
 mod response;
 
 use super::{Configuration, Contact, Finger, MAX_PHALANGES, PathPoint, Step, Transmission};
+use crate::numeric::Bounded;
 use newton::{Station, Unknown};
 use response::Responses;
 
@@ -65,7 +66,7 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
             .parameters
             .stiffness_nm_per_rad
             .iter()
-            .fold(0.0f32, |m, k| m.max(*k));
+            .fold(0.0f32, |m, k| k.at_least(m));
         let start = Start {
             from: *at,
             torque: torque_nm / stiffness_scale,
@@ -93,6 +94,7 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
                 at,
                 rise: 0.0,
                 tangent,
+                before: (tangent, 0.0),
             },
         })
     }
@@ -109,11 +111,11 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
             for piece in 1..PIECES {
                 let next = from.rise + (rise - from.rise) * (f32::from(piece) / f32::from(PIECES));
                 let at = self.newton(&path.start, &station, next)?;
-                (_, station) = self.point(&path.start, &at, next)?;
+                (_, station) = self.point(&path.start, &station, &at, next)?;
             }
             self.newton(&path.start, &station, rise)
         })?;
-        let (point, last) = self.point(&path.start, &found, rise)?;
+        let (point, last) = self.point(&path.start, &from, &found, rise)?;
         path.last = last;
         Some(point)
     }
@@ -123,6 +125,7 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
     fn point(
         &self,
         start: &Start<N>,
+        from: &Station<N>,
         near: &Unknown<N>,
         rise: f32,
     ) -> Option<(PathPoint, Station<N>)> {
@@ -159,11 +162,17 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
         let finite = [rotation_rad, compliance, by_k, by_radius, point.force_n]
             .iter()
             .all(|x| x.is_finite());
-        (stays && finite).then_some((point, Station { at, rise, tangent }))
+        let station = Station {
+            at,
+            rise,
+            tangent,
+            before: (from.tangent, rise - from.rise),
+        };
+        (stays && finite).then_some((point, station))
     }
 
     /// A distance along the phalanx in metre; the change of scale may round past the tip.
     fn on_phalanx(&self, start: &Start<N>, k: f32) -> Option<f32> {
-        Some((k * start.length_scale).min(*self.parameters.lengths_m.get(start.before)?))
+        Some((k * start.length_scale).at_most(*self.parameters.lengths_m.get(start.before)?))
     }
 }

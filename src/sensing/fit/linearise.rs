@@ -3,7 +3,7 @@
 use super::model::Local;
 use super::unknowns::{CABLE, CREEP, FACTOR, INERTIA, K, OFFSET, ONSET, RADIUS, Values};
 use super::{Hypothesis, Place, Prior, UNKNOWNS};
-use crate::numeric::sqrt;
+use crate::numeric::{Bounded, sqrt};
 use crate::sensing::curve::Point;
 use crate::sensing::normal::Normal;
 
@@ -58,7 +58,7 @@ impl Hypothesis {
     /// Normal equations that hold the priors alone.
     pub(super) fn rows(&self, length_m: f32, prior: &Prior) -> Rows {
         let calibration = &prior.calibration;
-        let rest = sqrt((1.0 - calibration.correlation * calibration.correlation).max(0.0));
+        let rest = sqrt((1.0 - calibration.correlation * calibration.correlation).at_least(0.0));
         let (k, known) = match prior.place {
             Place::Anywhere => (length_m, false),
             Place::Known { sigma_m, .. } => (sigma_m, true),

@@ -4,6 +4,7 @@ use super::model::Pass;
 use super::unknowns::K;
 use super::{Data, Hypothesis, LEAST_POINTS, Place, Prior, UNKNOWNS};
 use crate::finger::Mechanics;
+use crate::numeric::Bounded;
 use crate::sensing::curve::BINS;
 
 /// Sum of squares, logarithms of variances and priors.
@@ -51,7 +52,7 @@ impl Hypothesis {
                 };
             }
             _ => {
-                self.damping = (10.0 * self.damping).max(0.01);
+                self.damping = (10.0 * self.damping).at_least(0.01);
                 // Nothing better even close by: this is the minimum.
                 if self.damping > 10.0 {
                     self.settled_steps = self.settled_steps.saturating_add(1);

@@ -2,7 +2,7 @@
 
 use super::Locator;
 use crate::finger::{Candidate, Class, Free, Inverse, Mechanics};
-use crate::numeric::clamp;
+use crate::numeric::{Bounded, clamp};
 use crate::sensing::Drivetrain;
 use crate::sensing::curve;
 use crate::sensing::fit::{Hypothesis, LEAST_POINTS, Place, Prior, free_behind_cable};
@@ -157,15 +157,17 @@ fn places<F: Mechanics>(
     free: &Free<F::Configuration>,
     compliance_rad_per_nm: f32,
 ) -> Inverse {
-    let compliance_rad_per_nm = compliance_rad_per_nm.max(1e-6);
-    finger.locate(&free.configuration, free.torque_nm, compliance_rad_per_nm)
+    let compliance_rad_per_nm = compliance_rad_per_nm.at_least(1e-6);
+    finger.locate_closed(&free.configuration, free.torque_nm, compliance_rad_per_nm)
 }
 
 /// A start beside one of two places of a phalanx that explain a slope. A steep curve puts both at the stiffest place, which
 /// says nothing about the side: fits that start there may both take the same.
 fn apart(k_m: f32, twin_m: f32, length_m: f32) -> f32 {
     let middle = 0.5 * (k_m + twin_m);
-    let half = (0.5 * (k_m - twin_m)).abs().max(0.5 * APART * length_m);
+    let half = (0.5 * (k_m - twin_m))
+        .abs()
+        .at_least(0.5 * APART * length_m);
     let start = if k_m < twin_m {
         middle - half
     } else {

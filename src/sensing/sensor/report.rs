@@ -3,7 +3,7 @@
 use super::known::Known;
 use super::touch::{Reported, Touching};
 use crate::finger::Mechanics;
-use crate::numeric::sqrt;
+use crate::numeric::{Bounded, sqrt};
 use crate::sensing::fit::Estimate;
 use crate::sensing::joint::JointSensor;
 use crate::sensing::locator::{self, Verdict};
@@ -48,7 +48,7 @@ impl<F: Mechanics, H: JointSensor> Known<F, H> {
         let mut verdict = self.verdict(touching);
         let mut over = last || touching.touch.torque_nm >= 0.97 * self.settings.torque_limit_nm;
         let was = touching.good.map_or(misfit, |(_, was)| was);
-        if misfit > (WORSE * was.max(1.0)).max(GOOD) {
+        if misfit > (WORSE * was.at_least(1.0)).at_least(GOOD) {
             touching.worse = touching.worse.saturating_add(1);
         } else {
             touching.worse = 0;
