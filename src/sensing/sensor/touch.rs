@@ -28,7 +28,7 @@ pub(super) struct Touch<R> {
     late_nm: f32,
     late_us: u64,
     /// The last block: it joins the curve when its neighbour has told its acceleration.
-    waiting: Past<R>,
+    pub(super) waiting: Past<R>,
 }
 
 /// A contact in hand.

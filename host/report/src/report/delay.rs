@@ -20,7 +20,7 @@ use serde::Serialize;
 
 /// Fingers, and closings of each, for every choice.
 const FINGERS: u64 = 4;
-const CLOSINGS: u32 = 12;
+const CLOSINGS: u32 = 20;
 
 /// Length of the distal phalanx, metre, and the pins of the guided calibration as shares of it.
 const LENGTH_M: f32 = 0.070;
@@ -297,6 +297,50 @@ pub fn rows() -> Result<Vec<Row>> {
     measure(&choices(), FINGERS, CLOSINGS)
 }
 
+/// For the README: the careful, the scene's own, and two hasty choices.
+const SHOWN: [Choice; 4] = [
+    Choice {
+        closing_speed_rad_per_s: 0.15,
+        wanted_deviation_mm: 0.2,
+        ..USUAL
+    },
+    USUAL,
+    Choice {
+        closing_speed_rad_per_s: 0.6,
+        wanted_deviation_mm: 1.0,
+        ..USUAL
+    },
+    Choice {
+        closing_speed_rad_per_s: 0.6,
+        wanted_deviation_mm: 3.0,
+        ..USUAL
+    },
+];
+
+/// Some of the rows, in few columns.
+pub fn short_table(rows: &[Row]) -> String {
+    let mut text = "| `closing-speed`, `wanted-deviation` | touch after, ms | first place after, ms | its error, mm | last place \
+                    after, ms | its error, mm |\n|---|---|---|---|---|---|\n"
+        .to_owned();
+    for row in SHOWN
+        .iter()
+        .filter_map(|choice| rows.iter().find(|row| row.choice == *choice))
+    {
+        let _ = writeln!(
+            text,
+            "| {} rad/s, {} mm | {:.0} | {:.0} | {:.2} | {:.0} | {:.2} |",
+            row.choice.closing_speed_rad_per_s,
+            row.choice.wanted_deviation_mm,
+            row.touch_ms[0],
+            row.first_ms[0],
+            row.first_error_mm[0],
+            row.last_ms[0],
+            row.last_error_mm[0],
+        );
+    }
+    text
+}
+
 /// The table.
 pub fn table(rows: &[Row]) -> String {
     let mut text = format!(
@@ -331,7 +375,7 @@ pub fn table(rows: &[Row]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Choice, USUAL, choices, measure, spread};
+    use super::{Choice, SHOWN, USUAL, choices, measure, spread};
 
     #[test]
     fn a_wish_for_less_error_costs_time_and_brings_it() {
@@ -365,6 +409,9 @@ mod tests {
         assert_eq!(choices.iter().filter(|choice| **choice == USUAL).count(), 1);
         let settings = <palpate::scene::P70 as palpate::scene::Scene>::settings();
         assert_eq!(settings.speed_rad_per_s, USUAL.closing_speed_rad_per_s);
+        for shown in SHOWN {
+            assert!(choices.contains(&shown), "the README shows {shown:?}");
+        }
         assert!((1e3 * settings.wanted_sigma_m - USUAL.wanted_deviation_mm).abs() < 1e-6);
         assert!((1e3 * settings.torque_limit_nm - USUAL.probe_torque_mnm).abs() < 1e-3);
     }

@@ -161,6 +161,17 @@ impl Report {
         );
         if let Some(grasp) = &self.grasp {
             text += &format!("\n## Whole path\n\n{}", grasp.text());
+            if let Some(row) = self.sizes.first() {
+                text += &format!(
+                    "\nOf {} bytes of RAM: {} in statics, {} in what lies in CCM SRAM, {} in the deepest stacks of this grasp, {} \
+                     free.\n",
+                    size::RAM_BYTES,
+                    row.ram_bytes(),
+                    row.ccm_bytes(),
+                    grasp.stack_bytes(),
+                    row.left().saturating_sub(grasp.stack_bytes()),
+                );
+            }
         }
         if !self.delays.is_empty() {
             let plot = if with_plots {
@@ -273,6 +284,7 @@ pub fn run(arguments: &Arguments) -> Result<bool> {
             &arguments.compiler,
             &report.rows,
             report.grasp.as_ref(),
+            &report.delays,
             &report.targets(),
         );
         readme::write(path, &block)?;

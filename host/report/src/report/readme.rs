@@ -5,6 +5,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
+use super::delay;
 use super::row::Row;
 use super::target::{self, Target};
 use super::whole::{CONTROL, Grasp, TYPICAL, WITH_FIT};
@@ -30,7 +31,13 @@ const COMPARED: &[(&str, &str, &str)] = &[
 ];
 
 /// The block between the markers.
-pub fn block(compiler: &str, rows: &[Row], grasp: Option<&Grasp>, targets: &[Target]) -> String {
+pub fn block(
+    compiler: &str,
+    rows: &[Row],
+    grasp: Option<&Grasp>,
+    delays: &[delay::Row],
+    targets: &[Target],
+) -> String {
     let mut text = format!(
         "Executed instructions on the emulated core, exact ({compiler}, not silicon), against the error over the reference \
          rows:\n\n\
@@ -65,6 +72,11 @@ pub fn block(compiler: &str, rows: &[Row], grasp: Option<&Grasp>, targets: &[Tar
                 );
             }
         }
+    }
+    if !delays.is_empty() {
+        text += "\nThe user's trade, simulated, medians over calibrated fingers and many objects, from the true first contact:\n\n";
+        text += &delay::short_table(delays);
+        text += "\n![Error against delay](docs/report/delay.png)\n";
     }
     text + "\n" + &target::table(targets)
 }
