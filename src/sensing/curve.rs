@@ -3,6 +3,8 @@
 //! Bins divide the angle, which is measured almost without noise; bins over the torque would sort its noise and so bend
 //! the curve.
 
+use crate::numeric::Bounded;
+
 /// Number of bins.
 pub const BINS: usize = 24;
 
@@ -139,7 +141,7 @@ pub fn slope<'a>(
     let chosen = points.filter(|p| p.torque_nm >= from_nm);
     let (mut weight, mut x, mut y, mut count) = (0.0, 0.0, 0.0, 0u16);
     for p in chosen.clone() {
-        let w = 1.0 / p.variance_nm2.max(LEAST_VARIANCE_NM2);
+        let w = 1.0 / p.variance_nm2.at_least(LEAST_VARIANCE_NM2);
         weight += w;
         x += w * p.counts;
         y += w * (p.torque_nm + creep * p.late_nm);
@@ -151,7 +153,7 @@ pub fn slope<'a>(
     let (x, y) = (x / weight, y / weight);
     let (mut xx, mut xy) = (0.0, 0.0);
     for p in chosen {
-        let w = 1.0 / p.variance_nm2.max(LEAST_VARIANCE_NM2);
+        let w = 1.0 / p.variance_nm2.at_least(LEAST_VARIANCE_NM2);
         xx += w * (p.counts - x) * (p.counts - x);
         xy += w * (p.counts - x) * (p.torque_nm + creep * p.late_nm - y);
     }

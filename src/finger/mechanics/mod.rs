@@ -109,7 +109,8 @@ pub trait Mechanics {
         k_m: f32,
     ) -> Option<f32>;
 
-    /// All places that explain a tangent compliance at contact, by bisection (MATH 5, 6): the firmware's solver.
+    /// All places that explain a tangent compliance at contact, by bisection (MATH 5, 6): what the closed form is checked
+    /// against.
     fn locate(
         &self,
         at: &Self::Configuration,
@@ -117,7 +118,8 @@ pub trait Mechanics {
         compliance_rad_per_nm: f32,
     ) -> Inverse;
 
-    /// The same by the stable closed form: what bisection is checked against, and the quicker of the two.
+    /// The same by the stable closed form: the one that sensing uses, as near as bisection for a fraction of its cost (see
+    /// docs/report).
     fn locate_closed(
         &self,
         at: &Self::Configuration,

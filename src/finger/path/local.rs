@@ -39,7 +39,12 @@ impl<const N: usize> Start<N> {
         let step = Step::of(at.delta);
         let now = self.from.advanced(&step);
         let gear = transmission.gear(&now)?;
-        let x_change = transmission.x_change(&self.from, &step)?;
+        // Without a torque at contact nothing asks for it.
+        let x_change = if self.torque == 0.0 {
+            [0.0; N]
+        } else {
+            transmission.x_change(&self.from, &step)?
+        };
         let torque = self.torque + rise;
         let (was, turn, i) = (self.from.turn(), now.turn(), self.before);
 

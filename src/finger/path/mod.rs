@@ -15,6 +15,7 @@ mod place;
 mod response;
 
 use super::{Configuration, Contact, Finger, MAX_PHALANGES, PathPoint, Step, Transmission};
+use crate::numeric::Bounded;
 use newton::{Station, Unknown};
 use response::Responses;
 
@@ -65,7 +66,7 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
             .parameters
             .stiffness_nm_per_rad
             .iter()
-            .fold(0.0f32, |m, k| m.max(*k));
+            .fold(0.0f32, |m, k| k.at_least(m));
         let start = Start {
             from: *at,
             torque: torque_nm / stiffness_scale,
@@ -93,6 +94,7 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
                 at,
                 rise: 0.0,
                 tangent,
+                before: (tangent, 0.0),
             },
         })
     }
@@ -103,19 +105,31 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
         if !rise.is_finite() {
             return None;
         }
-        let from = path.last;
-        let found = self.newton(&path.start, &from, rise).or_else(|| {
-            let mut station = from;
-            for piece in 1..PIECES {
-                let next = from.rise + (rise - from.rise) * (f32::from(piece) / f32::from(PIECES));
-                let at = self.newton(&path.start, &station, next)?;
-                (_, station) = self.point(&path.start, &at, next)?;
-            }
-            self.newton(&path.start, &station, rise)
-        })?;
-        let (point, last) = self.point(&path.start, &found, rise)?;
+        let (start, from) = (&path.start, &path.last);
+        let near = self
+            .newton(start, from, rise)
+            .or_else(|| self.newton_in_pieces(start, from, rise))?;
+        let (point, last) = self.point(start, from, &near, rise)?;
         path.last = last;
         Some(point)
+    }
+
+    /// As [`Finger::newton`], where that does not reach so far in one piece.
+    // Not inlined: it is seldom needed, and its points would lie in the frame of who follows a path.
+    #[inline(never)]
+    fn newton_in_pieces(
+        &self,
+        start: &Start<N>,
+        from: &Station<N>,
+        rise: f32,
+    ) -> Option<Unknown<N>> {
+        let mut station = *from;
+        for piece in 1..PIECES {
+            let next = from.rise + (rise - from.rise) * (f32::from(piece) / f32::from(PIECES));
+            let near = self.newton(start, &station, next)?;
+            (_, station) = self.point(start, &station, &near, next)?;
+        }
+        self.newton(start, &station, rise)
     }
 
     /// What a user wants to know of the point that `near` is near to, after the last step of Newton's method; `None` where
@@ -123,6 +137,7 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
     fn point(
         &self,
         start: &Start<N>,
+        from: &Station<N>,
         near: &Unknown<N>,
         rise: f32,
     ) -> Option<(PathPoint, Station<N>)> {
@@ -159,11 +174,17 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
         let finite = [rotation_rad, compliance, by_k, by_radius, point.force_n]
             .iter()
             .all(|x| x.is_finite());
-        (stays && finite).then_some((point, Station { at, rise, tangent }))
+        let station = Station {
+            at,
+            rise,
+            tangent,
+            before: (from.tangent, rise - from.rise),
+        };
+        (stays && finite).then_some((point, station))
     }
 
     /// A distance along the phalanx in metre; the change of scale may round past the tip.
     fn on_phalanx(&self, start: &Start<N>, k: f32) -> Option<f32> {
-        Some((k * start.length_scale).min(*self.parameters.lengths_m.get(start.before)?))
+        Some((k * start.length_scale).at_most(*self.parameters.lengths_m.get(start.before)?))
     }
 }

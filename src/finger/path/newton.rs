@@ -6,6 +6,7 @@
 use super::Start;
 use super::response::Answer;
 use crate::finger::{Finger, Transmission};
+use crate::numeric::Bounded;
 
 /// Newton steps towards one torque; warm-started, two or three are taken.
 pub(super) const STEPS: u8 = 16;
@@ -16,8 +17,11 @@ const SETTLED_SHARE: f32 = 2e-7;
 /// A change this small compared with the joints' may be rounding, if it no longer shrinks.
 const NOISE_SHARE: f32 = 1e-4;
 
-/// After a step this small compared with the joints' changes the next one, its square, is their rounding.
-const NEAR_SHARE: f32 = 1e-4;
+/// After a step this small compared with the joints' changes the next one, some times its square, is below 1e-5 of them,
+/// and the one after it their rounding.
+const NEAR_SHARE: f32 = 1e-3;
+/// Longest way, compared with the one before, over which the path's bend is extrapolated.
+const AHEAD: f32 = 4.0;
 
 /// What Newton's method moves.
 #[derive(Clone, Copy, Debug)]
@@ -61,7 +65,7 @@ impl<const N: usize> Unknown<N> {
 }
 
 pub(super) fn largest<const N: usize>(of: &[f32; N]) -> f32 {
-    of.iter().fold(0.0f32, |m, x| m.max(x.abs()))
+    of.iter().fold(0.0f32, |m, x| x.abs().at_least(m))
 }
 
 /// Says when Newton's method is done: the step is the rounding of what it changes, or no longer shrinks near that.
@@ -93,6 +97,31 @@ pub(super) struct Station<const N: usize> {
     pub(super) rise: f32,
     /// Change along the path for a unit of it.
     pub(super) tangent: Answer<N>,
+    /// What that was at the station before, and the way from there; no way at the start.
+    pub(super) before: (Answer<N>, f32),
+}
+
+impl<const N: usize> Station<N> {
+    /// Where the path leads to over some more torque, by its tangent and its bend.
+    fn ahead(&self, more: f32) -> Unknown<N> {
+        let (before, way) = &self.before;
+        // Over a way that hardly was one the bend is rounding.
+        let bend = if more.abs() <= AHEAD * way.abs() {
+            0.5 * more / way
+        } else {
+            0.0
+        };
+        let along = |now: f32, before: f32| more * (now + bend * (now - before));
+        let mut delta = self.tangent.delta;
+        for m in 0..N {
+            delta[m] = along(delta[m], before.delta[m]);
+        }
+        Unknown {
+            delta,
+            force: along(self.tangent.force, before.force),
+            k: 0.0,
+        }
+    }
 }
 
 impl<const N: usize, T: Transmission<N>> Finger<N, T> {
@@ -105,13 +134,8 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
         rise: f32,
     ) -> Option<Unknown<N>> {
         let mut at = from.at;
-        // Along the tangent first: Newton's method from there keeps to the branch.
-        let more = rise - from.rise;
-        at.add(&Unknown {
-            delta: from.tangent.delta.map(|y| y * more),
-            force: from.tangent.force * more,
-            k: 0.0,
-        })?;
+        // Along the path first: Newton's method from there keeps to the branch.
+        at.add(&from.ahead(rise - from.rise))?;
         for _ in 0..STEPS {
             let step = start.local(&self.transmission, &at, rise)?.step()?;
             let (size, shortened) = at.add(&step.into())?;

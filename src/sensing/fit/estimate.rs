@@ -4,7 +4,7 @@ use super::model::Pass;
 use super::unknowns::{CABLE, FACTOR, K, RADIUS, Values};
 use super::{Hypothesis, Place, Prior, UNKNOWNS};
 use crate::finger::MAX_PHALANGES;
-use crate::numeric::{ln, sqrt};
+use crate::numeric::{Bounded, ln, sqrt};
 use crate::sensing::Calibration;
 use crate::sensing::normal::Factor;
 
@@ -66,7 +66,7 @@ impl Hypothesis {
                 .get(unknown)
                 .copied()
                 .unwrap_or(0.0);
-            sqrt(variance.max(0.0))
+            sqrt(variance.at_least(0.0))
         };
         let (k_scale, learned) = match prior.place {
             Place::Anywhere => (length_m, [0.0; 3]),
@@ -113,7 +113,7 @@ impl Hypothesis {
         } else {
             flat = 0.5 * ln(core::f32::consts::TAU);
         }
-        -0.5 * best.cost / spread.max(1.0) - 0.5 * determinant + flat
+        -0.5 * best.cost / spread.at_least(1.0) - 0.5 * determinant + flat
     }
 
     /// What a fit at a known place teaches: torque factor and cable, with their covariance. Meaningless elsewhere.
@@ -124,18 +124,18 @@ impl Hypothesis {
             ..
         } = self.best?;
         let before = &prior.calibration;
-        let rest = sqrt((1.0 - before.correlation * before.correlation).max(0.0));
+        let rest = sqrt((1.0 - before.correlation * before.correlation).at_least(0.0));
         let r = before.correlation;
         let cable_variance = r * r * ff + 2.0 * r * rest * fc + rest * rest * cc;
         let covariance = r * ff + rest * fc;
-        let (sf, sc) = (sqrt(ff.max(0.0)), sqrt(cable_variance.max(0.0)));
+        let (sf, sc) = (sqrt(ff.at_least(0.0)), sqrt(cable_variance.at_least(0.0)));
         let correlation = covariance / (sf * sc);
         Some(Calibration {
             torque_factor: estimate.torque_factor,
             // Kept relative to the new value.
             torque_factor_sigma: before.torque_factor_sigma * sf * before.torque_factor
                 / estimate.torque_factor,
-            cable_rad_per_nm: estimate.cable_rad_per_nm.max(0.0),
+            cable_rad_per_nm: estimate.cable_rad_per_nm.at_least(0.0),
             cable_sigma_rad_per_nm: before.cable_sigma_rad_per_nm * sc,
             correlation: if correlation.is_finite() {
                 correlation.clamp(-0.999, 0.999)

@@ -3,7 +3,7 @@
 use super::model::Local;
 use super::unknowns::{CABLE, CREEP, FACTOR, INERTIA, K, OFFSET, ONSET, RADIUS, Values};
 use super::{Hypothesis, Place, Prior, UNKNOWNS};
-use crate::numeric::sqrt;
+use crate::numeric::{Bounded, sqrt};
 use crate::sensing::curve::Point;
 use crate::sensing::normal::Normal;
 
@@ -58,12 +58,24 @@ impl Hypothesis {
     /// Normal equations that hold the priors alone.
     pub(super) fn rows(&self, length_m: f32, prior: &Prior) -> Rows {
         let calibration = &prior.calibration;
-        let rest = sqrt((1.0 - calibration.correlation * calibration.correlation).max(0.0));
+        let rest = sqrt((1.0 - calibration.correlation * calibration.correlation).at_least(0.0));
         let (k, known) = match prior.place {
             Place::Anywhere => (length_m, false),
             Place::Known { sigma_m, .. } => (sigma_m, true),
         };
-        let mut normal = Normal::EMPTY;
+        // A proximal contact has neither place nor radius.
+        let has_place = if self.is_proximal() { 0.0 } else { 1.0 };
+        let mut rows = Rows {
+            normal: Normal::EMPTY,
+            k: has_place * k,
+            radius: has_place * prior.radius_m.1,
+            offset: prior.offset_sigma_nm,
+            onset: prior.onset_rad.1,
+            factor: calibration.torque_factor * calibration.torque_factor_sigma,
+            cable: [calibration.correlation, rest].map(|x| x * calibration.cable_sigma_rad_per_nm),
+            creep: prior.creep[1],
+            inertia: prior.inertia_share,
+        };
         for (unknown, &value) in self.x.iter().enumerate() {
             let weight = if unknown != K || known {
                 1.0
@@ -74,20 +86,8 @@ impl Hypothesis {
                 1e-3
             };
             let value = if unknown == K && !known { 0.0 } else { value };
-            normal.add_prior(unknown, value, weight);
+            rows.normal.add_prior(unknown, value, weight);
         }
-        // A proximal contact has neither place nor radius.
-        let has_place = if self.is_proximal() { 0.0 } else { 1.0 };
-        Rows {
-            normal,
-            k: has_place * k,
-            radius: has_place * prior.radius_m.1,
-            offset: prior.offset_sigma_nm,
-            onset: prior.onset_rad.1,
-            factor: calibration.torque_factor * calibration.torque_factor_sigma,
-            cable: [calibration.correlation, rest].map(|x| x * calibration.cable_sigma_rad_per_nm),
-            creep: prior.creep[1],
-            inertia: prior.inertia_share,
-        }
+        rows
     }
 }

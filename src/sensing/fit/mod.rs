@@ -77,6 +77,11 @@ impl Hypothesis {
         self.best.as_ref().map(|best| &best.estimate)
     }
 
+    /// Where on its phalanx it stands, in lengths of that, when the place is to be found.
+    pub fn stands_at(&self) -> f32 {
+        self.x[K]
+    }
+
     /// Steps made.
     pub fn steps(&self) -> u16 {
         self.steps

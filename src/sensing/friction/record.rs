@@ -1,7 +1,7 @@
 //! The record of both directions, and what it says about a position.
 
 use super::track::{BINS, Track};
-use crate::numeric::sqrt;
+use crate::numeric::{Bounded, sqrt};
 use crate::sensing::Drive;
 use serde::{Deserialize, Serialize};
 
@@ -145,7 +145,7 @@ impl Friction {
         Some(
             2.0 * track
                 .noise_nm2_counts
-                .max(floor * floor * self.bin_counts()),
+                .at_least(floor * floor * self.bin_counts()),
         )
     }
 }

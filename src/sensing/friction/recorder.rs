@@ -3,6 +3,7 @@
 use super::Friction;
 use super::statistics::{Node, Statistics};
 use super::track::BINS;
+use crate::numeric::Bounded;
 use crate::sensing::Drive;
 use crate::sensing::block::Block;
 
@@ -125,7 +126,7 @@ impl Recorder {
             } else {
                 (node.counts, before.counts)
             };
-            let from = (low / bin_counts - 0.5).max(0.0) as usize;
+            let from = (low / bin_counts - 0.5).at_least(0.0) as usize;
             // At most three: stretches are a bin apart, or two where one was left out.
             for index in from..BINS.min(from + 4) {
                 let centre = (index as f32 + 0.5) * bin_counts;

@@ -20,6 +20,8 @@ pub(super) struct Known<F: Mechanics, H: JointSensor> {
     /// The free finger's posture at the last block, where the next search for one starts.
     pub(super) posture: F::Configuration,
     pub(super) reading: H::Reading,
+    /// Change of theta_2 since contact, as the last verdict took it into account.
+    pub(super) joint_change: H::Reading,
     pub(super) events: Deque<Event, 4>,
 }
 
@@ -41,6 +43,7 @@ impl<F: Mechanics, H: JointSensor> Known<F, H> {
             stale_told: false,
             posture,
             reading: H::Reading::default(),
+            joint_change: H::Reading::default(),
             events: Deque::new(),
         }
     }

@@ -4,7 +4,7 @@ use super::UNSURE_BEYOND;
 use super::known::Known;
 use super::touch::Touching;
 use crate::finger::Mechanics;
-use crate::numeric::sqrt;
+use crate::numeric::{Bounded, sqrt};
 use crate::sensing::curve;
 use crate::sensing::fit::LEAST_POINTS;
 use crate::sensing::joint::JointSensor;
@@ -39,7 +39,7 @@ impl<F: Mechanics, H: JointSensor> Known<F, H> {
         if estimate.reached < LEAST_POINTS {
             return Err(Refusal::TooFewSamples);
         }
-        let misfit = estimate.chi_square / (estimate.reached as f32 - 2.0).max(1.0);
+        let misfit = estimate.chi_square / (estimate.reached as f32 - 2.0).at_least(1.0);
         let found = hypothesis
             .learned(&self.prior(touching))
             .ok_or(Refusal::Misfit)?;

@@ -21,7 +21,7 @@ mod touch;
 use crate::finger::Mechanics;
 use crate::sensing::block::{Block, Gate, Step};
 use crate::sensing::friction::{Friction, Recorder};
-use crate::sensing::joint::{Hall, JointSensor, NoHall};
+use crate::sensing::joint::{JointSensor, NoHall};
 use crate::sensing::{Calibration, Directive, Drive, Drivetrain, Event, Sample, Settings};
 use known::Known;
 use search::{Found, Search};
@@ -45,7 +45,7 @@ enum Work<R> {
 
 /// Contact sensing of one finger. See the module documentation.
 ///
-/// `H` is [`NoHall`] or [`Hall`].
+/// `H` is [`NoHall`] or [`Hall`](crate::sensing::Hall).
 #[derive(Clone, Debug)]
 pub struct Sensor<F: Mechanics, H: JointSensor = NoHall> {
     known: Known<F, H>,
@@ -91,6 +91,11 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         if efficiency > 0.0 && efficiency <= 1.0 {
             self.known.drivetrain.efficiency = efficiency;
         }
+    }
+
+    /// Change of theta_2 since contact, as the last word on a contact took it into account.
+    pub fn joint_change(&self) -> H::Reading {
+        self.known.joint_change
     }
 
     /// The friction record.
@@ -150,7 +155,8 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
     /// after its end for some tens of samples, one step of a fit.
     // A symbol of its own, so that its instructions can be counted on the chip.
     #[inline(never)]
-    pub fn update(&mut self, sample: &Sample) -> Option<Event> {
+    pub fn update(&mut self, sample: &Sample<H::Reading>) -> Option<Event> {
+        self.known.reading = sample.joint;
         let known = &self.known;
         match self.gate.push(sample, &known.drivetrain, &known.settings) {
             Step::Pending => {}
@@ -207,12 +213,5 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             Work::Searching(_) => self.work = Work::Nothing,
             Work::Contact(touching) => touching.end(),
         }
-    }
-}
-
-impl<F: Mechanics> Sensor<F, Hall> {
-    /// Takes a reading of theta_2, radian; it belongs to the samples that follow.
-    pub fn set_joint(&mut self, theta_2_rad: f32) {
-        self.known.reading = Some(theta_2_rad).filter(|angle| angle.is_finite());
     }
 }

@@ -3,9 +3,9 @@
 use super::known::Known;
 use super::touch::{Reported, Touching};
 use crate::finger::Mechanics;
-use crate::numeric::sqrt;
+use crate::numeric::{Bounded, sqrt};
 use crate::sensing::fit::Estimate;
-use crate::sensing::joint::{Hall, JointSensor};
+use crate::sensing::joint::JointSensor;
 use crate::sensing::locator::{self, Verdict};
 use crate::sensing::{Event, NotLocated};
 
@@ -26,12 +26,15 @@ const WORSE_ROUNDS: u8 = 4;
 const SHARPER: f32 = 0.75;
 
 impl<F: Mechanics, H: JointSensor> Known<F, H> {
-    fn verdict(&self, touching: &Touching<H::Reading>) -> Verdict {
-        let change = H::change_rad(touching.touch.reading, self.reading);
+    fn verdict(&mut self, touching: &Touching<H::Reading>) -> Verdict {
+        let touch = &touching.touch;
+        // To the end of the curve, which is what was fitted: the finger may have moved on.
+        self.joint_change = H::change(touch.reading, touch.waiting.reading);
+        let change_rad = H::rad(self.joint_change);
         touching.locator.verdict(|estimate| {
-            change.map_or(0.0, |measured| {
+            change_rad.map_or(0.0, |measured| {
                 let [_, expected, _] = estimate.joints_rad;
-                locator::ln_likelihood(measured, expected, Hall::SIGMA_RAD)
+                locator::ln_likelihood(measured, expected, H::SIGMA_RAD)
             })
         })
     }
@@ -45,7 +48,7 @@ impl<F: Mechanics, H: JointSensor> Known<F, H> {
         let mut verdict = self.verdict(touching);
         let mut over = last || touching.touch.torque_nm >= 0.97 * self.settings.torque_limit_nm;
         let was = touching.good.map_or(misfit, |(_, was)| was);
-        if misfit > (WORSE * was.max(1.0)).max(GOOD) {
+        if misfit > (WORSE * was.at_least(1.0)).at_least(GOOD) {
             touching.worse = touching.worse.saturating_add(1);
         } else {
             touching.worse = 0;

@@ -4,7 +4,7 @@ use super::known::Known;
 use super::search::{Onset, Past};
 use super::{Sensor, UNSURE_BEYOND, Work};
 use crate::finger::Mechanics;
-use crate::numeric::sqrt;
+use crate::numeric::{Bounded, sqrt};
 use crate::sensing::Event;
 use crate::sensing::block::Block;
 use crate::sensing::curve::{Curve, Point};
@@ -28,7 +28,7 @@ pub(super) struct Touch<R> {
     late_nm: f32,
     late_us: u64,
     /// The last block: it joins the curve when its neighbour has told its acceleration.
-    waiting: Past<R>,
+    pub(super) waiting: Past<R>,
 }
 
 /// A contact in hand.
@@ -113,7 +113,7 @@ impl<F: Mechanics, H: JointSensor> Known<F, H> {
         Touch {
             curve: Curve::new(first.counts, first.width_counts),
             level_nm: found.level.0,
-            level_sigma_nm: sqrt(found.level.1.max(0.0)),
+            level_sigma_nm: sqrt(found.level.1.at_least(0.0)),
             noise_nm2_counts: found.noise_nm2_counts,
             unevenness_nm: self
                 .friction
@@ -144,7 +144,8 @@ impl<F: Mechanics, H: JointSensor> Known<F, H> {
         let torque_nm = excess_nm + free_nm / self.calibration.torque_factor;
         let elapsed_s = past.time_us.saturating_sub(touch.late_us) as f32 * 1e-6;
         touch.late_us = past.time_us;
-        touch.late_nm += (elapsed_s / drivetrain.creep_s).min(1.0) * (excess_nm - touch.late_nm);
+        touch.late_nm +=
+            (elapsed_s / drivetrain.creep_s).at_most(1.0) * (excess_nm - touch.late_nm);
         let mut noise = touch.noise_nm2_counts;
         if past.beyond_counts > 0.0 {
             // Wrong for a good part of a period in the same direction.
