@@ -1,16 +1,18 @@
 //! One step towards the minimum.
 
+use super::linearise::Rows;
 use super::model::Pass;
 use super::unknowns::K;
 use super::{Data, Hypothesis, LEAST_POINTS, Place, Prior, UNKNOWNS};
 use crate::finger::Mechanics;
 use crate::numeric::Bounded;
 use crate::sensing::curve::BINS;
+use crate::sensing::location::Series;
 
 /// Sum of squares, logarithms of variances and priors.
-fn cost(pass: &Pass, x: &[f32; UNKNOWNS], prior: &Prior) -> f32 {
+fn cost<X: Series>(pass: &Pass, x: &[f32; UNKNOWNS], prior: &Prior<X>) -> f32 {
     let mut priors = 0.0;
-    for (unknown, value) in x.iter().enumerate() {
+    for (unknown, value) in x.iter().enumerate().take(Prior::<X>::UNKNOWNS) {
         if unknown != K || matches!(prior.place, Place::Known { .. }) {
             priors += value * value;
         }
@@ -20,11 +22,11 @@ fn cost(pass: &Pass, x: &[f32; UNKNOWNS], prior: &Prior) -> f32 {
 
 impl Hypothesis {
     /// One step of Levenberg and Marquardt: two paths, about 16 points each. `near` is a posture near the onset.
-    pub fn refine<F: Mechanics>(
+    pub fn refine<F: Mechanics, X: Series>(
         &mut self,
         finger: &F,
         data: &Data,
-        prior: &Prior,
+        prior: &Prior<X>,
         near: &F::Configuration,
     ) {
         self.steps = self.steps.saturating_add(1);
@@ -64,11 +66,11 @@ impl Hypothesis {
 
     /// What the fit tells where it stands, its cost there, and the step that looks best; None where there is none.
     #[inline(never)]
-    fn linearise<F: Mechanics>(
+    fn linearise<F: Mechanics, X: Series>(
         &mut self,
         finger: &F,
         data: &Data,
-        prior: &Prior,
+        prior: &Prior<X>,
         near: &F::Configuration,
     ) -> Option<(f32, [f32; UNKNOWNS])> {
         let length = finger.phalanx_length_m(self.phalanx).unwrap_or(0.0);
@@ -98,17 +100,17 @@ impl Hypothesis {
 
     /// Cost of other values of the unknowns.
     #[inline(never)]
-    fn cost_of<F: Mechanics>(
+    fn cost_of<F: Mechanics, X: Series>(
         &self,
         x: &[f32; UNKNOWNS],
         finger: &F,
         data: &Data,
-        prior: &Prior,
+        prior: &Prior<X>,
         near: &F::Configuration,
     ) -> Option<f32> {
         let values = self.values(x, finger, prior);
         let onset = Self::onset(finger, values.onset_rad, prior, near)?;
-        let pass = self.follow(finger, &onset, &values, data, None);
+        let pass = self.follow(finger, &onset, &values, data, None::<&mut Rows<X>>);
         Some(cost(&pass, x, prior))
     }
 }
