@@ -91,13 +91,13 @@ impl Hypothesis {
     /// As [`Hypothesis::linearise`], from the normal equations.
     // Not inlined: what is needed here does not lie in the frame from which the path is followed.
     #[inline(never)]
-    fn stand(
+    fn stand<X: Series>(
         &mut self,
         length_m: f32,
-        prior: &Prior,
+        prior: &Prior<X>,
         values: &Values,
         here: &Pass,
-        rows: &mut Rows,
+        rows: &mut Rows<X>,
     ) -> Option<(f32, [f32; UNKNOWNS])> {
         let cost = cost(here, &self.x, prior);
         self.share = values.k_m / length_m;
