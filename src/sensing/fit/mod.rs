@@ -13,16 +13,14 @@
 //! that comes out holds noise, friction misfit, radius and calibration together.
 
 mod estimate;
-mod linearise;
 mod model;
-mod onset;
 mod prior;
 mod refine;
+mod rows;
 mod unknowns;
 
 pub use estimate::Estimate;
-pub use model::Data;
-pub use onset::free_behind_cable;
+pub use model::{Data, free_behind_cable};
 pub use prior::{Place, Prior};
 pub use unknowns::UNKNOWNS;
 

@@ -2,7 +2,7 @@
 //!
 //! | stage | what runs | where |
 //! |---|---|---|
-//! | free motion recorded | [`Recorder`] | `record` |
+//! | free motion recorded | [`Recorder`] | `learn` |
 //! | closing, nothing felt | [`Detector`](super::detector::Detector) on the residual of the record | `search` |
 //! | contact | [`Curve`](super::curve::Curve), and every block one step of the [`Locator`](super::locator::Locator) | `touch`, `press` |
 //! | what there is to say | a location, an ambiguity, a reason why not | `report` |
@@ -13,7 +13,6 @@ mod known;
 mod last_word;
 mod learn;
 mod press;
-mod record;
 mod report;
 mod search;
 mod touch;
