@@ -122,6 +122,7 @@ async fn refuse(speaker: &mut Speaker, refused: Refused) {
         Refused::Busy(state) => (state.name(), "is going on: stop first"),
         Refused::NoFault => ("no fault", "is latched"),
         Refused::NoFriction => ("no friction", "is recorded: record-friction first"),
+        Refused::NoCable => ("no cable", "is in this scene: use a pin"),
     };
     speaker.answer(format_args!("refused: {why} {what}")).await;
 }

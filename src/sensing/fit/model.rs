@@ -1,12 +1,13 @@
 //! The model: the contact path through the curve's points, and how far they lie from it.
 
+use super::Hypothesis;
 use super::rows::Rows;
 use super::unknowns::Values;
-use super::{Hypothesis, Prior};
 use crate::finger::{Contact, Free, Mechanics, PathPoint};
 use crate::numeric::ln;
+use crate::sensing::Drivetrain;
 use crate::sensing::curve::Point;
-use crate::sensing::{Calibration, Drivetrain};
+use crate::sensing::location::Series;
 
 /// Deviation of a measured angle from any model, radian: four counts of the encoder's periodic error and as much again.
 const ANGLE_SIGMA_RAD: f32 = 4e-5;
@@ -16,30 +17,6 @@ const TWIST_SHARE: f32 = 0.001;
 const TORQUE_SHARE: f32 = 0.002;
 /// What a point beyond the end of a path counts for: three standard deviations.
 const UNREACHED: f32 = 9.0;
-
-/// Posture and torque of the free finger at an angle measured before the cable: the torque that holds the finger twists
-/// it. `near` is where the search starts.
-// Several kilobyte, wanted in several places.
-#[inline(never)]
-pub fn free_behind_cable<F: Mechanics>(
-    finger: &F,
-    measured_rad: f32,
-    calibration: &Calibration,
-    creep: f32,
-    near: &F::Configuration,
-) -> Option<Free<F::Configuration>> {
-    let twist_rad_per_nm = calibration.cable_rad_per_nm * (1.0 + creep) / calibration.torque_factor;
-    let mut free = finger.free_at_angle(measured_rad, near)?;
-    // The twist is small beside the angle: each round takes the error down by the cable's share of the compliance.
-    for _ in 0..3 {
-        if free.torque_nm == 0.0 {
-            break;
-        }
-        let angle_rad = measured_rad - twist_rad_per_nm * free.torque_nm;
-        free = finger.free_at_angle(angle_rad, &free.configuration)?;
-    }
-    Some(free)
-}
 
 /// The curve with what turns its numbers into a model's.
 #[derive(Clone, Copy, Debug)]
@@ -113,26 +90,17 @@ impl Local {
 }
 
 impl Hypothesis {
-    pub(super) fn onset<F: Mechanics>(
-        finger: &F,
-        onset_rad: f32,
-        prior: &Prior,
-        near: &F::Configuration,
-    ) -> Option<Free<F::Configuration>> {
-        free_behind_cable(finger, onset_rad, &prior.calibration, prior.creep[0], near)
-    }
-
     /// Follows the path from the onset through the points, and adds each that it reaches to the normal equations, if they
     /// are asked for.
     // A symbol of its own, so that its instructions can be counted on the chip.
     #[inline(never)]
-    pub(super) fn follow<F: Mechanics>(
+    pub(super) fn follow<F: Mechanics, X: Series>(
         &self,
         finger: &F,
         onset: &Free<F::Configuration>,
         values: &Values,
         data: &Data,
-        mut rows: Option<&mut Rows>,
+        mut rows: Option<&mut Rows<X>>,
     ) -> Pass {
         let mut pass = Pass::default();
         let (contact, at_onset) = if self.is_proximal() {

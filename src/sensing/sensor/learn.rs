@@ -1,5 +1,4 @@
-//! What is learned: friction from free motion, and the calibration from a contact at a known place or a press on the
-//! closing stop.
+//! Calibration: what a contact at a known place or a press on the closing stop teaches.
 
 use super::UNSURE_BEYOND;
 use super::known::Known;
@@ -8,37 +7,16 @@ use crate::finger::Mechanics;
 use crate::numeric::{Bounded, sqrt};
 use crate::sensing::curve;
 use crate::sensing::fit::LEAST_POINTS;
-use crate::sensing::friction::Recorder;
 use crate::sensing::joint::JointSensor;
+use crate::sensing::location::Series;
 use crate::sensing::{Calibration, Directive, Event, Refusal};
 
 /// Systematic error of the cable's twist that a press does not show (how much it creeps), as a share.
 const PRESS_SHARE: f32 = 0.005;
 /// How much the closing stop may yield, radian per newton metre (R, chosen): it counts as cable.
 const STOP_YIELD_RAD_PER_NM: f32 = 4e-3;
-/// Share of the record's bins that a recording must fill.
-const COVERAGE: f32 = 0.6;
 
-impl<F: Mechanics, H: JointSensor> Known<F, H> {
-    /// Keeps what was recorded, if that is enough, and says so or not.
-    pub(super) fn end_recording(&mut self, recorder: &mut Recorder) {
-        recorder.end_run();
-        let coverage = recorder.coverage();
-        let recorded = recorder.finish().filter(|_| coverage >= COVERAGE);
-        let told = recorded.and_then(|friction| {
-            Some(Event::FrictionRecorded {
-                closing_nm: friction.closing.mean_nm()?,
-                opening_nm: friction.opening.mean_nm()?,
-                residual_nm: friction.residual_nm(),
-                coverage,
-            })
-        });
-        if told.is_some() {
-            self.friction = recorded.cloned();
-        }
-        self.tell(told.unwrap_or(Event::FrictionNotRecorded { coverage }));
-    }
-
+impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     pub(super) fn learn_from_contact(
         &self,
         touching: &Touching<H::Reading>,
@@ -69,6 +47,8 @@ impl<F: Mechanics, H: JointSensor> Known<F, H> {
         self.calibration.with_contact(&found, misfit)
     }
 
+    // A symbol of its own: its absence shows that a scene without a cable does not carry this.
+    #[inline(never)]
     pub(super) fn learn_from_press(
         &self,
         touching: &Touching<H::Reading>,

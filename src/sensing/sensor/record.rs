@@ -1,0 +1,32 @@
+//! Free motion, recorded: what becomes of it in the end.
+
+use super::known::Known;
+use crate::finger::Mechanics;
+use crate::sensing::Event;
+use crate::sensing::friction::Recorder;
+use crate::sensing::joint::JointSensor;
+use crate::sensing::location::Series;
+
+/// Share of the record's bins that a recording must fill.
+const COVERAGE: f32 = 0.6;
+
+impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
+    /// Keeps what was recorded, if that is enough, and says so or not.
+    pub(super) fn end_recording(&mut self, recorder: &mut Recorder) {
+        recorder.end_run();
+        let coverage = recorder.coverage();
+        let recorded = recorder.finish().filter(|_| coverage >= COVERAGE);
+        let told = recorded.and_then(|friction| {
+            Some(Event::FrictionRecorded {
+                closing_nm: friction.closing.mean_nm()?,
+                opening_nm: friction.opening.mean_nm()?,
+                residual_nm: friction.residual_nm(),
+                coverage,
+            })
+        });
+        if told.is_some() {
+            self.friction = recorded.cloned();
+        }
+        self.tell(told.unwrap_or(Event::FrictionNotRecorded { coverage }));
+    }
+}
