@@ -14,11 +14,11 @@
 //! ([`Rigid`](crate::sensing::location::Rigid)) leaves six: c and g are not there.
 
 mod estimate;
-mod linearise;
 mod model;
 mod onset;
 mod prior;
 mod refine;
+mod rows;
 mod unknowns;
 
 pub use estimate::Estimate;

@@ -1,7 +1,7 @@
 //! The model: the contact path through the curve's points, and how far they lie from it.
 
 use super::Hypothesis;
-use super::linearise::Rows;
+use super::rows::Rows;
 use super::unknowns::Values;
 use crate::finger::{Contact, Free, Mechanics, PathPoint};
 use crate::numeric::ln;

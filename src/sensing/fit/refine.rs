@@ -1,7 +1,7 @@
 //! One step towards the minimum.
 
-use super::linearise::Rows;
 use super::model::Pass;
+use super::rows::Rows;
 use super::unknowns::{K, Values};
 use super::{Data, Hypothesis, LEAST_POINTS, Place, Prior, UNKNOWNS};
 use crate::finger::Mechanics;

@@ -11,6 +11,7 @@ use crate::sensing::location::Series;
 const COVERAGE: f32 = 0.6;
 
 impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
+    /// Keeps what was recorded, if that is enough, and says so or not.
     pub(super) fn end_recording(&mut self, recorder: &mut Recorder) {
         recorder.end_run();
         let coverage = recorder.coverage();
