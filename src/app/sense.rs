@@ -76,12 +76,11 @@ impl<S: Scene> Sense<S> {
 
     /// Takes over what was kept; it has been checked ([`Kept`] is decoded whole or not at all). Tells the motion half
     /// whether friction is known.
-    pub fn restore(&mut self, kept: &Kept) -> Notice {
+    pub fn restore(&mut self, kept: Kept) -> Notice {
         self.adjust(&kept.overrides);
         self.sensor.set_calibration(kept.calibration);
         let known = kept
             .friction
-            .clone()
             .is_some_and(|friction| self.sensor.set_friction(friction));
         if known {
             Notice::FrictionKnown

@@ -10,7 +10,6 @@
 //! took an erasing that was cut short for the page in use, or for a full one.
 
 use crc::{CRC_32_ISCSI, Crc, NoTable};
-use postcard::ser_flavors::Flavor;
 
 /// Bit by bit: a table for whole bytes would be as large as the rest of this.
 const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
@@ -177,17 +176,13 @@ impl<'m, M: Memory> Writer<'m, M> {
         }
     }
 
-    /// Takes the next bytes; false once one could not be written.
-    pub fn push(&mut self, bytes: &[u8]) -> bool {
-        bytes.iter().all(|&byte| self.push_byte(byte))
-    }
-
-    fn push_byte(&mut self, byte: u8) -> bool {
+    /// Takes the next byte. Once one could not be written, the rest is of no use: [`Store::save`] tells.
+    pub fn push(&mut self, byte: u8) {
         if self.failed.is_none() && self.place >= RECORD_MAX + 4 {
             self.failed = Some(StoreError::TooLong);
         }
         if self.failed.is_some() {
-            return false;
+            return;
         }
         self.digest.update(&[byte]);
         if let Some(room) = self.word.get_mut(self.place % WORD) {
@@ -198,7 +193,6 @@ impl<'m, M: Memory> Writer<'m, M> {
             let word = core::mem::replace(&mut self.word, [0xFF; WORD]);
             self.program(self.place - WORD, word);
         }
-        self.failed.is_none()
     }
 
     fn program(&mut self, place: usize, word: [u8; WORD]) {
@@ -222,23 +216,6 @@ impl<'m, M: Memory> Writer<'m, M> {
             Some(error) => Err(error),
             None => Ok(()),
         }
-    }
-}
-
-/// For `postcard`, which writes byte by byte and asks whether there is room.
-impl<M: Memory> Flavor for &mut Writer<'_, M> {
-    type Output = ();
-
-    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
-        if self.push_byte(byte) {
-            Ok(())
-        } else {
-            Err(postcard::Error::SerializeBufferFull)
-        }
-    }
-
-    fn finalize(self) -> postcard::Result<()> {
-        Ok(())
     }
 }
 
@@ -342,9 +319,11 @@ impl<M: Memory> Store<M> {
         let mut result = Ok(());
         let begun = self.memory.undisturbed(|memory| {
             let mut writer = Writer::new(memory, page);
-            if writer.push(&number.to_le_bytes()) {
-                encode(&mut writer);
-            }
+            number
+                .to_le_bytes()
+                .iter()
+                .for_each(|&byte| writer.push(byte));
+            encode(&mut writer);
             result = writer.finish();
             Ok(())
         });

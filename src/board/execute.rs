@@ -48,10 +48,11 @@ fn restore(
     newest: bool,
     sense: &'static Shared<Sense<Active>>,
 ) -> (Kept, &'static str) {
-    match decode::<kept::Kept>(bytes, mark::<Active>()) {
-        Ok(kept) => {
+    let mut kept = kept::Kept::nothing::<Active>();
+    match decode(bytes, mark::<Active>(), &mut kept) {
+        Ok(()) => {
             let overrides = kept.overrides;
-            let notice = sense.lock(|sense| sense.borrow_mut().restore(&kept));
+            let notice = sense.lock(|sense| sense.borrow_mut().restore(kept));
             let what = if newest { "loaded" } else { "older" };
             (Kept::Restored { overrides, notice }, what)
         }
@@ -61,7 +62,6 @@ fn restore(
 
 fn why(error: RecordError) -> &'static str {
     match error {
-        RecordError::TooLarge => "too-large",
         RecordError::Damaged => "damaged",
         RecordError::Version { .. } => "other-version",
         RecordError::OtherScene => "other-scene",
@@ -159,9 +159,8 @@ fn write_record(
     overrides: Overrides,
     writer: &mut Writer<'_, storage::Region>,
 ) {
-    let kept = sense.lock(|sense| sense.borrow().keep(overrides));
-    // The writer knows what failed.
-    let _ = encode(&kept, mark::<Active>(), writer);
+    let mut kept = sense.lock(|sense| sense.borrow().keep(overrides));
+    encode(&mut kept, mark::<Active>(), |byte| writer.push(byte));
 }
 
 async fn help(speaker: &mut Speaker) {
