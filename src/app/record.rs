@@ -4,8 +4,6 @@
 //! of old and new can be read back. Where it is kept, how damage is noticed and wear is levelled, is the
 //! [store](super::store)'s business.
 
-use core::slice;
-
 use crc::{CRC_32_ISCSI, Crc, NoTable};
 
 /// Layout of the record. Raise it whenever what is kept changes its meaning or its shape.
@@ -46,11 +44,7 @@ pub trait Bytes {
     fn byte(&mut self, byte: &mut u8);
 
     /// Four bytes, the lowest first.
-    fn word(&mut self, word: &mut u32) {
-        let mut bytes = word.to_le_bytes();
-        bytes.iter_mut().for_each(|byte| self.byte(byte));
-        *word = u32::from_le_bytes(bytes);
-    }
+    fn word(&mut self, word: &mut u32);
 
     /// A number.
     fn float(&mut self, value: &mut f32) {
@@ -110,6 +104,10 @@ impl<F: FnMut(u8)> Bytes for Writer<F> {
     fn byte(&mut self, byte: &mut u8) {
         (self.0)(*byte);
     }
+
+    fn word(&mut self, word: &mut u32) {
+        word.to_le_bytes().into_iter().for_each(&mut self.0);
+    }
 }
 
 /// Reads a record into `content`.
@@ -118,7 +116,7 @@ impl<F: FnMut(u8)> Bytes for Writer<F> {
 /// Why it must not be used: what is in `content` is of no use, then.
 pub fn decode(bytes: &[u8], scene: u32, content: &mut impl Keep) -> Result<(), RecordError> {
     let mut reader = Reader {
-        rest: bytes.iter(),
+        rest: bytes,
         short: false,
     };
     let (mut found, mut mark) = (0, 0);
@@ -135,7 +133,7 @@ pub fn decode(bytes: &[u8], scene: u32, content: &mut impl Keep) -> Result<(), R
         return Err(RecordError::OtherScene);
     }
     content.bytes(&mut reader);
-    if reader.short || !reader.rest.as_slice().is_empty() {
+    if reader.short || !reader.rest.is_empty() {
         return Err(RecordError::Damaged);
     }
     if content.is_plausible() {
@@ -146,20 +144,33 @@ pub fn decode(bytes: &[u8], scene: u32, content: &mut impl Keep) -> Result<(), R
 }
 
 struct Reader<'b> {
-    rest: slice::Iter<'b, u8>,
+    rest: &'b [u8],
     /// More was asked for than is there.
     short: bool,
 }
 
-impl Bytes for Reader<'_> {
-    fn byte(&mut self, byte: &mut u8) {
-        match self.rest.next() {
-            Some(next) => *byte = *next,
+impl Reader<'_> {
+    fn take<const N: usize>(&mut self) -> [u8; N] {
+        match self.rest.split_first_chunk() {
+            Some((first, rest)) => {
+                self.rest = rest;
+                *first
+            }
             None => {
-                *byte = 0;
                 self.short = true;
+                [0; N]
             }
         }
+    }
+}
+
+impl Bytes for Reader<'_> {
+    fn byte(&mut self, byte: &mut u8) {
+        [*byte] = self.take();
+    }
+
+    fn word(&mut self, word: &mut u32) {
+        *word = u32::from_le_bytes(self.take());
     }
 }
 
