@@ -12,10 +12,11 @@ pub enum Drive {
     Idle,
 }
 
-/// One sample of the drivetrain, averaged over the sample period (1 ms), motor side.
+/// One sample of the drivetrain, averaged over the sample period (1 ms), motor side. `J` is what a sensor of joint 2 reads;
+/// without one it has no size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
-pub struct Sample {
+pub struct Sample<J = ()> {
     /// End of the averaging period, microseconds since boot.
     pub time_us: u64,
     /// Encoder position at `time_us`, counts from the opening stop once homed, closing positive; wraps.
@@ -24,4 +25,19 @@ pub struct Sample {
     pub current_a: f32,
     /// What the bridge did.
     pub drive: Drive,
+    /// Reading of the optional sensor at joint 2.
+    pub joint: J,
+}
+
+impl<J> Sample<J> {
+    /// The same sample with another reading of joint 2.
+    pub fn with_joint<K>(self, joint: K) -> Sample<K> {
+        Sample {
+            time_us: self.time_us,
+            position_counts: self.position_counts,
+            current_a: self.current_a,
+            drive: self.drive,
+            joint,
+        }
+    }
 }

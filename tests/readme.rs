@@ -5,6 +5,7 @@ use palpate::app::decimal::Decimal;
 use palpate::app::settings::Setting;
 use palpate::drive::Fault;
 
+const REPORT: &str = include_str!("../docs/report/README.md");
 const README: &str = include_str!("../README.md");
 
 /// Prints what should stand between the markers, so that a failure can be mended by copying it.
@@ -64,4 +65,34 @@ fn the_readme_lists_every_setting() {
         })
         .collect();
     holds("settings", &rows);
+}
+
+/// Both are written by one command, `cargo xtask report --write`: the README's rows must be the page's.
+#[test]
+fn the_readme_s_numbers_are_the_report_s() {
+    let (_, rest) = README
+        .split_once("<!-- report: begin")
+        .expect("the README has the report's markers");
+    let (block, _) = rest
+        .split_once("<!-- report: end -->")
+        .expect("both of them");
+    let mut compared = 0;
+    for row in block.lines().filter(|line| line.starts_with("| ")) {
+        let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+        let stands = match cells.get(2).and_then(|cell| cell.split_once(" / ")) {
+            // A method: its mean and largest count and its error stand in a row of the page.
+            Some((mean, max)) if mean.starts_with(|c: char| c.is_ascii_digit()) => {
+                let counts = format!("| {mean} | {max} |").replace(',', "");
+                compared += 1;
+                REPORT
+                    .lines()
+                    .any(|line| line.contains(&counts) && line.contains(cells[3]))
+            }
+            // A target stands there as it is.
+            _ if row.contains("| met |") || row.contains("| **missed** |") => REPORT.contains(row),
+            _ => true,
+        };
+        assert!(stands, "docs/report knows no {row}");
+    }
+    assert!(compared >= 5, "the README compares {compared} methods");
 }

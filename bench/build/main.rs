@@ -265,24 +265,57 @@ fn emit(out: &mut String, name: &str, kind: &str, cases: &[Case], timed: usize) 
     let _ = writeln!(out, "];");
 }
 
-/// Rows of the files of finite steps, contact on phalanx 2, and the place at first contact.
-fn steps(out: &mut String, table: &Table, timed: usize) {
+/// A file of finite steps: the rows' name and type, columns of the finger.
+struct Steps<'a> {
+    file: &'a str,
+    name: &'a str,
+    kind: &'a str,
+    phalanges: usize,
+    /// How many of them the chip times: their fingers must fit its memory.
+    timed: usize,
+}
+
+/// Rows of the files of finite steps, contact beyond phalanx 1, and the place at first contact.
+fn steps(out: &mut String, folder: &Path, of: &Steps) {
+    let Steps {
+        name, kind, timed, ..
+    } = of;
+    let table = Table::read(&folder.join(of.file));
     let rows: Vec<(String, f64)> = table
         .rows()
-        .filter(|row| row.number("phal") == 2.0)
+        .filter(|row| row.number("phal") > 1.0)
         .map(|row| {
-            let list = |columns: &[&str]| {
+            let list = |columns: &[String]| {
                 let numbers: Vec<String> = columns.iter().map(|name| format!("{:?}", row.number(name))).collect();
                 format!("[{}]", numbers.join(", "))
             };
+            let each = |prefix: &str, suffix: &str| -> String {
+                let columns: Vec<String> = (1..=of.phalanges).map(|i| format!("{prefix}{i}{suffix}")).collect();
+                list(&columns)
+            };
+            // The joints' stops are as near as the row's postures allow.
+            let ranges: Vec<String> = (1..=of.phalanges)
+                .map(|i| {
+                    let angles = ["0", "", "_after"].map(|suffix| row.number(&format!("th{i}{suffix}")));
+                    let [least, most] = angles.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], angle| {
+                        [a.min(*angle), b.max(*angle)]
+                    });
+                    format!("[{:?}, {:?}]", (least - 1e-3) as f32, (most + 1e-3) as f32)
+                })
+                .collect();
+            let stages: Vec<String> = (1..of.phalanges)
+                .map(|stage| list(&["a", "b", "c", "psi", "mode"].map(|name| format!("{name}{stage}"))))
+                .collect();
             let fields = format!(
-                "Row {{ l: {}, stiffness: {}, rest_rad: {}, theta_rad: {}, design: {}, torque: {:?}, rise: {:?}, \
-                 rotation_rad: {:?}, half_rotation_rad: {:?} }}",
-                list(&["l1", "l2"]),
-                list(&["K1", "K2"]),
-                list(&["th10", "th20"]),
-                list(&["th1", "th2"]),
-                list(&["a1", "b1", "c1", "psi1", "mode1"]),
+                "{kind} {{ phalanx: {}, l: {}, stiffness: {}, rest_rad: {}, theta_rad: {}, range_rad: [{}], design: [{}], rise: Rise {{ \
+                 torque: {:?}, rise: {:?}, rotation_rad: {:?}, half_rotation_rad: {:?} }} }}",
+                row.number("phal"),
+                each("l", ""),
+                each("K", ""),
+                each("th", "0"),
+                each("th", ""),
+                ranges.join(", "),
+                stages.join(", "),
                 row.number("T_c"),
                 row.number("dT"),
                 row.number("dtheta_a") as f32,
@@ -295,15 +328,15 @@ fn steps(out: &mut String, table: &Table, timed: usize) {
         out,
         "/// Steps and the places that they came from.\n#[cfg(not(target_os = \"none\"))]"
     );
-    let _ = writeln!(out, "pub static STEPS: &[(Row, f64)] = &[");
+    let _ = writeln!(out, "pub static {name}: &[({kind}, f64)] = &[");
     for (fields, k) in &rows {
         let _ = writeln!(out, "({fields}, {k:?}),");
     }
     let _ = writeln!(
         out,
-        "];\n/// The part of them that the chip times.\npub static STEPS_TIMED: [Row; {timed}] = ["
+        "];\n/// The part of them that the chip times.\npub static {name}_TIMED: [{kind}; {timed}] = ["
     );
-    for at in 0..timed {
+    for at in 0..*timed {
         let _ = writeln!(out, "{},", rows[at * rows.len() / timed].0);
     }
     let _ = writeln!(out, "];");
@@ -355,6 +388,23 @@ fn functions(out: &mut String, count: u32) {
             (length * angle.cos()) as f32
         )
     });
+    list("EQUATIONS_TIMED", "Equations", &|u, v| {
+        // M M^T plus a share of the unit matrix: positive definite.
+        let m: [[f64; 3]; 3] = std::array::from_fn(|i| {
+            std::array::from_fn(|j| ((3 * i + j) as f64 * 0.7 + 7.0 * u + 11.0 * v).sin())
+        });
+        let a: [[f32; 3]; 3] = std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                let product: f64 = (0..3).map(|k| m[i][k] * m[j][k]).sum();
+                (product + if i == j { 0.1 + v } else { 0.0 }) as f32
+            })
+        });
+        format!(
+            "Equations {{ a: {a:?}, b: [{:?}, {:?}, 1.0] }}",
+            (2.0 * u - 1.0) as f32,
+            (2.0 * v - 1.0) as f32
+        )
+    });
     list("ANGLES_TIMED", "Angle", &|u, v| {
         let (rad, step) = (
             (std::f64::consts::TAU * (u - 0.5)) as f32,
@@ -375,6 +425,10 @@ fn main() {
     let folder = root.join("../tests/data/golden");
     println!("cargo:rerun-if-changed={}", folder.display());
     println!("cargo:rerun-if-changed=build");
+    if std::env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
+        // See memory.x: the bench keeps no records and has no tasks; its candidates need the room.
+        println!("cargo:rustc-link-arg-bins=--defsym=_bench=1");
+    }
     let mut out = String::new();
     let cases = gather(
         &folder,
@@ -395,6 +449,23 @@ fn main() {
     );
     emit(&mut out, "THREE", "ThreePhalanges", &cases, 32);
     functions(&mut out, 48);
-    steps(&mut out, &Table::read(&folder.join("contact_2L.csv")), 32);
+    for file in [
+        Steps {
+            file: "contact_2L.csv",
+            name: "TWO_STEPS",
+            kind: "TwoRow",
+            phalanges: 2,
+            timed: 24,
+        },
+        Steps {
+            file: "contact_3L.csv",
+            name: "THREE_STEPS",
+            kind: "ThreeRow",
+            phalanges: 3,
+            timed: 12,
+        },
+    ] {
+        steps(&mut out, &folder, &file);
+    }
     std::fs::write(out_dir.join("rows.rs"), out).expect("the rows can be written");
 }

@@ -81,6 +81,7 @@ mod chip {
             peripherals.DCB.enable_trace();
             peripherals.DWT.enable_cycle_counter();
         }
+        palpate_bench::function::cordic::start();
         task::visit(&mut Stopwatch);
         info!("bench done");
         leave(true)

@@ -10,8 +10,10 @@
     clippy::approx_constant
 )]
 
-use crate::function::Angle;
-use crate::step::Row;
+use crate::function::{Angle, Equations};
+use crate::step::Rise;
+use crate::step::three::ThreeRow;
+use crate::step::two::TwoRow;
 use crate::three::ThreePhalanges;
 use crate::two::TwoPhalanges;
 

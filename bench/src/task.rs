@@ -1,9 +1,9 @@
 //! The tasks: a name, the candidates, the inputs that the chip times.
 
 use crate::candidate::Candidate;
-use crate::function::{self, Angle};
+use crate::function::{self, Angle, Equations};
 use crate::rows;
-use crate::step::{self, Step};
+use crate::step;
 use crate::three::{self, ThreePhalanges};
 use crate::two::{self, TwoPhalanges};
 
@@ -67,10 +67,12 @@ macro_rules! nothing {
 
 nothing!(nothing_two, TwoPhalanges, [f32; 2], [0.0; 2]);
 nothing!(nothing_three, ThreePhalanges, [f32; 2], [0.0; 2]);
-nothing!(nothing_step, Step, [f32; 2], [0.0; 2]);
+nothing!(nothing_step, step::two::Ready, [f32; 2], [0.0; 2]);
+nothing!(nothing_three_step, step::three::Ready, [f32; 2], [0.0; 2]);
 nothing!(nothing_number, f32, f32, 0.0);
 nothing!(nothing_angle, Angle, f32, 0.0);
 nothing!(nothing_angles, Angle, [f32; 2], [0.0; 2]);
+nothing!(nothing_equations, Equations, [f32; 3], [0.0; 3]);
 nothing!(nothing_point, [f32; 2], f32, 0.0);
 
 /// Shows a visitor every task.
@@ -87,15 +89,8 @@ pub fn visit(visitor: &mut impl Visitor) {
         timed: rows::THREE_TIMED,
         nothing: nothing_three,
     });
-    // Fingers are built here: a firmware has its finger ready.
-    let steps: heapless::Vec<Step, { rows::STEPS_TIMED.len() }> =
-        rows::STEPS_TIMED.iter().filter_map(step::ready).collect();
-    visitor.task(&Task {
-        name: "k2_2p_step",
-        candidates: step::CANDIDATES,
-        timed: &steps,
-        nothing: nothing_step,
-    });
+    two_steps(visitor);
+    three_steps(visitor);
     visitor.task(&Task {
         name: "sqrt",
         candidates: function::SQRT,
@@ -131,5 +126,49 @@ pub fn visit(visitor: &mut impl Visitor) {
         candidates: function::RECIP,
         timed: rows::NUMBERS_TIMED,
         nothing: nothing_number,
+    });
+    visitor.task(&Task {
+        name: "ln",
+        candidates: function::LN,
+        timed: rows::NUMBERS_TIMED,
+        nothing: nothing_number,
+    });
+    visitor.task(&Task {
+        name: "solve_3",
+        candidates: function::SOLVE,
+        timed: rows::EQUATIONS_TIMED,
+        nothing: nothing_equations,
+    });
+}
+
+// Fingers are built here: a firmware has its finger ready. Each task gives its memory back before the next.
+
+#[inline(never)]
+fn two_steps(visitor: &mut impl Visitor) {
+    let steps: heapless::Vec<step::two::Ready, { rows::TWO_STEPS_TIMED.len() }> =
+        rows::TWO_STEPS_TIMED
+            .iter()
+            .filter_map(step::two::ready)
+            .collect();
+    visitor.task(&Task {
+        name: "k2_2p_step",
+        candidates: step::two::CANDIDATES,
+        timed: &steps,
+        nothing: nothing_step,
+    });
+}
+
+#[inline(never)]
+fn three_steps(visitor: &mut impl Visitor) {
+    let steps: heapless::Vec<step::three::Ready, { rows::THREE_STEPS_TIMED.len() }> =
+        rows::THREE_STEPS_TIMED
+            .iter()
+            .filter_map(step::three::ready)
+            .collect();
+    visitor.task(&Task {
+        name: "k2_3p_step",
+        candidates: step::three::CANDIDATES,
+        timed: &steps,
+        nothing: nothing_three_step,
     });
 }

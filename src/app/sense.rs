@@ -5,8 +5,7 @@ use super::kept::Kept;
 use super::settings::{Overrides, Setting};
 use crate::drive::sequence::Notice;
 use crate::finger::ConfigError;
-use crate::sample::Sample;
-use crate::scene::Scene;
+use crate::scene::{Reading, SampleOf, Scene};
 use crate::sensing::{Calibration, Directive, Event, Sensor};
 
 /// What the motion half asks of the sensing half.
@@ -24,7 +23,7 @@ pub enum Order {
 /// tasks, of two priorities if a fit takes long: a `stop` must not wait for it.
 #[derive(Clone, Debug)]
 pub struct Sense<S: Scene> {
-    sensor: Sensor<S::Finger>,
+    sensor: Sensor<S::Finger, S::Joint>,
 }
 
 impl<S: Scene> Sense<S> {
@@ -51,7 +50,7 @@ impl<S: Scene> Sense<S> {
     }
 
     /// Takes a sample; tells at most one thing. [`notice`] says what of it concerns the motion.
-    pub fn sample(&mut self, sample: &Sample) -> Option<Event> {
+    pub fn sample(&mut self, sample: &SampleOf<S>) -> Option<Event> {
         self.sensor.update(sample)
     }
 
@@ -60,8 +59,13 @@ impl<S: Scene> Sense<S> {
         Hint::after::<S>(event, self.calibration(), self.sensor.finger())
     }
 
+    /// Change of theta_2 since contact, as the last word on a contact took it into account.
+    pub fn joint_change(&self) -> Reading<S> {
+        self.sensor.joint_change()
+    }
+
     /// The sensor, for whoever wants to look.
-    pub fn sensor(&self) -> &Sensor<S::Finger> {
+    pub fn sensor(&self) -> &Sensor<S::Finger, S::Joint> {
         &self.sensor
     }
 

@@ -21,12 +21,16 @@ use heapless::spsc::{Consumer, Producer, Queue};
 use static_cell::StaticCell;
 
 use palpate::drive::io::Inputs;
+use palpate::drive::joint::JointInput;
 use palpate::drive::{Controller, Demand, Status};
-use palpate::sample::Sample;
+use palpate::scene::{Active, JointPin, SampleOf};
 
 use super::bridge::{self, Bridge};
 use super::watchdog::{self, Reporter};
 use super::{encoder, sampling};
+
+/// What the interrupt hands out: joint 2 is still a code.
+type Sample = palpate::sample::Sample<<JointPin<Active> as JointInput>::Raw>;
 
 /// Samples on their way to the sensing task, one a millisecond. The longest time for which it does not run is well
 /// below this many milliseconds; if it is not, the loss is a fault.
@@ -59,6 +63,7 @@ static CONTROL: Owned = Owned(UnsafeCell::new(None));
 /// The receiving end of the samples.
 pub struct Samples {
     queue: Consumer<'static, Sample>,
+    joint: JointPin<Active>,
     lost: u32,
 }
 
@@ -69,8 +74,10 @@ impl Samples {
     }
 
     /// The oldest sample, if there is one.
-    pub fn next(&mut self) -> Option<Sample> {
-        self.queue.dequeue()
+    pub fn next(&mut self) -> Option<SampleOf<Active>> {
+        let sample = self.queue.dequeue()?;
+        let reading = self.joint.reading(sample.joint);
+        Some(sample.with_joint(reading))
     }
 
     /// Whether samples were lost since the last call.
@@ -112,8 +119,8 @@ pub fn load() {
     asm::isb();
 }
 
-/// Gives bridge and controller to the interrupt and starts it.
-pub fn start(bridge: Bridge, controller: Controller) -> Samples {
+/// Gives bridge and controller to the interrupt and starts it; `joint` reads joint 2.
+pub fn start(bridge: Bridge, controller: Controller, joint: JointPin<Active>) -> Samples {
     static QUEUE: StaticCell<Queue<Sample, QUEUE_SAMPLES>> = StaticCell::new();
     let (samples, queue) = QUEUE.init(Queue::new()).split();
     // SAFETY: the interrupt is not enabled yet.
@@ -133,7 +140,11 @@ pub fn start(bridge: Bridge, controller: Controller) -> Samples {
         interrupt::ADC1_2.enable();
     }
     bridge::start();
-    Samples { queue, lost: 0 }
+    Samples {
+        queue,
+        joint,
+        lost: 0,
+    }
 }
 
 /// Keeps the control interrupt from running until it is dropped.
@@ -172,6 +183,7 @@ extern "C" fn control() {
     let outputs = control.controller.step(&inputs, &demand);
     control.bridge.apply(outputs);
     if let Some(sample) = control.controller.sample() {
+        let sample = sample.with_joint(JointPin::<Active>::take(sampling::read_joint));
         STATUS.lock(|cell| cell.set(Some(*control.controller.status())));
         // Always true, but said here it spares the queue's arithmetic its check for a ring of no length, which would panic.
         let ring_has_length = control.samples.capacity() < QUEUE_SAMPLES;

@@ -40,10 +40,11 @@ use palpate::app::sense::Sense;
 use palpate::app::settings::Overrides;
 use palpate::app::store::Store;
 use palpate::drive::config::OutOfRange;
+use palpate::drive::joint::JointInput;
 use palpate::drive::sequence::Notice;
 use palpate::drive::{Controller, Fault};
 use palpate::finger::ConfigError;
-use palpate::scene::{Active, Scene};
+use palpate::scene::{Active, JointPin, Scene};
 
 use execute::Kept;
 use slow::Shared;
@@ -98,6 +99,9 @@ async fn start(spawner: Spawner) {
         },
     );
     encoder::start(p.TIM3, p.PA6, p.PA7);
+    if JointPin::<Active>::FITTED {
+        sampling::start_joint(p.ADC2, p.PC1);
+    }
     sampling::start(p.ADC1, p.PA1, p.PC0);
     let light = slow::Light::new(Output::new(p.PA5, Level::Low, Speed::Low));
     // The board pulls it down.
@@ -158,6 +162,7 @@ fn launch(
     set: Overrides,
     fault: &mut Option<Fault>,
 ) -> Result<(control::Samples, &'static Shared<Conduct<Active>>), OutOfRange> {
+    let joint = Active::joint_input()?;
     let build = |overrides| {
         let controller = Controller::new(&configuration::<Active>(&overrides))?;
         Ok((controller, Conduct::new(overrides)?))
@@ -168,7 +173,7 @@ fn launch(
         build(Overrides::default())
     })?;
     Ok((
-        control::start(bridge, controller),
+        control::start(bridge, controller, joint),
         shared(&CONDUCT, conduct),
     ))
 }

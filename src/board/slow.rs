@@ -15,13 +15,18 @@ use embassy_time::{Duration, Instant, Ticker};
 use palpate::app::command::Command;
 use palpate::app::conduct::Conduct;
 use palpate::app::sense::{Sense, notice};
+use palpate::drive::joint::JointInput;
 use palpate::drive::sequence::{Notice, State};
 use palpate::drive::{Fault, Limited, Offset, Status};
-use palpate::scene::Active;
+use palpate::scene::{Active, JointPin, Reading, Scene};
+use palpate::sensing::{Event, JointSensor};
 
 use super::control::{self, Samples};
 use super::watchdog::{self, Reporter};
 use super::{console, log, telemetry};
+
+/// What measures joint 2 in this firmware's scene.
+type Joint = <Active as Scene>::Joint;
 
 /// State that several tasks share.
 pub type Shared<T> = Mutex<ThreadModeRawMutex, RefCell<T>>;
@@ -41,6 +46,7 @@ pub async fn sense(
     sense: &'static Shared<Sense<Active>>,
     conduct: &'static Shared<Conduct<Active>>,
 ) {
+    let mut reads = true;
     loop {
         samples.wait().await;
         #[cfg(feature = "fault-injection")]
@@ -49,9 +55,18 @@ pub async fn sense(
             tell(Notice::Fault(Fault::QueueOverflow)).await;
         }
         while let Some(sample) = samples.next() {
+            if JointPin::<Active>::FITTED {
+                reads = joint_reads(reads, sample.joint);
+            }
             let event = sense.lock(|sense| sense.borrow_mut().sample(&sample));
             if let Some(event) = event {
                 telemetry::event(&event);
+                if JointPin::<Active>::FITTED
+                    && matches!(event, Event::Located { .. } | Event::Ambiguous { .. })
+                {
+                    let change = sense.lock(|sense| sense.borrow().joint_change());
+                    telemetry::branch(Joint::rad(change), Joint::side(change));
+                }
                 let hint = sense.lock(|sense| sense.borrow().hint(&event));
                 if let Some(hint) = hint {
                     telemetry::hint(&hint);
@@ -66,6 +81,15 @@ pub async fn sense(
             yield_now().await;
         }
     }
+}
+
+/// Says when joint 2 loses its reading, and when that is back; returns whether there is one.
+fn joint_reads(before: bool, reading: Reading<Active>) -> bool {
+    let reads = Joint::rad(reading).is_some();
+    if reads != before {
+        telemetry::joint(reads);
+    }
+    reads
 }
 
 /// The motion sequence: notices, button and stop in, demands out.

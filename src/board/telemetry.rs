@@ -12,7 +12,7 @@ use palpate::drive::fault::Fault;
 use palpate::drive::sequence::{Outcome, State};
 use palpate::drive::{Limited, Status};
 use palpate::finger::ConfigError;
-use palpate::sensing::{Calibration, Event, NotLocated, Refusal};
+use palpate::sensing::{Calibration, Event, NotLocated, Refusal, Side};
 
 use super::crash::Crash;
 use super::reset::Reset;
@@ -221,6 +221,34 @@ pub fn event(event: &Event) {
             warn!("calibration-refused why={=str}", why_refused(why))
         }
     }
+}
+
+/// `joint`: the sensor of joint 2 reads what the joint cannot have (a wire, a magnet), or is well again. Contacts are judged
+/// without it meanwhile.
+// A symbol of its own: its absence shows that a scene without the sensor does not carry this.
+#[inline(never)]
+pub fn joint(reads: bool) {
+    if reads {
+        info!("joint reading=true");
+    } else {
+        warn!("joint reading=false");
+    }
+}
+
+/// `branch`: by how much joint 2 has turned since contact, and the side of e_2 that this speaks for; told with every place.
+#[inline(never)]
+pub fn branch(change_rad: Option<f32>, side: Option<Side>) {
+    let side = match side {
+        Some(Side::Below) => "below",
+        Some(Side::Beyond) => "beyond",
+        Some(Side::Unclear) => "unclear",
+        None => "no-reading",
+    };
+    info!(
+        "branch change_mrad={=f32} side={=str}",
+        change_rad.unwrap_or(f32::NAN) * MILLI,
+        side
+    );
 }
 
 /// `calibrated`: what is known of efficiency over spring stiffness, and of the cable.

@@ -147,6 +147,7 @@ impl Controller {
             position_counts: self.status.position_counts,
             current_a: self.status.current_a,
             drive: self.drive,
+            joint: (),
         })
     }
 

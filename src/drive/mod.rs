@@ -10,6 +10,7 @@ pub mod demand;
 mod encoder;
 pub mod fault;
 pub mod io;
+pub mod joint;
 mod offset;
 mod protect;
 pub mod sequence;

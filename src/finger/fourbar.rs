@@ -2,7 +2,7 @@
 
 use super::error::within;
 use super::{ConfigError, Parameter};
-use crate::numeric::{Turn, sqrt};
+use crate::numeric::{Bounded, Turn, sqrt};
 use core::f32::consts::PI;
 
 /// Limits of a lever's length, in the unit of the finger's lengths.
@@ -133,7 +133,8 @@ impl FourBar {
         let psi = within(Parameter::LeverOffset { stage }, levers.offset_rad, -PI, PI)?;
         let margin = DEAD_POINT_MARGIN * (a + b);
         let (nearest, farthest) = ((a - b).abs() + margin, a + b - margin);
-        let [least, most] = cosine_range([range[0].min(0.0) - psi, range[1].max(0.0) - psi]);
+        let [least, most] =
+            cosine_range([range[0].at_most(0.0) - psi, range[1].at_least(0.0) - psi]);
         for cosine in [least, most] {
             let distance = reach(ground_m, c, cosine);
             within(Parameter::Closure { stage }, distance, nearest, farthest)?;
@@ -165,7 +166,7 @@ impl FourBar {
         let reach = sqrt(square);
         // Heron's factors: near the dead points their product keeps the digits that R^2 a^2 - p^2 would lose.
         let heron = ((b - a) + reach) * ((a - b) + reach) * ((a - reach) + b) * ((a + reach) + b);
-        let half_area = 0.5 * assembly.sign() * sqrt(heron.max(0.0));
+        let half_area = 0.5 * assembly.sign() * sqrt(heron.at_least(0.0));
         let along = 0.5 * (square + (a - b) * (a + b));
         let a_tip = [
             (along * b_tip[0] - half_area * b_tip[1]) / square,
@@ -279,7 +280,7 @@ fn chord(of: [f32; 2], half: Turn) -> [f32; 2] {
 
 /// Distance of the coupler's far end from O_(i-1).
 fn reach(ground: f32, driven: f32, cosine: f32) -> f32 {
-    sqrt((ground * ground + driven * driven + 2.0 * ground * driven * cosine).max(0.0))
+    sqrt((ground * ground + driven * driven + 2.0 * ground * driven * cosine).at_least(0.0))
 }
 
 /// Least and largest cosine over an interval of angles within +-4 pi.

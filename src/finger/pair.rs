@@ -2,7 +2,7 @@
 //!
 //! With three phalanges and the contact on phalanx 2, the third joint is eliminated and the same problem remains.
 
-use crate::numeric::{bisect, sqrt};
+use crate::numeric::{Bounded, bisect, sqrt};
 
 /// The stiffness problem of a contact on phalanx 2, reduced to four numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,7 +115,7 @@ impl Pair {
             (false, false) => (
                 0.0,
                 if border > 0.0 {
-                    border.min(length_m)
+                    border.at_most(length_m)
                 } else {
                     length_m
                 },

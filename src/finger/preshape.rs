@@ -4,7 +4,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::{Configuration, Finger, Free, Gear, Step, Transmission};
-use crate::numeric::solve;
+use crate::numeric::{Bounded, solve};
 
 /// Newton steps: from the last sample two are enough, from rest ten.
 const STEPS: u8 = 24;
@@ -42,7 +42,7 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
             sides[1][0] = 0.0;
         }
         // One scale for matrix and right-hand sides: pivots compare as they should, and nothing over- or underflows.
-        let scale = h.iter().flatten().fold(0.0f32, |m, x| m.max(x.abs()));
+        let scale = h.iter().flatten().fold(0.0f32, |m, x| x.abs().at_least(m));
         let mut answer = solve(
             h.map(|row| row.map(|x| x / scale)),
             sides.map(|side| side.map(|x| x / scale)),
@@ -176,7 +176,7 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
 
 /// Newton's method is done: its step is the rounding of the angles, or near that and no longer shrinking.
 fn settled<const N: usize>(at: &Configuration<N>, largest: f32, before: &mut f32) -> bool {
-    let scale = at.rad().iter().fold(1.0f32, |m, x| m.max(x.abs()));
+    let scale = at.rad().iter().fold(1.0f32, |m, x| x.abs().at_least(m));
     let done = largest <= SETTLED_SHARE * scale
         || (largest <= NOISE_SHARE * scale && largest >= 0.5 * *before);
     *before = largest;
@@ -188,7 +188,7 @@ fn stride<const N: usize>(
     at: &Configuration<N>,
     change: [f32; N],
 ) -> Option<(Configuration<N>, f32, f32)> {
-    let largest = change.iter().fold(0.0f32, |m, x| m.max(x.abs()));
+    let largest = change.iter().fold(0.0f32, |m, x| x.abs().at_least(m));
     let share = if largest > STRIDE_RAD {
         STRIDE_RAD / largest
     } else {

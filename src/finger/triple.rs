@@ -4,7 +4,7 @@
 //! without a spring at joint 1, where H has no inverse.
 
 use super::pair::Roots;
-use crate::numeric::{bisect, sqrt};
+use crate::numeric::{Bounded, bisect, sqrt};
 
 /// The stiffness problem of a contact on phalanx 3.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -199,7 +199,7 @@ impl Triple {
             (true, false) => (
                 0.0,
                 if border > 0.0 {
-                    border.min(length_m)
+                    border.at_most(length_m)
                 } else {
                     length_m
                 },

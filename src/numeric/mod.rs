@@ -8,9 +8,9 @@
 //! | [`Turn`] | products | 1e-7 a composition | postures change by rotation, no trigonometric function at all |
 //! | division | VDIV.F32 | correctly rounded | 14 cycles; micromath's reciprocal is 9e-6 off at best, which the stiffness near e_2 multiplies |
 //! | [`bisect`] | | the residual's rounding | fixed number of steps |
-//! | [`clamp`] | two compares | none | `f32::clamp` can panic; `min` and `max` cost three times as much to be right about NaN |
+//! | [`clamp`], [`Bounded`] | two compares | none | `f32::clamp` can panic; `min` and `max` cost three times as much to be right about NaN |
 //! | [`ln`] | exponent and the series of artanh | 1e-6 | likelihoods and thresholds, not in a control path |
-//! | [`solve`] | Gaussian elimination, row pivoting | the condition's | one unknown a joint, never more than three |
+//! | [`solve`], [`solve_in_place`] | Gaussian elimination, row pivoting | the condition's | one unknown a joint, never more than three |
 //!
 //! Host and target run the same operations in the same order (nothing is fused), so they give the same numbers.
 
@@ -23,7 +23,7 @@ mod root;
 
 pub use angle::{SIN_COS_MAX_RAD, Turn, atan2, sin_cos};
 pub use bisect::{BISECTION_STEPS, bisect};
-pub use clamp::clamp;
-pub use linear::solve;
+pub use clamp::{Bounded, clamp};
+pub use linear::{solve, solve_in_place};
 pub use log::ln;
 pub use root::sqrt;

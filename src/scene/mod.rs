@@ -8,17 +8,44 @@ pub mod linkage3;
 pub mod p70;
 pub mod re10;
 pub mod tendon2;
+pub mod tendon2_hall;
 pub mod tendon3;
 
-use crate::drive::config::Config;
+use crate::drive::config::{Config, OutOfRange};
+use crate::drive::joint::{AngleSense, HallInput, JointInput, NotFitted};
 use crate::drive::sequence::Motion;
 use crate::finger::{ConfigError, Mechanics};
-use crate::sensing::{Calibration, Drivetrain, Settings};
+use crate::sample::Sample;
+use crate::sensing::{Calibration, Drivetrain, Hall, JointSensor, NoHall, Settings};
 
 pub use linkage3::Linkage3;
 pub use p70::P70;
 pub use tendon2::Tendon2;
+pub use tendon2_hall::Tendon2Hall;
 pub use tendon3::Tendon3;
+
+/// A sensor of joint 2, and what reads it: [`NoHall`] or [`Hall`].
+pub trait Joint: JointSensor {
+    /// What the board has for it.
+    type Input: JointInput<Reading = Self::Reading>;
+}
+
+impl Joint for NoHall {
+    type Input = NotFitted;
+}
+
+impl Joint for Hall {
+    type Input = HallInput;
+}
+
+/// How a scene's board reads joint 2.
+pub type JointPin<S> = <<S as Scene>::Joint as Joint>::Input;
+
+/// What a scene's board reads of joint 2: nothing without a sensor.
+pub type Reading<S> = <<S as Scene>::Joint as JointSensor>::Reading;
+
+/// A sample of a scene's drivetrain.
+pub type SampleOf<S> = Sample<Reading<S>>;
 
 /// A finger with its drivetrain, its board and its limits.
 pub trait Scene {
@@ -27,6 +54,9 @@ pub trait Scene {
 
     /// The finger's mechanics.
     type Finger: Mechanics;
+
+    /// The sensor of joint 2: [`Hall`], or [`NoHall`].
+    type Joint: Joint;
 
     /// Builds the finger.
     ///
@@ -55,6 +85,20 @@ pub trait Scene {
     /// Contact force that holding aims at, newton.
     const HOLD_FORCE_N: f32 = 1.0;
 
+    /// The sensor of joint 2 where one is fitted.
+    const ANGLE_SENSE: AngleSense = re10::ANGLE_SENSE;
+
+    /// What reads joint 2.
+    ///
+    /// # Errors
+    /// The parameter of the sensor that is out of its range.
+    fn joint_input() -> Result<JointPin<Self>, OutOfRange>
+    where
+        Self: Sized,
+    {
+        JointInput::new(&Self::DRIVE.sense, &Self::ANGLE_SENSE)
+    }
+
     /// Settings of the sensing.
     fn settings() -> Settings {
         Settings {
@@ -71,50 +115,42 @@ pub trait Scene {
     }
 }
 
-#[cfg(all(
-    target_os = "none",
-    not(any(
-        feature = "scene-p70",
-        feature = "scene-tendon2",
-        feature = "scene-tendon3",
-        feature = "scene-linkage3"
-    ))
-))]
-compile_error!("choose a scene: --features scene-p70 (or another scene-... of Cargo.toml)");
+/// Names each scene once: its cargo feature and its type. From the second one on they exclude those before.
+macro_rules! scenes {
+    ($($feature:literal => $scene:ident),+ $(,)?) => {
+        $(
+            /// The scene that this firmware is built for.
+            #[cfg(feature = $feature)]
+            pub type Active = $scene;
+        )+
 
-#[cfg(any(
-    all(
-        feature = "scene-p70",
-        any(
-            feature = "scene-tendon2",
-            feature = "scene-tendon3",
-            feature = "scene-linkage3"
-        )
-    ),
-    all(
-        feature = "scene-tendon2",
-        any(feature = "scene-tendon3", feature = "scene-linkage3")
-    ),
-    all(feature = "scene-tendon3", feature = "scene-linkage3")
-))]
-compile_error!("choose one scene only: --no-default-features --features scene-...");
+        #[cfg(all(target_os = "none", not(any($(feature = $feature),+))))]
+        compile_error!("choose a scene: --features scene-p70 (or another scene-... of Cargo.toml)");
 
-/// The scene that this firmware is built for.
-#[cfg(feature = "scene-tendon2")]
-pub type Active = Tendon2;
-/// The scene that this firmware is built for.
-#[cfg(feature = "scene-tendon3")]
-pub type Active = Tendon3;
-/// The scene that this firmware is built for.
-#[cfg(feature = "scene-linkage3")]
-pub type Active = Linkage3;
-/// The scene that this firmware is built for.
-#[cfg(not(any(
-    feature = "scene-tendon2",
-    feature = "scene-tendon3",
-    feature = "scene-linkage3"
-)))]
-pub type Active = P70;
+        /// The scene that this firmware is built for.
+        #[cfg(not(any($(feature = $feature),+)))]
+        pub type Active = P70;
+
+        one_of!($($feature),+);
+    };
+}
+
+macro_rules! one_of {
+    ($last:literal) => {};
+    ($first:literal, $($others:literal),+) => {
+        #[cfg(all(feature = $first, any($(feature = $others),+)))]
+        compile_error!("choose one scene only: --no-default-features --features scene-...");
+        one_of!($($others),+);
+    };
+}
+
+scenes! {
+    "scene-p70" => P70,
+    "scene-tendon2" => Tendon2,
+    "scene-tendon2-hall" => Tendon2Hall,
+    "scene-tendon3" => Tendon3,
+    "scene-linkage3" => Linkage3,
+}
 
 #[cfg(test)]
 mod tests {
@@ -123,6 +159,7 @@ mod tests {
     fn holds_together<S: Scene>() {
         let finger = S::finger().expect(S::NAME);
         S::DRIVE.validate().expect(S::NAME);
+        S::joint_input().expect(S::NAME);
         let drivetrain = S::drivetrain(&finger);
         let limits = S::DRIVE.limits;
         let (motion, settings) = (S::MOTION, S::settings());
@@ -154,13 +191,20 @@ mod tests {
     fn every_scene_is_valid_and_its_parts_fit_each_other() {
         holds_together::<P70>();
         holds_together::<Tendon2>();
+        holds_together::<Tendon2Hall>();
         holds_together::<Tendon3>();
         holds_together::<Linkage3>();
     }
 
     #[test]
     fn scenes_have_names_of_their_own() {
-        let names = [P70::NAME, Tendon2::NAME, Tendon3::NAME, Linkage3::NAME];
+        let names = [
+            P70::NAME,
+            Tendon2::NAME,
+            Tendon2Hall::NAME,
+            Tendon3::NAME,
+            Linkage3::NAME,
+        ];
         assert!((1..names.len()).all(|i| !names[..i].contains(&names[i])));
     }
 }

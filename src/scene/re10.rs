@@ -6,6 +6,7 @@
 use core::f32::consts::TAU;
 
 use crate::drive::config::{self, Config, Limits, Motor, Sense, Thermal};
+use crate::drive::joint::AngleSense;
 use crate::drive::sequence::Motion;
 use crate::sensing::{Calibration, Drivetrain};
 
@@ -76,6 +77,14 @@ pub const DRIVE: Config = Config {
         supply_min_v: 9.0,
         supply_max_v: 15.0,
     },
+};
+
+/// A linear Hall sensor at joint 2 (chosen): 0.5 V at zero, 1 V/rad; what it reads beyond the joint's stops is a fault.
+pub const ANGLE_SENSE: AngleSense = AngleSense {
+    zero_v: 0.5,
+    volt_per_rad: 1.0,
+    min_rad: -0.4,
+    max_rad: 2.2,
 };
 
 /// Speeds, currents and times for a finger whose free closing ends at `travel_rad`.

@@ -94,7 +94,12 @@ pub struct Gate {
 
 impl Gate {
     /// Takes a sample. A repeated or late one is ignored, as is a current that is not a number.
-    pub fn push(&mut self, sample: &Sample, drivetrain: &Drivetrain, settings: &Settings) -> Step {
+    pub fn push<J>(
+        &mut self,
+        sample: &Sample<J>,
+        drivetrain: &Drivetrain,
+        settings: &Settings,
+    ) -> Step {
         let now = Last {
             time_us: sample.time_us,
             counts: sample.position_counts,

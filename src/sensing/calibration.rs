@@ -5,7 +5,7 @@
 //! nominal ratio. The cable in series adds a twist in proportion to the torque; it is kept per newton metre *as computed
 //! with the nominal efficiency*, so that pressing against the closing stop measures it whatever the efficiency is.
 
-use crate::numeric::sqrt;
+use crate::numeric::{Bounded, sqrt};
 
 /// Torque factor and cable, with what is not known of them. Plain data: it is stored as it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,11 +54,12 @@ impl Calibration {
             return Err(Refusal::Implausible);
         }
         // What was left unexplained makes the result as much less sure.
-        let swell = sqrt(misfit.max(1.0));
+        let swell = sqrt(misfit.at_least(1.0));
         let learned = Self {
-            torque_factor_sigma: (swell * found.torque_factor_sigma).min(self.torque_factor_sigma),
+            torque_factor_sigma: (swell * found.torque_factor_sigma)
+                .at_most(self.torque_factor_sigma),
             cable_sigma_rad_per_nm: (swell * found.cable_sigma_rad_per_nm)
-                .min(self.cable_sigma_rad_per_nm),
+                .at_most(self.cable_sigma_rad_per_nm),
             contacts: self.contacts.saturating_add(1),
             presses: self.presses,
             ..*found
@@ -101,11 +102,12 @@ impl Calibration {
             * self.cable_sigma_rad_per_nm;
         let learned = Self {
             torque_factor: self.torque_factor * (1.0 + factor_gain * shift),
-            torque_factor_sigma: sqrt(factor_variance.max(0.0)),
+            torque_factor_sigma: sqrt(factor_variance.at_least(0.0)),
             cable_rad_per_nm: self.cable_rad_per_nm + gain * shift,
             cable_sigma_rad_per_nm: sqrt(variance),
-            correlation: (covariance / sqrt((variance * factor_variance).max(f32::MIN_POSITIVE)))
-                .clamp(-0.999, 0.999),
+            correlation: (covariance
+                / sqrt((variance * factor_variance).at_least(f32::MIN_POSITIVE)))
+            .clamp(-0.999, 0.999),
             contacts: self.contacts,
             presses: self.presses.saturating_add(1),
         };
@@ -120,11 +122,11 @@ impl Calibration {
 
     /// What is not known: the area of the ellipse of one deviation, each axis floored where nothing more is to be gained.
     fn ignorance(&self) -> f32 {
-        let across = sqrt((1.0 - self.correlation * self.correlation).max(0.0));
+        let across = sqrt((1.0 - self.correlation * self.correlation).at_least(0.0));
         let cable_floor = 1e-3 * self.cable_rad_per_nm + 1e-6;
-        self.torque_factor_sigma.max(1e-3)
-            * self.cable_sigma_rad_per_nm.max(cable_floor)
-            * across.max(0.02)
+        self.torque_factor_sigma.at_least(1e-3)
+            * self.cable_sigma_rad_per_nm.at_least(cable_floor)
+            * across.at_least(0.02)
     }
 }
 

@@ -3,6 +3,8 @@
 //! Bins divide the angle, which is measured almost without noise; bins over the torque would sort its noise and so bend
 //! the curve.
 
+use crate::numeric::Bounded;
+
 /// Number of bins.
 pub const BINS: usize = 24;
 
@@ -93,15 +95,13 @@ impl Curve {
         }
     }
 
-    /// Neighbours become one, twice as wide.
+    /// Neighbours become one, twice as wide. In place: no bin is written before it has been read.
     fn halve(&mut self) {
-        let mut wide = [Point::default(); BINS];
-        for (to, pair) in wide.iter_mut().zip(self.bins.chunks_exact(2)) {
-            if let [first, second] = pair {
-                *to = first.with(*second);
-            }
+        for to in 0..BINS {
+            let pair = [2 * to, 2 * to + 1].map(|from| self.bins.get(from).copied());
+            let [first, second] = pair.map(Option::unwrap_or_default);
+            self.bins[to] = first.with(second);
         }
-        self.bins = wide;
         self.width_counts *= 2.0;
     }
 
@@ -141,7 +141,7 @@ pub fn slope<'a>(
     let chosen = points.filter(|p| p.torque_nm >= from_nm);
     let (mut weight, mut x, mut y, mut count) = (0.0, 0.0, 0.0, 0u16);
     for p in chosen.clone() {
-        let w = 1.0 / p.variance_nm2.max(LEAST_VARIANCE_NM2);
+        let w = 1.0 / p.variance_nm2.at_least(LEAST_VARIANCE_NM2);
         weight += w;
         x += w * p.counts;
         y += w * (p.torque_nm + creep * p.late_nm);
@@ -153,7 +153,7 @@ pub fn slope<'a>(
     let (x, y) = (x / weight, y / weight);
     let (mut xx, mut xy) = (0.0, 0.0);
     for p in chosen {
-        let w = 1.0 / p.variance_nm2.max(LEAST_VARIANCE_NM2);
+        let w = 1.0 / p.variance_nm2.at_least(LEAST_VARIANCE_NM2);
         xx += w * (p.counts - x) * (p.counts - x);
         xy += w * (p.counts - x) * (p.torque_nm + creep * p.late_nm - y);
     }

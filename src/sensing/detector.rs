@@ -14,8 +14,7 @@
 //!
 //! The same test on -z finds what is softer than a free finger.
 
-use crate::numeric::ln;
-use crate::numeric::sqrt;
+use crate::numeric::{Bounded, ln, sqrt};
 
 /// Blocks by which the misfit's filter lags: longer than a detection takes, so that a contact is decided before it can
 /// pass for misfit.
@@ -38,13 +37,13 @@ const STALE_BLOCKS: u16 = 100;
 
 /// Decision interval h for a false-alarm rate per closing of some number of blocks (module documentation).
 pub fn threshold(false_alarms_per_closing: f32, blocks_per_closing: f32) -> f32 {
-    let between = blocks_per_closing.max(1.0) / false_alarms_per_closing.clamp(1e-9, 0.1);
+    let between = blocks_per_closing.at_least(1.0) / false_alarms_per_closing.clamp(1e-9, 0.1);
     // exp(2 kappa w) = 2 kappa^2 between + 1 + 2 kappa w: the fixed point is reached at once, w enters by a logarithm.
     let mut w = 0.0;
     for _ in 0..4 {
         w = ln(2.0 * KAPPA * KAPPA * between + 1.0 + 2.0 * KAPPA * w) / (2.0 * KAPPA);
     }
-    (w - OVERSHOOT).max(1.0)
+    (w - OVERSHOOT).at_least(1.0)
 }
 
 /// What a block tells.
@@ -141,7 +140,7 @@ impl Detector {
         let deviation = residual_nm - self.level_nm;
         // The level's error stays while the sum grows: over a run of LAG blocks it adds up LAG times as fast as noise.
         let lasting = variance + LAG as f32 * self.level_variance_nm2;
-        let z = deviation / sqrt(lasting).max(f32::MIN_POSITIVE);
+        let z = deviation / sqrt(lasting).at_least(f32::MIN_POSITIVE);
         self.stiffer.add(z);
         self.softer.add(-z);
         if self.stiffer.sum > self.threshold {
@@ -173,7 +172,7 @@ impl Detector {
         }
         let walk = WALK_SHARE * self.friction_nm;
         let predicted = self.level_variance_nm2 + walk * walk * 1e-3;
-        let gain = predicted / (predicted + late_variance).max(f32::MIN_POSITIVE);
+        let gain = predicted / (predicted + late_variance).at_least(f32::MIN_POSITIVE);
         self.level_nm += gain * (late_nm - self.level_nm);
         self.level_variance_nm2 = (1.0 - gain) * predicted;
     }
@@ -185,8 +184,8 @@ impl Detector {
             };
         }
         // A large value may be the beginning of a contact.
-        let square = square_nm2 / variance_nm2.max(f32::MIN_POSITIVE);
-        self.square_sum += square.min(4.0 * STALE_SQUARE);
+        let square = square_nm2 / variance_nm2.at_least(f32::MIN_POSITIVE);
+        self.square_sum += square.at_most(4.0 * STALE_SQUARE);
         self.square_count += 1;
         if self.square_count < STALE_BLOCKS {
             return Finding::Free;

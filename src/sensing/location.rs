@@ -106,6 +106,6 @@ pub fn places<M: Mechanics>(
     // `max` would turn a NaN into a rigid finger.
     let own = if own < 0.0 { 0.0 } else { own };
     finger
-        .locate(at, torque_nm, own)
+        .locate_closed(at, torque_nm, own)
         .retaining(|candidate| sense.allows(candidate))
 }

@@ -28,7 +28,7 @@ pub use calibration::{Calibration, Refusal};
 pub use drivetrain::Drivetrain;
 pub use event::{Event, NotLocated};
 pub use friction::Friction;
-pub use joint::{Hall, JointSensor, NoHall};
+pub use joint::{Hall, JointSensor, NoHall, Side};
 pub use sensor::Sensor;
 pub use settings::{Directive, Settings};
 

@@ -5,33 +5,33 @@
 
 use crate::numeric::{ln, sqrt};
 
-/// Normal equations of `P` unknowns about a point.
+/// Normal equations of `P` unknowns about a point, and the Cholesky factor of their matrix.
+///
+/// The matrix is symmetric: it lies on and below the diagonal, which leaves what is above for the factor.
 #[derive(Clone, Copy, Debug)]
 pub struct Normal<const P: usize> {
     matrix: [[f32; P]; P],
+    /// Diagonal of the factor.
+    diagonal: [f32; P],
     right: [f32; P],
-}
-
-/// Cholesky factor of normal equations.
-#[derive(Clone, Copy, Debug)]
-pub struct Factor<const P: usize> {
-    lower: [[f32; P]; P],
 }
 
 impl<const P: usize> Normal<P> {
     /// No information.
     pub const EMPTY: Self = Self {
         matrix: [[0.0; P]; P],
+        diagonal: [0.0; P],
         right: [0.0; P],
     };
 
     /// Adds a residual (measured less model) with the model's derivatives and the inverse of its variance.
+    #[expect(clippy::needless_range_loop, reason = "a triangle of a matrix")]
     pub fn add(&mut self, residual: f32, slopes: &[f32; P], weight: f32) {
-        for ((row, right), &slope) in self.matrix.iter_mut().zip(&mut self.right).zip(slopes) {
-            let weighted = weight * slope;
-            *right += weighted * residual;
-            for (cell, &other) in row.iter_mut().zip(slopes) {
-                *cell += weighted * other;
+        for row in 0..P {
+            let weighted = weight * slopes[row];
+            self.right[row] += weighted * residual;
+            for column in 0..=row {
+                self.matrix[row][column] += weighted * slopes[column];
             }
         }
     }
@@ -51,9 +51,7 @@ impl<const P: usize> Normal<P> {
     }
 
     /// Factors the matrix, its diagonal raised by `damping` times itself. None unless it is positive definite.
-    #[expect(clippy::needless_range_loop, reason = "a triangle of two matrices")]
-    pub fn factor(&self, damping: f32) -> Option<Factor<P>> {
-        let mut lower = [[0.0; P]; P];
+    pub fn factor(&mut self, damping: f32) -> Option<Factor<'_, P>> {
         for row in 0..P {
             for column in 0..=row {
                 let mut sum = self.matrix[row][column];
@@ -61,46 +59,56 @@ impl<const P: usize> Normal<P> {
                     sum *= 1.0 + damping;
                 }
                 for inner in 0..column {
-                    sum -= lower[row][inner] * lower[column][inner];
+                    sum -= self.matrix[inner][row] * self.matrix[inner][column];
                 }
-                lower[row][column] = if row == column {
+                if row == column {
                     if !(sum > 0.0 && sum.is_finite()) {
                         return None;
                     }
-                    sqrt(sum)
+                    self.diagonal[row] = sqrt(sum);
                 } else {
-                    sum / lower[column][column]
-                };
+                    self.matrix[column][row] = sum / self.diagonal[column];
+                }
             }
         }
-        Some(Factor { lower })
-    }
-
-    /// The step to the minimum.
-    pub fn step(&self, factor: &Factor<P>) -> [f32; P] {
-        factor.solve(self.right)
+        Some(Factor { normal: self })
     }
 }
 
-impl<const P: usize> Factor<P> {
-    /// Solves for a right-hand side.
-    #[expect(clippy::needless_range_loop, reason = "a triangle of two matrices")]
-    fn solve(&self, mut x: [f32; P]) -> [f32; P] {
+/// Normal equations whose matrix has been factored.
+#[derive(Clone, Copy, Debug)]
+pub struct Factor<'a, const P: usize> {
+    normal: &'a Normal<P>,
+}
+
+impl<const P: usize> Factor<'_, P> {
+    /// The step to the minimum.
+    pub fn step(&self) -> [f32; P] {
+        let mut x = self.normal.right;
+        self.solve(&mut x);
+        x
+    }
+
+    /// Solves for a right-hand side, in place.
+    #[inline(never)]
+    fn solve(&self, x: &mut [f32; P]) {
+        let Normal {
+            matrix, diagonal, ..
+        } = self.normal;
         for row in 0..P {
             let mut sum = x[row];
             for column in 0..row {
-                sum -= self.lower[row][column] * x[column];
+                sum -= matrix[column][row] * x[column];
             }
-            x[row] = sum / self.lower[row][row];
+            x[row] = sum / diagonal[row];
         }
         for row in (0..P).rev() {
             let mut sum = x[row];
             for column in row + 1..P {
-                sum -= self.lower[column][row] * x[column];
+                sum -= matrix[row][column] * x[column];
             }
-            x[row] = sum / self.lower[row][row];
+            x[row] = sum / diagonal[row];
         }
-        x
     }
 
     /// Column of the inverse: covariances of one unknown with all.
@@ -109,16 +117,18 @@ impl<const P: usize> Factor<P> {
         if let Some(one) = unit.get_mut(unknown) {
             *one = 1.0;
         }
-        self.solve(unit)
+        self.solve(&mut unit);
+        unit
     }
 
     /// Logarithm of the matrix's determinant.
     pub fn ln_determinant(&self) -> f32 {
-        let mut sum = 0.0;
-        for (index, row) in self.lower.iter().enumerate() {
-            sum += row.get(index).map_or(0.0, |&diagonal| ln(diagonal));
-        }
-        2.0 * sum
+        2.0 * self
+            .normal
+            .diagonal
+            .iter()
+            .map(|&diagonal| ln(diagonal))
+            .sum::<f32>()
     }
 }
 
@@ -134,7 +144,7 @@ mod tests {
             normal.add(2.0 + 3.0 * x, &[1.0, x], 1.0);
         }
         let factor = normal.factor(0.0).unwrap();
-        let [offset, slope] = normal.step(&factor);
+        let [offset, slope] = factor.step();
         assert!((offset - 2.0).abs() < 1e-6 && (slope - 3.0).abs() < 1e-6);
         assert!((factor.covariance(0)[0] - 1.0 / 3.0).abs() < 1e-6);
         assert!((factor.covariance(1)[1] - 0.5).abs() < 1e-6);
@@ -149,7 +159,7 @@ mod tests {
         assert!(normal.factor(0.0).is_none());
         normal.add_prior(1, 0.5, 1.0);
         let factor = normal.factor(0.0).unwrap();
-        let step = normal.step(&factor);
+        let step = factor.step();
         assert!((step[0] - 1.0).abs() < 1e-6 && (step[1] + 0.5).abs() < 1e-6);
         assert!((factor.covariance(1)[1] - 1.0).abs() < 1e-6);
         normal.add(f32::NAN, &[f32::NAN, 0.0], 1.0);

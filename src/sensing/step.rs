@@ -1,6 +1,7 @@
 //! The place of a contact from one finite step of torque (MATH 7).
 
 use crate::finger::{Candidate, Contact, Mechanics};
+use crate::numeric::Bounded;
 use crate::sensing::location::{BranchSense, Series};
 use heapless::Vec;
 
@@ -46,7 +47,7 @@ pub fn places<M: Mechanics>(
     } = *step;
     let rotation_rad = step.rotation_rad - rise_nm * series.compliance_rad_per_nm();
     let mut found: Vec<Candidate, MAX_PLACES> = Vec::new();
-    let secant = finger.locate(at, torque_nm, rotation_rad / rise_nm);
+    let secant = finger.locate_closed(at, torque_nm, rotation_rad / rise_nm);
     let mut try_from = |phalanx: u8, k_m: f32, length: f32| {
         let Some(guess) = finger.path(
             at,
@@ -79,7 +80,7 @@ pub fn places<M: Mechanics>(
         let most = point
             .joints_rad
             .iter()
-            .fold(0.0f32, |m, change| m.max(change.abs()));
+            .fold(0.0f32, |m, change| change.abs().at_least(m));
         if (point.rotation_rad - rotation_rad).abs()
             > SAME_SHARE * rotation_rad.abs() + ROUNDING * most
         {

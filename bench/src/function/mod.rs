@@ -1,7 +1,10 @@
 //! Tasks `sqrt`, `sin`, `sin_cos`, `atan2`, `recip`: the functions that the methods stand on.
 
+pub mod cordic;
+
 use crate::candidate::Candidate;
 use micromath::F32Ext;
+use nalgebra::{Matrix3, Vector3};
 use palpate::numeric;
 
 /// An angle, and the last sample's angle as a control loop has it.
@@ -44,6 +47,11 @@ pub const SIN: &[Candidate<Angle, f32>] = &[
         chosen: None,
     },
     Candidate {
+        name: cordic::NAME,
+        run: cordic::sine,
+        chosen: None,
+    },
+    Candidate {
         name: "libm",
         run: sin_libm,
         chosen: None,
@@ -63,6 +71,11 @@ pub const SIN_COS: &[Candidate<Angle, [f32; 2]>] = &[
         chosen: Some(
             "numeric::sin_cos, for configurations and large steps: at the rounding of f32",
         ),
+    },
+    Candidate {
+        name: cordic::NAME,
+        run: cordic::both,
+        chosen: None,
     },
     Candidate {
         name: "libm",
@@ -144,6 +157,119 @@ pub const RECIP: &[Candidate<f32, f32>] = &[
         chosen: None,
     },
 ];
+
+/// Natural logarithm.
+pub const LN: &[Candidate<f32, f32>] = &[
+    Candidate {
+        name: "library_artanh",
+        run: ln_library,
+        chosen: Some(
+            "numeric::ln, for the detector's threshold and the evidence of a fit: no f64, no table",
+        ),
+    },
+    Candidate {
+        name: "libm",
+        run: ln_libm,
+        chosen: None,
+    },
+    Candidate {
+        name: "micromath",
+        run: ln_micromath,
+        chosen: None,
+    },
+];
+
+/// Three linear equations with a symmetric, positive definite matrix, as the contact path solves them.
+#[derive(Clone, Copy, Debug)]
+pub struct Equations {
+    /// Rows of the matrix.
+    pub a: [[f32; 3]; 3],
+    /// Right-hand side.
+    pub b: [f32; 3],
+}
+
+/// Solves them; NaN where it cannot.
+pub const SOLVE: &[Candidate<Equations, [f32; 3]>] = &[
+    Candidate {
+        name: "library_elimination",
+        run: solve_library,
+        chosen: Some(
+            "numeric::solve, for the contact path: pivots, because its matrix need not be positive definite far from the answer",
+        ),
+    },
+    Candidate {
+        name: "nalgebra_lu",
+        run: solve_lu,
+        chosen: None,
+    },
+    Candidate {
+        name: "nalgebra_cholesky",
+        run: solve_cholesky,
+        chosen: None,
+    },
+    Candidate {
+        name: "cramer",
+        run: solve_cramer,
+        chosen: None,
+    },
+];
+
+#[inline(never)]
+fn ln_library(x: &f32) -> f32 {
+    numeric::ln(*x)
+}
+
+#[inline(never)]
+fn ln_libm(x: &f32) -> f32 {
+    libm::logf(*x)
+}
+
+#[inline(never)]
+fn ln_micromath(x: &f32) -> f32 {
+    F32Ext::ln(*x)
+}
+
+#[inline(never)]
+fn solve_library(equations: &Equations) -> [f32; 3] {
+    numeric::solve(equations.a, [equations.b]).map_or([f32::NAN; 3], |[x]| x)
+}
+
+#[inline(always)]
+fn matrix(equations: &Equations) -> (Matrix3<f32>, Vector3<f32>) {
+    // Columns of a symmetric matrix are its rows.
+    (equations.a.into(), equations.b.into())
+}
+
+#[inline(never)]
+fn solve_lu(equations: &Equations) -> [f32; 3] {
+    let (a, b) = matrix(equations);
+    a.lu().solve(&b).map_or([f32::NAN; 3], Into::into)
+}
+
+#[inline(never)]
+fn solve_cholesky(equations: &Equations) -> [f32; 3] {
+    let (a, b) = matrix(equations);
+    a.cholesky()
+        .map_or([f32::NAN; 3], |cholesky| cholesky.solve(&b).into())
+}
+
+#[inline(never)]
+fn solve_cramer(equations: &Equations) -> [f32; 3] {
+    let Equations { a, b } = *equations;
+    let cross = |u: [f32; 3], v: [f32; 3]| {
+        [
+            u[1] * v[2] - u[2] * v[1],
+            u[2] * v[0] - u[0] * v[2],
+            u[0] * v[1] - u[1] * v[0],
+        ]
+    };
+    let dot = |u: [f32; 3], v: [f32; 3]| u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+    let normals = [cross(a[1], a[2]), cross(a[2], a[0]), cross(a[0], a[1])];
+    let inverse = 1.0 / dot(a[0], normals[0]);
+    core::array::from_fn(|i| {
+        inverse * (b[0] * normals[0][i] + b[1] * normals[1][i] + b[2] * normals[2][i])
+    })
+}
 
 #[inline(never)]
 fn sqrt_hardware(x: &f32) -> f32 {

@@ -1,28 +1,38 @@
-//! Task `k2_2p_step`: the same place from a finite step of torque after contact, which the secant stiffness tells with a bias
-//! (MATH 7). Fingers with a four-bar, as the default scene's.
+//! Tasks `k2_2p_step` and `k2_3p_step`: the same places from a finite step of torque after contact, which the secant
+//! stiffness tells with a bias (MATH 7). Fingers with four-bars, as the default scene's.
 
-use crate::candidate::{Candidate, NOWHERE, Roots, on_phalanx};
-use crate::two::library::kept;
-use palpate::finger::{
-    Assembly, Candidate as Place, Configuration, Contact, Finger, Levers, Linkage, Mechanics,
-    Parameters, Rise,
-};
+pub mod three;
+pub mod two;
+
+use crate::candidate::{NOWHERE, Roots, on_phalanx};
+use palpate::finger::{Assembly, Candidate as Place, Contact, Inverse, Levers, Mechanics};
 use palpate::sensing::location::{NoJointSensor, Rigid};
 use palpate::sensing::step::{self, Measured};
 
-/// A row of the files: a finger with two phalanges, its posture at contact, a step of torque.
+/// A row of the files: a finger of N phalanges with S four-bars, its posture at contact, a step of torque.
 #[derive(Clone, Copy, Debug)]
-pub struct Row {
+pub struct Row<const N: usize, const S: usize> {
+    /// Phalanx in contact.
+    pub phalanx: u8,
     /// Lengths.
-    pub l: [f32; 2],
+    pub l: [f32; N],
     /// Stiffness of the springs.
-    pub stiffness: [f32; 2],
+    pub stiffness: [f32; N],
     /// Rest angles, radian.
-    pub rest_rad: [f32; 2],
+    pub rest_rad: [f32; N],
     /// Angles at contact, radian.
-    pub theta_rad: [f32; 2],
-    /// a, b, c, psi and the mode of the four-bar.
-    pub design: [f32; 5],
+    pub theta_rad: [f32; N],
+    /// Least and greatest angle of each joint that the row shows, radian.
+    pub range_rad: [[f32; 2]; N],
+    /// a, b, c, psi and the mode of each four-bar.
+    pub design: [[f32; 5]; S],
+    /// The step.
+    pub rise: Rise,
+}
+
+/// A step of torque after contact.
+#[derive(Clone, Copy, Debug)]
+pub struct Rise {
     /// Torque at contact.
     pub torque: f32,
     /// Rise of torque after contact.
@@ -35,174 +45,126 @@ pub struct Row {
 
 /// A row made ready: what a firmware has at hand when the step is over.
 #[derive(Clone, Copy, Debug)]
-pub struct Step {
-    finger: Finger<2, Linkage<1>>,
-    at: Configuration<2>,
-    torque: f32,
-    rise: f32,
-    rotation_rad: f32,
-    half_rotation_rad: f32,
+pub struct Step<F: Mechanics> {
+    finger: F,
+    at: F::Configuration,
+    phalanx: u8,
+    length: f32,
+    step: Rise,
 }
 
-fn parameters(row: &Row) -> Parameters<2> {
-    // Wide enough for any posture of the file.
-    let range = |i: usize| {
-        [
-            row.theta_rad[i].min(row.rest_rad[i]) - 0.01,
-            row.theta_rad[i] + 0.3,
-        ]
-    };
-    Parameters {
-        lengths_m: row.l,
-        stiffness_nm_per_rad: row.stiffness,
-        rest_rad: row.rest_rad,
-        range_rad: [range(0), range(1)],
+impl<const N: usize, const S: usize> Row<N, S> {
+    /// Length of the phalanx in contact.
+    pub fn length(&self) -> f32 {
+        usize::from(self.phalanx)
+            .checked_sub(1)
+            .and_then(|at| self.l.get(at))
+            .map_or(f32::NAN, |length| *length)
+    }
+
+    fn levers(&self) -> [Levers; S] {
+        self.design.map(
+            |[driving_m, coupler_m, driven_m, offset_rad, mode]| Levers {
+                driving_m,
+                coupler_m,
+                driven_m,
+                offset_rad,
+                assembly: if mode > 0.0 {
+                    Assembly::Counterclockwise
+                } else {
+                    Assembly::Clockwise
+                },
+            },
+        )
+    }
+
+    fn ready<F: Mechanics>(&self, finger: F, near: &F::Configuration) -> Option<Step<F>> {
+        Some(Step {
+            at: finger.free_at_torque(self.rise.torque, near)?,
+            finger,
+            phalanx: self.phalanx,
+            length: self.length(),
+            step: self.rise,
+        })
     }
 }
 
-/// Makes a row ready; nothing where the library refuses it.
-pub fn ready(row: &Row) -> Option<Step> {
-    let [driving_m, coupler_m, driven_m, offset_rad, mode] = row.design;
-    let levers = Levers {
-        driving_m,
-        coupler_m,
-        driven_m,
-        offset_rad,
-        assembly: if mode > 0.0 {
-            Assembly::Counterclockwise
-        } else {
-            Assembly::Clockwise
-        },
-    };
-    let finger = Finger::<2, Linkage<1>>::new(parameters(row), [levers]).ok()?;
-    let near = finger.configuration(row.theta_rad).ok()?;
-    Some(Step {
-        at: finger.free_at_torque(row.torque, &near)?,
-        finger,
-        torque: row.torque,
-        rise: row.rise,
-        rotation_rad: row.rotation_rad,
-        half_rotation_rad: row.half_rotation_rad,
-    })
-}
-
-fn roots(places: &[Place], length: f32) -> Roots {
-    let mut roots = NOWHERE;
-    for place in places.iter().filter(|place| place.phalanx == 2) {
-        roots = [roots[1], on_phalanx(place.k_m, length)];
+// What any finger can be asked; each of the tasks has its own copies, timed apart.
+impl<F: Mechanics> Step<F> {
+    #[inline(always)]
+    fn roots(&self, places: &[Place]) -> Roots {
+        let mut roots = NOWHERE;
+        for place in places.iter().filter(|place| place.phalanx == self.phalanx) {
+            roots = [roots[1], on_phalanx(place.k_m, self.length)];
+        }
+        roots
     }
-    roots
-}
 
-/// The candidates.
-pub const CANDIDATES: &[Candidate<Step, Roots>] = &[
-    Candidate {
-        name: "finite_step_one_unknown",
-        run: one_unknown,
-        chosen: None,
-    },
-    Candidate {
-        name: "finite_step",
-        run: finite_step,
-        chosen: None,
-    },
-    Candidate {
-        name: "finite_step_all_places",
-        run: all_places,
-        chosen: None,
-    },
-    Candidate {
-        name: "secant_closed",
-        run: secant,
-        chosen: None,
-    },
-    Candidate {
-        name: "secant_bisection",
-        run: bisected,
-        chosen: None,
-    },
-    Candidate {
-        name: "two_step_extrapolation",
-        run: extrapolated,
-        chosen: None,
-    },
-];
+    #[inline(always)]
+    fn tangent(&self, locate: impl Fn(&F, &F::Configuration, f32) -> Inverse) -> Roots {
+        self.roots(locate(&self.finger, &self.at, self.step.torque).candidates())
+    }
 
-fn closed(input: &Step, compliance: f32) -> Roots {
-    let found = input
-        .finger
-        .locate_closed(&input.at, input.torque, compliance);
-    roots(found.candidates(), input.finger.parameters().lengths_m[1])
-}
+    /// The secant taken for the tangent, in closed form.
+    #[inline(always)]
+    fn secant(&self) -> Roots {
+        let compliance = self.step.rotation_rad / self.step.rise;
+        self.tangent(|finger, at, torque| finger.locate_closed(at, torque, compliance))
+    }
 
-/// The secant taken for the tangent, in closed form.
-#[inline(never)]
-fn secant(input: &Step) -> Roots {
-    closed(input, input.rotation_rad / input.rise)
-}
+    /// The same by bisection: the paper's way.
+    #[inline(always)]
+    fn bisected(&self) -> Roots {
+        let compliance = self.step.rotation_rad / self.step.rise;
+        self.tangent(|finger, at, torque| finger.locate(at, torque, compliance))
+    }
 
-/// The same by bisection: the paper's way.
-#[inline(never)]
-fn bisected(input: &Step) -> Roots {
-    let compliance = input.rotation_rad / input.rise;
-    let found = input.finger.locate(&input.at, input.torque, compliance);
-    roots(found.candidates(), input.finger.parameters().lengths_m[1])
-}
+    /// The secants of half the step and of the whole, extrapolated to no step.
+    #[inline(always)]
+    fn extrapolated(&self) -> Roots {
+        let rotation = 4.0 * self.step.half_rotation_rad - self.step.rotation_rad;
+        let compliance = rotation / self.step.rise;
+        self.tangent(|finger, at, torque| finger.locate_closed(at, torque, compliance))
+    }
 
-/// The secants of half the step and of the whole, extrapolated to no step.
-#[inline(never)]
-fn extrapolated(input: &Step) -> Roots {
-    let rotation = 4.0 * input.half_rotation_rad - input.rotation_rad;
-    closed(input, rotation / input.rise)
-}
+    /// The finite step solved from each place that the secant gives.
+    #[inline(always)]
+    fn finite(&self) -> Roots {
+        let mut roots = self.secant();
+        for root in &mut roots {
+            let contact = Contact {
+                phalanx: self.phalanx,
+                k_m: *root,
+                radius_m: 0.0,
+            };
+            *root = self
+                .finger
+                .path(&self.at, self.step.torque, contact)
+                .and_then(|guess| {
+                    self.finger
+                        .place(&guess, self.step.rise, self.step.rotation_rad)
+                })
+                .map_or(f32::NAN, |(k, _)| k);
+        }
+        roots
+    }
 
-/// One equation for the change of joint 2, a point contact.
-#[inline(never)]
-fn one_unknown(input: &Step) -> Roots {
-    let rise = Rise {
-        torque_nm: input.rise,
-        rotation_rad: input.rotation_rad,
-    };
-    kept(
-        input
-            .finger
-            .places_from_step(&input.at, input.torque, &rise),
-        input.finger.parameters().lengths_m[1],
-    )
-}
-
-/// The finite step solved from each place that the secant gives.
-#[inline(never)]
-fn finite_step(input: &Step) -> Roots {
-    secant(input).map(|k_m| {
-        let contact = Contact {
-            phalanx: 2,
-            k_m,
+    /// Every place that explains the finite step, from several starts on each phalanx.
+    #[inline(always)]
+    fn all_places(&self) -> Roots {
+        let measured = Measured {
+            rise_nm: self.step.rise,
+            rotation_rad: self.step.rotation_rad,
             radius_m: 0.0,
         };
-        input
-            .finger
-            .path(&input.at, input.torque, contact)
-            .and_then(|guess| input.finger.place(&guess, input.rise, input.rotation_rad))
-            .map_or(f32::NAN, |(k, _)| k)
-    })
-}
-
-/// Every place that explains the finite step, from several starts on each phalanx.
-#[inline(never)]
-fn all_places(input: &Step) -> Roots {
-    let measured = Measured {
-        rise_nm: input.rise,
-        rotation_rad: input.rotation_rad,
-        radius_m: 0.0,
-    };
-    let found = step::places(
-        &input.finger,
-        &input.at,
-        input.torque,
-        &measured,
-        &Rigid,
-        &NoJointSensor,
-    );
-    roots(&found, input.finger.parameters().lengths_m[1])
+        let found = step::places(
+            &self.finger,
+            &self.at,
+            self.step.torque,
+            &measured,
+            &Rigid,
+            &NoJointSensor,
+        );
+        self.roots(&found)
+    }
 }

@@ -3,6 +3,7 @@
 mod algebra;
 mod bracketed;
 mod library;
+mod lookup;
 mod matrix;
 mod published;
 
@@ -77,7 +78,7 @@ pub const CANDIDATES: &[Candidate<ThreePhalanges, Roots>] = &[
         name: "library_closed",
         run: library::closed,
         chosen: Some(
-            "locate_closed: as near as bisection, a sixth of its cost; sensing still starts its fits from locate, by bisection",
+            "locate_closed: where every fit of sensing starts; as near as bisection for a fraction of its cost",
         ),
     },
     Candidate {
@@ -128,6 +129,11 @@ pub const CANDIDATES: &[Candidate<ThreePhalanges, Roots>] = &[
     Candidate {
         name: "matrix_18_chandrupatla",
         run: matrix::chandrupatla,
+        chosen: None,
+    },
+    Candidate {
+        name: "table_257",
+        run: lookup::table,
         chosen: None,
     },
     Candidate {

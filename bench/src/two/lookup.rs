@@ -15,7 +15,7 @@ const STIFFNESS_MOST: f32 = 0.9;
 static TABLE: [[[f32; SIDES]; SHARES]; SHARES] = build();
 
 /// Newton's iteration for the square root, for the compiler to run.
-const fn root(x: f32) -> f32 {
+pub(crate) const fn root(x: f32) -> f32 {
     if x <= 0.0 {
         return 0.0;
     }
@@ -71,7 +71,7 @@ const fn build() -> [[[f32; SIDES]; SHARES]; SHARES] {
 
 /// Cell and place within it.
 #[inline(always)]
-fn cell(x: f32, most: f32, points: usize) -> Option<(usize, f32)> {
+pub(crate) fn cell(x: f32, most: f32, points: usize) -> Option<(usize, f32)> {
     let scaled = x / most * (points - 1) as f32;
     if !(scaled >= 0.0 && scaled <= (points - 1) as f32) {
         return None;
@@ -93,6 +93,12 @@ fn interpolate(x2: f32, share: f32, sigma: f32) -> Option<f32> {
 /// Both branches from the table.
 #[inline(never)]
 pub fn table(input: &TwoPhalanges) -> Roots {
+    pair(input)
+}
+
+/// The same to be part of another function.
+#[inline(always)]
+pub(crate) fn pair(input: &TwoPhalanges) -> Roots {
     let sigma = sqrt(input.compliance * input.stiffness2) / input.x2;
     let share = input.stiffness1 / (input.stiffness1 + input.stiffness2);
     [-sigma, sigma].map(|sigma| match interpolate(input.x2, share, sigma) {

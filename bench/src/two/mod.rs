@@ -3,7 +3,7 @@
 mod algebra;
 pub(crate) mod bracketed;
 pub(crate) mod library;
-mod lookup;
+pub(crate) mod lookup;
 mod matrix;
 mod published;
 
@@ -48,7 +48,7 @@ impl TwoPhalanges {
     /// Brackets on which the compliance is monotone and every root is physical: below the stiffest point e_2 (27), and
     /// beyond it. An empty bracket has both ends NaN.
     #[inline(always)]
-    fn brackets(&self) -> [(f32, f32); 2] {
+    pub fn brackets(&self) -> [(f32, f32); 2] {
         let c = self.c();
         let l2 = self.l2;
         if c > 0.0 {
@@ -73,7 +73,7 @@ pub const CANDIDATES: &[Candidate<TwoPhalanges, Roots>] = &[
         name: "library_closed",
         run: library::closed,
         chosen: Some(
-            "locate_closed: as near as bisection, a sixth of its cost; sensing still starts its fits from locate, by bisection",
+            "locate_closed: where every fit of sensing starts; as near as bisection for a fraction of its cost",
         ),
     },
     Candidate {

@@ -27,6 +27,9 @@ pub struct Setup {
     pub count_instructions: bool,
     /// Parts of names of functions whose calls are counted.
     pub watch: Vec<String>,
+    /// Parts of names of watched functions: calls of others in which one of these runs are counted apart from those in which
+    /// none does.
+    pub apart: Vec<String>,
 }
 
 impl Default for Setup {
@@ -37,6 +40,7 @@ impl Default for Setup {
             lsi_hz: 32_000,
             count_instructions: false,
             watch: Vec::new(),
+            apart: Vec::new(),
         }
     }
 }
@@ -105,7 +109,8 @@ impl<'f> Machine<'f> {
         for part in &setup.watch {
             let mut any = false;
             for function in firmware.functions(part) {
-                engine.watch(function.address, function.name.clone());
+                let apart = setup.apart.iter().any(|part| function.name.contains(part));
+                engine.watch(function.address, function.name.clone(), apart);
                 any = true;
             }
             if !any {

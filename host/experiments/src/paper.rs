@@ -323,6 +323,7 @@ mod tests {
                 position_counts: (angle * model.counts_per_rad) as i32,
                 current_a: ((friction_nm + torque) / model.torque_nm_per_a) as f32,
                 drive: Drive::Closing,
+                joint: (),
             });
         }
         samples

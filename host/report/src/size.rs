@@ -6,11 +6,12 @@ use anyhow::{Context, Result};
 
 use crate::elf::{Footprint, Image};
 
-/// Targets of the default scene.
-const FLASH_MOST: u64 = 64 * 1024;
-const RAM_MOST: u64 = 12 * 1024;
-/// SRAM1, SRAM2 and CCM SRAM.
-const RAM_BYTES: u64 = 32 * 1024;
+/// Target of the default scene: flash.
+pub const FLASH_MOST: u64 = 64 * 1024;
+/// Statics in SRAM.
+pub const RAM_MOST: u64 = 12 * 1024;
+/// SRAM1, SRAM2 and CCM SRAM, which follow each other.
+pub const RAM_BYTES: u64 = 32 * 1024;
 
 /// What follows `size`.
 #[derive(clap::Args)]
@@ -111,12 +112,36 @@ pub fn forbidden(image: &Image) -> Vec<(String, &'static str)> {
         .collect()
 }
 
-/// Functions of what a scene does not have: module, and the scenes that may carry it.
+/// What not every scene has: a part of the names of its functions, and the scenes that have it. The others may not carry
+/// it; that these do shows that the name still finds something.
 const FEATURES: &[(&str, &[&str])] = &[
-    ("finger::tendon::", &["tendon2", "tendon3"]),
+    ("finger::tendon::", &["tendon2", "tendon2-hall", "tendon3"]),
     ("finger::fourbar::", &["p70", "linkage3"]),
     ("finger::triple::", &["tendon3", "linkage3"]),
+    ("sensing::joint::Hall", &["tendon2-hall"]),
+    ("board::sampling::start_joint", &["tendon2-hall"]),
+    ("board::telemetry::branch", &["tendon2-hall"]),
 ];
+
+/// Names among an image's that belong to features which its scene does not have.
+fn unused<'a>(scene: &str, names: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let foreign = |name: &&str| {
+        FEATURES
+            .iter()
+            .any(|(part, scenes)| name.contains(part) && !scenes.contains(&scene))
+    };
+    names.filter(foreign).map(str::to_owned).collect()
+}
+
+/// Features that a scene has and of which its image shows nothing: their names no longer find them anywhere.
+fn unfound<'a>(scene: &str, names: impl Iterator<Item = &'a str> + Clone) -> Vec<&'static str> {
+    FEATURES
+        .iter()
+        .filter(|(_, scenes)| scenes.contains(&scene))
+        .map(|(part, _)| *part)
+        .filter(|part| !names.clone().any(|name| name.contains(part)))
+        .collect()
+}
 
 /// A firmware image and what it weighs.
 pub struct Row {
@@ -124,6 +149,7 @@ pub struct Row {
     footprint: Footprint,
     forbidden: Vec<(String, &'static str)>,
     unused: Vec<String>,
+    unfound: Vec<&'static str>,
     paths: Vec<String>,
 }
 
@@ -138,8 +164,34 @@ impl Row {
         })
     }
 
-    fn left(&self) -> u64 {
+    /// RAM beside statics and what lies in CCM, bytes: stacks and spare room.
+    pub fn left(&self) -> u64 {
         RAM_BYTES.saturating_sub(self.footprint.ram_bytes + self.footprint.ccm_bytes)
+    }
+
+    /// Name.
+    pub fn scene(&self) -> &str {
+        &self.scene
+    }
+
+    /// Code, constants, initial values.
+    pub fn flash_bytes(&self) -> u64 {
+        self.footprint.flash_bytes
+    }
+
+    /// Statics in SRAM.
+    pub fn ram_bytes(&self) -> u64 {
+        self.footprint.ram_bytes
+    }
+
+    /// Code and statics in CCM SRAM.
+    pub fn ccm_bytes(&self) -> u64 {
+        self.footprint.ccm_bytes
+    }
+
+    /// Number of functions that it must not carry.
+    pub fn forbidden(&self) -> usize {
+        self.forbidden.len()
     }
 }
 
@@ -152,17 +204,13 @@ pub fn rows(images: &[String]) -> Result<Vec<Row>> {
                 .split_once('=')
                 .with_context(|| format!("'{word}' is not NAME=ELF"))?;
             let image = Image::read(&PathBuf::from(path))?;
-            let foreign = |name: &str| {
-                FEATURES
-                    .iter()
-                    .any(|(module, scenes)| name.contains(module) && !scenes.contains(&scene))
-            };
-            let names = image.symbols().map(|symbol| &symbol.name);
+            let names: Vec<&str> = image.symbols().map(|symbol| symbol.name.as_str()).collect();
             Ok(Row {
                 scene: scene.to_owned(),
                 footprint: image.footprint,
                 forbidden: forbidden(&image),
-                unused: names.filter(|name| foreign(name)).cloned().collect(),
+                unused: unused(scene, names.iter().copied()),
+                unfound: unfound(scene, names.iter().copied()),
                 paths: image.machine_paths(),
             })
         })
@@ -213,6 +261,9 @@ pub fn check(rows: &[Row]) -> Vec<String> {
                 .iter()
                 .map(|symbol| format!("{scene}: carries {symbol}, which it does not use")),
         );
+        wrong.extend(row.unfound.iter().map(|part| {
+            format!("{scene}: nothing in it is named {part}: the look for what a scene does not use is blind to that")
+        }));
         wrong.extend(
             row.paths
                 .iter()
@@ -266,7 +317,7 @@ pub fn run(arguments: &Arguments) -> Result<bool> {
 
 #[cfg(test)]
 mod tests {
-    use super::{is_soft_double, is_soft_root};
+    use super::{is_soft_double, is_soft_root, unfound, unused};
 
     #[test]
     fn knows_double_precision_by_both_names() {
@@ -278,6 +329,24 @@ mod tests {
         assert!(is_soft_double("compiler_builtins::float::add::__adddf3"));
         assert!(!is_soft_double("__aeabi_fmul") && !is_soft_double("__aeabi_uldivmod"));
         assert!(!is_soft_double("palpate::drive::double"));
+    }
+
+    #[test]
+    fn a_feature_is_found_where_it_does_not_belong_and_missed_where_it_does() {
+        let hall = [
+            "palpate::finger::tendon::Tendon::x",
+            "<palpate::sensing::sensor::Sensor<F, palpate::sensing::joint::Hall>>::update",
+            "palpate::board::sampling::start_joint",
+            "palpate::board::telemetry::branch",
+        ];
+        assert_eq!(unused("tendon2-hall", hall.into_iter()), [""; 0]);
+        assert_eq!(unfound("tendon2-hall", hall.into_iter()), [""; 0]);
+        assert_eq!(unused("tendon2", hall.into_iter()), hall[1..]);
+        assert_eq!(
+            unfound("tendon2-hall", hall[..3].iter().copied()),
+            ["board::telemetry::branch"]
+        );
+        assert_eq!(unused("p70", hall.into_iter()), hall);
     }
 
     #[test]

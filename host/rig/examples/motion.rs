@@ -2,6 +2,7 @@
 
 use palpate::drive::convert::Scale;
 use palpate::drive::demand::{Demand, Status};
+use palpate::drive::joint::NotFitted;
 use palpate::drive::sequence::{Notice, Request, Sequence, State};
 use palpate::sample::{Drive, Sample};
 use palpate::scene::{P70, Scene};
@@ -15,6 +16,8 @@ struct Motion {
 }
 
 impl SlowLoop for Motion {
+    type Input = NotFitted;
+
     fn sample(&mut self, sample: &Sample, status: &Status) -> Demand {
         let advance = self
             .sequence
@@ -52,7 +55,8 @@ fn main() {
         notice: None,
         fault: None,
     };
-    let mut machine = Machine::new(Board::new(plant), &P70::DRIVE, motion).expect("config");
+    let mut machine =
+        Machine::new(Board::new(plant), &P70::DRIVE, NotFitted, motion).expect("config");
     let start = std::time::Instant::now();
     for request in [Request::RecordFriction, Request::Close, Request::Open] {
         if request == Request::Close {

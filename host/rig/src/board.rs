@@ -54,6 +54,12 @@ impl Board {
         }
     }
 
+    /// What the chip reads of joint 2 then, where a sensor is fitted.
+    #[must_use]
+    pub fn joint_code(&self) -> AdcCode {
+        code(self.plant.hall_v())
+    }
+
     /// One control period passes, then the timer takes over `outputs`: what was computed from the last [`Self::inputs`]
     /// acts one period after they were measured, as the timer's preloaded registers make it.
     pub fn period(&mut self, outputs: Outputs) {

@@ -11,7 +11,7 @@ mod slow;
 mod trace;
 
 pub use board::{Board, PERIOD_S};
-pub use machine::{Machine, SlowLoop};
+pub use machine::{Machine, SampleOf, SlowLoop};
 pub use outcome::{Outcome, Verdict};
 pub use rig::{Error, Rig, Scenario, Simulated, run};
 pub use slow::Slow;

@@ -5,48 +5,64 @@ use palpate::drive::config::{Config, OutOfRange};
 use palpate::drive::controller::Controller;
 use palpate::drive::demand::{Demand, Status};
 use palpate::drive::io::Outputs;
+use palpate::drive::joint::JointInput;
 use palpate::sample::Sample;
 
 /// What runs once a sample.
 pub trait SlowLoop {
+    /// How joint 2 is read.
+    type Input: JointInput;
+
     /// Takes a sample and the state of the motor, returns what the motor shall do.
-    fn sample(&mut self, sample: &Sample, status: &Status) -> Demand;
+    fn sample(&mut self, sample: &SampleOf<Self>, status: &Status) -> Demand;
 }
+
+/// A sample for a slow loop.
+pub type SampleOf<S> = Sample<<<S as SlowLoop>::Input as JointInput>::Reading>;
 
 /// A board with the firmware's control loop and a slow loop.
 #[derive(Clone, Debug)]
-pub struct Machine<S> {
+pub struct Machine<S: SlowLoop> {
     /// The world and its connection.
     pub board: Board,
     /// The control interrupt.
     pub controller: Controller,
     /// The slow loop.
     pub slow: S,
+    joint: S::Input,
     demand: Demand,
     outputs: Outputs,
 }
 
 impl<S: SlowLoop> Machine<S> {
-    /// A machine just out of reset.
+    /// A machine just out of reset; `joint` reads joint 2.
     ///
     /// # Errors
     /// A parameter of the drive's configuration is out of its range.
-    pub fn new(board: Board, config: &Config, slow: S) -> Result<Self, OutOfRange> {
+    pub fn new(
+        board: Board,
+        config: &Config,
+        joint: S::Input,
+        slow: S,
+    ) -> Result<Self, OutOfRange> {
         Ok(Self {
             board,
             controller: Controller::new(config)?,
             slow,
+            joint,
             demand: Demand::default(),
             outputs: Outputs::Off,
         })
     }
 
     /// Runs until the controller hands out a sample, and gives that to the slow loop. Returns the sample.
-    pub fn until_sample(&mut self) -> Sample {
+    pub fn until_sample(&mut self) -> SampleOf<S> {
         loop {
             self.board.period(self.outputs);
             self.outputs = self.controller.step(&self.board.inputs(), &self.demand);
             if let Some(sample) = self.controller.sample() {
+                let raw = S::Input::take(|| self.board.joint_code());
+                let sample = sample.with_joint(self.joint.reading(raw));
                 self.demand = self.slow.sample(&sample, self.controller.status());
                 return sample;
             }

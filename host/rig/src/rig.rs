@@ -7,7 +7,7 @@ use palpate::drive::config::OutOfRange;
 use palpate::drive::controller::Controller;
 use palpate::drive::sequence::{Refused, Request, State};
 use palpate::finger::ConfigError;
-use palpate::scene::{Linkage3, P70, Scene, Tendon2, Tendon3};
+use palpate::scene::{Linkage3, P70, Scene, Tendon2, Tendon2Hall, Tendon3};
 use palpate::sensing::{Calibration, Directive};
 use palpate_plant::{FingerKind, Grasp, Parameters, Plant, Shape};
 
@@ -21,6 +21,9 @@ impl Simulated for P70 {
     const FINGER: FingerKind = FingerKind::P70;
 }
 impl Simulated for Tendon2 {
+    const FINGER: FingerKind = FingerKind::Tendon2;
+}
+impl Simulated for Tendon2Hall {
     const FINGER: FingerKind = FingerKind::Tendon2;
 }
 impl Simulated for Tendon3 {
@@ -72,7 +75,9 @@ impl<S: Simulated> Rig<S> {
             SlowError::Finger(error) => Error::Finger(error),
             SlowError::Drive(error) => Error::Drive(error),
         })?;
-        let machine = Machine::new(Board::new(plant), &S::DRIVE, slow).map_err(Error::Drive)?;
+        let machine = S::joint_input()
+            .and_then(|joint| Machine::new(Board::new(plant), &S::DRIVE, joint, slow))
+            .map_err(Error::Drive)?;
         Ok(Self {
             machine,
             traced: false,

@@ -10,6 +10,7 @@ use palpate::drive::fault::Fault;
 use palpate::drive::sequence::{Notice, Refused, Request, State};
 use palpate::finger::ConfigError;
 use palpate::sample::Sample;
+use palpate::scene::{JointPin, SampleOf};
 use palpate::sensing::{Directive, Event};
 
 /// Both halves, and what they said.
@@ -21,7 +22,7 @@ pub struct Slow<S: Simulated> {
     pub conduct: Conduct<S>,
     /// Events with the time they were told, microseconds since reset.
     pub events: Vec<(u64, Event)>,
-    /// Samples with what each was good for.
+    /// Samples with what each was good for; without the reading of joint 2, which not every scene has.
     pub samples: Vec<(Directive, Sample)>,
     /// First fault since it was last taken.
     pub fault: Option<Fault>,
@@ -71,8 +72,10 @@ impl<S: Simulated> Slow<S> {
 }
 
 impl<S: Simulated> SlowLoop for Slow<S> {
-    fn sample(&mut self, sample: &Sample, status: &Status) -> Demand {
-        self.samples.push((self.directive, *sample));
+    type Input = JointPin<S>;
+
+    fn sample(&mut self, sample: &SampleOf<S>, status: &Status) -> Demand {
+        self.samples.push((self.directive, sample.with_joint(())));
         if let Some(event) = self.sense.sample(sample) {
             self.conduct.hear(&event, status);
             self.events.push((sample.time_us, event));

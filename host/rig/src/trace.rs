@@ -39,7 +39,7 @@ true_theta_3_rad,true_torque_nm,true_current_a,true_phalanx,true_k_m,true_force_
 impl Row {
     /// From a sample and the truth at its end.
     #[must_use]
-    pub fn new(sample: &Sample, outputs: Outputs, truth: &Truth) -> Self {
+    pub fn new<J>(sample: &Sample<J>, outputs: Outputs, truth: &Truth) -> Self {
         let contact = truth.strongest();
         Self {
             time_s: truth.time_s,

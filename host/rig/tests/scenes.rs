@@ -88,12 +88,20 @@ fn mirrors<S: Simulated>() {
         plant.sense.resistor_ohm * plant.sense.mirror_a_per_a,
     );
     close("divider", sense.supply_divider, 1.0 / plant.supply.divider);
+    let angle = S::ANGLE_SENSE;
+    close("zero of joint 2", angle.zero_v, plant.hall.zero_v);
+    close(
+        "volt a radian of joint 2",
+        angle.volt_per_rad,
+        plant.hall.sensitivity_v_per_rad,
+    );
 }
 
 #[test]
 fn scenes_mirror_the_plant() {
     mirrors::<palpate::scene::P70>();
     mirrors::<palpate::scene::Tendon2>();
+    mirrors::<palpate::scene::Tendon2Hall>();
     mirrors::<palpate::scene::Tendon3>();
     mirrors::<palpate::scene::Linkage3>();
 }

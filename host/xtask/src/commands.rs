@@ -253,7 +253,15 @@ pub fn test(arguments: &[String]) -> Outcome {
         ..Build::default()
     }
     .elf()?;
-    reach(&[elf.clone(), faulty.clone()])?;
+    let of_scene = |name: &str| {
+        Build {
+            scene: Some(name.to_owned()),
+            ..Build::default()
+        }
+        .elf()
+    };
+    let hall = of_scene("tendon2-hall")?;
+    reach(&[elf.clone(), faulty.clone(), hall.clone()])?;
     step(
         "proof that the control interrupt cannot panic, allocate or log",
         &mut host_program("palpate-reach", &[elf.display().to_string()]),
@@ -274,6 +282,7 @@ pub fn test(arguments: &[String]) -> Outcome {
         ])
         .env("PALPATE_ELF", &elf)
         .env("PALPATE_FAULT_ELF", &faulty)
+        .env("PALPATE_HALL_ELF", &hall)
         .env("PALPATE_GRASPS", "1000")
         .env("PALPATE_ENDURANCE_S", "4400"),
     )

@@ -82,7 +82,7 @@ const COMMANDS: &[Command] = &[
     },
     Command {
         name: "report",
-        arguments: "[--json] [--check] [--record] [--out DIR]",
+        arguments: "[--json] [--check] [--record] [--out DIR] [--write]",
         summary: "speed against error of every candidate method, on the emulated core",
         run: report::report,
     },

@@ -8,6 +8,8 @@ use crate::firmware::{Build, SCENES};
 use crate::machine::{self, Toolchain};
 use crate::process::{Failure, Outcome, cargo, output, root, step, target_dir};
 
+/// The page, its plots and records.
+const FOLDER: &str = "docs/report";
 /// Instruction counts that `--check` compares with.
 const RECORDED: &str = "docs/report/instructions.json";
 
@@ -53,7 +55,15 @@ pub fn report(arguments: &[String]) -> Outcome {
         let grasp = emulate(
             "sim",
             firmware,
-            &["--counts", "--watch", "sensing::"],
+            &[
+                "--counts",
+                "--watch",
+                "sensing::",
+                "--watch",
+                "finger::",
+                "--apart",
+                "sensing::fit",
+            ],
             &folder,
         )?;
         words.push(format!("--grasp={}", grasp.display()));
@@ -63,7 +73,20 @@ pub fn report(arguments: &[String]) -> Outcome {
             .iter()
             .map(|(scene, elf)| format!("--image={scene}={}", elf.display())),
     );
-    words.extend_from_slice(arguments);
+    // Checks need no simulation of hundreds of closings.
+    if !arguments.iter().any(|word| word == "--check") {
+        words.push("--delays".to_owned());
+    }
+    for word in arguments {
+        if word == "--write" {
+            let root = root();
+            words.push("--record".to_owned());
+            words.push(format!("--out={}", root.join(FOLDER).display()));
+            words.push(format!("--readme={}", root.join("README.md").display()));
+        } else {
+            words.push(word.clone());
+        }
+    }
     step(
         "joining errors and costs",
         cargo([

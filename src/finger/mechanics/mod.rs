@@ -30,13 +30,17 @@ pub struct Contact {
 }
 
 /// One point of the path that the finger takes after contact as the torque rises (MATH 7).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct PathPoint {
     /// Change of the input link's angle since contact, radian.
     pub rotation_rad: f32,
     /// Slope of `rotation_rad` over torque at this point, radian per newton metre.
     pub compliance_rad_per_nm: f32,
+    /// Derivative of `rotation_rad` by the place of the contact on the phalanx, at this torque, radian per metre.
+    pub rotation_by_k_rad_per_m: f32,
+    /// Derivative of `rotation_rad` by the contact radius, at this torque, radian per metre.
+    pub rotation_by_radius_rad_per_m: f32,
     /// Where the contact is now, metre from the phalanx's joint (21).
     pub k_now_m: f32,
     /// Normal contact force, newton, positive when pressing.
@@ -105,7 +109,8 @@ pub trait Mechanics {
         k_m: f32,
     ) -> Option<f32>;
 
-    /// All places that explain a tangent compliance at contact, by bisection (MATH 5, 6): the firmware's solver.
+    /// All places that explain a tangent compliance at contact, by bisection (MATH 5, 6): what the closed form is checked
+    /// against.
     fn locate(
         &self,
         at: &Self::Configuration,
@@ -113,7 +118,8 @@ pub trait Mechanics {
         compliance_rad_per_nm: f32,
     ) -> Inverse;
 
-    /// The same by the stable closed form: what bisection is checked against, and the quicker of the two.
+    /// The same by the stable closed form: the one that sensing uses, as near as bisection for a fraction of its cost (see
+    /// docs/report).
     fn locate_closed(
         &self,
         at: &Self::Configuration,

@@ -18,6 +18,9 @@ pub(super) struct Local<const N: usize> {
     /// dp/dk, and the sine with which k shifts the gap.
     pub(super) arms_by_k: [f32; N],
     pub(super) gap_by_k: f32,
+    /// dp/dR, and the versine with which the radius R shifts the gap.
+    pub(super) arms_by_radius: [f32; N],
+    pub(super) gap_by_radius: f32,
     /// tau - f p.
     pub(super) torques: [f32; N],
     /// Distance of the cylinder from the phalanx.
@@ -36,7 +39,12 @@ impl<const N: usize> Start<N> {
         let step = Step::of(at.delta);
         let now = self.from.advanced(&step);
         let gear = transmission.gear(&now)?;
-        let x_change = transmission.x_change(&self.from, &step)?;
+        // Without a torque at contact nothing asks for it.
+        let x_change = if self.torque == 0.0 {
+            [0.0; N]
+        } else {
+            transmission.x_change(&self.from, &step)?
+        };
         let torque = self.torque + rise;
         let (was, turn, i) = (self.from.turn(), now.turn(), self.before);
 
@@ -70,7 +78,7 @@ impl<const N: usize> Start<N> {
         let k_now = phi.cos * (at.k - shift[0]) + phi.sin * (self.radius - shift[1]);
         let normal = self.radius + gap;
 
-        let (mut arms, mut arms_by_k) = ([0.0; N], [0.0; N]);
+        let (mut arms, mut arms_by_k, mut arms_by_radius) = ([0.0; N], [0.0; N], [0.0; N]);
         let mut stiffness = gear.w;
         let mut torques = [0.0; N];
         for m in 0..N {
@@ -85,6 +93,7 @@ impl<const N: usize> Start<N> {
             if m <= i {
                 arms[m] = k_now + arms_sines[m].0;
                 arms_by_k[m] = phi.cos;
+                arms_by_radius[m] = phi.sin;
             }
             let driven = gear.x[m] * rise + x_change[m] * self.torque;
             torques[m] = driven - self.stiffness[m] * at.delta[m] - at.force * arms[m];
@@ -95,6 +104,8 @@ impl<const N: usize> Start<N> {
             arms,
             arms_by_k,
             gap_by_k: phi.sin,
+            arms_by_radius,
+            gap_by_radius: versine,
             torques,
             gap,
             k_now,

@@ -15,7 +15,9 @@ mod place;
 mod response;
 
 use super::{Configuration, Contact, Finger, MAX_PHALANGES, PathPoint, Step, Transmission};
-use newton::Unknown;
+use crate::numeric::Bounded;
+use newton::{Station, Unknown};
+use response::Responses;
 
 /// Pieces into which a torque is divided when Newton's method does not reach it in one.
 const PIECES: u8 = 8;
@@ -24,9 +26,7 @@ const PIECES: u8 = 8;
 #[derive(Clone, Copy, Debug)]
 pub struct Path<const N: usize> {
     start: Start<N>,
-    last: Unknown<N>,
-    /// Input torque of `last` since contact, over the stiffness scale.
-    rise: f32,
+    last: Station<N>,
 }
 
 /// The instant of contact, dimensionless.
@@ -66,7 +66,7 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
             .parameters
             .stiffness_nm_per_rad
             .iter()
-            .fold(0.0f32, |m, k| m.max(*k));
+            .fold(0.0f32, |m, k| k.at_least(m));
         let start = Start {
             from: *at,
             torque: torque_nm / stiffness_scale,
@@ -80,19 +80,22 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
             length_scale,
             stiffness_scale,
         };
-        let last = Unknown {
+        let at = Unknown {
             delta: [0.0; N],
             force: 0.0,
             k: k_m / length_scale,
         };
-        let local = start.local(&self.transmission, &last, 0.0)?;
-        let response = local.response()?;
-        let presses =
-            response.force_by_torque > 0.0 && local.compliance(&response.by_torque) >= 0.0;
+        let local = start.local(&self.transmission, &at, 0.0)?;
+        let tangent = local.tangent()?;
+        let presses = tangent.force > 0.0 && local.compliance(&tangent.delta) >= 0.0;
         presses.then_some(Path {
             start,
-            last,
-            rise: 0.0,
+            last: Station {
+                at,
+                rise: 0.0,
+                tangent,
+                before: (tangent, 0.0),
+            },
         })
     }
 
@@ -102,29 +105,40 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
         if !rise.is_finite() {
             return None;
         }
-        let found = self
-            .newton(&path.start, path.last, path.rise, rise)
-            .or_else(|| {
-                let (mut at, mut reached) = (path.last, path.rise);
-                for piece in 1..=PIECES {
-                    let next =
-                        path.rise + (rise - path.rise) * (f32::from(piece) / f32::from(PIECES));
-                    at = self.newton(&path.start, at, reached, next)?;
-                    reached = next;
-                }
-                Some(at)
-            })?;
-        let point = self.point(&path.start, &found, rise)?;
-        path.last = found;
-        path.rise = rise;
+        let from = path.last;
+        let found = self.newton(&path.start, &from, rise).or_else(|| {
+            let mut station = from;
+            for piece in 1..PIECES {
+                let next = from.rise + (rise - from.rise) * (f32::from(piece) / f32::from(PIECES));
+                let at = self.newton(&path.start, &station, next)?;
+                (_, station) = self.point(&path.start, &station, &at, next)?;
+            }
+            self.newton(&path.start, &station, rise)
+        })?;
+        let (point, last) = self.point(&path.start, &from, &found, rise)?;
+        path.last = last;
         Some(point)
     }
 
-    /// What a user wants to know of a solved point; `None` where the contact would be off the phalanx or pull.
-    fn point(&self, start: &Start<N>, at: &Unknown<N>, rise: f32) -> Option<PathPoint> {
-        let local = start.local(&self.transmission, at, rise)?;
-        let response = local.response()?;
-        let compliance = local.compliance(&response.by_torque) / start.stiffness_scale;
+    /// What a user wants to know of the point that `near` is near to, after the last step of Newton's method; `None` where
+    /// the contact would be off the phalanx or pull.
+    fn point(
+        &self,
+        start: &Start<N>,
+        from: &Station<N>,
+        near: &Unknown<N>,
+        rise: f32,
+    ) -> Option<(PathPoint, Station<N>)> {
+        let local = start.local(&self.transmission, near, rise)?;
+        let Responses {
+            step,
+            tangent,
+            by_k,
+            by_radius,
+        } = local.responses(near.force)?;
+        let mut at = *near;
+        at.add(&step.into())?;
+        let compliance = local.compliance(&tangent.delta) / start.stiffness_scale;
         let step = Step::of(at.delta);
         let rotation_rad = self.transmission.turned_rad(&start.from, &step)?;
         let reach = start.lengths.get(start.before)?;
@@ -139,17 +153,26 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
         let point = PathPoint {
             rotation_rad,
             compliance_rad_per_nm: compliance,
+            rotation_by_k_rad_per_m: by_k / start.length_scale,
+            rotation_by_radius_rad_per_m: by_radius / start.length_scale,
             k_now_m: self.on_phalanx(start, local.k_now)?,
             force_n: at.force * (start.stiffness_scale / start.length_scale),
             joints_rad,
         };
-        let finite =
-            rotation_rad.is_finite() && compliance.is_finite() && point.force_n.is_finite();
-        (stays && finite).then_some(point)
+        let finite = [rotation_rad, compliance, by_k, by_radius, point.force_n]
+            .iter()
+            .all(|x| x.is_finite());
+        let station = Station {
+            at,
+            rise,
+            tangent,
+            before: (from.tangent, rise - from.rise),
+        };
+        (stays && finite).then_some((point, station))
     }
 
     /// A distance along the phalanx in metre; the change of scale may round past the tip.
     fn on_phalanx(&self, start: &Start<N>, k: f32) -> Option<f32> {
-        Some((k * start.length_scale).min(*self.parameters.lengths_m.get(start.before)?))
+        Some((k * start.length_scale).at_most(*self.parameters.lengths_m.get(start.before)?))
     }
 }

@@ -4,7 +4,9 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::Start;
+use super::response::Answer;
 use crate::finger::{Finger, Transmission};
+use crate::numeric::Bounded;
 
 /// Newton steps towards one torque; warm-started, two or three are taken.
 pub(super) const STEPS: u8 = 16;
@@ -15,12 +17,28 @@ const SETTLED_SHARE: f32 = 2e-7;
 /// A change this small compared with the joints' may be rounding, if it no longer shrinks.
 const NOISE_SHARE: f32 = 1e-4;
 
+/// After a step this small compared with the joints' changes the next one, some times its square, is below 1e-5 of them,
+/// and the one after it their rounding.
+const NEAR_SHARE: f32 = 1e-3;
+/// Longest way, compared with the one before, over which the path's bend is extrapolated.
+const AHEAD: f32 = 4.0;
+
 /// What Newton's method moves.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Unknown<const N: usize> {
     pub(super) delta: [f32; N],
     pub(super) force: f32,
     pub(super) k: f32,
+}
+
+impl<const N: usize> From<Answer<N>> for Unknown<N> {
+    fn from(Answer { delta, force }: Answer<N>) -> Self {
+        Self {
+            delta,
+            force,
+            k: 0.0,
+        }
+    }
 }
 
 impl<const N: usize> Unknown<N> {
@@ -47,7 +65,7 @@ impl<const N: usize> Unknown<N> {
 }
 
 pub(super) fn largest<const N: usize>(of: &[f32; N]) -> f32 {
-    of.iter().fold(0.0f32, |m, x| m.max(x.abs()))
+    of.iter().fold(0.0f32, |m, x| x.abs().at_least(m))
 }
 
 /// Says when Newton's method is done: the step is the rounding of what it changes, or no longer shrinks near that.
@@ -71,35 +89,57 @@ impl Settling {
     }
 }
 
+/// A solved point of the path.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Station<const N: usize> {
+    pub(super) at: Unknown<N>,
+    /// Input torque since contact, over the stiffness scale.
+    pub(super) rise: f32,
+    /// Change along the path for a unit of it.
+    pub(super) tangent: Answer<N>,
+    /// What that was at the station before, and the way from there; no way at the start.
+    pub(super) before: (Answer<N>, f32),
+}
+
+impl<const N: usize> Station<N> {
+    /// Where the path leads to over some more torque, by its tangent and its bend.
+    fn ahead(&self, more: f32) -> Unknown<N> {
+        let (before, way) = &self.before;
+        // Over a way that hardly was one the bend is rounding.
+        let bend = if more.abs() <= AHEAD * way.abs() {
+            0.5 * more / way
+        } else {
+            0.0
+        };
+        let along = |now: f32, before: f32| more * (now + bend * (now - before));
+        let mut delta = self.tangent.delta;
+        for m in 0..N {
+            delta[m] = along(delta[m], before.delta[m]);
+        }
+        Unknown {
+            delta,
+            force: along(self.tangent.force, before.force),
+            k: 0.0,
+        }
+    }
+}
+
 impl<const N: usize, T: Transmission<N>> Finger<N, T> {
-    /// From a point of the path to the one at another rise.
+    /// From a point of the path to near the one at another rise: so near that one step more, which who asks for the
+    /// point takes, ends in the rounding.
     pub(super) fn newton(
         &self,
         start: &Start<N>,
-        last: Unknown<N>,
-        reached: f32,
+        from: &Station<N>,
         rise: f32,
     ) -> Option<Unknown<N>> {
-        let mut at = last;
-        // Along the tangent first: Newton's method from there keeps to the branch.
-        let response = start.local(&self.transmission, &at, reached)?.response()?;
-        let more = rise - reached;
-        at.add(&Unknown {
-            delta: response.by_torque.map(|y| y * more),
-            force: response.force_by_torque * more,
-            k: 0.0,
-        })?;
-        let mut settling = Settling {
-            before: f32::INFINITY,
-        };
+        let mut at = from.at;
+        // Along the path first: Newton's method from there keeps to the branch.
+        at.add(&from.ahead(rise - from.rise))?;
         for _ in 0..STEPS {
-            let response = start.local(&self.transmission, &at, rise)?.response()?;
-            let (size, shortened) = at.add(&Unknown {
-                delta: response.amiss,
-                force: response.force_amiss,
-                k: 0.0,
-            })?;
-            if settling.done(size, shortened, &at.delta) {
+            let step = start.local(&self.transmission, &at, rise)?.step()?;
+            let (size, shortened) = at.add(&step.into())?;
+            if !shortened && size <= NEAR_SHARE * largest(&at.delta) {
                 return Some(at);
             }
         }

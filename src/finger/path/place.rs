@@ -3,6 +3,7 @@
 use super::Path;
 use super::newton::{STEPS, Settling, largest};
 use crate::finger::{Finger, PathPoint, Step, Transmission};
+use crate::numeric::Bounded;
 
 impl<const N: usize, T: Transmission<N>> Finger<N, T> {
     /// See [`super::Mechanics::place`].
@@ -19,7 +20,7 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
         }
         let mut path = *guess;
         self.continue_to(&mut path, rise_nm);
-        let mut at = path.last;
+        let mut at = path.last.at;
         let mut settling = Settling {
             before: f32::INFINITY,
         };
@@ -30,10 +31,10 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
                 .turned_rad(&start.from, &Step::of(at.delta))?;
             let step = local.place_response(at.force, rotation_rad - turned)?;
             let (size, shortened) = at.add(&step)?;
-            let moved = size.max(step.k.abs() * largest(&at.delta));
+            let moved = size.at_least(step.k.abs() * largest(&at.delta));
             if settling.done(moved, shortened, &at.delta) {
                 let reach = *start.lengths.get(start.before)?;
-                let point = self.point(start, &at, rise)?;
+                let (point, _) = self.point(start, &path.last, &at, rise)?;
                 let on_it = at.k > 0.0 && at.k <= reach;
                 return on_it.then_some((self.on_phalanx(start, at.k)?, point));
             }

@@ -6,16 +6,39 @@
 use super::local::Local;
 use super::newton::Unknown;
 use crate::finger::preshape::dot;
-use crate::numeric::solve;
+use crate::numeric::{solve, solve_in_place};
 
-/// Linear responses of the finger held by the contact.
-pub(super) struct Response<const N: usize> {
-    /// To the torques and gap that are amiss.
-    pub(super) amiss: [f32; N],
-    /// To a unit of input torque: d delta / dT, d f / dT.
-    pub(super) by_torque: [f32; N],
-    pub(super) force_amiss: f32,
-    pub(super) force_by_torque: f32,
+/// Most loads at a time.
+const MOST: usize = 4;
+
+/// What the finger held by the contact is loaded with.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Load<const N: usize> {
+    /// Torques at the joints.
+    pub(super) torques: [f32; N],
+    /// Gap that is to be closed at the contact.
+    pub(super) gap: f32,
+}
+
+/// How it gives way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Answer<const N: usize> {
+    /// Changes of the joint angles.
+    pub(super) delta: [f32; N],
+    /// Change of the contact force.
+    pub(super) force: f32,
+}
+
+/// All that a point of the path is asked for.
+pub(super) struct Responses<const N: usize> {
+    /// Newton's step.
+    pub(super) step: Answer<N>,
+    /// Change along the path for a unit of input torque.
+    pub(super) tangent: Answer<N>,
+    /// Derivative of the input link's rotation by the place of the contact at a given torque.
+    pub(super) by_k: f32,
+    /// The same by the contact radius.
+    pub(super) by_radius: f32,
 }
 
 impl<const N: usize> Local<N> {
@@ -31,26 +54,77 @@ impl<const N: usize> Local<N> {
         a
     }
 
-    /// Newton's step at a given torque, and the tangent along the path.
-    pub(super) fn response(&self) -> Option<Response<N>> {
-        let [u, w, y] = solve(self.braced(), [self.torques, self.arms, self.gear.x])?;
-        let held = dot(&self.arms, &w);
-        let force = (dot(&self.arms, &u) - self.gap) / held;
-        let force_by_torque = dot(&self.arms, &y) / held;
-        let (mut amiss, mut by_torque) = (u, y);
-        for m in 0..N {
-            amiss[m] -= w[m] * force;
-            by_torque[m] -= w[m] * force_by_torque;
+    /// Answers to some loads, [`MOST`] at most; those beyond the loads mean nothing.
+    #[inline(never)]
+    fn answers(&self, loads: &[Load<N>]) -> Option<[Answer<N>; MOST]> {
+        let mut sides = [self.arms; MOST + 1];
+        for (side, load) in sides.iter_mut().skip(1).zip(loads) {
+            *side = load.torques;
         }
-        let all = amiss
-            .iter()
-            .chain(&by_torque)
-            .chain([&force, &force_by_torque]);
-        all.into_iter().all(|x| x.is_finite()).then_some(Response {
-            amiss,
-            by_torque,
-            force_amiss: force + self.gap,
-            force_by_torque,
+        if !solve_in_place(self.braced(), sides.get_mut(..=loads.len())?) {
+            return None;
+        }
+        let [held_by, solved @ ..] = sides;
+        let held = dot(&self.arms, &held_by);
+        let mut answers = [Answer {
+            delta: [0.0; N],
+            force: 0.0,
+        }; MOST];
+        for ((answer, load), free) in answers.iter_mut().zip(loads).zip(&solved) {
+            let force = (dot(&self.arms, free) - load.gap) / held;
+            for m in 0..N {
+                answer.delta[m] = free[m] - held_by[m] * force;
+            }
+            answer.force = force + load.gap;
+            if !(answer.force.is_finite() && answer.delta.iter().all(|x| x.is_finite())) {
+                return None;
+            }
+        }
+        Some(answers)
+    }
+
+    fn amiss(&self) -> Load<N> {
+        Load {
+            torques: self.torques,
+            gap: self.gap,
+        }
+    }
+
+    fn driven(&self) -> Load<N> {
+        Load {
+            torques: self.gear.x,
+            gap: 0.0,
+        }
+    }
+
+    /// Newton's step at a given torque.
+    pub(super) fn step(&self) -> Option<Answer<N>> {
+        let [step, ..] = self.answers(&[self.amiss()])?;
+        Some(step)
+    }
+
+    /// Change along the path for a unit of input torque.
+    pub(super) fn tangent(&self) -> Option<Answer<N>> {
+        let [tangent, ..] = self.answers(&[self.driven()])?;
+        Some(tangent)
+    }
+
+    /// Everything at a point, to whose force it belongs.
+    pub(super) fn responses(&self, force: f32) -> Option<Responses<N>> {
+        // Equilibrium and contact, differentiated by k and by the radius.
+        let moved = |arms: [f32; N], gap: f32| Load {
+            torques: arms.map(|arm| -force * arm),
+            gap: -gap,
+        };
+        let by_k = moved(self.arms_by_k, self.gap_by_k);
+        let by_radius = moved(self.arms_by_radius, self.gap_by_radius);
+        let [step, tangent, by_k, by_radius] =
+            self.answers(&[self.amiss(), self.driven(), by_k, by_radius])?;
+        Some(Responses {
+            step,
+            tangent,
+            by_k: dot(&self.gear.x, &by_k.delta),
+            by_radius: dot(&self.gear.x, &by_radius.delta),
         })
     }
 

@@ -2,10 +2,11 @@
 
 use super::model::Pass;
 use super::unknowns::{CABLE, FACTOR, K, RADIUS, Values};
-use super::{Hypothesis, Place, Prior};
-use crate::finger::{Mechanics, PathPoint};
-use crate::numeric::{ln, sqrt};
+use super::{Hypothesis, Place, Prior, UNKNOWNS};
+use crate::finger::MAX_PHALANGES;
+use crate::numeric::{Bounded, ln, sqrt};
 use crate::sensing::Calibration;
+use crate::sensing::normal::Factor;
 
 /// Result of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,34 +31,52 @@ pub struct Estimate {
     pub chi_square: f32,
     /// Points that the path reached.
     pub reached: usize,
-    /// End of the path.
-    pub end: PathPoint,
+    /// Contact force at the end of the curve, newton.
+    pub force_n: f32,
+    /// Change of each joint's angle from the onset to there, radian.
+    pub joints_rad: [f32; MAX_PHALANGES],
+}
+
+/// All that is kept of a fit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Best {
+    pub(super) estimate: Estimate,
+    /// Sum of squares, priors and logarithms of variances.
+    cost: f32,
+    /// Logarithm of the determinant of the inverse covariance.
+    ln_determinant: f32,
+    /// Whitened covariance of factor and cable, where the place is known: of the first, of both, of the second.
+    learned: [f32; 3],
 }
 
 impl Hypothesis {
-    pub(super) fn report<F: Mechanics>(
+    /// What the fit tells at some values of its unknowns.
+    pub(super) fn best(
         &self,
-        finger: &F,
+        length_m: f32,
         prior: &Prior,
         values: &Values,
-        chi_square: f32,
         pass: &Pass,
-    ) -> Option<Estimate> {
-        let factor = self.factor.as_ref()?;
-        let length = finger.phalanx_length_m(self.phalanx)?;
-        let k_scale = match prior.place {
-            Place::Anywhere => length,
-            Place::Known { sigma_m, .. } => sigma_m,
-        };
+        cost: f32,
+        factor: &Factor<UNKNOWNS>,
+    ) -> Best {
         let deviation = |unknown: usize| {
             let variance = factor
                 .covariance(unknown)
                 .get(unknown)
                 .copied()
                 .unwrap_or(0.0);
-            sqrt(variance.max(0.0))
+            sqrt(variance.at_least(0.0))
         };
-        Some(Estimate {
+        let (k_scale, learned) = match prior.place {
+            Place::Anywhere => (length_m, [0.0; 3]),
+            Place::Known { sigma_m, .. } => {
+                let (by_factor, by_cable) = (factor.covariance(FACTOR), factor.covariance(CABLE));
+                let learned = [by_factor[FACTOR], by_factor[CABLE], by_cable[CABLE]];
+                (sigma_m, learned)
+            }
+        };
+        let estimate = Estimate {
             k_m: values.k_m,
             k_sigma_m: k_scale * deviation(K),
             radius_m: values.radius_m,
@@ -66,20 +85,27 @@ impl Hypothesis {
             torque_factor: values.factor,
             cable_rad_per_nm: values.cable,
             offset_nm: values.offset_nm,
-            chi_square,
+            chi_square: pass.squares,
             reached: pass.reached,
-            end: pass.end,
-        })
+            force_n: pass.end.force_n,
+            joints_rad: pass.end.joints_rad,
+        };
+        Best {
+            estimate,
+            cost,
+            ln_determinant: factor.ln_determinant(),
+            learned,
+        }
     }
 
     /// Logarithm of how well the hypothesis explains the curve, all values of its unknowns together (Laplace's
     /// approximation of the evidence): what has more freedom pays for it. `spread` is by how much the residuals of the
     /// best hypothesis exceed what was expected; it makes all of them less sure.
     pub fn ln_evidence(&self, spread: f32) -> f32 {
-        let Some(factor) = &self.factor else {
+        let Some(best) = &self.best else {
             return f32::NEG_INFINITY;
         };
-        let mut determinant = factor.ln_determinant();
+        let mut determinant = best.ln_determinant;
         let mut flat = 0.0;
         if self.is_proximal() {
             // The unknown that it does not have.
@@ -87,29 +113,29 @@ impl Hypothesis {
         } else {
             flat = 0.5 * ln(core::f32::consts::TAU);
         }
-        -0.5 * self.cost / spread.max(1.0) - 0.5 * determinant + flat
+        -0.5 * best.cost / spread.at_least(1.0) - 0.5 * determinant + flat
     }
 
-    /// What a fit at a known place teaches: torque factor and cable, with their covariance.
+    /// What a fit at a known place teaches: torque factor and cable, with their covariance. Meaningless elsewhere.
     pub fn learned(&self, prior: &Prior) -> Option<Calibration> {
-        let estimate = self.best.as_ref()?;
-        let factor = self.factor.as_ref()?;
+        let Best {
+            estimate,
+            learned: [ff, fc, cc],
+            ..
+        } = self.best?;
         let before = &prior.calibration;
-        let rest = sqrt((1.0 - before.correlation * before.correlation).max(0.0));
-        let by_factor = factor.covariance(FACTOR);
-        let by_cable = factor.covariance(CABLE);
-        let (ff, fc, cc) = (by_factor[FACTOR], by_factor[CABLE], by_cable[CABLE]);
+        let rest = sqrt((1.0 - before.correlation * before.correlation).at_least(0.0));
         let r = before.correlation;
         let cable_variance = r * r * ff + 2.0 * r * rest * fc + rest * rest * cc;
         let covariance = r * ff + rest * fc;
-        let (sf, sc) = (sqrt(ff.max(0.0)), sqrt(cable_variance.max(0.0)));
+        let (sf, sc) = (sqrt(ff.at_least(0.0)), sqrt(cable_variance.at_least(0.0)));
         let correlation = covariance / (sf * sc);
         Some(Calibration {
             torque_factor: estimate.torque_factor,
             // Kept relative to the new value.
             torque_factor_sigma: before.torque_factor_sigma * sf * before.torque_factor
                 / estimate.torque_factor,
-            cable_rad_per_nm: estimate.cable_rad_per_nm.max(0.0),
+            cable_rad_per_nm: estimate.cable_rad_per_nm.at_least(0.0),
             cable_sigma_rad_per_nm: before.cable_sigma_rad_per_nm * sc,
             correlation: if correlation.is_finite() {
                 correlation.clamp(-0.999, 0.999)

@@ -1,98 +1,69 @@
-//! The model's derivatives, and the normal equations that follow from them.
+//! The normal equations, row by row.
 
-use super::model::Pass;
-use super::unknowns::{
-    CABLE, CREEP, FACTOR, INERTIA, K, OFFSET, ONSET, RADIUS, RADIUS_MAX_M, Values,
-};
-use super::{Data, Hypothesis, Place, Prior, UNKNOWNS};
-use crate::finger::{Free, Mechanics};
-use crate::numeric::sqrt;
+use super::model::Local;
+use super::unknowns::{CABLE, CREEP, FACTOR, INERTIA, K, OFFSET, ONSET, RADIUS, Values};
+use super::{Hypothesis, Place, Prior, UNKNOWNS};
+use crate::numeric::{Bounded, sqrt};
+use crate::sensing::curve::Point;
 use crate::sensing::normal::Normal;
 
-impl Hypothesis {
-    /// Normal equations at the present values.
-    pub(super) fn linearise<F: Mechanics>(
-        &self,
-        finger: &F,
-        data: &Data,
-        prior: &Prior,
-        onset: &Free<F::Configuration>,
+/// Normal equations in the making, and what turns physical slopes into those of the whitened unknowns.
+pub(super) struct Rows {
+    pub(super) normal: Normal<UNKNOWNS>,
+    k: f32,
+    radius: f32,
+    offset: f32,
+    onset: f32,
+    factor: f32,
+    /// Of the cable, by the unknowns of the factor and of the cable.
+    cable: [f32; 2],
+    creep: f32,
+    inertia: f32,
+}
+
+impl Rows {
+    /// Adds a point.
+    pub(super) fn add(
+        &mut self,
+        point: &Point,
         values: &Values,
-        here: &Pass,
-    ) -> Option<Normal<UNKNOWNS>> {
-        let length = finger.phalanx_length_m(self.phalanx)?;
+        contact_torque_nm: f32,
+        local: &Local,
+    ) {
+        let Local {
+            torque_nm,
+            excess_nm,
+            path,
+            slope_rad_per_nm: slope,
+            ..
+        } = local;
+        let by_factor = torque_nm * path.compliance_rad_per_nm
+            + values.cable * contact_torque_nm / (values.factor * values.factor);
+        let twisted_by = excess_nm + values.creep * point.late_nm;
+        let mut slopes = [0.0; UNKNOWNS];
+        slopes[K] = path.rotation_by_k_rad_per_m * self.k;
+        slopes[RADIUS] = path.rotation_by_radius_rad_per_m * self.radius;
+        slopes[OFFSET] = -slope * self.offset;
+        slopes[ONSET] = self.onset;
+        slopes[FACTOR] = by_factor * self.factor + twisted_by * self.cable[0];
+        slopes[CABLE] = twisted_by * self.cable[1];
+        slopes[CREEP] = values.cable * point.late_nm * self.creep;
+        slopes[INERTIA] = -slope * point.inertia_nm * self.inertia;
+        self.normal
+            .add(local.residual_rad, &slopes, 1.0 / local.variance_rad2);
+    }
+}
+
+impl Hypothesis {
+    /// Normal equations that hold the priors alone.
+    pub(super) fn rows(&self, length_m: f32, prior: &Prior) -> Rows {
         let calibration = &prior.calibration;
-        let rest = sqrt((1.0 - calibration.correlation * calibration.correlation).max(0.0));
-        let (k_scale, known) = match prior.place {
-            Place::Anywhere => (length, false),
+        let rest = sqrt((1.0 - calibration.correlation * calibration.correlation).at_least(0.0));
+        let (k, known) = match prior.place {
+            Place::Anywhere => (length_m, false),
             Place::Known { sigma_m, .. } => (sigma_m, true),
         };
-        // Differences towards the inside, so that both ends of a step exist.
-        let k_step = if values.k_m > 0.5 * length {
-            -0.006
-        } else {
-            0.006
-        } * length;
-        let radius_step = if values.radius_m > 0.5 * RADIUS_MAX_M {
-            -0.001
-        } else {
-            0.001
-        };
-        let (by_k, by_radius) = if self.is_proximal() {
-            (None, None)
-        } else {
-            let moved = Values {
-                k_m: values.k_m + k_step,
-                ..*values
-            };
-            let by_k = self.follow(finger, onset, &moved, data.points);
-            let moved = Values {
-                radius_m: values.radius_m + radius_step,
-                ..*values
-            };
-            (
-                Some(by_k),
-                Some(self.follow(finger, onset, &moved, data.points)),
-            )
-        };
-        let reached = [by_k.as_ref(), by_radius.as_ref()]
-            .into_iter()
-            .flatten()
-            .fold(here.reached, |least, pass| least.min(pass.reached));
         let mut normal = Normal::EMPTY;
-        for (index, point) in data.points.iter().enumerate().take(reached) {
-            let (Some(&rotation), Some(&compliance)) =
-                (here.rotation.get(index), here.compliance.get(index))
-            else {
-                break;
-            };
-            let (residual, variance, slope) =
-                Self::residual(data, point, values, onset.torque_nm, rotation, compliance);
-            let torque = values.torque_nm(point);
-            let excess = torque - onset.torque_nm / values.factor;
-            let derivative = |pass: &Option<Pass>, step: f32| {
-                pass.as_ref()
-                    .and_then(|pass| pass.rotation.get(index))
-                    .map_or(0.0, |moved| (moved - rotation) / step)
-            };
-            let by_factor = torque * compliance
-                + values.cable * onset.torque_nm / (values.factor * values.factor);
-            let mut slopes = [0.0; UNKNOWNS];
-            slopes[K] = derivative(&by_k, k_step) * k_scale;
-            slopes[RADIUS] = derivative(&by_radius, radius_step) * prior.radius_m.1;
-            slopes[OFFSET] = -slope * prior.offset_sigma_nm;
-            slopes[ONSET] = prior.onset_rad.1;
-            let cable_sigma = calibration.cable_sigma_rad_per_nm;
-            slopes[FACTOR] = by_factor
-                * calibration.torque_factor
-                * calibration.torque_factor_sigma
-                + (excess + values.creep * point.late_nm) * cable_sigma * calibration.correlation;
-            let late = values.creep * point.late_nm;
-            slopes[CABLE] = (excess + late) * cable_sigma * rest;
-            slopes[INERTIA] = -slope * point.inertia_nm * prior.inertia_share;
-            slopes[CREEP] = values.cable * point.late_nm * prior.creep[1];
-            normal.add(residual, &slopes, 1.0 / variance);
-        }
         for (unknown, &value) in self.x.iter().enumerate() {
             let weight = if unknown != K || known {
                 1.0
@@ -105,6 +76,18 @@ impl Hypothesis {
             let value = if unknown == K && !known { 0.0 } else { value };
             normal.add_prior(unknown, value, weight);
         }
-        Some(normal)
+        // A proximal contact has neither place nor radius.
+        let has_place = if self.is_proximal() { 0.0 } else { 1.0 };
+        Rows {
+            normal,
+            k: has_place * k,
+            radius: has_place * prior.radius_m.1,
+            offset: prior.offset_sigma_nm,
+            onset: prior.onset_rad.1,
+            factor: calibration.torque_factor * calibration.torque_factor_sigma,
+            cable: [calibration.correlation, rest].map(|x| x * calibration.cable_sigma_rad_per_nm),
+            creep: prior.creep[1],
+            inertia: prior.inertia_share,
+        }
     }
 }

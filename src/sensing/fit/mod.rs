@@ -26,7 +26,7 @@ pub use onset::free_behind_cable;
 pub use prior::{Place, Prior};
 pub use unknowns::UNKNOWNS;
 
-use crate::sensing::normal::Factor;
+use estimate::Best;
 use unknowns::{K, LEAST_SHARE};
 
 /// Nearer to a joint than this share of the phalanx, a contact is one on the joint.
@@ -45,11 +45,7 @@ pub struct Hypothesis {
     damping: f32,
     steps: u16,
     settled_steps: u8,
-    best: Option<Estimate>,
-    /// Inverse covariance, factored.
-    factor: Option<Factor<UNKNOWNS>>,
-    /// Sum of squares, priors and logarithms of variances.
-    cost: f32,
+    best: Option<Best>,
 }
 
 impl Hypothesis {
@@ -68,8 +64,6 @@ impl Hypothesis {
             steps: 0,
             settled_steps: 0,
             best: None,
-            factor: None,
-            cost: f32::INFINITY,
         }
     }
 
@@ -80,7 +74,12 @@ impl Hypothesis {
 
     /// Result so far; None before the first step, or where no path fits the curve at all.
     pub fn estimate(&self) -> Option<&Estimate> {
-        self.best.as_ref()
+        self.best.as_ref().map(|best| &best.estimate)
+    }
+
+    /// Where on its phalanx it stands, in lengths of that, when the place is to be found.
+    pub fn stands_at(&self) -> f32 {
+        self.x[K]
     }
 
     /// Steps made.
@@ -111,8 +110,6 @@ impl Hypothesis {
     /// Nothing explains the curve from here.
     fn fail(&mut self) {
         self.best = None;
-        self.factor = None;
-        self.cost = f32::INFINITY;
         self.settled_steps = self.settled_steps.saturating_add(1);
     }
 

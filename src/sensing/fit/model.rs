@@ -1,11 +1,12 @@
 //! The model: the contact path through the curve's points, and how far they lie from it.
 
-use super::unknowns::{K, Values};
-use super::{Hypothesis, Place, Prior, UNKNOWNS};
-use crate::finger::{Contact, Free, MAX_PHALANGES, Mechanics, PathPoint};
+use super::Hypothesis;
+use super::linearise::Rows;
+use super::unknowns::Values;
+use crate::finger::{Contact, Free, Mechanics, PathPoint};
 use crate::numeric::ln;
 use crate::sensing::Drivetrain;
-use crate::sensing::curve::{BINS, Point};
+use crate::sensing::curve::Point;
 
 /// Deviation of a measured angle from any model, radian: four counts of the encoder's periodic error and as much again.
 const ANGLE_SIGMA_RAD: f32 = 4e-5;
@@ -28,60 +29,94 @@ pub struct Data<'a> {
 }
 
 /// One pass over the points.
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Pass {
-    pub(super) rotation: [f32; BINS],
-    pub(super) compliance: [f32; BINS],
+    /// Points that the path reached.
     pub(super) reached: usize,
+    /// Sum of squared residuals over their variances.
+    pub(super) squares: f32,
+    /// Sum of the variances' logarithms.
+    pub(super) logarithms: f32,
+    /// End of the path.
     pub(super) end: PathPoint,
 }
 
-impl Pass {
-    const NONE: Self = Self {
-        rotation: [0.0; BINS],
-        compliance: [0.0; BINS],
-        reached: 0,
-        end: PathPoint {
-            rotation_rad: 0.0,
-            compliance_rad_per_nm: 0.0,
-            k_now_m: 0.0,
-            force_n: 0.0,
-            joints_rad: [0.0; MAX_PHALANGES],
-        },
-    };
+/// The model at one point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Local {
+    /// Torque without offset and error of the inertia, newton metre.
+    pub(super) torque_nm: f32,
+    /// What of it is above that of the contact, newton metre.
+    pub(super) excess_nm: f32,
+    /// Rotation of the input link since contact, and its derivatives.
+    pub(super) path: PathPoint,
+    /// Measured less model, radian.
+    pub(super) residual_rad: f32,
+    /// Its variance, radian squared.
+    pub(super) variance_rad2: f32,
+    /// Slope of the model's angle over the nominal torque, radian per newton metre.
+    pub(super) slope_rad_per_nm: f32,
+}
+
+impl Local {
+    fn new(
+        data: &Data,
+        point: &Point,
+        values: &Values,
+        contact_torque_nm: f32,
+        path: PathPoint,
+    ) -> Self {
+        let torque_nm = values.torque_nm(point);
+        let excess = torque_nm - contact_torque_nm / values.factor;
+        let twist = values.cable * (excess + values.creep * point.late_nm);
+        let slope = values.factor * path.compliance_rad_per_nm + values.cable;
+        let measured =
+            data.origin_rad - values.onset_rad + point.counts * data.drivetrain.rad_per_count;
+        let wobble = TORQUE_SHARE * excess;
+        let torque_variance = point.variance_nm2 + wobble * wobble;
+        let model = TWIST_SHARE * twist;
+        Self {
+            torque_nm,
+            excess_nm: excess,
+            residual_rad: measured - path.rotation_rad - twist,
+            variance_rad2: slope * slope * torque_variance
+                + ANGLE_SIGMA_RAD * ANGLE_SIGMA_RAD
+                + model * model,
+            slope_rad_per_nm: slope,
+            path,
+        }
+    }
 }
 
 impl Hypothesis {
-    /// Follows the path through the points.
+    /// Follows the path from the onset through the points, and adds each that it reaches to the normal equations, if they
+    /// are asked for.
+    // A symbol of its own, so that its instructions can be counted on the chip.
+    #[inline(never)]
     pub(super) fn follow<F: Mechanics>(
         &self,
         finger: &F,
         onset: &Free<F::Configuration>,
         values: &Values,
-        points: &[Point],
+        data: &Data,
+        mut rows: Option<&mut Rows>,
     ) -> Pass {
-        let mut pass = Pass::NONE;
-        let contact = Contact {
-            phalanx: self.phalanx,
-            k_m: if self.is_proximal() {
-                0.5 * finger.phalanx_length_m(1).unwrap_or(0.0)
-            } else {
-                values.k_m
-            },
-            radius_m: if self.is_proximal() {
-                0.0
-            } else {
-                values.radius_m
-            },
-        };
-        let at_onset = if self.is_proximal() {
-            finger.proximal_compliance(&onset.configuration, onset.torque_nm)
+        let mut pass = Pass::default();
+        let (contact, at_onset) = if self.is_proximal() {
+            let contact = Contact {
+                phalanx: self.phalanx,
+                k_m: 0.5 * finger.phalanx_length_m(1).unwrap_or(0.0),
+                radius_m: 0.0,
+            };
+            let compliance = finger.proximal_compliance(&onset.configuration, onset.torque_nm);
+            (contact, compliance)
         } else {
-            finger.contact_compliance(
-                &onset.configuration,
-                onset.torque_nm,
-                self.phalanx,
-                values.k_m,
-            )
+            let contact = Contact {
+                phalanx: self.phalanx,
+                k_m: values.k_m,
+                radius_m: values.radius_m,
+            };
+            (contact, self.compliance(finger, onset, values.k_m))
         };
         let (Some(mut path), Some(at_onset)) = (
             finger.path(&onset.configuration, onset.torque_nm, contact),
@@ -89,87 +124,44 @@ impl Hypothesis {
         ) else {
             return pass;
         };
-        for ((point, rotation), compliance) in points
-            .iter()
-            .zip(&mut pass.rotation)
-            .zip(&mut pass.compliance)
-        {
-            let torque_nm = values.factor * values.torque_nm(point);
-            if torque_nm <= onset.torque_nm {
+        let mut last_logarithm = 0.0;
+        for point in data.points {
+            let rise_nm = values.factor * values.torque_nm(point) - onset.torque_nm;
+            let reached = if rise_nm <= 0.0 {
                 // Noise took the torque below that of the contact: the path's tangent goes on.
-                *rotation = at_onset * (torque_nm - onset.torque_nm);
-                *compliance = at_onset;
+                PathPoint {
+                    rotation_rad: at_onset * rise_nm,
+                    compliance_rad_per_nm: at_onset,
+                    ..PathPoint::default()
+                }
             } else {
-                let Some(end) = finger.follow(&mut path, torque_nm - onset.torque_nm) else {
+                let Some(end) = finger.follow(&mut path, rise_nm) else {
                     break;
                 };
-                *rotation = end.rotation_rad;
-                *compliance = end.compliance_rad_per_nm;
                 pass.end = end;
-            }
+                end
+            };
             pass.reached += 1;
+            let local = Local::new(data, point, values, onset.torque_nm, reached);
+            pass.squares += local.residual_rad * local.residual_rad / local.variance_rad2;
+            last_logarithm = ln(local.variance_rad2);
+            pass.logarithms += last_logarithm;
+            if let Some(rows) = &mut rows {
+                rows.add(point, values, onset.torque_nm, &local);
+            }
         }
+        let unreached = data.points.len().saturating_sub(pass.reached) as f32;
+        pass.squares += unreached * UNREACHED;
+        pass.logarithms += unreached * last_logarithm;
         pass
     }
 
-    /// Residual of a point, its variance, and the slope of the model's angle over the nominal torque.
-    pub(super) fn residual(
-        data: &Data,
-        point: &Point,
-        values: &Values,
-        contact_torque_nm: f32,
-        rotation: f32,
-        compliance: f32,
-    ) -> (f32, f32, f32) {
-        let excess = values.torque_nm(point) - contact_torque_nm / values.factor;
-        let twist = values.cable * (excess + values.creep * point.late_nm);
-        let slope = values.factor * compliance + values.cable;
-        let measured =
-            data.origin_rad - values.onset_rad + point.counts * data.drivetrain.rad_per_count;
-        let wobble = TORQUE_SHARE * excess;
-        let torque_variance = point.variance_nm2 + wobble * wobble;
-        let model = TWIST_SHARE * twist;
-        let variance =
-            slope * slope * torque_variance + ANGLE_SIGMA_RAD * ANGLE_SIGMA_RAD + model * model;
-        (measured - rotation - twist, variance, slope)
-    }
-
-    /// Sum of squares with priors and logarithms; sum of squares alone.
-    pub(super) fn cost(
+    fn compliance<F: Mechanics>(
         &self,
-        x: &[f32; UNKNOWNS],
-        data: &Data,
-        values: &Values,
-        contact_torque_nm: f32,
-        pass: &Pass,
-        prior: &Prior,
-    ) -> (f32, f32) {
-        let mut squares = 0.0;
-        let mut logarithms = 0.0;
-        let mut last = 0.0;
-        for (index, point) in data.points.iter().enumerate() {
-            let (Some(&rotation), Some(&compliance)) =
-                (pass.rotation.get(index), pass.compliance.get(index))
-            else {
-                break;
-            };
-            if index >= pass.reached {
-                squares += UNREACHED;
-                logarithms += last;
-                continue;
-            }
-            let (residual, variance, _) =
-                Self::residual(data, point, values, contact_torque_nm, rotation, compliance);
-            squares += residual * residual / variance;
-            last = ln(variance);
-            logarithms += last;
-        }
-        let mut priors = 0.0;
-        for (unknown, value) in x.iter().enumerate() {
-            if unknown != K || matches!(prior.place, Place::Known { .. }) {
-                priors += value * value;
-            }
-        }
-        (squares + logarithms + priors, squares)
+        finger: &F,
+        onset: &Free<F::Configuration>,
+        k_m: f32,
+    ) -> Option<f32> {
+        finger.contact_compliance(&onset.configuration, onset.torque_nm, self.phalanx, k_m)
     }
 }

@@ -6,6 +6,8 @@ use crate::sensing::Calibration;
 
 /// Posture and torque of the free finger at an angle measured before the cable: the torque that holds the finger twists
 /// it. `near` is where the search starts.
+// Several kilobyte, wanted in several places.
+#[inline(never)]
 pub fn free_behind_cable<F: Mechanics>(
     finger: &F,
     measured_rad: f32,

@@ -1,11 +1,25 @@
 //! One step towards the minimum.
 
-use super::{Data, Hypothesis, LEAST_POINTS, Prior};
+use super::model::Pass;
+use super::unknowns::K;
+use super::{Data, Hypothesis, LEAST_POINTS, Place, Prior, UNKNOWNS};
 use crate::finger::Mechanics;
+use crate::numeric::Bounded;
 use crate::sensing::curve::BINS;
 
+/// Sum of squares, logarithms of variances and priors.
+fn cost(pass: &Pass, x: &[f32; UNKNOWNS], prior: &Prior) -> f32 {
+    let mut priors = 0.0;
+    for (unknown, value) in x.iter().enumerate() {
+        if unknown != K || matches!(prior.place, Place::Known { .. }) {
+            priors += value * value;
+        }
+    }
+    pass.squares + pass.logarithms + priors
+}
+
 impl Hypothesis {
-    /// One step of Levenberg and Marquardt: four paths, about 16 points each. `near` is a posture near the onset.
+    /// One step of Levenberg and Marquardt: two paths, about 16 points each. `near` is a posture near the onset.
     pub fn refine<F: Mechanics>(
         &mut self,
         finger: &F,
@@ -16,42 +30,15 @@ impl Hypothesis {
         self.steps = self.steps.saturating_add(1);
         let points = data.points.get(..BINS).unwrap_or(data.points);
         let data = Data { points, ..*data };
-        let x = self.x;
-        let values = self.values(&x, finger, prior);
-        let Some(onset) = Self::onset(finger, values.onset_rad, prior, near) else {
-            self.fail();
+        let Some((cost, step)) = self.linearise(finger, &data, prior, near) else {
             return;
         };
-        let here = self.follow(finger, &onset, &values, points);
-        if here.reached < LEAST_POINTS {
-            self.retreat(prior);
-            return;
-        }
-        let (cost, chi_square) = self.cost(&x, &data, &values, onset.torque_nm, &here, prior);
-        let Some(normal) = self.linearise(finger, &data, prior, &onset, &values, &here) else {
-            self.fail();
-            return;
-        };
-        self.cost = cost;
-        self.factor = normal.factor(0.0);
-        self.share = values.k_m / finger.phalanx_length_m(self.phalanx).unwrap_or(values.k_m);
-        self.best = self.report(finger, prior, &values, chi_square, &here);
-        let Some(factor) = normal.factor(self.damping) else {
-            self.fail();
-            return;
-        };
-        let mut trial = x;
-        for (value, step) in trial.iter_mut().zip(normal.step(&factor)) {
+        let mut trial = self.x;
+        for (value, step) in trial.iter_mut().zip(step) {
             *value += step;
         }
         self.clamp(&mut trial, finger, prior);
-        let trial_values = self.values(&trial, finger, prior);
-        let trial_cost = Self::onset(finger, trial_values.onset_rad, prior, near).map(|onset| {
-            let pass = self.follow(finger, &onset, &trial_values, points);
-            self.cost(&trial, &data, &trial_values, onset.torque_nm, &pass, prior)
-                .0
-        });
-        match trial_cost {
+        match self.cost_of(&trial, finger, &data, prior, near) {
             Some(trial_cost) if trial_cost < cost => {
                 self.x = trial;
                 self.damping *= 0.2;
@@ -65,7 +52,7 @@ impl Hypothesis {
                 };
             }
             _ => {
-                self.damping = (10.0 * self.damping).max(0.01);
+                self.damping = (10.0 * self.damping).at_least(0.01);
                 // Nothing better even close by: this is the minimum.
                 if self.damping > 10.0 {
                     self.settled_steps = self.settled_steps.saturating_add(1);
@@ -73,5 +60,55 @@ impl Hypothesis {
                 }
             }
         }
+    }
+
+    /// What the fit tells where it stands, its cost there, and the step that looks best; None where there is none.
+    #[inline(never)]
+    fn linearise<F: Mechanics>(
+        &mut self,
+        finger: &F,
+        data: &Data,
+        prior: &Prior,
+        near: &F::Configuration,
+    ) -> Option<(f32, [f32; UNKNOWNS])> {
+        let length = finger.phalanx_length_m(self.phalanx).unwrap_or(0.0);
+        let values = self.values(&self.x, finger, prior);
+        let Some(onset) = Self::onset(finger, values.onset_rad, prior, near) else {
+            self.fail();
+            return None;
+        };
+        let mut rows = self.rows(length, prior);
+        let here = self.follow(finger, &onset, &values, data, Some(&mut rows));
+        if here.reached < LEAST_POINTS {
+            self.retreat(prior);
+            return None;
+        }
+        let cost = cost(&here, &self.x, prior);
+        self.share = values.k_m / length;
+        self.best = rows
+            .normal
+            .factor(0.0)
+            .map(|factor| self.best(length, prior, &values, &here, cost, &factor));
+        let step = rows.normal.factor(self.damping).map(|factor| factor.step());
+        if step.is_none() {
+            self.fail();
+        }
+        Some((cost, step?))
+    }
+
+    /// Cost of other values of the unknowns.
+    #[inline(never)]
+    fn cost_of<F: Mechanics>(
+        &self,
+        x: &[f32; UNKNOWNS],
+        finger: &F,
+        data: &Data,
+        prior: &Prior,
+        near: &F::Configuration,
+    ) -> Option<f32> {
+        let values = self.values(x, finger, prior);
+        let onset = Self::onset(finger, values.onset_rad, prior, near)?;
+        let pass = self.follow(finger, &onset, &values, data, None);
+        Some(cost(&pass, x, prior))
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Hypothesis, Place, Prior};
 use crate::finger::Mechanics;
-use crate::numeric::sqrt;
+use crate::numeric::{Bounded, sqrt};
 use crate::sensing::curve::Point;
 
 /// Number of unknowns.
@@ -51,7 +51,7 @@ impl Hypothesis {
         let length = finger.phalanx_length_m(self.phalanx).unwrap_or(0.0);
         let (radius, radius_sigma) = prior.radius_m;
         let calibration = &prior.calibration;
-        let rest = sqrt((1.0 - calibration.correlation * calibration.correlation).max(0.0));
+        let rest = sqrt((1.0 - calibration.correlation * calibration.correlation).at_least(0.0));
         Values {
             k_m: match prior.place {
                 Place::Anywhere => x[K] * length,
@@ -75,22 +75,27 @@ impl Hypothesis {
         x[K] = match prior.place {
             Place::Anywhere => x[K].clamp(LEAST_SHARE, 1.0),
             Place::Known { k_m, sigma_m, .. } => {
-                let sigma = sigma_m.max(f32::MIN_POSITIVE);
+                let sigma = sigma_m.at_least(f32::MIN_POSITIVE);
                 let low = (LEAST_SHARE * length - k_m) / sigma;
-                x[K].max(low).min(((length - k_m) / sigma).max(low))
+                x[K].at_least(low)
+                    .at_most(((length - k_m) / sigma).at_least(low))
             }
         };
         let (radius, radius_sigma) = prior.radius_m;
-        let sigma = radius_sigma.max(f32::MIN_POSITIVE);
-        let low = -radius.max(0.0) / sigma;
+        let sigma = radius_sigma.at_least(f32::MIN_POSITIVE);
+        let low = -radius.at_least(0.0) / sigma;
         x[RADIUS] = x[RADIUS]
-            .max(low)
-            .min(((RADIUS_MAX_M - radius) / sigma).max(low));
-        for unknown in [OFFSET, ONSET, FACTOR, CABLE, CREEP, INERTIA] {
-            x[unknown] = x[unknown].clamp(-6.0, 6.0);
+            .at_least(low)
+            .at_most(((RADIUS_MAX_M - radius) / sigma).at_least(low));
+        let [_, _, others @ ..] = x;
+        for value in others {
+            *value = value.clamp(-6.0, 6.0);
         }
         // A factor near zero would be a motor that does nothing.
-        let sigma = prior.calibration.torque_factor_sigma.max(f32::MIN_POSITIVE);
-        x[FACTOR] = x[FACTOR].max(-0.8 / sigma);
+        let sigma = prior
+            .calibration
+            .torque_factor_sigma
+            .at_least(f32::MIN_POSITIVE);
+        x[FACTOR] = x[FACTOR].at_least(-0.8 / sigma);
     }
 }

@@ -1,7 +1,7 @@
 //! The record of both directions, and what it says about a position.
 
 use super::track::{BINS, Track};
-use crate::numeric::sqrt;
+use crate::numeric::{Bounded, sqrt};
 use crate::sensing::Drive;
 
 /// Least share of the mean friction that the residual is taken to be: a record from one quiet pass is no proof.
@@ -144,7 +144,7 @@ impl Friction {
         Some(
             2.0 * track
                 .noise_nm2_counts
-                .max(floor * floor * self.bin_counts()),
+                .at_least(floor * floor * self.bin_counts()),
         )
     }
 }

@@ -3,6 +3,7 @@
 use super::Friction;
 use super::statistics::{Node, Statistics};
 use super::track::BINS;
+use crate::numeric::Bounded;
 use crate::sensing::Drive;
 use crate::sensing::block::Block;
 
@@ -125,7 +126,7 @@ impl Recorder {
             } else {
                 (node.counts, before.counts)
             };
-            let from = (low / bin_counts - 0.5).max(0.0) as usize;
+            let from = (low / bin_counts - 0.5).at_least(0.0) as usize;
             // At most three: stretches are a bin apart, or two where one was left out.
             for index in from..BINS.min(from + 4) {
                 let centre = (index as f32 + 0.5) * bin_counts;
@@ -142,9 +143,9 @@ impl Recorder {
     }
 
     /// The record so far; None while either direction lacks the bins for its statistics.
-    pub fn finish(&mut self) -> Option<Friction> {
+    pub fn finish(&mut self) -> Option<&Friction> {
         self.end_run();
-        let mut friction = self.friction.clone();
+        let friction = &mut self.friction;
         let bin_counts = friction.bin_counts();
         friction.closing.noise_nm2_counts = self.closing.noise_nm2_counts(bin_counts)?;
         friction.opening.noise_nm2_counts = self.opening.noise_nm2_counts(bin_counts)?;

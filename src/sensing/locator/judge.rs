@@ -2,7 +2,7 @@
 
 use super::Locator;
 use crate::finger::Class;
-use crate::numeric::ln;
+use crate::numeric::{Bounded, ln};
 use crate::sensing::NotLocated;
 use crate::sensing::fit::{Estimate, Hypothesis};
 
@@ -44,7 +44,7 @@ impl Locator {
         self.hypotheses
             .iter()
             .filter_map(|h| h.estimate())
-            .map(|e| e.chi_square / (e.reached as f32 - 2.0).max(1.0))
+            .map(|e| e.chi_square / (e.reached as f32 - 2.0).at_least(1.0))
             .fold(f32::INFINITY, f32::min)
     }
 
@@ -60,7 +60,7 @@ impl Locator {
         if !spread.is_finite() || spread > MISFIT {
             return Verdict::Nowhere(self.unexplained());
         }
-        let spread = spread.max(1.0);
+        let spread = spread.at_least(1.0);
         let mut first: Option<(&Hypothesis, &Estimate, f32)> = None;
         let mut second: Option<(&Hypothesis, &Estimate, f32)> = None;
         for hypothesis in seasoned() {
@@ -123,7 +123,7 @@ impl Locator {
 
 /// Logarithm of the likelihood of a joint's measured change, given what a hypothesis says, up to a constant.
 pub fn ln_likelihood(measured_rad: f32, expected_rad: f32, sigma_rad: f32) -> f32 {
-    let deviation = (measured_rad - expected_rad) / sigma_rad.max(f32::MIN_POSITIVE);
+    let deviation = (measured_rad - expected_rad) / sigma_rad.at_least(f32::MIN_POSITIVE);
     // A sensor that is broken must not decide alone.
     -ln(1.0 + 0.5 * deviation * deviation) * 4.0
 }

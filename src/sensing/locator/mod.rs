@@ -11,7 +11,8 @@ mod judge;
 pub use judge::{Verdict, ln_likelihood};
 
 use crate::finger::{Class, Mechanics};
-use crate::sensing::curve::{BINS, Point, Slope};
+use crate::sensing::Drivetrain;
+use crate::sensing::curve::{BINS, Point};
 use crate::sensing::fit::{Data, Hypothesis, Prior};
 
 /// Most hypotheses at a time: two places on each of two phalanges, and the proximal one.
@@ -29,7 +30,6 @@ pub struct Locator {
     asked_at_nm: f32,
     /// What the slope said last, for a contact that no hypothesis explains.
     class: Class,
-    slope: Option<Slope>,
 }
 
 impl Default for Locator {
@@ -40,17 +40,11 @@ impl Default for Locator {
             turn: 0,
             asked_at_nm: 0.0,
             class: Class::Invalid,
-            slope: None,
         }
     }
 }
 
 impl Locator {
-    /// The slope that the places were last asked for with.
-    pub fn slope(&self) -> Option<&Slope> {
-        self.slope.as_ref()
-    }
-
     /// Fits in hand.
     pub fn hypotheses(&self) -> &[Hypothesis] {
         &self.hypotheses
@@ -62,31 +56,35 @@ impl Locator {
     }
 
     /// One step: begins a round if it is time to, and refines the next hypothesis. True when that ends a round: then there
-    /// is a verdict. `near` is a posture near the onset.
-    pub fn refine<F: Mechanics>(
+    /// is a verdict. `points` are by rising angle from `origin_rad` on; only a round's beginning looks at them. `near` is a
+    /// posture near the onset.
+    pub fn refine<'a, F: Mechanics>(
         &mut self,
         finger: &F,
-        data: &Data,
+        points: impl Iterator<Item = &'a Point>,
+        (origin_rad, drivetrain): (f32, &Drivetrain),
         prior: &Prior,
         near: &F::Configuration,
     ) -> bool {
-        if self.turn == 0 {
+        let begins = self.turn == 0;
+        if begins {
             self.points.clear();
-            // As many as there are bins.
-            let _ = self
-                .points
-                .extend_from_slice(data.points.get(..BINS).unwrap_or(data.points));
-            if self.is_time_to_ask(prior) {
-                self.ask(finger, data, prior, near);
-                return false;
+            for point in points.take(BINS) {
+                // As many as there are bins.
+                let _ = self.points.push(*point);
             }
         }
-        let round = Data {
+        if begins && self.is_time_to_ask(prior) {
+            self.ask(finger, (origin_rad, drivetrain), prior, near);
+            return false;
+        }
+        let data = Data {
             points: &self.points,
-            ..*data
+            origin_rad,
+            drivetrain,
         };
         if let Some(hypothesis) = self.hypotheses.get_mut(self.turn) {
-            hypothesis.refine(finger, &round, prior, near);
+            hypothesis.refine(finger, &data, prior, near);
         }
         self.turn += 1;
         if self.turn < self.hypotheses.len() {

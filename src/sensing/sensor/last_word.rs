@@ -24,13 +24,14 @@ impl<R> Touching<R> {
 impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
     /// After the motion: the fits to their minimum, then the last word.
     pub(super) fn conclude(&mut self) {
+        let known = &mut self.known;
         let Work::Contact(touching) = &mut self.work else {
             return;
         };
         let Some(steps) = touching.last_steps else {
             return;
         };
-        if self.directive != Directive::CalibrateCable
+        if known.directive != Directive::CalibrateCable
             && !touching.settled
             && steps > 0
             && !(steps < LAST_STEPS && touching.locator.has_converged())
@@ -41,24 +42,22 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             }
             touching.pause = SAMPLES_PER_LAST_STEP - 1;
             touching.last_steps = Some(steps - 1);
-            self.with_contact(|sensor, touching| {
-                sensor.refine(touching);
-            });
+            known.refine(touching);
             return;
         }
         self.done = true;
-        self.with_contact(|sensor, touching| match sensor.directive {
+        match known.directive {
             Directive::CalibrateCable => {
-                let learned = sensor.learn_from_press(touching);
-                sensor.tell_calibration(learned);
+                let learned = known.learn_from_press(touching);
+                known.tell_calibration(learned);
             }
             Directive::Calibrate { .. } => {
-                let learned = sensor.learn_from_contact(touching);
-                sensor.tell_calibration(learned);
+                let learned = known.learn_from_contact(touching);
+                known.tell_calibration(learned);
             }
             _ if touching.settled => {}
-            _ => sensor.report(touching, true),
-        });
+            _ => known.report(touching, true),
+        }
         self.work = Work::Nothing;
     }
 }

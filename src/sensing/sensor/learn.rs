@@ -1,9 +1,10 @@
 //! Calibration: what a contact at a known place or a press on the closing stop teaches.
 
+use super::UNSURE_BEYOND;
+use super::known::Known;
 use super::touch::Touching;
-use super::{Sensor, UNSURE_BEYOND};
 use crate::finger::Mechanics;
-use crate::numeric::sqrt;
+use crate::numeric::{Bounded, sqrt};
 use crate::sensing::curve;
 use crate::sensing::fit::LEAST_POINTS;
 use crate::sensing::joint::JointSensor;
@@ -14,7 +15,7 @@ const PRESS_SHARE: f32 = 0.005;
 /// How much the closing stop may yield, radian per newton metre (R, chosen): it counts as cable.
 const STOP_YIELD_RAD_PER_NM: f32 = 4e-3;
 
-impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
+impl<F: Mechanics, H: JointSensor> Known<F, H> {
     pub(super) fn learn_from_contact(
         &self,
         touching: &Touching<H::Reading>,
@@ -38,7 +39,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         if estimate.reached < LEAST_POINTS {
             return Err(Refusal::TooFewSamples);
         }
-        let misfit = estimate.chi_square / (estimate.reached as f32 - 2.0).max(1.0);
+        let misfit = estimate.chi_square / (estimate.reached as f32 - 2.0).at_least(1.0);
         let found = hypothesis
             .learned(&self.prior(touching))
             .ok_or(Refusal::Misfit)?;
@@ -50,13 +51,14 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         touching: &Touching<H::Reading>,
     ) -> Result<Calibration, Refusal> {
         let top_nm = touching
+            .touch
             .curve
             .last()
             .ok_or(Refusal::TooFewSamples)?
             .torque_nm;
         // The foot of the curve is where gears and cable settle.
         let slope = curve::slope(
-            touching.curve.points(),
+            touching.touch.curve.points(),
             0.2 * top_nm,
             self.drivetrain.creep[0],
         )
@@ -64,7 +66,8 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         .ok_or(Refusal::TooFewSamples)?;
         let rad_per_nm = slope.counts_per_nm * self.drivetrain.rad_per_count;
         // Friction beyond the record, where the stop is, is continued; its error may tilt the line.
-        let unevenness_nm = UNSURE_BEYOND * self.drivetrain.efficiency * touching.unevenness_nm;
+        let unevenness_nm =
+            UNSURE_BEYOND * self.drivetrain.efficiency * touching.touch.unevenness_nm;
         let share = unevenness_nm / top_nm;
         let noise = slope.sigma_counts_per_nm * self.drivetrain.rad_per_count;
         let sigma = sqrt(

@@ -3,12 +3,13 @@
 //! | stage | what runs | where |
 //! |---|---|---|
 //! | free motion recorded | [`Recorder`] | `record` |
-//! | closing, nothing felt | [`Detector`] on the residual of the record | `search` |
+//! | closing, nothing felt | [`Detector`](super::detector::Detector) on the residual of the record | `search` |
 //! | contact | [`Curve`](super::curve::Curve), and every block one step of the [`Locator`](super::locator::Locator) | `touch`, `press` |
 //! | what there is to say | a location, an ambiguity, a reason why not | `report` |
 //! | motion over | the locator until its fits stand still, one step every dozen samples; then the last word | `last_word` |
 //! | contact at a known place, or with the stop | the calibration | `learn` |
 
+mod known;
 mod last_word;
 mod learn;
 mod press;
@@ -19,13 +20,11 @@ mod touch;
 
 use crate::finger::Mechanics;
 use crate::sensing::block::{Block, Gate, Step};
-use crate::sensing::detector::Detector;
 use crate::sensing::friction::{Friction, Recorder};
-use crate::sensing::joint::{Hall, JointSensor, NoHall};
+use crate::sensing::joint::{JointSensor, NoHall};
 use crate::sensing::{Calibration, Directive, Drive, Drivetrain, Event, Sample, Settings};
-use core::mem;
-use heapless::Deque;
-use search::{HISTORY, Past};
+use known::Known;
+use search::{Found, Search};
 use touch::Touching;
 
 /// Error of the friction beyond the record, continued periodically, as a share of its unevenness within (R, chosen).
@@ -38,31 +37,22 @@ enum Work<R> {
     Nothing,
     /// Friction is being recorded.
     Recording(Recorder),
+    /// The finger closes, and nothing has been felt.
+    Searching(Search<R>),
     /// A contact is being judged.
     Contact(Touching<R>),
 }
 
 /// Contact sensing of one finger. See the module documentation.
 ///
-/// `H` is [`NoHall`] or [`Hall`].
+/// `H` is [`NoHall`] or [`Hall`](crate::sensing::Hall).
 #[derive(Clone, Debug)]
 pub struct Sensor<F: Mechanics, H: JointSensor = NoHall> {
-    finger: F,
-    drivetrain: Drivetrain,
-    settings: Settings,
-    calibration: Calibration,
-    directive: Directive,
+    known: Known<F, H>,
     gate: Gate,
-    friction: Option<Friction>,
     work: Work<H::Reading>,
-    detector: Option<Detector>,
-    history: Deque<Past<H::Reading>, HISTORY>,
     /// The contact of this closing has been judged, or what was found was no contact.
     done: bool,
-    stale_told: bool,
-    posture: F::Configuration,
-    reading: H::Reading,
-    events: Deque<Event, 4>,
 }
 
 impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
@@ -73,72 +63,65 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         settings: Settings,
         calibration: Calibration,
     ) -> Self {
-        let posture = finger.rest();
         Self {
-            finger,
-            drivetrain,
-            settings,
-            calibration,
-            directive: Directive::Rest,
+            known: Known::new(finger, drivetrain, settings, calibration),
             gate: Gate::default(),
-            friction: None,
             work: Work::Nothing,
-            detector: None,
-            history: Deque::new(),
             done: false,
-            stale_told: false,
-            posture,
-            reading: H::Reading::default(),
-            events: Deque::new(),
         }
     }
 
     /// The finger.
     pub fn finger(&self) -> &F {
-        &self.finger
+        &self.known.finger
     }
 
     /// The settings.
     pub fn settings(&self) -> &Settings {
-        &self.settings
+        &self.known.settings
     }
 
     /// Other settings, from the next closing on.
     pub fn set_settings(&mut self, settings: Settings) {
-        self.settings = settings;
+        self.known.settings = settings;
     }
 
     /// Nominal efficiency of the drivetrain, 0 to 1, from the next closing on; anything else is ignored.
     pub fn set_efficiency(&mut self, efficiency: f32) {
         if efficiency > 0.0 && efficiency <= 1.0 {
-            self.drivetrain.efficiency = efficiency;
+            self.known.drivetrain.efficiency = efficiency;
         }
+    }
+
+    /// Change of theta_2 since contact, as the last word on a contact took it into account.
+    pub fn joint_change(&self) -> H::Reading {
+        self.known.joint_change
     }
 
     /// The friction record.
     pub fn friction(&self) -> Option<&Friction> {
-        self.friction.as_ref()
+        self.known.friction.as_ref()
     }
 
     /// Takes a record that was kept. One that is not valid is ignored, and said so by `false`.
     pub fn set_friction(&mut self, friction: Friction) -> bool {
         let valid = friction.is_valid();
         if valid {
-            self.friction = Some(friction);
+            self.known.friction = Some(friction);
         }
         valid
     }
 
     /// What is known of torque factor and cable.
     pub fn calibration(&self) -> &Calibration {
-        &self.calibration
+        &self.known.calibration
     }
 
     /// Takes a calibration that was kept, or the nominal one. One that is not valid is ignored, and said so by `false`.
     pub fn set_calibration(&mut self, calibration: Calibration) -> bool {
         let valid = calibration.is_valid();
         if valid {
-            self.calibration = calibration;
+            self.known.calibration = calibration;
         }
         valid
     }
@@ -146,24 +129,24 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
     /// What the samples from now on are good for. A contact in hand is judged with what is there; the same directive
     /// again starts anew.
     pub fn direct(&mut self, directive: Directive) {
-        if self.directive == Directive::RecordFriction
-            && directive != Directive::RecordFriction
-            && let Work::Recording(mut recorder) = mem::replace(&mut self.work, Work::Nothing)
+        let known = &mut self.known;
+        if directive != Directive::RecordFriction
+            && let Work::Recording(recorder) = &mut self.work
         {
-            self.end_recording(&mut recorder);
+            known.end_recording(recorder);
         }
-        if directive == Directive::Rest && matches!(self.work, Work::Contact(_)) {
+        if directive == Directive::Rest
+            && let Work::Contact(touching) = &mut self.work
+        {
             // The last word is still to be said, under the old directive; nothing but that comes after.
-            self.end_motion();
+            touching.end();
             return;
         }
-        self.directive = directive;
-        self.detector = None;
+        known.directive = directive;
+        known.stale_told = false;
         self.done = false;
-        self.stale_told = false;
-        self.history.clear();
         self.work = match directive {
-            Directive::RecordFriction => Work::Recording(Recorder::new(self.travel_counts())),
+            Directive::RecordFriction => Work::Recording(Recorder::new(known.travel_counts())),
             _ => Work::Nothing,
         };
     }
@@ -172,28 +155,20 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
     /// after its end for some tens of samples, one step of a fit.
     // A symbol of its own, so that its instructions can be counted on the chip.
     #[inline(never)]
-    pub fn update(&mut self, sample: &Sample) -> Option<Event> {
-        match self.gate.push(sample, &self.drivetrain, &self.settings) {
+    pub fn update(&mut self, sample: &Sample<H::Reading>) -> Option<Event> {
+        self.known.reading = sample.joint;
+        let known = &self.known;
+        match self.gate.push(sample, &known.drivetrain, &known.settings) {
             Step::Pending => {}
             Step::Block(block) => self.take(&block),
             Step::Ended => self.end_run(),
         }
         self.conclude();
-        self.events.pop_front()
-    }
-
-    fn travel_counts(&self) -> i32 {
-        // Saturates where nonsense was set.
-        (self.settings.travel_rad / self.drivetrain.rad_per_count) as i32
-    }
-
-    fn tell(&mut self, event: Event) {
-        // Four wait at most: a touch, a location, staleness and a calibration. A fifth would repeat one of them.
-        let _ = self.events.push_back(event);
+        self.known.events.pop_front()
     }
 
     fn take(&mut self, block: &Block) {
-        match self.directive {
+        match self.known.directive {
             Directive::Rest => {}
             Directive::RecordFriction => {
                 if let Work::Recording(recorder) = &mut self.work {
@@ -203,51 +178,40 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             // What comes after the finger has opened is another closing.
             _ if block.drive != Drive::Closing => self.done = false,
             _ if self.done => {}
-            _ => {
-                let past = self.past(block);
-                match (&self.work, past) {
-                    (Work::Contact(touching), Some(past)) if touching.last_steps.is_none() => {
-                        self.with_contact(|sensor, touching| sensor.press(touching, &past));
-                    }
-                    (Work::Contact(_), _) | (_, None) => {}
-                    (_, Some(past)) => self.search(block, past),
-                }
-            }
+            _ => self.feel(block),
         }
     }
 
-    /// Does something with the contact in hand, which lies on the stack meanwhile: not inlined, so that it does not lie there
-    /// for the other users of the caller's frame too.
-    #[inline(never)]
-    fn with_contact(&mut self, act: impl FnOnce(&mut Self, &mut Touching<H::Reading>)) {
-        match mem::replace(&mut self.work, Work::Nothing) {
-            Work::Contact(mut touching) => {
-                act(self, &mut touching);
-                self.work = Work::Contact(touching);
+    /// A block of a closing.
+    fn feel(&mut self, block: &Block) {
+        let known = &mut self.known;
+        if let Work::Nothing = self.work {
+            self.work = Work::Searching(Search::default());
+        }
+        let Some(past) = known.past(block, matches!(self.work, Work::Contact(_))) else {
+            return;
+        };
+        match &mut self.work {
+            Work::Contact(touching) => {
+                if touching.last_steps.is_none() {
+                    known.press(touching, &past);
+                }
             }
-            other => self.work = other,
+            Work::Searching(search) => match known.search(search, block, past) {
+                Found::Nothing => {}
+                Found::Softer => self.done = true,
+                Found::Contact(onset) => self.begin(block, &onset),
+            },
+            Work::Nothing | Work::Recording(_) => {}
         }
     }
 
     fn end_run(&mut self) {
-        if let Work::Recording(recorder) = &mut self.work {
-            recorder.end_run();
+        match &mut self.work {
+            Work::Nothing => {}
+            Work::Recording(recorder) => recorder.end_run(),
+            Work::Searching(_) => self.work = Work::Nothing,
+            Work::Contact(touching) => touching.end(),
         }
-        self.detector = None;
-        self.history.clear();
-        self.end_motion();
-    }
-
-    fn end_motion(&mut self) {
-        if let Work::Contact(touching) = &mut self.work {
-            touching.end();
-        }
-    }
-}
-
-impl<F: Mechanics> Sensor<F, Hall> {
-    /// Takes a reading of theta_2, radian; it belongs to the samples that follow.
-    pub fn set_joint(&mut self, theta_2_rad: f32) {
-        self.reading = Some(theta_2_rad).filter(|angle| angle.is_finite());
     }
 }

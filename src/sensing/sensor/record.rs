@@ -1,6 +1,6 @@
 //! Free motion, recorded: what becomes of it in the end.
 
-use super::Sensor;
+use super::known::Known;
 use crate::finger::Mechanics;
 use crate::sensing::Event;
 use crate::sensing::friction::Recorder;
@@ -9,11 +9,12 @@ use crate::sensing::joint::JointSensor;
 /// Share of the record's bins that a recording must fill.
 const COVERAGE: f32 = 0.6;
 
-impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
+impl<F: Mechanics, H: JointSensor> Known<F, H> {
     pub(super) fn end_recording(&mut self, recorder: &mut Recorder) {
-        let recorded = recorder.finish();
+        recorder.end_run();
         let coverage = recorder.coverage();
-        let told = recorded.as_ref().and_then(|friction| {
+        let recorded = recorder.finish().filter(|_| coverage >= COVERAGE);
+        let told = recorded.and_then(|friction| {
             Some(Event::FrictionRecorded {
                 closing_nm: friction.closing.mean_nm()?,
                 opening_nm: friction.opening.mean_nm()?,
@@ -21,12 +22,9 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
                 coverage,
             })
         });
-        match (recorded, told) {
-            (Some(friction), Some(event)) if coverage >= COVERAGE => {
-                self.friction = Some(friction);
-                self.tell(event);
-            }
-            _ => self.tell(Event::FrictionNotRecorded { coverage }),
+        if told.is_some() {
+            self.friction = recorded.cloned();
         }
+        self.tell(told.unwrap_or(Event::FrictionNotRecorded { coverage }));
     }
 }

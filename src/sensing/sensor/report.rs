@@ -1,11 +1,11 @@
 //! What a round of the locator says, and whether it is news.
 
-use super::Sensor;
+use super::known::Known;
 use super::touch::{Reported, Touching};
 use crate::finger::Mechanics;
-use crate::numeric::sqrt;
+use crate::numeric::{Bounded, sqrt};
 use crate::sensing::fit::Estimate;
-use crate::sensing::joint::{Hall, JointSensor};
+use crate::sensing::joint::JointSensor;
 use crate::sensing::locator::{self, Verdict};
 use crate::sensing::{Event, NotLocated};
 
@@ -25,13 +25,16 @@ const WORSE_ROUNDS: u8 = 4;
 /// A location is reported anew when its deviation has shrunk by this factor.
 const SHARPER: f32 = 0.75;
 
-impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
-    fn verdict(&self, touching: &Touching<H::Reading>) -> Verdict {
-        let change = H::change_rad(touching.reading, self.reading);
+impl<F: Mechanics, H: JointSensor> Known<F, H> {
+    fn verdict(&mut self, touching: &Touching<H::Reading>) -> Verdict {
+        let touch = &touching.touch;
+        // To the end of the curve, which is what was fitted: the finger may have moved on.
+        self.joint_change = H::change(touch.reading, touch.waiting.reading);
+        let change_rad = H::rad(self.joint_change);
         touching.locator.verdict(|estimate| {
-            change.map_or(0.0, |measured| {
-                let [_, expected, _] = estimate.end.joints_rad;
-                locator::ln_likelihood(measured, expected, Hall::SIGMA_RAD)
+            change_rad.map_or(0.0, |measured| {
+                let [_, expected, _] = estimate.joints_rad;
+                locator::ln_likelihood(measured, expected, H::SIGMA_RAD)
             })
         })
     }
@@ -43,9 +46,9 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         }
         let misfit = touching.locator.misfit();
         let mut verdict = self.verdict(touching);
-        let mut over = last || touching.torque_nm >= 0.97 * self.settings.torque_limit_nm;
+        let mut over = last || touching.touch.torque_nm >= 0.97 * self.settings.torque_limit_nm;
         let was = touching.good.map_or(misfit, |(_, was)| was);
-        if misfit > (WORSE * was.max(1.0)).max(GOOD) {
+        if misfit > (WORSE * was.at_least(1.0)).at_least(GOOD) {
             touching.worse = touching.worse.saturating_add(1);
         } else {
             touching.worse = 0;
@@ -110,7 +113,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             }
             Verdict::Nowhere(why) => {
                 // A proximal contact is not told from one near the joint before the torque has shown the difference.
-                let sure = touching.torque_nm >= 0.3 * self.settings.torque_limit_nm;
+                let sure = touching.touch.torque_nm >= 0.3 * self.settings.torque_limit_nm;
                 if over || (sure && why == NotLocated::Proximal) {
                     self.tell_nowhere(touching, why);
                 }
@@ -124,19 +127,19 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         touching.settled = true;
         self.tell(Event::NotLocated {
             why,
-            torque_nm: touching.torque_nm,
+            torque_nm: touching.touch.torque_nm,
         });
     }
 
     /// Whether the deviation still shrinks as the torque grows.
     fn more_torque_helps(&self, touching: &mut Touching<H::Reading>, sigma_m: f32) -> bool {
         let (torque_nm, was_m) = touching.asked;
-        if touching.torque_nm < 1.25 * torque_nm {
+        if touching.touch.torque_nm < 1.25 * torque_nm {
             return true;
         }
-        touching.asked = (touching.torque_nm, sigma_m);
+        touching.asked = (touching.touch.torque_nm, sigma_m);
         // Early deviations say little: the fit may not stand still yet.
-        touching.torque_nm < 0.4 * self.settings.torque_limit_nm || sigma_m < NO_HELP * was_m
+        touching.touch.torque_nm < 0.4 * self.settings.torque_limit_nm || sigma_m < NO_HELP * was_m
     }
 
     fn tell_located(
@@ -173,7 +176,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             k_m: estimate.k_m,
             sigma_m,
             k_c_nm_per_rad: k_c,
-            force_n: estimate.end.force_n,
+            force_n: estimate.force_n,
             radius_m: if tells_radius {
                 estimate.radius_m
             } else {

@@ -1,12 +1,12 @@
 //! The finger closes and nothing is felt yet: the detector on what the friction record leaves of each block.
 
-use super::{Sensor, Work};
-use crate::finger::{Free, Mechanics};
+use super::known::Known;
+use crate::finger::Mechanics;
 use crate::sensing::block::Block;
 use crate::sensing::detector::{self, Detector, Finding};
-use crate::sensing::fit;
 use crate::sensing::joint::JointSensor;
 use crate::sensing::{Directive, Event};
+use heapless::Deque;
 
 /// Blocks kept, so that the curve starts at the onset and not at its detection: a quarter of a second.
 pub(super) const HISTORY: usize = 32;
@@ -26,13 +26,48 @@ pub(super) struct Past<R> {
     pub(super) reading: R,
 }
 
-impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
+/// A search under way.
+#[derive(Clone, Debug)]
+pub(super) struct Search<R> {
+    pub(super) history: Deque<Past<R>, HISTORY>,
+    detector: Option<Detector>,
+}
+
+impl<R> Default for Search<R> {
+    fn default() -> Self {
+        Self {
+            history: Deque::new(),
+            detector: None,
+        }
+    }
+}
+
+/// What a block of a search showed.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Found {
+    Nothing,
+    /// Less than friction; it has been told.
+    Softer,
+    Contact(Onset),
+}
+
+/// A contact as the detector has it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Onset {
+    /// Blocks since it began, the last one included.
+    pub(super) since: usize,
+    /// What the record's level was off by, newton metre of motor torque, and its variance.
+    pub(super) level: (f32, f32),
+    /// Noise of a residual, as in [`Track`](crate::sensing::friction::Track).
+    pub(super) noise_nm2_counts: f32,
+}
+
+impl<F: Mechanics, H: JointSensor> Known<F, H> {
     /// A block with the residual of the record.
-    pub(super) fn past(&self, block: &Block) -> Option<Past<H::Reading>> {
+    pub(super) fn past(&self, block: &Block, in_contact: bool) -> Option<Past<H::Reading>> {
         let friction = self.friction.as_ref()?;
-        let (torque_nm, beyond_counts) = if self.directive == Directive::CalibrateCable
-            || matches!(self.work, Work::Contact(_))
-        {
+        let beyond = in_contact || self.directive == Directive::CalibrateCable;
+        let (torque_nm, beyond_counts) = if beyond {
             let period_counts = self.drivetrain.counts_per_worm_turn;
             friction.beyond(block.drive, block.counts, period_counts)?
         } else {
@@ -52,27 +87,32 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
     }
 
     /// Nothing felt yet.
-    pub(super) fn search(&mut self, block: &Block, past: Past<H::Reading>) {
+    pub(super) fn search(
+        &mut self,
+        search: &mut Search<H::Reading>,
+        block: &Block,
+        past: Past<H::Reading>,
+    ) -> Found {
         let residual_nm = past.residual_nm;
         let Some(friction) = &self.friction else {
-            return;
+            return Found::Nothing;
         };
         let (Some(noise), Some(mean_nm)) = (
             friction.noise_nm2_counts(block.drive),
             friction.closing.mean_nm(),
         ) else {
-            return;
+            return Found::Nothing;
         };
         let theta_a_rad = self.drivetrain.closing_rad(block.counts);
         if let Some(free) = self.free(theta_a_rad) {
             self.posture = free.configuration;
         }
-        if self.history.is_full() {
-            self.history.pop_front();
+        if search.history.is_full() {
+            search.history.pop_front();
         }
-        let _ = self.history.push_back(past);
+        let _ = search.history.push_back(past);
         let settings = &self.settings;
-        let detector = self.detector.get_or_insert_with(|| {
+        let detector = search.detector.get_or_insert_with(|| {
             let blocks = friction.travel_counts as f32 / block.width_counts.max(1) as f32;
             Detector::new(
                 detector::threshold(settings.false_alarms_per_closing, blocks),
@@ -92,14 +132,21 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             }
             // Beyond the record, on the way to the stop, friction may well be less.
             Finding::Softer { .. } if self.directive == Directive::CalibrateCable => {
-                self.detector = None;
+                search.detector = None;
             }
             Finding::Softer { .. } => {
-                self.done = true;
                 self.tell_unusual(theta_a_rad, residual_nm - level.0);
+                return Found::Softer;
             }
-            Finding::Contact { since } => self.touch(block, since, level, noise),
+            Finding::Contact { since } => {
+                return Found::Contact(Onset {
+                    since,
+                    level,
+                    noise_nm2_counts: noise,
+                });
+            }
         }
+        Found::Nothing
     }
 
     fn tell_unusual(&mut self, theta_a_rad: f32, excess_nm: f32) {
@@ -118,17 +165,5 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
             },
             k_a_free_nm_per_rad: expected,
         });
-    }
-
-    /// Posture and torque of the free finger at a measured angle.
-    pub(super) fn free(&self, measured_rad: f32) -> Option<Free<F::Configuration>> {
-        let creep = self.drivetrain.creep[0];
-        fit::free_behind_cable(
-            &self.finger,
-            measured_rad,
-            &self.calibration,
-            creep,
-            &self.posture,
-        )
     }
 }

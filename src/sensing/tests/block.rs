@@ -23,6 +23,7 @@ fn blocks(
             position_counts: counts,
             current_a: current_a(counts.wrapping_sub(step / 2)),
             drive,
+            joint: (),
         };
         if let Step::Block(block) = gate.push(&sample, &drivetrain(), &settings()) {
             found.push(block);
@@ -77,6 +78,7 @@ fn another_speed_gives_no_block_and_a_slight_change_is_accounted_for() {
             position_counts: 20 * i as i32,
             current_a: 0.02,
             drive: Drive::Closing,
+            joint: (),
         };
         found += usize::from(matches!(
             gate.push(&sample, &drivetrain(), &settings()),
@@ -94,6 +96,7 @@ fn another_speed_gives_no_block_and_a_slight_change_is_accounted_for() {
             position_counts: (30_000.0 * seconds + 750.0 * seconds * seconds) as i32,
             current_a: 0.02,
             drive: Drive::Closing,
+            joint: (),
         };
         if let Step::Block(block) = gate.push(&sample, &drivetrain(), &settings()) {
             last = Some(block);
@@ -121,6 +124,7 @@ fn gaps_repetitions_nonsense_and_wrapping_do_no_harm() {
             position_counts: 0,
             current_a: 9.0,
             drive: Drive::Closing,
+            joint: (),
         };
         assert_eq!(
             gate.push(&sample, &drivetrain(), &settings()),

@@ -61,15 +61,11 @@ fn curve<F: Mechanics>(
 
 fn locate<F: Mechanics>(finger: &F, onset_rad: f32, points: &[Point]) -> Locator {
     let drivetrain = drivetrain();
-    let data = Data {
-        points,
-        origin_rad: onset_rad,
-        drivetrain: &drivetrain,
-    };
+    let frame = (onset_rad, &drivetrain);
     let near = finger.rest();
     let mut locator = Locator::default();
     for _ in 0..80 {
-        locator.refine(finger, &data, &prior(onset_rad), &near);
+        locator.refine(finger, points.iter(), frame, &prior(onset_rad), &near);
     }
     locator
 }

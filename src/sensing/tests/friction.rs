@@ -45,7 +45,7 @@ fn record(passes: usize, sigma: f32, seed: u64) -> Recorder {
 
 #[test]
 fn a_record_follows_the_friction_in_both_directions() {
-    let friction = record(1, 0.0, 1).finish().unwrap();
+    let friction = record(1, 0.0, 1).finish().cloned().unwrap();
     for counts in (12_000..240_000).step_by(333) {
         let error = friction.at(Drive::Closing, counts).unwrap() - truth(counts as f32);
         // A bin is 1/32 of the wave: the line between bins misses its crest by 0.5 % of 10 mN m, and a bin averages.
@@ -63,7 +63,7 @@ fn a_record_follows_the_friction_in_both_directions() {
 fn its_noise_is_that_of_the_motion_and_the_table() {
     // White noise of 1 mN m in blocks of 1000 counts: 1e-6 * 1000, and as much for the table.
     for (passes, seed) in [(1, 3), (2, 4)] {
-        let friction = record(passes, 1e-3, seed).finish().unwrap();
+        let friction = record(passes, 1e-3, seed).finish().cloned().unwrap();
         let noise = friction.noise_nm2_counts(Drive::Closing).unwrap();
         assert!((1.4e-3..2.8e-3).contains(&noise), "{passes}: {noise}");
         let residual = friction.residual_nm();
@@ -78,6 +78,7 @@ fn its_noise_is_that_of_the_motion_and_the_table() {
     }
     let noise = recorder
         .finish()
+        .cloned()
         .unwrap()
         .noise_nm2_counts(Drive::Closing)
         .unwrap();
@@ -86,7 +87,7 @@ fn its_noise_is_that_of_the_motion_and_the_table() {
 
 #[test]
 fn beyond_its_end_friction_goes_on_with_the_worm() {
-    let friction = record(1, 0.0, 1).finish().unwrap();
+    let friction = record(1, 0.0, 1).finish().cloned().unwrap();
     for counts in (250_000..300_000).step_by(1000) {
         let (torque, beyond) = friction.beyond(Drive::Closing, counts, WORM).unwrap();
         assert!(beyond > 0.0);
@@ -116,7 +117,7 @@ fn the_end_of_a_run_and_nonsense_are_left_out() {
     for i in 100..140 {
         recorder.push(&block(Drive::Closing, 1000 * i, f32::NAN));
     }
-    let friction = recorder.finish().unwrap();
+    let friction = recorder.finish().cloned().unwrap();
     for counts in (12_000..240_000).step_by(777) {
         let error = friction.at(Drive::Closing, counts).unwrap() - truth(counts as f32);
         assert!(error.abs() < 1.5e-4, "{counts}: {error}");
@@ -127,7 +128,7 @@ fn the_end_of_a_run_and_nonsense_are_left_out() {
 
 #[test]
 fn a_record_with_nonsense_in_it_is_not_valid() {
-    let friction = record(1, 1e-3, 9).finish().unwrap();
+    let friction = record(1, 1e-3, 9).finish().cloned().unwrap();
     assert!(friction.is_valid());
     let mut mad = friction.clone();
     mad.opening.torque_nm[3] = f32::NAN;

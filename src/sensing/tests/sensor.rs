@@ -67,6 +67,7 @@ fn motion(
             position_counts: (f64::from(angle) / f64::from(drivetrain.rad_per_count)) as i32,
             current_a: current_a(angle),
             drive,
+            joint: (),
         };
         events.extend(sensor.update(&sample));
     }
@@ -77,6 +78,7 @@ fn motion(
             position_counts: (f64::from(to) / f64::from(drivetrain.rad_per_count)) as i32,
             current_a: 0.0,
             drive: Drive::Idle,
+            joint: (),
         };
         events.extend(sensor.update(&sample));
     }
@@ -213,6 +215,7 @@ proptest! {
                 position_counts: counts,
                 current_a,
                 drive: [Drive::Closing, Drive::Opening, Drive::Idle][usize::from(drive)],
+                joint: (),
             };
             if let Some(event) = sensor.update(&sample) {
                 prop_assert!(numbers(&event).iter().all(|n| n.is_finite()), "{event:?}");

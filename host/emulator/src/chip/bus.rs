@@ -64,6 +64,7 @@ impl Chip {
                 value
             }
             Device::Iwdg => self.iwdg.read(offset),
+            Device::Cordic => self.cordic.read(offset),
         }
     }
 
@@ -128,6 +129,7 @@ impl Chip {
             Device::AdcCommon => self.adc_common.write(offset, value)?,
             Device::Uart(n) => self.uarts[n].write(offset, value, clocks)?,
             Device::Iwdg => self.iwdg.write(offset, value, self.now)?,
+            Device::Cordic => self.cordic.write(offset, value)?,
         }
         self.follow(device, offset);
         Ok(())
@@ -267,6 +269,7 @@ impl Chip {
                 Device::AdcCommon => self.adc_common.reset(),
                 Device::Uart(n) => self.uarts[n].reset(),
                 Device::Syscfg => self.syscfg.bank.reset(),
+                Device::Cordic => self.cordic.reset(),
                 Device::Pwr => self.pwr = pwr::Pwr::new(),
                 _ => {}
             }

@@ -22,6 +22,7 @@ pub(super) enum Device {
     AdcCommon,
     Uart(usize),
     Iwdg,
+    Cordic,
 }
 
 impl Device {
@@ -41,6 +42,7 @@ impl Device {
             Self::AdcCommon => "ADC12_COMMON",
             Self::Uart(n) => ["LPUART1", "USART2"][n],
             Self::Iwdg => "IWDG",
+            Self::Cordic => "CORDIC",
         }
     }
 }
@@ -75,6 +77,7 @@ pub(super) const DEVICES: &[(u32, Device, Option<Gate>)] = &[
     (0x4002_0000, Device::Dma(0), Some((AHB1, 0))),
     (0x4002_0400, Device::Dma(1), Some((AHB1, 1))),
     (0x4002_0800, Device::Dma(2), Some((AHB1, 2))),
+    (0x4002_0C00, Device::Cordic, Some((AHB1, 3))),
     (0x4002_1000, Device::Rcc, None),
     (0x4002_2000, Device::Flash, Some((AHB1, 8))),
     (0x4800_0000, Device::Gpio(0), Some((AHB2, 0))),

@@ -4,6 +4,7 @@
 mod adc;
 mod bank;
 mod bus;
+mod cordic;
 mod dma;
 mod ecc;
 mod events;
@@ -69,6 +70,7 @@ pub struct Chip {
     adc_common: Bank,
     uarts: [uart::Uart; 2],
     iwdg: iwdg::Iwdg,
+    cordic: cordic::Cordic,
     /// What the pins are wired to.
     pub(crate) world: World,
     next_idle_step: Ticks,
@@ -114,6 +116,7 @@ impl Chip {
                 uart::Uart::new("USART2", false),
             ],
             iwdg: iwdg::Iwdg::new(lsi_hz),
+            cordic: cordic::Cordic::new(),
             world: World::new(plant),
             next_idle_step: 0,
             unboosted_since: None,
@@ -150,6 +153,7 @@ impl Chip {
         self.adc_common.reset();
         self.uarts.iter_mut().for_each(uart::Uart::reset);
         self.iwdg = iwdg::Iwdg::new(self.lsi_hz);
+        self.cordic.reset();
         self.core.reset();
         self.apply_pins();
         self.reschedule();

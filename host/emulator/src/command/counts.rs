@@ -66,10 +66,20 @@ pub fn print(machine: &Machine<'_>, as_json: bool) {
         name: exception_name(number),
         calls,
     });
-    let functions = account.functions().iter().map(|(name, calls)| Row {
-        kind: "function",
-        name: name.clone(),
-        calls,
+    let functions = account.functions().iter().flat_map(|(name, watched)| {
+        let row = |kind, calls| Row {
+            kind,
+            name: name.clone(),
+            calls,
+        };
+        // Where nothing was set apart the two are the same.
+        let without = (watched.without.count != watched.all.count).then_some(&watched.without);
+        [
+            Some(row("function", &watched.all)),
+            without.map(|calls| row("without", calls)),
+        ]
+        .into_iter()
+        .flatten()
     });
     if !as_json {
         println!(

@@ -73,6 +73,9 @@ pub struct Options {
     /// Counts the calls of every function with this in its name
     #[arg(long, value_name = "NAME", requires = "counts")]
     watch: Vec<String>,
+    /// Counts apart the calls of watched functions in which none with this in its name runs
+    #[arg(long, value_name = "NAME", requires = "watch")]
+    apart: Vec<String>,
     /// Simulated seconds after which the run is given up
     #[arg(long, value_name = "S", default_value_t = 300.0, value_parser = positive)]
     max_s: f64,
@@ -157,6 +160,7 @@ fn settings(options: &Options) -> Result<Settings, Error> {
         max_s: options.max_s,
         setup: Setup {
             watch: options.watch.clone(),
+            apart: options.apart.clone(),
             flash: flash(options.flash.as_deref())?,
             ..Setup::default()
         },

@@ -45,6 +45,15 @@ pub struct Calls {
     pub max: Cost,
 }
 
+/// Calls of a watched function: all of them, and apart those in which no other watched function set apart ran.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Watched {
+    /// All.
+    pub all: Calls,
+    /// Those without a function set apart inside.
+    pub without: Calls,
+}
+
 impl Calls {
     fn record(&mut self, cost: Cost) {
         self.min_instructions = if self.count == 0 {
@@ -70,6 +79,8 @@ struct Frame {
     stack: u32,
     depth: usize,
     start: Cost,
+    /// A function set apart ran inside.
+    with_apart: bool,
 }
 
 /// The books.
@@ -80,7 +91,9 @@ pub struct Account {
     contexts: Vec<(u16, Cost)>,
     frames: Vec<Frame>,
     exceptions: BTreeMap<u16, Calls>,
-    functions: Vec<(String, Calls)>,
+    functions: Vec<(String, Watched)>,
+    /// By function: whether calls around it are counted apart.
+    apart: Vec<bool>,
 }
 
 impl Account {
@@ -91,12 +104,15 @@ impl Account {
             frames: Vec::new(),
             exceptions: BTreeMap::new(),
             functions: Vec::new(),
+            apart: Vec::new(),
         }
     }
 
-    /// Starts watching a function; the number goes into its first block.
-    pub(crate) fn watch(&mut self, name: String) -> u16 {
-        self.functions.push((name, Calls::default()));
+    /// Starts watching a function; the number goes into its first block. Watched functions around one that is `apart` keep
+    /// books of their calls without it.
+    pub(crate) fn watch(&mut self, name: String, apart: bool) -> u16 {
+        self.functions.push((name, Watched::default()));
+        self.apart.push(apart);
         self.functions.len() as u16
     }
 
@@ -123,12 +139,18 @@ impl Account {
 
     pub(crate) fn call(&mut self, watch: u16, return_to: u32, stack: u32) {
         let (depth, start) = self.here();
+        if self.apart.get(usize::from(watch) - 1) == Some(&true) {
+            for frame in self.frames.iter_mut().filter(|frame| frame.depth == depth) {
+                frame.with_apart = true;
+            }
+        }
         self.frames.push(Frame {
             watch,
             return_to: return_to & !1,
             stack,
             depth,
             start,
+            with_apart: false,
         });
     }
 
@@ -141,7 +163,11 @@ impl Account {
             }
             self.frames.pop();
             if let Some((_, calls)) = self.functions.get_mut(usize::from(frame.watch) - 1) {
-                calls.record(now.since(frame.start));
+                let cost = now.since(frame.start);
+                calls.all.record(cost);
+                if !frame.with_apart {
+                    calls.without.record(cost);
+                }
             }
         }
     }
@@ -200,7 +226,7 @@ impl Account {
 
     /// Watched functions in the order in which they were named.
     #[must_use]
-    pub fn functions(&self) -> &[(String, Calls)] {
+    pub fn functions(&self) -> &[(String, Watched)] {
         &self.functions
     }
 }
@@ -221,8 +247,8 @@ mod tests {
     #[test]
     fn a_function_is_charged_its_callees_but_not_what_preempted_it() {
         let mut account = Account::new();
-        let outer = account.watch("outer".into());
-        let inner = account.watch("inner".into());
+        let outer = account.watch("outer".into(), false);
+        let inner = account.watch("inner".into(), true);
         account.charge(&block(100));
         account.call(outer, 0x0800_0101, 0x2000_1000);
         account.charge(&block(10));
@@ -237,9 +263,17 @@ mod tests {
         let calls: Vec<_> = account
             .functions()
             .iter()
-            .map(|(_, calls)| calls.total.instructions)
+            .map(|(_, calls)| calls.all.total.instructions)
             .collect();
         assert_eq!(calls, [18, 3]);
+        // Again without the inner function: that call alone is the outer one's own.
+        account.call(outer, 0x0800_0101, 0x2000_1000);
+        account.charge(&block(7));
+        account.returned(0x2000_1000);
+        let outer = account.functions()[0].1;
+        assert_eq!((outer.all.count, outer.without.count), (2, 1));
+        assert_eq!(outer.without.total.instructions, 7);
+        assert_eq!(account.functions()[1].1.without.count, 1);
         let Cost {
             instructions,
             cycles_low,
@@ -250,22 +284,22 @@ mod tests {
             [1000, 1022, 2060],
             "its own, and the way in and out"
         );
-        assert_eq!(account.total().instructions, 1118);
+        assert_eq!(account.total().instructions, 1125);
     }
 
     #[test]
     fn recursion_ends_at_its_own_level() {
         let mut account = Account::new();
-        let f = account.watch("f".into());
+        let f = account.watch("f".into(), false);
         account.call(f, 0x0800_0100, 0x2000_1000);
         account.charge(&block(1));
         account.call(f, 0x0800_0200, 0x2000_0FF0);
         account.charge(&block(1));
         account.returned(0x2000_0FF0);
-        assert_eq!(account.functions()[0].1.count, 1);
+        assert_eq!(account.functions()[0].1.all.count, 1);
         account.charge(&block(1));
         account.returned(0x2000_1000);
-        assert_eq!(account.functions()[0].1.count, 2);
-        assert_eq!(account.functions()[0].1.max.instructions, 3);
+        assert_eq!(account.functions()[0].1.all.count, 2);
+        assert_eq!(account.functions()[0].1.all.max.instructions, 3);
     }
 }

@@ -308,10 +308,10 @@ impl Engine {
         Ok(())
     }
 
-    /// Watches a function from now on.
-    pub(crate) fn watch(&mut self, address: u32, name: String) {
+    /// Watches a function from now on; see [`Account::watch`](super::account::Account::watch).
+    pub(crate) fn watch(&mut self, address: u32, name: String, apart: bool) {
         let core = &mut self.chip_mut().core;
-        let number = core.account.watch(name);
+        let number = core.account.watch(name, apart);
         if let Some(slot) = core.blocks.slot(address & !1) {
             slot.watch = number;
         }

@@ -10,6 +10,8 @@ pub enum Scene {
     P70,
     /// Two phalanges, tendon.
     Tendon2,
+    /// The same with a Hall sensor at joint 2.
+    Tendon2Hall,
     /// Three phalanges, tendon.
     Tendon3,
     /// Three phalanges, linkage.
@@ -22,7 +24,7 @@ impl Scene {
     pub fn finger(self) -> FingerKind {
         match self {
             Self::P70 => FingerKind::P70,
-            Self::Tendon2 => FingerKind::Tendon2,
+            Self::Tendon2 | Self::Tendon2Hall => FingerKind::Tendon2,
             Self::Tendon3 => FingerKind::Tendon3,
             Self::Linkage3 => FingerKind::Linkage3,
         }

@@ -185,6 +185,7 @@ fn piece_samples(
             position_counts: counts as i32,
             current_a: mean as f32,
             drive: drive(piece, index),
+            joint: (),
         });
         last_time = time;
         tick += 1;

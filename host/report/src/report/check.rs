@@ -34,7 +34,8 @@ pub fn record(path: &Path, compiler: &str, rows: &[Row]) -> Result<()> {
     };
     let counts = rows
         .iter()
-        .map(|row| (key(row), (row.cost.instructions_mean * 10.0).round() / 10.0))
+        .filter(|row| row.on_chip.is_some())
+        .map(|row| (key(row), (row.instructions() * 10.0).round() / 10.0))
         .collect();
     recorded.insert(compiler.to_owned(), counts);
     let text = serde_json::to_string_pretty(&recorded)? + "\n";
@@ -49,11 +50,12 @@ pub fn check(rows: &[Row], recorded: &Recorded, compiler: &str) -> (Vec<String>,
             wrong.push(format!(
                 "{}: {} is chosen, but {} has a smaller error ({:.1e} < {:.1e}) and costs less ({:.0} < {:.0} instructions)",
                 chosen.task, chosen.name, better.name, better.error.error_max, chosen.error.error_max,
-                better.cost.instructions_mean, chosen.cost.instructions_mean
+                better.instructions(), chosen.instructions()
             ));
         }
     }
-    for row in rows.iter().filter(|row| !row.same_bits) {
+    let differs = |row: &&Row| row.on_chip.is_some_and(|chip| !chip.same_bits);
+    for row in rows.iter().filter(differs) {
         wrong.push(format!(
             "{}: {} computes other bits on the chip than on the PC",
             row.task, row.name
@@ -64,8 +66,8 @@ pub fn check(rows: &[Row], recorded: &Recorded, compiler: &str) -> (Vec<String>,
             "no instruction counts are recorded for {compiler}: growth is not judged"
         )),
         Some(counts) => {
-            for row in rows {
-                let now = row.cost.instructions_mean;
+            for row in rows.iter().filter(|row| row.on_chip.is_some()) {
+                let now = row.instructions();
                 match counts.get(&key(row)) {
                     Some(&before) if now > before * GROWTH + 0.5 => wrong.push(format!(
                         "{}: {} takes {now:.1} instructions, {before:.1} are recorded for {compiler}",
@@ -82,7 +84,7 @@ pub fn check(rows: &[Row], recorded: &Recorded, compiler: &str) -> (Vec<String>,
 
 #[cfg(test)]
 mod tests {
-    use super::super::row::{Cost, Error, Row};
+    use super::super::row::{Cost, Error, OnChip, Row};
     use super::{Recorded, check};
 
     fn row(name: &str, error_max: f64, instructions_mean: f64, chosen: bool) -> Row {
@@ -94,14 +96,16 @@ mod tests {
                 error_max,
                 ..Error::default()
             },
-            cost: Cost {
-                instructions_mean,
-                ..Cost::default()
-            },
-            flash_bytes: 0,
+            on_chip: Some(OnChip {
+                cost: Cost {
+                    instructions_mean,
+                    ..Cost::default()
+                },
+                flash_bytes: 0,
+                same_bits: true,
+            }),
             chosen,
             why: None,
-            same_bits: true,
         }
     }
 

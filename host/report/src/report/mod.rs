@@ -7,11 +7,15 @@
 //! here with the same code over all reference rows. The results of the timed rows must be the same bits on both.
 
 mod check;
+mod delay;
 mod judge;
 mod measured;
 mod plot;
+mod published;
+mod readme;
 mod row;
 mod table;
+mod target;
 mod whole;
 
 use std::path::{Path, PathBuf};
@@ -20,7 +24,8 @@ use anyhow::{Context, Result};
 
 use crate::elf::Image;
 use crate::size;
-use row::Row;
+use row::{OnChip, Row};
+use target::Target;
 use whole::Grasp;
 
 /// What a reader of the page must know.
@@ -56,6 +61,12 @@ pub struct Arguments {
     /// Record this run's instruction counts for the compiler.
     #[arg(long)]
     record: bool,
+    /// Measure delay against error by the settings, simulated: a minute on two processors.
+    #[arg(long)]
+    delays: bool,
+    /// Write the short tables between the markers of this file.
+    #[arg(long, value_name = "FILE")]
+    readme: Option<PathBuf>,
     /// Folder for the plots and the tables.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -68,24 +79,31 @@ fn join(arguments: &Arguments) -> Result<Vec<Row>> {
     judge::judge()
         .into_iter()
         .map(|judged| {
-            let on_chip = measured
-                .iter()
-                .find(|one| one.task == judged.task && one.name == judged.name)
-                .with_context(|| format!("the chip did not run {} {}", judged.task, judged.name))?;
+            let on_chip = judged
+                .checksum
+                .map(|checksum| {
+                    let one = measured
+                        .iter()
+                        .find(|one| one.task == judged.task && one.name == judged.name)
+                        .with_context(|| {
+                            format!("the chip did not run {} {}", judged.task, judged.name)
+                        })?;
+                    let reached = image.reached_from(one.address);
+                    anyhow::Ok(OnChip {
+                        cost: one.cost,
+                        flash_bytes: reached.iter().map(|symbol| symbol.size).sum(),
+                        same_bits: checksum == one.checksum,
+                    })
+                })
+                .transpose()?;
             Ok(Row {
                 kind: "candidate",
                 task: judged.task.to_owned(),
                 name: judged.name.to_owned(),
                 error: judged.error,
-                cost: on_chip.cost,
-                flash_bytes: image
-                    .reached_from(on_chip.address)
-                    .iter()
-                    .map(|symbol| symbol.size)
-                    .sum(),
+                on_chip,
                 chosen: judged.chosen.is_some(),
                 why: judged.chosen,
-                same_bits: judged.checksum == on_chip.checksum,
             })
         })
         .collect()
@@ -100,6 +118,7 @@ struct Report {
     rows: Vec<Row>,
     grasp: Option<Grasp>,
     sizes: Vec<size::Row>,
+    delays: Vec<delay::Row>,
 }
 
 impl Report {
@@ -108,7 +127,16 @@ impl Report {
             rows: join(arguments)?,
             grasp: arguments.grasp.as_deref().map(whole::read).transpose()?,
             sizes: size::rows(&arguments.image)?,
+            delays: if arguments.delays {
+                delay::rows()?
+            } else {
+                Vec::new()
+            },
         })
+    }
+
+    fn targets(&self) -> Vec<Target> {
+        target::targets(&self.rows, self.grasp.as_ref(), &self.sizes)
     }
 
     /// The whole text of the tables.
@@ -117,6 +145,7 @@ impl Report {
             "Instructions are counted exactly on an emulated Cortex-M4F, not on silicon; cycles are a bracket computed from \
              them. {compiler}. Chosen methods in bold.\n"
         );
+        text += &format!("\n## Targets\n\n{}", target::table(&self.targets()));
         for rows in tasks(&self.rows) {
             let name = rows.first().map_or("", |row| &row.task);
             let plot = if with_plots {
@@ -132,15 +161,34 @@ impl Report {
         );
         if let Some(grasp) = &self.grasp {
             text += &format!("\n## Whole path\n\n{}", grasp.text());
+            if let Some(row) = self.sizes.first() {
+                text += &format!(
+                    "\nOf {} bytes of RAM: {} in statics, {} in what lies in CCM SRAM, {} in the deepest stacks of this grasp, {} \
+                     free.\n",
+                    size::RAM_BYTES,
+                    row.ram_bytes(),
+                    row.ccm_bytes(),
+                    grasp.stack_bytes(),
+                    row.left().saturating_sub(grasp.stack_bytes()),
+                );
+            }
+        }
+        if !self.delays.is_empty() {
+            let plot = if with_plots {
+                "![error against delay](delay.png)\n\n"
+            } else {
+                ""
+            };
+            text += &format!(
+                "\n## Time from first contact against error\n\n{plot}{}",
+                delay::table(&self.delays)
+            );
         }
         if !self.sizes.is_empty() {
             text += &format!(
                 "\n## Flash and RAM by scene\n\n{}",
                 size::table(&self.sizes)
             );
-            for line in size::missed(&self.sizes) {
-                text += &format!("\n**{line}**\n");
-            }
         }
         text
     }
@@ -152,9 +200,6 @@ impl Report {
         if let Some(grasp) = &self.grasp {
             for figure in grasp.figures() {
                 println!("{}", serde_json::to_string(&figure)?);
-            }
-            for target in grasp.targets() {
-                println!("{}", serde_json::to_string(&target)?);
             }
             for stack in &grasp.stacks {
                 println!(
@@ -169,6 +214,12 @@ impl Report {
         for size in &self.sizes {
             println!("{}", size.json());
         }
+        for delay in &self.delays {
+            println!("{}", serde_json::to_string(delay)?);
+        }
+        for target in self.targets() {
+            println!("{}", serde_json::to_string(&target)?);
+        }
         Ok(())
     }
 
@@ -180,6 +231,9 @@ impl Report {
             if let Some(first) = rows.first() {
                 plot::task(folder, &first.task, rows)?;
             }
+        }
+        if !self.delays.is_empty() {
+            plot::delays(folder, &self.delays)?;
         }
         let page = folder.join("README.md");
         let text = format!("{INTRODUCTION}{}", self.text(compiler, true));
@@ -193,25 +247,16 @@ impl Report {
         for line in &unknown {
             eprintln!("note: {line}");
         }
-        for line in size::missed(&self.sizes) {
-            eprintln!("note: {line}");
-        }
-        for target in self
-            .grasp
-            .iter()
-            .flat_map(Grasp::targets)
-            .filter(|target| !target.met)
-        {
-            let whole::Target {
+        for target in self.targets().iter().filter(|target| !target.met) {
+            let Target {
                 what,
                 measured,
-                most,
+                bound,
+                wanted,
                 unit,
                 ..
             } = target;
-            eprintln!(
-                "note: missed target: {what}: {measured:.1} {unit}, at most {most} were wanted"
-            );
+            eprintln!("note: missed target: {what}: {measured:.1} {unit}, {bound} {wanted} wanted");
         }
         for line in &wrong {
             eprintln!("check: {line}");
@@ -233,6 +278,16 @@ pub fn run(arguments: &Arguments) -> Result<bool> {
     }
     if let Some(folder) = &arguments.out {
         report.write(folder, &arguments.compiler)?;
+    }
+    if let Some(path) = &arguments.readme {
+        let block = readme::block(
+            &arguments.compiler,
+            &report.rows,
+            report.grasp.as_ref(),
+            &report.delays,
+            &report.targets(),
+        );
+        readme::write(path, &block)?;
     }
     if arguments.record {
         check::record(&arguments.recorded, &arguments.compiler, &report.rows)?;

@@ -40,6 +40,18 @@ pub struct Error {
     pub rows: usize,
 }
 
+/// A candidate on the chip.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct OnChip {
+    /// Cost.
+    #[serde(flatten)]
+    pub cost: Cost,
+    /// Bytes of its function, of every function that this reaches by fixed calls, and of the statics they name.
+    pub flash_bytes: u64,
+    /// PC and chip computed the same bits.
+    pub same_bits: bool,
+}
+
 /// A line of the report.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
@@ -53,20 +65,22 @@ pub struct Row {
     /// Error.
     #[serde(flatten)]
     pub error: Error,
-    /// Cost.
+    /// What it is on the chip; nothing for what needs the standard library.
     #[serde(flatten)]
-    pub cost: Cost,
-    /// Bytes of its function, of every function that this reaches by fixed calls, and of the statics they name.
-    pub flash_bytes: u64,
+    pub on_chip: Option<OnChip>,
     /// The firmware uses it.
     pub chosen: bool,
     /// Where and why.
     pub why: Option<&'static str>,
-    /// PC and chip computed the same bits.
-    pub same_bits: bool,
 }
 
 impl Row {
+    /// Mean instructions; infinite for what cannot run on the chip.
+    pub fn instructions(&self) -> f64 {
+        self.on_chip
+            .map_or(f64::INFINITY, |chip| chip.cost.instructions_mean)
+    }
+
     /// Better in error and in cost than another of the same task. An answer that is lacking is an infinite error.
     pub fn beats(&self, other: &Self) -> bool {
         let error = |row: &Self| {
@@ -78,6 +92,6 @@ impl Row {
         };
         self.task == other.task
             && error(self) < error(other)
-            && self.cost.instructions_mean < other.cost.instructions_mean
+            && self.instructions() < other.instructions()
     }
 }

@@ -3,20 +3,19 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 /// Core clock, hertz.
 const CLOCK_HZ: f64 = 170e6;
-/// Limits: mean instructions of the control interrupt and of a sensing update, share of the processor of both.
-const CONTROL_MOST: f64 = 600.0;
-const SENSING_MOST: f64 = 1500.0;
-const LOAD_MOST_PERCENT: f64 = 15.0;
 
 /// An interrupt or a function, over the whole grasp.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Part {
+    /// `interrupt`, `function`, or `without`: the calls of a function in which no curve fit ran.
+    #[serde(skip_serializing)]
+    pub kind: String,
     /// Interrupt or function.
     pub name: String,
     /// Finished calls.
@@ -69,24 +68,6 @@ pub struct Figure {
     pub load_high_percent: f64,
 }
 
-/// A target of the whole path.
-#[derive(Clone, Debug, Serialize)]
-pub struct Target {
-    /// `target`.
-    #[serde(rename = "type")]
-    pub kind: &'static str,
-    /// Of what.
-    pub what: &'static str,
-    /// Mean over the grasp.
-    pub measured: f64,
-    /// At most this was wanted.
-    pub most: f64,
-    /// Of both.
-    pub unit: &'static str,
-    /// Reached.
-    pub met: bool,
-}
-
 /// Reads what `palpate-emulator sim --json --counts` printed.
 pub fn read(path: &Path) -> Result<Grasp> {
     let text =
@@ -103,27 +84,87 @@ pub fn read(path: &Path) -> Result<Grasp> {
             _ => {}
         }
     }
+    grasp.complete()?;
     Ok(grasp)
 }
 
-/// The part of a sensing update that is asked for once a block of a contact, not at every sample.
-const FIT: &str = "curve fit, one step";
-const CONTROL: &str = "control interrupt";
-const UPDATE: &str = "sensing update";
-const TYPICAL: &str = "sensing update, its fits left out";
+/// The calls that are in `all` and not in `some`; the dearest of all is among them.
+fn difference(all: &Part, some: &Part) -> Part {
+    let calls = all.calls.saturating_sub(some.calls);
+    let mean = |of: fn(&Part) -> f64| {
+        let total = of(all) * all.calls as f64 - of(some) * some.calls as f64;
+        total / calls.max(1) as f64
+    };
+    Part {
+        kind: "with".to_owned(),
+        name: all.name.clone(),
+        calls,
+        instructions_mean: mean(|part| part.instructions_mean),
+        instructions_max: all.instructions_max,
+        cycles_low_mean: mean(|part| part.cycles_low_mean),
+        cycles_high_mean: mean(|part| part.cycles_high_mean),
+    }
+}
 
-/// Figures by the part of a name that tells them.
-const FIGURES: &[(&str, &str, &str)] = &[
-    (CONTROL, "ADC1_2", ""),
-    (UPDATE, "sensing::sensor::Sensor", "::update"),
-    (FIT, "sensing::sensor::Sensor", "::refine"),
-    (
-        "curve fit, one hypothesis followed",
-        "sensing::fit::Hypothesis",
-        "::follow",
-    ),
-    ("tangent places", "::places", ""),
+/// What a reader asks for, by name.
+pub const CONTROL: &str = "control interrupt";
+/// Every update.
+pub const UPDATE: &str = "sensing update, all";
+/// The typical update: nothing but a fit, some tens of times a contact, costs more.
+pub const TYPICAL: &str = "sensing update without a fit";
+/// The rare one.
+pub const WITH_FIT: &str = "sensing update with a step of the fit";
+
+/// A figure: its name, what kind of count it is, and what of a function's name tells it; the first that is there.
+struct Known {
+    what: &'static str,
+    kind: &'static str,
+    names: &'static [(&'static str, &'static str)],
+}
+
+const FIGURES: &[Known] = &[
+    Known {
+        what: CONTROL,
+        kind: "interrupt",
+        names: &[("ADC1_2", "")],
+    },
+    Known {
+        what: TYPICAL,
+        kind: "without",
+        names: &[("sensing::sensor::Sensor", "::update")],
+    },
+    Known {
+        what: UPDATE,
+        kind: "function",
+        names: &[("sensing::sensor::Sensor", "::update")],
+    },
+    Known {
+        what: "fit: one step",
+        kind: "function",
+        names: &[
+            ("sensing::sensor::known::Known", "::refine"),
+            ("sensing::", "::refine"),
+        ],
+    },
+    Known {
+        what: "fit: locate, the finger's inverse of a slope",
+        kind: "function",
+        names: &[("finger::", ">::places"), ("finger::inverse", "::roots")],
+    },
+    Known {
+        what: "fit: its normal equations factored",
+        kind: "function",
+        names: &[("sensing::normal", "::factor")],
+    },
+    Known {
+        what: "fit: one hypothesis followed along the curve",
+        kind: "function",
+        names: &[("sensing::fit", "::follow")],
+    },
 ];
+
+/// The figures without which the page would lie by leaving them out.
+const NEEDED: &[&str] = &[CONTROL, TYPICAL, UPDATE];
 
 impl Grasp {
     fn seconds(&self) -> f64 {
@@ -135,34 +176,48 @@ impl Grasp {
 
     /// The parts that a reader asks for.
     pub fn figures(&self) -> Vec<Figure> {
-        let part = |&(what, name, end): &(&'static str, &str, &str)| {
-            let fits = |part: &&Part| part.name.contains(name) && part.name.contains(end);
-            Some((what, self.parts.iter().find(fits)?.clone()))
+        let found = |known: &Known| {
+            known.names.iter().find_map(|(name, end)| {
+                // Of several with such a name, the one that is called.
+                let fits = |part: &&Part| {
+                    part.kind == known.kind
+                        && part.calls > 0
+                        && part.name.contains(name)
+                        && part.name.contains(end)
+                };
+                self.parts.iter().filter(fits).max_by_key(|part| part.calls)
+            })
         };
-        let mut parts: Vec<(&'static str, Part)> = FIGURES.iter().filter_map(part).collect();
-        let of = |what: &str| {
-            parts
-                .iter()
-                .find(|part| part.0 == what)
-                .map(|part| part.1.clone())
-        };
-        if let (Some(update), Some(fit)) = (of(UPDATE), of(FIT)) {
-            let share = fit.calls as f64 / update.calls.max(1) as f64;
-            let typical = Part {
-                name: update.name.clone(),
-                calls: update.calls,
-                instructions_mean: update.instructions_mean - share * fit.instructions_mean,
-                // Which calls had no fit in them is not known.
-                instructions_max: update.instructions_max,
-                cycles_low_mean: update.cycles_low_mean - share * fit.cycles_low_mean,
-                cycles_high_mean: update.cycles_high_mean - share * fit.cycles_high_mean,
-            };
-            parts.push((TYPICAL, typical));
+        let mut parts: Vec<(&'static str, Part)> = FIGURES
+            .iter()
+            .filter_map(|known| Some((known.what, found(known)?.clone())))
+            .collect();
+        let of = |what: &str| parts.iter().find(|part| part.0 == what).map(|part| &part.1);
+        if let (Some(all), Some(typical)) = (of(UPDATE), of(TYPICAL)) {
+            let with_fit = difference(all, typical);
+            parts.insert(3.min(parts.len()), (WITH_FIT, with_fit));
         }
         parts
             .into_iter()
             .map(|(what, part)| self.figure(what, part))
             .collect()
+    }
+
+    /// One of them.
+    pub fn of(&self, what: &str) -> Option<Figure> {
+        self.figures()
+            .into_iter()
+            .find(|figure| figure.what == what)
+    }
+
+    /// What is missing: the firmware's functions were renamed, or inlined.
+    fn complete(&self) -> Result<()> {
+        for what in NEEDED {
+            if self.of(what).is_none() {
+                bail!("the emulator counted no {what}: has its function another name?");
+            }
+        }
+        Ok(())
     }
 
     fn figure(&self, what: &'static str, part: Part) -> Figure {
@@ -176,33 +231,9 @@ impl Grasp {
         }
     }
 
-    /// Targets of the whole path: what, measured, wanted at most, unit.
-    pub fn targets(&self) -> Vec<Target> {
-        let figures = self.figures();
-        let of = |what: &str| figures.iter().find(|figure| figure.what == what);
-        let instructions = |what| of(what).map_or(f64::NAN, |figure| figure.part.instructions_mean);
-        let load: f64 = [CONTROL, TYPICAL]
-            .map(|what| of(what).map_or(f64::NAN, |figure| figure.load_high_percent))
-            .iter()
-            .sum();
-        let target = |what, measured, most, unit| Target {
-            kind: "target",
-            what,
-            measured,
-            most,
-            unit,
-            met: measured <= most,
-        };
-        vec![
-            target(CONTROL, instructions(CONTROL), CONTROL_MOST, "instructions"),
-            target(TYPICAL, instructions(TYPICAL), SENSING_MOST, "instructions"),
-            target(
-                "both, upper cycle bracket",
-                load,
-                LOAD_MOST_PERCENT,
-                "% of the processor",
-            ),
-        ]
+    /// Deepest use of all stacks together, bytes: an interrupt comes on top of a task.
+    pub fn stack_bytes(&self) -> u64 {
+        self.stacks.iter().map(|stack| stack.used_bytes).sum()
     }
 
     fn at(&self, name: &str) -> Option<f64> {
@@ -236,22 +267,6 @@ impl Grasp {
                 figure.load_high_percent,
             );
         }
-        text += "\n| target | measured | at most | |\n|---|---|---|---|\n";
-        for target in self.targets() {
-            let Target {
-                what,
-                measured,
-                most,
-                unit,
-                met,
-                ..
-            } = target;
-            let verdict = if met { "met" } else { "**missed**" };
-            let _ = writeln!(
-                text,
-                "| {what}, {unit} | {measured:.1} | {most:.0} | {verdict} |"
-            );
-        }
         text += "\n| stack | used, bytes | of |\n|---|---|---|\n";
         for stack in &self.stacks {
             let _ = writeln!(
@@ -260,13 +275,68 @@ impl Grasp {
                 stack.name, stack.used_bytes, stack.size_bytes
             );
         }
+        let _ = writeln!(text, "| together | {} | |", self.stack_bytes());
         let number = |key: &str| self.summary.get(key).and_then(Value::as_f64);
         if let (Some(touch), Some(located)) = (self.at("touch"), self.at("located")) {
-            let _ = writeln!(text, "\nLocated {:.2} s after Touch.", located - touch);
+            let _ = writeln!(
+                text,
+                "\nLocated for the last time {:.2} s after Touch.",
+                located - touch
+            );
         }
         if let (Some(k), Some(truth)) = (number("k_mm"), number("true_k_mm")) {
             let _ = writeln!(text, "Estimate {k:.2} mm, simulated truth {truth:.2} mm.");
         }
         text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{CONTROL, TYPICAL, UPDATE, WITH_FIT, read};
+
+    fn count(kind: &str, name: &str, calls: u64, mean: f64, max: u64) -> String {
+        serde_json::json!({
+            "type": "count", "kind": kind, "name": name, "calls": calls, "instructions_min": 1,
+            "instructions_mean": mean, "instructions_max": max, "cycles_low_mean": mean, "cycles_high_mean": 2.0 * mean,
+        })
+        .to_string()
+    }
+
+    const NAME: &str = "<palpate::sensing::sensor::Sensor<X>>::update";
+
+    fn grasp(lines: &[String]) -> anyhow::Result<super::Grasp> {
+        let id = format!("palpate-whole-{}-{:x}", std::process::id(), lines.len());
+        let path = std::env::temp_dir().join(id);
+        std::fs::write(&path, lines.join("\n"))?;
+        let grasp = read(&path);
+        std::fs::remove_file(&path)?;
+        grasp
+    }
+
+    #[test]
+    fn the_typical_update_is_one_without_a_fit_and_the_rest_is_the_difference() {
+        let grasp = grasp(&[
+            count("interrupt", "ADC1_2", 2000, 500.0, 580),
+            count("function", NAME, 100, 1300.0, 100_300),
+            count("without", NAME, 99, 300.0, 700),
+            r#"{"type":"summary","emulated_s":0.1}"#.to_owned(),
+        ])
+        .expect("complete");
+        let typical = grasp.of(TYPICAL).expect("there").part;
+        assert_eq!((typical.calls, typical.instructions_max), (99, 700));
+        let with_fit = grasp.of(WITH_FIT).expect("there").part;
+        assert_eq!((with_fit.calls, with_fit.instructions_mean), (1, 100_300.0));
+        // 500 instructions, 2 cycles each, 20 kHz, of 170 MHz.
+        let control = grasp.of(CONTROL).expect("there");
+        assert!((control.load_high_percent - 11.7647).abs() < 1e-3);
+        assert!(grasp.of(UPDATE).is_some());
+    }
+
+    #[test]
+    fn a_function_that_was_not_counted_is_an_error_not_an_empty_row() {
+        let lines = [count("interrupt", "ADC1_2", 1, 1.0, 1)];
+        let error = grasp(&lines).err().expect("no sensing update");
+        assert!(error.to_string().contains(TYPICAL), "{error}");
     }
 }

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! Images of other scenes on the emulated chip: what they have beside the default one's finger works as a whole.
+//!
+//! The images come from `PALPATE_HALL_ELF` (scene `tendon2-hall`); `cargo xtask test` sets it. Without one its test says so
+//! and passes.
+
+use palpate_emulator::Firmware;
+use palpate_emulator::sim::{
+    CONTROL_INSTRUCTIONS, Object, Scene, Session, Settings, Summary, Verdict, end_of,
+};
+
+fn image(variable: &str) -> Option<Firmware> {
+    let Some(path) = std::env::var_os(variable) else {
+        eprintln!("{variable} is not set: nothing tested");
+        return None;
+    };
+    Some(Firmware::load(path.as_ref()).expect("the image loads"))
+}
+
+/// A grasp from the button; control stays within its bounds whatever a scene adds to it.
+fn grasp(firmware: &Firmware, scene: Scene, theta_1_deg: f64, contact_mm: f64) -> Session<'_> {
+    let settings = Settings {
+        scene,
+        object: Some(Object {
+            phalanx: 2,
+            contact_mm,
+            diameter_mm: 10.0,
+            theta_1_deg,
+        }),
+        ..Settings::default()
+    };
+    let session = end_of(firmware, settings).expect("the firmware keeps to the rules of the chip");
+    assert!(session.completed(), "not completed");
+    assert_eq!(session.faults, []);
+    let control = session.machine.account().exceptions()[&34];
+    assert!(
+        control.max.instructions <= CONTROL_INSTRUCTIONS,
+        "{control:?}"
+    );
+    assert_eq!(session.machine.chip().missed_triggers(), 0);
+    session
+}
+
+/// With the joint so far closed, two places on phalanx 2 fit the curve, on either side of e_2; the Hall sensor's voltage,
+/// from the pin through ADC2 to the verdict, says which.
+#[test]
+fn joint_2_is_read_and_decides_the_side() {
+    let Some(firmware) = image("PALPATE_HALL_ELF") else {
+        return;
+    };
+    let session = grasp(&firmware, Scene::Tendon2Hall, 95.0, 30.0);
+    let summary = Summary::of(&session);
+    assert_eq!(summary.verdict, Verdict::Located, "{summary:?}");
+    let error_mm = summary.k_mm.expect("a place") - summary.true_k_mm.expect("a contact");
+    // Nothing was calibrated: a tenth of the phalanx.
+    assert!(error_mm.abs() < 6.75, "{summary:?}");
+    let branches: Vec<_> = session
+        .lines
+        .iter()
+        .map(|line| line.event())
+        .filter(|event| event.name == "branch")
+        .collect();
+    let last = branches.last().expect("a verdict of joint 2");
+    assert_eq!(last.field("side"), Some("below"), "{last:?}");
+    // 82.2 to 83.8 degrees in truth.
+    let change_mrad = last.number("change_mrad").expect("a number");
+    assert!((10.0..45.0).contains(&change_mrad), "{change_mrad}");
+    assert!(
+        session
+            .lines
+            .iter()
+            .all(|line| line.event().name != "joint"),
+        "the sensor was never without a reading"
+    );
+}

@@ -1,0 +1,254 @@
+//! Targets: what was wanted of speed, error and memory, and what it is. Missed ones are listed, not failed.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use super::row::Row;
+use super::whole::{CONTROL, Grasp, TYPICAL, UPDATE};
+use crate::size;
+
+/// A target.
+#[derive(Clone, Debug, Serialize)]
+pub struct Target {
+    /// `target`.
+    #[serde(rename = "type")]
+    pub kind: &'static str,
+    /// Of what.
+    pub what: String,
+    /// What it is.
+    pub measured: f64,
+    /// `at most` or `at least`.
+    pub bound: &'static str,
+    /// What was wanted.
+    pub wanted: f64,
+    /// Of both.
+    pub unit: &'static str,
+    /// Reached.
+    pub met: bool,
+}
+
+fn at_most(what: impl Into<String>, measured: f64, wanted: f64, unit: &'static str) -> Target {
+    Target {
+        kind: "target",
+        what: what.into(),
+        measured,
+        bound: "at most",
+        wanted,
+        unit,
+        met: measured <= wanted,
+    }
+}
+
+fn at_least(what: impl Into<String>, measured: f64, wanted: f64, unit: &'static str) -> Target {
+    Target {
+        bound: "at least",
+        met: measured >= wanted,
+        ..at_most(what, measured, wanted, unit)
+    }
+}
+
+const INSTRUCTIONS: &str = "instructions";
+const BYTES: &str = "bytes";
+const PERCENT_LOAD: &str = "% of the processor";
+
+/// All targets that this run can judge.
+pub fn targets(rows: &[Row], grasp: Option<&Grasp>, sizes: &[size::Row]) -> Vec<Target> {
+    let mut targets = place(rows);
+    targets.extend(grasp.into_iter().flat_map(path));
+    targets.extend(memory(grasp, sizes));
+    targets
+}
+
+/// The place of a contact, two phalanges.
+fn place(rows: &[Row]) -> Vec<Target> {
+    let of = |task: &str, name: &str| rows.iter().find(|row| row.task == task && row.name == name);
+    let most = |row: Option<&Row>| {
+        row.and_then(|row| row.on_chip)
+            .map_or(f64::NAN, |chip| chip.cost.instructions_max as f64)
+    };
+    let Some(closed) = of("k2_2p", "library_closed") else {
+        return Vec::new();
+    };
+    let mut targets = vec![
+        at_most(
+            "closed form, largest error over the random rows",
+            closed.error.random_max,
+            1e-4,
+            "% of the phalanx",
+        ),
+        at_most(
+            "closed form, answers lacking over random and hard rows",
+            closed.error.nonfinite as f64,
+            0.0,
+            "answers",
+        ),
+        at_most(
+            "closed form, dearest call",
+            most(Some(closed)),
+            150.0,
+            INSTRUCTIONS,
+        ),
+        at_most(
+            "bisection, dearest call",
+            most(of("k2_2p", "library_bisection")),
+            1200.0,
+            INSTRUCTIONS,
+        ),
+        at_most(
+            "finite step of torque (one equation, two phalanges), dearest call",
+            most(of("k2_2p_step", "finite_step_one_unknown")),
+            4000.0,
+            INSTRUCTIONS,
+        ),
+        at_most(
+            "the same along the general path (any finger, any radius), dearest call",
+            most(of("k2_2p_step", "finite_step")),
+            4000.0,
+            INSTRUCTIONS,
+        ),
+    ];
+    for (name, times) in [
+        ("nalgebra_numeris_f32_libm", 10.0),
+        ("nalgebra_numeris_f64_libm", 50.0),
+    ] {
+        let Some(other) = of("k2_2p", name) else {
+            continue;
+        };
+        targets.push(at_least(
+            format!("closed form, fewer instructions than {name}"),
+            other.instructions() / closed.instructions(),
+            times,
+            "times",
+        ));
+        if times == 10.0 {
+            targets.push(at_most(
+                format!(
+                    "its 99 % error over that of {name}, which lacks {} answers",
+                    other.error.nonfinite
+                ),
+                closed.error.error_p99 / other.error.error_p99,
+                1.0,
+                "",
+            ));
+        }
+    }
+    targets
+}
+
+/// The whole path.
+fn path(grasp: &Grasp) -> Vec<Target> {
+    let of = |what: &str| grasp.of(what);
+    let mean = |what: &str| of(what).map_or(f64::NAN, |figure| figure.part.instructions_mean);
+    let load = |whats: [&str; 2]| {
+        whats
+            .map(|what| of(what).map_or(f64::NAN, |figure| figure.load_high_percent))
+            .iter()
+            .sum()
+    };
+    let dearest = of(CONTROL).map_or(f64::NAN, |figure| figure.part.instructions_max as f64);
+    vec![
+        at_most("control interrupt, dearest", dearest, 600.0, INSTRUCTIONS),
+        at_most(
+            format!("{TYPICAL}, mean"),
+            mean(TYPICAL),
+            1500.0,
+            INSTRUCTIONS,
+        ),
+        at_most(
+            "control and typical sensing, upper cycle bracket",
+            load([CONTROL, TYPICAL]),
+            15.0,
+            PERCENT_LOAD,
+        ),
+        at_most(
+            "the same with the fits of this grasp",
+            load([CONTROL, UPDATE]),
+            15.0,
+            PERCENT_LOAD,
+        ),
+    ]
+}
+
+/// Memory of the default scene.
+fn memory(grasp: Option<&Grasp>, sizes: &[size::Row]) -> Vec<Target> {
+    let Some(row) = sizes.first() else {
+        return Vec::new();
+    };
+    let forbidden: usize = sizes.iter().map(size::Row::forbidden).sum();
+    let scene = row.scene();
+    let mut targets = vec![
+        at_most(
+            format!("{scene}: flash"),
+            row.flash_bytes() as f64,
+            size::FLASH_MOST as f64,
+            BYTES,
+        ),
+        at_most(
+            format!("{scene}: static RAM"),
+            row.ram_bytes() as f64,
+            size::RAM_MOST as f64,
+            BYTES,
+        ),
+        at_most(
+            "all scenes: f64 in software, square root in software, nalgebra",
+            forbidden as f64,
+            0.0,
+            "symbols",
+        ),
+    ];
+    if let Some(grasp) = grasp {
+        targets.push(at_least(
+            format!(
+                "{scene}: RAM free beside statics, code in CCM and the deepest stacks of this grasp"
+            ),
+            row.left() as f64 - grasp.stack_bytes() as f64,
+            (size::RAM_BYTES / 2) as f64,
+            BYTES,
+        ));
+    }
+    targets
+}
+
+fn number(value: f64) -> String {
+    if value == 0.0 || value.abs() >= 100.0 {
+        format!("{value:.0}")
+    } else if value.abs() >= 0.1 {
+        format!("{value:.1}")
+    } else {
+        format!("{value:.1e}")
+    }
+}
+
+/// The table.
+pub fn table(targets: &[Target]) -> String {
+    let mut text = "| target | measured | wanted | |\n|---|---|---|---|\n".to_owned();
+    for target in targets {
+        let verdict = if target.met { "met" } else { "**missed**" };
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} {} {} | {verdict} |",
+            target.what,
+            number(target.measured),
+            target.bound,
+            number(target.wanted),
+            target.unit
+        );
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{at_least, at_most, table};
+
+    #[test]
+    fn a_number_that_is_not_there_meets_nothing() {
+        assert!(!at_most("x", f64::NAN, 1.0, "").met && !at_least("x", f64::NAN, 1.0, "").met);
+        assert!(at_most("x", 1.0, 1.0, "").met && !at_least("x", 0.9, 1.0, "").met);
+        assert!(
+            table(&[at_most("x", 2.0, 1.0, "s")])
+                .contains("| x | 2.0 | at most 1.0 s | **missed** |")
+        );
+    }
+}

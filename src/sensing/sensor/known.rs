@@ -1,0 +1,72 @@
+//! What every stage works with: the finger, what is known of its drivetrain, and what is to be told.
+
+use crate::finger::{Free, Mechanics};
+use crate::sensing::fit;
+use crate::sensing::joint::JointSensor;
+use crate::sensing::{Calibration, Directive, Drivetrain, Event, Friction, Settings};
+use heapless::Deque;
+
+/// See the module documentation.
+#[derive(Clone, Debug)]
+pub(super) struct Known<F: Mechanics, H: JointSensor> {
+    pub(super) finger: F,
+    pub(super) drivetrain: Drivetrain,
+    pub(super) settings: Settings,
+    pub(super) calibration: Calibration,
+    pub(super) directive: Directive,
+    pub(super) friction: Option<Friction>,
+    /// That the friction record no longer fits has been said.
+    pub(super) stale_told: bool,
+    /// The free finger's posture at the last block, where the next search for one starts.
+    pub(super) posture: F::Configuration,
+    pub(super) reading: H::Reading,
+    /// Change of theta_2 since contact, as the last verdict took it into account.
+    pub(super) joint_change: H::Reading,
+    pub(super) events: Deque<Event, 4>,
+}
+
+impl<F: Mechanics, H: JointSensor> Known<F, H> {
+    pub(super) fn new(
+        finger: F,
+        drivetrain: Drivetrain,
+        settings: Settings,
+        calibration: Calibration,
+    ) -> Self {
+        let posture = finger.rest();
+        Self {
+            finger,
+            drivetrain,
+            settings,
+            calibration,
+            directive: Directive::Rest,
+            friction: None,
+            stale_told: false,
+            posture,
+            reading: H::Reading::default(),
+            joint_change: H::Reading::default(),
+            events: Deque::new(),
+        }
+    }
+
+    pub(super) fn travel_counts(&self) -> i32 {
+        // Saturates where nonsense was set.
+        (self.settings.travel_rad / self.drivetrain.rad_per_count) as i32
+    }
+
+    pub(super) fn tell(&mut self, event: Event) {
+        // Four wait at most: a touch, a location, staleness and a calibration. A fifth would repeat one of them.
+        let _ = self.events.push_back(event);
+    }
+
+    /// Posture and torque of the free finger at a measured angle.
+    pub(super) fn free(&self, measured_rad: f32) -> Option<Free<F::Configuration>> {
+        let creep = self.drivetrain.creep[0];
+        fit::free_behind_cable(
+            &self.finger,
+            measured_rad,
+            &self.calibration,
+            creep,
+            &self.posture,
+        )
+    }
+}
