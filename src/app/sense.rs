@@ -69,13 +69,13 @@ impl<S: Scene> Sense<S> {
         &self.sensor
     }
 
-    /// What is worth keeping over a power cut.
-    pub fn keep(&self, overrides: Overrides) -> Kept {
-        Kept {
+    /// Does something with what is worth keeping over a power cut: a copy that is made for the moment, where it stays.
+    pub fn keep<R>(&self, overrides: Overrides, then: impl FnOnce(&mut Kept) -> R) -> R {
+        then(&mut Kept {
             overrides,
             friction: self.sensor.friction().cloned(),
             calibration: *self.sensor.calibration(),
-        }
+        })
     }
 
     /// Takes over what was kept; it has been checked ([`Kept`] is decoded whole or not at all). Tells the motion half

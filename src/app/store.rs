@@ -249,13 +249,7 @@ impl<M: Memory> Store<M> {
         &mut self,
         encode: impl Fn(&mut Writer<'_, M>),
     ) -> Result<(), StoreError<M::Error>> {
-        let newest = self
-            .memory
-            .read(|pages| Whole::newest(pages).map(|whole| (whole.page, whole.number)));
-        let (mut page, number) = match newest {
-            Some((page, number)) => (behind(page), number.wrapping_add(1)),
-            None => (0, 0),
-        };
+        let (mut page, number) = self.next();
         // The page of the old record is not among those that are tried.
         for _ in 1..PAGES {
             // What is torn behind the new record would be taken for a newer one.
@@ -264,18 +258,17 @@ impl<M: Memory> Store<M> {
                 self.erase(next).await?;
             }
             self.erase(page).await?;
-            match self.write(page, number, &encode).await {
+            let written = self.write(page, number, &encode);
+            self.memory.rest().await;
+            match written {
                 // Not even begun, for whoever looks.
                 Err(StoreError::TooLong) => {
                     self.erase(page).await?;
-                    return Err(StoreError::TooLong);
+                    return written;
                 }
                 written => written?,
             }
-            let kept = self
-                .memory
-                .read(|pages| Whole::newest(pages).is_some_and(|whole| whole.number == number));
-            if kept {
+            if self.keeps(page, number) {
                 return Ok(());
             }
             page = behind(page);
@@ -290,18 +283,33 @@ impl<M: Memory> Store<M> {
     pub async fn forget(&mut self) -> Result<(), StoreError<M::Error>> {
         // An empty record hides the others while they are erased. The page behind it is erased first: cut short later, that
         // would look like a newer record. Where the empty one cannot be kept, everything goes.
-        let newest = |pages: &[u8]| Whole::newest(pages).map_or(PAGES - 1, |whole| whole.page);
-        let old = self.memory.read(newest);
-        self.erase(behind(behind(old))).await?;
-        let hidden = self.save(|_| ()).await.is_ok();
-        let kept = self.memory.read(newest);
-        for page in 0..PAGES {
-            let blank = |pages: &[u8]| pages.chunks(PAGE).nth(page).is_some_and(is_blank);
-            if !(hidden && page == kept || self.memory.read(blank)) {
-                self.erase(page).await?;
+        let (page, number) = self.next();
+        self.erase(behind(page)).await?;
+        self.erase(page).await?;
+        let hidden = self.write(page, number, |_| ()).is_ok() && self.keeps(page, number);
+        self.memory.rest().await;
+        for other in 0..PAGES {
+            let blank = |pages: &[u8]| pages.chunks(PAGE).nth(other).is_some_and(is_blank);
+            if !(hidden && other == page || self.memory.read(blank)) {
+                self.erase(other).await?;
             }
         }
         Ok(())
+    }
+
+    /// Where the next record goes, and its number.
+    fn next(&mut self) -> (usize, u32) {
+        self.memory.read(|pages| match Whole::newest(pages) {
+            Some(whole) => (behind(whole.page), whole.number.wrapping_add(1)),
+            None => (0, 0),
+        })
+    }
+
+    /// Whether what was written can be read back.
+    fn keeps(&mut self, page: usize, number: u32) -> bool {
+        self.memory.read(|pages| {
+            Whole::newest(pages).is_some_and(|whole| (whole.page, whole.number) == (page, number))
+        })
     }
 
     async fn erase(&mut self, page: usize) -> Result<(), M::Error> {
@@ -310,14 +318,14 @@ impl<M: Memory> Store<M> {
         result
     }
 
-    async fn write(
+    fn write(
         &mut self,
         page: usize,
         number: u32,
         encode: impl Fn(&mut Writer<'_, M>),
     ) -> Result<(), StoreError<M::Error>> {
         let mut result = Ok(());
-        let begun = self.memory.undisturbed(|memory| {
+        self.memory.undisturbed(|memory| {
             let mut writer = Writer::new(memory, page);
             number
                 .to_le_bytes()
@@ -326,9 +334,7 @@ impl<M: Memory> Store<M> {
             encode(&mut writer);
             result = writer.finish();
             Ok(())
-        });
-        self.memory.rest().await;
-        begun?;
+        })?;
         result
     }
 }

@@ -133,8 +133,11 @@ fn write_record(
     overrides: Overrides,
     writer: &mut Writer<'_, storage::Region>,
 ) {
-    let mut kept = sense.lock(|sense| sense.borrow().keep(overrides));
-    encode(&mut kept, mark::<Active>(), |byte| writer.push(byte));
+    sense.lock(|sense| {
+        sense.borrow().keep(overrides, |kept| {
+            encode(kept, mark::<Active>(), |byte| writer.push(byte));
+        });
+    });
 }
 
 /// A line of an answer; `None` behind the last one.
