@@ -298,6 +298,69 @@ where
     Ok(())
 }
 
+/// The derivatives of the rotation by place and radius are those that differences of whole paths tend to.
+fn derivatives<const N: usize, T>(
+    finger: &Finger<N, T>,
+    share: f32,
+    contact: Contact,
+) -> Result<(), TestCaseError>
+where
+    T: Transmission<N>,
+    Finger<N, T>: Mechanics<Configuration = Configuration<N>>,
+{
+    let Some((posture, torque)) = preshaped(finger, share) else {
+        return Err(TestCaseError::reject("no posture"));
+    };
+    let length = finger.parameters().lengths_m[usize::from(contact.phalanx) - 1];
+    let contact = Contact {
+        k_m: contact.k_m * length,
+        // Room for differences on both sides.
+        radius_m: (contact.radius_m + 0.05) * length,
+        ..contact
+    };
+    let rise = 0.2 * finger.parameters().stiffness_nm_per_rad[N - 1];
+    // By way of a point between, as a fit follows it.
+    let end = |contact: Contact| {
+        let mut path = finger.path(&posture, torque, contact)?;
+        finger.follow(&mut path, 0.4 * rise)?;
+        finger.follow(&mut path, rise)
+    };
+    let rotation = |k: f32, radius: f32| {
+        let moved = Contact {
+            k_m: contact.k_m + k,
+            radius_m: contact.radius_m + radius,
+            ..contact
+        };
+        end(moved).map(|point| f64::from(point.rotation_rad))
+    };
+    let Some(point) = end(contact) else {
+        return Err(TestCaseError::reject("does not press there or slides off"));
+    };
+    let largest = point.joints_rad.iter().fold(0.0f32, |m, x| m.max(x.abs()));
+    for (told, along) in [
+        (point.rotation_by_k_rad_per_m, (1.0, 0.0)),
+        (point.rotation_by_radius_rad_per_m, (0.0, 1.0)),
+    ] {
+        let central = |step: f32| {
+            let there = rotation(along.0 * step, along.1 * step)?;
+            let back = rotation(-along.0 * step, -along.1 * step)?;
+            Some((there - back) / (2.0 * f64::from(step)))
+        };
+        let step = 0.02 * length;
+        let (Some(wide), Some(narrow)) = (central(step), central(0.5 * step)) else {
+            return Err(TestCaseError::reject("slides off beside it"));
+        };
+        let limit = (4.0 * narrow - wide) / 3.0;
+        let rounding = 4e-6 * f64::from(largest / step);
+        let off = (f64::from(told) - limit).abs();
+        prop_assert!(
+            off <= (narrow - wide).abs() + 1e-3 * limit.abs() + rounding,
+            "{told} for {limit}, from {wide} and {narrow}, {contact:?}"
+        );
+    }
+    Ok(())
+}
+
 /// A step made by the path is located by the estimator, with radius and cable.
 fn step_round_trip<const N: usize, T>(
     finger: &Finger<N, T>,
@@ -388,6 +451,11 @@ macro_rules! properties {
             #[test]
             fn the_cylinder_stays_where_it_is(f in $finger, share in within(0.0, 0.5), contact in contact_on($phalanges)) {
                 touches(&f, share, contact)?;
+            }
+
+            #[test]
+            fn derivatives_are_limits_of_differences(f in $finger, share in within(0.0, 0.5), contact in contact_on($phalanges)) {
+                derivatives(&f, share, contact)?;
             }
 
             #[test]

@@ -30,6 +30,7 @@ pub struct Point {
 
 impl Point {
     /// Both bins as one.
+    #[inline(never)]
     fn with(self, other: Self) -> Self {
         let blocks = self.blocks.saturating_add(other.blocks);
         if blocks == 0 {

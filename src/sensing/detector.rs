@@ -131,6 +131,11 @@ impl Detector {
         (self.level_nm, self.level_variance_nm2)
     }
 
+    /// Noise of a residual, as in [`super::friction::Friction`].
+    pub fn noise_nm2_counts(&self) -> f32 {
+        self.noise_nm2_counts
+    }
+
     /// Takes the residual of a block, motor torque less friction, newton metre, and the way that the block made.
     pub fn push(&mut self, residual_nm: f32, width_counts: u32) -> Finding {
         if !residual_nm.is_finite() {

@@ -105,19 +105,31 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
         if !rise.is_finite() {
             return None;
         }
-        let from = path.last;
-        let found = self.newton(&path.start, &from, rise).or_else(|| {
-            let mut station = from;
-            for piece in 1..PIECES {
-                let next = from.rise + (rise - from.rise) * (f32::from(piece) / f32::from(PIECES));
-                let at = self.newton(&path.start, &station, next)?;
-                (_, station) = self.point(&path.start, &station, &at, next)?;
-            }
-            self.newton(&path.start, &station, rise)
-        })?;
-        let (point, last) = self.point(&path.start, &from, &found, rise)?;
+        let (start, from) = (&path.start, &path.last);
+        let near = self
+            .newton(start, from, rise)
+            .or_else(|| self.newton_in_pieces(start, from, rise))?;
+        let (point, last) = self.point(start, from, &near, rise)?;
         path.last = last;
         Some(point)
+    }
+
+    /// As [`Finger::newton`], where that does not reach so far in one piece.
+    // Not inlined: it is seldom needed, and its points would lie in the frame of who follows a path.
+    #[inline(never)]
+    fn newton_in_pieces(
+        &self,
+        start: &Start<N>,
+        from: &Station<N>,
+        rise: f32,
+    ) -> Option<Unknown<N>> {
+        let mut station = *from;
+        for piece in 1..PIECES {
+            let next = from.rise + (rise - from.rise) * (f32::from(piece) / f32::from(PIECES));
+            let near = self.newton(start, &station, next)?;
+            (_, station) = self.point(start, &station, &near, next)?;
+        }
+        self.newton(start, &station, rise)
     }
 
     /// What a user wants to know of the point that `near` is near to, after the last step of Newton's method; `None` where

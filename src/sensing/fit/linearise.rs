@@ -63,7 +63,19 @@ impl Hypothesis {
             Place::Anywhere => (length_m, false),
             Place::Known { sigma_m, .. } => (sigma_m, true),
         };
-        let mut normal = Normal::EMPTY;
+        // A proximal contact has neither place nor radius.
+        let has_place = if self.is_proximal() { 0.0 } else { 1.0 };
+        let mut rows = Rows {
+            normal: Normal::EMPTY,
+            k: has_place * k,
+            radius: has_place * prior.radius_m.1,
+            offset: prior.offset_sigma_nm,
+            onset: prior.onset_rad.1,
+            factor: calibration.torque_factor * calibration.torque_factor_sigma,
+            cable: [calibration.correlation, rest].map(|x| x * calibration.cable_sigma_rad_per_nm),
+            creep: prior.creep[1],
+            inertia: prior.inertia_share,
+        };
         for (unknown, &value) in self.x.iter().enumerate() {
             let weight = if unknown != K || known {
                 1.0
@@ -74,20 +86,8 @@ impl Hypothesis {
                 1e-3
             };
             let value = if unknown == K && !known { 0.0 } else { value };
-            normal.add_prior(unknown, value, weight);
+            rows.normal.add_prior(unknown, value, weight);
         }
-        // A proximal contact has neither place nor radius.
-        let has_place = if self.is_proximal() { 0.0 } else { 1.0 };
-        Rows {
-            normal,
-            k: has_place * k,
-            radius: has_place * prior.radius_m.1,
-            offset: prior.offset_sigma_nm,
-            onset: prior.onset_rad.1,
-            factor: calibration.torque_factor * calibration.torque_factor_sigma,
-            cable: [calibration.correlation, rest].map(|x| x * calibration.cable_sigma_rad_per_nm),
-            creep: prior.creep[1],
-            inertia: prior.inertia_share,
-        }
+        rows
     }
 }

@@ -1,7 +1,8 @@
 //! One step towards the minimum.
 
+use super::linearise::Rows;
 use super::model::Pass;
-use super::unknowns::K;
+use super::unknowns::{K, Values};
 use super::{Data, Hypothesis, LEAST_POINTS, Place, Prior, UNKNOWNS};
 use crate::finger::Mechanics;
 use crate::numeric::Bounded;
@@ -83,13 +84,30 @@ impl Hypothesis {
             self.retreat(prior);
             return None;
         }
-        let cost = cost(&here, &self.x, prior);
-        self.share = values.k_m / length;
-        self.best = rows
-            .normal
-            .factor(0.0)
-            .map(|factor| self.best(length, prior, &values, &here, cost, &factor));
-        let step = rows.normal.factor(self.damping).map(|factor| factor.step());
+        self.stand(length, prior, &values, &here, &mut rows)
+    }
+
+    /// As [`Hypothesis::linearise`], from the normal equations.
+    // Not inlined: what is needed here does not lie in the frame from which the path is followed.
+    #[inline(never)]
+    fn stand(
+        &mut self,
+        length_m: f32,
+        prior: &Prior,
+        values: &Values,
+        here: &Pass,
+        rows: &mut Rows,
+    ) -> Option<(f32, [f32; UNKNOWNS])> {
+        let cost = cost(here, &self.x, prior);
+        self.share = values.k_m / length_m;
+        let mut step = None;
+        self.best = rows.normal.factor(0.0).map(|factor| {
+            step = Some(factor.step());
+            self.best(length_m, prior, values, here, cost, &factor)
+        });
+        if self.damping > 0.0 {
+            step = rows.normal.factor(self.damping).map(|factor| factor.step());
+        }
         if step.is_none() {
             self.fail();
         }

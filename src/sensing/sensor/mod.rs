@@ -128,6 +128,8 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
 
     /// What the samples from now on are good for. A contact in hand is judged with what is there; the same directive
     /// again starts anew.
+    // Not inlined, as what it starts: a record lies on the stack before it lies in place.
+    #[inline(never)]
     pub fn direct(&mut self, directive: Directive) {
         let known = &mut self.known;
         if directive != Directive::RecordFriction
@@ -145,10 +147,15 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         known.directive = directive;
         known.stale_told = false;
         self.done = false;
-        self.work = match directive {
-            Directive::RecordFriction => Work::Recording(Recorder::new(known.travel_counts())),
-            _ => Work::Nothing,
-        };
+        self.work = Work::Nothing;
+        if directive == Directive::RecordFriction {
+            self.record();
+        }
+    }
+
+    #[inline(never)]
+    fn record(&mut self) {
+        self.work = Work::Recording(Recorder::new(self.known.travel_counts()));
     }
 
     /// Takes a sample; tells at most one thing. Typically some hundred instructions; every block of a contact, and

@@ -94,15 +94,6 @@ impl<F: Mechanics, H: JointSensor> Known<F, H> {
         past: Past<H::Reading>,
     ) -> Found {
         let residual_nm = past.residual_nm;
-        let Some(friction) = &self.friction else {
-            return Found::Nothing;
-        };
-        let (Some(noise), Some(mean_nm)) = (
-            friction.noise_nm2_counts(block.drive),
-            friction.closing.mean_nm(),
-        ) else {
-            return Found::Nothing;
-        };
         let theta_a_rad = self.drivetrain.closing_rad(block.counts);
         if let Some(free) = self.free(theta_a_rad) {
             self.posture = free.configuration;
@@ -111,15 +102,12 @@ impl<F: Mechanics, H: JointSensor> Known<F, H> {
             search.history.pop_front();
         }
         let _ = search.history.push_back(past);
-        let settings = &self.settings;
-        let detector = search.detector.get_or_insert_with(|| {
-            let blocks = friction.travel_counts as f32 / block.width_counts.max(1) as f32;
-            Detector::new(
-                detector::threshold(settings.false_alarms_per_closing, blocks),
-                mean_nm,
-                noise,
-            )
-        });
+        if search.detector.is_none() {
+            search.detector = self.detector(block);
+        }
+        let Some(detector) = &mut search.detector else {
+            return Found::Nothing;
+        };
         let finding = detector.push(residual_nm, block.width_counts);
         let level = detector.level();
         match finding {
@@ -142,11 +130,23 @@ impl<F: Mechanics, H: JointSensor> Known<F, H> {
                 return Found::Contact(Onset {
                     since,
                     level,
-                    noise_nm2_counts: noise,
+                    noise_nm2_counts: detector.noise_nm2_counts(),
                 });
             }
         }
         Found::Nothing
+    }
+
+    /// A detector for the friction recorded.
+    #[inline(never)]
+    fn detector(&self, block: &Block) -> Option<Detector> {
+        let friction = self.friction.as_ref()?;
+        let blocks = friction.travel_counts as f32 / block.width_counts.max(1) as f32;
+        Some(Detector::new(
+            detector::threshold(self.settings.false_alarms_per_closing, blocks),
+            friction.closing.mean_nm()?,
+            friction.noise_nm2_counts(block.drive)?,
+        ))
     }
 
     fn tell_unusual(&mut self, theta_a_rad: f32, excess_nm: f32) {

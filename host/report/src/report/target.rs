@@ -124,7 +124,7 @@ fn place(rows: &[Row]) -> Vec<Target> {
         if times == 10.0 {
             targets.push(at_most(
                 format!(
-                    "its 99 % error over that of {name}, which lacks {} answers",
+                    "closed form, its 99 % error over that of {name} (which lacks {} answers)",
                     other.error.nonfinite
                 ),
                 closed.error.error_p99 / other.error.error_p99,

@@ -147,9 +147,13 @@ const FIGURES: &[Known] = &[
         ],
     },
     Known {
-        what: "fit: locate, the finger's inverse of a slope",
+        what: "fit: locate, the places of a slope",
         kind: "function",
-        names: &[("finger::", ">::places"), ("finger::inverse", "::roots")],
+        names: &[
+            ("sensing::locator::ask", "::places"),
+            ("finger::", ">::places"),
+            ("finger::inverse", "::roots"),
+        ],
     },
     Known {
         what: "fit: its normal equations factored",
