@@ -6,8 +6,8 @@
 //! there; nothing else is touched, so that the old record stays until the new one is whole, and wear is level. What a power
 //! cut leaves of an erasing or of a record is not whole, whatever it reads as, and is erased before it is written on.
 //!
-//! A general store of keys and values (`sequential-storage`) did this before: 13 KiB of flash and 1.4 KiB of RAM more, and it
-//! took an erasing that was cut short for the page in use, or for a full one.
+//! Why not a general store of keys and values: there is one key. `sequential-storage` took several times the flash, needed a
+//! record's length of RAM, and took an erasing that was cut short for the page in use, or for a full one.
 
 use crc::{CRC_32_ISCSI, Crc, NoTable};
 
