@@ -1,6 +1,6 @@
 use super::Noise;
 use crate::sensing::block::Block;
-use crate::sensing::friction::{BINS, Friction, Recorder};
+use crate::sensing::friction::Recorder;
 use crate::sensing::{Drive, sensor};
 
 const TRAVEL: i32 = 256_000;
