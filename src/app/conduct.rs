@@ -10,6 +10,7 @@ use crate::drive::convert::Scale;
 use crate::drive::sequence::{Advance, Motion, Notice, Refused, Request, Sequence, State};
 use crate::drive::{Fault, Status};
 use crate::scene::Scene;
+use crate::sensing::location::Series;
 use crate::sensing::{Directive, Event};
 
 /// What a command leads to beside the motion: what only the board can do.
@@ -130,6 +131,9 @@ impl<S: Scene> Conduct<S> {
                 self.resting()?;
                 self.pending = Some(Order::ForgetCalibration);
                 return Ok(Effect::Accepted);
+            }
+            Command::Calibrate(Calibrate::Cable) if !S::Series::FLEXIBLE => {
+                return Err(Refused::NoCable);
             }
             Command::Calibrate(Calibrate::Cable) => Request::Press,
             Command::Calibrate(Calibrate::At { .. }) | Command::Run => Request::Run,

@@ -3,6 +3,7 @@
 use super::decimal::Decimal;
 use crate::finger::Mechanics;
 use crate::scene::Scene;
+use crate::sensing::location::Series;
 use crate::sensing::{Calibration, Event, Refusal};
 use core::fmt;
 
@@ -33,7 +34,7 @@ impl Hint {
     pub fn after<S: Scene>(event: &Event, known: &Calibration, finger: &S::Finger) -> Option<Self> {
         match event {
             Event::FrictionRecorded { .. } if known.presses == 0 && known.contacts == 0 => {
-                Some(Self::Press)
+                Some(Self::next::<S>(known, finger))
             }
             Event::FrictionStale { .. } | Event::FrictionNotRecorded { .. } => {
                 Some(Self::RecordFriction)
@@ -50,7 +51,7 @@ impl Hint {
 
     /// The step after those that have been taken: the stop, then one pin, then the other.
     fn next<S: Scene>(known: &Calibration, finger: &S::Finger) -> Self {
-        if known.presses == 0 {
+        if S::Series::FLEXIBLE && known.presses == 0 {
             return Self::Press;
         }
         let share = PIN_SHARES.get(usize::from(known.contacts));

@@ -23,7 +23,7 @@ pub enum Order {
 /// tasks, of two priorities if a fit takes long: a `stop` must not wait for it.
 #[derive(Clone, Debug)]
 pub struct Sense<S: Scene> {
-    sensor: Sensor<S::Finger, S::Joint>,
+    sensor: Sensor<S::Finger, S::Joint, S::Series>,
 }
 
 impl<S: Scene> Sense<S> {
@@ -65,7 +65,7 @@ impl<S: Scene> Sense<S> {
     }
 
     /// The sensor, for whoever wants to look.
-    pub fn sensor(&self) -> &Sensor<S::Finger, S::Joint> {
+    pub fn sensor(&self) -> &Sensor<S::Finger, S::Joint, S::Series> {
         &self.sensor
     }
 

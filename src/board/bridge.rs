@@ -113,7 +113,8 @@ impl Bridge {
     /// Whether the bridge reports a fault, or the break latched since the bridge was last switched on.
     pub fn fault(&self) -> bool {
         let pin_low = GPIOB.idr().read().idr(FAULT_PIN) == Idr::LOW;
-        pin_low || (self.armed && !TIM1.bdtr().read().moe())
+        // Both registers in any case: cheaper than to branch.
+        pin_low | (self.armed & !TIM1.bdtr().read().moe())
     }
 
     /// Does what the controller decided. Straight register writes: nothing here can fail or wait.
@@ -129,7 +130,8 @@ impl Bridge {
             }
             Outputs::Drive { direction, duty } => {
                 set(GPIOA, PHASE_PIN, direction == Direction::Closing);
-                TIM1.ccr(0).write(|w| w.set_ccr(duty.0.min(DUTY_FULL)));
+                // Any value above the counter's range is full duty too.
+                TIM1.ccr(0).write(|w| w.set_ccr(duty.0));
                 self.arm();
             }
         }
@@ -137,6 +139,7 @@ impl Bridge {
 
     /// Wakes the bridge and enables the timer's outputs, once: a break that comes later stays in force until the
     /// controller has asked for [`Outputs::Off`].
+    #[inline(always)]
     fn arm(&mut self) {
         if self.armed {
             return;
@@ -159,7 +162,9 @@ pub fn start() {
 }
 
 /// Bridge off: outputs disabled, compare value zero, asleep. Register writes that cannot fail, allowed anywhere, also
-/// before [`Bridge::new`] and from a fault handler.
+/// before [`Bridge::new`] and from a fault handler. The control interrupt, which runs from a memory of its own, has a copy; so
+/// it has of what else is `inline(always)` here.
+#[inline(always)]
 pub fn off() {
     TIM1.bdtr().modify(|w| w.set_moe(false));
     TIM1.ccr(0).write(|w| w.set_ccr(0));
@@ -173,12 +178,10 @@ pub fn is_off() -> bool {
 }
 
 /// One pin through the set/reset register: no read, no lost update of its neighbours.
+#[inline(always)]
 fn set(port: embassy_stm32::pac::gpio::Gpio, pin: usize, high: bool) {
-    port.bsrr().write(|w| {
-        if high {
-            w.set_bs(pin, true)
-        } else {
-            w.set_br(pin, true)
-        }
-    });
+    // The lower half of the register sets, the upper resets.
+    let bit = 1 << pin;
+    port.bsrr()
+        .write(|w| w.0 = if high { bit } else { bit << 16 });
 }

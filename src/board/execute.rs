@@ -176,6 +176,7 @@ fn refuse(line: &mut impl Write, refused: Refused) -> fmt::Result {
         Refused::Busy(state) => (state.name(), "is going on: stop first"),
         Refused::NoFault => ("no fault", "is latched"),
         Refused::NoFriction => ("no friction", "is recorded: record-friction first"),
+        Refused::NoCable => ("no cable", "is in this scene: use a pin"),
     };
     write!(line, "refused: {why} {what}")
 }

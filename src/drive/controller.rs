@@ -1,12 +1,16 @@
 //! The control interrupt's work as a pure function: inputs and demand to outputs, 20,000 times a second.
+//!
+//! On the chip all of it becomes part of the interrupt's handler, which runs from a memory of its own: what is called from
+//! more than one place is marked `inline(always)`, here and in the modules that it uses, lest a call lead back to flash.
 
 use super::config::{Config, OutOfRange};
-use super::convert::{self, PERIOD_S, PERIOD_US, Scale};
+use super::convert::{self, PERIOD_S, Scale};
 use super::current::CurrentLoop;
 use super::demand::{Demand, Limited, Offset, Setpoint, Status};
 use super::encoder::Encoder;
 use super::fault::Fault;
 use super::io::{CONTROL_HZ, Inputs, Outputs};
+use super::limit::within;
 use super::offset::{Measured, OffsetMeter};
 use super::protect::{FREE_TURN, Observed, Protection, TURNS};
 use super::speed::SpeedLoop;
@@ -26,6 +30,7 @@ const HEAT_PERIOD: u8 = FREE_TURN + 1;
 // The last period of a sample, which completes it, leaves the slow detectors out.
 const _: () = assert!((PERIODS_PER_SAMPLE - 1) % TURNS == FREE_TURN);
 const SAMPLE_S: f32 = 1.0 / SAMPLE_HZ as f32;
+const SAMPLE_US: u64 = 1_000_000 / SAMPLE_HZ as u64;
 /// Periods (1.5 ms) between waking the bridge and driving: it needs 1 ms.
 const WAKE_PERIODS: u8 = 30;
 /// Change of a demanded current a period, as a share of the limit: the limit is reached in 5 ms.
@@ -126,7 +131,6 @@ impl Controller {
     /// One control period (50 us): what was measured while the last outputs were applied, what is wanted, and what the
     /// bridge shall do.
     pub fn step(&mut self, inputs: &Inputs, demand: &Demand) -> Outputs {
-        self.status.time_us = self.status.time_us.wrapping_add(PERIOD_US as u64);
         self.completed = false;
         self.acknowledge(demand);
         let encoder_plausible = self.encoder.update(inputs.encoder);
@@ -218,7 +222,9 @@ impl Controller {
         if self.measure_offset(setpoint, raw_a, observed.speed) == Measured::OutOfRange {
             fault = fault.or(Some(Fault::OffsetOutOfRange));
         }
-        self.status.fault = self.status.fault.or(fault);
+        if fault.is_some() && self.status.fault.is_none() {
+            self.status.fault = fault;
+        }
         self.accumulate(&observed);
     }
 
@@ -250,31 +256,30 @@ impl Controller {
 
     /// Adds the period that ended to the sample, and completes it with the twentieth.
     fn accumulate(&mut self, observed: &Observed) {
-        let signed_a = if observed.applied_v < 0.0 {
-            -observed.reading_a
+        // Current, speed and direction as seen along the voltage.
+        let (signed_a, along, closing) = if observed.applied_v < 0.0 {
+            (-observed.reading_a, -observed.speed, -1)
         } else {
-            observed.reading_a
+            (observed.reading_a, observed.speed, 1)
         };
         // Where the sense is blind (braking, or a current against the voltage) the model tells the heat.
         let blind = blind(observed.reference_a, observed.applied_v);
-        let flowing_a = if !observed.awake {
-            0.0
-        } else if blind {
+        let flowing_a = if !blind {
+            signed_a
+        } else if observed.awake {
             (observed.applied_v - self.scale.emf_v_per_count_per_period() * observed.speed)
                 * self.conductance_per_ohm
         } else {
-            signed_a
+            0.0
         };
         self.measured_a = if blind { None } else { Some(signed_a) };
         let average = &mut self.average;
         average.periods += 1;
         average.sum_a += signed_a;
         average.sum_squares_a2 += flowing_a * flowing_a;
-        if !blind && observed.speed.abs() > MOVING && observed.applied_v * observed.speed > 0.0 {
-            average.driven += if observed.speed > 0.0 { 1 } else { -1 };
+        if !blind && along > MOVING {
+            average.driven += closing;
         }
-        self.status.position_counts = self.encoder.position_counts();
-        self.status.speed_counts_per_s = observed.speed * CONTROL_HZ as f32;
         match average.periods {
             HEAT_PERIOD => self.heat(),
             PERIODS_PER_SAMPLE => self.complete_sample(),
@@ -305,6 +310,9 @@ impl Controller {
             ALL_OPENING => Drive::Opening,
             _ => Drive::Idle,
         };
+        self.status.time_us = self.status.time_us.wrapping_add(SAMPLE_US);
+        self.status.position_counts = self.encoder.position_counts();
+        self.status.speed_counts_per_s = self.encoder.speed() * CONTROL_HZ as f32;
         self.mean_square_a2 = average.sum_squares_a2 * PER_SAMPLE;
         self.status.current_a = average.sum_a * PER_SAMPLE;
         self.status.supply_v = self.supply_v;
@@ -349,11 +357,11 @@ impl Controller {
                 }
                 let (wanted, suppressed) = self.inward(counts_per_s * PERIOD_S);
                 let limit_a = clamp(current_limit_a, 0.0, self.current_limit_a);
-                let reference = self.speed.step(wanted, speed, limit_a);
-                self.average.limited.position |= suppressed;
-                self.average.limited.current |= reference.current_limited;
-                self.average.limited.speed |= reference.speed_limited;
-                reference.current_a
+                if suppressed {
+                    self.average.limited.position = true;
+                }
+                self.speed
+                    .step(wanted, speed, limit_a, &mut self.average.limited)
             }
         };
         // The last period's reading belongs to the last period's direction: it tells nothing about a reversed reference.
@@ -363,18 +371,22 @@ impl Controller {
             None
         };
         self.reference_a = reference_a;
-        let voltage = self
-            .current
-            .step(reference_a, measured_a, speed, self.per_supply_v);
-        self.average.limited.duty |= voltage.limited;
-        if voltage.fraction * self.applied_fraction < 0.0 {
+        let fraction = self.current.step(
+            reference_a,
+            measured_a,
+            speed,
+            self.per_supply_v,
+            &mut self.average.limited,
+        );
+        if fraction * self.applied_fraction < 0.0 {
             // The direction pin acts at once, the duty with the timer's next update: one period of brake between them.
             return Outputs::Brake;
         }
-        convert::drive(voltage.fraction)
+        convert::drive(fraction)
     }
 
     /// No current is wanted: both loops start afresh.
+    #[inline(always)]
     fn rest(&mut self) {
         self.reference_a = 0.0;
         self.in_speed = false;
@@ -382,7 +394,7 @@ impl Controller {
     }
 
     /// A wanted motion (speed or current), suppressed if it leads out of the travel.
-    #[inline]
+    #[inline(always)]
     fn inward(&self, wanted: f32) -> (f32, bool) {
         if self.beyond_counts == 0 {
             return (wanted, false);
@@ -395,14 +407,15 @@ impl Controller {
     /// Current reference on its way to a demanded current, within the limits of current, speed, travel and slew.
     fn slewed(&mut self, demanded_a: f32, speed: f32) -> f32 {
         let (inward_a, suppressed) = self.inward(demanded_a);
-        let allowed_a = clamp(inward_a, -self.current_limit_a, self.current_limit_a);
+        let (allowed_a, current_limited) = within(inward_a, self.current_limit_a);
         let (down_a, up_a) = self.speed.current_bounds_a(speed);
         let bounded_a = clamp(allowed_a, down_a, up_a);
         let slew_a = CURRENT_SLEW * self.current_limit_a;
-        let change_a = clamp(bounded_a - self.reference_a, -slew_a, slew_a);
-        self.average.limited.position |= suppressed;
-        self.average.limited.current |= allowed_a != inward_a;
-        self.average.limited.speed |= bounded_a != allowed_a;
+        let (change_a, _) = within(bounded_a - self.reference_a, slew_a);
+        let limited = &mut self.average.limited;
+        limited.position |= suppressed;
+        limited.current |= current_limited;
+        limited.speed |= bounded_a != allowed_a;
         self.reference_a + change_a
     }
 }

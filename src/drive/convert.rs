@@ -104,10 +104,11 @@ pub fn drive(fraction: f32) -> Outputs {
     } else {
         Direction::Closing
     };
-    let ticks = (fraction.abs() * f32::from(DUTY_FULL) + 0.5) as u16;
+    // The core converts to 32 bits, saturating, in one instruction; to 16 in eight.
+    let ticks = (fraction.abs() * f32::from(DUTY_FULL) + 0.5) as u32;
     Outputs::Drive {
         direction,
-        duty: Duty(ticks.min(DUTY_FULL)),
+        duty: Duty(ticks.min(u32::from(DUTY_FULL)) as u16),
     }
 }
 

@@ -6,7 +6,8 @@
 //! state cannot express.
 
 use super::config::Config;
-use crate::numeric::clamp;
+use super::demand::Limited;
+use super::limit::within;
 
 /// Share of the remaining current error that the integral takes back in one period: a time constant of 20 periods
 /// (1 ms) with a motor of nominal resistance, far from the stability limit of 1 whatever its resistance.
@@ -20,18 +21,10 @@ const BRIDGE_TRIM_V: f32 = 0.3;
 #[derive(Clone, Debug)]
 pub struct CurrentLoop {
     resistance_ohm: f32,
+    integral_v_per_a: f32,
     emf_v_per_speed: f32,
     duty_limit: f32,
     integral_v: f32,
-}
-
-/// What the current loop decided.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Voltage {
-    /// Motor voltage as a fraction of the supply, closing positive.
-    pub fraction: f32,
-    /// Clamped at the largest duty.
-    pub limited: bool,
 }
 
 impl CurrentLoop {
@@ -39,6 +32,7 @@ impl CurrentLoop {
     pub fn new(config: &Config, emf_v_per_speed: f32) -> Self {
         Self {
             resistance_ohm: config.motor.resistance_ohm,
+            integral_v_per_a: INTEGRAL_GAIN * config.motor.resistance_ohm,
             emf_v_per_speed,
             duty_limit: config.limits.duty,
             integral_v: 0.0,
@@ -50,34 +44,34 @@ impl CurrentLoop {
         self.integral_v = 0.0;
     }
 
-    /// Voltage for a current, given the current measured in the last period (`None` where the sense is blind) and the
-    /// speed in counts a period.
+    /// Voltage, as a fraction of the supply, for a current, given the current measured in the last period (`None` where the sense is blind) and the
+    /// speed in counts a period; says in `limited` if it had to clamp it at the largest duty.
     pub fn step(
         &mut self,
         reference_a: f32,
         measured_a: Option<f32>,
         speed: f32,
         per_supply_v: f32,
-    ) -> Voltage {
+        limited: &mut Limited,
+    ) -> f32 {
         let resistive_v = self.resistance_ohm * reference_a;
         let emf_v = self.emf_v_per_speed * speed;
         let trim_v = RESISTANCE_TRIM * resistive_v.abs() + EMF_TRIM * emf_v.abs() + BRIDGE_TRIM_V;
         let mut integral_v = self.integral_v;
         if let Some(measured_a) = measured_a {
-            integral_v += INTEGRAL_GAIN * self.resistance_ohm * (reference_a - measured_a);
+            integral_v += self.integral_v_per_a * (reference_a - measured_a);
         }
-        integral_v = clamp(integral_v, -trim_v, trim_v);
-        let fraction = (resistive_v + emf_v + integral_v) * per_supply_v;
-        let clamped = clamp(fraction, -self.duty_limit, self.duty_limit);
-        let limited = clamped != fraction;
+        (integral_v, _) = within(integral_v, trim_v);
+        let wanted = (resistive_v + emf_v + integral_v) * per_supply_v;
+        let (fraction, at_limit) = within(wanted, self.duty_limit);
+        if at_limit {
+            limited.duty = true;
+        }
         // Anti-windup: a clamped voltage must not fill the integral further.
-        if !limited || integral_v.abs() < self.integral_v.abs() {
+        if !at_limit || integral_v.abs() < self.integral_v.abs() {
             self.integral_v = integral_v;
         }
-        Voltage {
-            fraction: clamped,
-            limited,
-        }
+        fraction
     }
 }
 
@@ -85,6 +79,19 @@ impl CurrentLoop {
 mod tests {
     use super::*;
     use crate::drive::config::tests::p70;
+
+    /// One step from a supply, and what it says of limits.
+    fn step(
+        control: &mut CurrentLoop,
+        reference_a: f32,
+        measured_a: Option<f32>,
+        speed: f32,
+        supply_v: f32,
+    ) -> (f32, Limited) {
+        let mut limited = Limited::default();
+        let fraction = control.step(reference_a, measured_a, speed, 1.0 / supply_v, &mut limited);
+        (fraction, limited)
+    }
 
     /// Current that flows after `periods`, in a motor whose parameters are off by these factors.
     fn settle(
@@ -106,9 +113,7 @@ mod tests {
             } else {
                 0.0
             });
-            fraction = control
-                .step(reference_a, sensed, speed, 1.0 / supply_v)
-                .fraction;
+            fraction = step(&mut control, reference_a, sensed, speed, supply_v).0;
             current_a = (fraction * supply_v - 1.09 * emf * speed) / (35.0 * resistance);
             peak_a = peak_a.max(current_a.abs());
         }
@@ -140,8 +145,8 @@ mod tests {
         let config = p70();
         let mut control = CurrentLoop::new(&config, 1.09);
         for _ in 0..100_000 {
-            let voltage = control.step(config.limits.current_a, Some(0.0), 0.0, 1.0 / 12.0);
-            assert!(voltage.fraction * 12.0 / (0.8 * 35.0) < config.limits.current_trip_a);
+            let (fraction, _) = step(&mut control, config.limits.current_a, Some(0.0), 0.0, 12.0);
+            assert!(fraction * 12.0 / (0.8 * 35.0) < config.limits.current_trip_a);
         }
     }
 
@@ -151,13 +156,11 @@ mod tests {
         let mut control = CurrentLoop::new(&config, 1.09);
         for _ in 0..10_000 {
             // 4 V of supply cannot push 120 mA.
-            let voltage = control.step(0.12, Some(0.08), 0.0, 1.0 / 4.0);
-            assert!(voltage.limited && voltage.fraction <= config.limits.duty);
+            let (fraction, limited) = step(&mut control, 0.12, Some(0.08), 0.0, 4.0);
+            assert!(limited.duty && fraction <= config.limits.duty);
         }
-        let voltage = control.step(0.12, Some(0.12), 0.0, 1.0 / 12.0);
-        assert!(
-            (voltage.fraction - 0.12 * 35.0 / 12.0).abs() < 0.01,
-            "{voltage:?}"
-        );
+        let (fraction, limited) = step(&mut control, 0.12, Some(0.12), 0.0, 12.0);
+        assert!((fraction - 0.12 * 35.0 / 12.0).abs() < 0.01, "{fraction}");
+        assert!(!limited.duty);
     }
 }

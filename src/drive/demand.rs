@@ -88,11 +88,12 @@ pub enum Offset {
     Known,
 }
 
-/// The state of the motor, as of the last control period.
+/// The state of the motor: faults, the offset and what answers a demand as of the last control period, the rest as of the last
+/// sample (1 ms).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct Status {
-    /// Control periods since start, in microseconds.
+    /// End of the last sample, microseconds of control periods since start.
     pub time_us: u64,
     /// Encoder position, counts, closing positive; from the opening stop once homed; wraps.
     pub position_counts: i32,

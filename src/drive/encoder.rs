@@ -12,24 +12,24 @@ const POSITION_GAIN: f32 = 1.4 * OBSERVER_RAD_PER_S * PERIOD_S;
 const SPEED_GAIN: f32 = OBSERVER_RAD_PER_S * PERIOD_S * OBSERVER_RAD_PER_S * PERIOD_S;
 
 /// More counts than this in one period cannot be motion: `Config::validate` keeps the configured speed at or below it.
-pub const JUMP_COUNTS: i16 = 16;
+pub const JUMP_COUNTS: u32 = 16;
 /// Change of speed, in counts a period, from one period to the next that no motor reaches: a rotor of 0.1 g cm2 changes by
 /// 0.14 at stall current, rounding adds 1 and the encoder's own unevenness 1. A blow through the gears can be worse, once.
-const KICK_COUNTS: i16 = 5;
+const KICK_COUNTS: u32 = 5;
 /// A kick adds this, a quiet period takes one away.
-const KICK_WEIGHT: u16 = 8;
+const KICK_WEIGHT: u32 = 8;
 /// This many points of kicks are noise on the wires: seven kicks in quick succession.
-const KICK_LIMIT: u16 = 50;
+const KICK_LIMIT: u32 = 50;
 
 /// Position and speed of the motor.
 #[derive(Clone, Debug, Default)]
 pub struct Encoder {
     last: Option<EncoderCount>,
-    last_delta: i16,
+    last_delta: i32,
     position: i32,
     lag_counts: f32,
     speed: f32,
-    kicks: u16,
+    kicks: u32,
 }
 
 impl Encoder {
@@ -38,22 +38,22 @@ impl Encoder {
         let last = self.last.unwrap_or(count);
         self.last = Some(count);
         // The shorter way round: right as long as fewer than 32768 counts pass between readings.
-        let delta = count.0.wrapping_sub(last.0) as i16;
-        self.position = self.position.wrapping_add(i32::from(delta));
+        let delta = i32::from(count.0.wrapping_sub(last.0) as i16);
+        self.position = self.position.wrapping_add(delta);
 
         // Tracking loop in differences: nothing in it grows with the position.
-        let lag = self.lag_counts + f32::from(delta) - self.speed;
+        let lag = self.lag_counts + delta as f32 - self.speed;
         self.speed += SPEED_GAIN * lag;
         self.lag_counts = lag - POSITION_GAIN * lag;
 
         let kick = delta.wrapping_sub(self.last_delta);
         self.last_delta = delta;
-        self.kicks = if (-KICK_COUNTS..=KICK_COUNTS).contains(&kick) {
+        self.kicks = if kick.unsigned_abs() <= KICK_COUNTS {
             self.kicks.saturating_sub(1)
         } else {
             self.kicks.saturating_add(KICK_WEIGHT)
         };
-        (-JUMP_COUNTS..=JUMP_COUNTS).contains(&delta) && self.kicks <= KICK_LIMIT
+        delta.unsigned_abs() <= JUMP_COUNTS && self.kicks <= KICK_LIMIT
     }
 
     /// Position, counts; wraps.

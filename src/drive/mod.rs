@@ -11,6 +11,7 @@ mod encoder;
 pub mod fault;
 pub mod io;
 pub mod joint;
+mod limit;
 mod offset;
 mod protect;
 pub mod sequence;

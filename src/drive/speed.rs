@@ -2,7 +2,8 @@
 
 use super::config::Config;
 use super::convert::{PERIOD_S, Scale};
-use crate::numeric::clamp;
+use super::demand::Limited;
+use super::limit::within;
 
 /// Bandwidth, radian per second: 25 Hz. Low, because the current is the torque signal that sensing lives on: the
 /// encoder's unevenness once a motor turn must not become current. High enough to hold the worm, whose friction falls
@@ -15,22 +16,12 @@ const INTEGRAL_RAD_PER_S: f32 = 31.4;
 #[derive(Clone, Debug)]
 pub struct SpeedLoop {
     gain_a_per_speed: f32,
+    integral_a_per_speed: f32,
     feed_forward_a_per_change: f32,
     limit: f32,
     change_limit: f32,
     reference: f32,
     integral_a: f32,
-}
-
-/// What the speed loop decided.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reference {
-    /// Current reference, ampere.
-    pub current_a: f32,
-    /// Clamped by the current limit.
-    pub current_limited: bool,
-    /// The wanted speed was clamped.
-    pub speed_limited: bool,
 }
 
 impl SpeedLoop {
@@ -40,8 +31,10 @@ impl SpeedLoop {
         // Motor radian per second of a count a period, by way of k_e.
         let rad_per_s = scale.emf_v_per_count_per_period() / motor.torque_constant_nm_per_a;
         let a_per_rad_per_s2 = motor.rotor_inertia_kg_m2 / motor.torque_constant_nm_per_a;
+        let gain_a_per_speed = BANDWIDTH_RAD_PER_S * a_per_rad_per_s2 * rad_per_s;
         Self {
-            gain_a_per_speed: BANDWIDTH_RAD_PER_S * a_per_rad_per_s2 * rad_per_s,
+            gain_a_per_speed,
+            integral_a_per_speed: gain_a_per_speed * (INTEGRAL_RAD_PER_S * PERIOD_S),
             feed_forward_a_per_change: a_per_rad_per_s2 * rad_per_s / PERIOD_S,
             limit: scale.counts_per_s(config.limits.speed_rad_per_s) * PERIOD_S,
             change_limit: scale.counts_per_s(config.limits.acceleration_rad_per_s2)
@@ -65,31 +58,33 @@ impl SpeedLoop {
         (down_a, up_a)
     }
 
-    /// Current for a wanted speed.
-    pub fn step(&mut self, wanted: f32, speed: f32, current_limit_a: f32) -> Reference {
-        let target = clamp(wanted, -self.limit, self.limit);
-        let change = clamp(
-            target - self.reference,
-            -self.change_limit,
-            self.change_limit,
-        );
+    /// Current reference, ampere, for a wanted speed; says in `limited` if it had to clamp either.
+    pub fn step(
+        &mut self,
+        wanted: f32,
+        speed: f32,
+        current_limit_a: f32,
+        limited: &mut Limited,
+    ) -> f32 {
+        let (target, speed_limited) = within(wanted, self.limit);
+        if speed_limited {
+            limited.speed = true;
+        }
+        let (change, _) = within(target - self.reference, self.change_limit);
         self.reference += change;
         let error = self.reference - speed;
-        let integral_a =
-            self.integral_a + self.gain_a_per_speed * (INTEGRAL_RAD_PER_S * PERIOD_S) * error;
+        let integral_a = self.integral_a + self.integral_a_per_speed * error;
         let free_a =
             self.gain_a_per_speed * error + integral_a + self.feed_forward_a_per_change * change;
-        let current_a = clamp(free_a, -current_limit_a, current_limit_a);
-        let current_limited = current_a != free_a;
+        let (current_a, current_limited) = within(free_a, current_limit_a);
+        if current_limited {
+            limited.current = true;
+        }
         // Anti-windup: while clamped the integral may only shrink.
         if !current_limited || integral_a.abs() < self.integral_a.abs() {
             self.integral_a = integral_a;
         }
-        Reference {
-            current_a,
-            current_limited,
-            speed_limited: target != wanted,
-        }
+        current_a
     }
 }
 
@@ -108,7 +103,7 @@ mod tests {
         let wanted = 3.13f32;
         let mut peak = 0.0f32;
         for _ in 0..10_000 {
-            let current_a = control.step(wanted, speed, 0.12).current_a;
+            let current_a = control.step(wanted, speed, 0.12, &mut Limited::default());
             let friction_nm = 0.13e-3 * if speed > 0.0 { 1.0 } else { 0.0 };
             speed += (8.9e-3 * current_a - friction_nm) / 1e-8 / rad_per_s_per_speed * PERIOD_S;
             peak = peak.max(speed);
@@ -123,11 +118,12 @@ mod tests {
         let scale = Scale::new(&config).expect("valid");
         let mut control = SpeedLoop::new(&config, &scale);
         for _ in 0..40_000 {
-            let reference = control.step(100.0, 0.0, 0.05);
-            assert!(reference.current_a <= 0.05 && reference.speed_limited);
+            let mut limited = Limited::default();
+            assert!(control.step(100.0, 0.0, 0.05, &mut limited) <= 0.05);
+            assert!(limited.speed && !limited.duty && !limited.position);
         }
         // Blocked for two seconds, then free: the integral must not hold more than the limit.
         control.preset(0.0, control.integral_a);
-        assert!(control.step(0.0, 0.0, 0.12).current_a <= 0.06);
+        assert!(control.step(0.0, 0.0, 0.12, &mut Limited::default()) <= 0.06);
     }
 }

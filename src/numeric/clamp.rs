@@ -4,6 +4,7 @@
 ///
 /// Four instructions a bound. `f32::clamp` panics where the bounds are crossed; `x.min(high).max(low)` costs 13 a bound,
 /// because either argument may be NaN. Here a NaN becomes `high`: never a silent NaN behind a clamp.
+#[inline(always)]
 pub fn clamp(x: f32, low: f32, high: f32) -> f32 {
     let below = if x < high { x } else { high };
     if below > low { below } else { low }

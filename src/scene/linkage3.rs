@@ -2,7 +2,7 @@
 
 use crate::finger::{Assembly, ConfigError, Finger, Levers, Linkage, Parameters};
 use crate::scene::Scene;
-use crate::sensing::NoHall;
+use crate::sensing::{Cable, NoHall};
 
 /// Three phalanges of 90, 67.5 and 45 mm.
 #[derive(Clone, Copy, Debug)]
@@ -12,6 +12,7 @@ impl Scene for Linkage3 {
     const NAME: &'static str = "linkage3";
     type Finger = Finger<3, Linkage<2>>;
     type Joint = NoHall;
+    type Series = Cable;
     const PHALANGES: u8 = 3;
     // The closing stop is at 1.8 rad.
     const TRAVEL_RAD: f32 = 1.7;

@@ -6,6 +6,7 @@
 
 pub mod linkage3;
 pub mod p70;
+pub mod p70_rigid;
 pub mod re10;
 pub mod tendon2;
 pub mod tendon2_hall;
@@ -16,10 +17,11 @@ use crate::drive::joint::{AngleSense, HallInput, JointInput, NotFitted};
 use crate::drive::sequence::Motion;
 use crate::finger::{ConfigError, Mechanics};
 use crate::sample::Sample;
-use crate::sensing::{Calibration, Drivetrain, Hall, JointSensor, NoHall, Settings};
+use crate::sensing::{Calibration, Drivetrain, Hall, JointSensor, NoHall, Series, Settings};
 
 pub use linkage3::Linkage3;
 pub use p70::P70;
+pub use p70_rigid::P70Rigid;
 pub use tendon2::Tendon2;
 pub use tendon2_hall::Tendon2Hall;
 pub use tendon3::Tendon3;
@@ -57,6 +59,10 @@ pub trait Scene {
 
     /// The sensor of joint 2: [`Hall`], or [`NoHall`].
     type Joint: Joint;
+
+    /// What lies between gears and input link: a [`Cable`](crate::sensing::Cable), or nothing that gives way
+    /// ([`Rigid`](crate::sensing::Rigid)).
+    type Series: Series;
 
     /// Builds the finger.
     ///
@@ -146,6 +152,7 @@ macro_rules! one_of {
 
 scenes! {
     "scene-p70" => P70,
+    "scene-p70-rigid" => P70Rigid,
     "scene-tendon2" => Tendon2,
     "scene-tendon2-hall" => Tendon2Hall,
     "scene-tendon3" => Tendon3,
@@ -190,6 +197,7 @@ mod tests {
     #[test]
     fn every_scene_is_valid_and_its_parts_fit_each_other() {
         holds_together::<P70>();
+        holds_together::<P70Rigid>();
         holds_together::<Tendon2>();
         holds_together::<Tendon2Hall>();
         holds_together::<Tendon3>();
@@ -200,6 +208,7 @@ mod tests {
     fn scenes_have_names_of_their_own() {
         let names = [
             P70::NAME,
+            P70Rigid::NAME,
             Tendon2::NAME,
             Tendon2Hall::NAME,
             Tendon3::NAME,

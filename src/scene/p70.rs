@@ -2,7 +2,7 @@
 
 use crate::finger::{Assembly, ConfigError, Finger, Levers, Linkage, Parameters};
 use crate::scene::Scene;
-use crate::sensing::NoHall;
+use crate::sensing::{Cable, NoHall};
 
 /// Two phalanges of 90 and 70 mm. The paper's table of the linkage does not close; these levers are a plausible
 /// prototype (MATH 10).
@@ -13,6 +13,7 @@ impl Scene for P70 {
     const NAME: &'static str = "p70";
     type Finger = Finger<2, Linkage<1>>;
     type Joint = NoHall;
+    type Series = Cable;
     const PHALANGES: u8 = 2;
     // The closing stop is at 1.6 rad.
     const TRAVEL_RAD: f32 = 1.5;

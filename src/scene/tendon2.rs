@@ -4,7 +4,7 @@ use core::f32::consts::FRAC_PI_6;
 
 use crate::finger::{ConfigError, Finger, Parameters, Tendon};
 use crate::scene::Scene;
-use crate::sensing::NoHall;
+use crate::sensing::{Cable, NoHall};
 
 /// Two phalanges of 90 and 67.5 mm.
 #[derive(Clone, Copy, Debug)]
@@ -14,6 +14,7 @@ impl Scene for Tendon2 {
     const NAME: &'static str = "tendon2";
     type Finger = Finger<2, Tendon<2>>;
     type Joint = NoHall;
+    type Series = Cable;
     const PHALANGES: u8 = 2;
     // The closing stop is at 2.2 rad.
     const TRAVEL_RAD: f32 = 2.1;

@@ -5,7 +5,7 @@
 
 use crate::finger::{ConfigError, Mechanics};
 use crate::scene::{Scene, Tendon2};
-use crate::sensing::Hall;
+use crate::sensing::{Cable, Hall};
 
 /// Two phalanges of 90 and 67.5 mm, theta_2 measured.
 #[derive(Clone, Copy, Debug)]
@@ -15,6 +15,7 @@ impl Scene for Tendon2Hall {
     const NAME: &'static str = "tendon2-hall";
     type Finger = <Tendon2 as Scene>::Finger;
     type Joint = Hall;
+    type Series = Cable;
     const PHALANGES: u8 = <Self::Finger as Mechanics>::PHALANGES as u8;
     const TRAVEL_RAD: f32 = Tendon2::TRAVEL_RAD;
 

@@ -4,7 +4,7 @@ use core::f32::consts::FRAC_PI_6;
 
 use crate::finger::{ConfigError, Finger, Parameters, Tendon};
 use crate::scene::Scene;
-use crate::sensing::NoHall;
+use crate::sensing::{Cable, NoHall};
 
 /// Three phalanges of 90, 67.5 and 45 mm.
 #[derive(Clone, Copy, Debug)]
@@ -14,6 +14,7 @@ impl Scene for Tendon3 {
     const NAME: &'static str = "tendon3";
     type Finger = Finger<3, Tendon<3>>;
     type Joint = NoHall;
+    type Series = Cable;
     const PHALANGES: u8 = 3;
     // The closing stop is at 2.4 rad.
     const TRAVEL_RAD: f32 = 2.3;

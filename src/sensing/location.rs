@@ -11,6 +11,9 @@ const CABLE_RANGE: [f32; 2] = [1e-6, 1e9];
 /// What lies between the actuator and the input link: it adds to every measured compliance, C_measured = C + 1/K_t
 /// (MATH 5).
 pub trait Series: Copy + core::fmt::Debug {
+    /// Whether it gives way at all: only then is there a cable to fit and to calibrate.
+    const FLEXIBLE: bool;
+
     /// 1/K_t, radian per newton metre.
     fn compliance_rad_per_nm(&self) -> f32;
 }
@@ -21,6 +24,8 @@ pub trait Series: Copy + core::fmt::Debug {
 pub struct Rigid;
 
 impl Series for Rigid {
+    const FLEXIBLE: bool = false;
+
     fn compliance_rad_per_nm(&self) -> f32 {
         0.0
     }
@@ -48,6 +53,8 @@ impl Cable {
 }
 
 impl Series for Cable {
+    const FLEXIBLE: bool = true;
+
     fn compliance_rad_per_nm(&self) -> f32 {
         self.compliance_rad_per_nm
     }

@@ -29,6 +29,7 @@ pub use drivetrain::Drivetrain;
 pub use event::{Event, NotLocated};
 pub use friction::Friction;
 pub use joint::{Hall, JointSensor, NoHall, Side};
+pub use location::{Cable, Rigid, Series};
 pub use sensor::Sensor;
 pub use settings::{Directive, Settings};
 

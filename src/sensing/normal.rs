@@ -4,30 +4,40 @@
 //! which bounds the condition and lets f32 do; an unknown that a hypothesis lacks simply stays at 0.
 
 use crate::numeric::{ln, sqrt};
+use crate::sensing::location::{Cable, Series};
+use core::marker::PhantomData;
 
-/// Normal equations of `P` unknowns about a point, and the Cholesky factor of their matrix.
+/// Unknowns of a cable, the last ones.
+const CABLES: usize = 2;
+
+/// Normal equations of `P` unknowns (two fewer where `X` has no cable) about a point, and the Cholesky factor of their matrix.
 ///
 /// The matrix is symmetric: it lies on and below the diagonal, which leaves what is above for the factor.
 #[derive(Clone, Copy, Debug)]
-pub struct Normal<const P: usize> {
+pub struct Normal<const P: usize, X: Series = Cable> {
     matrix: [[f32; P]; P],
     /// Diagonal of the factor.
     diagonal: [f32; P],
     right: [f32; P],
+    series: PhantomData<X>,
 }
 
-impl<const P: usize> Normal<P> {
+impl<const P: usize, X: Series> Normal<P, X> {
     /// No information.
     pub const EMPTY: Self = Self {
         matrix: [[0.0; P]; P],
         diagonal: [0.0; P],
         right: [0.0; P],
+        series: PhantomData,
     };
+
+    /// How many of them there are: without a cable the last two are not.
+    const USED: usize = if X::FLEXIBLE { P } else { P - CABLES };
 
     /// Adds a residual (measured less model) with the model's derivatives and the inverse of its variance.
     #[expect(clippy::needless_range_loop, reason = "a triangle of a matrix")]
     pub fn add(&mut self, residual: f32, slopes: &[f32; P], weight: f32) {
-        for row in 0..P {
+        for row in 0..Self::USED {
             let weighted = weight * slopes[row];
             self.right[row] += weighted * residual;
             for column in 0..=row {
@@ -51,8 +61,8 @@ impl<const P: usize> Normal<P> {
     }
 
     /// Factors the matrix, its diagonal raised by `damping` times itself. None unless it is positive definite.
-    pub fn factor(&mut self, damping: f32) -> Option<Factor<'_, P>> {
-        for row in 0..P {
+    pub fn factor(&mut self, damping: f32) -> Option<Factor<'_, P, X>> {
+        for row in 0..Self::USED {
             for column in 0..=row {
                 let mut sum = self.matrix[row][column];
                 if row == column {
@@ -77,11 +87,11 @@ impl<const P: usize> Normal<P> {
 
 /// Normal equations whose matrix has been factored.
 #[derive(Clone, Copy, Debug)]
-pub struct Factor<'a, const P: usize> {
-    normal: &'a Normal<P>,
+pub struct Factor<'a, const P: usize, X: Series = Cable> {
+    normal: &'a Normal<P, X>,
 }
 
-impl<const P: usize> Factor<'_, P> {
+impl<const P: usize, X: Series> Factor<'_, P, X> {
     /// The step to the minimum.
     pub fn step(&self) -> [f32; P] {
         let mut x = self.normal.right;
@@ -95,16 +105,16 @@ impl<const P: usize> Factor<'_, P> {
         let Normal {
             matrix, diagonal, ..
         } = self.normal;
-        for row in 0..P {
+        for row in 0..Normal::<P, X>::USED {
             let mut sum = x[row];
             for column in 0..row {
                 sum -= matrix[column][row] * x[column];
             }
             x[row] = sum / diagonal[row];
         }
-        for row in (0..P).rev() {
+        for row in (0..Normal::<P, X>::USED).rev() {
             let mut sum = x[row];
-            for column in row + 1..P {
+            for column in row + 1..Normal::<P, X>::USED {
                 sum -= matrix[row][column] * x[column];
             }
             x[row] = sum / diagonal[row];
@@ -127,6 +137,7 @@ impl<const P: usize> Factor<'_, P> {
             .normal
             .diagonal
             .iter()
+            .take(Normal::<P, X>::USED)
             .map(|&diagonal| ln(diagonal))
             .sum::<f32>()
     }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! Images of other scenes on the emulated chip: what they have beside the default one's finger works as a whole.
 //!
-//! The images come from `PALPATE_HALL_ELF` (scene `tendon2-hall`); `cargo xtask test` sets it. Without one its test says so
-//! and passes.
+//! The images come from `PALPATE_HALL_ELF` (scene `tendon2-hall`) and `PALPATE_RIGID_ELF` (`p70-rigid`); `cargo xtask test`
+//! sets them. Without one its test says so and passes.
 
 use palpate_emulator::Firmware;
 use palpate_emulator::sim::{
-    CONTROL_INSTRUCTIONS, Object, Scene, Session, Settings, Summary, Verdict, end_of,
+    CONTROL_INSTRUCTIONS, Object, Scene, Script, Session, Settings, Summary, Verdict, end_of,
 };
 
 fn image(variable: &str) -> Option<Firmware> {
@@ -17,10 +17,16 @@ fn image(variable: &str) -> Option<Firmware> {
     Some(Firmware::load(path.as_ref()).expect("the image loads"))
 }
 
-/// A grasp from the button; control stays within its bounds whatever a scene adds to it.
-fn grasp(firmware: &Firmware, scene: Scene, theta_1_deg: f64, contact_mm: f64) -> Session<'_> {
+/// A grasp; control stays within its bounds whatever a scene adds to it.
+fn grasp<'f>(
+    firmware: &'f Firmware,
+    scene: Scene,
+    script: Script,
+    (theta_1_deg, contact_mm): (f64, f64),
+) -> Session<'f> {
     let settings = Settings {
         scene,
+        script,
         object: Some(Object {
             phalanx: 2,
             contact_mm,
@@ -48,7 +54,12 @@ fn joint_2_is_read_and_decides_the_side() {
     let Some(firmware) = image("PALPATE_HALL_ELF") else {
         return;
     };
-    let session = grasp(&firmware, Scene::Tendon2Hall, 95.0, 30.0);
+    let session = grasp(
+        &firmware,
+        Scene::Tendon2Hall,
+        Script::button(),
+        (95.0, 30.0),
+    );
     let summary = Summary::of(&session);
     assert_eq!(summary.verdict, Verdict::Located, "{summary:?}");
     let error_mm = summary.k_mm.expect("a place") - summary.true_k_mm.expect("a contact");
@@ -72,4 +83,28 @@ fn joint_2_is_read_and_decides_the_side() {
             .all(|line| line.event().name != "joint"),
         "the sensor was never without a reading"
     );
+}
+
+/// The same finger without a cable: a contact is placed, and the guided calibration sends nobody to the closing stop.
+#[test]
+fn without_a_cable_there_is_none_to_calibrate() {
+    let Some(firmware) = image("PALPATE_RIGID_ELF") else {
+        return;
+    };
+    let session = grasp(&firmware, Scene::P70Rigid, Script::button(), (45.0, 30.0));
+    let summary = Summary::of(&session);
+    assert_eq!(summary.verdict, Verdict::Located, "{summary:?}");
+    let error_mm = summary.k_mm.expect("a place") - summary.true_k_mm.expect("a contact");
+    assert!(error_mm.abs() < 3.5, "{summary:?}");
+    let said = |text: &str| {
+        session
+            .lines
+            .iter()
+            .any(|line| line.to_string().contains(text))
+    };
+    assert!(
+        !said("enter: calibrate cable"),
+        "nobody is sent to the stop"
+    );
+    assert!(said("hint put a pin at"), "a pin comes first");
 }

@@ -7,7 +7,7 @@ use palpate::drive::config::OutOfRange;
 use palpate::drive::controller::Controller;
 use palpate::drive::sequence::{Refused, Request, State};
 use palpate::finger::ConfigError;
-use palpate::scene::{Linkage3, P70, Scene, Tendon2, Tendon2Hall, Tendon3};
+use palpate::scene::{Linkage3, P70, P70Rigid, Scene, Tendon2, Tendon2Hall, Tendon3};
 use palpate::sensing::{Calibration, Directive};
 use palpate_plant::{FingerKind, Grasp, Parameters, Plant, Shape};
 
@@ -15,10 +15,23 @@ use palpate_plant::{FingerKind, Grasp, Parameters, Plant, Shape};
 pub trait Simulated: Scene<Finger: Clone + std::fmt::Debug> + Clone + std::fmt::Debug {
     /// Which of the plant's fingers it is.
     const FINGER: FingerKind;
+
+    /// Its world, given the parameters that all scenes share.
+    #[must_use]
+    fn world(shared: &Parameters) -> Parameters {
+        shared.clone()
+    }
 }
 
 impl Simulated for P70 {
     const FINGER: FingerKind = FingerKind::P70;
+}
+impl Simulated for P70Rigid {
+    const FINGER: FingerKind = FingerKind::P70;
+
+    fn world(shared: &Parameters) -> Parameters {
+        shared.without_cable()
+    }
 }
 impl Simulated for Tendon2 {
     const FINGER: FingerKind = FingerKind::Tendon2;
@@ -70,7 +83,7 @@ impl<S: Simulated> Rig<S> {
     /// # Errors
     /// A parameter out of range.
     pub fn new(parameters: &Parameters, seed: u64) -> Result<Self, Error> {
-        let plant = Plant::new(parameters, S::FINGER, &Grasp::Free, seed)?;
+        let plant = Plant::new(&S::world(parameters), S::FINGER, &Grasp::Free, seed)?;
         let slow = Slow::new().map_err(|error| match error {
             SlowError::Finger(error) => Error::Finger(error),
             SlowError::Drive(error) => Error::Drive(error),

@@ -100,6 +100,7 @@ fn mirrors<S: Simulated>() {
 #[test]
 fn scenes_mirror_the_plant() {
     mirrors::<palpate::scene::P70>();
+    mirrors::<palpate::scene::P70Rigid>();
     mirrors::<palpate::scene::Tendon2>();
     mirrors::<palpate::scene::Tendon2Hall>();
     mirrors::<palpate::scene::Tendon3>();

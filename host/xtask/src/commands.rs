@@ -261,7 +261,8 @@ pub fn test(arguments: &[String]) -> Outcome {
         .elf()
     };
     let hall = of_scene("tendon2-hall")?;
-    reach(&[elf.clone(), faulty.clone(), hall.clone()])?;
+    let rigid = of_scene("p70-rigid")?;
+    reach(&[elf.clone(), faulty.clone(), hall.clone(), rigid.clone()])?;
     step(
         "proof that the control interrupt cannot panic, allocate or log",
         &mut host_program("palpate-reach", &[elf.display().to_string()]),
@@ -283,6 +284,7 @@ pub fn test(arguments: &[String]) -> Outcome {
         .env("PALPATE_ELF", &elf)
         .env("PALPATE_FAULT_ELF", &faulty)
         .env("PALPATE_HALL_ELF", &hall)
+        .env("PALPATE_RIGID_ELF", &rigid)
         .env("PALPATE_GRASPS", "1000")
         .env("PALPATE_ENDURANCE_S", "4400"),
     )

@@ -7,7 +7,14 @@ use crate::machine::{self, THUMB, Toolchain};
 use crate::process::{Failure, Outcome, cargo, step, target_dir};
 
 /// The scenes that a firmware can be built for, first the default.
-pub const SCENES: &[&str] = &["p70", "tendon2", "tendon2-hall", "tendon3", "linkage3"];
+pub const SCENES: &[&str] = &[
+    "p70",
+    "p70-rigid",
+    "tendon2",
+    "tendon2-hall",
+    "tendon3",
+    "linkage3",
+];
 
 /// What to build for the chip.
 #[derive(Clone, Default)]

@@ -68,6 +68,8 @@ pub enum Refused {
     NoFault,
     /// There is no friction record: record friction first, with nothing in the way.
     NoFriction,
+    /// There is no cable to calibrate in this drivetrain.
+    NoCable,
 }
 
 /// How a motion ended.

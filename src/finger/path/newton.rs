@@ -12,11 +12,6 @@ use crate::numeric::Bounded;
 pub(super) const STEPS: u8 = 16;
 /// A joint's change in one Newton step, radian, beyond which the step is shortened.
 const STRIDE_RAD: f32 = 0.2;
-/// A change this small compared with the joints' is their rounding.
-const SETTLED_SHARE: f32 = 2e-7;
-/// A change this small compared with the joints' may be rounding, if it no longer shrinks.
-const NOISE_SHARE: f32 = 1e-4;
-
 /// After a step this small compared with the joints' changes the next one, some times its square, is below 1e-5 of them,
 /// and the one after it their rounding.
 const NEAR_SHARE: f32 = 1e-3;
@@ -66,27 +61,6 @@ impl<const N: usize> Unknown<N> {
 
 pub(super) fn largest<const N: usize>(of: &[f32; N]) -> f32 {
     of.iter().fold(0.0f32, |m, x| x.abs().at_least(m))
-}
-
-/// Says when Newton's method is done: the step is the rounding of what it changes, or no longer shrinks near that.
-pub(super) struct Settling {
-    pub(super) before: f32,
-}
-
-impl Settling {
-    pub(super) fn done<const N: usize>(
-        &mut self,
-        size: f32,
-        shortened: bool,
-        delta: &[f32; N],
-    ) -> bool {
-        let scale = largest(delta);
-        let done = !shortened
-            && (size <= SETTLED_SHARE * scale
-                || (size <= NOISE_SHARE * scale && size >= 0.5 * self.before));
-        self.before = size;
-        done
-    }
 }
 
 /// A solved point of the path.

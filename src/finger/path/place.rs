@@ -1,9 +1,30 @@
 //! The estimator of one finite step: the place that turns the input link as measured.
 
 use super::Path;
-use super::newton::{STEPS, Settling, largest};
+use super::newton::{STEPS, largest};
 use crate::finger::{Finger, PathPoint, Step, Transmission};
 use crate::numeric::Bounded;
+
+/// A change this small compared with the joints' is their rounding.
+const SETTLED_SHARE: f32 = 2e-7;
+/// A change this small compared with the joints' may be rounding, if it no longer shrinks.
+const NOISE_SHARE: f32 = 1e-4;
+
+/// Says when Newton's method is done: the step is the rounding of what it changes, or no longer shrinks near that.
+struct Settling {
+    before: f32,
+}
+
+impl Settling {
+    fn done<const N: usize>(&mut self, size: f32, shortened: bool, delta: &[f32; N]) -> bool {
+        let scale = largest(delta);
+        let done = !shortened
+            && (size <= SETTLED_SHARE * scale
+                || (size <= NOISE_SHARE * scale && size >= 0.5 * self.before));
+        self.before = size;
+        done
+    }
+}
 
 impl<const N: usize, T: Transmission<N>> Finger<N, T> {
     /// See [`super::Mechanics::place`].

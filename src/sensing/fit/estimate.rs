@@ -6,6 +6,7 @@ use super::{Hypothesis, Place, Prior, UNKNOWNS};
 use crate::finger::MAX_PHALANGES;
 use crate::numeric::{Bounded, ln, sqrt};
 use crate::sensing::Calibration;
+use crate::sensing::location::Series;
 use crate::sensing::normal::Factor;
 
 /// Result of a fit.
@@ -51,14 +52,14 @@ pub(super) struct Best {
 
 impl Hypothesis {
     /// What the fit tells at some values of its unknowns.
-    pub(super) fn best(
+    pub(super) fn best<X: Series>(
         &self,
         length_m: f32,
-        prior: &Prior,
+        prior: &Prior<X>,
         values: &Values,
         pass: &Pass,
         cost: f32,
-        factor: &Factor<UNKNOWNS>,
+        factor: &Factor<UNKNOWNS, X>,
     ) -> Best {
         let deviation = |unknown: usize| {
             let variance = factor
@@ -71,8 +72,13 @@ impl Hypothesis {
         let (k_scale, learned) = match prior.place {
             Place::Anywhere => (length_m, [0.0; 3]),
             Place::Known { sigma_m, .. } => {
-                let (by_factor, by_cable) = (factor.covariance(FACTOR), factor.covariance(CABLE));
-                let learned = [by_factor[FACTOR], by_factor[CABLE], by_cable[CABLE]];
+                let by_factor = factor.covariance(FACTOR);
+                let learned = if X::FLEXIBLE {
+                    let by_cable = factor.covariance(CABLE);
+                    [by_factor[FACTOR], by_factor[CABLE], by_cable[CABLE]]
+                } else {
+                    [by_factor[FACTOR], 0.0, 0.0]
+                };
                 (sigma_m, learned)
             }
         };
@@ -117,13 +123,24 @@ impl Hypothesis {
     }
 
     /// What a fit at a known place teaches: torque factor and cable, with their covariance. Meaningless elsewhere.
-    pub fn learned(&self, prior: &Prior) -> Option<Calibration> {
+    pub fn learned<X: Series>(&self, prior: &Prior<X>) -> Option<Calibration> {
         let Best {
             estimate,
             learned: [ff, fc, cc],
             ..
         } = self.best?;
         let before = &prior.calibration;
+        let torque_factor = estimate.torque_factor;
+        if !X::FLEXIBLE {
+            return Some(Calibration {
+                torque_factor,
+                torque_factor_sigma: before.torque_factor_sigma
+                    * sqrt(ff.at_least(0.0))
+                    * before.torque_factor
+                    / torque_factor,
+                ..*before
+            });
+        }
         let rest = sqrt((1.0 - before.correlation * before.correlation).at_least(0.0));
         let r = before.correlation;
         let cable_variance = r * r * ff + 2.0 * r * rest * fc + rest * rest * cc;

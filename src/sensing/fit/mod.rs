@@ -10,14 +10,15 @@
 //! L being the torque delayed by the creep's time constant, and rotation the contact path from the torque T_c of the free
 //! finger at the onset. The residual is taken in angle, which stays bounded where the finger is rigid (e_2); its variance
 //! is that of the torque times the slope squared. Everything unknown is a parameter with a prior, so the deviation of k
-//! that comes out holds noise, friction misfit, radius and calibration together.
+//! that comes out holds noise, friction misfit, radius and calibration together. A drivetrain without a cable
+//! ([`Rigid`](crate::sensing::location::Rigid)) leaves six: c and g are not there.
 
 mod estimate;
-mod linearise;
 mod model;
 mod onset;
 mod prior;
 mod refine;
+mod rows;
 mod unknowns;
 
 pub use estimate::Estimate;
@@ -26,6 +27,7 @@ pub use onset::free_behind_cable;
 pub use prior::{Place, Prior};
 pub use unknowns::UNKNOWNS;
 
+use crate::sensing::location::Series;
 use estimate::Best;
 use unknowns::{K, LEAST_SHARE};
 
@@ -50,7 +52,7 @@ pub struct Hypothesis {
 
 impl Hypothesis {
     /// A contact on a phalanx, starting at a location. On phalanx 1 location and radius mean nothing and stay.
-    pub fn new(phalanx: u8, k_m: f32, length_m: f32, prior: &Prior) -> Self {
+    pub fn new<X: Series>(phalanx: u8, k_m: f32, length_m: f32, prior: &Prior<X>) -> Self {
         let mut x = [0.0; UNKNOWNS];
         x[K] = match prior.place {
             Place::Anywhere => (k_m / length_m).clamp(LEAST_SHARE, 1.0),
@@ -114,7 +116,7 @@ impl Hypothesis {
     }
 
     /// The path ends before the curve: try nearer to the middle of the phalanx.
-    fn retreat(&mut self, prior: &Prior) {
+    fn retreat<X: Series>(&mut self, prior: &Prior<X>) {
         self.fail();
         if prior.place == Place::Anywhere {
             self.x[K] += 0.25 * (0.5 - self.x[K]);

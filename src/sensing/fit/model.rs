@@ -1,12 +1,13 @@
 //! The model: the contact path through the curve's points, and how far they lie from it.
 
 use super::Hypothesis;
-use super::linearise::Rows;
+use super::rows::Rows;
 use super::unknowns::Values;
 use crate::finger::{Contact, Free, Mechanics, PathPoint};
 use crate::numeric::ln;
 use crate::sensing::Drivetrain;
 use crate::sensing::curve::Point;
+use crate::sensing::location::Series;
 
 /// Deviation of a measured angle from any model, radian: four counts of the encoder's periodic error and as much again.
 const ANGLE_SIGMA_RAD: f32 = 4e-5;
@@ -93,13 +94,13 @@ impl Hypothesis {
     /// are asked for.
     // A symbol of its own, so that its instructions can be counted on the chip.
     #[inline(never)]
-    pub(super) fn follow<F: Mechanics>(
+    pub(super) fn follow<F: Mechanics, X: Series>(
         &self,
         finger: &F,
         onset: &Free<F::Configuration>,
         values: &Values,
         data: &Data,
-        mut rows: Option<&mut Rows>,
+        mut rows: Option<&mut Rows<X>>,
     ) -> Pass {
         let mut pass = Pass::default();
         let (contact, at_onset) = if self.is_proximal() {

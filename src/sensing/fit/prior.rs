@@ -1,6 +1,9 @@
 //! What is known before the fit.
 
+use super::unknowns::{FLEXIBLE_UNKNOWNS, RIGID_UNKNOWNS};
 use crate::sensing::Calibration;
+use crate::sensing::location::{Cable, Series};
+use core::marker::PhantomData;
 
 /// Prior of the location.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,9 +21,10 @@ pub enum Place {
     },
 }
 
-/// What is known before the fit, the same for every hypothesis.
+/// What is known before the fit, the same for every hypothesis. `X` is what lies in series with the finger: with
+/// [`Rigid`](crate::sensing::location::Rigid) there is no cable to fit, and what is said of one here is not looked at.
 #[derive(Clone, Copy, Debug)]
-pub struct Prior {
+pub struct Prior<X: Series = Cable> {
     /// Location.
     pub place: Place,
     /// Effective contact radius: mean and deviation, metre.
@@ -35,4 +39,15 @@ pub struct Prior {
     pub creep: [f32; 2],
     /// Deviation of the rotor's inertia, as a share of it.
     pub inertia_share: f32,
+    /// What lies in series.
+    pub series: PhantomData<X>,
+}
+
+impl<X: Series> Prior<X> {
+    /// Number of unknowns: the cable's two are the last.
+    pub const UNKNOWNS: usize = if X::FLEXIBLE {
+        FLEXIBLE_UNKNOWNS
+    } else {
+        RIGID_UNKNOWNS
+    };
 }

@@ -1,17 +1,18 @@
 //! One step towards the minimum.
 
-use super::linearise::Rows;
 use super::model::Pass;
+use super::rows::Rows;
 use super::unknowns::{K, Values};
 use super::{Data, Hypothesis, LEAST_POINTS, Place, Prior, UNKNOWNS};
 use crate::finger::Mechanics;
 use crate::numeric::Bounded;
 use crate::sensing::curve::BINS;
+use crate::sensing::location::Series;
 
 /// Sum of squares, logarithms of variances and priors.
-fn cost(pass: &Pass, x: &[f32; UNKNOWNS], prior: &Prior) -> f32 {
+fn cost<X: Series>(pass: &Pass, x: &[f32; UNKNOWNS], prior: &Prior<X>) -> f32 {
     let mut priors = 0.0;
-    for (unknown, value) in x.iter().enumerate() {
+    for (unknown, value) in x.iter().enumerate().take(Prior::<X>::UNKNOWNS) {
         if unknown != K || matches!(prior.place, Place::Known { .. }) {
             priors += value * value;
         }
@@ -21,11 +22,11 @@ fn cost(pass: &Pass, x: &[f32; UNKNOWNS], prior: &Prior) -> f32 {
 
 impl Hypothesis {
     /// One step of Levenberg and Marquardt: two paths, about 16 points each. `near` is a posture near the onset.
-    pub fn refine<F: Mechanics>(
+    pub fn refine<F: Mechanics, X: Series>(
         &mut self,
         finger: &F,
         data: &Data,
-        prior: &Prior,
+        prior: &Prior<X>,
         near: &F::Configuration,
     ) {
         self.steps = self.steps.saturating_add(1);
@@ -65,11 +66,11 @@ impl Hypothesis {
 
     /// What the fit tells where it stands, its cost there, and the step that looks best; None where there is none.
     #[inline(never)]
-    fn linearise<F: Mechanics>(
+    fn linearise<F: Mechanics, X: Series>(
         &mut self,
         finger: &F,
         data: &Data,
-        prior: &Prior,
+        prior: &Prior<X>,
         near: &F::Configuration,
     ) -> Option<(f32, [f32; UNKNOWNS])> {
         let length = finger.phalanx_length_m(self.phalanx).unwrap_or(0.0);
@@ -90,13 +91,13 @@ impl Hypothesis {
     /// As [`Hypothesis::linearise`], from the normal equations.
     // Not inlined: what is needed here does not lie in the frame from which the path is followed.
     #[inline(never)]
-    fn stand(
+    fn stand<X: Series>(
         &mut self,
         length_m: f32,
-        prior: &Prior,
+        prior: &Prior<X>,
         values: &Values,
         here: &Pass,
-        rows: &mut Rows,
+        rows: &mut Rows<X>,
     ) -> Option<(f32, [f32; UNKNOWNS])> {
         let cost = cost(here, &self.x, prior);
         self.share = values.k_m / length_m;
@@ -116,17 +117,17 @@ impl Hypothesis {
 
     /// Cost of other values of the unknowns.
     #[inline(never)]
-    fn cost_of<F: Mechanics>(
+    fn cost_of<F: Mechanics, X: Series>(
         &self,
         x: &[f32; UNKNOWNS],
         finger: &F,
         data: &Data,
-        prior: &Prior,
+        prior: &Prior<X>,
         near: &F::Configuration,
     ) -> Option<f32> {
         let values = self.values(x, finger, prior);
         let onset = Self::onset(finger, values.onset_rad, prior, near)?;
-        let pass = self.follow(finger, &onset, &values, data, None);
+        let pass = self.follow(finger, &onset, &values, data, None::<&mut Rows<X>>);
         Some(cost(&pass, x, prior))
     }
 }

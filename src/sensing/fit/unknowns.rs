@@ -4,17 +4,22 @@ use super::{Hypothesis, Place, Prior};
 use crate::finger::Mechanics;
 use crate::numeric::{Bounded, sqrt};
 use crate::sensing::curve::Point;
+use crate::sensing::location::Series;
 
-/// Number of unknowns.
-pub const UNKNOWNS: usize = 8;
+/// Number of unknowns behind a cable.
+pub const FLEXIBLE_UNKNOWNS: usize = 8;
+/// Number of unknowns without one.
+pub const RIGID_UNKNOWNS: usize = 6;
+/// Room for them.
+pub const UNKNOWNS: usize = FLEXIBLE_UNKNOWNS;
 pub(super) const K: usize = 0;
 pub(super) const RADIUS: usize = 1;
 pub(super) const OFFSET: usize = 2;
 pub(super) const ONSET: usize = 3;
 pub(super) const FACTOR: usize = 4;
-pub(super) const CABLE: usize = 5;
-pub(super) const CREEP: usize = 6;
-pub(super) const INERTIA: usize = 7;
+pub(super) const INERTIA: usize = 5;
+pub(super) const CABLE: usize = 6;
+pub(super) const CREEP: usize = 7;
 
 /// Largest effective contact radius thought of, metre.
 pub(super) const RADIUS_MAX_M: f32 = 0.045;
@@ -42,16 +47,26 @@ impl Values {
 }
 
 impl Hypothesis {
-    pub(super) fn values<F: Mechanics>(
+    pub(super) fn values<F: Mechanics, X: Series>(
         &self,
         x: &[f32; UNKNOWNS],
         finger: &F,
-        prior: &Prior,
+        prior: &Prior<X>,
     ) -> Values {
         let length = finger.phalanx_length_m(self.phalanx).unwrap_or(0.0);
         let (radius, radius_sigma) = prior.radius_m;
         let calibration = &prior.calibration;
-        let rest = sqrt((1.0 - calibration.correlation * calibration.correlation).at_least(0.0));
+        let (cable, creep) = if X::FLEXIBLE {
+            let correlation = calibration.correlation;
+            let rest = sqrt((1.0 - correlation * correlation).at_least(0.0));
+            let deviation = correlation * x[FACTOR] + rest * x[CABLE];
+            (
+                calibration.cable_rad_per_nm + calibration.cable_sigma_rad_per_nm * deviation,
+                prior.creep[0] + prior.creep[1] * x[CREEP],
+            )
+        } else {
+            (0.0, 0.0)
+        };
         Values {
             k_m: match prior.place {
                 Place::Anywhere => x[K] * length,
@@ -61,16 +76,19 @@ impl Hypothesis {
             offset_nm: prior.offset_sigma_nm * x[OFFSET],
             onset_rad: prior.onset_rad.0 + prior.onset_rad.1 * x[ONSET],
             factor: calibration.torque_factor * (1.0 + calibration.torque_factor_sigma * x[FACTOR]),
-            cable: calibration.cable_rad_per_nm
-                + calibration.cable_sigma_rad_per_nm
-                    * (calibration.correlation * x[FACTOR] + rest * x[CABLE]),
-            creep: prior.creep[0] + prior.creep[1] * x[CREEP],
+            cable,
+            creep,
             inertia: prior.inertia_share * x[INERTIA],
         }
     }
 
     /// Keeps the unknowns where they mean something. (With computed bounds `clamp` would panic on a NaN.)
-    pub(super) fn clamp<F: Mechanics>(&self, x: &mut [f32; UNKNOWNS], finger: &F, prior: &Prior) {
+    pub(super) fn clamp<F: Mechanics, X: Series>(
+        &self,
+        x: &mut [f32; UNKNOWNS],
+        finger: &F,
+        prior: &Prior<X>,
+    ) {
         let length = finger.phalanx_length_m(self.phalanx).unwrap_or(0.0);
         x[K] = match prior.place {
             Place::Anywhere => x[K].clamp(LEAST_SHARE, 1.0),

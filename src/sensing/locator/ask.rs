@@ -6,6 +6,7 @@ use crate::numeric::{Bounded, clamp};
 use crate::sensing::Drivetrain;
 use crate::sensing::curve;
 use crate::sensing::fit::{Hypothesis, LEAST_POINTS, Place, Prior, free_behind_cable};
+use crate::sensing::location::Series;
 
 /// Torque at which hypotheses are first made, in standard deviations of the offset and of a point.
 const FIRST_SIGMAS: f32 = 8.0;
@@ -22,7 +23,7 @@ const SAME_PLACE: f32 = 0.12;
 
 impl Locator {
     /// Whether the torque has grown enough for places not thought of.
-    pub(super) fn is_time_to_ask(&mut self, prior: &Prior) -> bool {
+    pub(super) fn is_time_to_ask<X: Series>(&mut self, prior: &Prior<X>) -> bool {
         let Some(last) = self.points.last() else {
             return false;
         };
@@ -40,11 +41,11 @@ impl Locator {
     /// Asks the finger's inverse where a contact of the measured slope may be.
     // Not inlined: seldom asked, it should not lie in the frame that the fits are called from.
     #[inline(never)]
-    pub(super) fn ask<F: Mechanics>(
+    pub(super) fn ask<F: Mechanics, X: Series>(
         &mut self,
         finger: &F,
         (origin_rad, drivetrain): (f32, &Drivetrain),
-        prior: &Prior,
+        prior: &Prior<X>,
         near: &F::Configuration,
     ) {
         let Some(slope) = curve::slope(self.points.iter(), f32::NEG_INFINITY, drivetrain.creep[0])
@@ -60,9 +61,15 @@ impl Locator {
         }
         let rad_per_nm = slope.counts_per_nm * drivetrain.rad_per_count;
         let calibration = &prior.calibration;
-        let compliance = (rad_per_nm - calibration.cable_rad_per_nm) / calibration.torque_factor;
-        let free_at =
-            |onset_rad| free_behind_cable(finger, onset_rad, calibration, prior.creep[0], near);
+        let cable_rad_per_nm = if X::FLEXIBLE {
+            calibration.cable_rad_per_nm
+        } else {
+            0.0
+        };
+        let compliance = (rad_per_nm - cable_rad_per_nm) / calibration.torque_factor;
+        let free_at = |onset_rad| {
+            free_behind_cable::<F, X>(finger, onset_rad, calibration, prior.creep[0], near)
+        };
         // The curve begins at the torque that holds the free finger there, not at none.
         let held_nm = free_at(prior.onset_rad.0)
             .map_or(0.0, |free| free.torque_nm / calibration.torque_factor);
@@ -116,7 +123,13 @@ impl Locator {
     }
 
     /// Adds a hypothesis unless there is one like it; the worst one makes room.
-    fn add<F: Mechanics>(&mut self, finger: &F, phalanx: u8, k_m: f32, prior: &Prior) {
+    fn add<F: Mechanics, X: Series>(
+        &mut self,
+        finger: &F,
+        phalanx: u8,
+        k_m: f32,
+        prior: &Prior<X>,
+    ) {
         let Some(length) = finger.phalanx_length_m(phalanx) else {
             return;
         };

@@ -14,6 +14,7 @@ use crate::finger::{Class, Mechanics};
 use crate::sensing::Drivetrain;
 use crate::sensing::curve::{BINS, Point};
 use crate::sensing::fit::{Data, Hypothesis, Prior};
+use crate::sensing::location::Series;
 
 /// Most hypotheses at a time: two places on each of two phalanges, and the proximal one.
 const MOST: usize = 5;
@@ -58,12 +59,12 @@ impl Locator {
     /// One step: begins a round if it is time to, and refines the next hypothesis. True when that ends a round: then there
     /// is a verdict. `points` are by rising angle from `origin_rad` on; only a round's beginning looks at them. `near` is a
     /// posture near the onset.
-    pub fn refine<'a, F: Mechanics>(
+    pub fn refine<'a, F: Mechanics, X: Series>(
         &mut self,
         finger: &F,
         points: impl Iterator<Item = &'a Point>,
         (origin_rad, drivetrain): (f32, &Drivetrain),
-        prior: &Prior,
+        prior: &Prior<X>,
         near: &F::Configuration,
     ) -> bool {
         let begins = self.turn == 0;

@@ -3,12 +3,14 @@
 use crate::finger::{Free, Mechanics};
 use crate::sensing::fit;
 use crate::sensing::joint::JointSensor;
+use crate::sensing::location::Series;
 use crate::sensing::{Calibration, Directive, Drivetrain, Event, Friction, Settings};
+use core::marker::PhantomData;
 use heapless::Deque;
 
 /// See the module documentation.
 #[derive(Clone, Debug)]
-pub(super) struct Known<F: Mechanics, H: JointSensor> {
+pub(super) struct Known<F: Mechanics, H: JointSensor, X: Series> {
     pub(super) finger: F,
     pub(super) drivetrain: Drivetrain,
     pub(super) settings: Settings,
@@ -23,9 +25,10 @@ pub(super) struct Known<F: Mechanics, H: JointSensor> {
     /// Change of theta_2 since contact, as the last verdict took it into account.
     pub(super) joint_change: H::Reading,
     pub(super) events: Deque<Event, 4>,
+    series: PhantomData<X>,
 }
 
-impl<F: Mechanics, H: JointSensor> Known<F, H> {
+impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     pub(super) fn new(
         finger: F,
         drivetrain: Drivetrain,
@@ -45,6 +48,7 @@ impl<F: Mechanics, H: JointSensor> Known<F, H> {
             reading: H::Reading::default(),
             joint_change: H::Reading::default(),
             events: Deque::new(),
+            series: PhantomData,
         }
     }
 
@@ -61,7 +65,7 @@ impl<F: Mechanics, H: JointSensor> Known<F, H> {
     /// Posture and torque of the free finger at a measured angle.
     pub(super) fn free(&self, measured_rad: f32) -> Option<Free<F::Configuration>> {
         let creep = self.drivetrain.creep[0];
-        fit::free_behind_cable(
+        fit::free_behind_cable::<F, X>(
             &self.finger,
             measured_rad,
             &self.calibration,

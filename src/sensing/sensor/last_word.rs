@@ -5,6 +5,7 @@ use super::{Sensor, Work};
 use crate::finger::Mechanics;
 use crate::sensing::Directive;
 use crate::sensing::joint::JointSensor;
+use crate::sensing::location::Series;
 
 /// Steps that each hypothesis gets when the motion is over.
 const LAST_STEPS: u8 = 40;
@@ -21,7 +22,7 @@ impl<R> Touching<R> {
     }
 }
 
-impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
+impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
     /// After the motion: the fits to their minimum, then the last word.
     pub(super) fn conclude(&mut self) {
         let known = &mut self.known;
@@ -47,7 +48,7 @@ impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
         }
         self.done = true;
         match known.directive {
-            Directive::CalibrateCable => {
+            Directive::CalibrateCable if X::FLEXIBLE => {
                 let learned = known.learn_from_press(touching);
                 known.tell_calibration(learned);
             }

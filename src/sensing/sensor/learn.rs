@@ -8,6 +8,7 @@ use crate::numeric::{Bounded, sqrt};
 use crate::sensing::curve;
 use crate::sensing::fit::LEAST_POINTS;
 use crate::sensing::joint::JointSensor;
+use crate::sensing::location::Series;
 use crate::sensing::{Calibration, Directive, Event, Refusal};
 
 /// Systematic error of the cable's twist that a press does not show (how much it creeps), as a share.
@@ -15,7 +16,7 @@ const PRESS_SHARE: f32 = 0.005;
 /// How much the closing stop may yield, radian per newton metre (R, chosen): it counts as cable.
 const STOP_YIELD_RAD_PER_NM: f32 = 4e-3;
 
-impl<F: Mechanics, H: JointSensor> Known<F, H> {
+impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     pub(super) fn learn_from_contact(
         &self,
         touching: &Touching<H::Reading>,
@@ -46,6 +47,8 @@ impl<F: Mechanics, H: JointSensor> Known<F, H> {
         self.calibration.with_contact(&found, misfit)
     }
 
+    // A symbol of its own: its absence shows that a scene without a cable does not carry this.
+    #[inline(never)]
     pub(super) fn learn_from_press(
         &self,
         touching: &Touching<H::Reading>,

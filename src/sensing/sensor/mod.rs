@@ -22,6 +22,7 @@ use crate::finger::Mechanics;
 use crate::sensing::block::{Block, Gate, Step};
 use crate::sensing::friction::{Friction, Recorder};
 use crate::sensing::joint::{JointSensor, NoHall};
+use crate::sensing::location::{Cable, Series};
 use crate::sensing::{Calibration, Directive, Drive, Drivetrain, Event, Sample, Settings};
 use known::Known;
 use search::{Found, Search};
@@ -45,17 +46,17 @@ enum Work<R> {
 
 /// Contact sensing of one finger. See the module documentation.
 ///
-/// `H` is [`NoHall`] or [`Hall`](crate::sensing::Hall).
+/// `H` is [`NoHall`] or [`Hall`](crate::sensing::Hall); `X` is [`Cable`] or [`Rigid`](crate::sensing::Rigid).
 #[derive(Clone, Debug)]
-pub struct Sensor<F: Mechanics, H: JointSensor = NoHall> {
-    known: Known<F, H>,
+pub struct Sensor<F: Mechanics, H: JointSensor = NoHall, X: Series = Cable> {
+    known: Known<F, H, X>,
     gate: Gate,
     work: Work<H::Reading>,
     /// The contact of this closing has been judged, or what was found was no contact.
     done: bool,
 }
 
-impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
+impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
     /// A sensor without friction record.
     pub fn new(
         finger: F,

@@ -8,6 +8,8 @@ use crate::numeric::sqrt;
 use crate::sensing::Directive;
 use crate::sensing::fit::{Place, Prior};
 use crate::sensing::joint::JointSensor;
+use crate::sensing::location::Series;
+use core::marker::PhantomData;
 
 /// Deviation of the onset as the detector sees it, radian: a tenth of a second of motion.
 const ONSET_SIGMA_RAD: f32 = 0.03;
@@ -19,7 +21,7 @@ const CLEAR_SIGMAS: f32 = 4.0;
 const LOST_SHARE: f32 = 0.03;
 const LOST_SIGMAS: f32 = 8.0;
 
-impl<F: Mechanics, H: JointSensor> Known<F, H> {
+impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     /// The contact goes on.
     pub(super) fn press(&mut self, touching: &mut Touching<H::Reading>, past: &Past<H::Reading>) {
         if self.is_lost(&touching.touch, past) {
@@ -44,7 +46,7 @@ impl<F: Mechanics, H: JointSensor> Known<F, H> {
         touch.torque_nm - torque_nm > LOST_SHARE * touch.torque_nm + LOST_SIGMAS * block
     }
 
-    pub(super) fn prior(&self, touching: &Touching<H::Reading>) -> Prior {
+    pub(super) fn prior(&self, touching: &Touching<H::Reading>) -> Prior<X> {
         let settings = &self.settings;
         Prior {
             place: match self.directive {
@@ -61,6 +63,7 @@ impl<F: Mechanics, H: JointSensor> Known<F, H> {
             calibration: self.calibration,
             creep: self.drivetrain.creep,
             inertia_share: self.drivetrain.inertia_share,
+            series: PhantomData,
         }
     }
 

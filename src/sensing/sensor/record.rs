@@ -5,11 +5,13 @@ use crate::finger::Mechanics;
 use crate::sensing::Event;
 use crate::sensing::friction::Recorder;
 use crate::sensing::joint::JointSensor;
+use crate::sensing::location::Series;
 
 /// Share of the record's bins that a recording must fill.
 const COVERAGE: f32 = 0.6;
 
-impl<F: Mechanics, H: JointSensor> Known<F, H> {
+impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
+    /// Keeps what was recorded, if that is enough, and says so or not.
     pub(super) fn end_recording(&mut self, recorder: &mut Recorder) {
         recorder.end_run();
         let coverage = recorder.coverage();

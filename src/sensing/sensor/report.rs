@@ -6,6 +6,7 @@ use crate::finger::Mechanics;
 use crate::numeric::{Bounded, sqrt};
 use crate::sensing::fit::Estimate;
 use crate::sensing::joint::JointSensor;
+use crate::sensing::location::Series;
 use crate::sensing::locator::{self, Verdict};
 use crate::sensing::{Event, NotLocated};
 
@@ -25,7 +26,7 @@ const WORSE_ROUNDS: u8 = 4;
 /// A location is reported anew when its deviation has shrunk by this factor.
 const SHARPER: f32 = 0.75;
 
-impl<F: Mechanics, H: JointSensor> Known<F, H> {
+impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     fn verdict(&mut self, touching: &Touching<H::Reading>) -> Verdict {
         let touch = &touching.touch;
         // To the end of the curve, which is what was fitted: the finger may have moved on.

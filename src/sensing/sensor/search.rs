@@ -5,6 +5,7 @@ use crate::finger::Mechanics;
 use crate::sensing::block::Block;
 use crate::sensing::detector::{self, Detector, Finding};
 use crate::sensing::joint::JointSensor;
+use crate::sensing::location::Series;
 use crate::sensing::{Directive, Event};
 use heapless::Deque;
 
@@ -62,7 +63,7 @@ pub(super) struct Onset {
     pub(super) noise_nm2_counts: f32,
 }
 
-impl<F: Mechanics, H: JointSensor> Known<F, H> {
+impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     /// A block with the residual of the record.
     pub(super) fn past(&self, block: &Block, in_contact: bool) -> Option<Past<H::Reading>> {
         let friction = self.friction.as_ref()?;

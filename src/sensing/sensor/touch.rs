@@ -9,6 +9,7 @@ use crate::sensing::Event;
 use crate::sensing::block::Block;
 use crate::sensing::curve::{Curve, Point};
 use crate::sensing::joint::JointSensor;
+use crate::sensing::location::Series;
 use crate::sensing::locator::{Locator, Verdict};
 
 /// What is measured of a contact.
@@ -50,7 +51,7 @@ pub(super) struct Touching<R> {
     pub(super) settled: bool,
 }
 
-impl<F: Mechanics, H: JointSensor> Sensor<F, H> {
+impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
     /// A contact is decided: from here on it is what is in hand.
     // Not inlined: the curve lies on the stack meanwhile, and should not for the other users of the caller's frame.
     #[inline(never)]
@@ -106,7 +107,7 @@ pub(super) enum Reported {
     Ambiguous,
 }
 
-impl<F: Mechanics, H: JointSensor> Known<F, H> {
+impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     /// A curve from the block on with which a contact began.
     #[inline(never)]
     fn touch(&self, block: &Block, found: &Onset, first: &Past<H::Reading>) -> Touch<H::Reading> {

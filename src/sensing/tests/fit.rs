@@ -25,6 +25,7 @@ fn prior(onset_rad: f32) -> Prior {
         calibration: CALIBRATION,
         creep: [0.0, 0.0],
         inertia_share: 0.0,
+        series: core::marker::PhantomData,
     }
 }
 

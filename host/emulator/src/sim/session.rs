@@ -102,7 +102,8 @@ impl<'f> Session<'f> {
         trace: Option<Trace>,
     ) -> Result<Self, Error> {
         let kind = settings.scene.finger();
-        let mut plant = Plant::new(&settings.parameters, kind, &Grasp::Free, settings.seed)?;
+        let world = settings.scene.world(&settings.parameters);
+        let mut plant = Plant::new(&world, kind, &Grasp::Free, settings.seed)?;
         if let Some(object) = settings.object {
             // An impossible object is better refused now than in the middle of the run.
             plant.place(&object.grasp())?;

@@ -297,6 +297,17 @@ impl Parameters {
         self.finger.validate()
     }
 
+    /// The same with the worm wheel on the input link itself: what is left of the cable is the steel of a short shaft,
+    /// 4 kN m/rad, which does not creep.
+    #[must_use]
+    pub fn without_cable(&self) -> Self {
+        let mut rigid = self.clone();
+        rigid.cable.stiffness_n_per_m =
+            4e3 / (rigid.cable.pulley_radius_m * rigid.cable.pulley_radius_m);
+        rigid.cable.creep_fraction = 0.0;
+        rigid
+    }
+
     /// Gear ratio from the motor to the input link.
     #[must_use]
     pub fn ratio(&self) -> f64 {

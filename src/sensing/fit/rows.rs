@@ -5,11 +5,13 @@ use super::unknowns::{CABLE, CREEP, FACTOR, INERTIA, K, OFFSET, ONSET, RADIUS, V
 use super::{Hypothesis, Place, Prior, UNKNOWNS};
 use crate::numeric::{Bounded, sqrt};
 use crate::sensing::curve::Point;
+use crate::sensing::location::Series;
 use crate::sensing::normal::Normal;
+use core::marker::PhantomData;
 
 /// Normal equations in the making, and what turns physical slopes into those of the whitened unknowns.
-pub(super) struct Rows {
-    pub(super) normal: Normal<UNKNOWNS>,
+pub(super) struct Rows<X: Series> {
+    pub(super) normal: Normal<UNKNOWNS, X>,
     k: f32,
     radius: f32,
     offset: f32,
@@ -19,9 +21,10 @@ pub(super) struct Rows {
     cable: [f32; 2],
     creep: f32,
     inertia: f32,
+    series: PhantomData<X>,
 }
 
-impl Rows {
+impl<X: Series> Rows<X> {
     /// Adds a point.
     pub(super) fn add(
         &mut self,
@@ -45,9 +48,12 @@ impl Rows {
         slopes[RADIUS] = path.rotation_by_radius_rad_per_m * self.radius;
         slopes[OFFSET] = -slope * self.offset;
         slopes[ONSET] = self.onset;
-        slopes[FACTOR] = by_factor * self.factor + twisted_by * self.cable[0];
-        slopes[CABLE] = twisted_by * self.cable[1];
-        slopes[CREEP] = values.cable * point.late_nm * self.creep;
+        slopes[FACTOR] = by_factor * self.factor;
+        if X::FLEXIBLE {
+            slopes[FACTOR] += twisted_by * self.cable[0];
+            slopes[CABLE] = twisted_by * self.cable[1];
+            slopes[CREEP] = values.cable * point.late_nm * self.creep;
+        }
         slopes[INERTIA] = -slope * point.inertia_nm * self.inertia;
         self.normal
             .add(local.residual_rad, &slopes, 1.0 / local.variance_rad2);
@@ -56,7 +62,7 @@ impl Rows {
 
 impl Hypothesis {
     /// Normal equations that hold the priors alone.
-    pub(super) fn rows(&self, length_m: f32, prior: &Prior) -> Rows {
+    pub(super) fn rows<X: Series>(&self, length_m: f32, prior: &Prior<X>) -> Rows<X> {
         let calibration = &prior.calibration;
         let rest = sqrt((1.0 - calibration.correlation * calibration.correlation).at_least(0.0));
         let (k, known) = match prior.place {
@@ -75,8 +81,9 @@ impl Hypothesis {
             cable: [calibration.correlation, rest].map(|x| x * calibration.cable_sigma_rad_per_nm),
             creep: prior.creep[1],
             inertia: prior.inertia_share,
+            series: PhantomData,
         };
-        for (unknown, &value) in self.x.iter().enumerate() {
+        for (unknown, &value) in self.x.iter().enumerate().take(Prior::<X>::UNKNOWNS) {
             let weight = if unknown != K || known {
                 1.0
             } else if self.is_proximal() {
