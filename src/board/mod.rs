@@ -8,9 +8,6 @@
 //! | 10 | LPUART1 | bytes of the serial port | no |
 //! | thread | executor | sensing, sequence, commands, telemetry, watchdog feeding | may log, never blocks on a reader |
 
-// Without a sensor at joint 2 its reading is the unit type, and passes through the same lines.
-#![allow(clippy::let_unit_value, clippy::unit_arg)]
-
 mod bridge;
 mod clock;
 mod console;
