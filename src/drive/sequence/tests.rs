@@ -160,6 +160,50 @@ fn homing_finds_the_stop_and_not_the_windup() {
 }
 
 #[test]
+fn the_zero_stays_with_the_friction_record_unless_counts_were_lost() {
+    let mut rig = Rig::new(2);
+    let zero_rad = |rig: &Rig| {
+        let position_counts = rig.controller.status().position_counts;
+        rig.bench.link_rad() - f64::from(rig.controller.scale().angle_rad(position_counts))
+    };
+    // Where the encoder counts from, which only a new zero changes.
+    let zeros = |rig: &Rig| rig.demand.zero_at_counts;
+    assert_eq!(
+        rig.run(Request::RecordFriction, 60),
+        Some(Outcome::Complete)
+    );
+    let first_rad = zero_rad(&rig);
+    assert_ne!(zeros(&rig), 0);
+    for _ in 0..2 {
+        assert_eq!(rig.run(Request::Home, 60), Some(Outcome::Complete));
+        assert_eq!(zeros(&rig), 0, "the zero of the record");
+    }
+    for lost_counts in [-12_000i32, 12_000] {
+        let zero = rig.controller.status().zero;
+        for (zero, zero_at_counts) in [(zero.wrapping_add(1), lost_counts), (zero, 0)] {
+            let demand = Demand {
+                zero,
+                zero_at_counts,
+                ..rig.demand
+            };
+            let inputs = rig.bench.step(rig.outputs);
+            rig.outputs = rig.controller.step(&inputs, &demand);
+        }
+        rig.millisecond(None);
+        let off_rad = zero_rad(&rig) - first_rad;
+        assert!(off_rad.abs() > 0.03, "{lost_counts}: {off_rad} rad");
+        assert_eq!(rig.run(Request::Home, 60), Some(Outcome::Complete));
+        assert_ne!(zeros(&rig), 0, "{lost_counts}");
+        let off_rad = zero_rad(&rig) - first_rad;
+        assert!(off_rad.abs() < 0.025, "{lost_counts}: {off_rad} rad");
+    }
+    // Without a record there is nothing for the zero to fit.
+    rig.sequence.forget_friction();
+    assert_eq!(rig.run(Request::Home, 60), Some(Outcome::Complete));
+    assert_ne!(zeros(&rig), 0);
+}
+
+#[test]
 fn pressing_ends_at_the_closing_stop() {
     use State::*;
     let mut rig = Rig::new(3);
