@@ -3,7 +3,7 @@
 //! `core` reads and writes any float exactly, at the price of some 20 KiB of tables and big-number code. A user types
 //! "12.5", and three decimals answer him: integers are enough for that.
 
-use core::fmt;
+use core::fmt::{self, Write};
 
 /// Most digits that are read; more would not fit the integer, nor a single-precision number.
 const DIGITS_MAX: u32 = 9;
@@ -52,21 +52,34 @@ impl fmt::Display for Decimal {
         if value.is_nan() {
             return f.write_str("nan");
         }
-        let sign = if value < 0.0 { "-" } else { "" };
         let magnitude = value.abs();
-        if magnitude > 2.0e6 {
-            return write!(f, "{sign}large");
-        }
+        let large = magnitude > 2.0e6;
         // At most 2e9 + 1: fits.
-        let thousandths = (magnitude * 1000.0 + 0.5) as u32;
-        let (whole, rest) = (thousandths / 1000, thousandths % 1000);
-        let sign = if thousandths == 0 { "" } else { sign };
-        match rest {
-            0 => write!(f, "{sign}{whole}"),
-            _ if rest % 100 == 0 => write!(f, "{sign}{whole}.{}", rest / 100),
-            _ if rest % 10 == 0 => write!(f, "{sign}{whole}.{:02}", rest / 10),
-            _ => write!(f, "{sign}{whole}.{rest:03}"),
+        let thousandths = if large {
+            u32::MAX
+        } else {
+            (magnitude * 1000.0 + 0.5) as u32
+        };
+        if value < 0.0 && thousandths > 0 {
+            f.write_char('-')?;
         }
+        if large {
+            return f.write_str("large");
+        }
+        let (mut rest, mut place) = (thousandths, 1_000_000_000);
+        // From the first digit that counts, or the units, to the last that is not zero, or the units.
+        while place >= 1000 || rest > 0 {
+            let digit = rest / place;
+            if place == 100 {
+                f.write_char('.')?;
+            }
+            if place <= 1000 || thousandths >= place {
+                f.write_char(char::from(b'0'.wrapping_add(digit as u8)))?;
+            }
+            rest %= place;
+            place /= 10;
+        }
+        Ok(())
     }
 }
 

@@ -1,13 +1,13 @@
 //! What survives a power cut, as one record.
 
-use super::record::{Keep, scene_mark};
+use super::record::{Bytes, Keep, scene_mark};
 use super::settings::Overrides;
 use crate::scene::Scene;
+use crate::sensing::friction::Track;
 use crate::sensing::{Calibration, Friction};
-use serde::{Deserialize, Serialize};
 
 /// Settings, friction record and calibration.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Kept {
     /// What the user has set.
     pub overrides: Overrides,
@@ -17,12 +17,74 @@ pub struct Kept {
     pub calibration: Calibration,
 }
 
+impl Kept {
+    /// Nothing set, nothing recorded, the scene's calibration: what a record is read into.
+    pub fn nothing<S: Scene>() -> Self {
+        Self {
+            overrides: Overrides::default(),
+            friction: None,
+            calibration: S::UNCALIBRATED,
+        }
+    }
+}
+
 impl Keep for Kept {
+    // Taken apart field by field, so that none that is added can be forgotten.
+    fn bytes(&mut self, bytes: &mut impl Bytes) {
+        let Self {
+            overrides: Overrides { values_si },
+            friction,
+            calibration,
+        } = self;
+        for value in values_si {
+            if let Some(value) = bytes.option(value, || 0.0) {
+                bytes.float(value);
+            }
+        }
+        if let Some(friction) = bytes.option(friction, || Friction::empty(0)) {
+            let Friction {
+                travel_counts,
+                closing,
+                opening,
+            } = friction;
+            bytes.integer(travel_counts);
+            track(closing, bytes);
+            track(opening, bytes);
+        }
+        let Calibration {
+            torque_factor,
+            torque_factor_sigma,
+            cable_rad_per_nm,
+            cable_sigma_rad_per_nm,
+            correlation,
+            contacts,
+            presses,
+        } = calibration;
+        bytes.float(torque_factor);
+        bytes.float(torque_factor_sigma);
+        bytes.float(cable_rad_per_nm);
+        bytes.float(cable_sigma_rad_per_nm);
+        bytes.float(correlation);
+        bytes.byte(contacts);
+        bytes.byte(presses);
+    }
+
     fn is_plausible(&self) -> bool {
         self.overrides.is_valid()
             && self.calibration.is_valid()
             && self.friction.as_ref().is_none_or(Friction::is_valid)
     }
+}
+
+fn track(track: &mut Track, bytes: &mut impl Bytes) {
+    let Track {
+        torque_nm,
+        passes,
+        noise_nm2_counts,
+    } = track;
+    torque_nm.iter_mut().for_each(|torque| bytes.float(torque));
+    passes.iter_mut().for_each(|passes| bytes.byte(passes));
+    bytes.float(noise_nm2_counts);
 }
 
 /// Mark of a scene, for [`encode`](super::record::encode) and [`decode`](super::record::decode): what a friction record and a
@@ -40,4 +102,79 @@ pub fn mark<S: Scene>() -> u32 {
             S::TRAVEL_RAD,
         ],
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::record::{RecordError, decode, encode};
+    use crate::app::settings::Setting;
+    use crate::app::store::RECORD_MAX;
+    use crate::scene::P70;
+
+    fn kept() -> Kept {
+        let mut overrides = Overrides::default();
+        overrides.set(Setting::HoldForce, 2.5).expect("in range");
+        let mut friction = Friction::empty(240_000);
+        for (index, torque) in friction.closing.torque_nm.iter_mut().enumerate() {
+            *torque = 0.01 + 1e-4 * index as f32;
+        }
+        friction.closing.passes.fill(3);
+        friction.opening.torque_nm.fill(-0.02);
+        friction.opening.noise_nm2_counts = 1e-3;
+        let mut calibration = P70::UNCALIBRATED;
+        calibration.torque_factor = 0.9;
+        calibration.contacts = 2;
+        Kept {
+            overrides,
+            friction: Some(friction),
+            calibration,
+        }
+    }
+
+    fn encoded(kept: &mut Kept) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        encode(kept, mark::<P70>(), |byte| bytes.push(byte));
+        bytes
+    }
+
+    fn decoded(bytes: &[u8]) -> Result<Kept, RecordError> {
+        let mut read = Kept::nothing::<P70>();
+        decode(bytes, mark::<P70>(), &mut read).map(|()| read)
+    }
+
+    #[test]
+    fn what_is_kept_comes_back_and_fits() {
+        let mut longest = kept();
+        for row in &Setting::TABLE {
+            let value_si = row.to_si(row.min).expect("in range");
+            longest
+                .overrides
+                .set(row.setting, value_si)
+                .expect("in range");
+        }
+        for mut kept in [kept(), Kept::nothing::<P70>(), longest] {
+            let bytes = encoded(&mut kept);
+            assert!(bytes.len() <= RECORD_MAX, "{} bytes", bytes.len());
+            assert_eq!(decoded(&bytes), Ok(kept));
+        }
+    }
+
+    #[test]
+    fn nonsense_is_refused() {
+        let mut nonsense = kept();
+        nonsense.calibration.torque_factor = -1.0;
+        assert_eq!(
+            decoded(&encoded(&mut nonsense)),
+            Err(RecordError::Implausible)
+        );
+        let mut nonsense = kept();
+        if let Some(friction) = &mut nonsense.friction {
+            friction.opening.torque_nm[127] = f32::NAN;
+        }
+        assert_eq!(
+            decoded(&encoded(&mut nonsense)),
+            Err(RecordError::Implausible)
+        );
+    }
 }

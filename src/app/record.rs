@@ -5,14 +5,9 @@
 //! [store](super::store)'s business.
 
 use crc::{CRC_32_ISCSI, Crc, NoTable};
-use postcard::ser_flavors::Flavor;
-use serde::{Serialize, de::DeserializeOwned};
 
 /// Layout of the record. Raise it whenever what is kept changes its meaning or its shape.
 pub const VERSION: u8 = 2;
-
-/// Bytes in front of the content: version and scene.
-const HEADER: usize = 5;
 
 const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
 
@@ -20,9 +15,7 @@ const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum RecordError {
-    /// The room for it is too small.
-    TooLarge,
-    /// Its shape does not fit: never written by this firmware.
+    /// Too short or too long: never written by this firmware.
     Damaged,
     /// Written by a firmware with another layout.
     Version {
@@ -36,9 +29,52 @@ pub enum RecordError {
 }
 
 /// Something that can be kept.
-pub trait Keep: Serialize + DeserializeOwned {
+pub trait Keep {
+    /// Hands over every value that is kept, in the order in which they are kept, to be written or to be replaced by what is
+    /// read: one description for both ways.
+    fn bytes(&mut self, bytes: &mut impl Bytes);
+
     /// Whether every value is finite and in its range. Asked after reading, before anything is used.
     fn is_plausible(&self) -> bool;
+}
+
+/// What takes the bytes of a record, or gives them.
+pub trait Bytes {
+    /// A byte.
+    fn byte(&mut self, byte: &mut u8);
+
+    /// Four bytes, the lowest first.
+    fn word(&mut self, word: &mut u32);
+
+    /// A number.
+    fn float(&mut self, value: &mut f32) {
+        let mut word = value.to_bits();
+        self.word(&mut word);
+        *value = f32::from_bits(word);
+    }
+
+    /// A number.
+    fn integer(&mut self, value: &mut i32) {
+        let mut word = value.cast_unsigned();
+        self.word(&mut word);
+        *value = word.cast_signed();
+    }
+
+    /// Whether there is a value, which is to follow if there is; `blank` makes the place that it is read into.
+    fn option<'v, T>(
+        &mut self,
+        value: &'v mut Option<T>,
+        blank: impl FnOnce() -> T,
+    ) -> Option<&'v mut T> {
+        let mut known = u8::from(value.is_some());
+        self.byte(&mut known);
+        if known == 0 {
+            *value = None;
+        } else if value.is_none() {
+            *value = Some(blank());
+        }
+        value.as_mut()
+    }
 }
 
 /// Mark of a scene: its name and every number that a friction record or a calibration depends on.
@@ -53,94 +89,174 @@ pub fn scene_mark(name: &str, numbers: impl IntoIterator<Item = f32>) -> u32 {
     digest.finalize()
 }
 
-/// Writes a record.
-///
-/// # Errors
-/// [`RecordError::TooLarge`] where there is too little room.
-pub fn encode<O>(
-    content: &impl Keep,
-    scene: u32,
-    mut room: impl Flavor<Output = O>,
-) -> Result<O, RecordError> {
-    let [a, b, c, d] = scene.to_le_bytes();
-    room.try_extend(&[VERSION, a, b, c, d])
-        .and_then(|()| postcard::serialize_with_flavor(content, room))
-        .map_err(|_| RecordError::TooLarge)
+/// Writes a record, byte by byte. `content` stays as it is.
+pub fn encode(content: &mut impl Keep, scene: u32, put: impl FnMut(u8)) {
+    let mut writer = Writer(put);
+    let (mut version, mut scene) = (VERSION, scene);
+    writer.byte(&mut version);
+    writer.word(&mut scene);
+    content.bytes(&mut writer);
 }
 
-/// Reads a record.
+struct Writer<F>(F);
+
+impl<F: FnMut(u8)> Bytes for Writer<F> {
+    fn byte(&mut self, byte: &mut u8) {
+        (self.0)(*byte);
+    }
+
+    fn word(&mut self, word: &mut u32) {
+        word.to_le_bytes().into_iter().for_each(&mut self.0);
+    }
+}
+
+/// Reads a record into `content`.
 ///
 /// # Errors
-/// Why it must not be used: nothing of it is, then.
-pub fn decode<T: Keep>(bytes: &[u8], scene: u32) -> Result<T, RecordError> {
-    let ([found, mark @ ..], content) = bytes
-        .split_first_chunk::<HEADER>()
-        .ok_or(RecordError::Damaged)?;
-    // The layout decides how to read on.
-    if *found != VERSION {
-        return Err(RecordError::Version { found: *found });
-    }
-    if u32::from_le_bytes(*mark) != scene {
-        return Err(RecordError::OtherScene);
-    }
-    let (kept, rest): (T, &[u8]) =
-        postcard::take_from_bytes(content).map_err(|_| RecordError::Damaged)?;
-    if !rest.is_empty() {
+/// Why it must not be used: what is in `content` is of no use, then.
+pub fn decode(bytes: &[u8], scene: u32, content: &mut impl Keep) -> Result<(), RecordError> {
+    let mut reader = Reader {
+        rest: bytes,
+        short: false,
+    };
+    let (mut found, mut mark) = (0, 0);
+    reader.byte(&mut found);
+    reader.word(&mut mark);
+    if reader.short {
         return Err(RecordError::Damaged);
     }
-    kept.is_plausible()
-        .then_some(kept)
-        .ok_or(RecordError::Implausible)
+    // The layout decides how to read on.
+    if found != VERSION {
+        return Err(RecordError::Version { found });
+    }
+    if mark != scene {
+        return Err(RecordError::OtherScene);
+    }
+    content.bytes(&mut reader);
+    if reader.short || !reader.rest.is_empty() {
+        return Err(RecordError::Damaged);
+    }
+    if content.is_plausible() {
+        Ok(())
+    } else {
+        Err(RecordError::Implausible)
+    }
+}
+
+struct Reader<'b> {
+    rest: &'b [u8],
+    /// More was asked for than is there.
+    short: bool,
+}
+
+impl Reader<'_> {
+    fn take<const N: usize>(&mut self) -> [u8; N] {
+        match self.rest.split_first_chunk() {
+            Some((first, rest)) => {
+                self.rest = rest;
+                *first
+            }
+            None => {
+                self.short = true;
+                [0; N]
+            }
+        }
+    }
+}
+
+impl Bytes for Reader<'_> {
+    fn byte(&mut self, byte: &mut u8) {
+        [*byte] = self.take();
+    }
+
+    fn word(&mut self, word: &mut u32) {
+        *word = u32::from_le_bytes(self.take());
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use postcard::ser_flavors::Slice;
     use proptest::prelude::*;
-    use serde::Deserialize;
 
-    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    #[derive(Clone, Debug, Default, PartialEq)]
     struct Sheet {
         gain: f32,
-        table: heapless::Vec<f32, 64>,
-        note: Option<u16>,
+        steps: i32,
+        note: Option<u8>,
+        table: Option<Vec<f32>>,
     }
 
     impl Keep for Sheet {
+        fn bytes(&mut self, bytes: &mut impl Bytes) {
+            bytes.float(&mut self.gain);
+            bytes.integer(&mut self.steps);
+            if let Some(note) = bytes.option(&mut self.note, || 0) {
+                bytes.byte(note);
+            }
+            if let Some(table) = bytes.option(&mut self.table, || vec![0.0; 48]) {
+                table.iter_mut().for_each(|value| bytes.float(value));
+            }
+        }
+
         fn is_plausible(&self) -> bool {
-            self.gain > 0.0 && self.table.iter().all(|value| value.is_finite())
+            let mut table = self.table.iter().flatten();
+            self.gain > 0.0 && table.all(|value| value.is_finite())
         }
     }
 
     fn sheet() -> Sheet {
         Sheet {
             gain: 0.33,
-            table: (0..48).map(|i| i as f32 * 0.01).collect(),
+            steps: -1_234_567,
             note: Some(7),
+            table: Some((0..48).map(|i| i as f32 * 0.01).collect()),
         }
     }
 
     fn encoded(content: &Sheet, scene: u32) -> Vec<u8> {
-        let mut buffer = [0; 512];
-        encode(content, scene, Slice::new(&mut buffer))
-            .expect("fits")
-            .to_vec()
+        let mut bytes = Vec::new();
+        let mut copy = content.clone();
+        encode(&mut copy, scene, |byte| bytes.push(byte));
+        assert!(copy == *content || !content.gain.is_finite());
+        bytes
+    }
+
+    fn decoded(bytes: &[u8], scene: u32) -> Result<Sheet, RecordError> {
+        let mut read = Sheet::default();
+        decode(bytes, scene, &mut read).map(|()| read)
     }
 
     #[test]
     fn what_was_written_is_read_back() {
-        assert_eq!(decode::<Sheet>(&encoded(&sheet(), 99), 99), Ok(sheet()));
+        assert_eq!(decoded(&encoded(&sheet(), 99), 99), Ok(sheet()));
+        for sheet in [
+            Sheet {
+                note: None,
+                ..sheet()
+            },
+            Sheet {
+                table: None,
+                ..sheet()
+            },
+        ] {
+            let bytes = encoded(&sheet, 99);
+            assert_eq!(decoded(&bytes, 99), Ok(sheet.clone()));
+            // Whatever was there before.
+            let mut read = self::sheet();
+            assert_eq!(decode(&bytes, 99, &mut read), Ok(()));
+            assert_eq!(read, sheet);
+        }
     }
 
     #[test]
     fn every_truncation_and_every_excess_is_noticed() {
         let bytes = encoded(&sheet(), 99);
         for length in 0..bytes.len() {
-            assert!(decode::<Sheet>(&bytes[..length], 99).is_err(), "{length}");
+            assert!(decoded(&bytes[..length], 99).is_err(), "{length}");
         }
         assert_eq!(
-            decode::<Sheet>(&[&bytes[..], &[0]].concat(), 99),
+            decoded(&[&bytes[..], &[0]].concat(), 99),
             Err(RecordError::Damaged)
         );
     }
@@ -148,11 +264,11 @@ mod tests {
     #[test]
     fn a_foreign_scene_another_layout_and_nonsense_are_told_apart() {
         let bytes = encoded(&sheet(), 99);
-        assert_eq!(decode::<Sheet>(&bytes, 98), Err(RecordError::OtherScene));
+        assert_eq!(decoded(&bytes, 98), Err(RecordError::OtherScene));
         let mut newer = bytes;
         newer[0] = VERSION + 1;
         assert_eq!(
-            decode::<Sheet>(&newer, 99),
+            decoded(&newer, 99),
             Err(RecordError::Version { found: VERSION + 1 })
         );
         let nonsense = Sheet {
@@ -160,23 +276,9 @@ mod tests {
             ..sheet()
         };
         assert_eq!(
-            decode::<Sheet>(&encoded(&nonsense, 99), 99),
+            decoded(&encoded(&nonsense, 99), 99),
             Err(RecordError::Implausible)
         );
-    }
-
-    #[test]
-    fn a_buffer_that_is_too_small_is_said() {
-        let length = encoded(&sheet(), 99).len();
-        for room in 0..length {
-            let mut buffer = vec![0; room];
-            assert_eq!(
-                encode(&sheet(), 99, Slice::new(&mut buffer)),
-                Err(RecordError::TooLarge),
-                "{room}"
-            );
-        }
-        assert!(encode(&sheet(), 99, Slice::new(&mut vec![0; length])).is_ok());
     }
 
     #[test]
@@ -191,7 +293,7 @@ mod tests {
     proptest! {
         #[test]
         fn any_bytes_are_refused_or_plausible(bytes in proptest::collection::vec(any::<u8>(), 0..600), scene: u32) {
-            if let Ok(kept) = decode::<Sheet>(&bytes, scene) {
+            if let Ok(kept) = decoded(&bytes, scene) {
                 prop_assert!(kept.is_plausible());
             }
         }

@@ -69,23 +69,22 @@ impl<S: Scene> Sense<S> {
         &self.sensor
     }
 
-    /// What is worth keeping over a power cut.
-    pub fn keep(&self, overrides: Overrides) -> Kept {
-        Kept {
+    /// Does something with what is worth keeping over a power cut: a copy that is made for the moment, where it stays.
+    pub fn keep<R>(&self, overrides: Overrides, then: impl FnOnce(&mut Kept) -> R) -> R {
+        then(&mut Kept {
             overrides,
             friction: self.sensor.friction().cloned(),
             calibration: *self.sensor.calibration(),
-        }
+        })
     }
 
     /// Takes over what was kept; it has been checked ([`Kept`] is decoded whole or not at all). Tells the motion half
     /// whether friction is known.
-    pub fn restore(&mut self, kept: &Kept) -> Notice {
+    pub fn restore(&mut self, kept: Kept) -> Notice {
         self.adjust(&kept.overrides);
         self.sensor.set_calibration(kept.calibration);
         let known = kept
             .friction
-            .clone()
             .is_some_and(|friction| self.sensor.set_friction(friction));
         if known {
             Notice::FrictionKnown

@@ -3,8 +3,6 @@
 //! The defaults come from the scene; a value that was set and saved overrides them after the next start. Values are
 //! kept in SI units; the user speaks the unit of the table.
 
-use serde::{Deserialize, Serialize};
-
 /// One thing that can be set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
@@ -143,9 +141,10 @@ impl Description {
 }
 
 /// The values that a user has set; what is not set keeps the scene's default.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Overrides {
-    values_si: [Option<f32>; Setting::COUNT],
+    /// In the order of [`Setting::TABLE`].
+    pub(super) values_si: [Option<f32>; Setting::COUNT],
 }
 
 impl Overrides {

@@ -6,11 +6,10 @@
 //! there; nothing else is touched, so that the old record stays until the new one is whole, and wear is level. What a power
 //! cut leaves of an erasing or of a record is not whole, whatever it reads as, and is erased before it is written on.
 //!
-//! A general store of keys and values (`sequential-storage`) did this before: 13 KiB of flash and 1.4 KiB of RAM more, and it
-//! took an erasing that was cut short for the page in use, or for a full one.
+//! Why not a general store of keys and values: there is one key. `sequential-storage` took several times the flash, needed a
+//! record's length of RAM, and took an erasing that was cut short for the page in use, or for a full one.
 
 use crc::{CRC_32_ISCSI, Crc, NoTable};
-use postcard::ser_flavors::Flavor;
 
 /// Bit by bit: a table for whole bytes would be as large as the rest of this.
 const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
@@ -177,17 +176,13 @@ impl<'m, M: Memory> Writer<'m, M> {
         }
     }
 
-    /// Takes the next bytes; false once one could not be written.
-    pub fn push(&mut self, bytes: &[u8]) -> bool {
-        bytes.iter().all(|&byte| self.push_byte(byte))
-    }
-
-    fn push_byte(&mut self, byte: u8) -> bool {
+    /// Takes the next byte. Once one could not be written, the rest is of no use: [`Store::save`] tells.
+    pub fn push(&mut self, byte: u8) {
         if self.failed.is_none() && self.place >= RECORD_MAX + 4 {
             self.failed = Some(StoreError::TooLong);
         }
         if self.failed.is_some() {
-            return false;
+            return;
         }
         self.digest.update(&[byte]);
         if let Some(room) = self.word.get_mut(self.place % WORD) {
@@ -198,7 +193,6 @@ impl<'m, M: Memory> Writer<'m, M> {
             let word = core::mem::replace(&mut self.word, [0xFF; WORD]);
             self.program(self.place - WORD, word);
         }
-        self.failed.is_none()
     }
 
     fn program(&mut self, place: usize, word: [u8; WORD]) {
@@ -222,23 +216,6 @@ impl<'m, M: Memory> Writer<'m, M> {
             Some(error) => Err(error),
             None => Ok(()),
         }
-    }
-}
-
-/// For `postcard`, which writes byte by byte and asks whether there is room.
-impl<M: Memory> Flavor for &mut Writer<'_, M> {
-    type Output = ();
-
-    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
-        if self.push_byte(byte) {
-            Ok(())
-        } else {
-            Err(postcard::Error::SerializeBufferFull)
-        }
-    }
-
-    fn finalize(self) -> postcard::Result<()> {
-        Ok(())
     }
 }
 
@@ -272,13 +249,7 @@ impl<M: Memory> Store<M> {
         &mut self,
         encode: impl Fn(&mut Writer<'_, M>),
     ) -> Result<(), StoreError<M::Error>> {
-        let newest = self
-            .memory
-            .read(|pages| Whole::newest(pages).map(|whole| (whole.page, whole.number)));
-        let (mut page, number) = match newest {
-            Some((page, number)) => (behind(page), number.wrapping_add(1)),
-            None => (0, 0),
-        };
+        let (mut page, number) = self.next();
         // The page of the old record is not among those that are tried.
         for _ in 1..PAGES {
             // What is torn behind the new record would be taken for a newer one.
@@ -287,18 +258,17 @@ impl<M: Memory> Store<M> {
                 self.erase(next).await?;
             }
             self.erase(page).await?;
-            match self.write(page, number, &encode).await {
+            let written = self.write(page, number, &encode);
+            self.memory.rest().await;
+            match written {
                 // Not even begun, for whoever looks.
                 Err(StoreError::TooLong) => {
                     self.erase(page).await?;
-                    return Err(StoreError::TooLong);
+                    return written;
                 }
                 written => written?,
             }
-            let kept = self
-                .memory
-                .read(|pages| Whole::newest(pages).is_some_and(|whole| whole.number == number));
-            if kept {
+            if self.keeps(page, number) {
                 return Ok(());
             }
             page = behind(page);
@@ -313,18 +283,33 @@ impl<M: Memory> Store<M> {
     pub async fn forget(&mut self) -> Result<(), StoreError<M::Error>> {
         // An empty record hides the others while they are erased. The page behind it is erased first: cut short later, that
         // would look like a newer record. Where the empty one cannot be kept, everything goes.
-        let newest = |pages: &[u8]| Whole::newest(pages).map_or(PAGES - 1, |whole| whole.page);
-        let old = self.memory.read(newest);
-        self.erase(behind(behind(old))).await?;
-        let hidden = self.save(|_| ()).await.is_ok();
-        let kept = self.memory.read(newest);
-        for page in 0..PAGES {
-            let blank = |pages: &[u8]| pages.chunks(PAGE).nth(page).is_some_and(is_blank);
-            if !(hidden && page == kept || self.memory.read(blank)) {
-                self.erase(page).await?;
+        let (page, number) = self.next();
+        self.erase(behind(page)).await?;
+        self.erase(page).await?;
+        let hidden = self.write(page, number, |_| ()).is_ok() && self.keeps(page, number);
+        self.memory.rest().await;
+        for other in 0..PAGES {
+            let blank = |pages: &[u8]| pages.chunks(PAGE).nth(other).is_some_and(is_blank);
+            if !(hidden && other == page || self.memory.read(blank)) {
+                self.erase(other).await?;
             }
         }
         Ok(())
+    }
+
+    /// Where the next record goes, and its number.
+    fn next(&mut self) -> (usize, u32) {
+        self.memory.read(|pages| match Whole::newest(pages) {
+            Some(whole) => (behind(whole.page), whole.number.wrapping_add(1)),
+            None => (0, 0),
+        })
+    }
+
+    /// Whether what was written can be read back.
+    fn keeps(&mut self, page: usize, number: u32) -> bool {
+        self.memory.read(|pages| {
+            Whole::newest(pages).is_some_and(|whole| (whole.page, whole.number) == (page, number))
+        })
     }
 
     async fn erase(&mut self, page: usize) -> Result<(), M::Error> {
@@ -333,23 +318,23 @@ impl<M: Memory> Store<M> {
         result
     }
 
-    async fn write(
+    fn write(
         &mut self,
         page: usize,
         number: u32,
         encode: impl Fn(&mut Writer<'_, M>),
     ) -> Result<(), StoreError<M::Error>> {
         let mut result = Ok(());
-        let begun = self.memory.undisturbed(|memory| {
+        self.memory.undisturbed(|memory| {
             let mut writer = Writer::new(memory, page);
-            if writer.push(&number.to_le_bytes()) {
-                encode(&mut writer);
-            }
+            number
+                .to_le_bytes()
+                .iter()
+                .for_each(|&byte| writer.push(byte));
+            encode(&mut writer);
             result = writer.finish();
             Ok(())
-        });
-        self.memory.rest().await;
-        begun?;
+        })?;
         result
     }
 }

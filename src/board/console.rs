@@ -1,30 +1,24 @@
 //! Command lines in, answers out: over RTT's down channel and over the ST-LINK's serial port, the same text on both.
 //!
 //! Listening and executing are two tasks: while a command waits for flash or for the serial port, `stop` still arrives
-//! and takes effect within a millisecond.
+//! and takes effect within two milliseconds.
 
-use core::convert::Infallible;
-use core::fmt::Write;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-use embassy_futures::select::{Either, select};
-use embassy_stm32::usart::{BufferedUartRx, BufferedUartTx};
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Timer};
-use embedded_io_async::{Read, Write as _};
 
 use palpate::app::command::{Command, CommandError, Lines};
 
+use super::serial::{Receiver, Sender};
 use super::{log, telemetry};
 
 /// What a line said.
 pub type Said = Result<Command, CommandError>;
 
-/// How often RTT, which cannot interrupt, is asked for bytes.
-const POLL: Duration = Duration::from_millis(2);
-/// Longest answer line; longer ones are cut.
-const ANSWER_BYTES: usize = 120;
+/// How often both sides are asked for bytes, and the serial port for room: eleven bytes take that long.
+const POLL: Duration = Duration::from_millis(1);
 /// Lines waiting for their turn.
 const WAITING: usize = 4;
 
@@ -77,55 +71,26 @@ impl Source {
 
 /// Puts lines together from both sides.
 #[embassy_executor::task]
-pub async fn listen(mut port: BufferedUartRx<'static>) {
+pub async fn listen(mut port: Receiver) {
     let mut rtt = Source::default();
     let mut serial = Source::default();
-    let mut bytes = [0; 16];
     loop {
         while let Some(byte) = log::read_byte() {
             rtt.push(byte);
         }
-        // An error of the port is noise on the line: what it cost is no command.
-        if let Either::First(Ok(count)) = select(port.read(&mut bytes), Timer::after(POLL)).await {
-            bytes.iter().take(count).for_each(|&byte| serial.push(byte));
+        while let Some(byte) = port.next() {
+            serial.push(byte);
         }
+        Timer::after(POLL).await;
     }
 }
 
-/// Says answers on both sides.
-pub struct Speaker {
-    port: BufferedUartTx<'static>,
-}
-
-impl Speaker {
-    /// Takes the sending half of the port.
-    pub fn new(port: BufferedUartTx<'static>) -> Self {
-        Self { port }
-    }
-
-    /// Says one line.
-    pub async fn answer(&mut self, text: core::fmt::Arguments<'_>) {
-        let mut line = heapless::String::<ANSWER_BYTES>::new();
-        // A line that does not fit is cut.
-        let _ = line.write_fmt(text);
-        telemetry::answer(&line);
-        // The port drains at its own pace, whether someone listens or not: this ends, and it cannot fail.
-        let _ = polled(self.port.write_all(line.as_bytes())).await;
-        let _ = polled(self.port.write_all(b"\r\n")).await;
-    }
-}
-
-/// Awaits a write to the serial port, asking again every millisecond: embassy-stm32 0.6.0 leaves no waker behind when its
-/// buffer has too little room, so that a write that has to wait would wait for ever.
-async fn polled<F: Future>(write: F) -> F::Output {
-    match select(write, tick()).await {
-        Either::First(output) => output,
-        Either::Second(never) => match never {},
-    }
-}
-
-async fn tick() -> Infallible {
-    loop {
-        Timer::after(Duration::from_millis(1)).await;
+/// Says an answer line on both sides.
+pub async fn answer(port: &mut Sender, line: &str) {
+    telemetry::answer(line);
+    for byte in line.bytes().chain(*b"\r\n") {
+        while !port.send(byte) {
+            Timer::after(POLL).await;
+        }
     }
 }

@@ -180,8 +180,10 @@ fn panic(info: &PanicInfo) -> ! {
     let mut crash = Crash::new(Cause::Panic);
     // A message that does not fit is cut: that is no error here.
     if let Some(place) = info.location() {
-        let file = place.file().rsplit('/').next().unwrap_or_default();
-        let _ = write!(crash, "{file}:{} ", place.line());
+        let path = place.file();
+        let name = path.bytes().rposition(|byte| byte == b'/');
+        let file = name.and_then(|slash| path.get(slash + 1..));
+        let _ = write!(crash, "{}:{} ", file.unwrap_or(path), place.line());
     }
     let _ = write!(crash, "{}", info.message());
     keep_and_reset(crash)

@@ -1,17 +1,22 @@
 //! Command lines carried out, one after the other, each answered.
 
-use palpate::app::command::{COMMANDS, Command};
+use core::fmt::{self, Write};
+
+use heapless::String;
+
+use palpate::app::command::{COMMANDS, Command, CommandError};
 use palpate::app::conduct::{Conduct, Effect};
 use palpate::app::decimal::Decimal;
 use palpate::app::kept::{self, mark};
 use palpate::app::record::{RecordError, decode, encode};
 use palpate::app::sense::Sense;
-use palpate::app::settings::{Overrides, Setting};
+use palpate::app::settings::{Description, Overrides, Setting};
 use palpate::app::store::{Found, StoreError, Writer};
 use palpate::drive::sequence::{Notice, Refused};
 use palpate::scene::Active;
 
-use super::console::{self, Speaker};
+use super::console::{self, Said};
+use super::serial::Sender;
 use super::slow::Shared;
 use super::storage::{self, Storage};
 use super::{control, telemetry};
@@ -48,10 +53,11 @@ fn restore(
     newest: bool,
     sense: &'static Shared<Sense<Active>>,
 ) -> (Kept, &'static str) {
-    match decode::<kept::Kept>(bytes, mark::<Active>()) {
-        Ok(kept) => {
+    let mut kept = kept::Kept::nothing::<Active>();
+    match decode(bytes, mark::<Active>(), &mut kept) {
+        Ok(()) => {
             let overrides = kept.overrides;
-            let notice = sense.lock(|sense| sense.borrow_mut().restore(&kept));
+            let notice = sense.lock(|sense| sense.borrow_mut().restore(kept));
             let what = if newest { "loaded" } else { "older" };
             (Kept::Restored { overrides, notice }, what)
         }
@@ -61,7 +67,6 @@ fn restore(
 
 fn why(error: RecordError) -> &'static str {
     match error {
-        RecordError::TooLarge => "too-large",
         RecordError::Damaged => "damaged",
         RecordError::Version { .. } => "other-version",
         RecordError::OtherScene => "other-scene",
@@ -69,54 +74,103 @@ fn why(error: RecordError) -> &'static str {
     }
 }
 
+/// Longest answer line; longer ones are cut.
+const ANSWER_BYTES: usize = 120;
+
+/// What a command is answered with: one line or more.
+enum Answer {
+    Error(CommandError),
+    Refused(Refused),
+    Done(Effect),
+    /// What was done to flash, or why not.
+    Written(&'static str, Result<(), StoreError<storage::Error>>),
+}
+
 /// Carries out commands.
 pub async fn execute(
-    mut speaker: Speaker,
+    mut port: Sender,
     mut storage: Storage,
     sense: &'static Shared<Sense<Active>>,
     conduct: &'static Shared<Conduct<Active>>,
 ) {
     loop {
-        let command = match console::next().await {
-            Ok(command) => command,
-            Err(error) => {
-                speaker.answer(format_args!("error: {error}")).await;
-                continue;
-            }
-        };
-        // The sequence has taken a stop already, before this line's turn came.
-        let effect = if command == Command::Stop {
-            Ok(Effect::Accepted)
-        } else {
-            conduct.lock(|conduct| conduct.borrow_mut().command(command))
-        };
-        match effect {
-            Err(refused) => refuse(&mut speaker, refused).await,
-            Ok(Effect::Accepted) => speaker.answer(format_args!("ok")).await,
-            Ok(Effect::Set { at_restart: false }) => {
-                speaker.answer(format_args!("ok; save keeps it")).await
-            }
-            Ok(Effect::Set { at_restart: true }) => {
-                speaker
-                    .answer(format_args!("ok; acts after save and a restart"))
+        let said = console::next().await;
+        let answer = match carry_out(said, conduct) {
+            Answer::Done(Effect::Save) => {
+                let overrides = conduct.lock(|conduct| *conduct.borrow().overrides());
+                let result = storage
+                    .save(|writer| write_record(sense, overrides, writer))
                     .await;
+                Answer::Written("saved", result)
             }
-            Ok(Effect::Help) => help(&mut speaker).await,
-            Ok(Effect::Status) => status(&mut speaker, conduct).await,
-            Ok(Effect::Show) => show(&mut speaker, conduct).await,
-            Ok(Effect::Save) => {
-                let result = save(&mut storage, sense, conduct).await;
-                written(&mut speaker, "saved", result).await;
-            }
-            Ok(Effect::Factory) => {
-                let result = storage.forget().await;
-                written(&mut speaker, "forgotten", result).await;
-            }
+            Answer::Done(Effect::Factory) => Answer::Written("forgotten", storage.forget().await),
+            answer => answer,
+        };
+        let mut row = 0;
+        while let Some(line) = line(&answer, row, conduct) {
+            console::answer(&mut port, &line).await;
+            row += 1;
         }
     }
 }
 
-async fn refuse(speaker: &mut Speaker, refused: Refused) {
+fn carry_out(said: Said, conduct: &'static Shared<Conduct<Active>>) -> Answer {
+    match said {
+        Err(error) => Answer::Error(error),
+        // The sequence has taken a stop already, before this line's turn came.
+        Ok(Command::Stop) => Answer::Done(Effect::Accepted),
+        Ok(command) => match conduct.lock(|conduct| conduct.borrow_mut().command(command)) {
+            Ok(effect) => Answer::Done(effect),
+            Err(refused) => Answer::Refused(refused),
+        },
+    }
+}
+
+/// Apart from [`execute`], so that the record lies on the stack for the moment only.
+#[inline(never)]
+fn write_record(
+    sense: &'static Shared<Sense<Active>>,
+    overrides: Overrides,
+    writer: &mut Writer<'_, storage::Region>,
+) {
+    sense.lock(|sense| {
+        sense.borrow().keep(overrides, |kept| {
+            encode(kept, mark::<Active>(), |byte| writer.push(byte));
+        });
+    });
+}
+
+/// A line of an answer; `None` behind the last one.
+#[inline(never)]
+fn line(
+    answer: &Answer,
+    row: usize,
+    conduct: &'static Shared<Conduct<Active>>,
+) -> Option<String<ANSWER_BYTES>> {
+    let mut line = String::new();
+    // What does not fit is cut.
+    let _ = match answer {
+        Answer::Done(Effect::Help) => {
+            let (name, usage, what) = COMMANDS.get(row)?;
+            write!(line, "{name} {usage}: {what}")
+        }
+        Answer::Done(Effect::Show) => show(&mut line, Setting::TABLE.get(row)?, conduct),
+        _ if row > 0 => return None,
+        Answer::Error(error) => write!(line, "error: {error}"),
+        Answer::Refused(refused) => refuse(&mut line, *refused),
+        Answer::Done(Effect::Status) => status(&mut line, conduct),
+        Answer::Done(Effect::Set { at_restart: false }) => line.write_str("ok; save keeps it"),
+        Answer::Done(Effect::Set { at_restart: true }) => {
+            line.write_str("ok; acts after save and a restart")
+        }
+        Answer::Done(_) => line.write_str("ok"),
+        Answer::Written(done, Ok(())) => line.write_str(done),
+        Answer::Written(_, Err(error)) => write!(line, "failed: {}", storage::name(*error)),
+    };
+    Some(line)
+}
+
+fn refuse(line: &mut impl Write, refused: Refused) -> fmt::Result {
     let (why, what) = match refused {
         Refused::Faulted(fault) => (fault.name(), "is latched: clear first"),
         Refused::Busy(state) => (state.name(), "is going on: stop first"),
@@ -124,68 +178,21 @@ async fn refuse(speaker: &mut Speaker, refused: Refused) {
         Refused::NoFriction => ("no friction", "is recorded: record-friction first"),
         Refused::NoCable => ("no cable", "is in this scene: use a pin"),
     };
-    speaker.answer(format_args!("refused: {why} {what}")).await;
+    write!(line, "refused: {why} {what}")
 }
 
-async fn written(
-    speaker: &mut Speaker,
-    done: &str,
-    result: Result<(), StoreError<storage::Error>>,
-) {
-    match result {
-        Ok(()) => speaker.answer(format_args!("{done}")).await,
-        Err(error) => {
-            speaker
-                .answer(format_args!("failed: {}", storage::name(error)))
-                .await
-        }
-    }
-}
-
-async fn save(
-    storage: &mut Storage,
-    sense: &'static Shared<Sense<Active>>,
+fn show(
+    line: &mut impl Write,
+    row: &Description,
     conduct: &'static Shared<Conduct<Active>>,
-) -> Result<(), StoreError<storage::Error>> {
-    let overrides = conduct.lock(|conduct| *conduct.borrow().overrides());
-    storage
-        .save(|writer| write_record(sense, overrides, writer))
-        .await
+) -> fmt::Result {
+    let value = conduct.lock(|conduct| conduct.borrow().value(row.setting));
+    let value = Decimal(row.to_user(value));
+    let (min, max) = (Decimal(row.min), Decimal(row.max));
+    write!(line, "{} {value} {} ({min} to {max})", row.name, row.unit)
 }
 
-/// Apart from [`save`], so that the record lies on the stack for the moment only.
-#[inline(never)]
-fn write_record(
-    sense: &'static Shared<Sense<Active>>,
-    overrides: Overrides,
-    writer: &mut Writer<'_, storage::Region>,
-) {
-    let kept = sense.lock(|sense| sense.borrow().keep(overrides));
-    // The writer knows what failed.
-    let _ = encode(&kept, mark::<Active>(), writer);
-}
-
-async fn help(speaker: &mut Speaker) {
-    for (name, usage, what) in COMMANDS {
-        speaker.answer(format_args!("{name} {usage}: {what}")).await;
-    }
-}
-
-async fn show(speaker: &mut Speaker, conduct: &'static Shared<Conduct<Active>>) {
-    for row in &Setting::TABLE {
-        let value = conduct.lock(|conduct| conduct.borrow().value(row.setting));
-        let value = Decimal(row.to_user(value));
-        let (min, max) = (Decimal(row.min), Decimal(row.max));
-        speaker
-            .answer(format_args!(
-                "{} {value} {} ({min} to {max})",
-                row.name, row.unit
-            ))
-            .await;
-    }
-}
-
-async fn status(speaker: &mut Speaker, conduct: &'static Shared<Conduct<Active>>) {
+fn status(line: &mut impl Write, conduct: &'static Shared<Conduct<Active>>) -> fmt::Result {
     let status = control::status();
     let (state, fault) = conduct.lock(|conduct| {
         let conduct = conduct.borrow();
@@ -195,11 +202,10 @@ async fn status(speaker: &mut Speaker, conduct: &'static Shared<Conduct<Active>>
     let fault = fault.map_or("none", |fault| fault.name());
     let current_ma = Decimal(status.current_a * 1e3);
     let (supply_v, winding_c) = (Decimal(status.supply_v), Decimal(status.winding_c));
-    speaker
-        .answer(format_args!(
-            "state {}, position {} counts, current {current_ma} mA, supply {supply_v} V, winding {winding_c} C, fault {fault}",
-            state.name(),
-            status.position_counts
-        ))
-        .await;
+    write!(
+        line,
+        "state {}, position {} counts, current {current_ma} mA, supply {supply_v} V, winding {winding_c} C, fault {fault}",
+        state.name(),
+        status.position_counts
+    )
 }

@@ -86,7 +86,6 @@ extern "C" fn thread() -> ! {
 async fn start(spawner: Spawner) {
     let p = clock::start();
     interrupt::TIM2.set_priority(Priority::P8);
-    interrupt::LPUART1.set_priority(Priority::P10);
     telemetry::boot(Active::NAME);
     let mut fault = last_run::report();
 
@@ -107,7 +106,7 @@ async fn start(spawner: Spawner) {
     let light = slow::Light::new(Output::new(p.PA5, Level::Low, Speed::Low));
     // The board pulls it down.
     let button = slow::Button::new(Input::new(p.PC13, Pull::None));
-    let (tx, rx) = serial::open(p.LPUART1, p.PA2, p.PA3).split();
+    let (sender, receiver) = serial::open(p.LPUART1, p.PA2, p.PA3);
 
     let sense = match sensing() {
         Ok(sense) => sense,
@@ -135,11 +134,11 @@ async fn start(spawner: Spawner) {
     }
     // Each task is spawned once: there is room for it.
     spawner.spawn(watchdog::supervise(watchdog::start(p.IWDG)).expect("first"));
-    spawner.spawn(console::listen(rx).expect("first"));
+    spawner.spawn(console::listen(receiver).expect("first"));
     spawner.spawn(slow::sense(samples, sense, conduct).expect("first"));
     spawner.spawn(slow::sequence(light, button, sense, conduct).expect("first"));
     // The rest of this task's life: it shares its memory with what is above.
-    execute::execute(console::Speaker::new(tx), storage, sense, conduct).await
+    execute::execute(sender, storage, sense, conduct).await
 }
 
 static SENSE: StaticCell<Shared<Sense<Active>>> = StaticCell::new();

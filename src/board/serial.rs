@@ -1,34 +1,105 @@
 //! The ST-LINK's serial port: LPUART1 on PA2 and PA3, 115200 baud, 8N1.
+//!
+//! Bytes that come are fetched by interrupt and wait in a queue. Bytes that go are handed to the port's own FIFO, whenever
+//! the sender looks: nothing of that needs a buffer, an interrupt or a waker.
 
-use embassy_stm32::peripherals::{LPUART1, PA2, PA3};
-use embassy_stm32::usart::{BufferedInterruptHandler, BufferedUart, Config};
-use embassy_stm32::{Peri, bind_interrupts};
+use core::cell::Cell;
+use core::mem::forget;
+
+use embassy_stm32::Peri;
+use embassy_stm32::gpio::{AfType, Flex, OutputType, Pull, Speed};
+use embassy_stm32::interrupt;
+use embassy_stm32::interrupt::{InterruptExt, Priority};
+use embassy_stm32::pac::LPUART1 as PORT;
+use embassy_stm32::peripherals::{self, PA2, PA3};
+use embassy_stm32::rcc::enable_and_reset;
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use heapless::spsc::{Consumer, Producer, Queue};
 use static_cell::StaticCell;
 
-bind_interrupts!(struct Irqs {
-    LPUART1 => BufferedInterruptHandler<LPUART1>;
-});
+/// Baud rate divider: 256 clocks of 170 MHz over 115200 baud, 377,777.8 rounded.
+const DIVIDER: u32 = 377_778;
+/// LPUART1 on both pins.
+const ALTERNATE_FUNCTION: u8 = 12;
+/// Bytes that wait for the command task: 5 ms at full speed, longer than it is ever kept from looking, but for writing flash.
+const WAITING: usize = 64;
 
-const TX_BYTES: usize = 128;
-const RX_BYTES: usize = 64;
+/// The interrupt's end of the queue; taken out while it is used.
+static RECEIVED: Mutex<CriticalSectionRawMutex, Cell<Option<Producer<'static, u8>>>> =
+    Mutex::new(Cell::new(None));
+
+/// The receiving half.
+pub struct Receiver {
+    queue: Consumer<'static, u8>,
+}
+
+impl Receiver {
+    /// The oldest byte that has come, if there is one.
+    pub fn next(&mut self) -> Option<u8> {
+        self.queue.dequeue()
+    }
+}
+
+/// The sending half.
+pub struct Sender(());
+
+impl Sender {
+    /// Sends a byte; false, and nothing sent, while the FIFO is full. It drains at its own pace, whether someone listens or
+    /// not.
+    pub fn send(&mut self, byte: u8) -> bool {
+        let room = PORT.isr().read().txe();
+        if room {
+            PORT.tdr().write(|w| w.set_dr(byte.into()));
+        }
+        room
+    }
+}
 
 /// Opens the port.
 pub fn open(
-    lpuart1: Peri<'static, LPUART1>,
+    _lpuart1: Peri<'static, peripherals::LPUART1>,
     tx: Peri<'static, PA2>,
     rx: Peri<'static, PA3>,
-) -> BufferedUart<'static> {
-    static TX: StaticCell<[u8; TX_BYTES]> = StaticCell::new();
-    static RX: StaticCell<[u8; RX_BYTES]> = StaticCell::new();
-    // 115200 baud divides 170 MHz within the register's range: the one way this can fail.
-    BufferedUart::new(
-        lpuart1,
-        rx,
-        tx,
-        TX.init([0; TX_BYTES]),
-        RX.init([0; RX_BYTES]),
-        Irqs,
-        Config::default(),
-    )
-    .expect("115200 baud from 170 MHz")
+) -> (Sender, Receiver) {
+    static QUEUE: StaticCell<Queue<u8, WAITING>> = StaticCell::new();
+    let (received, queue) = QUEUE.init(Queue::new()).split();
+    RECEIVED.lock(|cell| cell.set(Some(received)));
+    enable_and_reset::<peripherals::LPUART1>();
+    let mut tx = Flex::new(tx);
+    tx.set_as_af_unchecked(
+        ALTERNATE_FUNCTION,
+        AfType::output(OutputType::PushPull, Speed::Medium),
+    );
+    forget(tx);
+    let mut rx = Flex::new(rx);
+    // Without an ST-LINK the line would float.
+    rx.set_as_af_unchecked(ALTERNATE_FUNCTION, AfType::input(Pull::Up));
+    forget(rx);
+    PORT.brr().write(|w| w.0 = DIVIDER);
+    PORT.cr1().write(|w| {
+        w.set_fifoen(true);
+        w.set_te(true);
+        w.set_re(true);
+        w.set_rxneie(true);
+    });
+    PORT.cr1().modify(|w| w.set_ue(true));
+    interrupt::LPUART1.set_priority(Priority::P10);
+    // SAFETY: what the handler needs is in place.
+    unsafe { interrupt::LPUART1.enable() };
+    (Sender(()), Receiver { queue })
+}
+
+#[interrupt]
+fn LPUART1() {
+    let Some(mut received) = RECEIVED.lock(Cell::take) else {
+        return;
+    };
+    while PORT.isr().read().rxne() {
+        // What finds no room is lost, as on a line without flow control: it spoils a command, which is answered.
+        let _ = received.enqueue(PORT.rdr().read().dr() as u8);
+    }
+    RECEIVED.lock(|cell| cell.set(Some(received)));
+    // An overrun would raise the interrupt again and again; noise and framing errors are what the parser is there for.
+    PORT.icr().write(|w| w.set_ore(true));
 }

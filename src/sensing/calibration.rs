@@ -6,10 +6,9 @@
 //! with the nominal efficiency*, so that pressing against the closing stop measures it whatever the efficiency is.
 
 use crate::numeric::{Bounded, sqrt};
-use serde::{Deserialize, Serialize};
 
 /// Torque factor and cable, with what is not known of them. Plain data: it is stored as it is.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct Calibration {
     /// f: eta/K_2 divided by its nominal value, > 0.

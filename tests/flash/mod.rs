@@ -244,7 +244,7 @@ impl Bench {
 
     pub fn save(&mut self, record: &[u8]) -> Result<(), StoreError<Failure>> {
         block_on(self.0.save(|writer| {
-            writer.push(record);
+            record.iter().for_each(|&byte| writer.push(byte));
         }))
     }
 

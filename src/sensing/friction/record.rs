@@ -3,13 +3,12 @@
 use super::track::{BINS, Track};
 use crate::numeric::{Bounded, sqrt};
 use crate::sensing::Drive;
-use serde::{Deserialize, Serialize};
 
 /// Least share of the mean friction that the residual is taken to be: a record from one quiet pass is no proof.
 const LEAST_RESIDUAL: f32 = 1e-3;
 
 /// The record.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Friction {
     /// Travel that the bins divide evenly, counts from the opening stop.
     pub travel_counts: i32,

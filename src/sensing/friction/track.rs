@@ -1,19 +1,16 @@
 //! Friction in one direction, bin by bin.
 
-use heapless::Vec;
-use serde::{Deserialize, Serialize};
-
 /// Number of bins over the travel: at 1.6 rad a bin is 1/25 of a turn of the worm (0.3 rad with 20:1), and two or three
 /// turns of the motor wide.
 pub const BINS: usize = 128;
 
 /// Friction in one direction.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Track {
     /// Mean torque in each bin, newton metre, positive when it closes.
-    pub torque_nm: Vec<f32, BINS>,
+    pub torque_nm: [f32; BINS],
     /// Passes that went into each bin; 0 marks one without a value.
-    pub passes: Vec<u8, BINS>,
+    pub passes: [u8; BINS],
     /// Noise of the torque: variance of its mean over a way, times that way, newton metre squared counts.
     pub noise_nm2_counts: f32,
 }
@@ -21,16 +18,14 @@ pub struct Track {
 impl Track {
     pub(super) fn empty() -> Self {
         Self {
-            torque_nm: Vec::from_array([0.0; BINS]),
-            passes: Vec::from_array([0; BINS]),
+            torque_nm: [0.0; BINS],
+            passes: [0; BINS],
             noise_nm2_counts: 0.0,
         }
     }
 
     pub(super) fn is_valid(&self) -> bool {
-        self.torque_nm.len() == BINS
-            && self.passes.len() == BINS
-            && self.torque_nm.iter().all(|torque| torque.is_finite())
+        self.torque_nm.iter().all(|torque| torque.is_finite())
             && (0.0..f32::MAX).contains(&self.noise_nm2_counts)
     }
 
