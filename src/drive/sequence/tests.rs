@@ -3,6 +3,7 @@
 use super::*;
 use crate::drive::Controller;
 use crate::drive::bench::{Bench, Wrong};
+use crate::drive::config::Checked;
 use crate::drive::config::tests::p70;
 use crate::drive::io::Outputs;
 
@@ -35,7 +36,7 @@ struct Rig {
 
 impl Rig {
     fn new(seed: u64) -> Self {
-        let controller = Controller::new(&p70()).expect("valid");
+        let controller = Controller::new(&Checked::new(p70()).expect("valid"));
         let sequence = Sequence::new(motion(), *controller.scale());
         Self {
             bench: Bench::new(seed),
@@ -689,7 +690,7 @@ fn a_motor_that_works_too_hard_is_switched_off_before_it_is_hot() {
     // A winding with little to take, so that the test need not wait for minutes.
     config.motor.thermal.winding_k_per_w = 150.0;
     config.motor.thermal.winding_s = 0.5;
-    let mut controller = Controller::new(&config).expect("valid");
+    let mut controller = Controller::new(&Checked::new(config).expect("valid"));
     let mut bench = Bench::new(1);
     bench.wrong = Wrong::RotorLocked;
     let demand = Demand::from(Setpoint::Current { a: 0.12 });
@@ -724,7 +725,7 @@ fn a_reading_at_rest_that_is_no_offset_is_found_without_any_motion() {
 
 #[test]
 fn nothing_drives_before_the_bridge_is_awake() {
-    let mut controller = Controller::new(&p70()).expect("valid");
+    let mut controller = Controller::new(&Checked::new(p70()).expect("valid"));
     let mut bench = Bench::new(1);
     let demand = Demand::from(Setpoint::Current { a: 0.05 });
     let mut outputs = Outputs::Off;
