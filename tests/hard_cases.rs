@@ -243,6 +243,11 @@ fn a_path_through_a_right_angle() {
         .path(&finger.rest(), 0.0, contact)
         .expect("it presses");
     let mut last = 0.0;
+    // To where it is, twice: on a way of no length nothing can be foretold.
+    for _ in 0..2 {
+        let point = finger.follow(&mut path, 0.0).expect("the contact itself");
+        assert_eq!((point.rotation_rad, point.force_n), (0.0, 0.0));
+    }
     for i in 1..=40u8 {
         let point = finger
             .follow(&mut path, 0.02 * f32::from(i))

@@ -5,8 +5,7 @@ use core::marker::PhantomData;
 use super::command::{Calibrate, Command};
 use super::sense::Order;
 use super::settings::{Overrides, Setting};
-use crate::drive::config::{Config, OutOfRange};
-use crate::drive::convert::Scale;
+use crate::drive::config::{Checked, OutOfRange};
 use crate::drive::sequence::{Advance, Motion, Notice, Refused, Request, Sequence, State};
 use crate::drive::{Fault, Status};
 use crate::scene::Scene;
@@ -58,35 +57,30 @@ pub struct Conduct<S: Scene> {
     scene: PhantomData<S>,
 }
 
-/// The drive's configuration with what the user has set: what the controller is built from at start.
-pub fn configuration<S: Scene>(overrides: &Overrides) -> Config {
-    let mut config = S::DRIVE;
-    let limits = &mut config.limits;
-    let replace = |place: &mut f32, setting| *place = overrides.get(setting).unwrap_or(*place);
-    replace(&mut limits.current_a, Setting::CurrentLimit);
-    replace(&mut limits.supply_min_v, Setting::SupplyMin);
-    replace(&mut limits.supply_max_v, Setting::SupplyMax);
-    config
+/// The drive with what the user has set: what the controller is built from at start.
+///
+/// # Errors
+/// The first value that no longer fits the scene.
+pub fn drive<S: Scene>(overrides: &Overrides) -> Result<Checked, OutOfRange> {
+    let value = |setting| value::<S>(overrides, setting);
+    S::CHECKED.with_limits(
+        value(Setting::CurrentLimit),
+        value(Setting::SupplyMin),
+        value(Setting::SupplyMax),
+    )
 }
 
 impl<S: Scene> Conduct<S> {
     /// A sequence at rest, with what the user has set.
-    ///
-    /// # Errors
-    /// The first parameter of drive or motion that is out of its range.
-    pub fn new(overrides: Overrides) -> Result<Self, OutOfRange> {
-        let config = configuration::<S>(&overrides);
-        let scale = Scale::new(&config)?;
-        let motion = motion::<S>(&overrides);
-        motion.validate(&config.limits)?;
-        Ok(Self {
-            sequence: Sequence::new(motion, scale),
+    pub fn new(overrides: Overrides) -> Self {
+        Self {
+            sequence: Sequence::new(motion::<S>(&overrides), *S::CHECKED.scale()),
             overrides,
             purpose: Directive::Watch,
             pending: None,
             free_a: 0.0,
             scene: PhantomData,
-        })
+        }
     }
 
     /// Where the sequence is.
@@ -106,9 +100,7 @@ impl<S: Scene> Conduct<S> {
 
     /// Value of a setting now in force or to be in force after a restart, SI units.
     pub fn value(&self, setting: Setting) -> f32 {
-        self.overrides
-            .get(setting)
-            .unwrap_or_else(|| default_value::<S>(setting))
+        value::<S>(&self.overrides, setting)
     }
 
     /// Carries out a command.
@@ -264,9 +256,9 @@ fn purpose<S: Scene>(calibrate: Calibrate) -> Directive {
 /// The sequence's speeds and currents with what the user has set.
 fn motion<S: Scene>(overrides: &Overrides) -> Motion {
     let mut motion = S::MOTION;
-    let replace = |place: &mut f32, setting| *place = overrides.get(setting).unwrap_or(*place);
-    replace(&mut motion.closing_rad_per_s, Setting::ClosingSpeed);
-    replace(&mut motion.holding_s, Setting::HoldTime);
+    motion.closing_rad_per_s =
+        value::<S>(overrides, Setting::ClosingSpeed).min(S::DRIVE.limits.speed_rad_per_s);
+    motion.holding_s = value::<S>(overrides, Setting::HoldTime);
     if let Some(limit_a) = overrides.get(Setting::CurrentLimit) {
         // What probing may ask for follows the limit; the rest must not exceed it.
         motion.probing_current_a = limit_a;
@@ -279,6 +271,13 @@ fn motion<S: Scene>(overrides: &Overrides) -> Motion {
         }
     }
     motion
+}
+
+/// A setting's value, SI units.
+fn value<S: Scene>(overrides: &Overrides, setting: Setting) -> f32 {
+    overrides
+        .get(setting)
+        .unwrap_or_else(|| default_value::<S>(setting))
 }
 
 /// A setting's value where the user has set none, SI units.
@@ -303,7 +302,7 @@ mod tests {
     use crate::scene::P70;
 
     fn conduct() -> Conduct<P70> {
-        Conduct::new(Overrides::default()).expect("the scene is valid")
+        Conduct::new(Overrides::default())
     }
 
     fn known(conduct: &mut Conduct<P70>) {
@@ -388,10 +387,10 @@ mod tests {
         conduct
             .command(Command::Set(Setting::CurrentLimit, 0.05))
             .expect("at rest");
-        let config = configuration::<P70>(conduct.overrides());
-        assert_eq!(config.limits.current_a, 0.05);
+        let drive = drive::<P70>(conduct.overrides()).expect("within the scene's trips");
+        assert_eq!(drive.config().limits.current_a, 0.05);
         motion::<P70>(conduct.overrides())
-            .validate(&config.limits)
+            .validate(&drive.config().limits)
             .expect("follows the limit");
     }
 
@@ -409,12 +408,9 @@ mod tests {
                 overrides
                     .set(row.setting, row.to_si(end).expect("in range"))
                     .expect("in range");
-                assert!(
-                    Conduct::<P70>::new(overrides).is_ok(),
-                    "{} {end}: {:?}",
-                    row.name,
-                    Conduct::<P70>::new(overrides)
-                );
+                let limits = drive::<P70>(&overrides).expect(row.name).config().limits;
+                let motion = motion::<P70>(&overrides);
+                assert_eq!(motion.validate(&limits), Ok(()), "{} {end}", row.name);
             }
         }
     }

@@ -35,7 +35,7 @@ use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_sync::blocking_mutex::Mutex;
 use static_cell::StaticCell;
 
-use palpate::app::conduct::{Conduct, configuration};
+use palpate::app::conduct::{Conduct, drive};
 use palpate::app::sense::Sense;
 use palpate::app::settings::Overrides;
 use palpate::app::store::Store;
@@ -155,7 +155,7 @@ fn sensing() -> Result<&'static Shared<Sense<Active>>, ConfigError> {
 }
 
 /// Starts the control interrupt and makes the motion half, with what the user has set. Where that no longer fits the scene
-/// there is a fault, and the scene's own values count; where even they are out of range, nothing can move.
+/// there is a fault, and the scene's own values count; where joint 2's sensor does not fit the board, nothing can move.
 #[inline(never)]
 fn launch(
     bridge: bridge::Bridge,
@@ -163,17 +163,17 @@ fn launch(
     fault: &mut Option<Fault>,
 ) -> Result<(control::Samples, &'static Shared<Conduct<Active>>), OutOfRange> {
     let joint = Active::joint_input()?;
-    let build = |overrides| {
-        let controller = Controller::new(&configuration::<Active>(&overrides))?;
-        Ok((controller, Conduct::new(overrides)?))
+    let (drive, set) = match drive::<Active>(&set) {
+        Ok(drive) => (drive, set),
+        Err(wrong) => {
+            telemetry::bad_configuration(&wrong);
+            *fault = fault.or(Some(Fault::BadConfiguration));
+            (Active::CHECKED, Overrides::default())
+        }
     };
-    let (controller, conduct) = build(set).or_else(|wrong| {
-        telemetry::bad_configuration(&wrong);
-        *fault = fault.or(Some(Fault::BadConfiguration));
-        build(Overrides::default())
-    })?;
+    let controller = Controller::new(&drive);
     Ok((
         control::start(bridge, controller, joint),
-        shared(&CONDUCT, conduct),
+        shared(&CONDUCT, Conduct::new(set)),
     ))
 }

@@ -1,5 +1,7 @@
 //! What the drive must know of motor, drivetrain, board and limits. Immutable; checked once.
 
+use super::convert::Scale;
+
 /// The motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motor {
@@ -103,112 +105,183 @@ pub struct OutOfRange {
     pub max: f32,
 }
 
-/// Checks one value; NaN is outside every range.
+/// Checks values, each with its name and the ends of its range; NaN is outside every range.
 ///
 /// # Errors
-/// [`OutOfRange`] with the name and the range.
-pub fn check(name: &'static str, value: f32, min: f32, max: f32) -> Result<(), OutOfRange> {
-    if value >= min && value <= max {
-        Ok(())
-    } else {
-        Err(OutOfRange {
-            name,
-            value,
-            min,
-            max,
-        })
+/// The first value out of its range.
+pub const fn check<const N: usize>(
+    values: &[(&'static str, f32, f32, f32); N],
+) -> Result<(), OutOfRange> {
+    let mut at = 0;
+    while at < N {
+        let (name, value, min, max) = values[at];
+        if !(value >= min && value <= max) {
+            return Err(OutOfRange {
+                name,
+                value,
+                min,
+                max,
+            });
+        }
+        at += 1;
+    }
+    Ok(())
+}
+
+impl Limits {
+    /// Checks what a user may set: current against trip and supply against supply, with the range of the board's inputs.
+    const fn check_set(&self, sense: &Sense) -> Result<(), OutOfRange> {
+        check(&[
+            (
+                "current_a",
+                self.current_a,
+                0.001,
+                // Above the limit by what a motor 20 % off its resistance overshoots.
+                0.8 * self.current_trip_a,
+            ),
+            ("supply_min_v", self.supply_min_v, 3.0, 40.0),
+            (
+                "supply_max_v",
+                self.supply_max_v,
+                self.supply_min_v,
+                sense.reference_v * sense.supply_divider,
+            ),
+        ])
     }
 }
 
 impl Config {
     /// Checks every value against what the drive's arithmetic and this board can do.
-    ///
-    /// # Errors
-    /// The first value out of range.
-    pub fn validate(&self) -> Result<(), OutOfRange> {
+    const fn check(&self) -> Result<(), OutOfRange> {
         let Self {
             motor,
             drivetrain,
             sense,
             limits,
         } = self;
-        check(
-            "torque_constant_nm_per_a",
-            motor.torque_constant_nm_per_a,
-            1e-4,
-            1.0,
-        )?;
-        check("resistance_ohm", motor.resistance_ohm, 0.1, 500.0)?;
-        check(
-            "rotor_inertia_kg_m2",
-            motor.rotor_inertia_kg_m2,
-            1e-10,
-            1e-3,
-        )?;
         let thermal = &motor.thermal;
-        check("limit_c", thermal.limit_c, 40.0, 155.0)?;
-        check(
-            "ambient_c",
-            thermal.ambient_c,
-            -20.0,
-            thermal.limit_c - 10.0,
-        )?;
-        check("winding_k_per_w", thermal.winding_k_per_w, 0.1, 200.0)?;
-        check("housing_k_per_w", thermal.housing_k_per_w, 0.1, 200.0)?;
-        check("winding_s", thermal.winding_s, 0.1, 1000.0)?;
-        check("housing_s", thermal.housing_s, 1.0, 10_000.0)?;
-        check(
-            "counts_per_motor_rev",
-            drivetrain.counts_per_motor_rev,
-            4.0,
-            65_536.0,
-        )?;
-        check("reduction", drivetrain.reduction, 1.0, 10_000.0)?;
-        check("reference_v", sense.reference_v, 1.0, 3.6)?;
-        check("volt_per_a", sense.volt_per_a, 0.01, 1000.0)?;
-        check("supply_divider", sense.supply_divider, 1.0, 100.0)?;
         let full_scale_a = sense.reference_v / sense.volt_per_a;
-        check("current_a", limits.current_a, 0.001, full_scale_a)?;
-        // Above the limit by what a motor 20 % off its resistance overshoots, below saturation, which hides the value.
-        check(
-            "current_trip_a",
-            limits.current_trip_a,
-            1.25 * limits.current_a,
-            0.95 * full_scale_a,
-        )?;
-        check("duty", limits.duty, 0.05, 1.0)?;
-        // Jumps are told from motion by a count of up to 16 a control period: see the encoder.
         let counts_per_rad =
             drivetrain.counts_per_motor_rev * drivetrain.reduction / core::f32::consts::TAU;
-        check(
-            "speed_rad_per_s",
-            limits.speed_rad_per_s,
-            1e-3,
-            16.0 * 20_000.0 / counts_per_rad,
-        )?;
-        check(
-            "acceleration_rad_per_s2",
-            limits.acceleration_rad_per_s2,
-            1e-3,
-            1e4,
-        )?;
+        // Jumps are told from motion by a count of up to 16 a control period: see the encoder.
+        let fastest_rad_per_s = 16.0 * 20_000.0 / counts_per_rad;
         // Positions are wrapping 32-bit counts: a quarter of their range leaves room for every difference.
         let reach_rad = 5e8 / counts_per_rad;
-        check("position_min_rad", limits.position_min_rad, -reach_rad, 0.0)?;
-        check("position_max_rad", limits.position_max_rad, 0.0, reach_rad)?;
-        check(
-            "overtravel_rad",
-            limits.overtravel_rad,
-            1e-3,
-            5e8 / counts_per_rad,
-        )?;
-        check("supply_min_v", limits.supply_min_v, 3.0, 40.0)?;
-        check(
-            "supply_max_v",
-            limits.supply_max_v,
-            limits.supply_min_v,
-            sense.reference_v * sense.supply_divider,
-        )
+        let checked = check(&[
+            (
+                "torque_constant_nm_per_a",
+                motor.torque_constant_nm_per_a,
+                1e-4,
+                1.0,
+            ),
+            ("resistance_ohm", motor.resistance_ohm, 0.1, 500.0),
+            (
+                "rotor_inertia_kg_m2",
+                motor.rotor_inertia_kg_m2,
+                1e-10,
+                1e-3,
+            ),
+            ("limit_c", thermal.limit_c, 40.0, 155.0),
+            (
+                "ambient_c",
+                thermal.ambient_c,
+                -20.0,
+                thermal.limit_c - 10.0,
+            ),
+            ("winding_k_per_w", thermal.winding_k_per_w, 0.1, 200.0),
+            ("housing_k_per_w", thermal.housing_k_per_w, 0.1, 200.0),
+            ("winding_s", thermal.winding_s, 0.1, 1000.0),
+            ("housing_s", thermal.housing_s, 1.0, 10_000.0),
+            (
+                "counts_per_motor_rev",
+                drivetrain.counts_per_motor_rev,
+                4.0,
+                65_536.0,
+            ),
+            ("reduction", drivetrain.reduction, 1.0, 10_000.0),
+            ("reference_v", sense.reference_v, 1.0, 3.6),
+            ("volt_per_a", sense.volt_per_a, 0.01, 1000.0),
+            ("supply_divider", sense.supply_divider, 1.0, 100.0),
+            (
+                "current_trip_a",
+                limits.current_trip_a,
+                0.001,
+                // Saturation hides the value.
+                0.95 * full_scale_a,
+            ),
+            ("duty", limits.duty, 0.05, 1.0),
+            (
+                "speed_rad_per_s",
+                limits.speed_rad_per_s,
+                1e-3,
+                fastest_rad_per_s,
+            ),
+            (
+                "acceleration_rad_per_s2",
+                limits.acceleration_rad_per_s2,
+                1e-3,
+                1e4,
+            ),
+            ("position_min_rad", limits.position_min_rad, -reach_rad, 0.0),
+            ("position_max_rad", limits.position_max_rad, 0.0, reach_rad),
+            ("overtravel_rad", limits.overtravel_rad, 1e-3, reach_rad),
+        ]);
+        match checked {
+            Ok(()) => limits.check_set(sense),
+            wrong => wrong,
+        }
+    }
+}
+
+/// A configuration that holds together, with the scales that follow from it. A scene's is a constant: one that does not hold
+/// together does not compile, and the firmware carries neither check nor names.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Checked {
+    config: Config,
+    scale: Scale,
+}
+
+impl Checked {
+    /// Checks every value against what the drive's arithmetic and this board can do.
+    ///
+    /// # Errors
+    /// The first value out of range.
+    pub const fn new(config: Config) -> Result<Self, OutOfRange> {
+        match config.check() {
+            Ok(()) => Ok(Self {
+                scale: Scale::of(&config),
+                config,
+            }),
+            Err(wrong) => Err(wrong),
+        }
+    }
+
+    /// The same with what a user may set: largest current, ampere, lowest and highest supply, volt.
+    ///
+    /// # Errors
+    /// The first of them that is out of range.
+    pub fn with_limits(
+        mut self,
+        current_a: f32,
+        supply_min_v: f32,
+        supply_max_v: f32,
+    ) -> Result<Self, OutOfRange> {
+        let limits = &mut self.config.limits;
+        limits.current_a = current_a;
+        limits.supply_min_v = supply_min_v;
+        limits.supply_max_v = supply_max_v;
+        limits.check_set(&self.config.sense)?;
+        Ok(self)
+    }
+
+    /// The configuration.
+    pub const fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// Its scales.
+    pub const fn scale(&self) -> &Scale {
+        &self.scale
     }
 }
 
@@ -258,7 +331,10 @@ pub(crate) mod tests {
 
     #[test]
     fn the_prototype_is_valid() {
-        assert_eq!(p70().validate(), Ok(()));
+        assert_eq!(
+            Checked::new(p70()).map(|checked| *checked.config()),
+            Ok(p70())
+        );
     }
 
     #[test]
@@ -306,7 +382,7 @@ pub(crate) mod tests {
             for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30, -1e30] {
                 let mut config = p70();
                 spoil(&mut config, value);
-                let error = config.validate().expect_err(name);
+                let error = Checked::new(config).expect_err(name);
                 assert_eq!(error.name, name);
                 assert!(error.value.to_bits() == value.to_bits());
             }

@@ -3,7 +3,7 @@
 //! On the chip all of it becomes part of the interrupt's handler, which runs from a memory of its own: what is called from
 //! more than one place is marked `inline(always)`, here and in the modules that it uses, lest a call lead back to flash.
 
-use super::config::{Config, OutOfRange};
+use super::config::Checked;
 use super::convert::{self, PERIOD_S, Scale};
 use super::current::CurrentLoop;
 use super::demand::{Demand, Limited, Offset, Setpoint, Status};
@@ -91,13 +91,10 @@ pub struct Controller {
 
 impl Controller {
     /// A controller at rest.
-    ///
-    /// # Errors
-    /// The first parameter out of its range.
-    pub fn new(config: &Config) -> Result<Self, OutOfRange> {
-        let scale = Scale::new(config)?;
+    pub fn new(drive: &Checked) -> Self {
+        let (config, scale) = (drive.config(), *drive.scale());
         let limits = &config.limits;
-        Ok(Self {
+        Self {
             current_limit_a: limits.current_a,
             conductance_per_ohm: 1.0 / config.motor.resistance_ohm,
             position_min_counts: scale.counts(limits.position_min_rad),
@@ -125,7 +122,7 @@ impl Controller {
             drive: Drive::Idle,
             mean_square_a2: 0.0,
             scale,
-        })
+        }
     }
 
     /// One control period (50 us): what was measured while the last outputs were applied, what is wanted, and what the

@@ -1,6 +1,6 @@
 //! Codes to units and back: the one place that knows the scales.
 
-use super::config::{Config, OutOfRange};
+use super::config::Config;
 use super::io::{ADC_FULL, AdcCode, CONTROL_HZ, DUTY_FULL, Direction, Duty, Outputs};
 use core::f32::consts::TAU;
 
@@ -22,19 +22,15 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// Scales for a configuration.
-    ///
-    /// # Errors
-    /// The first parameter out of its range.
-    pub fn new(config: &Config) -> Result<Self, OutOfRange> {
-        config.validate()?;
-        let pin_v_per_code = config.sense.reference_v / f32::from(ADC_FULL);
+    /// Scales of a configuration; [`Checked`](super::config::Checked) has them of one that holds together.
+    pub(super) const fn of(config: &Config) -> Self {
+        let pin_v_per_code = config.sense.reference_v / ADC_FULL as f32;
         let a_per_code = pin_v_per_code / config.sense.volt_per_a;
         let v_per_code = pin_v_per_code * config.sense.supply_divider;
         let counts_per_rad =
             config.drivetrain.counts_per_motor_rev * config.drivetrain.reduction / TAU;
         let motor_rad_per_s = TAU / config.drivetrain.counts_per_motor_rev * CONTROL_HZ as f32;
-        Ok(Self {
+        Self {
             a_per_code,
             code_per_a: 1.0 / a_per_code,
             v_per_code,
@@ -42,7 +38,7 @@ impl Scale {
             counts_per_rad,
             rad_per_count: 1.0 / counts_per_rad,
             emf_v_per_count_per_period: config.motor.torque_constant_nm_per_a * motor_rad_per_s,
-        })
+        }
     }
 
     /// Magnitude of the motor current, ampere, offset included.
@@ -135,7 +131,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn scale() -> Scale {
-        Scale::new(&p70()).expect("valid")
+        Scale::of(&p70())
     }
 
     #[test]
@@ -150,13 +146,6 @@ mod tests {
         assert!((scale.rad_per_s(62_582.3) - 0.3).abs() < 1e-6);
         // 8.9 mV s/rad at 20,000 / 1024 revolutions a second.
         assert!((scale.emf_v_per_count_per_period() - 1.092_19).abs() < 1e-4);
-    }
-
-    #[test]
-    fn a_configuration_out_of_range_has_no_scales() {
-        let mut config = p70();
-        config.sense.volt_per_a = 0.0;
-        assert_eq!(Scale::new(&config).expect_err("zero").name, "volt_per_a");
     }
 
     proptest! {

@@ -76,17 +76,19 @@ impl JointInput for HallInput {
     const FITTED: bool = true;
 
     fn new(board: &Sense, sensor: &AngleSense) -> Result<Self, OutOfRange> {
-        check("volt_per_rad", sensor.volt_per_rad.abs(), 0.01, 10.0)?;
-        check("zero_v", sensor.zero_v, -20.0, 20.0)?;
-        check("min_rad", sensor.min_rad, -3.2, sensor.max_rad)?;
-        check("max_rad", sensor.max_rad, sensor.min_rad, 3.2)?;
         // Both ends must stand clear of what a broken wire and a short read.
         let end_v = |rad: f32| sensor.zero_v + sensor.volt_per_rad * rad;
         let (a_v, b_v) = (end_v(sensor.min_rad), end_v(sensor.max_rad));
         let (low_v, high_v) = (a_v.min(b_v), a_v.max(b_v));
         let margin_v = 0.02 * board.reference_v;
-        check("lowest_v", low_v, margin_v, board.reference_v)?;
-        check("highest_v", high_v, low_v, board.reference_v - margin_v)?;
+        check(&[
+            ("volt_per_rad", sensor.volt_per_rad.abs(), 0.01, 10.0),
+            ("zero_v", sensor.zero_v, -20.0, 20.0),
+            ("min_rad", sensor.min_rad, -3.2, sensor.max_rad),
+            ("max_rad", sensor.max_rad, sensor.min_rad, 3.2),
+            ("lowest_v", low_v, margin_v, board.reference_v),
+            ("highest_v", high_v, low_v, board.reference_v - margin_v),
+        ])?;
         let code_per_v = f32::from(ADC_FULL) / board.reference_v;
         // Within the converter's range, as just checked.
         let code = |volt: f32| AdcCode((volt * code_per_v) as u16);

@@ -96,7 +96,7 @@ mod tests {
     #[test]
     fn holds_a_speed_against_friction_without_offset() {
         let config = p70();
-        let scale = Scale::new(&config).expect("valid");
+        let scale = Scale::of(&config);
         let mut control = SpeedLoop::new(&config, &scale);
         let rad_per_s_per_speed = 122.7f32;
         let mut speed = 0.0f32;
@@ -115,7 +115,7 @@ mod tests {
     #[test]
     fn clamps_and_says_so_and_leaves_no_windup() {
         let config = p70();
-        let scale = Scale::new(&config).expect("valid");
+        let scale = Scale::of(&config);
         let mut control = SpeedLoop::new(&config, &scale);
         for _ in 0..40_000 {
             let mut limited = Limited::default();

@@ -12,7 +12,7 @@ pub mod tendon2;
 pub mod tendon2_hall;
 pub mod tendon3;
 
-use crate::drive::config::{Config, OutOfRange};
+use crate::drive::config::{Checked, Config, OutOfRange};
 use crate::drive::joint::{AngleSense, HallInput, JointInput, NotFitted};
 use crate::drive::sequence::Motion;
 use crate::finger::{ConfigError, Mechanics};
@@ -78,6 +78,15 @@ pub trait Scene {
 
     /// Speeds, currents and times of the motion sequence.
     const MOTION: Motion = re10::motion(Self::TRAVEL_RAD);
+
+    /// [`DRIVE`](Self::DRIVE), checked, with its scales. A scene whose drive or motion is out of range does not compile.
+    const CHECKED: Checked = match (
+        Checked::new(Self::DRIVE),
+        Self::MOTION.validate(&Self::DRIVE.limits),
+    ) {
+        (Ok(checked), Ok(())) => checked,
+        _ => panic!("a value of the scene's DRIVE or MOTION is out of range"),
+    };
 
     /// What the sensing may assume before anything is calibrated.
     const UNCALIBRATED: Calibration = re10::UNCALIBRATED;
@@ -165,7 +174,7 @@ mod tests {
 
     fn holds_together<S: Scene>() {
         let finger = S::finger().expect(S::NAME);
-        S::DRIVE.validate().expect(S::NAME);
+        Checked::new(S::DRIVE).expect(S::NAME);
         S::joint_input().expect(S::NAME);
         let drivetrain = S::drivetrain(&finger);
         let limits = S::DRIVE.limits;

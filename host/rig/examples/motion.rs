@@ -1,6 +1,5 @@
 //! The motion sequence against the plant, told of the contact by the truth: how steady it moves, where it stops.
 
-use palpate::drive::convert::Scale;
 use palpate::drive::demand::{Demand, Status};
 use palpate::drive::joint::NotFitted;
 use palpate::drive::sequence::{Notice, Request, Sequence, State};
@@ -49,7 +48,7 @@ fn main() {
         .unwrap_or(1);
     let plant =
         Plant::new(&Parameters::default(), FingerKind::P70, &Grasp::Free, seed).expect("plant");
-    let scale = Scale::new(&P70::DRIVE).expect("scale");
+    let scale = *P70::CHECKED.scale();
     let motion = Motion {
         sequence: Sequence::new(P70::MOTION, scale),
         notice: None,

@@ -1,7 +1,6 @@
 //! A finger on a bench: power it, let it learn its friction, calibrate it, give it objects.
 
 use crate::outcome::verdict;
-use crate::slow::SlowError;
 use crate::{Board, Machine, Outcome, Row, Slow};
 use palpate::drive::config::OutOfRange;
 use palpate::drive::controller::Controller;
@@ -84,10 +83,7 @@ impl<S: Simulated> Rig<S> {
     /// A parameter out of range.
     pub fn new(parameters: &Parameters, seed: u64) -> Result<Self, Error> {
         let plant = Plant::new(&S::world(parameters), S::FINGER, &Grasp::Free, seed)?;
-        let slow = Slow::new().map_err(|error| match error {
-            SlowError::Finger(error) => Error::Finger(error),
-            SlowError::Drive(error) => Error::Drive(error),
-        })?;
+        let slow = Slow::new().map_err(Error::Finger)?;
         let machine = S::joint_input()
             .and_then(|joint| Machine::new(Board::new(plant), &S::DRIVE, joint, slow))
             .map_err(Error::Drive)?;

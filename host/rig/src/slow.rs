@@ -4,7 +4,6 @@ use crate::{Simulated, SlowLoop};
 use palpate::app::sense::{Order, notice};
 use palpate::app::settings::Overrides;
 use palpate::app::{Conduct, Sense};
-use palpate::drive::config::OutOfRange;
 use palpate::drive::demand::{Demand, Status};
 use palpate::drive::fault::Fault;
 use palpate::drive::sequence::{Notice, Refused, Request, State};
@@ -30,24 +29,15 @@ pub struct Slow<S: Simulated> {
     notice: Option<Notice>,
 }
 
-/// What is wrong with a scene.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SlowError {
-    /// Its finger.
-    Finger(ConfigError),
-    /// Its drive.
-    Drive(OutOfRange),
-}
-
 impl<S: Simulated> Slow<S> {
     /// A slow loop at rest, without calibration or friction record.
     ///
     /// # Errors
-    /// The scene is not valid.
-    pub fn new() -> Result<Self, SlowError> {
+    /// The scene's finger is not valid.
+    pub fn new() -> Result<Self, ConfigError> {
         Ok(Self {
-            sense: Sense::new().map_err(SlowError::Finger)?,
-            conduct: Conduct::new(Overrides::default()).map_err(SlowError::Drive)?,
+            sense: Sense::new()?,
+            conduct: Conduct::new(Overrides::default()),
             events: Vec::new(),
             samples: Vec::new(),
             fault: None,

@@ -126,6 +126,8 @@ enum Homing {
 const STARTED_US: u64 = 100_000;
 /// Free way before the opening stop that tells free motion from windup, radian: 0.3 s and a backlash.
 const RUN_UP_RAD: f32 = 0.12;
+/// Two homings on the same stop differ by less, radian: twice what one may be off by.
+const SAME_STOP_RAD: f32 = 0.025;
 /// So close to the rest position counts as there, radian.
 const AT_REST_RAD: f32 = 0.05;
 
@@ -142,6 +144,8 @@ pub struct Sequence {
     goal: Goal,
     outcome: Outcome,
     friction_known: bool,
+    /// There has been a homing since the start, cleared faults notwithstanding: positions mean something.
+    zeroed: bool,
     latched: Option<Fault>,
     request: Option<Request>,
     demand: Demand,
@@ -171,6 +175,7 @@ impl Sequence {
             goal: Goal::Run,
             outcome: Outcome::Complete,
             friction_known: false,
+            zeroed: false,
             latched: None,
             request: None,
             demand: Demand::default(),
@@ -421,7 +426,8 @@ impl Sequence {
                     self.run_ups = self.run_ups.saturating_add(1);
                 } else {
                     self.demand.zero = self.demand.zero.wrapping_add(1);
-                    self.demand.zero_at_counts = stop_counts;
+                    self.demand.zero_at_counts = self.zero_counts(stop_counts);
+                    self.zeroed = true;
                     self.homing = Homing::Zero;
                 }
                 None
@@ -452,6 +458,20 @@ impl Sequence {
                 }
                 self.fail_if_stalled(now_us, status)
             }
+        }
+    }
+
+    /// Where the zero is to be, for a stop found at a position.
+    ///
+    /// The friction record goes up and down with the turn of the worm: shifted by the few milliradians by which homings
+    /// differ it leaves what the detector takes for a contact, or for less than friction. The zero it was taken with stays,
+    /// unless the stop is so far off that counts were lost.
+    fn zero_counts(&self, stop_counts: i32) -> i32 {
+        let same = self.scale.angle_rad(stop_counts).abs() < SAME_STOP_RAD;
+        if self.zeroed && self.friction_known && same {
+            0
+        } else {
+            stop_counts
         }
     }
 

@@ -36,51 +36,24 @@ impl Motion {
     ///
     /// # Errors
     /// The first value out of range.
-    pub fn validate(&self, limits: &Limits) -> Result<(), OutOfRange> {
-        check(
-            "closing_rad_per_s",
-            self.closing_rad_per_s,
-            0.02,
-            limits.speed_rad_per_s,
-        )?;
-        check(
-            "opening_rad_per_s",
-            self.opening_rad_per_s,
-            0.02,
-            limits.speed_rad_per_s,
-        )?;
-        check(
-            "free_current_a",
-            self.free_current_a,
-            1e-3,
-            limits.current_a,
-        )?;
-        check(
-            "homing_current_a",
-            self.homing_current_a,
-            1e-3,
-            limits.current_a,
-        )?;
-        check(
-            "probing_current_a",
-            self.probing_current_a,
-            1e-3,
-            limits.current_a,
-        )?;
-        check("probing_rad", self.probing_rad, 0.01, 3.0)?;
-        check(
-            "holding_current_a",
-            self.holding_current_a,
-            0.0,
-            limits.current_a,
-        )?;
-        check("holding_s", self.holding_s, 0.0, 600.0)?;
-        check("rest_rad", self.rest_rad, 0.0, 0.5)?;
-        check(
-            "travel_rad",
-            self.travel_rad,
-            self.rest_rad + 0.05,
-            limits.position_max_rad,
-        )
+    pub const fn validate(&self, limits: &Limits) -> Result<(), OutOfRange> {
+        let (speed, current) = (limits.speed_rad_per_s, limits.current_a);
+        check(&[
+            ("closing_rad_per_s", self.closing_rad_per_s, 0.02, speed),
+            ("opening_rad_per_s", self.opening_rad_per_s, 0.02, speed),
+            ("free_current_a", self.free_current_a, 1e-3, current),
+            ("homing_current_a", self.homing_current_a, 1e-3, current),
+            ("probing_current_a", self.probing_current_a, 1e-3, current),
+            ("probing_rad", self.probing_rad, 0.01, 3.0),
+            ("holding_current_a", self.holding_current_a, 0.0, current),
+            ("holding_s", self.holding_s, 0.0, 600.0),
+            ("rest_rad", self.rest_rad, 0.0, 0.5),
+            (
+                "travel_rad",
+                self.travel_rad,
+                self.rest_rad + 0.05,
+                limits.position_max_rad,
+            ),
+        ])
     }
 }

@@ -3,6 +3,7 @@
 use super::*;
 use crate::drive::Controller;
 use crate::drive::bench::{Bench, Wrong};
+use crate::drive::config::Checked;
 use crate::drive::config::tests::p70;
 use crate::drive::io::Outputs;
 
@@ -35,7 +36,7 @@ struct Rig {
 
 impl Rig {
     fn new(seed: u64) -> Self {
-        let controller = Controller::new(&p70()).expect("valid");
+        let controller = Controller::new(&Checked::new(p70()).expect("valid"));
         let sequence = Sequence::new(motion(), *controller.scale());
         Self {
             bench: Bench::new(seed),
@@ -157,6 +158,50 @@ fn homing_finds_the_stop_and_not_the_windup() {
         // The stop is at 0, the motor stands at about -0.03 with the bench's friction and cable.
         assert!(zero_rad.abs() < 0.012, "zero off by {zero_rad} rad");
     }
+}
+
+#[test]
+fn the_zero_stays_with_the_friction_record_unless_counts_were_lost() {
+    let mut rig = Rig::new(2);
+    let zero_rad = |rig: &Rig| {
+        let position_counts = rig.controller.status().position_counts;
+        rig.bench.link_rad() - f64::from(rig.controller.scale().angle_rad(position_counts))
+    };
+    // Where the encoder counts from, which only a new zero changes.
+    let zeros = |rig: &Rig| rig.demand.zero_at_counts;
+    assert_eq!(
+        rig.run(Request::RecordFriction, 60),
+        Some(Outcome::Complete)
+    );
+    let first_rad = zero_rad(&rig);
+    assert_ne!(zeros(&rig), 0);
+    for _ in 0..2 {
+        assert_eq!(rig.run(Request::Home, 60), Some(Outcome::Complete));
+        assert_eq!(zeros(&rig), 0, "the zero of the record");
+    }
+    for lost_counts in [-12_000i32, 12_000] {
+        let zero = rig.controller.status().zero;
+        for (zero, zero_at_counts) in [(zero.wrapping_add(1), lost_counts), (zero, 0)] {
+            let demand = Demand {
+                zero,
+                zero_at_counts,
+                ..rig.demand
+            };
+            let inputs = rig.bench.step(rig.outputs);
+            rig.outputs = rig.controller.step(&inputs, &demand);
+        }
+        rig.millisecond(None);
+        let off_rad = zero_rad(&rig) - first_rad;
+        assert!(off_rad.abs() > 0.03, "{lost_counts}: {off_rad} rad");
+        assert_eq!(rig.run(Request::Home, 60), Some(Outcome::Complete));
+        assert_ne!(zeros(&rig), 0, "{lost_counts}");
+        let off_rad = zero_rad(&rig) - first_rad;
+        assert!(off_rad.abs() < 0.025, "{lost_counts}: {off_rad} rad");
+    }
+    // Without a record there is nothing for the zero to fit.
+    rig.sequence.forget_friction();
+    assert_eq!(rig.run(Request::Home, 60), Some(Outcome::Complete));
+    assert_ne!(zeros(&rig), 0);
 }
 
 #[test]
@@ -645,7 +690,7 @@ fn a_motor_that_works_too_hard_is_switched_off_before_it_is_hot() {
     // A winding with little to take, so that the test need not wait for minutes.
     config.motor.thermal.winding_k_per_w = 150.0;
     config.motor.thermal.winding_s = 0.5;
-    let mut controller = Controller::new(&config).expect("valid");
+    let mut controller = Controller::new(&Checked::new(config).expect("valid"));
     let mut bench = Bench::new(1);
     bench.wrong = Wrong::RotorLocked;
     let demand = Demand::from(Setpoint::Current { a: 0.12 });
@@ -680,7 +725,7 @@ fn a_reading_at_rest_that_is_no_offset_is_found_without_any_motion() {
 
 #[test]
 fn nothing_drives_before_the_bridge_is_awake() {
-    let mut controller = Controller::new(&p70()).expect("valid");
+    let mut controller = Controller::new(&Checked::new(p70()).expect("valid"));
     let mut bench = Bench::new(1);
     let demand = Demand::from(Setpoint::Current { a: 0.05 });
     let mut outputs = Outputs::Off;

@@ -79,8 +79,8 @@ impl<const N: usize> Station<N> {
     /// Where the path leads to over some more torque, by its tangent and its bend.
     fn ahead(&self, more: f32) -> Unknown<N> {
         let (before, way) = &self.before;
-        // Over a way that hardly was one the bend is rounding.
-        let bend = if more.abs() <= AHEAD * way.abs() {
+        // Over a way that hardly was one the bend is rounding, over none it is no number.
+        let bend = if more.abs() < AHEAD * way.abs() {
             0.5 * more / way
         } else {
             0.0
