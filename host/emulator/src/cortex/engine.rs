@@ -98,6 +98,9 @@ impl Engine {
                 to,
                 |uc: &mut Uc<'_>, kind, address, _, _| {
                     let fetch = kind == MemType::FETCH_UNMAPPED;
+                    if !fetch {
+                        forget_it_state(uc);
+                    }
                     trap(
                         uc,
                         Trap::Bus {
@@ -116,6 +119,7 @@ impl Engine {
                 from,
                 to,
                 move |uc: &mut Uc<'_>, _, address, size, value| {
+                    forget_it_state(uc);
                     uc.get_data_mut()
                         .store_flash(address as u32 - base, size, value as u32);
                     true
@@ -130,6 +134,7 @@ impl Engine {
             from,
             to,
             |uc: &mut Uc<'_>, _, address, _, _| {
+                forget_it_state(uc);
                 uc.get_data_mut().load_flash(address as u32 - Map::FLASH);
                 true
             },
@@ -141,6 +146,7 @@ impl Engine {
             from,
             to,
             |uc: &mut Uc<'_>, _, _, _, _| {
+                forget_it_state(uc);
                 uc.get_data_mut().core.blocks.change_ccm();
                 true
             },
@@ -160,6 +166,7 @@ impl Engine {
             cyccnt,
             cyccnt + 3,
             |uc: &mut Uc<'_>, _, _, _, _| {
+                forget_it_state(uc);
                 let pc = uc.reg_read(RegisterARM::PC).unwrap_or(0) as u32;
                 let core = &uc.get_data().core;
                 let (start, block) = (core.block_address, core.block);
@@ -316,6 +323,16 @@ impl Engine {
             slot.watch = number;
         }
     }
+}
+
+/// To be called by every hook of loads and stores.
+///
+/// Before such a hook the engine writes program counter and IT state of the access into the core. A translated block that
+/// runs on does not take the IT state from there and leaves it behind, so that the block after it would start as if it stood
+/// within an IT block, and skip instructions. Between the accesses of a block the core holds none.
+fn forget_it_state(uc: &mut Uc<'_>) {
+    // The register exists, the one error there is. Its other field is the Thumb bit.
+    let _ = uc.reg_write(RegisterARM::EPSR, 1 << 24);
 }
 
 fn trap(uc: &mut Uc<'_>, trap: Trap) {

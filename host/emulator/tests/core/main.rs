@@ -8,7 +8,10 @@ mod programs;
 use palpate_emulator::chip::FLASH_SIZE;
 use palpate_emulator::time::{TICKS_PER_MS, TICKS_PER_S};
 use palpate_emulator::{Error, Firmware, Machine, Misuse, Pause, ResetCause, Setup};
-use programs::{ACCESS, CCM, CYCCNT, FAULT, FPU, JUMP, LOCKUP, LOOP, MASK, PROGRAM, SLEEP};
+use programs::{
+    ACCESS, CCM, CYCCNT, FAULT, FPU, JUMP, LOADS_IN_IT, LOCKUP, LOOP, MASK, PROGRAM, SLEEP,
+    STORES_IN_IT,
+};
 
 const RAM: u32 = 0x2000_0000;
 const STACK: u32 = RAM + 0x1000;
@@ -16,6 +19,10 @@ const START: u32 = 0x0800_0200;
 
 /// A flash image: vector table, program.
 fn image(program: &[u16], handler: u32) -> Firmware {
+    Firmware::raw(flash(program, handler))
+}
+
+fn flash(program: &[u16], handler: u32) -> Vec<u8> {
     let mut flash = vec![0xFF; FLASH_SIZE];
     flash[..4].copy_from_slice(&STACK.to_le_bytes());
     flash[4..8].copy_from_slice(&(START | 1).to_le_bytes());
@@ -25,7 +32,7 @@ fn image(program: &[u16], handler: u32) -> Firmware {
     for (n, halfword) in program.iter().enumerate() {
         flash[0x200 + 2 * n..0x202 + 2 * n].copy_from_slice(&halfword.to_le_bytes());
     }
-    Firmware::raw(flash)
+    flash
 }
 
 /// Runs for at most a second of virtual time.
@@ -230,4 +237,82 @@ fn what_is_not_modelled_is_refused_by_name() {
         enable: "APB2ENR",
     };
     assert_eq!(reading(0x4001_2C44), unclocked);
+}
+
+/// Runs a program of IT blocks on `address`, with each of its halfwords in turn at the start of a page of code, where the
+/// engine cuts blocks. What it leaves in RAM.
+fn in_it(program: &[u16], address: u32, setup: &Setup) -> [u32; 5] {
+    let mut program = program.to_vec();
+    let literal = program
+        .windows(2)
+        .position(|pair| pair == [0x5678, 0x1234])
+        .expect("the literal");
+    program[literal] = address as u16;
+    program[literal + 1] = (address >> 16) as u16;
+    let handler = program
+        .windows(2)
+        .position(|pair| pair == [0x2000, 0x2801])
+        .expect("the handler");
+    let (mut results, mut interrupts) = (None, 0);
+    // An even number of them: the program has literals.
+    for nops in (0..=0x100)
+        .step_by(2)
+        .filter(|nops| nops + program.len() > 0x100)
+    {
+        let mut padded = vec![0xBF00; nops];
+        padded.extend(&program);
+        let mut flash = flash(&padded, 2 * (nops + handler) as u32);
+        for at in [0x1000, 0x1_C100] {
+            flash[at..at + 8].copy_from_slice(&DATA);
+        }
+        let firmware = Firmware::raw(flash);
+        let (machine, pause) = run(&firmware, setup);
+        assert_eq!(
+            pause.expect("a sound run"),
+            Pause::Exit(0),
+            "{address:#x}, {nops}"
+        );
+        interrupts += machine
+            .account()
+            .exceptions()
+            .get(&15)
+            .map_or(0, |one| one.count);
+        let found = words(&machine);
+        assert_eq!(*results.get_or_insert(found), found, "{address:#x}, {nops}");
+    }
+    assert!(interrupts > 0);
+    results.expect("it ran")
+}
+
+const DATA: [u8; 8] = [0x11, 0x22, 0x33, 0x44, 0x55, 0x66, 0x77, 0x88];
+
+#[test]
+fn loads_in_it_blocks_leave_no_condition_behind() {
+    for address in [0x0800_1000, 0x0801_C100] {
+        let found = in_it(LOADS_IN_IT, address, &Setup::default());
+        // The first byte, the word at 4, its first byte, both write-backs and no third, what follows the block.
+        assert_eq!(found, [0x11, 0x8877_6655, 0x55, 5, 84], "{address:#x}");
+    }
+}
+
+#[test]
+fn stores_in_it_blocks_leave_no_condition_behind() {
+    // SRAM, CCM SRAM and its alias, interrupt priorities.
+    for address in [RAM + 0x100, 0x1000_0100, RAM + 0x5900, 0xE000_E420] {
+        let found = in_it(STORES_IN_IT, address, &Setup::default());
+        assert_eq!(found, [0x50, 0, 0x60, 5, 84], "{address:#x}");
+    }
+}
+
+#[test]
+fn exact_counts_leave_no_condition_behind() {
+    let exact = Setup {
+        count_instructions: true,
+        ..Setup::default()
+    };
+    // The cycle counter's bytes are no constants: what follows the blocks, and the write-backs.
+    for address in [0xE000_1000, 0x0800_1000] {
+        let [.., address_after, sum] = in_it(LOADS_IN_IT, address, &exact);
+        assert_eq!((address_after, sum), (5, 84), "{address:#x}");
+    }
 }

@@ -280,3 +280,109 @@ pub const JUMP: &[u16] = &[0x4800, 0x4700, 0x5801, 0x2000];
 /// b 1b
 /// ```
 pub const ACCESS: &[u16] = &[0x4801, 0x6801, 0xe7fd, 0x0000, 0x5678, 0x1234];
+
+/// Loads with write-back in IT blocks, at an address to fill in, while SysTick interrupts every 29 clocks
+///
+/// ```text
+/// ldr r1, =0xE000E010
+/// movs r0, #28
+/// str r0, [r1, #4]
+/// movs r0, #7
+/// str r0, [r1]
+/// ldr r9, =0x12345678
+/// mov r10, r9
+/// mov r6, #0x20000000
+/// movs r3, #0
+/// movs r4, #0
+/// movs r5, #0
+/// movs r7, #0
+/// cmp r6, #0
+/// itte ne
+/// ldrbne r4, [r9], #1
+/// ldrne r7, [r9, #3]!
+/// addeq r7, #1
+/// b 1f
+/// 1: movs r0, #0
+/// cmp r0, #0
+/// itte ne
+/// ldrbne r5, [r9], #1
+/// addne r3, #1
+/// ldrbeq r5, [r9], #1
+/// b 2f
+/// 2: adds r3, #4
+/// adds r3, #16
+/// adds r3, #64
+/// sub r9, r9, r10
+/// str r4, [r6]
+/// str r7, [r6, #4]
+/// str r5, [r6, #8]
+/// str r9, [r6, #12]
+/// str r3, [r6, #16]
+/// movs r0, #0x18
+/// ldr r1, =0x20026
+/// bkpt #0xab
+/// handler: movs r0, #0
+/// cmp r0, #1
+/// bx lr
+/// ```
+pub const LOADS_IN_IT: &[u16] = &[
+    0x4917, 0x201c, 0x6048, 0x2007, 0x6008, 0xf8df, 0x9058, 0x46ca, 0xf04f, 0x5600, 0x2300, 0x2400,
+    0x2500, 0x2700, 0x2e00, 0xbf1a, 0xf819, 0x4b01, 0xf859, 0x7f03, 0x3701, 0xe7ff, 0x2000, 0x2800,
+    0xbf1a, 0xf819, 0x5b01, 0x3301, 0xf819, 0x5b01, 0xe7ff, 0x3304, 0x3310, 0x3340, 0xeba9, 0x090a,
+    0x6034, 0x6077, 0x60b5, 0xf8c6, 0x900c, 0x6133, 0x2018, 0x4904, 0xbeab, 0x2000, 0x2801, 0x4770,
+    0xe010, 0xe000, 0x5678, 0x1234, 0x0026, 0x0002,
+];
+
+/// Stores with write-back in IT blocks, at an address to fill in, while SysTick interrupts every 29 clocks
+///
+/// ```text
+/// ldr r1, =0xE000E010
+/// movs r0, #28
+/// str r0, [r1, #4]
+/// movs r0, #7
+/// str r0, [r1]
+/// ldr r9, =0x12345678
+/// mov r10, r9
+/// mov r6, #0x20000000
+/// movs r3, #0
+/// movs r4, #0x50
+/// movs r5, #0x60
+/// movs r7, #0
+/// cmp r6, #0
+/// itte ne
+/// strbne r4, [r9], #1
+/// strne r7, [r9, #3]!
+/// addeq r7, #1
+/// b 1f
+/// 1: movs r0, #0
+/// cmp r0, #0
+/// itte ne
+/// strbne r5, [r9], #1
+/// addne r3, #1
+/// strbeq r5, [r9], #1
+/// b 2f
+/// 2: adds r3, #4
+/// adds r3, #16
+/// adds r3, #64
+/// sub r9, r9, r10
+/// ldrb r4, [r10]
+/// ldr r5, [r10, #4]
+/// str r4, [r6]
+/// str r7, [r6, #4]
+/// str r5, [r6, #8]
+/// str r9, [r6, #12]
+/// str r3, [r6, #16]
+/// movs r0, #0x18
+/// ldr r1, =0x20026
+/// bkpt #0xab
+/// handler: movs r0, #0
+/// cmp r0, #1
+/// bx lr
+/// ```
+pub const STORES_IN_IT: &[u16] = &[
+    0x4919, 0x201c, 0x6048, 0x2007, 0x6008, 0xf8df, 0x9060, 0x46ca, 0xf04f, 0x5600, 0x2300, 0x2450,
+    0x2560, 0x2700, 0x2e00, 0xbf1a, 0xf809, 0x4b01, 0xf849, 0x7f03, 0x3701, 0xe7ff, 0x2000, 0x2800,
+    0xbf1a, 0xf809, 0x5b01, 0x3301, 0xf809, 0x5b01, 0xe7ff, 0x3304, 0x3310, 0x3340, 0xeba9, 0x090a,
+    0xf89a, 0x4000, 0xf8da, 0x5004, 0x6034, 0x6077, 0x60b5, 0xf8c6, 0x900c, 0x6133, 0x2018, 0x4904,
+    0xbeab, 0x2000, 0x2801, 0x4770, 0xe010, 0xe000, 0x5678, 0x1234, 0x0026, 0x0002,
+];
