@@ -1,8 +1,9 @@
 //! What each command does.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use crate::firmware::{Build, SCENES};
+use crate::emulator;
+use crate::firmware::{Build, SCENES, every_scene};
 use crate::machine;
 use crate::process::{Failure, Outcome, cargo, run, step};
 
@@ -52,32 +53,9 @@ fn host_program(package: &str, arguments: &[String]) -> std::process::Command {
     command
 }
 
-fn emulator(subcommand: &str, elf: &PathBuf, arguments: &[String]) -> Outcome {
-    machine::emulator_packages()?;
-    step(
-        "building the emulator",
-        &mut cargo([
-            "build",
-            "--profile",
-            "host",
-            "--package",
-            "palpate-emulator",
-        ]),
-    )?;
-    let mut command = cargo([
-        "run",
-        "--quiet",
-        "--profile",
-        "host",
-        "--package",
-        "palpate-emulator",
-        "--",
-    ]);
-    run(command
-        .arg(subcommand)
-        .arg("--elf")
-        .arg(elf)
-        .args(arguments))
+fn emulate(subcommand: &str, elf: &Path, arguments: &[String]) -> Outcome {
+    emulator::build()?;
+    run(emulator::call(subcommand, elf).args(arguments))
 }
 
 /// `sim`: the product's main job without a board.
@@ -97,7 +75,7 @@ pub fn sim(arguments: &[String]) -> Outcome {
     if let Some(scene) = scene {
         rest.extend(["--scene".to_owned(), scene]);
     }
-    emulator("sim", &elf, &rest)
+    emulate("sim", &elf, &rest)
 }
 
 /// `build`: the ELF alone.
@@ -137,12 +115,8 @@ pub fn flash(arguments: &[String]) -> Outcome {
 pub fn size(arguments: &[String]) -> Outcome {
     none_left(arguments)?;
     let mut words = vec!["size".to_owned()];
-    for scene in SCENES {
-        let build = Build {
-            scene: Some((*scene).to_owned()),
-            ..Build::default()
-        };
-        words.push(format!("{scene}={}", build.elf()?.display()));
+    for (scene, elf) in every_scene()? {
+        words.push(format!("{scene}={}", elf.display()));
     }
     run(&mut host_program("palpate-report", &words))
 }
@@ -159,7 +133,7 @@ pub fn faults(arguments: &[String]) -> Outcome {
         features: Some("fault-injection".to_owned()),
         ..Build::default()
     };
-    emulator("faults", &build.elf()?, arguments)
+    emulate("faults", &build.elf()?, arguments)
 }
 
 /// `experiments`: the paper's work again.
@@ -220,19 +194,8 @@ pub fn check(arguments: &[String]) -> Outcome {
             .env("RUSTDOCFLAGS", "-D warnings"),
     )?;
     size(&[])?;
-    reach(&every_scene()?)
-}
-
-/// The firmware of every scene.
-fn every_scene() -> Outcome<Vec<PathBuf>> {
-    let build = |scene: &&str| {
-        Build {
-            scene: Some((*scene).to_owned()),
-            ..Build::default()
-        }
-        .elf()
-    };
-    SCENES.iter().map(build).collect()
+    let images: Vec<PathBuf> = every_scene()?.into_iter().map(|(_, elf)| elf).collect();
+    reach(&images)
 }
 
 /// Proves of images that their control interrupt cannot panic, allocate or log.
@@ -253,15 +216,8 @@ pub fn test(arguments: &[String]) -> Outcome {
         ..Build::default()
     }
     .elf()?;
-    let of_scene = |name: &str| {
-        Build {
-            scene: Some(name.to_owned()),
-            ..Build::default()
-        }
-        .elf()
-    };
-    let hall = of_scene("tendon2-hall")?;
-    let rigid = of_scene("p70-rigid")?;
+    let hall = Build::of_scene("tendon2-hall").elf()?;
+    let rigid = Build::of_scene("p70-rigid").elf()?;
     reach(&[elf.clone(), faulty.clone(), hall.clone(), rigid.clone()])?;
     step(
         "tests of the library",

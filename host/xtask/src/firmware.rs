@@ -27,7 +27,23 @@ pub struct Build {
     pub package: Option<&'static str>,
 }
 
+/// The firmware of every scene, with the scene's name; first the default.
+pub fn every_scene() -> Outcome<Vec<(&'static str, PathBuf)>> {
+    SCENES
+        .iter()
+        .map(|scene| Ok((*scene, Build::of_scene(scene).elf()?)))
+        .collect()
+}
+
 impl Build {
+    /// The firmware for a scene.
+    pub fn of_scene(scene: &str) -> Self {
+        Self {
+            scene: Some(scene.to_owned()),
+            ..Self::default()
+        }
+    }
+
     fn package(&self) -> &str {
         self.package.unwrap_or("palpate")
     }

@@ -4,6 +4,7 @@
 //! a crate lives in the program that the command starts.
 
 mod commands;
+mod emulator;
 mod firmware;
 mod machine;
 mod process;

@@ -4,7 +4,8 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::firmware::{Build, SCENES};
+use crate::emulator;
+use crate::firmware::{Build, every_scene};
 use crate::machine::{self, Toolchain};
 use crate::process::{Failure, Outcome, cargo, output, root, step, target_dir};
 
@@ -16,30 +17,13 @@ const RECORDED: &str = "docs/report/instructions.json";
 /// Builds the bench image and the scenes' firmware, runs them in the emulator, and hands everything to the program that joins
 /// it.
 pub fn report(arguments: &[String]) -> Outcome {
-    machine::emulator_packages()?;
     let bench = Build {
         package: Some("palpate-bench"),
         ..Build::default()
     }
     .elf()?;
-    let mut images = Vec::new();
-    for scene in SCENES {
-        let build = Build {
-            scene: Some((*scene).to_owned()),
-            ..Build::default()
-        };
-        images.push((*scene, build.elf()?));
-    }
-    step(
-        "building the emulator",
-        &mut cargo([
-            "build",
-            "--profile",
-            "host",
-            "--package",
-            "palpate-emulator",
-        ]),
-    )?;
+    let images = every_scene()?;
+    emulator::build()?;
     let folder = target_dir().join("report");
     std::fs::create_dir_all(&folder)
         .map_err(|error| Failure::new(format!("cannot create {}: {error}", folder.display())))?;
@@ -107,22 +91,8 @@ fn emulate(subcommand: &str, elf: &Path, arguments: &[&str], folder: &Path) -> O
     let path = folder.join(format!("{subcommand}.jsonl"));
     let file = File::create(&path)
         .map_err(|error| Failure::new(format!("cannot write {}: {error}", path.display())))?;
-    let mut command = cargo([
-        "run",
-        "--quiet",
-        "--profile",
-        "host",
-        "--package",
-        "palpate-emulator",
-        "--",
-    ]);
-    command
-        .arg(subcommand)
-        .arg("--json")
-        .arg("--elf")
-        .arg(elf)
-        .args(arguments)
-        .stdout(file);
+    let mut command = emulator::call(subcommand, elf);
+    command.arg("--json").args(arguments).stdout(file);
     step(
         &format!("running {} on the emulated chip", elf.display()),
         &mut command,
