@@ -90,16 +90,37 @@ impl Whitening {
         for x in others {
             *x = x.at_least(-MOST_DEVIATIONS).at_most(MOST_DEVIATIONS);
         }
-        for (unknown, low, high) in [
-            (K, LEAST_SHARE * length_m, length_m),
-            (RADIUS, 0.0, RADIUS_MAX_M),
-            (FACTOR, LEAST_FACTOR * self.mean[FACTOR], f32::INFINITY),
-        ] {
-            let deviation = self.deviation[unknown].at_least(f32::MIN_POSITIVE);
-            let low = (low - self.mean[unknown]) / deviation;
-            let high = (high - self.mean[unknown]) / deviation;
-            x[unknown] = x[unknown].at_least(low).at_most(high.at_least(low));
-        }
+        let hold = |x: &mut f32, mean: f32, deviation: f32, low: f32, high: f32| {
+            let deviation = deviation.at_least(f32::MIN_POSITIVE);
+            let low = (low - mean) / deviation;
+            let high = (high - mean) / deviation;
+            *x = x.at_least(low).at_most(high.at_least(low));
+        };
+        let Self {
+            mean, deviation, ..
+        } = self;
+        hold(
+            &mut x[K],
+            mean[K],
+            deviation[K],
+            LEAST_SHARE * length_m,
+            length_m,
+        );
+        hold(
+            &mut x[RADIUS],
+            mean[RADIUS],
+            deviation[RADIUS],
+            0.0,
+            RADIUS_MAX_M,
+        );
+        let least = LEAST_FACTOR * mean[FACTOR];
+        hold(
+            &mut x[FACTOR],
+            mean[FACTOR],
+            deviation[FACTOR],
+            least,
+            f32::INFINITY,
+        );
     }
 }
 
