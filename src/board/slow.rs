@@ -8,13 +8,12 @@
     reason = "a reading of joint 2 is nothing in a scene without its sensor"
 )]
 
-use core::cell::RefCell;
+use core::cell::{Cell, RefCell};
 
 use embassy_futures::yield_now;
 use embassy_stm32::gpio::{Input, Output};
 use embassy_sync::blocking_mutex::Mutex;
-use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
-use embassy_sync::channel::Channel;
+use embassy_sync::blocking_mutex::raw::{CriticalSectionRawMutex, NoopRawMutex};
 use embassy_time::{Duration, Instant, Ticker};
 
 use palpate::app::command::Command;
@@ -33,15 +32,40 @@ use super::{console, log, telemetry};
 /// What measures joint 2 in this firmware's scene.
 type Joint = <Active as Scene>::Joint;
 
-/// State that several tasks share.
-pub type Shared<T> = Mutex<ThreadModeRawMutex, RefCell<T>>;
+/// State that several tasks share: all of one executor, to which it cannot but stay.
+pub type Shared<T> = Mutex<NoopRawMutex, RefCell<T>>;
 
-/// Notices to the sequence, which takes one a millisecond; whoever sends more waits.
-static NOTICES: Channel<ThreadModeRawMutex, Notice, 4> = Channel::new();
+/// Notices to the sequence, the oldest first. It takes one a millisecond; whoever has more waits.
+static NOTICES: Mutex<CriticalSectionRawMutex, Cell<[Option<Notice>; 4]>> =
+    Mutex::new(Cell::new([None; 4]));
 
 /// Tells the sequence something.
 pub async fn tell(notice: Notice) {
-    NOTICES.send(notice).await;
+    while !enqueue(notice) {
+        yield_now().await;
+    }
+}
+
+/// Takes a notice in where there is room.
+fn enqueue(notice: Notice) -> bool {
+    NOTICES.lock(|notices| {
+        let mut waiting = notices.get();
+        let Some(free) = waiting.iter_mut().find(|place| place.is_none()) else {
+            return false;
+        };
+        *free = Some(notice);
+        notices.set(waiting);
+        true
+    })
+}
+
+/// The oldest notice.
+fn dequeue() -> Option<Notice> {
+    NOTICES.lock(|notices| {
+        let [oldest, second, third, last] = notices.get();
+        notices.set([second, third, last, None]);
+        oldest
+    })
 }
 
 /// Samples to events.
@@ -121,11 +145,7 @@ pub async fn sequence(
                 let command = meaning(conduct.state());
                 let _ = conduct.command(command);
             }
-            conduct.advance(
-                Instant::now().as_micros(),
-                &status,
-                NOTICES.try_receive().ok(),
-            )
+            conduct.advance(Instant::now().as_micros(), &status, dequeue())
         });
         control::demand(conducted.advance.demand);
         if let Some(order) = conducted.order {

@@ -79,7 +79,21 @@ impl State {
 
     /// Whether `next` may follow.
     pub fn may_become(self, next: State) -> bool {
-        self.successors().contains(&next)
+        /// The successors as bits.
+        const FOLLOWING: [u16; State::ALL.len()] = {
+            let mut following = [0; State::ALL.len()];
+            let mut at = 0;
+            while at < following.len() {
+                let mut successors = State::ALL[at].successors();
+                while let [first, rest @ ..] = successors {
+                    following[at] |= 1 << *first as u16;
+                    successors = rest;
+                }
+                at += 1;
+            }
+            following
+        };
+        FOLLOWING[self as usize] >> next as u16 & 1 != 0
     }
 
     /// Longest stay, second; `None` where the bridge is off and nothing can go wrong. What a motion should take, and half as
