@@ -152,7 +152,7 @@ pub fn load() {
     asm::isb();
 }
 
-/// Gives bridge and controller to the interrupt and starts it; `joint` reads joint 2.
+/// Gives bridge and controller to the interrupt and starts it, once; `joint` reads joint 2.
 pub fn start(bridge: Bridge, controller: Controller, joint: JointPin<Active>) -> Samples {
     // SAFETY: the interrupt is not enabled yet.
     unsafe {
