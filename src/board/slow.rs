@@ -74,7 +74,7 @@ pub async fn sense(
                 }
                 let hint = sense.lock(|sense| sense.borrow().hint(&event));
                 if let Some(hint) = hint {
-                    telemetry::hint(&hint);
+                    telemetry::hint(hint);
                 }
                 conduct.lock(|conduct| conduct.borrow_mut().hear(&event, &control::status()));
                 if let Some(notice) = notice(&event) {
