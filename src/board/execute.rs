@@ -17,7 +17,7 @@ use palpate::words::words;
 
 use super::console::{self, Said};
 use super::serial::Sender;
-use super::slow::Shared;
+use super::shared::{Shared, Turn};
 use super::storage::{self, Storage};
 use super::{control, telemetry};
 
@@ -38,22 +38,27 @@ pub enum Kept {
 
 /// Reads the record, hands it over, and says so in the log.
 #[inline(never)]
-pub fn load(storage: &mut Storage, sense: &'static Shared<Sense<Active>>) -> Kept {
+pub fn load(storage: &mut Storage, sense: &'static Shared<Sense<Active>>, turn: &mut Turn) -> Kept {
     let (kept, what) = storage.load(|found| match found {
         Found::Nothing => (Kept::Nothing, intern!("none")),
         Found::Unreadable => (Kept::Nothing, intern!("unreadable")),
-        Found::Record { bytes, newest } => restore(bytes, newest, sense),
+        Found::Record { bytes, newest } => restore(bytes, newest, sense, turn),
     });
     telemetry::record(what, storage::bad_words());
     kept
 }
 
-fn restore(bytes: &[u8], newest: bool, sense: &'static Shared<Sense<Active>>) -> (Kept, Str) {
+fn restore(
+    bytes: &[u8],
+    newest: bool,
+    sense: &'static Shared<Sense<Active>>,
+    turn: &mut Turn,
+) -> (Kept, Str) {
     let mut kept = kept::Kept::nothing::<Active>();
     match decode(bytes, mark::<Active>(), &mut kept) {
         Ok(()) => {
             let overrides = kept.overrides;
-            let notice = sense.lock(|sense| sense.borrow_mut().restore(kept));
+            let notice = sense.lock(turn, |sense| sense.restore(kept));
             let what = if newest {
                 intern!("loaded")
             } else {
@@ -84,19 +89,21 @@ enum Answer {
 }
 
 /// Carries out commands.
+#[embassy_executor::task]
 pub async fn execute(
     mut port: Sender,
     mut storage: Storage,
     sense: &'static Shared<Sense<Active>>,
     conduct: &'static Shared<Conduct<Active>>,
+    mut turn: Turn,
 ) {
     loop {
-        let said = console::next().await;
-        let answer = match carry_out(said, conduct) {
+        let said = console::next(&mut turn).await;
+        let answer = match carry_out(said, conduct, &mut turn) {
             Answer::Done(Effect::Save) => {
-                let overrides = conduct.lock(|conduct| *conduct.borrow().overrides());
+                let overrides = conduct.lock(&mut turn, |conduct| *conduct.overrides());
                 let result = storage
-                    .save(|writer| write_record(sense, overrides, writer))
+                    .save(|writer| write_record(sense, &mut turn, overrides, writer))
                     .await;
                 Answer::Written("saved", result)
             }
@@ -104,19 +111,19 @@ pub async fn execute(
             answer => answer,
         };
         let mut row = 0;
-        while let Some(line) = line(&answer, row, conduct) {
+        while let Some(line) = line(&answer, row, conduct, &mut turn) {
             console::answer(&mut port, line.as_str()).await;
             row += 1;
         }
     }
 }
 
-fn carry_out(said: Said, conduct: &'static Shared<Conduct<Active>>) -> Answer {
+fn carry_out(said: Said, conduct: &'static Shared<Conduct<Active>>, turn: &mut Turn) -> Answer {
     match said {
         Err(error) => Answer::Error(error),
         // The sequence has taken a stop already, before this line's turn came.
         Ok(Command::Stop) => Answer::Done(Effect::Accepted),
-        Ok(command) => match conduct.lock(|conduct| conduct.borrow_mut().command(command)) {
+        Ok(command) => match conduct.lock(turn, |conduct| conduct.command(command)) {
             Ok(effect) => Answer::Done(effect),
             Err(refused) => Answer::Refused(refused),
         },
@@ -127,11 +134,12 @@ fn carry_out(said: Said, conduct: &'static Shared<Conduct<Active>>) -> Answer {
 #[inline(never)]
 fn write_record(
     sense: &'static Shared<Sense<Active>>,
+    turn: &mut Turn,
     overrides: Overrides,
     writer: &mut Writer<'_, storage::Region>,
 ) {
-    sense.lock(|sense| {
-        sense.borrow().keep(overrides, |kept| {
+    sense.lock(turn, |sense| {
+        sense.keep(overrides, |kept| {
             encode(kept, mark::<Active>(), |byte| writer.push(byte));
         });
     });
@@ -139,17 +147,22 @@ fn write_record(
 
 /// A line of an answer; `None` behind the last one.
 #[inline(never)]
-fn line(answer: &Answer, row: usize, conduct: &'static Shared<Conduct<Active>>) -> Option<Line> {
+fn line(
+    answer: &Answer,
+    row: usize,
+    conduct: &'static Shared<Conduct<Active>>,
+    turn: &mut Turn,
+) -> Option<Line> {
     let mut line = Line::new();
     match *answer {
         Answer::Done(Effect::Help) => {
             line.text(words(COMMANDS).nth(row)?);
         }
-        Answer::Done(Effect::Show) => show(&mut line, *Setting::ALL.get(row)?, conduct),
+        Answer::Done(Effect::Show) => show(&mut line, *Setting::ALL.get(row)?, conduct, turn),
         _ if row > 0 => return None,
         Answer::Error(error) => error.write(line.text("error: ")),
         Answer::Refused(refused) => refuse(&mut line, refused),
-        Answer::Done(Effect::Status) => status(&mut line, conduct),
+        Answer::Done(Effect::Status) => status(&mut line, conduct, turn),
         Answer::Done(effect) => {
             line.text(match effect {
                 Effect::Set { at_restart: false } => "ok; save keeps it",
@@ -178,8 +191,13 @@ fn refuse(line: &mut Line, refused: Refused) {
     line.text("refused: ").text(why).text(what);
 }
 
-fn show(line: &mut Line, setting: Setting, conduct: &'static Shared<Conduct<Active>>) {
-    let value_si = conduct.lock(|conduct| conduct.borrow().value(setting));
+fn show(
+    line: &mut Line,
+    setting: Setting,
+    conduct: &'static Shared<Conduct<Active>>,
+    turn: &mut Turn,
+) {
+    let value_si = conduct.lock(turn, |conduct| conduct.value(setting));
     let range = setting.range();
     let Range { min, max, .. } = *range;
     let line = line.text(setting.name()).text(" ");
@@ -188,12 +206,9 @@ fn show(line: &mut Line, setting: Setting, conduct: &'static Shared<Conduct<Acti
     line.decimal(min).text(" to ").decimal(max).text(")");
 }
 
-fn status(line: &mut Line, conduct: &'static Shared<Conduct<Active>>) {
+fn status(line: &mut Line, conduct: &'static Shared<Conduct<Active>>, turn: &mut Turn) {
     let status = control::status();
-    let (state, fault) = conduct.lock(|conduct| {
-        let conduct = conduct.borrow();
-        (conduct.state(), conduct.fault())
-    });
+    let (state, fault) = conduct.lock(turn, |conduct| (conduct.state(), conduct.fault()));
     telemetry::status(state, fault, &status);
     let line = line.text("state ").text(state.name());
     let line = line.text(", position ").integer(status.position_counts);
