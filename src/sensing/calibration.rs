@@ -92,7 +92,7 @@ impl Calibration {
         let (factor_sigma, correlation) = (self.torque_factor_sigma, self.correlation);
         let gain = mine / total;
         let factor_gain = correlation * factor_sigma * self.cable_sigma_rad_per_nm / total;
-        // What is left of either deviation.
+        // What is left of either deviation; the correlation can but shrink.
         let left = sqrt(1.0 - gain);
         let factor_left =
             sqrt((1.0 - correlation * correlation * gain).at_least(f32::MIN_POSITIVE));
