@@ -100,9 +100,10 @@ impl Hypothesis {
     ) -> Option<f32> {
         let cost = cost(here, &self.x, prior);
         let mut factor = normal.factor(0.0);
-        self.best = factor
-            .as_ref()
-            .map(|factor| self.best(prior, whitening, values, here, cost, factor));
+        self.best = None;
+        if let Some(factor) = &factor {
+            self.best = Some(self.best(prior, whitening, values, here, cost, factor));
+        }
         if self.damping > 0.0 {
             factor = normal.factor(self.damping);
         }
