@@ -87,8 +87,6 @@ impl Hypothesis {
     }
 
     /// As [`Hypothesis::linearise`], from the normal equations.
-    // Not inlined: what is needed here does not lie in the frame from which the path is followed.
-    #[inline(never)]
     fn stand<X: Series>(
         &mut self,
         prior: &Prior<X>,
@@ -118,7 +116,6 @@ impl Hypothesis {
     }
 
     /// Cost of other values of the unknowns.
-    #[inline(never)]
     fn cost_of<F: Mechanics, X: Series>(
         &self,
         whitening: &Whitening,
