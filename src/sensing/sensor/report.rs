@@ -84,10 +84,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         match verdict {
             Verdict::At(estimate) => {
                 let sigma_m = estimate.k_sigma_m;
-                let length = self
-                    .finger
-                    .phalanx_length_m(estimate.phalanx)
-                    .unwrap_or(0.0);
+                let length = estimate.length_m;
                 let help = self.more_torque_helps(touching, sigma_m) || sigma_m > SHARP * length;
                 let settled = over || sigma_m <= self.settings.wanted_sigma_m || !help;
                 if sigma_m >= VAGUE * length {
