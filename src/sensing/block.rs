@@ -190,8 +190,8 @@ impl Gate {
         }
         // The turn is complete within this sample; `after` is at least a turn and `before` less.
         let before = forward(sums.start_counts, last.counts);
-        let share = (turn_counts.saturating_sub(before)) as f32
-            / (after.saturating_sub(before)) as f32;
+        let share =
+            (turn_counts.saturating_sub(before)) as f32 / (after.saturating_sub(before)) as f32;
         let mut done = *sums;
         done.add(share, elapsed_us, current_a);
         let end_counts = done

@@ -72,8 +72,6 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     }
 
     /// Says a verdict, if it is news; `over`: no more torque will come of use.
-    // Not inlined: the verdict stays where it is.
-    #[inline(never)]
     fn say(
         &mut self,
         touching: &mut Touching<H::Reading>,
