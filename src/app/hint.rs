@@ -113,7 +113,7 @@ mod tests {
     }
 
     fn after(event: Event, known: &Calibration) -> Option<String> {
-        let finger = P70::finger().expect("valid");
+        let finger = P70::MECHANISM;
         Hint::after::<P70>(&event, known, &finger).map(|hint| hint.to_string())
     }
 

@@ -43,7 +43,6 @@ use palpate::drive::config::OutOfRange;
 use palpate::drive::joint::JointInput;
 use palpate::drive::sequence::Notice;
 use palpate::drive::{Controller, Fault};
-use palpate::finger::ConfigError;
 use palpate::scene::{Active, JointPin, Scene};
 
 use execute::Kept;
@@ -108,10 +107,7 @@ async fn start(spawner: Spawner) {
     let button = slow::Button::new(Input::new(p.PC13, Pull::None));
     let (sender, receiver) = serial::open(p.LPUART1, p.PA2, p.PA3);
 
-    let sense = match sensing() {
-        Ok(sense) => sense,
-        Err(wrong) => return telemetry::bad_finger(&wrong),
-    };
+    let sense = sensing();
     let mut storage = Store::new(storage::Region::new(p.FLASH));
     let mut overrides = Overrides::default();
     match execute::load(&mut storage, sense) {
@@ -150,8 +146,8 @@ fn shared<T>(cell: &'static StaticCell<Shared<T>>, value: T) -> &'static Shared<
 
 /// The sensing half. Apart from [`start`], so that it lies on the stack for the moment only; so does [`launch`].
 #[inline(never)]
-fn sensing() -> Result<&'static Shared<Sense<Active>>, ConfigError> {
-    Ok(shared(&SENSE, Sense::new()?))
+fn sensing() -> &'static Shared<Sense<Active>> {
+    shared(&SENSE, Sense::new())
 }
 
 /// Starts the control interrupt and makes the motion half, with what the user has set. Where that no longer fits the scene

@@ -11,7 +11,6 @@ use palpate::drive::config::OutOfRange;
 use palpate::drive::fault::Fault;
 use palpate::drive::sequence::{Outcome, State};
 use palpate::drive::{Limited, Status};
-use palpate::finger::ConfigError;
 use palpate::sensing::{Calibration, Event, NotLocated, Refusal, Side};
 
 use super::crash::Crash;
@@ -281,11 +280,6 @@ pub fn bad_configuration(wrong: &OutOfRange) {
         "bad-configuration name={=str} value={=f32} min={=f32} max={=f32}",
         wrong.name, wrong.value, wrong.min, wrong.max
     );
-}
-
-/// `bad-finger`: a parameter of the finger that is out of its range.
-pub fn bad_finger(wrong: &ConfigError) {
-    error!("bad-finger {}", wrong);
 }
 
 /// `hint`: what to do next in the guided calibration, as text.
