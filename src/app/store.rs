@@ -247,7 +247,7 @@ impl<M: Memory> Store<M> {
     /// Nothing was saved: the flash failed, or the record does not fit or cannot be read back.
     pub async fn save(
         &mut self,
-        encode: impl Fn(&mut Writer<'_, M>),
+        mut encode: impl FnMut(&mut Writer<'_, M>),
     ) -> Result<(), StoreError<M::Error>> {
         let (mut page, number) = self.next();
         // The page of the old record is not among those that are tried.
@@ -258,7 +258,7 @@ impl<M: Memory> Store<M> {
                 self.erase(next).await?;
             }
             self.erase(page).await?;
-            let written = self.write(page, number, &encode);
+            let written = self.write(page, number, &mut encode);
             self.memory.rest().await;
             match written {
                 // Not even begun, for whoever looks.
@@ -322,7 +322,7 @@ impl<M: Memory> Store<M> {
         &mut self,
         page: usize,
         number: u32,
-        encode: impl Fn(&mut Writer<'_, M>),
+        mut encode: impl FnMut(&mut Writer<'_, M>),
     ) -> Result<(), StoreError<M::Error>> {
         let mut result = Ok(());
         self.memory.undisturbed(|memory| {

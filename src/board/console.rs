@@ -5,24 +5,24 @@
 
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
-use embassy_sync::channel::Channel;
-use embassy_time::{Duration, Timer};
+use embassy_time::Duration;
+use heapless::Deque;
 
 use palpate::app::command::{Command, CommandError, Lines};
 
 use super::serial::{Receiver, Sender};
-use super::{log, telemetry};
+use super::shared::{Shared, Turn};
+use super::{log, pace, telemetry};
 
 /// What a line said.
 pub type Said = Result<Command, CommandError>;
 
-/// How often both sides are asked for bytes, and the serial port for room: eleven bytes take that long.
+/// How often both sides are asked for bytes, the serial port for room (eleven bytes take that long), and the queue for lines.
 const POLL: Duration = Duration::from_millis(1);
 /// Lines waiting for their turn.
 const WAITING: usize = 4;
 
-static LINES: Channel<ThreadModeRawMutex, Said, WAITING> = Channel::new();
+static LINES: Shared<Deque<Said, WAITING>> = Shared::new(Deque::new());
 static STOP: AtomicBool = AtomicBool::new(false);
 /// Lines ignored since boot because too many waited; wraps.
 static IGNORED: AtomicU32 = AtomicU32::new(0);
@@ -38,8 +38,13 @@ pub fn ignored() -> u32 {
 }
 
 /// The next line.
-pub async fn next() -> Said {
-    LINES.receive().await
+pub async fn next(turn: &mut Turn) -> Said {
+    loop {
+        if let Some(said) = LINES.lock(turn, Deque::pop_front) {
+            return said;
+        }
+        pace::after(POLL).await;
+    }
 }
 
 /// Lines from one sender.
@@ -51,7 +56,7 @@ struct Source {
 }
 
 impl Source {
-    fn push(&mut self, byte: u8) {
+    fn push(&mut self, byte: u8, turn: &mut Turn) {
         let said = self.lines.push(byte);
         #[cfg(feature = "fault-injection")]
         if self.injector.push(byte) {
@@ -63,7 +68,7 @@ impl Source {
         if said == Ok(Command::Stop) {
             STOP.store(true, Ordering::Relaxed);
         }
-        if LINES.try_send(said).is_err() {
+        if LINES.lock(turn, |lines| lines.push_back(said)).is_err() {
             IGNORED.store(ignored().wrapping_add(1), Ordering::Relaxed);
         }
     }
@@ -71,17 +76,17 @@ impl Source {
 
 /// Puts lines together from both sides.
 #[embassy_executor::task]
-pub async fn listen(mut port: Receiver) {
+pub async fn listen(mut port: Receiver, mut turn: Turn) {
     let mut rtt = Source::default();
     let mut serial = Source::default();
     loop {
         while let Some(byte) = log::read_byte() {
-            rtt.push(byte);
+            rtt.push(byte, &mut turn);
         }
         while let Some(byte) = port.next() {
-            serial.push(byte);
+            serial.push(byte, &mut turn);
         }
-        Timer::after(POLL).await;
+        pace::after(POLL).await;
     }
 }
 
@@ -90,7 +95,7 @@ pub async fn answer(port: &mut Sender, line: &str) {
     telemetry::answer(line);
     for byte in line.bytes().chain(*b"\r\n") {
         while !port.send(byte) {
-            Timer::after(POLL).await;
+            pace::after(POLL).await;
         }
     }
 }

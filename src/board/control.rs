@@ -124,10 +124,10 @@ pub fn load() {
     asm::isb();
 }
 
-/// Gives bridge and controller to the interrupt and starts it; `joint` reads joint 2.
-pub fn start(bridge: Bridge, controller: Controller, joint: JointPin<Active>) -> Samples {
+/// Gives bridge and controller to the interrupt and starts it, once; `joint` reads joint 2.
+pub fn start(bridge: Bridge, controller: Controller, joint: JointPin<Active>) -> Option<Samples> {
     static QUEUE: StaticCell<Queue<Sample, QUEUE_SAMPLES>> = StaticCell::new();
-    let (samples, queue) = QUEUE.init(Queue::new()).split();
+    let (samples, queue) = QUEUE.try_init(Queue::new())?.split();
     // SAFETY: the interrupt is not enabled yet.
     unsafe {
         *CONTROL.0.get() = Some(Control {
@@ -145,11 +145,11 @@ pub fn start(bridge: Bridge, controller: Controller, joint: JointPin<Active>) ->
         interrupt::ADC1_2.enable();
     }
     bridge::start();
-    Samples {
+    Some(Samples {
         queue,
         joint,
         lost: 0,
-    }
+    })
 }
 
 /// Keeps the control interrupt from running until it is dropped.

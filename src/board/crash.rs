@@ -5,7 +5,6 @@
 //! hardware ([`super::bridge`]) and the watchdog resets.
 
 use core::cell::UnsafeCell;
-use core::fmt::Write;
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 
@@ -14,13 +13,13 @@ use cortex_m_rt::{ExceptionFrame, exception};
 
 use super::{bridge, storage};
 
-/// Length of the text kept.
-const TEXT_BYTES: usize = 80;
+/// Length of the file name kept.
+const FILE_BYTES: usize = 32;
 
 /// Why the program stopped.
-#[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
+#[derive(Clone, Copy)]
 pub enum Cause {
-    /// A panic; the text says where and why.
+    /// A panic; file and line say where.
     Panic,
     /// A fault of the core.
     HardFault,
@@ -67,8 +66,10 @@ pub struct Crash {
     pub status: u32,
     /// Address of the access that failed, zero where unknown.
     pub address: u32,
+    /// Line of a panic, zero otherwise.
+    pub line: u32,
     length: u32,
-    text: [u8; TEXT_BYTES],
+    file: [u8; FILE_BYTES],
 }
 
 impl Crash {
@@ -79,8 +80,9 @@ impl Crash {
             lr: 0,
             status: 0,
             address: 0,
+            line: 0,
             length: 0,
-            text: [0; TEXT_BYTES],
+            file: [0; FILE_BYTES],
         }
     }
 
@@ -92,43 +94,35 @@ impl Crash {
             .unwrap_or(Cause::Unhandled)
     }
 
-    /// The panic's file, line and message, cut to what fits.
-    pub fn text(&self) -> &str {
-        let bytes = self.text.get(..self.length as usize).unwrap_or(&[]);
-        core::str::from_utf8(bytes).unwrap_or("?")
+    /// A panic's file without its folders, cut to what fits; empty otherwise.
+    pub fn file(&self) -> &str {
+        let file = self.file.get(..self.length as usize).unwrap_or(&[]);
+        if file.iter().all(u8::is_ascii) {
+            // SAFETY: ASCII is UTF-8.
+            unsafe { core::str::from_utf8_unchecked(file) }
+        } else {
+            "?"
+        }
     }
 
     fn checksum(&self) -> u32 {
-        let words = [
+        let mut sum = 0x7A1F_A7E5_u32;
+        let mut mix = |word: u32| sum = (sum.rotate_left(5) ^ word).wrapping_mul(0x9E37_79B1);
+        for word in [
             self.cause,
             self.pc,
             self.lr,
             self.status,
             self.address,
+            self.line,
             self.length,
-        ];
-        let text = self.text.iter().map(|&byte| u32::from(byte));
-        words
-            .into_iter()
-            .chain(text)
-            .fold(0x7A1F_A7E5, |sum: u32, word| {
-                (sum.rotate_left(5) ^ word).wrapping_mul(0x9E37_79B1)
-            })
-    }
-}
-
-impl Write for Crash {
-    /// Keeps what fits, on a character boundary.
-    fn write_str(&mut self, text: &str) -> core::fmt::Result {
-        for character in text.chars() {
-            let start = self.length as usize;
-            let Some(room) = self.text.get_mut(start..start + character.len_utf8()) else {
-                return Err(core::fmt::Error);
-            };
-            character.encode_utf8(room);
-            self.length += character.len_utf8() as u32;
+        ] {
+            mix(word);
         }
-        Ok(())
+        for &byte in &self.file {
+            mix(byte.into());
+        }
+        sum
     }
 }
 
@@ -156,7 +150,7 @@ pub fn take() -> Option<Crash> {
     let kept = unsafe { retained.read() };
     let valid = kept.checksum == kept.crash.checksum()
         && (kept.crash.cause as usize) < Cause::ALL.len()
-        && kept.crash.length as usize <= TEXT_BYTES;
+        && kept.crash.length as usize <= FILE_BYTES;
     // SAFETY: within the cell. A flipped checksum fits nothing.
     unsafe { (*retained).checksum = !kept.checksum };
     valid.then_some(kept.crash)
@@ -178,14 +172,20 @@ fn panic(info: &PanicInfo) -> ! {
     bridge::off();
     cortex_m::interrupt::disable();
     let mut crash = Crash::new(Cause::Panic);
-    // A message that does not fit is cut: that is no error here.
+    // The message would take the text formatting of every number that any panic of any library prints.
     if let Some(place) = info.location() {
-        let path = place.file();
-        let name = path.bytes().rposition(|byte| byte == b'/');
-        let file = name.and_then(|slash| path.get(slash + 1..));
-        let _ = write!(crash, "{}:{} ", file.unwrap_or(path), place.line());
+        crash.line = place.line();
+        let mut length = 0;
+        for byte in place.file().bytes() {
+            if byte == b'/' {
+                length = 0;
+            } else if let Some(room) = crash.file.get_mut(length) {
+                *room = byte;
+                length += 1;
+            }
+        }
+        crash.length = length as u32;
     }
-    let _ = write!(crash, "{}", info.message());
     keep_and_reset(crash)
 }
 

@@ -17,7 +17,7 @@ use palpate::scene::Active;
 
 use super::console::{self, Said};
 use super::serial::Sender;
-use super::slow::Shared;
+use super::shared::{Shared, Turn};
 use super::storage::{self, Storage};
 use super::{control, telemetry};
 
@@ -38,11 +38,11 @@ pub enum Kept {
 
 /// Reads the record, hands it over, and says so in the log.
 #[inline(never)]
-pub fn load(storage: &mut Storage, sense: &'static Shared<Sense<Active>>) -> Kept {
+pub fn load(storage: &mut Storage, sense: &'static Shared<Sense<Active>>, turn: &mut Turn) -> Kept {
     let (kept, what) = storage.load(|found| match found {
         Found::Nothing => (Kept::Nothing, "none"),
         Found::Unreadable => (Kept::Nothing, "unreadable"),
-        Found::Record { bytes, newest } => restore(bytes, newest, sense),
+        Found::Record { bytes, newest } => restore(bytes, newest, sense, turn),
     });
     telemetry::record(what, storage::bad_words());
     kept
@@ -52,12 +52,13 @@ fn restore(
     bytes: &[u8],
     newest: bool,
     sense: &'static Shared<Sense<Active>>,
+    turn: &mut Turn,
 ) -> (Kept, &'static str) {
     let mut kept = kept::Kept::nothing::<Active>();
     match decode(bytes, mark::<Active>(), &mut kept) {
         Ok(()) => {
             let overrides = kept.overrides;
-            let notice = sense.lock(|sense| sense.borrow_mut().restore(kept));
+            let notice = sense.lock(turn, |sense| sense.restore(kept));
             let what = if newest { "loaded" } else { "older" };
             (Kept::Restored { overrides, notice }, what)
         }
@@ -87,19 +88,21 @@ enum Answer {
 }
 
 /// Carries out commands.
+#[embassy_executor::task]
 pub async fn execute(
     mut port: Sender,
     mut storage: Storage,
     sense: &'static Shared<Sense<Active>>,
     conduct: &'static Shared<Conduct<Active>>,
+    mut turn: Turn,
 ) {
     loop {
-        let said = console::next().await;
-        let answer = match carry_out(said, conduct) {
+        let said = console::next(&mut turn).await;
+        let answer = match carry_out(said, conduct, &mut turn) {
             Answer::Done(Effect::Save) => {
-                let overrides = conduct.lock(|conduct| *conduct.borrow().overrides());
+                let overrides = conduct.lock(&mut turn, |conduct| *conduct.overrides());
                 let result = storage
-                    .save(|writer| write_record(sense, overrides, writer))
+                    .save(|writer| write_record(sense, &mut turn, overrides, writer))
                     .await;
                 Answer::Written("saved", result)
             }
@@ -107,19 +110,19 @@ pub async fn execute(
             answer => answer,
         };
         let mut row = 0;
-        while let Some(line) = line(&answer, row, conduct) {
+        while let Some(line) = line(&answer, row, conduct, &mut turn) {
             console::answer(&mut port, &line).await;
             row += 1;
         }
     }
 }
 
-fn carry_out(said: Said, conduct: &'static Shared<Conduct<Active>>) -> Answer {
+fn carry_out(said: Said, conduct: &'static Shared<Conduct<Active>>, turn: &mut Turn) -> Answer {
     match said {
         Err(error) => Answer::Error(error),
         // The sequence has taken a stop already, before this line's turn came.
         Ok(Command::Stop) => Answer::Done(Effect::Accepted),
-        Ok(command) => match conduct.lock(|conduct| conduct.borrow_mut().command(command)) {
+        Ok(command) => match conduct.lock(turn, |conduct| conduct.command(command)) {
             Ok(effect) => Answer::Done(effect),
             Err(refused) => Answer::Refused(refused),
         },
@@ -130,11 +133,12 @@ fn carry_out(said: Said, conduct: &'static Shared<Conduct<Active>>) -> Answer {
 #[inline(never)]
 fn write_record(
     sense: &'static Shared<Sense<Active>>,
+    turn: &mut Turn,
     overrides: Overrides,
     writer: &mut Writer<'_, storage::Region>,
 ) {
-    sense.lock(|sense| {
-        sense.borrow().keep(overrides, |kept| {
+    sense.lock(turn, |sense| {
+        sense.keep(overrides, |kept| {
             encode(kept, mark::<Active>(), |byte| writer.push(byte));
         });
     });
@@ -146,6 +150,7 @@ fn line(
     answer: &Answer,
     row: usize,
     conduct: &'static Shared<Conduct<Active>>,
+    turn: &mut Turn,
 ) -> Option<String<ANSWER_BYTES>> {
     let mut line = String::new();
     // What does not fit is cut.
@@ -154,11 +159,11 @@ fn line(
             let (name, usage, what) = COMMANDS.get(row)?;
             write!(line, "{name} {usage}: {what}")
         }
-        Answer::Done(Effect::Show) => show(&mut line, Setting::TABLE.get(row)?, conduct),
+        Answer::Done(Effect::Show) => show(&mut line, Setting::TABLE.get(row)?, conduct, turn),
         _ if row > 0 => return None,
         Answer::Error(error) => write!(line, "error: {error}"),
         Answer::Refused(refused) => refuse(&mut line, *refused),
-        Answer::Done(Effect::Status) => status(&mut line, conduct),
+        Answer::Done(Effect::Status) => status(&mut line, conduct, turn),
         Answer::Done(Effect::Set { at_restart: false }) => line.write_str("ok; save keeps it"),
         Answer::Done(Effect::Set { at_restart: true }) => {
             line.write_str("ok; acts after save and a restart")
@@ -185,19 +190,21 @@ fn show(
     line: &mut impl Write,
     row: &Description,
     conduct: &'static Shared<Conduct<Active>>,
+    turn: &mut Turn,
 ) -> fmt::Result {
-    let value = conduct.lock(|conduct| conduct.borrow().value(row.setting));
+    let value = conduct.lock(turn, |conduct| conduct.value(row.setting));
     let value = Decimal(row.to_user(value));
     let (min, max) = (Decimal(row.min), Decimal(row.max));
     write!(line, "{} {value} {} ({min} to {max})", row.name, row.unit)
 }
 
-fn status(line: &mut impl Write, conduct: &'static Shared<Conduct<Active>>) -> fmt::Result {
+fn status(
+    line: &mut impl Write,
+    conduct: &'static Shared<Conduct<Active>>,
+    turn: &mut Turn,
+) -> fmt::Result {
     let status = control::status();
-    let (state, fault) = conduct.lock(|conduct| {
-        let conduct = conduct.borrow();
-        (conduct.state(), conduct.fault())
-    });
+    let (state, fault) = conduct.lock(turn, |conduct| (conduct.state(), conduct.fault()));
     telemetry::status(state, fault, &status);
     let fault = fault.map_or("none", |fault| fault.name());
     let current_ma = Decimal(status.current_a * 1e3);

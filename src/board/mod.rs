@@ -19,34 +19,32 @@ mod execute;
 mod inject;
 mod last_run;
 mod log;
+mod pace;
 mod reset;
 mod sampling;
 mod serial;
+mod shared;
 mod slow;
 mod storage;
 mod telemetry;
 mod watchdog;
 
-use core::cell::RefCell;
-
-use embassy_executor::{Executor, Spawner};
+use embassy_executor::{Executor, SpawnError, SpawnToken, Spawner};
 use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
-use embassy_sync::blocking_mutex::Mutex;
 use static_cell::StaticCell;
 
 use palpate::app::conduct::{Conduct, drive};
 use palpate::app::sense::Sense;
 use palpate::app::settings::Overrides;
 use palpate::app::store::Store;
-use palpate::drive::config::OutOfRange;
 use palpate::drive::joint::JointInput;
 use palpate::drive::sequence::Notice;
 use palpate::drive::{Controller, Fault};
 use palpate::scene::{Active, JointPin, Scene};
 
 use execute::Kept;
-use slow::Shared;
+use shared::{Shared, Turn};
 
 /// Runs after RAM is set up, on the main stack: moves thread mode to the process stack (`memory.x` says why).
 #[cortex_m_rt::entry]
@@ -73,16 +71,28 @@ fn main() -> ! {
 
 extern "C" fn thread() -> ! {
     static EXECUTOR: StaticCell<Executor> = StaticCell::new();
-    EXECUTOR.init(Executor::new()).run(|spawner| {
-        // The first task: there is room for it.
-        spawner.spawn(start(spawner).expect("first"));
-    })
+    match EXECUTOR.try_init(Executor::new()) {
+        Some(executor) => executor.run(start),
+        // It is free: this runs once.
+        None => loop {
+            cortex_m::asm::wfi();
+        },
+    }
 }
 
-/// Brings the chip up: what the last run left, what was kept in flash, the bridge (off), then the other tasks; then carries
-/// out commands.
-#[embassy_executor::task]
-async fn start(spawner: Spawner) {
+/// Each task is spawned once, so that there is room for it. If there were none: without sensing, sequence or supervisor the
+/// watchdog bites.
+fn spawn<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) {
+    if let Ok(task) = task {
+        spawner.spawn(task);
+    }
+}
+
+/// Brings the chip up: what the last run left, what was kept in flash, the bridge (off), then the tasks.
+fn start(spawner: Spawner) {
+    // SAFETY: one for each task that shares something, handed over below; until then no task runs, and the last is used
+    // here. This runs once.
+    let [listening, sensing, conducting, mut turn] = [(); 4].map(|()| unsafe { Turn::new() });
     let p = clock::start();
     interrupt::TIM2.set_priority(Priority::P8);
     telemetry::boot(Active::NAME);
@@ -105,12 +115,11 @@ async fn start(spawner: Spawner) {
     let light = slow::Light::new(Output::new(p.PA5, Level::Low, Speed::Low));
     // The board pulls it down.
     let button = slow::Button::new(Input::new(p.PC13, Pull::None));
-    let (sender, receiver) = serial::open(p.LPUART1, p.PA2, p.PA3);
 
-    let sense = sensing();
+    let Some(sense) = sense() else { return };
     let mut storage = Store::new(storage::Region::new(p.FLASH));
     let mut overrides = Overrides::default();
-    match execute::load(&mut storage, sense) {
+    match execute::load(&mut storage, sense, &mut turn) {
         Kept::Nothing => {}
         Kept::Unusable => fault = fault.or(Some(Fault::BadRecord)),
         Kept::Restored {
@@ -118,36 +127,40 @@ async fn start(spawner: Spawner) {
             notice,
         } => {
             overrides = set;
-            slow::tell(notice).await;
+            // There is room for this one, and for the one below.
+            let _ = slow::offer(&mut turn, notice);
         }
     }
-    let (samples, conduct) = match launch(bridge, overrides, &mut fault) {
-        Ok(running) => running,
-        Err(wrong) => return telemetry::bad_configuration(&wrong),
+    let Some((samples, conduct)) = launch(bridge, overrides, &mut fault) else {
+        return;
     };
     if let Some(fault) = fault {
-        slow::tell(Notice::Fault(fault)).await;
+        let _ = slow::offer(&mut turn, Notice::Fault(fault));
     }
-    // Each task is spawned once: there is room for it.
-    spawner.spawn(watchdog::supervise(watchdog::start(p.IWDG)).expect("first"));
-    spawner.spawn(console::listen(receiver).expect("first"));
-    spawner.spawn(slow::sense(samples, sense, conduct).expect("first"));
-    spawner.spawn(slow::sequence(light, button, sense, conduct).expect("first"));
-    // The rest of this task's life: it shares its memory with what is above.
-    execute::execute(sender, storage, sense, conduct).await
-}
-
-static SENSE: StaticCell<Shared<Sense<Active>>> = StaticCell::new();
-static CONDUCT: StaticCell<Shared<Conduct<Active>>> = StaticCell::new();
-
-fn shared<T>(cell: &'static StaticCell<Shared<T>>, value: T) -> &'static Shared<T> {
-    cell.init(Mutex::new(RefCell::new(value)))
+    let Some((sender, receiver)) = serial::open(p.LPUART1, p.PA2, p.PA3) else {
+        return;
+    };
+    watchdog::start(p.IWDG);
+    spawn(spawner, watchdog::supervise());
+    spawn(spawner, console::listen(receiver, listening));
+    spawn(spawner, slow::sense(samples, sense, conduct, sensing));
+    spawn(
+        spawner,
+        slow::sequence(light, button, sense, conduct, conducting),
+    );
+    spawn(
+        spawner,
+        execute::execute(sender, storage, sense, conduct, turn),
+    );
 }
 
 /// The sensing half. Apart from [`start`], so that it lies on the stack for the moment only; so does [`launch`].
 #[inline(never)]
-fn sensing() -> &'static Shared<Sense<Active>> {
-    shared(&SENSE, Sense::new())
+fn sense() -> Option<&'static Shared<Sense<Active>>> {
+    static SENSE: StaticCell<Shared<Sense<Active>>> = StaticCell::new();
+    SENSE
+        .try_init(Shared::new(Sense::new()))
+        .map(|sense| &*sense)
 }
 
 /// Starts the control interrupt and makes the motion half, with what the user has set. Where that no longer fits the scene
@@ -157,8 +170,11 @@ fn launch(
     bridge: bridge::Bridge,
     set: Overrides,
     fault: &mut Option<Fault>,
-) -> Result<(control::Samples, &'static Shared<Conduct<Active>>), OutOfRange> {
-    let joint = Active::joint_input()?;
+) -> Option<(control::Samples, &'static Shared<Conduct<Active>>)> {
+    static CONDUCT: StaticCell<Shared<Conduct<Active>>> = StaticCell::new();
+    let joint = Active::joint_input()
+        .inspect_err(telemetry::bad_configuration)
+        .ok()?;
     let (drive, set) = match drive::<Active>(&set) {
         Ok(drive) => (drive, set),
         Err(wrong) => {
@@ -167,9 +183,7 @@ fn launch(
             (Active::CHECKED, Overrides::default())
         }
     };
-    let controller = Controller::new(&drive);
-    Ok((
-        control::start(bridge, controller, joint),
-        shared(&CONDUCT, Conduct::new(set)),
-    ))
+    let conduct = CONDUCT.try_init(Shared::new(Conduct::new(set)))?;
+    let samples = control::start(bridge, Controller::new(&drive), joint)?;
+    Some((samples, conduct))
 }

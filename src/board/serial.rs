@@ -56,14 +56,14 @@ impl Sender {
     }
 }
 
-/// Opens the port.
+/// Opens the port, once.
 pub fn open(
     _lpuart1: Peri<'static, peripherals::LPUART1>,
     tx: Peri<'static, PA2>,
     rx: Peri<'static, PA3>,
-) -> (Sender, Receiver) {
+) -> Option<(Sender, Receiver)> {
     static QUEUE: StaticCell<Queue<u8, WAITING>> = StaticCell::new();
-    let (received, queue) = QUEUE.init(Queue::new()).split();
+    let (received, queue) = QUEUE.try_init(Queue::new())?.split();
     RECEIVED.lock(|cell| cell.set(Some(received)));
     enable_and_reset::<peripherals::LPUART1>();
     let mut tx = Flex::new(tx);
@@ -87,7 +87,7 @@ pub fn open(
     interrupt::LPUART1.set_priority(Priority::P10);
     // SAFETY: what the handler needs is in place.
     unsafe { interrupt::LPUART1.enable() };
-    (Sender(()), Receiver { queue })
+    Some((Sender(()), Receiver { queue }))
 }
 
 #[interrupt]

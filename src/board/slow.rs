@@ -1,21 +1,16 @@
 //! The slow loop's tasks: sensing and motion sequence, each once a millisecond, in thread mode.
 //!
-//! Both halves are plain state ([`Sense`], [`Conduct`]) behind a lock that holds for a call, never across an await: thread
-//! mode runs one task at a time.
+//! Both halves are plain state ([`Sense`], [`Conduct`]), shared for the length of a call, never across an await.
 #![allow(
     clippy::unit_arg,
     clippy::let_unit_value,
     reason = "a reading of joint 2 is nothing in a scene without its sensor"
 )]
 
-use core::cell::RefCell;
-
 use embassy_futures::yield_now;
 use embassy_stm32::gpio::{Input, Output};
-use embassy_sync::blocking_mutex::Mutex;
-use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
-use embassy_sync::channel::Channel;
-use embassy_time::{Duration, Instant, Ticker};
+use embassy_time::{Duration, Instant};
+use heapless::Deque;
 
 use palpate::app::command::Command;
 use palpate::app::conduct::Conduct;
@@ -27,21 +22,33 @@ use palpate::scene::{Active, JointPin, Reading, Scene};
 use palpate::sensing::{Event, JointSensor};
 
 use super::control::{self, Samples};
+use super::pace::{self, Pace};
+use super::shared::{Shared, Turn};
 use super::watchdog::{self, Reporter};
 use super::{console, log, telemetry};
 
 /// What measures joint 2 in this firmware's scene.
 type Joint = <Active as Scene>::Joint;
 
-/// State that several tasks share.
-pub type Shared<T> = Mutex<ThreadModeRawMutex, RefCell<T>>;
+/// How often both are called.
+const PERIOD: Duration = Duration::from_millis(1);
 
 /// Notices to the sequence, which takes one a millisecond; whoever sends more waits.
-static NOTICES: Channel<ThreadModeRawMutex, Notice, 4> = Channel::new();
+static NOTICES: Shared<Deque<Notice, 4>> = Shared::new(Deque::new());
 
-/// Tells the sequence something.
-pub async fn tell(notice: Notice) {
-    NOTICES.send(notice).await;
+/// Tells the sequence something, if there is room for it; whether there was.
+#[must_use]
+pub fn offer(turn: &mut Turn, notice: Notice) -> bool {
+    NOTICES
+        .lock(turn, |waiting| waiting.push_back(notice))
+        .is_ok()
+}
+
+/// Tells the sequence something, as soon as there is room for it.
+async fn tell(turn: &mut Turn, notice: Notice) {
+    while !offer(turn, notice) {
+        pace::after(PERIOD).await;
+    }
 }
 
 /// Samples to events.
@@ -50,6 +57,7 @@ pub async fn sense(
     mut samples: Samples,
     sense: &'static Shared<Sense<Active>>,
     conduct: &'static Shared<Conduct<Active>>,
+    mut turn: Turn,
 ) {
     let mut reads = true;
     loop {
@@ -57,28 +65,30 @@ pub async fn sense(
         #[cfg(feature = "fault-injection")]
         super::inject::starve().await;
         if samples.overflowed() {
-            tell(Notice::Fault(Fault::QueueOverflow)).await;
+            tell(&mut turn, Notice::Fault(Fault::QueueOverflow)).await;
         }
         while let Some(sample) = samples.next() {
             if JointPin::<Active>::FITTED {
                 reads = joint_reads(reads, sample.joint);
             }
-            let event = sense.lock(|sense| sense.borrow_mut().sample(&sample));
+            let event = sense.lock(&mut turn, |sense| sense.sample(&sample));
             if let Some(event) = event {
                 telemetry::event(&event);
                 if JointPin::<Active>::FITTED
                     && matches!(event, Event::Located { .. } | Event::Ambiguous { .. })
                 {
-                    let change = sense.lock(|sense| sense.borrow().joint_change());
+                    let change = sense.lock(&mut turn, |sense| sense.joint_change());
                     telemetry::branch(Joint::rad(change), Joint::side(change));
                 }
-                let hint = sense.lock(|sense| sense.borrow().hint(&event));
+                let hint = sense.lock(&mut turn, |sense| sense.hint(&event));
                 if let Some(hint) = hint {
                     telemetry::hint(&hint);
                 }
-                conduct.lock(|conduct| conduct.borrow_mut().hear(&event, &control::status()));
+                conduct.lock(&mut turn, |conduct| {
+                    conduct.hear(&event, &control::status())
+                });
                 if let Some(notice) = notice(&event) {
-                    tell(notice).await;
+                    tell(&mut turn, notice).await;
                 }
             }
             watchdog::report(Reporter::Sensing);
@@ -104,15 +114,16 @@ pub async fn sequence(
     mut button: Button,
     sense: &'static Shared<Sense<Active>>,
     conduct: &'static Shared<Conduct<Active>>,
+    mut turn: Turn,
 ) {
-    let mut ticker = Ticker::every(Duration::from_millis(1));
+    let mut pace = Pace::every(PERIOD);
     let mut said = Said::default();
     loop {
-        ticker.next().await;
+        pace.next().await;
         let status = control::status();
         let pressed = button.pressed();
-        let conducted = conduct.lock(|conduct| {
-            let mut conduct = conduct.borrow_mut();
+        let notice = NOTICES.lock(&mut turn, Deque::pop_front);
+        let conducted = conduct.lock(&mut turn, |conduct| {
             if console::stop_requested() {
                 // Never refused.
                 let _ = conduct.command(Command::Stop);
@@ -121,15 +132,11 @@ pub async fn sequence(
                 let command = meaning(conduct.state());
                 let _ = conduct.command(command);
             }
-            conduct.advance(
-                Instant::now().as_micros(),
-                &status,
-                NOTICES.try_receive().ok(),
-            )
+            conduct.advance(Instant::now().as_micros(), &status, notice)
         });
         control::demand(conducted.advance.demand);
         if let Some(order) = conducted.order {
-            sense.lock(|sense| sense.borrow_mut().order(order));
+            sense.lock(&mut turn, |sense| sense.order(order));
         }
         if let Some((from, to)) = conducted.advance.changed {
             telemetry::state(from, to);

@@ -11,10 +11,10 @@ use core::sync::atomic::{AtomicBool, AtomicU32, Ordering, compiler_fence};
 
 use embassy_stm32::pac::FLASH;
 use embassy_stm32::{Peri, peripherals};
-use embassy_time::{Duration, Timer};
+use embassy_time::Duration;
 use palpate::app::store::{Memory, PAGE, PAGES, Store, StoreError, WORD};
 
-use super::{bridge, control};
+use super::{bridge, control, pace};
 
 /// Where flash begins for the core, and from where on it is counted in registers and in [`RANGE`].
 const FLASH_START: usize = 0x0800_0000;
@@ -190,7 +190,7 @@ impl Memory for Region {
     }
 
     async fn rest(&mut self) {
-        Timer::after(BREATH).await;
+        pace::after(BREATH).await;
     }
 }
 

@@ -44,16 +44,17 @@ pub fn watchdog(missing: Missing) {
     );
 }
 
-/// `crash`: what the last run left before it reset itself. `text` runs to the end of the line.
+/// `crash`: what the last run left before it reset itself; of a panic `line` and, as `text`, the file.
 pub fn crash(crash: &Crash) {
     error!(
-        "crash cause={=str} pc={=u32:#x} lr={=u32:#x} status={=u32:#x} address={=u32:#x} text={=str}",
+        "crash cause={=str} pc={=u32:#x} lr={=u32:#x} status={=u32:#x} address={=u32:#x} line={=u32} text={=str}",
         crash.cause().name(),
         crash.pc,
         crash.lr,
         crash.status,
         crash.address,
-        crash.text()
+        crash.line,
+        crash.file()
     );
 }
 

@@ -10,11 +10,12 @@
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use embassy_stm32::Peri;
-use embassy_stm32::pac::DBGMCU;
-use embassy_stm32::peripherals::IWDG;
-use embassy_stm32::wdg::IndependentWatchdog;
-use embassy_time::{Duration, Ticker};
+use embassy_stm32::pac::iwdg::vals::{Key, Pr};
+use embassy_stm32::pac::{DBGMCU, IWDG};
+use embassy_stm32::{Peri, peripherals};
+use embassy_time::Duration;
+
+use super::pace::Pace;
 
 /// Nominal time from the last feed to the reset.
 const TIMEOUT_US: u32 = 100_000;
@@ -73,23 +74,37 @@ pub fn take_reports() -> Option<Missing> {
     })
 }
 
+/// Divider of the LSI, and its code; 12 bits of counter reach 512 ms with it.
+const PRESCALER: (u32, Pr) = (4, Pr::DIVIDE_BY4);
+const LSI_HZ: u32 = 32_000;
+const RELOAD: u32 = TIMEOUT_US / 1_000 * (LSI_HZ / 1_000) / PRESCALER.0 - 1;
+const _: () = assert!(RELOAD <= 0xFFF);
+
 /// Starts the watchdog; nothing but a reset stops it, except a debugger that halts the core.
-pub fn start(iwdg: Peri<'static, IWDG>) -> IndependentWatchdog<'static, IWDG> {
+pub fn start(_iwdg: Peri<'static, peripherals::IWDG>) {
     DBGMCU.apb1lfzr().modify(|w| w.set_iwdg(true));
-    let mut watchdog = IndependentWatchdog::new(iwdg, TIMEOUT_US);
-    watchdog.unleash();
-    watchdog
+    // Enabling starts the LSI; then the registers are opened, and loaded when both values have arrived at the LSI's pace.
+    IWDG.kr().write(|w| w.set_key(Key::START));
+    IWDG.kr().write(|w| w.set_key(Key::ENABLE));
+    IWDG.pr().write(|w| w.set_pr(PRESCALER.1));
+    IWDG.rlr().write(|w| w.set_rl(RELOAD as u16));
+    while IWDG.sr().read().0 != 0 {}
+    feed();
+}
+
+fn feed() {
+    IWDG.kr().write(|w| w.set_key(Key::RESET));
 }
 
 /// Feeds it, on the conditions above.
 #[embassy_executor::task]
-pub async fn supervise(mut watchdog: IndependentWatchdog<'static, IWDG>) {
-    let mut ticker = Ticker::every(PERIOD);
+pub async fn supervise() {
+    let mut pace = Pace::every(PERIOD);
     loop {
-        ticker.next().await;
+        pace.next().await;
         if reports().load(Ordering::Relaxed) & ALL == ALL {
             reports().fetch_and(!ALL, Ordering::Relaxed);
-            watchdog.pet();
+            feed();
         }
     }
 }
