@@ -146,12 +146,10 @@ mod tests {
     #[test]
     fn what_is_kept_comes_back_and_fits() {
         let mut longest = kept();
-        for row in &Setting::TABLE {
-            let value_si = row.to_si(row.min).expect("in range");
-            longest
-                .overrides
-                .set(row.setting, value_si)
-                .expect("in range");
+        for setting in Setting::ALL {
+            let range = setting.range();
+            let value_si = range.to_si(range.min).expect("in range");
+            longest.overrides.set(setting, value_si).expect("in range");
         }
         for mut kept in [kept(), Kept::nothing::<P70>(), longest] {
             let bytes = encoded(&mut kept);

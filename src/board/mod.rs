@@ -184,6 +184,6 @@ fn launch(
         }
     };
     let conduct = CONDUCT.try_init(Shared::new(Conduct::new(set)))?;
-    let samples = control::start(bridge, Controller::new(&drive), joint)?;
+    let samples = control::start(bridge, Controller::new(&drive), joint);
     Some((samples, conduct))
 }
