@@ -100,14 +100,14 @@ pub async fn execute(
     loop {
         let said = console::next(&mut turn).await;
         let answer = match carry_out(said, conduct, &mut turn) {
-            Answer::Done(Effect::Save) => {
+            Answer::Done(effect @ (Effect::Save | Effect::Factory)) => {
                 let overrides = conduct.lock(&mut turn, |conduct| *conduct.overrides());
-                let result = storage
-                    .save(|writer| write_record(sense, &mut turn, overrides, writer))
-                    .await;
-                Answer::Written("saved", result)
+                let saves = effect == Effect::Save;
+                let encode =
+                    |writer: &mut Writer<'_, _>| write_record(sense, &mut turn, overrides, writer);
+                let result = storage.replace(saves.then_some(encode)).await;
+                Answer::Written(if saves { "saved" } else { "forgotten" }, result)
             }
-            Answer::Done(Effect::Factory) => Answer::Written("forgotten", storage.forget().await),
             answer => answer,
         };
         let mut row = 0;
