@@ -4,7 +4,7 @@ use defmt::{Str, intern};
 
 use palpate::app::command::{COMMANDS, Command, CommandError};
 use palpate::app::conduct::{Conduct, Effect};
-use palpate::app::kept::{self, mark};
+use palpate::app::kept;
 use palpate::app::line::Line;
 use palpate::app::record::{RecordError, decode, encode};
 use palpate::app::sense::Sense;
@@ -20,6 +20,9 @@ use super::serial::Sender;
 use super::shared::{Shared, Turn};
 use super::storage::{self, Storage};
 use super::{control, telemetry};
+
+/// Whose records count.
+const MARK: u32 = kept::mark::<Active>();
 
 /// What the record, if there is one, says.
 pub enum Kept {
@@ -55,7 +58,7 @@ fn restore(
     turn: &mut Turn,
 ) -> (Kept, Str) {
     let mut kept = kept::Kept::nothing::<Active>();
-    match decode(bytes, mark::<Active>(), &mut kept) {
+    match decode(bytes, MARK, &mut kept) {
         Ok(()) => {
             let overrides = kept.overrides;
             let notice = sense.lock(turn, |sense| sense.restore(kept));
@@ -140,7 +143,7 @@ fn write_record(
 ) {
     sense.lock(turn, |sense| {
         sense.keep(overrides, |kept| {
-            encode(kept, mark::<Active>(), |byte| writer.push(byte));
+            encode(kept, MARK, |byte| writer.push(byte));
         });
     });
 }
