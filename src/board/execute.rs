@@ -4,7 +4,7 @@ use defmt::{Str, intern};
 
 use palpate::app::command::{COMMANDS, Command, CommandError};
 use palpate::app::conduct::{Conduct, Effect};
-use palpate::app::kept::{self, mark};
+use palpate::app::kept;
 use palpate::app::line::Line;
 use palpate::app::record::{RecordError, decode, encode};
 use palpate::app::sense::Sense;
@@ -20,6 +20,9 @@ use super::serial::Sender;
 use super::shared::{Shared, Turn};
 use super::storage::{self, Storage};
 use super::{control, telemetry};
+
+/// Whose records count.
+const MARK: u32 = kept::mark::<Active>();
 
 /// What the record, if there is one, says.
 pub enum Kept {
@@ -55,7 +58,7 @@ fn restore(
     turn: &mut Turn,
 ) -> (Kept, Str) {
     let mut kept = kept::Kept::nothing::<Active>();
-    match decode(bytes, mark::<Active>(), &mut kept) {
+    match decode(bytes, MARK, &mut kept) {
         Ok(()) => {
             let overrides = kept.overrides;
             let notice = sense.lock(turn, |sense| sense.restore(kept));
@@ -100,14 +103,14 @@ pub async fn execute(
     loop {
         let said = console::next(&mut turn).await;
         let answer = match carry_out(said, conduct, &mut turn) {
-            Answer::Done(Effect::Save) => {
+            Answer::Done(effect @ (Effect::Save | Effect::Factory)) => {
                 let overrides = conduct.lock(&mut turn, |conduct| *conduct.overrides());
-                let result = storage
-                    .save(|writer| write_record(sense, &mut turn, overrides, writer))
-                    .await;
-                Answer::Written("saved", result)
+                let saves = effect == Effect::Save;
+                let encode =
+                    |writer: &mut Writer<'_, _>| write_record(sense, &mut turn, overrides, writer);
+                let result = storage.replace(saves.then_some(encode)).await;
+                Answer::Written(if saves { "saved" } else { "forgotten" }, result)
             }
-            Answer::Done(Effect::Factory) => Answer::Written("forgotten", storage.forget().await),
             answer => answer,
         };
         let mut row = 0;
@@ -140,7 +143,7 @@ fn write_record(
 ) {
     sense.lock(turn, |sense| {
         sense.keep(overrides, |kept| {
-            encode(kept, mark::<Active>(), |byte| writer.push(byte));
+            encode(kept, MARK, |byte| writer.push(byte));
         });
     });
 }
