@@ -5,6 +5,7 @@ pub mod conduct;
 pub mod decimal;
 pub mod hint;
 pub mod kept;
+pub mod line;
 pub mod record;
 pub mod sense;
 pub mod settings;

@@ -18,5 +18,6 @@ pub mod numeric;
 pub mod sample;
 pub mod scene;
 pub mod sensing;
+pub mod words;
 
 pub mod app;

@@ -1,11 +1,13 @@
 //! What `drive` hands to `sensing` once a millisecond: the one type both rooms share.
 
 /// How the bridge drove the motor during the sample: it decides what the current tells.
+///
+/// Counted from one, so that the `None` of an `Option<Sample>` is zero: a static one then takes no flash for its image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Drive {
     /// Driven and turning in the closing direction: the current tells friction plus load.
-    Closing,
+    Closing = 1,
     /// Driven and turning in the opening direction.
     Opening,
     /// Braked, coasting, standing or within a reversal: the current tells nothing about the load.

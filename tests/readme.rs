@@ -1,9 +1,10 @@
 //! The README's tables say what the code says.
 
 use palpate::app::command::COMMANDS;
-use palpate::app::decimal::Decimal;
-use palpate::app::settings::Setting;
+use palpate::app::line::Line;
+use palpate::app::settings::{Range, Setting};
 use palpate::drive::Fault;
+use palpate::words::words;
 
 const REPORT: &str = include_str!("../docs/report/README.md");
 const README: &str = include_str!("../README.md");
@@ -45,10 +46,9 @@ fn the_readme_lists_every_fault() {
 
 #[test]
 fn the_readme_lists_every_command() {
-    let rows: Vec<String> = COMMANDS
-        .iter()
-        .map(|(name, usage, summary)| {
-            let call = [*name, *usage].join(" ");
+    let rows: Vec<String> = words(COMMANDS)
+        .map(|row| {
+            let (call, summary) = row.split_once(": ").expect("a colon behind the call");
             format!("| `{}` | {summary} |", call.trim_end().replace('|', "\\|"))
         })
         .collect();
@@ -57,11 +57,14 @@ fn the_readme_lists_every_command() {
 
 #[test]
 fn the_readme_lists_every_setting() {
-    let rows: Vec<String> = Setting::TABLE
-        .iter()
-        .map(|row| {
-            let (min, max) = (Decimal(row.min), Decimal(row.max));
-            format!("| `{}` | {min} to {max} {} |", row.name, row.unit)
+    let rows: Vec<String> = Setting::ALL
+        .into_iter()
+        .map(|setting| {
+            let mut span = Line::new();
+            let Range { min, max, .. } = setting.range();
+            span.decimal(*min).text(" to ").decimal(*max);
+            let (name, unit) = (setting.name(), setting.unit());
+            format!("| `{name}` | {} {unit} |", span.as_str())
         })
         .collect();
     holds("settings", &rows);

@@ -1,16 +1,15 @@
 //! What a user types, over RTT or the serial port: one line, one command, one answer.
 
-use core::fmt;
-
-use super::decimal::{self, Decimal};
-use super::settings::{Description, Setting};
+use super::decimal;
+use super::line::Line;
+use super::settings::{Range, Setting};
+use crate::words::words;
 
 /// Longest line that is understood, bytes, without its end.
 pub const LINE_MAX: usize = 64;
 
 /// A command.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Command {
     /// List the commands.
     Help,
@@ -44,7 +43,6 @@ pub enum Command {
 
 /// Where the contact of a calibration is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Calibrate {
     /// A pin at this distance from the joint of the distal phalanx, metre.
     At {
@@ -60,48 +58,48 @@ pub enum Calibrate {
 /// The places a pin may have: on a phalanx of any finger that this firmware could move.
 const CALIBRATE_MM: core::ops::RangeInclusive<f32> = 1.0..=500.0;
 
-/// Every command: its words, what follows them, what it does. `help` prints this table.
-pub const COMMANDS: [(&str, &str, &str); 14] = [
-    ("help", "", "list the commands"),
-    (
-        "status",
-        "",
-        "state, position, current, supply, temperature, fault",
-    ),
-    (
-        "run",
-        "",
-        "a whole grasp: home, record friction if needed, close, probe, hold, open",
-    ),
-    ("home", "", "open against the stop and make it the zero"),
-    (
-        "record-friction",
-        "",
-        "record friction on a free closing and opening; remove all objects first",
-    ),
-    (
-        "calibrate",
-        "MM | cable | forget",
-        "press on a pin at a known place, or on the closing stop for the cable alone",
-    ),
-    ("close", "", "close until contact, probe, hold"),
-    ("open", "", "open to the stop"),
-    ("stop", "", "bridge off at once, in any state"),
-    ("clear", "", "clear a fault whose cause is gone"),
-    ("show", "", "print the settings"),
-    (
-        "set",
-        "NAME VALUE",
-        "change a setting; `show` lists names, units and ranges",
-    ),
-    ("save", "", "keep settings, friction record and calibration"),
-    ("factory", "", "forget all that was saved"),
-];
+/// Declares the commands once: what they are called and the list that `help` prints come from the same lines.
+macro_rules! commands {
+    ($($verb:ident $name:literal $usage:literal, $what:literal;)*) => {
+        /// First word of a line.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        enum Verb {
+            $($verb,)*
+        }
+
+        impl Verb {
+            /// In the order of [`COMMANDS`].
+            const ALL: &[Self] = &[$(Self::$verb,)*];
+        }
+
+        /// Every command, a line each: its word, what follows it, a colon, what it does. `help` prints these lines.
+        pub const COMMANDS: &str = concat!($($name, " ", $usage, ": ", $what, "\n",)*);
+    };
+}
+
+commands! {
+    Help "help" "", "list the commands";
+    Status "status" "", "state, position, current, supply, temperature, fault";
+    Run "run" "", "a whole grasp: home, record friction if needed, close, probe, hold, open";
+    Home "home" "", "open against the stop and make it the zero";
+    RecordFriction "record-friction" "",
+        "record friction on a free closing and opening; remove all objects first";
+    Calibrate "calibrate" "MM | cable | forget",
+        "press on a pin at a known place, or on the closing stop for the cable alone";
+    Close "close" "", "close until contact, probe, hold";
+    Open "open" "", "open to the stop";
+    Stop "stop" "", "bridge off at once, in any state";
+    Clear "clear" "", "clear a fault whose cause is gone";
+    Show "show" "", "print the settings";
+    Set "set" "NAME VALUE", "change a setting; `show` lists names, units and ranges";
+    Save "save" "", "keep settings, friction record and calibration";
+    Factory "factory" "", "forget all that was saved";
+}
 
 /// What is wrong with a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CommandError {
-    /// Longer than [`LINE_MAX`], or not text.
+    /// Longer than [`LINE_MAX`], or with a byte that no text has.
     NotALine,
     /// No such command.
     Unknown,
@@ -119,38 +117,54 @@ pub enum CommandError {
     UnknownSetting,
     /// A value outside its range.
     Range {
-        /// The setting, with name, unit and range.
-        row: &'static Description,
+        /// The setting.
+        setting: Setting,
     },
     /// A place outside what a finger has.
     Place,
 }
 
-impl fmt::Display for CommandError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl CommandError {
+    /// Says what is wrong.
+    pub fn write(self, line: &mut Line) {
         match self {
-            Self::NotALine => write!(f, "expected a line of text of at most {LINE_MAX} bytes"),
-            Self::Unknown => write!(f, "no such command; try help"),
-            Self::Unexpected { usage: "" } => write!(f, "this command takes nothing"),
-            Self::Unexpected { usage } => write!(f, "too many words; expected {usage}"),
-            Self::Expected { what } => write!(f, "expected {what}"),
-            Self::UnknownSetting => write!(f, "no such setting; try show"),
-            Self::Range { row } => {
-                let Description {
-                    name,
-                    min,
-                    max,
-                    unit,
-                    ..
-                } = row;
-                let (min, max) = (Decimal(*min), Decimal(*max));
-                write!(f, "{name} must be {min} to {max} {unit}")
+            Self::NotALine => {
+                const { assert!(LINE_MAX == 64) };
+                line.text("expected a line of text of at most 64 bytes")
+            }
+            Self::Unknown => line.text("no such command; try help"),
+            Self::Unexpected { usage: "" } => line.text("this command takes nothing"),
+            Self::Unexpected { usage } => line.text("too many words; expected ").text(usage),
+            Self::Expected { what } => line.text("expected ").text(what),
+            Self::UnknownSetting => line.text("no such setting; try show"),
+            Self::Range { setting } => {
+                let Range { min, max, .. } = *setting.range();
+                must_be(line, setting.name(), min, max).text(setting.unit())
             }
             Self::Place => {
-                let (min, max) = (Decimal(*CALIBRATE_MM.start()), Decimal(*CALIBRATE_MM.end()));
-                write!(f, "the place must be {min} to {max} mm from the joint")
+                let (min, max) = CALIBRATE_MM.into_inner();
+                must_be(line, "the place", min, max).text("mm from the joint")
             }
-        }
+        };
+    }
+}
+
+fn must_be<'l>(line: &'l mut Line, name: &str, min: f32, max: f32) -> &'l mut Line {
+    let line = line.text(name).text(" must be ").decimal(min);
+    line.text(" to ").decimal(max).text(" ")
+}
+
+/// The words of a line that are still to be read, and the blanks between them.
+struct Words<'l>(&'l [u8]);
+
+impl<'l> Words<'l> {
+    #[inline(never)]
+    fn next(&mut self) -> Option<&'l [u8]> {
+        let rest = self.0.trim_ascii_start();
+        let end = rest.iter().position(u8::is_ascii_whitespace);
+        let (word, rest) = rest.split_at_checked(end.unwrap_or(rest.len()))?;
+        self.0 = rest;
+        (!word.is_empty()).then_some(word)
     }
 }
 
@@ -160,54 +174,64 @@ impl Command {
     /// # Errors
     /// What was expected instead.
     pub fn parse(line: &[u8]) -> Result<Option<Self>, CommandError> {
-        if line.len() > LINE_MAX {
+        // From 0xF8 on, no byte stands in UTF-8: noise, or another speed.
+        if line.len() > LINE_MAX || line.iter().any(|byte| *byte >= 0xF8) {
             return Err(CommandError::NotALine);
         }
-        let text = core::str::from_utf8(line).map_err(|_| CommandError::NotALine)?;
-        let mut words = text.split_ascii_whitespace();
-        let Some(name) = words.next() else {
+        let mut said = Words(line);
+        let Some(name) = said.next() else {
             return Ok(None);
         };
-        let Some((name, usage, _)) = COMMANDS
-            .iter()
-            .find(|(known, ..)| known.eq_ignore_ascii_case(name))
-        else {
-            return Err(CommandError::Unknown);
-        };
-        let command = match *name {
-            "help" => Self::Help,
-            "status" => Self::Status,
-            "run" => Self::Run,
-            "home" => Self::Home,
-            "record-friction" => Self::RecordFriction,
-            "calibrate" => Self::Calibrate(calibrate(&mut words)?),
-            "close" => Self::Close,
-            "open" => Self::Open,
-            "stop" => Self::Stop,
-            "clear" => Self::Clear,
-            "show" => Self::Show,
-            "set" => set(&mut words)?,
-            "save" => Self::Save,
-            "factory" => Self::Factory,
-            _ => return Err(CommandError::Unknown),
-        };
-        match words.next() {
-            // A stop with words behind it is still a stop.
-            Some(_) if command != Self::Stop => Err(CommandError::Unexpected { usage }),
-            _ => Ok(Some(command)),
+        for (verb, row) in Verb::ALL.iter().zip(words(COMMANDS)) {
+            let mut known = Words(row.as_bytes());
+            if known
+                .next()
+                .is_some_and(|known| known.eq_ignore_ascii_case(name))
+            {
+                let command = verb.read(&mut said)?;
+                // A stop with words behind it is still a stop.
+                if *verb != Verb::Stop && said.next().is_some() {
+                    let end = row.bytes().position(|byte| byte == b':').unwrap_or(0);
+                    let usage = row.get(name.len() + 1..end).unwrap_or("");
+                    return Err(CommandError::Unexpected { usage });
+                }
+                return Ok(Some(command));
+            }
         }
+        Err(CommandError::Unknown)
     }
 }
 
-fn calibrate<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<Calibrate, CommandError> {
+impl Verb {
+    /// The command, with what follows its first word.
+    fn read(self, words: &mut Words<'_>) -> Result<Command, CommandError> {
+        Ok(match self {
+            Self::Help => Command::Help,
+            Self::Status => Command::Status,
+            Self::Run => Command::Run,
+            Self::Home => Command::Home,
+            Self::RecordFriction => Command::RecordFriction,
+            Self::Calibrate => Command::Calibrate(calibrate(words)?),
+            Self::Close => Command::Close,
+            Self::Open => Command::Open,
+            Self::Stop => Command::Stop,
+            Self::Clear => Command::Clear,
+            Self::Show => Command::Show,
+            Self::Set => set(words)?,
+            Self::Save => Command::Save,
+            Self::Factory => Command::Factory,
+        })
+    }
+}
+fn calibrate(words: &mut Words<'_>) -> Result<Calibrate, CommandError> {
     const EXPECTED: CommandError = CommandError::Expected {
         what: "the pin's place in mm, or cable, or forget",
     };
     let word = words.next().ok_or(EXPECTED)?;
-    if word.eq_ignore_ascii_case("cable") {
+    if word.eq_ignore_ascii_case(b"cable") {
         return Ok(Calibrate::Cable);
     }
-    if word.eq_ignore_ascii_case("forget") {
+    if word.eq_ignore_ascii_case(b"forget") {
         return Ok(Calibrate::Forget);
     }
     let k_mm = number(word, "mm", words).ok_or(EXPECTED)?;
@@ -217,34 +241,33 @@ fn calibrate<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<Calibrate,
     Ok(Calibrate::At { k_m: k_mm * 1e-3 })
 }
 
-fn set<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<Command, CommandError> {
+fn set(words: &mut Words<'_>) -> Result<Command, CommandError> {
     let name = words
         .next()
         .ok_or(CommandError::Expected { what: "NAME VALUE" })?;
     let setting = Setting::by_name(name).ok_or(CommandError::UnknownSetting)?;
-    let row = setting.describe();
     let value = words
         .next()
-        .and_then(|word| number(word, row.unit, words))
+        .and_then(|word| number(word, setting.unit(), words))
         .ok_or(CommandError::Expected {
             what: "a number after the name",
         })?;
-    let value_si = row.to_si(value).ok_or(CommandError::Range { row })?;
-    Ok(Command::Set(setting, value_si))
+    let value_si = setting.range().to_si(value);
+    Ok(Command::Set(
+        setting,
+        value_si.ok_or(CommandError::Range { setting })?,
+    ))
 }
 
 /// A number, with its unit joined to it, behind it, or left out.
-fn number<'a>(word: &str, unit: &str, rest: &mut impl Iterator<Item = &'a str>) -> Option<f32> {
-    match word.strip_suffix(unit) {
-        Some(bare) if !unit.is_empty() => decimal::parse(bare),
-        _ => {
-            let value = decimal::parse(word)?;
-            match rest.next() {
-                Some(behind) if !behind.eq_ignore_ascii_case(unit) => None,
-                _ => Some(value),
-            }
-        }
+fn number(word: &[u8], unit: &str, rest: &mut Words<'_>) -> Option<f32> {
+    let unit = unit.as_bytes();
+    if let Some(bare) = word.strip_suffix(unit) {
+        return decimal::parse(bare);
     }
+    let value = decimal::parse(word)?;
+    let behind = rest.next().unwrap_or(unit);
+    behind.eq_ignore_ascii_case(unit).then_some(value)
 }
 
 /// Puts lines together from bytes as they come, however they are cut.
@@ -290,7 +313,9 @@ mod tests {
 
     #[test]
     fn every_command_of_the_table_is_understood() {
-        for (name, usage, _) in COMMANDS {
+        for row in words(COMMANDS) {
+            let (call, _) = row.split_once(": ").expect("a colon");
+            let (name, usage) = call.split_once(' ').expect("a blank");
             let line = match usage {
                 "" => name.to_owned(),
                 "NAME VALUE" => format!("{name} closing-speed 0.3"),
@@ -298,6 +323,8 @@ mod tests {
             };
             assert!(matches!(parse(&line), Ok(Some(_))), "{line}");
             assert!(matches!(parse(&line.to_uppercase()), Ok(Some(_))), "{line}");
+            let command = format!("{:?}", parse(&line)).to_lowercase();
+            assert!(command.starts_with(&format!("ok(some({}", name.replace('-', ""))));
             let excess = parse(&format!("{line} mm what"));
             assert_eq!(excess.is_ok(), name == "stop", "{line}: {excess:?}");
         }
@@ -366,8 +393,9 @@ mod tests {
             ("open wide", "this command takes nothing"),
             ("\u{fc}ben", "no such command; try help"),
         ] {
-            let error = parse(line).expect_err(line);
-            assert_eq!(error.to_string(), answer, "{line}");
+            let mut said = Line::new();
+            parse(line).expect_err(line).write(&mut said);
+            assert_eq!(said.as_str(), answer, "{line}");
         }
         assert_eq!(Command::parse(&[0xff, b'a']), Err(CommandError::NotALine));
         assert_eq!(

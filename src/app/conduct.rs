@@ -396,21 +396,21 @@ mod tests {
 
     #[test]
     fn every_setting_has_a_default_within_its_range_and_both_ends_make_a_valid_drive() {
-        for row in &Setting::TABLE {
-            let default = row.to_user(conduct().value(row.setting));
+        for setting in Setting::ALL {
+            let (name, range) = (setting.name(), setting.range());
+            let default = range.to_user(conduct().value(setting));
             assert!(
-                row.to_si(default * (1.0 - 1e-6)).is_some(),
-                "{}: {default}",
-                row.name
+                range.to_si(default * (1.0 - 1e-6)).is_some(),
+                "{name}: {default}"
             );
-            for end in [row.min, row.max] {
+            for end in [range.min, range.max] {
                 let mut overrides = Overrides::default();
                 overrides
-                    .set(row.setting, row.to_si(end).expect("in range"))
+                    .set(setting, range.to_si(end).expect("in range"))
                     .expect("in range");
-                let limits = drive::<P70>(&overrides).expect(row.name).config().limits;
+                let limits = drive::<P70>(&overrides).expect(name).config().limits;
                 let motion = motion::<P70>(&overrides);
-                assert_eq!(motion.validate(&limits), Ok(()), "{} {end}", row.name);
+                assert_eq!(motion.validate(&limits), Ok(()), "{name} {end}");
             }
         }
     }

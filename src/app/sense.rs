@@ -4,9 +4,8 @@ use super::hint::Hint;
 use super::kept::Kept;
 use super::settings::{Overrides, Setting};
 use crate::drive::sequence::Notice;
-use crate::finger::ConfigError;
 use crate::scene::{Reading, SampleOf, Scene};
-use crate::sensing::{Calibration, Directive, Event, Sensor};
+use crate::sensing::{Calibration, Directive, Event, Sensor, Settings};
 
 /// What the motion half asks of the sensing half.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,16 +25,19 @@ pub struct Sense<S: Scene> {
     sensor: Sensor<S::Finger, S::Joint, S::Series>,
 }
 
+impl<S: Scene> Default for Sense<S> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl<S: Scene> Sense<S> {
     /// A sensor for the scene's finger, nothing recorded, nothing calibrated.
-    ///
-    /// # Errors
-    /// The parameter of the finger that is out of its range.
-    pub fn new() -> Result<Self, ConfigError> {
-        let finger = S::finger()?;
+    pub fn new() -> Self {
+        let finger = S::MECHANISM;
         let drivetrain = S::drivetrain(&finger);
         let sensor = Sensor::new(finger, drivetrain, S::settings(), S::UNCALIBRATED);
-        Ok(Self { sensor })
+        Self { sensor }
     }
 
     /// Carries out an order.
@@ -99,12 +101,15 @@ impl<S: Scene> Sense<S> {
     }
 
     fn adjust(&mut self, overrides: &Overrides) {
-        let mut settings = S::settings();
-        let replace = |place: &mut f32, setting| *place = overrides.get(setting).unwrap_or(*place);
-        replace(&mut settings.speed_rad_per_s, Setting::ClosingSpeed);
-        replace(&mut settings.torque_limit_nm, Setting::ProbeTorque);
-        replace(&mut settings.wanted_sigma_m, Setting::WantedDeviation);
-        self.sensor.set_settings(settings);
+        let nominal = S::settings();
+        let set = |setting, nominal| overrides.get(setting).unwrap_or(nominal);
+        self.sensor.set_settings(Settings {
+            speed_rad_per_s: set(Setting::ClosingSpeed, nominal.speed_rad_per_s),
+            torque_limit_nm: set(Setting::ProbeTorque, nominal.torque_limit_nm),
+            wanted_sigma_m: set(Setting::WantedDeviation, nominal.wanted_sigma_m),
+            // The others are the scene's as they are.
+            ..*self.sensor.settings()
+        });
         let nominal = S::drivetrain(self.sensor.finger()).efficiency;
         self.sensor
             .set_efficiency(overrides.get(Setting::Efficiency).unwrap_or(nominal));

@@ -3,9 +3,10 @@
 //! The defaults come from the scene; a value that was set and saved overrides them after the next start. Values are
 //! kept in SI units; the user speaks the unit of the table.
 
+use crate::words::{word, words};
+
 /// One thing that can be set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Setting {
     /// Speed of the input link while closing, recording friction and probing, radian per second.
     ClosingSpeed,
@@ -27,15 +28,9 @@ pub enum Setting {
     SupplyMax,
 }
 
-/// A row of the table.
+/// The values that a setting may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Description {
-    /// Which setting.
-    pub setting: Setting,
-    /// What a user types.
-    pub name: &'static str,
-    /// The user's unit, empty for a number without one.
-    pub unit: &'static str,
+pub struct Range {
     /// One of the user's units in SI units.
     pub unit_si: f32,
     /// Smallest allowed value, in the user's unit.
@@ -44,88 +39,70 @@ pub struct Description {
     pub max: f32,
 }
 
-const fn row(
-    setting: Setting,
-    name: &'static str,
-    unit: &'static str,
-    unit_si: f32,
-    min: f32,
-    max: f32,
-) -> Description {
-    Description {
-        setting,
-        name,
-        unit,
-        unit_si,
-        min,
-        max,
-    }
+const fn range(unit_si: f32, min: f32, max: f32) -> Range {
+    Range { unit_si, min, max }
 }
 
-impl Setting {
-    /// Number of settings.
-    pub const COUNT: usize = 9;
+/// What a user types, in the order of the enum.
+const NAMES: &str = "closing-speed\ncurrent-limit\nprobe-torque\nwanted-deviation\nhold-force\nhold-time\nefficiency\n\
+    supply-min\nsupply-max\n";
+/// The user's units, in the same order.
+const UNITS: &str = "rad/s\nmA\nmNm\nmm\nN\ns\n%\nV\nV\n";
+/// Their sizes and the allowed values, in the same order.
+const RANGES: [Range; Setting::ALL.len()] = [
+    // Below 0.05 rad/s the worm creeps by stick-slip; above 0.8 the motor has no voltage left for load.
+    range(1.0, 0.05, 0.8),
+    // 183 mA is the motor's nominal current; below 30 mA friction alone may stop it.
+    range(1e-3, 30.0, 183.0),
+    range(1e-3, 5.0, 500.0),
+    range(1e-3, 0.1, 20.0),
+    range(1.0, 0.1, 20.0),
+    range(1.0, 0.0, 60.0),
+    range(1e-2, 5.0, 95.0),
+    // The bridge runs from 4.5 V; the winding is made for 12 V.
+    range(1.0, 4.5, 12.0),
+    range(1.0, 12.0, 16.0),
+];
 
+impl Setting {
     /// Every setting, in the order of the enum.
-    pub const TABLE: [Description; Self::COUNT] = [
-        // Below 0.05 rad/s the worm creeps by stick-slip; above 0.8 the motor has no voltage left for load.
-        row(
-            Setting::ClosingSpeed,
-            "closing-speed",
-            "rad/s",
-            1.0,
-            0.05,
-            0.8,
-        ),
-        // 183 mA is the motor's nominal current; below 30 mA friction alone may stop it.
-        row(
-            Setting::CurrentLimit,
-            "current-limit",
-            "mA",
-            1e-3,
-            30.0,
-            183.0,
-        ),
-        row(
-            Setting::ProbeTorque,
-            "probe-torque",
-            "mNm",
-            1e-3,
-            5.0,
-            500.0,
-        ),
-        row(
-            Setting::WantedDeviation,
-            "wanted-deviation",
-            "mm",
-            1e-3,
-            0.1,
-            20.0,
-        ),
-        row(Setting::HoldForce, "hold-force", "N", 1.0, 0.1, 20.0),
-        row(Setting::HoldTime, "hold-time", "s", 1.0, 0.0, 60.0),
-        row(Setting::Efficiency, "efficiency", "%", 1e-2, 5.0, 95.0),
-        // The bridge runs from 4.5 V; the winding is made for 12 V.
-        row(Setting::SupplyMin, "supply-min", "V", 1.0, 4.5, 12.0),
-        row(Setting::SupplyMax, "supply-max", "V", 1.0, 12.0, 16.0),
+    pub const ALL: [Self; 9] = [
+        Self::ClosingSpeed,
+        Self::CurrentLimit,
+        Self::ProbeTorque,
+        Self::WantedDeviation,
+        Self::HoldForce,
+        Self::HoldTime,
+        Self::Efficiency,
+        Self::SupplyMin,
+        Self::SupplyMax,
     ];
 
-    /// Name, unit and range.
-    pub const fn describe(self) -> &'static Description {
-        // The discriminant is below COUNT, the table's length: the index cannot fail.
-        &Self::TABLE[self as usize]
+    /// What a user types.
+    pub fn name(self) -> &'static str {
+        word(NAMES, self as u8)
+    }
+
+    /// The user's unit.
+    pub fn unit(self) -> &'static str {
+        word(UNITS, self as u8)
+    }
+
+    /// The values that it may have.
+    pub const fn range(self) -> &'static Range {
+        // The discriminant is below the table's length: the index cannot fail.
+        &RANGES[self as usize]
     }
 
     /// The setting that a user names.
-    pub fn by_name(name: &str) -> Option<Self> {
-        let row = Self::TABLE
-            .iter()
-            .find(|row| row.name.eq_ignore_ascii_case(name))?;
-        Some(row.setting)
+    pub fn by_name(name: &[u8]) -> Option<Self> {
+        let is_named = |known: &str| known.as_bytes().eq_ignore_ascii_case(name);
+        let number = words(NAMES).position(is_named)?;
+        Self::ALL.get(number).copied()
     }
 }
 
-impl Description {
+impl Range {
     /// The value in SI units, or `None` where the user's value is not finite or out of range.
     pub fn to_si(&self, value: f32) -> Option<f32> {
         // A NaN is in no range.
@@ -138,13 +115,21 @@ impl Description {
     pub fn to_user(&self, value_si: f32) -> f32 {
         value_si / self.unit_si
     }
+
+    /// Whether a value in SI units is one of them.
+    pub fn contains_si(&self, value_si: f32) -> bool {
+        // The range is the user's; allow for the rounding of the unit's factor at its ends.
+        let value = self.to_user(value_si);
+        let slack = 1e-6 * self.max;
+        value >= self.min - slack && value <= self.max + slack
+    }
 }
 
 /// The values that a user has set; what is not set keeps the scene's default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Overrides {
-    /// In the order of [`Setting::TABLE`].
-    pub(super) values_si: [Option<f32>; Setting::COUNT],
+    /// In the order of [`Setting::ALL`].
+    pub(super) values_si: [Option<f32>; Setting::ALL.len()],
 }
 
 impl Overrides {
@@ -157,13 +142,10 @@ impl Overrides {
     ///
     /// # Errors
     /// The allowed range, where the value is outside or not finite; nothing is changed then.
-    pub fn set(&mut self, setting: Setting, value_si: f32) -> Result<(), &'static Description> {
-        let row = setting.describe();
-        // The range is the user's; allow for the rounding of the unit's factor at its ends.
-        let user = row.to_user(value_si);
-        let slack = 1e-6 * row.max;
-        if !(row.min - slack..=row.max + slack).contains(&user) {
-            return Err(row);
+    pub fn set(&mut self, setting: Setting, value_si: f32) -> Result<(), &'static Range> {
+        let range = setting.range();
+        if !range.contains_si(value_si) {
+            return Err(range);
         }
         if let Some(value) = self.values_si.get_mut(setting as usize) {
             *value = Some(value_si);
@@ -173,11 +155,8 @@ impl Overrides {
 
     /// Whether every value lies in its range, as it must after it was read from a memory.
     pub fn is_valid(&self) -> bool {
-        let mut copy = Self::default();
-        Setting::TABLE.iter().all(|row| {
-            self.get(row.setting)
-                .is_none_or(|value| copy.set(row.setting, value).is_ok())
-        })
+        (RANGES.iter().zip(&self.values_si))
+            .all(|(range, value)| value.is_none_or(|value| range.contains_si(value)))
     }
 }
 
@@ -186,36 +165,49 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_table_is_in_the_order_of_the_enum_and_every_name_leads_back() {
-        for (index, row) in Setting::TABLE.iter().enumerate() {
-            assert_eq!(row.setting as usize, index, "{}", row.name);
-            assert_eq!(Setting::by_name(row.name), Some(row.setting));
-            assert!(row.min < row.max && row.unit_si > 0.0, "{}", row.name);
+    fn the_tables_are_in_the_order_of_the_enum_and_every_name_leads_back() {
+        for (index, setting) in Setting::ALL.into_iter().enumerate() {
+            assert_eq!(setting as usize, index, "{setting:?}");
+            let name = format!("{setting:?}").to_lowercase();
+            assert_eq!(setting.name().replace('-', ""), name);
+            assert_eq!(Setting::by_name(setting.name().as_bytes()), Some(setting));
+            let range = setting.range();
+            assert!(range.min < range.max && range.unit_si > 0.0, "{name}");
+            let one = match setting.unit() {
+                "mA" | "mNm" | "mm" => 1e-3,
+                "%" => 1e-2,
+                _ => 1.0,
+            };
+            assert_eq!(range.unit_si, one, "{name}");
         }
+        assert_eq!(words(NAMES).count(), Setting::ALL.len());
+        assert_eq!(words(UNITS).count(), Setting::ALL.len());
         assert_eq!(
-            Setting::by_name("CLOSING-speed"),
+            Setting::by_name(b"CLOSING-speed"),
             Some(Setting::ClosingSpeed)
         );
-        assert_eq!(Setting::by_name("speed"), None);
+        assert_eq!(Setting::by_name(b"speed"), None);
     }
 
     #[test]
     fn the_ends_of_every_range_are_accepted_and_what_lies_beyond_is_not() {
-        for row in &Setting::TABLE {
+        for setting in Setting::ALL {
+            let (name, range) = (setting.name(), setting.range());
             let mut overrides = Overrides::default();
-            for value in [row.min, row.max] {
-                let si = row.to_si(value).expect(row.name);
-                assert!(
-                    overrides.set(row.setting, si).is_ok(),
-                    "{} {value}",
-                    row.name
-                );
-                assert!((row.to_user(si) - value).abs() <= 1e-5 * row.max);
+            for value in [range.min, range.max] {
+                let si = range.to_si(value).expect(name);
+                assert!(overrides.set(setting, si).is_ok(), "{name} {value}");
+                assert!((range.to_user(si) - value).abs() <= 1e-5 * range.max);
                 assert!(overrides.is_valid());
             }
-            for value in [row.min * 0.9 - 0.1, row.max * 1.1, f32::NAN, f32::INFINITY] {
-                assert_eq!(row.to_si(value), None, "{} {value}", row.name);
-                assert!(overrides.set(row.setting, value * row.unit_si).is_err());
+            for value in [
+                range.min * 0.9 - 0.1,
+                range.max * 1.1,
+                f32::NAN,
+                f32::INFINITY,
+            ] {
+                assert_eq!(range.to_si(value), None, "{name} {value}");
+                assert!(overrides.set(setting, value * range.unit_si).is_err());
             }
         }
     }

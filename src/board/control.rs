@@ -12,18 +12,17 @@
 )]
 
 use core::cell::{Cell, UnsafeCell};
+use core::mem::MaybeUninit;
 use core::ptr;
-use core::sync::atomic::{AtomicU32, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-use cortex_m::asm;
 use cortex_m::peripheral::NVIC;
+use cortex_m::{asm, interrupt as mask};
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{Interrupt, InterruptExt, Priority};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
-use heapless::spsc::{Consumer, Producer, Queue};
-use static_cell::StaticCell;
 
 use palpate::drive::io::Inputs;
 use palpate::drive::joint::JointInput;
@@ -45,29 +44,47 @@ const QUEUE_SAMPLES: usize = 16;
 type Handover<T> = Mutex<CriticalSectionRawMutex, Cell<T>>;
 
 static DEMAND: Handover<Demand> = Mutex::new(Cell::new(Demand::REST));
-static STATUS: Handover<Option<Status>> = Mutex::new(Cell::new(None));
 static SAMPLED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 /// Samples that found the queue full; wraps.
 static LOST: AtomicU32 = AtomicU32::new(0);
+
+/// The queue: a ring of places, each empty or not, which both ends go round by themselves. Not a library's, which is a call
+/// to flash where it is not inlined.
+static QUEUE: [Handover<Option<Sample>>; QUEUE_SAMPLES] =
+    [const { Mutex::new(Cell::new(None)) }; QUEUE_SAMPLES];
+
+/// The place in the queue of one who has gone so many places.
+#[inline(always)]
+fn place(gone: usize) -> &'static Handover<Option<Sample>> {
+    &QUEUE[gone % QUEUE_SAMPLES]
+}
 
 /// What belongs to the interrupt.
 struct Control {
     bridge: Bridge,
     controller: Controller,
-    samples: Producer<'static, Sample>,
+    samples: usize,
     overrun: bool,
 }
 
-struct Owned(UnsafeCell<Option<Control>>);
+/// Not an `Option`, whose `None` would be no zero, and so the whole an image in flash.
+struct Owned {
+    control: UnsafeCell<MaybeUninit<Control>>,
+    there: AtomicBool,
+}
 
-// SAFETY: written once before the interrupt is enabled, then touched by the interrupt alone, which cannot preempt itself.
+// SAFETY: written once before the interrupt is enabled; then touched by the interrupt alone, which cannot preempt itself, and
+// read while it is masked.
 unsafe impl Sync for Owned {}
 
-static CONTROL: Owned = Owned(UnsafeCell::new(None));
+static CONTROL: Owned = Owned {
+    control: UnsafeCell::new(MaybeUninit::zeroed()),
+    there: AtomicBool::new(false),
+};
 
 /// The receiving end of the samples.
 pub struct Samples {
-    queue: Consumer<'static, Sample>,
+    taken: usize,
     joint: JointPin<Active>,
     lost: u32,
 }
@@ -80,7 +97,8 @@ impl Samples {
 
     /// The oldest sample, if there is one.
     pub fn next(&mut self) -> Option<SampleOf<Active>> {
-        let sample = self.queue.dequeue()?;
+        let sample = place(self.taken).lock(Cell::take)?;
+        self.taken = self.taken.wrapping_add(1);
         let reading = self.joint.reading(sample.joint);
         Some(sample.with_joint(reading))
     }
@@ -99,9 +117,19 @@ pub fn demand(demand: Demand) {
     DEMAND.lock(|cell| cell.set(demand));
 }
 
-/// The state of the motor as of the last sample.
+/// The state of the motor.
+#[inline(never)]
 pub fn status() -> Status {
-    STATUS.lock(Cell::get).unwrap_or_default()
+    if !CONTROL.there.load(Ordering::Relaxed) {
+        return Status::default();
+    }
+    // SAFETY: see `Owned`; it is there, and within the critical section its interrupt is masked.
+    mask::free(|_| unsafe {
+        *(*CONTROL.control.get())
+            .assume_init_ref()
+            .controller
+            .status()
+    })
 }
 
 /// Copies the interrupt's code to where it is linked to run. Call once, first of all.
@@ -125,18 +153,17 @@ pub fn load() {
 }
 
 /// Gives bridge and controller to the interrupt and starts it, once; `joint` reads joint 2.
-pub fn start(bridge: Bridge, controller: Controller, joint: JointPin<Active>) -> Option<Samples> {
-    static QUEUE: StaticCell<Queue<Sample, QUEUE_SAMPLES>> = StaticCell::new();
-    let (samples, queue) = QUEUE.try_init(Queue::new())?.split();
+pub fn start(bridge: Bridge, controller: Controller, joint: JointPin<Active>) -> Samples {
     // SAFETY: the interrupt is not enabled yet.
     unsafe {
-        *CONTROL.0.get() = Some(Control {
+        (*CONTROL.control.get()).write(Control {
             bridge,
             controller,
-            samples,
+            samples: 0,
             overrun: false,
         });
     }
+    CONTROL.there.store(true, Ordering::Release);
     interrupt::ADC1_2.set_priority(Priority::P0);
     interrupt::FMAC.set_priority(Priority::P6);
     // SAFETY: what they need is in place.
@@ -145,11 +172,11 @@ pub fn start(bridge: Bridge, controller: Controller, joint: JointPin<Active>) ->
         interrupt::ADC1_2.enable();
     }
     bridge::start();
-    Some(Samples {
-        queue,
+    Samples {
+        taken: 0,
         joint,
         lost: 0,
-    })
+    }
 }
 
 /// Keeps the control interrupt from running until it is dropped.
@@ -173,10 +200,11 @@ impl Drop for Pause {
 #[unsafe(link_section = ".control")]
 extern "C" fn control() {
     let (current, supply) = sampling::read();
-    // SAFETY: see `Owned`.
-    let Some(control) = (unsafe { &mut *CONTROL.0.get() }) else {
+    if !CONTROL.there.load(Ordering::Acquire) {
         return;
-    };
+    }
+    // SAFETY: see `Owned`; it is there.
+    let control = unsafe { (*CONTROL.control.get()).assume_init_mut() };
     let inputs = Inputs {
         current,
         supply,
@@ -189,15 +217,15 @@ extern "C" fn control() {
     control.bridge.apply(outputs);
     if let Some(sample) = control.controller.sample() {
         let sample = sample.with_joint(JointPin::<Active>::take(sampling::read_joint));
-        STATUS.lock(|cell| cell.set(Some(*control.controller.status())));
-        // Always true, but said here it spares the queue's arithmetic its check for a ring of no length, which would panic.
-        let ring_has_length = control.samples.capacity() < QUEUE_SAMPLES;
-        if !ring_has_length || control.samples.enqueue(sample).is_err() {
-            LOST.store(
-                LOST.load(Ordering::Relaxed).wrapping_add(1),
-                Ordering::Relaxed,
-            );
-        }
+        place(control.samples).lock(|place| {
+            if place.get().is_none() {
+                place.set(Some(sample));
+                control.samples = control.samples.wrapping_add(1);
+            } else {
+                let lost = LOST.load(Ordering::Relaxed).wrapping_add(1);
+                LOST.store(lost, Ordering::Relaxed);
+            }
+        });
         // Waking a task runs code of the executor, behind a pointer: a lower interrupt does that.
         NVIC::pend(Interrupt::FMAC);
         watchdog::report(Reporter::Control);

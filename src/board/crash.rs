@@ -10,6 +10,7 @@ use core::panic::PanicInfo;
 
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, exception};
+use defmt::{Str, intern};
 
 use super::{bridge, storage};
 
@@ -41,13 +42,13 @@ impl Cause {
     ];
 
     /// Name in the log.
-    pub fn name(self) -> &'static str {
+    pub fn name(self) -> Str {
         match self {
-            Self::Panic => "panic",
-            Self::HardFault => "hard-fault",
-            Self::StackOverflow => "stack-overflow",
-            Self::NonMaskable => "non-maskable",
-            Self::Unhandled => "unhandled",
+            Self::Panic => intern!("panic"),
+            Self::HardFault => intern!("hard-fault"),
+            Self::StackOverflow => intern!("stack-overflow"),
+            Self::NonMaskable => intern!("non-maskable"),
+            Self::Unhandled => intern!("unhandled"),
         }
     }
 }

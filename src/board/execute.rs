@@ -1,25 +1,28 @@
 //! Command lines carried out, one after the other, each answered.
 
-use core::fmt::{self, Write};
-
-use heapless::String;
+use defmt::{Str, intern};
 
 use palpate::app::command::{COMMANDS, Command, CommandError};
 use palpate::app::conduct::{Conduct, Effect};
-use palpate::app::decimal::Decimal;
-use palpate::app::kept::{self, mark};
+use palpate::app::kept;
+use palpate::app::line::Line;
 use palpate::app::record::{RecordError, decode, encode};
 use palpate::app::sense::Sense;
-use palpate::app::settings::{Description, Overrides, Setting};
+use palpate::app::settings::{Overrides, Range, Setting};
 use palpate::app::store::{Found, StoreError, Writer};
+use palpate::drive::Fault;
 use palpate::drive::sequence::{Notice, Refused};
 use palpate::scene::Active;
+use palpate::words::words;
 
 use super::console::{self, Said};
 use super::serial::Sender;
 use super::shared::{Shared, Turn};
 use super::storage::{self, Storage};
 use super::{control, telemetry};
+
+/// Whose records count.
+const MARK: u32 = kept::mark::<Active>();
 
 /// What the record, if there is one, says.
 pub enum Kept {
@@ -40,8 +43,8 @@ pub enum Kept {
 #[inline(never)]
 pub fn load(storage: &mut Storage, sense: &'static Shared<Sense<Active>>, turn: &mut Turn) -> Kept {
     let (kept, what) = storage.load(|found| match found {
-        Found::Nothing => (Kept::Nothing, "none"),
-        Found::Unreadable => (Kept::Nothing, "unreadable"),
+        Found::Nothing => (Kept::Nothing, intern!("none")),
+        Found::Unreadable => (Kept::Nothing, intern!("unreadable")),
         Found::Record { bytes, newest } => restore(bytes, newest, sense, turn),
     });
     telemetry::record(what, storage::bad_words());
@@ -53,30 +56,31 @@ fn restore(
     newest: bool,
     sense: &'static Shared<Sense<Active>>,
     turn: &mut Turn,
-) -> (Kept, &'static str) {
+) -> (Kept, Str) {
     let mut kept = kept::Kept::nothing::<Active>();
-    match decode(bytes, mark::<Active>(), &mut kept) {
+    match decode(bytes, MARK, &mut kept) {
         Ok(()) => {
             let overrides = kept.overrides;
             let notice = sense.lock(turn, |sense| sense.restore(kept));
-            let what = if newest { "loaded" } else { "older" };
+            let what = if newest {
+                intern!("loaded")
+            } else {
+                intern!("older")
+            };
             (Kept::Restored { overrides, notice }, what)
         }
         Err(error) => (Kept::Unusable, why(error)),
     }
 }
 
-fn why(error: RecordError) -> &'static str {
+fn why(error: RecordError) -> Str {
     match error {
-        RecordError::Damaged => "damaged",
-        RecordError::Version { .. } => "other-version",
-        RecordError::OtherScene => "other-scene",
-        RecordError::Implausible => "implausible",
+        RecordError::Damaged => intern!("damaged"),
+        RecordError::Version { .. } => intern!("other-version"),
+        RecordError::OtherScene => intern!("other-scene"),
+        RecordError::Implausible => intern!("implausible"),
     }
 }
-
-/// Longest answer line; longer ones are cut.
-const ANSWER_BYTES: usize = 120;
 
 /// What a command is answered with: one line or more.
 enum Answer {
@@ -99,19 +103,19 @@ pub async fn execute(
     loop {
         let said = console::next(&mut turn).await;
         let answer = match carry_out(said, conduct, &mut turn) {
-            Answer::Done(Effect::Save) => {
+            Answer::Done(effect @ (Effect::Save | Effect::Factory)) => {
                 let overrides = conduct.lock(&mut turn, |conduct| *conduct.overrides());
-                let result = storage
-                    .save(|writer| write_record(sense, &mut turn, overrides, writer))
-                    .await;
-                Answer::Written("saved", result)
+                let saves = effect == Effect::Save;
+                let encode =
+                    |writer: &mut Writer<'_, _>| write_record(sense, &mut turn, overrides, writer);
+                let result = storage.replace(saves.then_some(encode)).await;
+                Answer::Written(if saves { "saved" } else { "forgotten" }, result)
             }
-            Answer::Done(Effect::Factory) => Answer::Written("forgotten", storage.forget().await),
             answer => answer,
         };
         let mut row = 0;
         while let Some(line) = line(&answer, row, conduct, &mut turn) {
-            console::answer(&mut port, &line).await;
+            console::answer(&mut port, line.as_str()).await;
             row += 1;
         }
     }
@@ -139,7 +143,7 @@ fn write_record(
 ) {
     sense.lock(turn, |sense| {
         sense.keep(overrides, |kept| {
-            encode(kept, mark::<Active>(), |byte| writer.push(byte));
+            encode(kept, MARK, |byte| writer.push(byte));
         });
     });
 }
@@ -151,68 +155,71 @@ fn line(
     row: usize,
     conduct: &'static Shared<Conduct<Active>>,
     turn: &mut Turn,
-) -> Option<String<ANSWER_BYTES>> {
-    let mut line = String::new();
-    // What does not fit is cut.
-    let _ = match answer {
+) -> Option<Line> {
+    let mut line = Line::new();
+    match *answer {
         Answer::Done(Effect::Help) => {
-            let (name, usage, what) = COMMANDS.get(row)?;
-            write!(line, "{name} {usage}: {what}")
+            line.text(words(COMMANDS).nth(row)?);
         }
-        Answer::Done(Effect::Show) => show(&mut line, Setting::TABLE.get(row)?, conduct, turn),
+        Answer::Done(Effect::Show) => show(&mut line, *Setting::ALL.get(row)?, conduct, turn),
         _ if row > 0 => return None,
-        Answer::Error(error) => write!(line, "error: {error}"),
-        Answer::Refused(refused) => refuse(&mut line, *refused),
+        Answer::Error(error) => error.write(line.text("error: ")),
+        Answer::Refused(refused) => refuse(&mut line, refused),
         Answer::Done(Effect::Status) => status(&mut line, conduct, turn),
-        Answer::Done(Effect::Set { at_restart: false }) => line.write_str("ok; save keeps it"),
-        Answer::Done(Effect::Set { at_restart: true }) => {
-            line.write_str("ok; acts after save and a restart")
+        Answer::Done(effect) => {
+            line.text(match effect {
+                Effect::Set { at_restart: false } => "ok; save keeps it",
+                Effect::Set { at_restart: true } => "ok; acts after save and a restart",
+                _ => "ok",
+            });
         }
-        Answer::Done(_) => line.write_str("ok"),
-        Answer::Written(done, Ok(())) => line.write_str(done),
-        Answer::Written(_, Err(error)) => write!(line, "failed: {}", storage::name(*error)),
-    };
+        Answer::Written(done, Ok(())) => {
+            line.text(done);
+        }
+        Answer::Written(_, Err(error)) => {
+            line.text("failed: ").text(storage::name(error));
+        }
+    }
     Some(line)
 }
 
-fn refuse(line: &mut impl Write, refused: Refused) -> fmt::Result {
+fn refuse(line: &mut Line, refused: Refused) {
     let (why, what) = match refused {
-        Refused::Faulted(fault) => (fault.name(), "is latched: clear first"),
-        Refused::Busy(state) => (state.name(), "is going on: stop first"),
-        Refused::NoFault => ("no fault", "is latched"),
-        Refused::NoFriction => ("no friction", "is recorded: record-friction first"),
-        Refused::NoCable => ("no cable", "is in this scene: use a pin"),
+        Refused::Faulted(fault) => (fault.name(), " is latched: clear first"),
+        Refused::Busy(state) => (state.name(), " is going on: stop first"),
+        Refused::NoFault => ("no fault", " is latched"),
+        Refused::NoFriction => ("no friction", " is recorded: record-friction first"),
+        Refused::NoCable => ("no cable", " is in this scene: use a pin"),
     };
-    write!(line, "refused: {why} {what}")
+    line.text("refused: ").text(why).text(what);
 }
 
 fn show(
-    line: &mut impl Write,
-    row: &Description,
+    line: &mut Line,
+    setting: Setting,
     conduct: &'static Shared<Conduct<Active>>,
     turn: &mut Turn,
-) -> fmt::Result {
-    let value = conduct.lock(turn, |conduct| conduct.value(row.setting));
-    let value = Decimal(row.to_user(value));
-    let (min, max) = (Decimal(row.min), Decimal(row.max));
-    write!(line, "{} {value} {} ({min} to {max})", row.name, row.unit)
+) {
+    let value_si = conduct.lock(turn, |conduct| conduct.value(setting));
+    let range = setting.range();
+    let Range { min, max, .. } = *range;
+    let line = line.text(setting.name()).text(" ");
+    let line = line.decimal(range.to_user(value_si)).text(" ");
+    let line = line.text(setting.unit()).text(" (");
+    line.decimal(min).text(" to ").decimal(max).text(")");
 }
 
-fn status(
-    line: &mut impl Write,
-    conduct: &'static Shared<Conduct<Active>>,
-    turn: &mut Turn,
-) -> fmt::Result {
+fn status(line: &mut Line, conduct: &'static Shared<Conduct<Active>>, turn: &mut Turn) {
     let status = control::status();
     let (state, fault) = conduct.lock(turn, |conduct| (conduct.state(), conduct.fault()));
     telemetry::status(state, fault, &status);
-    let fault = fault.map_or("none", |fault| fault.name());
-    let current_ma = Decimal(status.current_a * 1e3);
-    let (supply_v, winding_c) = (Decimal(status.supply_v), Decimal(status.winding_c));
-    write!(
-        line,
-        "state {}, position {} counts, current {current_ma} mA, supply {supply_v} V, winding {winding_c} C, fault {fault}",
-        state.name(),
-        status.position_counts
-    )
+    let line = line.text("state ").text(state.name());
+    let line = line.text(", position ").integer(status.position_counts);
+    let line = line
+        .text(" counts, current ")
+        .decimal(status.current_a * 1e3);
+    let line = line.text(" mA, supply ").decimal(status.supply_v);
+    let line = line.text(" V, winding ").decimal(status.winding_c);
+    line.text(" C, fault ")
+        .text(fault.map_or("none", Fault::name));
 }

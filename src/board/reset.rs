@@ -1,5 +1,6 @@
 //! Why the chip started.
 
+use defmt::{Str, intern};
 use embassy_stm32::pac::RCC;
 
 /// The reset that led here.
@@ -19,13 +20,13 @@ pub enum Reset {
 
 impl Reset {
     /// Name in the log.
-    pub fn name(self) -> &'static str {
+    pub fn name(self) -> Str {
         match self {
-            Self::Power => "power",
-            Self::Pin => "pin",
-            Self::Software => "software",
-            Self::Watchdog => "watchdog",
-            Self::Other => "other",
+            Self::Power => intern!("power"),
+            Self::Pin => intern!("pin"),
+            Self::Software => intern!("software"),
+            Self::Watchdog => intern!("watchdog"),
+            Self::Other => intern!("other"),
         }
     }
 }

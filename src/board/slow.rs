@@ -85,7 +85,7 @@ pub async fn sense(
                 }
                 let hint = sense.lock(&mut turn, |sense| sense.hint(&event));
                 if let Some(hint) = hint {
-                    telemetry::hint(&hint);
+                    telemetry::hint(hint);
                 }
                 conduct.lock(&mut turn, |conduct| {
                     conduct.hear(&event, &control::status())

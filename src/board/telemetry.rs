@@ -2,16 +2,13 @@
 //! in millimetre and torques in millinewton metre. A value that is not known is `NaN`. Programs may read these
 //! lines; the README's table of log lines is written from this file.
 
-use core::fmt::Write;
-
-use defmt::{error, info, warn};
+use defmt::{Str, error, info, intern, warn};
 
 use palpate::app::hint::Hint;
 use palpate::drive::config::OutOfRange;
 use palpate::drive::fault::Fault;
 use palpate::drive::sequence::{Outcome, State};
 use palpate::drive::{Limited, Status};
-use palpate::finger::ConfigError;
 use palpate::sensing::{Calibration, Event, NotLocated, Refusal, Side};
 
 use super::crash::Crash;
@@ -20,8 +17,6 @@ use super::watchdog::Missing;
 
 /// Metre to millimetre, newton metre to millinewton metre, radian to milliradian, ampere to milliampere.
 const MILLI: f32 = 1e3;
-/// Longest hint.
-const HINT_BYTES: usize = 120;
 
 /// `boot`: the first line.
 pub fn boot(scene: &str) {
@@ -34,7 +29,7 @@ pub fn boot(scene: &str) {
 
 /// `reset`: why the chip started.
 pub fn reset(reset: Reset) {
-    info!("reset cause={=str}", reset.name());
+    info!("reset cause={=istr}", reset.name());
 }
 
 /// `watchdog`: who had not reported when it bit.
@@ -48,7 +43,7 @@ pub fn watchdog(missing: Missing) {
 /// `crash`: what the last run left before it reset itself; of a panic `line` and, as `text`, the file.
 pub fn crash(crash: &Crash) {
     error!(
-        "crash cause={=str} pc={=u32:#x} lr={=u32:#x} status={=u32:#x} address={=u32:#x} line={=u32} text={=str}",
+        "crash cause={=istr} pc={=u32:#x} lr={=u32:#x} status={=u32:#x} address={=u32:#x} line={=u32} text={=str}",
         crash.cause().name(),
         crash.pc,
         crash.lr,
@@ -72,13 +67,13 @@ pub fn state(from: State, to: State) {
 /// `sequence done`: how a motion ended.
 pub fn done(outcome: Outcome) {
     let verdict = match outcome {
-        Outcome::Contact => "contact",
-        Outcome::NoContact => "no-contact",
-        Outcome::NotRecorded => "not-recorded",
-        Outcome::Complete => "complete",
-        Outcome::Stopped => "stopped",
+        Outcome::Contact => intern!("contact"),
+        Outcome::NoContact => intern!("no-contact"),
+        Outcome::NotRecorded => intern!("not-recorded"),
+        Outcome::Complete => intern!("complete"),
+        Outcome::Stopped => intern!("stopped"),
     };
-    info!("sequence done verdict={=str}", verdict);
+    info!("sequence done verdict={=istr}", verdict);
 }
 
 /// `fault`: the bridge is off until `clear`. Causes and remedies stand in the README, not in flash.
@@ -117,25 +112,25 @@ pub fn status(state: State, fault: Option<Fault>, status: &Status) {
     );
 }
 
-fn why_not(why: NotLocated) -> &'static str {
+fn why_not(why: NotLocated) -> Str {
     match why {
-        NotLocated::Proximal => "proximal",
-        NotLocated::TooSoft => "too-soft",
-        NotLocated::Gap => "gap",
-        NotLocated::TooStiff => "too-stiff",
-        NotLocated::TooFewSamples => "too-few-samples",
-        NotLocated::Unexplained => "unexplained",
+        NotLocated::Proximal => intern!("proximal"),
+        NotLocated::TooSoft => intern!("too-soft"),
+        NotLocated::Gap => intern!("gap"),
+        NotLocated::TooStiff => intern!("too-stiff"),
+        NotLocated::TooFewSamples => intern!("too-few-samples"),
+        NotLocated::Unexplained => intern!("unexplained"),
     }
 }
 
-fn why_refused(why: Refusal) -> &'static str {
+fn why_refused(why: Refusal) -> Str {
     match why {
-        Refusal::NoContact => "no-contact",
-        Refusal::TooFewSamples => "too-few-samples",
-        Refusal::NoSuchPlace => "no-such-place",
-        Refusal::Misfit => "misfit",
-        Refusal::Implausible => "implausible",
-        Refusal::Uninformative => "uninformative",
+        Refusal::NoContact => intern!("no-contact"),
+        Refusal::TooFewSamples => intern!("too-few-samples"),
+        Refusal::NoSuchPlace => intern!("no-such-place"),
+        Refusal::Misfit => intern!("misfit"),
+        Refusal::Implausible => intern!("implausible"),
+        Refusal::Uninformative => intern!("uninformative"),
     }
 }
 
@@ -213,13 +208,13 @@ pub fn event(event: &Event) {
             settled
         ),
         Event::NotLocated { why, torque_nm } => info!(
-            "not-located why={=str} torque_mnm={=f32}",
+            "not-located why={=istr} torque_mnm={=f32}",
             why_not(why),
             torque_nm * MILLI
         ),
         Event::Calibrated { calibration } => self::calibration(&calibration),
         Event::CalibrationRefused { why } => {
-            warn!("calibration-refused why={=str}", why_refused(why))
+            warn!("calibration-refused why={=istr}", why_refused(why))
         }
     }
 }
@@ -240,13 +235,13 @@ pub fn joint(reads: bool) {
 #[inline(never)]
 pub fn branch(change_rad: Option<f32>, side: Option<Side>) {
     let side = match side {
-        Some(Side::Below) => "below",
-        Some(Side::Beyond) => "beyond",
-        Some(Side::Unclear) => "unclear",
-        None => "no-reading",
+        Some(Side::Below) => intern!("below"),
+        Some(Side::Beyond) => intern!("beyond"),
+        Some(Side::Unclear) => intern!("unclear"),
+        None => intern!("no-reading"),
     };
     info!(
-        "branch change_mrad={=f32} side={=str}",
+        "branch change_mrad={=f32} side={=istr}",
         change_rad.unwrap_or(f32::NAN) * MILLI,
         side
     );
@@ -267,8 +262,8 @@ pub fn calibration(calibration: &Calibration) {
 }
 
 /// `record`: what was found in flash at start, and how many words in it were beyond repair.
-pub fn record(state: &str, bad_words: u32) {
-    info!("record state={=str} bad_words={=u32}", state, bad_words);
+pub fn record(state: Str, bad_words: u32) {
+    info!("record state={=istr} bad_words={=u32}", state, bad_words);
 }
 
 /// `commands`: lines ignored since boot, because too many waited.
@@ -284,17 +279,35 @@ pub fn bad_configuration(wrong: &OutOfRange) {
     );
 }
 
-/// `bad-finger`: a parameter of the finger that is out of its range.
-pub fn bad_finger(wrong: &ConfigError) {
-    error!("bad-finger {}", wrong);
-}
-
 /// `hint`: what to do next in the guided calibration, as text.
-pub fn hint(hint: &Hint) {
-    let mut text = heapless::String::<HINT_BYTES>::new();
-    // Too long a hint is cut.
-    let _ = write!(text, "{hint}");
-    info!("hint {=str}", text.as_str());
+pub fn hint(hint: Hint) {
+    match hint {
+        Hint::Press => info!("hint leave the finger free and enter: calibrate cable"),
+        Hint::Pin { k_mm } => info!(
+            "hint put a pin at {=u16} mm from the last joint and enter: calibrate {=u16}",
+            k_mm, k_mm
+        ),
+        Hint::Save => info!("hint calibrated; remove the pin and enter: save"),
+        Hint::RecordFriction => info!("hint leave the finger free and enter: record-friction"),
+        Hint::Again(Refusal::NoContact) => {
+            info!("hint nothing was felt: put the pin into the finger's way and repeat")
+        }
+        Hint::Again(Refusal::TooFewSamples) => {
+            info!("hint the press was too short: is the current limit high enough? repeat")
+        }
+        Hint::Again(Refusal::NoSuchPlace) => {
+            info!("hint no such place on the last phalanx: give the pin's distance")
+        }
+        Hint::Again(Refusal::Misfit) => {
+            info!("hint that was no single fixed pin: fix it, let nothing else touch, and repeat")
+        }
+        Hint::Again(Refusal::Implausible) => info!(
+            "hint too far from what was known: check the place and repeat, or enter: calibrate forget"
+        ),
+        Hint::Again(Refusal::Uninformative) => {
+            info!("hint nothing new was learned: choose another place")
+        }
+    }
 }
 
 /// `answer`: the answer to a command line, as text.

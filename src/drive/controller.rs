@@ -1,7 +1,9 @@
 //! The control interrupt's work as a pure function: inputs and demand to outputs, 20,000 times a second.
 //!
 //! On the chip all of it becomes part of the interrupt's handler, which runs from a memory of its own: what is called from
-//! more than one place is marked `inline(always)`, here and in the modules that it uses, lest a call lead back to flash.
+//! more than one place is marked `inline(always)`, here and in the modules that it uses, lest a call lead back to flash. A
+//! derived `==` is such a call, and a copy of more than 24 bytes is one of `memcpy`: what is compared is matched instead, and
+//! nothing as long is copied.
 
 use super::config::Checked;
 use super::convert::{self, PERIOD_S, Scale};
@@ -203,7 +205,7 @@ impl Controller {
         }
         self.supply_v += SUPPLY_GAIN * (supply_v - self.supply_v);
         let observed = Observed {
-            awake: self.applied != Outputs::Off,
+            awake: !matches!(self.applied, Outputs::Off),
             applied_v: self.applied_fraction * self.supply_v,
             reference_a: self.reference_a,
             reading_a: raw_a - self.status.offset_a,
@@ -216,7 +218,8 @@ impl Controller {
         let mut fault = self
             .protection
             .check(inputs, &observed, self.average.periods % TURNS);
-        if self.measure_offset(setpoint, raw_a, observed.speed) == Measured::OutOfRange {
+        let measured = self.measure_offset(setpoint, raw_a, observed.speed);
+        if matches!(measured, Measured::OutOfRange) {
             fault = fault.or(Some(Fault::OffsetOutOfRange));
         }
         if fault.is_some() && self.status.fault.is_none() {
@@ -227,7 +230,8 @@ impl Controller {
 
     /// Runs the offset's measurement while it is asked for and the bridge brakes.
     fn measure_offset(&mut self, setpoint: Setpoint, raw_a: f32, speed: f32) -> Measured {
-        if setpoint != Setpoint::MeasureOffset || self.applied != Outputs::Brake {
+        let asked = matches!(setpoint, Setpoint::MeasureOffset);
+        if !asked || !matches!(self.applied, Outputs::Brake) {
             self.measuring = false;
             return Measured::Pending;
         }
@@ -325,7 +329,7 @@ impl Controller {
             setpoint
         };
         let speed = self.encoder.speed();
-        if wanted == Setpoint::Off {
+        if matches!(wanted, Setpoint::Off) {
             self.rest();
             self.waking = WAKE_PERIODS;
             return Outputs::Off;

@@ -3,6 +3,8 @@
 //!
 //! Limits, in contrast, are clamped and reported while the motor goes on: see [`Limited`](super::Limited).
 
+use crate::words::word;
+
 /// Declares the faults once: the enum, its table and the look-ups come from the same lines.
 macro_rules! faults {
     ($($number:literal $variant:ident $name:literal, $by:literal, $limit_us:literal $why:literal, $cause:literal, $remedy:literal;)*) => {
@@ -32,8 +34,10 @@ macro_rules! faults {
             }
 
             /// Short name, as logged.
-            pub const fn name(self) -> &'static str {
-                match self { $(Fault::$variant => $name,)* }
+            pub fn name(self) -> &'static str {
+                const NAMES: &str = concat!($($name, "\n",)*);
+                // The first is number 1.
+                word(NAMES, self.number().wrapping_sub(1))
             }
 
             /// What detects it.

@@ -43,7 +43,8 @@ impl Calibration {
     /// # Errors
     /// Why not; nothing is changed then.
     pub fn with_contact(&self, found: &Self, misfit: f32) -> Result<Self, Refusal> {
-        if !found.is_valid() || misfit > MISFIT || misfit.is_nan() {
+        // Written so that a NaN fails.
+        if !(found.is_valid() && misfit <= MISFIT) {
             return Err(Refusal::Misfit);
         }
         let factor_shift = (found.torque_factor / self.torque_factor - 1.0).abs();
@@ -64,10 +65,7 @@ impl Calibration {
             presses: self.presses,
             ..*found
         };
-        if self.ignorance() < INFORMATIVE * learned.ignorance() {
-            return Err(Refusal::Uninformative);
-        }
-        Ok(learned)
+        self.unless_uninformative(learned)
     }
 
     /// Takes the slope of a press against the closing stop, where the finger is rigid: radian per newton metre of
@@ -82,38 +80,39 @@ impl Calibration {
     ) -> Result<Self, Refusal> {
         let mine = self.cable_sigma_rad_per_nm * self.cable_sigma_rad_per_nm;
         let its = sigma_rad_per_nm * sigma_rad_per_nm;
-        if !(its.is_finite() && slope_rad_per_nm > 0.0 && its > 0.0) {
+        // Written so that a NaN fails.
+        if !(slope_rad_per_nm > 0.0 && its > 0.0 && its < f32::INFINITY) {
             return Err(Refusal::Misfit);
         }
         let shift = slope_rad_per_nm - self.cable_rad_per_nm;
-        if shift.abs() > IMPLAUSIBLE * sqrt(mine + its) {
+        let total = mine + its;
+        if shift.abs() > IMPLAUSIBLE * sqrt(total) {
             return Err(Refusal::Implausible);
         }
-        let gain = mine / (mine + its);
-        let factor_gain = self.correlation * self.torque_factor_sigma * self.cable_sigma_rad_per_nm
-            / (mine + its);
-        let variance = (1.0 - gain) * mine;
-        let factor_variance = self.torque_factor_sigma
-            * self.torque_factor_sigma
-            * (1.0 - self.correlation * self.correlation * gain);
-        let covariance = (1.0 - gain)
-            * self.correlation
-            * self.torque_factor_sigma
-            * self.cable_sigma_rad_per_nm;
+        let (factor_sigma, correlation) = (self.torque_factor_sigma, self.correlation);
+        let gain = mine / total;
+        let factor_gain = correlation * factor_sigma * self.cable_sigma_rad_per_nm / total;
+        // What is left of either deviation; the correlation can but shrink.
+        let left = sqrt(1.0 - gain);
+        let factor_left =
+            sqrt((1.0 - correlation * correlation * gain).at_least(f32::MIN_POSITIVE));
         let learned = Self {
             torque_factor: self.torque_factor * (1.0 + factor_gain * shift),
-            torque_factor_sigma: sqrt(factor_variance.at_least(0.0)),
+            torque_factor_sigma: factor_sigma * factor_left,
             cable_rad_per_nm: self.cable_rad_per_nm + gain * shift,
-            cable_sigma_rad_per_nm: sqrt(variance),
-            correlation: (covariance
-                / sqrt((variance * factor_variance).at_least(f32::MIN_POSITIVE)))
-            .clamp(-0.999, 0.999),
+            cable_sigma_rad_per_nm: self.cable_sigma_rad_per_nm * left,
+            correlation: correlation * left / factor_left,
             contacts: self.contacts,
             presses: self.presses.saturating_add(1),
         };
         if !learned.is_valid() {
             return Err(Refusal::Implausible);
         }
+        self.unless_uninformative(learned)
+    }
+
+    /// What was learned, if it tells more than is known.
+    fn unless_uninformative(&self, learned: Self) -> Result<Self, Refusal> {
         if self.ignorance() < INFORMATIVE * learned.ignorance() {
             return Err(Refusal::Uninformative);
         }
@@ -122,11 +121,17 @@ impl Calibration {
 
     /// What is not known: the area of the ellipse of one deviation, each axis floored where nothing more is to be gained.
     fn ignorance(&self) -> f32 {
-        let across = sqrt((1.0 - self.correlation * self.correlation).at_least(0.0));
         let cable_floor = 1e-3 * self.cable_rad_per_nm + 1e-6;
         self.torque_factor_sigma.at_least(1e-3)
             * self.cable_sigma_rad_per_nm.at_least(cable_floor)
-            * across.at_least(0.02)
+            * self.independence().at_least(0.02)
+    }
+
+    /// Share of the cable's deviation that does not go with the factor.
+    // Not inlined: cold, and wanted in several places.
+    #[inline(never)]
+    pub(super) fn independence(&self) -> f32 {
+        sqrt((1.0 - self.correlation * self.correlation).at_least(0.0))
     }
 }
 

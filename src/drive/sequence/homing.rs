@@ -1,76 +1,99 @@
-//! Where the opening stop begins, seen from the motor: behind it the cable winds up, so the place where the motor comes to
-//! a stand is not the stop. The current rises in proportion to the windup; two points of the rise give its begin.
+//! Finding the encoder's zero at the opening stop.
 
-/// The current is that of free motion until it exceeds the mean by this, ampere: three times the ripple of a worm's turn.
-const STEP_A: f32 = 6e-3;
-/// Weight of a new sample in the mean of free motion: a time constant of 0.25 s at 1 kHz, two turns of the worm.
-const GAIN: f32 = 0.004;
+use super::Sequence;
+use super::decide::Seen;
+use super::motion::WINDUP_RAD;
+use super::onset::Onset;
+use super::stall::Stall;
+use super::state::State;
+use crate::drive::fault::Fault;
 
-/// Follows the current while homing.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Onset {
-    free_a: Option<f32>,
-    first: Option<i32>,
-    second: Option<i32>,
+/// Where homing is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Homing {
+    Seek,
+    RunUp,
+    Zero,
+    BackOff,
 }
 
-impl Onset {
-    /// Takes the magnitude of the current at a position.
-    pub(super) fn update(&mut self, current_a: f32, position_counts: i32) {
-        let free_a = *self.free_a.get_or_insert(current_a);
-        let excess_a = current_a - free_a;
-        if excess_a < 0.5 * STEP_A {
-            // With hysteresis: ripple on the rise must not begin it anew.
-            self.first = None;
-            self.second = None;
-            self.free_a = Some(free_a + GAIN * excess_a);
-        }
-        if excess_a >= STEP_A {
-            self.first.get_or_insert(position_counts);
-        }
-        if excess_a >= 3.0 * STEP_A {
-            self.second.get_or_insert(position_counts);
-        }
-    }
-
-    /// Where the rise began; `None` if the current did not rise.
-    pub(super) fn position_counts(&self) -> Option<i32> {
-        let first = self.first?;
-        let second = self.second.unwrap_or(first);
-        // One step above free motion at the first, three at the second: half their distance back.
-        Some(first.wrapping_sub(second.wrapping_sub(first) / 2))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn finds_the_begin_of_a_rise_in_ripple() {
-        for begin in [-200_000i32, -30_000, i32::MIN + 100_000] {
-            let mut onset = Onset::default();
-            let mut position = begin.wrapping_add(150_000);
-            while position.wrapping_sub(begin) > -90_000 {
-                let windup = begin.wrapping_sub(position).max(0) as f32;
-                let ripple_a = 1e-3 * (position as f32 * core::f32::consts::TAU / 65_536.0).sin();
-                // 96 mA a second at 62 counts a millisecond: the prototype at 0.3 rad/s.
-                onset.update(0.022 + ripple_a + windup * 1.55e-6, position);
-                position = position.wrapping_sub(62);
+/// Time from a start until the current is that of steady motion, microseconds: the reference takes 30 ms to its speed, the
+/// speed loop as long again.
+const STARTED_US: u32 = 100_000;
+/// Free way before the opening stop that tells free motion from windup, radian: 0.3 s and a backlash.
+const RUN_UP_RAD: f32 = 0.12;
+/// Two homings on the same stop differ by less, radian: twice what one may be off by.
+const SAME_STOP_RAD: f32 = 0.025;
+impl Sequence {
+    /// Opens against the stop, makes the stop's begin the zero, backs off to the rest position.
+    pub(super) fn home(&mut self, seen: &Seen) -> Option<State> {
+        let position_counts = seen.status.position_counts;
+        match self.homing {
+            Homing::Seek => {
+                if seen.now_us.wrapping_sub(self.turned_us) > STARTED_US {
+                    self.onset
+                        .update(seen.status.current_a.abs(), position_counts);
+                }
+                if -seen.way_rad > self.motion.travel_rad + 2.0 * WINDUP_RAD {
+                    return self.fail(Fault::TravelLimit);
+                }
+                if !seen.stalled {
+                    return None;
+                }
+                self.stall = Stall::default();
+                let stop_counts = self.onset.position_counts().unwrap_or(position_counts);
+                let free_counts = self.start_counts.wrapping_sub(stop_counts);
+                if self.scale.angle_rad(free_counts) < RUN_UP_RAD {
+                    // Too short a way to tell free motion from windup: take a run-up.
+                    self.start_counts = position_counts;
+                    self.homing = Homing::RunUp;
+                    self.run_ups = self.run_ups.saturating_add(1);
+                } else {
+                    self.demand.zero = self.demand.zero.wrapping_add(1);
+                    self.demand.zero_at_counts = self.zero_counts(stop_counts);
+                    self.zeroed = true;
+                    self.homing = Homing::Zero;
+                }
+                None
             }
-            let found = onset.position_counts().expect("a rise");
-            let error_rad = (found.wrapping_sub(begin)) as f32 * 4.8e-6;
-            assert!(error_rad.abs() < 0.01, "off by {error_rad} rad");
+            Homing::RunUp => {
+                if seen.way_rad <= RUN_UP_RAD + f32::from(self.run_ups) * WINDUP_RAD {
+                    return self.fail_if_stalled(seen);
+                }
+                self.homing = Homing::Seek;
+                self.onset = Onset::default();
+                self.stall = Stall::default();
+                self.start_counts = position_counts;
+                self.turned_us = seen.now_us;
+                None
+            }
+            Homing::Zero => {
+                if seen.status.zero == self.demand.zero {
+                    self.stall = Stall::default();
+                    self.homing = Homing::BackOff;
+                }
+                None
+            }
+            Homing::BackOff => {
+                if seen.angle_rad >= self.motion.rest_rad {
+                    return self.first_motion();
+                }
+                self.fail_if_stalled(seen)
+            }
         }
     }
 
-    #[test]
-    fn sees_no_stop_in_free_motion() {
-        let mut onset = Onset::default();
-        for ms in 0..10_000i32 {
-            let slow_a = 4e-3 * (ms as f32 * 1e-3).sin();
-            onset.update(0.02 + slow_a, -62 * ms);
+    /// Where the zero is to be, for a stop found at a position.
+    ///
+    /// The friction record goes up and down with the turn of the worm: shifted by the few milliradians by which homings
+    /// differ it leaves what the detector takes for a contact, or for less than friction. The zero it was taken with stays,
+    /// unless the stop is so far off that counts were lost.
+    fn zero_counts(&self, stop_counts: i32) -> i32 {
+        let same = self.scale.angle_rad(stop_counts).abs() < SAME_STOP_RAD;
+        if self.zeroed && self.friction_known && same {
+            0
+        } else {
+            stop_counts
         }
-        assert_eq!(onset.position_counts(), None);
     }
 }

@@ -5,19 +5,19 @@ use crate::drive::demand::Status;
 /// Slower than this share of the wanted speed is standing.
 const STANDING: f32 = 0.2;
 /// Standing for this long is a stall: several times what static friction and a backlash's blow take, microseconds.
-const STALLED_US: u64 = 150_000;
+const STALLED_US: u32 = 150_000;
 
 /// Follows one motion.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Stall {
-    since_us: Option<u64>,
+    since_us: Option<u32>,
 }
 
 impl Stall {
     /// `true` while stalled; the wanted speed is a magnitude.
     pub(super) fn update(
         &mut self,
-        now_us: u64,
+        now_us: u32,
         status: &Status,
         wanted_counts_per_s: f32,
     ) -> bool {
@@ -28,7 +28,7 @@ impl Stall {
             return false;
         }
         let since_us = *self.since_us.get_or_insert(now_us);
-        now_us.saturating_sub(since_us) >= STALLED_US
+        now_us.wrapping_sub(since_us) >= STALLED_US
     }
 }
 

@@ -1,5 +1,7 @@
 //! The states of the motion sequence, their legal transitions and their timeouts.
 
+use crate::words::word;
+
 use super::motion::{Motion, WINDUP_RAD};
 
 /// What the finger is doing.
@@ -45,19 +47,10 @@ impl State {
     ];
 
     /// Name, as logged.
-    pub const fn name(self) -> &'static str {
-        match self {
-            State::Idle => "idle",
-            State::CalibrateOffset => "calibrate-offset",
-            State::Home => "home",
-            State::RecordClosing => "record-closing",
-            State::RecordOpening => "record-opening",
-            State::Close => "close",
-            State::Probe => "probe",
-            State::Hold => "hold",
-            State::Open => "open",
-            State::Fault => "fault",
-        }
+    pub fn name(self) -> &'static str {
+        // In the order of the enum.
+        const NAMES: &str = "idle\ncalibrate-offset\nhome\nrecord-closing\nrecord-opening\nclose\nprobe\nhold\nopen\nfault\n";
+        word(NAMES, self as u8)
     }
 
     /// The states that may follow this one. `Idle` (stop) and `Fault` may follow every moving state.
@@ -79,7 +72,21 @@ impl State {
 
     /// Whether `next` may follow.
     pub fn may_become(self, next: State) -> bool {
-        self.successors().contains(&next)
+        /// The successors as bits.
+        const FOLLOWING: [u16; State::ALL.len()] = {
+            let mut following = [0; State::ALL.len()];
+            let mut at = 0;
+            while at < following.len() {
+                let mut successors = State::ALL[at].successors();
+                while let [first, rest @ ..] = successors {
+                    following[at] |= 1 << *first as u16;
+                    successors = rest;
+                }
+                at += 1;
+            }
+            following
+        };
+        FOLLOWING[self as usize] >> next as u16 & 1 != 0
     }
 
     /// Longest stay, second; `None` where the bridge is off and nothing can go wrong. What a motion should take, and half as

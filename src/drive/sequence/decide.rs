@@ -1,0 +1,225 @@
+//! Which state comes next.
+
+use super::Sequence;
+use super::state::State;
+use super::words::{Notice, Outcome, Request};
+use crate::drive::demand::{Offset, Status};
+use crate::drive::fault::Fault;
+
+/// So close to the rest position counts as there, radian.
+const AT_REST_RAD: f32 = 0.05;
+
+/// What a step looks at.
+pub(super) struct Seen<'s> {
+    pub(super) now_us: u32,
+    /// What the control interrupt reports.
+    pub(super) status: &'s Status,
+    /// What the sequence is told.
+    pub(super) notice: Option<Notice>,
+    /// Angle of the input link from the zero, radian.
+    pub(super) angle_rad: f32,
+    /// The same from where the state began, or this leg of homing.
+    pub(super) way_rad: f32,
+    /// The motor wants to move and does not.
+    pub(super) stalled: bool,
+}
+
+impl Sequence {
+    /// The state to enter now, `None` to stay. Faults come first, then stop, then timeouts, then what the state decides.
+    pub(super) fn next(&mut self, seen: &Seen) -> Option<State> {
+        let request = self.request.take();
+        if self.state == State::Fault {
+            return self.leave_fault(seen.status, request);
+        }
+        let told = if let Some(Notice::Fault(fault)) = seen.notice {
+            Some(fault)
+        } else {
+            None
+        };
+        if let Some(fault) = seen.status.fault.or(told) {
+            return self.fail(fault);
+        }
+        match (request, self.state) {
+            (Some(Request::Stop), State::Idle) => return None,
+            (Some(Request::Stop), _) => return self.end(Outcome::Stopped),
+            (_, State::Idle) => return self.start(request),
+            (Some(Request::Open), State::Close | State::Probe | State::Hold) => {
+                return self.open_with(Outcome::Complete);
+            }
+            _ => {}
+        }
+        let stay_s = seen.now_us.wrapping_sub(self.since_us) as f32 * 1e-6;
+        let overdue = |limit_s| stay_s > limit_s;
+        if self.state.timeout_s(&self.motion).is_some_and(overdue) {
+            return self.fail(Fault::StateTimeout);
+        }
+        match self.state {
+            State::Idle | State::Fault => None,
+            State::CalibrateOffset => self.offset_measured(seen),
+            State::Home => self.home(seen),
+            State::RecordClosing => self.record_closing(seen),
+            State::RecordOpening => self.record_opening(seen),
+            State::Close => self.close(seen),
+            State::Probe => self.probe(seen),
+            State::Hold => self.hold(stay_s),
+            State::Open => self.open(seen),
+        }
+    }
+
+    /// Latches a fault.
+    pub(super) fn fail(&mut self, fault: Fault) -> Option<State> {
+        self.latched = Some(fault);
+        Some(State::Fault)
+    }
+
+    /// A fault where the motor stands still and should not.
+    pub(super) fn fail_if_stalled(&mut self, seen: &Seen) -> Option<State> {
+        if seen.stalled {
+            self.fail(Fault::Stall)
+        } else {
+            None
+        }
+    }
+
+    /// Ends the motion.
+    fn end(&mut self, outcome: Outcome) -> Option<State> {
+        self.outcome = outcome;
+        Some(State::Idle)
+    }
+
+    /// Opens, which is how the motion ends.
+    fn open_with(&mut self, outcome: Outcome) -> Option<State> {
+        self.outcome = outcome;
+        Some(State::Open)
+    }
+
+    /// Out of `Fault`: the control interrupt must have cleared its own first.
+    fn leave_fault(&mut self, status: &Status, request: Option<Request>) -> Option<State> {
+        if request == Some(Request::Clear) {
+            self.demand.clear = self.demand.clear.wrapping_add(1);
+            self.clearing = true;
+        }
+        if !self.clearing || status.clear != self.demand.clear {
+            return None;
+        }
+        self.clearing = false;
+        self.latched = status.fault;
+        if self.latched.is_some() {
+            None
+        } else {
+            Some(State::Idle)
+        }
+    }
+
+    /// Out of `Idle`: every motion begins with the offset.
+    fn start(&mut self, request: Option<Request>) -> Option<State> {
+        let goal = request?;
+        if matches!(goal, Request::Stop | Request::Clear) {
+            return None;
+        }
+        self.goal = goal;
+        self.returning = false;
+        Some(State::CalibrateOffset)
+    }
+
+    fn offset_measured(&mut self, seen: &Seen) -> Option<State> {
+        let Status { offset, homed, .. } = *seen.status;
+        // `Known` may be the last motion's until the control interrupt has begun anew.
+        self.measuring |= offset == Offset::Measuring;
+        if !self.measuring || offset != Offset::Known {
+            return None;
+        }
+        if !homed || matches!(self.goal, Request::Run | Request::Home) {
+            return Some(State::Home);
+        }
+        let at_rest = seen.angle_rad < self.motion.rest_rad + AT_REST_RAD;
+        if self.goal == Request::Open || self.must_record() && !at_rest {
+            return Some(State::Open);
+        }
+        self.first_motion()
+    }
+
+    /// Whether friction is still to be recorded.
+    fn must_record(&self) -> bool {
+        match self.goal {
+            Request::RecordFriction => true,
+            Request::Open | Request::Home => false,
+            _ => !self.friction_known,
+        }
+    }
+
+    /// What the goal wants first of a finger at its rest position.
+    pub(super) fn first_motion(&mut self) -> Option<State> {
+        if matches!(self.goal, Request::Open | Request::Home) {
+            self.end(Outcome::Complete)
+        } else if self.must_record() {
+            Some(State::RecordClosing)
+        } else {
+            Some(State::Close)
+        }
+    }
+
+    fn record_closing(&mut self, seen: &Seen) -> Option<State> {
+        if seen.angle_rad >= self.motion.travel_rad {
+            return Some(State::RecordOpening);
+        }
+        self.fail_if_stalled(seen)
+    }
+
+    fn record_opening(&mut self, seen: &Seen) -> Option<State> {
+        if seen.angle_rad > self.motion.rest_rad {
+            return self.fail_if_stalled(seen);
+        }
+        self.friction_known = true;
+        if self.goal == Request::RecordFriction {
+            return self.end(Outcome::Complete);
+        }
+        Some(State::Close)
+    }
+
+    fn close(&mut self, seen: &Seen) -> Option<State> {
+        if self.goal == Request::Press {
+            // The contact wanted is the stop: it ends where the current ends.
+            self.outcome = Outcome::Complete;
+            return seen.stalled.then_some(State::Open);
+        }
+        match seen.notice {
+            Some(Notice::Touched) => {
+                self.outcome = Outcome::Contact;
+                Some(State::Probe)
+            }
+            Some(Notice::FrictionNotRecorded) => self.open_with(Outcome::NotRecorded),
+            _ if seen.angle_rad >= self.motion.travel_rad => self.open_with(Outcome::NoContact),
+            _ => self.fail_if_stalled(seen),
+        }
+    }
+
+    fn probe(&mut self, seen: &Seen) -> Option<State> {
+        let ended = seen.notice == Some(Notice::Settled)
+            || seen.way_rad >= self.motion.probing_rad
+            || seen.angle_rad >= self.motion.travel_rad
+            || seen.stalled;
+        ended.then_some(State::Hold)
+    }
+
+    fn hold(&self, stay_s: f32) -> Option<State> {
+        if stay_s < self.motion.holding_s {
+            None
+        } else if self.goal == Request::Run {
+            Some(State::Open)
+        } else {
+            Some(State::Idle)
+        }
+    }
+
+    fn open(&mut self, seen: &Seen) -> Option<State> {
+        if seen.angle_rad > self.motion.rest_rad {
+            return self.fail_if_stalled(seen);
+        }
+        if !self.returning && self.must_record() {
+            Some(State::RecordClosing)
+        } else {
+            Some(State::Idle)
+        }
+    }
+}

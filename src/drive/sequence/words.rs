@@ -1,0 +1,76 @@
+//! What the sequence is asked and told, and what it answers.
+
+use super::state::State;
+use crate::drive::fault::Fault;
+
+/// What the user asks of the sequence.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub enum Request {
+    /// Everything: offset, home, friction if there is no record, close, probe, hold, open.
+    Run,
+    /// Close until contact, probe and hold; the worm holds on. Homes and records first where that is missing.
+    Close,
+    /// Open to the rest position; homes where that is missing.
+    Open,
+    /// Motor off, whatever goes on.
+    Stop,
+    /// Clear a latched fault. The finger must be homed again.
+    Clear,
+    /// Measure the offset, find the opening stop, go to the rest position.
+    Home,
+    /// Record friction anew.
+    RecordFriction,
+    /// Press against the closing stop, then open: what calibrates the cable.
+    Press,
+}
+
+/// What sensing and the board tell the sequence.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub enum Notice {
+    /// A contact began.
+    Touched,
+    /// The contact is judged: no further torque will improve it.
+    Settled,
+    /// A friction record is there (recorded now, or loaded at start).
+    FrictionKnown,
+    /// There is no friction record, or it no longer fits: the next motion records anew.
+    FrictionUnknown,
+    /// The recording that just ended is of no use: nothing can be felt.
+    FrictionNotRecorded,
+    /// A fault that the board or a task found.
+    Fault(Fault),
+}
+
+/// Why a request was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub enum Refused {
+    /// A fault is latched: clear it first.
+    Faulted(Fault),
+    /// Something else is going on: stop it first.
+    Busy(State),
+    /// Nothing to clear.
+    NoFault,
+    /// There is no friction record: record friction first, with nothing in the way.
+    NoFriction,
+    /// There is no cable to calibrate in this drivetrain.
+    NoCable,
+}
+
+/// How a motion ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub enum Outcome {
+    /// A contact was felt.
+    Contact,
+    /// The whole travel without contact.
+    NoContact,
+    /// Friction could not be recorded, so nothing could be felt.
+    NotRecorded,
+    /// The motion asked for (homing, opening, recording, pressing) is complete.
+    Complete,
+    /// Ended by stop.
+    Stopped,
+}
