@@ -147,7 +147,7 @@ impl Pair {
             ),
             (false, true) => return Roots::default(),
         };
-        if !(low < high && compliance >= 0.0 && compliance < f32::MAX) {
+        if !(low < high && (0.0..f32::MAX).contains(&compliance)) {
             return Roots::default();
         }
         // This is asked for at every step: what does not depend on `k` stays outside, and squares with their sign are
