@@ -278,27 +278,29 @@ fn number(word: &[u8], unit: &str, rest: &mut Words<'_>) -> Option<f32> {
 pub struct Lines {
     line: heapless::Vec<u8, LINE_MAX>,
     overlong: bool,
-    /// The last bytes of the line, lower case, also of what was dropped.
-    tail: [u8; 4],
+    /// The last four bytes of the line, lower case, the latest lowest, also of what was dropped.
+    tail: u32,
 }
 
 impl Lines {
     /// Takes a byte; at the end of a line, what the line says. Empty lines say nothing.
     pub fn push(&mut self, byte: u8) -> Option<Result<Command, CommandError>> {
         if !matches!(byte, b'\n' | b'\r') {
-            let [_, b, c, d] = self.tail;
-            self.tail = [b, c, d, byte.to_ascii_lowercase()];
+            self.tail = self.tail << 8 | u32::from(byte.to_ascii_lowercase());
             self.overlong |= self.line.push(byte).is_err();
             return None;
         }
-        let done = core::mem::take(self);
-        if done.tail == *b"stop" {
-            return Some(Ok(Command::Stop));
-        }
-        if done.overlong {
-            return Some(Err(CommandError::NotALine));
-        }
-        Command::parse(&done.line).transpose()
+        let said = if self.tail == u32::from_be_bytes(*b"stop") {
+            Some(Ok(Command::Stop))
+        } else if self.overlong {
+            Some(Err(CommandError::NotALine))
+        } else {
+            Command::parse(&self.line).transpose()
+        };
+        self.line.clear();
+        self.overlong = false;
+        self.tail = 0;
+        said
     }
 }
 

@@ -18,6 +18,11 @@ impl Line {
         Self(String::new())
     }
 
+    /// Takes back all that has been written.
+    pub fn clear(&mut self) {
+        self.0.clear();
+    }
+
     /// What has been written.
     pub fn as_str(&self) -> &str {
         &self.0

@@ -2,7 +2,7 @@
 
 use defmt::{Str, intern};
 
-use palpate::app::command::{COMMANDS, Command, CommandError};
+use palpate::app::command::{COMMANDS, Command};
 use palpate::app::conduct::{Conduct, Effect};
 use palpate::app::kept::{self, mark};
 use palpate::app::line::Line;
@@ -79,15 +79,6 @@ fn why(error: RecordError) -> Str {
     }
 }
 
-/// What a command is answered with: one line or more.
-enum Answer {
-    Error(CommandError),
-    Refused(Refused),
-    Done(Effect),
-    /// What was done to flash, or why not.
-    Written(&'static str, Result<(), StoreError<storage::Error>>),
-}
-
 /// Carries out commands.
 #[embassy_executor::task]
 pub async fn execute(
@@ -97,37 +88,81 @@ pub async fn execute(
     conduct: &'static Shared<Conduct<Active>>,
     mut turn: Turn,
 ) {
+    let mut line = Line::new();
     loop {
         let said = console::next(&mut turn).await;
-        let answer = match carry_out(said, conduct, &mut turn) {
-            Answer::Done(Effect::Save) => {
+        line.clear();
+        let effect = carry_out(&mut line, said, conduct, &mut turn);
+        match effect {
+            Effect::Save => {
                 let overrides = conduct.lock(&mut turn, |conduct| *conduct.overrides());
                 let result = storage
                     .save(|writer| write_record(sense, &mut turn, overrides, writer))
                     .await;
-                Answer::Written("saved", result)
+                written(&mut line, "saved", result);
             }
-            Answer::Done(Effect::Factory) => Answer::Written("forgotten", storage.forget().await),
-            answer => answer,
-        };
+            Effect::Factory => written(&mut line, "forgotten", storage.forget().await),
+            _ => {}
+        }
         let mut row = 0;
-        while let Some(line) = line(&answer, row, conduct, &mut turn) {
+        loop {
             console::answer(&mut port, line.as_str()).await;
             row += 1;
+            line.clear();
+            if !list(&mut line, effect, row, conduct, &mut turn) {
+                break;
+            }
         }
     }
 }
 
-fn carry_out(said: Said, conduct: &'static Shared<Conduct<Active>>, turn: &mut Turn) -> Answer {
-    match said {
-        Err(error) => Answer::Error(error),
+/// Carries a command out as far as flash is not concerned; the line says how that went, or begins the list that was asked for.
+#[inline(never)]
+fn carry_out(
+    line: &mut Line,
+    said: Said,
+    conduct: &'static Shared<Conduct<Active>>,
+    turn: &mut Turn,
+) -> Effect {
+    let effect = match said {
+        Err(error) => {
+            error.write(line.text("error: "));
+            return Effect::Accepted;
+        }
         // The sequence has taken a stop already, before this line's turn came.
-        Ok(Command::Stop) => Answer::Done(Effect::Accepted),
+        Ok(Command::Stop) => Effect::Accepted,
         Ok(command) => match conduct.lock(turn, |conduct| conduct.command(command)) {
-            Ok(effect) => Answer::Done(effect),
-            Err(refused) => Answer::Refused(refused),
+            Ok(effect) => effect,
+            Err(refused) => {
+                refuse(line, refused);
+                return Effect::Accepted;
+            }
         },
+    };
+    match effect {
+        Effect::Accepted => {
+            line.text("ok");
+        }
+        Effect::Set { at_restart: false } => {
+            line.text("ok; save keeps it");
+        }
+        Effect::Set { at_restart: true } => {
+            line.text("ok; acts after save and a restart");
+        }
+        Effect::Status => status(line, conduct, turn),
+        Effect::Help | Effect::Show | Effect::Save | Effect::Factory => {
+            list(line, effect, 0, conduct, turn);
+        }
     }
+    effect
+}
+
+/// What was done to flash, or why not.
+fn written(line: &mut Line, done: &str, result: Result<(), StoreError<storage::Error>>) {
+    match result {
+        Ok(()) => line.text(done),
+        Err(error) => line.text("failed: ").text(storage::name(error)),
+    };
 }
 
 /// Apart from [`execute`], so that the record lies on the stack for the moment only.
@@ -145,39 +180,31 @@ fn write_record(
     });
 }
 
-/// A line of an answer; `None` behind the last one.
+/// A row of what `help` and `show` list; false, and nothing written, behind the last one.
 #[inline(never)]
-fn line(
-    answer: &Answer,
+fn list(
+    line: &mut Line,
+    effect: Effect,
     row: usize,
     conduct: &'static Shared<Conduct<Active>>,
     turn: &mut Turn,
-) -> Option<Line> {
-    let mut line = Line::new();
-    match *answer {
-        Answer::Done(Effect::Help) => {
-            line.text(words(COMMANDS).nth(row)?);
+) -> bool {
+    match effect {
+        Effect::Help => {
+            let Some(command) = words(COMMANDS).nth(row) else {
+                return false;
+            };
+            line.text(command);
         }
-        Answer::Done(Effect::Show) => show(&mut line, *Setting::ALL.get(row)?, conduct, turn),
-        _ if row > 0 => return None,
-        Answer::Error(error) => error.write(line.text("error: ")),
-        Answer::Refused(refused) => refuse(&mut line, refused),
-        Answer::Done(Effect::Status) => status(&mut line, conduct, turn),
-        Answer::Done(effect) => {
-            line.text(match effect {
-                Effect::Set { at_restart: false } => "ok; save keeps it",
-                Effect::Set { at_restart: true } => "ok; acts after save and a restart",
-                _ => "ok",
-            });
+        Effect::Show => {
+            let Some(setting) = Setting::ALL.get(row) else {
+                return false;
+            };
+            show(line, *setting, conduct, turn);
         }
-        Answer::Written(done, Ok(())) => {
-            line.text(done);
-        }
-        Answer::Written(_, Err(error)) => {
-            line.text("failed: ").text(storage::name(error));
-        }
+        _ => return false,
     }
-    Some(line)
+    true
 }
 
 fn refuse(line: &mut Line, refused: Refused) {
