@@ -62,7 +62,7 @@ struct Run {
     reversed: bool,
     /// When the gears were in touch.
     taken_up_us: Option<u64>,
-    /// Speed over the block before, if it was its neighbour.
+    /// Speed along it over the block before, if that was its neighbour.
     speed_rad_per_s: Option<f32>,
 }
 
@@ -108,32 +108,32 @@ impl Gate {
             self.last = Some(now);
             return Step::Pending;
         };
-        let Some(elapsed_us) = sample
-            .time_us
-            .checked_sub(last.time_us)
-            .filter(|&us| us > 0)
-        else {
+        if now.time_us <= last.time_us {
             return Step::Pending;
-        };
+        }
         self.last = Some(now);
-        if self.run.is_some_and(|run| run.drive != sample.drive) {
-            self.run = None;
+        let before = self.run.as_ref().map(|run| run.drive);
+        let driven = (sample.drive != Drive::Idle).then_some(sample.drive);
+        if before != driven {
             self.sums = None;
-            if sample.drive != Drive::Idle {
-                self.begin(sample.drive, last.counts);
+            self.run = driven.map(|drive| Run {
+                drive,
+                start_counts: last.counts,
+                reversed: self.in_touch != driven,
+                taken_up_us: None,
+                speed_rad_per_s: None,
+            });
+            if before.is_some() {
+                return Step::Ended;
             }
-            return Step::Ended;
         }
-        if sample.drive == Drive::Idle {
-            return Step::Pending;
-        }
-        if self.run.is_none() {
-            self.begin(sample.drive, last.counts);
-        }
+        let elapsed_us = now.time_us.wrapping_sub(last.time_us);
         if elapsed_us > GAP_US || !sample.current_a.is_finite() {
             self.breach();
             return Step::Pending;
         }
+        // Exact: no more than the gap.
+        let elapsed_us = elapsed_us as u32 as f32;
         self.collect(
             now,
             last,
@@ -142,17 +142,6 @@ impl Gate {
             drivetrain,
             settings,
         )
-    }
-
-    fn begin(&mut self, drive: Drive, start_counts: i32) {
-        self.run = Some(Run {
-            drive,
-            start_counts,
-            reversed: self.in_touch != Some(drive),
-            taken_up_us: None,
-            speed_rad_per_s: None,
-        });
-        self.sums = None;
     }
 
     /// Drops the block being filled.
@@ -167,7 +156,7 @@ impl Gate {
         &mut self,
         now: Last,
         last: Last,
-        elapsed_us: u64,
+        elapsed_us: f32,
         current_a: f32,
         drivetrain: &Drivetrain,
         settings: &Settings,
@@ -175,53 +164,40 @@ impl Gate {
         let Some(run) = &mut self.run else {
             return Step::Pending;
         };
-        let sign = if run.drive == Drive::Opening {
-            -1.0
-        } else {
-            1.0
-        };
+        let sign = if run.drive == Drive::Opening { -1 } else { 1 };
+        let forward = |from: i32, to: i32| to.wrapping_sub(from).wrapping_mul(sign);
         let Some(taken_up_us) = run.taken_up_us else {
-            let way_rad = sign * drivetrain.rotation_rad(run.start_counts, now.counts);
+            let way_rad = forward(run.start_counts, now.counts) as f32 * drivetrain.rad_per_count;
             if !run.reversed || way_rad >= DEAD_BAND * drivetrain.backlash_rad {
                 run.taken_up_us = Some(now.time_us);
                 self.in_touch = Some(run.drive);
             }
             return Step::Pending;
         };
-        if now.time_us.saturating_sub(taken_up_us) < u64::from(settings.settle_us) {
+        // Time only ever goes on.
+        if now.time_us.wrapping_sub(taken_up_us) < u64::from(settings.settle_us) {
             return Step::Pending;
         }
-        // Exact: a gap of more than 5 ms never gets here.
-        let elapsed_us = elapsed_us as f32;
         let turn_counts = drivetrain.counts_per_turn.max(1) as i32;
         let sums = self.sums.get_or_insert(Sums {
             start_counts: last.counts,
             duration_us: 0.0,
             ampere_us: 0.0,
         });
-        let forward = |counts: i32| {
-            let way = counts.wrapping_sub(sums.start_counts);
-            if run.drive == Drive::Opening {
-                way.saturating_neg()
-            } else {
-                way
-            }
-        };
-        let (before, after) = (forward(last.counts), forward(now.counts));
+        let after = forward(sums.start_counts, now.counts);
         if after < turn_counts {
             sums.add(1.0, elapsed_us, current_a);
             return Step::Pending;
         }
         // The turn is complete within this sample; `after` is at least a turn and `before` less.
+        let before = forward(sums.start_counts, last.counts);
         let share = (turn_counts.saturating_sub(before)) as f32
             / (after.saturating_sub(before)).max(1) as f32;
         let mut done = *sums;
         done.add(share, elapsed_us, current_a);
-        let end_counts = if run.drive == Drive::Opening {
-            done.start_counts.wrapping_sub(turn_counts)
-        } else {
-            done.start_counts.wrapping_add(turn_counts)
-        };
+        let end_counts = done
+            .start_counts
+            .wrapping_add(turn_counts.wrapping_mul(sign));
         let mut next = Sums {
             start_counts: end_counts,
             duration_us: 0.0,
@@ -231,8 +207,8 @@ impl Gate {
         // More than two turns in a sample is a jump of the counter, not a motion.
         self.sums = (after < turn_counts.saturating_mul(2)).then_some(next);
         let duration_s = done.duration_us * 1e-6;
-        let speed_rad_per_s = drivetrain.rotation_rad(done.start_counts, end_counts) / duration_s;
-        let deviation = sign * speed_rad_per_s - settings.speed_rad_per_s;
+        let speed_rad_per_s = turn_counts as f32 * drivetrain.rad_per_count / duration_s;
+        let deviation = speed_rad_per_s - settings.speed_rad_per_s;
         let steady = deviation.abs() <= settings.speed_tolerance * settings.speed_rad_per_s;
         if !(steady && self.sums.is_some()) {
             run.speed_rad_per_s = None;
@@ -242,18 +218,16 @@ impl Gate {
             return Step::Pending;
         };
         let acceleration = (speed_rad_per_s - before) / duration_s;
-        let half_counts = if run.drive == Drive::Opening {
-            -turn_counts / 2
-        } else {
-            turn_counts / 2
-        };
-        let inertia_nm = drivetrain.inertia_kg_m2 * acceleration;
-        let viscous_nm = sign * drivetrain.viscous_nm_s_per_rad * deviation;
+        let direction = sign as f32;
+        let inertia_nm = direction * drivetrain.inertia_kg_m2 * acceleration;
+        let viscous_nm = direction * drivetrain.viscous_nm_s_per_rad * deviation;
         let motor_nm = drivetrain.torque_per_ampere_nm * done.ampere_us / done.duration_us;
         Step::Block(Block {
             time_us: now.time_us,
             drive: run.drive,
-            counts: done.start_counts.wrapping_add(half_counts),
+            counts: done
+                .start_counts
+                .wrapping_add((turn_counts / 2).wrapping_mul(sign)),
             width_counts: turn_counts.unsigned_abs(),
             drive_torque_nm: motor_nm - inertia_nm - viscous_nm,
             inertia_nm,

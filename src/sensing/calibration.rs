@@ -43,7 +43,8 @@ impl Calibration {
     /// # Errors
     /// Why not; nothing is changed then.
     pub fn with_contact(&self, found: &Self, misfit: f32) -> Result<Self, Refusal> {
-        if !found.is_valid() || misfit > MISFIT || misfit.is_nan() {
+        // Written so that a NaN fails.
+        if !(found.is_valid() && misfit <= MISFIT) {
             return Err(Refusal::Misfit);
         }
         let factor_shift = (found.torque_factor / self.torque_factor - 1.0).abs();
@@ -64,10 +65,7 @@ impl Calibration {
             presses: self.presses,
             ..*found
         };
-        if self.ignorance() < INFORMATIVE * learned.ignorance() {
-            return Err(Refusal::Uninformative);
-        }
-        Ok(learned)
+        self.unless_uninformative(learned)
     }
 
     /// Takes the slope of a press against the closing stop, where the finger is rigid: radian per newton metre of
@@ -82,7 +80,8 @@ impl Calibration {
     ) -> Result<Self, Refusal> {
         let mine = self.cable_sigma_rad_per_nm * self.cable_sigma_rad_per_nm;
         let its = sigma_rad_per_nm * sigma_rad_per_nm;
-        if !(its.is_finite() && slope_rad_per_nm > 0.0 && its > 0.0) {
+        // Written so that a NaN fails.
+        if !(slope_rad_per_nm > 0.0 && its > 0.0 && its < f32::INFINITY) {
             return Err(Refusal::Misfit);
         }
         let shift = slope_rad_per_nm - self.cable_rad_per_nm;
@@ -114,6 +113,11 @@ impl Calibration {
         if !learned.is_valid() {
             return Err(Refusal::Implausible);
         }
+        self.unless_uninformative(learned)
+    }
+
+    /// What was learned, if it tells more than is known.
+    fn unless_uninformative(&self, learned: Self) -> Result<Self, Refusal> {
         if self.ignorance() < INFORMATIVE * learned.ignorance() {
             return Err(Refusal::Uninformative);
         }
@@ -122,11 +126,17 @@ impl Calibration {
 
     /// What is not known: the area of the ellipse of one deviation, each axis floored where nothing more is to be gained.
     fn ignorance(&self) -> f32 {
-        let across = sqrt((1.0 - self.correlation * self.correlation).at_least(0.0));
         let cable_floor = 1e-3 * self.cable_rad_per_nm + 1e-6;
         self.torque_factor_sigma.at_least(1e-3)
             * self.cable_sigma_rad_per_nm.at_least(cable_floor)
-            * across.at_least(0.02)
+            * self.independence().at_least(0.02)
+    }
+
+    /// Share of the cable's deviation that does not go with the factor.
+    // Not inlined: cold, and wanted in several places.
+    #[inline(never)]
+    pub(super) fn independence(&self) -> f32 {
+        sqrt((1.0 - self.correlation * self.correlation).at_least(0.0))
     }
 }
 

@@ -29,23 +29,21 @@ pub struct Point {
 }
 
 impl Point {
-    /// Both bins as one.
+    /// Takes another bin in.
     #[inline(never)]
-    fn with(self, other: Self) -> Self {
+    fn join(&mut self, other: &Self) {
         let blocks = self.blocks.saturating_add(other.blocks);
         if blocks == 0 {
-            return self;
+            return;
         }
         let mine = f32::from(self.blocks) / f32::from(blocks);
         let others = 1.0 - mine;
-        Self {
-            counts: mine * self.counts + others * other.counts,
-            torque_nm: mine * self.torque_nm + others * other.torque_nm,
-            late_nm: mine * self.late_nm + others * other.late_nm,
-            inertia_nm: mine * self.inertia_nm + others * other.inertia_nm,
-            variance_nm2: mine * mine * self.variance_nm2 + others * others * other.variance_nm2,
-            blocks,
-        }
+        self.counts = mine * self.counts + others * other.counts;
+        self.torque_nm = mine * self.torque_nm + others * other.torque_nm;
+        self.late_nm = mine * self.late_nm + others * other.late_nm;
+        self.inertia_nm = mine * self.inertia_nm + others * other.inertia_nm;
+        self.variance_nm2 = mine * mine * self.variance_nm2 + others * others * other.variance_nm2;
+        self.blocks = blocks;
     }
 }
 
@@ -92,18 +90,26 @@ impl Curve {
         }
         let index = (point.counts / self.width_counts) as usize;
         if let Some(bin) = self.bins.get_mut(index) {
-            *bin = bin.with(point);
+            bin.join(&point);
         }
     }
 
     /// Neighbours become one, twice as wide. In place: no bin is written before it has been read.
     fn halve(&mut self) {
-        for to in 0..BINS {
-            let pair = [2 * to, 2 * to + 1].map(|from| self.bins.get(from).copied());
-            let [first, second] = pair.map(Option::unwrap_or_default);
-            self.bins[to] = first.with(second);
+        for to in 0..BINS / 2 {
+            let mut pair = self.bins[2 * to];
+            pair.join(&self.bins[2 * to + 1]);
+            self.bins[to] = pair;
+        }
+        for bin in &mut self.bins[BINS / 2..] {
+            *bin = Point::default();
         }
         self.width_counts *= 2.0;
+    }
+
+    /// All bins by rising angle, the empty ones among them.
+    pub fn bins(&self) -> &[Point] {
+        &self.bins
     }
 
     /// The bins that hold anything, by rising angle.
@@ -130,43 +136,63 @@ pub struct Slope {
     pub points: u16,
 }
 
-/// Straight line through the points above a torque, the cable's creep of a share `creep` taken as part of the torque. None with fewer than three, or where the torque does not vary.
+/// Weighted sums over points, coordinates taken from a centre.
+#[derive(Clone, Copy, Debug, Default)]
+struct Moments {
+    points: u16,
+    weight: f32,
+    x: f32,
+    y: f32,
+    xx: f32,
+    xy: f32,
+}
+
+impl Moments {
+    /// Over the points of [`slope`] about the centre (counts, torque).
+    // Not inlined: wanted twice.
+    #[inline(never)]
+    fn about(center: (f32, f32), points: &[Point], from_nm: f32, creep: f32) -> Self {
+        let mut sums = Self::default();
+        for p in points {
+            if p.blocks == 0 || p.torque_nm < from_nm {
+                continue;
+            }
+            let weight = 1.0 / p.variance_nm2.at_least(LEAST_VARIANCE_NM2);
+            let x = p.counts - center.0;
+            let y = p.torque_nm + creep * p.late_nm - center.1;
+            sums.points = sums.points.saturating_add(1);
+            sums.weight += weight;
+            sums.x += weight * x;
+            sums.y += weight * y;
+            sums.xx += weight * x * x;
+            sums.xy += weight * x * y;
+        }
+        sums
+    }
+}
+
+/// Straight line through the points above a torque, the cable's creep of a share `creep` taken as part of the torque.
+/// Empty bins do not count. None with fewer than three, or where the torque does not vary.
 ///
 /// The torque is regressed on the angle, which is the one without noise, and the slope inverted: the other way round the
 /// noise would flatten it.
-pub fn slope<'a>(
-    points: impl Iterator<Item = &'a Point> + Clone,
-    from_nm: f32,
-    creep: f32,
-) -> Option<Slope> {
-    let chosen = points.filter(|p| p.torque_nm >= from_nm);
-    let (mut weight, mut x, mut y, mut count) = (0.0, 0.0, 0.0, 0u16);
-    for p in chosen.clone() {
-        let w = 1.0 / p.variance_nm2.at_least(LEAST_VARIANCE_NM2);
-        weight += w;
-        x += w * p.counts;
-        y += w * (p.torque_nm + creep * p.late_nm);
-        count = count.saturating_add(1);
-    }
-    if count < 3 {
+pub fn slope(points: &[Point], from_nm: f32, creep: f32) -> Option<Slope> {
+    let all = Moments::about((0.0, 0.0), points, from_nm, creep);
+    if all.points < 3 {
         return None;
     }
-    let (x, y) = (x / weight, y / weight);
-    let (mut xx, mut xy) = (0.0, 0.0);
-    for p in chosen {
-        let w = 1.0 / p.variance_nm2.at_least(LEAST_VARIANCE_NM2);
-        xx += w * (p.counts - x) * (p.counts - x);
-        xy += w * (p.counts - x) * (p.torque_nm + creep * p.late_nm - y);
-    }
-    let stiffness = xy / xx;
-    if !(stiffness.is_finite() && stiffness > 0.0 && xx > 0.0) {
+    let (x, y) = (all.x / all.weight, all.y / all.weight);
+    // Again about the mean, where nothing cancels.
+    let Moments { xx, xy, .. } = Moments::about((x, y), points, from_nm, creep);
+    let counts_per_nm = xx / xy;
+    // Written so that a NaN fails.
+    if !(counts_per_nm > 0.0 && counts_per_nm < f32::INFINITY) {
         return None;
     }
-    let counts_per_nm = 1.0 / stiffness;
     Some(Slope {
         counts_per_nm,
         sigma_counts_per_nm: counts_per_nm * counts_per_nm / crate::numeric::sqrt(xx),
         onset_counts: x - y * counts_per_nm,
-        points: count,
+        points: all.points,
     })
 }

@@ -171,7 +171,7 @@ impl Detector {
         self.oldest = (self.oldest + 1) % LAG;
         self.blocks = self.blocks.saturating_add(1);
         if self.blocks as usize <= LAG
-            || self.stiffer.sum.max(self.softer.sum) > 0.5 * self.threshold
+            || self.stiffer.sum.at_least(self.softer.sum) > 0.5 * self.threshold
         {
             return;
         }

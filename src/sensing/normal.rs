@@ -31,6 +31,8 @@ impl<const P: usize, X: Series> Normal<P, X> {
         series: PhantomData,
     };
 
+    // Triangles are walked over half-open ranges: an inclusive one keeps a flag, and its step is a call where size counts.
+
     /// How many of them there are: without a cable the last two are not.
     const USED: usize = if X::FLEXIBLE { P } else { P - CABLES };
 
@@ -40,7 +42,7 @@ impl<const P: usize, X: Series> Normal<P, X> {
         for row in 0..Self::USED {
             let weighted = weight * slopes[row];
             self.right[row] += weighted * residual;
-            for column in 0..=row {
+            for column in 0..row + 1 {
                 self.matrix[row][column] += weighted * slopes[column];
             }
         }
@@ -63,7 +65,7 @@ impl<const P: usize, X: Series> Normal<P, X> {
     /// Factors the matrix, its diagonal raised by `damping` times itself. None unless it is positive definite.
     pub fn factor(&mut self, damping: f32) -> Option<Factor<'_, P, X>> {
         for row in 0..Self::USED {
-            for column in 0..=row {
+            for column in 0..row + 1 {
                 let mut sum = self.matrix[row][column];
                 if row == column {
                     sum *= 1.0 + damping;
@@ -72,7 +74,7 @@ impl<const P: usize, X: Series> Normal<P, X> {
                     sum -= self.matrix[inner][row] * self.matrix[inner][column];
                 }
                 if row == column {
-                    if !(sum > 0.0 && sum.is_finite()) {
+                    if !(f32::MIN_POSITIVE..=f32::MAX).contains(&sum) {
                         return None;
                     }
                     self.diagonal[row] = sqrt(sum);

@@ -1,7 +1,7 @@
 //! What a fit tells: values with their deviations, its evidence, and what it teaches about the drivetrain.
 
 use super::model::Pass;
-use super::unknowns::{CABLE, FACTOR, K, RADIUS, Values};
+use super::unknowns::{CABLE, FACTOR, K, ONSET, RADIUS, Values, Whitening};
 use super::{Hypothesis, Place, Prior, UNKNOWNS};
 use crate::finger::MAX_PHALANGES;
 use crate::numeric::{Bounded, ln, sqrt};
@@ -12,6 +12,8 @@ use crate::sensing::normal::Factor;
 /// Result of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
+    /// Phalanx.
+    pub phalanx: u8,
     /// Location at first contact, metre.
     pub k_m: f32,
     /// Its standard deviation, metre.
@@ -26,8 +28,6 @@ pub struct Estimate {
     pub torque_factor: f32,
     /// Cable's twist, radian per newton metre of nominal torque.
     pub cable_rad_per_nm: f32,
-    /// Offset of the torque, newton metre.
-    pub offset_nm: f32,
     /// Sum of squared residuals over their variances.
     pub chi_square: f32,
     /// Points that the path reached.
@@ -36,6 +36,29 @@ pub struct Estimate {
     pub force_n: f32,
     /// Change of each joint's angle from the onset to there, radian.
     pub joints_rad: [f32; MAX_PHALANGES],
+}
+
+impl Estimate {
+    /// Mean square residual, in variances.
+    pub fn misfit(&self) -> f32 {
+        self.chi_square / (self.reached as f32 - 2.0).at_least(1.0)
+    }
+
+    /// Whether both are one place for all that their deviations tell.
+    pub(in crate::sensing) fn is_as(&self, other: &Self) -> bool {
+        self.phalanx == other.phalanx
+            && (self.k_m - other.k_m).abs() < self.k_sigma_m + other.k_sigma_m
+    }
+
+    /// The same, less sure: `spread` is by how much the residuals exceed what was expected, as a variance ratio.
+    pub(in crate::sensing) fn swollen(&self, spread: f32) -> Self {
+        let swell = sqrt(spread);
+        Self {
+            k_sigma_m: swell * self.k_sigma_m,
+            radius_sigma_m: swell * self.radius_sigma_m,
+            ..*self
+        }
+    }
 }
 
 /// All that is kept of a fit.
@@ -54,43 +77,35 @@ impl Hypothesis {
     /// What the fit tells at some values of its unknowns.
     pub(super) fn best<X: Series>(
         &self,
-        length_m: f32,
         prior: &Prior<X>,
+        whitening: &Whitening,
         values: &Values,
         pass: &Pass,
         cost: f32,
         factor: &Factor<UNKNOWNS, X>,
     ) -> Best {
         let deviation = |unknown: usize| {
-            let variance = factor
-                .covariance(unknown)
-                .get(unknown)
-                .copied()
-                .unwrap_or(0.0);
-            sqrt(variance.at_least(0.0))
+            let variance = factor.covariance(unknown)[unknown];
+            whitening.deviation[unknown] * sqrt(variance.at_least(0.0))
         };
-        let (k_scale, learned) = match prior.place {
-            Place::Anywhere => (length_m, [0.0; 3]),
-            Place::Known { sigma_m, .. } => {
-                let by_factor = factor.covariance(FACTOR);
-                let learned = if X::FLEXIBLE {
-                    let by_cable = factor.covariance(CABLE);
-                    [by_factor[FACTOR], by_factor[CABLE], by_cable[CABLE]]
-                } else {
-                    [by_factor[FACTOR], 0.0, 0.0]
-                };
-                (sigma_m, learned)
+        let mut learned = [0.0; 3];
+        if let Place::Known { .. } = prior.place {
+            let by_factor = factor.covariance(FACTOR);
+            learned[0] = by_factor[FACTOR];
+            if X::FLEXIBLE {
+                learned[1] = by_factor[CABLE];
+                learned[2] = factor.covariance(CABLE)[CABLE];
             }
-        };
+        }
         let estimate = Estimate {
-            k_m: values.k_m,
-            k_sigma_m: k_scale * deviation(K),
-            radius_m: values.radius_m,
-            radius_sigma_m: prior.radius_m.1 * deviation(RADIUS),
-            onset_rad: values.onset_rad,
-            torque_factor: values.factor,
-            cable_rad_per_nm: values.cable,
-            offset_nm: values.offset_nm,
+            phalanx: self.phalanx,
+            k_m: values[K],
+            k_sigma_m: deviation(K),
+            radius_m: values[RADIUS],
+            radius_sigma_m: deviation(RADIUS),
+            onset_rad: values[ONSET],
+            torque_factor: values[FACTOR],
+            cable_rad_per_nm: values[CABLE],
             chi_square: pass.squares,
             reached: pass.reached,
             force_n: pass.end.force_n,
@@ -141,7 +156,7 @@ impl Hypothesis {
                 ..*before
             });
         }
-        let rest = sqrt((1.0 - before.correlation * before.correlation).at_least(0.0));
+        let rest = before.independence();
         let r = before.correlation;
         let cable_variance = r * r * ff + 2.0 * r * rest * fc + rest * rest * cc;
         let covariance = r * ff + rest * fc;

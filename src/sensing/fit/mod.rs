@@ -40,10 +40,9 @@ pub const LEAST_POINTS: usize = 5;
 #[derive(Clone, Copy, Debug)]
 pub struct Hypothesis {
     phalanx: u8,
+    length_m: f32,
     /// Unknowns, whitened by the prior (location: in phalanx lengths).
     x: [f32; UNKNOWNS],
-    /// Location of `best` in phalanx lengths.
-    share: f32,
     damping: f32,
     steps: u16,
     settled_steps: u8,
@@ -60,8 +59,8 @@ impl Hypothesis {
         };
         Self {
             phalanx,
+            length_m,
             x,
-            share: 1.0,
             damping: 0.0,
             steps: 0,
             settled_steps: 0,
@@ -102,10 +101,12 @@ impl Hypothesis {
     /// Whether the place lies on the very joint of phalanx 2: as compliant as a contact anywhere on phalanx 1 (MATH 5), and
     /// nearer to the joint than either phalanx is thick.
     pub fn is_on_first_joint(&self) -> bool {
-        self.phalanx == 2 && self.share < JOINT_SHARE
+        let near_m = JOINT_SHARE * self.length_m;
+        self.phalanx == 2 && self.estimate().is_some_and(|fit| fit.k_m < near_m)
     }
 
-    fn is_proximal(&self) -> bool {
+    /// Whether it is that of a contact on the proximal phalanx, which has no place.
+    pub fn is_proximal(&self) -> bool {
         self.phalanx <= 1
     }
 
@@ -118,7 +119,7 @@ impl Hypothesis {
     /// The path ends before the curve: try nearer to the middle of the phalanx.
     fn retreat<X: Series>(&mut self, prior: &Prior<X>) {
         self.fail();
-        if prior.place == Place::Anywhere {
+        if matches!(prior.place, Place::Anywhere) {
             self.x[K] += 0.25 * (0.5 - self.x[K]);
         }
     }

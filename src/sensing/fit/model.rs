@@ -2,7 +2,7 @@
 
 use super::Hypothesis;
 use super::rows::Rows;
-use super::unknowns::Values;
+use super::unknowns::{CABLE, CREEP, FACTOR, K, ONSET, RADIUS, Values, torque_nm};
 use crate::finger::{Contact, Free, Mechanics, PathPoint};
 use crate::numeric::ln;
 use crate::sensing::Drivetrain;
@@ -67,12 +67,12 @@ impl Local {
         contact_torque_nm: f32,
         path: PathPoint,
     ) -> Self {
-        let torque_nm = values.torque_nm(point);
-        let excess = torque_nm - contact_torque_nm / values.factor;
-        let twist = values.cable * (excess + values.creep * point.late_nm);
-        let slope = values.factor * path.compliance_rad_per_nm + values.cable;
+        let torque_nm = torque_nm(values, point);
+        let excess = torque_nm - contact_torque_nm / values[FACTOR];
+        let twist = values[CABLE] * (excess + values[CREEP] * point.late_nm);
+        let slope = values[FACTOR] * path.compliance_rad_per_nm + values[CABLE];
         let measured =
-            data.origin_rad - values.onset_rad + point.counts * data.drivetrain.rad_per_count;
+            data.origin_rad - values[ONSET] + point.counts * data.drivetrain.rad_per_count;
         let wobble = TORQUE_SHARE * excess;
         let torque_variance = point.variance_nm2 + wobble * wobble;
         let model = TWIST_SHARE * twist;
@@ -106,7 +106,7 @@ impl Hypothesis {
         let (contact, at_onset) = if self.is_proximal() {
             let contact = Contact {
                 phalanx: self.phalanx,
-                k_m: 0.5 * finger.phalanx_length_m(1).unwrap_or(0.0),
+                k_m: 0.5 * self.length_m,
                 radius_m: 0.0,
             };
             let compliance = finger.proximal_compliance(&onset.configuration, onset.torque_nm);
@@ -114,10 +114,10 @@ impl Hypothesis {
         } else {
             let contact = Contact {
                 phalanx: self.phalanx,
-                k_m: values.k_m,
-                radius_m: values.radius_m,
+                k_m: values[K],
+                radius_m: values[RADIUS],
             };
-            (contact, self.compliance(finger, onset, values.k_m))
+            (contact, self.compliance(finger, onset, values[K]))
         };
         let (Some(mut path), Some(at_onset)) = (
             finger.path(&onset.configuration, onset.torque_nm, contact),
@@ -127,7 +127,7 @@ impl Hypothesis {
         };
         let mut last_logarithm = 0.0;
         for point in data.points {
-            let rise_nm = values.factor * values.torque_nm(point) - onset.torque_nm;
+            let rise_nm = values[FACTOR] * torque_nm(values, point) - onset.torque_nm;
             let reached = if rise_nm <= 0.0 {
                 // Noise took the torque below that of the contact: the path's tangent goes on.
                 PathPoint {

@@ -2,12 +2,12 @@
 
 use super::model::Pass;
 use super::rows::Rows;
-use super::unknowns::{K, Values};
+use super::unknowns::{K, ONSET, Values, Whitening};
 use super::{Data, Hypothesis, LEAST_POINTS, Place, Prior, UNKNOWNS};
 use crate::finger::Mechanics;
 use crate::numeric::Bounded;
-use crate::sensing::curve::BINS;
 use crate::sensing::location::Series;
+use crate::sensing::normal::Normal;
 
 /// Sum of squares, logarithms of variances and priors.
 fn cost<X: Series>(pass: &Pass, x: &[f32; UNKNOWNS], prior: &Prior<X>) -> f32 {
@@ -30,17 +30,13 @@ impl Hypothesis {
         near: &F::Configuration,
     ) {
         self.steps = self.steps.saturating_add(1);
-        let points = data.points.get(..BINS).unwrap_or(data.points);
-        let data = Data { points, ..*data };
-        let Some((cost, step)) = self.linearise(finger, &data, prior, near) else {
+        let whitening = self.whitening(prior);
+        let mut trial = self.x;
+        let Some(cost) = self.linearise(finger, data, prior, near, &whitening, &mut trial) else {
             return;
         };
-        let mut trial = self.x;
-        for (value, step) in trial.iter_mut().zip(step) {
-            *value += step;
-        }
-        self.clamp(&mut trial, finger, prior);
-        match self.cost_of(&trial, finger, &data, prior, near) {
+        whitening.clamp(&mut trial, self.length_m);
+        match self.cost_of(&whitening, &trial, finger, data, prior, near) {
             Some(trial_cost) if trial_cost < cost => {
                 self.x = trial;
                 self.damping *= 0.2;
@@ -64,7 +60,8 @@ impl Hypothesis {
         }
     }
 
-    /// What the fit tells where it stands, its cost there, and the step that looks best; None where there is none.
+    /// What the fit tells where it stands, and its cost there; None where there is none. `trial`, which stands there too,
+    /// makes the step that looks best.
     #[inline(never)]
     fn linearise<F: Mechanics, X: Series>(
         &mut self,
@@ -72,20 +69,21 @@ impl Hypothesis {
         data: &Data,
         prior: &Prior<X>,
         near: &F::Configuration,
-    ) -> Option<(f32, [f32; UNKNOWNS])> {
-        let length = finger.phalanx_length_m(self.phalanx).unwrap_or(0.0);
-        let values = self.values(&self.x, finger, prior);
-        let Some(onset) = Self::onset(finger, values.onset_rad, prior, near) else {
+        whitening: &Whitening,
+        trial: &mut [f32; UNKNOWNS],
+    ) -> Option<f32> {
+        let values = whitening.values(&self.x);
+        let Some(onset) = Self::onset(finger, values[ONSET], prior, near) else {
             self.fail();
             return None;
         };
-        let mut rows = self.rows(length, prior);
+        let mut rows = self.rows(prior, whitening);
         let here = self.follow(finger, &onset, &values, data, Some(&mut rows));
         if here.reached < LEAST_POINTS {
             self.retreat(prior);
             return None;
         }
-        self.stand(length, prior, &values, &here, &mut rows)
+        self.stand(prior, whitening, &values, &here, &mut rows.normal, trial)
     }
 
     /// As [`Hypothesis::linearise`], from the normal equations.
@@ -93,40 +91,44 @@ impl Hypothesis {
     #[inline(never)]
     fn stand<X: Series>(
         &mut self,
-        length_m: f32,
         prior: &Prior<X>,
+        whitening: &Whitening,
         values: &Values,
         here: &Pass,
-        rows: &mut Rows<X>,
-    ) -> Option<(f32, [f32; UNKNOWNS])> {
+        normal: &mut Normal<UNKNOWNS, X>,
+        trial: &mut [f32; UNKNOWNS],
+    ) -> Option<f32> {
         let cost = cost(here, &self.x, prior);
-        self.share = values.k_m / length_m;
-        let mut step = None;
-        self.best = rows.normal.factor(0.0).map(|factor| {
-            step = Some(factor.step());
-            self.best(length_m, prior, values, here, cost, &factor)
-        });
+        let mut factor = normal.factor(0.0);
+        self.best = factor
+            .as_ref()
+            .map(|factor| self.best(prior, whitening, values, here, cost, factor));
         if self.damping > 0.0 {
-            step = rows.normal.factor(self.damping).map(|factor| factor.step());
+            factor = normal.factor(self.damping);
         }
-        if step.is_none() {
+        let Some(factor) = factor else {
             self.fail();
+            return None;
+        };
+        for (value, step) in trial.iter_mut().zip(&factor.step()) {
+            *value += step;
         }
-        Some((cost, step?))
+        Some(cost)
     }
 
     /// Cost of other values of the unknowns.
     #[inline(never)]
     fn cost_of<F: Mechanics, X: Series>(
         &self,
+        whitening: &Whitening,
         x: &[f32; UNKNOWNS],
         finger: &F,
         data: &Data,
         prior: &Prior<X>,
         near: &F::Configuration,
     ) -> Option<f32> {
-        let values = self.values(x, finger, prior);
-        let onset = Self::onset(finger, values.onset_rad, prior, near)?;
+        let values = whitening.values(x);
+        let onset = Self::onset(finger, values[ONSET], prior, near)?;
         let pass = self.follow(finger, &onset, &values, data, None::<&mut Rows<X>>);
         Some(cost(&pass, x, prior))
     }

@@ -1,8 +1,7 @@
 //! The unknowns: whitened by their priors inside the fit, physical values outside.
 
 use super::{Hypothesis, Place, Prior};
-use crate::finger::Mechanics;
-use crate::numeric::{Bounded, sqrt};
+use crate::numeric::Bounded;
 use crate::sensing::curve::Point;
 use crate::sensing::location::Series;
 
@@ -26,94 +25,107 @@ pub(super) const RADIUS_MAX_M: f32 = 0.045;
 /// Least k/l thought of: nearer to the joint a contact is a proximal one for all that the curve tells.
 pub(super) const LEAST_SHARE: f32 = 0.004;
 
-/// Physical values of the unknowns.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Values {
-    pub(super) k_m: f32,
-    pub(super) radius_m: f32,
-    pub(super) offset_nm: f32,
-    pub(super) onset_rad: f32,
-    pub(super) factor: f32,
-    pub(super) cable: f32,
-    pub(super) creep: f32,
-    pub(super) inertia: f32,
+/// Least factor thought of, as a share of what is known: one near zero would be a motor that does nothing.
+const LEAST_FACTOR: f32 = 0.2;
+/// Deviations from its mean beyond which an unknown does not go.
+const MOST_DEVIATIONS: f32 = 6.0;
+
+/// Physical values of the unknowns, each in its place.
+pub(super) type Values = [f32; UNKNOWNS];
+
+/// Torque of a point without offset and error of the inertia, newton metre.
+pub(super) fn torque_nm(values: &Values, point: &Point) -> f32 {
+    point.torque_nm - values[OFFSET] - values[INERTIA] * point.inertia_nm
 }
 
-impl Values {
-    /// Torque of a point without offset and error of the inertia, newton metre.
-    pub(super) fn torque_nm(&self, point: &Point) -> f32 {
-        point.torque_nm - self.offset_nm - self.inertia * point.inertia_nm
+/// What turns whitened unknowns into physical values: value = mean + deviation x, and the cable's by the factor's, with
+/// which it is correlated.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Whitening {
+    mean: Values,
+    pub(super) deviation: Values,
+    pub(super) cable_by_factor: f32,
+}
+
+impl Whitening {
+    pub(super) fn of<X: Series>(place: &Place, length_m: f32, prior: &Prior<X>) -> Self {
+        let (mut mean, mut deviation) = ([0.0; UNKNOWNS], [0.0; UNKNOWNS]);
+        let mut cable_by_factor = 0.0;
+        (mean[K], deviation[K]) = match *place {
+            Place::Anywhere => (0.0, length_m),
+            Place::Known { k_m, sigma_m, .. } => (k_m, sigma_m),
+        };
+        (mean[RADIUS], deviation[RADIUS]) = prior.radius_m;
+        deviation[OFFSET] = prior.offset_sigma_nm;
+        (mean[ONSET], deviation[ONSET]) = prior.onset_rad;
+        let calibration = &prior.calibration;
+        mean[FACTOR] = calibration.torque_factor;
+        deviation[FACTOR] = calibration.torque_factor * calibration.torque_factor_sigma;
+        deviation[INERTIA] = prior.inertia_share;
+        if X::FLEXIBLE {
+            mean[CABLE] = calibration.cable_rad_per_nm;
+            deviation[CABLE] = calibration.cable_sigma_rad_per_nm * calibration.independence();
+            cable_by_factor = calibration.cable_sigma_rad_per_nm * calibration.correlation;
+            [mean[CREEP], deviation[CREEP]] = prior.creep;
+        }
+        Self {
+            mean,
+            deviation,
+            cable_by_factor,
+        }
+    }
+
+    pub(super) fn values(&self, x: &[f32; UNKNOWNS]) -> Values {
+        let mut values = self.mean;
+        for unknown in 0..UNKNOWNS {
+            values[unknown] += self.deviation[unknown] * x[unknown];
+        }
+        values[CABLE] += self.cable_by_factor * x[FACTOR];
+        values
+    }
+
+    /// Keeps the unknowns where they mean something.
+    pub(super) fn clamp(&self, x: &mut [f32; UNKNOWNS], length_m: f32) {
+        let [_, _, others @ ..] = x;
+        for x in others {
+            *x = x.at_least(-MOST_DEVIATIONS).at_most(MOST_DEVIATIONS);
+        }
+        let hold = |x: &mut f32, mean: f32, deviation: f32, low: f32, high: f32| {
+            let deviation = deviation.at_least(f32::MIN_POSITIVE);
+            let low = (low - mean) / deviation;
+            let high = (high - mean) / deviation;
+            *x = x.at_least(low).at_most(high.at_least(low));
+        };
+        let Self {
+            mean, deviation, ..
+        } = self;
+        hold(
+            &mut x[K],
+            mean[K],
+            deviation[K],
+            LEAST_SHARE * length_m,
+            length_m,
+        );
+        hold(
+            &mut x[RADIUS],
+            mean[RADIUS],
+            deviation[RADIUS],
+            0.0,
+            RADIUS_MAX_M,
+        );
+        let least = LEAST_FACTOR * mean[FACTOR];
+        hold(
+            &mut x[FACTOR],
+            mean[FACTOR],
+            deviation[FACTOR],
+            least,
+            f32::INFINITY,
+        );
     }
 }
 
 impl Hypothesis {
-    pub(super) fn values<F: Mechanics, X: Series>(
-        &self,
-        x: &[f32; UNKNOWNS],
-        finger: &F,
-        prior: &Prior<X>,
-    ) -> Values {
-        let length = finger.phalanx_length_m(self.phalanx).unwrap_or(0.0);
-        let (radius, radius_sigma) = prior.radius_m;
-        let calibration = &prior.calibration;
-        let (cable, creep) = if X::FLEXIBLE {
-            let correlation = calibration.correlation;
-            let rest = sqrt((1.0 - correlation * correlation).at_least(0.0));
-            let deviation = correlation * x[FACTOR] + rest * x[CABLE];
-            (
-                calibration.cable_rad_per_nm + calibration.cable_sigma_rad_per_nm * deviation,
-                prior.creep[0] + prior.creep[1] * x[CREEP],
-            )
-        } else {
-            (0.0, 0.0)
-        };
-        Values {
-            k_m: match prior.place {
-                Place::Anywhere => x[K] * length,
-                Place::Known { k_m, sigma_m, .. } => k_m + sigma_m * x[K],
-            },
-            radius_m: radius + radius_sigma * x[RADIUS],
-            offset_nm: prior.offset_sigma_nm * x[OFFSET],
-            onset_rad: prior.onset_rad.0 + prior.onset_rad.1 * x[ONSET],
-            factor: calibration.torque_factor * (1.0 + calibration.torque_factor_sigma * x[FACTOR]),
-            cable,
-            creep,
-            inertia: prior.inertia_share * x[INERTIA],
-        }
-    }
-
-    /// Keeps the unknowns where they mean something. (With computed bounds `clamp` would panic on a NaN.)
-    pub(super) fn clamp<F: Mechanics, X: Series>(
-        &self,
-        x: &mut [f32; UNKNOWNS],
-        finger: &F,
-        prior: &Prior<X>,
-    ) {
-        let length = finger.phalanx_length_m(self.phalanx).unwrap_or(0.0);
-        x[K] = match prior.place {
-            Place::Anywhere => x[K].clamp(LEAST_SHARE, 1.0),
-            Place::Known { k_m, sigma_m, .. } => {
-                let sigma = sigma_m.at_least(f32::MIN_POSITIVE);
-                let low = (LEAST_SHARE * length - k_m) / sigma;
-                x[K].at_least(low)
-                    .at_most(((length - k_m) / sigma).at_least(low))
-            }
-        };
-        let (radius, radius_sigma) = prior.radius_m;
-        let sigma = radius_sigma.at_least(f32::MIN_POSITIVE);
-        let low = -radius.at_least(0.0) / sigma;
-        x[RADIUS] = x[RADIUS]
-            .at_least(low)
-            .at_most(((RADIUS_MAX_M - radius) / sigma).at_least(low));
-        let [_, _, others @ ..] = x;
-        for value in others {
-            *value = value.clamp(-6.0, 6.0);
-        }
-        // A factor near zero would be a motor that does nothing.
-        let sigma = prior
-            .calibration
-            .torque_factor_sigma
-            .at_least(f32::MIN_POSITIVE);
-        x[FACTOR] = x[FACTOR].at_least(-0.8 / sigma);
+    pub(super) fn whitening<X: Series>(&self, prior: &Prior<X>) -> Whitening {
+        Whitening::of(&prior.place, self.length_m, prior)
     }
 }

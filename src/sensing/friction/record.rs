@@ -47,7 +47,7 @@ impl Friction {
         let noise = self
             .closing
             .noise_nm2_counts
-            .max(self.opening.noise_nm2_counts);
+            .at_least(self.opening.noise_nm2_counts);
         sqrt(noise / self.bin_counts())
     }
 
@@ -86,24 +86,22 @@ impl Friction {
             return Some((torque, 0.0));
         }
         let track = self.track(drive)?;
-        let last = (0..BINS).rev().find(|&index| track.bin(index).is_some())?;
-        let end = track.bin(last)?;
+        let filled = |index| Some((index, track.bin(index)?));
+        let (last, end) = (0..BINS).rev().find_map(filled)?;
         let end_counts = (last as f32 + 0.5) * self.bin_counts();
         let excess = counts as f32 - end_counts;
         if excess <= 0.0 {
             // Before the record's beginning, where the motion was not steady yet.
-            let first = (0..BINS).find_map(|index| track.bin(index))?;
+            let (_, first) = (0..BINS).find_map(filled)?;
             return Some((first, 0.0));
         }
         let period = period_counts as f32;
-        // Rounded up; `ceil` is not in core. A period of 0 gives more than is allowed below.
-        let whole = (excess / period) as u32 as f32;
-        let periods = if whole * period < excess {
-            whole + 1.0
-        } else {
-            whole
-        };
-        if period_counts > 0 && periods < 4.0 {
+        // Whole periods that lead back into the record. A period of 0 never does.
+        let mut periods = 1.0;
+        while periods * period < excess && periods < 4.0 {
+            periods += 1.0;
+        }
+        if periods < 4.0 {
             let back = counts as f32 - periods * period;
             let base = self.at(drive, back as i32);
             let before = self.at(drive, (end_counts - period) as i32);

@@ -69,34 +69,38 @@ impl Recorder {
 
     fn take(&mut self, block: &Block) {
         let Some(index) = self.friction.index(block.counts) else {
-            self.end_stretch();
-            self.nodes = [None; 2];
+            self.break_off();
             return;
         };
-        if let Some(stretch) = &mut self.stretch {
-            if stretch.index == index {
-                stretch.sum_counts += block.counts as f32;
-                stretch.sum_nm += block.drive_torque_nm;
-                stretch.blocks = stretch.blocks.saturating_add(1);
-                stretch.way_counts += block.width_counts as f32;
-                return;
-            } else {
-                self.end_stretch();
-            }
+        if self
+            .stretch
+            .as_ref()
+            .is_none_or(|stretch| stretch.index != index)
+        {
+            self.end_stretch();
         }
-        self.stretch = Some(Stretch {
+        let stretch = self.stretch.get_or_insert(Stretch {
             drive: block.drive,
             index,
-            sum_counts: block.counts as f32,
-            sum_nm: block.drive_torque_nm,
-            blocks: 1,
-            way_counts: block.width_counts as f32,
+            sum_counts: 0.0,
+            sum_nm: 0.0,
+            blocks: 0,
+            way_counts: 0.0,
         });
+        stretch.sum_counts += block.counts as f32;
+        stretch.sum_nm += block.drive_torque_nm;
+        stretch.blocks = stretch.blocks.saturating_add(1);
+        stretch.way_counts += block.width_counts as f32;
     }
 
     /// The motion ended or turned round.
     pub fn end_run(&mut self) {
         self.held = [None; HELD];
+        self.break_off();
+    }
+
+    /// What comes next does not join on to what was.
+    fn break_off(&mut self) {
         self.end_stretch();
         self.nodes = [None; 2];
     }
@@ -154,9 +158,9 @@ impl Recorder {
 
     /// Share of the travel that has been covered both ways, 0 to 1.
     pub fn coverage(&self) -> f32 {
-        self.friction
-            .closing
-            .coverage()
-            .min(self.friction.opening.coverage())
+        let Friction {
+            closing, opening, ..
+        } = &self.friction;
+        closing.coverage().at_most(opening.coverage())
     }
 }

@@ -1,5 +1,7 @@
 //! How well the friction of one direction repeats.
 
+use crate::numeric::Bounded;
+
 /// Where a stretch lies and what was measured over it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
@@ -53,6 +55,6 @@ impl Statistics {
         let mean = self.sum / count;
         // The difference of two passes has twice the variance of one.
         let repeat = 0.5 * (self.sum_of_squares / count - mean * mean) * bin_counts;
-        Some(rough.max(repeat))
+        Some(rough.at_least(repeat))
     }
 }

@@ -48,8 +48,7 @@ impl Locator {
         prior: &Prior<X>,
         near: &F::Configuration,
     ) {
-        let Some(slope) = curve::slope(self.points.iter(), f32::NEG_INFINITY, drivetrain.creep[0])
-        else {
+        let Some(slope) = curve::slope(&self.points, f32::NEG_INFINITY, drivetrain.creep[0]) else {
             return;
         };
         if let Place::Known { phalanx, k_m, .. } = prior.place {
@@ -140,27 +139,23 @@ impl Locator {
         if known {
             return;
         }
-        if self.hypotheses.is_full() {
-            let worst = (0..self.hypotheses.len()).min_by(|&a, &b| {
-                let evidence = |i: usize| {
-                    self.hypotheses.get(i).map_or(f32::NEG_INFINITY, |h| {
-                        if h.phalanx() == 1 {
-                            f32::INFINITY
-                        } else {
-                            h.ln_evidence(1.0)
-                        }
-                    })
-                };
-                evidence(a).total_cmp(&evidence(b))
-            });
-            if let Some(worst) = worst {
-                self.hypotheses.swap_remove(worst);
+        let new = Hypothesis::new(phalanx, k_m, length, prior);
+        if !self.hypotheses.is_full() {
+            let _ = self.hypotheses.push(new);
+            return;
+        }
+        let mut worst = None;
+        let mut least = f32::INFINITY;
+        for hypothesis in &mut self.hypotheses {
+            let evidence = hypothesis.ln_evidence(1.0);
+            if !hypothesis.is_proximal() && evidence < least {
+                least = evidence;
+                worst = Some(hypothesis);
             }
         }
-        // There is room: one was just made.
-        let _ = self
-            .hypotheses
-            .push(Hypothesis::new(phalanx, k_m, length, prior));
+        if let Some(worst) = worst {
+            *worst = new;
+        }
     }
 }
 

@@ -16,24 +16,10 @@ const MISFIT: f32 = 25.0;
 pub enum Verdict {
     /// Too early.
     Undecided,
-    /// One place.
-    At {
-        /// Phalanx.
-        phalanx: u8,
-        /// The fit.
-        estimate: Estimate,
-        /// By how much the residuals exceed what was expected, as a variance ratio, at least 1.
-        spread: f32,
-    },
-    /// Two places; the likelier first.
-    Either {
-        /// Phalanges.
-        phalanx: [u8; 2],
-        /// Fits.
-        estimate: [Estimate; 2],
-        /// As in `At`.
-        spread: f32,
-    },
+    /// One place. Where the residuals exceed what was expected, its deviations are as much larger.
+    At(Estimate),
+    /// Two places, the likelier first; deviations as in `At`.
+    Either([Estimate; 2]),
     /// A contact without a place.
     Nowhere(NotLocated),
 }
@@ -41,72 +27,60 @@ pub enum Verdict {
 impl Locator {
     /// Mean square residual of the best hypothesis, in variances; infinite if none explains the curve.
     pub fn misfit(&self) -> f32 {
-        self.hypotheses
-            .iter()
-            .filter_map(|h| h.estimate())
-            .map(|e| e.chi_square / (e.reached as f32 - 2.0).at_least(1.0))
-            .fold(f32::INFINITY, f32::min)
+        let mut least = f32::INFINITY;
+        for estimate in self.hypotheses.iter().filter_map(Hypothesis::estimate) {
+            least = estimate.misfit().at_most(least);
+        }
+        least
     }
 
-    /// What the hypotheses say at the end of a round. `bonus` is what else is known of each (a joint's sensor), as a
-    /// logarithm of odds.
-    pub fn verdict(&self, bonus: impl Fn(&Estimate) -> f32) -> Verdict {
-        // One that was just added has not found its place yet; it will be heard with the next rounds.
-        let seasoned = || self.hypotheses.iter().filter(|h| h.steps() >= 2);
-        if seasoned().next().is_none() {
-            return Verdict::Undecided;
-        }
-        let spread = self.misfit();
-        if !spread.is_finite() || spread > MISFIT {
-            return Verdict::Nowhere(self.unexplained());
-        }
-        let spread = spread.at_least(1.0);
+    /// What the hypotheses say at the end of a round; `misfit` as above. `bonus` is what else is known of each (a joint's
+    /// sensor), as a logarithm of odds.
+    // Not inlined: what it says is written where it stays.
+    #[inline(never)]
+    pub fn verdict(&self, misfit: f32, bonus: impl Fn(&Estimate) -> f32) -> Verdict {
+        let spread = misfit.at_least(1.0);
+        let mut undecided = true;
         let mut first: Option<(&Hypothesis, &Estimate, f32)> = None;
         let mut second: Option<(&Hypothesis, &Estimate, f32)> = None;
-        for hypothesis in seasoned() {
+        for hypothesis in &self.hypotheses {
+            // One that was just added has not found its place yet; it will be heard with the next rounds.
+            if hypothesis.steps() < 2 {
+                continue;
+            }
+            undecided = false;
             let Some(estimate) = hypothesis.estimate() else {
                 continue;
             };
             let evidence = hypothesis.ln_evidence(spread) + bonus(estimate);
-            let entry = (hypothesis, estimate, evidence);
-            match first {
-                Some((best, at, best_evidence)) => {
-                    // Two starts that met in one minimum are one explanation.
-                    let same = best.phalanx() == hypothesis.phalanx()
-                        && (at.k_m - estimate.k_m).abs() < at.k_sigma_m + estimate.k_sigma_m;
-                    if evidence > best_evidence {
-                        if !same {
-                            second = first;
-                        }
-                        first = Some(entry);
-                    } else if !same && second.is_none_or(|(_, _, e)| evidence > e) {
-                        second = Some(entry);
-                    }
+            let entry = Some((hypothesis, estimate, evidence));
+            // Two starts that met in one minimum are one explanation.
+            let same = first.is_some_and(|(_, at, _)| at.is_as(estimate));
+            if first.is_none_or(|(_, _, best)| evidence > best) {
+                if !same {
+                    second = first;
                 }
-                None => first = Some(entry),
+                first = entry;
+            } else if !same && second.is_none_or(|(_, _, best)| evidence > best) {
+                second = entry;
             }
         }
-        let Some((hypothesis, estimate, evidence)) = first else {
+        if undecided {
+            return Verdict::Undecided;
+        }
+        let Some((hypothesis, estimate, evidence)) = first.filter(|_| misfit <= MISFIT) else {
             return Verdict::Nowhere(self.unexplained());
         };
-        if hypothesis.phalanx() == 1 || hypothesis.is_on_first_joint() {
+        if hypothesis.is_proximal() || hypothesis.is_on_first_joint() {
             return Verdict::Nowhere(NotLocated::Proximal);
         }
         if let Some((rival, other, rival_evidence)) = second
-            && rival.phalanx() != 1
+            && !rival.is_proximal()
             && evidence - rival_evidence < LN_ODDS
         {
-            return Verdict::Either {
-                phalanx: [hypothesis.phalanx(), rival.phalanx()],
-                estimate: [*estimate, *other],
-                spread,
-            };
+            return Verdict::Either([estimate.swollen(spread), other.swollen(spread)]);
         }
-        Verdict::At {
-            phalanx: hypothesis.phalanx(),
-            estimate: *estimate,
-            spread,
-        }
+        Verdict::At(estimate.swollen(spread))
     }
 
     /// Why nothing explains the curve.

@@ -70,7 +70,7 @@ impl Locator {
         let begins = self.turn == 0;
         if begins {
             self.points.clear();
-            for point in points.take(BINS) {
+            for point in points {
                 // As many as there are bins.
                 let _ = self.points.push(*point);
             }

@@ -9,14 +9,15 @@ use core::marker::PhantomData;
 use heapless::Deque;
 
 /// See the module documentation.
+// In this order: what every block needs lies within the reach of an instruction, the tables come last.
 #[derive(Clone, Debug)]
+#[repr(C)]
 pub(super) struct Known<F: Mechanics, H: JointSensor, X: Series> {
     pub(super) finger: F,
     pub(super) drivetrain: Drivetrain,
     pub(super) settings: Settings,
     pub(super) calibration: Calibration,
     pub(super) directive: Directive,
-    pub(super) friction: Option<Friction>,
     /// That the friction record no longer fits has been said.
     pub(super) stale_told: bool,
     /// The free finger's posture at the last block, where the next search for one starts.
@@ -25,6 +26,7 @@ pub(super) struct Known<F: Mechanics, H: JointSensor, X: Series> {
     /// Change of theta_2 since contact, as the last verdict took it into account.
     pub(super) joint_change: H::Reading,
     pub(super) events: Deque<Event, 4>,
+    pub(super) friction: Option<Friction>,
     series: PhantomData<X>,
 }
 
@@ -50,6 +52,11 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             events: Deque::new(),
             series: PhantomData,
         }
+    }
+
+    /// Whether the finger is driven against the closing stop, to calibrate the cable.
+    pub(super) fn presses_stop(&self) -> bool {
+        matches!(self.directive, Directive::CalibrateCable)
     }
 
     pub(super) fn travel_counts(&self) -> i32 {

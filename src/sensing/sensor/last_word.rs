@@ -32,11 +32,9 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
         let Some(steps) = touching.last_steps else {
             return;
         };
-        if known.directive != Directive::CalibrateCable
-            && !touching.settled
-            && steps > 0
-            && !(steps < LAST_STEPS && touching.locator.has_converged())
-        {
+        let fits = !known.presses_stop() && !touching.settled;
+        let converged = steps < LAST_STEPS && touching.locator.has_converged();
+        if fits && steps > 0 && !converged {
             if touching.pause > 0 {
                 touching.pause -= 1;
                 return;

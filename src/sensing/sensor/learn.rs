@@ -4,7 +4,7 @@ use super::UNSURE_BEYOND;
 use super::known::Known;
 use super::touch::Touching;
 use crate::finger::Mechanics;
-use crate::numeric::{Bounded, sqrt};
+use crate::numeric::sqrt;
 use crate::sensing::curve;
 use crate::sensing::fit::LEAST_POINTS;
 use crate::sensing::joint::JointSensor;
@@ -40,7 +40,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         if estimate.reached < LEAST_POINTS {
             return Err(Refusal::TooFewSamples);
         }
-        let misfit = estimate.chi_square / (estimate.reached as f32 - 2.0).at_least(1.0);
+        let misfit = estimate.misfit();
         let found = hypothesis
             .learned(&self.prior(touching))
             .ok_or(Refusal::Misfit)?;
@@ -61,7 +61,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             .torque_nm;
         // The foot of the curve is where gears and cable settle.
         let slope = curve::slope(
-            touching.touch.curve.points(),
+            touching.touch.curve.bins(),
             0.2 * top_nm,
             self.drivetrain.creep[0],
         )

@@ -47,13 +47,15 @@ enum Work<R> {
 /// Contact sensing of one finger. See the module documentation.
 ///
 /// `H` is [`NoHall`] or [`Hall`](crate::sensing::Hall); `X` is [`Cable`] or [`Rigid`](crate::sensing::Rigid).
+// In this order for the reach of instructions, as in `Known`.
 #[derive(Clone, Debug)]
+#[repr(C)]
 pub struct Sensor<F: Mechanics, H: JointSensor = NoHall, X: Series = Cable> {
-    known: Known<F, H, X>,
     gate: Gate,
-    work: Work<H::Reading>,
     /// The contact of this closing has been judged, or what was found was no contact.
     done: bool,
+    known: Known<F, H, X>,
+    work: Work<H::Reading>,
 }
 
 impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
@@ -133,12 +135,12 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
     #[inline(never)]
     pub fn direct(&mut self, directive: Directive) {
         let known = &mut self.known;
-        if directive != Directive::RecordFriction
+        if !matches!(directive, Directive::RecordFriction)
             && let Work::Recording(recorder) = &mut self.work
         {
             known.end_recording(recorder);
         }
-        if directive == Directive::Rest
+        if matches!(directive, Directive::Rest)
             && let Work::Contact(touching) = &mut self.work
         {
             // The last word is still to be said, under the old directive; nothing but that comes after.
@@ -149,7 +151,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
         known.stale_told = false;
         self.done = false;
         self.work = Work::Nothing;
-        if directive == Directive::RecordFriction {
+        if matches!(directive, Directive::RecordFriction) {
             self.record();
         }
     }

@@ -29,11 +29,11 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             return;
         }
         self.add(&mut touching.touch, past);
-        if self.directive == Directive::CalibrateCable || touching.settled {
+        if self.presses_stop() || touching.settled {
             return;
         }
         let judged = self.refine(touching);
-        if judged && self.directive == Directive::Watch {
+        if judged && matches!(self.directive, Directive::Watch) {
             self.report(touching, false);
         }
     }

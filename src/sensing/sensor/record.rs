@@ -15,18 +15,20 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     pub(super) fn end_recording(&mut self, recorder: &mut Recorder) {
         recorder.end_run();
         let coverage = recorder.coverage();
-        let recorded = recorder.finish().filter(|_| coverage >= COVERAGE);
-        let told = recorded.and_then(|friction| {
-            Some(Event::FrictionRecorded {
-                closing_nm: friction.closing.mean_nm()?,
-                opening_nm: friction.opening.mean_nm()?,
+        if coverage >= COVERAGE
+            && let Some(friction) = recorder.finish()
+            && let Some(closing_nm) = friction.closing.mean_nm()
+            && let Some(opening_nm) = friction.opening.mean_nm()
+        {
+            self.friction = Some(friction.clone());
+            self.tell(Event::FrictionRecorded {
+                closing_nm,
+                opening_nm,
                 residual_nm: friction.residual_nm(),
                 coverage,
-            })
-        });
-        if told.is_some() {
-            self.friction = recorded.cloned();
+            });
+        } else {
+            self.tell(Event::FrictionNotRecorded { coverage });
         }
-        self.tell(told.unwrap_or(Event::FrictionNotRecorded { coverage }));
     }
 }

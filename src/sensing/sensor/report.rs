@@ -3,7 +3,7 @@
 use super::known::Known;
 use super::touch::{Reported, Touching};
 use crate::finger::Mechanics;
-use crate::numeric::{Bounded, sqrt};
+use crate::numeric::Bounded;
 use crate::sensing::fit::Estimate;
 use crate::sensing::joint::JointSensor;
 use crate::sensing::location::Series;
@@ -27,12 +27,12 @@ const WORSE_ROUNDS: u8 = 4;
 const SHARPER: f32 = 0.75;
 
 impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
-    fn verdict(&mut self, touching: &Touching<H::Reading>) -> Verdict {
+    fn verdict(&mut self, touching: &Touching<H::Reading>, misfit: f32) -> Verdict {
         let touch = &touching.touch;
         // To the end of the curve, which is what was fitted: the finger may have moved on.
         self.joint_change = H::change(touch.reading, touch.waiting.reading);
         let change_rad = H::rad(self.joint_change);
-        touching.locator.verdict(|estimate| {
+        touching.locator.verdict(misfit, |estimate| {
             change_rad.map_or(0.0, |measured| {
                 let [_, expected, _] = estimate.joints_rad;
                 locator::ln_likelihood(measured, expected, H::SIGMA_RAD)
@@ -46,7 +46,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             return;
         }
         let misfit = touching.locator.misfit();
-        let mut verdict = self.verdict(touching);
+        let mut verdict = self.verdict(touching, misfit);
         let mut over = last || touching.touch.torque_nm >= 0.97 * self.settings.torque_limit_nm;
         let was = touching.good.map_or(misfit, |(_, was)| was);
         if misfit > (WORSE * was.at_least(1.0)).at_least(GOOD) {
@@ -54,29 +54,40 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         } else {
             touching.worse = 0;
         }
-        match touching.good {
+        let left = touching.worse >= WORSE_ROUNDS;
+        let undecided = matches!(verdict, Verdict::Undecided);
+        match &touching.good {
             // The curve has left the path that explained it well: a second contact, a slip. What was known before holds. A
             // round or two may just be a fit on its way.
-            Some((good, _)) if touching.worse >= WORSE_ROUNDS || verdict == Verdict::Undecided => {
-                verdict = good;
-                over |= touching.worse >= WORSE_ROUNDS;
+            Some((good, _)) if left || undecided => {
+                verdict = *good;
+                over |= left;
             }
-            _ if misfit <= GOOD && verdict != Verdict::Undecided => {
-                touching.good = Some((verdict, misfit));
-            }
+            _ if misfit <= GOOD && !undecided => touching.good = Some((verdict, misfit)),
             _ => {}
         }
-        if touching.worse > 0 && !over {
-            return;
+        if touching.worse == 0 || over {
+            self.say(touching, &verdict, over, last);
         }
+    }
+
+    /// Says a verdict, if it is news; `over`: no more torque will come of use.
+    // Not inlined: the verdict stays where it is.
+    #[inline(never)]
+    fn say(
+        &mut self,
+        touching: &mut Touching<H::Reading>,
+        verdict: &Verdict,
+        over: bool,
+        last: bool,
+    ) {
         match verdict {
-            Verdict::At {
-                phalanx,
-                estimate,
-                spread,
-            } => {
-                let sigma_m = estimate.k_sigma_m * sqrt(spread);
-                let length = self.finger.phalanx_length_m(phalanx).unwrap_or(0.0);
+            Verdict::At(estimate) => {
+                let sigma_m = estimate.k_sigma_m;
+                let length = self
+                    .finger
+                    .phalanx_length_m(estimate.phalanx)
+                    .unwrap_or(0.0);
                 let help = self.more_torque_helps(touching, sigma_m) || sigma_m > SHARP * length;
                 let settled = over || sigma_m <= self.settings.wanted_sigma_m || !help;
                 if sigma_m >= VAGUE * length {
@@ -91,7 +102,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
                         k_m,
                         sigma_m: was,
                     } => {
-                        before != phalanx
+                        before != estimate.phalanx
                             || sigma_m < SHARPER * was
                             || (estimate.k_m - k_m).abs() > 2.0 * was
                     }
@@ -99,24 +110,20 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
                 };
                 touching.settled = settled;
                 if news || settled {
-                    self.tell_located(touching, phalanx, &estimate, spread);
+                    self.tell_located(touching, estimate);
                 }
             }
-            Verdict::Either {
-                phalanx,
-                estimate,
-                spread,
-            } => {
+            Verdict::Either(estimates) => {
                 touching.settled = over;
-                if touching.reported != Reported::Ambiguous || over {
-                    self.tell_ambiguous(touching, phalanx, &estimate, spread);
+                if !matches!(touching.reported, Reported::Ambiguous) || over {
+                    self.tell_ambiguous(touching, estimates);
                 }
             }
             Verdict::Nowhere(why) => {
                 // A proximal contact is not told from one near the joint before the torque has shown the difference.
                 let sure = touching.touch.torque_nm >= 0.3 * self.settings.torque_limit_nm;
-                if over || (sure && why == NotLocated::Proximal) {
-                    self.tell_nowhere(touching, why);
+                if over || (sure && *why == NotLocated::Proximal) {
+                    self.tell_nowhere(touching, *why);
                 }
             }
             Verdict::Undecided if last => self.tell_nowhere(touching, NotLocated::TooFewSamples),
@@ -143,69 +150,52 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         touching.touch.torque_nm < 0.4 * self.settings.torque_limit_nm || sigma_m < NO_HELP * was_m
     }
 
-    fn tell_located(
-        &mut self,
-        touching: &mut Touching<H::Reading>,
-        phalanx: u8,
-        estimate: &Estimate,
-        spread: f32,
-    ) {
-        let settled = touching.settled;
-        let swell = sqrt(spread);
-        let sigma_m = estimate.k_sigma_m * swell;
-        let radius_sigma_m = estimate.radius_sigma_m * swell;
-        // No better than the prior: the curve does not tell.
-        let tells_radius = radius_sigma_m < 0.7 * self.settings.radius_sigma_m;
+    fn tell_located(&mut self, touching: &mut Touching<H::Reading>, estimate: &Estimate) {
+        let &Estimate {
+            phalanx,
+            k_m,
+            k_sigma_m: sigma_m,
+            ..
+        } = estimate;
         let k_c = self
             .free(estimate.onset_rad)
             .and_then(|free| {
-                self.finger.contact_compliance(
-                    &free.configuration,
-                    free.torque_nm,
-                    phalanx,
-                    estimate.k_m,
-                )
+                self.finger
+                    .contact_compliance(&free.configuration, free.torque_nm, phalanx, k_m)
             })
             .map_or(f32::INFINITY, |compliance| 1.0 / compliance);
         touching.reported = Reported::Located {
             phalanx,
-            k_m: estimate.k_m,
+            k_m,
             sigma_m,
         };
+        // No better than the prior: the curve does not tell.
+        let (radius_m, radius_sigma_m) =
+            if estimate.radius_sigma_m < 0.7 * self.settings.radius_sigma_m {
+                (estimate.radius_m, estimate.radius_sigma_m)
+            } else {
+                (f32::NAN, f32::NAN)
+            };
         self.tell(Event::Located {
             phalanx,
-            k_m: estimate.k_m,
+            k_m,
             sigma_m,
             k_c_nm_per_rad: k_c,
             force_n: estimate.force_n,
-            radius_m: if tells_radius {
-                estimate.radius_m
-            } else {
-                f32::NAN
-            },
-            radius_sigma_m: if tells_radius {
-                radius_sigma_m
-            } else {
-                f32::NAN
-            },
-            settled,
+            radius_m,
+            radius_sigma_m,
+            settled: touching.settled,
         });
     }
 
-    fn tell_ambiguous(
-        &mut self,
-        touching: &mut Touching<H::Reading>,
-        phalanx: [u8; 2],
-        estimate: &[Estimate; 2],
-        spread: f32,
-    ) {
-        let settled = touching.settled;
+    fn tell_ambiguous(&mut self, touching: &mut Touching<H::Reading>, estimates: &[Estimate; 2]) {
         touching.reported = Reported::Ambiguous;
+        let [likelier, other] = estimates;
         self.tell(Event::Ambiguous {
-            phalanx,
-            k_m: estimate.map(|e| e.k_m),
-            sigma_m: estimate.map(|e| e.k_sigma_m * sqrt(spread)),
-            settled,
+            phalanx: [likelier.phalanx, other.phalanx],
+            k_m: [likelier.k_m, other.k_m],
+            sigma_m: [likelier.k_sigma_m, other.k_sigma_m],
+            settled: touching.settled,
         });
     }
 }

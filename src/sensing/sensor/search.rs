@@ -6,7 +6,7 @@ use crate::sensing::block::Block;
 use crate::sensing::detector::{self, Detector, Finding};
 use crate::sensing::joint::JointSensor;
 use crate::sensing::location::Series;
-use crate::sensing::{Directive, Event};
+use crate::sensing::{Drive, Event};
 use heapless::Deque;
 
 /// Blocks kept, so that the curve starts at the onset and not at its detection: a quarter of a second.
@@ -67,12 +67,14 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     /// A block with the residual of the record.
     pub(super) fn past(&self, block: &Block, in_contact: bool) -> Option<Past<H::Reading>> {
         let friction = self.friction.as_ref()?;
-        let beyond = in_contact || self.directive == Directive::CalibrateCable;
+        // Only a closing is felt.
+        let drive = Drive::Closing;
+        let beyond = in_contact || self.presses_stop();
         let (torque_nm, beyond_counts) = if beyond {
             let period_counts = self.drivetrain.counts_per_worm_turn;
-            friction.beyond(block.drive, block.counts, period_counts)?
+            friction.beyond(drive, block.counts, period_counts)?
         } else {
-            (friction.at(block.drive, block.counts)?, 0.0)
+            (friction.at(drive, block.counts)?, 0.0)
         };
         Some(Past {
             time_us: block.time_us,
@@ -114,13 +116,13 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         match finding {
             Finding::Free => {}
             Finding::Stale { misfit_nm } => {
-                if !self.stale_told && self.directive != Directive::CalibrateCable {
+                if !self.stale_told && !self.presses_stop() {
                     self.stale_told = true;
                     self.tell(Event::FrictionStale { misfit_nm });
                 }
             }
             // Beyond the record, on the way to the stop, friction may well be less.
-            Finding::Softer { .. } if self.directive == Directive::CalibrateCable => {
+            Finding::Softer { .. } if self.presses_stop() => {
                 search.detector = None;
             }
             Finding::Softer { .. } => {
@@ -146,7 +148,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         Some(Detector::new(
             detector::threshold(self.settings.false_alarms_per_closing, blocks),
             friction.closing.mean_nm()?,
-            friction.noise_nm2_counts(block.drive)?,
+            friction.noise_nm2_counts(Drive::Closing)?,
         ))
     }
 

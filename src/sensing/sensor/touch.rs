@@ -5,12 +5,12 @@ use super::search::{Onset, Past};
 use super::{Sensor, UNSURE_BEYOND, Work};
 use crate::finger::Mechanics;
 use crate::numeric::{Bounded, sqrt};
-use crate::sensing::Event;
 use crate::sensing::block::Block;
 use crate::sensing::curve::{Curve, Point};
 use crate::sensing::joint::JointSensor;
 use crate::sensing::location::Series;
 use crate::sensing::locator::{Locator, Verdict};
+use crate::sensing::{Drive, Event};
 
 /// What is measured of a contact.
 #[derive(Clone, Debug)]
@@ -67,7 +67,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
             return;
         };
         let known = &mut self.known;
-        let mut touch = known.touch(block, found, first);
+        let mut touch = known.touch(found, first);
         for past in blocks {
             known.add(&mut touch, past);
         }
@@ -110,7 +110,7 @@ pub(super) enum Reported {
 impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     /// A curve from the block on with which a contact began.
     #[inline(never)]
-    fn touch(&self, block: &Block, found: &Onset, first: &Past<H::Reading>) -> Touch<H::Reading> {
+    fn touch(&self, found: &Onset, first: &Past<H::Reading>) -> Touch<H::Reading> {
         Touch {
             curve: Curve::new(first.counts, first.width_counts),
             level_nm: found.level.0,
@@ -119,7 +119,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             unevenness_nm: self
                 .friction
                 .as_ref()
-                .and_then(|friction| friction.unevenness_nm(block.drive))
+                .and_then(|friction| friction.unevenness_nm(Drive::Closing))
                 .unwrap_or(0.0),
             onset_rad: self.drivetrain.closing_rad(first.counts),
             reading: first.reading,
@@ -143,7 +143,8 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             .map_or(0.0, |free| free.torque_nm);
         let excess_nm = efficiency * (past.residual_nm - touch.level_nm);
         let torque_nm = excess_nm + free_nm / self.calibration.torque_factor;
-        let elapsed_s = past.time_us.saturating_sub(touch.late_us) as f32 * 1e-6;
+        // A closing does not take an hour.
+        let elapsed_s = past.time_us.wrapping_sub(touch.late_us) as u32 as f32 * 1e-6;
         touch.late_us = past.time_us;
         touch.late_nm +=
             (elapsed_s / drivetrain.creep_s).at_most(1.0) * (excess_nm - touch.late_nm);

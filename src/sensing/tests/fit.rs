@@ -2,7 +2,7 @@ use super::{Noise, drivetrain};
 use crate::finger::{Contact, Mechanics};
 use crate::scene::{P70, Scene, Tendon2};
 use crate::sensing::curve::Point;
-use crate::sensing::fit::{Data, Hypothesis, Place, Prior};
+use crate::sensing::fit::{Data, Estimate, Hypothesis, Place, Prior};
 use crate::sensing::locator::{Locator, Verdict};
 use crate::sensing::{Calibration, NotLocated};
 
@@ -71,6 +71,10 @@ fn locate<F: Mechanics>(finger: &F, onset_rad: f32, points: &[Point]) -> Locator
     locator
 }
 
+fn judged(locator: &Locator) -> Verdict {
+    locator.verdict(locator.misfit(), |_| 0.0)
+}
+
 #[test]
 fn places_and_radii_are_found_within_the_deviation_claimed() {
     let finger = P70::finger().unwrap();
@@ -85,21 +89,14 @@ fn places_and_radii_are_found_within_the_deviation_claimed() {
             radius_m,
         };
         let points = curve(&finger, 0.8, contact, &mut noise);
-        let verdict = locate(&finger, 0.8, &points).verdict(|_| 0.0);
-        let Verdict::At {
-            phalanx: 2,
-            estimate,
-            spread,
-        } = verdict
-        else {
+        let verdict = judged(&locate(&finger, 0.8, &points));
+        let Verdict::At(estimate @ Estimate { phalanx: 2, .. }) = verdict else {
             panic!("{i}: {contact:?} {verdict:?}");
         };
         total += 1;
-        let swell = spread.sqrt();
-        within += usize::from((estimate.k_m - k_m).abs() < 2.0 * swell * estimate.k_sigma_m);
-        radius_within += usize::from(
-            (estimate.radius_m - radius_m).abs() < 2.0 * swell * estimate.radius_sigma_m,
-        );
+        within += usize::from((estimate.k_m - k_m).abs() < 2.0 * estimate.k_sigma_m);
+        radius_within +=
+            usize::from((estimate.radius_m - radius_m).abs() < 2.0 * estimate.radius_sigma_m);
         assert!(
             (estimate.k_m - k_m).abs() < 4e-3,
             "{i}: {contact:?} {estimate:?}"
@@ -124,7 +121,7 @@ fn a_proximal_contact_has_no_place() {
             radius_m: 0.0,
         };
         let points = curve(&finger, 0.5, contact, &mut noise);
-        let verdict = locate(&finger, 0.5, &points).verdict(|_| 0.0);
+        let verdict = judged(&locate(&finger, 0.5, &points));
         assert_eq!(verdict, Verdict::Nowhere(NotLocated::Proximal));
     }
 }
@@ -144,13 +141,8 @@ fn a_sprung_finger_works_the_same() {
         // The cable is twisted before the contact, too: the angle that was measured is larger.
         let free = finger.free_at_angle(onset_rad, &finger.rest()).unwrap();
         let measured = onset_rad + CALIBRATION.cable_rad_per_nm * free.torque_nm;
-        let verdict = locate(&finger, measured, &points).verdict(|_| 0.0);
-        let Verdict::At {
-            phalanx: 2,
-            estimate,
-            ..
-        } = verdict
-        else {
+        let verdict = judged(&locate(&finger, measured, &points));
+        let Verdict::At(estimate @ Estimate { phalanx: 2, .. }) = verdict else {
             panic!("{k_m}: {verdict:?}");
         };
         assert!(
@@ -221,17 +213,14 @@ fn a_curve_of_nonsense_ends_in_no_place() {
             ..Point::default()
         })
         .collect();
-    let verdict = locate(&finger, 0.8, &zigzag).verdict(|_| 0.0);
+    let verdict = judged(&locate(&finger, 0.8, &zigzag));
     assert!(
         matches!(verdict, Verdict::Nowhere(_) | Verdict::Undecided),
         "{verdict:?}"
     );
     assert_eq!(
-        locate(&finger, f32::NAN, &zigzag).verdict(|_| 0.0),
+        judged(&locate(&finger, f32::NAN, &zigzag)),
         Verdict::Undecided
     );
-    assert_eq!(
-        locate(&finger, 0.8, &[]).verdict(|_| 0.0),
-        Verdict::Undecided
-    );
+    assert_eq!(judged(&locate(&finger, 0.8, &[])), Verdict::Undecided);
 }
