@@ -1,7 +1,7 @@
 //! A line of text, put together piece by piece: what answers are written with.
 //!
-//! `core::fmt` would do it too, for some 3 KiB of flash: a pointer to a function for every argument, padding and precision that
-//! no answer asks for.
+//! `core::fmt` would do it too, with padding, precision and a pointer to a function for every argument in flash, none of
+//! which an answer needs.
 
 use heapless::String;
 

@@ -2,18 +2,17 @@
 
 use defmt::{Str, intern};
 
-use palpate::app::command::{COMMANDS, Command};
+use palpate::app::command::{Command, Verb};
 use palpate::app::conduct::{Conduct, Effect};
 use palpate::app::kept::{self, mark};
 use palpate::app::line::Line;
 use palpate::app::record::{RecordError, decode, encode};
 use palpate::app::sense::Sense;
-use palpate::app::settings::{Overrides, Range, Setting};
+use palpate::app::settings::{Overrides, Setting};
 use palpate::app::store::{Found, StoreError, Writer};
 use palpate::drive::Fault;
 use palpate::drive::sequence::{Notice, Refused};
 use palpate::scene::Active;
-use palpate::words::words;
 
 use super::console::{self, Said};
 use super::serial::Sender;
@@ -191,10 +190,11 @@ fn list(
 ) -> bool {
     match effect {
         Effect::Help => {
-            let Some(command) = words(COMMANDS).nth(row) else {
+            let Some(verb) = Verb::ALL.get(row) else {
                 return false;
             };
-            line.text(command);
+            let line = line.text(verb.name()).text(" ").text(verb.usage());
+            line.text(": ").text(verb.summary());
         }
         Effect::Show => {
             let Some(setting) = Setting::ALL.get(row) else {
@@ -226,11 +226,10 @@ fn show(
 ) {
     let value_si = conduct.lock(turn, |conduct| conduct.value(setting));
     let range = setting.range();
-    let Range { min, max, .. } = *range;
     let line = line.text(setting.name()).text(" ");
     let line = line.decimal(range.to_user(value_si)).text(" ");
     let line = line.text(setting.unit()).text(" (");
-    line.decimal(min).text(" to ").decimal(max).text(")");
+    range.write(line).text(")");
 }
 
 fn status(line: &mut Line, conduct: &'static Shared<Conduct<Active>>, turn: &mut Turn) {
