@@ -77,8 +77,7 @@ mod tests {
     }
 
     fn after(event: Event, known: &Calibration) -> Option<Hint> {
-        let finger = P70::finger().expect("valid");
-        Hint::after::<P70>(&event, known, &finger)
+        Hint::after::<P70>(&event, known, &P70::MECHANISM)
     }
 
     fn calibrated(presses: u8, contacts: u8) -> Option<Hint> {

@@ -4,7 +4,6 @@ use super::hint::Hint;
 use super::kept::Kept;
 use super::settings::{Overrides, Setting};
 use crate::drive::sequence::Notice;
-use crate::finger::ConfigError;
 use crate::scene::{Reading, SampleOf, Scene};
 use crate::sensing::{Calibration, Directive, Event, Sensor};
 
@@ -26,16 +25,19 @@ pub struct Sense<S: Scene> {
     sensor: Sensor<S::Finger, S::Joint, S::Series>,
 }
 
+impl<S: Scene> Default for Sense<S> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl<S: Scene> Sense<S> {
     /// A sensor for the scene's finger, nothing recorded, nothing calibrated.
-    ///
-    /// # Errors
-    /// The parameter of the finger that is out of its range.
-    pub fn new() -> Result<Self, ConfigError> {
-        let finger = S::finger()?;
+    pub fn new() -> Self {
+        let finger = S::MECHANISM;
         let drivetrain = S::drivetrain(&finger);
         let sensor = Sensor::new(finger, drivetrain, S::settings(), S::UNCALIBRATED);
-        Ok(Self { sensor })
+        Self { sensor }
     }
 
     /// Carries out an order.

@@ -154,18 +154,13 @@ fn start(spawner: Spawner) {
     );
 }
 
-/// The sensing half, unless its finger cannot be. Apart from [`start`], so that it lies on the stack for the moment only; so
-/// does [`launch`].
+/// The sensing half. Apart from [`start`], so that it lies on the stack for the moment only; so does [`launch`].
 #[inline(never)]
 fn sense() -> Option<&'static Shared<Sense<Active>>> {
     static SENSE: StaticCell<Shared<Sense<Active>>> = StaticCell::new();
-    match Sense::new() {
-        Ok(sense) => SENSE.try_init(Shared::new(sense)).map(|sense| &*sense),
-        Err(wrong) => {
-            telemetry::bad_finger(&wrong);
-            None
-        }
-    }
+    SENSE
+        .try_init(Shared::new(Sense::new()))
+        .map(|sense| &*sense)
 }
 
 /// Starts the control interrupt and makes the motion half, with what the user has set. Where that no longer fits the scene

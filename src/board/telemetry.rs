@@ -9,7 +9,6 @@ use palpate::drive::config::OutOfRange;
 use palpate::drive::fault::Fault;
 use palpate::drive::sequence::{Outcome, State};
 use palpate::drive::{Limited, Status};
-use palpate::finger::{ConfigError, Parameter};
 use palpate::sensing::{Calibration, Event, NotLocated, Refusal, Side};
 
 use super::crash::Crash;
@@ -277,29 +276,6 @@ pub fn bad_configuration(wrong: &OutOfRange) {
     error!(
         "bad-configuration name={=str} value={=f32} min={=f32} max={=f32}",
         wrong.name, wrong.value, wrong.min, wrong.max
-    );
-}
-
-/// `bad-finger`: a parameter of the finger that is out of its range, with the number of its joint, phalanx or stage.
-pub fn bad_finger(wrong: &ConfigError) {
-    let (name, number) = match wrong.parameter {
-        Parameter::Length { phalanx } => (intern!("length"), phalanx),
-        Parameter::Stiffness { joint } => (intern!("stiffness"), joint),
-        Parameter::RestAngle { joint } => (intern!("rest-angle"), joint),
-        Parameter::LowerStop { joint } => (intern!("lower-stop"), joint),
-        Parameter::UpperStop { joint } => (intern!("upper-stop"), joint),
-        Parameter::JointAngle { joint } => (intern!("joint-angle"), joint),
-        Parameter::PulleyRadius { pulley } => (intern!("pulley-radius"), pulley),
-        Parameter::DrivingLever { stage } => (intern!("driving-lever"), stage),
-        Parameter::Coupler { stage } => (intern!("coupler"), stage),
-        Parameter::DrivenLever { stage } => (intern!("driven-lever"), stage),
-        Parameter::LeverOffset { stage } => (intern!("lever-offset"), stage),
-        Parameter::Closure { stage } => (intern!("closure"), stage),
-        Parameter::CableStiffness => (intern!("cable-stiffness"), 1),
-    };
-    error!(
-        "bad-finger name={=istr} number={=u8} value={=f32} min={=f32} max={=f32}",
-        name, number, wrong.value, wrong.min, wrong.max
     );
 }
 

@@ -1,8 +1,9 @@
 //! A finger and its validated construction.
 
-use super::error::within;
-use super::{ConfigError, Configuration, Parameter, Transmission};
+use super::error::{tried, within};
+use super::{ConfigError, Configuration, Levers, Linkage, Parameter, Tendon, Transmission};
 use core::f32::consts::PI;
+use core::marker::PhantomData;
 
 /// Limits of a phalanx's length: any unit from kilometre to micrometre.
 const LENGTH_RANGE: [f32; 2] = [1e-6, 1e6];
@@ -23,13 +24,74 @@ pub struct Parameters<const N: usize> {
     pub range_rad: [[f32; 2]; N],
 }
 
+impl<const N: usize> Parameters<N> {
+    /// Refuses what is not finite or outside its range; without a spring at joint 1, K_1 is 0.
+    const fn check(&self, base: Base) -> Result<(), ConfigError> {
+        let (mut i, mut joint) = (0, 1);
+        while i < N {
+            let [min, max] = LENGTH_RANGE;
+            let length = Parameter::Length { phalanx: joint };
+            tried!(within(length, self.lengths_m[i], min, max));
+            let (stiffness, [min, max]) = (self.stiffness_nm_per_rad[i], STIFFNESS_RANGE);
+            let spring = Parameter::Stiffness { joint };
+            if joint == 1 && matches!(base, Base::Springless) {
+                tried!(within(spring, stiffness, 0.0, 0.0));
+            } else if !(joint == 1 && stiffness == 0.0) {
+                tried!(within(spring, stiffness, min, max));
+            }
+            let [low, high] = self.range_rad[i];
+            let [upper, lower] = [
+                Parameter::UpperStop { joint },
+                Parameter::LowerStop { joint },
+            ];
+            tried!(within(upper, high, -2.0 * PI, 2.0 * PI));
+            tried!(within(lower, low, -2.0 * PI, high));
+            let rest = Parameter::RestAngle { joint };
+            tried!(within(rest, self.rest_rad[i], low, high));
+            (i, joint) = (i + 1, joint + 1);
+        }
+        Ok(())
+    }
+}
+
+/// What is known of the spring at joint 1 before the finger is: a scene carries only the equations that it needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Base {
+    /// Its stiffness is asked; 0 is none.
+    Any,
+    /// None: nothing but a contact holds the input link, and joint 1 follows it while the others rest.
+    Springless,
+}
+
+/// A [`Base`] as a type.
+pub trait BaseJoint: Copy + core::fmt::Debug {
+    /// Which.
+    const BASE: Base;
+}
+
+/// [`Base::Any`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AnyBase;
+
+impl BaseJoint for AnyBase {
+    const BASE: Base = Base::Any;
+}
+
+/// [`Base::Springless`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Springless;
+
+impl BaseJoint for Springless {
+    const BASE: Base = Base::Springless;
+}
+
 /// A finger: immutable once built.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
-pub struct Finger<const N: usize, T> {
+pub struct Finger<const N: usize, T, B = AnyBase> {
     pub(crate) parameters: Parameters<N>,
     pub(crate) transmission: T,
     pub(crate) rest: Configuration<N>,
+    base: PhantomData<B>,
 }
 
 impl<const N: usize, T: Transmission<N>> Finger<N, T> {
@@ -40,40 +102,61 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
     /// 0 at joint 1), stops (within +-2 pi, in order), a rest angle (between its stops), or what the transmission
     /// rejects.
     pub fn new(parameters: Parameters<N>, design: T::Design) -> Result<Self, ConfigError> {
-        for (i, joint) in (0..N).zip(1u8..) {
-            within(
-                Parameter::Length { phalanx: joint },
-                parameters.lengths_m[i],
-                LENGTH_RANGE[0],
-                LENGTH_RANGE[1],
-            )?;
-            let stiffness = parameters.stiffness_nm_per_rad[i];
-            if !(joint == 1 && stiffness == 0.0) {
-                within(
-                    Parameter::Stiffness { joint },
-                    stiffness,
-                    STIFFNESS_RANGE[0],
-                    STIFFNESS_RANGE[1],
-                )?;
+        parameters.check(Base::Any)?;
+        Self::assembled(parameters, T::build(design, &parameters)?)
+    }
+}
+
+/// Fingers as constants: what [`Finger::new`] checks is checked by the compiler, and the firmware carries the result.
+macro_rules! constant {
+    ($phalanges:literal, $transmission:ty, $design:ty, |$given:ident, $parameters:ident| $of:expr) => {
+        impl<B: BaseJoint> Finger<$phalanges, $transmission, B> {
+            /// As [`Finger::new`], for a constant.
+            ///
+            /// # Errors
+            /// Those of [`Finger::new`]; also a spring at joint 1 where the type says that there is none.
+            pub const fn constant(
+                $parameters: Parameters<$phalanges>,
+                $given: $design,
+            ) -> Result<Self, ConfigError> {
+                tried!($parameters.check(B::BASE));
+                Self::assembled($parameters, tried!($of))
             }
-            let [low, high] = parameters.range_rad[i];
-            within(Parameter::UpperStop { joint }, high, -2.0 * PI, 2.0 * PI)?;
-            within(Parameter::LowerStop { joint }, low, -2.0 * PI, high)?;
-            within(
-                Parameter::RestAngle { joint },
-                parameters.rest_rad[i],
-                low,
-                high,
-            )?;
         }
-        let transmission = T::build(design, &parameters)?;
-        // The rest angles lie within two turns, just checked: the error below is for a joint angle that is not finite.
-        let rest = posture(parameters.rest_rad)?;
+    };
+}
+
+constant!(2, Tendon<2>, [f32; 2], |radii, parameters| Tendon::<2>::of(
+    radii
+));
+constant!(3, Tendon<3>, [f32; 4], |radii, parameters| Tendon::<3>::of(
+    radii
+));
+constant!(2, Linkage<1>, [Levers; 1], |levers, parameters| {
+    Linkage::<1>::of(levers, &parameters)
+});
+constant!(3, Linkage<2>, [Levers; 2], |levers, parameters| {
+    Linkage::<2>::of(levers, &parameters)
+});
+
+impl<const N: usize, T: Copy, B: BaseJoint> Finger<N, T, B> {
+    /// Puts together what was checked.
+    const fn assembled(parameters: Parameters<N>, transmission: T) -> Result<Self, ConfigError> {
+        let rest = tried!(posture(parameters.rest_rad));
         Ok(Self {
             parameters,
             transmission,
             rest,
+            base: PhantomData,
         })
+    }
+
+    /// Nothing but a contact holds the input link.
+    pub(crate) fn springless(&self) -> bool {
+        match B::BASE {
+            Base::Any => self.parameters.stiffness_nm_per_rad.first() == Some(&0.0),
+            Base::Springless => true,
+        }
     }
 
     /// What the finger was built from.
@@ -99,16 +182,15 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
     }
 }
 
-fn posture<const N: usize>(rad: [f32; N]) -> Result<Configuration<N>, ConfigError> {
-    let worst = rad
-        .into_iter()
-        .zip(1u8..)
-        .find(|(a, _)| a.is_nan() || a.abs() > 4.0 * PI)
-        .unwrap_or((0.0, 1));
-    Configuration::of(rad).ok_or(ConfigError {
-        parameter: Parameter::JointAngle { joint: worst.1 },
-        value: worst.0,
-        min: -4.0 * PI,
-        max: 4.0 * PI,
-    })
+/// A posture of angles within some stops: they lie within two turns.
+const fn posture<const N: usize>(rad: [f32; N]) -> Result<Configuration<N>, ConfigError> {
+    match Configuration::of(rad) {
+        Some(posture) => Ok(posture),
+        None => Err(ConfigError {
+            parameter: Parameter::JointAngle { joint: 1 },
+            value: rad[0],
+            min: -4.0 * PI,
+            max: 4.0 * PI,
+        }),
+    }
 }

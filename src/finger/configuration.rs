@@ -12,13 +12,18 @@ pub struct Configuration<const N: usize> {
 
 impl<const N: usize> Configuration<N> {
     /// The posture of given angles; `None` where one is not finite or beyond two turns.
-    pub(crate) fn of(rad: [f32; N]) -> Option<Self> {
-        rad.iter()
-            .all(|a| a.abs() <= 4.0 * core::f32::consts::PI)
-            .then(|| Self {
-                rad,
-                turn: rad.map(Turn::by),
-            })
+    pub(crate) const fn of(rad: [f32; N]) -> Option<Self> {
+        let (mut turn, mut i) = ([Turn::NONE; N], 0);
+        while i < N {
+            // A comparison that NaN fails too.
+            let near = rad[i].abs() <= 4.0 * core::f32::consts::PI;
+            if !near {
+                return None;
+            }
+            turn[i] = Turn::by(rad[i]);
+            i += 1;
+        }
+        Some(Self { rad, turn })
     }
 
     /// Joint angles, radian.

@@ -84,6 +84,27 @@ pub struct ConfigError {
     pub max: f32,
 }
 
+impl ConfigError {
+    /// What was out of range, in words, for the compiler to say of a scene.
+    pub const fn what(&self) -> &'static str {
+        match self.parameter {
+            Parameter::Length { .. } => "length of a phalanx",
+            Parameter::Stiffness { .. } => "stiffness of a joint's spring",
+            Parameter::RestAngle { .. } => "rest angle of a spring",
+            Parameter::LowerStop { .. } => "opening stop of a joint",
+            Parameter::UpperStop { .. } => "closing stop of a joint",
+            Parameter::JointAngle { .. } => "angle of a joint",
+            Parameter::PulleyRadius { .. } => "radius of a pulley",
+            Parameter::DrivingLever { .. } => "driving lever of a stage",
+            Parameter::Coupler { .. } => "coupler of a stage",
+            Parameter::DrivenLever { .. } => "driven lever of a stage",
+            Parameter::LeverOffset { .. } => "offset angle of a stage's driven lever",
+            Parameter::Closure { .. } => "a stage does not close: reach of its coupler",
+            Parameter::CableStiffness => "stiffness of the cable",
+        }
+    }
+}
+
 impl core::fmt::Display for ConfigError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         write!(
@@ -96,8 +117,19 @@ impl core::fmt::Display for ConfigError {
 
 impl core::error::Error for ConfigError {}
 
+/// The value of a `Result`, or back with its error: what `?` does, which constants cannot.
+macro_rules! tried {
+    ($result:expr) => {
+        match $result {
+            Ok(value) => value,
+            Err(error) => return Err(error),
+        }
+    };
+}
+pub(crate) use tried;
+
 /// `value` if it is finite and `min <= value <= max`.
-pub(crate) fn within(
+pub(crate) const fn within(
     parameter: Parameter,
     value: f32,
     min: f32,

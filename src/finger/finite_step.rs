@@ -6,7 +6,7 @@
 //! torques apart.
 
 use super::pair::{Pair, Roots};
-use super::{Configuration, Finger, Step, Transmission};
+use super::{BaseJoint, Configuration, Finger, Step, Transmission};
 use crate::numeric::Turn;
 
 /// Newton steps; started from the secant's place, two or three are taken.
@@ -24,7 +24,7 @@ pub struct Rise {
     pub rotation_rad: f32,
 }
 
-impl<T: Transmission<2>> Finger<2, T> {
+impl<T: Transmission<2>, B: BaseJoint> Finger<2, T, B> {
     /// The places on phalanx 2 from where a contact point at rest explains a finite step; `at` and `torque_nm` hold the
     /// finger in equilibrium at first contact. Each root of the secant, taken for the tangent, starts one search: below e_2
     /// and beyond. `None` where the search leaves the phalanx or does not settle.

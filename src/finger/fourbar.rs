@@ -1,8 +1,8 @@
 //! One four-bar stage: ground g from O_(i-1) to O_i, driving lever a at O_(i-1), coupler b, driven lever c at O_i.
 
-use super::error::within;
+use super::error::{tried, within};
 use super::{ConfigError, Parameter};
-use crate::numeric::{Bounded, Turn, sqrt};
+use crate::numeric::{Bounded, Turn, constant_sqrt, sqrt};
 use core::f32::consts::PI;
 
 /// Limits of a lever's length, in the unit of the finger's lengths.
@@ -23,7 +23,7 @@ pub enum Assembly {
 }
 
 impl Assembly {
-    fn sign(self) -> f32 {
+    const fn sign(self) -> f32 {
         match self {
             Self::Clockwise => -1.0,
             Self::Counterclockwise => 1.0,
@@ -78,6 +78,15 @@ pub struct Advance {
     pub first_change: f32,
 }
 
+/// The driven lever of a stage, as in [`Pose`].
+#[derive(Clone, Copy, Debug)]
+struct Driven {
+    b: [f32; 2],
+    c: [f32; 2],
+    delta: Turn,
+    square: f32,
+}
+
 /// Where the stage's points are, origin O_(i-1), first axis along the ground.
 #[derive(Clone, Copy, Debug)]
 struct Pose {
@@ -96,11 +105,11 @@ struct Pose {
     along: f32,
 }
 
-fn cross(u: [f32; 2], v: [f32; 2]) -> f32 {
+const fn cross(u: [f32; 2], v: [f32; 2]) -> f32 {
     u[0] * v[1] - u[1] * v[0]
 }
 
-fn dot(u: [f32; 2], v: [f32; 2]) -> f32 {
+const fn dot(u: [f32; 2], v: [f32; 2]) -> f32 {
     u[0] * v[0] + u[1] * v[1]
 }
 
@@ -115,58 +124,106 @@ impl FourBar {
     /// # Errors
     /// A lever outside its range, or a `v` at which the coupler does not reach: then the distance of its ends from
     /// O_(i-1) is named, which must lie between |a - b| and a + b.
-    pub fn build(
+    pub const fn build(
         stage: u8,
         ground_m: f32,
         levers: Levers,
         range: [f32; 2],
     ) -> Result<Self, ConfigError> {
         let [min, max] = LEVER_RANGE;
-        let a = within(
+        let a = tried!(within(
             Parameter::DrivingLever { stage },
             levers.driving_m,
             min,
-            max,
-        )?;
-        let b = within(Parameter::Coupler { stage }, levers.coupler_m, min, max)?;
-        let c = within(Parameter::DrivenLever { stage }, levers.driven_m, min, max)?;
-        let psi = within(Parameter::LeverOffset { stage }, levers.offset_rad, -PI, PI)?;
+            max
+        ));
+        let b = tried!(within(
+            Parameter::Coupler { stage },
+            levers.coupler_m,
+            min,
+            max
+        ));
+        let c = tried!(within(
+            Parameter::DrivenLever { stage },
+            levers.driven_m,
+            min,
+            max
+        ));
+        let psi = tried!(within(
+            Parameter::LeverOffset { stage },
+            levers.offset_rad,
+            -PI,
+            PI
+        ));
         let margin = DEAD_POINT_MARGIN * (a + b);
         let (nearest, farthest) = ((a - b).abs() + margin, a + b - margin);
-        let [least, most] =
-            cosine_range([range[0].at_most(0.0) - psi, range[1].at_least(0.0) - psi]);
-        for cosine in [least, most] {
-            let distance = reach(ground_m, c, cosine);
-            within(Parameter::Closure { stage }, distance, nearest, farthest)?;
-        }
+        let [low, high] = range;
+        let [least, most] = cosine_range([low.min(0.0) - psi, high.max(0.0) - psi]);
+        let closure = Parameter::Closure { stage };
+        tried!(within(
+            closure,
+            reach(ground_m, c, least),
+            nearest,
+            farthest
+        ));
+        tried!(within(closure, reach(ground_m, c, most), nearest, farthest));
         let mut stage = Self {
             ground: ground_m,
             levers,
             offset: Turn::by(psi).back(),
             zero: [0.0; 2],
         };
-        stage.zero = stage.pose(Turn::NONE).a;
+        stage.zero = stage.constant_pose(Turn::NONE).a;
         Ok(stage)
     }
 
-    /// Two circles intersected by one square root: no arc function (MATH 2). Where they do not meet, the dead point.
+    /// Two circles intersected by two square roots: no arc function (MATH 2). Where they do not meet, the dead point.
     fn pose(&self, v: Turn) -> Pose {
-        let Levers {
-            driving_m: a,
-            coupler_m: b,
-            driven_m: c,
-            assembly,
-            ..
-        } = self.levers;
+        let driven = self.driven(v);
+        let heron = self.heron(sqrt(driven.square));
+        self.closed(driven, sqrt(heron.at_least(0.0)))
+    }
+
+    /// The same with roots for the compiler: a stage is built as a constant.
+    const fn constant_pose(&self, v: Turn) -> Pose {
+        let driven = self.driven(v);
+        let heron = self.heron(constant_sqrt(driven.square));
+        self.closed(driven, constant_sqrt(heron))
+    }
+
+    /// The driven lever.
+    #[inline(always)]
+    const fn driven(&self, v: Turn) -> Driven {
+        let (c, ground) = (self.levers.driven_m, self.ground);
         let delta = v.then(self.offset);
         let c_tip = [c * delta.cos, c * delta.sin];
-        let b_tip = [self.ground + c_tip[0], c_tip[1]];
-        let ground = self.ground;
-        let square = (ground * ground + c * c) + 2.0 * (ground * c) * delta.cos;
-        let reach = sqrt(square);
+        Driven {
+            b: [ground + c_tip[0], c_tip[1]],
+            c: c_tip,
+            delta,
+            square: (ground * ground + c * c) + 2.0 * (ground * c) * delta.cos,
+        }
+    }
+
+    /// Sixteen times the square of the area of O A B, whose sides are a, b and the coupler's `reach` |B|.
+    #[inline(always)]
+    const fn heron(&self, reach: f32) -> f32 {
+        let (a, b) = (self.levers.driving_m, self.levers.coupler_m);
         // Heron's factors: near the dead points their product keeps the digits that R^2 a^2 - p^2 would lose.
-        let heron = ((b - a) + reach) * ((a - b) + reach) * ((a - reach) + b) * ((a + reach) + b);
-        let half_area = 0.5 * assembly.sign() * sqrt(heron.at_least(0.0));
+        ((b - a) + reach) * ((a - b) + reach) * ((a - reach) + b) * ((a + reach) + b)
+    }
+
+    /// The stage put together, from its driven lever and the root of [`Self::heron`].
+    #[inline(always)]
+    const fn closed(&self, driven: Driven, root: f32) -> Pose {
+        let (a, b) = (self.levers.driving_m, self.levers.coupler_m);
+        let Driven {
+            b: b_tip,
+            c: c_tip,
+            delta,
+            square,
+        } = driven;
+        let half_area = 0.5 * self.levers.assembly.sign() * root;
         let along = 0.5 * (square + (a - b) * (a + b));
         let a_tip = [
             (along * b_tip[0] - half_area * b_tip[1]) / square,
@@ -230,7 +287,17 @@ impl FourBar {
 
     /// Rotation of the driving lever from v = 0.
     pub fn lever(&self, v: Turn) -> Turn {
-        let a = self.pose(v).a;
+        self.turned(&self.pose(v))
+    }
+
+    /// The same for the compiler.
+    pub(crate) const fn constant_lever(&self, v: Turn) -> Turn {
+        self.turned(&self.constant_pose(v))
+    }
+
+    #[inline(always)]
+    const fn turned(&self, to: &Pose) -> Turn {
+        let a = to.a;
         let square = self.levers.driving_m * self.levers.driving_m;
         Turn {
             cos: dot(self.zero, a) / square,
@@ -279,23 +346,25 @@ fn chord(of: [f32; 2], half: Turn) -> [f32; 2] {
 }
 
 /// Distance of the coupler's far end from O_(i-1).
-fn reach(ground: f32, driven: f32, cosine: f32) -> f32 {
-    sqrt((ground * ground + driven * driven + 2.0 * ground * driven * cosine).at_least(0.0))
+const fn reach(ground: f32, driven: f32, cosine: f32) -> f32 {
+    constant_sqrt(ground * ground + driven * driven + 2.0 * ground * driven * cosine)
 }
 
 /// Least and largest cosine over an interval of angles within +-4 pi.
-fn cosine_range([low, high]: [f32; 2]) -> [f32; 2] {
+const fn cosine_range([low, high]: [f32; 2]) -> [f32; 2] {
     let (from, to) = (Turn::by(low).cos, Turn::by(high).cos);
-    let holds = |angle: f32| low <= angle && angle <= high;
-    let mut range = [from.min(to), from.max(to)];
-    for turns in -2i8..=2 {
-        let whole = f32::from(turns) * 2.0 * PI;
-        if holds(whole) {
-            range[1] = 1.0;
+    let [mut least, mut most] = [from.min(to), from.max(to)];
+    let mut half_turns = -4;
+    while half_turns <= 5 {
+        let angle = half_turns as f32 * PI;
+        if low <= angle && angle <= high {
+            if half_turns % 2 == 0 {
+                most = 1.0;
+            } else {
+                least = -1.0;
+            }
         }
-        if holds(whole + PI) {
-            range[0] = -1.0;
-        }
+        half_turns += 1;
     }
-    range
+    [least, most]
 }

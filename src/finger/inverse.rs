@@ -2,7 +2,7 @@
 
 use super::pair::{Pair, Roots};
 use super::triple::Triple;
-use super::{Candidate, Class, Configuration, Finger, Inverse, Transmission};
+use super::{BaseJoint, Candidate, Class, Configuration, Finger, Inverse, Transmission};
 use crate::numeric::Turn;
 
 /// How near to the proximal compliance counts as proximal: what is left of f32 behind the gear near a dead point, and
@@ -181,7 +181,7 @@ impl Order for Held<3> {
     }
 }
 
-impl<const N: usize, T: Transmission<N>> Finger<N, T>
+impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B>
 where
     Held<N>: Order,
 {

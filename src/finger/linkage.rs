@@ -1,5 +1,6 @@
 //! Four-bar linkage, one stage a driven phalanx.
 
+use super::error::tried;
 use super::fourbar::{Advance, FourBar, Levers};
 use super::{ConfigError, Configuration, Gear, Parameters, Step, Transmission};
 use crate::numeric::Turn;
@@ -21,7 +22,43 @@ impl<const STAGES: usize> Linkage<STAGES> {
     }
 }
 
+impl Linkage<1> {
+    pub(crate) const fn of(
+        [levers]: [Levers; 1],
+        finger: &Parameters<2>,
+    ) -> Result<Self, ConfigError> {
+        let [ground, _] = finger.lengths_m;
+        let [_, range] = finger.range_rad;
+        Ok(Self {
+            stage: [tried!(FourBar::build(1, ground, levers, range))],
+        })
+    }
+}
+
 impl Linkage<2> {
+    pub(crate) const fn of(
+        [near, far]: [Levers; 2],
+        finger: &Parameters<3>,
+    ) -> Result<Self, ConfigError> {
+        let [ground_1, ground_2, _] = finger.lengths_m;
+        let [_, [low_2, high_2], [low_3, high_3]] = finger.range_rad;
+        let second = tried!(FourBar::build(2, ground_2, far, [low_3, high_3]));
+        // The first stage sees u = theta_2 + F3(theta_3): the joints' ranges do not tell u's, the stage itself does.
+        let (mut least, mut most, mut sample) = (0.0f32, 0.0f32, 0);
+        while sample <= RANGE_SAMPLES {
+            let share = sample as f32 / RANGE_SAMPLES as f32;
+            let theta_3 = Turn::by(low_3 + share * (high_3 - low_3));
+            let turned = second.constant_lever(theta_3).rad();
+            (least, most) = (least.min(turned), most.max(turned));
+            sample += 1;
+        }
+        let range = [low_2 + least, high_2 + most];
+        let first = tried!(FourBar::build(1, ground_1, near, range));
+        Ok(Self {
+            stage: [first, second],
+        })
+    }
+
     /// What a step does at the outer and the inner stage's driving levers.
     fn advances(&self, from: &Configuration<3>, step: &Step<3>) -> Option<(Advance, Advance)> {
         let ([first, second], [_, theta_2, theta_3]) = (&self.stage, from.turn());
@@ -34,12 +71,8 @@ impl Linkage<2> {
 impl Transmission<2> for Linkage<1> {
     type Design = [Levers; 1];
 
-    fn build([levers]: Self::Design, finger: &Parameters<2>) -> Result<Self, ConfigError> {
-        let [ground, _] = finger.lengths_m;
-        let [_, range] = finger.range_rad;
-        Ok(Self {
-            stage: [FourBar::build(1, ground, levers, range)?],
-        })
+    fn build(design: Self::Design, finger: &Parameters<2>) -> Result<Self, ConfigError> {
+        Self::of(design, finger)
     }
 
     fn gear(&self, at: &Configuration<2>) -> Option<Gear<2>> {
@@ -77,28 +110,8 @@ impl Transmission<2> for Linkage<1> {
 impl Transmission<3> for Linkage<2> {
     type Design = [Levers; 2];
 
-    fn build([near, far]: Self::Design, finger: &Parameters<3>) -> Result<Self, ConfigError> {
-        let [ground_1, ground_2, _] = finger.lengths_m;
-        let [_, range_2, range_3] = finger.range_rad;
-        let second = FourBar::build(2, ground_2, far, range_3)?;
-        // The first stage sees u = theta_2 + F3(theta_3): the joints' ranges do not tell u's, the stage itself does.
-        let mut range = [0.0f32; 2];
-        for sample in 0..=RANGE_SAMPLES {
-            let share = f32::from(sample) / f32::from(RANGE_SAMPLES);
-            let turned = second
-                .lever(Turn::by(range_3[0] + share * (range_3[1] - range_3[0])))
-                .rad();
-            range = [range[0].min(turned), range[1].max(turned)];
-        }
-        let first = FourBar::build(
-            1,
-            ground_1,
-            near,
-            [range_2[0] + range[0], range_2[1] + range[1]],
-        )?;
-        Ok(Self {
-            stage: [first, second],
-        })
+    fn build(design: Self::Design, finger: &Parameters<3>) -> Result<Self, ConfigError> {
+        Self::of(design, finger)
     }
 
     fn gear(&self, at: &Configuration<3>) -> Option<Gear<3>> {

@@ -19,7 +19,7 @@ mod tendon;
 mod transmission;
 mod triple;
 
-pub use build::{Finger, Parameters};
+pub use build::{AnyBase, Base, BaseJoint, Finger, Parameters, Springless};
 pub use configuration::{Configuration, Step};
 pub use error::{ConfigError, Parameter};
 pub use finite_step::Rise;

@@ -3,7 +3,7 @@
 // Indices are those of the matrices in the equations; loops over 0..N need no bounds check.
 #![allow(clippy::needless_range_loop)]
 
-use super::{Configuration, Finger, Free, Gear, Step, Transmission};
+use super::{BaseJoint, Configuration, Finger, Free, Gear, Step, Transmission};
 use crate::numeric::{Bounded, solve};
 
 /// Newton steps: from the last sample two are enough, from rest ten.
@@ -15,7 +15,7 @@ const SETTLED_SHARE: f32 = 3e-7;
 /// A step this small may be rounding, if it no longer shrinks.
 const NOISE_SHARE: f32 = 3e-5;
 
-impl<const N: usize, T: Transmission<N>> Finger<N, T> {
+impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     /// H = K - T_a W, the stiffness seen by the joints (MATH 2).
     pub(crate) fn hessian(&self, gear: &Gear<N>, torque_nm: f32) -> [[f32; N]; N] {
         let mut h = gear.w;
@@ -26,10 +26,6 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
             h[i][i] += self.parameters.stiffness_nm_per_rad[i];
         }
         h
-    }
-
-    pub(crate) fn springless(&self) -> bool {
-        self.parameters.stiffness_nm_per_rad.first() == Some(&0.0)
     }
 
     /// Change of the joint angles for residual torques and for a unit of input torque: H^-1 tau and H^-1 x. Without a

@@ -1,8 +1,8 @@
 //! Statics of the whole finger: equivalent torques (5) and contact forces (1).
 
-use super::{Configuration, Finger, Gear, Transmission};
+use super::{BaseJoint, Configuration, Finger, Gear, Transmission};
 
-impl<const N: usize, T: Transmission<N>> Finger<N, T> {
+impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     /// Equivalent joint torques tau = x T_a - K (theta - theta_0) (5): what contacts have to balance. Newton metre.
     pub fn equivalent_torques_nm(
         &self,

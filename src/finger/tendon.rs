@@ -1,6 +1,6 @@
 //! Tendon on pulleys: constant transmission factors.
 
-use super::error::within;
+use super::error::{tried, within};
 use super::{ConfigError, Configuration, Gear, Parameter, Parameters, Step, Transmission};
 
 /// Limits of a pulley's radius, in the unit of the finger's lengths.
@@ -13,16 +13,35 @@ pub struct Tendon<const N: usize> {
     x: [f32; N],
 }
 
-fn checked<const R: usize>(radii: [f32; R]) -> Result<[f32; R], ConfigError> {
-    for (pulley, radius) in (1u8..).zip(radii) {
-        within(
+const fn checked<const R: usize>(radii: [f32; R]) -> Result<[f32; R], ConfigError> {
+    let [min, max] = RADIUS_RANGE;
+    let (mut i, mut pulley) = (0, 1);
+    while i < R {
+        tried!(within(
             Parameter::PulleyRadius { pulley },
-            radius,
-            RADIUS_RANGE[0],
-            RADIUS_RANGE[1],
-        )?;
+            radii[i],
+            min,
+            max
+        ));
+        (i, pulley) = (i + 1, pulley + 1);
     }
     Ok(radii)
+}
+
+impl Tendon<2> {
+    pub(crate) const fn of(radii: [f32; 2]) -> Result<Self, ConfigError> {
+        let [r1, r2] = tried!(checked(radii));
+        Ok(Self { x: [1.0, r2 / r1] })
+    }
+}
+
+impl Tendon<3> {
+    pub(crate) const fn of(radii: [f32; 4]) -> Result<Self, ConfigError> {
+        let [r1, r2, r3, r4] = tried!(checked(radii));
+        Ok(Self {
+            x: [1.0, r2 / r1, (r2 / r1) * (r4 / r3)],
+        })
+    }
 }
 
 impl<const N: usize> Tendon<N> {
@@ -42,8 +61,7 @@ impl Transmission<2> for Tendon<2> {
     type Design = [f32; 2];
 
     fn build(design: Self::Design, _: &Parameters<2>) -> Result<Self, ConfigError> {
-        let [r1, r2] = checked(design)?;
-        Ok(Self { x: [1.0, r2 / r1] })
+        Self::of(design)
     }
 
     fn gear(&self, _: &Configuration<2>) -> Option<Gear<2>> {
@@ -67,10 +85,7 @@ impl Transmission<3> for Tendon<3> {
     type Design = [f32; 4];
 
     fn build(design: Self::Design, _: &Parameters<3>) -> Result<Self, ConfigError> {
-        let [r1, r2, r3, r4] = checked(design)?;
-        Ok(Self {
-            x: [1.0, r2 / r1, (r2 / r1) * (r4 / r3)],
-        })
+        Self::of(design)
     }
 
     fn gear(&self, _: &Configuration<3>) -> Option<Gear<3>> {

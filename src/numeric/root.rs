@@ -5,7 +5,10 @@
 ///
 /// `core` has no square root and libm's is software on this target. VSQRT.F32 takes 14 cycles and rounds exactly as
 /// `f32::sqrt` does on the host, so both run the same numbers.
-#[inline(always)]
+// On the target one copy: the way into core registers and back takes more room than a call. Nothing that runs in the
+// control interrupt asks for a root.
+#[cfg_attr(target_os = "none", inline(never))]
+#[cfg_attr(not(target_os = "none"), inline(always))]
 pub fn sqrt(x: f32) -> f32 {
     #[cfg(target_os = "none")]
     {
@@ -28,4 +31,20 @@ pub fn sqrt(x: f32) -> f32 {
     }
     #[cfg(not(target_os = "none"))]
     x.sqrt()
+}
+
+/// The same for the compiler, which has no such instruction while it works out a constant: correctly rounded too, by the
+/// root of the mantissa as an integer. 0 where the argument is not a positive, normal and finite number.
+pub const fn constant_sqrt(x: f32) -> f32 {
+    if !(x >= f32::MIN_POSITIVE && x < f32::INFINITY) {
+        return 0.0;
+    }
+    let (exponent, mantissa) = (x.to_bits() >> 23, x.to_bits() & 0x7F_FFFF | 0x80_0000);
+    // x = mantissa 2^(exponent - 150): what is left of the exponent must be even, and the root of 25 bits, one to round.
+    let odd = exponent & 1;
+    let root = ((mantissa as u64) << (26 - odd)).isqrt() as u32;
+    // Never halfway between two numbers: the square of an odd root would be odd.
+    let rounded = root.div_ceil(2);
+    // The root's leading bit, wherever rounding left it, is the lowest one of the exponent.
+    f32::from_bits((((exponent + odd) / 2 + 62) << 23) + rounded)
 }

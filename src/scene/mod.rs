@@ -64,11 +64,8 @@ pub trait Scene {
     /// ([`Rigid`](crate::sensing::Rigid)).
     type Series: Series;
 
-    /// Builds the finger.
-    ///
-    /// # Errors
-    /// The parameter of the scene that is out of its range.
-    fn finger() -> Result<Self::Finger, ConfigError>;
+    /// The finger, checked: one with a value out of its range, or whose linkage does not close, does not compile.
+    const MECHANISM: Self::Finger;
 
     /// Angle of the input link from the opening stop to where a free closing ends, short of the closing stop, radian.
     const TRAVEL_RAD: f32;
@@ -130,6 +127,14 @@ pub trait Scene {
     }
 }
 
+/// What a scene's finger is, if it can be: otherwise the compiler stops and says what is out of range.
+const fn valid<F: Copy>(finger: Result<F, ConfigError>) -> F {
+    match finger {
+        Ok(finger) => finger,
+        Err(error) => panic!("{}", error.what()),
+    }
+}
+
 /// Names each scene once: its cargo feature and its type. From the second one on they exclude those before.
 macro_rules! scenes {
     ($($feature:literal => $scene:ident),+ $(,)?) => {
@@ -173,7 +178,7 @@ mod tests {
     use super::*;
 
     fn holds_together<S: Scene>() {
-        let finger = S::finger().expect(S::NAME);
+        let finger = S::MECHANISM;
         Checked::new(S::DRIVE).expect(S::NAME);
         S::joint_input().expect(S::NAME);
         let drivetrain = S::drivetrain(&finger);

@@ -1,6 +1,6 @@
 //! The finger of [`p70`](super::p70) with its worm wheel on the input link itself: no cable between them.
 
-use crate::finger::{ConfigError, Mechanics};
+use crate::finger::Mechanics;
 use crate::scene::{P70, Scene, re10};
 use crate::sensing::{Calibration, Drivetrain, NoHall, Rigid};
 
@@ -21,9 +21,7 @@ impl Scene for P70Rigid {
         ..re10::UNCALIBRATED
     };
 
-    fn finger() -> Result<Self::Finger, ConfigError> {
-        P70::finger()
-    }
+    const MECHANISM: Self::Finger = P70::MECHANISM;
 
     fn drivetrain(finger: &Self::Finger) -> Drivetrain {
         Drivetrain {

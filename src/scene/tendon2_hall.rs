@@ -3,7 +3,7 @@
 //! Closed far, this finger has its stiffest place e_2 on the phalanx: two places then explain the same stiffness, and the
 //! motor alone often cannot tell them apart. Which way joint 2 turns does (MATH 6).
 
-use crate::finger::{ConfigError, Mechanics};
+use crate::finger::Mechanics;
 use crate::scene::{Scene, Tendon2};
 use crate::sensing::{Cable, Hall};
 
@@ -19,7 +19,5 @@ impl Scene for Tendon2Hall {
     const PHALANGES: u8 = <Self::Finger as Mechanics>::PHALANGES as u8;
     const TRAVEL_RAD: f32 = Tendon2::TRAVEL_RAD;
 
-    fn finger() -> Result<Self::Finger, ConfigError> {
-        Tendon2::finger()
-    }
+    const MECHANISM: Self::Finger = Tendon2::MECHANISM;
 }

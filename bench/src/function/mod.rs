@@ -121,10 +121,10 @@ pub const SIN_COS_STEP: &[Candidate<Angle, [f32; 2]>] = &[
 /// Angle of the point (x, y), given as [y, x].
 pub const ATAN2: &[Candidate<[f32; 2], f32>] = &[
     Candidate {
-        name: "micromath_corrected",
-        run: atan2_corrected,
+        name: "library_octants",
+        run: atan2_library,
         chosen: Some(
-            "numeric::atan2, for the angle of a four-bar's lever: micromath alone would cost 0.3 % of k",
+            "numeric::atan2, for the angle of a four-bar's lever: at the rounding of f32, where micromath would cost 0.3 % of k",
         ),
     },
     Candidate {
@@ -348,7 +348,7 @@ fn sin_cos_turn(angle: &Angle) -> [f32; 2] {
 }
 
 #[inline(never)]
-fn atan2_corrected(point: &[f32; 2]) -> f32 {
+fn atan2_library(point: &[f32; 2]) -> f32 {
     numeric::atan2(point[0], point[1])
 }
 

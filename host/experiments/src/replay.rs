@@ -139,7 +139,7 @@ fn with_opening(samples: &[Sample], closing: &Stretch) -> Stretch {
 /// # Errors
 /// The scene's finger is not valid.
 pub fn replay<S: Scene>(samples: &[Sample], record: Option<&[Sample]>) -> Result<Replay, String> {
-    let mut sensor = sensor::<S>(record.unwrap_or(samples))?;
+    let mut sensor = sensor::<S>(record.unwrap_or(samples));
     let drivetrain = S::drivetrain(sensor.finger());
     let least = LEAST_TRAVEL * f64::from(S::TRAVEL_RAD / drivetrain.rad_per_count);
     let mut told = Vec::new();
@@ -221,14 +221,14 @@ fn learn<F: palpate::finger::Mechanics>(sensor: &mut Sensor<F>, samples: &[Sampl
 }
 
 /// The scene's sensor, set to the speed of the recording.
-fn sensor<S: Scene>(samples: &[Sample]) -> Result<Sensor<S::Finger>, String> {
-    let finger = S::finger().map_err(|error| format!("scene {}: {error:?}", S::NAME))?;
+fn sensor<S: Scene>(samples: &[Sample]) -> Sensor<S::Finger> {
+    let finger = S::MECHANISM;
     let drivetrain = S::drivetrain(&finger);
     let mut settings = S::settings();
     if let Some(counts_per_s) = steady_speed(samples) {
         settings.speed_rad_per_s = (counts_per_s * f64::from(drivetrain.rad_per_count)) as f32;
     }
-    Ok(Sensor::new(finger, drivetrain, settings, S::UNCALIBRATED))
+    Sensor::new(finger, drivetrain, settings, S::UNCALIBRATED)
 }
 
 /// Most frequent closing speed, counts per second: the median over tenths of a second of closing.

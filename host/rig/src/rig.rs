@@ -5,7 +5,6 @@ use crate::{Board, Machine, Outcome, Row, Slow};
 use palpate::drive::config::OutOfRange;
 use palpate::drive::controller::Controller;
 use palpate::drive::sequence::{Refused, Request, State};
-use palpate::finger::ConfigError;
 use palpate::scene::{Linkage3, P70, P70Rigid, Scene, Tendon2, Tendon2Hall, Tendon3};
 use palpate::sensing::{Calibration, Directive};
 use palpate_plant::{FingerKind, Grasp, Parameters, Plant, Shape};
@@ -54,9 +53,6 @@ pub enum Error {
     /// The scene's drive.
     #[error("scene: {0:?}")]
     Drive(OutOfRange),
-    /// The scene's finger.
-    #[error("scene: {0:?}")]
-    Finger(ConfigError),
     /// The sequence does not take the request now.
     #[error("refused: {0:?}")]
     Refused(Refused),
@@ -83,7 +79,7 @@ impl<S: Simulated> Rig<S> {
     /// A parameter out of range.
     pub fn new(parameters: &Parameters, seed: u64) -> Result<Self, Error> {
         let plant = Plant::new(&S::world(parameters), S::FINGER, &Grasp::Free, seed)?;
-        let slow = Slow::new().map_err(Error::Finger)?;
+        let slow = Slow::new();
         let machine = S::joint_input()
             .and_then(|joint| Machine::new(Board::new(plant), &S::DRIVE, joint, slow))
             .map_err(Error::Drive)?;

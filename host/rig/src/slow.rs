@@ -7,7 +7,6 @@ use palpate::app::{Conduct, Sense};
 use palpate::drive::demand::{Demand, Status};
 use palpate::drive::fault::Fault;
 use palpate::drive::sequence::{Notice, Refused, Request, State};
-use palpate::finger::ConfigError;
 use palpate::sample::Sample;
 use palpate::scene::{JointPin, SampleOf};
 use palpate::sensing::{Directive, Event};
@@ -29,21 +28,25 @@ pub struct Slow<S: Simulated> {
     notice: Option<Notice>,
 }
 
+impl<S: Simulated> Default for Slow<S> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl<S: Simulated> Slow<S> {
     /// A slow loop at rest, without calibration or friction record.
-    ///
-    /// # Errors
-    /// The scene's finger is not valid.
-    pub fn new() -> Result<Self, ConfigError> {
-        Ok(Self {
-            sense: Sense::new()?,
+    #[must_use]
+    pub fn new() -> Self {
+        Self {
+            sense: Sense::new(),
             conduct: Conduct::new(Overrides::default()),
             events: Vec::new(),
             samples: Vec::new(),
             fault: None,
             directive: Directive::Rest,
             notice: None,
-        })
+        }
     }
 
     /// Asks for a motion, with what a closing in it is for.

@@ -14,7 +14,7 @@ fn close(name: &str, library: f32, plant: f64) {
 
 fn mirrors<S: Simulated>() {
     let plant = Parameters::default();
-    let finger = S::finger().expect(S::NAME);
+    let finger = S::MECHANISM;
     let drivetrain = S::drivetrain(&finger);
     let geometry = plant.finger.of(S::FINGER);
 

@@ -3,9 +3,9 @@
 use super::{Contact, Free, Inverse, Mechanics, PathPoint};
 use crate::finger::inverse::{Held, Order, Solver};
 use crate::finger::path::Path;
-use crate::finger::{Configuration, Finger, Transmission};
+use crate::finger::{BaseJoint, Configuration, Finger, Transmission};
 
-impl<const N: usize, T: Transmission<N>> Mechanics for Finger<N, T>
+impl<const N: usize, T: Transmission<N>, B: BaseJoint> Mechanics for Finger<N, T, B>
 where
     Held<N>: Order,
 {

@@ -14,7 +14,9 @@ mod newton;
 mod place;
 mod response;
 
-use super::{Configuration, Contact, Finger, MAX_PHALANGES, PathPoint, Step, Transmission};
+use super::{
+    BaseJoint, Configuration, Contact, Finger, MAX_PHALANGES, PathPoint, Step, Transmission,
+};
 use crate::numeric::Bounded;
 use newton::{Station, Unknown};
 use response::Responses;
@@ -43,7 +45,7 @@ struct Start<const N: usize> {
     stiffness_scale: f32,
 }
 
-impl<const N: usize, T: Transmission<N>> Finger<N, T> {
+impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     /// See [`super::Mechanics::path`].
     pub(crate) fn start(
         &self,

@@ -5,7 +5,7 @@
 
 use super::Start;
 use super::response::Answer;
-use crate::finger::{Finger, Transmission};
+use crate::finger::{BaseJoint, Finger, Transmission};
 use crate::numeric::Bounded;
 
 /// Newton steps towards one torque; warm-started, two or three are taken.
@@ -98,7 +98,7 @@ impl<const N: usize> Station<N> {
     }
 }
 
-impl<const N: usize, T: Transmission<N>> Finger<N, T> {
+impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     /// From a point of the path to near the one at another rise: so near that one step more, which who asks for the
     /// point takes, ends in the rounding.
     pub(super) fn newton(

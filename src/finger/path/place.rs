@@ -2,7 +2,7 @@
 
 use super::Path;
 use super::newton::{STEPS, largest};
-use crate::finger::{Finger, PathPoint, Step, Transmission};
+use crate::finger::{BaseJoint, Finger, PathPoint, Step, Transmission};
 use crate::numeric::Bounded;
 
 /// A change this small compared with the joints' is their rounding.
@@ -26,7 +26,7 @@ impl Settling {
     }
 }
 
-impl<const N: usize, T: Transmission<N>> Finger<N, T> {
+impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     /// See [`super::Mechanics::place`].
     pub(crate) fn placed(
         &self,

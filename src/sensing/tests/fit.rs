@@ -77,7 +77,7 @@ fn judged(locator: &Locator) -> Verdict {
 
 #[test]
 fn places_and_radii_are_found_within_the_deviation_claimed() {
-    let finger = P70::finger().unwrap();
+    let finger = P70::MECHANISM;
     let mut noise = Noise(17);
     let (mut total, mut within, mut radius_within) = (0, 0, 0);
     for i in 0..120 {
@@ -112,7 +112,7 @@ fn places_and_radii_are_found_within_the_deviation_claimed() {
 
 #[test]
 fn a_proximal_contact_has_no_place() {
-    let finger = P70::finger().unwrap();
+    let finger = P70::MECHANISM;
     let mut noise = Noise(23);
     for _ in 0..20 {
         let contact = Contact {
@@ -128,7 +128,7 @@ fn a_proximal_contact_has_no_place() {
 
 #[test]
 fn a_sprung_finger_works_the_same() {
-    let finger = Tendon2::finger().unwrap();
+    let finger = Tendon2::MECHANISM;
     let mut noise = Noise(29);
     let onset_rad = finger.input_angle_rad(&finger.rest()) + 0.4;
     for k_m in [0.012, 0.025, 0.035] {
@@ -154,7 +154,7 @@ fn a_sprung_finger_works_the_same() {
 
 #[test]
 fn a_known_place_teaches_the_torque_factor() {
-    let finger = P70::finger().unwrap();
+    let finger = P70::MECHANISM;
     let mut noise = Noise(31);
     let contact = Contact {
         phalanx: 2,
@@ -203,7 +203,7 @@ fn a_known_place_teaches_the_torque_factor() {
 
 #[test]
 fn a_curve_of_nonsense_ends_in_no_place() {
-    let finger = P70::finger().unwrap();
+    let finger = P70::MECHANISM;
     let zigzag: Vec<Point> = (1..20)
         .map(|i| Point {
             counts: 1000.0 * i as f32,

@@ -3,7 +3,7 @@ use crate::sensing::{Calibration, Directive, Drive, Event, Sample, Sensor, Setti
 use proptest::prelude::*;
 
 fn sensor() -> Sensor<<P70 as Scene>::Finger> {
-    let finger = P70::finger().unwrap();
+    let finger = P70::MECHANISM;
     let drivetrain = P70::drivetrain(&finger);
     Sensor::new(finger, drivetrain, P70::settings(), P70::UNCALIBRATED)
 }

@@ -29,8 +29,7 @@ const STEPS: [&str; 6] = [
 
 /// The samples less the recorded friction.
 fn without_friction(recording: &Recording, friction: &Friction) -> Recording {
-    let drivetrain = palpate::scene::P70::finger().map(|finger| P70::drivetrain(&finger));
-    let per_ampere = drivetrain.map_or(f32::NAN, |drivetrain| drivetrain.torque_per_ampere_nm);
+    let per_ampere = P70::drivetrain(&P70::MECHANISM).torque_per_ampere_nm;
     let samples = recording
         .samples
         .iter()

@@ -57,7 +57,7 @@ pub fn ours<S: Simulated>(
     recording: &Recording,
     truth: &Truth,
 ) -> Result<Trial, Failure> {
-    let mut sensor = nominal_sensor::<S>()?;
+    let mut sensor = nominal_sensor::<S>();
     sensor.set_settings(knowledge.settings);
     sensor.set_calibration(knowledge.calibration);
     sensor.set_friction(knowledge.friction.clone());
@@ -155,20 +155,18 @@ pub fn papers(
 }
 
 /// What the paper's algorithm takes for granted of a scene: the nominal finger, drivetrain and cable.
-///
-/// # Errors
-/// An invalid scene.
-pub fn paper_model<S: Simulated>() -> Result<paper::Model, Failure> {
-    let finger = S::finger().map_err(|error| Failure::Scene(format!("{error:?}")))?;
+#[must_use]
+pub fn paper_model<S: Simulated>() -> paper::Model {
+    let finger = S::MECHANISM;
     let drivetrain = S::drivetrain(&finger);
     let nominal = nominal_finger(S::FINGER);
-    Ok(paper::Model {
+    paper::Model {
         free: paper::free_table(&nominal, f64::from(S::TRAVEL_RAD)),
         finger: nominal,
         torque_nm_per_a: f64::from(drivetrain.torque_per_ampere_nm * drivetrain.efficiency),
         counts_per_rad: 1.0 / f64::from(drivetrain.rad_per_count),
         cable_rad_per_nm: f64::from(S::UNCALIBRATED.cable_rad_per_nm),
-    })
+    }
 }
 
 /// The finger as its data sheet has it.
@@ -209,9 +207,9 @@ fn nominal_finger(kind: FingerKind) -> Finger {
 /// Length of a phalanx of a scene, metre.
 ///
 /// # Errors
-/// An invalid scene.
+/// A phalanx that the finger does not have.
 pub fn length_m<S: Scene>(phalanx: u8) -> Result<f64, Failure> {
-    let finger = S::finger().map_err(|error| Failure::Scene(format!("{error:?}")))?;
+    let finger = S::MECHANISM;
     finger
         .phalanx_length_m(phalanx)
         .map(f64::from)
@@ -221,9 +219,9 @@ pub fn length_m<S: Scene>(phalanx: u8) -> Result<f64, Failure> {
 /// Stiffest place e_2 (27) of a phalanx in the free posture at an input angle, metre.
 ///
 /// # Errors
-/// An invalid scene, or a posture that the finger does not take.
+/// A posture that the finger does not take.
 pub fn stiffest_m<S: Scene>(phalanx: u8, theta_a_rad: f64) -> Result<f64, Failure> {
-    let finger = S::finger().map_err(|error| Failure::Scene(format!("{error:?}")))?;
+    let finger = S::MECHANISM;
     finger
         .free_at_angle(theta_a_rad as f32, &finger.rest())
         .and_then(|free| finger.stiffest_m(&free.configuration, free.torque_nm, phalanx))

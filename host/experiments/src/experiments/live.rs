@@ -38,8 +38,6 @@ impl Setup {
 pub enum Failure {
     /// The simulation could not run.
     Rig(palpate_rig::Error),
-    /// The scene is not valid.
-    Scene(String),
     /// The firmware switched off.
     Fault(palpate::drive::fault::Fault),
     /// A motion ended without what it was for.
@@ -50,7 +48,6 @@ impl std::fmt::Display for Failure {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Rig(error) => write!(out, "{error}"),
-            Self::Scene(error) => write!(out, "{error}"),
             Self::Fault(fault) => write!(out, "the firmware switched off: {}", fault.name()),
             Self::Missing(what) => write!(out, "no {what}"),
         }
@@ -200,16 +197,9 @@ fn refusals(recording: &Recording) -> Vec<Refusal> {
 }
 
 /// A sensor as the firmware of this scene makes it.
-///
-/// # Errors
-/// An invalid scene.
-pub fn nominal_sensor<S: Scene>() -> Result<Sensor<S::Finger>, Failure> {
-    let finger = S::finger().map_err(|error| Failure::Scene(format!("{error:?}")))?;
+#[must_use]
+pub fn nominal_sensor<S: Scene>() -> Sensor<S::Finger> {
+    let finger = S::MECHANISM;
     let drivetrain = S::drivetrain(&finger);
-    Ok(Sensor::new(
-        finger,
-        drivetrain,
-        S::settings(),
-        S::UNCALIBRATED,
-    ))
+    Sensor::new(finger, drivetrain, S::settings(), S::UNCALIBRATED)
 }

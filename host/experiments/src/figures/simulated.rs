@@ -44,7 +44,7 @@ fn touch(session: &mut Session<P70>, k_m: f64, theta_1_rad: f64) -> Result<Case,
 /// Fig 11: stiffness after contact as estimated, over the true place, beside the model.
 fn figure_11(plan: &Plan) -> Result<Chart, Failure> {
     let mut session = session(plan, &Setup::default(), plan.seed + 300)?;
-    let model = judge::paper_model::<P70>()?;
+    let model = judge::paper_model::<P70>();
     let posture = free_posture(&model.finger, 0.0).ok_or(Failure::Missing("posture"))?;
     let line = (1..=130)
         .filter_map(|step| {
@@ -55,7 +55,7 @@ fn figure_11(plan: &Plan) -> Result<Chart, Failure> {
             ))
         })
         .collect();
-    let finger = P70::finger().map_err(|error| Failure::Scene(format!("{error:?}")))?;
+    let finger = P70::MECHANISM;
     let stiffness = |k_m: f64| {
         let free = finger.free_at_angle(0.0, &finger.rest())?;
         let compliance =
@@ -115,7 +115,7 @@ fn figure_12(plan: &Plan) -> Result<Vec<Chart>, Failure> {
                 .friction
                 .beyond(Drive::Closing, last.position_counts, 0)
             {
-                let lossy = model.torque_nm_per_a / f64::from(per_ampere()?);
+                let lossy = model.torque_nm_per_a / f64::from(per_ampere());
                 friction.push((time, 1e3 * f64::from(nm) * lossy));
             }
         }
@@ -168,9 +168,8 @@ fn figure_12(plan: &Plan) -> Result<Vec<Chart>, Failure> {
     ])
 }
 
-fn per_ampere() -> Result<f32, Failure> {
-    let finger = P70::finger().map_err(|error| Failure::Scene(format!("{error:?}")))?;
-    Ok(P70::drivetrain(&finger).torque_per_ampere_nm)
+fn per_ampere() -> f32 {
+    P70::drivetrain(&P70::MECHANISM).torque_per_ampere_nm
 }
 
 /// Fig 13: true against estimated places of the 40 distal grasps.
