@@ -82,18 +82,22 @@ fn track(track: &mut Track, bytes: &mut impl Bytes) {
         passes,
         noise_nm2_counts,
     } = track;
-    torque_nm.iter_mut().for_each(|torque| bytes.float(torque));
-    passes.iter_mut().for_each(|passes| bytes.byte(passes));
+    for torque in torque_nm {
+        bytes.float(torque);
+    }
+    for passes in passes {
+        bytes.byte(passes);
+    }
     bytes.float(noise_nm2_counts);
 }
 
 /// Mark of a scene, for [`encode`](super::record::encode) and [`decode`](super::record::decode): what a friction record and a
 /// calibration depend on.
-pub fn mark<S: Scene>() -> u32 {
+pub const fn mark<S: Scene>() -> u32 {
     let drive = &S::DRIVE;
     scene_mark(
         S::NAME,
-        [
+        &[
             drive.motor.torque_constant_nm_per_a,
             drive.drivetrain.counts_per_motor_rev,
             drive.drivetrain.reduction,

@@ -44,7 +44,13 @@ pub trait Bytes {
     fn byte(&mut self, byte: &mut u8);
 
     /// Four bytes, the lowest first.
-    fn word(&mut self, word: &mut u32);
+    fn word(&mut self, word: &mut u32) {
+        let mut bytes = word.to_le_bytes();
+        for byte in &mut bytes {
+            self.byte(byte);
+        }
+        *word = u32::from_le_bytes(bytes);
+    }
 
     /// A number.
     fn float(&mut self, value: &mut f32) {
@@ -80,11 +86,13 @@ pub trait Bytes {
 /// Mark of a scene: its name and every number that a friction record or a calibration depends on.
 ///
 /// A firmware that was built for another finger, or for the same one with other dimensions, does not take the record.
-pub fn scene_mark(name: &str, numbers: impl IntoIterator<Item = f32>) -> u32 {
+pub const fn scene_mark(name: &str, numbers: &[f32]) -> u32 {
     let mut digest = CHECKSUM.digest();
     digest.update(name.as_bytes());
-    for number in numbers {
+    let mut rest = numbers;
+    while let [number, behind @ ..] = rest {
         digest.update(&number.to_bits().to_le_bytes());
+        rest = behind;
     }
     digest.finalize()
 }
@@ -103,10 +111,6 @@ struct Writer<F>(F);
 impl<F: FnMut(u8)> Bytes for Writer<F> {
     fn byte(&mut self, byte: &mut u8) {
         (self.0)(*byte);
-    }
-
-    fn word(&mut self, word: &mut u32) {
-        word.to_le_bytes().into_iter().for_each(&mut self.0);
     }
 }
 
@@ -149,28 +153,19 @@ struct Reader<'b> {
     short: bool,
 }
 
-impl Reader<'_> {
-    fn take<const N: usize>(&mut self) -> [u8; N] {
-        match self.rest.split_first_chunk() {
-            Some((first, rest)) => {
+impl Bytes for Reader<'_> {
+    #[inline(never)]
+    fn byte(&mut self, byte: &mut u8) {
+        *byte = match self.rest {
+            [first, rest @ ..] => {
                 self.rest = rest;
                 *first
             }
-            None => {
+            [] => {
                 self.short = true;
-                [0; N]
+                0
             }
-        }
-    }
-}
-
-impl Bytes for Reader<'_> {
-    fn byte(&mut self, byte: &mut u8) {
-        [*byte] = self.take();
-    }
-
-    fn word(&mut self, word: &mut u32) {
-        *word = u32::from_le_bytes(self.take());
+        };
     }
 }
 
@@ -283,11 +278,11 @@ mod tests {
 
     #[test]
     fn the_mark_of_a_scene_tells_every_number() {
-        let mark = scene_mark("p70", [0.09, 0.07]);
-        assert_eq!(mark, scene_mark("p70", [0.09, 0.07]));
-        assert_ne!(mark, scene_mark("p71", [0.09, 0.07]));
-        assert_ne!(mark, scene_mark("p70", [0.07, 0.09]));
-        assert_ne!(mark, scene_mark("p70", [0.09, 0.070_000_01]));
+        let mark = scene_mark("p70", &[0.09, 0.07]);
+        assert_eq!(mark, scene_mark("p70", &[0.09, 0.07]));
+        assert_ne!(mark, scene_mark("p71", &[0.09, 0.07]));
+        assert_ne!(mark, scene_mark("p70", &[0.07, 0.09]));
+        assert_ne!(mark, scene_mark("p70", &[0.09, 0.070_000_01]));
     }
 
     proptest! {

@@ -100,8 +100,10 @@ struct Whole<'p> {
 }
 
 impl<'p> Whole<'p> {
-    fn read(page: usize, bytes: &'p [u8]) -> Option<Self> {
-        let (front, [a, b, c, d, checksum @ ..]) = bytes.split_last_chunk::<WORD>()?;
+    #[inline(never)]
+    fn read(pages: &'p [u8], page: usize) -> Option<Self> {
+        let (front, [a, b, c, d, checksum @ ..]) =
+            page_of(pages, page).split_last_chunk::<WORD>()?;
         let content = front.get(..u32::from_le_bytes([*a, *b, *c, *d]) as usize)?;
         let (number, bytes) = content.split_first_chunk()?;
         (CHECKSUM.checksum(content) == u32::from_le_bytes(*checksum)).then_some(Self {
@@ -111,23 +113,36 @@ impl<'p> Whole<'p> {
         })
     }
 
+    #[inline(never)]
     fn newest(pages: &'p [u8]) -> Option<Self> {
-        pages
-            .chunks(PAGE)
-            .enumerate()
-            .filter_map(|(page, bytes)| Self::read(page, bytes))
-            .max_by_key(|whole| whole.number)
+        let mut newest: Option<Self> = None;
+        for page in 0..PAGES {
+            if let Some(whole) = Self::read(pages, page)
+                && newest
+                    .as_ref()
+                    .is_none_or(|newest| newest.number <= whole.number)
+            {
+                newest = Some(whole);
+            }
+        }
+        newest
     }
 }
 
+/// A page's bytes; none where there is no such page.
+fn page_of(pages: &[u8], page: usize) -> &[u8] {
+    let rest = pages.get(page * PAGE..).unwrap_or_default();
+    rest.get(..PAGE).unwrap_or_default()
+}
+
+#[inline(never)]
 fn is_blank(bytes: &[u8]) -> bool {
     bytes.iter().all(|&byte| byte == 0xFF)
 }
 
 /// Whether a page holds neither a record nor nothing: what was begun there was cut short, or is damaged.
 fn is_torn(pages: &[u8], page: usize) -> bool {
-    let bytes = pages.chunks(PAGE).nth(page).unwrap_or_default();
-    !is_blank(bytes) && Whole::read(page, bytes).is_none()
+    !is_blank(page_of(pages, page)) && Whole::read(pages, page).is_none()
 }
 
 /// The page behind one, in the ring.
@@ -185,9 +200,7 @@ impl<'m, M: Memory> Writer<'m, M> {
             return;
         }
         self.digest.update(&[byte]);
-        if let Some(room) = self.word.get_mut(self.place % WORD) {
-            *room = byte;
-        }
+        self.word[self.place % WORD] = byte;
         self.place += 1;
         if self.place.is_multiple_of(WORD) {
             let word = core::mem::replace(&mut self.word, [0xFF; WORD]);
@@ -241,57 +254,50 @@ impl<M: Memory> Store<M> {
         self.memory.read(|pages| take(find(pages)))
     }
 
-    /// Saves the record that `encode` writes. After a power cut at any moment the old record is there, or the new one, whole.
+    /// Puts the record that `encode` writes in the place of the last one. Without `encode`, forgets that and what came before
+    /// it. After a power cut at any moment the old record is there, whole, or the new one, or nothing if it was to be
+    /// forgotten.
     ///
     /// # Errors
-    /// Nothing was saved: the flash failed, or the record does not fit or cannot be read back.
-    pub async fn save(
+    /// Nothing was saved: the flash failed, or the record does not fit or cannot be read back. Not all was forgotten: the
+    /// flash failed.
+    pub async fn replace(
         &mut self,
-        mut encode: impl FnMut(&mut Writer<'_, M>),
+        mut encode: Option<impl FnMut(&mut Writer<'_, M>)>,
     ) -> Result<(), StoreError<M::Error>> {
+        let forget = encode.is_none();
         let (mut page, number) = self.next();
+        let mut result = Err(StoreError::NotKept);
         // The page of the old record is not among those that are tried.
         for _ in 1..PAGES {
-            // What is torn behind the new record would be taken for a newer one.
-            let next = behind(page);
-            if self.memory.read(|pages| is_torn(pages, next)) {
-                self.erase(next).await?;
-            }
-            self.erase(page).await?;
-            let written = self.write(page, number, &mut encode);
-            self.memory.rest().await;
-            match written {
-                // Not even begun, for whoever looks.
-                Err(StoreError::TooLong) => {
-                    self.erase(page).await?;
-                    return written;
+            let mut done = Ok(());
+            for step in [Step::Behind, Step::Page, Step::Record] {
+                if done.is_ok() {
+                    done = match step {
+                        Step::Behind => self.clear(behind(page), forget),
+                        Step::Page => self.erase(page),
+                        Step::Record => self.write(page, number, &mut encode),
+                    };
                 }
-                written => written?,
+                self.memory.rest().await;
             }
-            if self.keeps(page, number) {
-                return Ok(());
+            if done.is_err() || self.keeps(page, number) {
+                result = done;
+                break;
             }
             page = behind(page);
         }
-        Err(StoreError::NotKept)
-    }
-
-    /// Forgets the record and what came before it. After a power cut at any moment the record is there, whole, or nothing.
-    ///
-    /// # Errors
-    /// The flash failed.
-    pub async fn forget(&mut self) -> Result<(), StoreError<M::Error>> {
-        // An empty record hides the others while they are erased. The page behind it is erased first: cut short later, that
-        // would look like a newer record. Where the empty one cannot be kept, everything goes.
-        let (page, number) = self.next();
-        self.erase(behind(page)).await?;
-        self.erase(page).await?;
-        let hidden = self.write(page, number, |_| ()).is_ok() && self.keeps(page, number);
-        self.memory.rest().await;
+        if !forget {
+            return result;
+        }
+        // The empty record hides the others while they are erased. Where it cannot be kept, everything goes.
+        let hidden = result.is_ok();
         for other in 0..PAGES {
-            let blank = |pages: &[u8]| pages.chunks(PAGE).nth(other).is_some_and(is_blank);
+            let blank = |pages: &[u8]| is_blank(page_of(pages, other));
             if !(hidden && other == page || self.memory.read(blank)) {
-                self.erase(other).await?;
+                let erased = self.erase(other);
+                self.memory.rest().await;
+                erased?;
             }
         }
         Ok(())
@@ -312,29 +318,55 @@ impl<M: Memory> Store<M> {
         })
     }
 
-    async fn erase(&mut self, page: usize) -> Result<(), M::Error> {
-        let result = self.memory.undisturbed(|memory| memory.erase(page));
-        self.memory.rest().await;
-        result
+    /// Clears the page behind that of a new record of what is torn there, which would be taken for a newer one; before
+    /// forgetting of everything, whose erasing later would look the same when cut short.
+    fn clear(&mut self, page: usize, all: bool) -> Result<(), StoreError<M::Error>> {
+        if all || self.memory.read(|pages| is_torn(pages, page)) {
+            self.erase(page)
+        } else {
+            Ok(())
+        }
+    }
+
+    #[inline(never)]
+    fn erase(&mut self, page: usize) -> Result<(), StoreError<M::Error>> {
+        self.memory.undisturbed(|memory| memory.erase(page))?;
+        Ok(())
     }
 
     fn write(
         &mut self,
         page: usize,
         number: u32,
-        mut encode: impl FnMut(&mut Writer<'_, M>),
+        encode: &mut Option<impl FnMut(&mut Writer<'_, M>)>,
     ) -> Result<(), StoreError<M::Error>> {
         let mut result = Ok(());
         self.memory.undisturbed(|memory| {
             let mut writer = Writer::new(memory, page);
-            number
-                .to_le_bytes()
-                .iter()
-                .for_each(|&byte| writer.push(byte));
-            encode(&mut writer);
+            for byte in number.to_le_bytes() {
+                writer.push(byte);
+            }
+            if let Some(encode) = encode {
+                encode(&mut writer);
+            }
             result = writer.finish();
             Ok(())
         })?;
+        if matches!(result, Err(StoreError::TooLong)) {
+            // Not even begun, for whoever looks.
+            self.erase(page)?;
+        }
         result
     }
+}
+
+/// What a save does to flash, one after the other, each with a rest behind it.
+#[derive(Clone, Copy)]
+enum Step {
+    /// Clears the page behind the record's.
+    Behind,
+    /// Erases the record's.
+    Page,
+    /// Writes the record.
+    Record,
 }

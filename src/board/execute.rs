@@ -4,12 +4,12 @@ use defmt::{Str, intern};
 
 use palpate::app::command::{Command, Verb};
 use palpate::app::conduct::{Conduct, Effect};
-use palpate::app::kept::{self, mark};
+use palpate::app::kept;
 use palpate::app::line::Line;
 use palpate::app::record::{RecordError, decode, encode};
 use palpate::app::sense::Sense;
 use palpate::app::settings::{Overrides, Setting};
-use palpate::app::store::{Found, StoreError, Writer};
+use palpate::app::store::{Found, Writer};
 use palpate::drive::Fault;
 use palpate::drive::sequence::{Notice, Refused};
 use palpate::scene::Active;
@@ -19,6 +19,9 @@ use super::serial::Sender;
 use super::shared::{Shared, Turn};
 use super::storage::{self, Storage};
 use super::{control, telemetry};
+
+/// Whose records count.
+const MARK: u32 = kept::mark::<Active>();
 
 /// What the record, if there is one, says.
 pub enum Kept {
@@ -54,14 +57,13 @@ fn restore(
     turn: &mut Turn,
 ) -> (Kept, Str) {
     let mut kept = kept::Kept::nothing::<Active>();
-    match decode(bytes, mark::<Active>(), &mut kept) {
+    match decode(bytes, MARK, &mut kept) {
         Ok(()) => {
             let overrides = kept.overrides;
             let notice = sense.lock(turn, |sense| sense.restore(kept));
-            let what = if newest {
-                intern!("loaded")
-            } else {
-                intern!("older")
+            let what = match newest {
+                true => intern!("loaded"),
+                false => intern!("older"),
             };
             (Kept::Restored { overrides, notice }, what)
         }
@@ -92,16 +94,15 @@ pub async fn execute(
         let said = console::next(&mut turn).await;
         line.clear();
         let effect = carry_out(&mut line, said, conduct, &mut turn);
-        match effect {
-            Effect::Save => {
-                let overrides = conduct.lock(&mut turn, |conduct| *conduct.overrides());
-                let result = storage
-                    .save(|writer| write_record(sense, &mut turn, overrides, writer))
-                    .await;
-                written(&mut line, "saved", result);
-            }
-            Effect::Factory => written(&mut line, "forgotten", storage.forget().await),
-            _ => {}
+        if matches!(effect, Effect::Save | Effect::Factory) {
+            let overrides = conduct.lock(&mut turn, |conduct| *conduct.overrides());
+            let saves = effect == Effect::Save;
+            let encode =
+                |writer: &mut Writer<'_, _>| write_record(sense, &mut turn, overrides, writer);
+            match storage.replace(saves.then_some(encode)).await {
+                Ok(()) => line.text(if saves { "saved" } else { "forgotten" }),
+                Err(error) => line.text("failed: ").text(storage::name(error)),
+            };
         }
         let mut row = 0;
         loop {
@@ -156,14 +157,6 @@ fn carry_out(
     effect
 }
 
-/// What was done to flash, or why not.
-fn written(line: &mut Line, done: &str, result: Result<(), StoreError<storage::Error>>) {
-    match result {
-        Ok(()) => line.text(done),
-        Err(error) => line.text("failed: ").text(storage::name(error)),
-    };
-}
-
 /// Apart from [`execute`], so that the record lies on the stack for the moment only.
 #[inline(never)]
 fn write_record(
@@ -174,7 +167,7 @@ fn write_record(
 ) {
     sense.lock(turn, |sense| {
         sense.keep(overrides, |kept| {
-            encode(kept, mark::<Active>(), |byte| writer.push(byte));
+            encode(kept, MARK, |byte| writer.push(byte));
         });
     });
 }

@@ -96,6 +96,7 @@ impl Region {
     }
 
     /// Waits for the end of an operation; how it ended.
+    #[inline(never)]
     fn wait(&mut self) -> Result<(), Error> {
         let status = loop {
             let status = FLASH.sr().read();
@@ -114,6 +115,26 @@ impl Region {
         } else {
             Ok(())
         }
+    }
+
+    /// Unlocks the controller, and waits for it.
+    #[inline(never)]
+    fn open(&mut self) -> Result<(), Error> {
+        for key in KEYS {
+            FLASH.keyr().write_value(key);
+        }
+        // The data cache would go on showing what was there before.
+        FLASH.acr().modify(|w| w.set_dcen(false));
+        self.wait()
+    }
+
+    /// Locks it again.
+    #[inline(never)]
+    fn close(&mut self) {
+        FLASH.acr().modify(|w| w.set_dcrst(true));
+        FLASH.acr().modify(|w| w.set_dcrst(false));
+        FLASH.acr().modify(|w| w.set_dcen(true));
+        FLASH.cr().modify(|w| w.set_lock(true));
     }
 }
 
@@ -145,16 +166,8 @@ impl Memory for Region {
         if !bridge::is_off() {
             return Err(Error::BridgeOn);
         }
-        for key in KEYS {
-            FLASH.keyr().write_value(key);
-        }
-        // The data cache would go on showing what was there before.
-        FLASH.acr().modify(|w| w.set_dcen(false));
-        let result = self.wait().and_then(|()| operation(self));
-        FLASH.acr().modify(|w| w.set_dcrst(true));
-        FLASH.acr().modify(|w| w.set_dcrst(false));
-        FLASH.acr().modify(|w| w.set_dcen(true));
-        FLASH.cr().modify(|w| w.set_lock(true));
+        let result = self.open().and_then(|()| operation(self));
+        self.close();
         result
     }
 

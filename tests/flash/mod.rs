@@ -2,7 +2,7 @@
 //! and what a power cut in the middle of an operation leaves of it.
 
 use embassy_futures::block_on;
-use palpate::app::store::{Found, Memory, PAGE, PAGES, Store, StoreError, WORD};
+use palpate::app::store::{Found, Memory, PAGE, PAGES, Store, StoreError, WORD, Writer};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Failure {
@@ -243,9 +243,9 @@ impl Bench {
     }
 
     pub fn save(&mut self, record: &[u8]) -> Result<(), StoreError<Failure>> {
-        block_on(self.0.save(|writer| {
+        block_on(self.0.replace(Some(|writer: &mut Writer<'_, Flash>| {
             record.iter().for_each(|&byte| writer.push(byte));
-        }))
+        })))
     }
 
     pub fn load(&mut self) -> Kept {
@@ -257,6 +257,6 @@ impl Bench {
     }
 
     pub fn forget(&mut self) -> Result<(), StoreError<Failure>> {
-        block_on(self.0.forget())
+        block_on(self.0.replace(None::<fn(&mut Writer<'_, Flash>)>))
     }
 }
