@@ -1,10 +1,9 @@
 //! The README's tables say what the code says.
 
-use palpate::app::command::COMMANDS;
+use palpate::app::command::Verb;
 use palpate::app::line::Line;
-use palpate::app::settings::{Range, Setting};
+use palpate::app::settings::Setting;
 use palpate::drive::Fault;
-use palpate::words::words;
 
 const REPORT: &str = include_str!("../docs/report/README.md");
 const README: &str = include_str!("../README.md");
@@ -46,10 +45,12 @@ fn the_readme_lists_every_fault() {
 
 #[test]
 fn the_readme_lists_every_command() {
-    let rows: Vec<String> = words(COMMANDS)
-        .map(|row| {
-            let (call, summary) = row.split_once(": ").expect("a colon behind the call");
-            format!("| `{}` | {summary} |", call.trim_end().replace('|', "\\|"))
+    let rows: Vec<String> = Verb::ALL
+        .iter()
+        .map(|verb| {
+            let call = [verb.name(), verb.usage()].join(" ");
+            let call = call.trim_end().replace('|', "\\|");
+            format!("| `{call}` | {} |", verb.summary())
         })
         .collect();
     holds("commands", &rows);
@@ -61,8 +62,7 @@ fn the_readme_lists_every_setting() {
         .into_iter()
         .map(|setting| {
             let mut span = Line::new();
-            let Range { min, max, .. } = setting.range();
-            span.decimal(*min).text(" to ").decimal(*max);
+            setting.range().write(&mut span);
             let (name, unit) = (setting.name(), setting.unit());
             format!("| `{name}` | {} {unit} |", span.as_str())
         })

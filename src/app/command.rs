@@ -3,7 +3,7 @@
 use super::decimal;
 use super::line::Line;
 use super::settings::{Range, Setting};
-use crate::words::words;
+use crate::words::word;
 
 /// Longest line that is understood, bytes, without its end.
 pub const LINE_MAX: usize = 64;
@@ -56,28 +56,31 @@ pub enum Calibrate {
 }
 
 /// The places a pin may have: on a phalanx of any finger that this firmware could move.
-const CALIBRATE_MM: core::ops::RangeInclusive<f32> = 1.0..=500.0;
+const PLACE: Range = Range {
+    unit_si: 1e-3,
+    min: 1.0,
+    max: 500.0,
+};
 
-/// Declares the commands once: what they are called and the list that `help` prints come from the same lines.
-macro_rules! commands {
-    ($($verb:ident $name:literal $usage:literal, $what:literal;)*) => {
-        /// First word of a line.
+/// Declares the verbs once: the enum and the table that `help` prints come from the same lines.
+macro_rules! verbs {
+    ($($verb:ident $name:literal $usage:literal, $summary:literal;)*) => {
+        /// What a command begins with.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        enum Verb {
-            $($verb,)*
+        pub enum Verb {
+            $(#[doc = $summary] $verb,)*
         }
 
         impl Verb {
-            /// In the order of [`COMMANDS`].
-            const ALL: &[Self] = &[$(Self::$verb,)*];
+            /// Every verb, in the order of the enum.
+            pub const ALL: &[Self] = &[$(Self::$verb,)*];
+            /// Name, usage and summary of each, in the same order.
+            const TABLE: &str = concat!($($name, "\n", $usage, "\n", $summary, "\n",)*);
         }
-
-        /// Every command, a line each: its word, what follows it, a colon, what it does. `help` prints these lines.
-        pub const COMMANDS: &str = concat!($($name, " ", $usage, ": ", $what, "\n",)*);
     };
 }
 
-commands! {
+verbs! {
     Help "help" "", "list the commands";
     Status "status" "", "state, position, current, supply, temperature, fault";
     Run "run" "", "a whole grasp: home, record friction if needed, close, probe, hold, open";
@@ -138,20 +141,15 @@ impl CommandError {
             Self::Expected { what } => line.text("expected ").text(what),
             Self::UnknownSetting => line.text("no such setting; try show"),
             Self::Range { setting } => {
-                let Range { min, max, .. } = *setting.range();
-                must_be(line, setting.name(), min, max).text(setting.unit())
+                must_be(line, setting.name(), setting.range()).text(setting.unit())
             }
-            Self::Place => {
-                let (min, max) = CALIBRATE_MM.into_inner();
-                must_be(line, "the place", min, max).text("mm from the joint")
-            }
+            Self::Place => must_be(line, "the place", &PLACE).text("mm from the joint"),
         };
     }
 }
 
-fn must_be<'l>(line: &'l mut Line, name: &str, min: f32, max: f32) -> &'l mut Line {
-    let line = line.text(name).text(" must be ").decimal(min);
-    line.text(" to ").decimal(max).text(" ")
+fn must_be<'l>(line: &'l mut Line, name: &str, range: &Range) -> &'l mut Line {
+    range.write(line.text(name).text(" must be ")).text(" ")
 }
 
 /// The words of a line that are still to be read, and the blanks between them.
@@ -182,27 +180,40 @@ impl Command {
         let Some(name) = said.next() else {
             return Ok(None);
         };
-        for (verb, row) in Verb::ALL.iter().zip(words(COMMANDS)) {
-            let mut known = Words(row.as_bytes());
-            if known
-                .next()
-                .is_some_and(|known| known.eq_ignore_ascii_case(name))
-            {
-                let command = verb.read(&mut said)?;
-                // A stop with words behind it is still a stop.
-                if *verb != Verb::Stop && said.next().is_some() {
-                    let end = row.bytes().position(|byte| byte == b':').unwrap_or(0);
-                    let usage = row.get(name.len() + 1..end).unwrap_or("");
-                    return Err(CommandError::Unexpected { usage });
-                }
-                return Ok(Some(command));
-            }
+        let verb = Verb::ALL
+            .iter()
+            .find(|verb| verb.name().as_bytes().eq_ignore_ascii_case(name));
+        let verb = verb.ok_or(CommandError::Unknown)?;
+        let command = verb.read(&mut said)?;
+        // A stop with words behind it is still a stop.
+        if *verb != Verb::Stop && said.next().is_some() {
+            let usage = verb.usage();
+            return Err(CommandError::Unexpected { usage });
         }
-        Err(CommandError::Unknown)
+        Ok(Some(command))
     }
 }
 
 impl Verb {
+    fn word(self, column: u8) -> &'static str {
+        word(Self::TABLE, self as u8 * 3 + column)
+    }
+
+    /// What a user types.
+    pub fn name(self) -> &'static str {
+        self.word(0)
+    }
+
+    /// What follows it; empty where nothing does.
+    pub fn usage(self) -> &'static str {
+        self.word(1)
+    }
+
+    /// What it does.
+    pub fn summary(self) -> &'static str {
+        self.word(2)
+    }
+
     /// The command, with what follows its first word.
     fn read(self, words: &mut Words<'_>) -> Result<Command, CommandError> {
         Ok(match self {
@@ -235,10 +246,8 @@ fn calibrate(words: &mut Words<'_>) -> Result<Calibrate, CommandError> {
         return Ok(Calibrate::Forget);
     }
     let k_mm = number(word, "mm", words).ok_or(EXPECTED)?;
-    if !CALIBRATE_MM.contains(&k_mm) {
-        return Err(CommandError::Place);
-    }
-    Ok(Calibrate::At { k_m: k_mm * 1e-3 })
+    let k_m = PLACE.to_si(k_mm).ok_or(CommandError::Place)?;
+    Ok(Calibrate::At { k_m })
 }
 
 fn set(words: &mut Words<'_>) -> Result<Command, CommandError> {
@@ -278,27 +287,29 @@ fn number(word: &[u8], unit: &str, rest: &mut Words<'_>) -> Option<f32> {
 pub struct Lines {
     line: heapless::Vec<u8, LINE_MAX>,
     overlong: bool,
-    /// The last bytes of the line, lower case, also of what was dropped.
-    tail: [u8; 4],
+    /// The last four bytes of the line, lower case, the latest lowest, also of what was dropped.
+    tail: u32,
 }
 
 impl Lines {
     /// Takes a byte; at the end of a line, what the line says. Empty lines say nothing.
     pub fn push(&mut self, byte: u8) -> Option<Result<Command, CommandError>> {
         if !matches!(byte, b'\n' | b'\r') {
-            let [_, b, c, d] = self.tail;
-            self.tail = [b, c, d, byte.to_ascii_lowercase()];
+            self.tail = self.tail << 8 | u32::from(byte.to_ascii_lowercase());
             self.overlong |= self.line.push(byte).is_err();
             return None;
         }
-        let done = core::mem::take(self);
-        if done.tail == *b"stop" {
-            return Some(Ok(Command::Stop));
-        }
-        if done.overlong {
-            return Some(Err(CommandError::NotALine));
-        }
-        Command::parse(&done.line).transpose()
+        let said = if self.tail == u32::from_be_bytes(*b"stop") {
+            Some(Ok(Command::Stop))
+        } else if self.overlong {
+            Some(Err(CommandError::NotALine))
+        } else {
+            Command::parse(&self.line).transpose()
+        };
+        self.line.clear();
+        self.overlong = false;
+        self.tail = 0;
+        said
     }
 }
 
@@ -313,9 +324,8 @@ mod tests {
 
     #[test]
     fn every_command_of_the_table_is_understood() {
-        for row in words(COMMANDS) {
-            let (call, _) = row.split_once(": ").expect("a colon");
-            let (name, usage) = call.split_once(' ').expect("a blank");
+        for verb in Verb::ALL {
+            let (name, usage) = (verb.name(), verb.usage());
             let line = match usage {
                 "" => name.to_owned(),
                 "NAME VALUE" => format!("{name} closing-speed 0.3"),

@@ -15,26 +15,26 @@ pub fn parse(text: &[u8]) -> Option<f32> {
         [b'+', rest @ ..] => (false, rest),
         _ => (false, text),
     };
-    let (mut value, mut scale, mut count, mut point): (u32, u32, u32, bool) = (0, 1, 0, false);
+    let (mut value, mut left): (u32, u32) = (0, DIGITS_MAX);
+    // One, ten, a hundred behind the point; zero before it.
+    let mut scale: u32 = 0;
     for &byte in digits {
-        if byte == b'.' && !point {
-            point = true;
+        if byte == b'.' && scale == 0 {
+            scale = 1;
             continue;
         }
         // So few digits that neither integer overflows.
-        if !byte.is_ascii_digit() || count == DIGITS_MAX {
+        if !byte.is_ascii_digit() || left == 0 {
             return None;
         }
-        count += 1;
+        left -= 1;
         value = value * 10 + u32::from(byte - b'0');
-        if point {
-            scale *= 10;
-        }
+        scale *= 10;
     }
-    if count == 0 {
+    if left == DIGITS_MAX {
         return None;
     }
-    let magnitude = value as f32 / scale as f32;
+    let magnitude = value as f32 / scale.max(1) as f32;
     Some(if negative { -magnitude } else { magnitude })
 }
 

@@ -1,7 +1,7 @@
 //! A line of text, put together piece by piece: what answers are written with.
 //!
-//! `core::fmt` would do it too, for some 3 KiB of flash: a pointer to a function for every argument, padding and precision that
-//! no answer asks for.
+//! `core::fmt` would do it too, with padding, precision and a pointer to a function for every argument in flash, none of
+//! which an answer needs.
 
 use heapless::String;
 
@@ -16,6 +16,11 @@ impl Line {
     /// An empty line.
     pub const fn new() -> Self {
         Self(String::new())
+    }
+
+    /// Takes back all that has been written.
+    pub fn clear(&mut self) {
+        self.0.clear();
     }
 
     /// What has been written.

@@ -5,7 +5,7 @@ use super::kept::Kept;
 use super::settings::{Overrides, Setting};
 use crate::drive::sequence::Notice;
 use crate::scene::{Reading, SampleOf, Scene};
-use crate::sensing::{Calibration, Directive, Event, Sensor};
+use crate::sensing::{Calibration, Directive, Event, Sensor, Settings};
 
 /// What the motion half asks of the sensing half.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,12 +101,15 @@ impl<S: Scene> Sense<S> {
     }
 
     fn adjust(&mut self, overrides: &Overrides) {
-        let mut settings = S::settings();
-        let replace = |place: &mut f32, setting| *place = overrides.get(setting).unwrap_or(*place);
-        replace(&mut settings.speed_rad_per_s, Setting::ClosingSpeed);
-        replace(&mut settings.torque_limit_nm, Setting::ProbeTorque);
-        replace(&mut settings.wanted_sigma_m, Setting::WantedDeviation);
-        self.sensor.set_settings(settings);
+        let nominal = S::settings();
+        let set = |setting, nominal| overrides.get(setting).unwrap_or(nominal);
+        self.sensor.set_settings(Settings {
+            speed_rad_per_s: set(Setting::ClosingSpeed, nominal.speed_rad_per_s),
+            torque_limit_nm: set(Setting::ProbeTorque, nominal.torque_limit_nm),
+            wanted_sigma_m: set(Setting::WantedDeviation, nominal.wanted_sigma_m),
+            // The others are the scene's as they are.
+            ..*self.sensor.settings()
+        });
         let nominal = S::drivetrain(self.sensor.finger()).efficiency;
         self.sensor
             .set_efficiency(overrides.get(Setting::Efficiency).unwrap_or(nominal));

@@ -3,7 +3,8 @@
 //! The defaults come from the scene; a value that was set and saved overrides them after the next start. Values are
 //! kept in SI units; the user speaks the unit of the table.
 
-use crate::words::{word, words};
+use super::line::Line;
+use crate::words::word;
 
 /// One thing that can be set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,19 +97,23 @@ impl Setting {
 
     /// The setting that a user names.
     pub fn by_name(name: &[u8]) -> Option<Self> {
-        let is_named = |known: &str| known.as_bytes().eq_ignore_ascii_case(name);
-        let number = words(NAMES).position(is_named)?;
-        Self::ALL.get(number).copied()
+        Self::ALL
+            .into_iter()
+            .find(|setting| setting.name().as_bytes().eq_ignore_ascii_case(name))
     }
 }
 
 impl Range {
+    /// Writes `0.05 to 0.8`.
+    pub fn write<'l>(&self, line: &'l mut Line) -> &'l mut Line {
+        line.decimal(self.min).text(" to ").decimal(self.max)
+    }
+
     /// The value in SI units, or `None` where the user's value is not finite or out of range.
     pub fn to_si(&self, value: f32) -> Option<f32> {
         // A NaN is in no range.
-        (self.min..=self.max)
-            .contains(&value)
-            .then_some(value * self.unit_si)
+        let is_allowed = value >= self.min && value <= self.max;
+        is_allowed.then_some(value * self.unit_si)
     }
 
     /// A value in SI units as the user reads it.
@@ -180,8 +185,9 @@ mod tests {
             };
             assert_eq!(range.unit_si, one, "{name}");
         }
-        assert_eq!(words(NAMES).count(), Setting::ALL.len());
-        assert_eq!(words(UNITS).count(), Setting::ALL.len());
+        for list in [NAMES, UNITS] {
+            assert_eq!(list.lines().count(), Setting::ALL.len());
+        }
         assert_eq!(
             Setting::by_name(b"CLOSING-speed"),
             Some(Setting::ClosingSpeed)

@@ -1,20 +1,18 @@
 //! The H-bridge: TIM1 makes EN on PA8 (PH/EN mode), PA9 is PH, PB5 is nSLEEP, PB10 is nFAULT and stops the timer's
 //! outputs in hardware.
 
-use core::mem::{MaybeUninit, forget};
+use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use embassy_stm32::Peri;
-use embassy_stm32::gpio::{AfType, Flex, Level, Output, OutputType, Pull, Speed};
-use embassy_stm32::pac::gpio::vals::{Idr, Odr};
-use embassy_stm32::pac::timer::vals::{Bkinp, Bkp, Mms2, Ossi, Ossr};
+use embassy_stm32::pac::gpio::vals::{Odr, Ospeedr};
+use embassy_stm32::pac::timer::vals::{Bkinp, Bkp, Cms, FilterValue, Mms2, Ocm, Ossi, Ossr};
 use embassy_stm32::pac::{DBGMCU, GPIOA, GPIOB, RCC, SYSCFG, TIM1};
 use embassy_stm32::peripherals::{PA8, PA9, PB5, PB10};
-use embassy_stm32::timer::Channel;
-use embassy_stm32::timer::low_level::{CountingMode, FilterValue, OutputCompareMode, Timer};
-use embassy_stm32::timer::simple_pwm::PwmPin;
+use embassy_stm32::{Peri, peripherals};
 
 use palpate::drive::io::{CONTROL_HZ, DUTY_FULL, Direction, Outputs, PWM_HZ};
+
+use super::pins::{self, Use};
 
 /// Pins of the bridge.
 pub struct Pins {
@@ -28,9 +26,13 @@ pub struct Pins {
     pub fault: Peri<'static, PB10>,
 }
 
+const ENABLE_PIN: usize = 8;
 const PHASE_PIN: usize = 9;
 const SLEEP_PIN: usize = 5;
 const FAULT_PIN: usize = 10;
+/// TIM1_CH1 on PA8, TIM1_BKIN on PB10.
+const CHANNEL: Use = Use::function(6);
+const BREAK: Use = Use::function(12);
 
 /// Centre-aligned counting makes two update events a PWM period; the repetition counter lets through one a control
 /// period: five PWM periods.
@@ -58,27 +60,33 @@ pub struct Bridge {
 
 impl Bridge {
     /// Sets up timer, pins and break with the outputs off. The timer stands still until [`start`].
-    pub fn new(tim1: Peri<'static, embassy_stm32::peripherals::TIM1>, pins: Pins) -> Self {
+    pub fn new(_tim1: Peri<'static, peripherals::TIM1>, pins: Pins) -> Self {
         // Asleep and EN low before the timer gets the pin.
-        forget(Output::new(pins.sleep, Level::Low, Speed::Low));
-        forget(Output::new(pins.phase, Level::Low, Speed::Low));
+        pins::write(GPIOB, SLEEP_PIN, false);
+        pins::set_up(pins.sleep, Use::OUTPUT);
+        pins::write(GPIOA, PHASE_PIN, false);
+        pins::set_up(pins.phase, Use::OUTPUT);
+        // nFAULT is open drain.
+        pins::set_up(pins.fault, BREAK.pulled_up());
 
-        // TIM1_BKIN has no driver: alternate function 12, pulled up because nFAULT is open drain.
-        let mut fault = Flex::new(pins.fault);
-        fault.set_as_af_unchecked(12, AfType::input(Pull::Up));
-        forget(fault);
-
-        // The complementary PWM driver would enable the outputs in its constructor: the low-level driver does not.
-        let timer = Timer::new(tim1);
-        timer.set_counting_mode(CountingMode::CenterAlignedBothInterrupts);
-        timer.set_max_compare_value(DUTY_FULL);
-        timer.set_autoreload_preload(true);
+        RCC.apb2enr().modify(|w| {
+            w.set_tim1en(true);
+            w.set_syscfgen(true);
+        });
+        TIM1.cr1().write(|w| {
+            // Both at the top and at zero there is an update, as far as the repetition counter lets it through.
+            w.set_cms(Cms::CENTER_ALIGNED3);
+            w.set_arpe(true);
+        });
+        TIM1.arr().write(|w| w.set_arr(DUTY_FULL));
         // Written before the counter starts: the update then falls on the counter's zero, the middle of the on-time.
-        timer.set_repetition_counter(REPETITION);
-        timer.set_output_compare_mode(Channel::Ch1, OutputCompareMode::PwmMode1);
-        timer.set_output_compare_preload(Channel::Ch1, true);
-        timer.set_compare_value(Channel::Ch1, 0);
-        timer.set_mms2_selection(Mms2::UPDATE);
+        TIM1.rcr().write(|w| w.set_rep(REPETITION));
+        TIM1.ccmr_output(0).write(|w| {
+            w.set_ocm(0, Ocm::PWM_MODE1);
+            w.set_ocpe(0, true);
+        });
+        TIM1.ccr(0).write(|w| w.set_ccr(0));
+        TIM1.cr2().write(|w| w.set_mms2(Mms2::UPDATE));
 
         // Break: nFAULT low for 8 timer clocks (47 ns), or the core locked up, or flash with two wrong bits. Off means
         // driven low, not floating, and only software re-enables (AOE stays clear).
@@ -97,22 +105,25 @@ impl Bridge {
         TIM1.bdtr().modify(|w| w.set_bke(0, true));
         // A debugger that halts the core stops the timer and with it the outputs.
         DBGMCU.apb2fzr().modify(|w| w.set_tim1(true));
-        RCC.apb2enr().modify(|w| w.set_syscfgen(true));
         SYSCFG.cfgr2().modify(|w| {
             w.set_cll(true);
             w.set_eccl(true);
         });
 
-        forget(PwmPin::new(pins.enable, OutputType::PushPull));
-        timer.enable_channel(Channel::Ch1, true);
-        timer.generate_update_event();
-        forget(timer);
+        // Steep edges: a PWM step is 12 ns.
+        GPIOA
+            .ospeedr()
+            .modify(|w| w.set_ospeedr(ENABLE_PIN, Ospeedr::VERY_HIGH_SPEED));
+        pins::set_up(pins.enable, CHANNEL);
+        TIM1.ccer().write(|w| w.set_cce(0, true));
+        // Takes over what was written so far.
+        TIM1.egr().write(|w| w.set_ug(true));
         Self { armed: false }
     }
 
     /// Whether the bridge reports a fault, or the break latched since the bridge was last switched on.
     pub fn fault(&self) -> bool {
-        let pin_low = GPIOB.idr().read().idr(FAULT_PIN) == Idr::LOW;
+        let pin_low = !pins::is_high(GPIOB, FAULT_PIN);
         // Both registers in any case: cheaper than to branch.
         pin_low | (self.armed & !TIM1.bdtr().read().moe())
     }
@@ -129,7 +140,7 @@ impl Bridge {
                 self.arm();
             }
             Outputs::Drive { direction, duty } => {
-                set(GPIOA, PHASE_PIN, direction == Direction::Closing);
+                pins::write(GPIOA, PHASE_PIN, direction == Direction::Closing);
                 // Any value above the counter's range is full duty too.
                 TIM1.ccr(0).write(|w| w.set_ccr(duty.0));
                 self.arm();
@@ -146,7 +157,7 @@ impl Bridge {
         }
         self.armed = true;
         live().store(LIVE_MARK, Ordering::Relaxed);
-        set(GPIOB, SLEEP_PIN, true);
+        pins::write(GPIOB, SLEEP_PIN, true);
         // Status bits are cleared by writing zero; ones leave the others alone.
         TIM1.sr().write(|w| {
             w.0 = u32::MAX;
@@ -163,25 +174,16 @@ pub fn start() {
 
 /// Bridge off: outputs disabled, compare value zero, asleep. Register writes that cannot fail, allowed anywhere, also
 /// before [`Bridge::new`] and from a fault handler. The control interrupt, which runs from a memory of its own, has a copy; so
-/// it has of what else is `inline(always)` here.
+/// it has of what else is `inline(always)` here and in [`pins`].
 #[inline(always)]
 pub fn off() {
     TIM1.bdtr().modify(|w| w.set_moe(false));
     TIM1.ccr(0).write(|w| w.set_ccr(0));
-    set(GPIOB, SLEEP_PIN, false);
+    pins::write(GPIOB, SLEEP_PIN, false);
     live().store(0, Ordering::Relaxed);
 }
 
 /// Outputs disabled and bridge asleep, as the registers have it.
 pub fn is_off() -> bool {
     !TIM1.bdtr().read().moe() && GPIOB.odr().read().odr(SLEEP_PIN) == Odr::LOW
-}
-
-/// One pin through the set/reset register: no read, no lost update of its neighbours.
-#[inline(always)]
-fn set(port: embassy_stm32::pac::gpio::Gpio, pin: usize, high: bool) {
-    // The lower half of the register sets, the upper resets.
-    let bit = 1 << pin;
-    port.bsrr()
-        .write(|w| w.0 = if high { bit } else { bit << 16 });
 }

@@ -2,7 +2,6 @@
 
 use embassy_stm32::Peripherals;
 use embassy_stm32::pac::{PWR, RCC};
-use embassy_stm32::rcc::mux::Adcsel;
 use embassy_stm32::rcc::{Hse, HseMode, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk};
 use embassy_stm32::time::Hertz;
 
@@ -28,8 +27,6 @@ pub fn start() -> Peripherals {
     rcc.sys = Sysclk::PLL1_R;
     rcc.boost = true;
     rcc.hsi48 = None;
-    // The driver divides it by 4: 42.5 MHz, below the converter's limit of 60 MHz.
-    rcc.mux.adc12sel = Adcsel::SYS;
     let peripherals = embassy_stm32::init(config);
     // `boost` above writes the wrong bit; before `init` there is no use in the right one, since `init` resets PWR.
     PWR.cr5().modify(|w| w.0 &= !NO_BOOST);

@@ -2,18 +2,17 @@
 
 use defmt::{Str, intern};
 
-use palpate::app::command::{COMMANDS, Command, CommandError};
+use palpate::app::command::{Command, Verb};
 use palpate::app::conduct::{Conduct, Effect};
 use palpate::app::kept;
 use palpate::app::line::Line;
 use palpate::app::record::{RecordError, decode, encode};
 use palpate::app::sense::Sense;
-use palpate::app::settings::{Overrides, Range, Setting};
-use palpate::app::store::{Found, StoreError, Writer};
+use palpate::app::settings::{Overrides, Setting};
+use palpate::app::store::{Found, Writer};
 use palpate::drive::Fault;
 use palpate::drive::sequence::{Notice, Refused};
 use palpate::scene::Active;
-use palpate::words::words;
 
 use super::console::{self, Said};
 use super::serial::Sender;
@@ -62,10 +61,9 @@ fn restore(
         Ok(()) => {
             let overrides = kept.overrides;
             let notice = sense.lock(turn, |sense| sense.restore(kept));
-            let what = if newest {
-                intern!("loaded")
-            } else {
-                intern!("older")
+            let what = match newest {
+                true => intern!("loaded"),
+                false => intern!("older"),
             };
             (Kept::Restored { overrides, notice }, what)
         }
@@ -82,15 +80,6 @@ fn why(error: RecordError) -> Str {
     }
 }
 
-/// What a command is answered with: one line or more.
-enum Answer {
-    Error(CommandError),
-    Refused(Refused),
-    Done(Effect),
-    /// What was done to flash, or why not.
-    Written(&'static str, Result<(), StoreError<storage::Error>>),
-}
-
 /// Carries out commands.
 #[embassy_executor::task]
 pub async fn execute(
@@ -100,37 +89,72 @@ pub async fn execute(
     conduct: &'static Shared<Conduct<Active>>,
     mut turn: Turn,
 ) {
+    let mut line = Line::new();
     loop {
         let said = console::next(&mut turn).await;
-        let answer = match carry_out(said, conduct, &mut turn) {
-            Answer::Done(effect @ (Effect::Save | Effect::Factory)) => {
-                let overrides = conduct.lock(&mut turn, |conduct| *conduct.overrides());
-                let saves = effect == Effect::Save;
-                let encode =
-                    |writer: &mut Writer<'_, _>| write_record(sense, &mut turn, overrides, writer);
-                let result = storage.replace(saves.then_some(encode)).await;
-                Answer::Written(if saves { "saved" } else { "forgotten" }, result)
-            }
-            answer => answer,
-        };
+        line.clear();
+        let effect = carry_out(&mut line, said, conduct, &mut turn);
+        if matches!(effect, Effect::Save | Effect::Factory) {
+            let overrides = conduct.lock(&mut turn, |conduct| *conduct.overrides());
+            let saves = effect == Effect::Save;
+            let encode =
+                |writer: &mut Writer<'_, _>| write_record(sense, &mut turn, overrides, writer);
+            match storage.replace(saves.then_some(encode)).await {
+                Ok(()) => line.text(if saves { "saved" } else { "forgotten" }),
+                Err(error) => line.text("failed: ").text(storage::name(error)),
+            };
+        }
         let mut row = 0;
-        while let Some(line) = line(&answer, row, conduct, &mut turn) {
+        loop {
             console::answer(&mut port, line.as_str()).await;
             row += 1;
+            line.clear();
+            if !list(&mut line, effect, row, conduct, &mut turn) {
+                break;
+            }
         }
     }
 }
 
-fn carry_out(said: Said, conduct: &'static Shared<Conduct<Active>>, turn: &mut Turn) -> Answer {
-    match said {
-        Err(error) => Answer::Error(error),
+/// Carries a command out as far as flash is not concerned; the line says how that went, or begins the list that was asked for.
+#[inline(never)]
+fn carry_out(
+    line: &mut Line,
+    said: Said,
+    conduct: &'static Shared<Conduct<Active>>,
+    turn: &mut Turn,
+) -> Effect {
+    let effect = match said {
+        Err(error) => {
+            error.write(line.text("error: "));
+            return Effect::Accepted;
+        }
         // The sequence has taken a stop already, before this line's turn came.
-        Ok(Command::Stop) => Answer::Done(Effect::Accepted),
+        Ok(Command::Stop) => Effect::Accepted,
         Ok(command) => match conduct.lock(turn, |conduct| conduct.command(command)) {
-            Ok(effect) => Answer::Done(effect),
-            Err(refused) => Answer::Refused(refused),
+            Ok(effect) => effect,
+            Err(refused) => {
+                refuse(line, refused);
+                return Effect::Accepted;
+            }
         },
+    };
+    match effect {
+        Effect::Accepted => {
+            line.text("ok");
+        }
+        Effect::Set { at_restart: false } => {
+            line.text("ok; save keeps it");
+        }
+        Effect::Set { at_restart: true } => {
+            line.text("ok; acts after save and a restart");
+        }
+        Effect::Status => status(line, conduct, turn),
+        Effect::Help | Effect::Show | Effect::Save | Effect::Factory => {
+            list(line, effect, 0, conduct, turn);
+        }
     }
+    effect
 }
 
 /// Apart from [`execute`], so that the record lies on the stack for the moment only.
@@ -148,39 +172,32 @@ fn write_record(
     });
 }
 
-/// A line of an answer; `None` behind the last one.
+/// A row of what `help` and `show` list; false, and nothing written, behind the last one.
 #[inline(never)]
-fn line(
-    answer: &Answer,
+fn list(
+    line: &mut Line,
+    effect: Effect,
     row: usize,
     conduct: &'static Shared<Conduct<Active>>,
     turn: &mut Turn,
-) -> Option<Line> {
-    let mut line = Line::new();
-    match *answer {
-        Answer::Done(Effect::Help) => {
-            line.text(words(COMMANDS).nth(row)?);
+) -> bool {
+    match effect {
+        Effect::Help => {
+            let Some(verb) = Verb::ALL.get(row) else {
+                return false;
+            };
+            let line = line.text(verb.name()).text(" ").text(verb.usage());
+            line.text(": ").text(verb.summary());
         }
-        Answer::Done(Effect::Show) => show(&mut line, *Setting::ALL.get(row)?, conduct, turn),
-        _ if row > 0 => return None,
-        Answer::Error(error) => error.write(line.text("error: ")),
-        Answer::Refused(refused) => refuse(&mut line, refused),
-        Answer::Done(Effect::Status) => status(&mut line, conduct, turn),
-        Answer::Done(effect) => {
-            line.text(match effect {
-                Effect::Set { at_restart: false } => "ok; save keeps it",
-                Effect::Set { at_restart: true } => "ok; acts after save and a restart",
-                _ => "ok",
-            });
+        Effect::Show => {
+            let Some(setting) = Setting::ALL.get(row) else {
+                return false;
+            };
+            show(line, *setting, conduct, turn);
         }
-        Answer::Written(done, Ok(())) => {
-            line.text(done);
-        }
-        Answer::Written(_, Err(error)) => {
-            line.text("failed: ").text(storage::name(error));
-        }
+        _ => return false,
     }
-    Some(line)
+    true
 }
 
 fn refuse(line: &mut Line, refused: Refused) {
@@ -202,11 +219,10 @@ fn show(
 ) {
     let value_si = conduct.lock(turn, |conduct| conduct.value(setting));
     let range = setting.range();
-    let Range { min, max, .. } = *range;
     let line = line.text(setting.name()).text(" ");
     let line = line.decimal(range.to_user(value_si)).text(" ");
     let line = line.text(setting.unit()).text(" (");
-    line.decimal(min).text(" to ").decimal(max).text(")");
+    range.write(line).text(")");
 }
 
 fn status(line: &mut Line, conduct: &'static Shared<Conduct<Active>>, turn: &mut Turn) {

@@ -20,6 +20,7 @@ mod inject;
 mod last_run;
 mod log;
 mod pace;
+mod pins;
 mod reset;
 mod sampling;
 mod serial;
@@ -30,7 +31,6 @@ mod telemetry;
 mod watchdog;
 
 use embassy_executor::{Executor, SpawnError, SpawnToken, Spawner};
-use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use static_cell::StaticCell;
 
@@ -108,13 +108,12 @@ fn start(spawner: Spawner) {
         },
     );
     encoder::start(p.TIM3, p.PA6, p.PA7);
+    sampling::start(p.ADC1, p.PA1, p.PC0);
     if JointPin::<Active>::FITTED {
         sampling::start_joint(p.ADC2, p.PC1);
     }
-    sampling::start(p.ADC1, p.PA1, p.PC0);
-    let light = slow::Light::new(Output::new(p.PA5, Level::Low, Speed::Low));
-    // The board pulls it down.
-    let button = slow::Button::new(Input::new(p.PC13, Pull::None));
+    let light = slow::Light::new(p.PA5);
+    let button = slow::Button::new(p.PC13);
 
     let Some(sense) = sense() else { return };
     let mut storage = Store::new(storage::Region::new(p.FLASH));

@@ -4,24 +4,23 @@
 //! the sender looks: nothing of that needs a buffer, an interrupt or a waker.
 
 use core::cell::Cell;
-use core::mem::forget;
 
-use embassy_stm32::Peri;
-use embassy_stm32::gpio::{AfType, Flex, OutputType, Pull, Speed};
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
-use embassy_stm32::pac::LPUART1 as PORT;
-use embassy_stm32::peripherals::{self, PA2, PA3};
-use embassy_stm32::rcc::enable_and_reset;
+use embassy_stm32::pac::{LPUART1 as PORT, RCC};
+use embassy_stm32::peripherals::{PA2, PA3};
+use embassy_stm32::{Peri, peripherals};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use heapless::spsc::{Consumer, Producer, Queue};
 use static_cell::StaticCell;
 
+use super::pins::{self, Use};
+
 /// Baud rate divider: 256 clocks of 170 MHz over 115200 baud, 377,777.8 rounded.
 const DIVIDER: u32 = 377_778;
 /// LPUART1 on both pins.
-const ALTERNATE_FUNCTION: u8 = 12;
+const FUNCTION: Use = Use::function(12);
 /// Bytes that wait for the command task: 5 ms at full speed, longer than it is ever kept from looking, but for writing flash.
 const WAITING: usize = 64;
 
@@ -65,17 +64,10 @@ pub fn open(
     static QUEUE: StaticCell<Queue<u8, WAITING>> = StaticCell::new();
     let (received, queue) = QUEUE.try_init(Queue::new())?.split();
     RECEIVED.lock(|cell| cell.set(Some(received)));
-    enable_and_reset::<peripherals::LPUART1>();
-    let mut tx = Flex::new(tx);
-    tx.set_as_af_unchecked(
-        ALTERNATE_FUNCTION,
-        AfType::output(OutputType::PushPull, Speed::Medium),
-    );
-    forget(tx);
-    let mut rx = Flex::new(rx);
+    pins::set_up(tx, FUNCTION);
     // Without an ST-LINK the line would float.
-    rx.set_as_af_unchecked(ALTERNATE_FUNCTION, AfType::input(Pull::Up));
-    forget(rx);
+    pins::set_up(rx, FUNCTION.pulled_up());
+    RCC.apb1enr2().modify(|w| w.set_lpuart1en(true));
     PORT.brr().write(|w| w.0 = DIVIDER);
     PORT.cr1().write(|w| {
         w.set_fifoen(true);

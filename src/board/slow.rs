@@ -8,7 +8,9 @@
 )]
 
 use embassy_futures::yield_now;
-use embassy_stm32::gpio::{Input, Output};
+use embassy_stm32::Peri;
+use embassy_stm32::pac::{GPIOA, GPIOC};
+use embassy_stm32::peripherals::{PA5, PC13};
 use embassy_time::{Duration, Instant};
 use heapless::Deque;
 
@@ -23,6 +25,7 @@ use palpate::sensing::{Event, JointSensor};
 
 use super::control::{self, Samples};
 use super::pace::{self, Pace};
+use super::pins::{self, Use};
 use super::shared::{Shared, Turn};
 use super::watchdog::{self, Reporter};
 use super::{console, log, telemetry};
@@ -200,27 +203,31 @@ impl Said {
 
 /// The user button (PC13, high when pressed), debounced.
 pub struct Button {
-    pin: Input<'static>,
+    _pin: Peri<'static, PC13>,
     /// Last samples, one a millisecond, newest in bit 0.
     history: u32,
 }
 
 impl Button {
     /// Takes the pin.
-    pub fn new(pin: Input<'static>) -> Self {
-        Self { pin, history: 0 }
+    pub fn new(mut pin: Peri<'static, PC13>) -> Self {
+        pins::set_up(pin.reborrow(), Use::INPUT);
+        Self {
+            _pin: pin,
+            history: 0,
+        }
     }
 
     /// Call once a millisecond: true once a press, when it has lasted 16 ms after 15 ms of rest.
     fn pressed(&mut self) -> bool {
-        self.history = self.history << 1 | u32::from(self.pin.is_high());
+        self.history = self.history << 1 | u32::from(pins::is_high(GPIOC, 13));
         self.history == 0x0000_FFFF
     }
 }
 
 /// The LED (PA5): dark at rest, lit in motion, blinking after a fault.
 pub struct Light {
-    pin: Output<'static>,
+    _pin: Peri<'static, PA5>,
     state: State,
     ticks: u32,
 }
@@ -230,9 +237,10 @@ impl Light {
     const BLINK: u32 = 125;
 
     /// Takes the pin.
-    pub fn new(pin: Output<'static>) -> Self {
+    pub fn new(mut pin: Peri<'static, PA5>) -> Self {
+        pins::set_up(pin.reborrow(), Use::OUTPUT);
         Self {
-            pin,
+            _pin: pin,
             state: State::Idle,
             ticks: 0,
         }
@@ -250,6 +258,6 @@ impl Light {
             State::Fault => (self.ticks / Self::BLINK).is_multiple_of(2),
             _ => true,
         };
-        self.pin.set_level(lit.into());
+        pins::write(GPIOA, 5, lit);
     }
 }

@@ -60,8 +60,8 @@ struct Run {
     start_counts: i32,
     /// The dead band has to be crossed first.
     reversed: bool,
-    /// When the gears were in touch.
-    taken_up_us: Option<u64>,
+    /// When the gears were in touch; what a run takes of the clock, far less than an hour, fits.
+    taken_up_us: Option<u32>,
     /// Speed along it over the block before, if that was its neighbour.
     speed_rad_per_s: Option<f32>,
 }
@@ -169,13 +169,12 @@ impl Gate {
         let Some(taken_up_us) = run.taken_up_us else {
             let way_rad = forward(run.start_counts, now.counts) as f32 * drivetrain.rad_per_count;
             if !run.reversed || way_rad >= DEAD_BAND * drivetrain.backlash_rad {
-                run.taken_up_us = Some(now.time_us);
+                run.taken_up_us = Some(now.time_us as u32);
                 self.in_touch = Some(run.drive);
             }
             return Step::Pending;
         };
-        // Time only ever goes on.
-        if now.time_us.wrapping_sub(taken_up_us) < u64::from(settings.settle_us) {
+        if (now.time_us as u32).wrapping_sub(taken_up_us) < settings.settle_us {
             return Step::Pending;
         }
         let turn_counts = drivetrain.counts_per_turn.max(1) as i32;
@@ -191,8 +190,8 @@ impl Gate {
         }
         // The turn is complete within this sample; `after` is at least a turn and `before` less.
         let before = forward(sums.start_counts, last.counts);
-        let share = (turn_counts.saturating_sub(before)) as f32
-            / (after.saturating_sub(before)).max(1) as f32;
+        let share =
+            (turn_counts.saturating_sub(before)) as f32 / (after.saturating_sub(before)) as f32;
         let mut done = *sums;
         done.add(share, elapsed_us, current_a);
         let end_counts = done

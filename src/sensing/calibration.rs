@@ -85,28 +85,23 @@ impl Calibration {
             return Err(Refusal::Misfit);
         }
         let shift = slope_rad_per_nm - self.cable_rad_per_nm;
-        if shift.abs() > IMPLAUSIBLE * sqrt(mine + its) {
+        let total = mine + its;
+        if shift.abs() > IMPLAUSIBLE * sqrt(total) {
             return Err(Refusal::Implausible);
         }
-        let gain = mine / (mine + its);
-        let factor_gain = self.correlation * self.torque_factor_sigma * self.cable_sigma_rad_per_nm
-            / (mine + its);
-        let variance = (1.0 - gain) * mine;
-        let factor_variance = self.torque_factor_sigma
-            * self.torque_factor_sigma
-            * (1.0 - self.correlation * self.correlation * gain);
-        let covariance = (1.0 - gain)
-            * self.correlation
-            * self.torque_factor_sigma
-            * self.cable_sigma_rad_per_nm;
+        let (factor_sigma, correlation) = (self.torque_factor_sigma, self.correlation);
+        let gain = mine / total;
+        let factor_gain = correlation * factor_sigma * self.cable_sigma_rad_per_nm / total;
+        // What is left of either deviation; the correlation can but shrink.
+        let left = sqrt(1.0 - gain);
+        let factor_left =
+            sqrt((1.0 - correlation * correlation * gain).at_least(f32::MIN_POSITIVE));
         let learned = Self {
             torque_factor: self.torque_factor * (1.0 + factor_gain * shift),
-            torque_factor_sigma: sqrt(factor_variance.at_least(0.0)),
+            torque_factor_sigma: factor_sigma * factor_left,
             cable_rad_per_nm: self.cable_rad_per_nm + gain * shift,
-            cable_sigma_rad_per_nm: sqrt(variance),
-            correlation: (covariance
-                / sqrt((variance * factor_variance).at_least(f32::MIN_POSITIVE)))
-            .clamp(-0.999, 0.999),
+            cable_sigma_rad_per_nm: self.cable_sigma_rad_per_nm * left,
+            correlation: correlation * left / factor_left,
             contacts: self.contacts,
             presses: self.presses.saturating_add(1),
         };

@@ -73,11 +73,9 @@ impl Curve {
     /// Takes the means of a block at a position. One before the origin, or that is not a number, is ignored.
     pub fn push(&mut self, counts: i32, block: Point) {
         let way_counts = counts.wrapping_sub(self.origin_counts);
-        let sound = block.torque_nm.is_finite()
-            && block.late_nm.is_finite()
-            && block.inertia_nm.is_finite()
-            && block.variance_nm2.is_finite();
-        if way_counts < 0 || !sound {
+        // Not finite as soon as one of them is not.
+        let sum = block.torque_nm + block.late_nm + block.inertia_nm + block.variance_nm2;
+        if way_counts < 0 || !sum.is_finite() {
             return;
         }
         let point = Point {
@@ -101,9 +99,7 @@ impl Curve {
             pair.join(&self.bins[2 * to + 1]);
             self.bins[to] = pair;
         }
-        for bin in &mut self.bins[BINS / 2..] {
-            *bin = Point::default();
-        }
+        self.bins[BINS / 2..].fill(Point::default());
         self.width_counts *= 2.0;
     }
 

@@ -14,6 +14,8 @@ use crate::sensing::normal::Factor;
 pub struct Estimate {
     /// Phalanx.
     pub phalanx: u8,
+    /// Its length, metre.
+    pub length_m: f32,
     /// Location at first contact, metre.
     pub k_m: f32,
     /// Its standard deviation, metre.
@@ -38,7 +40,16 @@ pub struct Estimate {
     pub joints_rad: [f32; MAX_PHALANGES],
 }
 
+/// Nearer to a joint than this share of the phalanx, a contact is one on the joint.
+const JOINT_SHARE: f32 = 0.02;
+
 impl Estimate {
+    /// Whether it is on the proximal phalanx or on the very joint of phalanx 2: as compliant as a contact anywhere on
+    /// phalanx 1 (MATH 5), and nearer to the joint than either phalanx is thick.
+    pub fn is_proximal(&self) -> bool {
+        self.phalanx <= 1 || (self.phalanx == 2 && self.k_m < JOINT_SHARE * self.length_m)
+    }
+
     /// Mean square residual, in variances.
     pub fn misfit(&self) -> f32 {
         self.chi_square / (self.reached as f32 - 2.0).at_least(1.0)
@@ -99,6 +110,7 @@ impl Hypothesis {
         }
         let estimate = Estimate {
             phalanx: self.phalanx,
+            length_m: self.length_m,
             k_m: values[K],
             k_sigma_m: deviation(K),
             radius_m: values[RADIUS],

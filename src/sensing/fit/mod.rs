@@ -31,8 +31,6 @@ use crate::sensing::location::Series;
 use estimate::Best;
 use unknowns::{K, LEAST_SHARE};
 
-/// Nearer to a joint than this share of the phalanx, a contact is one on the joint.
-const JOINT_SHARE: f32 = 0.02;
 /// Fewest points that make a fit.
 pub const LEAST_POINTS: usize = 5;
 
@@ -96,13 +94,6 @@ impl Hypothesis {
     /// New points have come.
     pub fn refresh(&mut self) {
         self.settled_steps = 0;
-    }
-
-    /// Whether the place lies on the very joint of phalanx 2: as compliant as a contact anywhere on phalanx 1 (MATH 5), and
-    /// nearer to the joint than either phalanx is thick.
-    pub fn is_on_first_joint(&self) -> bool {
-        let near_m = JOINT_SHARE * self.length_m;
-        self.phalanx == 2 && self.estimate().is_some_and(|fit| fit.k_m < near_m)
     }
 
     /// Whether it is that of a contact on the proximal phalanx, which has no place.

@@ -87,8 +87,6 @@ impl Hypothesis {
     }
 
     /// As [`Hypothesis::linearise`], from the normal equations.
-    // Not inlined: what is needed here does not lie in the frame from which the path is followed.
-    #[inline(never)]
     fn stand<X: Series>(
         &mut self,
         prior: &Prior<X>,
@@ -100,9 +98,10 @@ impl Hypothesis {
     ) -> Option<f32> {
         let cost = cost(here, &self.x, prior);
         let mut factor = normal.factor(0.0);
-        self.best = factor
-            .as_ref()
-            .map(|factor| self.best(prior, whitening, values, here, cost, factor));
+        self.best = None;
+        if let Some(factor) = &factor {
+            self.best = Some(self.best(prior, whitening, values, here, cost, factor));
+        }
         if self.damping > 0.0 {
             factor = normal.factor(self.damping);
         }
@@ -117,7 +116,6 @@ impl Hypothesis {
     }
 
     /// Cost of other values of the unknowns.
-    #[inline(never)]
     fn cost_of<F: Mechanics, X: Series>(
         &self,
         whitening: &Whitening,

@@ -17,6 +17,8 @@ pub(super) struct Rows<'a, X: Series> {
 
 impl<X: Series> Rows<'_, X> {
     /// Adds a point.
+    // Not inlined: what is needed here does not lie in the frame from which the path is followed.
+    #[inline(never)]
     pub(super) fn add(
         &mut self,
         point: &Point,

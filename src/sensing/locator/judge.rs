@@ -41,8 +41,8 @@ impl Locator {
     pub fn verdict(&self, misfit: f32, bonus: impl Fn(&Estimate) -> f32) -> Verdict {
         let spread = misfit.at_least(1.0);
         let mut undecided = true;
-        let mut first: Option<(&Hypothesis, &Estimate, f32)> = None;
-        let mut second: Option<(&Hypothesis, &Estimate, f32)> = None;
+        let mut first: Option<(&Estimate, f32)> = None;
+        let mut second: Option<(&Estimate, f32)> = None;
         for hypothesis in &self.hypotheses {
             // One that was just added has not found its place yet; it will be heard with the next rounds.
             if hypothesis.steps() < 2 {
@@ -53,32 +53,32 @@ impl Locator {
                 continue;
             };
             let evidence = hypothesis.ln_evidence(spread) + bonus(estimate);
-            let entry = Some((hypothesis, estimate, evidence));
+            let entry = Some((estimate, evidence));
             // Two starts that met in one minimum are one explanation.
-            let same = first.is_some_and(|(_, at, _)| at.is_as(estimate));
-            if first.is_none_or(|(_, _, best)| evidence > best) {
+            let same = first.is_some_and(|(at, _)| at.is_as(estimate));
+            if first.is_none_or(|(_, best)| evidence > best) {
                 if !same {
                     second = first;
                 }
                 first = entry;
-            } else if !same && second.is_none_or(|(_, _, best)| evidence > best) {
+            } else if !same && second.is_none_or(|(_, best)| evidence > best) {
                 second = entry;
             }
         }
         if undecided {
             return Verdict::Undecided;
         }
-        let Some((hypothesis, estimate, evidence)) = first.filter(|_| misfit <= MISFIT) else {
+        let Some((estimate, evidence)) = first.filter(|_| misfit <= MISFIT) else {
             return Verdict::Nowhere(self.unexplained());
         };
-        if hypothesis.is_proximal() || hypothesis.is_on_first_joint() {
+        if estimate.is_proximal() {
             return Verdict::Nowhere(NotLocated::Proximal);
         }
-        if let Some((rival, other, rival_evidence)) = second
-            && !rival.is_proximal()
+        if let Some((rival, rival_evidence)) = second
+            && rival.phalanx > 1
             && evidence - rival_evidence < LN_ODDS
         {
-            return Verdict::Either([estimate.swollen(spread), other.swollen(spread)]);
+            return Verdict::Either([estimate.swollen(spread), rival.swollen(spread)]);
         }
         Verdict::At(estimate.swollen(spread))
     }

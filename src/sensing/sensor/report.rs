@@ -72,8 +72,6 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     }
 
     /// Says a verdict, if it is news; `over`: no more torque will come of use.
-    // Not inlined: the verdict stays where it is.
-    #[inline(never)]
     fn say(
         &mut self,
         touching: &mut Touching<H::Reading>,
@@ -84,10 +82,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         match verdict {
             Verdict::At(estimate) => {
                 let sigma_m = estimate.k_sigma_m;
-                let length = self
-                    .finger
-                    .phalanx_length_m(estimate.phalanx)
-                    .unwrap_or(0.0);
+                let length = estimate.length_m;
                 let help = self.more_torque_helps(touching, sigma_m) || sigma_m > SHARP * length;
                 let settled = over || sigma_m <= self.settings.wanted_sigma_m || !help;
                 if sigma_m >= VAGUE * length {

@@ -59,17 +59,17 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
         let Work::Searching(search) = &self.work else {
             return;
         };
-        let mut blocks = search
-            .history
-            .iter()
-            .skip(search.history.len().saturating_sub(found.since));
-        let Some(first) = blocks.next() else {
+        let history = &search.history;
+        let since = history.len().saturating_sub(found.since);
+        let Some(first) = history.get(since) else {
             return;
         };
         let known = &mut self.known;
         let mut touch = known.touch(found, first);
-        for past in blocks {
-            known.add(&mut touch, past);
+        for index in since + 1..history.len() {
+            if let Some(past) = history.get(index) {
+                known.add(&mut touch, past);
+            }
         }
         known.tell(Event::Touch {
             time_us: block.time_us,
