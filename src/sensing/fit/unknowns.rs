@@ -49,7 +49,7 @@ pub(super) struct Whitening {
 
 impl Whitening {
     pub(super) fn of<X: Series>(place: &Place, length_m: f32, prior: &Prior<X>) -> Self {
-        let (mut mean, mut deviation) = ([0.0; UNKNOWNS], [0.0; UNKNOWNS]);
+        let (mut mean, mut deviation) = (const { [0.0; UNKNOWNS] }, const { [0.0; UNKNOWNS] });
         let mut cable_by_factor = 0.0;
         (mean[K], deviation[K]) = match *place {
             Place::Anywhere => (0.0, length_m),
