@@ -4,7 +4,6 @@
 ///
 /// Counted from one, so that the `None` of an `Option<Sample>` is zero: a static one then takes no flash for its image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Drive {
     /// Driven and turning in the closing direction: the current tells friction plus load.
     Closing = 1,
@@ -17,7 +16,6 @@ pub enum Drive {
 /// One sample of the drivetrain, averaged over the sample period (1 ms), motor side. `J` is what a sensor of joint 2 reads;
 /// without one it has no size.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct Sample<J = ()> {
     /// End of the averaging period, microseconds since boot.
     pub time_us: u64,

@@ -48,7 +48,7 @@ fn reports() -> &'static AtomicU32 {
 }
 
 /// Who had not reported when the watchdog bit.
-#[derive(Clone, Copy, defmt::Format)]
+#[derive(Clone, Copy)]
 pub struct Missing {
     /// The control interrupt.
     pub control: bool,

@@ -93,7 +93,6 @@ pub struct Config {
 
 /// A parameter outside its range.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct OutOfRange {
     /// Name of the parameter.
     pub name: &'static str,

@@ -4,7 +4,6 @@ use super::fault::Fault;
 
 /// What the motor shall do.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Setpoint {
     /// Bridge off: coast. The worm locks by itself.
     #[default]
@@ -30,7 +29,6 @@ pub enum Setpoint {
 /// Everything the control interrupt is asked for, as levels: a reader that misses an intermediate value loses
 /// nothing, so one shared cell is enough and no queue can overflow.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct Demand {
     /// What the motor shall do.
     pub setpoint: Setpoint,
@@ -63,7 +61,6 @@ impl From<Setpoint> for Demand {
 
 /// Limits that are in force: the demand was clamped, the motor goes on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct Limited {
     /// Current at the demanded or configured limit.
     pub current: bool,
@@ -77,7 +74,6 @@ pub struct Limited {
 
 /// Where the offset of the current sense comes from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Offset {
     /// Not measured since start: taken as zero.
     #[default]
@@ -91,7 +87,6 @@ pub enum Offset {
 /// The state of the motor: faults, the offset and what answers a demand as of the last control period, the rest as of the last
 /// sample (1 ms).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct Status {
     /// End of the last sample, microseconds of control periods since start.
     pub time_us: u64,

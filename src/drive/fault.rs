@@ -10,7 +10,6 @@ macro_rules! faults {
     ($($number:literal $variant:ident $name:literal, $by:literal, $limit_us:literal $why:literal, $cause:literal, $remedy:literal;)*) => {
         /// Why the bridge was switched off. The discriminant is the number that is logged.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        #[cfg_attr(target_os = "none", derive(defmt::Format))]
         #[repr(u8)]
         pub enum Fault {
             $(#[doc = concat!($cause, " Remedy: ", $remedy)] $variant = $number,)*

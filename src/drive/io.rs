@@ -23,7 +23,6 @@ pub struct Duty(pub u16);
 
 /// Direction pin of the bridge (PH).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Direction {
     /// Motor torque closes the finger (PH high).
     #[default]

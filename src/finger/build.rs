@@ -12,7 +12,6 @@ const STIFFNESS_RANGE: [f32; 2] = [1e-9, 1e9];
 
 /// Geometry and springs of a finger of N phalanges. A configuration: plain numbers, checked by [`Finger::new`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct Parameters<const N: usize> {
     /// Lengths l_i of the phalanges, proximal first, metre.
     pub lengths_m: [f32; N],

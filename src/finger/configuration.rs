@@ -4,7 +4,6 @@ use crate::numeric::Turn;
 
 /// Joint angles, each relative to the phalanx before it, with their rotations. State, not configuration of the finger.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct Configuration<const N: usize> {
     rad: [f32; N],
     turn: [Turn; N],

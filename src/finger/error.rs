@@ -2,7 +2,6 @@
 
 /// The parameter that an error is about. Joints, phalanges and stages are numbered from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Parameter {
     /// Length l_i of a phalanx.
     Length {
@@ -72,7 +71,6 @@ pub enum Parameter {
 /// A value outside its allowed range, which is open at both ends: `above < value < below` was wanted, except that
 /// limits marked so in the constructor's documentation belong to the range.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct ConfigError {
     /// What was out of range.
     pub parameter: Parameter,

@@ -16,7 +16,6 @@ const SETTLED_SHARE: f32 = 2e-4;
 
 /// A step of torque after contact, as the input link sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct Rise {
     /// Rise of the input torque since contact, newton metre, positive.
     pub torque_nm: f32,

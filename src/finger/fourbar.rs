@@ -14,7 +14,6 @@ const DEAD_POINT_MARGIN: f32 = 1e-5;
 /// On which side of the line from O_(i-1) to the coupler's far end the driving lever lies (the sign before acos in MATH
 /// 2): the two ways to put a four-bar together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Assembly {
     /// Clockwise from the line, mode -1.
     Clockwise,
@@ -33,7 +32,6 @@ impl Assembly {
 
 /// Levers of one stage; lengths in metre.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct Levers {
     /// Driving lever a.
     pub driving_m: f32,
@@ -49,7 +47,6 @@ pub struct Levers {
 
 /// A stage checked to close.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct FourBar {
     ground: f32,
     levers: Levers,

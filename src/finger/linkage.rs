@@ -10,7 +10,6 @@ const RANGE_SAMPLES: u8 = 64;
 
 /// Four-bars in a row: one stage for two phalanges, two for three. Its design is the levers of each stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct Linkage<const STAGES: usize> {
     stage: [FourBar; STAGES],
 }

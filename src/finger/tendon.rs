@@ -8,7 +8,6 @@ const RADIUS_RANGE: [f32; 2] = [1e-6, 1e6];
 
 /// A tendon over pulleys. Its design is the radii: r_1, r_2 with two phalanges, r_1 to r_4 with three.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct Tendon<const N: usize> {
     x: [f32; N],
 }

@@ -88,7 +88,6 @@ pub const fn atan2(y: f32, x: f32) -> f32 {
 
 /// A rotation as the cosine and sine of its angle: two of them are put together without any trigonometric function.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct Turn {
     /// Cosine of the angle.
     pub cos: f32,

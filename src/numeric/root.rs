@@ -5,10 +5,7 @@
 ///
 /// `core` has no square root and libm's is software on this target. VSQRT.F32 takes 14 cycles and rounds exactly as
 /// `f32::sqrt` does on the host, so both run the same numbers.
-// On the target one copy: the way into core registers and back takes more room than a call. Nothing that runs in the
-// control interrupt asks for a root.
-#[cfg_attr(target_os = "none", inline(never))]
-#[cfg_attr(not(target_os = "none"), inline(always))]
+#[inline(always)]
 pub fn sqrt(x: f32) -> f32 {
     #[cfg(target_os = "none")]
     {

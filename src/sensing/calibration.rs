@@ -9,7 +9,6 @@ use crate::numeric::{Bounded, sqrt};
 
 /// Torque factor and cable, with what is not known of them. Plain data: it is stored as it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct Calibration {
     /// f: eta/K_2 divided by its nominal value, > 0.
     pub torque_factor: f32,
@@ -144,7 +143,6 @@ const INFORMATIVE: f32 = 1.02;
 
 /// Why a calibration is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Refusal {
     /// No contact was felt.
     NoContact,

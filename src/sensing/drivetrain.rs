@@ -2,7 +2,6 @@
 
 /// Constants of the drivetrain, seen from the input link.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct Drivetrain {
     /// Rotation of the input link per encoder count, radian, > 0.
     pub rad_per_count: f32,

@@ -4,7 +4,6 @@ use crate::sensing::calibration::{Calibration, Refusal};
 
 /// Why a contact was felt but not located.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum NotLocated {
     /// As soft as a contact on the proximal phalanx, anywhere on it: its place cannot be known (MATH 5).
     Proximal,
@@ -22,7 +21,6 @@ pub enum NotLocated {
 
 /// An event of the sensing. Lengths in metre, torques at the input link in newton metre.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Event {
     /// A free closing (and opening) was recorded.
     FrictionRecorded {

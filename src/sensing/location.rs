@@ -20,7 +20,6 @@ pub trait Series: Copy + core::fmt::Debug {
 
 /// Nothing that gives way; no size.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct Rigid;
 
 impl Series for Rigid {
@@ -33,7 +32,6 @@ impl Series for Rigid {
 
 /// An elastic cable.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct Cable {
     compliance_rad_per_nm: f32,
 }
@@ -69,7 +67,6 @@ pub trait BranchSense: Copy + core::fmt::Debug {
 
 /// No joint sensor: every candidate stays; no size.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct NoJointSensor;
 
 impl BranchSense for NoJointSensor {
@@ -80,7 +77,6 @@ impl BranchSense for NoJointSensor {
 
 /// Change of theta_2 since contact by the optional Hall sensor, radian. It says nothing within its own noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct JointTwo {
     /// Change of theta_2 since contact, closing positive.
     pub change_rad: f32,

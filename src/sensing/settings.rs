@@ -2,7 +2,6 @@
 
 /// Settings of the sensing.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct Settings {
     /// The one steady speed of the input link at which friction is recorded and contacts are felt, radian per second.
     /// The worm's friction depends on speed.
@@ -45,7 +44,6 @@ impl Default for Settings {
 
 /// What the samples that follow are good for. The sequence gives it; a replay has it from the command line.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Directive {
     /// Nothing is to be learned from the motion.
     #[default]

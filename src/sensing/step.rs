@@ -19,7 +19,6 @@ pub const MAX_PLACES: usize = 4;
 
 /// One finite step after contact, as measured: differences, never absolute values.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct Measured {
     /// Rise of the input torque since contact, newton metre.
     pub rise_nm: f32,

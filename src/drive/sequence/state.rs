@@ -6,7 +6,6 @@ use super::motion::{Motion, WINDUP_RAD};
 
 /// What the finger is doing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum State {
     /// At rest, bridge off.
     #[default]

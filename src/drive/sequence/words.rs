@@ -5,7 +5,6 @@ use crate::drive::fault::Fault;
 
 /// What the user asks of the sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Request {
     /// Everything: offset, home, friction if there is no record, close, probe, hold, open.
     Run,
@@ -27,7 +26,6 @@ pub enum Request {
 
 /// What sensing and the board tell the sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Notice {
     /// A contact began.
     Touched,
@@ -45,7 +43,6 @@ pub enum Notice {
 
 /// Why a request was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Refused {
     /// A fault is latched: clear it first.
     Faulted(Fault),
@@ -61,7 +58,6 @@ pub enum Refused {
 
 /// How a motion ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Outcome {
     /// A contact was felt.
     Contact,

@@ -19,7 +19,6 @@ pub struct Free<C> {
 
 /// Where a phalanx touches, and what.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct Contact {
     /// Phalanx in contact, 1 for the proximal one.
     pub phalanx: u8,
@@ -31,7 +30,6 @@ pub struct Contact {
 
 /// One point of the path that the finger takes after contact as the torque rises (MATH 7).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct PathPoint {
     /// Change of the input link's angle since contact, radian.
     pub rotation_rad: f32,

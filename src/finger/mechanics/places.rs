@@ -2,7 +2,6 @@
 
 /// A place where a contact explains a measured compliance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct Candidate {
     /// Phalanx, 2 for the second.
     pub phalanx: u8,
@@ -15,7 +14,6 @@ pub struct Candidate {
 
 /// What a compliance tells about the place of the contact (MATH 6).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Class {
     /// One place.
     Unique,
