@@ -14,7 +14,7 @@
 use core::cell::{Cell, UnsafeCell};
 use core::mem::MaybeUninit;
 use core::ptr;
-use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering, compiler_fence};
 
 use cortex_m::peripheral::NVIC;
 use cortex_m::{asm, interrupt as mask};
@@ -163,7 +163,9 @@ pub fn start(bridge: Bridge, controller: Controller, joint: JointPin<Active>) ->
             overrun: false,
         });
     }
-    CONTROL.there.store(true, Ordering::Release);
+    // Of one core the compiler alone could have it in another order.
+    compiler_fence(Ordering::Release);
+    CONTROL.there.store(true, Ordering::Relaxed);
     interrupt::ADC1_2.set_priority(Priority::P0);
     interrupt::FMAC.set_priority(Priority::P6);
     // SAFETY: what they need is in place.
@@ -200,9 +202,10 @@ impl Drop for Pause {
 #[unsafe(link_section = ".control")]
 extern "C" fn control() {
     let (current, supply) = sampling::read();
-    if !CONTROL.there.load(Ordering::Acquire) {
+    if !CONTROL.there.load(Ordering::Relaxed) {
         return;
     }
+    compiler_fence(Ordering::Acquire);
     // SAFETY: see `Owned`; it is there.
     let control = unsafe { (*CONTROL.control.get()).assume_init_mut() };
     let inputs = Inputs {

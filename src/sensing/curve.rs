@@ -12,7 +12,7 @@ pub const BINS: usize = 24;
 const LEAST_VARIANCE_NM2: f32 = 1e-12;
 
 /// Mean over a bin.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
     /// Angle since the curve's origin, counts.
     pub counts: f32,
@@ -29,6 +29,16 @@ pub struct Point {
 }
 
 impl Point {
+    /// Nothing. A constant, as arrays of it are: they are filled, where a value would be copied in a loop.
+    pub const EMPTY: Self = Self {
+        counts: 0.0,
+        torque_nm: 0.0,
+        late_nm: 0.0,
+        inertia_nm: 0.0,
+        variance_nm2: 0.0,
+        blocks: 0,
+    };
+
     /// Takes another bin in.
     #[inline(never)]
     fn join(&mut self, other: &Self) {
@@ -61,7 +71,7 @@ impl Curve {
         Self {
             origin_counts,
             width_counts: width_counts.max(1) as f32,
-            bins: [Point::default(); BINS],
+            bins: const { [Point::EMPTY; BINS] },
         }
     }
 
@@ -99,7 +109,9 @@ impl Curve {
             pair.join(&self.bins[2 * to + 1]);
             self.bins[to] = pair;
         }
-        self.bins[BINS / 2..].fill(Point::default());
+        if let Some(upper) = self.bins.last_chunk_mut() {
+            *upper = const { [Point::EMPTY; BINS / 2] };
+        }
         self.width_counts *= 2.0;
     }
 

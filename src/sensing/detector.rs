@@ -118,7 +118,7 @@ impl Detector {
             level_variance_nm2: level * level,
             stiffer: Page::default(),
             softer: Page::default(),
-            late: [(0.0, 0.0); LAG],
+            late: const { [(0.0, 0.0); LAG] },
             oldest: 0,
             blocks: 0,
             square_sum: 0.0,

@@ -36,7 +36,7 @@ impl<X: Series> Rows<'_, X> {
         let by_factor = torque_nm * path.compliance_rad_per_nm
             + values[CABLE] * contact_torque_nm / (values[FACTOR] * values[FACTOR]);
         let twisted_by = excess_nm + values[CREEP] * point.late_nm;
-        let mut slopes = [0.0; UNKNOWNS];
+        let mut slopes = const { [0.0; UNKNOWNS] };
         slopes[K] = self.has_place * path.rotation_by_k_rad_per_m;
         slopes[RADIUS] = self.has_place * path.rotation_by_radius_rad_per_m;
         slopes[OFFSET] = -slope;

@@ -23,8 +23,8 @@ impl Friction {
     pub fn empty(travel_counts: i32) -> Self {
         Self {
             travel_counts: travel_counts.max(BINS as i32),
-            closing: Track::empty(),
-            opening: Track::empty(),
+            closing: Track::EMPTY,
+            opening: Track::EMPTY,
         }
     }
 

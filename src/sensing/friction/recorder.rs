@@ -51,8 +51,8 @@ impl Recorder {
         Self {
             friction: Friction::empty(travel_counts),
             stretch: None,
-            held: [None; HELD],
-            nodes: [None; 2],
+            held: const { [None; HELD] },
+            nodes: const { [None; 2] },
             closing: Statistics::default(),
             opening: Statistics::default(),
         }
@@ -95,14 +95,14 @@ impl Recorder {
 
     /// The motion ended or turned round.
     pub fn end_run(&mut self) {
-        self.held = [None; HELD];
+        self.held = const { [None; HELD] };
         self.break_off();
     }
 
     /// What comes next does not join on to what was.
     fn break_off(&mut self) {
         self.end_stretch();
-        self.nodes = [None; 2];
+        self.nodes = const { [None; 2] };
     }
 
     /// Fills the bins whose centres lie between this stretch and the one before.

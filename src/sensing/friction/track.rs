@@ -16,13 +16,12 @@ pub struct Track {
 }
 
 impl Track {
-    pub(super) fn empty() -> Self {
-        Self {
-            torque_nm: [0.0; BINS],
-            passes: [0; BINS],
-            noise_nm2_counts: 0.0,
-        }
-    }
+    /// Without any value.
+    pub(super) const EMPTY: Self = Self {
+        torque_nm: [0.0; BINS],
+        passes: [0; BINS],
+        noise_nm2_counts: 0.0,
+    };
 
     pub(super) fn is_valid(&self) -> bool {
         self.torque_nm.iter().all(|torque| torque.is_finite())

@@ -39,8 +39,6 @@ impl Locator {
     }
 
     /// Asks the finger's inverse where a contact of the measured slope may be.
-    // Not inlined: seldom asked, it should not lie in the frame that the fits are called from.
-    #[inline(never)]
     pub(super) fn ask<F: Mechanics, X: Series>(
         &mut self,
         finger: &F,

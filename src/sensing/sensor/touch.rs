@@ -162,7 +162,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
                 late_nm: touch.late_nm,
                 inertia_nm: 0.5 * efficiency * (past.inertia_nm + next.inertia_nm),
                 variance_nm2: variance,
-                ..Point::default()
+                ..Point::EMPTY
             },
         );
         touch.torque_nm = excess_nm;

@@ -6,7 +6,7 @@ fn point(torque_nm: f32) -> Point {
         torque_nm,
         variance_nm2: 1e-6,
         blocks: 1,
-        ..Point::default()
+        ..Point::EMPTY
     }
 }
 

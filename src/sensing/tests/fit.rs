@@ -54,7 +54,7 @@ fn curve<F: Mechanics>(
                 torque_nm: excess + free.torque_nm / factor + offset + sigma * noise.normal(),
                 variance_nm2: sigma * sigma,
                 blocks: 1,
-                ..Point::default()
+                ..Point::EMPTY
             })
         })
         .collect()
@@ -210,7 +210,7 @@ fn a_curve_of_nonsense_ends_in_no_place() {
             torque_nm: if i % 2 == 0 { 0.3 } else { 0.1 },
             variance_nm2: 1e-8,
             blocks: 1,
-            ..Point::default()
+            ..Point::EMPTY
         })
         .collect();
     let verdict = judged(&locate(&finger, 0.8, &zigzag));

@@ -1,0 +1,186 @@
+//! What the controller makes of demands, with a motor behind it.
+
+use super::*;
+
+#[test]
+fn position_is_limited_before_it_trips() {
+    let mut rig = closing(5);
+    let speed = rig.controller.scale().counts_per_s(0.3);
+    rig.bench.wrong = Wrong::NoStop;
+    rig.demand.setpoint = Setpoint::Speed {
+        counts_per_s: speed,
+        current_limit_a: 0.1,
+    };
+    let mut limited = false;
+    for _ in 0..20 * 8000 {
+        let inputs = rig.bench.step(rig.outputs);
+        rig.outputs = rig.controller.step(&inputs, &rig.demand);
+        limited |= rig.controller.status().limited.position;
+        assert_eq!(rig.controller.status().fault, None);
+    }
+    assert!(limited);
+    // 2.0 rad is the limit: the motor stopped there.
+    assert!(
+        (rig.bench.link_rad() - 2.0).abs() < 0.03,
+        "{}",
+        rig.bench.link_rad()
+    );
+    // A current outward is suppressed as well.
+    rig.demand.setpoint = Setpoint::Current { a: 0.1 };
+    for _ in 0..20 * 500 {
+        let inputs = rig.bench.step(rig.outputs);
+        rig.outputs = rig.controller.step(&inputs, &rig.demand);
+    }
+    assert!(
+        (rig.bench.link_rad() - 2.0).abs() < 0.03,
+        "{}",
+        rig.bench.link_rad()
+    );
+}
+
+#[test]
+fn a_current_demand_is_held_and_its_speed_is_limited() {
+    let mut rig = closing(6);
+    rig.bench.object_rad = rig.bench.link_rad() + 0.1;
+    rig.demand.setpoint = Setpoint::Current { a: 0.07 };
+    let mut fastest = 0.0f64;
+    for _ in 0..20 * 2000 {
+        let inputs = rig.bench.step(rig.outputs);
+        rig.outputs = rig.controller.step(&inputs, &rig.demand);
+        fastest = fastest.max(rig.bench.speed / 1280.0);
+    }
+    assert!(fastest < 0.85, "{fastest} rad/s, 0.8 is the limit");
+    assert!(
+        (rig.bench.current_a - 0.07).abs() < 2e-3,
+        "{}",
+        rig.bench.current_a
+    );
+    rig.demand.setpoint = Setpoint::Current { a: 1.0 };
+    let mut limited = false;
+    for _ in 0..20 * 500 {
+        let inputs = rig.bench.step(rig.outputs);
+        rig.outputs = rig.controller.step(&inputs, &rig.demand);
+        limited |= rig.controller.status().limited.current;
+        assert!(rig.bench.current_a < 0.13, "{}", rig.bench.current_a);
+    }
+    assert!(limited);
+}
+
+#[test]
+fn samples_come_every_millisecond_and_tell_the_drive() {
+    use crate::sample::Drive;
+    let mut rig = closing(8);
+    let mut last_us = None;
+    for period in 0..20 * 300 {
+        let inputs = rig.bench.step(rig.outputs);
+        rig.outputs = rig.controller.step(&inputs, &rig.demand);
+        if let Some(sample) = rig.controller.sample() {
+            assert!(rig.controller.sample().is_none());
+            if let Some(last_us) = last_us {
+                assert_eq!(sample.time_us - last_us, 1000);
+                assert_eq!(
+                    sample.drive,
+                    if period < 20 * 100 {
+                        Drive::Closing
+                    } else {
+                        sample.drive
+                    }
+                );
+            }
+            // The rotor needs some ten milliseconds to turn, and the model of the reading must not see it as motion.
+            if (20 * 102..20 * 104).contains(&period) {
+                assert_eq!(sample.drive, Drive::Idle);
+            }
+            if period > 20 * 250 {
+                assert_eq!(sample.drive, Drive::Opening);
+                assert!(sample.current_a < -5e-3, "{sample:?}");
+            }
+            last_us = Some(sample.time_us);
+        }
+        if period == 20 * 100 {
+            let speed = rig.controller.scale().counts_per_s(-0.3);
+            rig.demand.setpoint = Setpoint::Speed {
+                counts_per_s: speed,
+                current_limit_a: 0.1,
+            };
+        }
+    }
+}
+
+#[test]
+fn steady_speed_is_steady() {
+    let mut rig = closing(9);
+    let wanted =
+        f64::from(rig.controller.scale().counts_per_s(0.3)) / 1024.0 * core::f64::consts::TAU;
+    let (mut sum, mut squares, mut n) = (0.0, 0.0, 0.0);
+    for _ in 0..20 * 1000 {
+        let inputs = rig.bench.step(rig.outputs);
+        rig.outputs = rig.controller.step(&inputs, &rig.demand);
+        sum += rig.bench.speed;
+        squares += rig.bench.speed * rig.bench.speed;
+        n += 1.0;
+    }
+    let mean = sum / n;
+    let ripple = (squares / n - mean * mean).sqrt() / mean;
+    assert!(
+        (mean / wanted - 1.0).abs() < 2e-3,
+        "{mean} against {wanted}"
+    );
+    // The encoder is uneven by 1.5 counts a turn: 0.6 % rms of the speed, which the loop follows in part.
+    assert!(ripple < 0.01, "{ripple}");
+}
+
+#[test]
+fn a_motor_that_works_too_hard_is_switched_off_before_it_is_hot() {
+    let mut config = p70();
+    // A winding with little to take, so that the test need not wait for minutes.
+    config.motor.thermal.winding_k_per_w = 150.0;
+    config.motor.thermal.winding_s = 0.5;
+    let mut controller = Controller::new(&Checked::new(config).expect("valid"));
+    let mut bench = Bench::new(1);
+    bench.wrong = Wrong::RotorLocked;
+    let demand = Demand::from(Setpoint::Current { a: 0.12 });
+    let mut outputs = Outputs::Off;
+    for _ in 0..20 * 5000 {
+        let inputs = bench.step(outputs);
+        outputs = controller.step(&inputs, &demand);
+        assert!(controller.status().winding_c < config.motor.thermal.limit_c + 0.1);
+    }
+    assert_eq!(controller.status().fault, Some(Fault::WindingHot));
+    assert_eq!(outputs, Outputs::Off);
+    // Clearing does not help while it is hot.
+    let demand = Demand { clear: 1, ..demand };
+    let inputs = bench.step(outputs);
+    controller.step(&inputs, &demand);
+    assert!(controller.status().winding_c < 84.9 || controller.status().fault.is_some());
+}
+
+#[test]
+fn a_reading_at_rest_that_is_no_offset_is_found_without_any_motion() {
+    let mut rig = Rig::new(1);
+    for _ in 0..100 {
+        rig.millisecond(None);
+    }
+    assert_eq!(rig.sequence.fault(), None);
+    rig.bench.wrong = Wrong::SenseOffset;
+    for _ in 0..100 {
+        rig.millisecond(None);
+    }
+    assert_eq!(rig.sequence.fault(), Some(Fault::OffsetOutOfRange));
+}
+
+#[test]
+fn nothing_drives_before_the_bridge_is_awake() {
+    let mut controller = Controller::new(&Checked::new(p70()).expect("valid"));
+    let mut bench = Bench::new(1);
+    let demand = Demand::from(Setpoint::Current { a: 0.05 });
+    let mut outputs = Outputs::Off;
+    let mut awake_us = 0;
+    while !matches!(outputs, Outputs::Drive { .. }) {
+        let inputs = bench.step(outputs);
+        outputs = controller.step(&inputs, &demand);
+        awake_us += 50;
+        assert!(awake_us < 3000);
+    }
+    assert!(awake_us > 1000, "{awake_us}");
+}

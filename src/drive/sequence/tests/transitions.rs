@@ -1,0 +1,163 @@
+//! The transition table, and stop, against what really happens.
+
+use super::*;
+
+/// Every transition that ever happens, by stimulating every state with everything.
+#[test]
+fn the_table_is_what_really_happens_no_more_no_less() {
+    let mut seen = std::collections::BTreeSet::new();
+    let stimuli = |state: State| -> Vec<(Option<Request>, Option<Notice>, bool)> {
+        let _ = state;
+        let requests = [
+            Request::Run,
+            Request::Close,
+            Request::Open,
+            Request::Stop,
+            Request::Clear,
+            Request::Home,
+            Request::RecordFriction,
+            Request::Press,
+        ];
+        let notices = [
+            Notice::Touched,
+            Notice::Settled,
+            Notice::FrictionKnown,
+            Notice::FrictionUnknown,
+            Notice::FrictionNotRecorded,
+            Notice::Fault(Fault::QueueOverflow),
+        ];
+        requests
+            .iter()
+            .map(|&request| (Some(request), None, false))
+            .chain(notices.iter().map(|&notice| (None, Some(notice), false)))
+            .chain([(None, None, true)])
+            .collect()
+    };
+    // Goals and whether a record is there lead to every state on every way.
+    for goal in [
+        Request::Run,
+        Request::Close,
+        Request::Open,
+        Request::Home,
+        Request::RecordFriction,
+        Request::Press,
+    ] {
+        for known in [false, true] {
+            for homed_before in [false, true] {
+                let mut rig = Rig::new(7);
+                rig.bench.object_rad = 0.9;
+                rig.bench.object_nm_per_rad = 0.4;
+                if homed_before {
+                    rig.run(Request::Home, 60);
+                    if !known {
+                        // Somewhere on the way.
+                        rig.bench.object_rad = 0.4;
+                        rig.sequence.friction_known = true;
+                        rig.run(Request::Close, 60);
+                    }
+                }
+                rig.bench.object_rad = if known { 0.9 } else { f64::INFINITY };
+                rig.sequence.friction_known = known;
+                rig.done = None;
+                let _ = rig.sequence.request(goal);
+                let mut last = None;
+                for _ in 0..40_000 {
+                    let state = rig.sequence.state();
+                    if last != Some(state) {
+                        last = Some(state);
+                        for (request, notice, late) in stimuli(state) {
+                            let mut fork = rig.sequence.clone();
+                            if let Some(request) = request {
+                                let _ = fork.request(request);
+                            }
+                            let now_us = if late {
+                                rig.now_us + 1_000_000_000
+                            } else {
+                                rig.now_us + 1
+                            };
+                            let advance = fork.advance(now_us, rig.controller.status(), notice);
+                            seen.extend(advance.changed.map(|(a, b)| (a.name(), b.name())));
+                            assert_ne!(
+                                fork.fault(),
+                                Some(Fault::IllegalTransition),
+                                "{state:?} {request:?} {notice:?}"
+                            );
+                            let limited = state.timeout_s(&motion()).is_some();
+                            if late && limited {
+                                assert_eq!(fork.fault(), Some(Fault::StateTimeout), "{state:?}");
+                            }
+                        }
+                    }
+                    rig.millisecond(None);
+                    if rig.done.is_some() {
+                        break;
+                    }
+                }
+                seen.extend(rig.log.iter().map(|&(a, b)| (a.name(), b.name())));
+                assert_eq!(
+                    rig.sequence.fault(),
+                    None,
+                    "{goal:?} {known} {homed_before} {:?}",
+                    rig.log
+                );
+            }
+        }
+    }
+    // Clearing.
+    let mut rig = Rig::new(9);
+    rig.millisecond(Some(Notice::Fault(Fault::BadRecord)));
+    rig.sequence
+        .request(Request::Clear)
+        .expect("a fault to clear");
+    for _ in 0..5 {
+        rig.millisecond(None);
+    }
+    seen.extend(rig.log.iter().map(|&(a, b)| (a.name(), b.name())));
+    let table: std::collections::BTreeSet<_> = State::ALL
+        .iter()
+        .flat_map(|from| from.successors().iter().map(|to| (from.name(), to.name())))
+        .collect();
+    assert_eq!(seen, table);
+}
+
+#[test]
+fn stop_works_in_every_state_and_beats_what_was_asked_before_and_after() {
+    let mut rig = Rig::new(3);
+    rig.bench.object_rad = 0.9;
+    rig.sequence.request(Request::Run).expect("accepted");
+    let mut tried = std::collections::BTreeSet::new();
+    for _ in 0..60_000 {
+        rig.millisecond(None);
+        let state = rig.sequence.state();
+        if state == State::RecordClosing {
+            rig.bench.object_rad = f64::INFINITY;
+        } else if state == State::Close {
+            rig.bench.object_rad = 0.9;
+        }
+        if tried.insert(state.name()) && state != State::Idle {
+            let mut fork = rig.sequence.clone();
+            let _ = fork.request(Request::Open);
+            fork.request(Request::Stop).expect("never refused");
+            for other in [Request::Run, Request::Open, Request::Close, Request::Home] {
+                assert!(fork.request(other).is_err(), "{state:?}");
+            }
+            let advance = fork.advance(
+                rig.now_us + 1,
+                rig.controller.status(),
+                Some(Notice::Touched),
+            );
+            assert_eq!(advance.demand.setpoint, Setpoint::Off, "{state:?}");
+            assert_eq!(advance.done, Some(Outcome::Stopped), "{state:?}");
+        }
+        if rig.done.is_some() {
+            break;
+        }
+    }
+    // All but the state of a fault, where the motor is off already.
+    assert_eq!(
+        tried.len(),
+        State::ALL.len() - 1,
+        "{tried:?} {:?}",
+        rig.sequence.fault()
+    );
+}
