@@ -91,20 +91,19 @@ impl State {
     /// Longest stay, second; `None` where the bridge is off and nothing can go wrong. What a motion should take, and half as
     /// much again for acceleration, backlash and a supply that is low, and a second for what does not scale.
     pub fn timeout_s(self, motion: &Motion) -> Option<f32> {
-        let closing_s = motion.travel_rad / motion.closing_rad_per_s;
-        let opening_s = motion.travel_rad / motion.opening_rad_per_s;
-        let windup_s = WINDUP_RAD / motion.closing_rad_per_s;
+        // The finger's travel, and the cable wound up or unwound at both ends.
+        let way_rad = motion.travel_rad + 2.0 * WINDUP_RAD;
         let should_s = match self {
             State::Idle | State::Fault => return None,
             // 1.5 ms to wake, 20 ms to settle, 205 ms to average; standstill before that.
             State::CalibrateOffset => 0.5,
             // From the closing stop to the opening stop in the worst case, or the run-up and twice the cable's windup.
-            State::Home => closing_s + 4.0 * windup_s,
+            State::Home => (way_rad + 2.0 * WINDUP_RAD) / motion.closing_rad_per_s,
             // Friction depends on speed: the way back is recorded at the speed of closing.
             State::RecordClosing | State::RecordOpening | State::Close => {
-                closing_s + 2.0 * windup_s
+                way_rad / motion.closing_rad_per_s
             }
-            State::Open => opening_s + 2.0 * windup_s,
+            State::Open => way_rad / motion.opening_rad_per_s,
             State::Probe => motion.probing_rad / motion.closing_rad_per_s,
             State::Hold => motion.holding_s,
         };
