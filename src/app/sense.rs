@@ -87,7 +87,7 @@ impl<S: Scene> Sense<S> {
         self.sensor.set_calibration(kept.calibration);
         let known = kept
             .friction
-            .is_some_and(|friction| self.sensor.set_friction(friction));
+            .is_some_and(|friction| self.sensor.restore_friction(friction));
         if known {
             Notice::FrictionKnown
         } else {

@@ -27,6 +27,8 @@ pub(super) struct Known<F: Mechanics, H: JointSensor, X: Series> {
     pub(super) joint_change: H::Reading,
     pub(super) events: Deque<Event, 4>,
     pub(super) friction: Option<Friction>,
+    /// What makes a position one of the record's, counts; `None` while a record of before a restart is not aligned.
+    pub(super) shift_counts: Option<i32>,
     series: PhantomData<X>,
 }
 
@@ -45,6 +47,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             calibration,
             directive: Directive::Rest,
             friction: None,
+            shift_counts: Some(0),
             stale_told: false,
             posture,
             reading: H::Reading::default(),

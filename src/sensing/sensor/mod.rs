@@ -3,6 +3,7 @@
 //! | stage | what runs | where |
 //! |---|---|---|
 //! | free motion recorded | [`Recorder`] | `record` |
+//! | first closing with a record of before a restart | [`Alignment`](super::friction::Alignment) | `search` |
 //! | closing, nothing felt | [`Detector`](super::detector::Detector) on the residual of the record | `search` |
 //! | contact | [`Curve`](super::curve::Curve), and every block one step of the [`Locator`](super::locator::Locator) | `touch`, `press` |
 //! | what there is to say | a location, an ambiguity, a reason why not | `report` |
@@ -106,11 +107,22 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
         self.known.friction.as_ref()
     }
 
-    /// Takes a record that was kept. One that is not valid is ignored, and said so by `false`.
+    /// Takes a record of the same zero. One that is not valid is ignored, and said so by `false`.
     pub fn set_friction(&mut self, friction: Friction) -> bool {
         let valid = friction.is_valid();
         if valid {
             self.known.friction = Some(friction);
+            self.known.shift_counts = Some(0);
+        }
+        valid
+    }
+
+    /// Takes a record that was kept over a restart, which found another zero: the first closing aligns it, and feels nothing
+    /// until it has. One that is not valid is ignored, and said so by `false`.
+    pub fn restore_friction(&mut self, friction: Friction) -> bool {
+        let valid = self.set_friction(friction);
+        if valid {
+            self.known.shift_counts = None;
         }
         valid
     }

@@ -21,6 +21,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             && let Some(opening_nm) = friction.opening.mean_nm()
         {
             self.friction = Some(friction.clone());
+            self.shift_counts = Some(0);
             self.tell(Event::FrictionRecorded {
                 closing_nm,
                 opening_nm,

@@ -4,6 +4,7 @@ use super::known::Known;
 use crate::finger::Mechanics;
 use crate::sensing::block::Block;
 use crate::sensing::detector::{self, Detector, Finding};
+use crate::sensing::friction::{Aligned, Alignment};
 use crate::sensing::joint::JointSensor;
 use crate::sensing::location::Series;
 use crate::sensing::{Drive, Event};
@@ -32,6 +33,8 @@ pub(super) struct Past<R> {
 pub(super) struct Search<R> {
     pub(super) history: Deque<Past<R>, HISTORY>,
     detector: Option<Detector>,
+    /// While a record of before a restart waits for it.
+    alignment: Option<Alignment>,
 }
 
 impl<R> Default for Search<R> {
@@ -39,6 +42,7 @@ impl<R> Default for Search<R> {
         Self {
             history: Deque::new(),
             detector: None,
+            alignment: Some(Alignment::default()),
         }
     }
 }
@@ -69,12 +73,13 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         let friction = self.friction.as_ref()?;
         // Only a closing is felt.
         let drive = Drive::Closing;
+        let counts = block.counts.wrapping_add(self.shift_counts.unwrap_or(0));
         let beyond = in_contact || self.presses_stop();
         let (torque_nm, beyond_counts) = if beyond {
             let period_counts = self.drivetrain.counts_per_worm_turn;
-            friction.beyond(drive, block.counts, period_counts)?
+            friction.beyond(drive, counts, period_counts)?
         } else {
-            (friction.at(drive, block.counts)?, 0.0)
+            (friction.at(drive, counts)?, 0.0)
         };
         Some(Past {
             time_us: block.time_us,
@@ -100,6 +105,21 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         let theta_a_rad = self.drivetrain.closing_rad(block.counts);
         if let Some(free) = self.free(theta_a_rad) {
             self.posture = free.configuration;
+        }
+        if self.shift_counts.is_none()
+            && let Some(alignment) = &mut search.alignment
+        {
+            match self.align(alignment, block) {
+                Aligned::Pending => {}
+                Aligned::By(counts) => self.shift_counts = Some(counts),
+                Aligned::Nowhere { misfit_nm } => {
+                    // Felt is what can be, on the new zero's scale; the next closing tries again.
+                    search.alignment = None;
+                    self.stale_told = true;
+                    self.tell(Event::FrictionStale { misfit_nm });
+                }
+            }
+            return Found::Nothing;
         }
         if search.history.is_full() {
             search.history.pop_front();
@@ -138,6 +158,14 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             }
         }
         Found::Nothing
+    }
+
+    /// A block of the closing that aligns a record of before a restart.
+    fn align(&self, alignment: &mut Alignment, block: &Block) -> Aligned {
+        match &self.friction {
+            Some(friction) => alignment.push(friction, block, &self.drivetrain),
+            None => Aligned::Pending,
+        }
     }
 
     /// A detector for the friction recorded.

@@ -1,7 +1,7 @@
 use super::Noise;
 use crate::sensing::block::Block;
-use crate::sensing::friction::Recorder;
-use crate::sensing::{Drive, sensor};
+use crate::sensing::friction::{Aligned, Alignment, Friction, Recorder};
+use crate::sensing::{Drive, Drivetrain, sensor};
 
 const TRAVEL: i32 = 256_000;
 const WORM: u32 = 64_000;
@@ -137,4 +137,62 @@ fn a_record_with_nonsense_in_it_is_not_valid() {
     mad.closing.noise_nm2_counts = -1.0;
     assert!(!mad.is_valid());
     assert!(size_of::<sensor::Sensor<crate::finger::Finger<2, crate::finger::Tendon<2>>>>() < 8192);
+}
+
+/// Blocks of a closing on the scale of another zero, `shift` counts beside the record's, until the alignment has an answer.
+fn align(friction: &Friction, shift: i32, sigma: f32, extra: impl Fn(i32) -> f32) -> Aligned {
+    let drivetrain = Drivetrain {
+        rad_per_count: 1.6 / TRAVEL as f32,
+        ..super::drivetrain()
+    };
+    let (mut noise, mut alignment) = (Noise(7), Alignment::default());
+    for i in 8..200 {
+        let counts = 1000 * i;
+        let torque = truth((counts + shift) as f32) + sigma * noise.normal() + extra(counts);
+        let told = alignment.push(
+            friction,
+            &block(Drive::Closing, counts, torque),
+            &drivetrain,
+        );
+        if told != Aligned::Pending {
+            return told;
+        }
+    }
+    Aligned::Pending
+}
+
+#[test]
+fn a_record_is_found_again_at_any_shift() {
+    let sigma = 3e-4;
+    let friction = record(1, sigma, 3).finish().cloned().unwrap();
+    // 4000 counts are 25 mrad.
+    for shift in [-3400, -2500, -1000, -170, 0, 330, 1200, 2000, 3400] {
+        // A level that is off, as after a change of temperature, is no shift.
+        for level in [0.0, 0.004, -0.004] {
+            let Aligned::By(found) = align(&friction, shift, sigma, |_| level) else {
+                panic!("{shift}");
+            };
+            // A milliradian: the ripple's 10 mN m change by 0.2 mN m on it, less than the noise.
+            assert!((found - shift).abs() <= 160, "{found} instead of {shift}");
+        }
+    }
+}
+
+#[test]
+fn what_is_no_free_motion_fits_nowhere() {
+    let sigma = 3e-4;
+    let friction = record(1, sigma, 3).finish().cloned().unwrap();
+    let pressing = |counts: i32| 0.1 * (counts - 20_000).max(0) as f32 / 20_000.0;
+    let told = align(&friction, 500, sigma, pressing);
+    assert!(
+        matches!(told, Aligned::Nowhere { misfit_nm } if misfit_nm > 0.01),
+        "{told:?}"
+    );
+    for nonsense in [f32::NAN, f32::INFINITY, f32::MAX] {
+        let told = align(&friction, 0, sigma, |_| nonsense);
+        assert!(matches!(told, Aligned::Nowhere { .. }), "{told:?}");
+    }
+    // Off the record nothing is compared.
+    let empty = Friction::empty(TRAVEL);
+    assert_eq!(align(&empty, 0, sigma, |_| 0.0), Aligned::Pending);
 }
