@@ -191,7 +191,7 @@ impl<'m, M: Memory> Writer<'m, M> {
         }
     }
 
-    /// Takes the next byte. Once one could not be written, the rest is of no use: [`Store::save`] tells.
+    /// Takes the next byte. Once one could not be written, the rest is of no use: [`Store::replace`] tells.
     pub fn push(&mut self, byte: u8) {
         if self.failed.is_none() && self.place >= RECORD_MAX + 4 {
             self.failed = Some(StoreError::TooLong);
