@@ -3,6 +3,7 @@
 //! | room | what it knows | what it never sees |
 //! |---|---|---|
 //! | [`numeric`] | square root, sine and cosine, bisection, small linear algebra, each with its measured error | fingers |
+//! | [`words`] | names kept as lists in one text each | what they mean |
 //! | [`finger`] | phalanges, transmission, statics, stiffness, contact path | motors, time, noise |
 //! | [`sensing`] | samples to events: friction, detection, location, force, uncertainty | the chip |
 //! | [`drive`] | counts, codes, current and speed loops, motion sequence, faults | where the contact is |

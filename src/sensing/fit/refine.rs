@@ -30,7 +30,7 @@ impl Hypothesis {
         near: &F::Configuration,
     ) {
         self.steps = self.steps.saturating_add(1);
-        let whitening = self.whitening(prior);
+        let whitening = Whitening::of(prior, self.length_m);
         let mut trial = self.x;
         let Some(cost) = self.linearise(finger, data, prior, near, &whitening, &mut trial) else {
             return;

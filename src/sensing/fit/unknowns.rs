@@ -1,6 +1,6 @@
 //! The unknowns: whitened by their priors inside the fit, physical values outside.
 
-use super::{Hypothesis, Place, Prior};
+use super::{Place, Prior};
 use crate::numeric::Bounded;
 use crate::sensing::curve::Point;
 use crate::sensing::location::Series;
@@ -48,10 +48,11 @@ pub(super) struct Whitening {
 }
 
 impl Whitening {
-    pub(super) fn of<X: Series>(place: &Place, length_m: f32, prior: &Prior<X>) -> Self {
+    /// By what is known before, for a phalanx of some length.
+    pub(super) fn of<X: Series>(prior: &Prior<X>, length_m: f32) -> Self {
         let (mut mean, mut deviation) = (const { [0.0; UNKNOWNS] }, const { [0.0; UNKNOWNS] });
         let mut cable_by_factor = 0.0;
-        (mean[K], deviation[K]) = match *place {
+        (mean[K], deviation[K]) = match prior.place {
             Place::Anywhere => (0.0, length_m),
             Place::Known { k_m, sigma_m, .. } => (k_m, sigma_m),
         };
@@ -121,11 +122,5 @@ impl Whitening {
             least,
             f32::INFINITY,
         );
-    }
-}
-
-impl Hypothesis {
-    pub(super) fn whitening<X: Series>(&self, prior: &Prior<X>) -> Whitening {
-        Whitening::of(&prior.place, self.length_m, prior)
     }
 }

@@ -131,8 +131,6 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
 
     /// What the samples from now on are good for. A contact in hand is judged with what is there; the same directive
     /// again starts anew.
-    // Not inlined, as what it starts: a record lies on the stack before it lies in place.
-    #[inline(never)]
     pub fn direct(&mut self, directive: Directive) {
         let known = &mut self.known;
         if !matches!(directive, Directive::RecordFriction)
@@ -152,13 +150,8 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
         self.done = false;
         self.work = Work::Nothing;
         if matches!(directive, Directive::RecordFriction) {
-            self.record();
+            self.work = Work::Recording(Recorder::new(self.known.travel_counts()));
         }
-    }
-
-    #[inline(never)]
-    fn record(&mut self) {
-        self.work = Work::Recording(Recorder::new(self.known.travel_counts()));
     }
 
     /// Takes a sample; tells at most one thing. Typically some hundred instructions; every block of a contact, and
