@@ -2,7 +2,7 @@
 //!
 //! With three phalanges and the contact on phalanx 2, the third joint is eliminated and the same problem remains.
 
-use crate::numeric::{Bounded, bisect, sqrt};
+use crate::numeric::{self, Bounded, bisect, sqrt};
 
 /// The stiffness problem of a contact on phalanx 2, reduced to four numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,6 +24,28 @@ pub struct Roots {
     pub near_m: Option<f32>,
     /// Beyond e_2.
     pub far_m: Option<f32>,
+}
+
+/// lever |lever| -+ C energy over `k`; the compliance carries the sign of the side looked on.
+struct Residual {
+    c: f32,
+    at_joint: f32,
+    rest: f32,
+    soft1: f32,
+    soft2: f32,
+}
+
+impl numeric::Residual for Residual {
+    #[inline(always)]
+    fn at(&mut self, k: f32) -> f32 {
+        let (lever, arm) = (self.at_joint - self.rest * k, self.c + k);
+        lever * lever.abs() - (self.soft1 * k * k + self.soft2 * arm * arm)
+    }
+}
+
+/// Positive and finite, in one comparison: such numbers are ordered as their bits are.
+fn ahead(k: f32) -> bool {
+    k.to_bits().wrapping_sub(1) < f32::INFINITY.to_bits() - 1
 }
 
 impl Pair {
@@ -83,20 +105,23 @@ impl Pair {
         let rest = 1.0 - x2;
         let near = c * num / (x2 * rest + compliance * h22 + s);
         let far = c * (x2 + s) / (rest - compliance * k1 - s);
-        let ahead = |k: f32| k > 0.0 && k < f32::INFINITY;
         // Below e_2 the lever is positive, beyond it negative; where it crosses zero on the way, the root nearer than e_2
         // is the softer half of the range from the proximal compliance down: that test keeps its sign near e_2. The finger
         // then presses anywhere ahead of the joint, which saves asking.
-        if c > 0.0 && x2 > 0.0 && x2 < 1.0 && h22 > 0.0 && k1 >= 0.0 {
-            return Roots {
-                near_m: (ahead(near) && num > 0.0).then_some(near),
-                far_m: ahead(far).then_some(far),
-            };
-        }
-        let accept = |k: f32| ahead(k) && self.presses(k);
+        let (is_near, is_far) = if c > 0.0 && x2 > 0.0 && x2 < 1.0 && h22 > 0.0 && k1 >= 0.0 {
+            (num > 0.0, true)
+        } else {
+            // As `presses` and `lever`, what does not depend on the place worked out once.
+            let (press, pressing) = (h22 * c, h22 + k1 * x2);
+            let (at_joint, presses) = (x2 * c, |k: f32| press + pressing * k > 0.0);
+            (
+                presses(near) && at_joint >= rest * near,
+                presses(far) && at_joint <= rest * far,
+            )
+        };
         Roots {
-            near_m: (accept(near) && self.lever(near) >= 0.0).then_some(near),
-            far_m: (accept(far) && self.lever(far) <= 0.0).then_some(far),
+            near_m: (is_near && ahead(near)).then_some(near),
+            far_m: (is_far && ahead(far)).then_some(far),
         }
     }
 
@@ -122,25 +147,24 @@ impl Pair {
             ),
             (false, true) => return Roots::default(),
         };
-        if !(low < high && (0.0..f32::INFINITY).contains(&compliance)) {
+        if !(low < high && (0.0..f32::MAX).contains(&compliance)) {
             return Roots::default();
         }
         // This is asked for at every step: what does not depend on `k` stays outside, and squares with their sign are
         // compared instead of taking the root.
-        let (at_joint, rest) = (self.x2 * self.c_m, 1.0 - self.x2);
-        let (soft1, soft2) = (compliance * self.k1, compliance * self.h22);
-        let lever = |k: f32| {
-            let lever = at_joint - rest * k;
-            lever * lever.abs()
-        };
-        let yielding = |k: f32| {
-            let arm = self.c_m + k;
-            soft1 * k * k + soft2 * arm * arm
-        };
-        let accept = |k: &f32| *k > 0.0 && *k <= length_m && self.presses(*k);
-        Roots {
-            near_m: bisect(low, high, |k| lever(k) - yielding(k)).filter(accept),
-            far_m: bisect(low, high, |k| lever(k) + yielding(k)).filter(accept),
+        let mut roots = [None; 2];
+        for (root, signed) in roots.iter_mut().zip([compliance, -compliance]) {
+            let residual = Residual {
+                c: self.c_m,
+                at_joint: self.x2 * self.c_m,
+                rest: 1.0 - self.x2,
+                soft1: signed * self.k1,
+                soft2: signed * self.h22,
+            };
+            *root = bisect(low, high, residual)
+                .filter(|k| *k > 0.0 && *k <= length_m && self.presses(*k));
         }
+        let [near_m, far_m] = roots;
+        Roots { near_m, far_m }
     }
 }

@@ -9,25 +9,19 @@
 pub fn sqrt(x: f32) -> f32 {
     #[cfg(target_os = "none")]
     {
-        let mut bits = x.to_bits();
-        // SAFETY: one FPU register, declared as overwritten; no memory, no stack. The result depends on the operand alone
-        // (FPSCR is never changed from its reset value; the sticky exception flags are not read by anything). The operand
-        // goes through a core register because the compiler offers FPU registers for assembly only where the FPU also
-        // knows double precision.
-        unsafe {
-            core::arch::asm!(
-                "vmov s0, {bits}",
-                "vsqrt.f32 s0, s0",
-                "vmov {bits}, s0",
-                bits = inout(reg) bits,
-                out("s0") _,
-                options(pure, nomem, nostack, preserves_flags)
-            )
-        };
-        f32::from_bits(bits)
+        vsqrt(x)
     }
     #[cfg(not(target_os = "none"))]
     x.sqrt()
+}
+
+/// The instruction as a function: argument and result lie where the calling convention of a target with FPU has them. As
+/// inline assembly it would take four moves, through the core registers, because the compiler offers FPU registers for
+/// assembly only where the FPU also knows double precision. It lies in flash: nothing in the control interrupt calls it.
+#[cfg(target_os = "none")]
+#[unsafe(naked)]
+extern "C" fn vsqrt(x: f32) -> f32 {
+    core::arch::naked_asm!(".fpu fpv4-sp-d16", "vsqrt.f32 s0, s0", "bx lr")
 }
 
 /// The same for the compiler, which has no such instruction while it works out a constant: correctly rounded too, by the
