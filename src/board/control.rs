@@ -91,8 +91,8 @@ pub struct Samples {
 
 impl Samples {
     /// Waits until the control interrupt has made a sample.
-    pub async fn wait(&mut self) {
-        SAMPLED.wait().await;
+    pub fn wait(&mut self) -> impl Future<Output = ()> {
+        SAMPLED.wait()
     }
 
     /// The oldest sample, if there is one.

@@ -7,6 +7,9 @@
     reason = "a reading of joint 2 is nothing in a scene without its sensor"
 )]
 
+use core::future::poll_fn;
+use core::task::Poll;
+
 use embassy_futures::yield_now;
 use embassy_stm32::Peri;
 use embassy_stm32::pac::{GPIOA, GPIOC};
@@ -24,7 +27,7 @@ use palpate::scene::{Active, JointPin, Reading, Scene};
 use palpate::sensing::{Event, JointSensor};
 
 use super::control::{self, Samples};
-use super::pace::{self, Pace};
+use super::pace::Pace;
 use super::pins::{self, Use};
 use super::shared::{Shared, Turn};
 use super::watchdog::{self, Reporter};
@@ -47,11 +50,16 @@ pub fn offer(turn: &mut Turn, notice: Notice) -> bool {
         .is_ok()
 }
 
-/// Tells the sequence something, as soon as there is room for it.
-async fn tell(turn: &mut Turn, notice: Notice) {
-    while !offer(turn, notice) {
-        pace::after(PERIOD).await;
-    }
+/// Tells the sequence something, as soon as there is room for it; until then everyone else has their turn.
+fn tell(turn: &mut Turn, notice: Notice) -> impl Future<Output = ()> {
+    poll_fn(move |context| {
+        if offer(turn, notice) {
+            Poll::Ready(())
+        } else {
+            context.waker().wake_by_ref();
+            Poll::Pending
+        }
+    })
 }
 
 /// Samples to events.

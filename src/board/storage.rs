@@ -5,6 +5,7 @@
 //! control interrupt is masked while a page is erased or a record is written; between the two everything runs, long enough
 //! for all to report to the watchdog.
 
+use core::arch::global_asm;
 use core::ops::Range;
 use core::slice;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering, compiler_fence};
@@ -21,11 +22,16 @@ const FLASH_START: usize = 0x0800_0000;
 /// Where the records lie, as offsets from the start of flash; `memory.x` keeps the linker out of it.
 const RANGE: Range<u32> = 0x1_C000..0x2_0000;
 
-unsafe extern "C" {
-    /// Bounds of the region in `memory.x`; their addresses are the values.
-    static _storage_start: u8;
-    static _storage_end: u8;
-}
+const _: () = assert!(RANGE.end - RANGE.start == (PAGES * PAGE) as u32);
+// The linker compares: `memory.x` has the same bounds, or there is no image.
+global_asm!(
+    ".global _records_start",
+    ".global _records_end",
+    ".set _records_start, {start}",
+    ".set _records_end, {end}",
+    start = const RANGE.start,
+    end = const RANGE.end,
+);
 
 /// Pause after an operation: two samples.
 const BREATH: Duration = Duration::from_millis(2);
@@ -89,9 +95,6 @@ pub struct Region {
 impl Region {
     /// Takes the flash controller.
     pub fn new(flash: Peri<'static, peripherals::FLASH>) -> Self {
-        const { assert!(RANGE.end - RANGE.start == (PAGES * PAGE) as u32) };
-        let linked = (&raw const _storage_start) as u32..(&raw const _storage_end) as u32;
-        assert!(linked == RANGE, "memory.x and storage.rs disagree");
         Self { _flash: flash }
     }
 
@@ -202,8 +205,8 @@ impl Memory for Region {
         result
     }
 
-    async fn rest(&mut self) {
-        pace::after(BREATH).await;
+    fn rest(&mut self) -> impl Future<Output = ()> {
+        pace::after(BREATH)
     }
 }
 

@@ -91,17 +91,19 @@ impl State {
     /// Longest stay, second; `None` where the bridge is off and nothing can go wrong. What a motion should take, and half as
     /// much again for acceleration, backlash and a supply that is low, and a second for what does not scale.
     pub fn timeout_s(self, motion: &Motion) -> Option<f32> {
-        let closing_s = motion.travel_rad / motion.closing_rad_per_s;
-        let opening_s = motion.travel_rad / motion.opening_rad_per_s;
-        let windup_s = WINDUP_RAD / motion.closing_rad_per_s;
+        // The finger's travel, and the cable wound up or unwound at both ends.
+        let way_rad = motion.travel_rad + 2.0 * WINDUP_RAD;
         let should_s = match self {
             State::Idle | State::Fault => return None,
             // 1.5 ms to wake, 20 ms to settle, 205 ms to average; standstill before that.
             State::CalibrateOffset => 0.5,
             // From the closing stop to the opening stop in the worst case, or the run-up and twice the cable's windup.
-            State::Home => closing_s + 4.0 * windup_s,
-            State::RecordClosing | State::Close => closing_s + 2.0 * windup_s,
-            State::RecordOpening | State::Open => opening_s + 2.0 * windup_s,
+            State::Home => (way_rad + 2.0 * WINDUP_RAD) / motion.closing_rad_per_s,
+            // Friction depends on speed: the way back is recorded at the speed of closing.
+            State::RecordClosing | State::RecordOpening | State::Close => {
+                way_rad / motion.closing_rad_per_s
+            }
+            State::Open => way_rad / motion.opening_rad_per_s,
             State::Probe => motion.probing_rad / motion.closing_rad_per_s,
             State::Hold => motion.holding_s,
         };
@@ -125,6 +127,33 @@ mod tests {
                 "{state:?}"
             );
             assert!(!state.may_become(state), "{state:?}");
+        }
+    }
+
+    #[test]
+    fn a_state_lasts_as_long_as_its_way_takes_at_its_own_speed() {
+        for (closing_rad_per_s, opening_rad_per_s) in [(0.05, 0.8), (0.3, 0.6), (0.8, 0.05)] {
+            let motion = Motion {
+                closing_rad_per_s,
+                opening_rad_per_s,
+                ..super::super::tests::motion()
+            };
+            for (state, speed_rad_per_s) in [
+                (State::RecordClosing, closing_rad_per_s),
+                (State::RecordOpening, closing_rad_per_s),
+                (State::Close, closing_rad_per_s),
+                (State::Home, closing_rad_per_s),
+                (State::Open, opening_rad_per_s),
+            ] {
+                let way_s = motion.travel_rad / speed_rad_per_s;
+                let stay_s = state.timeout_s(&motion).expect("a motion");
+                assert!(stay_s > 1.5 * way_s, "{state:?}: {stay_s} s for {way_s} s");
+                // Nor so long that a finger which does not move is told much later.
+                assert!(
+                    stay_s < 4.0 * way_s + 3.0,
+                    "{state:?}: {stay_s} s for {way_s} s"
+                );
+            }
         }
     }
 

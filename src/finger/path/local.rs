@@ -15,11 +15,12 @@ pub(super) struct Local<const N: usize> {
     pub(super) stiffness: [[f32; N]; N],
     /// Moment arms p of the contact.
     pub(super) arms: [f32; N],
-    /// dp/dk, and the sine with which k shifts the gap.
-    pub(super) arms_by_k: [f32; N],
-    pub(super) gap_by_k: f32,
-    /// dp/dR, and the versine with which the radius R shifts the gap.
-    pub(super) arms_by_radius: [f32; N],
+    /// 1 for each joint that the contact has an arm about, 0 beyond.
+    pub(super) loaded: [f32; N],
+    /// Rotation of the phalanx in contact: of the loaded arms, dp/dk is its cosine and dp/dR its sine; that sine is also
+    /// what k shifts the gap by.
+    pub(super) phi: Turn,
+    /// Its versine, what the radius R shifts the gap by.
     pub(super) gap_by_radius: f32,
     /// tau - f p.
     pub(super) torques: [f32; N],
@@ -78,7 +79,7 @@ impl<const N: usize> Start<N> {
         let k_now = phi.cos * (at.k - shift[0]) + phi.sin * (self.radius - shift[1]);
         let normal = self.radius + gap;
 
-        let (mut arms, mut arms_by_k, mut arms_by_radius) = ([0.0; N], [0.0; N], [0.0; N]);
+        let (mut arms, mut loaded) = ([0.0; N], [0.0; N]);
         let mut stiffness = gear.w;
         let mut torques = [0.0; N];
         for m in 0..N {
@@ -92,8 +93,7 @@ impl<const N: usize> Start<N> {
             stiffness[m][m] += self.stiffness[m];
             if m <= i {
                 arms[m] = k_now + arms_sines[m].0;
-                arms_by_k[m] = phi.cos;
-                arms_by_radius[m] = phi.sin;
+                loaded[m] = 1.0;
             }
             let driven = gear.x[m] * rise + x_change[m] * self.torque;
             torques[m] = driven - self.stiffness[m] * at.delta[m] - at.force * arms[m];
@@ -102,9 +102,8 @@ impl<const N: usize> Start<N> {
             gear,
             stiffness,
             arms,
-            arms_by_k,
-            gap_by_k: phi.sin,
-            arms_by_radius,
+            loaded,
+            phi,
             gap_by_radius: versine,
             torques,
             gap,

@@ -112,12 +112,12 @@ impl<const N: usize> Local<N> {
     /// Everything at a point, to whose force it belongs.
     pub(super) fn responses(&self, force: f32) -> Option<Responses<N>> {
         // Equilibrium and contact, differentiated by k and by the radius.
-        let moved = |arms: [f32; N], gap: f32| Load {
-            torques: arms.map(|arm| -force * arm),
+        let moved = |arm: f32, gap: f32| Load {
+            torques: self.loaded.map(|loaded| -force * arm * loaded),
             gap: -gap,
         };
-        let by_k = moved(self.arms_by_k, self.gap_by_k);
-        let by_radius = moved(self.arms_by_radius, self.gap_by_radius);
+        let by_k = moved(self.phi.cos, self.phi.sin);
+        let by_radius = moved(self.phi.sin, self.gap_by_radius);
         let [step, tangent, by_k, by_radius] =
             self.answers(&[self.amiss(), self.driven(), by_k, by_radius])?;
         Some(Responses {
@@ -139,11 +139,12 @@ impl<const N: usize> Local<N> {
 
     /// Newton's step with the place of the contact unknown and the rotation of the input link `missing` given.
     pub(super) fn place_response(&self, force: f32, missing: f32) -> Option<Unknown<N>> {
-        let [u, w, z] = solve(self.braced(), [self.torques, self.arms, self.arms_by_k])?;
+        let arms_by_k = self.loaded.map(|loaded| self.phi.cos * loaded);
+        let [u, w, z] = solve(self.braced(), [self.torques, self.arms, arms_by_k])?;
         let z = z.map(|z| z * force);
         let (p, x) = (&self.arms, &self.gear.x);
         let rows = [
-            [dot(p, &w), dot(p, &z) - self.gap_by_k],
+            [dot(p, &w), dot(p, &z) - self.phi.sin],
             [dot(x, &w), dot(x, &z)],
         ];
         let [[more, k]] = solve(rows, [[dot(p, &u) - self.gap, dot(x, &u) - missing]])?;
@@ -153,7 +154,7 @@ impl<const N: usize> Local<N> {
         }
         Some(Unknown {
             delta,
-            force: more + self.gap - self.gap_by_k * k,
+            force: more + self.gap - self.phi.sin * k,
             k,
         })
     }
