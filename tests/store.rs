@@ -306,6 +306,17 @@ fn a_page_that_is_worn_out_is_passed_over() {
     }
 }
 
+#[test]
+fn forgetting_passes_over_a_page_that_is_worn_out() {
+    for stuck in 0..PAGES {
+        let mut flash = filled(3, LONG);
+        flash.stuck = Some(stuck);
+        let mut bench = Bench::new(flash);
+        bench.forget().unwrap();
+        assert_eq!(bench.load(), Kept::Nothing, "page {stuck}");
+    }
+}
+
 /// Cut short again and again, while erasing more often than not, so that pages without a whole record go round the ring.
 #[test]
 fn saves_that_never_end_lose_nothing() {
