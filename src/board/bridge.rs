@@ -12,6 +12,7 @@ use embassy_stm32::{Peri, peripherals};
 
 use palpate::drive::io::{CONTROL_HZ, DUTY_FULL, Direction, Outputs, PWM_HZ};
 
+use super::clock;
 use super::pins::{self, Use};
 
 /// Pins of the bridge.
@@ -73,6 +74,7 @@ impl Bridge {
             w.set_tim1en(true);
             w.set_syscfgen(true);
         });
+        clock::settle();
         TIM1.cr1().write(|w| {
             // Both at the top and at zero there is an update, as far as the repetition counter lets it through.
             w.set_cms(Cms::CENTER_ALIGNED3);

@@ -35,3 +35,11 @@ pub fn start() -> Peripherals {
     RCC.cr().modify(|w| w.set_csson(true));
     peripherals
 }
+
+/// To be called when the clock of a peripheral was enabled, before its first register is written: the clock comes two cycles
+/// later (reference manual RM0440), and what was written before is lost.
+pub fn settle() {
+    // A read from the same bus waits for the write before it.
+    let _ = RCC.cr().read();
+    cortex_m::asm::dsb();
+}

@@ -1,7 +1,7 @@
 //! Command lines in, answers out: over RTT's down channel and over the ST-LINK's serial port, the same text on both.
 //!
 //! Listening and executing are two tasks: while a command waits for flash or for the serial port, `stop` still arrives
-//! and takes effect within two milliseconds.
+//! and takes effect within two milliseconds. The lines that wait when it comes are dropped.
 
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
@@ -24,7 +24,7 @@ const WAITING: usize = 4;
 
 static LINES: Shared<Deque<Said, WAITING>> = Shared::new(Deque::new());
 static STOP: AtomicBool = AtomicBool::new(false);
-/// Lines ignored since boot because too many waited; wraps.
+/// Lines ignored since boot because too many waited, or a stop came behind them; wraps.
 static IGNORED: AtomicU32 = AtomicU32::new(0);
 
 /// Whether someone asked for a stop since the last call.
@@ -32,7 +32,7 @@ pub fn stop_requested() -> bool {
     STOP.swap(false, Ordering::Relaxed)
 }
 
-/// Lines ignored since boot because too many waited; wraps.
+/// Lines ignored since boot because too many waited, or a stop came behind them; wraps.
 pub fn ignored() -> u32 {
     IGNORED.load(Ordering::Relaxed)
 }
@@ -65,12 +65,19 @@ impl Source {
         let Some(said) = said else {
             return;
         };
-        if said == Ok(Command::Stop) {
+        let stop = said == Ok(Command::Stop);
+        if stop {
             STOP.store(true, Ordering::Relaxed);
         }
-        if LINES.lock(turn, |lines| lines.push_back(said)).is_err() {
-            IGNORED.store(ignored().wrapping_add(1), Ordering::Relaxed);
-        }
+        let lost = LINES.lock(turn, |lines| {
+            // What waits was asked for before the stop: carried out after it, a `run` would start the motor again.
+            let waiting = if stop { lines.len() } else { 0 };
+            if stop {
+                lines.clear();
+            }
+            waiting + usize::from(lines.push_back(said).is_err())
+        });
+        IGNORED.store(ignored().wrapping_add(lost as u32), Ordering::Relaxed);
     }
 }
 

@@ -170,8 +170,9 @@ fn keep_and_reset(crash: Crash) -> ! {
 
 #[panic_handler]
 fn panic(info: &PanicInfo) -> ! {
-    bridge::off();
+    // First of all the interrupt that could switch it on again.
     cortex_m::interrupt::disable();
+    bridge::off();
     let mut crash = Crash::new(Cause::Panic);
     // The message would take the text formatting of every number that any panic of any library prints.
     if let Some(place) = info.location() {

@@ -7,6 +7,7 @@ use embassy_stm32::{Peri, peripherals};
 
 use palpate::drive::io::EncoderCount;
 
+use super::clock;
 use super::pins::{self, Use};
 
 /// TIM3's channels 1 and 2; the encoder's outputs may be open collectors.
@@ -21,6 +22,7 @@ pub fn start(
     pins::set_up(a, CHANNEL);
     pins::set_up(b, CHANNEL);
     RCC.apb1enr1().modify(|w| w.set_tim3en(true));
+    clock::settle();
     // 8 equal samples at 170 MHz / 16: pulses below 0.75 us are ignored. A phase lasts 9.4 us at full motor speed
     // (213,000 edges a second over two phases).
     TIM3.ccmr_input(0).write(|w| {

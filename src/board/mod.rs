@@ -4,6 +4,7 @@
 //! |---|---|---|---|
 //! | non-maskable | NMI | bad flash word: acknowledged while records are read, else bridge off and reset | no |
 //! | 0 | ADC1_2 | control, 20 kHz: samples in, controller, bridge out | no |
+//! | 6 | FMAC | wakes the sensing task, pended by the control interrupt | no |
 //! | 8 | TIM2 | embassy's clock: timers of the tasks | no |
 //! | 10 | LPUART1 | bytes of the serial port | no |
 //! | thread | executor | sensing, sequence, commands, telemetry, watchdog feeding | may log, never blocks on a reader |

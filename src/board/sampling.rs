@@ -18,6 +18,7 @@ use embassy_stm32::{Peri, peripherals};
 
 use palpate::drive::io::AdcCode;
 
+use super::clock;
 use super::pins::{self, Use};
 
 /// Inputs of the converters that the pins lead to.
@@ -48,6 +49,7 @@ pub fn start(
     // Of both converters, while neither is enabled: 170 MHz over 4, below their limit of 60 MHz.
     RCC.ccipr().modify(|w| w.set_adc12sel(Adcsel::SYS));
     RCC.ahb2enr().modify(|w| w.set_adc12en(true));
+    clock::settle();
     ADC12_COMMON.ccr().write(|w| w.set_presc(Presc::DIV4));
 
     let mut ranks = Jsqr(0);

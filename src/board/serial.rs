@@ -15,6 +15,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use heapless::spsc::{Consumer, Producer, Queue};
 use static_cell::StaticCell;
 
+use super::clock;
 use super::pins::{self, Use};
 
 /// Baud rate divider: 256 clocks of 170 MHz over 115200 baud, 377,777.8 rounded.
@@ -68,6 +69,7 @@ pub fn open(
     // Without an ST-LINK the line would float.
     pins::set_up(rx, FUNCTION.pulled_up());
     RCC.apb1enr2().modify(|w| w.set_lpuart1en(true));
+    clock::settle();
     PORT.brr().write(|w| w.0 = DIVIDER);
     PORT.cr1().write(|w| {
         w.set_fifoen(true);

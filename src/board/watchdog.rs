@@ -3,7 +3,7 @@
 //!
 //! Budget. The watchdog counts the LSI, 29.5 to 34 kHz over temperature and supply (datasheet), nominally 32 kHz. Set to
 //! 100 ms nominal it bites after 94 to 108.5 ms. Feeds come every 10 ms; the longest stall that is part of the plan is
-//! the erasure of one flash page, 25 ms at most, with the bridge off. 10 + 25 ms leave a factor of 2.6 to the
+//! the erasure of one flash page, 25 ms at most, with the bridge off. 10 + 25 ms leave a factor of 2.7 to the
 //! earliest bite. The other way round: a task that hangs with the motor live is reset after at most
 //! 10 ms (its last report may be that old) + 108.5 ms.
 

@@ -147,7 +147,7 @@ faults! {
     20 Panic "panic", "panic handler",
         20 "the handler's first act",
         "The firmware found an impossible state and reset itself.",
-        "Report the message of the log.";
+        "Report file and line from the log.";
     21 HardFault "hard-fault", "fault handler",
         20 "the handler's first act",
         "The processor faulted: bus error, bad instruction or the like; the chip was reset.",

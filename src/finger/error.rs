@@ -68,8 +68,7 @@ pub enum Parameter {
     CableStiffness,
 }
 
-/// A value outside its allowed range, which is open at both ends: `above < value < below` was wanted, except that
-/// limits marked so in the constructor's documentation belong to the range.
+/// A value outside its allowed range, whose limits belong to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConfigError {
     /// What was out of range.

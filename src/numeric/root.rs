@@ -15,6 +15,11 @@ pub fn sqrt(x: f32) -> f32 {
     x.sqrt()
 }
 
+#[cfg(all(target_os = "none", not(target_abi = "eabihf")))]
+compile_error!(
+    "the square root takes its argument in an FPU register: build for thumbv7em-none-eabihf"
+);
+
 /// The instruction as a function: argument and result lie where the calling convention of a target with FPU has them. As
 /// inline assembly it would take four moves, through the core registers, because the compiler offers FPU registers for
 /// assembly only where the FPU also knows double precision. It lies in flash: nothing in the control interrupt calls it.

@@ -178,7 +178,7 @@ fn replay(options: &Replay) -> Outcome {
         SceneName::Tendon2 => replay::replay::<Tendon2>(&recorded, record),
         SceneName::Tendon3 => replay::replay::<Tendon3>(&recorded, record),
         SceneName::Linkage3 => replay::replay::<Linkage3>(&recorded, record),
-    }?;
+    };
     let second = |index: usize| recorded.get(index).map_or(0.0, |s| s.time_us as f64 * 1e-6);
     let (source, stretch) = match &found.friction {
         replay::Source::Separate => ("file", None),

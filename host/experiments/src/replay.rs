@@ -135,10 +135,8 @@ fn with_opening(samples: &[Sample], closing: &Stretch) -> Stretch {
 }
 
 /// Replays `samples`, with the friction of `record` where there is one.
-///
-/// # Errors
-/// The scene's finger is not valid.
-pub fn replay<S: Scene>(samples: &[Sample], record: Option<&[Sample]>) -> Result<Replay, String> {
+#[must_use]
+pub fn replay<S: Scene>(samples: &[Sample], record: Option<&[Sample]>) -> Replay {
     let mut sensor = sensor::<S>(record.unwrap_or(samples));
     let drivetrain = S::drivetrain(sensor.finger());
     let least = LEAST_TRAVEL * f64::from(S::TRAVEL_RAD / drivetrain.rad_per_count);
@@ -174,7 +172,7 @@ pub fn replay<S: Scene>(samples: &[Sample], record: Option<&[Sample]>) -> Result
         last_us = Some(sample.time_us);
     }
     flush(&mut sensor, samples, &mut told);
-    Ok(Replay { friction, told })
+    Replay { friction, told }
 }
 
 fn take<F: palpate::finger::Mechanics>(

@@ -18,7 +18,7 @@ fn csv(rows: &[Row]) -> String {
 
 fn replayed(file: &str) -> Replay {
     let (rows, _) = read(file.as_bytes()).expect("the file is well formed");
-    replay::<P70>(&resample(&rows, 0).samples, None).expect("the scene is valid")
+    replay::<P70>(&resample(&rows, 0).samples, None)
 }
 
 /// The direction of drive is read from duty and motion, so that a few samples more or less enter: uncalibrated, the place

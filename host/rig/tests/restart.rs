@@ -36,10 +36,10 @@ fn press(rig: &mut Rig<P70>, k_mm: f32) -> Outcome {
     outcome
 }
 
-/// Without the alignment one closing in five felt what was not there or went blind.
+/// What is told after a restart is as good as what is told without one.
 #[test]
 fn a_record_of_before_a_restart_serves() {
-    let mut errors_mm = Vec::new();
+    let (mut errors_mm, mut far) = (Vec::new(), 0);
     for seed in 1..=24 {
         let nominal = Parameters::default();
         let random = nominal.randomised(seed);
@@ -55,48 +55,55 @@ fn a_record_of_before_a_restart_serves() {
                 assert!((-0.01..0.3).contains(&delay_s), "{delay_s} s, {told}");
                 // A random finger's places are as far off as its hidden values: that is what calibration is for.
                 if nominal {
-                    let Some((_, Event::Located { k_m, .. })) = outcome.events.last() else {
+                    let Some((_, Event::Located { k_m, sigma_m, .. })) = outcome.events.last()
+                    else {
                         panic!("{told}");
                     };
-                    errors_mm.push((1e3 * k_m - k_mm).abs());
+                    let error_mm = (1e3 * k_m - k_mm).abs();
+                    assert!(error_mm < 3e3 * sigma_m, "{told}");
+                    far += usize::from(error_mm > 3.5);
+                    errors_mm.push(error_mm);
                 }
             }
         }
     }
     errors_mm.sort_by(f32::total_cmp);
-    let (median, most) = (
-        errors_mm[errors_mm.len() / 2],
-        errors_mm[errors_mm.len() - 1],
-    );
+    let median_mm = errors_mm[errors_mm.len() / 2];
     println!(
-        "{} places, median {median:.2} mm, most {most:.2} mm",
+        "{} places, median {median_mm:.2} mm, {far} beyond 3.5 mm",
         errors_mm.len()
     );
-    assert!(most <= 3.5, "{most} mm");
+    assert!(median_mm < 1.0, "{median_mm} mm");
+    // Uncalibrated, a curve is now and then taken for that of another radius.
+    assert!(30 * far <= errors_mm.len(), "{far}");
 }
 
-/// A finger that meets something before the record is aligned must not go on pressing, nor tell a place that is none.
+/// A finger that meets something before the record is aligned opens and says so: it neither presses on nor tells a place.
 #[test]
-fn a_finger_that_is_not_free_at_first_tells_so() {
-    let mut rig = restarted(&Parameters::default(), 1);
-    // At the proximal phalanx, after a tenth of a radian.
-    let pin = Shape::Cylinder { diameter_m: 0.01 };
-    rig.plant()
-        .place(&Grasp::touching(1, 0.05, 0.12, pin))
-        .unwrap();
-    let outcome = rig.motion(Request::Run, Directive::Watch).unwrap();
-    let told = format!("{:?}", outcome.events);
-    assert_eq!(outcome.fault, None, "{told}");
-    assert!(
-        matches!(
-            outcome.events.first(),
-            Some((_, Event::FrictionStale { .. }))
-        ),
-        "{told}"
-    );
-    let placed = |event: &Event| matches!(event, Event::Located { .. } | Event::Ambiguous { .. });
-    assert!(
-        !outcome.events.iter().any(|(_, event)| placed(event)),
-        "{told}"
-    );
+fn a_finger_that_is_not_free_at_first_opens() {
+    for (phalanx, k_m) in [(1, 0.05), (2, 0.03), (2, 0.05), (2, 0.06)] {
+        for theta_1_rad in [0.09, 0.12, 0.18, 0.24] {
+            let mut rig = restarted(&Parameters::default(), 1);
+            // Apart, because its run-up would touch the pin.
+            let homed = rig.motion(Request::Home, Directive::Rest).unwrap();
+            assert_eq!(homed.fault, None);
+            let pin = Shape::Cylinder { diameter_m: 0.01 };
+            rig.plant()
+                .place(&Grasp::touching(phalanx, k_m, theta_1_rad, pin))
+                .unwrap();
+            let outcome = rig.motion(Request::Close, Directive::Watch).unwrap();
+            let told = format!("phalanx {phalanx}, {k_m} m, {theta_1_rad} rad: {outcome:?}");
+            assert_eq!(outcome.fault, None, "{told}");
+            let [
+                (told_us, Event::FrictionStale { .. }),
+                (_, Event::FrictionNotRecorded { .. }),
+            ] = outcome.events[..]
+            else {
+                panic!("{told}");
+            };
+            let touched_s = outcome.first_contact.expect("a contact").time_s;
+            let delay_s = told_us as f64 * 1e-6 - touched_s;
+            assert!((0.0..0.15).contains(&delay_s), "{delay_s} s, {told}");
+        }
+    }
 }

@@ -31,6 +31,9 @@ pub struct Motion {
     pub travel_rad: f32,
 }
 
+/// Longest travel, radian: at the lowest speed no state may then last longer than the clock's 32 bits tell apart, 71 minutes.
+const TRAVEL_MAX_RAD: f32 = 50.0;
+
 impl Motion {
     /// Checks the values against each other and against the drive's limits.
     ///
@@ -52,7 +55,11 @@ impl Motion {
                 "travel_rad",
                 self.travel_rad,
                 self.rest_rad + 0.05,
-                limits.position_max_rad,
+                if limits.position_max_rad < TRAVEL_MAX_RAD {
+                    limits.position_max_rad
+                } else {
+                    TRAVEL_MAX_RAD
+                },
             ),
         ])
     }

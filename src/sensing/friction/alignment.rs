@@ -2,23 +2,31 @@
 //!
 //! A restart finds a new zero at the opening stop, some milliradians beside the old one, and friction goes up and down with
 //! the turn of the worm: the record must be shifted by what the zeros differ, or leaves what passes for a contact, or for
-//! less than friction. The first free motion of a closing tells by how much: of some shifts tried side by side, the one at
-//! which the difference from the record varies least, and between it and its neighbours by a parabola.
+//! less than friction. The first free motion of a closing tells by how much. Of some shifts tried side by side that one is
+//! taken which the squares of what it leaves (less their mean: a level that is off is no shift) and the homings' spread make
+//! the likeliest, and between it and its neighbours the lowest point of a parabola. Where friction is even, nothing bends
+//! the squares, and the spread keeps the shift small.
+//!
+//! A motion that no shift explains is no free one, or the record is of no use: that shows after some blocks, long before the
+//! motor has pressed hard.
 
 use super::Friction;
-use crate::numeric::{clamp, sqrt};
+use crate::numeric::{Bounded, clamp, sqrt};
 use crate::sensing::block::Block;
 use crate::sensing::{Drive, Drivetrain};
 
-/// Two homings on the same stop differ by less, radian.
-const REACH_RAD: f32 = 0.025;
+/// Farthest shift tried, radian: two homings on the same stop differ by less than 25 mrad.
+const REACH_RAD: f32 = 0.03;
 /// Shifts tried.
-const SHIFTS: usize = 21;
-/// Free motion that is compared, radian: most of a turn of the worm (0.3 rad), and over before a finger that was opened
-/// meets what stands in its way.
+const SHIFTS: usize = 25;
+/// Standard deviation of the difference of two homings, radian (R, chosen: a third of what they differ by at most).
+const SPREAD_RAD: f32 = 0.008;
+/// Free motion that is compared, radian: most of a turn of the worm (0.3 rad).
 const WAY_RAD: f32 = 0.2;
-/// A variance of so many times the noise's is no free motion, or no motion that the record knows.
+/// Squares of so many variances a block, and as many blocks more, are no free motion, or none that the record knows. Free
+/// motion has one a block.
 const UNLIKE: f32 = 4.0;
+const MORE_BLOCKS: f32 = 6.0;
 
 /// What the motion so far tells.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +42,7 @@ pub enum Aligned {
     },
 }
 
-/// Mean and sum of squared deviations of what a shift leaves.
+/// Mean of what a shift leaves, and the sum of squared deviations from it.
 #[derive(Clone, Copy, Debug)]
 struct Left {
     mean_nm: f32,
@@ -62,67 +70,81 @@ impl Default for Alignment {
     }
 }
 
-/// Counts between two shifts.
-fn step_counts(drivetrain: &Drivetrain) -> f32 {
-    2.0 * REACH_RAD / (SHIFTS - 1) as f32 / drivetrain.rad_per_count
+/// The shift of an index, radian.
+fn shift_rad(index: f32) -> f32 {
+    REACH_RAD * (index / (SHIFTS / 2) as f32 - 1.0)
 }
 
-/// The shift of an index, counts.
+/// The same, counts.
 fn shift_counts(index: f32, drivetrain: &Drivetrain) -> i32 {
-    ((index - (SHIFTS / 2) as f32) * step_counts(drivetrain)) as i32
+    (shift_rad(index) / drivetrain.rad_per_count) as i32
 }
 
 impl Alignment {
     /// Takes a block of a closing. One that the record does not reach at every shift is left out.
     #[inline(never)]
     pub fn push(&mut self, friction: &Friction, block: &Block, drivetrain: &Drivetrain) -> Aligned {
-        let mut left = self.left;
-        self.blocks = self.blocks.saturating_add(1);
-        let share = 1.0 / f32::from(self.blocks);
-        for (index, left) in left.iter_mut().enumerate() {
-            let counts = block.counts + shift_counts(index as f32, drivetrain);
-            let Some(torque_nm) = friction.at(Drive::Closing, counts) else {
-                self.blocks -= 1;
-                return Aligned::Pending;
-            };
-            let deviation = block.drive_torque_nm - torque_nm - left.mean_nm;
-            left.mean_nm += share * deviation;
-            left.square_nm2 += (1.0 - share) * deviation * deviation;
-        }
-        self.left = left;
-        let way_counts = f32::from(self.blocks) * block.width_counts as f32;
-        if way_counts * drivetrain.rad_per_count < WAY_RAD {
+        let at = |index: usize| {
+            let shift = shift_counts(index as f32, drivetrain);
+            friction.at(Drive::Closing, block.counts.wrapping_add(shift))
+        };
+        // Between the first shift and the last there is no gap in a record.
+        let known = at(0).is_some() && at(SHIFTS - 1).is_some();
+        if !(known && block.drive_torque_nm.is_finite()) {
             return Aligned::Pending;
         }
-        self.best(friction, block.width_counts, drivetrain)
+        self.blocks = self.blocks.saturating_add(1);
+        let blocks = f32::from(self.blocks);
+        for (index, left) in self.left.iter_mut().enumerate() {
+            let Some(torque_nm) = at(index) else {
+                continue;
+            };
+            let deviation_nm = block.drive_torque_nm - torque_nm - left.mean_nm;
+            left.mean_nm += deviation_nm / blocks;
+            left.square_nm2 += (1.0 - 1.0 / blocks) * deviation_nm * deviation_nm;
+        }
+        let width_counts = block.width_counts.max(1) as f32;
+        let noise_nm2 = friction
+            .noise_nm2_counts(Drive::Closing)
+            .unwrap_or(0.0)
+            .at_least(f32::MIN_POSITIVE)
+            / width_counts;
+        let over = blocks * width_counts * drivetrain.rad_per_count >= WAY_RAD;
+        self.judge(noise_nm2, blocks, over, drivetrain)
     }
 
-    fn best(&self, friction: &Friction, width_counts: u32, drivetrain: &Drivetrain) -> Aligned {
-        let (mut best, mut least) = (0, f32::INFINITY);
-        for (index, left) in self.left.iter().enumerate() {
-            if left.square_nm2 < least {
-                (best, least) = (index, left.square_nm2);
+    fn judge(&self, noise_nm2: f32, blocks: f32, over: bool, drivetrain: &Drivetrain) -> Aligned {
+        // Twice the negative logarithm of the likelihood, but for a constant.
+        let cost = |index: usize| {
+            let spreads = shift_rad(index as f32) / SPREAD_RAD;
+            let left = self.left.get(index)?;
+            Some(left.square_nm2 / noise_nm2 + spreads * spreads)
+        };
+        let (mut best, mut least) = (SHIFTS / 2, f32::INFINITY);
+        for index in 0..SHIFTS {
+            match cost(index) {
+                Some(cost) if cost < least => (best, least) = (index, cost),
+                _ => {}
             }
         }
-        let variance_nm2 = least / f32::from(self.blocks.max(2) - 1);
-        let noise_nm2 =
-            friction.noise_nm2_counts(Drive::Closing).unwrap_or(0.0) / width_counts.max(1) as f32;
-        let square = |index: usize| self.left.get(index).map(|left| left.square_nm2);
-        // At either end the least may lie beyond.
-        let (Some(below), Some(above), true) = (
-            best.checked_sub(1).and_then(square),
-            square(best + 1),
-            variance_nm2 <= UNLIKE * noise_nm2,
-        ) else {
+        // Written so that a cost that is no number fails, too.
+        if !(least <= UNLIKE * (blocks + MORE_BLOCKS)) {
             return Aligned::Nowhere {
-                misfit_nm: sqrt(variance_nm2),
+                misfit_nm: sqrt(least * noise_nm2 / blocks).at_most(f32::MAX),
             };
+        }
+        if !over {
+            return Aligned::Pending;
+        }
+        let beside = match (best.checked_sub(1).and_then(cost), cost(best + 1)) {
+            // Neither is below the least, and one of them at least is above it.
+            (Some(below), Some(above)) => clamp(
+                0.5 * (below - above) / (below - 2.0 * least + above),
+                -0.5,
+                0.5,
+            ),
+            _ => 0.0,
         };
-        // Neither is below the least, and the first is above it.
-        let beside = 0.5 * (below - above) / (below - 2.0 * least + above);
-        Aligned::By(shift_counts(
-            best as f32 + clamp(beside, -0.5, 0.5),
-            drivetrain,
-        ))
+        Aligned::By(shift_counts(best as f32 + beside, drivetrain))
     }
 }

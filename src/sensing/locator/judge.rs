@@ -71,7 +71,7 @@ impl Locator {
         let Some((estimate, evidence)) = first.filter(|_| misfit <= MISFIT) else {
             return Verdict::Nowhere(self.unexplained());
         };
-        if estimate.is_proximal() {
+        if estimate.is_without_place() {
             return Verdict::Nowhere(NotLocated::Proximal);
         }
         if let Some((rival, rival_evidence)) = second

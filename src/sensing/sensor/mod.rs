@@ -214,7 +214,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
             }
             Work::Searching(search) => match known.search(search, block, past) {
                 Found::Nothing => {}
-                Found::Softer => self.done = true,
+                Found::Over => self.done = true,
                 Found::Contact(onset) => self.begin(block, &onset),
             },
             Work::Nothing | Work::Recording(_) => {}

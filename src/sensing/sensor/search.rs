@@ -34,7 +34,7 @@ pub(super) struct Search<R> {
     pub(super) history: Deque<Past<R>, HISTORY>,
     detector: Option<Detector>,
     /// While a record of before a restart waits for it.
-    alignment: Option<Alignment>,
+    alignment: Alignment,
 }
 
 impl<R> Default for Search<R> {
@@ -42,7 +42,7 @@ impl<R> Default for Search<R> {
         Self {
             history: Deque::new(),
             detector: None,
-            alignment: Some(Alignment::default()),
+            alignment: Alignment::default(),
         }
     }
 }
@@ -51,8 +51,8 @@ impl<R> Default for Search<R> {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Found {
     Nothing,
-    /// Less than friction; it has been told.
-    Softer,
+    /// No contact comes of this closing; why has been told.
+    Over,
     Contact(Onset),
 }
 
@@ -106,17 +106,15 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         if let Some(free) = self.free(theta_a_rad) {
             self.posture = free.configuration;
         }
-        if self.shift_counts.is_none()
-            && let Some(alignment) = &mut search.alignment
-        {
-            match self.align(alignment, block) {
+        if self.shift_counts.is_none() {
+            match self.align(&mut search.alignment, block) {
                 Aligned::Pending => {}
                 Aligned::By(counts) => self.shift_counts = Some(counts),
                 Aligned::Nowhere { misfit_nm } => {
-                    // Felt is what can be, on the new zero's scale; the next closing tries again.
-                    search.alignment = None;
-                    self.stale_told = true;
+                    // Whatever is there, no place could be told of it: the finger opens, and friction is recorded first.
                     self.tell(Event::FrictionStale { misfit_nm });
+                    self.tell(Event::FrictionNotRecorded { coverage: 0.0 });
+                    return Found::Over;
                 }
             }
             return Found::Nothing;
@@ -147,7 +145,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             }
             Finding::Softer { .. } => {
                 self.tell_unusual(theta_a_rad, residual_nm - level.0);
-                return Found::Softer;
+                return Found::Over;
             }
             Finding::Contact { since } => {
                 return Found::Contact(Onset {

@@ -163,6 +163,7 @@ fn what_was_kept_is_taken_only_if_valid() {
     assert!(!other.set_friction(damaged) && other.friction().is_none());
     assert!(other.set_friction(recorded.friction().unwrap().clone()));
     assert_eq!(other.friction(), recorded.friction());
+    assert!(other.restore_friction(recorded.friction().unwrap().clone()));
     let before = *other.calibration();
     assert!(!other.set_calibration(Calibration {
         torque_factor: f32::NAN,
@@ -181,8 +182,13 @@ proptest! {
         jumps in proptest::collection::vec((0.2f32..1.4, -0.2f32..0.2), 0..3),
         directive in 0u8..3,
         nonsense in 0usize..4,
+        after_restart: bool,
     ) {
         let (mut sensor, mut time_us) = recorded();
+        if after_restart {
+            let kept = sensor.friction().cloned().expect("recorded");
+            prop_assert!(sensor.restore_friction(kept));
+        }
         sensor.direct(match directive {
             0 => Directive::Watch,
             1 => Directive::Calibrate { phalanx: 2, k_m: 0.02 },
@@ -205,8 +211,13 @@ proptest! {
     #[test]
     fn any_samples_are_survived(
         samples in proptest::collection::vec((any::<u32>(), any::<i32>(), any::<f32>(), 0u8..3), 0..400),
+        after_restart: bool,
     ) {
         let (mut sensor, _) = recorded();
+        if after_restart {
+            let kept = sensor.friction().cloned().expect("recorded");
+            prop_assert!(sensor.restore_friction(kept));
+        }
         let mut time_us = 1 << 40;
         for (i, (gap, counts, current_a, drive)) in samples.into_iter().enumerate() {
             time_us += u64::from(gap % 3000);

@@ -101,12 +101,6 @@ fn place(rows: &[Row]) -> Vec<Target> {
             4000.0,
             INSTRUCTIONS,
         ),
-        at_most(
-            "the same along the general path (any finger, any radius), dearest call",
-            most(of("k2_2p_step", "finite_step")),
-            4000.0,
-            INSTRUCTIONS,
-        ),
     ];
     for (name, times) in [
         ("nalgebra_numeris_f32_libm", 10.0),
