@@ -3,7 +3,7 @@
 //!
 //! The image comes from `PALPATE_ELF` (`cargo xtask test` sets it); without it these tests say so and pass.
 
-use palpate_emulator::sim::{Object, Session, Settings, Summary, Verdict, end_of};
+use palpate_emulator::sim::{Object, Script, Session, Settings, Summary, Verdict, end_of};
 use palpate_emulator::{Firmware, Pause, ResetCause};
 
 /// Five per cent of the distal phalanx.
@@ -173,6 +173,42 @@ fn a_reset_in_motion_takes_the_bridge_off_and_names_its_cause() {
         .find(|line| line.event().name == "reset")
         .expect("it says why it started");
     assert_eq!(reset.event().field("cause"), Some("pin"), "{reset}");
+}
+
+#[test]
+fn a_run_that_waits_does_not_outlive_a_stop() {
+    let Some(firmware) = firmware() else { return };
+    let settings = Settings {
+        script: Script(Vec::new()),
+        ..Settings::default()
+    };
+    let mut session = Session::start(&firmware, settings, None).expect("a sound start");
+    let mut moves = |session: &mut Session, commands: &str| {
+        let end_s = session.machine.time_s() + 1.0;
+        session.machine.command(commands);
+        let mut on = false;
+        while session.machine.time_s() < end_s {
+            session.millisecond().expect("a sound run");
+            on |= session.machine.world().bridge_on();
+        }
+        on
+    };
+    assert!(!moves(&mut session, ""));
+    // The list takes a tenth of a second on the serial port: what follows waits behind it.
+    assert!(!moves(&mut session, "help\nrun\nrun\nrun\nrun\nstop\n"));
+    let answers: Vec<_> = session.lines.iter().map(ToString::to_string).collect();
+    let last = answers.iter().rfind(|line| line.contains("answer"));
+    assert!(
+        last.is_some_and(|line| line.contains("answer ok")),
+        "{answers:?}"
+    );
+    assert!(
+        answers
+            .iter()
+            .any(|line| line.contains("commands ignored=")),
+        "{answers:?}"
+    );
+    assert!(moves(&mut session, "run\n"), "it listens as before");
 }
 
 /// Processor time of this thread in seconds, where the system tells it.
