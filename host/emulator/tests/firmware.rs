@@ -183,7 +183,7 @@ fn a_run_that_waits_does_not_outlive_a_stop() {
         ..Settings::default()
     };
     let mut session = Session::start(&firmware, settings, None).expect("a sound start");
-    let mut moves = |session: &mut Session, commands: &str| {
+    let moves = |session: &mut Session, commands: &str| {
         let end_s = session.machine.time_s() + 1.0;
         session.machine.command(commands);
         let mut on = false;

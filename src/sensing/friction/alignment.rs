@@ -127,8 +127,8 @@ impl Alignment {
                 _ => {}
             }
         }
-        // Written so that a cost that is no number fails, too.
-        if !(least <= UNLIKE * (blocks + MORE_BLOCKS)) {
+        // Of a cost that is no number none is the least, which is infinite then.
+        if least > UNLIKE * (blocks + MORE_BLOCKS) {
             return Aligned::Nowhere {
                 misfit_nm: sqrt(least * noise_nm2 / blocks).at_most(f32::MAX),
             };
