@@ -201,7 +201,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
     fn feel(&mut self, block: &Block) {
         let known = &mut self.known;
         if let Work::Nothing = self.work {
-            self.work = Work::Searching(Search::default());
+            Search::begin(&mut self.work);
         }
         let Some(past) = known.past(block, matches!(self.work, Work::Contact(_))) else {
             return;

@@ -1,5 +1,6 @@
 //! The finger closes and nothing is felt yet: the detector on what the friction record leaves of each block.
 
+use super::Work;
 use super::known::Known;
 use crate::finger::Mechanics;
 use crate::sensing::block::Block;
@@ -44,6 +45,15 @@ impl<R> Default for Search<R> {
             detector: None,
             alignment: Alignment::default(),
         }
+    }
+}
+
+impl<R> Search<R> {
+    /// Becomes what is in hand.
+    // Not inlined: so it does not take room in the frame from which everything else is called.
+    #[inline(never)]
+    pub(super) fn begin(work: &mut Work<R>) {
+        *work = Work::Searching(Self::default());
     }
 }
 
