@@ -8,7 +8,8 @@ use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use embassy_time::Duration;
 use heapless::Deque;
 
-use palpate::app::command::{Command, CommandError, Lines};
+use palpate::app::command::{Command, CommandError};
+use palpate::app::input::Lines;
 
 use super::serial::{Receiver, Sender};
 use super::shared::{Shared, Turn};
@@ -71,11 +72,12 @@ impl Source {
         }
         let lost = LINES.lock(turn, |lines| {
             // What waits was asked for before the stop: carried out after it, a `run` would start the motor again.
-            let waiting = if stop { lines.len() } else { 0 };
-            if stop {
-                lines.clear();
-            }
-            waiting + usize::from(lines.push_back(said).is_err())
+            let dropped = if stop {
+                core::mem::take(lines).len()
+            } else {
+                0
+            };
+            dropped + usize::from(lines.push_back(said).is_err())
         });
         IGNORED.store(ignored().wrapping_add(lost as u32), Ordering::Relaxed);
     }

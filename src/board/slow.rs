@@ -211,44 +211,41 @@ impl Said {
 
 /// The user button (PC13, high when pressed), debounced.
 pub struct Button {
-    _pin: Peri<'static, PC13>,
     /// Last samples, one a millisecond, newest in bit 0.
     history: u32,
 }
 
 impl Button {
+    const PIN: usize = 13;
+
     /// Takes the pin.
-    pub fn new(mut pin: Peri<'static, PC13>) -> Self {
-        pins::set_up(pin.reborrow(), Use::INPUT);
-        Self {
-            _pin: pin,
-            history: 0,
-        }
+    pub fn new(pin: Peri<'static, PC13>) -> Self {
+        pins::set_up(pin, Use::INPUT);
+        Self { history: 0 }
     }
 
     /// Call once a millisecond: true once a press, when it has lasted 16 ms after 15 ms of rest.
     fn pressed(&mut self) -> bool {
-        self.history = self.history << 1 | u32::from(pins::is_high(GPIOC, 13));
+        self.history = self.history << 1 | u32::from(pins::is_high(GPIOC, Self::PIN));
         self.history == 0x0000_FFFF
     }
 }
 
 /// The LED (PA5): dark at rest, lit in motion, blinking after a fault.
 pub struct Light {
-    _pin: Peri<'static, PA5>,
     state: State,
     ticks: u32,
 }
 
 impl Light {
+    const PIN: usize = 5;
     /// Half a blink, milliseconds.
     const BLINK: u32 = 125;
 
     /// Takes the pin.
-    pub fn new(mut pin: Peri<'static, PA5>) -> Self {
-        pins::set_up(pin.reborrow(), Use::OUTPUT);
+    pub fn new(pin: Peri<'static, PA5>) -> Self {
+        pins::set_up(pin, Use::OUTPUT);
         Self {
-            _pin: pin,
             state: State::Idle,
             ticks: 0,
         }
@@ -266,6 +263,6 @@ impl Light {
             State::Fault => (self.ticks / Self::BLINK).is_multiple_of(2),
             _ => true,
         };
-        pins::write(GPIOA, 5, lit);
+        pins::write(GPIOA, Self::PIN, lit);
     }
 }
