@@ -270,17 +270,7 @@ impl<M: Memory> Store<M> {
         let mut result = Err(StoreError::NotKept);
         // The page of the old record is not among those that are tried.
         for _ in 1..PAGES {
-            let mut done = Ok(());
-            for step in [Step::Behind, Step::Page, Step::Record] {
-                if done.is_ok() {
-                    done = match step {
-                        Step::Behind => self.clear(behind(page), forget),
-                        Step::Page => self.erase(page),
-                        Step::Record => self.write(page, number, &mut encode),
-                    };
-                }
-                self.memory.rest().await;
-            }
+            let done = self.put(page, number, forget, &mut encode).await;
             if done.is_err() || self.keeps(page, number) {
                 result = done;
                 break;
@@ -295,12 +285,28 @@ impl<M: Memory> Store<M> {
         for other in 0..PAGES {
             let blank = |pages: &[u8]| is_blank(page_of(pages, other));
             if !(hidden && other == page || self.memory.read(blank)) {
-                let erased = self.erase(other);
+                self.erase(other)?;
                 self.memory.rest().await;
-                erased?;
             }
         }
         Ok(())
+    }
+
+    /// Writes a record, or an empty one, to a page, with a rest behind every operation.
+    async fn put(
+        &mut self,
+        page: usize,
+        number: u32,
+        forget: bool,
+        encode: &mut Option<impl FnMut(&mut Writer<'_, M>)>,
+    ) -> Result<(), StoreError<M::Error>> {
+        self.clear(behind(page), forget)?;
+        self.memory.rest().await;
+        self.erase(page)?;
+        self.memory.rest().await;
+        let written = self.write(page, number, encode);
+        self.memory.rest().await;
+        written
     }
 
     /// Where the next record goes, and its number.
@@ -358,15 +364,4 @@ impl<M: Memory> Store<M> {
         }
         result
     }
-}
-
-/// What a save does to flash, one after the other, each with a rest behind it.
-#[derive(Clone, Copy)]
-enum Step {
-    /// Clears the page behind the record's.
-    Behind,
-    /// Erases the record's.
-    Page,
-    /// Writes the record.
-    Record,
 }
