@@ -6,29 +6,6 @@
 use super::line::Line;
 use crate::words::word;
 
-/// One thing that can be set.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Setting {
-    /// Speed of the input link while closing, recording friction and probing, radian per second.
-    ClosingSpeed,
-    /// Largest motor current, ampere.
-    CurrentLimit,
-    /// Torque at the input link, above friction, at which probing ends, newton metre.
-    ProbeTorque,
-    /// Standard deviation of the contact location at which probing may end early, metre.
-    WantedDeviation,
-    /// Contact force to hold after probing, newton.
-    HoldForce,
-    /// How long to hold it, second.
-    HoldTime,
-    /// Efficiency of the drivetrain under load, used until a calibration replaces it, 0 to 1.
-    Efficiency,
-    /// Supply voltage below which the bridge is switched off, volt.
-    SupplyMin,
-    /// Supply voltage above which the bridge is switched off, volt.
-    SupplyMax,
-}
-
 /// The values that a setting may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
@@ -40,45 +17,56 @@ pub struct Range {
     pub max: f32,
 }
 
-const fn range(unit_si: f32, min: f32, max: f32) -> Range {
-    Range { unit_si, min, max }
+/// Declares the settings once: the enum and its tables come from the same lines.
+macro_rules! settings {
+    ($($(#[$text:meta])* $setting:ident $name:literal $unit:literal $unit_si:literal, $min:literal to $max:literal;)*) => {
+        /// One thing that can be set.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Setting {
+            $($(#[$text])* $setting,)*
+        }
+
+        impl Setting {
+            /// Every setting, in the order of the enum.
+            pub const ALL: [Self; [$($name),*].len()] = [$(Self::$setting),*];
+        }
+
+        /// What a user types, in the same order.
+        const NAMES: &str = concat!($($name, "\n",)*);
+        /// The user's units, in the same order.
+        const UNITS: &str = concat!($($unit, "\n",)*);
+        /// Their sizes and the allowed values, in the same order.
+        const RANGES: [Range; Setting::ALL.len()] = [
+            $(Range { unit_si: $unit_si, min: $min, max: $max }),*
+        ];
+    };
 }
 
-/// What a user types, in the order of the enum.
-const NAMES: &str = "closing-speed\ncurrent-limit\nprobe-torque\nwanted-deviation\nhold-force\nhold-time\nefficiency\n\
-    supply-min\nsupply-max\n";
-/// The user's units, in the same order.
-const UNITS: &str = "rad/s\nmA\nmNm\nmm\nN\ns\n%\nV\nV\n";
-/// Their sizes and the allowed values, in the same order.
-const RANGES: [Range; Setting::ALL.len()] = [
+settings! {
+    /// Speed of the input link while closing, recording friction and probing, radian per second.
     // Below 0.05 rad/s the worm creeps by stick-slip; above 0.8 the motor has no voltage left for load.
-    range(1.0, 0.05, 0.8),
+    ClosingSpeed "closing-speed" "rad/s" 1.0, 0.05 to 0.8;
+    /// Largest motor current, ampere.
     // 183 mA is the motor's nominal current; below 30 mA friction alone may stop it.
-    range(1e-3, 30.0, 183.0),
-    range(1e-3, 5.0, 500.0),
-    range(1e-3, 0.1, 20.0),
-    range(1.0, 0.1, 20.0),
-    range(1.0, 0.0, 60.0),
-    range(1e-2, 5.0, 95.0),
+    CurrentLimit "current-limit" "mA" 1e-3, 30.0 to 183.0;
+    /// Torque at the input link, above friction, at which probing ends, newton metre.
+    ProbeTorque "probe-torque" "mNm" 1e-3, 5.0 to 500.0;
+    /// Standard deviation of the contact location at which probing may end early, metre.
+    WantedDeviation "wanted-deviation" "mm" 1e-3, 0.1 to 20.0;
+    /// Contact force to hold after probing, newton.
+    HoldForce "hold-force" "N" 1.0, 0.1 to 20.0;
+    /// How long to hold it, second.
+    HoldTime "hold-time" "s" 1.0, 0.0 to 60.0;
+    /// Efficiency of the drivetrain under load, used until a calibration replaces it, 0 to 1.
+    Efficiency "efficiency" "%" 1e-2, 5.0 to 95.0;
+    /// Supply voltage below which the bridge is switched off, volt.
     // The bridge runs from 4.5 V; the winding is made for 12 V.
-    range(1.0, 4.5, 12.0),
-    range(1.0, 12.0, 16.0),
-];
+    SupplyMin "supply-min" "V" 1.0, 4.5 to 12.0;
+    /// Supply voltage above which the bridge is switched off, volt.
+    SupplyMax "supply-max" "V" 1.0, 12.0 to 16.0;
+}
 
 impl Setting {
-    /// Every setting, in the order of the enum.
-    pub const ALL: [Self; 9] = [
-        Self::ClosingSpeed,
-        Self::CurrentLimit,
-        Self::ProbeTorque,
-        Self::WantedDeviation,
-        Self::HoldForce,
-        Self::HoldTime,
-        Self::Efficiency,
-        Self::SupplyMin,
-        Self::SupplyMax,
-    ];
-
     /// What a user types.
     pub fn name(self) -> &'static str {
         word(NAMES, self as u8)
