@@ -4,6 +4,7 @@ pub mod command;
 pub mod conduct;
 pub mod decimal;
 pub mod hint;
+pub mod input;
 pub mod kept;
 pub mod line;
 pub mod record;
