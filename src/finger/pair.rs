@@ -2,7 +2,7 @@
 //!
 //! With three phalanges and the contact on phalanx 2, the third joint is eliminated and the same problem remains.
 
-use crate::numeric::{self, Bounded, bisect, sqrt};
+use crate::numeric::{Bounded, bisect, sqrt};
 
 /// The stiffness problem of a contact on phalanx 2, reduced to four numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,23 +24,6 @@ pub struct Roots {
     pub near_m: Option<f32>,
     /// Beyond e_2.
     pub far_m: Option<f32>,
-}
-
-/// lever |lever| -+ C energy over `k`; the compliance carries the sign of the side looked on.
-struct Residual {
-    c: f32,
-    at_joint: f32,
-    rest: f32,
-    soft1: f32,
-    soft2: f32,
-}
-
-impl numeric::Residual for Residual {
-    #[inline(always)]
-    fn at(&mut self, k: f32) -> f32 {
-        let (lever, arm) = (self.at_joint - self.rest * k, self.c + k);
-        lever * lever.abs() - (self.soft1 * k * k + self.soft2 * arm * arm)
-    }
 }
 
 /// Positive and finite, in one comparison: such numbers are ordered as their bits are.
@@ -152,14 +135,14 @@ impl Pair {
         }
         // This is asked for at every step: what does not depend on `k` stays outside, and squares with their sign are
         // compared instead of taking the root.
+        let (c, at_joint, rest) = (self.c_m, self.x2 * self.c_m, 1.0 - self.x2);
         let mut roots = [None; 2];
+        // The compliance carries the sign of the side looked on.
         for (root, signed) in roots.iter_mut().zip([compliance, -compliance]) {
-            let residual = Residual {
-                c: self.c_m,
-                at_joint: self.x2 * self.c_m,
-                rest: 1.0 - self.x2,
-                soft1: signed * self.k1,
-                soft2: signed * self.h22,
+            let (soft1, soft2) = (signed * self.k1, signed * self.h22);
+            let residual = |k: f32| {
+                let (lever, arm) = (at_joint - rest * k, c + k);
+                lever * lever.abs() - (soft1 * k * k + soft2 * arm * arm)
             };
             *root = bisect(low, high, residual)
                 .filter(|k| *k > 0.0 && *k <= length_m && self.presses(*k));

@@ -4,30 +4,17 @@
 /// (`cargo xtask report` shows the error over the number of steps).
 pub const BISECTION_STEPS: u32 = 24;
 
-/// What shall vanish: any function, or a type of its own where the loop must hold it and not call it.
-pub trait Residual {
-    /// Its value.
-    fn at(&mut self, x: f32) -> f32;
-}
-
-impl<F: FnMut(f32) -> f32> Residual for F {
-    #[inline(always)]
-    fn at(&mut self, x: f32) -> f32 {
-        self(x)
-    }
-}
-
 /// Zero of `residual` in `[low, high]`, where its signs must differ (a zero at an end counts); `None` where they do not or
 /// the bracket or its width is not finite.
 ///
 /// [`BISECTION_STEPS`] evaluations after the two at the ends, whatever the residual. Only signs are used: the
 /// residual must be bounded and change sign once, its scale does not matter.
-pub fn bisect(low: f32, high: f32, mut residual: impl Residual) -> Option<f32> {
+pub fn bisect(low: f32, high: f32, mut residual: impl FnMut(f32) -> f32) -> Option<f32> {
     let mut width = high - low;
     if !(low.is_finite() && width.is_finite()) {
         return None;
     }
-    let (at_low, at_high) = (residual.at(low), residual.at(high));
+    let (at_low, at_high) = (residual(low), residual(high));
     // From the end where the residual is negative, to either side: one comparison a step. A NaN at either end fails.
     let mut below = if at_low < 0.0 && at_high > 0.0 {
         low
@@ -45,7 +32,7 @@ pub fn bisect(low: f32, high: f32, mut residual: impl Residual) -> Option<f32> {
     let (mut middle, mut steps) = (below + width, BISECTION_STEPS);
     // Asked at its end whether to go on, this loop is two instructions shorter than with a range.
     loop {
-        if residual.at(middle) < 0.0 {
+        if residual(middle) < 0.0 {
             below = middle;
         }
         width *= 0.5;

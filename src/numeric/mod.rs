@@ -23,7 +23,7 @@ mod log;
 mod root;
 
 pub use angle::{SIN_COS_MAX_RAD, Turn, atan2, sin_cos};
-pub use bisect::{BISECTION_STEPS, Residual, bisect};
+pub use bisect::{BISECTION_STEPS, bisect};
 pub use clamp::{Bounded, clamp};
 pub use linear::{solve, solve_in_place};
 pub use log::ln;

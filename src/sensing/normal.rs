@@ -31,8 +31,6 @@ impl<const P: usize, X: Series> Normal<P, X> {
         series: PhantomData,
     };
 
-    // Triangles are walked over half-open ranges: an inclusive one keeps a flag, and its step is a call where size counts.
-
     /// How many of them there are: without a cable the last two are not.
     const USED: usize = if X::FLEXIBLE { P } else { P - CABLES };
 
@@ -42,7 +40,7 @@ impl<const P: usize, X: Series> Normal<P, X> {
         for row in 0..Self::USED {
             let weighted = weight * slopes[row];
             self.right[row] += weighted * residual;
-            for column in 0..row + 1 {
+            for column in 0..=row {
                 self.matrix[row][column] += weighted * slopes[column];
             }
         }
@@ -65,7 +63,7 @@ impl<const P: usize, X: Series> Normal<P, X> {
     /// Factors the matrix, its diagonal raised by `damping` times itself. None unless it is positive definite.
     pub fn factor(&mut self, damping: f32) -> Option<Factor<'_, P, X>> {
         for row in 0..Self::USED {
-            for column in 0..row + 1 {
+            for column in 0..=row {
                 let mut sum = self.matrix[row][column];
                 if row == column {
                     sum *= 1.0 + damping;

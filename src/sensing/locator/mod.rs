@@ -71,25 +71,8 @@ impl Locator {
         if begins {
             self.points.clear();
             for point in points {
-                // Field by field: as a whole it would be the one use of `memmove`, some 700 bytes, since to the compiler
-                // the curve may overlap its copy.
-                let &Point {
-                    counts,
-                    torque_nm,
-                    late_nm,
-                    inertia_nm,
-                    variance_nm2,
-                    blocks,
-                } = point;
                 // As many as there are bins.
-                let _ = self.points.push(Point {
-                    counts,
-                    torque_nm,
-                    late_nm,
-                    inertia_nm,
-                    variance_nm2,
-                    blocks,
-                });
+                let _ = self.points.push(*point);
             }
         }
         if begins && self.is_time_to_ask(prior) {

@@ -116,8 +116,10 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         if let Some(free) = self.free(theta_a_rad) {
             self.posture = free.configuration;
         }
-        if self.shift_counts.is_none() {
-            match self.align(&mut search.alignment, block) {
+        if self.shift_counts.is_none()
+            && let Some(friction) = &self.friction
+        {
+            match search.alignment.push(friction, block, &self.drivetrain) {
                 Aligned::Pending => {}
                 Aligned::By(counts) => self.shift_counts = Some(counts),
                 Aligned::Nowhere { misfit_nm } => {
@@ -166,14 +168,6 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             }
         }
         Found::Nothing
-    }
-
-    /// A block of the closing that aligns a record of before a restart.
-    fn align(&self, alignment: &mut Alignment, block: &Block) -> Aligned {
-        match &self.friction {
-            Some(friction) => alignment.push(friction, block, &self.drivetrain),
-            None => Aligned::Pending,
-        }
     }
 
     /// A detector for the friction recorded.
