@@ -44,8 +44,8 @@ impl CurrentLoop {
         self.integral_v = 0.0;
     }
 
-    /// Voltage, as a fraction of the supply, for a current, given the current measured in the last period (`None` where the sense is blind) and the
-    /// speed in counts a period; says in `limited` if it had to clamp it at the largest duty.
+    /// Voltage, as a fraction of the supply, for a current, given the current measured in the last period (`None` where the
+    /// sense is blind) and the speed in counts a period; says in `limited` if it had to clamp it at the largest duty.
     pub fn step(
         &mut self,
         reference_a: f32,

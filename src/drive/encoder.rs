@@ -11,7 +11,8 @@ const OBSERVER_RAD_PER_S: f32 = 942.0;
 const POSITION_GAIN: f32 = 1.4 * OBSERVER_RAD_PER_S * PERIOD_S;
 const SPEED_GAIN: f32 = OBSERVER_RAD_PER_S * PERIOD_S * OBSERVER_RAD_PER_S * PERIOD_S;
 
-/// More counts than this in one period cannot be motion: [`Checked`](super::config::Checked) keeps the configured speed at or below it.
+/// More counts than this in one period cannot be motion: [`Checked`](super::config::Checked) keeps the configured speed at
+/// or below it.
 pub const JUMP_COUNTS: u32 = 16;
 /// Change of speed, in counts a period, from one period to the next that no motor reaches: a rotor of 0.1 g cm2 changes by
 /// 0.14 at stall current, rounding adds 1 and the encoder's own unevenness 1. A blow through the gears can be worse, once.

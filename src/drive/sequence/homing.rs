@@ -24,6 +24,7 @@ const STARTED_US: u32 = 100_000;
 const RUN_UP_RAD: f32 = 0.12;
 /// Two homings on the same stop differ by less, radian: twice what one may be off by.
 const SAME_STOP_RAD: f32 = 0.025;
+
 impl Sequence {
     /// Opens against the stop, makes the stop's begin the zero, backs off to the rest position.
     pub(super) fn home(&mut self, seen: &Seen) -> Option<State> {
