@@ -12,18 +12,21 @@ use palpate::sensing::location::{
 use palpate::sensing::step;
 use proptest::prelude::*;
 
-/// A contact posture: torque as a share of the softest spring; none without a spring at joint 1.
+/// A contact posture: torque as a share of the softest spring; rejects where there is none, as without a spring at joint 1.
 fn preshaped<const N: usize, T>(
     finger: &Finger<N, T>,
     share: f32,
-) -> Option<(Configuration<N>, f32)>
+) -> Result<(Configuration<N>, f32), TestCaseError>
 where
     T: Transmission<N>,
     Finger<N, T>: Mechanics<Configuration = Configuration<N>>,
 {
     let springs = finger.parameters().stiffness_nm_per_rad;
     let torque = share * springs.into_iter().fold(f32::INFINITY, f32::min);
-    Some((finger.free_at_torque(torque, &finger.rest())?, torque))
+    match finger.free_at_torque(torque, &finger.rest()) {
+        Some(posture) => Ok((posture, torque)),
+        None => Err(TestCaseError::reject("no posture")),
+    }
 }
 
 /// Forward then inverse returns the place, by both solvers; every candidate presses and lies on its phalanx.
@@ -37,9 +40,7 @@ where
     T: Transmission<N>,
     Finger<N, T>: Mechanics<Configuration = Configuration<N>>,
 {
-    let Some((posture, torque)) = preshaped(finger, share) else {
-        return Err(TestCaseError::reject("no posture"));
-    };
+    let (posture, torque) = preshaped(finger, share)?;
     let length = finger
         .phalanx_length_m(phalanx)
         .expect("it has that phalanx");
@@ -122,9 +123,7 @@ where
     T: Transmission<N>,
     Finger<N, T>: Mechanics<Configuration = Configuration<N>>,
 {
-    let Some((posture, torque)) = preshaped(finger, share) else {
-        return Err(TestCaseError::reject("no posture"));
-    };
+    let (posture, torque) = preshaped(finger, share)?;
     let length = finger
         .phalanx_length_m(phalanx)
         .expect("it has that phalanx");
@@ -186,9 +185,7 @@ where
     Finger<N, T>: Mechanics<Configuration = Configuration<N>>,
 {
     const PIECES: u16 = 64;
-    let Some((posture, torque)) = preshaped(finger, share) else {
-        return Err(TestCaseError::reject("no posture"));
-    };
+    let (posture, torque) = preshaped(finger, share)?;
     let length = finger
         .phalanx_length_m(contact.phalanx)
         .expect("it has that phalanx");
@@ -253,9 +250,7 @@ where
     T: Transmission<N>,
     Finger<N, T>: Mechanics<Configuration = Configuration<N>>,
 {
-    let Some((posture, torque)) = preshaped(finger, share) else {
-        return Err(TestCaseError::reject("no posture"));
-    };
+    let (posture, torque) = preshaped(finger, share)?;
     let on = usize::from(contact.phalanx);
     let length = finger.parameters().lengths_m[on - 1];
     let contact = Contact {
@@ -308,9 +303,7 @@ where
     T: Transmission<N>,
     Finger<N, T>: Mechanics<Configuration = Configuration<N>>,
 {
-    let Some((posture, torque)) = preshaped(finger, share) else {
-        return Err(TestCaseError::reject("no posture"));
-    };
+    let (posture, torque) = preshaped(finger, share)?;
     let length = finger.parameters().lengths_m[usize::from(contact.phalanx) - 1];
     let contact = Contact {
         k_m: contact.k_m * length,
@@ -371,9 +364,7 @@ where
     T: Transmission<N>,
     Finger<N, T>: Mechanics<Configuration = Configuration<N>>,
 {
-    let Some((posture, torque)) = preshaped(finger, share) else {
-        return Err(TestCaseError::reject("no posture"));
-    };
+    let (posture, torque) = preshaped(finger, share)?;
     let length = finger
         .phalanx_length_m(contact.phalanx)
         .expect("it has that phalanx");
@@ -496,9 +487,8 @@ proptest! {
             },
             [scaled],
         ).expect("the same finger in other units");
-        let (Some((here, torque)), Some((there, torque_there))) = (preshaped(&f, share), preshaped(&other, share)) else {
-            return Err(TestCaseError::reject("no posture"));
-        };
+        let (here, torque) = preshaped(&f, share)?;
+        let (there, torque_there) = preshaped(&other, share)?;
         let k = at * p.lengths_m[1];
         let c = f.contact_compliance(&here, torque, 2, k).expect("stable");
         let c_there = other.contact_compliance(&there, torque_there, 2, k * metre).expect("stable");
@@ -515,7 +505,7 @@ proptest! {
     /// The free finger found by its input angle is the one found by its torque.
     #[test]
     fn angle_and_torque_agree(f in linkage3(), share in within(0.0, 0.5)) {
-        let Some((at, torque)) = preshaped(&f, share) else { return Err(TestCaseError::reject("no posture")) };
+        let (at, torque) = preshaped(&f, share)?;
         let free = f.free_at_angle(f.input_angle_rad(&at), &f.rest()).expect("a posture it just had");
         let scale = f.parameters().stiffness_nm_per_rad[2];
         prop_assert!((free.torque_nm - torque).abs() <= 3e-6 * scale, "{} {torque}", free.torque_nm);
