@@ -13,7 +13,7 @@ use palpate::sensing::{Event, NotLocated};
 use palpate_emulator::Firmware;
 use palpate_emulator::sim::{Object, Script, Session, Settings, end_of};
 use palpate_plant::{FirstContact, Grasp, Parameters};
-use palpate_rig::{Outcome, Rig};
+use palpate_simulation::{Outcome, Simulation};
 
 const FRICTION_SHARE: f64 = 0.02;
 const ONSET_MRAD: f64 = 15.0;
@@ -81,10 +81,13 @@ fn delay_ms(touch_s: f64, contact: Option<&FirstContact>) -> Option<f64> {
 }
 
 fn simulated(object: Option<Object>, seed: u64) -> Told {
-    let mut rig = Rig::<P70>::new(&Parameters::default(), seed).expect("the defaults are valid");
-    let prepared = rig.prepare().expect("an idle finger records friction");
+    let mut simulation =
+        Simulation::<P70>::new(&Parameters::default(), seed).expect("the defaults are valid");
+    let prepared = simulation
+        .prepare()
+        .expect("an idle finger records friction");
     let grasp = object.map_or(Grasp::Free, |object| object.grasp());
-    let outcome = rig
+    let outcome = simulation
         .close(&grasp)
         .expect("the object is clear of the open finger");
     assert_eq!(outcome.fault, None);

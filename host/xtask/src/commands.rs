@@ -139,7 +139,7 @@ pub fn faults(arguments: &[String]) -> Outcome {
 /// `experiments`: the paper's work again.
 pub fn experiments(arguments: &[String]) -> Outcome {
     run(&mut host_program(
-        "palpate-experiments",
+        "palpate-evaluation",
         &[&["experiments".to_owned()], arguments].concat(),
     ))
 }
@@ -147,7 +147,7 @@ pub fn experiments(arguments: &[String]) -> Outcome {
 /// `replay`: a recorded trace.
 pub fn replay(arguments: &[String]) -> Outcome {
     run(&mut host_program(
-        "palpate-experiments",
+        "palpate-evaluation",
         &[&["replay".to_owned()], arguments].concat(),
     ))
 }
@@ -155,7 +155,7 @@ pub fn replay(arguments: &[String]) -> Outcome {
 /// `figures`: pictures of the above.
 pub fn figures(arguments: &[String]) -> Outcome {
     run(&mut host_program(
-        "palpate-experiments",
+        "palpate-evaluation",
         &[&["figures".to_owned()], arguments].concat(),
     ))
 }

@@ -1,5 +1,5 @@
 //! What a user trades: the time from the first contact to an answer against the answer's error, by the settings that are his
-//! to choose. Simulated: the library's control, sequence and sensing on the rig's plant, default scene.
+//! to choose. Simulated: the library's control, sequence and sensing on the simulation's plant, default scene.
 //!
 //! Fingers differ from one another and from the scene as the plant's parameters are uncertain. Each is homed, records its
 //! friction at the closing speed and goes through the guided calibration; then it closes on cylinders of 4 to 40 mm
@@ -14,7 +14,7 @@ use palpate::app::settings::Setting;
 use palpate::scene::P70;
 use palpate::sensing::Event;
 use palpate_plant::{Grasp, Parameters, Shape};
-use palpate_rig::{Outcome, Rig};
+use palpate_simulation::{Outcome, Simulation};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -195,31 +195,31 @@ impl Row {
 }
 
 /// What a user types.
-fn set(rig: &mut Rig<P70>, setting: Setting, value: f32) -> Result<()> {
+fn set(simulation: &mut Simulation<P70>, setting: Setting, value: f32) -> Result<()> {
     let command = Command::Set(setting, value);
-    let told = rig.slow().conduct.command(command);
+    let told = simulation.slow().conduct.command(command);
     told.map_err(|refused| anyhow!("{setting:?} = {value}: {refused:?}"))?;
     // One order a millisecond reaches the sensing.
-    rig.idle(0.01);
+    simulation.idle(0.01);
     Ok(())
 }
 
 /// A finger at home that has recorded its friction at a speed and is calibrated.
-fn finger(seed: u64, speed: f32) -> Result<Rig<P70>> {
+fn finger(seed: u64, speed: f32) -> Result<Simulation<P70>> {
     let parameters = Parameters::default().randomised(seed);
-    let mut rig = Rig::<P70>::new(&parameters, seed)?;
-    set(&mut rig, Setting::ClosingSpeed, speed)?;
-    let prepared = rig.prepare()?;
+    let mut simulation = Simulation::<P70>::new(&parameters, seed)?;
+    set(&mut simulation, Setting::ClosingSpeed, speed)?;
+    let prepared = simulation.prepare()?;
     anyhow::ensure!(
         prepared.fault.is_none(),
         "finger {seed}: {:?}",
         prepared.fault
     );
-    rig.press()?;
+    simulation.press()?;
     for share in PIN_SHARES {
-        rig.calibrate(2, share * LENGTH_M, PIN_RAD)?;
+        simulation.calibrate(2, share * LENGTH_M, PIN_RAD)?;
     }
-    Ok(rig)
+    Ok(simulation)
 }
 
 /// An object's place and size: spread evenly, places and sizes apart from each other.
@@ -232,7 +232,12 @@ fn grasp(at: u32) -> Grasp {
 }
 
 /// One finger's closings under a choice, from the same state each.
-fn close(finger: &Rig<P70>, seed: u64, choice: &Choice, closings: u32) -> Result<Vec<Closing>> {
+fn close(
+    finger: &Simulation<P70>,
+    seed: u64,
+    choice: &Choice,
+    closings: u32,
+) -> Result<Vec<Closing>> {
     let mut set_up = finger.clone();
     set(
         &mut set_up,
@@ -247,9 +252,9 @@ fn close(finger: &Rig<P70>, seed: u64, choice: &Choice, closings: u32) -> Result
     (0..closings)
         .map(|at| {
             let at = at + seed as u32 * closings;
-            let mut rig = set_up.clone();
-            rig.reseed(u64::from(at) + 1);
-            Ok(closing(&rig.close(&grasp(at))?))
+            let mut simulation = set_up.clone();
+            simulation.reseed(u64::from(at) + 1);
+            Ok(closing(&simulation.close(&grasp(at))?))
         })
         .collect()
 }
@@ -262,21 +267,22 @@ fn measure(choices: &[Choice], fingers: u64, closings: u32) -> Result<Vec<Row>> 
         .iter()
         .flat_map(|speed| (1..=fingers).map(|seed| (*speed, seed)))
         .collect();
-    let rigs: Vec<((f32, u64), Rig<P70>)> = wanted
+    let simulations: Vec<((f32, u64), Simulation<P70>)> = wanted
         .into_par_iter()
         .map(|(speed, seed)| Ok(((speed, seed), finger(seed, speed)?)))
         .collect::<Result<_>>()?;
-    let jobs: Vec<(&Choice, u64, &Rig<P70>)> = choices
+    let jobs: Vec<(&Choice, u64, &Simulation<P70>)> = choices
         .iter()
         .flat_map(|choice| {
-            rigs.iter()
+            simulations
+                .iter()
                 .filter(|((speed, _), _)| *speed == choice.closing_speed_rad_per_s)
-                .map(move |((_, seed), rig)| (choice, *seed, rig))
+                .map(move |((_, seed), simulation)| (choice, *seed, simulation))
         })
         .collect();
     let closed: Vec<Vec<Closing>> = jobs
         .par_iter()
-        .map(|(choice, seed, rig)| close(rig, *seed, choice, closings))
+        .map(|(choice, seed, simulation)| close(simulation, *seed, choice, closings))
         .collect::<Result<_>>()?;
     Ok(choices
         .iter()

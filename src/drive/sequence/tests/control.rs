@@ -4,64 +4,68 @@ use super::*;
 
 #[test]
 fn position_is_limited_before_it_trips() {
-    let mut rig = closing(5);
-    let speed = rig.controller.scale().counts_per_s(0.3);
-    rig.bench.wrong = Wrong::NoStop;
-    rig.demand.setpoint = Setpoint::Speed {
+    let mut simulation = closing(5);
+    let speed = simulation.controller.scale().counts_per_s(0.3);
+    simulation.bench.wrong = Wrong::NoStop;
+    simulation.demand.setpoint = Setpoint::Speed {
         counts_per_s: speed,
         current_limit_a: 0.1,
     };
     let mut limited = false;
     for _ in 0..20 * 8000 {
-        let inputs = rig.bench.step(rig.outputs);
-        rig.outputs = rig.controller.step(&inputs, &rig.demand);
-        limited |= rig.controller.status().limited.position;
-        assert_eq!(rig.controller.status().fault, None);
+        let inputs = simulation.bench.step(simulation.outputs);
+        simulation.outputs = simulation.controller.step(&inputs, &simulation.demand);
+        limited |= simulation.controller.status().limited.position;
+        assert_eq!(simulation.controller.status().fault, None);
     }
     assert!(limited);
     // 2.0 rad is the limit: the motor stopped there.
     assert!(
-        (rig.bench.link_rad() - 2.0).abs() < 0.03,
+        (simulation.bench.link_rad() - 2.0).abs() < 0.03,
         "{}",
-        rig.bench.link_rad()
+        simulation.bench.link_rad()
     );
     // A current outward is suppressed as well.
-    rig.demand.setpoint = Setpoint::Current { a: 0.1 };
+    simulation.demand.setpoint = Setpoint::Current { a: 0.1 };
     for _ in 0..20 * 500 {
-        let inputs = rig.bench.step(rig.outputs);
-        rig.outputs = rig.controller.step(&inputs, &rig.demand);
+        let inputs = simulation.bench.step(simulation.outputs);
+        simulation.outputs = simulation.controller.step(&inputs, &simulation.demand);
     }
     assert!(
-        (rig.bench.link_rad() - 2.0).abs() < 0.03,
+        (simulation.bench.link_rad() - 2.0).abs() < 0.03,
         "{}",
-        rig.bench.link_rad()
+        simulation.bench.link_rad()
     );
 }
 
 #[test]
 fn a_current_demand_is_held_and_its_speed_is_limited() {
-    let mut rig = closing(6);
-    rig.bench.object_rad = rig.bench.link_rad() + 0.1;
-    rig.demand.setpoint = Setpoint::Current { a: 0.07 };
+    let mut simulation = closing(6);
+    simulation.bench.object_rad = simulation.bench.link_rad() + 0.1;
+    simulation.demand.setpoint = Setpoint::Current { a: 0.07 };
     let mut fastest = 0.0f64;
     for _ in 0..20 * 2000 {
-        let inputs = rig.bench.step(rig.outputs);
-        rig.outputs = rig.controller.step(&inputs, &rig.demand);
-        fastest = fastest.max(rig.bench.speed / 1280.0);
+        let inputs = simulation.bench.step(simulation.outputs);
+        simulation.outputs = simulation.controller.step(&inputs, &simulation.demand);
+        fastest = fastest.max(simulation.bench.speed / 1280.0);
     }
     assert!(fastest < 0.85, "{fastest} rad/s, 0.8 is the limit");
     assert!(
-        (rig.bench.current_a - 0.07).abs() < 2e-3,
+        (simulation.bench.current_a - 0.07).abs() < 2e-3,
         "{}",
-        rig.bench.current_a
+        simulation.bench.current_a
     );
-    rig.demand.setpoint = Setpoint::Current { a: 1.0 };
+    simulation.demand.setpoint = Setpoint::Current { a: 1.0 };
     let mut limited = false;
     for _ in 0..20 * 500 {
-        let inputs = rig.bench.step(rig.outputs);
-        rig.outputs = rig.controller.step(&inputs, &rig.demand);
-        limited |= rig.controller.status().limited.current;
-        assert!(rig.bench.current_a < 0.13, "{}", rig.bench.current_a);
+        let inputs = simulation.bench.step(simulation.outputs);
+        simulation.outputs = simulation.controller.step(&inputs, &simulation.demand);
+        limited |= simulation.controller.status().limited.current;
+        assert!(
+            simulation.bench.current_a < 0.13,
+            "{}",
+            simulation.bench.current_a
+        );
     }
     assert!(limited);
 }
@@ -69,13 +73,13 @@ fn a_current_demand_is_held_and_its_speed_is_limited() {
 #[test]
 fn samples_come_every_millisecond_and_tell_the_drive() {
     use crate::sample::Drive;
-    let mut rig = closing(8);
+    let mut simulation = closing(8);
     let mut last_us = None;
     for period in 0..20 * 300 {
-        let inputs = rig.bench.step(rig.outputs);
-        rig.outputs = rig.controller.step(&inputs, &rig.demand);
-        if let Some(sample) = rig.controller.sample() {
-            assert!(rig.controller.sample().is_none());
+        let inputs = simulation.bench.step(simulation.outputs);
+        simulation.outputs = simulation.controller.step(&inputs, &simulation.demand);
+        if let Some(sample) = simulation.controller.sample() {
+            assert!(simulation.controller.sample().is_none());
             if let Some(last_us) = last_us {
                 assert_eq!(sample.time_us - last_us, 1000);
                 assert_eq!(
@@ -98,8 +102,8 @@ fn samples_come_every_millisecond_and_tell_the_drive() {
             last_us = Some(sample.time_us);
         }
         if period == 20 * 100 {
-            let speed = rig.controller.scale().counts_per_s(-0.3);
-            rig.demand.setpoint = Setpoint::Speed {
+            let speed = simulation.controller.scale().counts_per_s(-0.3);
+            simulation.demand.setpoint = Setpoint::Speed {
                 counts_per_s: speed,
                 current_limit_a: 0.1,
             };
@@ -109,15 +113,15 @@ fn samples_come_every_millisecond_and_tell_the_drive() {
 
 #[test]
 fn steady_speed_is_steady() {
-    let mut rig = closing(9);
-    let wanted =
-        f64::from(rig.controller.scale().counts_per_s(0.3)) / 1024.0 * core::f64::consts::TAU;
+    let mut simulation = closing(9);
+    let wanted = f64::from(simulation.controller.scale().counts_per_s(0.3)) / 1024.0
+        * core::f64::consts::TAU;
     let (mut sum, mut squares, mut n) = (0.0, 0.0, 0.0);
     for _ in 0..20 * 1000 {
-        let inputs = rig.bench.step(rig.outputs);
-        rig.outputs = rig.controller.step(&inputs, &rig.demand);
-        sum += rig.bench.speed;
-        squares += rig.bench.speed * rig.bench.speed;
+        let inputs = simulation.bench.step(simulation.outputs);
+        simulation.outputs = simulation.controller.step(&inputs, &simulation.demand);
+        sum += simulation.bench.speed;
+        squares += simulation.bench.speed * simulation.bench.speed;
         n += 1.0;
     }
     let mean = sum / n;
@@ -157,16 +161,16 @@ fn a_motor_that_works_too_hard_is_switched_off_before_it_is_hot() {
 
 #[test]
 fn a_reading_at_rest_that_is_no_offset_is_found_without_any_motion() {
-    let mut rig = Rig::new(1);
+    let mut simulation = Simulation::new(1);
     for _ in 0..100 {
-        rig.millisecond(None);
+        simulation.millisecond(None);
     }
-    assert_eq!(rig.sequence.fault(), None);
-    rig.bench.wrong = Wrong::SenseOffset;
+    assert_eq!(simulation.sequence.fault(), None);
+    simulation.bench.wrong = Wrong::SenseOffset;
     for _ in 0..100 {
-        rig.millisecond(None);
+        simulation.millisecond(None);
     }
-    assert_eq!(rig.sequence.fault(), Some(Fault::OffsetOutOfRange));
+    assert_eq!(simulation.sequence.fault(), Some(Fault::OffsetOutOfRange));
 }
 
 #[test]

@@ -33,26 +33,26 @@ fn every_injected_fault_is_found_in_time_and_under_its_name() {
     ];
     for &(wrong, expected, limit) in cases {
         for seed in 1..=3 {
-            let mut rig = closing(seed);
-            rig.bench.wrong = wrong;
+            let mut simulation = closing(seed);
+            simulation.bench.wrong = wrong;
             let mut periods = 0;
             let mut peak_a = 0.0f64;
-            while rig.outputs != Outputs::Off && periods <= limit {
+            while simulation.outputs != Outputs::Off && periods <= limit {
                 // The slow loop goes on as ever.
                 if periods % 20 == 19 {
-                    rig.now_us += 1000;
-                    rig.demand = rig
+                    simulation.now_us += 1000;
+                    simulation.demand = simulation
                         .sequence
-                        .advance(rig.now_us, rig.controller.status(), None)
+                        .advance(simulation.now_us, simulation.controller.status(), None)
                         .demand;
                 }
-                let inputs = rig.bench.step(rig.outputs);
-                rig.outputs = rig.controller.step(&inputs, &rig.demand);
-                peak_a = peak_a.max(rig.bench.current_a.abs());
+                let inputs = simulation.bench.step(simulation.outputs);
+                simulation.outputs = simulation.controller.step(&inputs, &simulation.demand);
+                peak_a = peak_a.max(simulation.bench.current_a.abs());
                 periods += 1;
             }
-            rig.millisecond(None);
-            let fault = rig.sequence.fault();
+            simulation.millisecond(None);
+            let fault = simulation.sequence.fault();
             assert!(
                 fault.is_some_and(|fault| expected.contains(&fault)),
                 "{wrong:?}: {fault:?} after {periods} periods"
@@ -60,62 +60,63 @@ fn every_injected_fault_is_found_in_time_and_under_its_name() {
             assert!(periods <= limit, "{wrong:?}: {periods} periods");
             assert!(peak_a < 0.35, "{wrong:?}: {peak_a} A");
             // Latched: nothing restarts, whatever is asked, until it is cleared and homed anew.
-            rig.bench.wrong = Wrong::Nothing;
-            assert!(rig.sequence.request(Request::Run).is_err());
+            simulation.bench.wrong = Wrong::Nothing;
+            assert!(simulation.sequence.request(Request::Run).is_err());
             for _ in 0..100 {
-                rig.millisecond(None);
-                assert_eq!(rig.outputs, Outputs::Off, "{wrong:?}");
+                simulation.millisecond(None);
+                assert_eq!(simulation.outputs, Outputs::Off, "{wrong:?}");
             }
-            rig.sequence
+            simulation
+                .sequence
                 .request(Request::Clear)
                 .expect("a fault to clear");
             for _ in 0..5 {
-                rig.millisecond(None);
+                simulation.millisecond(None);
             }
             assert_eq!(
-                (rig.sequence.state(), rig.sequence.fault()),
+                (simulation.sequence.state(), simulation.sequence.fault()),
                 (State::Idle, None),
                 "{wrong:?}"
             );
-            assert!(!rig.controller.status().homed);
+            assert!(!simulation.controller.status().homed);
         }
     }
 }
 
 #[test]
 fn a_missing_stop_is_found_within_the_travel() {
-    let mut rig = Rig::new(1);
-    rig.bench.wrong = Wrong::NoStop;
-    assert_eq!(rig.run(Request::Home, 60), None);
-    assert_eq!(rig.sequence.fault(), Some(Fault::TravelLimit));
+    let mut simulation = Simulation::new(1);
+    simulation.bench.wrong = Wrong::NoStop;
+    assert_eq!(simulation.run(Request::Home, 60), None);
+    assert_eq!(simulation.sequence.fault(), Some(Fault::TravelLimit));
 }
 
 #[test]
 fn an_offset_out_of_range_is_found_before_anything_moves() {
-    let mut rig = Rig::new(1);
-    rig.bench.wrong = Wrong::SenseOffset;
-    assert_eq!(rig.run(Request::Run, 60), None);
-    assert_eq!(rig.sequence.fault(), Some(Fault::OffsetOutOfRange));
-    assert!((rig.bench.link_rad() - 0.05).abs() < 1e-9);
+    let mut simulation = Simulation::new(1);
+    simulation.bench.wrong = Wrong::SenseOffset;
+    assert_eq!(simulation.run(Request::Run, 60), None);
+    assert_eq!(simulation.sequence.fault(), Some(Fault::OffsetOutOfRange));
+    assert!((simulation.bench.link_rad() - 0.05).abs() < 1e-9);
 }
 
 #[test]
 fn an_encoder_connected_the_wrong_way_is_found_at_the_first_motion() {
     for wrong in [Wrong::EncoderReversed, Wrong::EncoderDead] {
-        let mut rig = Rig::new(1);
-        rig.bench.angle = 0.8 * 1280.0;
-        rig.bench.wrong = wrong;
-        assert_eq!(rig.run(Request::Run, 60), None);
+        let mut simulation = Simulation::new(1);
+        simulation.bench.angle = 0.8 * 1280.0;
+        simulation.bench.wrong = wrong;
+        assert_eq!(simulation.run(Request::Run, 60), None);
         let expected = if wrong == Wrong::EncoderDead {
             Fault::EncoderStuck
         } else {
             Fault::EncoderReversed
         };
-        assert_eq!(rig.sequence.fault(), Some(expected));
+        assert_eq!(simulation.sequence.fault(), Some(expected));
         assert!(
-            (rig.bench.link_rad() - 0.8).abs() < 0.05,
+            (simulation.bench.link_rad() - 0.8).abs() < 0.05,
             "{wrong:?}: moved to {}",
-            rig.bench.link_rad()
+            simulation.bench.link_rad()
         );
     }
 }
@@ -123,8 +124,8 @@ fn an_encoder_connected_the_wrong_way_is_found_at_the_first_motion() {
 #[test]
 fn healthy_grasps_of_motors_at_the_edge_of_their_tolerances_never_fault() {
     for seed in 0..10u64 {
-        let mut rig = Rig::new(seed + 1);
-        let mut spread = |share: f64| 1.0 + 2.0 * share * rig.bench.random();
+        let mut simulation = Simulation::new(seed + 1);
+        let mut spread = |share: f64| 1.0 + 2.0 * share * simulation.bench.random();
         let (resistance, constant, inertia, friction, gain) = (
             spread(0.2),
             spread(0.1),
@@ -133,23 +134,24 @@ fn healthy_grasps_of_motors_at_the_edge_of_their_tolerances_never_fault() {
             spread(0.05),
         );
         let (offset_a, supply_v) = (5e-3 * (spread(1.0) - 1.0), 12.0 * spread(0.1));
-        rig.bench.resistance_ohm *= resistance;
-        rig.bench.torque_constant *= constant;
-        rig.bench.inertia *= inertia;
-        rig.bench.friction_nm *= friction;
-        rig.bench.gain = gain;
-        rig.bench.offset_a = offset_a;
-        rig.bench.supply_v = supply_v;
-        rig.bench.object_rad = 0.3 + 1.4 * (rig.bench.random() + 0.5);
-        rig.bench.object_nm_per_rad = 0.3 * 10f64.powf(2.0 * (rig.bench.random() + 0.5));
-        rig.sequence.friction_known = true;
-        let outcome = rig.run(Request::Run, 60);
+        simulation.bench.resistance_ohm *= resistance;
+        simulation.bench.torque_constant *= constant;
+        simulation.bench.inertia *= inertia;
+        simulation.bench.friction_nm *= friction;
+        simulation.bench.gain = gain;
+        simulation.bench.offset_a = offset_a;
+        simulation.bench.supply_v = supply_v;
+        simulation.bench.object_rad = 0.3 + 1.4 * (simulation.bench.random() + 0.5);
+        simulation.bench.object_nm_per_rad =
+            0.3 * 10f64.powf(2.0 * (simulation.bench.random() + 0.5));
+        simulation.sequence.friction_known = true;
+        let outcome = simulation.run(Request::Run, 60);
         assert!(
             outcome.is_some(),
             "seed {seed}: {:?} {:?} R {resistance} k {constant} {:?}",
-            rig.sequence.fault(),
-            rig.log,
-            rig.controller.status()
+            simulation.sequence.fault(),
+            simulation.log,
+            simulation.controller.status()
         );
     }
 }

@@ -28,7 +28,7 @@ pub(crate) fn motion() -> Motion {
 }
 
 /// Motor, controller and sequence.
-struct Rig {
+struct Simulation {
     bench: Bench,
     controller: Controller,
     sequence: Sequence,
@@ -39,7 +39,7 @@ struct Rig {
     done: Option<Outcome>,
 }
 
-impl Rig {
+impl Simulation {
     fn new(seed: u64) -> Self {
         let controller = Controller::new(&Checked::new(p70()).expect("valid"));
         let sequence = Sequence::new(motion(), *controller.scale());
@@ -91,16 +91,20 @@ impl Rig {
     }
 }
 
-/// A rig that closes steadily in mid-travel.
-fn closing(seed: u64) -> Rig {
-    let mut rig = Rig::new(seed);
-    rig.sequence.friction_known = true;
-    rig.sequence.request(Request::Run).expect("accepted");
+/// A simulation that closes steadily in mid-travel.
+fn closing(seed: u64) -> Simulation {
+    let mut simulation = Simulation::new(seed);
+    simulation.sequence.friction_known = true;
+    simulation.sequence.request(Request::Run).expect("accepted");
     for _ in 0..20_000 {
-        rig.millisecond(None);
-        if rig.sequence.state() == State::Close && rig.bench.link_rad() > 0.5 {
-            return rig;
+        simulation.millisecond(None);
+        if simulation.sequence.state() == State::Close && simulation.bench.link_rad() > 0.5 {
+            return simulation;
         }
     }
-    panic!("does not close: {:?} {:?}", rig.log, rig.sequence.fault());
+    panic!(
+        "does not close: {:?} {:?}",
+        simulation.log,
+        simulation.sequence.fault()
+    );
 }

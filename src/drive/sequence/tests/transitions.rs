@@ -44,38 +44,39 @@ fn the_table_is_what_really_happens_no_more_no_less() {
     ] {
         for known in [false, true] {
             for homed_before in [false, true] {
-                let mut rig = Rig::new(7);
-                rig.bench.object_rad = 0.9;
-                rig.bench.object_nm_per_rad = 0.4;
+                let mut simulation = Simulation::new(7);
+                simulation.bench.object_rad = 0.9;
+                simulation.bench.object_nm_per_rad = 0.4;
                 if homed_before {
-                    rig.run(Request::Home, 60);
+                    simulation.run(Request::Home, 60);
                     if !known {
                         // Somewhere on the way.
-                        rig.bench.object_rad = 0.4;
-                        rig.sequence.friction_known = true;
-                        rig.run(Request::Close, 60);
+                        simulation.bench.object_rad = 0.4;
+                        simulation.sequence.friction_known = true;
+                        simulation.run(Request::Close, 60);
                     }
                 }
-                rig.bench.object_rad = if known { 0.9 } else { f64::INFINITY };
-                rig.sequence.friction_known = known;
-                rig.done = None;
-                let _ = rig.sequence.request(goal);
+                simulation.bench.object_rad = if known { 0.9 } else { f64::INFINITY };
+                simulation.sequence.friction_known = known;
+                simulation.done = None;
+                let _ = simulation.sequence.request(goal);
                 let mut last = None;
                 for _ in 0..40_000 {
-                    let state = rig.sequence.state();
+                    let state = simulation.sequence.state();
                     if last != Some(state) {
                         last = Some(state);
                         for (request, notice, late) in stimuli(state) {
-                            let mut fork = rig.sequence.clone();
+                            let mut fork = simulation.sequence.clone();
                             if let Some(request) = request {
                                 let _ = fork.request(request);
                             }
                             let now_us = if late {
-                                rig.now_us + 1_000_000_000
+                                simulation.now_us + 1_000_000_000
                             } else {
-                                rig.now_us + 1
+                                simulation.now_us + 1
                             };
-                            let advance = fork.advance(now_us, rig.controller.status(), notice);
+                            let advance =
+                                fork.advance(now_us, simulation.controller.status(), notice);
                             seen.extend(advance.changed.map(|(a, b)| (a.name(), b.name())));
                             assert_ne!(
                                 fork.fault(),
@@ -88,31 +89,32 @@ fn the_table_is_what_really_happens_no_more_no_less() {
                             }
                         }
                     }
-                    rig.millisecond(None);
-                    if rig.done.is_some() {
+                    simulation.millisecond(None);
+                    if simulation.done.is_some() {
                         break;
                     }
                 }
-                seen.extend(rig.log.iter().map(|&(a, b)| (a.name(), b.name())));
+                seen.extend(simulation.log.iter().map(|&(a, b)| (a.name(), b.name())));
                 assert_eq!(
-                    rig.sequence.fault(),
+                    simulation.sequence.fault(),
                     None,
                     "{goal:?} {known} {homed_before} {:?}",
-                    rig.log
+                    simulation.log
                 );
             }
         }
     }
     // Clearing.
-    let mut rig = Rig::new(9);
-    rig.millisecond(Some(Notice::Fault(Fault::BadRecord)));
-    rig.sequence
+    let mut simulation = Simulation::new(9);
+    simulation.millisecond(Some(Notice::Fault(Fault::BadRecord)));
+    simulation
+        .sequence
         .request(Request::Clear)
         .expect("a fault to clear");
     for _ in 0..5 {
-        rig.millisecond(None);
+        simulation.millisecond(None);
     }
-    seen.extend(rig.log.iter().map(|&(a, b)| (a.name(), b.name())));
+    seen.extend(simulation.log.iter().map(|&(a, b)| (a.name(), b.name())));
     let table: std::collections::BTreeSet<_> = State::ALL
         .iter()
         .flat_map(|from| from.successors().iter().map(|to| (from.name(), to.name())))
@@ -122,34 +124,34 @@ fn the_table_is_what_really_happens_no_more_no_less() {
 
 #[test]
 fn stop_works_in_every_state_and_beats_what_was_asked_before_and_after() {
-    let mut rig = Rig::new(3);
-    rig.bench.object_rad = 0.9;
-    rig.sequence.request(Request::Run).expect("accepted");
+    let mut simulation = Simulation::new(3);
+    simulation.bench.object_rad = 0.9;
+    simulation.sequence.request(Request::Run).expect("accepted");
     let mut tried = std::collections::BTreeSet::new();
     for _ in 0..60_000 {
-        rig.millisecond(None);
-        let state = rig.sequence.state();
+        simulation.millisecond(None);
+        let state = simulation.sequence.state();
         if state == State::RecordClosing {
-            rig.bench.object_rad = f64::INFINITY;
+            simulation.bench.object_rad = f64::INFINITY;
         } else if state == State::Close {
-            rig.bench.object_rad = 0.9;
+            simulation.bench.object_rad = 0.9;
         }
         if tried.insert(state.name()) && state != State::Idle {
-            let mut fork = rig.sequence.clone();
+            let mut fork = simulation.sequence.clone();
             let _ = fork.request(Request::Open);
             fork.request(Request::Stop).expect("never refused");
             for other in [Request::Run, Request::Open, Request::Close, Request::Home] {
                 assert!(fork.request(other).is_err(), "{state:?}");
             }
             let advance = fork.advance(
-                rig.now_us + 1,
-                rig.controller.status(),
+                simulation.now_us + 1,
+                simulation.controller.status(),
                 Some(Notice::Touched),
             );
             assert_eq!(advance.demand.setpoint, Setpoint::Off, "{state:?}");
             assert_eq!(advance.done, Some(Outcome::Stopped), "{state:?}");
         }
-        if rig.done.is_some() {
+        if simulation.done.is_some() {
             break;
         }
     }
@@ -158,6 +160,6 @@ fn stop_works_in_every_state_and_beats_what_was_asked_before_and_after() {
         tried.len(),
         State::ALL.len() - 1,
         "{tried:?} {:?}",
-        rig.sequence.fault()
+        simulation.sequence.fault()
     );
 }

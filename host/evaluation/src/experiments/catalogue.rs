@@ -1,0 +1,341 @@
+//! The experiments: which closings on which worlds.
+
+use palpate::scene::{Linkage3, P70, Tendon2, Tendon3};
+use palpate_plant::{Parameters, Shape};
+use palpate_simulation::Simulated;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+use super::judge;
+use super::live::{Failure, Setup};
+use super::objects::{self, Object};
+use super::result::{Method, Trial};
+use super::session::{Case, Session};
+
+/// One trial with the row it belongs to.
+#[derive(Clone, Debug)]
+pub struct Entry {
+    /// Name of the experiment.
+    pub experiment: String,
+    /// Algorithm.
+    pub method: Method,
+    /// After the guided calibration.
+    pub calibrated: bool,
+    /// What was said.
+    pub trial: Trial,
+}
+
+/// A piece of work that one worker does: one finger and its closings.
+pub struct Job {
+    /// What it belongs to.
+    pub name: String,
+    /// Closings in it.
+    pub closings: usize,
+    /// The work: appends its entries, so that what was done before a failure counts.
+    pub run: Box<Work>,
+}
+
+/// See [`Job::run`].
+pub type Work = dyn Fn(&mut Vec<Entry>) -> Result<(), Failure> + Send + Sync;
+
+/// What to run.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// The world, or the middle of the worlds that are drawn.
+    pub parameters: Parameters,
+    /// Everything random follows from it.
+    pub seed: u64,
+    /// A tenth of the free and of the random closings.
+    pub quick: bool,
+}
+
+/// Object of the experiments in which the object does not matter.
+#[must_use]
+pub fn plain_cylinder() -> Object {
+    Object {
+        name: "cylinder 10 mm",
+        shape: Shape::Cylinder { diameter_m: 0.010 },
+        flush_m: 0.0,
+    }
+}
+
+/// Postures of the paper's preshaping experiment, theta_1, radian: chosen over the prototype's travel.
+pub const PRESHAPES_RAD: [f64; 5] = [0.3, 0.5, 0.7, 0.9, 1.1];
+/// Places of the paper's preshaping experiment, metre.
+pub const PRESHAPE_PLACES_M: [f64; 5] = [0.010, 0.022, 0.035, 0.048, 0.060];
+/// Middle of the object along the phalanx in the 40 distal grasps, share of its length.
+const DISTAL_SHARES: [f64; 4] = [0.2, 0.4, 0.6, 0.8];
+/// Free closings of one finger.
+const FREE_CLOSINGS: usize = 100;
+/// Tries to find a place for an object.
+const TRIES: usize = 20;
+
+fn entries<S: Simulated>(
+    experiment: &'static str,
+    session: &Session<S>,
+    case: &Case,
+) -> Result<Vec<Entry>, Failure> {
+    Ok(session
+        .all(case)?
+        .into_iter()
+        .map(|(method, calibrated, trial)| Entry {
+            experiment: experiment.to_owned(),
+            method,
+            calibrated,
+            trial,
+        })
+        .collect())
+}
+
+/// A job whose closings each come from `next`, tried again where the object cannot be there.
+fn job<S: Simulated + 'static>(
+    experiment: &'static str,
+    parameters: Parameters,
+    seed: u64,
+    closings: usize,
+    next: impl Fn(usize, &mut Pcg64Mcg) -> Wanted + Send + Sync + 'static,
+) -> Job {
+    let run = move |found: &mut Vec<Entry>| {
+        let mut session = Session::<S>::new(&parameters, &Setup::default(), seed)?;
+        let mut random = Pcg64Mcg::seed_from_u64(seed ^ 0x005e_ed0f_91ac_e500);
+        for index in 0..closings {
+            let case = closing(&mut session, || next(index, &mut random))?;
+            found.extend(entries(experiment, &session, &case)?);
+        }
+        Ok(())
+    };
+    Job {
+        name: experiment.to_owned(),
+        closings,
+        run: Box::new(run),
+    }
+}
+
+/// A contact that is wanted.
+#[derive(Clone, Debug)]
+pub struct Wanted {
+    /// The object.
+    pub object: Object,
+    /// Phalanx.
+    pub phalanx: u8,
+    /// Place, metre.
+    pub k_m: f64,
+    /// Posture, radian.
+    pub theta_1_rad: f64,
+}
+
+/// Closes on the first wanted contact that can be made.
+///
+/// # Errors
+/// [`Failure`].
+pub fn closing<S: Simulated>(
+    session: &mut Session<S>,
+    mut next: impl FnMut() -> Wanted,
+) -> Result<Case, Failure> {
+    for _ in 0..TRIES {
+        let wanted = next();
+        let case = session.grasp(
+            &wanted.object,
+            wanted.phalanx,
+            wanted.k_m,
+            wanted.theta_1_rad,
+        )?;
+        if let Some(case) = case {
+            return Ok(case);
+        }
+    }
+    Err(Failure::Missing("place for the object"))
+}
+
+/// (a) 25 proximal grasps, five on each of five fingers.
+#[must_use]
+pub fn proximal(plan: &Plan) -> Vec<Job> {
+    (0..5)
+        .map(|finger| {
+            let objects = objects::ten();
+            job::<P70>(
+                "proximal",
+                plan.parameters.clone(),
+                plan.seed + finger,
+                5,
+                move |index, random| Wanted {
+                    object: objects[(2 * index + finger as usize) % objects.len()].clone(),
+                    phalanx: 1,
+                    k_m: random.random_range(0.030..0.080),
+                    theta_1_rad: random.random_range(0.3..0.9),
+                },
+            )
+        })
+        .collect()
+}
+
+/// The contact of one of the 40 distal grasps.
+#[must_use]
+pub fn distal_wanted(object: &Object, row: usize, random: &mut Pcg64Mcg) -> Wanted {
+    let length_m = 0.070;
+    let share: f64 = DISTAL_SHARES[row % DISTAL_SHARES.len()] + random.random_range(-0.08..0.08);
+    // A flush side stays on the phalanx.
+    let half = 0.5 * object.flush_m;
+    Wanted {
+        object: object.clone(),
+        phalanx: 2,
+        k_m: (share * length_m).clamp(half.max(0.005), (length_m - half).max(half)),
+        theta_1_rad: random.random_range(0.35..1.0),
+    }
+}
+
+/// (b) 40 distal grasps: ten objects, each at four places, on four fingers.
+#[must_use]
+pub fn distal(plan: &Plan) -> Vec<Job> {
+    (0..DISTAL_SHARES.len())
+        .map(|row| {
+            let objects = objects::ten();
+            job::<P70>(
+                "distal",
+                plan.parameters.clone(),
+                plan.seed + 10 + row as u64,
+                objects.len(),
+                move |index, random| distal_wanted(&objects[index], row, random),
+            )
+        })
+        .collect()
+}
+
+/// (c) five places at five postures.
+#[must_use]
+pub fn preshape(plan: &Plan) -> Vec<Job> {
+    PRESHAPES_RAD
+        .into_iter()
+        .zip(20..)
+        .map(|(theta_1_rad, offset)| {
+            job::<P70>(
+                "preshape",
+                plan.parameters.clone(),
+                plan.seed + offset,
+                PRESHAPE_PLACES_M.len(),
+                move |index, _| Wanted {
+                    object: plain_cylinder(),
+                    phalanx: 2,
+                    k_m: PRESHAPE_PLACES_M[index],
+                    theta_1_rad,
+                },
+            )
+        })
+        .collect()
+}
+
+/// (d) free closings: 100 on each of 10 fingers.
+#[must_use]
+pub fn free(plan: &Plan) -> Vec<Job> {
+    let fingers = if plan.quick { 1 } else { 10 };
+    (0..fingers)
+        .map(|finger| {
+            let (parameters, seed) = (plan.parameters.clone(), plan.seed + 100 + finger);
+            let run = move |found: &mut Vec<Entry>| {
+                let mut session = Session::<P70>::new(&parameters, &Setup::default(), seed)?;
+                for _ in 0..FREE_CLOSINGS {
+                    let case = session.free_closing()?;
+                    found.extend(entries("free", &session, &case)?);
+                }
+                Ok(())
+            };
+            Job {
+                name: "free".to_owned(),
+                closings: FREE_CLOSINGS,
+                run: Box::new(run),
+            }
+        })
+        .collect()
+}
+
+/// (e) random contacts over phalanx and posture, 20 on each of 100 fingers drawn from the spreads.
+#[must_use]
+pub fn random(plan: &Plan) -> Vec<Job> {
+    let fingers = if plan.quick { 10 } else { 100 };
+    (0..fingers)
+        .map(|finger| {
+            let seed = plan.seed + 1000 + finger;
+            job::<P70>(
+                "random",
+                plan.parameters.randomised(seed),
+                seed,
+                20,
+                |_, random| {
+                    let phalanx = if random.random_bool(0.2) { 1 } else { 2 };
+                    let length_m = if phalanx == 1 { 0.090 } else { 0.070 };
+                    Wanted {
+                        object: random_cylinder(random),
+                        phalanx,
+                        k_m: length_m * random.random_range(0.05..0.95),
+                        theta_1_rad: random.random_range(0.25..1.1),
+                    }
+                },
+            )
+        })
+        .collect()
+}
+
+/// 4 to 40 mm, as many thin as thick ones.
+#[must_use]
+pub fn random_cylinder(random: &mut Pcg64Mcg) -> Object {
+    Object {
+        name: "random cylinder",
+        shape: Shape::Cylinder {
+            diameter_m: random.random_range(0.004_f64.ln()..0.040_f64.ln()).exp(),
+        },
+        flush_m: 0.0,
+    }
+}
+
+/// (f) the other fingers: tendon with two and three phalanges, linkage with three.
+#[must_use]
+pub fn scenes(plan: &Plan) -> Vec<Job> {
+    let mut jobs = Vec::new();
+    for finger in 0..3 {
+        jobs.push(scene::<Tendon2>("tendon2", plan, 50 + finger, 2));
+        jobs.push(scene::<Tendon3>("tendon3", plan, 60 + finger, 3));
+        jobs.push(scene::<Linkage3>("linkage3", plan, 70 + finger, 3));
+    }
+    jobs
+}
+
+fn scene<S: Simulated + 'static>(
+    experiment: &'static str,
+    plan: &Plan,
+    offset: u64,
+    phalanges: u8,
+) -> Job {
+    job::<S>(
+        experiment,
+        plan.parameters.clone(),
+        plan.seed + offset,
+        8,
+        move |_, random| {
+            let phalanx = random.random_range(2..=phalanges);
+            let length_m = judge::length_m::<S>(phalanx).unwrap_or(0.05);
+            Wanted {
+                object: random_cylinder(random),
+                phalanx,
+                k_m: length_m * random.random_range(0.1..0.9),
+                // Past the rest angle of the springs, with way left for the probing.
+                theta_1_rad: random.random_range(0.65..0.95),
+            }
+        },
+    )
+}
+
+/// All of (a) to (f).
+#[must_use]
+pub fn all(plan: &Plan) -> Vec<Job> {
+    [
+        proximal(plan),
+        distal(plan),
+        preshape(plan),
+        free(plan),
+        random(plan),
+        scenes(plan),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}

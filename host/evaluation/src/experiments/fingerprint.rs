@@ -1,0 +1,108 @@
+//! Which code a table describes.
+
+use std::path::{Path, PathBuf};
+
+/// Sources that decide the results, from the root of the checkout.
+const SOURCES: &[&str] = &[
+    "src/app/conduct.rs",
+    "src/app/kept.rs",
+    "src/app/sense.rs",
+    "src/app/settings.rs",
+    "src/drive",
+    "src/finger",
+    "src/numeric",
+    "src/scene",
+    "src/sensing",
+    "src/sample.rs",
+    "host/plant/src",
+    "host/plant/default.toml",
+    "host/simulation/src",
+    "host/evaluation/src/experiments",
+    "host/evaluation/src/paper.rs",
+];
+
+/// Root of the checkout.
+#[must_use]
+pub fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .ancestors()
+        .nth(2)
+        .map(Path::to_path_buf)
+        .unwrap_or_default()
+}
+
+fn files(at: &Path, found: &mut Vec<PathBuf>) -> std::io::Result<()> {
+    if at.is_dir() {
+        for entry in std::fs::read_dir(at)? {
+            files(&entry?.path(), found)?;
+        }
+    } else {
+        found.push(at.to_path_buf());
+    }
+    Ok(())
+}
+
+/// FNV-1a, 64 bit: to notice a change, not to withstand an attack.
+struct Hash(u64);
+
+impl Hash {
+    fn take(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+    }
+}
+
+/// The text up to its unit tests, which stand at the end of a file.
+fn without_tests(text: &str) -> &str {
+    text.split_once("\n#[cfg(test)]\nmod tests {")
+        .map_or(text, |(code, _)| code)
+}
+
+/// A number that changes when code that decides the results changes; comments, blank lines and unit tests do not count.
+///
+/// # Errors
+/// A source that cannot be read.
+pub fn fingerprint() -> std::io::Result<String> {
+    let root = root();
+    let mut paths = Vec::new();
+    for source in SOURCES {
+        files(&root.join(source), &mut paths)?;
+    }
+    paths.sort();
+    let mut hash = Hash(0xcbf2_9ce4_8422_2325);
+    for path in paths {
+        let name = path.strip_prefix(&root).unwrap_or(&path);
+        hash.take(name.to_string_lossy().replace('\\', "/").as_bytes());
+        for line in without_tests(&std::fs::read_to_string(&path)?).lines() {
+            let line = line.trim();
+            if !(line.is_empty() || line.starts_with("//") || line.starts_with('#')) {
+                hash.take(line.as_bytes());
+                hash.take(b"\n");
+            }
+        }
+    }
+    Ok(format!("{:016x}", hash.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unit_tests_do_not_count_but_what_only_names_them_does() {
+        assert_eq!(without_tests("a\n#[cfg(test)]\nmod tests {\nb\n}\n"), "a");
+        assert_eq!(
+            without_tests("#[cfg(test)]\nmod tests;\na\n"),
+            "#[cfg(test)]\nmod tests;\na\n"
+        );
+    }
+
+    #[test]
+    fn it_is_the_same_twice_and_every_source_is_there() {
+        for source in SOURCES {
+            assert!(root().join(source).exists(), "{source}");
+        }
+        assert_eq!(fingerprint().unwrap(), fingerprint().unwrap());
+    }
+}

@@ -1,0 +1,208 @@
+//! A simulated finger used like one on a bench: it is homed, records its friction, feels pins at known places, and then one
+//! object after another is put in its way. What runs is the firmware's control loop, sequence and sensing.
+
+use palpate::app::command::Command;
+use palpate::app::settings::Setting;
+use palpate::sample::Sample;
+use palpate::scene::Scene;
+use palpate::sensing::{Calibration, Directive, Event, Friction, Refusal, Sensor, Settings};
+use palpate_plant::{FirstContact, Grasp, Parameters};
+use palpate_simulation::{Outcome, Simulated, Simulation};
+
+/// The smallest deviation that can be wanted, metre: probing goes on to the torque's limit.
+const NEVER_SURE_M: f32 = 1.0e-4;
+
+/// What is changed of the scene's settings.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Setup {
+    /// Speed of closing, probing and recording, radian per second.
+    pub speed_rad_per_s: Option<f32>,
+    /// Torque at which probing ends, newton metre.
+    pub torque_limit_nm: Option<f32>,
+}
+
+impl Setup {
+    /// Settings of the sensing of a scene.
+    #[must_use]
+    pub fn settings<S: Scene>(&self) -> Settings {
+        let mut settings = S::settings();
+        let replace = |place: &mut f32, value: Option<f32>| *place = value.unwrap_or(*place);
+        replace(&mut settings.speed_rad_per_s, self.speed_rad_per_s);
+        replace(&mut settings.torque_limit_nm, self.torque_limit_nm);
+        settings
+    }
+}
+
+/// Why a simulated finger did not do what it was asked.
+#[derive(Debug)]
+pub enum Failure {
+    /// The simulation could not run.
+    Simulation(palpate_simulation::Error),
+    /// The firmware switched off.
+    Fault(palpate::drive::fault::Fault),
+    /// A motion ended without what it was for.
+    Missing(&'static str),
+}
+
+impl std::fmt::Display for Failure {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Simulation(error) => write!(out, "{error}"),
+            Self::Fault(fault) => write!(out, "the firmware switched off: {}", fault.name()),
+            Self::Missing(what) => write!(out, "no {what}"),
+        }
+    }
+}
+
+impl std::error::Error for Failure {}
+
+impl From<palpate_simulation::Error> for Failure {
+    fn from(error: palpate_simulation::Error) -> Self {
+        Self::Simulation(error)
+    }
+}
+
+/// What one motion left behind.
+#[derive(Clone, Debug, Default)]
+pub struct Recording {
+    /// Samples with what each was good for.
+    pub samples: Vec<(Directive, Sample)>,
+    /// First contact with the object.
+    pub contact: Option<FirstContact>,
+    /// What the sensing said while it went on.
+    pub events: Vec<(u64, Event)>,
+}
+
+impl TryFrom<Outcome> for Recording {
+    type Error = Failure;
+
+    fn try_from(outcome: Outcome) -> Result<Self, Failure> {
+        match outcome.fault {
+            Some(fault) => Err(Failure::Fault(fault)),
+            None => Ok(Self {
+                samples: outcome.samples,
+                contact: outcome.first_contact,
+                events: outcome.events,
+            }),
+        }
+    }
+}
+
+/// A finger on a bench.
+pub struct Bench<S: Simulated> {
+    simulation: Simulation<S>,
+    seed: u64,
+    closings: u64,
+}
+
+impl<S: Simulated> Bench<S> {
+    /// A finger that has been homed and has recorded its friction. The recording of that comes with it.
+    ///
+    /// Probing goes on to the torque's limit, however sure the sensing is: what it would have said earlier can be had
+    /// from the recording, which other methods need as a whole.
+    ///
+    /// # Errors
+    /// [`Failure`].
+    pub fn new(
+        parameters: &Parameters,
+        setup: &Setup,
+        seed: u64,
+    ) -> Result<(Self, Recording), Failure> {
+        let mut simulation = Simulation::<S>::new(parameters, seed)?;
+        let settings = [
+            (Setting::WantedDeviation, Some(NEVER_SURE_M)),
+            (Setting::ClosingSpeed, setup.speed_rad_per_s),
+            (Setting::ProbeTorque, setup.torque_limit_nm),
+        ];
+        for (setting, value) in settings {
+            if let Some(value) = value {
+                simulation
+                    .slow()
+                    .conduct
+                    .command(Command::Set(setting, value))
+                    .map_err(palpate_simulation::Error::Refused)?;
+            }
+            // One order a millisecond reaches the sensing.
+            simulation.idle(0.01);
+        }
+        let recording = Recording::try_from(simulation.prepare()?)?;
+        let bench = Self {
+            simulation,
+            seed,
+            closings: 0,
+        };
+        Ok((bench, recording))
+    }
+
+    /// The friction record.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn friction(&mut self) -> Result<Friction, Failure> {
+        let record = self.simulation.slow().sense.sensor().friction().cloned();
+        record.ok_or(Failure::Missing("friction record"))
+    }
+
+    /// What is known of torque factor and cable.
+    #[must_use]
+    pub fn calibration(&self) -> &Calibration {
+        self.simulation.calibration()
+    }
+
+    /// Closes on an object from the open position, with a noise of its own. The finger on the bench stays as it is: each
+    /// closing begins from the same state, and the time for opening is saved.
+    ///
+    /// # Errors
+    /// [`Failure`].
+    pub fn close(&mut self, grasp: &Grasp) -> Result<Recording, Failure> {
+        self.closings += 1;
+        let mut simulation = self.simulation.clone();
+        simulation.reseed(
+            self.seed
+                .wrapping_mul(1_000_003)
+                .wrapping_add(self.closings),
+        );
+        Recording::try_from(simulation.close(grasp)?)
+    }
+
+    /// The guided calibration: a press against the closing stop, then a pin at each of these places of the distal
+    /// phalanx.
+    ///
+    /// Returns what was refused.
+    ///
+    /// # Errors
+    /// [`Failure`].
+    pub fn calibrate(
+        &mut self,
+        places_m: &[f64],
+        theta_1_rad: f64,
+    ) -> Result<Vec<Refusal>, Failure> {
+        let mut refused = refusals(&Recording::try_from(self.simulation.press()?)?);
+        for &k_m in places_m {
+            let outcome = self
+                .simulation
+                .calibrate(S::PHALANGES, k_m as f32, theta_1_rad)?;
+            refused.extend(refusals(&Recording::try_from(outcome)?));
+        }
+        Ok(refused)
+    }
+}
+
+fn refusals(recording: &Recording) -> Vec<Refusal> {
+    recording
+        .events
+        .iter()
+        .filter_map(|(_, event)| match event {
+            Event::CalibrationRefused { why } => Some(*why),
+            _ => None,
+        })
+        .collect()
+}
+
+/// A sensor as the firmware of this scene makes it.
+#[must_use]
+pub fn nominal_sensor<S: Scene>() -> Sensor<S::Finger> {
+    let finger = S::MECHANISM;
+    let drivetrain = S::drivetrain(&finger);
+    Sensor::new(finger, drivetrain, S::settings(), S::UNCALIBRATED)
+}

@@ -1,0 +1,189 @@
+//! A finger with what it learned, its closings, and what each method says of them.
+
+use palpate::sensing::{Calibration, Friction, Refusal, Settings};
+use palpate_plant::{Grasp, Parameters};
+use palpate_simulation::Simulated;
+
+use super::judge::{self, Knowledge, Truth};
+use super::live::{Bench, Failure, Recording, Setup};
+use super::objects::{Object, felt_m};
+use super::result::{Method, Trial};
+use crate::paper;
+
+/// Joint angle at which the pins of the guided calibration are felt, radian.
+const PIN_THETA_1_RAD: f64 = 0.6;
+
+/// What one closing was, and what it recorded.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// What was grasped.
+    pub object: &'static str,
+    /// theta_1 at contact, radian, as wanted.
+    pub theta_1_rad: f64,
+    /// The truth.
+    pub truth: Truth,
+    /// The samples.
+    pub recording: Recording,
+}
+
+/// A finger on a bench with its records.
+pub struct Session<S: Simulated> {
+    bench: Bench<S>,
+    /// Settings of the sensing.
+    pub settings: Settings,
+    /// The recording of the friction record.
+    pub free: Recording,
+    /// The friction record.
+    pub friction: Friction,
+    /// Steps of the guided calibration that were refused: nothing was learned from them.
+    pub refused: Vec<Refusal>,
+    /// Before any calibration.
+    pub nominal: Calibration,
+    /// After the guided calibration.
+    pub calibrated: Calibration,
+    model: paper::Model,
+    threshold_nm: f64,
+}
+
+/// Places of the pins of the guided calibration, as shares of the distal phalanx: one where the finger is soft, for the
+/// torque factor, and one where it is stiff, for the cable.
+const PIN_SHARES: [f64; 2] = [0.3, 0.75];
+
+impl<S: Simulated> Session<S> {
+    /// Homes, records friction and goes through the guided calibration.
+    ///
+    /// # Errors
+    /// [`Failure`].
+    pub fn new(parameters: &Parameters, setup: &Setup, seed: u64) -> Result<Self, Failure> {
+        let (mut bench, free) = Bench::<S>::new(parameters, setup, seed)?;
+        let friction = bench.friction()?;
+        let nominal = *bench.calibration();
+        let length = judge::length_m::<S>(S::PHALANGES)?;
+        let places = PIN_SHARES.map(|share| share * length);
+        let refused = bench.calibrate(&places, PIN_THETA_1_RAD)?;
+        let model = judge::paper_model::<S>();
+        let threshold_nm = paper::friction_threshold(&model, &judge::free_motion(&free))
+            .ok_or(Failure::Missing("closing motion"))?;
+        Ok(Self {
+            calibrated: *bench.calibration(),
+            bench,
+            settings: setup.settings::<S>(),
+            free,
+            friction,
+            refused,
+            nominal,
+            model,
+            threshold_nm,
+        })
+    }
+
+    /// Judges with the friction record and the threshold of another time.
+    pub fn take_record(&mut self, friction: Friction, threshold_nm: f64) {
+        self.friction = friction;
+        self.threshold_nm = threshold_nm;
+    }
+
+    /// The paper's algorithm, with this finger's calibration where it is wanted, and its threshold.
+    #[must_use]
+    pub fn papers_model(&self, calibration: &Calibration) -> (paper::Model, f64) {
+        let factor = f64::from(calibration.torque_factor / self.nominal.torque_factor);
+        let mut model = self.model.clone();
+        model.torque_nm_per_a *= factor;
+        model.cable_rad_per_nm = f64::from(calibration.cable_rad_per_nm) / factor;
+        (model, factor * self.threshold_nm)
+    }
+
+    /// Closes on an object at `k_m` of `phalanx`. `None` where the object cannot be there.
+    ///
+    /// # Errors
+    /// [`Failure`], but for an object in the way.
+    pub fn grasp(
+        &mut self,
+        object: &Object,
+        phalanx: u8,
+        k_m: f64,
+        theta_1_rad: f64,
+    ) -> Result<Option<Case>, Failure> {
+        let grasp = Grasp::touching(phalanx, k_m, theta_1_rad, object.shape.clone());
+        let recording = match self.bench.close(&grasp) {
+            Ok(recording) => recording,
+            Err(Failure::Simulation(palpate_simulation::Error::Plant(_))) => return Ok(None),
+            Err(failure) => return Err(failure),
+        };
+        let Some(first) = recording.contact else {
+            return Err(Failure::Missing("contact"));
+        };
+        let touched = first.contact.phalanx;
+        let length_m = judge::length_m::<S>(touched)?;
+        let place_m = if object.flush_m > 0.0 && touched == phalanx && phalanx > 1 {
+            felt_m(
+                object,
+                k_m,
+                length_m,
+                judge::stiffest_m::<S>(touched, first.theta_a_rad)?,
+            )
+        } else {
+            first.contact.k_m
+        };
+        Ok(Some(Case {
+            object: object.name,
+            theta_1_rad,
+            truth: Truth {
+                place: Some((touched, place_m)),
+                length_m,
+                contact_s: first.time_s,
+            },
+            recording,
+        }))
+    }
+
+    /// Closes on nothing.
+    ///
+    /// # Errors
+    /// [`Failure`].
+    pub fn free_closing(&mut self) -> Result<Case, Failure> {
+        Ok(Case {
+            object: "nothing",
+            theta_1_rad: f64::NAN,
+            truth: Truth {
+                place: None,
+                length_m: judge::length_m::<S>(1)?,
+                contact_s: f64::INFINITY,
+            },
+            recording: self.bench.close(&Grasp::Free)?,
+        })
+    }
+
+    /// Our sensing, with a calibration.
+    ///
+    /// # Errors
+    /// An invalid scene.
+    pub fn ours(&self, case: &Case, calibration: &Calibration) -> Result<Trial, Failure> {
+        let knowledge = Knowledge {
+            friction: self.friction.clone(),
+            calibration: *calibration,
+            settings: self.settings,
+        };
+        judge::ours::<S>(&knowledge, &case.recording, &case.truth)
+    }
+
+    /// The paper's algorithm, with a calibration.
+    #[must_use]
+    pub fn papers(&self, case: &Case, calibration: &Calibration) -> Trial {
+        let (model, threshold_nm) = self.papers_model(calibration);
+        judge::papers(&model, threshold_nm, &case.recording, &case.truth)
+    }
+
+    /// Both methods, calibrated and not.
+    ///
+    /// # Errors
+    /// An invalid scene.
+    pub fn all(&self, case: &Case) -> Result<[(Method, bool, Trial); 4], Failure> {
+        Ok([
+            (Method::Ours, true, self.ours(case, &self.calibrated)?),
+            (Method::Ours, false, self.ours(case, &self.nominal)?),
+            (Method::Paper, true, self.papers(case, &self.calibrated)),
+            (Method::Paper, false, self.papers(case, &self.nominal)),
+        ])
+    }
+}

@@ -1,0 +1,321 @@
+//! `experiments`, `replay` and `figures`, called by `cargo xtask`.
+
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use palpate::sample::Sample;
+use palpate::scene::{Linkage3, P70, Tendon2, Tendon3};
+use palpate_evaluation::experiments::{
+    ablation, calibration, catalogue, document, fingerprint, result, run, sensitivity,
+};
+use palpate_evaluation::{figures, replay, trace};
+use palpate_plant::Parameters;
+
+type Outcome = Result<(), Box<dyn Error>>;
+
+#[derive(Parser)]
+#[command(
+    name = "palpate-evaluation",
+    about = "Experiments, recordings and figures (simulated)"
+)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// The paper's experiments, ours beside the paper's algorithm.
+    Experiments(Experiments),
+    /// The sensing on a recording.
+    Replay(Replay),
+    /// Draw the figures as SVG and PNG.
+    Figures {
+        /// Where to.
+        #[arg(default_value = "docs/figures")]
+        directory: PathBuf,
+        /// Parameters of the simulated world.
+        #[arg(long)]
+        plant: Option<PathBuf>,
+        /// Everything random follows from it.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+    },
+}
+
+#[derive(Args)]
+struct Experiments {
+    /// One JSON object a line instead of a table.
+    #[arg(long)]
+    json: bool,
+    /// Parameters of the simulated world (TOML, as host/plant/default.toml).
+    #[arg(long)]
+    plant: Option<PathBuf>,
+    /// Everything random follows from it.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// A tenth of the free and of the random closings.
+    #[arg(long)]
+    quick: bool,
+    /// Only the experiments whose name begins so.
+    #[arg(long, conflicts_with = "write")]
+    only: Option<String>,
+    /// Write the tables into docs/EXPERIMENTS.md and README.md.
+    #[arg(long, conflicts_with_all = ["quick", "plant", "json"])]
+    write: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum SceneName {
+    P70,
+    Tendon2,
+    Tendon3,
+    Linkage3,
+}
+
+#[derive(Args)]
+struct Replay {
+    /// CSV with columns time_s, encoder_counts, current_a (signed, or with a column duty for its sign).
+    file: PathBuf,
+    /// The finger of the recording.
+    #[arg(long, value_enum, default_value = "p70")]
+    scene: SceneName,
+    /// Recording of a free closing and opening, instead of one searched in FILE.
+    #[arg(long)]
+    friction: Option<PathBuf>,
+    /// Encoder count at the opening stop.
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
+    zero_counts: i64,
+    /// One JSON object a line instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+fn parameters(file: Option<&PathBuf>) -> Result<Parameters, Box<dyn Error>> {
+    match file {
+        None => Ok(Parameters::default()),
+        Some(file) => {
+            let text = std::fs::read_to_string(file)
+                .map_err(|error| format!("{}: {error}", file.display()))?;
+            Parameters::from_toml(&text)
+                .map_err(|error| format!("{}: {error}", file.display()).into())
+        }
+    }
+}
+
+fn plan(
+    plant: Option<&PathBuf>,
+    seed: u64,
+    quick: bool,
+) -> Result<catalogue::Plan, Box<dyn Error>> {
+    Ok(catalogue::Plan {
+        parameters: parameters(plant)?,
+        seed,
+        quick,
+    })
+}
+
+/// Samples of a recording; what was odd about it goes to standard error, or is told as JSON.
+fn samples(file: &Path, zero_counts: i64, json: bool) -> Result<Vec<Sample>, Box<dyn Error>> {
+    let named = |error: &dyn std::fmt::Display| format!("{}: {error}", file.display());
+    let opened = std::fs::File::open(file).map_err(|error| named(&error))?;
+    let (rows, findings) = trace::read(opened).map_err(|error| named(&error))?;
+    let resampled = trace::resample(&rows, zero_counts);
+    if json {
+        let gaps: Vec<_> = resampled
+            .gaps
+            .iter()
+            .map(|gap| [gap.from_s, gap.to_s])
+            .collect();
+        println!(
+            "{}",
+            serde_json::json!({
+                "type": "recording", "file": file.display().to_string(), "rows": findings.rows,
+                "repeated": findings.repeated, "backward": findings.backward,
+                "sign_from_duty": findings.sign_from_duty, "interval_s": resampled.interval_s,
+                "interpolated": resampled.interpolated, "gaps_s": gaps, "cut_at_s": resampled.cut_at_s,
+                "samples": resampled.samples.len(),
+            })
+        );
+    } else {
+        println!(
+            "recording rows={} repeated={} backward={} sign_from_duty={} interval_ms={:.3} interpolated={} gaps={} \
+             samples={}",
+            findings.rows,
+            findings.repeated,
+            findings.backward,
+            findings.sign_from_duty,
+            1e3 * resampled.interval_s,
+            resampled.interpolated,
+            resampled.gaps.len(),
+            resampled.samples.len(),
+        );
+        for gap in &resampled.gaps {
+            println!("gap from_s={:.4} to_s={:.4}", gap.from_s, gap.to_s);
+        }
+        if let Some(cut_at_s) = resampled.cut_at_s {
+            println!("cut at_s={cut_at_s}");
+        }
+    }
+    if resampled.samples.is_empty() {
+        return Err(named(&"the rows are too far apart: no two within 0.2 s").into());
+    }
+    Ok(resampled.samples)
+}
+
+fn replay(options: &Replay) -> Outcome {
+    let recorded = samples(&options.file, options.zero_counts, options.json)?;
+    let record = options
+        .friction
+        .as_deref()
+        .map(|file| samples(file, options.zero_counts, options.json))
+        .transpose()?;
+    let record = record.as_deref();
+    let found = match options.scene {
+        SceneName::P70 => replay::replay::<P70>(&recorded, record),
+        SceneName::Tendon2 => replay::replay::<Tendon2>(&recorded, record),
+        SceneName::Tendon3 => replay::replay::<Tendon3>(&recorded, record),
+        SceneName::Linkage3 => replay::replay::<Linkage3>(&recorded, record),
+    };
+    let second = |index: usize| recorded.get(index).map_or(0.0, |s| s.time_us as f64 * 1e-6);
+    let (source, stretch) = match &found.friction {
+        replay::Source::Separate => ("file", None),
+        replay::Source::Within(at) => ("free-closing", Some([second(at.from), second(at.to - 1)])),
+        replay::Source::None => ("none", None),
+    };
+    if options.json {
+        println!(
+            "{}",
+            serde_json::json!({"type": "friction", "source": source, "stretch_s": stretch})
+        );
+    } else {
+        let at = stretch.map_or_else(String::new, |[a, b]| format!(" from_s={a:.3} to_s={b:.3}"));
+        println!("friction source={source}{at}");
+    }
+    if found.friction == replay::Source::None {
+        eprintln!(
+            "no free closing in the recording: contacts cannot be told from friction; give one with --friction"
+        );
+    }
+    for told in &found.told {
+        let time_s = told.time_us as f64 * 1e-6;
+        if options.json {
+            let (name, mut fields) = replay::fields(&told.event);
+            fields.insert("type".into(), serde_json::json!("event"));
+            fields.insert("name".into(), serde_json::json!(name));
+            fields.insert("t_s".into(), serde_json::json!(time_s));
+            println!("{}", serde_json::Value::Object(fields));
+        } else {
+            println!("{time_s:10.3} {}", replay::line(&told.event));
+        }
+    }
+    Ok(())
+}
+
+fn experiments(options: &Experiments) -> Outcome {
+    let plan = plan(options.plant.as_ref(), options.seed, options.quick)?;
+    let jobs = [
+        catalogue::all(&plan),
+        ablation::ablation(&plan),
+        sensitivity::sensitivity(&plan),
+    ]
+    .into_iter()
+    .flatten()
+    .filter(|job| {
+        options
+            .only
+            .as_ref()
+            .is_none_or(|name| job.name.starts_with(name))
+    })
+    .collect::<Vec<_>>();
+    let (entries, failed) = run::jobs(&jobs);
+    let rows = run::rows(&entries);
+    if options.write {
+        write(&rows)?;
+    }
+    if options.json {
+        for row in &rows {
+            println!("{}", serde_json::to_string(row)?);
+        }
+    } else {
+        println!("{}", result::markdown(&rows));
+    }
+    // What the simulated firmware refused or could not end is told beside the table; the rest stands.
+    for job in &failed {
+        let reason = job.failure.to_string();
+        if options.json {
+            let failure =
+                serde_json::json!({"type": "failure", "experiment": job.name, "reason": reason});
+            println!("{failure}");
+        } else {
+            eprintln!("{}: {reason}", job.name);
+        }
+    }
+    let calibration_wanted = match &options.only {
+        Some(name) => "calibration".starts_with(name),
+        None => true,
+    };
+    if calibration_wanted {
+        calibration(&plan, options.json);
+    } else if rows.is_empty() {
+        return Err("nothing could be simulated".into());
+    }
+    Ok(())
+}
+
+/// The guided calibration on fingers with hidden values of their own.
+fn calibration(plan: &catalogue::Plan, json: bool) {
+    let (fingers, failed) = calibration::study(plan);
+    let summary = calibration::Summary::of(&fingers);
+    if json {
+        for finger in &fingers {
+            println!("{}", finger.json());
+        }
+        println!("{}", summary.json());
+    } else {
+        println!("{}", summary.markdown());
+    }
+    for (seed, failure) in &failed {
+        eprintln!("calibration, finger {seed}: {failure}");
+    }
+}
+
+/// The tables into the documents, with the fingerprint of the code that made them.
+fn write(rows: &[result::Row]) -> Outcome {
+    let code = fingerprint::fingerprint()?;
+    for (file, body) in document::bodies(rows) {
+        document::write(&fingerprint::root().join(file), &code, &body)?;
+    }
+    Ok(())
+}
+
+fn figures(directory: &Path, plan: &catalogue::Plan) -> Outcome {
+    for (what, difference) in figures::mechanics(directory)? {
+        println!("K_c, {what}: library f32 against f64 at most {difference:.1e} relative");
+    }
+    figures::simulated(directory, plan)?;
+    figures::calibration(directory, &calibration::study(plan).0)?;
+    println!("figures are in {}", directory.display());
+    Ok(())
+}
+
+fn main() -> ExitCode {
+    let outcome = match Arguments::parse().command {
+        Command::Experiments(options) => experiments(&options),
+        Command::Replay(options) => replay(&options),
+        Command::Figures {
+            directory,
+            plant,
+            seed,
+        } => plan(plant.as_ref(), seed, false).and_then(|plan| figures(&directory, &plan)),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}

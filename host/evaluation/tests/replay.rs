@@ -1,0 +1,91 @@
+//! A recording made in the simulation, written as a file and read back, tells what the firmware told.
+
+use palpate::scene::P70;
+use palpate::sensing::Event;
+use palpate_evaluation::replay::{Replay, Source, replay};
+use palpate_evaluation::trace::{read, resample};
+use palpate_plant::{Grasp, Parameters, Shape};
+use palpate_simulation::{HEADER, Outcome, Row, Simulation};
+
+fn csv(rows: &[Row]) -> String {
+    let mut file = format!("{HEADER}\n");
+    for row in rows {
+        file.push_str(&row.csv());
+        file.push('\n');
+    }
+    file
+}
+
+fn replayed(file: &str) -> Replay {
+    let (rows, _) = read(file.as_bytes()).expect("the file is well formed");
+    replay::<P70>(&resample(&rows, 0).samples, None)
+}
+
+/// The direction of drive is read from duty and motion, so that a few samples more or less enter: uncalibrated, the place
+/// is known to some 3 mm.
+const SAME_M: f64 = 2.5e-3;
+
+/// A friction record and then a contact, as one file.
+fn recording() -> (Vec<Row>, Outcome) {
+    let mut simulation =
+        Simulation::<P70>::new(&Parameters::default(), 9).expect("the defaults are valid");
+    simulation.traced = true;
+    let mut rows = simulation
+        .prepare()
+        .expect("an idle finger records friction")
+        .trace;
+    let pin = Shape::Cylinder { diameter_m: 0.012 };
+    let outcome = simulation
+        .close(&Grasp::touching(2, 0.034, 0.7, pin))
+        .expect("the object is clear of the open finger");
+    rows.extend_from_slice(&outcome.trace);
+    (rows, outcome)
+}
+
+fn place_m(events: impl Iterator<Item = Event>) -> Option<f64> {
+    events
+        .filter_map(|event| match event {
+            Event::Located {
+                phalanx: 2, k_m, ..
+            } => Some(f64::from(k_m)),
+            _ => None,
+        })
+        .last()
+}
+
+#[test]
+fn a_file_tells_what_the_firmware_told() {
+    let (rows, outcome) = recording();
+    let live = place_m(outcome.events.iter().map(|(_, event)| *event)).expect("located live");
+
+    let whole = replayed(&csv(&rows));
+    assert!(matches!(whole.friction, Source::Within(_)));
+    let found = place_m(whole.told.iter().map(|told| told.event)).expect("located from the file");
+    assert!(
+        (found - live).abs() < SAME_M,
+        "{found} m from the file, {live} m live"
+    );
+
+    // Half the rows, none at an even distance.
+    let thinned: Vec<Row> = rows
+        .iter()
+        .enumerate()
+        .filter(|(i, _)| i % 3 != 1)
+        .map(|(_, row)| *row)
+        .collect();
+    let found = place_m(replayed(&csv(&thinned)).told.iter().map(|told| told.event));
+    let found = found.expect("located from fewer rows");
+    assert!(
+        (found - live).abs() < SAME_M,
+        "{found} m from fewer rows, {live} m live"
+    );
+}
+
+#[test]
+fn no_free_closing_no_contact() {
+    let (_, outcome) = recording();
+    // The grasp alone: nothing in it is free all the way.
+    let grasp = replayed(&csv(&outcome.trace));
+    assert_eq!(grasp.friction, Source::None);
+    assert!(place_m(grasp.told.iter().map(|told| told.event)).is_none());
+}

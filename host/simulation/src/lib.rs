@@ -1,0 +1,18 @@
+//! The fast simulation: the library's controller, sequence and sensing against the plant, without the chip between them.
+//!
+//! [`run`] takes a [`Scenario`] from power-on to an [`Outcome`]; a [`Simulation`] goes on from grasp to grasp. Deterministic: the
+//! same parameters and seed give the same events. Simulated: nothing here ran on a real finger.
+
+mod board;
+mod machine;
+mod outcome;
+mod simulation;
+mod slow;
+mod trace;
+
+pub use board::{Board, PERIOD_S};
+pub use machine::{Machine, SampleOf, SlowLoop};
+pub use outcome::{Outcome, Verdict};
+pub use simulation::{Error, Scenario, Simulated, Simulation, run};
+pub use slow::Slow;
+pub use trace::{HEADER, Row};

@@ -1,0 +1,258 @@
+//! A finger on a bench: power it, let it learn its friction, calibrate it, give it objects.
+
+use crate::outcome::verdict;
+use crate::{Board, Machine, Outcome, Row, Slow};
+use palpate::drive::config::OutOfRange;
+use palpate::drive::controller::Controller;
+use palpate::drive::sequence::{Refused, Request, State};
+use palpate::scene::{Linkage3, P70, P70Rigid, Scene, Tendon2, Tendon2Hall, Tendon3};
+use palpate::sensing::{Calibration, Directive};
+use palpate_plant::{FingerKind, Grasp, Parameters, Plant, Shape};
+
+/// A scene with its simulated counterpart.
+pub trait Simulated: Scene<Finger: Clone + std::fmt::Debug> + Clone + std::fmt::Debug {
+    /// Which of the plant's fingers it is.
+    const FINGER: FingerKind;
+
+    /// Its world, given the parameters that all scenes share.
+    #[must_use]
+    fn world(shared: &Parameters) -> Parameters {
+        shared.clone()
+    }
+}
+
+impl Simulated for P70 {
+    const FINGER: FingerKind = FingerKind::P70;
+}
+impl Simulated for P70Rigid {
+    const FINGER: FingerKind = FingerKind::P70;
+
+    fn world(shared: &Parameters) -> Parameters {
+        shared.without_cable()
+    }
+}
+impl Simulated for Tendon2 {
+    const FINGER: FingerKind = FingerKind::Tendon2;
+}
+impl Simulated for Tendon2Hall {
+    const FINGER: FingerKind = FingerKind::Tendon2;
+}
+impl Simulated for Tendon3 {
+    const FINGER: FingerKind = FingerKind::Tendon3;
+}
+impl Simulated for Linkage3 {
+    const FINGER: FingerKind = FingerKind::Linkage3;
+}
+
+/// Why a simulation cannot run.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The plant, or the object in it.
+    #[error(transparent)]
+    Plant(#[from] palpate_plant::Error),
+    /// The scene's drive.
+    #[error("scene: {0:?}")]
+    Drive(OutOfRange),
+    /// The sequence does not take the request now.
+    #[error("refused: {0:?}")]
+    Refused(Refused),
+}
+
+/// Longest motion, second: the sequence's own timeouts end every motion before.
+const LONGEST_S: f64 = 120.0;
+/// Samples after a motion, for the last word of the sensing.
+const AFTERWARDS_S: f64 = 0.6;
+
+/// A simulated finger with its firmware. A clone goes its own way: let one record its friction and clone it for many
+/// grasps, each with a [`reseed`](Self::reseed).
+#[derive(Clone, Debug)]
+pub struct Simulation<S: Simulated> {
+    machine: Machine<Slow<S>>,
+    /// Whether motions keep their samples.
+    pub traced: bool,
+}
+
+impl<S: Simulated> Simulation<S> {
+    /// A finger at power-on: not homed, nothing known.
+    ///
+    /// # Errors
+    /// A parameter out of range.
+    pub fn new(parameters: &Parameters, seed: u64) -> Result<Self, Error> {
+        let plant = Plant::new(&S::world(parameters), S::FINGER, &Grasp::Free, seed)?;
+        let slow = Slow::new();
+        let machine = S::joint_input()
+            .and_then(|joint| Machine::new(Board::new(plant), &S::DRIVE, joint, slow))
+            .map_err(Error::Drive)?;
+        Ok(Self {
+            machine,
+            traced: false,
+        })
+    }
+
+    /// Another noise from here on.
+    pub fn reseed(&mut self, seed: u64) {
+        self.machine.board.plant.reseed(seed);
+    }
+
+    /// The world, for faults and truth.
+    pub fn plant(&mut self) -> &mut Plant {
+        &mut self.machine.board.plant
+    }
+
+    /// The control interrupt, for what a user cannot do to it: counters beside their wrap.
+    pub fn controller(&mut self) -> &mut Controller {
+        &mut self.machine.controller
+    }
+
+    /// What the sensing knows of torque factor and cable.
+    #[must_use]
+    pub fn calibration(&self) -> &Calibration {
+        self.machine.slow.sense.calibration()
+    }
+
+    /// The slow loop, for settings and records.
+    pub fn slow(&mut self) -> &mut Slow<S> {
+        &mut self.machine.slow
+    }
+
+    /// Lets time pass.
+    pub fn idle(&mut self, seconds: f64) {
+        for _ in 0..Machine::<Slow<S>>::samples(seconds) {
+            self.machine.until_sample();
+        }
+    }
+
+    /// Offset, homing, and friction recorded on a free closing and opening.
+    ///
+    /// # Errors
+    /// The sequence refused.
+    pub fn prepare(&mut self) -> Result<Outcome, Error> {
+        self.machine.board.plant.place(&Grasp::Free)?;
+        self.motion(Request::RecordFriction, Directive::Watch)
+    }
+
+    /// Closes on an object (or on nothing), probes and holds. The finger stays closed on a contact.
+    ///
+    /// # Errors
+    /// The object cannot be there; the sequence refused.
+    pub fn close(&mut self, grasp: &Grasp) -> Result<Outcome, Error> {
+        self.machine.board.plant.place(grasp)?;
+        self.motion(Request::Close, Directive::Watch)
+    }
+
+    /// Takes the object out of the hand, then opens. (An object that has slipped past the fingertip would jam the opening
+    /// finger from behind.)
+    ///
+    /// # Errors
+    /// The sequence refused.
+    pub fn open(&mut self) -> Result<Outcome, Error> {
+        self.machine.board.plant.place(&Grasp::Free)?;
+        self.motion(Request::Open, Directive::Watch)
+    }
+
+    /// Closes on a pin of 6 mm at a known place, learns from it, opens.
+    ///
+    /// # Errors
+    /// No such place; the sequence refused.
+    pub fn calibrate(&mut self, phalanx: u8, k_m: f32, theta_1_rad: f64) -> Result<Outcome, Error> {
+        let pin = Shape::Cylinder { diameter_m: 6e-3 };
+        let grasp = Grasp::touching(phalanx, k_m.into(), theta_1_rad, pin);
+        self.machine.board.plant.place(&grasp)?;
+        let outcome = self.motion(Request::Close, Directive::Calibrate { phalanx, k_m })?;
+        self.open()?;
+        Ok(outcome)
+    }
+
+    /// Presses on the closing stop, learns the cable, opens.
+    ///
+    /// # Errors
+    /// The sequence refused.
+    pub fn press(&mut self) -> Result<Outcome, Error> {
+        self.machine.board.plant.place(&Grasp::Free)?;
+        self.motion(Request::Press, Directive::CalibrateCable)
+    }
+
+    /// A motion until the sequence rests again, and what it showed.
+    ///
+    /// # Errors
+    /// The sequence refused.
+    pub fn motion(&mut self, request: Request, closing: Directive) -> Result<Outcome, Error> {
+        let machine = &mut self.machine;
+        machine.slow.events.clear();
+        machine.slow.samples.clear();
+        machine.slow.fault = None;
+        machine
+            .slow
+            .request(request, closing)
+            .map_err(Error::Refused)?;
+        let mut trace = Vec::new();
+        let mut left = Machine::<Slow<S>>::samples(LONGEST_S);
+        let mut started = false;
+        let mut resting = false;
+        while left > 0 {
+            let sample = machine.until_sample();
+            if self.traced {
+                let truth = machine.board.plant.truth();
+                trace.push(Row::new(&sample, machine.outputs(), &truth));
+            }
+            let rests = matches!(machine.slow.state(), State::Idle | State::Fault);
+            started |= !rests;
+            if started && rests && !resting {
+                resting = true;
+                left = Machine::<Slow<S>>::samples(AFTERWARDS_S);
+            }
+            left -= 1;
+        }
+        let truth = machine.board.plant.truth();
+        let events = std::mem::take(&mut machine.slow.events);
+        Ok(Outcome {
+            verdict: verdict(&events, machine.slow.fault),
+            first_contact: truth.first_contact,
+            fault: machine.slow.fault,
+            events,
+            samples: std::mem::take(&mut machine.slow.samples),
+            truth,
+            trace,
+        })
+    }
+}
+
+/// One grasp from power-on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scenario {
+    /// The world.
+    pub parameters: Parameters,
+    /// What is grasped.
+    pub grasp: Grasp,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Press on the stop, and contacts at these places (phalanx, metre) first.
+    pub calibrate: Vec<(u8, f32)>,
+    /// Keep the samples of the closing.
+    pub traced: bool,
+}
+
+/// Runs a scenario: friction, calibration, grasp. A fault on the way is the outcome.
+///
+/// # Errors
+/// A parameter, an object or the scene is not valid.
+pub fn run<S: Simulated>(scenario: &Scenario) -> Result<Outcome, Error> {
+    let mut simulation = Simulation::<S>::new(&scenario.parameters, scenario.seed)?;
+    let mut last = simulation.prepare()?;
+    if last.fault.is_none() && !scenario.calibrate.is_empty() {
+        last = simulation.press()?;
+    }
+    for &(phalanx, k_m) in &scenario.calibrate {
+        if last.fault.is_none() {
+            last = simulation.calibrate(phalanx, k_m, MIDDLE_RAD)?;
+        }
+    }
+    if last.fault.is_some() {
+        return Ok(last);
+    }
+    simulation.traced = scenario.traced;
+    simulation.close(&scenario.grasp)
+}
+
+/// theta_1 at which pins are placed, radian.
+const MIDDLE_RAD: f64 = 0.8;

@@ -1,0 +1,41 @@
+//! What a user may set, at the ends of its range. Simulated.
+
+use palpate::app::command::Command;
+use palpate::app::settings::Setting;
+use palpate::drive::sequence::Request;
+use palpate::scene::P70;
+use palpate::sensing::{Directive, Event};
+use palpate_plant::{Grasp, Parameters, Shape};
+use palpate_simulation::Simulation;
+
+/// Slow closings take ten times as long as the default's, fast ones leave little time before the finger is stopped: friction
+/// is recorded and a pin located at each, without a fault.
+#[test]
+fn every_closing_speed_records_friction_and_locates() {
+    let range = Setting::ClosingSpeed.range();
+    for speed_rad_per_s in [range.min, 0.1, 0.2, 0.5, range.max] {
+        let mut simulation = Simulation::<P70>::new(&Parameters::default(), 1).unwrap();
+        simulation
+            .slow()
+            .conduct
+            .command(Command::Set(Setting::ClosingSpeed, speed_rad_per_s))
+            .unwrap();
+        let told = format!("{speed_rad_per_s} rad/s");
+        assert_eq!(simulation.prepare().unwrap().fault, None, "{told}");
+        let pin = Shape::Cylinder { diameter_m: 0.01 };
+        simulation
+            .plant()
+            .place(&Grasp::touching(2, 0.03, 0.785, pin))
+            .unwrap();
+        let outcome = simulation.motion(Request::Run, Directive::Watch).unwrap();
+        let told = format!("{told}: {:?}", outcome.events);
+        assert_eq!(outcome.fault, None, "{told}");
+        let Some((_, Event::Located { phalanx, k_m, .. })) = outcome.events.last() else {
+            panic!("{told}");
+        };
+        println!("{speed_rad_per_s} rad/s: {:.2} mm", 1e3 * k_m);
+        assert_eq!(*phalanx, 2, "{told}");
+        // The project's limit for a place on the distal phalanx, uncalibrated: 5 % of its length.
+        assert!((k_m - 0.03).abs() <= 0.0035, "{told}");
+    }
+}
