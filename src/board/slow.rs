@@ -20,7 +20,7 @@ use palpate::app::conduct::Conduct;
 use palpate::app::sense::{Sense, notice};
 use palpate::drive::joint::JointInput;
 use palpate::drive::sequence::{Notice, State};
-use palpate::drive::{Fault, Limited, Offset, Status};
+use palpate::drive::{Fault, LimitsReached, OffsetState, Status};
 use palpate::scene::{Active, JointPin, Reading, Scene};
 use palpate::sensing::{Event, JointSensor};
 
@@ -151,8 +151,8 @@ fn meaning(state: State) -> Command {
 /// What the log has said of slow changes.
 #[derive(Default)]
 struct Said {
-    limited: Limited,
-    offset: Offset,
+    limited: LimitsReached,
+    offset: OffsetState,
     dropped: u32,
     ignored: u32,
 }
@@ -166,7 +166,7 @@ impl Said {
         }
         if status.offset != self.offset {
             self.offset = status.offset;
-            if status.offset == Offset::Known {
+            if status.offset == OffsetState::Known {
                 telemetry::offset(status.offset_a);
             }
         }
