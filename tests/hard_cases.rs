@@ -37,7 +37,7 @@ fn tendon3(lengths_m: [f32; 3], rest: f32) -> Finger<3, Tendon<3>> {
     Finger::new(parameters, [0.1, 0.08, 0.06, 0.04]).expect("Table I")
 }
 
-/// MATH 10: the numbers of P70 at theta_2 = 0.
+/// docs/MECHANICS.md#prototype: the numbers of P70 at theta_2 = 0.
 #[test]
 fn p70_is_what_it_is_said_to_be() {
     let finger = p70();

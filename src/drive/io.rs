@@ -34,7 +34,7 @@ pub enum Direction {
 /// What the chip measured in the control period that just ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Inputs {
-    /// Motor current sense (unsigned, HARDWARE.md).
+    /// Motor current sense (unsigned, docs/HARDWARE.md#bridge).
     pub current: AdcCode,
     /// Supply voltage.
     pub supply: AdcCode,

@@ -1,5 +1,5 @@
-//! The place of a contact from one finite step of torque, two phalanges (MATH 7): one equation for one unknown, the change
-//! of joint 2.
+//! The place of a contact from one finite step of torque, two phalanges (docs/MECHANICS.md#finite-torque-step): one
+//! equation for one unknown, the change of joint 2.
 //!
 //! Unlike [`super::Mechanics::place`], which follows any finger's contact on a cylinder, this takes the contact for a point
 //! and needs a fraction of the time. Every quantity is a change since contact: nothing is lost by taking absolute angles or

@@ -11,8 +11,8 @@ const LEVER_RANGE: [f32; 2] = [1e-6, 1e6];
 /// digit left in f32.
 const DEAD_POINT_MARGIN: f32 = 1e-5;
 
-/// On which side of the line from O_(i-1) to the coupler's far end the driving lever lies (the sign before acos in MATH
-/// 2): the two ways to put a four-bar together.
+/// On which side of the line from O_(i-1) to the coupler's far end the driving lever lies (the sign before acos in
+/// docs/MECHANICS.md#transmission): the two ways to put a four-bar together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Assembly {
     /// Clockwise from the line, mode -1.
@@ -58,7 +58,8 @@ pub struct FourBar {
 /// Transmission of one stage in one posture: F(v) and its derivatives, without the angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ratio {
-    /// F' = h / (h + g), with h the distance from O_i to where coupler line and ground line meet (MATH 2).
+    /// F' = h / (h + g), with h the distance from O_i to where coupler line and ground line meet
+    /// (docs/MECHANICS.md#transmission).
     pub first: f32,
     /// F''.
     pub second: f32,
@@ -174,7 +175,8 @@ impl FourBar {
         Ok(stage)
     }
 
-    /// Two circles intersected by two square roots: no arc function (MATH 2). Where they do not meet, the dead point.
+    /// Two circles intersected by two square roots: no arc function (docs/MECHANICS.md#transmission). Where they do
+    /// not meet, the dead point.
     fn pose(&self, v: Turn) -> Pose {
         let driven = self.driven(v);
         let heron = self.heron(sqrt(driven.square));

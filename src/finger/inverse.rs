@@ -1,4 +1,5 @@
-//! From a compliance to all places that explain it (MATH 5, 6).
+//! From a compliance to all places that explain it (docs/MECHANICS.md#contact-stiffness and
+//! docs/MECHANICS.md#observability).
 
 use super::pair::{Pair, Roots};
 use super::triple::Triple;

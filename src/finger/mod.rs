@@ -1,6 +1,6 @@
 //! Finger mechanics: geometry, springs, transmission; nothing of motors, time or noise.
 //!
-//! Equations in brackets are the source paper's; "MATH n" is a section of the derivation notes they were checked in.
+//! Numbers in brackets are the equations of the source paper; docs/MECHANICS.md derives and corrects them.
 //! Lengths and torques may be in any consistent set of units; the names say metre and newton metre.
 
 mod build;

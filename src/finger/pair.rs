@@ -1,4 +1,5 @@
-//! Two joints held by one contact on the second phalanx: K_c (18) in closed form and its inverse (MATH 5).
+//! Two joints held by one contact on the second phalanx: K_c (18) in closed form and its inverse
+//! (docs/MECHANICS.md#contact-stiffness).
 //!
 //! With three phalanges and the contact on phalanx 2, the third joint is eliminated and the same problem remains.
 
@@ -52,12 +53,12 @@ impl Pair {
         (compliance.is_finite() && energy > 0.0).then_some(compliance)
     }
 
-    /// A closing finger presses at `k_m`: df/dT_a > 0 (MATH 5).
+    /// A closing finger presses at `k_m`: df/dT_a > 0 (docs/MECHANICS.md#contact-stiffness).
     pub fn presses(&self, k_m: f32) -> bool {
         self.h22 * (self.c_m + k_m) + self.k1 * self.x2 * k_m > 0.0
     }
 
-    /// Compliance of a proximal contact, the limit for `k` -> 0 (MATH 5).
+    /// Compliance of a proximal contact, the limit for `k` -> 0 (docs/MECHANICS.md#contact-stiffness).
     pub fn proximal(&self) -> Option<f32> {
         let compliance = self.x2 * (self.x2 / self.h22);
         (compliance.is_finite() && self.h22 > 0.0).then_some(compliance)
@@ -69,7 +70,8 @@ impl Pair {
         (e2.is_finite() && e2 > 0.0).then_some(e2)
     }
 
-    /// Both roots in closed form, whether on the phalanx or not (MATH 5): forms without cancellation.
+    /// Both roots in closed form, whether on the phalanx or not (docs/MECHANICS.md#contact-stiffness): forms without
+    /// cancellation.
     #[inline]
     pub fn closed(&self, compliance: f32) -> Roots {
         let Self {

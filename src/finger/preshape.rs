@@ -16,7 +16,7 @@ const SETTLED_SHARE: f32 = 3e-7;
 const NOISE_SHARE: f32 = 3e-5;
 
 impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
-    /// H = K - T_a W, the stiffness seen by the joints (MATH 2).
+    /// H = K - T_a W, the stiffness seen by the joints (docs/MECHANICS.md#transmission).
     pub(crate) fn hessian(&self, gear: &Gear<N>, torque_nm: f32) -> [[f32; N]; N] {
         let mut h = gear.w;
         for i in 0..N {
@@ -158,7 +158,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         stiffness.is_finite().then_some(stiffness)
     }
 
-    /// Tangent compliance without contact, C_free = x^T H^-1 x (MATH 4).
+    /// Tangent compliance without contact, C_free = x^T H^-1 x (docs/MECHANICS.md#preshaping).
     pub(crate) fn free(&self, at: &Configuration<N>, torque_nm: f32) -> Option<f32> {
         if self.springless() {
             return None;

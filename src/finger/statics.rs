@@ -21,7 +21,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     }
 
     /// J^T, the moment arms of one contact on each phalanx, at distances `k_m`: row m, column i holds p_m of the contact
-    /// on phalanx i (MATH 3), metre; upper triangular.
+    /// on phalanx i (docs/MECHANICS.md#statics), metre; upper triangular.
     pub fn arms_m(&self, at: &Configuration<N>, k_m: [f32; N]) -> [[f32; N]; N] {
         let turn = at.turn();
         let mut arms = [[0.0; N]; N];

@@ -7,11 +7,12 @@ use super::{ConfigError, Configuration, Parameters, Step};
 pub struct Gear<const N: usize> {
     /// Transmission factors x_i = d theta_a / d theta_i; x_1 = 1.
     pub x: [f32; N],
-    /// W, the Hessian of theta_a: symmetric, first row and column zero. G = T_a W (MATH 2).
+    /// W, the Hessian of theta_a: symmetric, first row and column zero. G = T_a W (docs/MECHANICS.md#transmission).
     pub w: [[f32; N]; N],
 }
 
-/// What drives the joints: theta_a = theta_1 + F2(theta_2 + F3(theta_3)) (MATH 2), F3 absent with two phalanges.
+/// What drives the joints: theta_a = theta_1 + F2(theta_2 + F3(theta_3)) (docs/MECHANICS.md#transmission), F3 absent
+/// with two phalanges.
 pub trait Transmission<const N: usize>: Copy + core::fmt::Debug {
     /// What a user gives: radii or levers.
     type Design: Copy + core::fmt::Debug;

@@ -1,4 +1,4 @@
-//! Three joints held by one contact on the third phalanx (MATH 5).
+//! Three joints held by one contact on the third phalanx (docs/MECHANICS.md#contact-stiffness).
 //!
 //! With p the contact's moment arms and p x x a cross product, C = (p x x)^T H (p x x) / p^T adj(H) p; it also holds
 //! without a spring at joint 1, where H has no inverse.
@@ -94,7 +94,7 @@ impl Triple {
         [at_joint, m + self.k1 * self.adj([1.0, 1.0], x)]
     }
 
-    /// A closing finger presses at `k_m`: df/dT_a > 0 (MATH 5).
+    /// A closing finger presses at `k_m`: df/dT_a > 0 (docs/MECHANICS.md#contact-stiffness).
     pub fn presses(&self, k_m: f32) -> bool {
         let [a0, a1] = self.pressing();
         a0 + a1 * k_m > 0.0

@@ -5,7 +5,7 @@ use crate::scene::{Scene, valid};
 use crate::sensing::{Cable, NoHall};
 
 /// Two phalanges of 90 and 70 mm. The paper's table of the linkage does not close; these levers are a plausible
-/// prototype (MATH 10).
+/// prototype (docs/MECHANICS.md#prototype).
 #[derive(Clone, Copy, Debug)]
 pub struct P70;
 

@@ -109,7 +109,8 @@ pub const fn motion(travel_rad: f32) -> Motion {
 /// What is assumed before a contact at a known place has been felt.
 pub const UNCALIBRATED: Calibration = Calibration {
     torque_factor: 1.0,
-    // Uniform spreads (HARDWARE): torque constant 10 %, spring 10 %, gearhead 10 %, worm 9 %, current sense 5 %.
+    // Uniform spreads (docs/HARDWARE.md#drivetrain): torque constant 10 %, spring 10 %, gearhead 10 %, worm 9 %,
+    // current sense 5 %.
     torque_factor_sigma: 0.115,
     // Nylon of 3 kN/m (V2, 1.5 to 10) on pulleys of 20 mm: 1.2 N m/rad.
     cable_rad_per_nm: 1.0 / 1.2,

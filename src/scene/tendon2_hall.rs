@@ -1,7 +1,7 @@
 //! The finger of [`tendon2`](super::tendon2) with a Hall sensor at joint 2.
 //!
 //! Closed far, this finger has its stiffest place e_2 on the phalanx: two places then explain the same stiffness, and the
-//! motor alone often cannot tell them apart. Which way joint 2 turns does (MATH 6).
+//! motor alone often cannot tell them apart. Which way joint 2 turns does (docs/MECHANICS.md#observability).
 
 use crate::finger::Mechanics;
 use crate::scene::{Scene, Tendon2};

@@ -1,7 +1,8 @@
 //! What contacts at known places and the closing stop teach: the torque factor and the cable.
 //!
 //! A motor torque tells the load at the input link only up to the gears' efficiency eta, and the finger's compliance
-//! is in proportion to 1/K_2: only the ratio eta/K_2 matters for a location (MATH 11). It is kept as a factor f on the
+//! is in proportion to 1/K_2: only the ratio eta/K_2 matters for a location (docs/MECHANICS.md#beyond-the-paper). It
+//! is kept as a factor f on the
 //! nominal ratio. The cable in series adds a twist in proportion to the torque; it is kept per newton metre *as computed
 //! with the nominal efficiency*, so that pressing against the closing stop measures it whatever the efficiency is.
 

@@ -24,7 +24,7 @@ const KAPPA: f32 = 1.0;
 /// Siegmund's correction for the excess over the boundary.
 const OVERSHOOT: f32 = 1.166;
 /// How far the record's level may have moved since it was taken, as a share of the friction: a current offset of 1 mA
-/// (HARDWARE: what offset calibration leaves) beside a no-load current of some 14 mA.
+/// (docs/HARDWARE.md#bridge: what offset calibration leaves) beside a no-load current of some 14 mA.
 const LEVEL_SHARE: f32 = 0.08;
 /// Random walk of the misfit: its standard deviation over a thousand blocks, as a share of the friction.
 const WALK_SHARE: f32 = 0.015;

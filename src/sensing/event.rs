@@ -5,7 +5,8 @@ use crate::sensing::calibration::{Calibration, Refusal};
 /// Why a contact was felt but not located.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NotLocated {
-    /// As soft as a contact on the proximal phalanx, anywhere on it: its place cannot be known (MATH 5).
+    /// As soft as a contact on the proximal phalanx, anywhere on it: its place cannot be known
+    /// (docs/MECHANICS.md#contact-stiffness).
     Proximal,
     /// Softer than the finger without contact: back contact or a failing mechanism.
     TooSoft,
@@ -71,7 +72,8 @@ pub enum Event {
         k_c_nm_per_rad: f32,
         /// Contact force now (1), newton.
         force_n: f32,
-        /// Effective contact radius, where the curve tells it (MATH 7); NaN where it does not.
+        /// Effective contact radius, where the curve tells it (docs/MECHANICS.md#finite-torque-step); NaN where it
+        /// does not.
         radius_m: f32,
         /// Standard deviation of `radius_m`.
         radius_sigma_m: f32,

@@ -31,7 +31,7 @@ pub trait JointSensor: Copy + core::fmt::Debug {
 const SIDE_SIGMAS: f32 = 3.0;
 
 /// Side of e_2 on which phalanx 2 is touched: below it the joint closes as the torque rises, beyond it the joint opens
-/// (MATH 6). Of a contact on another phalanx it says nothing certain.
+/// (docs/MECHANICS.md#observability). Of a contact on another phalanx it says nothing certain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// Between the joint and e_2.
@@ -57,7 +57,7 @@ impl JointSensor for NoHall {
     }
 }
 
-/// A Hall sensor at joint 2: its sign tells on which side of e_2 the contact lies (MATH 6).
+/// A Hall sensor at joint 2: its sign tells on which side of e_2 the contact lies (docs/MECHANICS.md#observability).
 #[derive(Clone, Copy, Debug)]
 pub struct Hall;
 

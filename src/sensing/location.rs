@@ -9,7 +9,7 @@ use crate::finger::{Candidate, ConfigError, Inverse, Mechanics, Parameter};
 const CABLE_RANGE: [f32; 2] = [1e-6, 1e9];
 
 /// What lies between the actuator and the input link: it adds to every measured compliance, C_measured = C + 1/K_t
-/// (MATH 5).
+/// (docs/MECHANICS.md#contact-stiffness).
 pub trait Series: Copy + core::fmt::Debug {
     /// Whether it gives way at all: only then is there a cable to fit and to calibrate.
     const FLEXIBLE: bool;
@@ -59,7 +59,7 @@ impl Series for Cable {
 }
 
 /// What tells the two sides of a phalanx's stiffest place apart. Below it the phalanx's own joint closes as the torque
-/// rises, beyond it the joint opens (MATH 6).
+/// rises, beyond it the joint opens (docs/MECHANICS.md#observability).
 pub trait BranchSense: Copy + core::fmt::Debug {
     /// Whether what was sensed speaks for a candidate.
     fn allows(&self, candidate: &Candidate) -> bool;
@@ -92,7 +92,8 @@ impl BranchSense for JointTwo {
     }
 }
 
-/// All places that explain a measured tangent compliance (MATH 5, 6), series compliance taken off, with those left out
+/// All places that explain a measured tangent compliance (docs/MECHANICS.md#contact-stiffness and
+/// docs/MECHANICS.md#observability), series compliance taken off, with those left out
 /// that a joint sensor contradicts.
 ///
 /// A measurement stiffer than the series itself, by noise, is taken for rigid. Sensing that leaves no candidate at all

@@ -1,4 +1,4 @@
-//! The place of a contact from one finite step of torque (MATH 7).
+//! The place of a contact from one finite step of torque (docs/MECHANICS.md#finite-torque-step).
 
 use crate::finger::{Candidate, Contact, Mechanics};
 use crate::numeric::Bounded;
@@ -24,7 +24,8 @@ pub struct Measured {
     pub rise_nm: f32,
     /// Rotation on the actuator's side since contact, radian.
     pub rotation_rad: f32,
-    /// Effective contact radius, metre; 0 where it is not known (MATH 7 says what that costs).
+    /// Effective contact radius, metre; 0 where it is not known (docs/MECHANICS.md#finite-torque-step says what that
+    /// costs).
     pub radius_m: f32,
 }
 

@@ -317,7 +317,7 @@ fn over_floor(error_percent: f64, floor_percent: f64) -> f64 {
     error_percent / (4.0 * floor_percent + 1e-4)
 }
 
-/// MATH 5 in f64, for the floor only.
+/// docs/MECHANICS.md#contact-stiffness in f64, for the floor only.
 fn pair_root_f64(inputs: &[f64], far: bool) -> Option<f64> {
     let &[l1, theta, x2, k1, h, compliance] = inputs else {
         return None;
@@ -426,7 +426,7 @@ fn judge_root(
     }
 }
 
-/// Quadratic of MATH 5 for phalanx 3 in f64, for the floor only.
+/// Quadratic of docs/MECHANICS.md#contact-stiffness for phalanx 3 in f64, for the floor only.
 fn triple_root_f64(inputs: &[f64], which: f64) -> Option<f64> {
     let &[l1, l2, theta_2, theta_3, x2, x3, k1, k2, k3, compliance] = inputs else {
         return None;

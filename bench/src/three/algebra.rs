@@ -1,5 +1,5 @@
 //! A contact on phalanx 3 in polynomials of its distance k: the compliance is N(k)/D(k) with
-//! N = (p x x)^T H (p x x), D = p^T adj(H) p, p = d + k (1, 1, 1) (MATH 5).
+//! N = (p x x)^T H (p x x), D = p^T adj(H) p, p = d + k (1, 1, 1) (docs/MECHANICS.md#contact-stiffness).
 
 use super::ThreePhalanges;
 use crate::candidate::{NOWHERE, Roots, on_phalanx};

@@ -22,7 +22,7 @@ impl ThreePhalanges {
     }
 }
 
-/// The stable closed forms (MATH 5).
+/// The stable closed forms (docs/MECHANICS.md#contact-stiffness).
 #[inline(never)]
 pub fn closed(input: &ThreePhalanges) -> Roots {
     if input.phalanx == 2 {

@@ -54,7 +54,8 @@ impl ThreePhalanges {
         }
     }
 
-    /// A contact on phalanx 2 leaves joint 3 free: the finger is one of two phalanges with these values (MATH 5).
+    /// A contact on phalanx 2 leaves joint 3 free: the finger is one of two phalanges with these values
+    /// (docs/MECHANICS.md#contact-stiffness).
     /// Nothing where joint 3 alone is softer than what was measured.
     #[inline(always)]
     fn effective(&self) -> Option<TwoPhalanges> {

@@ -1,4 +1,5 @@
-//! Bracketing methods on a residual that is bounded and monotone on each bracket (MATH 9): the square-root form
+//! Bracketing methods on a residual that is bounded and monotone on each bracket (docs/MECHANICS.md#single-precision):
+//! the square-root form
 //! (1 - x_2) k - c x_2 -+ sqrt(C (K_1 k^2 + K_2' (k + c)^2)).
 
 use super::TwoPhalanges;

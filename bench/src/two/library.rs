@@ -38,7 +38,7 @@ pub fn bisected_part(input: &TwoPhalanges) -> Roots {
     kept(input.pair().bisected(input.compliance, input.l2), input.l2)
 }
 
-/// The stable closed form (MATH 5).
+/// The stable closed form (docs/MECHANICS.md#contact-stiffness).
 #[inline(never)]
 pub fn closed(input: &TwoPhalanges) -> Roots {
     closed_part(input)

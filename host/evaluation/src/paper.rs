@@ -23,7 +23,7 @@ const MARGIN: f64 = 1.1;
 const FREE_POINTS: u32 = 60;
 /// Longer without a closing sample is a pause, microseconds.
 const PAUSE_US: u64 = 2_000 * SMOOTHING as u64;
-/// Rise of torque of the two-point secant, newton metre (MATH 7's runs of the baseline).
+/// Rise of torque of the two-point secant, newton metre (docs/MECHANICS.md#finite-torque-step's runs of the baseline).
 pub const TORQUE_STEP_NM: f64 = 0.05;
 /// The paper's mean error as a share of the phalanx: nearer to the joint it cannot tell the phalanges apart.
 const JOINT_SHARE: f64 = 0.073;
@@ -343,7 +343,8 @@ mod tests {
             else {
                 panic!("{k}: {verdict:?}");
             };
-            // The step is K_2: MATH 7 gives -4 % of l_2 as the mean bias of the tangent there.
+            // The step is K_2: docs/MECHANICS.md#finite-torque-step gives -4 % of l_2 as the mean bias of the tangent
+            // there.
             assert!((found - k).abs() < 0.11 * 0.07, "{k} {found}");
         }
     }

@@ -162,7 +162,7 @@ mod tests {
     #[test]
     fn worm_efficiency_is_the_data_sheets() {
         let p = Parameters::default();
-        // Wheel speeds of a closing finger; HARDWARE.md: 0.42-0.48 running, 0.33 at breakaway.
+        // Wheel speeds of a closing finger; docs/HARDWARE.md#plant-parameters: 0.42-0.48 running, 0.33 at breakaway.
         for speed in [0.2, 0.3, 0.5, 0.7] {
             let eta = worm_efficiency(&p, speed);
             assert!((0.42..=0.48).contains(&eta), "{eta} at {speed} rad/s");

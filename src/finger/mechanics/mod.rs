@@ -28,7 +28,7 @@ pub struct Contact {
     pub radius_m: f32,
 }
 
-/// One point of the path that the finger takes after contact as the torque rises (MATH 7).
+/// One point of the path that the finger takes after contact as the torque rises (docs/MECHANICS.md#finite-torque-step).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PathPoint {
     /// Change of the input link's angle since contact, radian.
@@ -92,10 +92,12 @@ pub trait Mechanics {
     /// joint 1.
     fn expected_k_a(&self, free: &Free<Self::Configuration>) -> Option<f32>;
 
-    /// Compliance of the finger without contact, radian per newton metre (MATH 4). None where nothing holds it (K_1 = 0).
+    /// Compliance of the finger without contact, radian per newton metre (docs/MECHANICS.md#preshaping). None where
+    /// nothing holds it (K_1 = 0).
     fn free_compliance(&self, at: &Self::Configuration, torque_nm: f32) -> Option<f32>;
 
-    /// Compliance with a contact on phalanx 1, anywhere on it, radian per newton metre (MATH 5).
+    /// Compliance with a contact on phalanx 1, anywhere on it, radian per newton metre
+    /// (docs/MECHANICS.md#contact-stiffness).
     fn proximal_compliance(&self, at: &Self::Configuration, torque_nm: f32) -> Option<f32>;
 
     /// Compliance 1/K_c with a contact at `k_m` on `phalanx` at the instant of contact (18), radian per newton metre.
@@ -107,7 +109,8 @@ pub trait Mechanics {
         k_m: f32,
     ) -> Option<f32>;
 
-    /// All places that explain a tangent compliance at contact, by bisection (MATH 5, 6): what the closed form is checked
+    /// All places that explain a tangent compliance at contact, by bisection (docs/MECHANICS.md#contact-stiffness and
+    /// docs/MECHANICS.md#observability): what the closed form is checked
     /// against.
     fn locate(
         &self,
@@ -141,7 +144,8 @@ pub trait Mechanics {
     fn follow(&self, path: &mut Self::Path, rise_nm: f32) -> Option<PathPoint>;
 
     /// The place of a contact from one finite step: the `k` with which the path of `guess` turns the input link by
-    /// `rotation_rad` while the torque rises by `rise_nm`, both since contact (MATH 7); also the point reached. `guess`
+    /// `rotation_rad` while the torque rises by `rise_nm`, both since contact (docs/MECHANICS.md#finite-torque-step);
+    /// also the point reached. `guess`
     /// chooses the branch: a path started at a candidate of the tangent inverse. None where no such place is found on
     /// the phalanx.
     fn place(

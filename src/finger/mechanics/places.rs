@@ -12,7 +12,7 @@ pub struct Candidate {
     pub beyond_stiffest: bool,
 }
 
-/// What a compliance tells about the place of the contact (MATH 6).
+/// What a compliance tells about the place of the contact (docs/MECHANICS.md#observability).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
     /// One place.

@@ -1,4 +1,5 @@
-//! The path after contact: a phalanx rolls and slides on a cylinder fixed in space while the torque rises (MATH 7).
+//! The path after contact: a phalanx rolls and slides on a cylinder fixed in space while the torque rises
+//! (docs/MECHANICS.md#finite-torque-step).
 //!
 //! Unknown are the changes delta of the joint angles and the contact force f. They satisfy
 //!

@@ -45,7 +45,7 @@ const JOINT_SHARE: f32 = 0.02;
 
 impl Estimate {
     /// Whether it is on the proximal phalanx or on the very joint of phalanx 2: as compliant as a contact anywhere on
-    /// phalanx 1 (MATH 5), and nearer to the joint than either phalanx is thick.
+    /// phalanx 1 (docs/MECHANICS.md#contact-stiffness), and nearer to the joint than either phalanx is thick.
     pub fn is_without_place(&self) -> bool {
         self.phalanx <= 1 || (self.phalanx == 2 && self.k_m < JOINT_SHARE * self.length_m)
     }

@@ -1,4 +1,5 @@
-//! Where is the contact, and how round the object: the whole torque-angle curve against the finger's exact path (MATH 7).
+//! Where is the contact, and how round the object: the whole torque-angle curve against the finger's exact path
+//! (docs/MECHANICS.md#finite-torque-step).
 //!
 //! For a hypothesis (a phalanx) eight numbers are fitted, each with a prior: the location k, the effective contact radius
 //! R, an offset q of the torque (misfit of the friction record), the onset angle o, and what calibration has left open of

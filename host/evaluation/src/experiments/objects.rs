@@ -49,7 +49,7 @@ pub fn ten() -> Vec<Object> {
 }
 
 /// Where a contact that begins at `k_m` is felt once the torque rises: a flush side is felt at one of its ends, or at
-/// e_2 where that lies between them (MATH 6).
+/// e_2 where that lies between them (docs/MECHANICS.md#observability).
 #[must_use]
 pub fn felt_m(object: &Object, k_m: f64, length_m: f64, equilibrium_m: f64) -> f64 {
     if object.flush_m == 0.0 {

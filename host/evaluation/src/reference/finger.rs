@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// How one stage of the transmission maps its joint angle to the lever before it (MATH 2).
+/// How one stage of the transmission maps its joint angle to the lever before it (docs/MECHANICS.md#transmission).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stage {
     /// Pulleys: constant ratio.

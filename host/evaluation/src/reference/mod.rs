@@ -1,7 +1,8 @@
 //! An independent f64 evaluation of the mechanics, from positions and potential energy alone.
 //!
 //! The library works with closed forms in f32. What it is compared with here knows only where the links are, what
-//! energy the springs hold, and numerical differentiation (MATH 1 and 2); no equation of the paper after (4) is used.
+//! energy the springs hold, and numerical differentiation (docs/MECHANICS.md#conventions and
+//! docs/MECHANICS.md#transmission); no equation of the paper after (4) is used.
 
 mod finger;
 mod stiffness;
@@ -42,7 +43,8 @@ pub fn oversized() -> Finger {
     finger
 }
 
-/// The prototype P70 (MATH 10), lengths in metre, with the given distal spring in newton metre per radian.
+/// The prototype P70 (docs/MECHANICS.md#prototype), lengths in metre, with the given distal spring in newton metre per
+/// radian.
 #[must_use]
 pub fn p70(spring_nm_per_rad: f64) -> Finger {
     Finger {

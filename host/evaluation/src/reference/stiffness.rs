@@ -143,7 +143,7 @@ mod tests {
 
     #[test]
     fn table_1_is_as_stiff_as_published() {
-        // MATH 4: K_a of Table I, constant because the transmission factors are.
+        // docs/MECHANICS.md#preshaping: K_a of Table I, constant because the transmission factors are.
         let finger = table_1();
         let posture = free_posture(&finger, 0.5).unwrap();
         let rest = DVector::from_vec(finger.rest_rad.clone());
@@ -153,7 +153,7 @@ mod tests {
 
     #[test]
     fn prototype_is_as_stiff_as_published() {
-        // MATH 10: K_c / K_2 at theta_2 = 0, three figures given.
+        // docs/MECHANICS.md#prototype: K_c / K_2 at theta_2 = 0, three figures given.
         let finger = p70(1.0);
         let posture = free_posture(&finger, 0.0).unwrap();
         for (k_mm, expected) in [(1.0, 5.0), (30.0, 23.2), (50.0, 98.9), (60.0, 300.0)] {
