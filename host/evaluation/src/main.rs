@@ -31,7 +31,7 @@ enum Command {
     Experiments(Experiments),
     /// The sensing on a recording.
     Replay(Replay),
-    /// Draw the figures as SVG and PNG.
+    /// Draw the figures as SVG.
     Figures {
         /// Where to.
         #[arg(default_value = "docs/figures")]
