@@ -22,7 +22,7 @@ use palpate::app::conduct::Conduct;
 use palpate::app::sense::{Sense, notice};
 use palpate::drive::joint::JointInput;
 use palpate::drive::sequence::{Notice, State};
-use palpate::drive::{Fault, Limited, Offset, Status};
+use palpate::drive::{Fault, LimitsReached, OffsetState, Status};
 use palpate::scene::{Active, JointPin, Reading, Scene};
 use palpate::sensing::{Event, JointSensor};
 
@@ -177,8 +177,8 @@ fn meaning(state: State) -> Command {
 /// What the log has said of slow changes.
 #[derive(Default)]
 struct Said {
-    limited: Limited,
-    offset: Offset,
+    limited: LimitsReached,
+    offset: OffsetState,
     dropped: u32,
     ignored: u32,
 }
@@ -192,7 +192,7 @@ impl Said {
         }
         if status.offset != self.offset {
             self.offset = status.offset;
-            if status.offset == Offset::Known {
+            if status.offset == OffsetState::Known {
                 telemetry::offset(status.offset_a);
             }
         }

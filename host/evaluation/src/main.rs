@@ -33,7 +33,7 @@ enum Command {
     Replay(Replay),
     /// The sensing on a folder of recordings whose truth is known.
     Recordings(Recordings),
-    /// Draw the figures as SVG and PNG.
+    /// Draw the figures as SVG.
     Figures {
         /// Where to.
         #[arg(default_value = "docs/figures")]

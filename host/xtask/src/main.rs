@@ -84,7 +84,7 @@ const COMMANDS: &[Command] = &[
     Command {
         name: "figures",
         arguments: "[DIR]",
-        summary: "draw the figures (SVG and PNG)",
+        summary: "draw the figures (SVG)",
         run: commands::figures,
     },
     Command {
