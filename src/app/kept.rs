@@ -3,7 +3,7 @@
 use super::record::{Bytes, Keep, scene_mark};
 use super::settings::Overrides;
 use crate::scene::Scene;
-use crate::sensing::friction::Track;
+use crate::sensing::friction::{Bins, Evidence};
 use crate::sensing::{Calibration, Friction};
 
 /// Settings, friction record and calibration.
@@ -41,15 +41,34 @@ impl Keep for Kept {
                 bytes.float(value);
             }
         }
-        if let Some(friction) = bytes.option(friction, || Friction::empty(0)) {
+        if let Some(friction) = bytes.option(friction, || Friction::EMPTY) {
             let Friction {
                 travel_counts,
-                closing,
-                opening,
+                bin_counts,
+                worm_counts,
+                rad_per_count,
+                speed_rad_per_s,
+                closing_nm: Bins { mean, count },
+                worm_nm,
+                opening_nm,
+                white_nm2_s,
+                evidence: Evidence { ln_likelihood },
             } = friction;
             bytes.integer(travel_counts);
-            track(closing, bytes);
-            track(opening, bytes);
+            for counts in [bin_counts, worm_counts] {
+                let mut signed = counts.cast_signed();
+                bytes.integer(&mut signed);
+                *counts = signed.cast_unsigned();
+            }
+            for count in count {
+                bytes.byte(count);
+            }
+            for value in [rad_per_count, speed_rad_per_s, opening_nm, white_nm2_s] {
+                bytes.float(value);
+            }
+            for value in mean.iter_mut().chain(worm_nm).chain(ln_likelihood) {
+                bytes.float(value);
+            }
         }
         let Calibration {
             torque_factor,
@@ -74,21 +93,6 @@ impl Keep for Kept {
             && self.calibration.is_valid()
             && self.friction.as_ref().is_none_or(Friction::is_valid)
     }
-}
-
-fn track(track: &mut Track, bytes: &mut impl Bytes) {
-    let Track {
-        torque_nm,
-        passes,
-        noise_nm2_counts,
-    } = track;
-    for torque in torque_nm {
-        bytes.float(torque);
-    }
-    for passes in passes {
-        bytes.byte(passes);
-    }
-    bytes.float(noise_nm2_counts);
 }
 
 /// Mark of a scene, for [`encode`](super::record::encode) and [`decode`](super::record::decode): what a friction record and a
@@ -119,13 +123,17 @@ mod tests {
     fn kept() -> Kept {
         let mut overrides = Overrides::default();
         overrides.set(Setting::HoldForce, 2.5).expect("in range");
-        let mut friction = Friction::empty(240_000);
-        for (index, torque) in friction.closing.torque_nm.iter_mut().enumerate() {
+        let drivetrain = P70::drivetrain(&P70::MECHANISM);
+        let mut friction = Friction::empty(240_000, &drivetrain);
+        for (index, torque) in friction.closing_nm.mean.iter_mut().enumerate() {
             *torque = 0.01 + 1e-4 * index as f32;
         }
-        friction.closing.passes.fill(3);
-        friction.opening.torque_nm.fill(-0.02);
-        friction.opening.noise_nm2_counts = 1e-3;
+        friction.closing_nm.count.fill(3);
+        friction.speed_rad_per_s = 0.3;
+        friction.worm_nm = [-1e-3; _];
+        friction.opening_nm = -0.02;
+        friction.white_nm2_s = 2e-8;
+        friction.evidence.ln_likelihood = [-1.5; _];
         let mut calibration = P70::UNCALIBRATED;
         calibration.torque_factor = 0.9;
         calibration.contacts = 2;
@@ -172,7 +180,7 @@ mod tests {
         );
         let mut nonsense = kept();
         if let Some(friction) = &mut nonsense.friction {
-            friction.opening.torque_nm[127] = f32::NAN;
+            friction.closing_nm.mean[127] = f32::NAN;
         }
         assert_eq!(
             decoded(&encoded(&mut nonsense)),
