@@ -1,8 +1,7 @@
 //! The README's tables say what the code says.
 
-use palpate::app::command::Verb;
-use palpate::app::line::Line;
-use palpate::app::settings::Setting;
+use palpate::app::console::command::Verb;
+use palpate::app::console::settings::Setting;
 use palpate::drive::Fault;
 
 const REPORT: &str = include_str!("../docs/report/README.md");
@@ -61,10 +60,8 @@ fn the_readme_lists_every_setting() {
     let rows: Vec<String> = Setting::ALL
         .into_iter()
         .map(|setting| {
-            let mut span = Line::new();
-            setting.range().write(&mut span);
-            let (name, unit) = (setting.name(), setting.unit());
-            format!("| `{name}` | {} {unit} |", span.as_str())
+            let (name, range, unit) = (setting.name(), setting.range(), setting.unit());
+            format!("| `{name}` | {range} {unit} |")
         })
         .collect();
     holds("settings", &rows);

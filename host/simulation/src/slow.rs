@@ -1,8 +1,8 @@
 //! The slow loop of the simulation: the library's two halves, each told what the other found.
 
 use crate::{Simulated, SlowLoop};
+use palpate::app::console::settings::Overrides;
 use palpate::app::sense::{Order, notice};
-use palpate::app::settings::Overrides;
 use palpate::app::{Conduct, Sense};
 use palpate::drive::demand::{Demand, Status};
 use palpate::drive::fault::Fault;

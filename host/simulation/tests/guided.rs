@@ -1,7 +1,7 @@
 //! The guided calibration as the commands run it: every pin with a homing before it, the pin left in place until the
 //! finger has opened. Simulated.
 
-use palpate::app::command::Command;
+use palpate::app::console::command::Command;
 use palpate::drive::fault::Fault;
 use palpate::drive::sequence::Request;
 use palpate::scene::P70;

@@ -1,7 +1,7 @@
 //! What was saved, after a restart: the encoder has a new zero then, some milliradians beside the one that friction was
 //! recorded with. Simulated.
 
-use palpate::app::settings::Overrides;
+use palpate::app::console::settings::Overrides;
 use palpate::drive::demand::Status;
 use palpate::drive::sequence::Request;
 use palpate::scene::P70;

@@ -1,6 +1,6 @@
 //! `p70-rigid`: the same finger without a cable needs no press, fits six numbers, and is the surer for it. Simulated.
 
-use palpate::app::command::{Calibrate, Command};
+use palpate::app::console::command::{Calibrate, Command};
 use palpate::drive::sequence::Refused;
 use palpate::scene::{P70, P70Rigid};
 use palpate::sensing::Event;

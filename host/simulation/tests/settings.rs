@@ -1,7 +1,7 @@
 //! What a user may set, at the ends of its range. Simulated.
 
-use palpate::app::command::Command;
-use palpate::app::settings::Setting;
+use palpate::app::console::command::Command;
+use palpate::app::console::settings::Setting;
 use palpate::drive::sequence::Request;
 use palpate::scene::P70;
 use palpate::sensing::{Directive, Event};

@@ -1,8 +1,8 @@
 //! A simulated finger used like one on a bench: it is homed, records its friction, feels pins at known places, and then one
 //! object after another is put in its way. What runs is the firmware's control loop, sequence and sensing.
 
-use palpate::app::command::Command;
-use palpate::app::settings::Setting;
+use palpate::app::console::command::Command;
+use palpate::app::console::settings::Setting;
 use palpate::sample::Sample;
 use palpate::scene::Scene;
 use palpate::sensing::{Calibration, Directive, Event, Friction, Refusal, Sensor, Settings};

@@ -9,8 +9,8 @@
 use std::fmt::Write as _;
 
 use anyhow::{Result, anyhow};
-use palpate::app::command::Command;
-use palpate::app::settings::Setting;
+use palpate::app::console::command::Command;
+use palpate::app::console::settings::Setting;
 use palpate::scene::P70;
 use palpate::sensing::Event;
 use palpate_plant::{Grasp, Parameters, Shape};
