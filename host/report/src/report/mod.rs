@@ -12,8 +12,8 @@ mod judge;
 mod measured;
 mod plot;
 mod published;
-mod readme;
 mod row;
+mod summary;
 mod table;
 mod target;
 mod whole;
@@ -66,7 +66,7 @@ pub struct Arguments {
     delays: bool,
     /// Write the short tables between the markers of this file.
     #[arg(long, value_name = "FILE")]
-    readme: Option<PathBuf>,
+    results: Option<PathBuf>,
     /// Folder for the plots and the tables.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -149,7 +149,7 @@ impl Report {
         for rows in tasks(&self.rows) {
             let name = rows.first().map_or("", |row| &row.task);
             let plot = if with_plots {
-                format!("![error against cost]({name}.png)\n\n")
+                format!("![error against cost]({name}.svg)\n\n")
             } else {
                 String::new()
             };
@@ -175,7 +175,7 @@ impl Report {
         }
         if !self.delays.is_empty() {
             let plot = if with_plots {
-                "![error against delay](delay.png)\n\n"
+                "![error against delay](delay.svg)\n\n"
             } else {
                 ""
             };
@@ -294,15 +294,15 @@ pub fn run(arguments: &Arguments) -> Result<bool> {
     if let Some(folder) = &arguments.out {
         report.write(folder, &arguments.compiler)?;
     }
-    if let Some(path) = &arguments.readme {
-        let block = readme::block(
+    if let Some(path) = &arguments.results {
+        let block = summary::block(
             &arguments.compiler,
             &report.rows,
             report.grasp.as_ref(),
             &report.delays,
             &report.targets(),
         );
-        readme::write(path, &block)?;
+        summary::write(path, &block)?;
     }
     if arguments.record {
         check::record(&arguments.recorded, &arguments.compiler, &report.rows)?;
