@@ -238,7 +238,11 @@ impl ThreeJointContact {
             }
             return Roots {
                 near_m: if at_low > 0.0 { place(low, peak) } else { None },
-                far_m: if at_high >= 0.0 { place(high, peak) } else { None },
+                far_m: if at_high >= 0.0 {
+                    place(high, peak)
+                } else {
+                    None
+                },
             };
         }
         let only = if at_low > 0.0 && at_high <= 0.0 {

@@ -195,7 +195,11 @@ impl TwoJointContact {
                 search(!low_is_near, to, rigid);
             }
         } else if low_is_softer != high_is_softer {
-            let (inside, outside) = if low_is_softer { (from, to) } else { (to, from) };
+            let (inside, outside) = if low_is_softer {
+                (from, to)
+            } else {
+                (to, from)
+            };
             search(low_is_near == (rigid >= to), inside, outside);
         }
         roots
