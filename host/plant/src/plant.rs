@@ -5,7 +5,7 @@ use crate::drivetrain::Drivetrain;
 use crate::encoder::QuadratureEncoder;
 use crate::finger::{Finger, Hold};
 use crate::object::{Body, Grasp};
-use crate::parameters::{FingerKind, Parameters};
+use crate::parameters::Parameters;
 use crate::{Error, Faults, FirstContact, Pins, Truth};
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
@@ -49,15 +49,10 @@ impl Plant {
     ///
     /// # Errors
     /// A parameter out of range, a four-bar that does not close, an object that cannot be where it is wanted.
-    pub fn new(
-        parameters: &Parameters,
-        kind: FingerKind,
-        grasp: &Grasp,
-        seed: u64,
-    ) -> Result<Self, Error> {
+    pub fn new(parameters: &Parameters, grasp: &Grasp, seed: u64) -> Result<Self, Error> {
         parameters.validate()?;
         let mut random = Pcg64Mcg::seed_from_u64(seed);
-        let mut finger = Finger::new(parameters, kind)?;
+        let mut finger = Finger::new(parameters)?;
         let mut signed = || random.random_range(-1.0..=1.0f64);
         let (gear_play, worm_play, ripple_phase) =
             (signed(), signed(), signed() * std::f64::consts::PI);
