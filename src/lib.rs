@@ -3,7 +3,7 @@
 //! | room | what it knows | what it never sees |
 //! |---|---|---|
 //! | [`numeric`] | square root, sine and cosine, bisection, small linear algebra, each with its measured error | fingers |
-//! | [`words`] | names kept as lists in one text each | what they mean |
+//! | [`name_list`] | look-up in a list of names kept as one text | what they mean |
 //! | [`finger`] | phalanges, transmission, statics, stiffness, contact path | motors, time, noise |
 //! | [`sensing`] | samples to events: friction, detection, location, force, uncertainty | the chip |
 //! | [`drive`] | counts, codes, current and speed loops, motion sequence, faults | where the contact is |
@@ -15,10 +15,10 @@
 
 pub mod drive;
 pub mod finger;
+pub mod name_list;
 pub mod numeric;
 pub mod sample;
 pub mod scene;
 pub mod sensing;
-pub mod words;
 
 pub mod app;

@@ -4,8 +4,8 @@ mod finger_support;
 
 use finger_support::{linkage2, linkage3, tendon2, tendon3};
 use palpate::finger::{
-    Assembly, Configuration, Contact, Finger, Free, Levers, Linkage, Mechanics, Pair, Parameters,
-    Tendon, Transmission, Triple,
+    Assembly, Configuration, Contact, Finger, Free, Levers, Linkage, Mechanics, Parameters, Tendon,
+    ThreeJointContact, Transmission, TwoJointContact,
 };
 use palpate::sensing::location::{Cable, JointTwo, NoJointSensor, Rigid, places};
 use palpate::sensing::step;
@@ -121,7 +121,7 @@ where
                 .expect("a candidate lies on a phalanx");
             prop_assert!(c.k_m > 0.0 && c.k_m <= length, "{c:?}");
         }
-        if let Some(gear) = finger.transmission().gear(at) {
+        if let Some(gear) = finger.transmission().factors(at) {
             prop_assert!(
                 gear.x
                     .iter()
@@ -187,8 +187,8 @@ proptest! {
     /// The reduced problems by themselves.
     #[test]
     fn reduced_problems(n in prop::array::uniform8(any_number()), c in any_number(), length in any_number()) {
-        let pair = Pair { c_m: n[0], x2: n[1], k1: n[2], h22: n[3] };
-        let triple = Triple { d1_m: n[0], d2_m: n[1], x2: n[2], x3: n[3], k1: n[4], h22: n[5], h23: n[6], h33: n[7] };
+        let pair = TwoJointContact { c_m: n[0], x2: n[1], k1: n[2], h22: n[3] };
+        let triple = ThreeJointContact { d1_m: n[0], d2_m: n[1], x2: n[2], x3: n[3], k1: n[4], h22: n[5], h23: n[6], h33: n[7] };
         for roots in [pair.closed(c), pair.bisected(c, length), triple.closed(c), triple.bisected(c, length)] {
             check(roots.near_m)?;
             check(roots.far_m)?;

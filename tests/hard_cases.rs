@@ -4,7 +4,7 @@ use palpate::finger::{
     Assembly, Class, Configuration, Contact, Finger, FourBar, Levers, Linkage, Mechanics,
     Parameter, Parameters, Tendon,
 };
-use palpate::numeric::Turn;
+use palpate::numeric::Rotation;
 
 /// The plausible prototype: metre and newton metre, K_2 of 0.05 N m/rad, no spring at joint 1.
 fn p70() -> Finger<2, Linkage<1>> {
@@ -43,12 +43,12 @@ fn p70_is_what_it_is_said_to_be() {
     let finger = p70();
     let at = finger.rest();
     let stage = finger.transmission().stages()[0];
-    let ratio = stage.ratio(Turn::NONE).expect("not a dead point");
+    let ratio = stage.ratio(Rotation::NONE).expect("not a dead point");
     assert!(
         (ratio.first - 0.4577).abs() < 5e-5 && (ratio.second - 0.297).abs() < 5e-4,
         "{ratio:?}"
     );
-    let h = stage.intersection_m(Turn::NONE).expect("not parallel");
+    let h = stage.intersection_m(Rotation::NONE).expect("not parallel");
     let e2 = finger.stiffest_m(&at, 0.0, 2).expect("ahead of the joint");
     assert!(
         (h - 0.07596).abs() < 5e-6 && (e2 - h).abs() < 1e-7,
@@ -292,10 +292,10 @@ fn dead_points_are_refused() {
     );
     let near = FourBar::build(1, 1.0, levers(0.9001), [-0.5, 0.5]).expect("just within reach");
     let ratio = near
-        .ratio(Turn::NONE)
+        .ratio(Rotation::NONE)
         .expect("near a dead point it is still finite");
     // The derivative by the angle itself, from F.
-    let f = |v: f32| f64::from(near.lever(Turn::by(v)).rad());
+    let f = |v: f32| f64::from(near.lever(Rotation::by(v)).rad());
     let slope = (f(1e-3) - f(-1e-3)) / 2e-3;
     assert!(
         (f64::from(ratio.first) - slope).abs() < 1e-3 * (1.0 + slope.abs()),

@@ -1,7 +1,7 @@
 //! The numerical tools against f64; the bounds are those that their documentation states.
 
 use palpate::numeric::{
-    BISECTION_STEPS, SIN_COS_MAX_RAD, Turn, atan2, bisect, constant_sqrt, sin_cos, solve, sqrt,
+    BISECTION_STEPS, Rotation, SIN_COS_MAX_RAD, atan2, bisect, constant_sqrt, sin_cos, solve, sqrt,
 };
 use proptest::prelude::*;
 
@@ -179,12 +179,12 @@ proptest! {
 
     #[test]
     fn turns_compose_as_angles_add(a in within(-3.0, 3.0), b in within(-3.0, 3.0)) {
-        let sum = Turn::by(a).then(Turn::by(b));
+        let sum = Rotation::by(a).then(Rotation::by(b));
         prop_assert!((f64::from(sum.cos) - (f64::from(a) + f64::from(b)).cos()).abs() < 3e-7);
         prop_assert!((f64::from(sum.sin) - (f64::from(a) + f64::from(b)).sin()).abs() < 3e-7);
-        prop_assert!((Turn::by(a).rad() - a).abs() < 4e-7);
-        prop_assert!((Turn::by(a).twice().sin - Turn::by(2.0 * a).sin).abs() < 4e-7);
-        prop_assert!(Turn::by(a).then(Turn::by(a).back()).sin.abs() < 2e-7);
+        prop_assert!((Rotation::by(a).rad() - a).abs() < 4e-7);
+        prop_assert!((Rotation::by(a).twice().sin - Rotation::by(2.0 * a).sin).abs() < 4e-7);
+        prop_assert!(Rotation::by(a).then(Rotation::by(a).back()).sin.abs() < 2e-7);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::decimal;
 use super::line::Line;
 use super::settings::{Range, Setting};
-use crate::words::word;
+use crate::name_list::nth;
 
 /// Longest line that is understood, bytes, without its end.
 pub const LINE_MAX: usize = 64;
@@ -196,7 +196,7 @@ impl Command {
 
 impl Verb {
     fn word(self, column: u8) -> &'static str {
-        word(Self::TABLE, self as u8 * 3 + column)
+        nth(Self::TABLE, self as u8 * 3 + column)
     }
 
     /// What a user types.

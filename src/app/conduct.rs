@@ -5,8 +5,8 @@ use core::marker::PhantomData;
 use super::command::{Calibrate, Command};
 use super::sense::Order;
 use super::settings::{Overrides, Setting};
-use crate::drive::config::{Checked, OutOfRange};
-use crate::drive::sequence::{Advance, Motion, Notice, Refused, Request, Sequence, State};
+use crate::drive::config::{CheckedConfig, OutOfRange};
+use crate::drive::sequence::{Motion, Notice, Refused, Request, Sequence, State, StepOutput};
 use crate::drive::{Fault, Status};
 use crate::scene::Scene;
 use crate::sensing::location::Series;
@@ -39,7 +39,7 @@ pub enum Effect {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conducted {
     /// What the sequence decided.
-    pub advance: Advance,
+    pub advance: StepOutput,
     /// For the sensing half.
     pub order: Option<Order>,
 }
@@ -61,7 +61,7 @@ pub struct Conduct<S: Scene> {
 ///
 /// # Errors
 /// The first value that no longer fits the scene.
-pub fn drive<S: Scene>(overrides: &Overrides) -> Result<Checked, OutOfRange> {
+pub fn drive<S: Scene>(overrides: &Overrides) -> Result<CheckedConfig, OutOfRange> {
     let value = |setting| value::<S>(overrides, setting);
     S::CHECKED.with_limits(
         value(Setting::CurrentLimit),

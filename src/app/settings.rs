@@ -4,7 +4,7 @@
 //! kept in SI units; the user speaks the unit of the table.
 
 use super::line::Line;
-use crate::words::word;
+use crate::name_list::nth;
 
 /// The values that a setting may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,12 +69,12 @@ settings! {
 impl Setting {
     /// What a user types.
     pub fn name(self) -> &'static str {
-        word(NAMES, self as u8)
+        nth(NAMES, self as u8)
     }
 
     /// The user's unit.
     pub fn unit(self) -> &'static str {
-        word(UNITS, self as u8)
+        nth(UNITS, self as u8)
     }
 
     /// The values that it may have.

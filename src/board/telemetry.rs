@@ -7,8 +7,8 @@ use defmt::{Str, error, info, intern, warn};
 use palpate::app::hint::Hint;
 use palpate::drive::config::OutOfRange;
 use palpate::drive::fault::Fault;
-use palpate::drive::sequence::{Outcome, State};
-use palpate::drive::{Limited, Status};
+use palpate::drive::sequence::{MotionResult, State};
+use palpate::drive::{LimitsReached, Status};
 use palpate::sensing::{Calibration, Event, NotLocated, Refusal, Side};
 
 use super::crash::Crash;
@@ -65,13 +65,13 @@ pub fn state(from: State, to: State) {
 }
 
 /// `sequence done`: how a motion ended.
-pub fn done(outcome: Outcome) {
+pub fn done(outcome: MotionResult) {
     let verdict = match outcome {
-        Outcome::Contact => intern!("contact"),
-        Outcome::NoContact => intern!("no-contact"),
-        Outcome::NotRecorded => intern!("not-recorded"),
-        Outcome::Complete => intern!("complete"),
-        Outcome::Stopped => intern!("stopped"),
+        MotionResult::Contact => intern!("contact"),
+        MotionResult::NoContact => intern!("no-contact"),
+        MotionResult::NotRecorded => intern!("not-recorded"),
+        MotionResult::Complete => intern!("complete"),
+        MotionResult::Stopped => intern!("stopped"),
     };
     info!("sequence done verdict={=istr}", verdict);
 }
@@ -86,7 +86,7 @@ pub fn fault(fault: Fault) {
 }
 
 /// `limit`: demands that were clamped, when that changes.
-pub fn limited(limited: Limited) {
+pub fn limited(limited: LimitsReached) {
     warn!(
         "limit current={=bool} duty={=bool} speed={=bool} position={=bool}",
         limited.current, limited.duty, limited.speed, limited.position

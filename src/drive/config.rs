@@ -34,7 +34,7 @@ pub struct Thermal {
 
 /// Encoder and gears between motor and input link.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drivetrain {
+pub struct Gearing {
     /// Encoder counts (x4 edges) a motor revolution.
     pub counts_per_motor_rev: f32,
     /// Motor revolutions a revolution of the input link.
@@ -43,7 +43,7 @@ pub struct Drivetrain {
 
 /// Scaling of the board's analogue inputs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sense {
+pub struct AnalogInputs {
     /// ADC reference, volt.
     pub reference_v: f32,
     /// Current sense, volt per ampere.
@@ -84,9 +84,9 @@ pub struct Config {
     /// The motor.
     pub motor: Motor,
     /// Encoder and gears.
-    pub drivetrain: Drivetrain,
+    pub drivetrain: Gearing,
     /// Analogue inputs.
-    pub sense: Sense,
+    pub sense: AnalogInputs,
     /// Limits and trips.
     pub limits: Limits,
 }
@@ -129,7 +129,7 @@ pub const fn check<const N: usize>(
 
 impl Limits {
     /// Checks what a user may set: current against trip and supply against supply, with the range of the board's inputs.
-    const fn check_set(&self, sense: &Sense) -> Result<(), OutOfRange> {
+    const fn check_set(&self, sense: &AnalogInputs) -> Result<(), OutOfRange> {
         check(&[
             (
                 "current_a",
@@ -235,12 +235,12 @@ impl Config {
 /// A configuration that holds together, with the scales that follow from it. A scene's is a constant: one that does not hold
 /// together does not compile, and the firmware carries neither check nor names.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Checked {
+pub struct CheckedConfig {
     config: Config,
     scale: Scale,
 }
 
-impl Checked {
+impl CheckedConfig {
     /// Checks every value against what the drive's arithmetic and this board can do.
     ///
     /// # Errors
@@ -304,11 +304,11 @@ pub(crate) mod tests {
                     housing_s: 150.0,
                 },
             },
-            drivetrain: Drivetrain {
+            drivetrain: Gearing {
                 counts_per_motor_rev: 1024.0,
                 reduction: 1280.0,
             },
-            sense: Sense {
+            sense: AnalogInputs {
                 reference_v: 3.3,
                 volt_per_a: 6.8,
                 supply_divider: 100.0 / 18.0,
@@ -331,7 +331,7 @@ pub(crate) mod tests {
     #[test]
     fn the_prototype_is_valid() {
         assert_eq!(
-            Checked::new(p70()).map(|checked| *checked.config()),
+            CheckedConfig::new(p70()).map(|checked| *checked.config()),
             Ok(p70())
         );
     }
@@ -381,7 +381,7 @@ pub(crate) mod tests {
             for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30, -1e30] {
                 let mut config = p70();
                 spoil(&mut config, value);
-                let error = Checked::new(config).expect_err(name);
+                let error = CheckedConfig::new(config).expect_err(name);
                 assert_eq!(error.name, name);
                 assert!(error.value.to_bits() == value.to_bits());
             }

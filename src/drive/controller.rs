@@ -5,16 +5,16 @@
 //! derived `==` is such a call, and a copy of more than 24 bytes is one of `memcpy`: what is compared is matched instead, and
 //! nothing as long is copied.
 
-use super::config::Checked;
+use super::config::CheckedConfig;
 use super::convert::{self, PERIOD_S, Scale};
 use super::current::CurrentLoop;
-use super::demand::{Demand, Limited, Offset, Setpoint, Status};
+use super::demand::{Demand, LimitsReached, OffsetState, Setpoint, Status};
 use super::encoder::Encoder;
 use super::fault::Fault;
 use super::io::{CONTROL_HZ, Inputs, Outputs};
 use super::limit::within;
-use super::offset::{Measured, OffsetMeter};
-use super::protect::{FREE_TURN, Observed, Protection, TURNS};
+use super::offset::{OffsetMeter, OffsetReading};
+use super::protect::{FREE_TURN, PeriodState, Protection, TURNS};
 use super::speed::SpeedLoop;
 use super::thermal::Winding;
 use crate::numeric::clamp;
@@ -50,7 +50,7 @@ struct Average {
     driven: i8,
     sum_a: f32,
     sum_squares_a2: f32,
-    limited: Limited,
+    limited: LimitsReached,
 }
 
 /// State of the control loop.
@@ -93,7 +93,7 @@ pub struct Controller {
 
 impl Controller {
     /// A controller at rest.
-    pub fn new(drive: &Checked) -> Self {
+    pub fn new(drive: &CheckedConfig) -> Self {
         let (config, scale) = (drive.config(), *drive.scale());
         let limits = &config.limits;
         Self {
@@ -204,7 +204,7 @@ impl Controller {
             self.supply_v = supply_v;
         }
         self.supply_v += SUPPLY_GAIN * (supply_v - self.supply_v);
-        let observed = Observed {
+        let observed = PeriodState {
             awake: !matches!(self.applied, Outputs::Off),
             applied_v: self.applied_fraction * self.supply_v,
             reference_a: self.reference_a,
@@ -219,7 +219,7 @@ impl Controller {
             .protection
             .check(inputs, &observed, self.average.periods % TURNS);
         let measured = self.measure_offset(setpoint, raw_a, observed.speed);
-        if matches!(measured, Measured::OutOfRange) {
+        if matches!(measured, OffsetReading::OutOfRange) {
             fault = fault.or(Some(Fault::OffsetOutOfRange));
         }
         if fault.is_some() && self.status.fault.is_none() {
@@ -229,34 +229,34 @@ impl Controller {
     }
 
     /// Runs the offset's measurement while it is asked for and the bridge brakes.
-    fn measure_offset(&mut self, setpoint: Setpoint, raw_a: f32, speed: f32) -> Measured {
+    fn measure_offset(&mut self, setpoint: Setpoint, raw_a: f32, speed: f32) -> OffsetReading {
         let asked = matches!(setpoint, Setpoint::MeasureOffset);
         if !asked || !matches!(self.applied, Outputs::Brake) {
             self.measuring = false;
-            return Measured::Pending;
+            return OffsetReading::Pending;
         }
         if !self.measuring {
             self.measuring = true;
             self.meter = OffsetMeter::default();
-            self.status.offset = Offset::Measuring;
+            self.status.offset = OffsetState::Measuring;
         }
-        if self.status.offset != Offset::Measuring {
-            return Measured::Pending;
+        if self.status.offset != OffsetState::Measuring {
+            return OffsetReading::Pending;
         }
         let measured = self.meter.update(raw_a, speed);
         match measured {
-            Measured::Pending => {}
-            Measured::Offset(offset_a) => {
+            OffsetReading::Pending => {}
+            OffsetReading::Offset(offset_a) => {
                 self.status.offset_a = offset_a;
-                self.status.offset = Offset::Known;
+                self.status.offset = OffsetState::Known;
             }
-            Measured::OutOfRange => self.status.offset = Offset::Unknown,
+            OffsetReading::OutOfRange => self.status.offset = OffsetState::Unknown,
         }
         measured
     }
 
     /// Adds the period that ended to the sample, and completes it with the twentieth.
-    fn accumulate(&mut self, observed: &Observed) {
+    fn accumulate(&mut self, observed: &PeriodState) {
         // Current, speed and direction as seen along the voltage.
         let (signed_a, along, closing) = if observed.applied_v < 0.0 {
             (-observed.reading_a, -observed.speed, -1)
@@ -387,7 +387,6 @@ impl Controller {
     }
 
     /// No current is wanted: both loops start afresh.
-    #[inline(always)]
     fn rest(&mut self) {
         self.reference_a = 0.0;
         self.in_speed = false;
@@ -395,7 +394,6 @@ impl Controller {
     }
 
     /// A wanted motion (speed or current), suppressed if it leads out of the travel.
-    #[inline(always)]
     fn inward(&self, wanted: f32) -> (f32, bool) {
         if self.beyond_counts == 0 {
             return (wanted, false);

@@ -22,7 +22,7 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// Scales of a configuration; [`Checked`](super::config::Checked) has them of one that holds together.
+    /// Scales of a configuration; [`CheckedConfig`](super::config::CheckedConfig) has them of one that holds together.
     pub(super) const fn of(config: &Config) -> Self {
         let pin_v_per_code = config.sense.reference_v / ADC_FULL as f32;
         let a_per_code = pin_v_per_code / config.sense.volt_per_a;

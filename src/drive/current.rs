@@ -6,7 +6,7 @@
 //! state cannot express.
 
 use super::config::Config;
-use super::demand::Limited;
+use super::demand::LimitsReached;
 use super::limit::within;
 
 /// Share of the remaining current error that the integral takes back in one period: a time constant of 20 periods
@@ -52,7 +52,7 @@ impl CurrentLoop {
         measured_a: Option<f32>,
         speed: f32,
         per_supply_v: f32,
-        limited: &mut Limited,
+        limited: &mut LimitsReached,
     ) -> f32 {
         let resistive_v = self.resistance_ohm * reference_a;
         let emf_v = self.emf_v_per_speed * speed;
@@ -87,8 +87,8 @@ mod tests {
         measured_a: Option<f32>,
         speed: f32,
         supply_v: f32,
-    ) -> (f32, Limited) {
-        let mut limited = Limited::default();
+    ) -> (f32, LimitsReached) {
+        let mut limited = LimitsReached::default();
         let fraction = control.step(reference_a, measured_a, speed, 1.0 / supply_v, &mut limited);
         (fraction, limited)
     }

@@ -61,7 +61,7 @@ impl From<Setpoint> for Demand {
 
 /// Limits that are in force: the demand was clamped, the motor goes on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Limited {
+pub struct LimitsReached {
     /// Current at the demanded or configured limit.
     pub current: bool,
     /// Duty at its maximum: the supply does not suffice.
@@ -74,13 +74,13 @@ pub struct Limited {
 
 /// Where the offset of the current sense comes from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Offset {
+pub enum OffsetState {
     /// Not measured since start: taken as zero.
     #[default]
     Unknown,
     /// Being averaged.
     Measuring,
-    /// Measured and within range.
+    /// OffsetReading and within range.
     Known,
 }
 
@@ -101,11 +101,11 @@ pub struct Status {
     /// Winding temperature by the thermal model, degree Celsius.
     pub winding_c: f32,
     /// Limits in force at any time since the last sample.
-    pub limited: Limited,
+    pub limited: LimitsReached,
     /// First fault since the last clear: the bridge is off and stays off until cleared.
     pub fault: Option<Fault>,
     /// State of the current sense's offset.
-    pub offset: Offset,
+    pub offset: OffsetState,
     /// The last offset measured, ampere.
     pub offset_a: f32,
     /// Position counts from the opening stop.

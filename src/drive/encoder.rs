@@ -11,7 +11,7 @@ const OBSERVER_RAD_PER_S: f32 = 942.0;
 const POSITION_GAIN: f32 = 1.4 * OBSERVER_RAD_PER_S * PERIOD_S;
 const SPEED_GAIN: f32 = OBSERVER_RAD_PER_S * PERIOD_S * OBSERVER_RAD_PER_S * PERIOD_S;
 
-/// More counts than this in one period cannot be motion: [`Checked`](super::config::Checked) keeps the configured speed at
+/// More counts than this in one period cannot be motion: [`CheckedConfig`](super::config::CheckedConfig) keeps the configured speed at
 /// or below it.
 pub const JUMP_COUNTS: u32 = 16;
 /// Change of speed, in counts a period, from one period to the next that no motor reaches: a rotor of 0.1 g cm2 changes by

@@ -1,9 +1,9 @@
 //! Faults: numbered, latched, bridge off. One table holds number, name, cause, remedy and what detects it; the README's
 //! table is this one.
 //!
-//! Limits, in contrast, are clamped and reported while the motor goes on: see [`Limited`](super::Limited).
+//! Limits, in contrast, are clamped and reported while the motor goes on: see [`LimitsReached`](super::LimitsReached).
 
-use crate::words::word;
+use crate::name_list::nth;
 
 /// Declares the faults once: the enum, its table and the look-ups come from the same lines.
 macro_rules! faults {
@@ -36,7 +36,7 @@ macro_rules! faults {
             pub fn name(self) -> &'static str {
                 const NAMES: &str = concat!($($name, "\n",)*);
                 // The first is number 1.
-                word(NAMES, self.number().wrapping_sub(1))
+                nth(NAMES, self.number().wrapping_sub(1))
             }
 
             /// What detects it.

@@ -2,12 +2,12 @@
 //!
 //! A type: a board without the sensor carries neither its state nor its code.
 
-use super::config::{OutOfRange, Sense, check};
+use super::config::{AnalogInputs, OutOfRange, check};
 use super::io::{ADC_FULL, AdcCode};
 
 /// An analogue angle sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AngleSense {
+pub struct AngleSensor {
     /// Output at an angle of zero, volt.
     pub zero_v: f32,
     /// Output a radian, volt; negative where the voltage falls as the joint closes.
@@ -33,7 +33,7 @@ pub trait JointInput: Copy + core::fmt::Debug {
     ///
     /// # Errors
     /// The first parameter out of its range.
-    fn new(board: &Sense, sensor: &AngleSense) -> Result<Self, OutOfRange>;
+    fn new(board: &AnalogInputs, sensor: &AngleSensor) -> Result<Self, OutOfRange>;
 
     /// Takes a code along, if there is one to take.
     fn take(code: impl FnOnce() -> AdcCode) -> Self::Raw;
@@ -51,7 +51,7 @@ impl JointInput for NotFitted {
     type Reading = ();
     const FITTED: bool = false;
 
-    fn new(_: &Sense, _: &AngleSense) -> Result<Self, OutOfRange> {
+    fn new(_: &AnalogInputs, _: &AngleSensor) -> Result<Self, OutOfRange> {
         Ok(Self)
     }
 
@@ -75,7 +75,7 @@ impl JointInput for HallInput {
     type Reading = Option<f32>;
     const FITTED: bool = true;
 
-    fn new(board: &Sense, sensor: &AngleSense) -> Result<Self, OutOfRange> {
+    fn new(board: &AnalogInputs, sensor: &AngleSensor) -> Result<Self, OutOfRange> {
         // Both ends must stand clear of what a broken wire and a short read.
         let end_v = |rad: f32| sensor.zero_v + sensor.volt_per_rad * rad;
         let (a_v, b_v) = (end_v(sensor.min_rad), end_v(sensor.max_rad));
@@ -114,12 +114,12 @@ impl JointInput for HallInput {
 mod tests {
     use super::*;
 
-    const BOARD: Sense = Sense {
+    const BOARD: AnalogInputs = AnalogInputs {
         reference_v: 3.3,
         volt_per_a: 6.8,
         supply_divider: 5.0,
     };
-    const SENSOR: AngleSense = AngleSense {
+    const SENSOR: AngleSensor = AngleSensor {
         zero_v: 0.5,
         volt_per_rad: 1.0,
         min_rad: -0.4,
@@ -142,7 +142,7 @@ mod tests {
 
     #[test]
     fn a_falling_output_is_as_good() {
-        let falling = AngleSense {
+        let falling = AngleSensor {
             zero_v: 2.8,
             volt_per_rad: -1.0,
             ..SENSOR
@@ -165,7 +165,7 @@ mod tests {
 
     #[test]
     fn every_value_out_of_range_is_named() {
-        type Spoil = (&'static str, fn(&mut AngleSense));
+        type Spoil = (&'static str, fn(&mut AngleSensor));
         let spoils: [Spoil; 9] = [
             ("volt_per_rad", |s| s.volt_per_rad = 0.0),
             ("volt_per_rad", |s| s.volt_per_rad = f32::NAN),

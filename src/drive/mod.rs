@@ -1,7 +1,5 @@
 //! Motor and drivetrain: codes and units, current loop, motion sequence, protection.
 
-#[cfg(test)]
-pub(crate) mod bench;
 pub mod config;
 pub mod controller;
 pub mod convert;
@@ -16,8 +14,10 @@ mod offset;
 mod protect;
 pub mod sequence;
 mod speed;
+#[cfg(test)]
+pub(crate) mod test_motor;
 mod thermal;
 
 pub use controller::Controller;
-pub use demand::{Demand, Limited, Offset, Setpoint, Status};
+pub use demand::{Demand, LimitsReached, OffsetState, Setpoint, Status};
 pub use fault::Fault;

@@ -1,4 +1,4 @@
-//! Offset of the current sense: averaged at standstill, with its spread checked.
+//! OffsetState of the current sense: averaged at standstill, with its spread checked.
 
 use super::protect::OFFSET_LIMIT_A;
 
@@ -22,7 +22,7 @@ pub struct OffsetMeter {
 
 /// Result of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Measured {
+pub enum OffsetReading {
     /// Not yet.
     Pending,
     /// The offset, ampere.
@@ -33,28 +33,28 @@ pub enum Measured {
 
 impl OffsetMeter {
     /// Takes a raw reading, at a speed in counts a period.
-    pub fn update(&mut self, reading_a: f32, speed: f32) -> Measured {
+    pub fn update(&mut self, reading_a: f32, speed: f32) -> OffsetReading {
         if speed.abs() > STANDSTILL {
             *self = Self::default();
-            return Measured::Pending;
+            return OffsetReading::Pending;
         }
         if self.settled < SETTLE_PERIODS {
             self.settled += 1;
-            return Measured::Pending;
+            return OffsetReading::Pending;
         }
         if self.taken < AVERAGED {
             self.taken += 1;
             self.sum_a += reading_a;
             self.sum_squares_a2 += reading_a * reading_a;
-            return Measured::Pending;
+            return OffsetReading::Pending;
         }
         const PER_AVERAGED: f32 = 1.0 / AVERAGED as f32;
         let mean_a = self.sum_a * PER_AVERAGED;
         let variance_a2 = self.sum_squares_a2 * PER_AVERAGED - mean_a * mean_a;
         if mean_a > OFFSET_LIMIT_A || variance_a2 > SPREAD_LIMIT_A * SPREAD_LIMIT_A {
-            Measured::OutOfRange
+            OffsetReading::OutOfRange
         } else {
-            Measured::Offset(mean_a)
+            OffsetReading::Offset(mean_a)
         }
     }
 }
@@ -63,15 +63,15 @@ impl OffsetMeter {
 mod tests {
     use super::*;
 
-    fn measure(reading_a: impl Fn(u32) -> f32, speed: impl Fn(u32) -> f32) -> (Measured, u32) {
+    fn measure(reading_a: impl Fn(u32) -> f32, speed: impl Fn(u32) -> f32) -> (OffsetReading, u32) {
         let mut meter = OffsetMeter::default();
         for period in 0..20_000 {
             let measured = meter.update(reading_a(period), speed(period));
-            if measured != Measured::Pending {
+            if measured != OffsetReading::Pending {
                 return (measured, period);
             }
         }
-        (Measured::Pending, 20_000)
+        (OffsetReading::Pending, 20_000)
     }
 
     fn noise_a(period: u32) -> f32 {
@@ -83,7 +83,7 @@ mod tests {
     #[test]
     fn averages_the_noise_away() {
         let (measured, _) = measure(|period| 3e-3 + noise_a(period), |_| 0.0);
-        let Measured::Offset(offset_a) = measured else {
+        let OffsetReading::Offset(offset_a) = measured else {
             panic!("{measured:?}")
         };
         assert!((offset_a - 3e-3).abs() < 5e-5, "{offset_a}");
@@ -93,22 +93,22 @@ mod tests {
     fn refuses_what_is_no_offset() {
         assert_eq!(
             measure(|period| 20e-3 + noise_a(period), |_| 0.0).0,
-            Measured::OutOfRange
+            OffsetReading::OutOfRange
         );
         assert_eq!(
             measure(|period| 5e-3 + 8.0 * noise_a(period), |_| 0.0).0,
-            Measured::OutOfRange
+            OffsetReading::OutOfRange
         );
         assert_eq!(
             measure(|period| if period % 2 == 0 { 0.0 } else { 10e-3 }, |_| 0.0).0,
-            Measured::OutOfRange
+            OffsetReading::OutOfRange
         );
     }
 
     #[test]
     fn waits_for_standstill() {
         let (measured, period) = measure(|_| 1e-3, |period| if period < 3000 { 1.0 } else { 0.0 });
-        assert!(matches!(measured, Measured::Offset(_)) && period > 3000 + 4096);
-        assert_eq!(measure(|_| 1e-3, |_| 0.5).0, Measured::Pending);
+        assert!(matches!(measured, OffsetReading::Offset(_)) && period > 3000 + 4096);
+        assert_eq!(measure(|_| 1e-3, |_| 0.5).0, OffsetReading::Pending);
     }
 }

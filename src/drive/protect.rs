@@ -49,7 +49,6 @@ struct Persistence(u16);
 
 impl Persistence {
     /// `true` from the moment the condition has held for more than `limit` turns, interruptions counted back.
-    #[inline(always)]
     fn update(&mut self, holds: bool, limit: u16) -> bool {
         self.0 = if holds {
             self.0.saturating_add(1)
@@ -62,7 +61,7 @@ impl Persistence {
 
 /// What the controller knows about the period that just ended.
 #[derive(Clone, Copy, Debug)]
-pub struct Observed {
+pub struct PeriodState {
     /// The bridge was awake.
     pub awake: bool,
     /// Motor voltage applied, closing positive; 0 in brake.
@@ -132,7 +131,7 @@ impl Protection {
     }
 
     /// The most severe fault of this period. `turn` counts the periods, modulo [`TURNS`].
-    pub fn check(&mut self, inputs: &Inputs, observed: &Observed, turn: u8) -> Option<Fault> {
+    pub fn check(&mut self, inputs: &Inputs, observed: &PeriodState, turn: u8) -> Option<Fault> {
         self.same_readings = if inputs.current == self.last_code {
             self.same_readings.saturating_add(1)
         } else {
@@ -179,13 +178,12 @@ impl Protection {
     }
 
     /// Driven with a current that the sense must show: reference and voltage point the same way.
-    #[inline(always)]
-    fn must_flow(observed: &Observed) -> bool {
+    fn must_flow(observed: &PeriodState) -> bool {
         observed.reference_a.abs() > EXPECTED_A && observed.reference_a * observed.applied_v > 0.0
     }
 
     /// A reading that does not move, or that shows nothing of a current that must flow.
-    fn sense_stuck(&mut self, code: AdcCode, observed: &Observed) -> Option<Fault> {
+    fn sense_stuck(&mut self, code: AdcCode, observed: &PeriodState) -> Option<Fault> {
         let turning = observed.speed.abs() > TURNING && Self::must_flow(observed);
         let same = self.same_readings > SAME_READINGS && turning && code.0 != 0;
         let nothing = observed.reading_a < NOTHING_A;
@@ -199,7 +197,7 @@ impl Protection {
     }
 
     /// The motor's voltage balance, V = R i + k_e w, against the encoder's speed w.
-    fn contradiction(&mut self, observed: &Observed) -> Option<Fault> {
+    fn contradiction(&mut self, observed: &PeriodState) -> Option<Fault> {
         // A sense that shows nothing is a matter of its own; so is a current against the voltage, which it cannot show.
         let tells = Self::must_flow(observed) && observed.reading_a >= NOTHING_A;
         let resistive_v = self.resistance_ohm * observed.reading_a;
@@ -226,7 +224,7 @@ impl Protection {
     }
 
     /// A reading at rest that is no offset.
-    fn offset(&mut self, observed: &Observed) -> Option<Fault> {
+    fn offset(&mut self, observed: &PeriodState) -> Option<Fault> {
         let at_rest = observed.applied_v == 0.0 && observed.speed.abs() < 0.1 * TURNING;
         self.rest = if at_rest {
             self.rest.saturating_add(1)

@@ -2,7 +2,7 @@
 
 use super::config::Config;
 use super::convert::{PERIOD_S, Scale};
-use super::demand::Limited;
+use super::demand::LimitsReached;
 use super::limit::within;
 
 /// Bandwidth, radian per second: 25 Hz. Low, because the current is the torque signal that sensing lives on: the
@@ -64,7 +64,7 @@ impl SpeedLoop {
         wanted: f32,
         speed: f32,
         current_limit_a: f32,
-        limited: &mut Limited,
+        limited: &mut LimitsReached,
     ) -> f32 {
         let (target, speed_limited) = within(wanted, self.limit);
         if speed_limited {
@@ -103,7 +103,7 @@ mod tests {
         let wanted = 3.13f32;
         let mut peak = 0.0f32;
         for _ in 0..10_000 {
-            let current_a = control.step(wanted, speed, 0.12, &mut Limited::default());
+            let current_a = control.step(wanted, speed, 0.12, &mut LimitsReached::default());
             let friction_nm = 0.13e-3 * if speed > 0.0 { 1.0 } else { 0.0 };
             speed += (8.9e-3 * current_a - friction_nm) / 1e-8 / rad_per_s_per_speed * PERIOD_S;
             peak = peak.max(speed);
@@ -118,12 +118,12 @@ mod tests {
         let scale = Scale::of(&config);
         let mut control = SpeedLoop::new(&config, &scale);
         for _ in 0..40_000 {
-            let mut limited = Limited::default();
+            let mut limited = LimitsReached::default();
             assert!(control.step(100.0, 0.0, 0.05, &mut limited) <= 0.05);
             assert!(limited.speed && !limited.duty && !limited.position);
         }
         // Blocked for two seconds, then free: the integral must not hold more than the limit.
         control.preset(0.0, control.integral_a);
-        assert!(control.step(0.0, 0.0, 0.12, &mut Limited::default()) <= 0.06);
+        assert!(control.step(0.0, 0.0, 0.12, &mut LimitsReached::default()) <= 0.06);
     }
 }

@@ -1,6 +1,6 @@
 //! A finger and its validated construction.
 
-use super::error::{tried, within};
+use super::error::{check_range, try_const};
 use super::{ConfigError, Configuration, Levers, Linkage, Parameter, Tendon, Transmission};
 use core::f32::consts::PI;
 use core::marker::PhantomData;
@@ -30,23 +30,23 @@ impl<const N: usize> Parameters<N> {
         while i < N {
             let [min, max] = LENGTH_RANGE;
             let length = Parameter::Length { phalanx: joint };
-            tried!(within(length, self.lengths_m[i], min, max));
+            try_const!(check_range(length, self.lengths_m[i], min, max));
             let (stiffness, [min, max]) = (self.stiffness_nm_per_rad[i], STIFFNESS_RANGE);
             let spring = Parameter::Stiffness { joint };
             if joint == 1 && matches!(base, Base::Springless) {
-                tried!(within(spring, stiffness, 0.0, 0.0));
+                try_const!(check_range(spring, stiffness, 0.0, 0.0));
             } else if !(joint == 1 && stiffness == 0.0) {
-                tried!(within(spring, stiffness, min, max));
+                try_const!(check_range(spring, stiffness, min, max));
             }
             let [low, high] = self.range_rad[i];
             let [upper, lower] = [
                 Parameter::UpperStop { joint },
                 Parameter::LowerStop { joint },
             ];
-            tried!(within(upper, high, -2.0 * PI, 2.0 * PI));
-            tried!(within(lower, low, -2.0 * PI, high));
+            try_const!(check_range(upper, high, -2.0 * PI, 2.0 * PI));
+            try_const!(check_range(lower, low, -2.0 * PI, high));
             let rest = Parameter::RestAngle { joint };
-            tried!(within(rest, self.rest_rad[i], low, high));
+            try_const!(check_range(rest, self.rest_rad[i], low, high));
             (i, joint) = (i + 1, joint + 1);
         }
         Ok(())
@@ -118,8 +118,8 @@ macro_rules! constant {
                 $parameters: Parameters<$phalanges>,
                 $given: $design,
             ) -> Result<Self, ConfigError> {
-                tried!($parameters.check(B::BASE));
-                Self::assembled($parameters, tried!($of))
+                try_const!($parameters.check(B::BASE));
+                Self::assembled($parameters, try_const!($of))
             }
         }
     };
@@ -141,7 +141,7 @@ constant!(3, Linkage<2>, [Levers; 2], |levers, parameters| {
 impl<const N: usize, T: Copy, B: BaseJoint> Finger<N, T, B> {
     /// Puts together what was checked.
     const fn assembled(parameters: Parameters<N>, transmission: T) -> Result<Self, ConfigError> {
-        let rest = tried!(posture(parameters.rest_rad));
+        let rest = try_const!(posture(parameters.rest_rad));
         Ok(Self {
             parameters,
             transmission,
@@ -175,7 +175,7 @@ impl<const N: usize, T: Copy, B: BaseJoint> Finger<N, T, B> {
     pub fn configuration(&self, rad: [f32; N]) -> Result<Configuration<N>, ConfigError> {
         for (i, joint) in (0..N).zip(1u8..) {
             let [low, high] = self.parameters.range_rad[i];
-            within(Parameter::JointAngle { joint }, rad[i], low, high)?;
+            check_range(Parameter::JointAngle { joint }, rad[i], low, high)?;
         }
         posture(rad)
     }

@@ -115,7 +115,7 @@ impl core::fmt::Display for ConfigError {
 impl core::error::Error for ConfigError {}
 
 /// The value of a `Result`, or back with its error: what `?` does, which constants cannot.
-macro_rules! tried {
+macro_rules! try_const {
     ($result:expr) => {
         match $result {
             Ok(value) => value,
@@ -123,10 +123,10 @@ macro_rules! tried {
         }
     };
 }
-pub(crate) use tried;
+pub(crate) use try_const;
 
 /// `value` if it is finite and `min <= value <= max`.
-pub(crate) const fn within(
+pub(crate) const fn check_range(
     parameter: Parameter,
     value: f32,
     min: f32,

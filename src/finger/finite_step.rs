@@ -5,9 +5,9 @@
 //! and needs a fraction of the time. Every quantity is a change since contact: nothing is lost by taking absolute angles or
 //! torques apart.
 
-use super::pair::{Pair, Roots};
-use super::{BaseJoint, Configuration, Finger, Step, Transmission};
-use crate::numeric::Turn;
+use super::two_joint::{Roots, TwoJointContact};
+use super::{BaseJoint, Configuration, Finger, JointStep, Transmission};
+use crate::numeric::Rotation;
 
 /// Newton steps; started from the secant's place, two or three are taken.
 const STEPS: u8 = 8;
@@ -16,8 +16,8 @@ const SETTLED_SHARE: f32 = 2e-4;
 
 /// A step of torque after contact, as the input link sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rise {
-    /// Rise of the input torque since contact, newton metre, positive.
+pub struct TorqueStep {
+    /// TorqueStep of the input torque since contact, newton metre, positive.
     pub torque_nm: f32,
     /// Rotation of the input link since contact, radian.
     pub rotation_rad: f32,
@@ -27,8 +27,13 @@ impl<T: Transmission<2>, B: BaseJoint> Finger<2, T, B> {
     /// The places on phalanx 2 from where a contact point at rest explains a finite step; `at` and `torque_nm` hold the
     /// finger in equilibrium at first contact. Each root of the secant, taken for the tangent, starts one search: below e_2
     /// and beyond. `None` where the search leaves the phalanx or does not settle.
-    pub fn places_from_step(&self, at: &Configuration<2>, torque_nm: f32, rise: &Rise) -> Roots {
-        let Some(gear) = self.transmission.gear(at) else {
+    pub fn places_from_step(
+        &self,
+        at: &Configuration<2>,
+        torque_nm: f32,
+        rise: &TorqueStep,
+    ) -> Roots {
+        let Some(gear) = self.transmission.factors(at) else {
             return Roots::default();
         };
         let ([l1, _], [k1, k2]) = (
@@ -36,7 +41,7 @@ impl<T: Transmission<2>, B: BaseJoint> Finger<2, T, B> {
             self.parameters.stiffness_nm_per_rad,
         );
         let ([_, theta_2], [_, x2], [_, [_, w22]]) = (at.turn(), gear.x, gear.w);
-        let pair = Pair {
+        let pair = TwoJointContact {
             c_m: l1 * theta_2.cos,
             x2,
             k1,
@@ -54,8 +59,8 @@ impl<T: Transmission<2>, B: BaseJoint> Finger<2, T, B> {
         &self,
         at: &Configuration<2>,
         torque_nm: f32,
-        rise: &Rise,
-        pair: &Pair,
+        rise: &TorqueStep,
+        pair: &TwoJointContact,
         w22: f32,
         start_m: f32,
     ) -> Option<f32> {
@@ -69,10 +74,10 @@ impl<T: Transmission<2>, B: BaseJoint> Finger<2, T, B> {
         let energy = k1 * start_m * start_m + pair.h22 * arm * arm;
         let mut delta_2 = rise.torque_nm * arm * ((arm * x2 - start_m) / energy);
         for _ in 0..STEPS {
-            let half_2 = Turn::by(0.5 * delta_2);
-            let step = Step {
+            let half_2 = Rotation::by(0.5 * delta_2);
+            let step = JointStep {
                 rad: [0.0, delta_2],
-                half: [Turn::NONE, half_2],
+                half: [Rotation::NONE, half_2],
             };
             let (turned_rad, [_, x2_change]) = self.transmission.changes(at, &step)?;
             let delta_1 = rise.rotation_rad - turned_rad;
@@ -80,7 +85,7 @@ impl<T: Transmission<2>, B: BaseJoint> Finger<2, T, B> {
             // Changes of the joints' torques: the contact force's, times its moment arms.
             let tau_1 = rise.torque_nm - k1 * delta_1;
             let tau_2 = x2_now * rise.torque_nm + x2_change * torque_nm - k2 * delta_2;
-            let half_1 = Turn::by(0.5 * delta_1);
+            let half_1 = Rotation::by(0.5 * delta_1);
             let now = theta_2.then(half_2.twice());
             let sum = half_1.then(half_2).twice();
             // The contact point seen from joint 1 stays, and its force is normal to the phalanx.
@@ -95,8 +100,8 @@ impl<T: Transmission<2>, B: BaseJoint> Finger<2, T, B> {
             delta_2 -= change;
             if change.abs() <= SETTLED_SHARE * (delta_2.abs() + delta_1.abs()) {
                 // So near that joint 1 follows in proportion, and the next step would change less than rounding.
-                let half_1 = Turn::by(0.5 * (delta_1 + x2_now * change));
-                let half_2 = Turn::by(0.5 * delta_2);
+                let half_1 = Rotation::by(0.5 * (delta_1 + x2_now * change));
+                let half_2 = Rotation::by(0.5 * delta_2);
                 let lean = theta_2.then(half_2.twice()).then(half_1);
                 let k = -2.0 * l1 * half_1.sin * lean.cos / half_1.then(half_2).twice().sin;
                 return (k > 0.0 && k <= l2).then_some(k);

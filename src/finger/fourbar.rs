@@ -1,8 +1,8 @@
 //! One four-bar stage: ground g from O_(i-1) to O_i, driving lever a at O_(i-1), coupler b, driven lever c at O_i.
 
-use super::error::{tried, within};
+use super::error::{check_range, try_const};
 use super::{ConfigError, Parameter};
-use crate::numeric::{Bounded, Turn, constant_sqrt, sqrt};
+use crate::numeric::{Bounded, Rotation, constant_sqrt, sqrt};
 use core::f32::consts::PI;
 
 /// Limits of a lever's length, in the unit of the finger's lengths.
@@ -50,7 +50,7 @@ pub struct Levers {
 pub struct FourBar {
     ground: f32,
     levers: Levers,
-    offset: Turn,
+    offset: Rotation,
     /// Tip of the driving lever where v = 0: F counts from there.
     zero: [f32; 2],
 }
@@ -71,7 +71,7 @@ pub struct Ratio {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Advance {
     /// Half the rotation of the driving lever.
-    pub half: Turn,
+    pub half: Rotation,
     /// Change of F'.
     pub first_change: f32,
 }
@@ -81,7 +81,7 @@ pub struct Advance {
 struct Driven {
     b: [f32; 2],
     c: [f32; 2],
-    delta: Turn,
+    delta: Rotation,
     square: f32,
 }
 
@@ -94,7 +94,7 @@ struct Pose {
     b: [f32; 2],
     /// B seen from O_i, and its direction.
     c: [f32; 2],
-    delta: Turn,
+    delta: Rotation,
     /// cross(A, B), signed twice the area of O A B; zero in the dead points.
     area: f32,
     /// |B|^2.
@@ -129,25 +129,25 @@ impl FourBar {
         range: [f32; 2],
     ) -> Result<Self, ConfigError> {
         let [min, max] = LEVER_RANGE;
-        let a = tried!(within(
+        let a = try_const!(check_range(
             Parameter::DrivingLever { stage },
             levers.driving_m,
             min,
             max
         ));
-        let b = tried!(within(
+        let b = try_const!(check_range(
             Parameter::Coupler { stage },
             levers.coupler_m,
             min,
             max
         ));
-        let c = tried!(within(
+        let c = try_const!(check_range(
             Parameter::DrivenLever { stage },
             levers.driven_m,
             min,
             max
         ));
-        let psi = tried!(within(
+        let psi = try_const!(check_range(
             Parameter::LeverOffset { stage },
             levers.offset_rad,
             -PI,
@@ -158,33 +158,38 @@ impl FourBar {
         let [low, high] = range;
         let [least, most] = cosine_range([low.min(0.0) - psi, high.max(0.0) - psi]);
         let closure = Parameter::Closure { stage };
-        tried!(within(
+        try_const!(check_range(
             closure,
             reach(ground_m, c, least),
             nearest,
             farthest
         ));
-        tried!(within(closure, reach(ground_m, c, most), nearest, farthest));
+        try_const!(check_range(
+            closure,
+            reach(ground_m, c, most),
+            nearest,
+            farthest
+        ));
         let mut stage = Self {
             ground: ground_m,
             levers,
-            offset: Turn::by(psi).back(),
+            offset: Rotation::by(psi).back(),
             zero: [0.0; 2],
         };
-        stage.zero = stage.constant_pose(Turn::NONE).a;
+        stage.zero = stage.constant_pose(Rotation::NONE).a;
         Ok(stage)
     }
 
     /// Two circles intersected by two square roots: no arc function (docs/MECHANICS.md#transmission). Where they do
     /// not meet, the dead point.
-    fn pose(&self, v: Turn) -> Pose {
+    fn pose(&self, v: Rotation) -> Pose {
         let driven = self.driven(v);
         let heron = self.heron(sqrt(driven.square));
         self.closed(driven, sqrt(heron.at_least(0.0)))
     }
 
     /// The same with roots for the compiler: a stage is built as a constant.
-    const fn constant_pose(&self, v: Turn) -> Pose {
+    const fn constant_pose(&self, v: Rotation) -> Pose {
         let driven = self.driven(v);
         let heron = self.heron(constant_sqrt(driven.square));
         self.closed(driven, constant_sqrt(heron))
@@ -192,7 +197,7 @@ impl FourBar {
 
     /// The driven lever.
     #[inline(always)]
-    const fn driven(&self, v: Turn) -> Driven {
+    const fn driven(&self, v: Rotation) -> Driven {
         let (c, ground) = (self.levers.driven_m, self.ground);
         let delta = v.then(self.offset);
         let c_tip = [c * delta.cos, c * delta.sin];
@@ -240,7 +245,7 @@ impl FourBar {
     }
 
     /// Derivatives of F at the angle of `v`; `None` in a dead point or beyond.
-    pub fn ratio(&self, v: Turn) -> Option<Ratio> {
+    pub fn ratio(&self, v: Rotation) -> Option<Ratio> {
         let Pose {
             a,
             c,
@@ -277,7 +282,7 @@ impl FourBar {
 
     /// h, the signed distance from O_i to the intersection of ground line and coupler line, metre; `None` where they are
     /// parallel.
-    pub fn intersection_m(&self, v: Turn) -> Option<f32> {
+    pub fn intersection_m(&self, v: Rotation) -> Option<f32> {
         let Pose { a, c, area, .. } = self.pose(v);
         let driven = -self.ground * c[1] - cross(c, a);
         let h = self.ground * driven / (area - driven);
@@ -285,20 +290,20 @@ impl FourBar {
     }
 
     /// Rotation of the driving lever from v = 0.
-    pub fn lever(&self, v: Turn) -> Turn {
+    pub fn lever(&self, v: Rotation) -> Rotation {
         self.turned(&self.pose(v))
     }
 
     /// The same for the compiler.
-    pub(crate) const fn constant_lever(&self, v: Turn) -> Turn {
+    pub(crate) const fn constant_lever(&self, v: Rotation) -> Rotation {
         self.turned(&self.constant_pose(v))
     }
 
     #[inline(always)]
-    const fn turned(&self, to: &Pose) -> Turn {
+    const fn turned(&self, to: &Pose) -> Rotation {
         let a = to.a;
         let square = self.levers.driving_m * self.levers.driving_m;
-        Turn {
+        Rotation {
             cos: dot(self.zero, a) / square,
             sin: cross(self.zero, a) / square,
         }
@@ -309,7 +314,7 @@ impl FourBar {
     ///
     /// From |B - A| staying b: an exact quadratic in the tangent of half the rotation, whose terms are all formed from
     /// the chord of the driven lever's tip, never as a difference of two positions.
-    pub fn advance(&self, v: Turn, half: Turn) -> Option<Advance> {
+    pub fn advance(&self, v: Rotation, half: Rotation) -> Option<Advance> {
         let Pose { a, b, c, area, .. } = self.pose(v);
         let db = chord(c, half);
         let b_new = [b[0] + db[0], b[1] + db[1]];
@@ -320,7 +325,7 @@ impl FourBar {
         // A negative root gives NaN, which the last line refuses.
         let t = e / (p + sqrt(root).copysign(p));
         let cos = 1.0 / sqrt(1.0 + t * t);
-        let lever = Turn { cos, sin: t * cos };
+        let lever = Rotation { cos, sin: t * cos };
 
         // The changes of F' = driven / area, numerator and denominator of `ratio`, by the product rule.
         let da = chord(a, lever);
@@ -336,7 +341,7 @@ impl FourBar {
 }
 
 /// By what a vector changes as it turns by twice `half`: perpendicular to its middle direction.
-fn chord(of: [f32; 2], half: Turn) -> [f32; 2] {
+fn chord(of: [f32; 2], half: Rotation) -> [f32; 2] {
     let middle = [
         of[0] * half.cos - of[1] * half.sin,
         of[1] * half.cos + of[0] * half.sin,
@@ -351,7 +356,7 @@ const fn reach(ground: f32, driven: f32, cosine: f32) -> f32 {
 
 /// Least and largest cosine over an interval of angles within +-4 pi.
 const fn cosine_range([low, high]: [f32; 2]) -> [f32; 2] {
-    let (from, to) = (Turn::by(low).cos, Turn::by(high).cos);
+    let (from, to) = (Rotation::by(low).cos, Rotation::by(high).cos);
     let [mut least, mut most] = [from.min(to), from.max(to)];
     let mut half_turns = -4;
     while half_turns <= 5 {

@@ -1,10 +1,10 @@
 //! From a compliance to all places that explain it (docs/MECHANICS.md#contact-stiffness and
 //! docs/MECHANICS.md#observability).
 
-use super::pair::{Pair, Roots};
-use super::triple::Triple;
+use super::three_joint::ThreeJointContact;
+use super::two_joint::{Roots, TwoJointContact};
 use super::{BaseJoint, Candidate, Class, Configuration, Finger, Inverse, Transmission};
-use crate::numeric::Turn;
+use crate::numeric::Rotation;
 
 /// How near to the proximal compliance counts as proximal: what is left of f32 behind the gear near a dead point, and
 /// far below any measurement.
@@ -17,9 +17,9 @@ const ROUNDING: f32 = 2.4e-7;
 
 /// Geometry and stiffness of a finger in one posture, as the inverse needs them.
 #[derive(Clone, Copy, Debug)]
-pub struct Held<const N: usize> {
+pub struct PostureStiffness<const N: usize> {
     pub(crate) lengths: [f32; N],
-    pub(crate) turn: [Turn; N],
+    pub(crate) turn: [Rotation; N],
     pub(crate) x: [f32; N],
     pub(crate) h: [[f32; N]; N],
 }
@@ -32,7 +32,7 @@ pub(crate) enum Solver {
 }
 
 /// The statics that differ with the number of phalanges.
-pub trait Order {
+pub trait ContactStatics {
     /// The springs hold the finger: H is positive on what a contact leaves free.
     fn stable(&self) -> bool;
     /// Compliance with a contact anywhere on phalanx 1.
@@ -45,7 +45,7 @@ pub trait Order {
     fn roots(&self, phalanx: u8, compliance: f32, closed: bool) -> Roots;
 }
 
-fn roots_of(pair: &Pair, compliance: f32, length: f32, closed: bool) -> Roots {
+fn roots_of(pair: &TwoJointContact, compliance: f32, length: f32, closed: bool) -> Roots {
     if closed {
         pair.closed(compliance)
     } else {
@@ -53,11 +53,11 @@ fn roots_of(pair: &Pair, compliance: f32, length: f32, closed: bool) -> Roots {
     }
 }
 
-impl Held<2> {
-    fn pair(&self) -> Pair {
+impl PostureStiffness<2> {
+    fn pair(&self) -> TwoJointContact {
         let ([l1, _], [_, theta_2], [_, x2], [[k1, _], [_, h22]]) =
             (self.lengths, self.turn, self.x, self.h);
-        Pair {
+        TwoJointContact {
             c_m: l1 * theta_2.cos,
             x2,
             k1,
@@ -66,7 +66,7 @@ impl Held<2> {
     }
 }
 
-impl Order for Held<2> {
+impl ContactStatics for PostureStiffness<2> {
     fn stable(&self) -> bool {
         self.pair().h22 > 0.0
     }
@@ -99,13 +99,13 @@ impl Order for Held<2> {
     }
 }
 
-impl Held<3> {
+impl PostureStiffness<3> {
     /// Contact on phalanx 2: joint 3 gives way freely. Eliminated, it leaves a pair and adds its own compliance.
-    fn pair(&self) -> (Pair, f32) {
+    fn pair(&self) -> (TwoJointContact, f32) {
         let ([l1, ..], [_, theta_2, _], [_, x2, x3]) = (self.lengths, self.turn, self.x);
         let [[k1, ..], [_, h22, h23], [.., h33]] = self.h;
         let share = h23 / h33;
-        let pair = Pair {
+        let pair = TwoJointContact {
             c_m: l1 * theta_2.cos,
             x2: x2 - share * x3,
             k1,
@@ -114,11 +114,11 @@ impl Held<3> {
         (pair, x3 * (x3 / h33))
     }
 
-    fn triple(&self) -> Triple {
+    fn triple(&self) -> ThreeJointContact {
         let ([l1, l2, _], [_, theta_2, theta_3], [_, x2, x3]) = (self.lengths, self.turn, self.x);
         let [[k1, ..], [_, h22, h23], [.., h33]] = self.h;
         let d2_m = l2 * theta_3.cos;
-        Triple {
+        ThreeJointContact {
             d1_m: l1 * theta_2.then(theta_3).cos + d2_m,
             d2_m,
             x2,
@@ -131,7 +131,7 @@ impl Held<3> {
     }
 }
 
-impl Order for Held<3> {
+impl ContactStatics for PostureStiffness<3> {
     fn stable(&self) -> bool {
         let triple = self.triple();
         triple.h33 > 0.0 && triple.determinant() > 0.0
@@ -184,13 +184,17 @@ impl Order for Held<3> {
 
 impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B>
 where
-    Held<N>: Order,
+    PostureStiffness<N>: ContactStatics,
 {
     /// The finger in a posture held by a torque; `None` where that is not a stable equilibrium of its springs.
-    pub(crate) fn held(&self, at: &Configuration<N>, torque_nm: f32) -> Option<Held<N>> {
-        let gear = self.transmission.gear(at)?;
+    pub(crate) fn held(
+        &self,
+        at: &Configuration<N>,
+        torque_nm: f32,
+    ) -> Option<PostureStiffness<N>> {
+        let gear = self.transmission.factors(at)?;
         let h = self.hessian(&gear, torque_nm);
-        let held = Held {
+        let held = PostureStiffness {
             lengths: self.parameters.lengths_m,
             turn: at.turn(),
             x: gear.x,

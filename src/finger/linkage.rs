@@ -1,9 +1,9 @@
 //! Four-bar linkage, one stage a driven phalanx.
 
-use super::error::tried;
+use super::error::try_const;
 use super::fourbar::{Advance, FourBar, Levers};
-use super::{ConfigError, Configuration, Gear, Parameters, Step, Transmission};
-use crate::numeric::Turn;
+use super::{ConfigError, Configuration, JointStep, Parameters, Transmission, TransmissionFactors};
+use crate::numeric::Rotation;
 
 /// Points of joint 3's range at which its stage is asked how far it turns the first stage.
 const RANGE_SAMPLES: u8 = 64;
@@ -29,7 +29,7 @@ impl Linkage<1> {
         let [ground, _] = finger.lengths_m;
         let [_, range] = finger.range_rad;
         Ok(Self {
-            stage: [tried!(FourBar::build(1, ground, levers, range))],
+            stage: [try_const!(FourBar::build(1, ground, levers, range))],
         })
     }
 }
@@ -41,25 +41,25 @@ impl Linkage<2> {
     ) -> Result<Self, ConfigError> {
         let [ground_1, ground_2, _] = finger.lengths_m;
         let [_, [low_2, high_2], [low_3, high_3]] = finger.range_rad;
-        let second = tried!(FourBar::build(2, ground_2, far, [low_3, high_3]));
+        let second = try_const!(FourBar::build(2, ground_2, far, [low_3, high_3]));
         // The first stage sees u = theta_2 + F3(theta_3): the joints' ranges do not tell u's, the stage itself does.
         let (mut least, mut most, mut sample) = (0.0f32, 0.0f32, 0);
         while sample <= RANGE_SAMPLES {
             let share = sample as f32 / RANGE_SAMPLES as f32;
-            let theta_3 = Turn::by(low_3 + share * (high_3 - low_3));
+            let theta_3 = Rotation::by(low_3 + share * (high_3 - low_3));
             let turned = second.constant_lever(theta_3).rad();
             (least, most) = (least.min(turned), most.max(turned));
             sample += 1;
         }
         let range = [low_2 + least, high_2 + most];
-        let first = tried!(FourBar::build(1, ground_1, near, range));
+        let first = try_const!(FourBar::build(1, ground_1, near, range));
         Ok(Self {
             stage: [first, second],
         })
     }
 
     /// What a step does at the outer and the inner stage's driving levers.
-    fn advances(&self, from: &Configuration<3>, step: &Step<3>) -> Option<(Advance, Advance)> {
+    fn advances(&self, from: &Configuration<3>, step: &JointStep<3>) -> Option<(Advance, Advance)> {
         let ([first, second], [_, theta_2, theta_3]) = (&self.stage, from.turn());
         let inner = second.advance(theta_3, step.half[2])?;
         let u = theta_2.then(second.lever(theta_3));
@@ -74,10 +74,10 @@ impl Transmission<2> for Linkage<1> {
         Self::of(design, finger)
     }
 
-    fn gear(&self, at: &Configuration<2>) -> Option<Gear<2>> {
+    fn factors(&self, at: &Configuration<2>) -> Option<TransmissionFactors<2>> {
         let ([first], [_, theta_2]) = (&self.stage, at.turn());
         let ratio = first.ratio(theta_2)?;
-        Some(Gear {
+        Some(TransmissionFactors {
             x: [1.0, ratio.first],
             w: [[0.0, 0.0], [0.0, ratio.second]],
         })
@@ -88,17 +88,17 @@ impl Transmission<2> for Linkage<1> {
         theta_1 + first.lever(theta_2).rad()
     }
 
-    fn turned_rad(&self, from: &Configuration<2>, step: &Step<2>) -> Option<f32> {
+    fn turned_rad(&self, from: &Configuration<2>, step: &JointStep<2>) -> Option<f32> {
         let ([first], [_, theta_2]) = (&self.stage, from.turn());
         Some(step.rad[0] + 2.0 * first.advance(theta_2, step.half[1])?.half.rad())
     }
 
-    fn x_change(&self, from: &Configuration<2>, step: &Step<2>) -> Option<[f32; 2]> {
+    fn x_change(&self, from: &Configuration<2>, step: &JointStep<2>) -> Option<[f32; 2]> {
         let ([first], [_, theta_2]) = (&self.stage, from.turn());
         Some([0.0, first.advance(theta_2, step.half[1])?.first_change])
     }
 
-    fn changes(&self, from: &Configuration<2>, step: &Step<2>) -> Option<(f32, [f32; 2])> {
+    fn changes(&self, from: &Configuration<2>, step: &JointStep<2>) -> Option<(f32, [f32; 2])> {
         let ([first], [_, theta_2]) = (&self.stage, from.turn());
         let advance = first.advance(theta_2, step.half[1])?;
         let turned_rad = step.rad[0] + 2.0 * advance.half.rad();
@@ -113,13 +113,13 @@ impl Transmission<3> for Linkage<2> {
         Self::of(design, finger)
     }
 
-    fn gear(&self, at: &Configuration<3>) -> Option<Gear<3>> {
+    fn factors(&self, at: &Configuration<3>) -> Option<TransmissionFactors<3>> {
         let ([first, second], [_, theta_2, theta_3]) = (&self.stage, at.turn());
         let inner = second.ratio(theta_3)?;
         let outer = first.ratio(theta_2.then(second.lever(theta_3)))?;
         let w_23 = outer.second * inner.first;
         let w_33 = w_23 * inner.first + outer.first * inner.second;
-        Some(Gear {
+        Some(TransmissionFactors {
             x: [1.0, outer.first, outer.first * inner.first],
             w: [[0.0; 3], [0.0, outer.second, w_23], [0.0, w_23, w_33]],
         })
@@ -131,15 +131,15 @@ impl Transmission<3> for Linkage<2> {
         theta_1 + first.lever(theta_2.then(second.lever(theta_3))).rad()
     }
 
-    fn turned_rad(&self, from: &Configuration<3>, step: &Step<3>) -> Option<f32> {
+    fn turned_rad(&self, from: &Configuration<3>, step: &JointStep<3>) -> Option<f32> {
         let (outer, _) = self.advances(from, step)?;
         Some(step.rad[0] + 2.0 * outer.half.rad())
     }
 
-    fn x_change(&self, from: &Configuration<3>, step: &Step<3>) -> Option<[f32; 3]> {
+    fn x_change(&self, from: &Configuration<3>, step: &JointStep<3>) -> Option<[f32; 3]> {
         let (outer, inner) = self.advances(from, step)?;
         let ([_, second], [.., theta_3]) = (&self.stage, from.turn());
-        let [_, x2, _] = self.gear(from)?.x;
+        let [_, x2, _] = self.factors(from)?.x;
         let inner_now = second.ratio(theta_3)?.first + inner.first_change;
         Some([
             0.0,

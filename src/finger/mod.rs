@@ -11,25 +11,25 @@ mod fourbar;
 mod inverse;
 mod linkage;
 mod mechanics;
-mod pair;
 mod path;
 mod preshape;
 mod statics;
 mod tendon;
+mod three_joint;
 mod transmission;
-mod triple;
+mod two_joint;
 
 pub use build::{AnyBase, Base, BaseJoint, Finger, Parameters, Springless};
-pub use configuration::{Configuration, Step};
+pub use configuration::{Configuration, JointStep};
 pub use error::{ConfigError, Parameter};
-pub use finite_step::Rise;
+pub use finite_step::TorqueStep;
 pub use fourbar::{Advance, Assembly, FourBar, Levers, Ratio};
 pub use linkage::Linkage;
 pub use mechanics::{
     Candidate, Class, Contact, Free, Inverse, MAX_PHALANGES, Mechanics, PathPoint,
 };
-pub use pair::{Pair, Roots};
 pub use path::Path;
 pub use tendon::Tendon;
-pub use transmission::{Gear, Transmission};
-pub use triple::Triple;
+pub use three_joint::ThreeJointContact;
+pub use transmission::{Transmission, TransmissionFactors};
+pub use two_joint::{Roots, TwoJointContact};

@@ -3,7 +3,7 @@
 // Indices are those of the matrices in the equations; loops over 0..N need no bounds check.
 #![allow(clippy::needless_range_loop)]
 
-use super::{BaseJoint, Configuration, Finger, Free, Gear, Step, Transmission};
+use super::{BaseJoint, Configuration, Finger, Free, JointStep, Transmission, TransmissionFactors};
 use crate::numeric::{Bounded, solve};
 
 /// Newton steps: from the last sample two are enough, from rest ten.
@@ -17,7 +17,7 @@ const NOISE_SHARE: f32 = 3e-5;
 
 impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     /// H = K - T_a W, the stiffness seen by the joints (docs/MECHANICS.md#transmission).
-    pub(crate) fn hessian(&self, gear: &Gear<N>, torque_nm: f32) -> [[f32; N]; N] {
+    pub(crate) fn hessian(&self, gear: &TransmissionFactors<N>, torque_nm: f32) -> [[f32; N]; N] {
         let mut h = gear.w;
         for i in 0..N {
             for j in 0..N {
@@ -30,7 +30,12 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
 
     /// Change of the joint angles for residual torques and for a unit of input torque: H^-1 tau and H^-1 x. Without a
     /// spring joint 1 does not move.
-    fn response(&self, gear: &Gear<N>, torque_nm: f32, tau: [f32; N]) -> Option<[[f32; N]; 2]> {
+    fn response(
+        &self,
+        gear: &TransmissionFactors<N>,
+        torque_nm: f32,
+        tau: [f32; N],
+    ) -> Option<[[f32; N]; 2]> {
         let (mut h, mut sides) = (self.hessian(gear, torque_nm), [tau, gear.x]);
         if self.springless() {
             h[0][0] = 1.0;
@@ -63,14 +68,14 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         }
         let (mut at, mut before) = (*near, f32::INFINITY);
         for _ in 0..STEPS {
-            let gear = self.transmission.gear(&at)?;
+            let gear = self.transmission.factors(&at)?;
             let tau = self.equivalent_torques_nm(&gear, &at, torque_nm)?;
             let [change, _] = self.response(&gear, torque_nm, tau)?;
             let (next, largest, _) = stride(&at, change)?;
             if settled(&next, largest, &mut before) {
                 // The last change by rotation: it is finer than the rounding of the angle that it is added to.
-                let at = at.advanced(&Step::of(change));
-                self.transmission.gear(&at)?;
+                let at = at.advanced(&JointStep::of(change));
+                self.transmission.factors(&at)?;
                 return Some(at);
             }
             at = next;
@@ -97,7 +102,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         let (mut at, mut before) = (*near, f32::INFINITY);
         let mut torque_nm = self.torque_held(&at)?;
         for _ in 0..STEPS {
-            let gear = self.transmission.gear(&at)?;
+            let gear = self.transmission.factors(&at)?;
             let tau = self.equivalent_torques_nm(&gear, &at, torque_nm)?;
             let [change, per_torque] = self.response(&gear, torque_nm, tau)?;
             let missing = theta_a_rad - self.transmission.rotation_rad(&at);
@@ -115,7 +120,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             at = next;
             torque_nm += more_nm * share;
             if settled(&at, largest, &mut before) {
-                self.transmission.gear(&at)?;
+                self.transmission.factors(&at)?;
                 return torque_nm.is_finite().then_some(Free {
                     configuration: at,
                     torque_nm,
@@ -148,7 +153,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         }
         let rotation = self
             .transmission
-            .turned_rad(&self.rest, &Step::of(change))?;
+            .turned_rad(&self.rest, &JointStep::of(change))?;
         let secant = free.torque_nm / rotation;
         // Within a few roundings of rest the quotient has no digits: its limit has.
         if rotation.abs() > 1e-5 && secant.is_finite() {
@@ -163,7 +168,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         if self.springless() {
             return None;
         }
-        let gear = self.transmission.gear(at)?;
+        let gear = self.transmission.factors(at)?;
         let [_, per_torque] = self.response(&gear, torque_nm, [0.0; N])?;
         let compliance = dot(&gear.x, &per_torque);
         (compliance.is_finite() && compliance > 0.0).then_some(compliance)

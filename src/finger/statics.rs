@@ -1,12 +1,12 @@
 //! Statics of the whole finger: equivalent torques (5) and contact forces (1).
 
-use super::{BaseJoint, Configuration, Finger, Gear, Transmission};
+use super::{BaseJoint, Configuration, Finger, Transmission, TransmissionFactors};
 
 impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     /// Equivalent joint torques tau = x T_a - K (theta - theta_0) (5): what contacts have to balance. Newton metre.
     pub fn equivalent_torques_nm(
         &self,
-        gear: &Gear<N>,
+        gear: &TransmissionFactors<N>,
         at: &Configuration<N>,
         torque_nm: f32,
     ) -> Option<[f32; N]> {
@@ -27,7 +27,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         let mut arms = [[0.0; N]; N];
         for i in 0..N {
             // Down from the contact's own phalanx: alpha_i - alpha_m grows joint by joint.
-            let (mut arm, mut bend) = (k_m[i], crate::numeric::Turn::NONE);
+            let (mut arm, mut bend) = (k_m[i], crate::numeric::Rotation::NONE);
             for m in (0..=i).rev() {
                 arms[m][i] = arm;
                 if let Some(below) = m.checked_sub(1) {

@@ -1,7 +1,9 @@
 //! Tendon on pulleys: constant transmission factors.
 
-use super::error::{tried, within};
-use super::{ConfigError, Configuration, Gear, Parameter, Parameters, Step, Transmission};
+use super::error::{check_range, try_const};
+use super::{
+    ConfigError, Configuration, JointStep, Parameter, Parameters, Transmission, TransmissionFactors,
+};
 
 /// Limits of a pulley's radius, in the unit of the finger's lengths.
 const RADIUS_RANGE: [f32; 2] = [1e-6, 1e6];
@@ -16,7 +18,7 @@ const fn checked<const R: usize>(radii: [f32; R]) -> Result<[f32; R], ConfigErro
     let [min, max] = RADIUS_RANGE;
     let (mut i, mut pulley) = (0, 1);
     while i < R {
-        tried!(within(
+        try_const!(check_range(
             Parameter::PulleyRadius { pulley },
             radii[i],
             min,
@@ -29,14 +31,14 @@ const fn checked<const R: usize>(radii: [f32; R]) -> Result<[f32; R], ConfigErro
 
 impl Tendon<2> {
     pub(crate) const fn of(radii: [f32; 2]) -> Result<Self, ConfigError> {
-        let [r1, r2] = tried!(checked(radii));
+        let [r1, r2] = try_const!(checked(radii));
         Ok(Self { x: [1.0, r2 / r1] })
     }
 }
 
 impl Tendon<3> {
     pub(crate) const fn of(radii: [f32; 4]) -> Result<Self, ConfigError> {
-        let [r1, r2, r3, r4] = tried!(checked(radii));
+        let [r1, r2, r3, r4] = try_const!(checked(radii));
         Ok(Self {
             x: [1.0, r2 / r1, (r2 / r1) * (r4 / r3)],
         })
@@ -44,8 +46,8 @@ impl Tendon<3> {
 }
 
 impl<const N: usize> Tendon<N> {
-    fn constant(&self) -> Gear<N> {
-        Gear {
+    fn constant(&self) -> TransmissionFactors<N> {
+        TransmissionFactors {
             x: self.x,
             w: [[0.0; N]; N],
         }
@@ -63,7 +65,7 @@ impl Transmission<2> for Tendon<2> {
         Self::of(design)
     }
 
-    fn gear(&self, _: &Configuration<2>) -> Option<Gear<2>> {
+    fn factors(&self, _: &Configuration<2>) -> Option<TransmissionFactors<2>> {
         Some(self.constant())
     }
 
@@ -71,11 +73,11 @@ impl Transmission<2> for Tendon<2> {
         self.sum(&at.rad())
     }
 
-    fn turned_rad(&self, _: &Configuration<2>, step: &Step<2>) -> Option<f32> {
+    fn turned_rad(&self, _: &Configuration<2>, step: &JointStep<2>) -> Option<f32> {
         Some(self.sum(&step.rad))
     }
 
-    fn x_change(&self, _: &Configuration<2>, _: &Step<2>) -> Option<[f32; 2]> {
+    fn x_change(&self, _: &Configuration<2>, _: &JointStep<2>) -> Option<[f32; 2]> {
         Some([0.0; 2])
     }
 }
@@ -87,7 +89,7 @@ impl Transmission<3> for Tendon<3> {
         Self::of(design)
     }
 
-    fn gear(&self, _: &Configuration<3>) -> Option<Gear<3>> {
+    fn factors(&self, _: &Configuration<3>) -> Option<TransmissionFactors<3>> {
         Some(self.constant())
     }
 
@@ -95,11 +97,11 @@ impl Transmission<3> for Tendon<3> {
         self.sum(&at.rad())
     }
 
-    fn turned_rad(&self, _: &Configuration<3>, step: &Step<3>) -> Option<f32> {
+    fn turned_rad(&self, _: &Configuration<3>, step: &JointStep<3>) -> Option<f32> {
         Some(self.sum(&step.rad))
     }
 
-    fn x_change(&self, _: &Configuration<3>, _: &Step<3>) -> Option<[f32; 3]> {
+    fn x_change(&self, _: &Configuration<3>, _: &JointStep<3>) -> Option<[f32; 3]> {
         Some([0.0; 3])
     }
 }

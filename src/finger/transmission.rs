@@ -1,10 +1,10 @@
 //! From the joints to the input link.
 
-use super::{ConfigError, Configuration, Parameters, Step};
+use super::{ConfigError, Configuration, JointStep, Parameters};
 
 /// First and second derivatives of the input angle by the joint angles in one posture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gear<const N: usize> {
+pub struct TransmissionFactors<const N: usize> {
     /// Transmission factors x_i = d theta_a / d theta_i; x_1 = 1.
     pub x: [f32; N],
     /// W, the Hessian of theta_a: symmetric, first row and column zero. G = T_a W (docs/MECHANICS.md#transmission).
@@ -24,20 +24,20 @@ pub trait Transmission<const N: usize>: Copy + core::fmt::Debug {
     fn build(design: Self::Design, finger: &Parameters<N>) -> Result<Self, ConfigError>;
 
     /// Derivatives in a posture; `None` where the transmission cannot take it or stands in a dead point.
-    fn gear(&self, at: &Configuration<N>) -> Option<Gear<N>>;
+    fn factors(&self, at: &Configuration<N>) -> Option<TransmissionFactors<N>>;
 
     /// theta_a in a posture, radian, 0 where all joint angles are. A posture that the transmission cannot take counts as
     /// its dead point: finite, but only good for postures that [`super::Finger::configuration`] or the solvers gave.
     fn rotation_rad(&self, at: &Configuration<N>) -> f32;
 
     /// Change of theta_a over a step, radian, without the cancellation of taking two absolute angles apart.
-    fn turned_rad(&self, from: &Configuration<N>, step: &Step<N>) -> Option<f32>;
+    fn turned_rad(&self, from: &Configuration<N>, step: &JointStep<N>) -> Option<f32>;
 
     /// Change of the transmission factors x over a step, again without cancellation.
-    fn x_change(&self, from: &Configuration<N>, step: &Step<N>) -> Option<[f32; N]>;
+    fn x_change(&self, from: &Configuration<N>, step: &JointStep<N>) -> Option<[f32; N]>;
 
     /// Both changes at once, where that saves work.
-    fn changes(&self, from: &Configuration<N>, step: &Step<N>) -> Option<(f32, [f32; N])> {
+    fn changes(&self, from: &Configuration<N>, step: &JointStep<N>) -> Option<(f32, [f32; N])> {
         Some((self.turned_rad(from, step)?, self.x_change(from, step)?))
     }
 }

@@ -88,14 +88,14 @@ pub const fn atan2(y: f32, x: f32) -> f32 {
 
 /// A rotation as the cosine and sine of its angle: two of them are put together without any trigonometric function.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Turn {
+pub struct Rotation {
     /// Cosine of the angle.
     pub cos: f32,
     /// Sine of the angle.
     pub sin: f32,
 }
 
-impl Turn {
+impl Rotation {
     /// No rotation.
     pub const NONE: Self = Self { cos: 1.0, sin: 0.0 };
 

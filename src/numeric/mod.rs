@@ -6,7 +6,7 @@
 //! | [`sqrt`] | VSQRT.F32 on target, `f32::sqrt` on the host | correctly rounded, identical on both | 14 cycles; micromath's is 6 % off, libm's is software |
 //! | [`sin_cos`] | own minimax polynomials after exact reduction | 4.7e-8 | micromath's 1.1e-3 rad would be 0.1 % of l in k; libm's computes in f64 inside |
 //! | [`atan2`] | own minimax polynomial from the nearest axis or diagonal, one division | 1.2e-7 rad | micromath's 2.8e-3 rad would cost 0.3 % of k |
-//! | [`Turn`] | products | 1e-7 a composition | postures change by rotation, no trigonometric function at all |
+//! | [`Rotation`] | products | 1e-7 a composition | postures change by rotation, no trigonometric function at all |
 //! | division | VDIV.F32 | correctly rounded | 14 cycles; micromath's reciprocal is 9e-6 off at best, which the stiffness near e_2 multiplies |
 //! | [`bisect`] | | the residual's rounding | fixed number of steps |
 //! | [`clamp`], [`Bounded`] | two compares | none | `f32::clamp` can panic; `min` and `max` cost three times as much to be right about NaN |
@@ -22,7 +22,7 @@ mod linear;
 mod log;
 mod root;
 
-pub use angle::{SIN_COS_MAX_RAD, Turn, atan2, sin_cos};
+pub use angle::{Rotation, SIN_COS_MAX_RAD, atan2, sin_cos};
 pub use bisect::{BISECTION_STEPS, bisect};
 pub use clamp::{Bounded, clamp};
 pub use linear::{solve, solve_in_place};

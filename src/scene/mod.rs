@@ -12,8 +12,8 @@ pub mod tendon2;
 pub mod tendon2_hall;
 pub mod tendon3;
 
-use crate::drive::config::{Checked, Config, OutOfRange};
-use crate::drive::joint::{AngleSense, HallInput, JointInput, NotFitted};
+use crate::drive::config::{CheckedConfig, Config, OutOfRange};
+use crate::drive::joint::{AngleSensor, HallInput, JointInput, NotFitted};
 use crate::drive::sequence::Motion;
 use crate::finger::{ConfigError, Mechanics};
 use crate::sample::Sample;
@@ -77,8 +77,8 @@ pub trait Scene {
     const MOTION: Motion = re10::motion(Self::TRAVEL_RAD);
 
     /// [`DRIVE`](Self::DRIVE), checked, with its scales. A scene whose drive or motion is out of range does not compile.
-    const CHECKED: Checked = match (
-        Checked::new(Self::DRIVE),
+    const CHECKED: CheckedConfig = match (
+        CheckedConfig::new(Self::DRIVE),
         Self::MOTION.validate(&Self::DRIVE.limits),
     ) {
         (Ok(checked), Ok(())) => checked,
@@ -98,7 +98,7 @@ pub trait Scene {
     const HOLD_FORCE_N: f32 = 1.0;
 
     /// The sensor of joint 2 where one is fitted.
-    const ANGLE_SENSE: AngleSense = re10::ANGLE_SENSE;
+    const ANGLE_SENSE: AngleSensor = re10::ANGLE_SENSE;
 
     /// What reads joint 2.
     ///
@@ -179,7 +179,7 @@ mod tests {
 
     fn holds_together<S: Scene>() {
         let finger = S::MECHANISM;
-        Checked::new(S::DRIVE).expect(S::NAME);
+        CheckedConfig::new(S::DRIVE).expect(S::NAME);
         S::joint_input().expect(S::NAME);
         let drivetrain = S::drivetrain(&finger);
         let limits = S::DRIVE.limits;

@@ -5,8 +5,8 @@
 
 use core::f32::consts::TAU;
 
-use crate::drive::config::{self, Config, Limits, Motor, Sense, Thermal};
-use crate::drive::joint::AngleSense;
+use crate::drive::config::{self, AnalogInputs, Config, Limits, Motor, Thermal};
+use crate::drive::joint::AngleSensor;
 use crate::drive::sequence::Motion;
 use crate::sensing::{Calibration, Drivetrain};
 
@@ -50,11 +50,11 @@ pub const DRIVE: Config = Config {
             housing_s: 150.0,
         },
     },
-    drivetrain: config::Drivetrain {
+    drivetrain: config::Gearing {
         counts_per_motor_rev: COUNTS_PER_MOTOR_REV,
         reduction: REDUCTION,
     },
-    sense: Sense {
+    sense: AnalogInputs {
         reference_v: 3.3,
         // 1000 uA/A (V2) through 6.8 kohm.
         volt_per_a: 6.8,
@@ -80,7 +80,7 @@ pub const DRIVE: Config = Config {
 };
 
 /// A linear Hall sensor at joint 2 (chosen): 0.5 V at zero, 1 V/rad; what it reads beyond the joint's stops is a fault.
-pub const ANGLE_SENSE: AngleSense = AngleSense {
+pub const ANGLE_SENSE: AngleSensor = AngleSensor {
     zero_v: 0.5,
     volt_per_rad: 1.0,
     min_rad: -0.4,

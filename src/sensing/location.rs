@@ -2,7 +2,7 @@
 //!
 //! Both are types: a scene without cable or sensor carries neither their numbers nor their code.
 
-use crate::finger::error::within;
+use crate::finger::error::check_range;
 use crate::finger::{Candidate, ConfigError, Inverse, Mechanics, Parameter};
 
 /// Limits of a cable's stiffness at the input link, newton metre per radian.
@@ -43,7 +43,7 @@ impl Cable {
     /// A stiffness that is not within 1e-6 and 1e9.
     pub fn new(stiffness_nm_per_rad: f32) -> Result<Self, ConfigError> {
         let [min, max] = CABLE_RANGE;
-        let stiffness = within(Parameter::CableStiffness, stiffness_nm_per_rad, min, max)?;
+        let stiffness = check_range(Parameter::CableStiffness, stiffness_nm_per_rad, min, max)?;
         Ok(Self {
             compliance_rad_per_nm: 1.0 / stiffness,
         })

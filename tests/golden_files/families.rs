@@ -4,10 +4,11 @@ use super::fingers::{FromRow, Kind, assembly, finger, numbered, posture};
 use super::measure::{FileReport, Limit};
 use super::table::{FileError, Row, Table};
 use palpate::finger::{
-    Candidate, Class, Configuration, Contact, Finger, FourBar, Free, Gear, Inverse, Levers,
-    Linkage, Mechanics, Pair, Parameters, Roots, Tendon, Transmission, Triple,
+    Candidate, Class, Configuration, Contact, Finger, FourBar, Free, Inverse, Levers, Linkage,
+    Mechanics, Parameters, Roots, Tendon, ThreeJointContact, Transmission, TransmissionFactors,
+    TwoJointContact,
 };
-use palpate::numeric::{Turn, sin_cos};
+use palpate::numeric::{Rotation, sin_cos};
 use palpate::sensing::location::{NoJointSensor, Rigid};
 use palpate::sensing::step;
 
@@ -113,7 +114,7 @@ where
         } else if built.free_compliance(&at, torque).is_some() {
             report.misclassify(line, "C_free should not exist".to_owned());
         }
-        let gear = built.transmission().gear(&at);
+        let gear = built.transmission().factors(&at);
         for joint in 2..=N {
             let x = gear.and_then(|gear| gear.x.get(joint - 1).copied());
             report.note(
@@ -357,7 +358,7 @@ fn hard_pair(table: &Table, report: &mut FileReport) -> Result<(), FileError> {
         report.rows += 1;
         let (l1, l2, compliance) = (row.f32("l1")?, row.f32("l2")?, row.f32("C")?);
         let (_, cos) = sin_cos(row.f32("th2")?);
-        let pair = Pair {
+        let pair = TwoJointContact {
             c_m: l1 * cos,
             x2: row.f32("x2")?,
             k1: row.f32("K1")?,
@@ -483,8 +484,8 @@ fn hard_triple(table: &Table, report: &mut FileReport) -> Result<(), FileError> 
         let phalanx = row.f64("phal")? as usize;
         let [l1, l2, l3] = numbered::<3>(&row, "l", "")?;
         let (theta_2, theta_3, compliance) = (
-            Turn::by(row.f32("th2")?),
-            Turn::by(row.f32("th3")?),
+            Rotation::by(row.f32("th2")?),
+            Rotation::by(row.f32("th3")?),
             row.f32("C")?,
         );
         let (x2, x3, [k1, h22, h33]) = (
@@ -498,7 +499,7 @@ fn hard_triple(table: &Table, report: &mut FileReport) -> Result<(), FileError> 
         let (closed, bisected) = if phalanx == 3 {
             let d2_m = l2 * theta_3.cos;
             let d1_m = l1 * theta_2.then(theta_3).cos + d2_m;
-            let triple = Triple {
+            let triple = ThreeJointContact {
                 d1_m,
                 d2_m,
                 x2,
@@ -516,7 +517,7 @@ fn hard_triple(table: &Table, report: &mut FileReport) -> Result<(), FileError> 
                 },
             )
         } else {
-            let pair = Pair {
+            let pair = TwoJointContact {
                 c_m: l1 * theta_2.cos,
                 x2,
                 k1,
@@ -739,7 +740,7 @@ where
             configuration: at,
             torque_nm,
         };
-        let gear = built.transmission().gear(&at);
+        let gear = built.transmission().factors(&at);
         let turned =
             f64::from(built.input_angle_rad(&at)) - f64::from(built.input_angle_rad(&built.rest()));
         report.note("dtheta_a, rad", line, (turned - row.f64("dtheta_a")?).abs());
@@ -816,7 +817,7 @@ fn four_bar(table: &Table, report: &mut FileReport) -> Result<(), FileError> {
                 continue;
             }
         };
-        let turn = Turn::by(v);
+        let turn = Rotation::by(v);
         let ratio = stage.ratio(turn);
         report.note(
             "F, rad",
@@ -883,7 +884,7 @@ fn forces_of<const N: usize, T: Transmission<N>>(
     let at = built
         .configuration(numbered(row, "th", "")?)
         .map_err(complain)?;
-    let gear = Gear {
+    let gear = TransmissionFactors {
         x: numbered(row, "x", "")?,
         w: [[0.0; N]; N],
     };

@@ -339,11 +339,11 @@ fn sin_cos_addition(angle: &Angle) -> [f32; 2] {
 /// The library's rotations, put together.
 #[inline(never)]
 fn sin_cos_turn(angle: &Angle) -> [f32; 2] {
-    let last = numeric::Turn {
+    let last = numeric::Rotation {
         cos: angle.last_cos,
         sin: angle.last_sin,
     };
-    let now = last.then(numeric::Turn::by(angle.step_rad));
+    let now = last.then(numeric::Rotation::by(angle.step_rad));
     [now.sin, now.cos]
 }
 

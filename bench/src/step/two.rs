@@ -3,7 +3,7 @@
 use super::{Row, Step};
 use crate::candidate::{Candidate, Roots};
 use crate::two::library::kept;
-use palpate::finger::{Finger, Linkage, Parameters, Rise};
+use palpate::finger::{Finger, Linkage, Parameters, TorqueStep};
 
 /// A row of the file.
 pub type TwoRow = Row<2, 1>;
@@ -64,7 +64,7 @@ pub const CANDIDATES: &[Candidate<Ready, Roots>] = &[
 /// One equation for the change of joint 2, a point contact.
 #[inline(never)]
 fn one_unknown(input: &Ready) -> Roots {
-    let rise = Rise {
+    let rise = TorqueStep {
         torque_nm: input.step.rise,
         rotation_rad: input.step.rotation_rad,
     };

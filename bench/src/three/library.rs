@@ -3,13 +3,13 @@
 use super::ThreePhalanges;
 use crate::candidate::{NOWHERE, Roots};
 use crate::two::library as pair;
-use palpate::finger::Triple;
+use palpate::finger::ThreeJointContact;
 
 impl ThreePhalanges {
     #[inline(always)]
-    fn triple(&self) -> Triple {
+    fn triple(&self) -> ThreeJointContact {
         let d2_m = self.l[1] * self.cos3;
-        Triple {
+        ThreeJointContact {
             d1_m: self.l[0] * self.cos23 + d2_m,
             d2_m,
             x2: self.x2,

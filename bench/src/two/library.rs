@@ -2,12 +2,12 @@
 
 use super::TwoPhalanges;
 use crate::candidate::{Roots, on_phalanx};
-use palpate::finger::{Pair, Roots as Found};
+use palpate::finger::{Roots as Found, TwoJointContact};
 
 impl TwoPhalanges {
     #[inline(always)]
-    fn pair(&self) -> Pair {
-        Pair {
+    fn pair(&self) -> TwoJointContact {
+        TwoJointContact {
             c_m: self.c(),
             x2: self.x2,
             k1: self.stiffness1,

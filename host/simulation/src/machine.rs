@@ -1,7 +1,7 @@
 //! The control interrupt and the slow loop, in step with the board, as the firmware schedules them.
 
 use crate::{Board, PERIOD_S};
-use palpate::drive::config::{Checked, Config, OutOfRange};
+use palpate::drive::config::{CheckedConfig, Config, OutOfRange};
 use palpate::drive::controller::Controller;
 use palpate::drive::demand::{Demand, Status};
 use palpate::drive::io::Outputs;
@@ -47,7 +47,7 @@ impl<S: SlowLoop> Machine<S> {
     ) -> Result<Self, OutOfRange> {
         Ok(Self {
             board,
-            controller: Controller::new(&Checked::new(*config)?),
+            controller: Controller::new(&CheckedConfig::new(*config)?),
             slow,
             joint,
             demand: Demand::default(),

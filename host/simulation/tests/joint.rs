@@ -3,7 +3,7 @@
 
 use palpate::scene::{Tendon2, Tendon2Hall};
 use palpate::sensing::{Hall, JointSensor, Side};
-use palpate_plant::{Grasp, Parameters, Shape};
+use palpate_plant::{Grasp, Shape};
 use palpate_simulation::{Outcome, Simulated, Simulation, Verdict};
 
 /// A finger that has been calibrated on the stop and on two pins.

@@ -4,7 +4,7 @@ use palpate::app::command::{Calibrate, Command};
 use palpate::drive::sequence::Refused;
 use palpate::scene::{P70, P70Rigid};
 use palpate::sensing::Event;
-use palpate_plant::{Grasp, Parameters, Shape};
+use palpate_plant::{Grasp, Shape};
 use palpate_simulation::{Simulated, Simulation, Verdict};
 
 /// Error and deviation of a contact at every place, millimetre, nothing calibrated.

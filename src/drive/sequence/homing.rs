@@ -1,11 +1,11 @@
 //! Finding the encoder's zero at the opening stop.
 
 use super::Sequence;
-use super::decide::Seen;
 use super::motion::WINDUP_RAD;
-use super::onset::Onset;
-use super::stall::Stall;
+use super::stall_detector::StallDetector;
 use super::state::State;
+use super::stop_detector::StopDetector;
+use super::transitions::Observation;
 use crate::drive::fault::Fault;
 
 /// Where homing is.
@@ -27,7 +27,7 @@ const SAME_STOP_RAD: f32 = 0.025;
 
 impl Sequence {
     /// Opens against the stop, makes the stop's begin the zero, backs off to the rest position.
-    pub(super) fn home(&mut self, seen: &Seen) -> Option<State> {
+    pub(super) fn home(&mut self, seen: &Observation) -> Option<State> {
         let position_counts = seen.status.position_counts;
         match self.homing {
             Homing::Seek => {
@@ -41,7 +41,7 @@ impl Sequence {
                 if !seen.stalled {
                     return None;
                 }
-                self.stall = Stall::default();
+                self.stall = StallDetector::default();
                 let stop_counts = self.onset.position_counts().unwrap_or(position_counts);
                 let free_counts = self.start_counts.wrapping_sub(stop_counts);
                 if self.scale.angle_rad(free_counts) < RUN_UP_RAD {
@@ -62,15 +62,15 @@ impl Sequence {
                     return self.fail_if_stalled(seen);
                 }
                 self.homing = Homing::Seek;
-                self.onset = Onset::default();
-                self.stall = Stall::default();
+                self.onset = StopDetector::default();
+                self.stall = StallDetector::default();
                 self.start_counts = position_counts;
                 self.turned_us = seen.now_us;
                 None
             }
             Homing::Zero => {
                 if seen.status.zero == self.demand.zero {
-                    self.stall = Stall::default();
+                    self.stall = StallDetector::default();
                     self.homing = Homing::BackOff;
                 }
                 None

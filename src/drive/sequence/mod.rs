@@ -1,36 +1,36 @@
 //! The motion sequence: an explicit state machine that turns requests and notices into demands on the control interrupt.
 //! It runs about once a millisecond; every state has its legal successors and its timeout in [`State`].
 
-mod decide;
 mod homing;
+mod messages;
 mod motion;
-mod onset;
-mod stall;
+mod stall_detector;
 mod state;
+mod stop_detector;
 #[cfg(test)]
 mod tests;
-mod words;
+mod transitions;
 
 use super::convert::Scale;
 use super::demand::{Demand, Setpoint, Status};
 use super::fault::Fault;
-use decide::Seen;
 use homing::Homing;
+pub use messages::{MotionResult, Notice, Refused, Request};
 pub use motion::{Motion, WINDUP_RAD};
-use onset::Onset;
-use stall::Stall;
+use stall_detector::StallDetector;
 pub use state::State;
-pub use words::{Notice, Outcome, Refused, Request};
+use stop_detector::StopDetector;
+use transitions::Observation;
 
 /// What one step of the sequence decided.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Advance {
+pub struct StepOutput {
     /// For the control interrupt.
     pub demand: Demand,
     /// A change of state: from, to.
     pub changed: Option<(State, State)>,
     /// The sequence ended in this step.
-    pub done: Option<Outcome>,
+    pub done: Option<MotionResult>,
     /// The fault that was entered in this step.
     pub fault: Option<Fault>,
 }
@@ -48,7 +48,7 @@ pub struct Sequence {
     start_counts: i32,
     /// What the current motion is for.
     goal: Request,
-    outcome: Outcome,
+    outcome: MotionResult,
     friction_known: bool,
     /// There has been a homing since the start, cleared faults notwithstanding: positions mean something.
     zeroed: bool,
@@ -58,8 +58,8 @@ pub struct Sequence {
     homing: Homing,
     /// Run-ups taken in this homing: each goes further, for a cable softer than most needs more to unwind.
     run_ups: u8,
-    onset: Onset,
-    stall: Stall,
+    onset: StopDetector,
+    stall: StallDetector,
     /// The offset's measurement has begun in this state.
     measuring: bool,
     /// Clearing was asked for and not yet confirmed.
@@ -79,7 +79,7 @@ impl Sequence {
             turned_us: 0,
             start_counts: 0,
             goal: Request::Run,
-            outcome: Outcome::Complete,
+            outcome: MotionResult::Complete,
             friction_known: false,
             zeroed: false,
             latched: None,
@@ -87,8 +87,8 @@ impl Sequence {
             demand: Demand::default(),
             homing: Homing::Seek,
             run_ups: 0,
-            onset: Onset::default(),
-            stall: Stall::default(),
+            onset: StopDetector::default(),
+            stall: StallDetector::default(),
             measuring: false,
             clearing: false,
             returning: false,
@@ -152,7 +152,7 @@ impl Sequence {
     }
 
     /// One step, about once a millisecond: the time now, what the control interrupt reports, at most one notice.
-    pub fn advance(&mut self, now_us: u64, status: &Status, notice: Option<Notice>) -> Advance {
+    pub fn advance(&mut self, now_us: u64, status: &Status, notice: Option<Notice>) -> StepOutput {
         let before = self.state;
         match notice {
             Some(Notice::FrictionKnown) => self.friction_known = true,
@@ -165,7 +165,7 @@ impl Sequence {
         let now_us = now_us as u32;
         let wanted_counts_per_s = self.scale.counts_per_s(self.motion.closing_rad_per_s);
         let way_counts = status.position_counts.wrapping_sub(self.start_counts);
-        let seen = Seen {
+        let seen = Observation {
             now_us,
             status,
             notice,
@@ -178,7 +178,7 @@ impl Sequence {
         }
         self.demand.setpoint = self.setpoint();
         let entered = self.state != before;
-        Advance {
+        StepOutput {
             demand: self.demand,
             changed: entered.then_some((before, self.state)),
             done: (entered && self.state == State::Idle && before != State::Fault)
@@ -201,16 +201,16 @@ impl Sequence {
         self.since_us = now_us;
         self.turned_us = now_us;
         self.start_counts = status.position_counts;
-        self.stall = Stall::default();
+        self.stall = StallDetector::default();
         match next {
             State::CalibrateOffset => {
-                self.outcome = Outcome::Complete;
+                self.outcome = MotionResult::Complete;
                 self.measuring = false;
             }
             State::Home => {
                 self.homing = Homing::Seek;
                 self.run_ups = 0;
-                self.onset = Onset::default();
+                self.onset = StopDetector::default();
             }
             State::Close => self.returning = true,
             _ => {}

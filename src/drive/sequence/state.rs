@@ -1,6 +1,6 @@
 //! The states of the motion sequence, their legal transitions and their timeouts.
 
-use crate::words::word;
+use crate::name_list::nth;
 
 use super::motion::{Motion, WINDUP_RAD};
 
@@ -49,7 +49,7 @@ impl State {
     pub fn name(self) -> &'static str {
         // In the order of the enum.
         const NAMES: &str = "idle\ncalibrate-offset\nhome\nrecord-closing\nrecord-opening\nclose\nprobe\nhold\nopen\nfault\n";
-        word(NAMES, self as u8)
+        nth(NAMES, self as u8)
     }
 
     /// The states that may follow this one. `Idle` (stop) and `Fault` may follow every moving state.

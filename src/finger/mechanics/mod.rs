@@ -1,9 +1,9 @@
 //! What sensing asks of a finger, whatever its number of phalanges and its transmission.
 
-mod of_finger;
-mod places;
+mod candidates;
+mod implementation;
 
-pub use places::{Candidate, Class, Inverse};
+pub use candidates::{Candidate, Class, Inverse};
 
 /// Most phalanges a finger of this crate has.
 pub const MAX_PHALANGES: usize = 3;
@@ -49,7 +49,7 @@ pub struct PathPoint {
 
 /// A finger as sensing sees it: the number of phalanges and the transmission are hidden.
 ///
-/// Torques and angles are those of the input link, closing positive. Every function answers `None` where a value is not
+/// Torques and angles are those of the input link, closing positive. Every function respond `None` where a value is not
 /// finite, the posture cannot be taken, or the finger is not stable there; nothing panics and no NaN comes out.
 pub trait Mechanics {
     /// Number of phalanges.

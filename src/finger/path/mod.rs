@@ -10,16 +10,16 @@
 //! contact's place k unknown too and the rotation of the input link given, the same system is the estimator of one
 //! finite step. Everything is dimensionless inside: lengths over the finger's, stiffness over the largest.
 
-mod local;
+mod finite_step;
+mod linearization;
 mod newton;
-mod place;
 mod response;
 
 use super::{
-    BaseJoint, Configuration, Contact, Finger, MAX_PHALANGES, PathPoint, Step, Transmission,
+    BaseJoint, Configuration, Contact, Finger, JointStep, MAX_PHALANGES, PathPoint, Transmission,
 };
 use crate::numeric::Bounded;
-use newton::{Station, Unknown};
+use newton::{PathState, Unknown};
 use response::Responses;
 
 /// Pieces into which a torque is divided when Newton's method does not reach it in one.
@@ -29,7 +29,7 @@ const PIECES: u8 = 8;
 #[derive(Clone, Copy, Debug)]
 pub struct Path<const N: usize> {
     start: Start<N>,
-    last: Station<N>,
+    last: PathState<N>,
 }
 
 /// The instant of contact, dimensionless.
@@ -93,7 +93,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         let presses = tangent.force > 0.0 && local.compliance(&tangent.delta) >= 0.0;
         presses.then_some(Path {
             start,
-            last: Station {
+            last: PathState {
                 at,
                 rise: 0.0,
                 tangent,
@@ -123,7 +123,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     fn newton_in_pieces(
         &self,
         start: &Start<N>,
-        from: &Station<N>,
+        from: &PathState<N>,
         rise: f32,
     ) -> Option<Unknown<N>> {
         let mut station = *from;
@@ -140,10 +140,10 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     fn point(
         &self,
         start: &Start<N>,
-        from: &Station<N>,
+        from: &PathState<N>,
         near: &Unknown<N>,
         rise: f32,
-    ) -> Option<(PathPoint, Station<N>)> {
+    ) -> Option<(PathPoint, PathState<N>)> {
         let local = start.local(&self.transmission, near, rise)?;
         let Responses {
             step,
@@ -154,7 +154,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         let mut at = *near;
         at.add(&step.into())?;
         let compliance = local.compliance(&tangent.delta) / start.stiffness_scale;
-        let step = Step::of(at.delta);
+        let step = JointStep::of(at.delta);
         let rotation_rad = self.transmission.turned_rad(&start.from, &step)?;
         let reach = start.lengths.get(start.before)?;
         let stays = local.k_now > 0.0
@@ -177,7 +177,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         let finite = [rotation_rad, compliance, by_k, by_radius, point.force_n]
             .iter()
             .all(|x| x.is_finite());
-        let station = Station {
+        let station = PathState {
             at,
             rise,
             tangent,

@@ -4,7 +4,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::Start;
-use super::response::Answer;
+use super::response::Response;
 use crate::finger::{BaseJoint, Finger, Transmission};
 use crate::numeric::Bounded;
 
@@ -26,8 +26,8 @@ pub(super) struct Unknown<const N: usize> {
     pub(super) k: f32,
 }
 
-impl<const N: usize> From<Answer<N>> for Unknown<N> {
-    fn from(Answer { delta, force }: Answer<N>) -> Self {
+impl<const N: usize> From<Response<N>> for Unknown<N> {
+    fn from(Response { delta, force }: Response<N>) -> Self {
         Self {
             delta,
             force,
@@ -37,7 +37,7 @@ impl<const N: usize> From<Answer<N>> for Unknown<N> {
 }
 
 impl<const N: usize> Unknown<N> {
-    /// Adds a Newton step, shortened to the stride; answers its size and whether it was shortened.
+    /// Adds a Newton step, shortened to the stride; respond its size and whether it was shortened.
     pub(super) fn add(&mut self, step: &Unknown<N>) -> Option<(f32, bool)> {
         let size = largest(&step.delta);
         let share = if size > STRIDE_RAD {
@@ -65,17 +65,17 @@ pub(super) fn largest<const N: usize>(of: &[f32; N]) -> f32 {
 
 /// A solved point of the path.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Station<const N: usize> {
+pub(super) struct PathState<const N: usize> {
     pub(super) at: Unknown<N>,
     /// Input torque since contact, over the stiffness scale.
     pub(super) rise: f32,
     /// Change along the path for a unit of it.
-    pub(super) tangent: Answer<N>,
+    pub(super) tangent: Response<N>,
     /// What that was at the station before, and the way from there; no way at the start.
-    pub(super) before: (Answer<N>, f32),
+    pub(super) before: (Response<N>, f32),
 }
 
-impl<const N: usize> Station<N> {
+impl<const N: usize> PathState<N> {
     /// Where the path leads to over some more torque, by its tangent and its bend.
     fn ahead(&self, more: f32) -> Unknown<N> {
         let (before, way) = &self.before;
@@ -104,7 +104,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     pub(super) fn newton(
         &self,
         start: &Start<N>,
-        from: &Station<N>,
+        from: &PathState<N>,
         rise: f32,
     ) -> Option<Unknown<N>> {
         let mut at = from.at;

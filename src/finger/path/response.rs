@@ -3,7 +3,7 @@
 // Indices are those of the matrices in the equations; loops over 0..N need no bounds check.
 #![allow(clippy::needless_range_loop)]
 
-use super::local::Local;
+use super::linearization::Linearization;
 use super::newton::Unknown;
 use crate::finger::preshape::dot;
 use crate::numeric::{solve, solve_in_place};
@@ -22,7 +22,7 @@ pub(super) struct Load<const N: usize> {
 
 /// How it gives way.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Answer<const N: usize> {
+pub(super) struct Response<const N: usize> {
     /// Changes of the joint angles.
     pub(super) delta: [f32; N],
     /// Change of the contact force.
@@ -32,16 +32,16 @@ pub(super) struct Answer<const N: usize> {
 /// All that a point of the path is asked for.
 pub(super) struct Responses<const N: usize> {
     /// Newton's step.
-    pub(super) step: Answer<N>,
+    pub(super) step: Response<N>,
     /// Change along the path for a unit of input torque.
-    pub(super) tangent: Answer<N>,
+    pub(super) tangent: Response<N>,
     /// Derivative of the input link's rotation by the place of the contact at a given torque.
     pub(super) by_k: f32,
     /// The same by the contact radius.
     pub(super) by_radius: f32,
 }
 
-impl<const N: usize> Local<N> {
+impl<const N: usize> Linearization<N> {
     /// The stiffness made regular by a spring across the contact, which moves no solution and lends joint 1 without a
     /// spring a pivot.
     fn braced(&self) -> [[f32; N]; N] {
@@ -56,7 +56,7 @@ impl<const N: usize> Local<N> {
 
     /// Answers to some loads, [`MOST`] at most; those beyond the loads mean nothing.
     #[inline(never)]
-    fn answers(&self, loads: &[Load<N>]) -> Option<[Answer<N>; MOST]> {
+    fn respond(&self, loads: &[Load<N>]) -> Option<[Response<N>; MOST]> {
         let mut sides = [self.arms; MOST + 1];
         for (side, load) in sides.iter_mut().skip(1).zip(loads) {
             *side = load.torques;
@@ -66,11 +66,11 @@ impl<const N: usize> Local<N> {
         }
         let [held_by, solved @ ..] = sides;
         let held = dot(&self.arms, &held_by);
-        let mut answers = [Answer {
+        let mut respond = [Response {
             delta: [0.0; N],
             force: 0.0,
         }; MOST];
-        for ((answer, load), free) in answers.iter_mut().zip(loads).zip(&solved) {
+        for ((answer, load), free) in respond.iter_mut().zip(loads).zip(&solved) {
             let force = (dot(&self.arms, free) - load.gap) / held;
             for m in 0..N {
                 answer.delta[m] = free[m] - held_by[m] * force;
@@ -80,10 +80,10 @@ impl<const N: usize> Local<N> {
                 return None;
             }
         }
-        Some(answers)
+        Some(respond)
     }
 
-    fn amiss(&self) -> Load<N> {
+    fn unbalanced(&self) -> Load<N> {
         Load {
             torques: self.torques,
             gap: self.gap,
@@ -98,14 +98,14 @@ impl<const N: usize> Local<N> {
     }
 
     /// Newton's step at a given torque.
-    pub(super) fn step(&self) -> Option<Answer<N>> {
-        let [step, ..] = self.answers(&[self.amiss()])?;
+    pub(super) fn step(&self) -> Option<Response<N>> {
+        let [step, ..] = self.respond(&[self.unbalanced()])?;
         Some(step)
     }
 
     /// Change along the path for a unit of input torque.
-    pub(super) fn tangent(&self) -> Option<Answer<N>> {
-        let [tangent, ..] = self.answers(&[self.driven()])?;
+    pub(super) fn tangent(&self) -> Option<Response<N>> {
+        let [tangent, ..] = self.respond(&[self.driven()])?;
         Some(tangent)
     }
 
@@ -119,7 +119,7 @@ impl<const N: usize> Local<N> {
         let by_k = moved(self.phi.cos, self.phi.sin);
         let by_radius = moved(self.phi.sin, self.gap_by_radius);
         let [step, tangent, by_k, by_radius] =
-            self.answers(&[self.amiss(), self.driven(), by_k, by_radius])?;
+            self.respond(&[self.unbalanced(), self.driven(), by_k, by_radius])?;
         Some(Responses {
             step,
             tangent,

@@ -69,7 +69,7 @@ fn errors(fingers: &[Finger]) -> Chart {
     }
 }
 
-/// Writes `calibration.svg` and `calibration.png`.
+/// Writes `calibration.svg`.
 ///
 /// # Errors
 /// Whatever keeps the files from being written.

@@ -1,4 +1,4 @@
-//! One way to draw a chart, as SVG and PNG alike.
+//! Draws charts as SVG.
 
 use std::path::Path;
 
@@ -119,7 +119,7 @@ fn fonts() -> Result<(), DrawError> {
     Ok(())
 }
 
-/// Writes `charts` side by side as `name.svg` and `name.png` into `directory`.
+/// Writes `charts` side by side as `name.svg` into `directory`.
 ///
 /// # Errors
 /// Whatever keeps the files from being written.
@@ -128,10 +128,7 @@ pub fn write(directory: &Path, name: &str, charts: &[Chart]) -> Result<(), DrawE
     std::fs::create_dir_all(directory)?;
     let size = (SIZE.0 * charts.len().max(1) as u32, SIZE.1);
     let svg = directory.join(format!("{name}.svg"));
-    row(&SVGBackend::new(&svg, size).into_drawing_area(), charts)?;
-    let png = directory.join(format!("{name}.png"));
-    row(&BitMapBackend::new(&png, size).into_drawing_area(), charts)?;
-    Ok(())
+    row(&SVGBackend::new(&svg, size).into_drawing_area(), charts)
 }
 
 fn row<B: DrawingBackend>(area: &DrawingArea<B, Shift>, charts: &[Chart]) -> Result<(), DrawError>

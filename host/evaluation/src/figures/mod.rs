@@ -1,4 +1,4 @@
-//! Figures as SVG and PNG.
+//! Figures as SVG.
 
 mod calibration;
 pub mod canvas;

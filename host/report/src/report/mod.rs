@@ -149,7 +149,7 @@ impl Report {
         for rows in tasks(&self.rows) {
             let name = rows.first().map_or("", |row| &row.task);
             let plot = if with_plots {
-                format!("![error against cost]({name}.png)\n\n")
+                format!("![error against cost]({name}.svg)\n\n")
             } else {
                 String::new()
             };
@@ -175,7 +175,7 @@ impl Report {
         }
         if !self.delays.is_empty() {
             let plot = if with_plots {
-                "![error against delay](delay.png)\n\n"
+                "![error against delay](delay.svg)\n\n"
             } else {
                 ""
             };

@@ -44,7 +44,7 @@ struct Scatter {
     front: Vec<(f64, f64)>,
 }
 
-/// Draws a task as SVG and PNG into a folder.
+/// Draws a task as SVG into a folder.
 pub fn task(folder: &Path, task: &str, rows: &[Row]) -> Result<()> {
     // What cannot run on the chip has no cost to draw.
     let rows: Vec<&Row> = rows.iter().filter(|row| row.on_chip.is_some()).collect();
@@ -137,9 +137,7 @@ fn save(folder: &Path, name: &str, scatter: &Scatter) -> Result<()> {
     plotters::style::register_font(FONT, FontStyle::Normal, dejavu::sans::regular())
         .map_err(|_| anyhow!("the font is unreadable"))?;
     let svg = folder.join(format!("{name}.svg"));
-    let png = folder.join(format!("{name}.png"));
-    draw(SVGBackend::new(&svg, SIZE).into_drawing_area(), scatter)?;
-    draw(BitMapBackend::new(&png, SIZE).into_drawing_area(), scatter)
+    draw(SVGBackend::new(&svg, SIZE).into_drawing_area(), scatter)
 }
 
 /// Zero has no place on a logarithmic axis: correctly rounded results stand at half a unit in the last place.

@@ -76,7 +76,7 @@ pub fn block(
     if !delays.is_empty() {
         text += "\nThe user's trade, simulated, medians over calibrated fingers and many objects, from the true first contact:\n\n";
         text += &delay::short_table(delays);
-        text += "\n![Error against delay](docs/report/delay.png)\n";
+        text += "\n![Error against delay](docs/report/delay.svg)\n";
     }
     text + "\n" + &target::table(targets)
 }

@@ -6,7 +6,7 @@ use super::*;
 fn position_is_limited_before_it_trips() {
     let mut simulation = closing(5);
     let speed = simulation.controller.scale().counts_per_s(0.3);
-    simulation.bench.wrong = Wrong::NoStop;
+    simulation.bench.wrong = Defect::NoStop;
     simulation.demand.setpoint = Setpoint::Speed {
         counts_per_s: speed,
         current_limit_a: 0.1,
@@ -140,9 +140,9 @@ fn a_motor_that_works_too_hard_is_switched_off_before_it_is_hot() {
     // A winding with little to take, so that the test need not wait for minutes.
     config.motor.thermal.winding_k_per_w = 150.0;
     config.motor.thermal.winding_s = 0.5;
-    let mut controller = Controller::new(&Checked::new(config).expect("valid"));
-    let mut bench = Bench::new(1);
-    bench.wrong = Wrong::RotorLocked;
+    let mut controller = Controller::new(&CheckedConfig::new(config).expect("valid"));
+    let mut bench = TestMotor::new(1);
+    bench.wrong = Defect::RotorLocked;
     let demand = Demand::from(Setpoint::Current { a: 0.12 });
     let mut outputs = Outputs::Off;
     for _ in 0..20 * 5000 {
@@ -166,7 +166,7 @@ fn a_reading_at_rest_that_is_no_offset_is_found_without_any_motion() {
         simulation.millisecond(None);
     }
     assert_eq!(simulation.sequence.fault(), None);
-    simulation.bench.wrong = Wrong::SenseOffset;
+    simulation.bench.wrong = Defect::SenseOffset;
     for _ in 0..100 {
         simulation.millisecond(None);
     }
@@ -175,8 +175,8 @@ fn a_reading_at_rest_that_is_no_offset_is_found_without_any_motion() {
 
 #[test]
 fn nothing_drives_before_the_bridge_is_awake() {
-    let mut controller = Controller::new(&Checked::new(p70()).expect("valid"));
-    let mut bench = Bench::new(1);
+    let mut controller = Controller::new(&CheckedConfig::new(p70()).expect("valid"));
+    let mut bench = TestMotor::new(1);
     let demand = Demand::from(Setpoint::Current { a: 0.05 });
     let mut outputs = Outputs::Off;
     let mut awake_us = 0;

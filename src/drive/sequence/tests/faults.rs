@@ -6,30 +6,30 @@ use super::*;
 fn every_injected_fault_is_found_in_time_and_under_its_name() {
     // Time to bridge off, control periods: 2 for what one period shows, the detector's own persistence and the time that
     // the contradiction takes to grow for the rest.
-    let cases: &[(Wrong, &[Fault], u32)] = &[
+    let cases: &[(Defect, &[Fault], u32)] = &[
         (
-            Wrong::Short,
+            Defect::Short,
             &[Fault::OverCurrent, Fault::EncoderStuck],
             220,
         ),
-        (Wrong::SupplyLow, &[Fault::SupplyLow], 2),
-        (Wrong::SupplyHigh, &[Fault::SupplyHigh], 2),
-        (Wrong::BridgeFault, &[Fault::Bridge], 2),
-        (Wrong::Overrun, &[Fault::Overrun], 2),
-        (Wrong::SenseFull, &[Fault::SenseSaturated], 2),
-        (Wrong::SenseZero, &[Fault::SenseStuck], 5000),
-        (Wrong::SenseStuck, &[Fault::SenseStuck], 50),
-        (Wrong::PhaseCut, &[Fault::EncoderStuck], 600),
-        (Wrong::EncoderDead, &[Fault::EncoderStuck], 600),
+        (Defect::SupplyLow, &[Fault::SupplyLow], 2),
+        (Defect::SupplyHigh, &[Fault::SupplyHigh], 2),
+        (Defect::BridgeFault, &[Fault::Bridge], 2),
+        (Defect::Overrun, &[Fault::Overrun], 2),
+        (Defect::SenseFull, &[Fault::SenseSaturated], 2),
+        (Defect::SenseZero, &[Fault::SenseStuck], 5000),
+        (Defect::SenseStuck, &[Fault::SenseStuck], 50),
+        (Defect::PhaseCut, &[Fault::EncoderStuck], 600),
+        (Defect::EncoderDead, &[Fault::EncoderStuck], 600),
         (
-            Wrong::EncoderReversed,
+            Defect::EncoderReversed,
             &[Fault::EncoderReversed, Fault::EncoderJump],
             600,
         ),
-        (Wrong::EncoderNoise, &[Fault::EncoderJump], 50),
-        (Wrong::EncoderJump, &[Fault::EncoderJump], 2),
+        (Defect::EncoderNoise, &[Fault::EncoderJump], 50),
+        (Defect::EncoderJump, &[Fault::EncoderJump], 2),
         // Found by the sequence.
-        (Wrong::RotorLocked, &[Fault::Stall], 20 * 400),
+        (Defect::RotorLocked, &[Fault::Stall], 20 * 400),
     ];
     for &(wrong, expected, limit) in cases {
         for seed in 1..=3 {
@@ -60,7 +60,7 @@ fn every_injected_fault_is_found_in_time_and_under_its_name() {
             assert!(periods <= limit, "{wrong:?}: {periods} periods");
             assert!(peak_a < 0.35, "{wrong:?}: {peak_a} A");
             // Latched: nothing restarts, whatever is asked, until it is cleared and homed anew.
-            simulation.bench.wrong = Wrong::Nothing;
+            simulation.bench.wrong = Defect::Nothing;
             assert!(simulation.sequence.request(Request::Run).is_err());
             for _ in 0..100 {
                 simulation.millisecond(None);
@@ -86,7 +86,7 @@ fn every_injected_fault_is_found_in_time_and_under_its_name() {
 #[test]
 fn a_missing_stop_is_found_within_the_travel() {
     let mut simulation = Simulation::new(1);
-    simulation.bench.wrong = Wrong::NoStop;
+    simulation.bench.wrong = Defect::NoStop;
     assert_eq!(simulation.run(Request::Home, 60), None);
     assert_eq!(simulation.sequence.fault(), Some(Fault::TravelLimit));
 }
@@ -94,7 +94,7 @@ fn a_missing_stop_is_found_within_the_travel() {
 #[test]
 fn an_offset_out_of_range_is_found_before_anything_moves() {
     let mut simulation = Simulation::new(1);
-    simulation.bench.wrong = Wrong::SenseOffset;
+    simulation.bench.wrong = Defect::SenseOffset;
     assert_eq!(simulation.run(Request::Run, 60), None);
     assert_eq!(simulation.sequence.fault(), Some(Fault::OffsetOutOfRange));
     assert!((simulation.bench.link_rad() - 0.05).abs() < 1e-9);
@@ -102,12 +102,12 @@ fn an_offset_out_of_range_is_found_before_anything_moves() {
 
 #[test]
 fn an_encoder_connected_the_wrong_way_is_found_at_the_first_motion() {
-    for wrong in [Wrong::EncoderReversed, Wrong::EncoderDead] {
+    for wrong in [Defect::EncoderReversed, Defect::EncoderDead] {
         let mut simulation = Simulation::new(1);
         simulation.bench.angle = 0.8 * 1280.0;
         simulation.bench.wrong = wrong;
         assert_eq!(simulation.run(Request::Run, 60), None);
-        let expected = if wrong == Wrong::EncoderDead {
+        let expected = if wrong == Defect::EncoderDead {
             Fault::EncoderStuck
         } else {
             Fault::EncoderReversed

@@ -7,10 +7,10 @@ mod transitions;
 
 use super::*;
 use crate::drive::Controller;
-use crate::drive::bench::{Bench, Wrong};
-use crate::drive::config::Checked;
+use crate::drive::config::CheckedConfig;
 use crate::drive::config::tests::p70;
 use crate::drive::io::Outputs;
+use crate::drive::test_motor::{Defect, TestMotor};
 
 pub(crate) fn motion() -> Motion {
     Motion {
@@ -29,22 +29,22 @@ pub(crate) fn motion() -> Motion {
 
 /// Motor, controller and sequence.
 struct Simulation {
-    bench: Bench,
+    bench: TestMotor,
     controller: Controller,
     sequence: Sequence,
     demand: Demand,
     outputs: Outputs,
     now_us: u64,
     log: Vec<(State, State)>,
-    done: Option<Outcome>,
+    done: Option<MotionResult>,
 }
 
 impl Simulation {
     fn new(seed: u64) -> Self {
-        let controller = Controller::new(&Checked::new(p70()).expect("valid"));
+        let controller = Controller::new(&CheckedConfig::new(p70()).expect("valid"));
         let sequence = Sequence::new(motion(), *controller.scale());
         Self {
-            bench: Bench::new(seed),
+            bench: TestMotor::new(seed),
             controller,
             sequence,
             demand: Demand::default(),
@@ -56,7 +56,7 @@ impl Simulation {
     }
 
     /// A millisecond. A contact is told 20 ms after it began.
-    fn millisecond(&mut self, notice: Option<Notice>) -> Advance {
+    fn millisecond(&mut self, notice: Option<Notice>) -> StepOutput {
         for _ in 0..20 {
             let inputs = self.bench.step(self.outputs);
             self.outputs = self.controller.step(&inputs, &self.demand);
@@ -74,7 +74,7 @@ impl Simulation {
         advance
     }
 
-    fn run(&mut self, request: Request, seconds: u32) -> Option<Outcome> {
+    fn run(&mut self, request: Request, seconds: u32) -> Option<MotionResult> {
         self.done = None;
         self.sequence.request(request).expect("accepted");
         for _ in 0..seconds * 1000 {

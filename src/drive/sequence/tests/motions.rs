@@ -8,7 +8,7 @@ fn a_run_without_object_records_closes_and_opens() {
     let mut simulation = Simulation::new(1);
     assert_eq!(
         simulation.run(Request::Run, 60),
-        Some(Outcome::NoContact),
+        Some(MotionResult::NoContact),
         "{:?} {:?}",
         simulation.log,
         simulation.sequence.fault()
@@ -26,7 +26,10 @@ fn a_run_without_object_records_closes_and_opens() {
         ]
     );
     simulation.log.clear();
-    assert_eq!(simulation.run(Request::Run, 60), Some(Outcome::NoContact));
+    assert_eq!(
+        simulation.run(Request::Run, 60),
+        Some(MotionResult::NoContact)
+    );
     assert_eq!(
         simulation.states(),
         [CalibrateOffset, Home, Close, Open, Idle],
@@ -42,7 +45,7 @@ fn a_run_with_object_probes_and_holds() {
     simulation.sequence.friction_known = true;
     assert_eq!(
         simulation.run(Request::Run, 60),
-        Some(Outcome::Contact),
+        Some(MotionResult::Contact),
         "{:?} {:?}",
         simulation.log,
         simulation.sequence.fault()
@@ -61,7 +64,7 @@ fn homing_finds_the_stop_and_not_the_windup() {
         simulation.bench.angle = start_rad * 1280.0;
         assert_eq!(
             simulation.run(Request::Home, 60),
-            Some(Outcome::Complete),
+            Some(MotionResult::Complete),
             "{:?}",
             simulation.sequence.fault()
         );
@@ -89,12 +92,15 @@ fn the_zero_stays_with_the_friction_record_unless_counts_were_lost() {
     let zeros = |simulation: &Simulation| simulation.demand.zero_at_counts;
     assert_eq!(
         simulation.run(Request::RecordFriction, 60),
-        Some(Outcome::Complete)
+        Some(MotionResult::Complete)
     );
     let first_rad = zero_rad(&simulation);
     assert_ne!(zeros(&simulation), 0);
     for _ in 0..2 {
-        assert_eq!(simulation.run(Request::Home, 60), Some(Outcome::Complete));
+        assert_eq!(
+            simulation.run(Request::Home, 60),
+            Some(MotionResult::Complete)
+        );
         assert_eq!(zeros(&simulation), 0, "the zero of the record");
     }
     for lost_counts in [-12_000i32, 12_000] {
@@ -111,14 +117,20 @@ fn the_zero_stays_with_the_friction_record_unless_counts_were_lost() {
         simulation.millisecond(None);
         let off_rad = zero_rad(&simulation) - first_rad;
         assert!(off_rad.abs() > 0.03, "{lost_counts}: {off_rad} rad");
-        assert_eq!(simulation.run(Request::Home, 60), Some(Outcome::Complete));
+        assert_eq!(
+            simulation.run(Request::Home, 60),
+            Some(MotionResult::Complete)
+        );
         assert_ne!(zeros(&simulation), 0, "{lost_counts}");
         let off_rad = zero_rad(&simulation) - first_rad;
         assert!(off_rad.abs() < 0.025, "{lost_counts}: {off_rad} rad");
     }
     // Without a record there is nothing for the zero to fit.
     simulation.sequence.forget_friction();
-    assert_eq!(simulation.run(Request::Home, 60), Some(Outcome::Complete));
+    assert_eq!(
+        simulation.run(Request::Home, 60),
+        Some(MotionResult::Complete)
+    );
     assert_ne!(zeros(&simulation), 0);
 }
 
@@ -129,7 +141,7 @@ fn pressing_ends_at_the_closing_stop() {
     simulation.sequence.friction_known = true;
     assert_eq!(
         simulation.run(Request::Press, 60),
-        Some(Outcome::Complete),
+        Some(MotionResult::Complete),
         "{:?} {:?}",
         simulation.log,
         simulation.sequence.fault()
@@ -145,8 +157,14 @@ fn close_keeps_the_grip_and_open_lets_go() {
     let mut simulation = Simulation::new(4);
     simulation.bench.object_rad = 0.5;
     simulation.sequence.friction_known = true;
-    assert_eq!(simulation.run(Request::Close, 60), Some(Outcome::Contact));
+    assert_eq!(
+        simulation.run(Request::Close, 60),
+        Some(MotionResult::Contact)
+    );
     assert!(simulation.bench.link_rad() > 0.5);
-    assert_eq!(simulation.run(Request::Open, 60), Some(Outcome::Complete));
+    assert_eq!(
+        simulation.run(Request::Open, 60),
+        Some(MotionResult::Complete)
+    );
     assert!(simulation.bench.link_rad() < 0.07);
 }

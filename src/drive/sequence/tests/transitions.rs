@@ -149,7 +149,7 @@ fn stop_works_in_every_state_and_beats_what_was_asked_before_and_after() {
                 Some(Notice::Touched),
             );
             assert_eq!(advance.demand.setpoint, Setpoint::Off, "{state:?}");
-            assert_eq!(advance.done, Some(Outcome::Stopped), "{state:?}");
+            assert_eq!(advance.done, Some(MotionResult::Stopped), "{state:?}");
         }
         if simulation.done.is_some() {
             break;

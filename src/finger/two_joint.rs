@@ -7,7 +7,7 @@ use crate::numeric::{Bounded, bisect, sqrt};
 
 /// The stiffness problem of a contact on phalanx 2, reduced to four numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pair {
+pub struct TwoJointContact {
     /// l_1 cos theta_2: what joint 1 has more of moment arm than joint 2, metre.
     pub c_m: f32,
     /// Transmission factor x_2.
@@ -32,7 +32,7 @@ fn ahead(k: f32) -> bool {
     k.to_bits().wrapping_sub(1) < f32::INFINITY.to_bits() - 1
 }
 
-impl Pair {
+impl TwoJointContact {
     /// p_1 x_2 - p_2, over the contact's moment arms p: the motion that the contact leaves, as the input link sees it.
     fn lever(&self, k: f32) -> f32 {
         // Grouped so that c, not k + c, is multiplied: near e_2 the two terms cancel.

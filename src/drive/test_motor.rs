@@ -9,7 +9,7 @@ const STEPS: u32 = 3;
 
 /// What is wrong with the bench.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) enum Wrong {
+pub(crate) enum Defect {
     #[default]
     Nothing,
     PhaseCut,
@@ -31,7 +31,7 @@ pub(crate) enum Wrong {
 }
 
 /// The simulated motor.
-pub(crate) struct Bench {
+pub(crate) struct TestMotor {
     pub resistance_ohm: f64,
     pub torque_constant: f64,
     pub inertia: f64,
@@ -43,7 +43,7 @@ pub(crate) struct Bench {
     /// Link angle where an object begins, radian.
     pub object_rad: f64,
     pub object_nm_per_rad: f64,
-    pub wrong: Wrong,
+    pub wrong: Defect,
     pub speed: f64,
     pub angle: f64,
     pub current_a: f64,
@@ -53,7 +53,7 @@ pub(crate) struct Bench {
     last_count: u16,
 }
 
-impl Bench {
+impl TestMotor {
     pub(crate) fn new(seed: u64) -> Self {
         Self {
             resistance_ohm: 35.0,
@@ -66,7 +66,7 @@ impl Bench {
             noise_a: 0.5e-3,
             object_rad: f64::INFINITY,
             object_nm_per_rad: 1.0,
-            wrong: Wrong::Nothing,
+            wrong: Defect::Nothing,
             speed: 0.0,
             angle: 0.05 * 1280.0,
             current_a: 0.0,
@@ -92,7 +92,7 @@ impl Bench {
     /// Torque of the load at the link: cable against a stop, object; positive when it opens.
     fn load_nm(&self) -> f64 {
         let link = self.link_rad();
-        let stops = self.wrong != Wrong::NoStop;
+        let stops = self.wrong != Defect::NoStop;
         let opening = if stops {
             (0.0 - link).max(0.0) * -1.2
         } else {
@@ -110,8 +110,8 @@ impl Bench {
     pub(crate) fn step(&mut self, outputs: Outputs) -> Inputs {
         self.period += 1;
         let supply_v = match self.wrong {
-            Wrong::SupplyLow => 5.0,
-            Wrong::SupplyHigh => 17.5,
+            Defect::SupplyLow => 5.0,
+            Defect::SupplyHigh => 17.5,
             _ => self.supply_v,
         };
         let (voltage, sign, driven) = match outputs {
@@ -135,7 +135,7 @@ impl Bench {
             } else {
                 0.0
             };
-            if self.wrong == Wrong::Short {
+            if self.wrong == Defect::Short {
                 self.current_a = voltage / 20.0;
             }
             let drive_nm = self.torque_constant * self.current_a;
@@ -151,14 +151,14 @@ impl Bench {
             } else {
                 free - brake * free.signum()
             };
-            if self.wrong == Wrong::RotorLocked {
+            if self.wrong == Defect::RotorLocked {
                 self.speed = 0.0;
             }
             self.angle += self.speed * step_s;
             sensed_a += (self.current_a * sign).max(0.0) / f64::from(STEPS);
         }
         let noise_a = self.noise_a * 12f64.sqrt() * self.random();
-        let offset_a = if self.wrong == Wrong::SenseOffset {
+        let offset_a = if self.wrong == Defect::SenseOffset {
             20e-3
         } else {
             self.offset_a
@@ -166,21 +166,21 @@ impl Bench {
         let code = ((sensed_a * self.gain + offset_a + noise_a) * 6.8 / 3.3 * 65_520.0)
             .clamp(0.0, 65_520.0) as u16;
         let code = match self.wrong {
-            Wrong::SenseZero => 0,
-            Wrong::SenseFull => 65_520,
-            Wrong::SenseStuck => self.last_code,
+            Defect::SenseZero => 0,
+            Defect::SenseFull => 65_520,
+            Defect::SenseStuck => self.last_code,
             _ => code,
         };
         self.last_code = code;
         let counts = (self.angle / TAU * 1024.0 + 1.5 * (self.angle).sin()).floor() as i64;
         let count = match self.wrong {
-            Wrong::PhaseCut => self.last_count ^ (counts as u16 & 1),
-            Wrong::EncoderDead => self.last_count,
-            Wrong::EncoderReversed => (counts as u16).wrapping_neg(),
-            Wrong::EncoderNoise => {
+            Defect::PhaseCut => self.last_count ^ (counts as u16 & 1),
+            Defect::EncoderDead => self.last_count,
+            Defect::EncoderReversed => (counts as u16).wrapping_neg(),
+            Defect::EncoderNoise => {
                 (counts as u16).wrapping_add_signed((self.random() * 24.0) as i16)
             }
-            Wrong::EncoderJump => (counts as u16).wrapping_add(1000),
+            Defect::EncoderJump => (counts as u16).wrapping_add(1000),
             _ => {
                 self.last_count = counts as u16;
                 counts as u16
@@ -193,8 +193,8 @@ impl Bench {
                 ((supply_v + supply_noise_v) * 0.18 / 3.3 * 65_520.0).clamp(0.0, 65_520.0) as u16,
             ),
             encoder: EncoderCount(count),
-            bridge_fault: self.wrong == Wrong::BridgeFault,
-            overrun: self.wrong == Wrong::Overrun,
+            bridge_fault: self.wrong == Defect::BridgeFault,
+            overrun: self.wrong == Defect::Overrun,
         }
     }
 }

@@ -3,12 +3,12 @@
 //! With p the contact's moment arms and p x x a cross product, C = (p x x)^T H (p x x) / p^T adj(H) p; it also holds
 //! without a spring at joint 1, where H has no inverse.
 
-use super::pair::Roots;
+use super::two_joint::Roots;
 use crate::numeric::{Bounded, bisect, sqrt};
 
 /// The stiffness problem of a contact on phalanx 3.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Triple {
+pub struct ThreeJointContact {
     /// Moment arm of joint 1 beyond that of joint 3: l_1 cos(theta_2 + theta_3) + l_2 cos theta_3, metre.
     pub d1_m: f32,
     /// Moment arm of joint 2 beyond that of joint 3: l_2 cos theta_3, metre.
@@ -36,7 +36,7 @@ const ROUNDING: f32 = 5e-7;
 /// Quadratic q_0 + 2 q_1 k + q_2 k^2.
 type Quadratic = [f32; 3];
 
-impl Triple {
+impl ThreeJointContact {
     /// u^T adj(H') v, over joints 2 and 3.
     fn adj(&self, u: [f32; 2], v: [f32; 2]) -> f32 {
         self.h33 * u[0] * v[0] - self.h23 * (u[0] * v[1] + u[1] * v[0]) + self.h22 * u[1] * v[1]

@@ -1,16 +1,16 @@
 //! Which state comes next.
 
 use super::Sequence;
+use super::messages::{MotionResult, Notice, Request};
 use super::state::State;
-use super::words::{Notice, Outcome, Request};
-use crate::drive::demand::{Offset, Status};
+use crate::drive::demand::{OffsetState, Status};
 use crate::drive::fault::Fault;
 
 /// So close to the rest position counts as there, radian.
 const AT_REST_RAD: f32 = 0.05;
 
 /// What a step looks at.
-pub(super) struct Seen<'s> {
+pub(super) struct Observation<'s> {
     pub(super) now_us: u32,
     /// What the control interrupt reports.
     pub(super) status: &'s Status,
@@ -26,7 +26,7 @@ pub(super) struct Seen<'s> {
 
 impl Sequence {
     /// The state to enter now, `None` to stay. Faults come first, then stop, then timeouts, then what the state decides.
-    pub(super) fn next(&mut self, seen: &Seen) -> Option<State> {
+    pub(super) fn next(&mut self, seen: &Observation) -> Option<State> {
         let request = self.request.take();
         if self.state == State::Fault {
             return self.leave_fault(seen.status, request);
@@ -41,10 +41,10 @@ impl Sequence {
         }
         match (request, self.state) {
             (Some(Request::Stop), State::Idle) => return None,
-            (Some(Request::Stop), _) => return self.end(Outcome::Stopped),
+            (Some(Request::Stop), _) => return self.end(MotionResult::Stopped),
             (_, State::Idle) => return self.start(request),
             (Some(Request::Open), State::Close | State::Probe | State::Hold) => {
-                return self.open_with(Outcome::Complete);
+                return self.open_with(MotionResult::Complete);
             }
             _ => {}
         }
@@ -73,7 +73,7 @@ impl Sequence {
     }
 
     /// A fault where the motor stands still and should not.
-    pub(super) fn fail_if_stalled(&mut self, seen: &Seen) -> Option<State> {
+    pub(super) fn fail_if_stalled(&mut self, seen: &Observation) -> Option<State> {
         if seen.stalled {
             self.fail(Fault::Stall)
         } else {
@@ -82,13 +82,13 @@ impl Sequence {
     }
 
     /// Ends the motion.
-    fn end(&mut self, outcome: Outcome) -> Option<State> {
+    fn end(&mut self, outcome: MotionResult) -> Option<State> {
         self.outcome = outcome;
         Some(State::Idle)
     }
 
     /// Opens, which is how the motion ends.
-    fn open_with(&mut self, outcome: Outcome) -> Option<State> {
+    fn open_with(&mut self, outcome: MotionResult) -> Option<State> {
         self.outcome = outcome;
         Some(State::Open)
     }
@@ -122,11 +122,11 @@ impl Sequence {
         Some(State::CalibrateOffset)
     }
 
-    fn offset_measured(&mut self, seen: &Seen) -> Option<State> {
+    fn offset_measured(&mut self, seen: &Observation) -> Option<State> {
         let Status { offset, homed, .. } = *seen.status;
         // `Known` may be the last motion's until the control interrupt has begun anew.
-        self.measuring |= offset == Offset::Measuring;
-        if !self.measuring || offset != Offset::Known {
+        self.measuring |= offset == OffsetState::Measuring;
+        if !self.measuring || offset != OffsetState::Known {
             return None;
         }
         if !homed || matches!(self.goal, Request::Run | Request::Home) {
@@ -151,7 +151,7 @@ impl Sequence {
     /// What the goal wants first of a finger at its rest position.
     pub(super) fn first_motion(&mut self) -> Option<State> {
         if matches!(self.goal, Request::Open | Request::Home) {
-            self.end(Outcome::Complete)
+            self.end(MotionResult::Complete)
         } else if self.must_record() {
             Some(State::RecordClosing)
         } else {
@@ -159,42 +159,44 @@ impl Sequence {
         }
     }
 
-    fn record_closing(&mut self, seen: &Seen) -> Option<State> {
+    fn record_closing(&mut self, seen: &Observation) -> Option<State> {
         if seen.angle_rad >= self.motion.travel_rad {
             return Some(State::RecordOpening);
         }
         self.fail_if_stalled(seen)
     }
 
-    fn record_opening(&mut self, seen: &Seen) -> Option<State> {
+    fn record_opening(&mut self, seen: &Observation) -> Option<State> {
         if seen.angle_rad > self.motion.rest_rad {
             return self.fail_if_stalled(seen);
         }
         self.friction_known = true;
         if self.goal == Request::RecordFriction {
-            return self.end(Outcome::Complete);
+            return self.end(MotionResult::Complete);
         }
         Some(State::Close)
     }
 
-    fn close(&mut self, seen: &Seen) -> Option<State> {
+    fn close(&mut self, seen: &Observation) -> Option<State> {
         if self.goal == Request::Press {
             // The contact wanted is the stop: it ends where the current ends.
-            self.outcome = Outcome::Complete;
+            self.outcome = MotionResult::Complete;
             return seen.stalled.then_some(State::Open);
         }
         match seen.notice {
             Some(Notice::Touched) => {
-                self.outcome = Outcome::Contact;
+                self.outcome = MotionResult::Contact;
                 Some(State::Probe)
             }
-            Some(Notice::FrictionNotRecorded) => self.open_with(Outcome::NotRecorded),
-            _ if seen.angle_rad >= self.motion.travel_rad => self.open_with(Outcome::NoContact),
+            Some(Notice::FrictionNotRecorded) => self.open_with(MotionResult::NotRecorded),
+            _ if seen.angle_rad >= self.motion.travel_rad => {
+                self.open_with(MotionResult::NoContact)
+            }
             _ => self.fail_if_stalled(seen),
         }
     }
 
-    fn probe(&mut self, seen: &Seen) -> Option<State> {
+    fn probe(&mut self, seen: &Observation) -> Option<State> {
         let ended = seen.notice == Some(Notice::Settled)
             || seen.way_rad >= self.motion.probing_rad
             || seen.angle_rad >= self.motion.travel_rad
@@ -212,7 +214,7 @@ impl Sequence {
         }
     }
 
-    fn open(&mut self, seen: &Seen) -> Option<State> {
+    fn open(&mut self, seen: &Observation) -> Option<State> {
         if seen.angle_rad > self.motion.rest_rad {
             return self.fail_if_stalled(seen);
         }

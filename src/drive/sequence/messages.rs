@@ -58,7 +58,7 @@ pub enum Refused {
 
 /// How a motion ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
+pub enum MotionResult {
     /// A contact was felt.
     Contact,
     /// The whole travel without contact.

@@ -1,13 +1,13 @@
-//! Any finger of this crate answers; each question goes to the module that knows.
+//! Any finger of this crate respond; each question goes to the module that knows.
 
 use super::{Contact, Free, Inverse, Mechanics, PathPoint};
-use crate::finger::inverse::{Held, Order, Solver};
+use crate::finger::inverse::{ContactStatics, PostureStiffness, Solver};
 use crate::finger::path::Path;
 use crate::finger::{BaseJoint, Configuration, Finger, Transmission};
 
 impl<const N: usize, T: Transmission<N>, B: BaseJoint> Mechanics for Finger<N, T, B>
 where
-    Held<N>: Order,
+    PostureStiffness<N>: ContactStatics,
 {
     const PHALANGES: usize = N;
     type Configuration = Configuration<N>;

@@ -2,7 +2,7 @@
 
 use super::Path;
 use super::newton::{STEPS, largest};
-use crate::finger::{BaseJoint, Finger, PathPoint, Step, Transmission};
+use crate::finger::{BaseJoint, Finger, JointStep, PathPoint, Transmission};
 use crate::numeric::Bounded;
 
 /// A change this small compared with the joints' is their rounding.
@@ -49,7 +49,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             let local = start.local(&self.transmission, &at, rise)?;
             let turned = self
                 .transmission
-                .turned_rad(&start.from, &Step::of(at.delta))?;
+                .turned_rad(&start.from, &JointStep::of(at.delta))?;
             let step = local.place_response(at.force, rotation_rad - turned)?;
             let (size, shortened) = at.add(&step)?;
             let moved = size.at_least(step.k.abs() * largest(&at.delta));

@@ -1,16 +1,16 @@
-//! The finger a step after contact: its stiffness, the contact's moment arms, and what is amiss there.
+//! The finger a step after contact: its stiffness, the contact's moment arms, and what is unbalanced there.
 
 // Indices are those of the matrices in the equations; loops over 0..N need no bounds check.
 #![allow(clippy::needless_range_loop)]
 
 use super::Start;
 use super::newton::Unknown;
-use crate::finger::{Gear, Step, Transmission};
-use crate::numeric::Turn;
+use crate::finger::{JointStep, Transmission, TransmissionFactors};
+use crate::numeric::Rotation;
 
-/// The finger a step after contact, and what is amiss there.
-pub(super) struct Local<const N: usize> {
-    pub(super) gear: Gear<N>,
+/// The finger a step after contact, and what is unbalanced there.
+pub(super) struct Linearization<const N: usize> {
+    pub(super) gear: TransmissionFactors<N>,
     /// H + f dp/ddelta.
     pub(super) stiffness: [[f32; N]; N],
     /// Moment arms p of the contact.
@@ -19,7 +19,7 @@ pub(super) struct Local<const N: usize> {
     pub(super) loaded: [f32; N],
     /// Rotation of the phalanx in contact: of the loaded arms, dp/dk is its cosine and dp/dR its sine; that sine is also
     /// what k shifts the gap by.
-    pub(super) phi: Turn,
+    pub(super) phi: Rotation,
     /// Its versine, what the radius R shifts the gap by.
     pub(super) gap_by_radius: f32,
     /// tau - f p.
@@ -36,10 +36,10 @@ impl<const N: usize> Start<N> {
         transmission: &T,
         at: &Unknown<N>,
         rise: f32,
-    ) -> Option<Local<N>> {
-        let step = Step::of(at.delta);
+    ) -> Option<Linearization<N>> {
+        let step = JointStep::of(at.delta);
         let now = self.from.advanced(&step);
-        let gear = transmission.gear(&now)?;
+        let gear = transmission.factors(&now)?;
         // Without a torque at contact nothing asks for it.
         let x_change = if self.torque == 0.0 {
             [0.0; N]
@@ -54,11 +54,11 @@ impl<const N: usize> Start<N> {
             .half
             .iter()
             .take(i + 1)
-            .fold(Turn::NONE, |sum, h| sum.then(*h));
+            .fold(Rotation::NONE, |sum, h| sum.then(*h));
         let phi = half.twice();
         let versine = 2.0 * half.sin * half.sin;
         let mut arms_sines = [(0.0f32, 0.0f32); N];
-        let (mut bend_was, mut bend_now) = (Turn::NONE, Turn::NONE);
+        let (mut bend_was, mut bend_now) = (Rotation::NONE, Rotation::NONE);
         let (mut arm, mut sine) = (0.0f32, 0.0f32);
         let mut shift = [0.0f32; 2];
         for j in (0..N).filter(|j| *j <= i).rev() {
@@ -98,7 +98,7 @@ impl<const N: usize> Start<N> {
             let driven = gear.x[m] * rise + x_change[m] * self.torque;
             torques[m] = driven - self.stiffness[m] * at.delta[m] - at.force * arms[m];
         }
-        Some(Local {
+        Some(Linearization {
             gear,
             stiffness,
             arms,

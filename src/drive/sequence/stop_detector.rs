@@ -8,13 +8,13 @@ const GAIN: f32 = 0.004;
 
 /// Follows the current while homing.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Onset {
+pub(super) struct StopDetector {
     free_a: Option<f32>,
     first: Option<i32>,
     second: Option<i32>,
 }
 
-impl Onset {
+impl StopDetector {
     /// Takes the magnitude of the current at a position.
     pub(super) fn update(&mut self, current_a: f32, position_counts: i32) {
         let free_a = *self.free_a.get_or_insert(current_a);
@@ -49,7 +49,7 @@ mod tests {
     #[test]
     fn finds_the_begin_of_a_rise_in_ripple() {
         for begin in [-200_000i32, -30_000, i32::MIN + 100_000] {
-            let mut onset = Onset::default();
+            let mut onset = StopDetector::default();
             let mut position = begin.wrapping_add(150_000);
             while position.wrapping_sub(begin) > -90_000 {
                 let windup = begin.wrapping_sub(position).max(0) as f32;
@@ -66,7 +66,7 @@ mod tests {
 
     #[test]
     fn sees_no_stop_in_free_motion() {
-        let mut onset = Onset::default();
+        let mut onset = StopDetector::default();
         for ms in 0..10_000i32 {
             let slow_a = 4e-3 * (ms as f32 * 1e-3).sin();
             onset.update(0.02 + slow_a, -62 * ms);

@@ -9,11 +9,11 @@ const STALLED_US: u32 = 150_000;
 
 /// Follows one motion.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Stall {
+pub(super) struct StallDetector {
     since_us: Option<u32>,
 }
 
-impl Stall {
+impl StallDetector {
     /// `true` while stalled; the wanted speed is a magnitude.
     pub(super) fn update(
         &mut self,
@@ -35,13 +35,13 @@ impl Stall {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drive::demand::Limited;
+    use crate::drive::demand::LimitsReached;
 
     fn status(current: bool, speed_counts_per_s: f32) -> Status {
         Status {
-            limited: Limited {
+            limited: LimitsReached {
                 current,
-                ..Limited::default()
+                ..LimitsReached::default()
             },
             speed_counts_per_s,
             ..Status::default()
@@ -50,7 +50,7 @@ mod tests {
 
     #[test]
     fn needs_the_current_limit_the_standstill_and_the_time() {
-        let mut stall = Stall::default();
+        let mut stall = StallDetector::default();
         for ms in 0..1000 {
             assert!(
                 !stall.update(ms * 1000, &status(false, 0.0), 60e3),
