@@ -78,7 +78,11 @@ fn a_pin_behind_the_finger_stalls_the_opening() {
         outcome.truth.contacts
     );
     // The pin is gone, the fault cleared: the zero and the record still fit.
-    simulation.slow().conduct.command(Command::Clear).unwrap();
+    simulation
+        .slow()
+        .coordinator
+        .command(Command::Clear)
+        .unwrap();
     simulation.idle(0.1);
     let outcome = calibrate(&mut simulation, 0.045);
     assert_eq!(outcome.fault, None);

@@ -17,7 +17,7 @@ fn every_closing_speed_records_friction_and_locates() {
         let mut simulation = Simulation::<P70>::new(&Parameters::default(), 1).unwrap();
         simulation
             .slow()
-            .conduct
+            .coordinator
             .command(Command::Set(Setting::ClosingSpeed, speed_rad_per_s))
             .unwrap();
         let told = format!("{speed_rad_per_s} rad/s");

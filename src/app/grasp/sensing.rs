@@ -71,6 +71,15 @@ impl<S: Scene> ContactSensing<S> {
         &self.sensor
     }
 
+    /// A record of what is known, with these settings.
+    pub fn record(&self, overrides: Overrides) -> Record {
+        Record {
+            overrides,
+            calibration: *self.sensor.calibration(),
+            friction: self.sensor.friction().cloned(),
+        }
+    }
+
     /// Takes over a record. Tells the motion half whether friction is known.
     pub fn restore(&mut self, record: Record) -> Notice {
         self.adjust(&record.overrides);

@@ -118,7 +118,7 @@ impl<S: Simulated> Bench<S> {
             if let Some(value) = value {
                 simulation
                     .slow()
-                    .conduct
+                    .coordinator
                     .command(Command::Set(setting, value))
                     .map_err(palpate_simulation::Error::Refused)?;
             }
@@ -139,7 +139,7 @@ impl<S: Simulated> Bench<S> {
     /// # Errors
     /// There is none.
     pub fn friction(&mut self) -> Result<Friction, Failure> {
-        let record = self.simulation.slow().sense.sensor().friction().cloned();
+        let record = self.simulation.slow().sensing.sensor().friction().cloned();
         record.ok_or(Failure::Missing("friction record"))
     }
 
