@@ -264,11 +264,16 @@ impl Finger {
         free.angle = self.rest;
         free.angle[0] = theta_1;
         free.transmit();
-        // Joint 1 is held there; the input link's torque is what its spring and its share of the weight then ask for.
-        (free.spring[0], free.rest[0]) = (1e7, theta_1);
-        for _ in 0..if self.weight == [0.0; 2] { 1 } else { 4 } {
-            let torque = self.spring[0] * (theta_1 - self.rest[0]) - free.weight_torques()[0];
-            free.settle(&Body::Nothing, Hold::Torque(torque));
+        let sprung = self.spring[0] * (theta_1 - self.rest[0]);
+        if self.weight == [0.0; 2] {
+            free.settle(&Body::Nothing, Hold::Torque(sprung));
+        } else {
+            // Joint 1 is held there; the input link's torque is what its spring and the weight on it then ask for.
+            (free.spring[0], free.rest[0]) = (1e7, theta_1);
+            for _ in 0..4 {
+                let torque = sprung - free.weight_torques()[0];
+                free.settle(&Body::Nothing, Hold::Torque(torque));
+            }
         }
         if self.stopped && !(self.stops[0] - 1e-9..=self.stops[1]).contains(&free.theta_a) {
             return Err(Error::Contact(format!(

@@ -30,6 +30,7 @@ mod plant;
 mod transmission;
 mod truth;
 mod wander;
+mod worlds;
 
 pub use drivetrain::worm_efficiency;
 pub use encoder::EncoderFault;
@@ -44,3 +45,4 @@ pub use parameters::{
 pub use pins::{Faults, Pins};
 pub use plant::{MAX_STEP_S, Plant};
 pub use truth::{Contact, FirstContact, Truth};
+pub use worlds::{world_names, world_text};

@@ -77,6 +77,15 @@ impl Fingers {
         }
     }
 
+    pub(super) fn all_mut(&mut self) -> [&mut FingerParameters; 4] {
+        [
+            &mut self.p70,
+            &mut self.tendon2,
+            &mut self.tendon3,
+            &mut self.linkage3,
+        ]
+    }
+
     pub(super) fn validate(&self) -> Result<(), Error> {
         self.p70.validate("finger.p70", 2)?;
         self.tendon2.validate("finger.tendon2", 2)?;
@@ -86,6 +95,16 @@ impl Fingers {
 }
 
 impl FingerParameters {
+    /// What is made to a length and never exactly: phalanges, pulleys, levers and couplers.
+    pub(super) fn lengths_mut(&mut self) -> impl Iterator<Item = &mut f64> {
+        self.length_m
+            .iter_mut()
+            .chain(&mut self.pulley_m)
+            .chain(&mut self.lever_m)
+            .chain(&mut self.coupler_m)
+            .chain(&mut self.driven_m)
+    }
+
     fn validate(&self, key: &str, phalanges: usize) -> Result<(), Error> {
         let list = |name: &str, values: &[f64], count: usize, min: f64, max: f64| {
             let key = format!("{key}.{name}");

@@ -273,6 +273,8 @@ section! {
         gravity_m_per_s2 in 0.0, 10.0;
         /// Direction of gravity from the x axis (phalanx 1 where theta_1 is zero), counterclockwise, degree.
         mounting_deg in -360.0, 360.0;
+        /// How far the lengths of a finger that is drawn may be off, metre.
+        geometry_m in 0.0, 1e-3;
         /// Mass of a phalanx, even over its length, kilogram per metre.
         linear_density_kg_per_m in 0.0, 10.0;
     }
