@@ -38,11 +38,11 @@ pub use error::Error;
 pub use mechanics::{CableEnd, FingerState, Mechanics, Quasistatic, placed};
 pub use object::{Body, Grasp, Point, Shape};
 pub use parameters::{
-    Bridge, Cable, Contact as ContactParameters, DEFAULT_TOML, Encoder, FingerKind,
-    FingerParameters, Fingers, Friction, Gearhead, Hall, Mechanism, Motor, Parameters, Sense,
-    Supply, Transmission, Worm,
+    Bridge, Cable, Contact as ContactParameters, DEFAULT_TOML, Encoder, FingerParameters, Friction,
+    Gearhead, Hall, Mechanism, Motor, Parameters, Sense, Supply, Transmission, World, Worm,
+    default_scene, scenes,
 };
 pub use pins::{Faults, Pins};
 pub use plant::{MAX_STEP_S, Plant};
 pub use truth::{Contact, FirstContact, Truth};
-pub use worlds::{world_names, world_text};
+pub use worlds::world_names;

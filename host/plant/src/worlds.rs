@@ -1,5 +1,7 @@
 //! Named worlds: files that come with the program, laid over `default.toml`.
 
+use crate::{Error, World};
+
 /// Names and texts, from the mildest to the worst.
 const WORLDS: [(&str, &str); 4] = [
     ("ideal", include_str!("../worlds/ideal.toml")),
@@ -13,16 +15,20 @@ pub fn world_names() -> impl Iterator<Item = &'static str> {
     WORLDS.iter().map(|(name, _)| *name)
 }
 
-/// Text of a world: one of [`world_names`], or a file.
-///
-/// # Errors
-/// What cannot be read, and the names that there are.
-pub fn world_text(name_or_file: &str) -> Result<String, String> {
-    if let Some((_, text)) = WORLDS.iter().find(|(name, _)| *name == name_or_file) {
-        return Ok((*text).to_owned());
+impl World {
+    /// A world by its name (one of [`world_names`]) or from a file.
+    ///
+    /// # Errors
+    /// What cannot be read or is not valid, and the names that there are.
+    pub fn named(name_or_file: &str) -> Result<Self, String> {
+        let told = |error: Error| format!("world '{name_or_file}': {error}");
+        if let Some((_, text)) = WORLDS.iter().find(|(name, _)| *name == name_or_file) {
+            return Self::from_toml(text).map_err(told);
+        }
+        let text = std::fs::read_to_string(name_or_file).map_err(|error| {
+            let names = world_names().collect::<Vec<_>>().join(", ");
+            format!("world '{name_or_file}' is none of {names}, and no file: {error}")
+        })?;
+        Self::from_toml(&text).map_err(told)
     }
-    std::fs::read_to_string(name_or_file).map_err(|error| {
-        let names = world_names().collect::<Vec<_>>().join(", ");
-        format!("world '{name_or_file}' is none of {names}, and no file: {error}")
-    })
 }

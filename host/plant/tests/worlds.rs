@@ -1,9 +1,11 @@
 //! The named worlds: valid, apart from each other, and different from the firmware's assumptions where they say so.
 
-use palpate_plant::{FingerKind, Grasp, Parameters, Pins, Plant, Shape, world_names, world_text};
+use palpate_plant::{Grasp, Parameters, Pins, Plant, Shape, World, scenes, world_names};
 
 fn world(name: &str) -> Parameters {
-    Parameters::from_toml(&world_text(name).expect(name)).expect(name)
+    World::named(name)
+        .and_then(|world| world.of("p70").map_err(|error| error.to_string()))
+        .expect(name)
 }
 
 #[test]
@@ -15,7 +17,7 @@ fn ideal_is_the_default_and_the_others_are_not() {
             assert_ne!(world(name), world(other), "{name} {other}");
         }
     }
-    let error = world_text("nowhere").expect_err("refused");
+    let error = World::named("nowhere").expect_err("refused");
     assert!(
         error.contains("nowhere") && error.contains("workshop"),
         "{error}"
@@ -70,7 +72,7 @@ fn realistic_worlds_have_every_effect_and_draw_it() {
         }
         for p in &drawn {
             p.validate().expect(name);
-            assert_ne!(p.finger.p70.coupler_m, nominal.finger.p70.coupler_m);
+            assert_ne!(p.finger.coupler_m, nominal.finger.coupler_m);
             assert_ne!(p.mechanism.mounting_deg, nominal.mechanism.mounting_deg);
         }
     }
@@ -97,7 +99,7 @@ fn the_finger_closes_onto_an_object_in_every_world_and_mounting() {
             p.mechanism.mounting_deg = mounting_deg;
             let shape = Shape::Cylinder { diameter_m: 0.02 };
             let grasp = Grasp::touching(2, 0.035, 0.8, shape);
-            let mut plant = Plant::new(&p, FingerKind::P70, &grasp, 3).expect(name);
+            let mut plant = Plant::new(&p, &grasp, 3).expect(name);
             drive(&mut plant, 0.35, 8.0);
             let truth = plant.truth();
             let first = truth.first_contact.expect(name);
@@ -112,18 +114,22 @@ fn the_finger_closes_onto_an_object_in_every_world_and_mounting() {
 }
 
 #[test]
+fn every_scene_stands_in_every_world() {
+    for name in world_names() {
+        for scene in scenes() {
+            let p = World::named(name).expect(name).of(scene).expect(scene);
+            Plant::new(&p.randomised(1), &Grasp::Free, 1).expect(scene);
+        }
+    }
+}
+
+#[test]
 fn preload_holds_phalanx_2_until_its_torque_is_reached() {
     let mut p = world("ideal");
     p.mechanism.preload_deg = 5.0;
     let shape = Shape::Cylinder { diameter_m: 0.02 };
-    let mut plant = Plant::new(
-        &p,
-        FingerKind::P70,
-        &Grasp::touching(2, 0.035, 0.8, shape),
-        3,
-    )
-    .expect("valid");
-    let spring = p.finger.p70.spring_nm_per_rad[1];
+    let mut plant = Plant::new(&p, &Grasp::touching(2, 0.035, 0.8, shape), 3).expect("valid");
+    let spring = p.finger.spring_nm_per_rad[1];
     let mut moved_at = None;
     for _ in 0..8000 {
         drive(&mut plant, 0.35, 1e-3);

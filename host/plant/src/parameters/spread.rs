@@ -98,10 +98,8 @@ impl Parameters {
         }
         let off = p.mechanism.geometry_m;
         if off > 0.0 {
-            for finger in p.finger.all_mut() {
-                for length in finger.lengths_mut() {
-                    *length += random.random_range(-off..=off);
-                }
+            for length in p.finger.lengths_mut() {
+                *length += random.random_range(-off..=off);
             }
         }
     }
