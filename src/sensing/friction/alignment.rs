@@ -12,8 +12,8 @@
 
 use super::Friction;
 use crate::numeric::{Bounded, clamp, sqrt};
-use crate::sensing::block::Block;
 use crate::sensing::Drivetrain;
+use crate::sensing::block::Block;
 
 /// Farthest shift tried, radian: two homings on the same stop differ by less than 25 mrad.
 const REACH_RAD: f32 = 0.03;

@@ -67,7 +67,8 @@ impl Assessment {
             evidence: Evidence::NONE,
             white_nm2: [0.0; RATES * TIMES],
         };
-        (assessment.pass.filled() >= LEAST_BINS && assessment.take_off(record)).then_some(assessment)
+        (assessment.pass.filled() >= LEAST_BINS && assessment.take_off(record))
+            .then_some(assessment)
     }
 
     /// Whether it closed.
@@ -177,7 +178,11 @@ impl Assessment {
         let mut before: Option<usize> = None;
         for step in 0..BINS {
             // In time's order.
-            let index = if self.is_closing() { step } else { BINS - 1 - step };
+            let index = if self.is_closing() {
+                step
+            } else {
+                BINS - 1 - step
+            };
             let (Some(value), Some(&count)) =
                 (self.pass.bins.get(index), self.pass.bins.count.get(index))
             else {
@@ -225,8 +230,7 @@ impl Assessment {
         let sum = left * left + freedoms * white_nm2 / seen;
         let all = filled - rank + freedoms;
         let white_nm2 = (sum / all).at_least(f32::MIN_POSITIVE);
-        let ln_likelihood =
-            -0.5 * (all * ln(white_nm2) + ln_determinant + freedoms * ln(seen));
+        let ln_likelihood = -0.5 * (all * ln(white_nm2) + ln_determinant + freedoms * ln(seen));
         ln_likelihood
             .is_finite()
             .then_some((ln_likelihood, white_nm2))
@@ -234,7 +238,13 @@ impl Assessment {
 
     /// Mean number of blocks in a bin.
     fn blocks_per_bin(&self) -> f32 {
-        let sum: u32 = self.pass.bins.count.iter().map(|&count| u32::from(count)).sum();
+        let sum: u32 = self
+            .pass
+            .bins
+            .count
+            .iter()
+            .map(|&count| u32::from(count))
+            .sum();
         sum as f32 / self.pass.filled().max(1) as f32
     }
 
@@ -247,7 +257,11 @@ impl Assessment {
         if let Some(white_nm2) = white.filter(|white| white.is_finite()) {
             let floor = LEAST_NOISE * self.coefficients[0];
             let white_nm2_s = white_nm2.at_least(floor * floor) * self.pass.block_s();
-            let share = if record.white_nm2_s > 0.0 { 0.5 * share } else { 1.0 };
+            let share = if record.white_nm2_s > 0.0 {
+                0.5 * share
+            } else {
+                1.0
+            };
             record.white_nm2_s += share * (white_nm2_s - record.white_nm2_s);
         }
         if !self.is_closing() {
@@ -264,8 +278,7 @@ impl Assessment {
         if is_first {
             record.speed_rad_per_s = speed_rad_per_s;
         }
-        let worm: [f32; 2 * HARMONICS] =
-            core::array::from_fn(|i| self.coefficients[CURVE + i]);
+        let worm: [f32; 2 * HARMONICS] = core::array::from_fn(|i| self.coefficients[CURVE + i]);
         for (known, new) in record.worm_nm.iter_mut().zip(&worm) {
             *known += share * new;
         }

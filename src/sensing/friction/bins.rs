@@ -1,15 +1,20 @@
 //! A value in each of the bins that divide the travel, and how often it was measured.
 
+use serde::{Deserialize, Serialize};
+use serde_big_array::BigArray;
+
 /// Number of bins over the travel. Each is a whole number of motor turns wide: at 1.5 rad three turns, 1/21 of a turn of the
 /// worm.
 pub const BINS: usize = 128;
 
 /// Means, bin by bin.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bins {
     /// Mean in each bin.
+    #[serde(with = "BigArray")]
     pub mean: [f32; BINS],
     /// Measurements that went into it; 0 marks a bin without a value.
+    #[serde(with = "BigArray")]
     pub count: [u8; BINS],
 }
 

@@ -54,7 +54,14 @@ impl Pass {
         }
     }
 
-    fn take(&mut self, record: &Friction, counts: i32, torque_nm: f32, duration_s: f32, width: u32) {
+    fn take(
+        &mut self,
+        record: &Friction,
+        counts: i32,
+        torque_nm: f32,
+        duration_s: f32,
+        width: u32,
+    ) {
         let Some(index) = record.index(counts) else {
             return;
         };

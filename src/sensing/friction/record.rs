@@ -5,6 +5,7 @@ use super::harmonics::{self, HARMONICS};
 use super::wander::{Evidence, Wander};
 use crate::numeric::{Bounded, solve, sqrt};
 use crate::sensing::Drivetrain;
+use serde::{Deserialize, Serialize};
 
 /// Half the way over which the curve is smoothed, radian. What changes within less is either the worm's, which has terms of
 /// its own, or noise.
@@ -14,7 +15,7 @@ const BEYOND_TURNS: f32 = 4.0;
 
 /// Free motion as it was recorded: friction torque of the motor, the free torque of the finger included, over the angle of
 /// the input link. Plain data: valid after a restart with another zero, once aligned.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Friction {
     /// Travel that the record is for, counts from the opening stop.
     pub travel_counts: i32,
@@ -201,7 +202,8 @@ impl Friction {
         }
         // The two columns: the values' polynomial, and what the value at the place gives each bin.
         let normal = [[s[0], s[1], s[2]], [s[1], s[2], s[3]], [s[2], s[3], s[4]]];
-        let flat = || Some(([t[0] / s[0], 0.0, 0.0], [1.0 / s[0], 0.0, 0.0])).filter(|_| s[0] > 0.0);
+        let flat =
+            || Some(([t[0] / s[0], 0.0, 0.0], [1.0 / s[0], 0.0, 0.0])).filter(|_| s[0] > 0.0);
         let (value, leverage) = solve(normal, [t, [1.0, 0.0, 0.0]])
             .map(|[value, leverage]| (value, leverage))
             .or_else(flat)?;

@@ -6,6 +6,7 @@
 //! which the wander grows well and its time constant hardly at all: the detection of a contact needs the first only.
 
 use crate::numeric::{Bounded, exp, ln, sqrt};
+use serde::{Deserialize, Serialize};
 
 /// Rates of growth in the grid.
 pub const RATES: usize = 8;
@@ -50,7 +51,7 @@ impl Hypothesis {
 }
 
 /// What free motion has told of the wander: logarithms of the likelihood over the grid.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
     /// Logarithm of the likelihood of each point but for a constant, the time constants one after the other.
     pub ln_likelihood: [f32; RATES * TIMES],

@@ -55,7 +55,14 @@ impl Learning {
             Drive::Closing => draft.at(block.counts).map_or(0.0, |known| known.torque_nm),
             _ => 0.0,
         };
-        collect(&mut self.pass, &mut self.ended, draft, block.counts, block, known_nm);
+        collect(
+            &mut self.pass,
+            &mut self.ended,
+            draft,
+            block.counts,
+            block,
+            known_nm,
+        );
     }
 
     /// A block of a closing in which nothing has been felt.
@@ -71,7 +78,14 @@ impl Learning {
         let counts = block.counts.wrapping_add(shift_counts);
         if past.beyond_counts == 0.0 {
             let known_nm = block.drive_torque_nm - past.residual_nm;
-            collect(&mut self.pass, &mut self.ended, friction, counts, block, known_nm);
+            collect(
+                &mut self.pass,
+                &mut self.ended,
+                friction,
+                counts,
+                block,
+                known_nm,
+            );
         }
     }
 
@@ -110,7 +124,10 @@ impl Learning {
     fn assess<F: Mechanics, H: JointSensor, X: Series>(&mut self, known: &Known<F, H, X>) {
         self.ended = false;
         let record = self.draft.as_mut();
-        if let (Some(pass), Some(record)) = (self.pass.take(), record.as_deref().or(known.friction.as_ref())) {
+        if let (Some(pass), Some(record)) = (
+            self.pass.take(),
+            record.as_deref().or(known.friction.as_ref()),
+        ) {
             self.assessment = Assessment::new(pass, record);
             self.pause = 0;
         }
@@ -209,7 +226,11 @@ fn collect(
     block: &Block,
     known_nm: f32,
 ) {
-    if *ended || pass.as_ref().is_some_and(|pass| pass.drive() != block.drive) {
+    if *ended
+        || pass
+            .as_ref()
+            .is_some_and(|pass| pass.drive() != block.drive)
+    {
         *pass = None;
         *ended = false;
     }

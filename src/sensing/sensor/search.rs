@@ -3,8 +3,8 @@
 use super::Work;
 use super::known::Known;
 use crate::finger::Mechanics;
-use crate::sensing::block::Block;
 use crate::sensing::Event;
+use crate::sensing::block::Block;
 use crate::sensing::detector::{self, Detector, Finding, Onset, Residual, Test};
 use crate::sensing::friction::{Aligned, Alignment, Wander};
 use crate::sensing::joint::JointSensor;
