@@ -32,7 +32,7 @@ pub use error::Error;
 pub use mechanics::{CableEnd, FingerState, Mechanics, Quasistatic, placed};
 pub use object::{Body, Grasp, Point, Shape};
 pub use parameters::{
-    Bridge, Cable, Contact as ContactParameters, DEFAULT_TOML, Encoder, FingerKind,
+    Bridge, Cable, Contact as ContactParameters, DEFAULT_TOML, Encoder, Engine, FingerKind,
     FingerParameters, Fingers, Gearhead, Hall, Mechanism, Motor, Parameters, Sense, Supply, Worm,
 };
 pub use pins::{Faults, Pins};
