@@ -10,8 +10,8 @@ use palpate::scene::{Linkage3, P70, Tendon2, Tendon3};
 use palpate_evaluation::experiments::{
     ablation, calibration, catalogue, document, fingerprint, result, run, sensitivity,
 };
-use palpate_evaluation::{figures, replay, trace};
-use palpate_plant::Parameters;
+use palpate_evaluation::{figures, recordings, replay, trace};
+use palpate_plant::World;
 
 type Outcome = Result<(), Box<dyn Error>>;
 
@@ -31,6 +31,8 @@ enum Command {
     Experiments(Experiments),
     /// The sensing on a recording.
     Replay(Replay),
+    /// The sensing on a folder of recordings whose truth is known.
+    Recordings(Recordings),
     /// Draw the figures as SVG.
     Figures {
         /// Where to.
@@ -62,7 +64,7 @@ struct Experiments {
     /// Only the experiments whose name begins so.
     #[arg(long, conflicts_with = "write")]
     only: Option<String>,
-    /// Write the tables into docs/EXPERIMENTS.md and README.md.
+    /// Write the tables into docs/RESULTS.md and README.md.
     #[arg(long, conflicts_with_all = ["quick", "plant", "json"])]
     write: bool,
 }
@@ -93,14 +95,31 @@ struct Replay {
     json: bool,
 }
 
-fn parameters(file: Option<&PathBuf>) -> Result<Parameters, Box<dyn Error>> {
+#[derive(Args)]
+struct Recordings {
+    /// Folder with NAME.csv.gz and NAME.json; names begin with their world and an underscore.
+    directory: PathBuf,
+    /// The finger of the recordings.
+    #[arg(long, value_enum, default_value = "p70")]
+    scene: SceneName,
+    /// Without calibration; what calibrates is left out.
+    #[arg(long)]
+    uncalibrated: bool,
+    /// Only recordings with this in their name (what calibrates them is replayed all the same).
+    #[arg(long)]
+    only: Option<String>,
+    /// One JSON object a line instead of a table.
+    #[arg(long)]
+    json: bool,
+}
+
+fn world(file: Option<&PathBuf>) -> Result<World, Box<dyn Error>> {
     match file {
-        None => Ok(Parameters::default()),
+        None => Ok(World::default()),
         Some(file) => {
             let text = std::fs::read_to_string(file)
                 .map_err(|error| format!("{}: {error}", file.display()))?;
-            Parameters::from_toml(&text)
-                .map_err(|error| format!("{}: {error}", file.display()).into())
+            World::from_toml(&text).map_err(|error| format!("{}: {error}", file.display()).into())
         }
     }
 }
@@ -110,8 +129,10 @@ fn plan(
     seed: u64,
     quick: bool,
 ) -> Result<catalogue::Plan, Box<dyn Error>> {
+    let world = world(plant)?;
     Ok(catalogue::Plan {
-        parameters: parameters(plant)?,
+        parameters: world.of(palpate_plant::default_scene())?,
+        world,
         seed,
         quick,
     })
@@ -214,6 +235,28 @@ fn replay(options: &Replay) -> Outcome {
     Ok(())
 }
 
+fn recordings(options: &Recordings) -> Outcome {
+    let plan = recordings::Plan {
+        directory: options.directory.clone(),
+        only: options.only.clone(),
+        uncalibrated: options.uncalibrated,
+    };
+    let worlds = match options.scene {
+        SceneName::P70 => recordings::run::<P70>(&plan),
+        SceneName::Tendon2 => recordings::run::<Tendon2>(&plan),
+        SceneName::Tendon3 => recordings::run::<Tendon3>(&plan),
+        SceneName::Linkage3 => recordings::run::<Linkage3>(&plan),
+    }?;
+    if options.json {
+        for line in recordings::json(&worlds) {
+            println!("{line}");
+        }
+    } else {
+        print!("{}", recordings::text(&worlds));
+    }
+    Ok(())
+}
+
 fn experiments(options: &Experiments) -> Outcome {
     let plan = plan(options.plant.as_ref(), options.seed, options.quick)?;
     let jobs = [
@@ -305,6 +348,7 @@ fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Experiments(options) => experiments(&options),
         Command::Replay(options) => replay(&options),
+        Command::Recordings(options) => recordings(&options),
         Command::Figures {
             directory,
             plant,

@@ -1,6 +1,6 @@
 //! How many times faster than real time both worlds step the prototype's whole plant, pressing on an object.
 
-use palpate_plant::{Engine, FingerKind, Grasp, Parameters, Pins, Shape};
+use palpate_plant::{Engine, Grasp, Parameters, Pins, Shape};
 use std::time::Instant;
 
 const SECONDS: f64 = 2.0;
@@ -12,8 +12,8 @@ fn main() {
             ..Parameters::default()
         };
         let object = Grasp::touching(2, 0.03, 0.4, Shape::Cylinder { diameter_m: 0.02 });
-        let mut plant = palpate_mujoco::plant(&parameters, FingerKind::P70, &object, 1)
-            .expect("the defaults are valid");
+        let mut plant =
+            palpate_mujoco::plant(&parameters, &object, 1).expect("the defaults are valid");
         let pins = Pins {
             outputs_enabled: true,
             awake: true,

@@ -67,7 +67,7 @@ mod tests {
     #[test]
     fn the_loop_closes() {
         let parameters = palpate_plant::Parameters::default();
-        let finger = parameters.finger.of(palpate_plant::FingerKind::P70);
+        let finger = &parameters.finger;
         let stage = Stage::of(finger, 0).expect("a linkage");
         for joint in [0.0, 0.3, 1.2, 2.0] {
             let closed = stage.close(joint).expect("within the joint's range");

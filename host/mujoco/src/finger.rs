@@ -5,7 +5,7 @@ use crate::stiffness::Stiffness;
 use mujoco_rs::prelude::{MjData, MjModel};
 use mujoco_rs::wrappers::mj_model::MjtObjBase;
 use palpate_plant::{
-    Body, CableEnd, Contact, Error, FingerKind, FingerState, Grasp, Mechanics, Parameters, placed,
+    Body, CableEnd, Contact, Error, FingerState, Grasp, Mechanics, Parameters, placed,
 };
 use std::sync::Arc;
 
@@ -69,7 +69,6 @@ const REST_RAD_PER_S: f64 = 1e-7;
 #[derive(Clone)]
 pub struct MujocoFinger {
     parameters: Parameters,
-    kind: FingerKind,
     description: Description,
     stiffness: Stiffness,
     body: Body,
@@ -91,7 +90,7 @@ impl std::fmt::Debug for MujocoFinger {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         formatter
             .debug_struct("MujocoFinger")
-            .field("kind", &self.kind)
+            .field("scene", &self.parameters.scene)
             .field("state", &self.state)
             .finish_non_exhaustive()
     }
@@ -102,13 +101,9 @@ impl MujocoFinger {
     ///
     /// # Errors
     /// A parameter out of range, a four-bar that does not close, a model that the engine refuses.
-    pub fn new(
-        parameters: &Parameters,
-        kind: FingerKind,
-        surroundings: &Surroundings,
-    ) -> Result<Self, Error> {
+    pub fn new(parameters: &Parameters, surroundings: &Surroundings) -> Result<Self, Error> {
         parameters.validate()?;
-        let description = Description::new(parameters, kind, surroundings)?;
+        let description = Description::new(parameters, surroundings)?;
         let stiffness = Stiffness {
             stop_nm_per_rad: parameters.mechanism.stop_stiffness_nm_per_rad,
             contact_n_per_m: parameters.contact.stiffness_n_per_m,
@@ -134,7 +129,6 @@ impl MujocoFinger {
                 ..FingerState::default()
             },
             parameters: parameters.clone(),
-            kind,
             stiffness,
             body: Body::Nothing,
             stopped: true,
@@ -293,7 +287,7 @@ impl Mechanics for MujocoFinger {
     }
 
     fn place(&mut self, grasp: &Grasp) -> Result<(), Error> {
-        let body = placed(&self.parameters, self.kind, grasp)?;
+        let body = placed(&self.parameters, grasp)?;
         let data = self.rebuilt(&body, self.stopped, false)?;
         let depth = Self::deepest_overlap_m(&data);
         if depth > ROUNDING_M {

@@ -25,37 +25,27 @@ mod stiffness;
 #[cfg(feature = "engine")]
 pub use finger::{Mount, MujocoFinger, Surroundings};
 
-use palpate_plant::{Engine, Error, FingerKind, Grasp, Parameters, Plant};
+use palpate_plant::{Engine, Error, Grasp, Parameters, Plant};
 
 /// A world whose finger the engine of `parameters` computes; otherwise [`Plant::new`].
 ///
 /// # Errors
 /// As [`Plant::new`]; MuJoCo is asked for and this program was built without it, or refuses the model.
-pub fn plant(
-    parameters: &Parameters,
-    kind: FingerKind,
-    grasp: &Grasp,
-    seed: u64,
-) -> Result<Plant, Error> {
+pub fn plant(parameters: &Parameters, grasp: &Grasp, seed: u64) -> Result<Plant, Error> {
     match parameters.engine {
-        Engine::Plant => Plant::new(parameters, kind, grasp, seed),
-        Engine::Mujoco => mujoco(parameters, kind, grasp, seed),
+        Engine::Plant => Plant::new(parameters, grasp, seed),
+        Engine::Mujoco => mujoco(parameters, grasp, seed),
     }
 }
 
 #[cfg(feature = "engine")]
-fn mujoco(
-    parameters: &Parameters,
-    kind: FingerKind,
-    grasp: &Grasp,
-    seed: u64,
-) -> Result<Plant, Error> {
-    let finger = MujocoFinger::new(parameters, kind, &Surroundings::default())?;
+fn mujoco(parameters: &Parameters, grasp: &Grasp, seed: u64) -> Result<Plant, Error> {
+    let finger = MujocoFinger::new(parameters, &Surroundings::default())?;
     Plant::with_mechanics(parameters, Box::new(finger), grasp, seed)
 }
 
 #[cfg(not(feature = "engine"))]
-fn mujoco(_: &Parameters, _: FingerKind, _: &Grasp, _: u64) -> Result<Plant, Error> {
+fn mujoco(_: &Parameters, _: &Grasp, _: u64) -> Result<Plant, Error> {
     Err(Error::Engine(
         "this program was built without MuJoCo; `cargo xtask` builds it with MuJoCo where --engine mujoco is given"
             .into(),

@@ -6,7 +6,7 @@
 use crate::assembly::Stage;
 use crate::finger::{Mount, Surroundings};
 use crate::stiffness::IMPEDANCE;
-use palpate_plant::{Body, Error, FingerKind, FingerParameters, Parameters, Point};
+use palpate_plant::{Body, Error, FingerParameters, Parameters, Point};
 use std::fmt::Write;
 
 /// Steps of the engine, second: the control period.
@@ -34,12 +34,8 @@ pub(crate) struct Description {
 }
 
 impl Description {
-    pub fn new(
-        parameters: &Parameters,
-        kind: FingerKind,
-        surroundings: &Surroundings,
-    ) -> Result<Self, Error> {
-        let finger = parameters.finger.of(kind).clone();
+    pub fn new(parameters: &Parameters, surroundings: &Surroundings) -> Result<Self, Error> {
+        let finger = parameters.finger.clone();
         let mechanism = &parameters.mechanism;
         let mut rest: Vec<f64> = finger.rest_deg.iter().map(|deg| deg.to_radians()).collect();
         if finger.spring_nm_per_rad.first() == Some(&0.0)

@@ -10,7 +10,7 @@ mod reference;
 mod stage;
 
 use crate::object::{Body, Grasp, Point};
-use crate::parameters::{FingerKind, Parameters};
+use crate::parameters::Parameters;
 use crate::{Contact, Error};
 use balance::Pusher;
 use stage::Stage;
@@ -60,8 +60,8 @@ pub(crate) struct Finger {
 }
 
 impl Finger {
-    pub fn new(parameters: &Parameters, kind: FingerKind) -> Result<Self, Error> {
-        let finger = parameters.finger.of(kind);
+    pub fn new(parameters: &Parameters) -> Result<Self, Error> {
+        let finger = &parameters.finger;
         let count = finger.length_m.len();
         let list = |values: &[f64], f: fn(f64) -> f64| {
             let mut list = [0.0; MAX];
@@ -79,7 +79,7 @@ impl Finger {
             }
             let fourbar = finger.fourbar(i);
             let open = Error::Open {
-                key: format!("{kind:?}"),
+                key: "finger".to_owned(),
                 stage: i + 1,
                 angle_deg: 0.0,
             };

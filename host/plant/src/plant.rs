@@ -5,7 +5,7 @@ use crate::drivetrain::Drivetrain;
 use crate::encoder::QuadratureEncoder;
 use crate::mechanics::{CableEnd, Mechanics, Quasistatic};
 use crate::object::Grasp;
-use crate::parameters::{FingerKind, Parameters};
+use crate::parameters::Parameters;
 use crate::{Error, Faults, FirstContact, Pins, Truth};
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
@@ -48,14 +48,9 @@ impl Plant {
     ///
     /// # Errors
     /// A parameter out of range, a four-bar that does not close, an object that cannot be where it is wanted.
-    pub fn new(
-        parameters: &Parameters,
-        kind: FingerKind,
-        grasp: &Grasp,
-        seed: u64,
-    ) -> Result<Self, Error> {
+    pub fn new(parameters: &Parameters, grasp: &Grasp, seed: u64) -> Result<Self, Error> {
         parameters.validate()?;
-        let mechanics = Quasistatic::new(parameters, kind)?;
+        let mechanics = Quasistatic::new(parameters)?;
         Self::with_mechanics(parameters, Box::new(mechanics), grasp, seed)
     }
 

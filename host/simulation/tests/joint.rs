@@ -3,12 +3,12 @@
 
 use palpate::scene::{Tendon2, Tendon2Hall};
 use palpate::sensing::{Hall, JointSensor, Side};
-use palpate_plant::{Grasp, Parameters, Shape};
+use palpate_plant::{Grasp, Shape};
 use palpate_simulation::{Outcome, Simulated, Simulation, Verdict};
 
 /// A finger that has been calibrated on the stop and on two pins.
 fn calibrated<S: Simulated>() -> Simulation<S> {
-    let mut simulation = Simulation::<S>::new(&Parameters::default(), 1).unwrap();
+    let mut simulation = Simulation::<S>::new(&S::parameters().unwrap(), 1).unwrap();
     simulation.prepare().unwrap();
     simulation.press().unwrap();
     for k_m in [0.020, 0.045] {
@@ -92,11 +92,11 @@ fn with_the_sensor_the_right_side_is_told() {
 /// A wire that has come off reads zero volt, which the joint cannot have: contacts are judged as if there were no sensor.
 #[test]
 fn a_broken_wire_takes_the_sensor_away_and_no_more() {
-    let mut broken = Parameters::default();
+    let mut broken = Tendon2Hall::parameters().unwrap();
     broken.hall.zero_v = 0.0;
     broken.hall.sensitivity_v_per_rad = 0.0;
     let mut seeing = Simulation::<Tendon2Hall>::new(&broken, 1).unwrap();
-    let mut blind = Simulation::<Tendon2>::new(&broken, 1).unwrap();
+    let mut blind = Simulation::<Tendon2>::new(&Tendon2::parameters().unwrap(), 1).unwrap();
     seeing.prepare().unwrap();
     blind.prepare().unwrap();
     let told = close(&mut seeing, 95.0, 0.030);

@@ -7,6 +7,7 @@ mod commands;
 mod emulator;
 mod firmware;
 mod machine;
+mod mujoco;
 mod process;
 mod report;
 
@@ -74,6 +75,12 @@ const COMMANDS: &[Command] = &[
         arguments: "FILE.csv [OPTIONS]",
         summary: "the sensing on a recorded trace",
         run: commands::replay,
+    },
+    Command {
+        name: "recordings",
+        arguments: "DIR [--json] [--uncalibrated] [--only PART]",
+        summary: "the sensing on a folder of recordings whose truth is known, scored",
+        run: commands::recordings,
     },
     Command {
         name: "figures",

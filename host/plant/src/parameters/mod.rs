@@ -1,15 +1,17 @@
-//! Every number of the simulated world, from TOML: `default.toml` holds the values, a user's file may replace some.
+//! Every number of the simulated world: the nominal values of a scene, what `default.toml` adds to them, and what a user's
+//! file replaces.
 
 mod fingers;
 mod load;
 mod spread;
 
-pub use fingers::{FingerKind, FingerParameters, Fingers};
+pub use fingers::FingerParameters;
+pub use load::{World, default_scene, scenes};
 
 use crate::Error;
 use serde::Deserialize;
 
-/// The defaults, with the source of every value.
+/// What the default world adds to a scene, with the source of every value.
 pub const DEFAULT_TOML: &str = include_str!("../../default.toml");
 
 /// One table of plain numbers: the struct, and beside each field the range that a file must keep.
@@ -257,7 +259,9 @@ impl std::str::FromStr for Engine {
         match name {
             "plant" => Ok(Self::Plant),
             "mujoco" => Ok(Self::Mujoco),
-            _ => Err(format!("there is no engine '{name}'; there are: plant, mujoco")),
+            _ => Err(format!(
+                "there is no engine '{name}'; there are: plant, mujoco"
+            )),
         }
     }
 }
@@ -274,9 +278,11 @@ impl std::fmt::Display for Engine {
 /// All parameters of the simulated world, SI units unless the name says otherwise.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Parameters {
-    /// What computes finger and object; chosen by an option, not in the file.
+    /// What computes finger and object; from [`World::engine`], not from the file.
     #[serde(skip)]
     pub engine: Engine,
+    /// Name of the scene whose nominal values these are, or were before something was changed.
+    pub scene: String,
     /// Motor.
     pub motor: Motor,
     /// Gearhead.
@@ -299,14 +305,14 @@ pub struct Parameters {
     pub contact: Contact,
     /// What all fingers have in common.
     pub mechanism: Mechanism,
-    /// The fingers.
-    pub finger: Fingers,
+    /// The finger.
+    pub finger: FingerParameters,
 }
 
 impl Default for Parameters {
-    /// The values of `default.toml`.
+    /// The default scene in the default world.
     fn default() -> Self {
-        // The embedded file is part of the program; a test reads it.
+        // Both are embedded in the program; a test reads every scene.
         Self::from_toml("").expect("default.toml is valid")
     }
 }
@@ -328,18 +334,7 @@ impl Parameters {
         self.hall.validate("hall")?;
         self.contact.validate("contact")?;
         self.mechanism.validate("mechanism")?;
-        self.finger.validate()
-    }
-
-    /// The same with the worm wheel on the input link itself: what is left of the cable is the steel of a short shaft,
-    /// 4 kN m/rad, which does not creep.
-    #[must_use]
-    pub fn without_cable(&self) -> Self {
-        let mut rigid = self.clone();
-        rigid.cable.stiffness_n_per_m =
-            4e3 / (rigid.cable.pulley_radius_m * rigid.cable.pulley_radius_m);
-        rigid.cable.creep_fraction = 0.0;
-        rigid
+        self.finger.validate("finger")
     }
 
     /// Gear ratio from the motor to the input link.
