@@ -99,7 +99,7 @@ impl<S: Simulated> Simulation<S> {
     /// What the sensing knows of torque factor and cable.
     #[must_use]
     pub fn calibration(&self) -> &Calibration {
-        self.machine.slow.sense.calibration()
+        self.machine.slow.sensing.calibration()
     }
 
     /// The slow loop, for settings and records.
