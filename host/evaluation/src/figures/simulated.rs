@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use palpate::finger::Mechanics;
-use palpate::sample::Drive;
 use palpate::scene::{P70, Scene};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
@@ -44,7 +43,7 @@ fn touch(session: &mut Session<P70>, k_m: f64, theta_1_rad: f64) -> Result<Case,
 /// Fig 11: stiffness after contact as estimated, over the true place, beside the model.
 fn figure_11(plan: &Plan) -> Result<Chart, Failure> {
     let mut session = session(plan, &Setup::default(), plan.seed + 300)?;
-    let model = judge::paper_model::<P70>();
+    let model = judge::paper_model::<P70>()?;
     let posture = free_posture(&model.finger, 0.0).ok_or(Failure::Missing("posture"))?;
     let line = (1..=130)
         .filter_map(|step| {
@@ -111,12 +110,9 @@ fn figure_12(plan: &Plan) -> Result<Vec<Chart>, Failure> {
         let time = last.time_us as f64 * 1e-6 - begin;
         if index > 12 {
             torque.push((time, 1e3 * mean * model.torque_nm_per_a));
-            if let Some((nm, _)) = session
-                .friction
-                .beyond(Drive::Closing, last.position_counts, 0)
-            {
+            if let Some(known) = session.friction.beyond(last.position_counts) {
                 let lossy = model.torque_nm_per_a / f64::from(per_ampere());
-                friction.push((time, 1e3 * f64::from(nm) * lossy));
+                friction.push((time, 1e3 * f64::from(known.torque_nm) * lossy));
             }
         }
         angle.push((time, f64::from(last.position_counts) / model.counts_per_rad));
