@@ -116,6 +116,7 @@ pub trait Scene {
         Settings {
             speed_rad_per_s: Self::MOTION.closing_rad_per_s,
             travel_rad: Self::TRAVEL_RAD,
+            closing_stop_rad: Self::TRAVEL_RAD + 0.1,
             torque_limit_nm: re10::PROBE_TORQUE_NM,
             ..Settings::default()
         }
