@@ -303,7 +303,7 @@ impl<X: Series> Fit<X> {
             if X::FLEXIBLE {
                 row.slopes[FACTOR] += prediction.slopes[CABLE] * scaling.cable_by_factor;
             }
-            whitening.whiten(point, &mut row);
+            whitening.whiten(point, data.end_rad(point) - values[ONSET], &mut row);
             let weight = 1.0 / row.variance;
             pass.squares += row.residual * row.residual * weight;
             pass.logarithms += ln(row.variance);

@@ -63,6 +63,14 @@ pub struct Data<'a> {
     pub drivetrain: &'a Drivetrain,
 }
 
+impl Data<'_> {
+    /// Measured angle at the end of a point.
+    fn end_rad(&self, point: &Point) -> f32 {
+        let end_counts = point.counts + 0.5 * point.width_counts;
+        self.origin_rad + end_counts * self.drivetrain.rad_per_count
+    }
+}
+
 /// A hypothesis, with what its fits have found.
 #[derive(Clone, Debug)]
 struct Track {

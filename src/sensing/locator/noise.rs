@@ -106,8 +106,9 @@ impl<'a> Whitening<'a> {
         }
     }
 
-    /// Takes what the points before tell off a row, and learns from what is left.
-    pub(super) fn whiten(&mut self, point: &Point, row: &mut Row) {
+    /// Takes what the points before tell off a row, and learns from what is left; `past_rad` is how far beyond the onset
+    /// the point ends.
+    pub(super) fn whiten(&mut self, point: &Point, past_rad: f32, row: &mut Row) {
         let turns = point.counts * self.worm_per_count;
         if let Some((time_s, before)) = self.before.replace((point.time_s, turns)) {
             let fading = exp((time_s - point.time_s) / self.noise.wander_s);
@@ -121,11 +122,7 @@ impl<'a> Whitening<'a> {
         let load = point.excess_nm.at_least(0.0);
         let (sin, cos) = sin_cos(TAU * (turns - (turns as i32) as f32));
         let seen = [1.0, point.time_s, 1.0, load * cos, load * sin, load];
-        let impact = if point.time_s < 0.0 {
-            0.0
-        } else {
-            IMPACT_NM_S_PER_RAD * self.noise.speed_rad_per_s * exp(-point.time_s / IMPACT_S)
-        };
+        let impact = IMPACT_NM_S_PER_RAD * self.noise.speed_rad_per_s * self.bounce(past_rad);
         let white = WHITE_SHARE * load;
         row.variance += point.variance_nm2 + white * white / f32::from(point.blocks.max(1)) + impact * impact;
         // Covariance of each state with what is seen.
@@ -144,6 +141,14 @@ impl<'a> Whitening<'a> {
         for (state, slope) in self.slopes.iter_mut().zip(&mut row.slopes) {
             *slope = update(state, *slope, &seen, &gain);
         }
+    }
+
+    /// How much of the impact is left at an angle beyond the onset, 0 to 1.
+    fn bounce(&self, past_rad: f32) -> f32 {
+        if past_rad < 0.0 {
+            return 0.0;
+        }
+        exp(-past_rad / (self.noise.speed_rad_per_s * IMPACT_S).at_least(f32::MIN_POSITIVE))
     }
 
     /// Lets a state forget towards its own variance.
