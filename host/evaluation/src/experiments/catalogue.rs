@@ -114,8 +114,17 @@ fn job<S: Simulated + 'static>(
         let parameters = parameters
             .clone()
             .map_err(palpate_simulation::Error::Plant)?;
-        let mut session = Session::<S>::new(&parameters, &Setup::default(), seed)?;
         let mut random = Pcg64Mcg::seed_from_u64(seed ^ 0x005e_ed0f_91ac_e500);
+        let mut session = match Session::<S>::new(&parameters, &Setup::default(), seed) {
+            Ok(session) => session,
+            Err(failure) => {
+                // A finger that does not get through its preparation feels nothing.
+                for index in 0..closings {
+                    found.extend(unfelt(experiment, next(index, &mut random).phalanx));
+                }
+                return Err(failure);
+            }
+        };
         let mut ended = Ok(());
         for index in 0..closings {
             match closing(&mut session, || next(index, &mut random)) {
