@@ -11,7 +11,7 @@ use palpate_evaluation::experiments::{
     ablation, calibration, catalogue, document, fingerprint, result, run, sensitivity,
 };
 use palpate_evaluation::{figures, recordings, replay, trace};
-use palpate_plant::World;
+use palpate_plant::{Engine, World};
 
 type Outcome = Result<(), Box<dyn Error>>;
 
@@ -41,6 +41,9 @@ enum Command {
         /// The simulated world: ideal, bench, workshop, harsh, or a file.
         #[arg(long, default_value = "ideal", alias = "plant")]
         world: String,
+        /// What computes finger and object: plant, or mujoco.
+        #[arg(long)]
+        engine: Option<Engine>,
         /// Everything random follows from it.
         #[arg(long, default_value_t = 1)]
         seed: u64,
@@ -55,6 +58,9 @@ struct Experiments {
     /// The simulated world: ideal, bench, workshop, harsh, or a file (TOML, as host/plant/default.toml).
     #[arg(long, default_value = "ideal", alias = "plant")]
     world: String,
+    /// What computes finger and object: plant, or mujoco.
+    #[arg(long)]
+    engine: Option<Engine>,
     /// Everything random follows from it.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -113,15 +119,21 @@ struct Recordings {
     json: bool,
 }
 
-fn plan(world: &str, seed: u64, quick: bool) -> Result<catalogue::Plan, Box<dyn Error>> {
-    let found = World::named(world)?;
+fn plan(
+    world: &str,
+    engine: Option<Engine>,
+    seed: u64,
+    quick: bool,
+) -> Result<catalogue::Plan, Box<dyn Error>> {
+    let mut found = World::named(world)?;
+    found.engine = engine.unwrap_or(found.engine);
     Ok(catalogue::Plan {
         parameters: found.of(palpate_plant::default_scene())?,
-        world: found,
         place: result::Place {
-            world: world.to_owned(),
-            engine: "plant".to_owned(),
+            world: world.split('@').next().unwrap_or(world).to_owned(),
+            engine: found.engine.to_string(),
         },
+        world: found,
         seed,
         quick,
     })
@@ -265,7 +277,7 @@ fn experiments(options: &Experiments) -> Outcome {
     if options.write {
         return write(options.seed);
     }
-    let plan = plan(&options.world, options.seed, options.quick)?;
+    let plan = plan(&options.world, options.engine, options.seed, options.quick)?;
     let (rows, failed) = rows(&plan, options.only.as_ref());
     if options.json {
         for row in &rows {
@@ -315,13 +327,13 @@ fn calibration(plan: &catalogue::Plan, json: bool) {
 }
 
 /// Worlds whose tables stand in the documents, the one that the headline comes from first.
-const WRITTEN: [&str; 2] = ["workshop", "ideal"];
+const WRITTEN: [&str; 3] = ["workshop", "workshop@mujoco", "ideal"];
 
 /// The tables into the documents, with the fingerprint of the code that made them.
 fn write(seed: u64) -> Outcome {
     let mut all = Vec::new();
     for world in WRITTEN {
-        let plan = plan(world, seed, world != WRITTEN[0])?;
+        let plan = plan(world, None, seed, world != WRITTEN[0])?;
         let (rows, failed) = rows(&plan, None);
         for job in &failed {
             eprintln!("{world}, {}: {}", job.name, job.failure);
@@ -353,8 +365,9 @@ fn main() -> ExitCode {
         Command::Figures {
             directory,
             world,
+            engine,
             seed,
-        } => plan(&world, seed, false).and_then(|plan| figures(&directory, &plan)),
+        } => plan(&world, engine, seed, false).and_then(|plan| figures(&directory, &plan)),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
