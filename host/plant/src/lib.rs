@@ -38,9 +38,9 @@ pub use error::Error;
 pub use mechanics::{CableEnd, FingerState, Mechanics, Quasistatic, placed};
 pub use object::{Body, Grasp, Point, Shape};
 pub use parameters::{
-    Bridge, Cable, Contact as ContactParameters, DEFAULT_TOML, Encoder, FingerParameters, Friction,
-    Gearhead, Hall, Mechanism, Motor, Parameters, Sense, Supply, Transmission, World, Worm,
-    default_scene, scenes,
+    Bridge, Cable, Contact as ContactParameters, DEFAULT_TOML, Encoder, Engine, FingerParameters,
+    Friction, Gearhead, Hall, Mechanism, Motor, Parameters, Sense, Supply, Transmission, World,
+    Worm, default_scene, scenes,
 };
 pub use pins::{Faults, Pins};
 pub use plant::{MAX_STEP_S, Plant};

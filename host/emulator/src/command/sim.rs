@@ -13,7 +13,7 @@ use palpate_emulator::sim::{
     Calibration, Injected, Object, Script, Session, Settings, Summary, Trace, event_json,
 };
 use palpate_emulator::{Error, Firmware, Setup};
-use palpate_plant::{Parameters, World};
+use palpate_plant::{Engine, Parameters, World};
 
 /// Options of `sim`.
 #[derive(Args)]
@@ -48,6 +48,9 @@ pub struct Options {
     /// Parameters of the simulated finger and drivetrain, a TOML file
     #[arg(long, value_name = "FILE")]
     plant: Option<PathBuf>,
+    /// What computes finger and object: `plant`, or `mujoco` where the program was built with it (`cargo xtask` does)
+    #[arg(long, value_name = "ENGINE", default_value_t)]
+    engine: Engine,
     /// Writes what was measured and what is true, a row a millisecond
     #[arg(long, value_name = "FILE.csv")]
     trace: Option<PathBuf>,
@@ -145,6 +148,10 @@ fn flash(path: Option<&Path>) -> Result<Option<Vec<u8>>, Error> {
 }
 
 fn settings(options: &Options) -> Result<Settings, Error> {
+    let parameters = Parameters {
+        engine: options.engine,
+        ..parameters(options)?
+    };
     let object = Object {
         phalanx: if options.proximal { 1 } else { options.phalanx },
         contact_mm: options.contact_mm,
@@ -152,7 +159,7 @@ fn settings(options: &Options) -> Result<Settings, Error> {
         theta_1_deg: options.theta1_deg,
     };
     Ok(Settings {
-        parameters: parameters(options)?,
+        parameters,
         object: (!options.free).then_some(object),
         script: script(options),
         seed: options.seed,

@@ -322,9 +322,45 @@ section! {
     }
 }
 
+/// What computes finger and object.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Engine {
+    /// This crate.
+    #[default]
+    Plant,
+    /// MuJoCo: the crate `palpate-mujoco`.
+    Mujoco,
+}
+
+impl std::str::FromStr for Engine {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        match name {
+            "plant" => Ok(Self::Plant),
+            "mujoco" => Ok(Self::Mujoco),
+            _ => Err(format!(
+                "there is no engine '{name}'; there are: plant, mujoco"
+            )),
+        }
+    }
+}
+
+impl std::fmt::Display for Engine {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(match self {
+            Self::Plant => "plant",
+            Self::Mujoco => "mujoco",
+        })
+    }
+}
+
 /// All parameters of the simulated world, SI units unless the name says otherwise.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Parameters {
+    /// What computes finger and object; from [`World::engine`], not from the file.
+    #[serde(skip)]
+    pub engine: Engine,
     /// Name of the scene whose nominal values these are, or were before something was changed.
     pub scene: String,
     /// Motor.
