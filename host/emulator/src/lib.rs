@@ -24,7 +24,7 @@ pub mod sim;
 pub mod time;
 pub mod world;
 
-pub use chip::{Misuse, ResetCause};
+pub use chip::{Misuse, Quirks, ResetCause};
 pub use firmware::Firmware;
 pub use machine::{Machine, Pause, Setup};
 

@@ -1,7 +1,6 @@
 //! Where the difference comes from: from the paper's algorithm to ours on the same distal contacts, one thing after the
 //! other.
 
-use palpate::sample::Drive;
 use palpate::scene::{P70, Scene};
 use palpate::sensing::{Calibration, Friction, Sample, Settings};
 
@@ -39,8 +38,8 @@ fn without_friction(recording: &Recording, friction: &Friction) -> Recording {
         .iter()
         .map(|(directive, sample)| {
             let torque_nm = friction
-                .beyond(Drive::Closing, sample.position_counts, 0)
-                .map_or(0.0, |(torque_nm, _)| torque_nm);
+                .beyond(sample.position_counts)
+                .map_or(0.0, |known| known.torque_nm);
             let less = Sample {
                 current_a: sample.current_a - torque_nm / per_ampere,
                 ..*sample

@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use palpate::finger::Mechanics;
-use palpate::sample::Drive;
 use palpate::scene::{P70, Scene};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
@@ -115,12 +114,9 @@ fn figure_12(plan: &Plan) -> Result<Vec<Chart>, Failure> {
         let time = last.time_us as f64 * 1e-6 - begin;
         if index > 12 {
             torque.push((time, 1e3 * mean * model.torque_nm_per_a));
-            if let Some((nm, _)) = session
-                .friction
-                .beyond(Drive::Closing, last.position_counts, 0)
-            {
+            if let Some(known) = session.friction.beyond(last.position_counts) {
                 let lossy = model.torque_nm_per_a / f64::from(per_ampere());
-                friction.push((time, 1e3 * f64::from(nm) * lossy));
+                friction.push((time, 1e3 * f64::from(known.torque_nm) * lossy));
             }
         }
         angle.push((time, f64::from(last.position_counts) / model.counts_per_rad));
