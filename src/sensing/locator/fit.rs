@@ -283,7 +283,8 @@ impl<X: Series> Fit<X> {
             } else {
                 1.0
             };
-            pass.normal.add_prior(unknown, self.prior_pull(unknown, prior), weight);
+            pass.normal
+                .add_prior(unknown, self.prior_pull(unknown, prior), weight);
         }
         let mut points = 0;
         for point in data.points {

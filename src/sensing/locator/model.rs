@@ -30,10 +30,7 @@ const BEYOND_SHARE: f32 = 0.2;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Hold {
     /// A contact on a phalanx, k in physical values.
-    Contact {
-        phalanx: u8,
-        radius_m: f32,
-    },
+    Contact { phalanx: u8, radius_m: f32 },
     /// A contact on the proximal phalanx, without a place.
     Proximal,
     /// The closing stop.
@@ -213,8 +210,7 @@ impl<'a, F: Mechanics, X: Series> Model<'a, F, X> {
         variance_nm2 += angle_nm * angle_nm;
         let mut slopes = [0.0; UNKNOWNS];
         slopes[K] = at.rotation_by_k_rad_per_m;
-        slopes[ONSET] = 1.0
-            - self.contact_by_onset * (at.compliance_rad_per_nm + cable / factor);
+        slopes[ONSET] = 1.0 - self.contact_by_onset * (at.compliance_rad_per_nm + cable / factor);
         slopes[FRICTION] = self.by_friction();
         slopes[JOINT] = at.rotation_by_joint_friction_rad_per_nm;
         slopes[FACTOR] = at.compliance_rad_per_nm * excess_nm

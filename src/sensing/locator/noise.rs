@@ -124,7 +124,8 @@ impl<'a> Whitening<'a> {
         let seen = [1.0, point.time_s, 1.0, load * cos, load * sin, load];
         let impact = IMPACT_NM_S_PER_RAD * self.noise.speed_rad_per_s * self.bounce(past_rad);
         let white = WHITE_SHARE * load;
-        row.variance += point.variance_nm2 + white * white / f32::from(point.blocks.max(1)) + impact * impact;
+        row.variance +=
+            point.variance_nm2 + white * white / f32::from(point.blocks.max(1)) + impact * impact;
         // Covariance of each state with what is seen.
         let mut with = [0.0; STATES];
         for (with, variance) in with.iter_mut().zip(&self.variance) {
@@ -170,7 +171,12 @@ fn dot(a: &[f32; STATES], b: &[f32; STATES]) -> f32 {
 }
 
 /// What the states do not predict of a value; they learn from it.
-fn update(state: &mut [f32; STATES], value: f32, seen: &[f32; STATES], gain: &[f32; STATES]) -> f32 {
+fn update(
+    state: &mut [f32; STATES],
+    value: f32,
+    seen: &[f32; STATES],
+    gain: &[f32; STATES],
+) -> f32 {
     let left = value - dot(state, seen);
     for (state, gain) in state.iter_mut().zip(gain) {
         *state += gain * left;

@@ -3,9 +3,7 @@
 use super::fit::Fitted;
 use super::model::Hold;
 use super::prior::{K, Scaling};
-use super::{
-    Free, Locator, Model, Prior, RADII_M, Track, fit,
-};
+use super::{Free, Locator, Model, Prior, RADII_M, Track, fit};
 use crate::finger::{Class, MAX_PHALANGES, Mechanics};
 use crate::numeric::{Bounded, exp, ln, sqrt};
 use crate::sensing::{Drivetrain, NotLocated, Series};
@@ -87,7 +85,9 @@ impl<X: Series> Locator<X> {
             };
             new.ln_evidence += bonus(&new.estimate);
             // Two starts that met in one minimum are one explanation.
-            let same = weighed.iter_mut().find(|old| old.estimate.is_as(&new.estimate));
+            let same = weighed
+                .iter_mut()
+                .find(|old| old.estimate.is_as(&new.estimate));
             match same {
                 Some(old) if old.ln_evidence < new.ln_evidence => *old = new,
                 Some(_) => {}
@@ -134,12 +134,17 @@ impl<X: Series> Locator<X> {
 
     /// Mean square residual of the likeliest hypothesis, in variances; at least 1.
     fn spread(&self) -> f32 {
-        (self.chi_square() / self.points.len() as f32).at_least(1.0).at_most(1e6)
+        (self.chi_square() / self.points.len() as f32)
+            .at_least(1.0)
+            .at_most(1e6)
     }
 
     /// Sum of squared residuals of the likeliest fit; infinite if there is none.
     fn chi_square(&self) -> f32 {
-        let fits = self.tracks.iter().flat_map(|track| track.fits.iter().flatten());
+        let fits = self
+            .tracks
+            .iter()
+            .flat_map(|track| track.fits.iter().flatten());
         let mut best = (f32::NEG_INFINITY, f32::INFINITY);
         for fit in fits {
             if fit.ln_evidence > best.0 {

@@ -74,7 +74,9 @@ pub(super) fn tracks<F: Mechanics, X: Series>(
             continue;
         };
         let place = |beyond: bool| {
-            let candidates = inverse.as_ref().map_or(&[][..], |inverse| inverse.candidates());
+            let candidates = inverse
+                .as_ref()
+                .map_or(&[][..], |inverse| inverse.candidates());
             (candidates.iter())
                 .find(|c| c.phalanx == phalanx && c.beyond_stiffest == beyond)
                 .map(|c| c.k_m / length_m)

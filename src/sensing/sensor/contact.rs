@@ -197,11 +197,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     }
 
     /// A block of a closing in contact.
-    pub(super) fn press(
-        &mut self,
-        contact: &mut Contact<H::Reading, X>,
-        past: &Past<H::Reading>,
-    ) {
+    pub(super) fn press(&mut self, contact: &mut Contact<H::Reading, X>, past: &Past<H::Reading>) {
         if contact.stage == Stage::Ending {
             return;
         }

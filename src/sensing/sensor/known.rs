@@ -1,9 +1,9 @@
 //! What every stage works with: the finger, what is known of its drivetrain, and what is to be told.
 
 use crate::finger::{Free, Mechanics};
-use crate::sensing::locator;
 use crate::sensing::joint::JointSensor;
 use crate::sensing::location::Series;
+use crate::sensing::locator;
 use crate::sensing::{Calibration, Directive, Drivetrain, Event, Friction, Settings};
 use core::marker::PhantomData;
 use heapless::Deque;

@@ -18,7 +18,10 @@ fn a_press_is_taken_as_it_was_fitted_and_counted_apart() {
         ..START
     };
     let after = START.with_press(&found, 0.8).unwrap();
-    assert_eq!((after.cable_rad_per_nm, after.cable_sigma_rad_per_nm), (0.95, 0.01));
+    assert_eq!(
+        (after.cable_rad_per_nm, after.cable_sigma_rad_per_nm),
+        (0.95, 0.01)
+    );
     assert_eq!((after.torque_factor, after.torque_factor_sigma), (1.0, 0.1));
     assert_eq!((after.presses, after.contacts), (1, 0));
 }

@@ -69,7 +69,11 @@ fn what_was_before_is_kept_apart() {
     curve.push(60_000, point(0.01));
     let points: Vec<&Point> = curve.points().collect();
     assert_eq!(points.len(), 5);
-    assert!(points.windows(2).all(|pair| pair[0].counts < pair[1].counts));
+    assert!(
+        points
+            .windows(2)
+            .all(|pair| pair[0].counts < pair[1].counts)
+    );
     assert_eq!(points[0].blocks, 15);
     assert_eq!(curve.last(), Some(points[4]));
 }

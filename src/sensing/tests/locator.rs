@@ -116,7 +116,7 @@ fn curve<F: Mechanics>(
 fn thinned(points: &[Point]) -> Vec<Point> {
     let before = points.iter().filter(|p| p.time_s < 0.0).step_by(10);
     let since: Vec<&Point> = points.iter().filter(|p| p.time_s >= 0.0).collect();
-    let step = since.len().div_ceil(36);
+    let step = since.len().div_ceil(36).max(1);
     before
         .chain(since.into_iter().step_by(step))
         .copied()
@@ -278,8 +278,7 @@ fn three_phalanges_tell_the_phalanx_and_how_sure_that_is() {
         let measured = onset_rad + CALIBRATION.cable_rad_per_nm * free.torque_nm;
         let verdict = judged(&finger, measured, &points);
         let near = |estimate: &Estimate| {
-            estimate.phalanx == phalanx
-                && (estimate.k_m - k_m).abs() < 3.0 * estimate.k_sigma_m
+            estimate.phalanx == phalanx && (estimate.k_m - k_m).abs() < 3.0 * estimate.k_sigma_m
         };
         let right = match &verdict {
             Verdict::At(estimate) => near(estimate),
