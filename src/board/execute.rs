@@ -3,6 +3,7 @@
 use defmt::{Str, intern};
 use embassy_stm32::usart::BufferedUartTx;
 
+use crate::scene::Active;
 use palpate::app::command::{Command, Verb};
 use palpate::app::conduct::{Conduct, Effect};
 use palpate::app::kept;
@@ -13,7 +14,6 @@ use palpate::app::settings::{Overrides, Setting};
 use palpate::app::store::{Found, Writer};
 use palpate::drive::Fault;
 use palpate::drive::sequence::{Notice, Refused};
-use palpate::scene::Active;
 
 use super::Shared;
 use super::console::{self, Parsed};

@@ -37,6 +37,7 @@ use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 use static_cell::StaticCell;
 
+use crate::scene::Active;
 use palpate::app::conduct::{Conduct, drive};
 use palpate::app::sense::Sense;
 use palpate::app::settings::Overrides;
@@ -44,7 +45,7 @@ use palpate::app::store::Store;
 use palpate::drive::joint::JointInput;
 use palpate::drive::sequence::Notice;
 use palpate::drive::{Controller, Fault};
-use palpate::scene::{Active, JointPin, Scene};
+use palpate::scene::{JointPin, Scene};
 
 use execute::Kept;
 

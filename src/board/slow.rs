@@ -15,13 +15,14 @@ use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Instant, Ticker};
 
+use crate::scene::Active;
 use palpate::app::command::Command;
 use palpate::app::conduct::Conduct;
 use palpate::app::sense::{Sense, notice};
 use palpate::drive::joint::JointInput;
 use palpate::drive::sequence::{Notice, State};
 use palpate::drive::{Fault, LimitsReached, OffsetState, Status};
-use palpate::scene::{Active, JointPin, Reading, Scene};
+use palpate::scene::{JointPin, Reading, Scene};
 use palpate::sensing::{Event, JointSensor};
 
 use super::Shared;

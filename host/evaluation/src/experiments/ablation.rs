@@ -2,8 +2,9 @@
 //! other.
 
 use palpate::sample::Drive;
-use palpate::scene::{P70, Scene};
+use palpate::scene::Scene;
 use palpate::sensing::{Calibration, Friction, Sample, Settings};
+use palpate_scenes::P70;
 
 use super::catalogue::{Entry, Job, Plan, closing, distal_wanted};
 use super::judge::{self, Knowledge};
