@@ -259,7 +259,6 @@ impl palpate::scene::Scene for {name} {{
             travel_rad: Self::MOTION.travel_rad,
             torque_limit_nm: {},
             wanted_sigma_m: {},
-            false_alarms_per_closing: {},
             radius_m: {},
             radius_sigma_m: {},
             ..palpate::sensing::Settings::default()
@@ -278,7 +277,6 @@ const _: &<{name} as palpate::scene::Scene>::Finger = &<{name} as palpate::scene
         of("hall.max_rad"),
         of("sensing.probe_torque_nm"),
         of("sensing.wanted_sigma_m"),
-        of("sensing.false_alarms_per_closing"),
         of("sensing.radius_m"),
         of("sensing.radius_sigma_m"),
     ));

@@ -70,7 +70,7 @@ impl<S: Simulated> Simulation<S> {
                 expected: S::NAME,
             });
         }
-        let plant = Plant::new(parameters, &Grasp::Free, seed)?;
+        let plant = palpate_mujoco::plant(parameters, &Grasp::Free, seed)?;
         let slow = Slow::new();
         let machine = S::joint_input()
             .and_then(|joint| Machine::new(Board::new(plant), &S::DRIVE, joint, slow))
@@ -99,7 +99,7 @@ impl<S: Simulated> Simulation<S> {
     /// What the sensing knows of torque factor and cable.
     #[must_use]
     pub fn calibration(&self) -> &Calibration {
-        self.machine.slow.sense.calibration()
+        self.machine.slow.sensing.calibration()
     }
 
     /// The slow loop, for settings and records.

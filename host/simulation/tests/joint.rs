@@ -84,7 +84,7 @@ fn with_the_sensor_the_right_side_is_told() {
         assert!((place - k_m).abs() < 2.0 * sigma_m, "{case}");
         let e_2_m = e_2_m(&outcome);
         assert_eq!(place > e_2_m, side == Side::Beyond, "{case}: e_2 {e_2_m}");
-        let change = simulation.slow().sense.joint_change();
+        let change = simulation.slow().sensing.joint_change();
         assert_eq!(Hall::side(change), Some(side), "{case}: {change:?}");
     }
 }
@@ -100,7 +100,7 @@ fn a_broken_wire_takes_the_sensor_away_and_no_more() {
     seeing.prepare().unwrap();
     blind.prepare().unwrap();
     let told = close(&mut seeing, 95.0, 0.030);
-    assert_eq!(Hall::rad(seeing.slow().sense.joint_change()), None);
+    assert_eq!(Hall::rad(seeing.slow().sensing.joint_change()), None);
     assert!(
         matches!(told.verdict, Verdict::Ambiguous { .. }),
         "{told:?}"

@@ -1,6 +1,6 @@
 //! `p70-rigid`: the same finger without a cable needs no press, fits six numbers, and is the surer for it. Simulated.
 
-use palpate::app::command::{Calibrate, Command};
+use palpate::app::console::command::{Calibrate, Command};
 use palpate::drive::sequence::Refused;
 use palpate::sensing::Event;
 use palpate_plant::{Grasp, Shape};
@@ -45,7 +45,7 @@ fn there_is_no_cable_to_calibrate_and_a_pin_teaches_the_torque_factor_alone() {
     simulation.prepare().unwrap();
     let press = Command::Calibrate(Calibrate::Cable);
     assert_eq!(
-        simulation.slow().conduct.command(press).err(),
+        simulation.slow().coordinator.command(press).err(),
         Some(Refused::NoCable)
     );
     let before = *simulation.calibration();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! A run from power-on to the end of the script, with everything the firmware said.
 
-use palpate_plant::{Grasp, Parameters, Plant, Truth};
+use palpate_plant::{Grasp, Parameters, Truth};
 
 use super::grasp::Object;
 use super::script::{Script, Step};
@@ -98,7 +98,7 @@ impl<'f> Session<'f> {
         settings: Settings,
         trace: Option<Trace>,
     ) -> Result<Self, Error> {
-        let mut plant = Plant::new(&settings.parameters, &Grasp::Free, settings.seed)?;
+        let mut plant = palpate_mujoco::plant(&settings.parameters, &Grasp::Free, settings.seed)?;
         if let Some(object) = settings.object {
             // An impossible object is better refused now than in the middle of the run.
             plant.place(&object.grasp())?;

@@ -40,6 +40,16 @@ pub struct FingerParameters {
 }
 
 impl FingerParameters {
+    /// What is made to a length and never exactly: phalanges, pulleys, levers and couplers.
+    pub(super) fn lengths_mut(&mut self) -> impl Iterator<Item = &mut f64> {
+        self.length_m
+            .iter_mut()
+            .chain(&mut self.pulley_m)
+            .chain(&mut self.lever_m)
+            .chain(&mut self.coupler_m)
+            .chain(&mut self.driven_m)
+    }
+
     pub(super) fn validate(&self, key: &str) -> Result<(), Error> {
         let phalanges = self.length_m.len();
         if !(2..=3).contains(&phalanges) {

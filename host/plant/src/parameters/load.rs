@@ -1,6 +1,6 @@
 //! A scene's nominal values, the default world, and a user's file over both.
 
-use super::{DEFAULT_TOML, Parameters};
+use super::{DEFAULT_TOML, Engine, Parameters};
 use crate::Error;
 use toml::{Table, Value};
 
@@ -72,6 +72,8 @@ pub fn default_scene() -> &'static str {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct World {
     overlay: Table,
+    /// What computes finger and object.
+    pub engine: Engine,
 }
 
 impl World {
@@ -82,6 +84,7 @@ impl World {
     pub fn from_toml(text: &str) -> Result<Self, Error> {
         let world = Self {
             overlay: text.parse().map_err(syntax)?,
+            engine: Engine::default(),
         };
         world.of(default_scene())?;
         Ok(world)
@@ -102,7 +105,8 @@ impl World {
         nominal(&mut merged, &text.parse().map_err(syntax)?);
         overlay(&mut merged, self.overlay.clone(), "")?;
         merged.insert("scene".to_owned(), Value::String((*name).to_owned()));
-        let parameters: Parameters = Value::Table(merged).try_into().map_err(syntax)?;
+        let mut parameters: Parameters = Value::Table(merged).try_into().map_err(syntax)?;
+        parameters.engine = self.engine;
         parameters.validate()?;
         Ok(parameters)
     }
