@@ -24,6 +24,7 @@ mod reset;
 mod restart;
 mod rtt;
 mod sampling;
+mod selftest;
 mod serial;
 mod storage;
 mod tasks;
