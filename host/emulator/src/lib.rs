@@ -49,6 +49,9 @@ pub enum Error {
         /// Why.
         source: std::io::Error,
     },
+    /// No such simulated world.
+    #[error("{0}")]
+    World(String),
     /// Not a firmware image for this chip.
     #[error("{}: {why}", path.display())]
     Elf {
