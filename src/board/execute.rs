@@ -92,6 +92,9 @@ pub async fn execute(
             // An answer that is too long is cut: here and below.
             let _ = done;
         }
+        if action == Action::SelfTest {
+            application.selftest(&mut port, &mut answer).await;
+        }
         let mut row = 0;
         loop {
             console::answer(&mut port, &answer).await;
@@ -139,6 +142,7 @@ impl Application {
                 self.status(answer);
                 Ok(())
             }
+            Action::SelfTest => Ok(()),
             Action::Help | Action::Show | Action::Save | Action::Factory => {
                 self.list(answer, action, 0);
                 Ok(())
