@@ -3,6 +3,8 @@
 pub mod experiments;
 pub mod figures;
 pub mod paper;
+pub mod recordings;
 pub mod reference;
 pub mod replay;
+pub mod score;
 pub mod trace;

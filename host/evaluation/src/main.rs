@@ -10,7 +10,7 @@ use palpate::scene::{Linkage3, P70, Tendon2, Tendon3};
 use palpate_evaluation::experiments::{
     ablation, calibration, catalogue, document, fingerprint, result, run, sensitivity,
 };
-use palpate_evaluation::{figures, replay, trace};
+use palpate_evaluation::{figures, recordings, replay, trace};
 use palpate_plant::Parameters;
 
 type Outcome = Result<(), Box<dyn Error>>;
@@ -31,6 +31,8 @@ enum Command {
     Experiments(Experiments),
     /// The sensing on a recording.
     Replay(Replay),
+    /// The sensing on a folder of recordings whose truth is known.
+    Recordings(Recordings),
     /// Draw the figures as SVG.
     Figures {
         /// Where to.
@@ -89,6 +91,24 @@ struct Replay {
     #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     zero_counts: i64,
     /// One JSON object a line instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Args)]
+struct Recordings {
+    /// Folder with NAME.csv.gz and NAME.json; names begin with their world and an underscore.
+    directory: PathBuf,
+    /// The finger of the recordings.
+    #[arg(long, value_enum, default_value = "p70")]
+    scene: SceneName,
+    /// Without calibration; what calibrates is left out.
+    #[arg(long)]
+    uncalibrated: bool,
+    /// Only recordings with this in their name (what calibrates them is replayed all the same).
+    #[arg(long)]
+    only: Option<String>,
+    /// One JSON object a line instead of a table.
     #[arg(long)]
     json: bool,
 }
@@ -214,6 +234,28 @@ fn replay(options: &Replay) -> Outcome {
     Ok(())
 }
 
+fn recordings(options: &Recordings) -> Outcome {
+    let plan = recordings::Plan {
+        directory: options.directory.clone(),
+        only: options.only.clone(),
+        uncalibrated: options.uncalibrated,
+    };
+    let worlds = match options.scene {
+        SceneName::P70 => recordings::run::<P70>(&plan),
+        SceneName::Tendon2 => recordings::run::<Tendon2>(&plan),
+        SceneName::Tendon3 => recordings::run::<Tendon3>(&plan),
+        SceneName::Linkage3 => recordings::run::<Linkage3>(&plan),
+    }?;
+    if options.json {
+        for line in recordings::json(&worlds) {
+            println!("{line}");
+        }
+    } else {
+        print!("{}", recordings::text(&worlds));
+    }
+    Ok(())
+}
+
 fn experiments(options: &Experiments) -> Outcome {
     let plan = plan(options.plant.as_ref(), options.seed, options.quick)?;
     let jobs = [
@@ -305,6 +347,7 @@ fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Experiments(options) => experiments(&options),
         Command::Replay(options) => replay(&options),
+        Command::Recordings(options) => recordings(&options),
         Command::Figures {
             directory,
             plant,

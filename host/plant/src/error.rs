@@ -68,3 +68,14 @@ pub enum Error {
     #[error("no such contact: {0}")]
     Contact(String),
 }
+
+impl Error {
+    /// An object is placed where the finger stands, this deep in it (metre).
+    #[must_use]
+    pub fn overlap(depth_m: f64) -> Self {
+        Self::Contact(format!(
+            "the object overlaps the finger by {:.1} mm",
+            1e3 * depth_m
+        ))
+    }
+}

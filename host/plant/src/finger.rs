@@ -9,7 +9,7 @@ mod balance;
 mod reference;
 mod stage;
 
-use crate::object::{Body, Point};
+use crate::object::{Body, Grasp, Point};
 use crate::parameters::{FingerKind, Parameters};
 use crate::{Contact, Error};
 use balance::Pusher;
@@ -172,6 +172,24 @@ impl Finger {
             );
         }
         least
+    }
+
+    /// An object in the place that `grasp` wants.
+    pub fn body(&self, grasp: &Grasp) -> Result<Body, Error> {
+        match grasp {
+            Grasp::Free => Ok(Body::Nothing),
+            Grasp::Touching {
+                phalanx,
+                k_m,
+                theta_1_rad,
+                shape,
+            } => self.met(*phalanx, *k_m, *theta_1_rad, shape),
+            Grasp::At {
+                origin_m,
+                angle_rad,
+                shape,
+            } => Body::placed(shape, *origin_m, *angle_rad),
+        }
     }
 
     /// The object of a wanted first contact: against the finger in its free posture at `theta_1`.

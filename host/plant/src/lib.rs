@@ -10,6 +10,7 @@
 //! | `drivetrain` | rotor, gearhead, worm: friction by the screw's laws, self-locking, backlash |
 //! | `encoder` | disc, wires and what can break in them |
 //! | `finger`, `linkage` | joints, springs, stops, tendon or four-bar transmission by loop closure, contact |
+//! | `mechanics` | what the drivetrain needs of finger and object, so that another engine may compute them |
 //! | `object` | cylinders and convex polygons, thick phalanges |
 
 mod bridge;
@@ -18,6 +19,7 @@ mod encoder;
 mod error;
 mod finger;
 mod linkage;
+mod mechanics;
 mod object;
 mod parameters;
 mod pins;
@@ -27,7 +29,8 @@ mod truth;
 pub use drivetrain::worm_efficiency;
 pub use encoder::EncoderFault;
 pub use error::Error;
-pub use object::{Grasp, Point, Shape};
+pub use mechanics::{CableEnd, FingerState, Mechanics, Quasistatic, placed};
+pub use object::{Body, Grasp, Point, Shape};
 pub use parameters::{
     Bridge, Cable, Contact as ContactParameters, DEFAULT_TOML, Encoder, FingerKind,
     FingerParameters, Fingers, Gearhead, Hall, Mechanism, Motor, Parameters, Sense, Supply, Worm,

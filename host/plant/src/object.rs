@@ -150,15 +150,26 @@ impl Grasp {
 
 /// An object in its place.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Body {
+pub enum Body {
+    /// Nothing there.
     Nothing,
-    Disc { centre: Point, radius: f64 },
-    Polygon { corners: Vec<Point> },
+    /// A cylinder across the plane of motion.
+    Disc {
+        /// Its axis, metre.
+        centre: Point,
+        /// Metre.
+        radius: f64,
+    },
+    /// A convex polygon.
+    Polygon {
+        /// Counterclockwise, metre.
+        corners: Vec<Point>,
+    },
 }
 
 impl Body {
     /// Puts a shape's frame at `origin`, its x axis turned by `angle`.
-    pub fn placed(shape: &Shape, origin: Point, angle: f64) -> Result<Self, Error> {
+    pub(crate) fn placed(shape: &Shape, origin: Point, angle: f64) -> Result<Self, Error> {
         shape.validate()?;
         if !(origin[0].is_finite() && origin[1].is_finite() && angle.is_finite()) {
             return Err(Error::Contact(format!(
@@ -179,7 +190,7 @@ impl Body {
     }
 
     /// Puts a shape so that its lowest point lies at `touch`, its x axis turned by `angle`.
-    pub fn resting(shape: &Shape, touch: Point, angle: f64) -> Result<Self, Error> {
+    pub(crate) fn resting(shape: &Shape, touch: Point, angle: f64) -> Result<Self, Error> {
         shape.validate()?;
         let low = shape.lowest();
         let (sin, cos) = angle.sin_cos();
@@ -192,7 +203,7 @@ impl Body {
 
     /// Reports every pair of nearby features of this body and a phalanx from `joint` along the unit vector `along` over
     /// `length`, with rounded ends of radius `half_thickness`.
-    pub fn approach(
+    pub(crate) fn approach(
         &self,
         joint: Point,
         along: Point,

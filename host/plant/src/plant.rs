@@ -3,8 +3,8 @@
 use crate::bridge::Bridge;
 use crate::drivetrain::Drivetrain;
 use crate::encoder::QuadratureEncoder;
-use crate::finger::{Finger, Hold};
-use crate::object::{Body, Grasp};
+use crate::mechanics::{CableEnd, Mechanics, Quasistatic};
+use crate::object::Grasp;
 use crate::parameters::{FingerKind, Parameters};
 use crate::{Error, Faults, FirstContact, Pins, Truth};
 use rand::{RngExt, SeedableRng};
@@ -18,11 +18,10 @@ pub const MAX_STEP_S: f64 = 50e-6;
 #[derive(Clone, Debug)]
 pub struct Plant {
     parameters: Parameters,
-    finger: Finger,
+    mechanics: Box<dyn Mechanics>,
     drivetrain: Drivetrain,
     bridge: Bridge,
     encoder: QuadratureEncoder,
-    body: Body,
     random: Pcg64Mcg,
     /// Faults to inject.
     pub faults: Faults,
@@ -56,42 +55,54 @@ impl Plant {
         seed: u64,
     ) -> Result<Self, Error> {
         parameters.validate()?;
+        let mechanics = Quasistatic::new(parameters, kind)?;
+        Self::with_mechanics(parameters, Box::new(mechanics), grasp, seed)
+    }
+
+    /// The same with another engine for finger and object; it stands at its rest pose.
+    ///
+    /// # Errors
+    /// A parameter out of range, an object that cannot be where it is wanted.
+    pub fn with_mechanics(
+        parameters: &Parameters,
+        mut mechanics: Box<dyn Mechanics>,
+        grasp: &Grasp,
+        seed: u64,
+    ) -> Result<Self, Error> {
+        parameters.validate()?;
         let mut random = Pcg64Mcg::seed_from_u64(seed);
-        let mut finger = Finger::new(parameters, kind)?;
         let mut signed = || random.random_range(-1.0..=1.0f64);
         let (gear_play, worm_play, ripple_phase) =
             (signed(), signed(), signed() * std::f64::consts::PI);
-        let start = finger.stops[0]
+        let [opening, closing] = mechanics.state().stops_rad;
+        let start = opening
             + parameters
                 .mechanism
                 .start_above_stop_rad
-                .min(finger.stops[1] - finger.stops[0]);
+                .min(closing - opening);
         let stiffness = parameters.cable_stiffness_nm_per_rad();
-        finger.settle(
-            &Body::Nothing,
-            Hold::Cable {
-                low: start,
-                high: start,
-                stiffness,
-            },
-        );
+        mechanics.settle(&CableEnd {
+            low_rad: start,
+            high_rad: start,
+            stiffness_nm_per_rad: stiffness,
+        });
         let half_backlash = 0.5 * parameters.worm.backlash_counts / parameters.counts_per_rad();
         let drivetrain = Drivetrain::new(parameters, gear_play);
         // A sprung finger hangs on the closing flank, a loose one rests anywhere between the flanks.
-        let sprung = finger.torque > 1e-9;
+        let finger = mechanics.state();
+        let sprung = finger.torque_nm > 1e-9;
         let flank = if sprung {
             half_backlash
         } else {
             worm_play * half_backlash
         };
-        let hanging = if sprung { start } else { finger.theta_a };
+        let hanging = if sprung { start } else { finger.theta_a_rad };
         let mut plant = Self {
             origin: hanging + flank - drivetrain.wheel(),
-            finger,
+            mechanics,
             drivetrain,
             bridge: Bridge::new(parameters),
             encoder: QuadratureEncoder::new(&parameters.encoder),
-            body: Body::Nothing,
             random,
             faults: Faults::default(),
             time: 0.0,
@@ -119,28 +130,7 @@ impl Plant {
     /// # Errors
     /// The object cannot be there, or overlaps the finger where it stands now; the old one then stays.
     pub fn place(&mut self, grasp: &Grasp) -> Result<(), Error> {
-        let body = match grasp {
-            Grasp::Free => Body::Nothing,
-            Grasp::Touching {
-                phalanx,
-                k_m,
-                theta_1_rad,
-                shape,
-            } => self.finger.met(*phalanx, *k_m, *theta_1_rad, shape)?,
-            Grasp::At {
-                origin_m,
-                angle_rad,
-                shape,
-            } => Body::placed(shape, *origin_m, *angle_rad)?,
-        };
-        let clearance = self.finger.clearance(&body);
-        if clearance < 0.0 {
-            return Err(Error::Contact(format!(
-                "the object overlaps the finger by {:.1} mm",
-                -1e3 * clearance
-            )));
-        }
-        self.body = body;
+        self.mechanics.place(grasp)?;
         self.first = None;
         Ok(())
     }
@@ -171,6 +161,7 @@ impl Plant {
 
     fn advance(&mut self, dt: f64) {
         let Parameters { motor, supply, .. } = &self.parameters;
+        let load = self.mechanics.state().torque_nm;
         let open_circuit = self.faults.supply_v.unwrap_or(supply.voltage_v);
         self.supply_v = (open_circuit - supply.internal_resistance_ohm * self.drawn).max(0.0);
         let ripple = motor.commutation_per_rev * self.drivetrain.phase() + self.ripple_phase;
@@ -184,25 +175,19 @@ impl Plant {
         if self.faults.rotor_locked {
             self.drivetrain.speed = 0.0;
         } else {
-            self.drivetrain
-                .step(constant * electric.mean_a, self.finger.torque, dt);
+            self.drivetrain.step(constant * electric.mean_a, load, dt);
         }
         let cable = &self.parameters.cable;
-        let crept = cable.creep_fraction * self.finger.torque / self.cable_stiffness;
+        let crept = cable.creep_fraction * load / self.cable_stiffness;
         self.creep += (crept - self.creep) * (dt / cable.creep_time_s).min(1.0);
         let middle = self.origin + self.drivetrain.wheel() - self.creep;
-        let (low, high) = (middle - self.half_backlash, middle + self.half_backlash);
-        self.finger.stopped = !self.faults.stops_missing;
-        self.finger.runs_on = self.faults.stops_missing;
-        self.finger.step(
-            &self.body,
-            Hold::Cable {
-                low,
-                high,
-                stiffness: self.cable_stiffness,
-            },
-            dt,
-        );
+        let end = CableEnd {
+            low_rad: middle - self.half_backlash,
+            high_rad: middle + self.half_backlash,
+            stiffness_nm_per_rad: self.cable_stiffness,
+        };
+        self.mechanics.break_stops(self.faults.stops_missing);
+        self.mechanics.step(&end, dt);
         self.encoder.turn(
             self.drivetrain.rotor,
             &self.faults.encoder,
@@ -210,15 +195,16 @@ impl Plant {
             dt,
         );
         self.time += dt;
+        let finger = self.mechanics.state();
         if self.first.is_none()
-            && let Some(contact) = self.finger.contacts.first()
+            && let Some(contact) = finger.contacts.first()
         {
             self.first = Some(FirstContact {
                 time_s: self.time,
                 contact: *contact,
-                joint_rad: self.finger.angle,
-                theta_a_rad: self.finger.theta_a,
-                torque_nm: self.finger.torque,
+                joint_rad: finger.joint_rad,
+                theta_a_rad: finger.theta_a_rad,
+                torque_nm: finger.torque_nm,
             });
         }
     }
@@ -248,7 +234,7 @@ impl Plant {
             (current * sense.mirror_a_per_a * sense.resistor_ohm).clamp(0.0, sense.full_scale_v);
         let supply_noise = noise(supply.noise_rms_v);
         self.hall_v = hall.zero_v
-            + hall.sensitivity_v_per_rad * self.finger.angle[1]
+            + hall.sensitivity_v_per_rad * self.mechanics.state().joint_rad[1]
             + noise(hall.noise_rms_v);
         self.supply_sense_v =
             ((self.supply_v + supply_noise) * supply.divider).clamp(0.0, sense.full_scale_v);
@@ -311,24 +297,25 @@ impl Plant {
     /// What nobody on the chip can know.
     #[must_use]
     pub fn truth(&self) -> Truth {
-        let cable = 0.5 * self.finger.torque * self.finger.torque / self.cable_stiffness;
+        let finger = self.mechanics.state();
+        let cable = 0.5 * finger.torque_nm * finger.torque_nm / self.cable_stiffness;
         Truth {
             time_s: self.time,
-            phalanges: self.finger.count,
-            joint_rad: self.finger.angle,
-            theta_a_rad: self.finger.theta_a,
-            opening_stop_rad: self.finger.stops[0],
-            closing_stop_rad: self.finger.stops[1],
-            torque_nm: self.finger.torque,
+            phalanges: finger.phalanges,
+            joint_rad: finger.joint_rad,
+            theta_a_rad: finger.theta_a_rad,
+            opening_stop_rad: finger.stops_rad[0],
+            closing_stop_rad: finger.stops_rad[1],
+            torque_nm: finger.torque_nm,
             motor_current_a: self.bridge.current_a,
             motor_speed_rad_per_s: self.drivetrain.speed,
             motor_angle_rad: self.drivetrain.rotor,
             supply_v: self.supply_v,
             winding_c: self.bridge.winding_c(),
             pins: self.pins,
-            contacts: self.finger.contacts.clone(),
+            contacts: finger.contacts.clone(),
             first_contact: self.first,
-            stored_energy_j: self.drivetrain.energy() + self.finger.energy() + cable,
+            stored_energy_j: self.drivetrain.energy() + self.mechanics.energy_j() + cable,
         }
     }
 }

@@ -152,6 +152,14 @@ pub fn replay(arguments: &[String]) -> Outcome {
     ))
 }
 
+/// `recordings`: a folder of them, with their truth.
+pub fn recordings(arguments: &[String]) -> Outcome {
+    run(&mut host_program(
+        "palpate-evaluation",
+        &[&["recordings".to_owned()], arguments].concat(),
+    ))
+}
+
 /// `figures`: pictures of the above.
 pub fn figures(arguments: &[String]) -> Outcome {
     run(&mut host_program(

@@ -76,6 +76,12 @@ const COMMANDS: &[Command] = &[
         run: commands::replay,
     },
     Command {
+        name: "recordings",
+        arguments: "DIR [--json] [--uncalibrated] [--only PART]",
+        summary: "the sensing on a folder of recordings whose truth is known, scored",
+        run: commands::recordings,
+    },
+    Command {
         name: "figures",
         arguments: "[DIR]",
         summary: "draw the figures (SVG)",

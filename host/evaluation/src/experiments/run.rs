@@ -9,10 +9,12 @@ use super::catalogue::{Entry, Job};
 use super::live::Failure;
 use super::result::{Method, Row, Trial, summarise};
 
-/// A bar that counts closings; silent where standard error is no terminal.
-fn bar(closings: usize) -> ProgressBar {
-    let bar = ProgressBar::new(closings as u64);
-    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} simulated closings, {eta} left");
+/// A bar that counts to `total`; silent where standard error is no terminal.
+#[must_use]
+pub fn bar(total: usize, what: &str) -> ProgressBar {
+    let bar = ProgressBar::new(total as u64);
+    let style =
+        ProgressStyle::with_template(&format!("{{bar:30}} {{pos}}/{{len}} {what}, {{eta}} left"));
     if let Ok(style) = style {
         bar.set_style(style);
     }
@@ -31,7 +33,10 @@ pub struct Incomplete {
 /// Does all jobs; the order of the entries does not depend on the number of workers. What failed is told beside them.
 #[must_use]
 pub fn jobs(jobs: &[Job]) -> (Vec<Entry>, Vec<Incomplete>) {
-    let bar = bar(jobs.iter().map(|job| job.closings).sum());
+    let bar = bar(
+        jobs.iter().map(|job| job.closings).sum(),
+        "simulated closings",
+    );
     let found: Vec<(Vec<Entry>, Option<Incomplete>)> = jobs
         .par_iter()
         .map(|job| {

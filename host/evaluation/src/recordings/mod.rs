@@ -1,0 +1,153 @@
+//! A folder of recordings with their truth, replayed by the product's own sensing, and scored.
+//!
+//! A world is one finger with its drivetrain; its recordings share the name up to the first underscore. In each world the
+//! press and the pins calibrate first, then everything else is judged with that calibration.
+
+pub mod protocol;
+mod show;
+mod truth;
+mod world;
+
+use std::path::{Path, PathBuf};
+
+use palpate::sample::Sample;
+use palpate_simulation::Simulated;
+use rayon::prelude::*;
+
+use crate::experiments::run::bar;
+use crate::trace;
+
+pub use show::{json, text};
+pub use truth::{Class, Truth};
+pub use world::{Calibrated, Line, World};
+
+/// What is replayed, and how.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// Folder with `NAME.csv.gz` (or `NAME.csv`) and `NAME.json`.
+    pub directory: PathBuf,
+    /// Only recordings whose name contains this; those that calibrate are replayed all the same, and not told.
+    pub only: Option<String>,
+    /// No calibration: what calibrates is left out.
+    pub uncalibrated: bool,
+}
+
+/// A recording that has been read.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    /// Name of the file without its endings.
+    pub name: String,
+    /// The samples; their clock starts with the file's first row.
+    pub samples: Vec<Sample>,
+    /// Time of the file's first row, second.
+    pub origin_s: f64,
+    /// What is known of it.
+    pub truth: Truth,
+}
+
+/// Text of a file, unpacked if its name ends in `gz`.
+///
+/// # Errors
+/// What cannot be read, with the file's name.
+pub fn open(file: &Path) -> Result<Box<dyn std::io::Read>, String> {
+    let opened =
+        std::fs::File::open(file).map_err(|error| format!("{}: {error}", file.display()))?;
+    let buffered = std::io::BufReader::new(opened);
+    Ok(if file.extension().is_some_and(|ending| ending == "gz") {
+        Box::new(flate2::read::MultiGzDecoder::new(buffered))
+    } else {
+        Box::new(buffered)
+    })
+}
+
+fn read(directory: &Path, name: &str) -> Result<Recording, String> {
+    let json = directory.join(format!("{name}.json"));
+    let text =
+        std::fs::read_to_string(&json).map_err(|error| format!("{}: {error}", json.display()))?;
+    let truth: Truth =
+        serde_json::from_str(&text).map_err(|error| format!("{}: {error}", json.display()))?;
+    let packed = directory.join(format!("{name}.csv.gz"));
+    let file = if packed.exists() {
+        packed
+    } else {
+        directory.join(format!("{name}.csv"))
+    };
+    let (rows, _) =
+        trace::read(open(&file)?).map_err(|error| format!("{}: {error}", file.display()))?;
+    let mut samples = trace::resample(&rows, 0).samples;
+    protocol::remove_offset(&mut samples);
+    Ok(Recording {
+        name: name.to_owned(),
+        samples,
+        origin_s: rows.first().map_or(0.0, |row| row.time_s),
+        truth,
+    })
+}
+
+/// Names of a folder's recordings, world by world: the worlds and the names sorted, within a world what calibrates first.
+fn names(directory: &Path) -> Result<Vec<(String, Vec<String>)>, String> {
+    let failed = |error: std::io::Error| format!("{}: {error}", directory.display());
+    let mut found = std::collections::BTreeMap::<String, Vec<String>>::new();
+    for entry in std::fs::read_dir(directory).map_err(failed)? {
+        let file = entry.map_err(failed)?.file_name();
+        let Some(name) = file
+            .to_str()
+            .and_then(|file| file.strip_suffix(".csv.gz").or(file.strip_suffix(".csv")))
+        else {
+            continue;
+        };
+        let world = name.split_once('_').map_or("", |(world, _)| world);
+        found
+            .entry(world.to_owned())
+            .or_default()
+            .push(name.to_owned());
+    }
+    if found.is_empty() {
+        return Err(format!(
+            "{}: no recording there; needed are NAME.csv.gz with NAME.json",
+            directory.display()
+        ));
+    }
+    for names in found.values_mut() {
+        names.sort();
+    }
+    Ok(found.into_iter().collect())
+}
+
+/// Replays a folder with the sensing of a scene, all worlds at once.
+///
+/// # Errors
+/// A folder or a file that cannot be read, with its name.
+pub fn run<S: Simulated>(plan: &Plan) -> Result<Vec<World>, String> {
+    let names = names(&plan.directory)?;
+    let bar = bar(
+        names.iter().map(|(_, names)| names.len()).sum(),
+        "recordings",
+    );
+    let worlds = names
+        .par_iter()
+        .map(|(world, names)| {
+            let wanted = |name: &str| plan.only.as_ref().is_none_or(|part| name.contains(part));
+            if !names.iter().any(|name| wanted(name)) {
+                return Ok(None);
+            }
+            // A name tells what calibrates only by convention: the class stands in the truth, so all are read first.
+            let recordings = names
+                .par_iter()
+                .map(|name| read(&plan.directory, name))
+                .collect::<Result<Vec<_>, _>>()?;
+            let replayed = World::replay::<S>(world, &recordings, plan.uncalibrated, &bar);
+            Ok(Some(replayed.only(wanted)))
+        })
+        .collect::<Result<Vec<_>, String>>()?;
+    bar.finish_and_clear();
+    let worlds: Vec<World> = worlds.into_iter().flatten().collect();
+    if worlds.is_empty() {
+        return Err(format!(
+            "no recording in {} has '{}' in its name",
+            plan.directory.display(),
+            plan.only.as_deref().unwrap_or_default()
+        ));
+    }
+    Ok(worlds)
+}
