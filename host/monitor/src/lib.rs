@@ -4,6 +4,7 @@
 //! draws the finger is the library's own ([`posture`]).
 
 pub mod command_line;
+pub mod page;
 pub mod posture;
 pub mod recording;
 pub mod screen;

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use clap::{Args, Parser};
+use palpate_monitor::page::Story;
 use palpate_monitor::recording::Recording;
 use palpate_monitor::source::{Failure, From, Source};
 use palpate_monitor::stream::Message;
@@ -18,11 +19,17 @@ mod scenes;
 #[command(name = "palpate-monitor", version)]
 enum Command {
     /// Show the finger in the terminal
-    #[command(after_help = "Examples:\n  cargo xtask monitor\n  cargo xtask monitor --from /dev/ttyACM0\n  cargo xtask monitor --from grasp.log --speed 2")]
+    #[command(
+        after_help = "Examples:\n  cargo xtask monitor\n  cargo xtask monitor --from /dev/ttyACM0\n  cargo xtask monitor --from grasp.log --speed 2"
+    )]
     Watch(WatchOptions),
     /// Write samples to a file that `cargo xtask replay` reads
-    #[command(after_help = "Examples:\n  cargo xtask record grasp.csv\n  cargo xtask record grasp.csv --from /dev/ttyACM0 --seconds 60")]
+    #[command(
+        after_help = "Examples:\n  cargo xtask record grasp.csv\n  cargo xtask record grasp.csv --from /dev/ttyACM0 --seconds 60"
+    )]
     Record(RecordOptions),
+    /// Write a page about a grasp from the lines that it left
+    Page(PageOptions),
 }
 
 #[derive(Args)]
@@ -70,6 +77,18 @@ struct RecordOptions {
     commands: String,
 }
 
+#[derive(Args)]
+struct PageOptions {
+    /// Lines of `sim --json` or of the log
+    lines: PathBuf,
+    /// Page to write
+    #[arg(long, value_name = "FILE.html")]
+    out: PathBuf,
+    /// Its title
+    #[arg(long, default_value = "A grasp")]
+    title: String,
+}
+
 fn pace(text: &str) -> Result<f64, String> {
     text.parse()
         .ok()
@@ -103,8 +122,16 @@ impl SourceOptions {
         let program = self
             .emulator
             .as_ref()
-            .map_or("palpate-emulator".to_owned(), |path| path.display().to_string());
-        let mut call = vec![program, "live".to_owned(), format!("--speed={}", self.speed)];
+            .map_or("palpate-emulator".to_owned(), |path| {
+                path.display().to_string()
+            });
+        let mut call: Vec<String> = [program.as_str(), "sim", "--json", "--keep-running"]
+            .map(str::to_owned)
+            .to_vec();
+        call.extend(["--commands".to_owned(), "status".to_owned()]);
+        if self.speed > 0.0 {
+            call.push(format!("--speed={}", self.speed));
+        }
         if let Some(elf) = &self.elf {
             call.push(format!("--elf={}", elf.display()));
         }
@@ -126,16 +153,20 @@ fn watch(options: &WatchOptions) -> Result<(), String> {
     }
     let source = options.source.open().map_err(|error| error.to_string())?;
     let colour = !options.no_colour && std::env::var_os("NO_COLOR").is_none();
-    let mut watch = Watch::new(source, options.source.scene.as_deref(), scenes::finger, colour);
+    let mut watch = Watch::new(
+        source,
+        options.source.scene.as_deref(),
+        scenes::finger,
+        colour,
+    );
     // Restores the terminal on every way out, a panic included.
     ratatui::run(|terminal| watch.run(terminal)).map_err(|error| error.to_string())
 }
 
 fn record(options: &RecordOptions) -> Result<(), String> {
     let source = options.source.open().map_err(|error| error.to_string())?;
-    let cannot = |error: std::io::Error| {
-        format!("cannot write {}: {error}", options.file.display())
-    };
+    let cannot =
+        |error: std::io::Error| format!("cannot write {}: {error}", options.file.display());
     let mut recording = Recording::create(&options.file).map_err(cannot)?;
     for line in options.commands.split(';').map(str::trim) {
         if !line.is_empty() {
@@ -183,10 +214,25 @@ fn record(options: &RecordOptions) -> Result<(), String> {
     Ok(())
 }
 
+fn page(options: &PageOptions) -> Result<(), String> {
+    let from = From::File(options.lines.clone());
+    let source = Source::open(&from, 0.0).map_err(|error| error.to_string())?;
+    let mut story = Story::default();
+    while let Ok(message) = source.messages.recv() {
+        story.take(message);
+    }
+    let finger = story.scene().and_then(scenes::finger);
+    std::fs::write(&options.out, story.html(&options.title, finger))
+        .map_err(|error| format!("cannot write {}: {error}", options.out.display()))?;
+    println!("{}", options.out.display());
+    Ok(())
+}
+
 fn main() -> ExitCode {
     let result = match Command::parse() {
         Command::Watch(options) => watch(&options),
         Command::Record(options) => record(&options),
+        Command::Page(options) => page(&options),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

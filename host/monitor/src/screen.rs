@@ -3,6 +3,8 @@
 mod finger;
 mod plots;
 
+pub(crate) use finger::touch_of as touch;
+
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style, Stylize};
@@ -76,8 +78,7 @@ pub fn draw(
     .areas(frame.area());
     let [left, right] =
         Layout::horizontal([Constraint::Percentage(45), Constraint::Fill(1)]).areas(body);
-    let [curve, lower] =
-        Layout::vertical([Constraint::Fill(3), Constraint::Fill(2)]).areas(right);
+    let [curve, lower] = Layout::vertical([Constraint::Fill(3), Constraint::Fill(2)]).areas(right);
     let [posterior, numbers] =
         Layout::horizontal([Constraint::Fill(1), Constraint::Length(26)]).areas(lower);
     header(frame, head, state, view);
@@ -158,7 +159,10 @@ fn values(frame: &mut Frame, area: Rect, state: &State, view: &View) {
         (Some(contact), None) => contact.why.clone().unwrap_or_else(|| "touch".to_owned()),
     };
     let mut lines = vec![
-        Line::styled(judged, view.paint(Color::Green).add_modifier(Modifier::BOLD)),
+        Line::styled(
+            judged,
+            view.paint(Color::Green).add_modifier(Modifier::BOLD),
+        ),
         Line::from(format!(
             "force    {}",
             shown(contact.and_then(|c| c.force_n), 2, "N")
@@ -225,7 +229,10 @@ fn events(frame: &mut Frame, area: Rect, state: &State, view: &View) {
     if view.back > 0 {
         title.push_str(&format!(", {} back", view.back));
     }
-    frame.render_widget(Paragraph::new(lines).block(Block::bordered().title(title)), area);
+    frame.render_widget(
+        Paragraph::new(lines).block(Block::bordered().title(title)),
+        area,
+    );
 }
 
 fn footer(frame: &mut Frame, area: Rect, view: &View, command: &CommandLine) {
@@ -239,7 +246,10 @@ fn footer(frame: &mut Frame, area: Rect, view: &View, command: &CommandLine) {
             let offered: Vec<&str> = command.candidates().take(6).map(str::trim).collect();
             let line = Line::from(vec![
                 Span::from(format!(":{}", command.text())),
-                Span::styled(format!("   {}", offered.join("  ")), view.paint(Color::DarkGray)),
+                Span::styled(
+                    format!("   {}", offered.join("  ")),
+                    view.paint(Color::DarkGray),
+                ),
             ]);
             frame.render_widget(line, area);
             let column = u16::try_from(command.cursor()).unwrap_or(u16::MAX);

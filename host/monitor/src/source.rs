@@ -28,7 +28,9 @@ pub enum Failure {
         source: std::io::Error,
     },
     /// A serial port cannot be opened.
-    #[error("cannot open the serial port {name}: {source}; is the board connected, and may you use the port?")]
+    #[error(
+        "cannot open the serial port {name}: {source}; is the board connected, and may you use the port?"
+    )]
     Port {
         /// Which.
         name: String,

@@ -132,6 +132,27 @@ pub enum Message {
 /// Reads one line; `None` for an empty one.
 #[must_use]
 pub fn parse(line: &str) -> Option<Message> {
+    Some(match parse_line(line)? {
+        Message::Event(event) if event.name == "sample" => Message::Sample(sample_of(&event)),
+        other => other,
+    })
+}
+
+/// The samples that `trace on` streams are log lines like all others.
+fn sample_of(event: &Event) -> Sample {
+    let number = |key: &str| event.number(key);
+    Sample {
+        time_s: number("time_us").map_or(event.time_s.unwrap_or_default(), |us| 1e-6 * us),
+        counts: number("counts").unwrap_or_default(),
+        current_a: number("current_a").unwrap_or_default(),
+        duty: number("duty").unwrap_or_default(),
+        supply_v: number("supply_v"),
+        residual_nm: number("residual_mnm").map(|mnm| 1e-3 * mnm),
+        threshold_nm: number("threshold_mnm").map(|mnm| 1e-3 * mnm),
+    }
+}
+
+fn parse_line(line: &str) -> Option<Message> {
     let line = line.trim_end_matches(['\r', '\n']);
     if line.trim().is_empty() {
         return None;
@@ -147,15 +168,6 @@ pub fn parse(line: &str) -> Option<Message> {
 fn parse_object(object: serde_json::Map<String, Value>) -> Message {
     let number = |key: &str| object.get(key).and_then(Value::as_f64);
     match object.get("type").and_then(Value::as_str) {
-        Some("sample") => Message::Sample(Sample {
-            time_s: number("t_s").unwrap_or_default(),
-            counts: number("counts").unwrap_or_default(),
-            current_a: number("current_a").unwrap_or_default(),
-            duty: number("duty").unwrap_or_default(),
-            supply_v: number("supply_v"),
-            residual_nm: number("residual_nm"),
-            threshold_nm: number("threshold_nm"),
-        }),
         Some("truth") => Message::Truth {
             phalanx: number("phalanx").unwrap_or_default() as u32,
             k_mm: number("k_mm").unwrap_or_default(),
@@ -276,12 +288,17 @@ mod tests {
     #[test]
     fn a_bare_line_is_a_name() {
         let read = event("calibrate forget");
-        assert_eq!((read.time_s, read.name.as_str()), (None, "calibrate forget"));
+        assert_eq!(
+            (read.time_s, read.name.as_str()),
+            (None, "calibrate forget")
+        );
     }
 
     #[test]
     fn an_object_is_the_same_as_a_line() {
-        let read = event(r#"{"type":"event","name":"state","t_s":1.5,"level":"info","field_name":"close","k_mm":null}"#);
+        let read = event(
+            r#"{"type":"event","name":"state","t_s":1.5,"level":"info","field_name":"close","k_mm":null}"#,
+        );
         assert_eq!(read.name, "state");
         assert_eq!(read.field("name"), Some("close"));
         assert_eq!(read.number("k_mm"), None);
@@ -289,16 +306,30 @@ mod tests {
 
     #[test]
     fn a_sample_keeps_what_is_not_known_apart() {
-        let read = parse(r#"{"type":"sample","t_s":1.0,"counts":12,"current_a":0.01,"duty":0.5}"#);
+        let read = parse("sample time_us=1000000 counts=12 current_a=0.01 duty=0.5");
         let Some(Message::Sample(sample)) = read else {
             panic!("{read:?}");
         };
-        assert_eq!((sample.counts, sample.supply_v), (12.0, None));
+        assert_eq!(
+            (sample.time_s, sample.counts, sample.supply_v),
+            (1.0, 12.0, None)
+        );
     }
 
     #[test]
     fn nothing_that_comes_over_a_wire_panics() {
-        for line in ["{", "}", "[", "= =", "1.0", "(", "[INFO", "a=(b.rs:", "{\"type\":3}", "\u{7f}\u{0}"] {
+        for line in [
+            "{",
+            "}",
+            "[",
+            "= =",
+            "1.0",
+            "(",
+            "[INFO",
+            "a=(b.rs:",
+            "{\"type\":3}",
+            "\u{7f}\u{0}",
+        ] {
             let _ = parse(line);
         }
         assert_eq!(parse("  "), None);

@@ -141,6 +141,19 @@ impl<'f> Session<'f> {
         self.progress == Progress::Done
     }
 
+    /// The user does one thing more, after what is still to be done.
+    pub fn enter(&mut self, step: Step) {
+        self.settings.script.0.push(step);
+        if self.progress == Progress::Done {
+            self.progress = Progress::Next(self.machine.now());
+        }
+    }
+
+    /// Types a line at once, whatever is going on: a `stop` must not wait.
+    pub fn interrupt(&mut self, line: &str) {
+        self.machine.command(&format!("{line}\n"));
+    }
+
     /// The time allowed is up.
     #[must_use]
     pub fn timed_out(&self) -> bool {
@@ -195,6 +208,10 @@ impl<'f> Session<'f> {
                 self.progress = Progress::Next(self.machine.now() + PAUSE);
             }
             "fault" => {
+                // The motion has ended, without a word of its own.
+                if self.progress == Progress::Moving {
+                    self.progress = Progress::Next(self.machine.now() + PAUSE);
+                }
                 let number = event.number("number").map_or(0, |n| n as u32);
                 self.faults
                     .push((number, event.field("name").unwrap_or_default().to_owned()));

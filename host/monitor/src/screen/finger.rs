@@ -19,8 +19,7 @@ const ARROW_M_PER_N: f64 = 0.015;
 const CELL_ASPECT: f64 = 2.0;
 
 /// The contact as the mechanics wants it, from the last word on it.
-pub(super) fn touch(contact: Option<&Contact>) -> Option<Touch> {
-    let contact = contact?;
+pub(crate) fn touch_of(contact: &Contact) -> Option<Touch> {
     let place = contact.places.first()?;
     Some(Touch {
         theta_a_rad: contact.touch_rad?,
@@ -43,7 +42,7 @@ pub(super) fn draw(
         .map_or(0.0, |sample| sample.counts * finger.scales().0);
     let contact = state.contact.as_ref();
     let points = finger
-        .points(theta_a_rad, touch(contact))
+        .points(theta_a_rad, contact.and_then(touch_of))
         .or_else(|| finger.points(theta_a_rad, None));
     let reach: f64 = finger.lengths_m().iter().sum();
     let (width, height) = (
@@ -68,7 +67,11 @@ pub(super) fn draw(
             phalanges(context, points, colour(Color::White));
             let Some(contact) = contact else { return };
             for (rank, place) in contact.places.iter().enumerate() {
-                let shade = colour(if rank == 0 { Color::Green } else { Color::Yellow });
+                let shade = colour(if rank == 0 {
+                    Color::Green
+                } else {
+                    Color::Yellow
+                });
                 mark(context, points, place, contact.force_n, shade);
             }
             if let Some((phalanx, k_mm, _)) = state.truth
@@ -121,10 +124,7 @@ fn along(points: &Points, phalanx: u32, k_m: f64) -> Option<([f64; 2], [f64; 2])
     let length = (x2 - x1).hypot(y2 - y1);
     let share = (k_m / length).clamp(0.0, 1.0);
     let normal = [-(y2 - y1) / length, (x2 - x1) / length];
-    Some((
-        [x1 + share * (x2 - x1), y1 + share * (y2 - y1)],
-        normal,
-    ))
+    Some(([x1 + share * (x2 - x1), y1 + share * (y2 - y1)], normal))
 }
 
 fn mark(

@@ -7,7 +7,7 @@ use ratatui::symbols::Marker;
 use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType};
 
 use super::View;
-use super::finger::touch;
+use super::finger::touch_of;
 use crate::posture::Drawn;
 use crate::state::State;
 
@@ -48,7 +48,10 @@ pub(super) fn curve(
         .zip(state.samples.back().and_then(|sample| sample.threshold_nm))
         .map(|(friction, threshold)| level(friction + threshold))
         .unwrap_or_default();
-    let predicted: Vec<(f64, f64)> = touch(state.contact.as_ref())
+    let predicted: Vec<(f64, f64)> = state
+        .contact
+        .as_ref()
+        .and_then(touch_of)
         .map(|touch| finger.curve(touch, 0.2))
         .unwrap_or_default()
         .into_iter()
@@ -82,7 +85,10 @@ pub(super) fn curve(
         line("estimate", &predicted, Color::Green),
     ];
     let chart = Chart::new(datasets)
-        .block(Block::bordered().title("motor torque at the input link (nominal), mN m, against angle, deg"))
+        .block(
+            Block::bordered()
+                .title("motor torque at the input link (nominal), mN m, against angle, deg"),
+        )
         .x_axis(axis(low, high))
         .y_axis(axis(0.0, 1.1 * most.max(1.0)))
         .legend_position(Some(ratatui::widgets::LegendPosition::TopLeft));
@@ -100,7 +106,11 @@ pub(super) fn posterior(
     view: &View,
     finger: &mut (dyn Drawn + '_),
 ) {
-    let lengths_mm: Vec<f64> = finger.lengths_m().iter().map(|length| 1e3 * length).collect();
+    let lengths_mm: Vec<f64> = finger
+        .lengths_m()
+        .iter()
+        .map(|length| 1e3 * length)
+        .collect();
     let total: f64 = lengths_mm.iter().sum();
     let base = |phalanx: u32| -> f64 {
         lengths_mm
@@ -129,7 +139,9 @@ pub(super) fn posterior(
             let half = (5.0 * place.sigma_mm).max(5.0);
             let far = places
                 .iter()
-                .map(|other| (base(other.phalanx) + other.k_mm - centre).abs() + 4.0 * other.sigma_mm)
+                .map(|other| {
+                    (base(other.phalanx) + other.k_mm - centre).abs() + 4.0 * other.sigma_mm
+                })
                 .fold(half, f64::max);
             ((centre - far).max(0.0), (centre + far).min(total))
         }
@@ -170,9 +182,11 @@ pub(super) fn posterior(
 }
 
 fn axis<'a>(low: f64, high: f64) -> Axis<'a> {
-    Axis::default()
-        .bounds([low, high])
-        .labels([format!("{low:.0}"), format!("{:.0}", 0.5 * (low + high)), format!("{high:.0}")])
+    Axis::default().bounds([low, high]).labels([
+        format!("{low:.0}"),
+        format!("{:.0}", 0.5 * (low + high)),
+        format!("{high:.0}"),
+    ])
 }
 
 /// Least and largest of some values, or what is given where there are none or they do not differ.
