@@ -4,16 +4,18 @@
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use embassy_stm32::pac::gpio::vals::{Odr, Ospeedr};
-use embassy_stm32::pac::timer::vals::{Bkinp, Bkp, Cms, FilterValue, Mms2, Ocm, Ossi, Ossr};
-use embassy_stm32::pac::{DBGMCU, GPIOA, GPIOB, RCC, SYSCFG, TIM1};
-use embassy_stm32::peripherals::{PA8, PA9, PB5, PB10};
-use embassy_stm32::{Peri, peripherals};
+use embassy_stm32::Peri;
+use embassy_stm32::gpio::{AfType, Flex, Level, Output, OutputType, Pull, Speed};
+use embassy_stm32::pac::gpio::Gpio;
+use embassy_stm32::pac::gpio::vals::{Idr, Odr};
+use embassy_stm32::pac::timer::vals::{Bkp, FilterValue, Mms2, Ossi, Ossr};
+use embassy_stm32::pac::{DBGMCU, GPIOA, GPIOB, SYSCFG, TIM1};
+use embassy_stm32::peripherals::{self, PA8, PA9, PB5, PB10};
+use embassy_stm32::timer::low_level::{CountingMode, OutputCompareMode, Timer};
+use embassy_stm32::timer::simple_pwm::PwmPin;
+use embassy_stm32::timer::{Ch1, Channel};
 
 use palpate::drive::io::{CONTROL_HZ, DUTY_FULL, Direction, Outputs, PWM_HZ};
-
-use super::clock;
-use super::pins::{self, Use};
 
 /// Pins of the bridge.
 pub struct Pins {
@@ -27,13 +29,11 @@ pub struct Pins {
     pub fault: Peri<'static, PB10>,
 }
 
-const ENABLE_PIN: usize = 8;
 const PHASE_PIN: usize = 9;
 const SLEEP_PIN: usize = 5;
 const FAULT_PIN: usize = 10;
-/// TIM1_CH1 on PA8, TIM1_BKIN on PB10.
-const CHANNEL: Use = Use::function(6);
-const BREAK: Use = Use::function(12);
+/// TIM1_BKIN on PB10, as the data sheet numbers alternate functions.
+const BREAK_FUNCTION: u8 = 12;
 
 /// Centre-aligned counting makes two update events a PWM period; the repetition counter lets through one a control
 /// period: five PWM periods.
@@ -57,75 +57,69 @@ pub fn take_was_live() -> bool {
 /// The bridge, armed or not. It belongs to the control interrupt.
 pub struct Bridge {
     armed: bool,
+    /// Dropping a driver would disconnect its pin or stop the timer. The interrupt writes registers.
+    _timer: Timer<'static, peripherals::TIM1>,
+    _enable: PwmPin<'static, peripherals::TIM1, Ch1>,
+    _levels: [Output<'static>; 2],
+    _fault: Flex<'static>,
 }
 
 impl Bridge {
     /// Sets up timer, pins and break with the outputs off. The timer stands still until [`start`].
-    pub fn new(_tim1: Peri<'static, peripherals::TIM1>, pins: Pins) -> Self {
+    pub fn new(timer: Peri<'static, peripherals::TIM1>, pins: Pins) -> Self {
         // Asleep and EN low before the timer gets the pin.
-        pins::write(GPIOB, SLEEP_PIN, false);
-        pins::set_up(pins.sleep, Use::OUTPUT);
-        pins::write(GPIOA, PHASE_PIN, false);
-        pins::set_up(pins.phase, Use::OUTPUT);
-        // nFAULT is open drain.
-        pins::set_up(pins.fault, BREAK.pulled_up());
+        let sleep = Output::new(pins.sleep, Level::Low, Speed::Low);
+        let phase = Output::new(pins.phase, Level::Low, Speed::Low);
+        // By number: the driver's break pin has no pull. nFAULT is open drain.
+        let mut fault = Flex::new(pins.fault);
+        fault.set_as_af_unchecked(BREAK_FUNCTION, AfType::input(Pull::Up));
 
-        RCC.apb2enr().modify(|w| {
-            w.set_tim1en(true);
-            w.set_syscfgen(true);
-        });
-        clock::settle();
-        TIM1.cr1().write(|w| {
-            // Both at the top and at zero there is an update, as far as the repetition counter lets it through.
-            w.set_cms(Cms::CENTER_ALIGNED3);
-            w.set_arpe(true);
-        });
+        let timer = Timer::new(timer);
+        // Both at the top and at zero there is an update, as far as the repetition counter lets it through.
+        timer.set_counting_mode(CountingMode::CenterAlignedBothInterrupts);
+        timer.set_autoreload_preload(true);
+        // By register, as a period in counts: the driver takes a frequency, and rounds.
         TIM1.arr().write(|w| w.set_arr(DUTY_FULL));
         // Written before the counter starts: the update then falls on the counter's zero, the middle of the on-time.
-        TIM1.rcr().write(|w| w.set_rep(REPETITION));
-        TIM1.ccmr_output(0).write(|w| {
-            w.set_ocm(0, Ocm::PWM_MODE1);
-            w.set_ocpe(0, true);
-        });
-        TIM1.ccr(0).write(|w| w.set_ccr(0));
-        TIM1.cr2().write(|w| w.set_mms2(Mms2::UPDATE));
+        timer.set_repetition_counter(REPETITION);
+        timer.set_output_compare_mode(Channel::Ch1, OutputCompareMode::PwmMode1);
+        timer.set_output_compare_preload(Channel::Ch1, true);
+        timer.set_compare_value(Channel::Ch1, 0);
+        timer.set_mms2_selection(Mms2::UPDATE);
 
         // Break: nFAULT low for 8 timer clocks (47 ns), or the core locked up, or flash with two wrong bits. Off means
-        // driven low, not floating, and only software re-enables (AOE stays clear).
-        TIM1.af1().modify(|w| {
-            w.set_bkine(true);
-            w.set_bkinp(Bkinp::NOT_INVERTED);
-        });
-        TIM1.bdtr().modify(|w| {
-            w.set_moe(false);
-            w.set_aoe(false);
-            w.set_ossi(Ossi::IDLE_LEVEL);
-            w.set_ossr(Ossr::IDLE_LEVEL);
-            w.set_bkp(0, Bkp::ACTIVE_LOW);
-            w.set_bkf(0, FilterValue::FCK_INT_N8);
-        });
-        TIM1.bdtr().modify(|w| w.set_bke(0, true));
-        // A debugger that halts the core stops the timer and with it the outputs.
+        // driven low, not floating, and only software re-enables.
+        timer.set_moe(false);
+        timer.set_automatic_output_enable(false);
+        timer.set_ossi(Ossi::IDLE_LEVEL);
+        timer.set_ossr(Ossr::IDLE_LEVEL);
+        timer.set_break_input_pin_enable(true);
+        timer.set_break_polarity(Bkp::ACTIVE_LOW);
+        timer.set_break_filter(FilterValue::FCK_INT_N8);
+        timer.set_break_enable(true);
+        // By register, as no driver has them. A debugger that halts the core stops the timer and with it the outputs.
         DBGMCU.apb2fzr().modify(|w| w.set_tim1(true));
         SYSCFG.cfgr2().modify(|w| {
             w.set_cll(true);
             w.set_eccl(true);
         });
 
-        // Steep edges: a PWM step is 12 ns.
-        GPIOA
-            .ospeedr()
-            .modify(|w| w.set_ospeedr(ENABLE_PIN, Ospeedr::VERY_HIGH_SPEED));
-        pins::set_up(pins.enable, CHANNEL);
-        TIM1.ccer().write(|w| w.set_cce(0, true));
+        let enable = PwmPin::new(pins.enable, OutputType::PushPull);
+        timer.enable_channel(Channel::Ch1, true);
         // Takes over what was written so far.
-        TIM1.egr().write(|w| w.set_ug(true));
-        Self { armed: false }
+        timer.generate_update_event();
+        Self {
+            armed: false,
+            _timer: timer,
+            _enable: enable,
+            _levels: [sleep, phase],
+            _fault: fault,
+        }
     }
 
     /// Whether the bridge reports a fault, or the break latched since the bridge was last switched on.
     pub fn fault(&self) -> bool {
-        let pin_low = !pins::is_high(GPIOB, FAULT_PIN);
+        let pin_low = !is_high(GPIOB, FAULT_PIN);
         // Both registers in any case: cheaper than to branch.
         pin_low | (self.armed & !TIM1.bdtr().read().moe())
     }
@@ -142,7 +136,7 @@ impl Bridge {
                 self.arm();
             }
             Outputs::Drive { direction, duty } => {
-                pins::write(GPIOA, PHASE_PIN, direction == Direction::Closing);
+                write(GPIOA, PHASE_PIN, direction == Direction::Closing);
                 // Any value above the counter's range is full duty too.
                 TIM1.ccr(0).write(|w| w.set_ccr(duty.0));
                 self.arm();
@@ -152,14 +146,13 @@ impl Bridge {
 
     /// Wakes the bridge and enables the timer's outputs, once: a break that comes later stays in force until the
     /// controller has asked for [`Outputs::Off`].
-    #[inline(always)]
     fn arm(&mut self) {
         if self.armed {
             return;
         }
         self.armed = true;
         live().store(LIVE_MARK, Ordering::Relaxed);
-        pins::write(GPIOB, SLEEP_PIN, true);
+        write(GPIOB, SLEEP_PIN, true);
         // Status bits are cleared by writing zero; ones leave the others alone.
         TIM1.sr().write(|w| {
             w.0 = u32::MAX;
@@ -175,17 +168,28 @@ pub fn start() {
 }
 
 /// Bridge off: outputs disabled, compare value zero, asleep. Register writes that cannot fail, allowed anywhere, also
-/// before [`Bridge::new`] and from a fault handler. The control interrupt, which runs from a memory of its own, has a copy; so
-/// it has of what else is `inline(always)` here and in [`pins`].
-#[inline(always)]
+/// before [`Bridge::new`] and from a fault handler.
 pub fn off() {
     TIM1.bdtr().modify(|w| w.set_moe(false));
     TIM1.ccr(0).write(|w| w.set_ccr(0));
-    pins::write(GPIOB, SLEEP_PIN, false);
+    write(GPIOB, SLEEP_PIN, false);
     live().store(0, Ordering::Relaxed);
 }
 
 /// Outputs disabled and bridge asleep, as the registers have it.
 pub fn is_off() -> bool {
     !TIM1.bdtr().read().moe() && GPIOB.odr().read().odr(SLEEP_PIN) == Odr::LOW
+}
+
+/// One pin's level through the set/reset register: no read, no lost update of its neighbours.
+fn write(port: Gpio, pin: usize, high: bool) {
+    // The lower half of the register sets, the upper resets.
+    let bit = 1 << pin;
+    port.bsrr()
+        .write(|w| w.0 = if high { bit } else { bit << 16 });
+}
+
+/// The level at a pin.
+fn is_high(port: Gpio, pin: usize) -> bool {
+    port.idr().read().idr(pin) == Idr::HIGH
 }

@@ -1,45 +1,79 @@
-//! 170 MHz from the board's 24 MHz crystal.
+//! 170 MHz from the board's 24 MHz crystal, or from the chip's own oscillator where the crystal does not start.
 
 use embassy_stm32::Peripherals;
 use embassy_stm32::pac::{PWR, RCC};
-use embassy_stm32::rcc::{Hse, HseMode, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk};
+use embassy_stm32::rcc::{self, Hse, HseMode, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk};
 use embassy_stm32::time::Hertz;
 
-/// R1MODE in PWR_CR5 (reference manual RM0440); clear is boost mode. The register crate has it at bit 0.
+/// R1MODE in PWR_CR5 (reference manual RM0440); clear is boost mode. The register crate has it at bit 0, and so has the
+/// driver's own `boost`.
 const NO_BOOST: u32 = 1 << 8;
+/// Looks at the crystal, of about ten cycles of 16 MHz each: 20 ms at least. The data sheet (DS12589) has 2 ms typical for
+/// its start.
+const CRYSTAL_LOOKS: u32 = 32_000;
 
-/// Starts the clocks: HSE 24 MHz / 6 x 85 / 2 = 170 MHz to core, buses and timers, 4 wait states, boost mode.
-pub fn start() -> Peripherals {
-    let mut config = embassy_stm32::Config::default();
-    let rcc = &mut config.rcc;
-    rcc.hse = Some(Hse {
+/// Where the clock comes from.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// The crystal: within 50 ppm.
+    Crystal,
+    /// The internal oscillator, because the crystal did not start: within 1 % at room temperature.
+    Internal,
+}
+
+/// Starts the clocks: 24 MHz / 6 x 85 / 2 (or 16 MHz / 4 x 85 / 2) = 170 MHz to core, buses and timers, 4 wait states, boost
+/// mode.
+pub fn start() -> (Peripherals, Source) {
+    // First at 16 MHz, since the driver's start resets the power control: boost mode must be on before the clock is faster
+    // than 150 MHz.
+    let mut peripherals = embassy_stm32::init(embassy_stm32::Config::default());
+    PWR.cr5().modify(|w| w.0 &= !NO_BOOST);
+    let source = if crystal_starts() {
+        Source::Crystal
+    } else {
+        Source::Internal
+    };
+    rcc::reinit(config(source), &mut peripherals.RCC);
+    if source == Source::Crystal {
+        // From here on a crystal that stops takes the bridge off through the timer's break and raises the non-maskable
+        // interrupt.
+        RCC.cr().modify(|w| w.set_csson(true));
+    }
+    (peripherals, source)
+}
+
+/// Starts the crystal. The driver would wait for it forever.
+fn crystal_starts() -> bool {
+    RCC.cr().modify(|w| w.set_hseon(true));
+    let starts = (0..CRYSTAL_LOOKS).any(|_| RCC.cr().read().hserdy());
+    if !starts {
+        RCC.cr().modify(|w| w.set_hseon(false));
+    }
+    starts
+}
+
+fn config(source: Source) -> rcc::Config {
+    let (pll_source, prediv) = match source {
+        Source::Crystal => (PllSource::HSE, PllPreDiv::DIV6),
+        Source::Internal => (PllSource::HSI, PllPreDiv::DIV4),
+    };
+    let mut config = rcc::Config::default();
+    config.hse = (source == Source::Crystal).then_some(Hse {
         freq: Hertz(24_000_000),
         mode: HseMode::Oscillator,
     });
-    rcc.pll = Some(Pll {
-        source: PllSource::HSE,
-        prediv: PllPreDiv::DIV6,
+    config.pll = Some(Pll {
+        source: pll_source,
+        prediv,
         mul: PllMul::MUL85,
         divp: None,
         divq: None,
         divr: Some(PllRDiv::DIV2),
     });
-    rcc.sys = Sysclk::PLL1_R;
-    rcc.boost = true;
-    rcc.hsi48 = None;
-    let peripherals = embassy_stm32::init(config);
-    // `boost` above writes the wrong bit; before `init` there is no use in the right one, since `init` resets PWR.
-    PWR.cr5().modify(|w| w.0 &= !NO_BOOST);
-    // From here on a crystal that stops takes the bridge off through the timer's break and raises the non-maskable
-    // interrupt.
-    RCC.cr().modify(|w| w.set_csson(true));
-    peripherals
-}
-
-/// To be called when the clock of a peripheral was enabled, before its first register is written: the clock comes two cycles
-/// later (reference manual RM0440), and what was written before is lost.
-pub fn settle() {
-    // A read from the same bus waits for the write before it.
-    let _ = RCC.cr().read();
-    cortex_m::asm::dsb();
+    config.sys = Sysclk::PLL1_R;
+    // Wait states and steps of boost mode; its bit is set above.
+    config.boost = true;
+    config.hsi48 = None;
+    config.mux.adc12sel = rcc::mux::Adcsel::SYS;
+    config
 }

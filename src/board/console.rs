@@ -1,31 +1,31 @@
 //! Command lines in, answers out: over RTT's down channel and over the ST-LINK's serial port, the same text on both.
 //!
-//! Listening and executing are two tasks: while a command waits for flash or for the serial port, `stop` still arrives
+//! Listening and executing are separate tasks: while a command waits for flash or for the serial port, `stop` still arrives
 //! and takes effect within two milliseconds. The lines that wait when it comes are dropped.
 
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-use embassy_time::Duration;
-use heapless::Deque;
+use embassy_stm32::usart::{BufferedUartRx, BufferedUartTx};
+use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
+use embassy_sync::channel::Channel;
+use embassy_time::{Duration, Ticker};
+use embedded_io_async::{Read, Write};
 
 use palpate::app::command::{Command, CommandError};
 use palpate::app::input::Lines;
 
-use super::serial::{Receiver, Sender};
-use super::shared::{Shared, Turn};
-use super::{log, pace, telemetry};
+use super::{log, telemetry};
 
-/// What a line said.
-pub type Said = Result<Command, CommandError>;
+/// What a line says.
+pub type Parsed = Result<Command, CommandError>;
 
-/// How often both sides are asked for bytes, the serial port for room (eleven bytes take that long), and the queue for lines.
+/// How often RTT is asked for bytes: its host writes memory and raises no interrupt.
 const POLL: Duration = Duration::from_millis(1);
-/// Lines waiting for their turn.
+/// Lines waiting to be carried out.
 const WAITING: usize = 4;
 
-static LINES: Shared<Deque<Said, WAITING>> = Shared::new(Deque::new());
+static LINES: Channel<ThreadModeRawMutex, Parsed, WAITING> = Channel::new();
 static STOP: AtomicBool = AtomicBool::new(false);
-/// Lines ignored since boot because too many waited, or a stop came behind them; wraps.
 static IGNORED: AtomicU32 = AtomicU32::new(0);
 
 /// Whether someone asked for a stop since the last call.
@@ -39,13 +39,8 @@ pub fn ignored() -> u32 {
 }
 
 /// The next line.
-pub async fn next(turn: &mut Turn) -> Said {
-    loop {
-        if let Some(said) = LINES.lock(turn, Deque::pop_front) {
-            return said;
-        }
-        pace::after(POLL).await;
-    }
+pub async fn next() -> Parsed {
+    LINES.receive().await
 }
 
 /// Lines from one sender.
@@ -57,54 +52,59 @@ struct Source {
 }
 
 impl Source {
-    fn push(&mut self, byte: u8, turn: &mut Turn) {
-        let said = self.lines.push(byte);
+    fn push(&mut self, byte: u8) {
+        let parsed = self.lines.push(byte);
         #[cfg(feature = "fault-injection")]
         if self.injector.push(byte) {
             return;
         }
-        let Some(said) = said else {
+        let Some(parsed) = parsed else {
             return;
         };
-        let stop = said == Ok(Command::Stop);
-        if stop {
+        let mut lost = 0;
+        if parsed == Ok(Command::Stop) {
             STOP.store(true, Ordering::Relaxed);
-        }
-        let lost = LINES.lock(turn, |lines| {
             // What waits was asked for before the stop: carried out after it, a `run` would start the motor again.
-            let dropped = if stop {
-                core::mem::take(lines).len()
-            } else {
-                0
-            };
-            dropped + usize::from(lines.push_back(said).is_err())
-        });
+            lost += LINES.len();
+            LINES.clear();
+        }
+        lost += usize::from(LINES.try_send(parsed).is_err());
         IGNORED.store(ignored().wrapping_add(lost as u32), Ordering::Relaxed);
     }
 }
 
-/// Puts lines together from both sides.
+/// Puts lines together from RTT.
 #[embassy_executor::task]
-pub async fn listen(mut port: Receiver, mut turn: Turn) {
-    let mut rtt = Source::default();
-    let mut serial = Source::default();
+pub async fn listen_rtt() {
+    let mut source = Source::default();
+    let mut ticker = Ticker::every(POLL);
     loop {
+        ticker.next().await;
         while let Some(byte) = log::read_byte() {
-            rtt.push(byte, &mut turn);
+            source.push(byte);
         }
-        while let Some(byte) = port.next() {
-            serial.push(byte, &mut turn);
+    }
+}
+
+/// Puts lines together from the serial port.
+#[embassy_executor::task]
+pub async fn listen_serial(mut port: BufferedUartRx<'static>) {
+    let mut source = Source::default();
+    let mut bytes = [0; 16];
+    loop {
+        // A framing or noise error spoils a line, which is then answered; the next bytes count again.
+        let count = port.read(&mut bytes).await.unwrap_or(0);
+        for &byte in bytes.iter().take(count) {
+            source.push(byte);
         }
-        pace::after(POLL).await;
     }
 }
 
 /// Says an answer line on both sides.
-pub async fn answer(port: &mut Sender, line: &str) {
+pub async fn answer(port: &mut BufferedUartTx<'static>, line: &str) {
     telemetry::answer(line);
-    for byte in line.bytes().chain(*b"\r\n") {
-        while !port.send(byte) {
-            pace::after(POLL).await;
-        }
+    for part in [line, "\r\n"] {
+        // The port drains whether someone listens or not; its driver has no other error.
+        let _ = port.write_all(part.as_bytes()).await;
     }
 }

@@ -1,28 +1,25 @@
 //! The control interrupt: 20 kHz, highest priority, registers in, registers out.
 //!
 //! In between runs [`Controller::step`], the same code as in the host's simulation. Nothing here waits, allocates, logs or
-//! can panic; `palpate-reach` proves it on the linked image.
-//!
-//! It runs from CCM SRAM, without the wait states of the flash, which would cost it more cycles than its instructions:
-//! `palpate-reach` proves as well that nothing that it reaches lies elsewhere.
+//! can panic. It runs from CCM SRAM, without the wait states of flash, which would cost more cycles than its instructions;
+//! `memory.x` places it there. `palpate-reach` proves both on the linked image.
 #![allow(
     clippy::unit_arg,
     clippy::let_unit_value,
     reason = "a reading of joint 2 is nothing in a scene without its sensor"
 )]
 
-use core::cell::{Cell, UnsafeCell};
-use core::mem::MaybeUninit;
-use core::ptr;
-use core::sync::atomic::{AtomicBool, AtomicU32, Ordering, compiler_fence};
+use core::cell::RefCell;
+use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m::peripheral::NVIC;
-use cortex_m::{asm, interrupt as mask};
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{Interrupt, InterruptExt, Priority};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
+use heapless::spsc::{Consumer, Producer, Queue};
+use static_cell::StaticCell;
 
 use palpate::drive::io::Inputs;
 use palpate::drive::joint::JointInput;
@@ -30,61 +27,38 @@ use palpate::drive::{Controller, Demand, Status};
 use palpate::scene::{Active, JointPin, SampleOf};
 
 use super::bridge::{self, Bridge};
+use super::encoder::Encoder;
+use super::sampling::{self, Sampling};
 use super::watchdog::{self, Reporter};
-use super::{encoder, sampling};
 
 /// What the interrupt hands out: joint 2 is still a code.
 type Sample = palpate::sample::Sample<<JointPin<Active> as JointInput>::Raw>;
 
-/// Samples on their way to the sensing task, one a millisecond. The longest time for which it does not run is well
-/// below this many milliseconds; if it is not, the loss is a fault.
+/// Samples on their way to the sensing task, one a millisecond: one less than this fits. The task is never kept from running
+/// for nearly as long; if it is, the loss is a fault.
 const QUEUE_SAMPLES: usize = 16;
 
-/// Hands a value from one context to another. The lock masks interrupts for the few instructions of the copy.
-type Handover<T> = Mutex<CriticalSectionRawMutex, Cell<T>>;
-
-static DEMAND: Handover<Demand> = Mutex::new(Cell::new(Demand::REST));
+/// What the interrupt works with. Inside the interrupt the lock costs two instructions: nothing can preempt it anyway.
+static CONTROL: Mutex<CriticalSectionRawMutex, RefCell<Option<Control>>> =
+    Mutex::new(RefCell::new(None));
 static SAMPLED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 /// Samples that found the queue full; wraps.
 static LOST: AtomicU32 = AtomicU32::new(0);
 
-/// The queue: a ring of places, each empty or not, which both ends go round by themselves. Not a library's, which is a call
-/// to flash where it is not inlined.
-static QUEUE: [Handover<Option<Sample>>; QUEUE_SAMPLES] =
-    [const { Mutex::new(Cell::new(None)) }; QUEUE_SAMPLES];
-
-/// The place in the queue of one who has gone so many places.
-#[inline(always)]
-fn place(gone: usize) -> &'static Handover<Option<Sample>> {
-    &QUEUE[gone % QUEUE_SAMPLES]
-}
-
 /// What belongs to the interrupt.
 struct Control {
     bridge: Bridge,
+    encoder: Encoder,
+    _sampling: Sampling,
     controller: Controller,
-    samples: usize,
+    demand: Demand,
+    samples: Producer<'static, Sample>,
     overrun: bool,
 }
 
-/// Not an `Option`, whose `None` would be no zero, and so the whole an image in flash.
-struct Owned {
-    control: UnsafeCell<MaybeUninit<Control>>,
-    there: AtomicBool,
-}
-
-// SAFETY: written once before the interrupt is enabled; then touched by the interrupt alone, which cannot preempt itself, and
-// read while it is masked.
-unsafe impl Sync for Owned {}
-
-static CONTROL: Owned = Owned {
-    control: UnsafeCell::new(MaybeUninit::zeroed()),
-    there: AtomicBool::new(false),
-};
-
 /// The receiving end of the samples.
 pub struct Samples {
-    taken: usize,
+    queue: Consumer<'static, Sample>,
     joint: JointPin<Active>,
     lost: u32,
 }
@@ -97,8 +71,7 @@ impl Samples {
 
     /// The oldest sample, if there is one.
     pub fn next(&mut self) -> Option<SampleOf<Active>> {
-        let sample = place(self.taken).lock(Cell::take)?;
-        self.taken = self.taken.wrapping_add(1);
+        let sample = self.queue.dequeue()?;
         let reading = self.joint.reading(sample.joint);
         Some(sample.with_joint(reading))
     }
@@ -114,58 +87,47 @@ impl Samples {
 
 /// Tells the controller what is wanted from the next control period on.
 pub fn demand(demand: Demand) {
-    DEMAND.lock(|cell| cell.set(demand));
+    CONTROL.lock(|control| {
+        if let Some(control) = control.borrow_mut().as_mut() {
+            control.demand = demand;
+        }
+    });
 }
 
 /// The state of the motor.
-#[inline(never)]
 pub fn status() -> Status {
-    if !CONTROL.there.load(Ordering::Relaxed) {
-        return Status::default();
-    }
-    // SAFETY: see `Owned`; it is there, and within the critical section its interrupt is masked.
-    mask::free(|_| unsafe {
-        *(*CONTROL.control.get())
-            .assume_init_ref()
-            .controller
-            .status()
+    CONTROL.lock(|control| {
+        let control = control.borrow();
+        let status = control.as_ref().map(|control| *control.controller.status());
+        status.unwrap_or_default()
     })
 }
 
-/// Copies the interrupt's code to where it is linked to run. Call once, first of all.
-pub fn load() {
-    // `memory.x` defines them; only their addresses mean something.
-    unsafe extern "C" {
-        static mut _control_start: u32;
-        static _control_end: u32;
-        static _control_load: u32;
-    }
-    // SAFETY: the linker aligns the three to words and reserves the region from start to end for this code, of which nothing
-    // runs before its interrupt is enabled.
-    unsafe {
-        let start = &raw mut _control_start;
-        let words = (&raw const _control_end).offset_from(start);
-        ptr::copy_nonoverlapping(&raw const _control_load, start, words as usize);
-    }
-    // What was written is there before it is fetched.
-    asm::dsb();
-    asm::isb();
+/// What the interrupt needs of the chip.
+pub struct Chip {
+    /// The bridge, off.
+    pub bridge: Bridge,
+    /// The motor's encoder.
+    pub encoder: Encoder,
+    /// Current, supply and joint 2.
+    pub sampling: Sampling,
 }
 
-/// Gives bridge and controller to the interrupt and starts it, once; `joint` reads joint 2.
-pub fn start(bridge: Bridge, controller: Controller, joint: JointPin<Active>) -> Samples {
-    // SAFETY: the interrupt is not enabled yet.
-    unsafe {
-        (*CONTROL.control.get()).write(Control {
-            bridge,
+/// Gives chip and controller to the interrupt and starts it, once; `joint` reads joint 2. `None` the second time.
+pub fn start(chip: Chip, controller: Controller, joint: JointPin<Active>) -> Option<Samples> {
+    static QUEUE: StaticCell<Queue<Sample, QUEUE_SAMPLES>> = StaticCell::new();
+    let (samples, queue) = QUEUE.try_init(Queue::new())?.split();
+    CONTROL.lock(|control| {
+        *control.borrow_mut() = Some(Control {
+            bridge: chip.bridge,
+            encoder: chip.encoder,
+            _sampling: chip.sampling,
             controller,
-            samples: 0,
+            demand: Demand::REST,
+            samples,
             overrun: false,
         });
-    }
-    // Of one core the compiler alone could have it in another order.
-    compiler_fence(Ordering::Release);
-    CONTROL.there.store(true, Ordering::Relaxed);
+    });
     interrupt::ADC1_2.set_priority(Priority::P0);
     interrupt::FMAC.set_priority(Priority::P6);
     // SAFETY: what they need is in place.
@@ -174,11 +136,11 @@ pub fn start(bridge: Bridge, controller: Controller, joint: JointPin<Active>) ->
         interrupt::ADC1_2.enable();
     }
     bridge::start();
-    Samples {
-        taken: 0,
+    Some(Samples {
+        queue,
         joint,
         lost: 0,
-    }
+    })
 }
 
 /// Keeps the control interrupt from running until it is dropped.
@@ -197,46 +159,48 @@ impl Drop for Pause {
     }
 }
 
-/// The vector table takes it by its name; `#[interrupt]` would put a call from flash before it.
-#[unsafe(export_name = "ADC1_2")]
-#[unsafe(link_section = ".control")]
-extern "C" fn control() {
+/// Control interrupt.
+#[interrupt]
+fn ADC1_2() {
     let (current, supply) = sampling::read();
-    if !CONTROL.there.load(Ordering::Relaxed) {
-        return;
-    }
-    compiler_fence(Ordering::Acquire);
-    // SAFETY: see `Owned`; it is there.
-    let control = unsafe { (*CONTROL.control.get()).assume_init_mut() };
-    let inputs = Inputs {
-        current,
-        supply,
-        encoder: encoder::read(),
-        bridge_fault: control.bridge.fault(),
-        overrun: control.overrun,
-    };
-    let demand = DEMAND.lock(Cell::get);
-    let outputs = control.controller.step(&inputs, &demand);
-    control.bridge.apply(outputs);
-    if let Some(sample) = control.controller.sample() {
-        let sample = sample.with_joint(JointPin::<Active>::take(sampling::read_joint));
-        place(control.samples).lock(|place| {
-            if place.get().is_none() {
-                place.set(Some(sample));
-                control.samples = control.samples.wrapping_add(1);
-            } else {
-                let lost = LOST.load(Ordering::Relaxed).wrapping_add(1);
-                LOST.store(lost, Ordering::Relaxed);
+    CONTROL.lock(|control| {
+        // No one holds it while interrupts are masked: the alternatives are there because a panic must not be.
+        if let Ok(mut control) = control.try_borrow_mut()
+            && let Some(control) = control.as_mut()
+        {
+            let inputs = Inputs {
+                current,
+                supply,
+                encoder: control.encoder.read(),
+                bridge_fault: control.bridge.fault(),
+                overrun: control.overrun,
+            };
+            let outputs = control.controller.step(&inputs, &control.demand);
+            control.bridge.apply(outputs);
+            if let Some(sample) = control.controller.sample() {
+                let sample = sample.with_joint(JointPin::<Active>::take(sampling::read_joint));
+                hand_over(&mut control.samples, sample);
             }
-        });
-        // Waking a task runs code of the executor, behind a pointer: a lower interrupt does that.
-        NVIC::pend(Interrupt::FMAC);
-        watchdog::report(Reporter::Control);
-    }
-    control.overrun = sampling::pending();
+            control.overrun = sampling::pending();
+        }
+    });
 }
 
-/// Not the filter accelerator, which is unused, but its vector: wakes the sensing task on behalf of the control interrupt.
+/// Puts a sample into the queue and has the sensing task woken.
+fn hand_over(samples: &mut Producer<'static, Sample>, sample: Sample) {
+    // Always true. It tells the compiler the queue's length, without which the queue divides by a number that could be zero,
+    // and that would be a panic.
+    let fits = samples.capacity() == QUEUE_SAMPLES - 1 && samples.enqueue(sample).is_ok();
+    if !fits {
+        let lost = LOST.load(Ordering::Relaxed).wrapping_add(1);
+        LOST.store(lost, Ordering::Relaxed);
+    }
+    // Waking a task runs code of the executor, behind a pointer: a lower interrupt does that.
+    NVIC::pend(Interrupt::FMAC);
+    watchdog::report(Reporter::Control);
+}
+
+/// Wakes the sensing task on behalf of the control interrupt. The filter accelerator itself is not used, only its vector.
 #[interrupt]
 fn FMAC() {
     SAMPLED.signal(());

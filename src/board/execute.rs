@@ -1,6 +1,7 @@
 //! Command lines carried out, one after the other, each answered.
 
 use defmt::{Str, intern};
+use embassy_stm32::usart::BufferedUartTx;
 
 use palpate::app::command::{Command, Verb};
 use palpate::app::conduct::{Conduct, Effect};
@@ -14,9 +15,8 @@ use palpate::drive::Fault;
 use palpate::drive::sequence::{Notice, Refused};
 use palpate::scene::Active;
 
-use super::console::{self, Said};
-use super::serial::Sender;
-use super::shared::{Shared, Turn};
+use super::Shared;
+use super::console::{self, Parsed};
 use super::storage::{self, Storage};
 use super::{control, telemetry};
 
@@ -40,27 +40,22 @@ pub enum Kept {
 
 /// Reads the record, hands it over, and says so in the log.
 #[inline(never)]
-pub fn load(storage: &mut Storage, sense: &'static Shared<Sense<Active>>, turn: &mut Turn) -> Kept {
+pub fn load(storage: &mut Storage, sense: &'static Shared<Sense<Active>>) -> Kept {
     let (kept, what) = storage.load(|found| match found {
         Found::Nothing => (Kept::Nothing, intern!("none")),
         Found::Unreadable => (Kept::Nothing, intern!("unreadable")),
-        Found::Record { bytes, newest } => restore(bytes, newest, sense, turn),
+        Found::Record { bytes, newest } => restore(bytes, newest, sense),
     });
     telemetry::record(what, storage::bad_words());
     kept
 }
 
-fn restore(
-    bytes: &[u8],
-    newest: bool,
-    sense: &'static Shared<Sense<Active>>,
-    turn: &mut Turn,
-) -> (Kept, Str) {
+fn restore(bytes: &[u8], newest: bool, sense: &'static Shared<Sense<Active>>) -> (Kept, Str) {
     let mut kept = kept::Kept::nothing::<Active>();
     match decode(bytes, MARK, &mut kept) {
         Ok(()) => {
             let overrides = kept.overrides;
-            let notice = sense.lock(turn, |sense| sense.restore(kept));
+            let notice = sense.lock(|sense| sense.borrow_mut().restore(kept));
             let what = match newest {
                 true => intern!("loaded"),
                 false => intern!("older"),
@@ -83,22 +78,20 @@ fn why(error: RecordError) -> Str {
 /// Carries out commands.
 #[embassy_executor::task]
 pub async fn execute(
-    mut port: Sender,
+    mut port: BufferedUartTx<'static>,
     mut storage: Storage,
     sense: &'static Shared<Sense<Active>>,
     conduct: &'static Shared<Conduct<Active>>,
-    mut turn: Turn,
 ) {
     let mut line = Line::new();
     loop {
-        let said = console::next(&mut turn).await;
+        let parsed = console::next().await;
         line.clear();
-        let effect = carry_out(&mut line, said, conduct, &mut turn);
+        let effect = carry_out(&mut line, parsed, conduct);
         if matches!(effect, Effect::Save | Effect::Factory) {
-            let overrides = conduct.lock(&mut turn, |conduct| *conduct.overrides());
+            let overrides = conduct.lock(|conduct| *conduct.borrow().overrides());
             let saves = effect == Effect::Save;
-            let encode =
-                |writer: &mut Writer<'_, _>| write_record(sense, &mut turn, overrides, writer);
+            let encode = |writer: &mut Writer<'_, _>| write_record(sense, overrides, writer);
             match storage.replace(saves.then_some(encode)).await {
                 Ok(()) => line.text(if saves { "saved" } else { "forgotten" }),
                 Err(error) => line.text("failed: ").text(storage::name(error)),
@@ -109,7 +102,7 @@ pub async fn execute(
             console::answer(&mut port, line.as_str()).await;
             row += 1;
             line.clear();
-            if !list(&mut line, effect, row, conduct, &mut turn) {
+            if !list(&mut line, effect, row, conduct) {
                 break;
             }
         }
@@ -118,20 +111,15 @@ pub async fn execute(
 
 /// Carries a command out as far as flash is not concerned; the line says how that went, or begins the list that was asked for.
 #[inline(never)]
-fn carry_out(
-    line: &mut Line,
-    said: Said,
-    conduct: &'static Shared<Conduct<Active>>,
-    turn: &mut Turn,
-) -> Effect {
-    let effect = match said {
+fn carry_out(line: &mut Line, parsed: Parsed, conduct: &'static Shared<Conduct<Active>>) -> Effect {
+    let effect = match parsed {
         Err(error) => {
             error.write(line.text("error: "));
             return Effect::Accepted;
         }
         // The sequence has taken a stop already, before this line's turn came.
         Ok(Command::Stop) => Effect::Accepted,
-        Ok(command) => match conduct.lock(turn, |conduct| conduct.command(command)) {
+        Ok(command) => match conduct.lock(|conduct| conduct.borrow_mut().command(command)) {
             Ok(effect) => effect,
             Err(refused) => {
                 refuse(line, refused);
@@ -149,9 +137,9 @@ fn carry_out(
         Effect::Set { at_restart: true } => {
             line.text("ok; acts after save and a restart");
         }
-        Effect::Status => status(line, conduct, turn),
+        Effect::Status => status(line, conduct),
         Effect::Help | Effect::Show | Effect::Save | Effect::Factory => {
-            list(line, effect, 0, conduct, turn);
+            list(line, effect, 0, conduct);
         }
     }
     effect
@@ -161,12 +149,11 @@ fn carry_out(
 #[inline(never)]
 fn write_record(
     sense: &'static Shared<Sense<Active>>,
-    turn: &mut Turn,
     overrides: Overrides,
     writer: &mut Writer<'_, storage::Region>,
 ) {
-    sense.lock(turn, |sense| {
-        sense.keep(overrides, |kept| {
+    sense.lock(|sense| {
+        sense.borrow().keep(overrides, |kept| {
             encode(kept, MARK, |byte| writer.push(byte));
         });
     });
@@ -179,7 +166,6 @@ fn list(
     effect: Effect,
     row: usize,
     conduct: &'static Shared<Conduct<Active>>,
-    turn: &mut Turn,
 ) -> bool {
     match effect {
         Effect::Help => {
@@ -193,7 +179,7 @@ fn list(
             let Some(setting) = Setting::ALL.get(row) else {
                 return false;
             };
-            show(line, *setting, conduct, turn);
+            show(line, *setting, conduct);
         }
         _ => return false,
     }
@@ -211,13 +197,8 @@ fn refuse(line: &mut Line, refused: Refused) {
     line.text("refused: ").text(why).text(what);
 }
 
-fn show(
-    line: &mut Line,
-    setting: Setting,
-    conduct: &'static Shared<Conduct<Active>>,
-    turn: &mut Turn,
-) {
-    let value_si = conduct.lock(turn, |conduct| conduct.value(setting));
+fn show(line: &mut Line, setting: Setting, conduct: &'static Shared<Conduct<Active>>) {
+    let value_si = conduct.lock(|conduct| conduct.borrow().value(setting));
     let range = setting.range();
     let line = line.text(setting.name()).text(" ");
     let line = line.decimal(range.to_user(value_si)).text(" ");
@@ -225,9 +206,12 @@ fn show(
     range.write(line).text(")");
 }
 
-fn status(line: &mut Line, conduct: &'static Shared<Conduct<Active>>, turn: &mut Turn) {
+fn status(line: &mut Line, conduct: &'static Shared<Conduct<Active>>) {
     let status = control::status();
-    let (state, fault) = conduct.lock(turn, |conduct| (conduct.state(), conduct.fault()));
+    let (state, fault) = conduct.lock(|conduct| {
+        let conduct = conduct.borrow();
+        (conduct.state(), conduct.fault())
+    });
     telemetry::status(state, fault, &status);
     let line = line.text("state ").text(state.name());
     let line = line.text(", position ").integer(status.position_counts);

@@ -12,6 +12,9 @@
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicU32, Ordering, compiler_fence};
 
+use cortex_m::peripheral::SCB;
+use cortex_m::peripheral::scb::VectActive;
+
 /// Room for records, some 15 bytes each: a grasp makes some dozens a second at most, a reader polls every few milliseconds.
 const UP_BYTES: usize = 896;
 /// Room for command bytes; the command task empties it every few milliseconds.
@@ -149,12 +152,7 @@ static STAGING: Staging = Staging(UnsafeCell::new(Stage {
 }));
 
 fn in_thread_mode() -> bool {
-    let ipsr: u32;
-    // SAFETY: reads a status register.
-    unsafe {
-        core::arch::asm!("mrs {}, IPSR", out(reg) ipsr, options(nomem, nostack, preserves_flags))
-    };
-    ipsr == 0
+    SCB::vect_active() == VectActive::ThreadMode
 }
 
 /// Copies encoded bytes behind the public cursor as long as there is room.

@@ -10,6 +10,7 @@
 //! | thread | executor | sensing, sequence, commands, telemetry, watchdog feeding | may log, never blocks on a reader |
 
 mod bridge;
+mod ccm;
 mod clock;
 mod console;
 mod control;
@@ -20,19 +21,20 @@ mod execute;
 mod inject;
 mod last_run;
 mod log;
-mod pace;
-mod pins;
 mod reset;
 mod sampling;
 mod serial;
-mod shared;
 mod slow;
 mod storage;
 mod telemetry;
 mod watchdog;
 
+use core::cell::RefCell;
+
 use embassy_executor::{Executor, SpawnError, SpawnToken, Spawner};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 use static_cell::StaticCell;
 
 use palpate::app::conduct::{Conduct, drive};
@@ -45,7 +47,9 @@ use palpate::drive::{Controller, Fault};
 use palpate::scene::{Active, JointPin, Scene};
 
 use execute::Kept;
-use shared::{Shared, Turn};
+
+/// State that several tasks share, for the length of a call, never across an await. Tasks run in thread mode, one at a time.
+type Shared<T> = Mutex<ThreadModeRawMutex, RefCell<T>>;
 
 /// Runs after RAM is set up, on the main stack: moves thread mode to the process stack (`memory.x` says why).
 #[cortex_m_rt::entry]
@@ -53,21 +57,10 @@ fn main() -> ! {
     unsafe extern "C" {
         static _process_stack_start: u32;
     }
-    control::load();
+    ccm::load();
     // SAFETY: the linker reserves the region for nothing else, its end is aligned to 8 bytes, and nothing on the main
     // stack is needed any more.
-    unsafe {
-        core::arch::asm!(
-            "msr PSP, {top}",
-            "msr CONTROL, {process}",
-            "isb",
-            "b {thread}",
-            top = in(reg) &raw const _process_stack_start,
-            process = in(reg) 2,
-            thread = sym thread,
-            options(noreturn)
-        )
-    }
+    unsafe { cortex_m::asm::enter_privileged_psp(&raw const _process_stack_start, thread) }
 }
 
 extern "C" fn thread() -> ! {
@@ -91,11 +84,9 @@ fn spawn<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) {
 
 /// Brings the chip up: what the last run left, what was kept in flash, the bridge (off), then the tasks.
 fn start(spawner: Spawner) {
-    // SAFETY: one for each task that shares something, handed over below; until then no task runs, and the last is used
-    // here. This runs once.
-    let [listening, sensing, conducting, mut turn] = [(); 4].map(|()| unsafe { Turn::new() });
-    let p = clock::start();
+    let (p, _source) = clock::start();
     interrupt::TIM2.set_priority(Priority::P8);
+    interrupt::LPUART1.set_priority(Priority::P10);
     telemetry::boot(Active::NAME);
     let mut fault = last_run::report();
 
@@ -108,10 +99,10 @@ fn start(spawner: Spawner) {
             fault: p.PB10,
         },
     );
-    encoder::start(p.TIM3, p.PA6, p.PA7);
-    sampling::start(p.ADC1, p.PA1, p.PC0);
+    let encoder = encoder::Encoder::new(p.TIM3, p.PA6, p.PA7);
+    let mut sampling = sampling::Sampling::new(p.ADC1, p.PA1, p.PC0);
     if JointPin::<Active>::FITTED {
-        sampling::start_joint(p.ADC2, p.PC1);
+        sampling.start_joint(p.ADC2, p.PC1);
     }
     let light = slow::Light::new(p.PA5);
     let button = slow::Button::new(p.PC13);
@@ -119,7 +110,7 @@ fn start(spawner: Spawner) {
     let Some(sense) = sense() else { return };
     let mut storage = Store::new(storage::Region::new(p.FLASH));
     let mut overrides = Overrides::default();
-    match execute::load(&mut storage, sense, &mut turn) {
+    match execute::load(&mut storage, sense) {
         Kept::Nothing => {}
         Kept::Unusable => fault = fault.or(Some(Fault::BadRecord)),
         Kept::Restored {
@@ -128,30 +119,30 @@ fn start(spawner: Spawner) {
         } => {
             overrides = set;
             // There is room for this one, and for the one below.
-            let _ = slow::offer(&mut turn, notice);
+            let _ = slow::NOTICES.try_send(notice);
         }
     }
-    let Some((samples, conduct)) = launch(bridge, overrides, &mut fault) else {
+    let chip = control::Chip {
+        bridge,
+        encoder,
+        sampling,
+    };
+    let Some((samples, conduct)) = launch(chip, overrides, &mut fault) else {
         return;
     };
     if let Some(fault) = fault {
-        let _ = slow::offer(&mut turn, Notice::Fault(fault));
+        let _ = slow::NOTICES.try_send(Notice::Fault(fault));
     }
-    let Some((sender, receiver)) = serial::open(p.LPUART1, p.PA2, p.PA3) else {
+    let Ok((sender, receiver)) = serial::open(p.LPUART1, p.PA2, p.PA3) else {
         return;
     };
-    watchdog::start(p.IWDG);
-    spawn(spawner, watchdog::supervise());
-    spawn(spawner, console::listen(receiver, listening));
-    spawn(spawner, slow::sense(samples, sense, conduct, sensing));
-    spawn(
-        spawner,
-        slow::sequence(light, button, sense, conduct, conducting),
-    );
-    spawn(
-        spawner,
-        execute::execute(sender, storage, sense, conduct, turn),
-    );
+    let watchdog = watchdog::Watchdog::start(p.IWDG);
+    spawn(spawner, watchdog::supervise(watchdog));
+    spawn(spawner, console::listen_rtt());
+    spawn(spawner, console::listen_serial(receiver));
+    spawn(spawner, slow::sense(samples, sense, conduct));
+    spawn(spawner, slow::sequence(light, button, sense, conduct));
+    spawn(spawner, execute::execute(sender, storage, sense, conduct));
 }
 
 /// The sensing half. Apart from [`start`], so that it lies on the stack for the moment only; so does [`launch`].
@@ -159,7 +150,7 @@ fn start(spawner: Spawner) {
 fn sense() -> Option<&'static Shared<Sense<Active>>> {
     static SENSE: StaticCell<Shared<Sense<Active>>> = StaticCell::new();
     SENSE
-        .try_init(Shared::new(Sense::new()))
+        .try_init(Mutex::new(RefCell::new(Sense::new())))
         .map(|sense| &*sense)
 }
 
@@ -167,7 +158,7 @@ fn sense() -> Option<&'static Shared<Sense<Active>>> {
 /// there is a fault, and the scene's own values count; where joint 2's sensor does not fit the board, nothing can move.
 #[inline(never)]
 fn launch(
-    bridge: bridge::Bridge,
+    chip: control::Chip,
     set: Overrides,
     fault: &mut Option<Fault>,
 ) -> Option<(control::Samples, &'static Shared<Conduct<Active>>)> {
@@ -183,7 +174,7 @@ fn launch(
             (Active::CHECKED, Overrides::default())
         }
     };
-    let conduct = CONDUCT.try_init(Shared::new(Conduct::new(set)))?;
-    let samples = control::start(bridge, Controller::new(&drive), joint);
+    let conduct = CONDUCT.try_init(Mutex::new(RefCell::new(Conduct::new(set))))?;
+    let samples = control::start(chip, Controller::new(&drive), joint)?;
     Some((samples, conduct))
 }

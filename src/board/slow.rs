@@ -7,15 +7,13 @@
     reason = "a reading of joint 2 is nothing in a scene without its sensor"
 )]
 
-use core::future::poll_fn;
-use core::task::Poll;
-
 use embassy_futures::yield_now;
 use embassy_stm32::Peri;
-use embassy_stm32::pac::{GPIOA, GPIOC};
+use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
 use embassy_stm32::peripherals::{PA5, PC13};
-use embassy_time::{Duration, Instant};
-use heapless::Deque;
+use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
+use embassy_sync::channel::Channel;
+use embassy_time::{Duration, Instant, Ticker};
 
 use palpate::app::command::Command;
 use palpate::app::conduct::Conduct;
@@ -26,10 +24,8 @@ use palpate::drive::{Fault, LimitsReached, OffsetState, Status};
 use palpate::scene::{Active, JointPin, Reading, Scene};
 use palpate::sensing::{Event, JointSensor};
 
+use super::Shared;
 use super::control::{self, Samples};
-use super::pace::Pace;
-use super::pins::{self, Use};
-use super::shared::{Shared, Turn};
 use super::watchdog::{self, Reporter};
 use super::{console, log, telemetry};
 
@@ -40,27 +36,7 @@ type Joint = <Active as Scene>::Joint;
 const PERIOD: Duration = Duration::from_millis(1);
 
 /// Notices to the sequence, which takes one a millisecond; whoever sends more waits.
-static NOTICES: Shared<Deque<Notice, 4>> = Shared::new(Deque::new());
-
-/// Tells the sequence something, if there is room for it; whether there was.
-#[must_use]
-pub fn offer(turn: &mut Turn, notice: Notice) -> bool {
-    NOTICES
-        .lock(turn, |waiting| waiting.push_back(notice))
-        .is_ok()
-}
-
-/// Tells the sequence something, as soon as there is room for it; until then everyone else has their turn.
-fn tell(turn: &mut Turn, notice: Notice) -> impl Future<Output = ()> {
-    poll_fn(move |context| {
-        if offer(turn, notice) {
-            Poll::Ready(())
-        } else {
-            context.waker().wake_by_ref();
-            Poll::Pending
-        }
-    })
-}
+pub static NOTICES: Channel<ThreadModeRawMutex, Notice, 4> = Channel::new();
 
 /// Samples to events.
 #[embassy_executor::task]
@@ -68,7 +44,6 @@ pub async fn sense(
     mut samples: Samples,
     sense: &'static Shared<Sense<Active>>,
     conduct: &'static Shared<Conduct<Active>>,
-    mut turn: Turn,
 ) {
     let mut reads = true;
     loop {
@@ -76,30 +51,29 @@ pub async fn sense(
         #[cfg(feature = "fault-injection")]
         super::inject::starve().await;
         if samples.overflowed() {
-            tell(&mut turn, Notice::Fault(Fault::QueueOverflow)).await;
+            NOTICES.send(Notice::Fault(Fault::QueueOverflow)).await;
         }
         while let Some(sample) = samples.next() {
             if JointPin::<Active>::FITTED {
                 reads = joint_reads(reads, sample.joint);
             }
-            let event = sense.lock(&mut turn, |sense| sense.sample(&sample));
+            let event = sense.lock(|sense| sense.borrow_mut().sample(&sample));
             if let Some(event) = event {
                 telemetry::event(&event);
                 if JointPin::<Active>::FITTED
                     && matches!(event, Event::Located { .. } | Event::Ambiguous { .. })
                 {
-                    let change = sense.lock(&mut turn, |sense| sense.joint_change());
+                    let change = sense.lock(|sense| sense.borrow().joint_change());
                     telemetry::branch(Joint::rad(change), Joint::side(change));
                 }
-                let hint = sense.lock(&mut turn, |sense| sense.hint(&event));
+                let hint = sense.lock(|sense| sense.borrow().hint(&event));
                 if let Some(hint) = hint {
                     telemetry::hint(hint);
                 }
-                conduct.lock(&mut turn, |conduct| {
-                    conduct.hear(&event, &control::status())
-                });
+                let status = control::status();
+                conduct.lock(|conduct| conduct.borrow_mut().hear(&event, &status));
                 if let Some(notice) = notice(&event) {
-                    tell(&mut turn, notice).await;
+                    NOTICES.send(notice).await;
                 }
             }
             watchdog::report(Reporter::Sensing);
@@ -125,16 +99,16 @@ pub async fn sequence(
     mut button: Button,
     sense: &'static Shared<Sense<Active>>,
     conduct: &'static Shared<Conduct<Active>>,
-    mut turn: Turn,
 ) {
-    let mut pace = Pace::every(PERIOD);
+    let mut ticker = Ticker::every(PERIOD);
     let mut said = Said::default();
     loop {
-        pace.next().await;
+        ticker.next().await;
         let status = control::status();
         let pressed = button.pressed();
-        let notice = NOTICES.lock(&mut turn, Deque::pop_front);
-        let conducted = conduct.lock(&mut turn, |conduct| {
+        let notice = NOTICES.try_receive().ok();
+        let conducted = conduct.lock(|conduct| {
+            let mut conduct = conduct.borrow_mut();
             if console::stop_requested() {
                 // Never refused.
                 let _ = conduct.command(Command::Stop);
@@ -147,7 +121,7 @@ pub async fn sequence(
         });
         control::demand(conducted.advance.demand);
         if let Some(order) = conducted.order {
-            sense.lock(&mut turn, |sense| sense.order(order));
+            sense.lock(|sense| sense.borrow_mut().order(order));
         }
         if let Some((from, to)) = conducted.advance.changed {
             telemetry::state(from, to);
@@ -211,41 +185,42 @@ impl Said {
 
 /// The user button (PC13, high when pressed), debounced.
 pub struct Button {
+    pin: Input<'static>,
     /// Last samples, one a millisecond, newest in bit 0.
     history: u32,
 }
 
 impl Button {
-    const PIN: usize = 13;
-
-    /// Takes the pin.
+    /// Takes the pin, which the board pulls down.
     pub fn new(pin: Peri<'static, PC13>) -> Self {
-        pins::set_up(pin, Use::INPUT);
-        Self { history: 0 }
+        Self {
+            pin: Input::new(pin, Pull::None),
+            history: 0,
+        }
     }
 
     /// Call once a millisecond: true once a press, when it has lasted 16 ms after 15 ms of rest.
     fn pressed(&mut self) -> bool {
-        self.history = self.history << 1 | u32::from(pins::is_high(GPIOC, Self::PIN));
+        self.history = self.history << 1 | u32::from(self.pin.is_high());
         self.history == 0x0000_FFFF
     }
 }
 
 /// The LED (PA5): dark at rest, lit in motion, blinking after a fault.
 pub struct Light {
+    pin: Output<'static>,
     state: State,
     ticks: u32,
 }
 
 impl Light {
-    const PIN: usize = 5;
     /// Half a blink, milliseconds.
     const BLINK: u32 = 125;
 
     /// Takes the pin.
     pub fn new(pin: Peri<'static, PA5>) -> Self {
-        pins::set_up(pin, Use::OUTPUT);
         Self {
+            pin: Output::new(pin, Level::Low, Speed::Low),
             state: State::Idle,
             ticks: 0,
         }
@@ -263,6 +238,6 @@ impl Light {
             State::Fault => (self.ticks / Self::BLINK).is_multiple_of(2),
             _ => true,
         };
-        pins::write(GPIOA, Self::PIN, lit);
+        self.pin.set_level(lit.into());
     }
 }

@@ -10,12 +10,14 @@ use core::ops::Range;
 use core::slice;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering, compiler_fence};
 
+use embassy_stm32::Peri;
+use embassy_stm32::flash::{Blocking, Error as FlashError, Flash};
 use embassy_stm32::pac::FLASH;
-use embassy_stm32::{Peri, peripherals};
-use embassy_time::Duration;
+use embassy_stm32::peripherals;
+use embassy_time::{Duration, Timer};
 use palpate::app::store::{Memory, PAGE, PAGES, Store, StoreError, WORD};
 
-use super::{bridge, control, pace};
+use super::{bridge, control};
 
 /// Where flash begins for the core, and from where on it is counted in registers and in [`RANGE`].
 const FLASH_START: usize = 0x0800_0000;
@@ -33,32 +35,25 @@ global_asm!(
     end = const RANGE.end,
 );
 
-/// Pause after an operation: two samples.
-const BREATH: Duration = Duration::from_millis(2);
-
-/// The two keys that unlock the flash controller (reference manual RM0440).
-const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
+/// After an operation, for all others: two samples.
+const PAUSE: Duration = Duration::from_millis(2);
 
 /// Why the flash was not written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy)]
 pub enum Error {
     /// The bridge is on: the motor must be off while flash is written.
     BridgeOn,
-    /// What was to be programmed is not erased.
-    NotErased,
-    /// The page is protected.
-    Protected,
-    /// Another error of the flash controller.
-    Flash,
+    /// What the controller said.
+    Flash(FlashError),
 }
 
-/// Name of an error in the log.
+/// Name of an error in the answer to `save`.
 pub fn name(error: StoreError<Error>) -> &'static str {
     match error {
         StoreError::Flash(Error::BridgeOn) => "bridge-on",
-        StoreError::Flash(Error::NotErased) => "not-erased",
-        StoreError::Flash(Error::Protected) => "write-protected",
-        StoreError::Flash(Error::Flash) => "flash",
+        StoreError::Flash(Error::Flash(FlashError::Prog)) => "not-erased",
+        StoreError::Flash(Error::Flash(FlashError::Protected)) => "write-protected",
+        StoreError::Flash(Error::Flash(_)) => "flash",
         StoreError::TooLong => "too-long",
         StoreError::NotKept => "worn-out",
     }
@@ -87,63 +82,19 @@ pub fn acknowledge_bad_word() -> bool {
 }
 
 /// The flash controller, whose pages are the store's.
-pub struct Region {
-    /// No one else has it.
-    _flash: Peri<'static, peripherals::FLASH>,
-}
+pub struct Region(Flash<'static, Blocking>);
 
 impl Region {
     /// Takes the flash controller.
     pub fn new(flash: Peri<'static, peripherals::FLASH>) -> Self {
-        Self { _flash: flash }
-    }
-
-    /// Waits for the end of an operation; how it ended.
-    #[inline(never)]
-    fn wait(&mut self) -> Result<(), Error> {
-        let status = loop {
-            let status = FLASH.sr().read();
-            if !status.bsy() {
-                break status;
-            }
-        };
-        // Flags are cleared by writing the ones back.
-        FLASH.sr().write_value(status);
-        if status.progerr() {
-            Err(Error::NotErased)
-        } else if status.wrperr() {
-            Err(Error::Protected)
-        } else if status.pgaerr() || status.sizerr() || status.pgserr() {
-            Err(Error::Flash)
-        } else {
-            Ok(())
-        }
-    }
-
-    /// Unlocks the controller, and waits for it.
-    #[inline(never)]
-    fn open(&mut self) -> Result<(), Error> {
-        for key in KEYS {
-            FLASH.keyr().write_value(key);
-        }
-        // The data cache would go on showing what was there before.
-        FLASH.acr().modify(|w| w.set_dcen(false));
-        self.wait()
-    }
-
-    /// Locks it again.
-    #[inline(never)]
-    fn close(&mut self) {
-        FLASH.acr().modify(|w| w.set_dcrst(true));
-        FLASH.acr().modify(|w| w.set_dcrst(false));
-        FLASH.acr().modify(|w| w.set_dcen(true));
-        FLASH.cr().modify(|w| w.set_lock(true));
+        Self(Flash::new_blocking(flash))
     }
 }
 
 impl Memory for Region {
     type Error = Error;
 
+    // By hand: the driver copies into a buffer as long as what is read, and does not expect words with two wrong bits.
     fn read<R>(&mut self, look: impl FnOnce(&[u8]) -> R) -> R {
         let start = (FLASH_START + RANGE.start as usize) as *const u8;
         // SAFETY: flash that holds nothing else, readable at any time, and not written while the slice lives, since that
@@ -169,44 +120,22 @@ impl Memory for Region {
         if !bridge::is_off() {
             return Err(Error::BridgeOn);
         }
-        let result = self.open().and_then(|()| operation(self));
-        self.close();
-        result
+        operation(self)
     }
 
     fn erase(&mut self, page: usize) -> Result<(), Error> {
-        let page = RANGE.start as usize / PAGE + page;
-        FLASH.cr().modify(|w| {
-            w.set_per(true);
-            w.set_pnb(page as u8);
-        });
-        FLASH.cr().modify(|w| w.set_strt(true));
-        let result = self.wait();
-        FLASH.cr().modify(|w| w.set_per(false));
-        result
+        let from = RANGE.start + (page * PAGE) as u32;
+        let erased = self.0.blocking_erase(from, from + PAGE as u32);
+        erased.map_err(Error::Flash)
     }
 
     fn program(&mut self, offset: usize, word: [u8; WORD]) -> Result<(), Error> {
-        // Beyond the records there is nothing, but what is written must not depend on that.
-        if offset >= PAGES * PAGE {
-            return Err(Error::Flash);
-        }
-        let [a, b, c, d, e, f, g, h] = word;
-        let halves = [[a, b, c, d], [e, f, g, h]].map(u32::from_le_bytes);
-        let place = (FLASH_START + RANGE.start as usize + offset) as *mut u32;
-        FLASH.cr().modify(|w| w.set_pg(true));
-        // SAFETY: flash that holds nothing else; the controller answers a wrong address or state with an error.
-        unsafe {
-            place.write_volatile(halves[0]);
-            place.add(1).write_volatile(halves[1]);
-        }
-        let result = self.wait();
-        FLASH.cr().modify(|w| w.set_pg(false));
-        result
+        let written = self.0.blocking_write(RANGE.start + offset as u32, &word);
+        written.map_err(Error::Flash)
     }
 
     fn rest(&mut self) -> impl Future<Output = ()> {
-        pace::after(BREATH)
+        Timer::after(PAUSE)
     }
 }
 

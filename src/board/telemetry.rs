@@ -1,6 +1,6 @@
 //! Everything that the firmware says in its log: one line a record, `name key=value key=value`, units in the keys, lengths
 //! in millimetre and torques in millinewton metre. A value that is not known is `NaN`. Programs may read these
-//! lines; the README's table of log lines is written from this file.
+//! lines; docs/MANUAL.md#log-lines describes them.
 
 use defmt::{Str, error, info, intern, warn};
 
@@ -76,7 +76,7 @@ pub fn done(outcome: MotionResult) {
     info!("sequence done verdict={=istr}", verdict);
 }
 
-/// `fault`: the bridge is off until `clear`. Causes and remedies stand in the README, not in flash.
+/// `fault`: the bridge is off until `clear`. Causes and remedies are in docs/MANUAL.md#faults, not in flash.
 pub fn fault(fault: Fault) {
     error!(
         "fault number={=u8} name={=str}",

@@ -2,7 +2,7 @@
 //! reported since the last feed.
 //!
 //! Budget. The watchdog counts the LSI, 29.5 to 34 kHz over temperature and supply (datasheet), nominally 32 kHz. Set to
-//! 100 ms nominal it bites after 94 to 108.5 ms. Feeds come every 10 ms; the longest stall that is part of the plan is
+//! 100 ms nominal it bites after 94 to 108.5 ms. Feeds come every 10 ms; the longest planned stall is
 //! the erasure of one flash page, 25 ms at most, with the bridge off. 10 + 25 ms leave a factor of 2.7 to the
 //! earliest bite. The other way round: a task that hangs with the motor live is reset after at most
 //! 10 ms (its last report may be that old) + 108.5 ms.
@@ -10,12 +10,10 @@
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use embassy_stm32::pac::iwdg::vals::{Key, Pr};
 use embassy_stm32::pac::{DBGMCU, IWDG};
+use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{Peri, peripherals};
-use embassy_time::Duration;
-
-use super::pace::Pace;
+use embassy_time::{Duration, Ticker};
 
 /// Nominal time from the last feed to the reset.
 const TIMEOUT_US: u32 = 100_000;
@@ -58,7 +56,7 @@ pub struct Missing {
     pub sequence: bool,
 }
 
-/// I am alive. Callable from the control interrupt: the highest priority is never interrupted in its read-modify-write.
+/// Reports. Callable from the control interrupt: the highest priority is never interrupted in its read-modify-write.
 pub fn report(who: Reporter) {
     reports().fetch_or(who as u32, Ordering::Relaxed);
 }
@@ -74,37 +72,31 @@ pub fn take_reports() -> Option<Missing> {
     })
 }
 
-/// Divider of the LSI, and its code; 12 bits of counter reach 512 ms with it.
-const PRESCALER: (u32, Pr) = (4, Pr::DIVIDE_BY4);
-const LSI_HZ: u32 = 32_000;
-const RELOAD: u32 = TIMEOUT_US / 1_000 * (LSI_HZ / 1_000) / PRESCALER.0 - 1;
-const _: () = assert!(RELOAD <= 0xFFF);
+/// The watchdog. Once started, nothing but a reset stops it, except a debugger that halts the core.
+pub struct Watchdog(IndependentWatchdog<'static, peripherals::IWDG>);
 
-/// Starts the watchdog; nothing but a reset stops it, except a debugger that halts the core.
-pub fn start(_iwdg: Peri<'static, peripherals::IWDG>) {
-    DBGMCU.apb1lfzr().modify(|w| w.set_iwdg(true));
-    // Enabling starts the LSI; then the registers are opened, and loaded when both values have arrived at the LSI's pace.
-    IWDG.kr().write(|w| w.set_key(Key::START));
-    IWDG.kr().write(|w| w.set_key(Key::ENABLE));
-    IWDG.pr().write(|w| w.set_pr(PRESCALER.1));
-    IWDG.rlr().write(|w| w.set_rl(RELOAD as u16));
-    while IWDG.sr().read().0 != 0 {}
-    feed();
-}
-
-fn feed() {
-    IWDG.kr().write(|w| w.set_key(Key::RESET));
+impl Watchdog {
+    /// Starts it.
+    pub fn start(iwdg: Peri<'static, peripherals::IWDG>) -> Self {
+        // By register: the driver neither stops the counter with the core nor waits for its values to reach the LSI's side.
+        DBGMCU.apb1lfzr().modify(|w| w.set_iwdg(true));
+        let mut watchdog = IndependentWatchdog::new(iwdg, TIMEOUT_US);
+        watchdog.unleash();
+        while IWDG.sr().read().0 != 0 {}
+        watchdog.pet();
+        Self(watchdog)
+    }
 }
 
 /// Feeds it, on the conditions above.
 #[embassy_executor::task]
-pub async fn supervise() {
-    let mut pace = Pace::every(PERIOD);
+pub async fn supervise(mut watchdog: Watchdog) {
+    let mut ticker = Ticker::every(PERIOD);
     loop {
-        pace.next().await;
+        ticker.next().await;
         if reports().load(Ordering::Relaxed) & ALL == ALL {
             reports().fetch_and(!ALL, Ordering::Relaxed);
-            feed();
+            watchdog.0.pet();
         }
     }
 }

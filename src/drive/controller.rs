@@ -387,7 +387,6 @@ impl Controller {
     }
 
     /// No current is wanted: both loops start afresh.
-    #[inline(always)]
     fn rest(&mut self) {
         self.reference_a = 0.0;
         self.in_speed = false;
@@ -395,7 +394,6 @@ impl Controller {
     }
 
     /// A wanted motion (speed or current), suppressed if it leads out of the travel.
-    #[inline(always)]
     fn inward(&self, wanted: f32) -> (f32, bool) {
         if self.beyond_counts == 0 {
             return (wanted, false);

@@ -4,7 +4,6 @@
 ///
 /// For the control interrupt: a value within its limits, the usual case, costs one comparison; `clamp` and a comparison with
 /// its result cost three.
-#[inline(always)]
 pub fn within(x: f32, limit: f32) -> (f32, bool) {
     if x.abs() <= limit {
         (x, false)

@@ -49,7 +49,6 @@ struct Persistence(u16);
 
 impl Persistence {
     /// `true` from the moment the condition has held for more than `limit` turns, interruptions counted back.
-    #[inline(always)]
     fn update(&mut self, holds: bool, limit: u16) -> bool {
         self.0 = if holds {
             self.0.saturating_add(1)
@@ -179,7 +178,6 @@ impl Protection {
     }
 
     /// Driven with a current that the sense must show: reference and voltage point the same way.
-    #[inline(always)]
     fn must_flow(observed: &PeriodState) -> bool {
         observed.reference_a.abs() > EXPECTED_A && observed.reference_a * observed.applied_v > 0.0
     }

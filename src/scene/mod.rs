@@ -2,7 +2,7 @@
 //!
 //! A scene is a type: what it does not use is not compiled into its firmware. To make your own, copy [`p70`], change its
 //! numbers and give it a cargo feature beside the others. The numbers of the simulated scenes are explained in
-//! `docs/SCENES.md`.
+//! docs/MANUAL.md#scenes.
 
 pub mod linkage3;
 pub mod p70;

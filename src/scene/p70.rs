@@ -22,7 +22,7 @@ impl Scene for P70 {
         Parameters {
             lengths_m: [0.090, 0.070],
             // No spring at joint 1: while nothing is touched, all torque is friction. K_2 is chosen with the cable
-            // in mind (docs/SCENES.md).
+            // in mind (docs/MANUAL.md#scenes).
             stiffness_nm_per_rad: [0.0, 0.05],
             rest_rad: [0.0, 0.0],
             range_rad: [[-0.5, 2.6], [0.0, 2.0]],

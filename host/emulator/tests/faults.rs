@@ -42,12 +42,12 @@ fn judges(wanted: impl Fn(&str) -> bool) {
     assert!(judged > 0);
 }
 
-/// What the emulator asks for is what the README promises, apart from the way to the fault.
+/// The emulator asks for what the manual promises, apart from the time until the fault is there.
 #[test]
-fn limits_are_those_of_the_readme() {
-    let readme = include_str!("../../../README.md");
+fn limits_are_those_of_the_manual() {
+    let manual = include_str!("../../../docs/MANUAL.md");
     let promised_us = |name: &str| -> f64 {
-        let row = readme.lines().find(|line| {
+        let row = manual.lines().find(|line| {
             let mut cells = line.split('|').map(str::trim);
             cells.nth(2) == Some(&format!("`{name}`"))
         });

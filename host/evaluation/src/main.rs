@@ -64,7 +64,7 @@ struct Experiments {
     /// Only the experiments whose name begins so.
     #[arg(long, conflicts_with = "write")]
     only: Option<String>,
-    /// Write the tables into docs/EXPERIMENTS.md and README.md.
+    /// Write the tables into docs/RESULTS.md and README.md.
     #[arg(long, conflicts_with_all = ["quick", "plant", "json"])]
     write: bool,
 }

@@ -1,10 +1,10 @@
-//! docs/SCENES.md says what `default.toml` holds.
+//! docs/MANUAL.md#scenes says what `default.toml` holds.
 
 use palpate_plant::{FingerParameters, Parameters};
 
 fn page() -> String {
-    std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/SCENES.md"))
-        .expect("docs/SCENES.md")
+    std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/MANUAL.md"))
+        .expect("docs/MANUAL.md")
 }
 
 /// The cells of the row that begins with `name`.

@@ -66,7 +66,10 @@ pub fn report(arguments: &[String]) -> Outcome {
             let root = root();
             words.push("--record".to_owned());
             words.push(format!("--out={}", root.join(FOLDER).display()));
-            words.push(format!("--readme={}", root.join("README.md").display()));
+            words.push(format!(
+                "--results={}",
+                root.join("docs/RESULTS.md").display()
+            ));
         } else {
             words.push(word.clone());
         }

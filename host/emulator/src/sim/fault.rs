@@ -43,7 +43,7 @@ pub struct Fault {
 
 /// In the middle of the free closing that records friction.
 const MOVING_S: f64 = 7.0;
-/// From here on the times of the README's table of faults. Two control periods: a reading is judged in the interrupt that
+/// From here on the times of docs/MANUAL.md#faults. Two control periods: a reading is judged in the interrupt that
 /// follows it.
 const NEXT_PERIODS_US: f64 = 100.0;
 /// Back-EMF against encoder: 10 ms of contradiction, the observer's 1 ms, and slack for what counts back.
@@ -58,9 +58,9 @@ const NOISE_US: f64 = 2_000.0;
 const REST_US: f64 = 300_000.0;
 /// 150 ms at the current limit without motion.
 const STALL_US: f64 = 250_000.0;
-/// Not in the README: how long the finger takes to run past the place of the missing stop and all that could be it.
+/// Not in the manual: how long the finger takes to run past the place of the missing stop and all that could be it.
 const WAY_US: f64 = 12_000_000.0;
-/// Not in the README: a command on its way, since the probe polls every millisecond, the console and the executor take their turn.
+/// Not in the manual: a command on its way, since the probe polls every millisecond, the console and the executor take their turn.
 const COMMAND_US: f64 = 50_000.0;
 
 /// Every fault.

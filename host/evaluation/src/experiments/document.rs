@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use super::result::{Row, markdown};
+use super::result::{Row, headline, markdown};
 
 /// Documents that hold tables, from the root of the checkout.
-pub const DOCUMENTS: [&str; 2] = ["docs/EXPERIMENTS.md", "README.md"];
+pub const DOCUMENTS: [&str; 2] = ["docs/RESULTS.md", "README.md"];
 
 const BEGIN: &str = "<!-- experiments: begin";
 const END: &str = "<!-- experiments: end -->";
@@ -38,7 +38,7 @@ impl From<std::io::Error> for DocumentError {
     }
 }
 
-/// What goes between the markers of each document: everything, and what a reader of the README should know.
+/// What goes between the markers of each document: all tables, and the headline table of the README.
 #[must_use]
 pub fn bodies(rows: &[Row]) -> [(&'static str, String); 2] {
     let pick = |keep: &dyn Fn(&Row) -> bool| -> Vec<Row> {
@@ -58,7 +58,7 @@ pub fn bodies(rows: &[Row]) -> [(&'static str, String); 2] {
         markdown(&pick(&ablation)),
         markdown(&pick(&|row| !paper(row) && !other(row) && !ablation(row))),
     );
-    let short = markdown(&pick(&paper));
+    let short = headline(&pick(&paper));
     [(DOCUMENTS[0], all), (DOCUMENTS[1], short)]
 }
 

@@ -204,6 +204,42 @@ pub fn markdown(rows: &[Row]) -> String {
     out
 }
 
+/// A row for each calibrated experiment on the distal phalanx or on nothing, the paper's algorithm beside ours.
+#[must_use]
+pub fn headline(rows: &[Row]) -> String {
+    let mut out = String::from(
+        "| experiment | closings | false alarms | error, mean ± sd, % of length | within 2σ | delay, median \
+         | paper's algorithm, same samples |\n|---|---|---|---|---|---|---|\n",
+    );
+    let or_dash = |text: Option<String>| text.unwrap_or_else(|| "–".to_owned());
+    let error = |row: &Row| {
+        let (mean, deviation) = (row.mean_abs_err_pct?, row.std_abs_err_pct?);
+        Some(format!("{mean:.2} ± {deviation:.2}"))
+    };
+    // A contact on phalanx 1 has no place that could be in error.
+    let shown = |row: &&Row| row.calibrated && row.experiment != "proximal";
+    for row in rows.iter().filter(shown) {
+        if row.method != Method::Ours {
+            continue;
+        }
+        let paper = rows
+            .iter()
+            .filter(shown)
+            .find(|other| other.method == Method::Paper && other.experiment == row.experiment);
+        out.push_str(&format!(
+            "| {} | {} | {} | {} | {} | {} | {} |\n",
+            row.experiment,
+            row.n,
+            row.false_alarms,
+            or_dash(error(row)),
+            or_dash(row.within_2sigma_pct.map(|value| format!("{value:.1} %"))),
+            or_dash(row.delay_median_ms.map(|value| format!("{value:.0} ms"))),
+            or_dash(paper.and_then(error)),
+        ));
+    }
+    out
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -237,6 +273,28 @@ mod tests {
         let json = serde_json::to_value(&row).unwrap();
         assert_eq!(json["type"], "result");
         assert_eq!(json["method"], "ours");
+    }
+
+    #[test]
+    fn the_headline_puts_the_paper_s_error_beside_ours() {
+        let distal = [trial(Some(0.0307), Some(1.040))];
+        let rows = [
+            summarise("distal", Method::Ours, true, &distal),
+            summarise(
+                "distal",
+                Method::Paper,
+                true,
+                &[trial(Some(0.0370), Some(1.1))],
+            ),
+            summarise("distal", Method::Ours, false, &distal),
+            summarise("proximal", Method::Ours, true, &distal),
+        ];
+        let table = headline(&rows);
+        assert_eq!(table.lines().count(), 3);
+        assert!(
+            table.ends_with("| distal | 1 | 0 | 1.00 ± 0.00 | 0.0 % | 40 ms | 10.00 ± 0.00 |\n"),
+            "{table}"
+        );
     }
 
     #[test]

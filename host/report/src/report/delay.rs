@@ -303,7 +303,7 @@ pub fn rows() -> Result<Vec<Row>> {
     measure(&choices(), FINGERS, CLOSINGS)
 }
 
-/// For the README: the careful, the scene's own, and two hasty choices.
+/// For docs/RESULTS.md: the careful, the scene's own, and two hasty choices.
 const SHOWN: [Choice; 4] = [
     Choice {
         closing_speed_rad_per_s: 0.15,
@@ -416,7 +416,7 @@ mod tests {
         let settings = <palpate::scene::P70 as palpate::scene::Scene>::settings();
         assert_eq!(settings.speed_rad_per_s, USUAL.closing_speed_rad_per_s);
         for shown in SHOWN {
-            assert!(choices.contains(&shown), "the README shows {shown:?}");
+            assert!(choices.contains(&shown), "docs/RESULTS.md shows {shown:?}");
         }
         assert!((1e3 * settings.wanted_sigma_m - USUAL.wanted_deviation_mm).abs() < 1e-6);
         assert!((1e3 * settings.torque_limit_nm - USUAL.probe_torque_mnm).abs() < 1e-3);

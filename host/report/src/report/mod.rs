@@ -12,8 +12,8 @@ mod judge;
 mod measured;
 mod plot;
 mod published;
-mod readme;
 mod row;
+mod summary;
 mod table;
 mod target;
 mod whole;
@@ -66,7 +66,7 @@ pub struct Arguments {
     delays: bool,
     /// Write the short tables between the markers of this file.
     #[arg(long, value_name = "FILE")]
-    readme: Option<PathBuf>,
+    results: Option<PathBuf>,
     /// Folder for the plots and the tables.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -294,15 +294,15 @@ pub fn run(arguments: &Arguments) -> Result<bool> {
     if let Some(folder) = &arguments.out {
         report.write(folder, &arguments.compiler)?;
     }
-    if let Some(path) = &arguments.readme {
-        let block = readme::block(
+    if let Some(path) = &arguments.results {
+        let block = summary::block(
             &arguments.compiler,
             &report.rows,
             report.grasp.as_ref(),
             &report.delays,
             &report.targets(),
         );
-        readme::write(path, &block)?;
+        summary::write(path, &block)?;
     }
     if arguments.record {
         check::record(&arguments.recorded, &arguments.compiler, &report.rows)?;

@@ -1,4 +1,4 @@
-//! The README's tables say what the code says.
+//! The tables of docs/MANUAL.md and docs/RESULTS.md say what code and report say; the README stays short.
 
 use palpate::app::command::Verb;
 use palpate::app::line::Line;
@@ -6,14 +6,18 @@ use palpate::app::settings::Setting;
 use palpate::drive::Fault;
 
 const REPORT: &str = include_str!("../docs/report/README.md");
+const RESULTS: &str = include_str!("../docs/RESULTS.md");
+const MANUAL: &str = include_str!("../docs/MANUAL.md");
 const README: &str = include_str!("../README.md");
+/// A newcomer reads it whole.
+const README_WORDS: usize = 1200;
 
-/// Prints what should stand between the markers, so that a failure can be mended by copying it.
+/// Prints what should stand between the markers, so that a failure can be repaired by copying it.
 fn holds(what: &str, rows: &[String]) {
-    let missing: Vec<&String> = rows.iter().filter(|row| !README.contains(*row)).collect();
+    let missing: Vec<&String> = rows.iter().filter(|row| !MANUAL.contains(*row)).collect();
     assert!(
         missing.is_empty(),
-        "the README's table of {what} lacks:\n{}\nThe whole table:\n{}",
+        "docs/MANUAL.md: the table of {what} lacks:\n{}\nThe whole table:\n{}",
         missing
             .iter()
             .map(|row| row.as_str())
@@ -24,7 +28,7 @@ fn holds(what: &str, rows: &[String]) {
 }
 
 #[test]
-fn the_readme_lists_every_fault() {
+fn the_manual_lists_every_fault() {
     let rows: Vec<String> = Fault::ALL
         .iter()
         .map(|fault| {
@@ -44,7 +48,7 @@ fn the_readme_lists_every_fault() {
 }
 
 #[test]
-fn the_readme_lists_every_command() {
+fn the_manual_lists_every_command() {
     let rows: Vec<String> = Verb::ALL
         .iter()
         .map(|verb| {
@@ -57,7 +61,7 @@ fn the_readme_lists_every_command() {
 }
 
 #[test]
-fn the_readme_lists_every_setting() {
+fn the_manual_lists_every_setting() {
     let rows: Vec<String> = Setting::ALL
         .into_iter()
         .map(|setting| {
@@ -70,12 +74,12 @@ fn the_readme_lists_every_setting() {
     holds("settings", &rows);
 }
 
-/// Both are written by one command, `cargo xtask report --write`: the README's rows must be the page's.
+/// Both are written by one command, `cargo xtask report --write`: the rows in RESULTS must be the report's.
 #[test]
-fn the_readme_s_numbers_are_the_report_s() {
-    let (_, rest) = README
+fn the_results_are_the_report_s() {
+    let (_, rest) = RESULTS
         .split_once("<!-- report: begin")
-        .expect("the README has the report's markers");
+        .expect("docs/RESULTS.md has the report's markers");
     let (block, _) = rest
         .split_once("<!-- report: end -->")
         .expect("both of them");
@@ -97,5 +101,15 @@ fn the_readme_s_numbers_are_the_report_s() {
         };
         assert!(stands, "docs/report knows no {row}");
     }
-    assert!(compared >= 5, "the README compares {compared} methods");
+    assert!(compared >= 5, "docs/RESULTS.md compares {compared} methods");
+}
+
+#[test]
+fn the_readme_is_short() {
+    let words = README.split_whitespace().count();
+    println!("README: {words} words");
+    assert!(
+        words <= README_WORDS,
+        "{words} words, at most {README_WORDS}"
+    );
 }

@@ -1,4 +1,4 @@
-//! The short tables of the repository's README, written between two markers.
+//! The short tables of docs/RESULTS.md, written between two markers.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -76,7 +76,7 @@ pub fn block(
     if !delays.is_empty() {
         text += "\nThe user's trade, simulated, medians over calibrated fingers and many objects, from the true first contact:\n\n";
         text += &delay::short_table(delays);
-        text += "\n![Error against delay](docs/report/delay.svg)\n";
+        text += "\n![Error against delay](report/delay.svg)\n";
     }
     text + "\n" + &target::table(targets)
 }
