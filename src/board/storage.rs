@@ -15,7 +15,7 @@ use embassy_stm32::flash::{Blocking, Error as FlashError, Flash};
 use embassy_stm32::pac::FLASH;
 use embassy_stm32::peripherals;
 use embassy_time::{Duration, Timer};
-use palpate::app::store::{Memory, PAGE, PAGES, Store, StoreError, WORD};
+use palpate::app::storage::store::{Memory, PAGE, PAGES, Store, StoreError, WORD};
 
 use super::{bridge, control};
 

@@ -8,7 +8,7 @@
 //! | [`atan2`] | own minimax polynomial from the nearest axis or diagonal, one division | 1.2e-7 rad | micromath's 2.8e-3 rad would cost 0.3 % of k |
 //! | [`Rotation`] | products | 1e-7 a composition | postures change by rotation, no trigonometric function at all |
 //! | division | VDIV.F32 | correctly rounded | 14 cycles; micromath's reciprocal is 9e-6 off at best, which the stiffness near e_2 multiplies |
-//! | [`bisect`] | | the residual's rounding | fixed number of steps |
+//! | [`bisect`], [`bisect_quadratic`] | halving | 2^-25 of the bracket, and the residual's rounding | 24 halvings, whatever the residual |
 //! | [`clamp`], [`Bounded`] | two compares | none | `f32::clamp` can panic; `min` and `max` cost three times as much to be right about NaN |
 //! | [`ln`] | exponent and the series of artanh | 1e-6 | likelihoods and thresholds, not in a control path |
 //! | [`solve`], [`solve_in_place`] | Gaussian elimination, row pivoting | the condition's | one unknown a joint, never more than three |
@@ -23,7 +23,7 @@ mod log;
 mod root;
 
 pub use angle::{Rotation, SIN_COS_MAX_RAD, atan2, sin_cos};
-pub use bisect::{BISECTION_STEPS, bisect};
+pub use bisect::{BISECTION_STEPS, bisect, bisect_quadratic};
 pub use clamp::{Bounded, clamp};
 pub use linear::{solve, solve_in_place};
 pub use log::ln;

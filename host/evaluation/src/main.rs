@@ -11,7 +11,7 @@ use palpate_evaluation::experiments::{
     ablation, calibration, catalogue, document, fingerprint, result, run, sensitivity,
 };
 use palpate_evaluation::{figures, recordings, replay, trace};
-use palpate_plant::Parameters;
+use palpate_plant::World;
 
 type Outcome = Result<(), Box<dyn Error>>;
 
@@ -113,14 +113,13 @@ struct Recordings {
     json: bool,
 }
 
-fn parameters(file: Option<&PathBuf>) -> Result<Parameters, Box<dyn Error>> {
+fn world(file: Option<&PathBuf>) -> Result<World, Box<dyn Error>> {
     match file {
-        None => Ok(Parameters::default()),
+        None => Ok(World::default()),
         Some(file) => {
             let text = std::fs::read_to_string(file)
                 .map_err(|error| format!("{}: {error}", file.display()))?;
-            Parameters::from_toml(&text)
-                .map_err(|error| format!("{}: {error}", file.display()).into())
+            World::from_toml(&text).map_err(|error| format!("{}: {error}", file.display()).into())
         }
     }
 }
@@ -130,8 +129,10 @@ fn plan(
     seed: u64,
     quick: bool,
 ) -> Result<catalogue::Plan, Box<dyn Error>> {
+    let world = world(plant)?;
     Ok(catalogue::Plan {
-        parameters: parameters(plant)?,
+        parameters: world.of(palpate_plant::default_scene())?,
+        world,
         seed,
         quick,
     })

@@ -111,12 +111,10 @@ fn code(volt: f64) -> AdcCode {
 mod tests {
     use super::*;
     use palpate::drive::io::Duty;
-    use palpate_plant::{FingerKind, Grasp, Parameters};
+    use palpate_plant::{Grasp, Parameters};
 
     fn board() -> Board {
-        Board::new(
-            Plant::new(&Parameters::default(), FingerKind::P70, &Grasp::Free, 1).expect("defaults"),
-        )
+        Board::new(Plant::new(&Parameters::default(), &Grasp::Free, 1).expect("defaults"))
     }
 
     const DRIVE: Outputs = Outputs::Drive {

@@ -7,6 +7,7 @@ mod commands;
 mod emulator;
 mod firmware;
 mod machine;
+mod mujoco;
 mod process;
 mod report;
 

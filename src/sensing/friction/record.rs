@@ -1,5 +1,7 @@
 //! The record of both directions, and what it says about a position.
 
+use serde::{Deserialize, Serialize};
+
 use super::track::{BINS, Track};
 use crate::numeric::{Bounded, sqrt};
 use crate::sensing::Drive;
@@ -8,7 +10,7 @@ use crate::sensing::Drive;
 const LEAST_RESIDUAL: f32 = 1e-3;
 
 /// The record.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Friction {
     /// Travel that the bins divide evenly, counts from the opening stop.
     pub travel_counts: i32,

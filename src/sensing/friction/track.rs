@@ -1,15 +1,20 @@
 //! Friction in one direction, bin by bin.
 
+use serde::{Deserialize, Serialize};
+use serde_big_array::BigArray;
+
 /// Number of bins over the travel: at 1.6 rad a bin is 1/25 of a turn of the worm (0.3 rad with 20:1), and two or three
 /// turns of the motor wide.
 pub const BINS: usize = 128;
 
 /// Friction in one direction.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Track {
     /// Mean torque in each bin, newton metre, positive when it closes.
+    #[serde(with = "BigArray")]
     pub torque_nm: [f32; BINS],
     /// Passes that went into each bin; 0 marks one without a value.
+    #[serde(with = "BigArray")]
     pub passes: [u8; BINS],
     /// Noise of the torque: variance of its mean over a way, times that way, newton metre squared counts.
     pub noise_nm2_counts: f32,

@@ -11,11 +11,10 @@ use clap::Args;
 use palpate_emulator::chip::FLASH_SIZE;
 use palpate_emulator::firmware::default_path;
 use palpate_emulator::sim::{
-    Calibration, Injected, Object, Scene, Script, Session, Settings, Step, Summary, Trace,
-    event_json,
+    Calibration, Injected, Object, Script, Session, Settings, Step, Summary, Trace, event_json,
 };
 use palpate_emulator::{Error, Firmware, Setup};
-use palpate_plant::Parameters;
+use palpate_plant::{Engine, Parameters, World};
 
 /// Options of `sim`.
 #[derive(Args)]
@@ -24,8 +23,8 @@ pub struct Options {
     #[arg(long, default_value_os_t = default_path())]
     elf: PathBuf,
     /// Finger that the firmware was built for
-    #[arg(long, value_enum, default_value = "p70")]
-    scene: Scene,
+    #[arg(long, default_value = "p70", value_parser = clap::builder::PossibleValuesParser::new(palpate_plant::scenes()))]
+    scene: String,
     /// Place of the contact on its phalanx, from the joint, in millimetre
     #[arg(long, value_name = "MM", default_value_t = 30.0, value_parser = positive)]
     contact_mm: f64,
@@ -50,6 +49,9 @@ pub struct Options {
     /// Parameters of the simulated finger and drivetrain, a TOML file
     #[arg(long, value_name = "FILE")]
     plant: Option<PathBuf>,
+    /// What computes finger and object: `plant`, or `mujoco` where the program was built with it (`cargo xtask` does)
+    #[arg(long, value_name = "ENGINE", default_value_t)]
+    engine: Engine,
     /// Writes what was measured and what is true, a row a millisecond
     #[arg(long, value_name = "FILE.csv")]
     trace: Option<PathBuf>,
@@ -106,7 +108,7 @@ fn positive(text: &str) -> Result<f64, String> {
 /// Reads the plant's parameters, or takes the defaults; for a calibration, values that are not the firmware's.
 fn parameters(options: &Options) -> Result<Parameters, Error> {
     let Some(path) = &options.plant else {
-        let parameters = Parameters::default();
+        let parameters = Parameters::of(&options.scene)?;
         return Ok(if options.calibrate.is_empty() {
             parameters
         } else {
@@ -117,7 +119,7 @@ fn parameters(options: &Options) -> Result<Parameters, Error> {
         path: path.clone(),
         source,
     })?;
-    Ok(Parameters::from_toml(&text)?)
+    Ok(World::from_toml(&text)?.of(&options.scene)?)
 }
 
 /// What the user does: the guided calibration, the commands, or the button.
@@ -153,6 +155,10 @@ fn flash(path: Option<&Path>) -> Result<Option<Vec<u8>>, Error> {
 }
 
 fn settings(options: &Options) -> Result<Settings, Error> {
+    let parameters = Parameters {
+        engine: options.engine,
+        ..parameters(options)?
+    };
     let object = Object {
         phalanx: if options.proximal { 1 } else { options.phalanx },
         contact_mm: options.contact_mm,
@@ -160,8 +166,7 @@ fn settings(options: &Options) -> Result<Settings, Error> {
         theta_1_deg: options.theta1_deg,
     };
     Ok(Settings {
-        scene: options.scene,
-        parameters: parameters(options)?,
+        parameters,
         object: (!options.free).then_some(object),
         script: script(options),
         seed: options.seed,

@@ -1,7 +1,7 @@
 //! The experiments: which closings on which worlds.
 
 use palpate::scene::{Linkage3, P70, Tendon2, Tendon3};
-use palpate_plant::{Parameters, Shape};
+use palpate_plant::{Parameters, Shape, World};
 use palpate_simulation::Simulated;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -42,6 +42,8 @@ pub type Work = dyn Fn(&mut Vec<Entry>) -> Result<(), Failure> + Send + Sync;
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// The world, or the middle of the worlds that are drawn.
+    pub world: World,
+    /// The default scene in it.
     pub parameters: Parameters,
     /// Everything random follows from it.
     pub seed: u64,
@@ -90,12 +92,15 @@ fn entries<S: Simulated>(
 /// A job whose closings each come from `next`, tried again where the object cannot be there.
 fn job<S: Simulated + 'static>(
     experiment: &'static str,
-    parameters: Parameters,
+    parameters: Result<Parameters, palpate_plant::Error>,
     seed: u64,
     closings: usize,
     next: impl Fn(usize, &mut Pcg64Mcg) -> Wanted + Send + Sync + 'static,
 ) -> Job {
     let run = move |found: &mut Vec<Entry>| {
+        let parameters = parameters
+            .clone()
+            .map_err(palpate_simulation::Error::Plant)?;
         let mut session = Session::<S>::new(&parameters, &Setup::default(), seed)?;
         let mut random = Pcg64Mcg::seed_from_u64(seed ^ 0x005e_ed0f_91ac_e500);
         for index in 0..closings {
@@ -155,7 +160,7 @@ pub fn proximal(plan: &Plan) -> Vec<Job> {
             let objects = objects::ten();
             job::<P70>(
                 "proximal",
-                plan.parameters.clone(),
+                Ok(plan.parameters.clone()),
                 plan.seed + finger,
                 5,
                 move |index, random| Wanted {
@@ -192,7 +197,7 @@ pub fn distal(plan: &Plan) -> Vec<Job> {
             let objects = objects::ten();
             job::<P70>(
                 "distal",
-                plan.parameters.clone(),
+                Ok(plan.parameters.clone()),
                 plan.seed + 10 + row as u64,
                 objects.len(),
                 move |index, random| distal_wanted(&objects[index], row, random),
@@ -210,7 +215,7 @@ pub fn preshape(plan: &Plan) -> Vec<Job> {
         .map(|(theta_1_rad, offset)| {
             job::<P70>(
                 "preshape",
-                plan.parameters.clone(),
+                Ok(plan.parameters.clone()),
                 plan.seed + offset,
                 PRESHAPE_PLACES_M.len(),
                 move |index, _| Wanted {
@@ -257,7 +262,7 @@ pub fn random(plan: &Plan) -> Vec<Job> {
             let seed = plan.seed + 1000 + finger;
             job::<P70>(
                 "random",
-                plan.parameters.randomised(seed),
+                Ok(plan.parameters.randomised(seed)),
                 seed,
                 20,
                 |_, random| {
@@ -307,7 +312,7 @@ fn scene<S: Simulated + 'static>(
 ) -> Job {
     job::<S>(
         experiment,
-        plan.parameters.clone(),
+        plan.world.of(S::NAME),
         plan.seed + offset,
         8,
         move |_, random| {

@@ -4,10 +4,8 @@ use std::path::{Path, PathBuf};
 
 /// Sources that decide the results, from the root of the checkout.
 const SOURCES: &[&str] = &[
-    "src/app/conduct.rs",
-    "src/app/kept.rs",
-    "src/app/sense.rs",
-    "src/app/settings.rs",
+    "src/app/grasp",
+    "src/app/console/settings.rs",
     "src/drive",
     "src/finger",
     "src/numeric",

@@ -3,7 +3,7 @@
 use palpate::finger::Mechanics;
 use palpate::scene::Scene;
 use palpate::sensing::{Calibration, Directive, Event, Friction, NotLocated, Sample, Settings};
-use palpate_plant::{FingerKind, FingerParameters, Parameters};
+use palpate_plant::FingerParameters;
 
 use palpate_simulation::Simulated;
 
@@ -155,24 +155,24 @@ pub fn papers(
 }
 
 /// What the paper's algorithm takes for granted of a scene: the nominal finger, drivetrain and cable.
-#[must_use]
-pub fn paper_model<S: Simulated>() -> paper::Model {
+///
+/// # Errors
+/// A scene that the plant does not know.
+pub fn paper_model<S: Simulated>() -> Result<paper::Model, Failure> {
     let finger = S::MECHANISM;
     let drivetrain = S::drivetrain(&finger);
-    let nominal = nominal_finger(S::FINGER);
-    paper::Model {
+    let nominal = nominal_finger(&S::parameters()?.finger);
+    Ok(paper::Model {
         free: paper::free_table(&nominal, f64::from(S::TRAVEL_RAD)),
         finger: nominal,
         torque_nm_per_a: f64::from(drivetrain.torque_per_ampere_nm * drivetrain.efficiency),
         counts_per_rad: 1.0 / f64::from(drivetrain.rad_per_count),
         cable_rad_per_nm: f64::from(S::UNCALIBRATED.cable_rad_per_nm),
-    }
+    })
 }
 
 /// The finger as its data sheet has it.
-fn nominal_finger(kind: FingerKind) -> Finger {
-    let parameters = Parameters::default();
-    let table: &FingerParameters = parameters.finger.of(kind);
+fn nominal_finger(table: &FingerParameters) -> Finger {
     let stages = if table.lever_m.is_empty() {
         table
             .pulley_m

@@ -1,8 +1,8 @@
 //! A simulated finger used like one on a bench: it is homed, records its friction, feels pins at known places, and then one
 //! object after another is put in its way. What runs is the firmware's control loop, sequence and sensing.
 
-use palpate::app::command::Command;
-use palpate::app::settings::Setting;
+use palpate::app::console::command::Command;
+use palpate::app::console::settings::Setting;
 use palpate::sample::Sample;
 use palpate::scene::Scene;
 use palpate::sensing::{Calibration, Directive, Event, Friction, Refusal, Sensor, Settings};
@@ -118,7 +118,7 @@ impl<S: Simulated> Bench<S> {
             if let Some(value) = value {
                 simulation
                     .slow()
-                    .conduct
+                    .coordinator
                     .command(Command::Set(setting, value))
                     .map_err(palpate_simulation::Error::Refused)?;
             }
@@ -139,7 +139,7 @@ impl<S: Simulated> Bench<S> {
     /// # Errors
     /// There is none.
     pub fn friction(&mut self) -> Result<Friction, Failure> {
-        let record = self.simulation.slow().sense.sensor().friction().cloned();
+        let record = self.simulation.slow().sensing.sensor().friction().cloned();
         record.ok_or(Failure::Missing("friction record"))
     }
 

@@ -61,7 +61,7 @@ impl<S: Simulated> Session<S> {
         let length = judge::length_m::<S>(S::PHALANGES)?;
         let places = PIN_SHARES.map(|share| share * length);
         let refused = bench.calibrate(&places, PIN_THETA_1_RAD)?;
-        let model = judge::paper_model::<S>();
+        let model = judge::paper_model::<S>()?;
         let threshold_nm = paper::friction_threshold(&model, &judge::free_motion(&free))
             .ok_or(Failure::Missing("closing motion"))?;
         Ok(Self {

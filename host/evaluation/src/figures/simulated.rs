@@ -44,7 +44,7 @@ fn touch(session: &mut Session<P70>, k_m: f64, theta_1_rad: f64) -> Result<Case,
 /// Fig 11: stiffness after contact as estimated, over the true place, beside the model.
 fn figure_11(plan: &Plan) -> Result<Chart, Failure> {
     let mut session = session(plan, &Setup::default(), plan.seed + 300)?;
-    let model = judge::paper_model::<P70>();
+    let model = judge::paper_model::<P70>()?;
     let posture = free_posture(&model.finger, 0.0).ok_or(Failure::Missing("posture"))?;
     let line = (1..=130)
         .filter_map(|step| {

@@ -1,10 +1,12 @@
-//! How the last run ended, told in the log, and the fault it amounts to.
+//! How the last run ended: logged at start, and the fault that follows from it.
 
+use palpate::app::log::Log;
 use palpate::drive::Fault;
 
 use super::crash::{self, Cause};
 use super::reset::{self, Reset};
-use super::{bridge, telemetry, watchdog};
+use super::telemetry::Telemetry;
+use super::{bridge, watchdog};
 
 /// Reports the reset and what the last run left. The fault, if there is one, keeps the motor off until it is cleared.
 pub fn report() -> Option<Fault> {
@@ -12,10 +14,18 @@ pub fn report() -> Option<Fault> {
     let missing = watchdog::take_reports();
     let crash = crash::take();
     let was_live = bridge::take_was_live();
-    telemetry::reset(reset);
+    Telemetry.reset(reset.name());
     match (reset, crash) {
         (Reset::Software, Some(crash)) => {
-            telemetry::crash(&crash);
+            Telemetry.crash(
+                crash.cause().name(),
+                crash.pc,
+                crash.lr,
+                crash.status,
+                crash.address,
+                crash.line,
+                crash.file(),
+            );
             Some(match crash.cause() {
                 Cause::Panic => Fault::Panic,
                 Cause::StackOverflow => Fault::StackOverflow,
@@ -24,7 +34,7 @@ pub fn report() -> Option<Fault> {
         }
         (Reset::Watchdog, _) => {
             if let Some(missing) = missing {
-                telemetry::watchdog(missing);
+                Telemetry.watchdog(missing.control, missing.sensing, missing.sequence);
             }
             Some(Fault::Watchdog)
         }

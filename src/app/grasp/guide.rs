@@ -1,5 +1,7 @@
 //! The guided calibration: what to do next, after each of its steps.
 
+use core::fmt;
+
 use crate::finger::Mechanics;
 use crate::scene::Scene;
 use crate::sensing::location::Series;
@@ -9,7 +11,7 @@ use crate::sensing::{Calibration, Event, Refusal};
 /// stiff, so that the cable shows.
 const PIN_SHARES: [f32; 2] = [0.3, 0.75];
 
-/// What the user should do next. The log says it in words.
+/// What the user should do next; displayed as a sentence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Hint {
     /// Friction is recorded: press on the closing stop.
@@ -60,6 +62,38 @@ impl Hint {
             },
             _ => Self::Save,
         }
+    }
+}
+
+impl fmt::Display for Hint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Press => "leave the finger free and enter: calibrate cable",
+            Self::Pin { k_mm } => {
+                return write!(
+                    f,
+                    "put a pin at {k_mm} mm from the last joint and enter: calibrate {k_mm}"
+                );
+            }
+            Self::Save => "calibrated; remove the pin and enter: save",
+            Self::RecordFriction => "leave the finger free and enter: record-friction",
+            Self::Again(Refusal::NoContact) => {
+                "no contact was detected: put the pin into the finger's way and repeat"
+            }
+            Self::Again(Refusal::TooFewSamples) => {
+                "the press was too short: is the current limit high enough? repeat"
+            }
+            Self::Again(Refusal::NoSuchPlace) => {
+                "no such place on the last phalanx: give the pin's distance"
+            }
+            Self::Again(Refusal::Misfit) => {
+                "that was no single fixed pin: fix it, let nothing else touch, and repeat"
+            }
+            Self::Again(Refusal::Implausible) => {
+                "too far from what was known: check the place and repeat, or enter: calibrate forget"
+            }
+            Self::Again(Refusal::Uninformative) => "nothing new was learned: choose another place",
+        })
     }
 }
 

@@ -3,8 +3,11 @@
 //! The defaults come from the scene; a value that was set and saved overrides them after the next start. Values are
 //! kept in SI units; the user speaks the unit of the table.
 
-use super::line::Line;
-use crate::name_list::nth;
+use core::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use super::text::Decimal;
 
 /// The values that a setting may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,11 +34,9 @@ macro_rules! settings {
             pub const ALL: [Self; [$($name),*].len()] = [$(Self::$setting),*];
         }
 
-        /// What a user types, in the same order.
-        const NAMES: &str = concat!($($name, "\n",)*);
-        /// The user's units, in the same order.
-        const UNITS: &str = concat!($($unit, "\n",)*);
-        /// Their sizes and the allowed values, in the same order.
+        /// What a user types, and the user's units, in the same order.
+        const NAMES: [(&str, &str); Setting::ALL.len()] = [$(($name, $unit)),*];
+        /// The units' sizes and the allowed values, in the same order.
         const RANGES: [Range; Setting::ALL.len()] = [
             $(Range { unit_si: $unit_si, min: $min, max: $max }),*
         ];
@@ -68,18 +69,18 @@ settings! {
 
 impl Setting {
     /// What a user types.
-    pub fn name(self) -> &'static str {
-        nth(NAMES, self as u8)
+    pub const fn name(self) -> &'static str {
+        // The discriminant is below the table's length, here and below: the index cannot fail.
+        NAMES[self as usize].0
     }
 
     /// The user's unit.
-    pub fn unit(self) -> &'static str {
-        nth(UNITS, self as u8)
+    pub const fn unit(self) -> &'static str {
+        NAMES[self as usize].1
     }
 
     /// The values that it may have.
     pub const fn range(self) -> &'static Range {
-        // The discriminant is below the table's length: the index cannot fail.
         &RANGES[self as usize]
     }
 
@@ -91,12 +92,14 @@ impl Setting {
     }
 }
 
-impl Range {
-    /// Writes `0.05 to 0.8`.
-    pub fn write<'l>(&self, line: &'l mut Line) -> &'l mut Line {
-        line.decimal(self.min).text(" to ").decimal(self.max)
+/// `0.05 to 0.8`, in the user's unit.
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} to {}", Decimal(self.min), Decimal(self.max))
     }
+}
 
+impl Range {
     /// The value in SI units, or `None` where the user's value is not finite or out of range.
     pub fn to_si(&self, value: f32) -> Option<f32> {
         // A NaN is in no range.
@@ -119,10 +122,10 @@ impl Range {
 }
 
 /// The values that a user has set; what is not set keeps the scene's default.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Overrides {
     /// In the order of [`Setting::ALL`].
-    pub(super) values_si: [Option<f32>; Setting::ALL.len()],
+    values_si: [Option<f32>; Setting::ALL.len()],
 }
 
 impl Overrides {
@@ -172,9 +175,6 @@ mod tests {
                 _ => 1.0,
             };
             assert_eq!(range.unit_si, one, "{name}");
-        }
-        for list in [NAMES, UNITS] {
-            assert_eq!(list.lines().count(), Setting::ALL.len());
         }
         assert_eq!(
             Setting::by_name(b"CLOSING-speed"),

@@ -1,9 +1,9 @@
 //! What a user types, over RTT or the serial port: one line, one command, one answer.
 
-use super::decimal;
-use super::line::Line;
+use core::fmt;
+
 use super::settings::{Range, Setting};
-use crate::name_list::nth;
+use super::text::number;
 
 /// Longest line that is understood, bytes, without its end.
 pub const LINE_MAX: usize = 64;
@@ -13,7 +13,7 @@ pub const LINE_MAX: usize = 64;
 pub enum Command {
     /// List the commands.
     Help,
-    /// Say state, position, current, supply, temperature, faults.
+    /// Report state, position, current, supply, temperature, faults.
     Status,
     /// A whole grasp: what is missing of offset, homing and friction record, then close, probe, hold, open.
     Run,
@@ -75,7 +75,7 @@ macro_rules! verbs {
             /// Every verb, in the order of the enum.
             pub const ALL: &[Self] = &[$(Self::$verb,)*];
             /// Name, usage and summary of each, in the same order.
-            const TABLE: &str = concat!($($name, "\n", $usage, "\n", $summary, "\n",)*);
+            const TABLE: &[[&str; 3]] = &[$([$name, $usage, $summary],)*];
         }
     };
 }
@@ -127,36 +127,31 @@ pub enum CommandError {
     Place,
 }
 
-impl CommandError {
-    /// Says what is wrong.
-    pub fn write(self, line: &mut Line) {
+impl fmt::Display for CommandError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotALine => {
-                const { assert!(LINE_MAX == 64) };
-                line.text("expected a line of text of at most 64 bytes")
-            }
-            Self::Unknown => line.text("no such command; try help"),
-            Self::Unexpected { usage: "" } => line.text("this command takes nothing"),
-            Self::Unexpected { usage } => line.text("too many words; expected ").text(usage),
-            Self::Expected { what } => line.text("expected ").text(what),
-            Self::UnknownSetting => line.text("no such setting; try show"),
-            Self::Range { setting } => {
-                must_be(line, setting.name(), setting.range()).text(setting.unit())
-            }
-            Self::Place => must_be(line, "the place", &PLACE).text("mm from the joint"),
-        };
+            Self::NotALine => write!(f, "expected a line of text of at most {LINE_MAX} bytes"),
+            Self::Unknown => f.write_str("no such command; try help"),
+            Self::Unexpected { usage: "" } => f.write_str("this command takes nothing"),
+            Self::Unexpected { usage } => write!(f, "too many words; expected {usage}"),
+            Self::Expected { what } => write!(f, "expected {what}"),
+            Self::UnknownSetting => f.write_str("no such setting; try show"),
+            Self::Range { setting } => write!(
+                f,
+                "{} must be {} {}",
+                setting.name(),
+                setting.range(),
+                setting.unit()
+            ),
+            Self::Place => write!(f, "the place must be {PLACE} mm from the joint"),
+        }
     }
-}
-
-fn must_be<'l>(line: &'l mut Line, name: &str, range: &Range) -> &'l mut Line {
-    range.write(line.text(name).text(" must be ")).text(" ")
 }
 
 /// The words of a line that are still to be read, and the blanks between them.
 struct Words<'l>(&'l [u8]);
 
 impl<'l> Words<'l> {
-    #[inline(never)]
     fn next(&mut self) -> Option<&'l [u8]> {
         let rest = self.0.trim_ascii_start();
         let end = rest.iter().position(u8::is_ascii_whitespace);
@@ -176,17 +171,17 @@ impl Command {
         if line.len() > LINE_MAX || line.iter().any(|byte| *byte >= 0xF8) {
             return Err(CommandError::NotALine);
         }
-        let mut said = Words(line);
-        let Some(name) = said.next() else {
+        let mut words = Words(line);
+        let Some(name) = words.next() else {
             return Ok(None);
         };
         let verb = Verb::ALL
             .iter()
             .find(|verb| verb.name().as_bytes().eq_ignore_ascii_case(name));
         let verb = verb.ok_or(CommandError::Unknown)?;
-        let command = verb.read(&mut said)?;
+        let command = verb.read(&mut words)?;
         // A stop with words behind it is still a stop.
-        if *verb != Verb::Stop && said.next().is_some() {
+        if *verb != Verb::Stop && words.next().is_some() {
             let usage = verb.usage();
             return Err(CommandError::Unexpected { usage });
         }
@@ -195,23 +190,24 @@ impl Command {
 }
 
 impl Verb {
-    fn word(self, column: u8) -> &'static str {
-        nth(Self::TABLE, self as u8 * 3 + column)
+    const fn column(self, column: usize) -> &'static str {
+        // One row for each verb, of three columns: the index cannot fail.
+        Self::TABLE[self as usize][column]
     }
 
     /// What a user types.
     pub fn name(self) -> &'static str {
-        self.word(0)
+        self.column(0)
     }
 
     /// What follows it; empty where nothing does.
     pub fn usage(self) -> &'static str {
-        self.word(1)
+        self.column(1)
     }
 
     /// What it does.
     pub fn summary(self) -> &'static str {
-        self.word(2)
+        self.column(2)
     }
 
     /// The command, with what follows its first word.
@@ -246,7 +242,7 @@ fn calibrate(words: &mut Words<'_>) -> Result<Calibrate, CommandError> {
     if word.eq_ignore_ascii_case(b"forget") {
         return Ok(Calibrate::Forget);
     }
-    let k_mm = number(word, "mm", words).ok_or(EXPECTED)?;
+    let k_mm = with_unit(word, "mm", words).ok_or(EXPECTED)?;
     let k_m = PLACE.to_si(k_mm).ok_or(CommandError::Place)?;
     Ok(Calibrate::At { k_m })
 }
@@ -258,7 +254,7 @@ fn set(words: &mut Words<'_>) -> Result<Command, CommandError> {
     let setting = Setting::by_name(name).ok_or(CommandError::UnknownSetting)?;
     let value = words
         .next()
-        .and_then(|word| number(word, setting.unit(), words))
+        .and_then(|word| with_unit(word, setting.unit(), words))
         .ok_or(CommandError::Expected {
             what: "a number after the name",
         })?;
@@ -270,12 +266,12 @@ fn set(words: &mut Words<'_>) -> Result<Command, CommandError> {
 }
 
 /// A number, with its unit joined to it, behind it, or left out.
-fn number(word: &[u8], unit: &str, rest: &mut Words<'_>) -> Option<f32> {
+fn with_unit(word: &[u8], unit: &str, rest: &mut Words<'_>) -> Option<f32> {
     let unit = unit.as_bytes();
     if let Some(bare) = word.strip_suffix(unit) {
-        return decimal::parse(bare);
+        return number(bare);
     }
-    let value = decimal::parse(word)?;
+    let value = number(word)?;
     let behind = rest.next().unwrap_or(unit);
     behind.eq_ignore_ascii_case(unit).then_some(value)
 }
@@ -370,9 +366,8 @@ mod tests {
             ("open wide", "this command takes nothing"),
             ("\u{fc}ben", "no such command; try help"),
         ] {
-            let mut said = Line::new();
-            parse(line).expect_err(line).write(&mut said);
-            assert_eq!(said.as_str(), answer, "{line}");
+            let error = parse(line).expect_err(line);
+            assert_eq!(error.to_string(), answer, "{line}");
         }
         assert_eq!(Command::parse(&[0xff, b'a']), Err(CommandError::NotALine));
         assert_eq!(

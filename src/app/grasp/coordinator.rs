@@ -1,10 +1,12 @@
-//! The motion half of the slow loop: commands, the motion sequence, and what it wants of the sensing half.
+//! The motion half of the slow loop: carries commands out on the motion sequence and says what the sensing half has to do
+//! meanwhile.
 
 use core::marker::PhantomData;
 
-use super::command::{Calibrate, Command};
-use super::sense::Order;
-use super::settings::{Overrides, Setting};
+use super::hold::ForceHold;
+use super::sensing::SensingRequest;
+use crate::app::console::command::{Calibrate, Command};
+use crate::app::console::settings::{Overrides, Setting};
 use crate::drive::config::{CheckedConfig, OutOfRange};
 use crate::drive::sequence::{Motion, Notice, Refused, Request, Sequence, State, StepOutput};
 use crate::drive::{Fault, Status};
@@ -12,14 +14,14 @@ use crate::scene::Scene;
 use crate::sensing::location::Series;
 use crate::sensing::{Directive, Event};
 
-/// What a command leads to beside the motion: what only the board can do.
+/// What the board has to do to complete a command.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Effect {
-    /// Accepted; the log will tell.
+pub enum Action {
+    /// Nothing: accepted, the log reports the rest.
     Accepted,
     /// List the commands.
     Help,
-    /// Tell the state.
+    /// Report the state.
     Status,
     /// List the settings.
     Show,
@@ -35,25 +37,25 @@ pub enum Effect {
     Factory,
 }
 
-/// What one step of the motion half decided.
+/// Result of one step of the motion half.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Conducted {
+pub struct Step {
     /// What the sequence decided.
-    pub advance: StepOutput,
+    pub motion: StepOutput,
     /// For the sensing half.
-    pub order: Option<Order>,
+    pub request: Option<SensingRequest>,
 }
 
-/// The motion half. See [`Sense`](super::sense::Sense) for why there are two.
+/// The motion half. See [`ContactSensing`](super::ContactSensing) for why there are two.
 #[derive(Clone, Debug)]
-pub struct Conduct<S: Scene> {
+pub struct Coordinator<S: Scene> {
     sequence: Sequence,
     overrides: Overrides,
-    /// What the closing to come is for.
+    /// What the next closing is for.
     purpose: Directive,
-    /// An order that is not given by a change of state.
-    pending: Option<Order>,
-    free_a: f32,
+    /// A request that does not follow from a change of state.
+    pending: Option<SensingRequest>,
+    hold: ForceHold,
     scene: PhantomData<S>,
 }
 
@@ -70,7 +72,7 @@ pub fn drive<S: Scene>(overrides: &Overrides) -> Result<CheckedConfig, OutOfRang
     )
 }
 
-impl<S: Scene> Conduct<S> {
+impl<S: Scene> Coordinator<S> {
     /// A sequence at rest, with what the user has set.
     pub fn new(overrides: Overrides) -> Self {
         Self {
@@ -78,7 +80,7 @@ impl<S: Scene> Conduct<S> {
             overrides,
             purpose: Directive::Watch,
             pending: None,
-            free_a: 0.0,
+            hold: ForceHold::default(),
             scene: PhantomData,
         }
     }
@@ -107,22 +109,22 @@ impl<S: Scene> Conduct<S> {
     ///
     /// # Errors
     /// Why not now, and what to do first.
-    pub fn command(&mut self, command: Command) -> Result<Effect, Refused> {
+    pub fn command(&mut self, command: Command) -> Result<Action, Refused> {
         let request = match command {
-            Command::Help => return Ok(Effect::Help),
-            Command::Status => return Ok(Effect::Status),
-            Command::Show => return Ok(Effect::Show),
-            Command::Save => return self.resting().map(|()| Effect::Save),
+            Command::Help => return Ok(Action::Help),
+            Command::Status => return Ok(Action::Status),
+            Command::Show => return Ok(Action::Show),
+            Command::Save => return self.resting().map(|()| Action::Save),
             Command::Factory => {
                 self.resting()?;
                 self.adjust(Overrides::default());
-                return Ok(Effect::Factory);
+                return Ok(Action::Factory);
             }
             Command::Set(setting, value_si) => return self.set(setting, value_si),
             Command::Calibrate(Calibrate::Forget) => {
                 self.resting()?;
-                self.pending = Some(Order::ForgetCalibration);
-                return Ok(Effect::Accepted);
+                self.pending = Some(SensingRequest::ForgetCalibration);
+                return Ok(Action::Accepted);
             }
             Command::Calibrate(Calibrate::Cable) if !S::Series::FLEXIBLE => {
                 return Err(Refused::NoCable);
@@ -146,7 +148,7 @@ impl<S: Scene> Conduct<S> {
             }
             _ => self.request(request, Directive::Watch)?,
         }
-        Ok(Effect::Accepted)
+        Ok(Action::Accepted)
     }
 
     /// Asks for a motion, and says what a closing in it is for.
@@ -161,39 +163,35 @@ impl<S: Scene> Conduct<S> {
         Ok(())
     }
 
-    /// Hears an event of the sensing half: a located contact tells which current holds the wanted force.
-    ///
-    /// In single contact the force is in proportion to the torque above friction, and that to the current above what free
-    /// motion took. A force below the one that probing has reached is not given back: the worm locks.
-    pub fn hear(&mut self, event: &Event, status: &Status) {
+    /// Takes an event of the sensing half: a located contact sets the current that holds the wanted force.
+    pub fn event(&mut self, event: &Event, status: &Status) {
         let Event::Located { force_n, .. } = event else {
             return;
         };
-        let load_a = status.current_a - self.free_a;
-        if load_a > 0.0 && *force_n > 0.0 {
-            let wanted_n = self.value(Setting::HoldForce);
-            let limit_a = S::DRIVE.limits.current_a;
+        let wanted_n = self.value(Setting::HoldForce);
+        let limit_a = S::DRIVE.limits.current_a;
+        let current_a = self
+            .hold
+            .current_a(status.current_a, *force_n, wanted_n, limit_a);
+        if let Some(current_a) = current_a {
             let mut motion = motion::<S>(&self.overrides);
-            motion.holding_current_a = (self.free_a + load_a * wanted_n / force_n)
-                .min(limit_a)
-                .max(0.0);
+            motion.holding_current_a = current_a;
             self.sequence.set_motion(motion);
         }
     }
 
     /// One step, about once a millisecond.
-    pub fn advance(&mut self, now_us: u64, status: &Status, notice: Option<Notice>) -> Conducted {
-        let advance = self.sequence.advance(now_us, status, notice);
+    pub fn advance(&mut self, now_us: u64, status: &Status, notice: Option<Notice>) -> Step {
+        let motion = self.sequence.advance(now_us, status, notice);
         if self.sequence.state() == State::Close {
-            // Mean over some 0.1 s; a contact adds little to it until it is felt.
-            self.free_a += 0.01 * (status.current_a - self.free_a);
+            self.hold.closing(status.current_a);
         }
-        let order = advance
+        let request = motion
             .changed
             .and_then(|(_, to)| self.directive(to))
-            .map(Order::Direct);
-        let order = order.or_else(|| self.pending.take());
-        Conducted { advance, order }
+            .map(SensingRequest::Direct);
+        let request = request.or_else(|| self.pending.take());
+        Step { motion, request }
     }
 
     /// What a state that begins means for the sensing; `None` where the directive stays.
@@ -208,7 +206,7 @@ impl<S: Scene> Conduct<S> {
         }
     }
 
-    /// The bridge is off.
+    /// Whether the bridge is off.
     fn resting(&self) -> Result<(), Refused> {
         match self.sequence.state() {
             State::Idle | State::Fault => Ok(()),
@@ -216,7 +214,7 @@ impl<S: Scene> Conduct<S> {
         }
     }
 
-    fn set(&mut self, setting: Setting, value_si: f32) -> Result<Effect, Refused> {
+    fn set(&mut self, setting: Setting, value_si: f32) -> Result<Action, Refused> {
         self.resting()?;
         let mut overrides = self.overrides;
         // The parser has checked the range; what is out of it nevertheless is not taken.
@@ -227,7 +225,7 @@ impl<S: Scene> Conduct<S> {
             setting,
             Setting::CurrentLimit | Setting::SupplyMin | Setting::SupplyMax
         );
-        Ok(Effect::Set { at_restart })
+        Ok(Action::Set { at_restart })
     }
 
     fn adjust(&mut self, overrides: Overrides) {
@@ -237,7 +235,7 @@ impl<S: Scene> Conduct<S> {
         }
         self.overrides = overrides;
         self.sequence.set_motion(motion::<S>(&overrides));
-        self.pending = Some(Order::Adjust(overrides));
+        self.pending = Some(SensingRequest::Adjust(overrides));
     }
 }
 
@@ -301,22 +299,22 @@ mod tests {
     use crate::drive::Setpoint;
     use crate::scene::P70;
 
-    fn conduct() -> Conduct<P70> {
-        Conduct::new(Overrides::default())
+    fn coordinator() -> Coordinator<P70> {
+        Coordinator::new(Overrides::default())
     }
 
-    fn known(conduct: &mut Conduct<P70>) {
-        conduct.advance(0, &Status::default(), Some(Notice::FrictionKnown));
+    fn known(coordinator: &mut Coordinator<P70>) {
+        coordinator.advance(0, &Status::default(), Some(Notice::FrictionKnown));
     }
 
     #[test]
     fn every_command_at_rest_is_accepted_or_says_what_is_missing() {
         for (command, expected) in [
-            (Command::Help, Ok(Effect::Help)),
-            (Command::Status, Ok(Effect::Status)),
-            (Command::Run, Ok(Effect::Accepted)),
-            (Command::Home, Ok(Effect::Accepted)),
-            (Command::RecordFriction, Ok(Effect::Accepted)),
+            (Command::Help, Ok(Action::Help)),
+            (Command::Status, Ok(Action::Status)),
+            (Command::Run, Ok(Action::Accepted)),
+            (Command::Home, Ok(Action::Accepted)),
+            (Command::RecordFriction, Ok(Action::Accepted)),
             (
                 Command::Calibrate(Calibrate::At { k_m: 0.04 }),
                 Err(Refused::NoFriction),
@@ -325,32 +323,32 @@ mod tests {
                 Command::Calibrate(Calibrate::Cable),
                 Err(Refused::NoFriction),
             ),
-            (Command::Calibrate(Calibrate::Forget), Ok(Effect::Accepted)),
-            (Command::Close, Ok(Effect::Accepted)),
-            (Command::Open, Ok(Effect::Accepted)),
-            (Command::Stop, Ok(Effect::Accepted)),
+            (Command::Calibrate(Calibrate::Forget), Ok(Action::Accepted)),
+            (Command::Close, Ok(Action::Accepted)),
+            (Command::Open, Ok(Action::Accepted)),
+            (Command::Stop, Ok(Action::Accepted)),
             (Command::Clear, Err(Refused::NoFault)),
-            (Command::Show, Ok(Effect::Show)),
+            (Command::Show, Ok(Action::Show)),
             (
                 Command::Set(Setting::HoldForce, 2.0),
-                Ok(Effect::Set { at_restart: false }),
+                Ok(Action::Set { at_restart: false }),
             ),
             (
                 Command::Set(Setting::SupplyMin, 8.0),
-                Ok(Effect::Set { at_restart: true }),
+                Ok(Action::Set { at_restart: true }),
             ),
-            (Command::Save, Ok(Effect::Save)),
-            (Command::Factory, Ok(Effect::Factory)),
+            (Command::Save, Ok(Action::Save)),
+            (Command::Factory, Ok(Action::Factory)),
         ] {
-            assert_eq!(conduct().command(command), expected, "{command:?}");
+            assert_eq!(coordinator().command(command), expected, "{command:?}");
         }
     }
 
     #[test]
     fn flash_and_settings_wait_until_the_bridge_is_off() {
-        let mut conduct = conduct();
-        conduct.command(Command::Run).expect("at rest");
-        conduct.advance(1000, &Status::default(), None);
+        let mut coordinator = coordinator();
+        coordinator.command(Command::Run).expect("at rest");
+        coordinator.advance(1000, &Status::default(), None);
         let busy = Err(Refused::Busy(State::CalibrateOffset));
         for command in [
             Command::Save,
@@ -359,37 +357,43 @@ mod tests {
             Command::Calibrate(Calibrate::Forget),
             Command::Run,
         ] {
-            assert_eq!(conduct.command(command), busy, "{command:?}");
+            assert_eq!(coordinator.command(command), busy, "{command:?}");
         }
-        assert_eq!(conduct.command(Command::Stop), Ok(Effect::Accepted));
-        let conducted = conduct.advance(2000, &Status::default(), None);
-        assert_eq!(conducted.advance.demand.setpoint, Setpoint::Off);
-        assert_eq!(conducted.order, Some(Order::Direct(Directive::Rest)));
-        assert_eq!(conduct.command(Command::Save), Ok(Effect::Save));
+        assert_eq!(coordinator.command(Command::Stop), Ok(Action::Accepted));
+        let step = coordinator.advance(2000, &Status::default(), None);
+        assert_eq!(step.motion.demand.setpoint, Setpoint::Off);
+        assert_eq!(step.request, Some(SensingRequest::Direct(Directive::Rest)));
+        assert_eq!(coordinator.command(Command::Save), Ok(Action::Save));
     }
 
     #[test]
     fn a_setting_reaches_motion_sensing_and_the_next_start() {
-        let mut conduct = conduct();
-        known(&mut conduct);
-        assert!(conduct.sequence.friction_known());
-        conduct
+        let mut coordinator = coordinator();
+        known(&mut coordinator);
+        assert!(coordinator.sequence.friction_known());
+        coordinator
             .command(Command::Set(Setting::ClosingSpeed, 0.2))
             .expect("at rest");
         assert!(
-            !conduct.sequence.friction_known(),
+            !coordinator.sequence.friction_known(),
             "the worm's friction depends on speed"
         );
-        let order = conduct.advance(1, &Status::default(), None).order;
-        assert_eq!(order, Some(Order::Adjust(*conduct.overrides())));
-        assert_eq!(conduct.value(Setting::ClosingSpeed), 0.2);
-        assert_eq!(motion::<P70>(conduct.overrides()).closing_rad_per_s, 0.2);
-        conduct
+        let request = coordinator.advance(1, &Status::default(), None).request;
+        assert_eq!(
+            request,
+            Some(SensingRequest::Adjust(*coordinator.overrides()))
+        );
+        assert_eq!(coordinator.value(Setting::ClosingSpeed), 0.2);
+        assert_eq!(
+            motion::<P70>(coordinator.overrides()).closing_rad_per_s,
+            0.2
+        );
+        coordinator
             .command(Command::Set(Setting::CurrentLimit, 0.05))
             .expect("at rest");
-        let drive = drive::<P70>(conduct.overrides()).expect("within the scene's trips");
+        let drive = drive::<P70>(coordinator.overrides()).expect("within the scene's trips");
         assert_eq!(drive.config().limits.current_a, 0.05);
-        motion::<P70>(conduct.overrides())
+        motion::<P70>(coordinator.overrides())
             .validate(&drive.config().limits)
             .expect("follows the limit");
     }
@@ -398,7 +402,7 @@ mod tests {
     fn every_setting_has_a_default_within_its_range_and_both_ends_make_a_valid_drive() {
         for setting in Setting::ALL {
             let (name, range) = (setting.name(), setting.range());
-            let default = range.to_user(conduct().value(setting));
+            let default = range.to_user(coordinator().value(setting));
             assert!(
                 range.to_si(default * (1.0 - 1e-6)).is_some(),
                 "{name}: {default}"
@@ -417,28 +421,27 @@ mod tests {
 
     #[test]
     fn a_calibration_watches_the_pin_and_the_next_run_does_not() {
-        let mut conduct = conduct();
-        known(&mut conduct);
-        conduct
+        let mut coordinator = coordinator();
+        known(&mut coordinator);
+        coordinator
             .command(Command::Calibrate(Calibrate::At { k_m: 0.04 }))
             .expect("friction is known");
         assert_eq!(
-            conduct.directive(State::Close),
+            coordinator.directive(State::Close),
             Some(Directive::Calibrate {
                 phalanx: 2,
                 k_m: 0.04
             })
         );
-        conduct.command(Command::Stop).expect("always");
-        conduct.advance(1, &Status::default(), None);
-        conduct.command(Command::Run).expect("at rest");
-        assert_eq!(conduct.directive(State::Close), Some(Directive::Watch));
+        coordinator.command(Command::Stop).expect("always");
+        coordinator.advance(1, &Status::default(), None);
+        coordinator.command(Command::Run).expect("at rest");
+        assert_eq!(coordinator.directive(State::Close), Some(Directive::Watch));
     }
 
     #[test]
-    fn holding_aims_at_the_wanted_force_within_the_limit() {
-        let mut conduct = conduct();
-        conduct.free_a = 0.015;
+    fn a_located_contact_sets_the_holding_current() {
+        let mut coordinator = coordinator();
         let located = |force_n| Event::Located {
             phalanx: 2,
             k_m: 0.04,
@@ -453,19 +456,15 @@ mod tests {
             current_a: 0.065,
             ..Status::default()
         };
-        let held_a = |conduct: &Conduct<P70>| conduct.sequence.motion().holding_current_a;
-        conduct
+        let held_a =
+            |coordinator: &Coordinator<P70>| coordinator.sequence.motion().holding_current_a;
+        coordinator
             .overrides
             .set(Setting::HoldForce, 1.5)
             .expect("in range");
-        conduct.hear(&located(1.0), &status);
-        assert!((held_a(&conduct) - 0.09).abs() < 1e-6);
-        conduct.hear(&located(0.1), &status);
-        assert_eq!(held_a(&conduct), P70::DRIVE.limits.current_a);
-        let before = held_a(&conduct);
-        for force_n in [0.0, -1.0, f32::NAN] {
-            conduct.hear(&located(force_n), &status);
-            assert_eq!(held_a(&conduct), before);
-        }
+        coordinator.event(&located(1.5), &status);
+        assert!((held_a(&coordinator) - 0.065).abs() < 1e-6);
+        coordinator.event(&located(-1.0), &status);
+        assert!((held_a(&coordinator) - 0.065).abs() < 1e-6);
     }
 }

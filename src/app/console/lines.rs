@@ -1,8 +1,8 @@
-//! Lines, put together from the bytes that a user's terminal sends.
+//! Assembles command lines from the bytes that a user's terminal sends.
 
 use super::command::{Command, CommandError, LINE_MAX};
 
-/// Puts lines together from bytes as they come, however they are cut.
+/// Assembles lines from bytes, in whatever pieces they arrive.
 ///
 /// A line that grows too long is dropped whole, up to its end, and answered once. A line that ends in `stop` is a stop,
 /// whatever stands before it: noise on the wire or half a command must not keep the bridge on.
@@ -15,14 +15,14 @@ pub struct Lines {
 }
 
 impl Lines {
-    /// Takes a byte; at the end of a line, what the line says. Empty lines say nothing.
+    /// Takes a byte; at the end of a line, its command. `None` within a line and for empty ones.
     pub fn push(&mut self, byte: u8) -> Option<Result<Command, CommandError>> {
         if !matches!(byte, b'\n' | b'\r') {
             self.tail = self.tail << 8 | u32::from(byte.to_ascii_lowercase());
             self.overlong |= self.line.push(byte).is_err();
             return None;
         }
-        let said = if self.tail == u32::from_be_bytes(*b"stop") {
+        let parsed = if self.tail == u32::from_be_bytes(*b"stop") {
             Some(Ok(Command::Stop))
         } else if self.overlong {
             Some(Err(CommandError::NotALine))
@@ -32,7 +32,7 @@ impl Lines {
         self.line.clear();
         self.overlong = false;
         self.tail = 0;
-        said
+        parsed
     }
 }
 
@@ -75,8 +75,8 @@ mod tests {
         fn no_stop_is_lost(noise in proptest::collection::vec(any::<u8>(), 0..300)) {
             let mut lines = Lines::default();
             feed(&mut lines, &noise);
-            let said = feed(&mut lines, b"stop\n");
-            prop_assert_eq!(said, vec![Ok(Command::Stop)]);
+            let parsed = feed(&mut lines, b"stop\n");
+            prop_assert_eq!(parsed, vec![Ok(Command::Stop)]);
         }
     }
 

@@ -1,16 +1,16 @@
-//! The sensing half of the slow loop: samples in, events out, and what the motion sequence must know of them.
+//! The sensing half of the slow loop: samples in, events out, and the notices for the motion sequence that follow from them.
 
-use super::hint::Hint;
-use super::kept::Kept;
-use super::settings::{Overrides, Setting};
+use super::guide::Hint;
+use crate::app::console::settings::{Overrides, Setting};
+use crate::app::storage::record::Record;
 use crate::drive::sequence::Notice;
 use crate::scene::{Reading, SampleOf, Scene};
 use crate::sensing::{Calibration, Directive, Event, Sensor, Settings};
 
 /// What the motion half asks of the sensing half.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Order {
-    /// What the samples from now on are good for.
+pub enum SensingRequest {
+    /// What the samples from now on are used for.
     Direct(Directive),
     /// Settings changed.
     Adjust(Overrides),
@@ -18,20 +18,20 @@ pub enum Order {
     ForgetCalibration,
 }
 
-/// The sensing half. It shares nothing with the motion half but [`Order`]s and [`Notice`]s, so that the two may live in two
+/// The sensing half. It shares nothing with the motion half but [`SensingRequest`]s and [`Notice`]s, so that the two may live in two
 /// tasks, of two priorities if a fit takes long: a `stop` must not wait for it.
 #[derive(Clone, Debug)]
-pub struct Sense<S: Scene> {
+pub struct ContactSensing<S: Scene> {
     sensor: Sensor<S::Finger, S::Joint, S::Series>,
 }
 
-impl<S: Scene> Default for Sense<S> {
+impl<S: Scene> Default for ContactSensing<S> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<S: Scene> Sense<S> {
+impl<S: Scene> ContactSensing<S> {
     /// A sensor for the scene's finger, nothing recorded, nothing calibrated.
     pub fn new() -> Self {
         let finger = S::MECHANISM;
@@ -40,52 +40,51 @@ impl<S: Scene> Sense<S> {
         Self { sensor }
     }
 
-    /// Carries out an order.
-    pub fn order(&mut self, order: Order) {
-        match order {
-            Order::Direct(directive) => self.sensor.direct(directive),
-            Order::Adjust(overrides) => self.adjust(&overrides),
-            Order::ForgetCalibration => {
+    /// Carries out a request.
+    pub fn request(&mut self, request: SensingRequest) {
+        match request {
+            SensingRequest::Direct(directive) => self.sensor.direct(directive),
+            SensingRequest::Adjust(overrides) => self.adjust(&overrides),
+            SensingRequest::ForgetCalibration => {
                 self.sensor.set_calibration(S::UNCALIBRATED);
             }
         }
     }
 
-    /// Takes a sample; tells at most one thing. [`notice`] says what of it concerns the motion.
+    /// Takes a sample; at most one event. [`notice`] says what of it concerns the motion.
     pub fn sample(&mut self, sample: &SampleOf<S>) -> Option<Event> {
         self.sensor.update(sample)
     }
 
-    /// What the user should do after an event that was just told, in the guided calibration.
+    /// What the user should do after an event, in the guided calibration.
     pub fn hint(&self, event: &Event) -> Option<Hint> {
         Hint::after::<S>(event, self.calibration(), self.sensor.finger())
     }
 
-    /// Change of theta_2 since contact, as the last word on a contact took it into account.
+    /// Change of theta_2 since contact, as the last judgement of a contact used it.
     pub fn joint_change(&self) -> Reading<S> {
         self.sensor.joint_change()
     }
 
-    /// The sensor, for whoever wants to look.
+    /// The sensor.
     pub fn sensor(&self) -> &Sensor<S::Finger, S::Joint, S::Series> {
         &self.sensor
     }
 
-    /// Does something with what is worth keeping over a power cut: a copy that is made for the moment, where it stays.
-    pub fn keep<R>(&self, overrides: Overrides, then: impl FnOnce(&mut Kept) -> R) -> R {
-        then(&mut Kept {
+    /// A record of what is known, with these settings.
+    pub fn record(&self, overrides: Overrides) -> Record {
+        Record {
             overrides,
-            friction: self.sensor.friction().cloned(),
             calibration: *self.sensor.calibration(),
-        })
+            friction: self.sensor.friction().cloned(),
+        }
     }
 
-    /// Takes over what was kept; it has been checked ([`Kept`] is decoded whole or not at all). Tells the motion half
-    /// whether friction is known.
-    pub fn restore(&mut self, kept: Kept) -> Notice {
-        self.adjust(&kept.overrides);
-        self.sensor.set_calibration(kept.calibration);
-        let known = kept
+    /// Takes over a record. Tells the motion half whether friction is known.
+    pub fn restore(&mut self, record: Record) -> Notice {
+        self.adjust(&record.overrides);
+        self.sensor.set_calibration(record.calibration);
+        let known = record
             .friction
             .is_some_and(|friction| self.sensor.restore_friction(friction));
         if known {
@@ -107,7 +106,7 @@ impl<S: Scene> Sense<S> {
             speed_rad_per_s: set(Setting::ClosingSpeed, nominal.speed_rad_per_s),
             torque_limit_nm: set(Setting::ProbeTorque, nominal.torque_limit_nm),
             wanted_sigma_m: set(Setting::WantedDeviation, nominal.wanted_sigma_m),
-            // The others are the scene's as they are.
+            // No setting changes the others.
             ..*self.sensor.settings()
         });
         let nominal = S::drivetrain(self.sensor.finger()).efficiency;
