@@ -28,6 +28,7 @@ mod serial;
 mod storage;
 mod tasks;
 mod telemetry;
+mod trace;
 mod watchdog;
 
 use core::cell::RefCell;

@@ -34,7 +34,7 @@ enum Command {
 
 #[derive(Args)]
 struct SourceOptions {
-    /// `sim` (the firmware on the emulated chip), `probe` (a board, through probe-rs), a serial port, or a file of log lines
+    /// `sim` or `emulator` (the firmware on the emulated chip), `probe` (a board, through probe-rs), a serial port, or a file of log lines
     #[arg(long, default_value = "sim", value_name = "sim|probe|PORT|FILE")]
     from: String,
     /// Finger to draw until the firmware names its own
@@ -49,6 +49,12 @@ struct SourceOptions {
     /// The firmware's image
     #[arg(long, hide = true, value_name = "PATH")]
     elf: Option<PathBuf>,
+    /// Simulated world, as `sim` takes it
+    #[arg(long, value_name = "NAME|FILE")]
+    world: Option<String>,
+    /// What computes finger and object of the world, as `sim` takes it
+    #[arg(long, value_name = "plant|mujoco")]
+    engine: Option<String>,
     /// Further options for the emulator, as `sim` takes them (after `--`)
     #[arg(last = true)]
     options: Vec<String>,
@@ -99,7 +105,7 @@ fn pace(text: &str) -> Result<f64, String> {
 impl SourceOptions {
     fn from(&self) -> From {
         match self.from.as_str() {
-            "sim" => From::Program {
+            "sim" | "emulator" => From::Program {
                 call: self.emulation(),
                 remedy: "`cargo xtask monitor` builds it",
             },
@@ -135,8 +141,14 @@ impl SourceOptions {
         if let Some(elf) = &self.elf {
             call.push(format!("--elf={}", elf.display()));
         }
-        if let Some(scene) = &self.scene {
-            call.push(format!("--scene={scene}"));
+        for (name, value) in [
+            ("scene", &self.scene),
+            ("world", &self.world),
+            ("engine", &self.engine),
+        ] {
+            if let Some(value) = value {
+                call.push(format!("--{name}={value}"));
+            }
         }
         call.extend(self.options.iter().cloned());
         call

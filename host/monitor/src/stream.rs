@@ -3,6 +3,7 @@
 //! Two forms are understood. The emulator prints one JSON object a line; probe-rs, defmt-print and the serial port print
 //! `TIME [LEVEL] name key=value ... (FILE:LINE)`, where all but the text may be missing.
 
+use palpate::app::log;
 use serde_json::Value;
 
 /// How important a log line is.
@@ -99,7 +100,7 @@ pub struct Sample {
     pub counts: f64,
     /// Motor current, ampere, closing positive.
     pub current_a: f64,
-    /// Duty of the bridge, -1 to 1.
+    /// Duty of the bridge, or 1 where it closes, -1 where it opens, 0 where it is idle.
     pub duty: f64,
     /// Supply, volt, where it is known.
     pub supply_v: Option<f64>,
@@ -145,7 +146,7 @@ fn sample_of(event: &Event) -> Sample {
         time_s: number("time_us").map_or(event.time_s.unwrap_or_default(), |us| 1e-6 * us),
         counts: number("counts").unwrap_or_default(),
         current_a: number("current_a").unwrap_or_default(),
-        duty: number("duty").unwrap_or_default(),
+        duty: number("drive").unwrap_or_default(),
         supply_v: number("supply_v"),
         residual_nm: number("residual_mnm").map(|mnm| 1e-3 * mnm),
         threshold_nm: number("threshold_mnm").map(|mnm| 1e-3 * mnm),
@@ -229,33 +230,13 @@ fn parse_text(line: &str) -> Message {
     {
         rest = &rest[..at];
     }
-    let mut words = rest.split(' ').peekable();
-    while let Some(word) = words.peek() {
-        if key_of(word).is_some() {
-            break;
-        }
-        if !event.name.is_empty() {
-            event.name.push(' ');
-        }
-        event.name.push_str(word);
-        words.next();
-    }
-    for word in words {
-        if let Some((key, value)) = key_of(word) {
-            event.fields.push((key.to_owned(), value.to_owned()));
-        } else if let Some(last) = event.fields.last_mut() {
-            last.1.push(' ');
-            last.1.push_str(word);
-        }
-    }
+    let parsed = log::parse(rest);
+    parsed.name.clone_into(&mut event.name);
+    event.fields = parsed
+        .fields()
+        .map(|(key, value)| (key.to_owned(), value.to_owned()))
+        .collect();
     Message::Event(event)
-}
-
-fn key_of(word: &str) -> Option<(&str, &str)> {
-    let (key, value) = word.split_once('=')?;
-    let named = key.starts_with(|c: char| c.is_ascii_alphabetic())
-        && key.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
-    named.then_some((key, value))
 }
 
 #[cfg(test)]
@@ -306,7 +287,7 @@ mod tests {
 
     #[test]
     fn a_sample_keeps_what_is_not_known_apart() {
-        let read = parse("sample time_us=1000000 counts=12 current_a=0.01 duty=0.5");
+        let read = parse("sample time_us=1000000 counts=12 current_a=0.01 drive=1 joint_rad=NaN");
         let Some(Message::Sample(sample)) = read else {
             panic!("{read:?}");
         };
