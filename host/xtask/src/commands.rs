@@ -9,7 +9,7 @@ use crate::mujoco;
 use crate::process::{Failure, Outcome, cargo, run, step};
 
 /// Takes `--name VALUE` or `--name=VALUE` out of the arguments.
-fn take(arguments: &mut Vec<String>, name: &str) -> Outcome<Option<String>> {
+pub fn take(arguments: &mut Vec<String>, name: &str) -> Outcome<Option<String>> {
     let prefix = format!("{name}=");
     let Some(at) = arguments
         .iter()
@@ -48,7 +48,7 @@ fn none_left(arguments: &[String]) -> Outcome {
 }
 
 /// A host program of this workspace, built optimised, quietly unless it takes long.
-fn host_program(package: &str, arguments: &[String]) -> std::process::Command {
+pub fn host_program(package: &str, arguments: &[String]) -> std::process::Command {
     let mut command = cargo(["run", "--profile", "host", "--package", package, "--"]);
     command.args(arguments);
     command

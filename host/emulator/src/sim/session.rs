@@ -183,7 +183,10 @@ impl<'f> Session<'f> {
 
     fn hear(&mut self, line: &Line) -> Result<(), Error> {
         let event = line.event();
-        if let Progress::Answering(_) = self.progress {
+        // Samples never end by themselves: they do not put off the end of an answer.
+        if let Progress::Answering(_) = self.progress
+            && event.name != "sample"
+        {
             self.progress = Progress::Answering(self.machine.now() + PAUSE);
         }
         match event.name {
