@@ -89,7 +89,10 @@ fn spawn<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) {
 
 /// Brings the chip up: what the last run left, what was kept in flash, the bridge (off), then the tasks.
 fn start(spawner: Spawner) {
-    let (p, source) = clock::start();
+    let mut p = clock::start();
+    // First of all: whatever hangs from here on ends in a reset. The tasks feed it some 25 ms later at most.
+    let watchdog = watchdog::Watchdog::start(p.IWDG);
+    let source = clock::speed_up(&mut p.RCC);
     interrupt::TIM2.set_priority(Priority::P8);
     interrupt::LPUART1.set_priority(Priority::P10);
     Telemetry.boot(env!("CARGO_PKG_VERSION"), Active::NAME);
@@ -144,7 +147,6 @@ fn start(spawner: Spawner) {
     let Ok((sender, receiver)) = serial::open(p.LPUART1, p.PA2, p.PA3) else {
         return;
     };
-    let watchdog = watchdog::Watchdog::start(p.IWDG);
     spawn(spawner, watchdog::supervise(watchdog));
     spawn(spawner, console::listen_rtt());
     spawn(spawner, console::listen_serial(receiver));

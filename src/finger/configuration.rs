@@ -57,8 +57,8 @@ pub struct JointStep<const N: usize> {
 }
 
 impl<const N: usize> JointStep<N> {
-    /// The step of given changes.
-    pub(crate) fn of(rad: [f32; N]) -> Self {
+    /// The step of given changes, radian.
+    pub fn of(rad: [f32; N]) -> Self {
         Self {
             rad,
             half: rad.map(|a| Rotation::by(0.5 * a)),

@@ -11,6 +11,7 @@
 //! | [`bisect`], [`bisect_quadratic`] | halving | 2^-25 of the bracket, and the residual's rounding | 24 halvings, whatever the residual |
 //! | [`clamp`], [`Bounded`] | two compares | none | `f32::clamp` can panic; `min` and `max` cost three times as much to be right about NaN |
 //! | [`ln`] | exponent and the series of artanh | 1e-6 | likelihoods and thresholds, not in a control path |
+//! | [`exp`] | exponent and the series of the rest | 5e-7 relative | weights of hypotheses, not in a control path |
 //! | [`solve`], [`solve_in_place`] | Gaussian elimination, row pivoting | the condition's | one unknown a joint, never more than three |
 //!
 //! Host and target run the same operations in the same order (nothing is fused), so they give the same numbers.
@@ -18,6 +19,7 @@
 mod angle;
 mod bisect;
 mod clamp;
+mod exp;
 mod linear;
 mod log;
 mod root;
@@ -25,6 +27,7 @@ mod root;
 pub use angle::{Rotation, SIN_COS_MAX_RAD, atan2, sin_cos};
 pub use bisect::{BISECTION_STEPS, bisect, bisect_quadratic};
 pub use clamp::{Bounded, clamp};
+pub use exp::exp;
 pub use linear::{solve, solve_in_place};
 pub use log::ln;
 pub use root::{constant_sqrt, sqrt};

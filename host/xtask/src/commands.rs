@@ -148,10 +148,12 @@ pub fn faults(arguments: &[String]) -> Outcome {
 
 /// `experiments`: the paper's work again.
 pub fn experiments(arguments: &[String]) -> Outcome {
-    run(&mut world_program(
-        "palpate-evaluation",
-        &[&["experiments".to_owned()], arguments].concat(),
-    )?)
+    let mut words = [&["experiments".to_owned()], arguments].concat();
+    if words.iter().any(|word| word == "--write") {
+        // The documents show both engines.
+        words.push("--engine=mujoco".to_owned());
+    }
+    run(&mut world_program("palpate-evaluation", &words)?)
 }
 
 /// `replay`: a recorded trace.
