@@ -51,9 +51,9 @@ impl<const N: usize> Configuration<N> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointStep<const N: usize> {
     /// Changes of the angles, radian.
-    pub(crate) rad: [f32; N],
+    pub rad: [f32; N],
     /// Rotations by half of them.
-    pub(crate) half: [Rotation; N],
+    pub half: [Rotation; N],
 }
 
 impl<const N: usize> JointStep<N> {

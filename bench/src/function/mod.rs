@@ -85,9 +85,9 @@ pub const RECIP: &[Candidate<f32, f32>] = &[
 /// Natural logarithm.
 pub const LN: &[Candidate<f32, f32>] = &[
     Candidate::used(
-        "library_artanh",
+        "library_micromath",
         ln_library,
-        "numeric::ln, for the detector's threshold and the evidence of a fit: no f64, no table",
+        "numeric::ln, for the detector's threshold and the evidence of a fit: differences of one and more, so micromath's error is small enough",
     ),
     Candidate::rival("libm", ln_libm),
     Candidate::rival("micromath", ln_micromath),

@@ -56,7 +56,10 @@ fn place_near(input: &Ready<2, 1>, pair: &TwoJointContact, w22: f32, start_m: f3
     let mut delta_2 = rise * arm * ((arm * x2 - start_m) / energy);
     for _ in 0..STEPS {
         let half_2 = Rotation::by(0.5 * delta_2);
-        let step = JointStep::of([0.0, delta_2]);
+        let step = JointStep {
+            rad: [0.0, delta_2],
+            half: [Rotation::NONE, half_2],
+        };
         let (turned_rad, [_, x2_change]) = finger.transmission().changes(at, &step)?;
         let delta_1 = rotation_rad - turned_rad;
         let x2_now = x2 + x2_change;

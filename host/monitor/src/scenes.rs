@@ -1,20 +1,12 @@
-//! The fingers that can be drawn.
+//! The fingers that can be drawn: those of `scenes/`.
 
 use palpate::finger::Mechanics;
-use palpate::scene::{Linkage3, P70, P70Rigid, Scene, Tendon2, Tendon2Hall, Tendon3};
+use palpate::scene::Scene;
 use palpate_monitor::posture::{Drawn, SceneFinger};
 
 /// The finger of a scene by its name.
 pub fn finger(scene: &str) -> Option<Box<dyn Drawn>> {
-    Some(match scene {
-        "p70" => drawn::<P70>(),
-        "p70-rigid" => drawn::<P70Rigid>(),
-        "tendon2" => drawn::<Tendon2>(),
-        "tendon2-hall" => drawn::<Tendon2Hall>(),
-        "tendon3" => drawn::<Tendon3>(),
-        "linkage3" => drawn::<Linkage3>(),
-        _ => return None,
-    })
+    palpate_scenes::for_scene!(scene, |S| drawn::<S>())
 }
 
 fn drawn<S: Scene>() -> Box<dyn Drawn>

@@ -7,6 +7,7 @@ mod commands;
 mod emulator;
 mod firmware;
 mod machine;
+mod monitor;
 mod mujoco;
 mod process;
 mod report;
@@ -81,6 +82,18 @@ const COMMANDS: &[Command] = &[
         arguments: "DIR [--json] [--uncalibrated] [--only PART]",
         summary: "the sensing on a folder of recordings whose truth is known, scored",
         run: commands::recordings,
+    },
+    Command {
+        name: "monitor",
+        arguments: "[--from sim|probe|PORT|FILE] [--scene S] [--world W]",
+        summary: "show the finger live in the terminal, with a command line",
+        run: monitor::monitor,
+    },
+    Command {
+        name: "record",
+        arguments: "FILE.csv [--from emulator|probe|PORT]",
+        summary: "write the firmware's samples to a file that replay reads",
+        run: monitor::record,
     },
     Command {
         name: "figures",
