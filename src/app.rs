@@ -1,16 +1,7 @@
-//! The slow loop: sensing and motion sequence put together, shared by the firmware and the host simulations.
+//! The application between library and chip, shared by the firmware and the host simulations: commands in, motion sequence
+//! and sensing put together, what is kept over a power cut, and what the log says.
 
-pub mod command;
-pub mod conduct;
-pub mod decimal;
-pub mod hint;
-pub mod input;
-pub mod kept;
-pub mod line;
-pub mod record;
-pub mod sense;
-pub mod settings;
-pub mod store;
-
-pub use conduct::Conduct;
-pub use sense::Sense;
+pub mod console;
+pub mod grasp;
+pub mod log;
+pub mod storage;

@@ -1,8 +1,7 @@
 //! The tables of docs/MANUAL.md and docs/RESULTS.md say what code and report say; the README stays short.
 
-use palpate::app::command::Verb;
-use palpate::app::line::Line;
-use palpate::app::settings::Setting;
+use palpate::app::console::command::Verb;
+use palpate::app::console::settings::Setting;
 use palpate::drive::Fault;
 
 const REPORT: &str = include_str!("../docs/report/README.md");
@@ -65,10 +64,8 @@ fn the_manual_lists_every_setting() {
     let rows: Vec<String> = Setting::ALL
         .into_iter()
         .map(|setting| {
-            let mut span = Line::new();
-            setting.range().write(&mut span);
-            let (name, unit) = (setting.name(), setting.unit());
-            format!("| `{name}` | {} {unit} |", span.as_str())
+            let (name, range, unit) = (setting.name(), setting.range(), setting.unit());
+            format!("| `{name}` | {range} {unit} |")
         })
         .collect();
     holds("settings", &rows);

@@ -3,7 +3,7 @@
 mod flash;
 
 use flash::{Bench, Cut, Flash, Kept, Random};
-use palpate::app::store::{PAGE, PAGES, RECORD_MAX, StoreError, WORD};
+use palpate::app::storage::store::{PAGE, PAGES, RECORD_MAX, StoreError, WORD};
 
 /// Length of a record with a friction table, and of one without.
 const LONG: usize = 1310;

@@ -87,15 +87,16 @@ impl Bridge {
         timer.set_compare_value(Channel::Ch1, 0);
         timer.set_mms2_selection(Mms2::UPDATE);
 
-        // Break: nFAULT low for 8 timer clocks (47 ns), or the core locked up, or flash with two wrong bits. Off means
-        // driven low, not floating, and only software re-enables.
+        // Break: nFAULT low for 8 samples at 170 MHz / 16 (0.75 us: shorter pulses on a jumper wire beside the motor's leads
+        // are noise), or the core locked up, or flash with two wrong bits. Off means driven low, not floating, and only
+        // software re-enables.
         timer.set_moe(false);
         timer.set_automatic_output_enable(false);
         timer.set_ossi(Ossi::IDLE_LEVEL);
         timer.set_ossr(Ossr::IDLE_LEVEL);
         timer.set_break_input_pin_enable(true);
         timer.set_break_polarity(Bkp::ACTIVE_LOW);
-        timer.set_break_filter(FilterValue::FCK_INT_N8);
+        timer.set_break_filter(FilterValue::FDTS_DIV16_N8);
         timer.set_break_enable(true);
         // By register, as no driver has them. A debugger that halts the core stops the timer and with it the outputs.
         DBGMCU.apb2fzr().modify(|w| w.set_tim1(true));
@@ -131,6 +132,7 @@ impl Bridge {
                 off();
                 self.armed = false;
             }
+            Outputs::Wake => self.wake(),
             Outputs::Brake => {
                 TIM1.ccr(0).write(|w| w.set_ccr(0));
                 self.arm();
@@ -144,19 +146,26 @@ impl Bridge {
         }
     }
 
-    /// Wakes the bridge and enables the timer's outputs, once: a break that comes later stays in force until the
-    /// controller has asked for [`Outputs::Off`].
+    /// Wakes the bridge, with the timer's outputs off.
+    fn wake(&mut self) {
+        live().store(LIVE_MARK, Ordering::Relaxed);
+        write(GPIOB, SLEEP_PIN, true);
+    }
+
+    /// Enables the timer's outputs, once: a break that comes later stays in force until the controller has asked for
+    /// [`Outputs::Off`]. The controller has let the bridge wake up and found nFAULT high.
     fn arm(&mut self) {
         if self.armed {
             return;
         }
         self.armed = true;
-        live().store(LIVE_MARK, Ordering::Relaxed);
-        write(GPIOB, SLEEP_PIN, true);
-        // Status bits are cleared by writing zero; ones leave the others alone.
+        // Of either break: while the flag of one stands, the outputs cannot be enabled (TIMx_SR of RM0440, SBIF). The system
+        // break's stands after a start that read a torn word of flash. Status bits are cleared by writing zero; ones leave the
+        // others alone.
         TIM1.sr().write(|w| {
             w.0 = u32::MAX;
             w.set_bif(0, false);
+            w.set_sbif(false);
         });
         TIM1.bdtr().modify(|w| w.set_moe(true));
     }

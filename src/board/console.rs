@@ -11,10 +11,12 @@ use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Ticker};
 use embedded_io_async::{Read, Write};
 
-use palpate::app::command::{Command, CommandError};
-use palpate::app::input::Lines;
+use palpate::app::console::command::{Command, CommandError};
+use palpate::app::console::lines::Lines;
+use palpate::app::log::Log;
 
-use super::{log, telemetry};
+use super::rtt;
+use super::telemetry::Telemetry;
 
 /// What a line says.
 pub type Parsed = Result<Command, CommandError>;
@@ -80,7 +82,7 @@ pub async fn listen_rtt() {
     let mut ticker = Ticker::every(POLL);
     loop {
         ticker.next().await;
-        while let Some(byte) = log::read_byte() {
+        while let Some(byte) = rtt::read_byte() {
             source.push(byte);
         }
     }
@@ -102,7 +104,7 @@ pub async fn listen_serial(mut port: BufferedUartRx<'static>) {
 
 /// Says an answer line on both sides.
 pub async fn answer(port: &mut BufferedUartTx<'static>, line: &str) {
-    telemetry::answer(line);
+    Telemetry.answer(line);
     for part in [line, "\r\n"] {
         // The port drains whether someone listens or not; its driver has no other error.
         let _ = port.write_all(part.as_bytes()).await;

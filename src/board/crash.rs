@@ -10,11 +10,10 @@ use core::panic::PanicInfo;
 
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, exception};
-use defmt::{Str, intern};
 
 use super::{bridge, storage};
 
-/// Length of the file name kept.
+/// Length of the file name checked.
 const FILE_BYTES: usize = 32;
 
 /// Why the program stopped.
@@ -42,13 +41,13 @@ impl Cause {
     ];
 
     /// Name in the log.
-    pub fn name(self) -> Str {
+    pub fn name(self) -> &'static str {
         match self {
-            Self::Panic => intern!("panic"),
-            Self::HardFault => intern!("hard-fault"),
-            Self::StackOverflow => intern!("stack-overflow"),
-            Self::NonMaskable => intern!("non-maskable"),
-            Self::Unhandled => intern!("unhandled"),
+            Self::Panic => "panic",
+            Self::HardFault => "hard-fault",
+            Self::StackOverflow => "stack-overflow",
+            Self::NonMaskable => "non-maskable",
+            Self::Unhandled => "unhandled",
         }
     }
 }
@@ -129,12 +128,12 @@ impl Crash {
 
 #[derive(Clone, Copy)]
 #[repr(C)]
-struct Kept {
+struct Checked {
     crash: Crash,
     checksum: u32,
 }
 
-struct Retained(UnsafeCell<MaybeUninit<Kept>>);
+struct Retained(UnsafeCell<MaybeUninit<Checked>>);
 
 // SAFETY: written by a handler that never returns, read once at boot.
 unsafe impl Sync for Retained {}
@@ -146,25 +145,25 @@ static RETAINED: Retained = Retained(UnsafeCell::new(MaybeUninit::uninit()));
 /// What the last run left, once: the next call finds nothing.
 pub fn take() -> Option<Crash> {
     // The compiler sees no one write it before: the pointer is hidden, so that it cannot conclude from that.
-    let retained = core::hint::black_box(RETAINED.0.get().cast::<Kept>());
+    let retained = core::hint::black_box(RETAINED.0.get().cast::<Checked>());
     // SAFETY: plain words, any bits are a value.
-    let kept = unsafe { retained.read() };
-    let valid = kept.checksum == kept.crash.checksum()
-        && (kept.crash.cause as usize) < Cause::ALL.len()
-        && kept.crash.length as usize <= FILE_BYTES;
+    let checked = unsafe { retained.read() };
+    let valid = checked.checksum == checked.crash.checksum()
+        && (checked.crash.cause as usize) < Cause::ALL.len()
+        && checked.crash.length as usize <= FILE_BYTES;
     // SAFETY: within the cell. A flipped checksum fits nothing.
-    unsafe { (*retained).checksum = !kept.checksum };
-    valid.then_some(kept.crash)
+    unsafe { (*retained).checksum = !checked.checksum };
+    valid.then_some(checked.crash)
 }
 
 /// Keeps the record and resets. The bridge is off already.
 fn keep_and_reset(crash: Crash) -> ! {
-    let kept = Kept {
+    let checked = Checked {
         crash,
         checksum: crash.checksum(),
     };
     // SAFETY: this context never returns, and nothing else writes the cell.
-    unsafe { core::hint::black_box(RETAINED.0.get().cast::<Kept>()).write(kept) };
+    unsafe { core::hint::black_box(RETAINED.0.get().cast::<Checked>()).write(checked) };
     SCB::sys_reset()
 }
 

@@ -1,30 +1,32 @@
-//! Command lines carried out, one after the other, each answered.
+//! Carries command lines out, one after the other, and answers each.
 
-use defmt::{Str, intern};
+use core::fmt::Write;
+
 use embassy_stm32::usart::BufferedUartTx;
 
-use palpate::app::command::{Command, Verb};
-use palpate::app::conduct::{Conduct, Effect};
-use palpate::app::kept;
-use palpate::app::line::Line;
-use palpate::app::record::{RecordError, decode, encode};
-use palpate::app::sense::Sense;
-use palpate::app::settings::{Overrides, Setting};
-use palpate::app::store::{Found, Writer};
+use palpate::app::console::command::{Command, Verb};
+use palpate::app::console::settings::{Overrides, Setting};
+use palpate::app::console::text::{Answer, Decimal};
+use palpate::app::grasp::coordinator::{Action, Coordinator};
+use palpate::app::grasp::sensing::ContactSensing;
+use palpate::app::log::{self, Log};
+use palpate::app::storage::record::{self, Record};
+use palpate::app::storage::store::{Found, Writer};
 use palpate::drive::Fault;
 use palpate::drive::sequence::{Notice, Refused};
 use palpate::scene::Active;
 
 use super::Shared;
 use super::console::{self, Parsed};
+use super::control;
 use super::storage::{self, Storage};
-use super::{control, telemetry};
+use super::telemetry::Telemetry;
 
-/// Whose records count.
-const MARK: u32 = kept::mark::<Active>();
+/// The scene that a record must be of.
+const SCENE_ID: u32 = record::scene_id::<Active>();
 
-/// What the record, if there is one, says.
-pub enum Kept {
+/// What was found in flash at start.
+pub enum Loaded {
     /// Nothing was ever saved, or nothing is left of it; the log says which.
     Nothing,
     /// A whole record of this scene; sensing has taken over its part.
@@ -40,39 +42,31 @@ pub enum Kept {
 
 /// Reads the record, hands it over, and says so in the log.
 #[inline(never)]
-pub fn load(storage: &mut Storage, sense: &'static Shared<Sense<Active>>) -> Kept {
-    let (kept, what) = storage.load(|found| match found {
-        Found::Nothing => (Kept::Nothing, intern!("none")),
-        Found::Unreadable => (Kept::Nothing, intern!("unreadable")),
-        Found::Record { bytes, newest } => restore(bytes, newest, sense),
+pub fn load(storage: &mut Storage, sensing: &Shared<ContactSensing<Active>>) -> Loaded {
+    let (loaded, state) = storage.load(|found| match found {
+        Found::Nothing => (Loaded::Nothing, "none"),
+        Found::Unreadable => (Loaded::Nothing, "unreadable"),
+        Found::Record { bytes, newest } => match Record::decode(bytes, SCENE_ID) {
+            Ok(record) => {
+                let overrides = record.overrides;
+                let notice = sensing.lock(|sensing| sensing.borrow_mut().restore(record));
+                let state = if newest { "loaded" } else { "older" };
+                (Loaded::Restored { overrides, notice }, state)
+            }
+            Err(error) => (Loaded::Unusable, error.name()),
+        },
     });
-    telemetry::record(what, storage::bad_words());
-    kept
+    Telemetry.record(state, storage::bad_words());
+    loaded
 }
 
-fn restore(bytes: &[u8], newest: bool, sense: &'static Shared<Sense<Active>>) -> (Kept, Str) {
-    let mut kept = kept::Kept::nothing::<Active>();
-    match decode(bytes, MARK, &mut kept) {
-        Ok(()) => {
-            let overrides = kept.overrides;
-            let notice = sense.lock(|sense| sense.borrow_mut().restore(kept));
-            let what = match newest {
-                true => intern!("loaded"),
-                false => intern!("older"),
-            };
-            (Kept::Restored { overrides, notice }, what)
-        }
-        Err(error) => (Kept::Unusable, why(error)),
-    }
-}
-
-fn why(error: RecordError) -> Str {
-    match error {
-        RecordError::Damaged => intern!("damaged"),
-        RecordError::Version { .. } => intern!("other-version"),
-        RecordError::OtherScene => intern!("other-scene"),
-        RecordError::Implausible => intern!("implausible"),
-    }
+/// What commands work on.
+#[derive(Clone, Copy)]
+pub struct Application {
+    /// The sensing half of the slow loop.
+    pub sensing: &'static Shared<ContactSensing<Active>>,
+    /// The motion half.
+    pub coordinator: &'static Shared<Coordinator<Active>>,
 }
 
 /// Carries out commands.
@@ -80,146 +74,161 @@ fn why(error: RecordError) -> Str {
 pub async fn execute(
     mut port: BufferedUartTx<'static>,
     mut storage: Storage,
-    sense: &'static Shared<Sense<Active>>,
-    conduct: &'static Shared<Conduct<Active>>,
+    application: Application,
 ) {
-    let mut line = Line::new();
+    let mut answer = Answer::new();
     loop {
         let parsed = console::next().await;
-        line.clear();
-        let effect = carry_out(&mut line, parsed, conduct);
-        if matches!(effect, Effect::Save | Effect::Factory) {
-            let overrides = conduct.lock(|conduct| *conduct.borrow().overrides());
-            let saves = effect == Effect::Save;
-            let encode = |writer: &mut Writer<'_, _>| write_record(sense, overrides, writer);
-            match storage.replace(saves.then_some(encode)).await {
-                Ok(()) => line.text(if saves { "saved" } else { "forgotten" }),
-                Err(error) => line.text("failed: ").text(storage::name(error)),
+        answer.clear();
+        let action = application.command(&mut answer, parsed);
+        if matches!(action, Action::Save | Action::Factory) {
+            let saves = action == Action::Save;
+            let encode = |writer: &mut Writer<'_, _>| application.encode(writer);
+            let done = match storage.replace(saves.then_some(encode)).await {
+                Ok(()) if saves => write!(answer, "saved"),
+                Ok(()) => write!(answer, "forgotten"),
+                Err(error) => write!(answer, "failed: {}", storage::name(error)),
             };
+            // An answer that is too long is cut: here and below.
+            let _ = done;
         }
         let mut row = 0;
         loop {
-            console::answer(&mut port, line.as_str()).await;
+            console::answer(&mut port, &answer).await;
             row += 1;
-            line.clear();
-            if !list(&mut line, effect, row, conduct) {
+            answer.clear();
+            if !application.list(&mut answer, action, row) {
                 break;
             }
         }
     }
 }
 
-/// Carries a command out as far as flash is not concerned; the line says how that went, or begins the list that was asked for.
-#[inline(never)]
-fn carry_out(line: &mut Line, parsed: Parsed, conduct: &'static Shared<Conduct<Active>>) -> Effect {
-    let effect = match parsed {
-        Err(error) => {
-            error.write(line.text("error: "));
-            return Effect::Accepted;
-        }
-        // The sequence has taken a stop already, before this line's turn came.
-        Ok(Command::Stop) => Effect::Accepted,
-        Ok(command) => match conduct.lock(|conduct| conduct.borrow_mut().command(command)) {
-            Ok(effect) => effect,
-            Err(refused) => {
-                refuse(line, refused);
-                return Effect::Accepted;
+impl Application {
+    /// Carries a command out except for what concerns flash. The answer says how that went, or begins the list that was
+    /// asked for.
+    #[inline(never)]
+    fn command(self, answer: &mut Answer, parsed: Parsed) -> Action {
+        let action = match parsed {
+            Err(error) => {
+                let _ = write!(answer, "error: {error}");
+                return Action::Accepted;
             }
-        },
-    };
-    match effect {
-        Effect::Accepted => {
-            line.text("ok");
-        }
-        Effect::Set { at_restart: false } => {
-            line.text("ok; save keeps it");
-        }
-        Effect::Set { at_restart: true } => {
-            line.text("ok; acts after save and a restart");
-        }
-        Effect::Status => status(line, conduct),
-        Effect::Help | Effect::Show | Effect::Save | Effect::Factory => {
-            list(line, effect, 0, conduct);
-        }
+            // The sequence has taken a stop already, before this line was carried out.
+            Ok(Command::Stop) => Action::Accepted,
+            Ok(command) => {
+                let accepted = self
+                    .coordinator
+                    .lock(|coordinator| coordinator.borrow_mut().command(command));
+                match accepted {
+                    Ok(action) => action,
+                    Err(refused) => {
+                        refuse(answer, refused);
+                        return Action::Accepted;
+                    }
+                }
+            }
+        };
+        let _ = match action {
+            Action::Accepted => write!(answer, "ok"),
+            Action::Set { at_restart: false } => write!(answer, "ok; save keeps it"),
+            Action::Set { at_restart: true } => {
+                write!(answer, "ok; takes effect after save and a restart")
+            }
+            Action::Status => {
+                self.status(answer);
+                Ok(())
+            }
+            Action::Help | Action::Show | Action::Save | Action::Factory => {
+                self.list(answer, action, 0);
+                Ok(())
+            }
+        };
+        action
     }
-    effect
-}
 
-/// Apart from [`execute`], so that the record lies on the stack for the moment only.
-#[inline(never)]
-fn write_record(
-    sense: &'static Shared<Sense<Active>>,
-    overrides: Overrides,
-    writer: &mut Writer<'_, storage::Region>,
-) {
-    sense.lock(|sense| {
-        sense.borrow().keep(overrides, |kept| {
-            encode(kept, MARK, |byte| writer.push(byte));
+    /// Encodes what is to be kept.
+    #[inline(never)]
+    fn encode(self, writer: &mut Writer<'_, storage::Region>) {
+        let overrides = self
+            .coordinator
+            .lock(|coordinator| *coordinator.borrow().overrides());
+        self.sensing.lock(|sensing| {
+            let sensing = sensing.borrow();
+            let (calibration, friction) = (sensing.calibration(), sensing.sensor().friction());
+            record::encode(&overrides, calibration, friction, SCENE_ID, |byte| {
+                writer.push(byte);
+            });
         });
-    });
-}
-
-/// A row of what `help` and `show` list; false, and nothing written, behind the last one.
-#[inline(never)]
-fn list(
-    line: &mut Line,
-    effect: Effect,
-    row: usize,
-    conduct: &'static Shared<Conduct<Active>>,
-) -> bool {
-    match effect {
-        Effect::Help => {
-            let Some(verb) = Verb::ALL.get(row) else {
-                return false;
-            };
-            let line = line.text(verb.name()).text(" ").text(verb.usage());
-            line.text(": ").text(verb.summary());
-        }
-        Effect::Show => {
-            let Some(setting) = Setting::ALL.get(row) else {
-                return false;
-            };
-            show(line, *setting, conduct);
-        }
-        _ => return false,
     }
-    true
+
+    /// A row of what `help` and `show` list; false, and nothing written, after the last one.
+    #[inline(never)]
+    fn list(self, answer: &mut Answer, action: Action, row: usize) -> bool {
+        let _ = match action {
+            Action::Help => {
+                let Some(verb) = Verb::ALL.get(row) else {
+                    return false;
+                };
+                write!(
+                    answer,
+                    "{} {}: {}",
+                    verb.name(),
+                    verb.usage(),
+                    verb.summary()
+                )
+            }
+            Action::Show => {
+                let Some(&setting) = Setting::ALL.get(row) else {
+                    return false;
+                };
+                let value_si = self
+                    .coordinator
+                    .lock(|coordinator| coordinator.borrow().value(setting));
+                let (name, range, unit) = (setting.name(), setting.range(), setting.unit());
+                let value = Decimal(range.to_user(value_si));
+                write!(answer, "{name} {value} {unit} ({range})")
+            }
+            _ => return false,
+        };
+        true
+    }
+
+    fn status(self, answer: &mut Answer) {
+        let status = control::status();
+        let (state, fault) = self.coordinator.lock(|coordinator| {
+            let coordinator = coordinator.borrow();
+            (coordinator.state(), coordinator.fault())
+        });
+        log::status(&mut Telemetry, state, fault, &status);
+        let _ = write!(
+            answer,
+            "state {}, position {} counts, current {} mA, supply {} V, winding {} C, fault {}",
+            state.name(),
+            status.position_counts,
+            Decimal(status.current_a * 1e3),
+            Decimal(status.supply_v),
+            Decimal(status.winding_c),
+            fault.map_or("none", Fault::name)
+        );
+    }
 }
 
-fn refuse(line: &mut Line, refused: Refused) {
-    let (why, what) = match refused {
-        Refused::Faulted(fault) => (fault.name(), " is latched: clear first"),
-        Refused::Busy(state) => (state.name(), " is going on: stop first"),
-        Refused::NoFault => ("no fault", " is latched"),
-        Refused::NoFriction => ("no friction", " is recorded: record-friction first"),
-        Refused::NoCable => ("no cable", " is in this scene: use a pin"),
+fn refuse(answer: &mut Answer, refused: Refused) {
+    let _ = match refused {
+        Refused::Faulted(fault) => {
+            write!(answer, "refused: {} is latched: clear first", fault.name())
+        }
+        Refused::Busy(state) => {
+            write!(answer, "refused: {} is going on: stop first", state.name())
+        }
+        Refused::NoFault => write!(answer, "refused: no fault is latched"),
+        Refused::NoFriction => {
+            write!(
+                answer,
+                "refused: no friction is recorded: record-friction first"
+            )
+        }
+        Refused::NoCable => write!(answer, "refused: no cable is in this scene: use a pin"),
     };
-    line.text("refused: ").text(why).text(what);
-}
-
-fn show(line: &mut Line, setting: Setting, conduct: &'static Shared<Conduct<Active>>) {
-    let value_si = conduct.lock(|conduct| conduct.borrow().value(setting));
-    let range = setting.range();
-    let line = line.text(setting.name()).text(" ");
-    let line = line.decimal(range.to_user(value_si)).text(" ");
-    let line = line.text(setting.unit()).text(" (");
-    range.write(line).text(")");
-}
-
-fn status(line: &mut Line, conduct: &'static Shared<Conduct<Active>>) {
-    let status = control::status();
-    let (state, fault) = conduct.lock(|conduct| {
-        let conduct = conduct.borrow();
-        (conduct.state(), conduct.fault())
-    });
-    telemetry::status(state, fault, &status);
-    let line = line.text("state ").text(state.name());
-    let line = line.text(", position ").integer(status.position_counts);
-    let line = line
-        .text(" counts, current ")
-        .decimal(status.current_a * 1e3);
-    let line = line.text(" mA, supply ").decimal(status.supply_v);
-    let line = line.text(" V, winding ").decimal(status.winding_c);
-    line.text(" C, fault ")
-        .text(fault.map_or("none", Fault::name));
 }

@@ -17,15 +17,16 @@ mod control;
 mod crash;
 mod encoder;
 mod execute;
+mod indicator;
 #[cfg(feature = "fault-injection")]
 mod inject;
-mod last_run;
-mod log;
 mod reset;
+mod restart;
+mod rtt;
 mod sampling;
 mod serial;
-mod slow;
 mod storage;
+mod tasks;
 mod telemetry;
 mod watchdog;
 
@@ -37,16 +38,19 @@ use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 use static_cell::StaticCell;
 
-use palpate::app::conduct::{Conduct, drive};
-use palpate::app::sense::Sense;
-use palpate::app::settings::Overrides;
-use palpate::app::store::Store;
+use palpate::app::console::settings::Overrides;
+use palpate::app::grasp::coordinator::{Coordinator, drive};
+use palpate::app::grasp::sensing::ContactSensing;
+use palpate::app::log::Log;
+use palpate::app::storage::store::Store;
+use palpate::drive::config::OutOfRange;
 use palpate::drive::joint::JointInput;
 use palpate::drive::sequence::Notice;
 use palpate::drive::{Controller, Fault};
 use palpate::scene::{Active, JointPin, Scene};
 
-use execute::Kept;
+use execute::{Application, Loaded};
+use telemetry::Telemetry;
 
 /// State that several tasks share, for the length of a call, never across an await. Tasks run in thread mode, one at a time.
 type Shared<T> = Mutex<ThreadModeRawMutex, RefCell<T>>;
@@ -84,11 +88,17 @@ fn spawn<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) {
 
 /// Brings the chip up: what the last run left, what was kept in flash, the bridge (off), then the tasks.
 fn start(spawner: Spawner) {
-    let (p, _source) = clock::start();
+    let mut p = clock::start();
+    // First of all: whatever hangs from here on ends in a reset. The tasks feed it some 25 ms later at most.
+    let watchdog = watchdog::Watchdog::start(p.IWDG);
+    let source = clock::speed_up(&mut p.RCC);
     interrupt::TIM2.set_priority(Priority::P8);
     interrupt::LPUART1.set_priority(Priority::P10);
-    telemetry::boot(Active::NAME);
-    let mut fault = last_run::report();
+    Telemetry.boot(env!("CARGO_PKG_VERSION"), Active::NAME);
+    if source == clock::Source::Internal {
+        Telemetry.clock("internal");
+    }
+    let mut fault = restart::report();
 
     let bridge = bridge::Bridge::new(
         p.TIM1,
@@ -104,22 +114,22 @@ fn start(spawner: Spawner) {
     if JointPin::<Active>::FITTED {
         sampling.start_joint(p.ADC2, p.PC1);
     }
-    let light = slow::Light::new(p.PA5);
-    let button = slow::Button::new(p.PC13);
+    let led = indicator::Led::new(p.PA5);
+    let button = indicator::Button::new(p.PC13);
 
-    let Some(sense) = sense() else { return };
+    let Some(sensing) = sensing() else { return };
     let mut storage = Store::new(storage::Region::new(p.FLASH));
     let mut overrides = Overrides::default();
-    match execute::load(&mut storage, sense) {
-        Kept::Nothing => {}
-        Kept::Unusable => fault = fault.or(Some(Fault::BadRecord)),
-        Kept::Restored {
+    match execute::load(&mut storage, sensing) {
+        Loaded::Nothing => {}
+        Loaded::Unusable => fault = fault.or(Some(Fault::BadRecord)),
+        Loaded::Restored {
             overrides: set,
             notice,
         } => {
             overrides = set;
             // There is room for this one, and for the one below.
-            let _ = slow::NOTICES.try_send(notice);
+            let _ = tasks::NOTICES.try_send(notice);
         }
     }
     let chip = control::Chip {
@@ -127,54 +137,59 @@ fn start(spawner: Spawner) {
         encoder,
         sampling,
     };
-    let Some((samples, conduct)) = launch(chip, overrides, &mut fault) else {
+    let Some((samples, coordinator)) = launch(chip, overrides, &mut fault) else {
         return;
     };
     if let Some(fault) = fault {
-        let _ = slow::NOTICES.try_send(Notice::Fault(fault));
+        let _ = tasks::NOTICES.try_send(Notice::Fault(fault));
     }
     let Ok((sender, receiver)) = serial::open(p.LPUART1, p.PA2, p.PA3) else {
         return;
     };
-    let watchdog = watchdog::Watchdog::start(p.IWDG);
     spawn(spawner, watchdog::supervise(watchdog));
     spawn(spawner, console::listen_rtt());
     spawn(spawner, console::listen_serial(receiver));
-    spawn(spawner, slow::sense(samples, sense, conduct));
-    spawn(spawner, slow::sequence(light, button, sense, conduct));
-    spawn(spawner, execute::execute(sender, storage, sense, conduct));
+    let application = Application {
+        sensing,
+        coordinator,
+    };
+    spawn(spawner, tasks::sense(samples, application));
+    spawn(spawner, tasks::sequence(led, button, application));
+    spawn(spawner, execute::execute(sender, storage, application));
 }
 
 /// The sensing half. Apart from [`start`], so that it lies on the stack for the moment only; so does [`launch`].
 #[inline(never)]
-fn sense() -> Option<&'static Shared<Sense<Active>>> {
-    static SENSE: StaticCell<Shared<Sense<Active>>> = StaticCell::new();
-    SENSE
-        .try_init(Mutex::new(RefCell::new(Sense::new())))
-        .map(|sense| &*sense)
+fn sensing() -> Option<&'static Shared<ContactSensing<Active>>> {
+    static SENSING: StaticCell<Shared<ContactSensing<Active>>> = StaticCell::new();
+    SENSING
+        .try_init(Mutex::new(RefCell::new(ContactSensing::new())))
+        .map(|sensing| &*sensing)
 }
 
 /// Starts the control interrupt and makes the motion half, with what the user has set. Where that no longer fits the scene
-/// there is a fault, and the scene's own values count; where joint 2's sensor does not fit the board, nothing can move.
+/// there is a fault, and the scene's own values are in force; where joint 2's sensor does not fit the board, nothing can move.
 #[inline(never)]
 fn launch(
     chip: control::Chip,
     set: Overrides,
     fault: &mut Option<Fault>,
-) -> Option<(control::Samples, &'static Shared<Conduct<Active>>)> {
-    static CONDUCT: StaticCell<Shared<Conduct<Active>>> = StaticCell::new();
-    let joint = Active::joint_input()
-        .inspect_err(telemetry::bad_configuration)
-        .ok()?;
+) -> Option<(control::Samples, &'static Shared<Coordinator<Active>>)> {
+    static COORDINATOR: StaticCell<Shared<Coordinator<Active>>> = StaticCell::new();
+    let joint = Active::joint_input().inspect_err(bad_configuration).ok()?;
     let (drive, set) = match drive::<Active>(&set) {
         Ok(drive) => (drive, set),
         Err(wrong) => {
-            telemetry::bad_configuration(&wrong);
+            bad_configuration(&wrong);
             *fault = fault.or(Some(Fault::BadConfiguration));
             (Active::CHECKED, Overrides::default())
         }
     };
-    let conduct = CONDUCT.try_init(Mutex::new(RefCell::new(Conduct::new(set))))?;
+    let coordinator = COORDINATOR.try_init(Mutex::new(RefCell::new(Coordinator::new(set))))?;
     let samples = control::start(chip, Controller::new(&drive), joint)?;
-    Some((samples, conduct))
+    Some((samples, coordinator))
+}
+
+fn bad_configuration(wrong: &OutOfRange) {
+    Telemetry.bad_configuration(wrong.name, wrong.value, wrong.min, wrong.max);
 }

@@ -1,6 +1,5 @@
 //! Why the chip started.
 
-use defmt::{Str, intern};
 use embassy_stm32::pac::RCC;
 
 /// The reset that led here.
@@ -20,13 +19,13 @@ pub enum Reset {
 
 impl Reset {
     /// Name in the log.
-    pub fn name(self) -> Str {
+    pub fn name(self) -> &'static str {
         match self {
-            Self::Power => intern!("power"),
-            Self::Pin => intern!("pin"),
-            Self::Software => intern!("software"),
-            Self::Watchdog => intern!("watchdog"),
-            Self::Other => intern!("other"),
+            Self::Power => "power",
+            Self::Pin => "pin",
+            Self::Software => "software",
+            Self::Watchdog => "watchdog",
+            Self::Other => "other",
         }
     }
 }

@@ -12,7 +12,7 @@ const PROXIMAL_SHARE: f32 = 1e-4;
 /// A place nearer to its joint than this share of the phalanx is a contact on the joint, when the compliance is proximal.
 const ON_JOINT_SHARE: f32 = 1e-3;
 
-/// Rounding of a compliance that is a sum of two.
+/// Share of a compliance that rounding may change where it is a sum of two.
 const ROUNDING: f32 = 2.4e-7;
 
 /// Geometry and stiffness of a finger in one posture, as the inverse needs them.
@@ -24,11 +24,38 @@ pub struct PostureStiffness<const N: usize> {
     pub(crate) h: [[f32; N]; N],
 }
 
-/// Which of the two solvers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Solver {
-    Bisection,
-    ClosedForm,
+/// How the roots of a compliance are found. A type, so that a program carries only the solver that it calls.
+pub trait Solver {
+    /// Roots on phalanx 2, the third joint eliminated.
+    fn two_joint(contact: &TwoJointContact, compliance: f32, length_m: f32) -> Roots;
+    /// Roots on phalanx 3.
+    fn three_joint(contact: &ThreeJointContact, compliance: f32, length_m: f32) -> Roots;
+}
+
+/// 24 halvings a root: what the firmware runs.
+pub(crate) struct Bisection;
+
+impl Solver for Bisection {
+    fn two_joint(contact: &TwoJointContact, compliance: f32, length_m: f32) -> Roots {
+        contact.bisected(compliance, length_m)
+    }
+
+    fn three_joint(contact: &ThreeJointContact, compliance: f32, length_m: f32) -> Roots {
+        contact.bisected(compliance, length_m)
+    }
+}
+
+/// Stable closed forms: the check of the bisection in tests and in the report.
+pub(crate) struct ClosedForm;
+
+impl Solver for ClosedForm {
+    fn two_joint(contact: &TwoJointContact, compliance: f32, _: f32) -> Roots {
+        contact.closed(compliance)
+    }
+
+    fn three_joint(contact: &ThreeJointContact, compliance: f32, _: f32) -> Roots {
+        contact.closed(compliance)
+    }
 }
 
 /// The statics that differ with the number of phalanges.
@@ -42,15 +69,7 @@ pub trait ContactStatics {
     /// Stiffest place of a phalanx: e_2 (27) and its counterparts.
     fn stiffest_m(&self, phalanx: u8) -> Option<f32>;
     /// Roots of a compliance on a phalanx.
-    fn roots(&self, phalanx: u8, compliance: f32, closed: bool) -> Roots;
-}
-
-fn roots_of(pair: &TwoJointContact, compliance: f32, length: f32, closed: bool) -> Roots {
-    if closed {
-        pair.closed(compliance)
-    } else {
-        pair.bisected(compliance, length)
-    }
+    fn roots<S: Solver>(&self, phalanx: u8, compliance: f32) -> Roots;
 }
 
 impl PostureStiffness<2> {
@@ -91,9 +110,9 @@ impl ContactStatics for PostureStiffness<2> {
         }
     }
 
-    fn roots(&self, phalanx: u8, compliance: f32, closed: bool) -> Roots {
+    fn roots<S: Solver>(&self, phalanx: u8, compliance: f32) -> Roots {
         match phalanx {
-            2 => roots_of(&self.pair(), compliance, self.lengths[1], closed),
+            2 => S::two_joint(&self.pair(), compliance, self.lengths[1]),
             _ => Roots::default(),
         }
     }
@@ -162,7 +181,7 @@ impl ContactStatics for PostureStiffness<3> {
         }
     }
 
-    fn roots(&self, phalanx: u8, compliance: f32, closed: bool) -> Roots {
+    fn roots<S: Solver>(&self, phalanx: u8, compliance: f32) -> Roots {
         match phalanx {
             2 => {
                 let (pair, tip) = self.pair();
@@ -173,10 +192,9 @@ impl ContactStatics for PostureStiffness<3> {
                 } else {
                     own
                 };
-                roots_of(&pair, own, self.lengths[1], closed)
+                S::two_joint(&pair, own, self.lengths[1])
             }
-            3 if closed => self.triple().closed(compliance),
-            3 => self.triple().bisected(compliance, self.lengths[2]),
+            3 => S::three_joint(&self.triple(), compliance, self.lengths[2]),
             _ => Roots::default(),
         }
     }
@@ -203,12 +221,12 @@ where
         (h.iter().flatten().all(|x| x.is_finite()) && held.stable()).then_some(held)
     }
 
-    pub(crate) fn places(
+    /// See [`super::Mechanics::locate`].
+    pub(crate) fn places<S: Solver>(
         &self,
         at: &Configuration<N>,
         torque_nm: f32,
         compliance: f32,
-        solver: Solver,
     ) -> Inverse {
         let invalid = || Inverse::of(heapless::Vec::new(), Class::Invalid);
         let Some(held) = self.held(at, torque_nm) else {
@@ -230,7 +248,7 @@ where
         }
         let mut candidates = heapless::Vec::new();
         for (phalanx, length) in (1u8..).zip(self.parameters.lengths_m).skip(1) {
-            let roots = held.roots(phalanx, compliance, solver == Solver::ClosedForm);
+            let roots = held.roots::<S>(phalanx, compliance);
             let far = roots.far_m.filter(|far| roots.near_m != Some(*far));
             for (root, beyond_stiffest) in [(roots.near_m, false), (far, true)] {
                 let least = if on_joint {

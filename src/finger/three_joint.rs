@@ -4,7 +4,7 @@
 //! without a spring at joint 1, where H has no inverse.
 
 use super::two_joint::Roots;
-use crate::numeric::{Bounded, bisect, sqrt};
+use crate::numeric::{Bounded, bisect_quadratic, sqrt};
 
 /// The stiffness problem of a contact on phalanx 3.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -148,21 +148,26 @@ impl ThreeJointContact {
         ]
     }
 
-    /// Both roots in closed form, whether on the phalanx or not, sorted by the side of the stiffest place.
-    pub fn closed(&self, compliance: f32) -> Roots {
-        let (l0, l1) = self.slope();
-        let mut about = 0.0;
-        let mut quadratic = self.residual(compliance, about);
+    /// softness - C energy as a quadratic, and the place that it is expanded about.
+    #[inline]
+    fn expanded(&self, compliance: f32) -> (f32, Quadratic) {
+        let quadratic = self.residual(compliance, 0.0);
         // Near a double root the discriminant cancels; counted from the peak between the roots it does not.
         let [q0, q1, q2] = quadratic;
         let middle = -q1 / q2;
         let nearly_double = |peak: &f32| {
             q1 * q1 - q0 * q2 < NEAR_DOUBLE * q1 * q1 && (peak - middle).abs() < 0.5 * middle.abs()
         };
-        if let Some(peak) = self.stiffest_m().filter(nearly_double) {
-            about = peak;
-            quadratic = self.residual(compliance, about);
+        match self.stiffest_m().filter(nearly_double) {
+            Some(peak) => (peak, self.residual(compliance, peak)),
+            None => (0.0, quadratic),
         }
+    }
+
+    /// Both roots in closed form, whether on the phalanx or not, sorted by the side of the stiffest place.
+    pub fn closed(&self, compliance: f32) -> Roots {
+        let (l0, l1) = self.slope();
+        let (about, quadratic) = self.expanded(compliance);
         let Some([a, b]) = roots(quadratic) else {
             let peak = self
                 .stiffest_m()
@@ -189,55 +194,74 @@ impl ThreeJointContact {
         }
     }
 
-    /// Both roots on a phalanx of length `length_m` by bisection, one either side of the stiffest place: there
-    /// softness - C energy changes sign once, and neither is ever divided by.
-    pub fn bisected(&self, compliance: f32, length_m: f32) -> Roots {
-        let [a0, a1] = self.pressing();
-        let border = -a0 / a1;
-        let (low, high) = match (a0 > 0.0, a1 > 0.0) {
+    /// The places where a closing finger presses, out of [0, `length_m`]; `None` where there are none.
+    fn pressing_range(&self, length_m: f32) -> Option<(f32, f32)> {
+        let [at_joint, slope] = self.pressing();
+        let border = -at_joint / slope;
+        let (low, high) = match (at_joint > 0.0, slope > 0.0) {
             (true, true) => (0.0, length_m),
-            (true, false) => (
-                0.0,
-                if border > 0.0 {
-                    border.at_most(length_m)
-                } else {
-                    length_m
-                },
-            ),
+            (true, false) if border > 0.0 => (0.0, border.at_most(length_m)),
+            (true, false) => (0.0, length_m),
             (false, true) => (border, length_m),
-            (false, false) => return Roots::default(),
+            (false, false) => return None,
         };
-        if !(low < high && compliance >= 0.0 && compliance.is_finite()) {
+        (low < high && high.is_finite()).then_some((low, high))
+    }
+
+    /// Both roots on a phalanx of length `length_m` by bisection, one either side of the stiffest place: what the firmware
+    /// asks. There softness - C energy, a quadratic in k, changes sign once, and nothing is divided by what vanishes.
+    pub fn bisected(&self, compliance: f32, length_m: f32) -> Roots {
+        let Some((low, high)) = self.pressing_range(length_m) else {
+            return Roots::default();
+        };
+        if !(0.0..f32::MAX).contains(&compliance) {
             return Roots::default();
         }
-        let find = |from: f32, to: f32| {
-            bisect(from, to, |k| self.softness(k) - compliance * self.energy(k))
-                .filter(|k| *k > 0.0 && *k <= length_m && self.presses(*k))
+        let (about, [q0, q1, q2]) = self.expanded(compliance);
+        let excess = |k: f32| q0 + (k - about) * (2.0 * q1 + (k - about) * q2);
+        let place = |inside: f32, outside: f32| {
+            // Counted from the stiffer end.
+            let u = outside - about;
+            let (slope, bound) = (2.0 * (q1 + u * q2), -(q0 + u * (2.0 * q1 + u * q2)));
+            let k = (outside + bisect_quadratic(inside - outside, slope, q2, bound)).at_most(high);
+            (k > low && self.presses(k)).then_some(k)
         };
-        match self.stiffest_m() {
-            Some(peak) if peak > low && peak < high => {
-                let far = find(peak, high);
-                let near = find(low, peak).filter(|near| far != Some(*near));
-                let touching = || self.grazes(compliance, peak).then_some(peak);
-                Roots {
-                    near_m: near.or_else(|| if far.is_none() { touching() } else { None }),
-                    far_m: far,
-                }
+        let (at_low, at_high) = (excess(low), excess(high));
+        let stiffest = self.stiffest_m();
+        if let Some(peak) = stiffest.filter(|peak| *peak > low && *peak < high) {
+            if excess(peak) >= 0.0 {
+                // No place is so stiff; within rounding the stiffest one is.
+                return Roots {
+                    near_m: Some(peak).filter(|peak| self.grazes(compliance, *peak)),
+                    far_m: None,
+                };
             }
-            _ => {
-                let (l0, l1) = self.slope();
-                let only = find(low, high);
-                if l0 + l1 * 0.5 * (low + high) < 0.0 {
-                    Roots {
-                        near_m: None,
-                        far_m: only,
-                    }
+            return Roots {
+                near_m: if at_low > 0.0 { place(low, peak) } else { None },
+                far_m: if at_high >= 0.0 {
+                    place(high, peak)
                 } else {
-                    Roots {
-                        near_m: only,
-                        far_m: None,
-                    }
-                }
+                    None
+                },
+            };
+        }
+        let only = if at_low > 0.0 && at_high <= 0.0 {
+            place(low, high)
+        } else if at_low < 0.0 && at_high >= 0.0 {
+            place(high, low)
+        } else {
+            None
+        };
+        let (l0, l1) = self.slope();
+        if l0 + l1 * 0.5 * (low + high) < 0.0 {
+            Roots {
+                near_m: None,
+                far_m: only,
+            }
+        } else {
+            Roots {
+                near_m: only,
+                far_m: None,
             }
         }
     }

@@ -3,7 +3,7 @@
 //!
 //! With three phalanges and the contact on phalanx 2, the third joint is eliminated and the same problem remains.
 
-use crate::numeric::{Bounded, bisect, sqrt};
+use crate::numeric::{Bounded, bisect_quadratic, sqrt};
 
 /// The stiffness problem of a contact on phalanx 2, reduced to four numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,46 +110,98 @@ impl TwoJointContact {
         }
     }
 
-    /// Both roots on a phalanx of length `length_m` by bisection.
-    ///
-    /// The residual lever |lever| -+ C energy has the sign of the compliance's signed root less the one looked for:
-    /// bounded, and monotone over the whole stretch on which a closing finger presses. The sign chosen says on which
-    /// side of e_2 to look; nothing is ever divided by what vanishes there.
-    pub fn bisected(&self, compliance: f32, length_m: f32) -> Roots {
+    /// The places where a closing finger presses, out of [0, `length_m`]; `None` where there are none.
+    fn pressing_range(&self, length_m: f32) -> Option<(f32, f32)> {
         let pressing = self.h22 + self.k1 * self.x2;
-        // Where pressing begins on a folded finger (c < 0), or ends on one whose x_2 is negative.
-        let border = -self.c_m * (self.h22 / pressing);
-        let (low, high) = match (pressing > 0.0, self.c_m < 0.0) {
-            (true, false) => (0.0, length_m),
-            (true, true) => (border, length_m),
-            (false, false) => (
-                0.0,
-                if border > 0.0 {
-                    border.at_most(length_m)
-                } else {
-                    length_m
-                },
-            ),
-            (false, true) => return Roots::default(),
+        let (mut low, mut high) = (0.0, length_m);
+        if !(pressing > 0.0 && self.c_m >= 0.0) {
+            // Where pressing begins on a folded finger (c < 0), or ends on one whose x_2 is negative.
+            let border = -self.c_m * (self.h22 / pressing);
+            if pressing > 0.0 {
+                low = border;
+            } else if self.c_m < 0.0 {
+                return None;
+            } else if border > 0.0 {
+                high = border.at_most(length_m);
+            }
+        }
+        (low < high && high < f32::INFINITY).then_some((low, high))
+    }
+
+    /// Both roots on a phalanx of length `length_m` by bisection: what the firmware asks.
+    ///
+    /// The residual lever^2 - C energy is bounded, positive where the finger is softer than asked and negative where it is
+    /// stiffer. Either side of e_2 it is monotone over the places where a closing finger presses: each side is a bracket,
+    /// and nothing is divided by what vanishes at e_2. From y = k + c K_2'/(K_1 + K_2') the energy is a sum of two squares,
+    /// (K_1 + K_2') y^2 + c^2 K_1 K_2'/(K_1 + K_2'), and the residual a product of two linear factors less a constant.
+    /// Counted from where the smaller factor vanishes, which is the place itself where K_1 = 0, it keeps its digits near e_2
+    /// (docs/MECHANICS.md#single-precision).
+    pub fn bisected(&self, compliance: f32, length_m: f32) -> Roots {
+        let Self {
+            c_m: c,
+            x2,
+            k1,
+            h22,
+        } = *self;
+        let mut roots = Roots::default();
+        let Some((low, high)) = self.pressing_range(length_m) else {
+            return roots;
         };
-        if !(low < high && (0.0..f32::MAX).contains(&compliance)) {
-            return Roots::default();
+        if !(0.0..f32::MAX).contains(&compliance) {
+            return roots;
         }
-        // This is asked for at every step: what does not depend on `k` stays outside, and squares with their sign are
-        // compared instead of taking the root.
-        let (c, at_joint, rest) = (self.c_m, self.x2 * self.c_m, 1.0 - self.x2);
-        let mut roots = [None; 2];
-        // The compliance carries the sign of the side looked on.
-        for (root, signed) in roots.iter_mut().zip([compliance, -compliance]) {
-            let (soft1, soft2) = (signed * self.k1, signed * self.h22);
-            let residual = |k: f32| {
-                let (lever, arm) = (at_joint - rest * k, c + k);
-                lever * lever.abs() - (soft1 * k * k + soft2 * arm * arm)
+        let (rest, sum) = (1.0 - x2, k1 + h22);
+        let shift = c * (h22 / sum);
+        // lever = level - rest y; the factors are lever -+ sqrt(C (K_1 + K_2')) y.
+        let level = c * ((h22 + k1 * x2) / sum);
+        let spread = sqrt(compliance * sum);
+        let (steep, flat) = (rest + spread, rest - spread);
+        let constant = compliance * k1 * shift * c;
+        let (from, to, rigid) = (low + shift, high + shift, level / rest);
+        if compliance == 0.0 {
+            // The two roots are one.
+            roots.near_m = Some(rigid - shift).filter(|k| *k > low && *k <= high);
+            roots.far_m = roots.near_m;
+            return roots;
+        }
+        let factors = |y: f32| (level - steep * y, level - flat * y);
+        let excess = |y: f32| {
+            let (a, b) = factors(y);
+            a * b - constant
+        };
+        let mut search = |is_near: bool, inside: f32, outside: f32| {
+            let vanishing = level / if is_near { steep } else { flat };
+            let is_between = (vanishing - inside) * (outside - vanishing) > 0.0;
+            let origin = if is_between { vanishing } else { outside };
+            let (a, b) = factors(origin);
+            let (slope, bend) = (-(steep * b + flat * a), steep * flat);
+            let u = bisect_quadratic(inside - origin, slope, bend, constant - a * b);
+            let k = (origin + u - shift).at_most(high);
+            let root = (k > low).then_some(k);
+            if is_near {
+                roots.near_m = root;
+            } else {
+                roots.far_m = root;
+            }
+        };
+        // An end as stiff as asked is itself the place, but not the joint.
+        let (low_is_softer, high_is_softer) = (excess(from) > 0.0, excess(to) >= 0.0);
+        let low_is_near = rest >= 0.0;
+        if from < rigid && rigid < to {
+            if low_is_softer {
+                search(low_is_near, from, rigid);
+            }
+            if high_is_softer {
+                search(!low_is_near, to, rigid);
+            }
+        } else if low_is_softer != high_is_softer {
+            let (inside, outside) = if low_is_softer {
+                (from, to)
+            } else {
+                (to, from)
             };
-            *root = bisect(low, high, residual)
-                .filter(|k| *k > 0.0 && *k <= length_m && self.presses(*k));
+            search(low_is_near == (rigid >= to), inside, outside);
         }
-        let [near_m, far_m] = roots;
-        Roots { near_m, far_m }
+        roots
     }
 }

@@ -1,30 +1,27 @@
 //! Natural logarithm.
 
-const LN_2_HIGH: f32 = 0.693_359_4;
-const LN_2_LOW: f32 = -2.121_944_4e-4;
+use super::Bounded;
+use core::f32::consts::LN_2;
+use micromath::F32Ext;
 
-/// Natural logarithm of a positive, normal number, error below 1e-6 absolute for 1e-6 to 1e6; for anything else the
-/// value of the smallest normal number, -87.3.
+/// 2^126: takes every normal number below one to one or more.
+const LIFT: f32 = 8.507_059e37;
+
+/// Natural logarithm of a positive, normal number, error below 1e-4 absolute (measured: 7.2e-5 from 1e-37 to 1e37); for
+/// anything else the value of the smallest normal number, -87.3, or of the largest number, 88.7.
 ///
-/// From the exponent and the series of artanh: ln m = 2 artanh((m - 1)/(m + 1)), m in [1/sqrt 2, sqrt 2].
+/// micromath's polynomial, which is meant for one and more: below, its approximate reciprocal would be 0.12 off, so the
+/// argument is multiplied by a power of two instead. The logarithms are those of a detection threshold and of evidences,
+/// which are compared with differences of one and more.
 pub fn ln(x: f32) -> f32 {
-    let x = if x.is_nan() {
-        f32::MIN_POSITIVE
+    // NaN becomes the smallest number: its comparison fails.
+    let x = x.at_least(f32::MIN_POSITIVE).at_most(f32::MAX);
+    // By path: on a PC a method call would find the standard library's.
+    if x < 1.0 {
+        F32Ext::ln(x * LIFT) - 126.0 * LN_2
     } else {
-        x.clamp(f32::MIN_POSITIVE, f32::MAX)
-    };
-    let bits = x.to_bits();
-    // Counted from sqrt(1/2), so that the mantissa left is within a factor sqrt 2 of 1.
-    let shifted = bits.wrapping_sub(core::f32::consts::FRAC_1_SQRT_2.to_bits());
-    let exponent = (shifted as i32) >> 23;
-    let mantissa = f32::from_bits(bits.wrapping_sub((exponent << 23) as u32));
-    let s = (mantissa - 1.0) / (mantissa + 1.0);
-    let square = s * s;
-    let series = 2.0
-        * s
-        * (1.0 + square * (1.0 / 3.0 + square * (0.2 + square * (1.0 / 7.0 + square / 9.0))));
-    // ln 2 in two parts, the first short enough for its product to be exact.
-    exponent as f32 * LN_2_HIGH + (exponent as f32 * LN_2_LOW + series)
+        F32Ext::ln(x)
+    }
 }
 
 #[cfg(test)]
@@ -33,10 +30,10 @@ mod tests {
 
     #[test]
     fn ln_is_within_its_stated_error() {
-        let mut x = 1e-6f32;
-        while x < 1e6 {
+        let mut x = 1e-37f32;
+        while x < 1e37 {
             let error = (f64::from(ln(x)) - f64::from(x).ln()).abs();
-            assert!(error < 1e-6, "ln {x} is off by {error}");
+            assert!(error < 1e-4, "ln {x} is off by {error}");
             x *= 1.003;
         }
         assert_eq!(ln(1.0), 0.0);

@@ -6,10 +6,12 @@
 //! nominal ratio. The cable in series adds a twist in proportion to the torque; it is kept per newton metre *as computed
 //! with the nominal efficiency*, so that pressing against the closing stop measures it whatever the efficiency is.
 
+use serde::{Deserialize, Serialize};
+
 use crate::numeric::{Bounded, sqrt};
 
 /// Torque factor and cable, with what is not known of them. Plain data: it is stored as it is.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
     /// f: eta/K_2 divided by its nominal value, > 0.
     pub torque_factor: f32,

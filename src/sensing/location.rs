@@ -110,6 +110,6 @@ pub fn places<M: Mechanics>(
     // `max` would turn a NaN into a rigid finger.
     let own = if own < 0.0 { 0.0 } else { own };
     finger
-        .locate_closed(at, torque_nm, own)
+        .locate(at, torque_nm, own)
         .retaining(|candidate| sense.allows(candidate))
 }

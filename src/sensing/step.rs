@@ -47,7 +47,7 @@ pub fn places<M: Mechanics>(
     } = *step;
     let rotation_rad = step.rotation_rad - rise_nm * series.compliance_rad_per_nm();
     let mut found: Vec<Candidate, MAX_PLACES> = Vec::new();
-    let secant = finger.locate_closed(at, torque_nm, rotation_rad / rise_nm);
+    let secant = finger.locate(at, torque_nm, rotation_rad / rise_nm);
     let mut try_from = |phalanx: u8, k_m: f32, length: f32| {
         let Some(guess) = finger.path(
             at,

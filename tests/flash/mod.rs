@@ -2,7 +2,7 @@
 //! and what a power cut in the middle of an operation leaves of it.
 
 use embassy_futures::block_on;
-use palpate::app::store::{Found, Memory, PAGE, PAGES, Store, StoreError, WORD, Writer};
+use palpate::app::storage::store::{Found, Memory, PAGE, PAGES, Store, StoreError, WORD, Writer};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Failure {

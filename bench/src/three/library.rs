@@ -41,8 +41,9 @@ pub fn bisected(input: &ThreePhalanges) -> Roots {
             .effective()
             .map_or(NOWHERE, |two| pair::bisected_part(&two));
     }
-    pair::kept(
-        input.triple().bisected(input.compliance, input.l[2]),
-        input.l[2],
-    )
+    let found = input.triple().bisected(input.compliance, input.l[2]);
+    [
+        found.near_m.unwrap_or(f32::NAN),
+        found.far_m.unwrap_or(f32::NAN),
+    ]
 }

@@ -16,7 +16,7 @@ impl TwoPhalanges {
     }
 }
 
-/// What the library found, kept to the phalanx.
+/// What the library found, kept to the phalanx: its closed form does not know where that ends.
 #[inline(always)]
 pub fn kept(found: Found, length: f32) -> Roots {
     let keep = |root: Option<f32>| match root {
@@ -35,7 +35,11 @@ pub fn closed_part(input: &TwoPhalanges) -> Roots {
 /// Bisection, to be part of another function.
 #[inline(always)]
 pub fn bisected_part(input: &TwoPhalanges) -> Roots {
-    kept(input.pair().bisected(input.compliance, input.l2), input.l2)
+    let found = input.pair().bisected(input.compliance, input.l2);
+    [
+        found.near_m.unwrap_or(f32::NAN),
+        found.far_m.unwrap_or(f32::NAN),
+    ]
 }
 
 /// The stable closed form (docs/MECHANICS.md#contact-stiffness).

@@ -2,6 +2,7 @@
 //! Log lines: decoded with the firmware's own tables, printed as a probe would, read as events.
 
 use defmt_decoder::{DecodeError, StreamDecoder};
+use palpate::app::log::{Parsed, parse};
 
 use crate::firmware::Firmware;
 
@@ -48,49 +49,34 @@ impl std::fmt::Display for Line {
     }
 }
 
-/// A line taken apart: leading words are the name, the rest fields.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// A line taken apart by the firmware's own grammar.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Event<'a> {
     /// Words before the first field.
     pub name: &'a str,
-    fields: Vec<(&'a str, &'a str)>,
+    parsed: Parsed<'a>,
 }
 
 impl<'a> Event<'a> {
-    /// Takes a line apart. A value reaches to the next ` key=`, so it may contain blanks.
+    /// Takes a line apart.
     #[must_use]
     pub fn parse(line: &'a str) -> Self {
-        let starts: Vec<(usize, usize)> = line
-            .match_indices('=')
-            .filter_map(|(equals, _)| {
-                let start = line[..equals].rfind(' ').map_or(0, |blank| blank + 1);
-                let key = &line[start..equals];
-                let named = key.starts_with(|c: char| c.is_ascii_alphabetic())
-                    && key.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
-                named.then_some((start, equals))
-            })
-            .collect();
-        let name = line[..starts.first().map_or(line.len(), |s| s.0)].trim_end();
-        let ends = starts.iter().skip(1).map(|s| s.0).chain([line.len()]);
-        let fields = starts.iter().zip(ends).map(|(&(start, equals), end)| {
-            (&line[start..equals], line[equals + 1..end].trim_end())
-        });
+        let parsed = parse(line);
         Self {
-            name,
-            fields: fields.collect(),
+            name: parsed.name,
+            parsed,
         }
     }
 
     /// Fields in the order of the line.
-    #[must_use]
-    pub fn fields(&self) -> &[(&'a str, &'a str)] {
-        &self.fields
+    pub fn fields(&self) -> impl Iterator<Item = (&'a str, &'a str)> {
+        self.parsed.fields()
     }
 
     /// A field's text.
     #[must_use]
     pub fn field(&self, key: &str) -> Option<&'a str> {
-        self.fields.iter().find(|f| f.0 == key).map(|f| f.1)
+        self.parsed.field(key)
     }
 
     /// A field as a finite number.
@@ -181,27 +167,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn reads_events() {
-        let event = Event::parse("located phalanx=2 k_mm=30.1 sigma_mm=0.6 settled=true");
+    fn numbers_are_read_where_they_are_finite() {
+        let event = Event::parse("located phalanx=2 k_mm=30.1 radius_mm=NaN settled=true");
         assert_eq!(event.name, "located");
         assert_eq!(event.number("k_mm"), Some(30.1));
-        assert_eq!(event.field("settled"), Some("true"));
-        assert_eq!(event.number("settled"), None);
-        assert_eq!(event.field("missing"), None);
-    }
-
-    #[test]
-    fn a_value_may_have_blanks_and_a_line_no_fields() {
-        let event = Event::parse("not-located why=no stable root on any phalanx k_mm=-1");
-        assert_eq!(event.field("why"), Some("no stable root on any phalanx"));
-        assert_eq!(event.number("k_mm"), Some(-1.0));
-        assert_eq!(
-            Event::parse("sequence done"),
-            Event {
-                name: "sequence done",
-                fields: vec![]
-            }
-        );
-        assert_eq!(Event::parse("a == b").fields(), []);
+        for key in ["radius_mm", "settled", "missing"] {
+            assert_eq!(event.number(key), None);
+        }
     }
 }

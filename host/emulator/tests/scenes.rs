@@ -6,8 +6,9 @@
 
 use palpate_emulator::Firmware;
 use palpate_emulator::sim::{
-    CONTROL_INSTRUCTIONS, Object, Scene, Script, Session, Settings, Summary, Verdict, end_of,
+    CONTROL_INSTRUCTIONS, Object, Script, Session, Settings, Summary, Verdict, end_of,
 };
+use palpate_plant::Parameters;
 
 fn image(variable: &str) -> Option<Firmware> {
     let Some(path) = std::env::var_os(variable) else {
@@ -20,12 +21,12 @@ fn image(variable: &str) -> Option<Firmware> {
 /// A grasp; control stays within its bounds whatever a scene adds to it.
 fn grasp<'f>(
     firmware: &'f Firmware,
-    scene: Scene,
+    scene: &str,
     script: Script,
     (theta_1_deg, contact_mm): (f64, f64),
 ) -> Session<'f> {
     let settings = Settings {
-        scene,
+        parameters: Parameters::of(scene).expect("one of the scenes"),
         script,
         object: Some(Object {
             phalanx: 2,
@@ -54,12 +55,7 @@ fn joint_2_is_read_and_decides_the_side() {
     let Some(firmware) = image("PALPATE_HALL_ELF") else {
         return;
     };
-    let session = grasp(
-        &firmware,
-        Scene::Tendon2Hall,
-        Script::button(),
-        (95.0, 30.0),
-    );
+    let session = grasp(&firmware, "tendon2-hall", Script::button(), (95.0, 30.0));
     let summary = Summary::of(&session);
     assert_eq!(summary.verdict, Verdict::Located, "{summary:?}");
     let error_mm = summary.k_mm.expect("a place") - summary.true_k_mm.expect("a contact");
@@ -91,7 +87,7 @@ fn without_a_cable_there_is_none_to_calibrate() {
     let Some(firmware) = image("PALPATE_RIGID_ELF") else {
         return;
     };
-    let session = grasp(&firmware, Scene::P70Rigid, Script::button(), (45.0, 30.0));
+    let session = grasp(&firmware, "p70-rigid", Script::button(), (45.0, 30.0));
     let summary = Summary::of(&session);
     assert_eq!(summary.verdict, Verdict::Located, "{summary:?}");
     let error_mm = summary.k_mm.expect("a place") - summary.true_k_mm.expect("a contact");

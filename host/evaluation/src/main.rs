@@ -11,7 +11,7 @@ use palpate_evaluation::experiments::{
     ablation, calibration, catalogue, document, fingerprint, result, run, sensitivity,
 };
 use palpate_evaluation::{figures, recordings, replay, trace};
-use palpate_plant::Parameters;
+use palpate_plant::{Engine, World};
 
 type Outcome = Result<(), Box<dyn Error>>;
 
@@ -38,9 +38,12 @@ enum Command {
         /// Where to.
         #[arg(default_value = "docs/figures")]
         directory: PathBuf,
-        /// Parameters of the simulated world.
+        /// The simulated world: ideal, bench, workshop, harsh, or a file.
+        #[arg(long, default_value = "ideal", alias = "plant")]
+        world: String,
+        /// What computes finger and object: plant, or mujoco.
         #[arg(long)]
-        plant: Option<PathBuf>,
+        engine: Option<Engine>,
         /// Everything random follows from it.
         #[arg(long, default_value_t = 1)]
         seed: u64,
@@ -52,9 +55,12 @@ struct Experiments {
     /// One JSON object a line instead of a table.
     #[arg(long)]
     json: bool,
-    /// Parameters of the simulated world (TOML, as host/plant/default.toml).
+    /// The simulated world: ideal, bench, workshop, harsh, or a file (TOML, as host/plant/default.toml).
+    #[arg(long, default_value = "ideal", alias = "plant")]
+    world: String,
+    /// What computes finger and object: plant, or mujoco.
     #[arg(long)]
-    plant: Option<PathBuf>,
+    engine: Option<Engine>,
     /// Everything random follows from it.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -65,7 +71,7 @@ struct Experiments {
     #[arg(long, conflicts_with = "write")]
     only: Option<String>,
     /// Write the tables into docs/RESULTS.md and README.md.
-    #[arg(long, conflicts_with_all = ["quick", "plant", "json"])]
+    #[arg(long, conflicts_with_all = ["quick", "world", "json"])]
     write: bool,
 }
 
@@ -113,25 +119,21 @@ struct Recordings {
     json: bool,
 }
 
-fn parameters(file: Option<&PathBuf>) -> Result<Parameters, Box<dyn Error>> {
-    match file {
-        None => Ok(Parameters::default()),
-        Some(file) => {
-            let text = std::fs::read_to_string(file)
-                .map_err(|error| format!("{}: {error}", file.display()))?;
-            Parameters::from_toml(&text)
-                .map_err(|error| format!("{}: {error}", file.display()).into())
-        }
-    }
-}
-
 fn plan(
-    plant: Option<&PathBuf>,
+    world: &str,
+    engine: Option<Engine>,
     seed: u64,
     quick: bool,
 ) -> Result<catalogue::Plan, Box<dyn Error>> {
+    let mut found = World::named(world)?;
+    found.engine = engine.unwrap_or(found.engine);
     Ok(catalogue::Plan {
-        parameters: parameters(plant)?,
+        parameters: found.of(palpate_plant::default_scene())?,
+        place: result::Place {
+            world: world.split('@').next().unwrap_or(world).to_owned(),
+            engine: found.engine.to_string(),
+        },
+        world: found,
         seed,
         quick,
     })
@@ -256,30 +258,30 @@ fn recordings(options: &Recordings) -> Outcome {
     Ok(())
 }
 
-fn experiments(options: &Experiments) -> Outcome {
-    let plan = plan(options.plant.as_ref(), options.seed, options.quick)?;
-    let jobs = [
-        catalogue::all(&plan),
-        ablation::ablation(&plan),
-        sensitivity::sensitivity(&plan),
+/// Everything that a plan asks for, as far as its name begins with `only`.
+fn rows(plan: &catalogue::Plan, only: Option<&String>) -> (Vec<result::Row>, Vec<run::Incomplete>) {
+    let jobs: Vec<_> = [
+        catalogue::all(plan),
+        ablation::ablation(plan),
+        sensitivity::sensitivity(plan),
     ]
     .into_iter()
     .flatten()
-    .filter(|job| {
-        options
-            .only
-            .as_ref()
-            .is_none_or(|name| job.name.starts_with(name))
-    })
-    .collect::<Vec<_>>();
+    .filter(|job| only.is_none_or(|name| job.name.starts_with(name)))
+    .collect();
     let (entries, failed) = run::jobs(&jobs);
-    let rows = run::rows(&entries);
+    (run::rows(&plan.place, &entries), failed)
+}
+
+fn experiments(options: &Experiments) -> Outcome {
     if options.write {
-        write(&rows)?;
+        return write(options.seed);
     }
+    let plan = plan(&options.world, options.engine, options.seed, options.quick)?;
+    let (rows, failed) = rows(&plan, options.only.as_ref());
     if options.json {
         for row in &rows {
-            println!("{}", serde_json::to_string(row)?);
+            println!("{}", row.json());
         }
     } else {
         println!("{}", result::markdown(&rows));
@@ -296,7 +298,7 @@ fn experiments(options: &Experiments) -> Outcome {
         }
     }
     let calibration_wanted = match &options.only {
-        Some(name) => "calibration".starts_with(name),
+        Some(name) => "calibration".starts_with(name.as_str()),
         None => true,
     };
     if calibration_wanted {
@@ -324,10 +326,22 @@ fn calibration(plan: &catalogue::Plan, json: bool) {
     }
 }
 
+/// Worlds whose tables stand in the documents, the one that the headline comes from first.
+const WRITTEN: [&str; 3] = ["workshop", "workshop@mujoco", "ideal"];
+
 /// The tables into the documents, with the fingerprint of the code that made them.
-fn write(rows: &[result::Row]) -> Outcome {
+fn write(seed: u64) -> Outcome {
+    let mut all = Vec::new();
+    for world in WRITTEN {
+        let plan = plan(world, None, seed, world != WRITTEN[0])?;
+        let (rows, failed) = rows(&plan, None);
+        for job in &failed {
+            eprintln!("{world}, {}: {}", job.name, job.failure);
+        }
+        all.extend(rows);
+    }
     let code = fingerprint::fingerprint()?;
-    for (file, body) in document::bodies(rows) {
+    for (file, body) in document::bodies(&all) {
         document::write(&fingerprint::root().join(file), &code, &body)?;
     }
     Ok(())
@@ -350,9 +364,10 @@ fn main() -> ExitCode {
         Command::Recordings(options) => recordings(&options),
         Command::Figures {
             directory,
-            plant,
+            world,
+            engine,
             seed,
-        } => plan(plant.as_ref(), seed, false).and_then(|plan| figures(&directory, &plan)),
+        } => plan(&world, engine, seed, false).and_then(|plan| figures(&directory, &plan)),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

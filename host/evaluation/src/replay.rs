@@ -3,6 +3,7 @@
 //! Passive: nothing is known of how the recording was made. Friction comes from a recording of a free motion, or from a
 //! free closing that the recording itself contains.
 
+use palpate::app::log;
 use palpate::sample::{Drive, Sample};
 use palpate::scene::Scene;
 use palpate::sensing::{Directive, Event, Sensor};
@@ -252,113 +253,23 @@ fn steady_speed(samples: &[Sample]) -> Option<f64> {
 /// An event as name and fields, as the firmware's log has them; null what is not known.
 #[must_use]
 pub fn fields(event: &Event) -> (&'static str, Map<String, Value>) {
-    let number = |value: f32, scale: f64| {
-        let value = f64::from(value) * scale;
-        if value.is_finite() {
-            json!((value * 1e4).round() / 1e4)
-        } else {
-            Value::Null
-        }
-    };
+    let mut name = "";
     let mut map = Map::new();
-    let name = match *event {
-        Event::FrictionRecorded {
-            closing_nm,
-            opening_nm,
-            residual_nm,
-            coverage,
-        } => {
-            map.insert("closing_mnm".into(), number(closing_nm, 1e3));
-            map.insert("opening_mnm".into(), number(opening_nm, 1e3));
-            map.insert("residual_mnm".into(), number(residual_nm, 1e3));
-            map.insert("coverage".into(), number(coverage, 1.0));
-            "friction-recorded"
-        }
-        Event::FrictionNotRecorded { coverage } => {
-            map.insert("coverage".into(), number(coverage, 1.0));
-            "friction-not-recorded"
-        }
-        Event::FrictionStale { misfit_nm } => {
-            map.insert("misfit_mnm".into(), number(misfit_nm, 1e3));
-            "friction-stale"
-        }
-        Event::Unusual {
-            k_a_nm_per_rad,
-            k_a_free_nm_per_rad,
-        } => {
-            map.insert("k_a_nm_per_rad".into(), number(k_a_nm_per_rad, 1.0));
-            map.insert(
-                "k_a_free_nm_per_rad".into(),
-                number(k_a_free_nm_per_rad, 1.0),
-            );
-            "unusual"
-        }
-        Event::Touch {
-            time_us,
-            theta_a_rad,
-            torque_nm,
-        } => {
-            map.insert("time_us".into(), json!(time_us));
-            map.insert("theta_a_mrad".into(), number(theta_a_rad, 1e3));
-            map.insert("torque_mnm".into(), number(torque_nm, 1e3));
-            "touch"
-        }
-        Event::Located {
-            phalanx,
-            k_m,
-            sigma_m,
-            k_c_nm_per_rad,
-            force_n,
-            radius_m,
-            radius_sigma_m,
-            settled,
-        } => {
-            map.insert("phalanx".into(), json!(phalanx));
-            map.insert("k_mm".into(), number(k_m, 1e3));
-            map.insert("sigma_mm".into(), number(sigma_m, 1e3));
-            map.insert("k_c_nm_per_rad".into(), number(k_c_nm_per_rad, 1.0));
-            map.insert("force_n".into(), number(force_n, 1.0));
-            map.insert("radius_mm".into(), number(radius_m, 1e3));
-            map.insert("radius_sigma_mm".into(), number(radius_sigma_m, 1e3));
-            map.insert("settled".into(), json!(settled));
-            "located"
-        }
-        Event::Ambiguous {
-            phalanx,
-            k_m,
-            sigma_m,
-            settled,
-        } => {
-            map.insert("phalanx".into(), json!(phalanx[0]));
-            map.insert("k_mm".into(), number(k_m[0], 1e3));
-            map.insert("sigma_mm".into(), number(sigma_m[0], 1e3));
-            map.insert("other_phalanx".into(), json!(phalanx[1]));
-            map.insert("other_k_mm".into(), number(k_m[1], 1e3));
-            map.insert("other_sigma_mm".into(), number(sigma_m[1], 1e3));
-            map.insert("settled".into(), json!(settled));
-            "ambiguous"
-        }
-        Event::NotLocated { why, torque_nm } => {
-            map.insert("why".into(), json!(kebab(&format!("{why:?}"))));
-            map.insert("torque_mnm".into(), number(torque_nm, 1e3));
-            "not-located"
-        }
-        Event::Calibrated { .. } => "calibrated",
-        Event::CalibrationRefused { .. } => "calibration-refused",
+    let write = |line: &'static log::Line, values: &[log::Value<'_>]| {
+        name = line.name();
+        let values = values.iter().map(|value| match *value {
+            log::Value::Number(number) if number.is_finite() => {
+                json!((f64::from(number) * 1e4).round() / 1e4)
+            }
+            log::Value::Number(_) => Value::Null,
+            log::Value::Count(count) => json!(count),
+            log::Value::Flag(flag) => json!(flag),
+            log::Value::Text(text) => json!(text),
+        });
+        map.extend(line.keys.iter().map(ToString::to_string).zip(values));
     };
+    log::event(&mut log::Fields(write), event);
     (name, map)
-}
-
-/// `TooStiff` as `too-stiff`.
-fn kebab(name: &str) -> String {
-    let mut out = String::new();
-    for (index, letter) in name.char_indices() {
-        if letter.is_uppercase() && index > 0 {
-            out.push('-');
-        }
-        out.extend(letter.to_lowercase());
-    }
-    out
 }
 
 /// An event as a log line: `name key=value key=value`.

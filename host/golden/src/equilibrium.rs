@@ -6,11 +6,14 @@ use crate::real::Real;
 
 /// Newton steps at most.
 const NEWTON_STEPS: usize = 60;
-/// Binary digits to which equilibria are solved; the derivatives' own error is near.
+/// Size of the last Newton step, as a power of two; the derivatives' own error is near.
 const CLOSE: i32 = -105;
+/// The same on the way: near enough to start the next part.
+const NEAR: i32 = -20;
 /// A Newton step turns no joint by more than this, radian: it stays on the branch where it began.
 const STRIDE: f64 = 0.2;
-/// Parts of a torque step after contact: each starts from the end of the last, along the same path.
+/// Parts of a torque, of the free finger and after contact: each starts from the end of the last, along the same path.
+const FREE_PARTS: i32 = 10;
 const PARTS: i32 = 4;
 
 /// A contact: the phalanx, from 0, and the point of the object.
@@ -37,6 +40,7 @@ fn stationary(
     torque: &Real,
     contact: Option<&Contact>,
     from: &Equilibrium,
+    close: i32,
 ) -> Option<Equilibrium> {
     let Equilibrium {
         mut theta,
@@ -78,7 +82,7 @@ fn stationary(
         if largest.is_nan() {
             return None;
         }
-        let done = largest < Real::power_of_two(CLOSE);
+        let done = largest < Real::power_of_two(close);
         let stride = Real::from(STRIDE);
         if largest > stride {
             let shortened = stride / largest;
@@ -99,14 +103,24 @@ fn stationary(
     None
 }
 
-/// Posture of the free finger, from `near`.
+/// How close each of so many parts is solved.
+fn closeness(part: i32, parts: i32) -> i32 {
+    if part == parts { CLOSE } else { NEAR }
+}
+
+/// Posture of the free finger, on the path that it takes from `rest` as the torque rises.
 #[must_use]
-pub fn free(finger: &Finger, torque: &Real, near: &[Real]) -> Option<Vector> {
-    let near = Equilibrium {
-        theta: near.to_vec(),
+pub fn free(finger: &Finger, torque: &Real, rest: &[Real]) -> Option<Vector> {
+    let mut at = Equilibrium {
+        theta: rest.to_vec(),
         force: Real::zero(),
     };
-    stationary(finger, torque, None, &near).map(|found| found.theta)
+    let parts = if torque.is_zero() { 1 } else { FREE_PARTS };
+    for part in 1..=parts {
+        let share = torque * Real::from(f64::from(part)) / Real::from(f64::from(parts));
+        at = stationary(finger, &share, None, &at, closeness(part, parts))?;
+    }
+    Some(at.theta)
 }
 
 /// Posture after the torque has risen by `rise` since contact at `theta`.
@@ -124,7 +138,13 @@ pub fn pressed(
     };
     for part in 1..=PARTS {
         let share = Real::from(f64::from(part) / f64::from(PARTS));
-        at = stationary(finger, &(torque + rise * share), Some(contact), &at)?;
+        at = stationary(
+            finger,
+            &(torque + rise * share),
+            Some(contact),
+            &at,
+            closeness(part, PARTS),
+        )?;
     }
     Some(at)
 }

@@ -217,8 +217,10 @@ pub fn hard_two(row: &Row) -> Values {
         Some((k, _)) => values.number(name, k),
         None => values.absent(name),
     };
-    slot("k_minus", &|k| !folded && *k <= stiffest);
-    slot("k_plus", &|k| folded || *k >= stiffest);
+    // A double root is the stiffest place itself, to half the digits.
+    let slack = stiffest.abs() * Real::power_of_two(-80);
+    slot("k_minus", &|k| !folded && *k <= &stiffest + &slack);
+    slot("k_plus", &|k| folded || *k >= &stiffest - &slack);
     values.number("e2", &stiffest);
     values
 }

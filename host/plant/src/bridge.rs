@@ -55,6 +55,11 @@ impl Bridge {
         self.parameters.motor.ambient_c + self.winding_rise
     }
 
+    /// Torque constant relative to that of cold magnets: they sit in the housing.
+    pub fn magnets(&self) -> f64 {
+        1.0 + self.parameters.motor.magnet_temperature_coefficient_per_k * self.housing_rise
+    }
+
     /// Outputs follow EN and PH: awake for long enough and supplied.
     fn ready(&self, supply_v: f64) -> bool {
         self.awake_for >= self.parameters.bridge.wake_s
@@ -84,7 +89,16 @@ impl Bridge {
                 copper * (1.0 + motor.copper_temperature_coefficient_per_k * self.winding_rise);
             let resistance = warm + self.parameters.bridge.on_resistance_ohm;
             // Both low switches conduct in the off time (slow decay), so the winding sees the mean voltage.
-            let target = (duty * supply_v - back_emf_v) / resistance;
+            let ideal_v = duty * supply_v - back_emf_v;
+            // In the dead time the current flows on through a diode, whichever way that makes the voltage.
+            let bridge = &self.parameters.bridge;
+            let dead_v = bridge.dead_time_s * bridge.pwm_hz * supply_v;
+            let lost_v = if duty == 0.0 {
+                0.0
+            } else {
+                ideal_v.clamp(-dead_v, dead_v)
+            };
+            let target = (ideal_v - lost_v) / resistance;
             if (self.decay.resistance, self.decay.dt) != (resistance, dt) {
                 let tau = self.inductance / resistance;
                 let end = (-dt / tau).exp();
@@ -125,15 +139,25 @@ impl Bridge {
         self.housing_rise += dt * (flow - lost) / housing_j_per_k;
     }
 
-    /// Motor current as the sense output shows it in the middle of the on-time, ampere without noise; unsigned, and
-    /// nothing of a current that opposes the drive, or of a bridge that is off.
+    /// Motor current as the sense output shows it on average over the window of a control period, ampere without noise;
+    /// unsigned, and nothing of a bridge that is off. A current that opposes the drive shows only in the off part of the
+    /// PWM, while the low sides carry it round.
     pub fn sensed_a(&self, pins: &Pins, supply_v: f64) -> f64 {
+        let Parameters { sense, bridge, .. } = &self.parameters;
         let duty = pins.drive();
-        if !self.ready(supply_v) || self.current_a * duty < 0.0 {
-            0.0
-        } else {
-            self.current_a.abs()
+        if !self.ready(supply_v) {
+            return 0.0;
         }
+        let magnitude = self.current_a.abs();
+        let off = 1.0 - duty.abs();
+        if self.current_a * duty < 0.0 {
+            return sense.opposing_share * off * magnitude;
+        }
+        let full_scale_a = sense.full_scale_v / (sense.resistor_ohm * sense.mirror_a_per_a);
+        let bent = sense.nonlinearity * magnitude / full_scale_a;
+        // The mirror follows each edge late; the shorter the on-time, the more of it is missed.
+        let late = sense.settling_s * bridge.pwm_hz * off;
+        magnitude * (1.0 + bent) * (1.0 - late).max(0.0)
     }
 
     /// Whether the sense amplifier is on: its offset shows.

@@ -1,9 +1,13 @@
 //! Rotor, gearhead and worm: inertia, friction by their own laws, backlash.
 //!
 //! The rotor is the only mass. The worm turns only where a flank of the gearhead's backlash pushes it (its friction
-//! holds it otherwise), and pushes the wheel only across its own backlash; wheel and cable have no mass.
+//! holds it otherwise), and pushes the wheel only across its own backlash; wheel and cable have no mass. The friction
+//! without load wanders and warms up; that under load has a ripple once a turn of the worm.
 
-use crate::parameters::{Parameters, Worm};
+use crate::parameters::{Friction, Parameters, Worm};
+use crate::transmission::Transmission;
+use crate::wander::Wander;
+use rand_pcg::Pcg64Mcg;
 use std::f64::consts::TAU;
 
 /// Static and running friction of the worm at a sliding speed (metre per second).
@@ -51,6 +55,12 @@ pub(crate) struct Drivetrain {
     slip_per_rad: f64,
     worm_phase: f64,
     wheel_phase: f64,
+    ripple_phase: f64,
+    friction: Friction,
+    wander: Wander,
+    /// How far it has run itself warm, 0 to 1.
+    warmth: f64,
+    transmission: Transmission,
     /// Motor shaft, radian, from where it stood at power-on.
     pub rotor: f64,
     /// Motor speed, radian per second.
@@ -61,11 +71,12 @@ pub(crate) struct Drivetrain {
 
 impl Drivetrain {
     /// `play` in -1 to 1: where the worm rests in the gearhead's backlash.
-    pub fn new(parameters: &Parameters, play: f64) -> Self {
+    pub fn new(parameters: &Parameters, play: f64, random: &mut Pcg64Mcg) -> Self {
         let Parameters {
             motor,
             gearhead,
             worm,
+            friction,
             ..
         } = parameters;
         let lead = worm.lead_angle_deg.to_radians();
@@ -82,6 +93,11 @@ impl Drivetrain {
             slip_per_rad: worm.pitch_radius_m / (lead.cos() * gearhead.ratio),
             worm_phase: worm.eccentric_phase_deg.to_radians(),
             wheel_phase: worm.wheel_eccentric_phase_deg.to_radians(),
+            ripple_phase: worm.friction_ripple_phase_deg.to_radians(),
+            friction: *friction,
+            wander: Wander::new(friction.wander_share, friction.wander_time_s, random),
+            warmth: 0.0,
+            transmission: Transmission::new(&parameters.transmission, random),
             rotor: 0.0,
             speed: 0.0,
             worm_angle: play * gear_play,
@@ -89,8 +105,13 @@ impl Drivetrain {
     }
 
     /// Wheel angle that the worm stands for, without the worm's backlash, radian.
-    pub fn wheel(&self) -> f64 {
+    fn wheel(&self) -> f64 {
         self.worm_angle / self.worm.ratio
+    }
+
+    /// The same with the errors of the transmission: where the cable's end is.
+    pub fn output(&self) -> f64 {
+        self.wheel() + self.transmission.error(self.worm_angle, self.wheel())
     }
 
     /// Kinetic energy, joule.
@@ -118,11 +139,24 @@ impl Drivetrain {
     }
 
     /// One step: `torque` of the motor (mean over the step), `load` at the wheel, positive against closing.
-    pub fn step(&mut self, torque: f64, load: f64, dt: f64) {
+    pub fn step(&mut self, torque: f64, load: f64, dt: f64, random: &mut Pcg64Mcg) {
+        let running = if self.speed == 0.0 { 0.0 } else { 1.0 };
+        self.warmth += dt / self.friction.warm_up_time_s * (running - self.warmth);
+        self.wander.advance(dt, random);
+        let before = self.worm_angle;
+        self.turn(torque, self.transmission.loaded(load), dt);
+        let way = self.worm_angle - before;
+        self.transmission
+            .advance(way, way / self.worm.ratio, random);
+    }
+
+    fn turn(&mut self, torque: f64, load: f64, dt: f64) {
         let uneven = self.worm.eccentric_drag_nm * (self.worm_angle - self.worm_phase).cos()
             + self.worm.wheel_eccentric_drag_nm * (self.wheel() - self.wheel_phase).cos();
-        let drag = (self.drag + uneven).max(0.0);
-        let friction = worm_friction(&self.worm, self.speed.abs() * self.slip_per_rad);
+        let share = 1.0 + self.wander.value() + self.friction.warm_up_share * self.warmth;
+        let drag = ((self.drag + uneven) * share).max(0.0);
+        let ripple = 1.0 + self.worm.friction_ripple * (self.worm_angle - self.ripple_phase).cos();
+        let friction = ripple * worm_friction(&self.worm, self.speed.abs() * self.slip_per_rad);
         let way = if self.speed != 0.0 {
             self.speed.signum()
         } else if torque > self.reflected(load, 1.0, friction).0 + drag {
@@ -158,6 +192,7 @@ impl Drivetrain {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rand::SeedableRng;
 
     #[test]
     fn worm_efficiency_is_the_data_sheets() {
@@ -174,16 +209,57 @@ mod tests {
     #[test]
     fn load_does_not_turn_a_self_locking_worm_but_turns_a_steep_one() {
         let mut p = Parameters::default();
-        let mut locked = Drivetrain::new(&p, 1.0);
+        let mut random = Pcg64Mcg::seed_from_u64(1);
+        let mut locked = Drivetrain::new(&p, 1.0, &mut random);
         for _ in 0..2000 {
-            locked.step(0.0, 5.0, 50e-6);
+            locked.step(0.0, 5.0, 50e-6, &mut random);
         }
         assert_eq!(locked.rotor, 0.0);
         p.worm.lead_angle_deg = 30.0;
-        let mut steep = Drivetrain::new(&p, -1.0);
+        let mut steep = Drivetrain::new(&p, -1.0, &mut random);
         for _ in 0..2000 {
-            steep.step(0.0, 5.0, 50e-6);
+            steep.step(0.0, 5.0, 50e-6, &mut random);
         }
         assert!(steep.rotor < -1.0);
+    }
+
+    /// Torque that keeps the motor at a steady speed, mean over a stretch of `from` to `to` seconds.
+    fn drag(p: &Parameters, from: usize, to: usize) -> f64 {
+        let mut random = Pcg64Mcg::seed_from_u64(7);
+        let mut drivetrain = Drivetrain::new(p, 1.0, &mut random);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for step in 0..20_000 * to {
+            drivetrain.speed = 380.0;
+            let before = drivetrain.speed;
+            drivetrain.step(0.0, 0.0, 50e-6, &mut random);
+            if step >= 20_000 * from {
+                sum += (before - drivetrain.speed) / 50e-6 * p.motor.rotor_inertia_kg_m2;
+                count += 1.0;
+            }
+        }
+        sum / count
+    }
+
+    #[test]
+    fn friction_wanders_and_warms_up() {
+        let mut ideal = Parameters::default();
+        ideal.worm.eccentric_drag_nm = 0.0;
+        ideal.worm.wheel_eccentric_drag_nm = 0.0;
+        let viscous = ideal.motor.viscous_nm_s_per_rad * 380.0;
+        let plain = drag(&ideal, 0, 4) - viscous;
+        let expected = ideal.motor.coulomb_nm + ideal.gearhead.drag_nm;
+        assert!((plain / expected - 1.0).abs() < 0.02, "{plain} {expected}");
+        let mut warm = ideal.clone();
+        warm.friction.warm_up_share = -0.05;
+        warm.friction.warm_up_time_s = 1.0;
+        let change = (drag(&warm, 6, 8) - drag(&ideal, 6, 8)) / plain;
+        assert!((change + 0.05).abs() < 0.002, "{change}");
+        let mut wandering = ideal.clone();
+        wandering.friction.wander_share = 0.03;
+        wandering.friction.wander_time_s = 1.0;
+        let seconds = (0..16).map(|s| drag(&wandering, s, s + 1) / drag(&ideal, s, s + 1) - 1.0);
+        let squares: f64 = seconds.map(|change| change * change).sum();
+        let rms = (squares / 16.0).sqrt();
+        assert!((0.01..0.05).contains(&rms), "{rms}");
     }
 }

@@ -1,6 +1,7 @@
 //! Incremental encoder with its wires, and a quadrature counter at their end.
 
 use crate::parameters::Encoder;
+use crate::wander::Wander;
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::TAU;
@@ -45,6 +46,9 @@ pub(crate) struct QuadratureEncoder {
     counts_per_rad: f64,
     periodic: f64,
     phase: f64,
+    /// Error that does not repeat, counts over motor turns.
+    random: Wander,
+    rotor: f64,
     /// Edges of the true disc.
     disc: i64,
     /// What a counter on the wires has counted.
@@ -54,11 +58,17 @@ pub(crate) struct QuadratureEncoder {
 }
 
 impl QuadratureEncoder {
-    pub fn new(parameters: &Encoder) -> Self {
+    pub fn new(parameters: &Encoder, random: &mut Pcg64Mcg) -> Self {
         let mut encoder = Self {
             counts_per_rad: parameters.counts_per_rev / TAU,
             periodic: parameters.periodic_error_counts,
             phase: parameters.periodic_phase_deg.to_radians(),
+            random: Wander::new(
+                parameters.random_error_counts,
+                parameters.random_error_revs,
+                random,
+            ),
+            rotor: 0.0,
             disc: 0,
             count: 0,
             noise: (false, false),
@@ -71,12 +81,21 @@ impl QuadratureEncoder {
 
     #[expect(clippy::cast_possible_truncation, reason = "a count of edges")]
     fn edge(&self, rotor: f64) -> i64 {
-        (rotor * self.counts_per_rad + self.periodic * (rotor - self.phase).sin()).floor() as i64
+        (rotor * self.counts_per_rad
+            + self.periodic * (rotor - self.phase).sin()
+            + self.random.value())
+        .floor() as i64
     }
 
     /// Levels on the wires.
     pub fn phases(&self) -> (bool, bool) {
         self.wires
+    }
+
+    /// Lets the error that does not repeat change over the way to the rotor's angle.
+    pub fn wander(&mut self, rotor: f64, random: &mut Pcg64Mcg) {
+        self.random.advance((rotor - self.rotor) / TAU, random);
+        self.rotor = rotor;
     }
 
     /// Turns the disc to the rotor's angle.

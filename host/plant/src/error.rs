@@ -64,6 +64,9 @@ pub enum Error {
         /// Joint angle, degree.
         angle_deg: f64,
     },
+    /// Another engine than this crate's cannot be used, or refuses the model.
+    #[error("{0}")]
+    Engine(String),
     /// The wanted place of contact is not on the finger or never reached.
     #[error("no such contact: {0}")]
     Contact(String),

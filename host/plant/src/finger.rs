@@ -10,7 +10,7 @@ mod reference;
 mod stage;
 
 use crate::object::{Body, Grasp, Point};
-use crate::parameters::{FingerKind, Parameters};
+use crate::parameters::Parameters;
 use crate::{Contact, Error};
 use balance::Pusher;
 use stage::Stage;
@@ -48,6 +48,10 @@ pub(crate) struct Finger {
     contact_stiffness: f64,
     friction: f64,
     creep_speed: f64,
+    joint_friction: f64,
+    capstan_share: f64,
+    /// Gravity on a metre of a phalanx, newton per metre.
+    weight: Point,
     pub angle: [f64; MAX],
     speed: [f64; MAX],
     pub theta_a: f64,
@@ -60,8 +64,8 @@ pub(crate) struct Finger {
 }
 
 impl Finger {
-    pub fn new(parameters: &Parameters, kind: FingerKind) -> Result<Self, Error> {
-        let finger = parameters.finger.of(kind);
+    pub fn new(parameters: &Parameters) -> Result<Self, Error> {
+        let finger = &parameters.finger;
         let count = finger.length_m.len();
         let list = |values: &[f64], f: fn(f64) -> f64| {
             let mut list = [0.0; MAX];
@@ -79,7 +83,7 @@ impl Finger {
             }
             let fourbar = finger.fourbar(i);
             let open = Error::Open {
-                key: format!("{kind:?}"),
+                key: "finger".to_owned(),
                 stage: i + 1,
                 angle_deg: 0.0,
             };
@@ -100,12 +104,27 @@ impl Finger {
             // Without a spring, nothing defines where joint 1 rests; it opens until theta_1 is zero.
             rest[0] = 0.0;
         }
+        let low = list(&finger.joint_min_deg, f64::to_radians);
+        for i in 1..count {
+            // Only where the spring holds its joint at the stop is there something to preload it against.
+            if (rest[i] - low[i]).abs() < 1e-6 {
+                rest[i] -= mechanism.preload_deg.to_radians();
+            }
+        }
+        let mut angle = rest;
+        angle
+            .iter_mut()
+            .zip(low)
+            .for_each(|(angle, low)| *angle = angle.max(low));
+        let tendon = finger.lever_m.is_empty();
+        let weight = mechanism.linear_density_kg_per_m * mechanism.gravity_m_per_s2;
+        let (down_y, down_x) = mechanism.mounting_deg.to_radians().sin_cos();
         let mut finger = Self {
             count,
             length: list(&finger.length_m, |l| l),
             spring,
             rest,
-            low: list(&finger.joint_min_deg, f64::to_radians),
+            low,
             high: list(&finger.joint_max_deg, f64::to_radians),
             stops: [0.0, finger.travel_rad],
             stopped: true,
@@ -117,7 +136,10 @@ impl Finger {
             contact_stiffness: parameters.contact.stiffness_n_per_m,
             friction: parameters.contact.friction,
             creep_speed: parameters.contact.creep_speed_m_per_s,
-            angle: rest,
+            joint_friction: mechanism.joint_friction_nm,
+            capstan_share: if tendon { mechanism.capstan_share } else { 0.0 },
+            weight: [weight * down_x, weight * down_y],
+            angle,
             speed: [0.0; MAX],
             theta_a: 0.0,
             x: [0.0; MAX],
@@ -156,6 +178,28 @@ impl Finger {
             ];
         }
         (joint, along)
+    }
+
+    /// What gravity does at each joint, newton metre, closing positive.
+    fn weight_torques(&self) -> [f64; MAX] {
+        let mut torques = [0.0; MAX];
+        if self.weight == [0.0; 2] {
+            return torques;
+        }
+        let (joint, along) = self.pose();
+        for i in 0..self.count {
+            let half = 0.5 * self.length[i];
+            let force = self.weight.map(|weight| weight * self.length[i]);
+            let middle = [
+                joint[i][0] + half * along[i][0],
+                joint[i][1] + half * along[i][1],
+            ];
+            for m in 0..=i {
+                let arm = [middle[0] - joint[m][0], middle[1] - joint[m][1]];
+                torques[m] += arm[0] * force[1] - arm[1] * force[0];
+            }
+        }
+        torques
     }
 
     /// Least distance between finger and object, negative when they overlap.
@@ -215,11 +259,22 @@ impl Finger {
         }
         let mut free = self.clone();
         free.stopped = false;
-        let torque = self.spring[0] * (theta_1 - self.rest[0]);
+        free.joint_friction = 0.0;
+        free.capstan_share = 0.0;
         free.angle = self.rest;
         free.angle[0] = theta_1;
         free.transmit();
-        free.settle(&Body::Nothing, Hold::Torque(torque));
+        let sprung = self.spring[0] * (theta_1 - self.rest[0]);
+        if self.weight == [0.0; 2] {
+            free.settle(&Body::Nothing, Hold::Torque(sprung));
+        } else {
+            // Joint 1 is held there; the input link's torque is what its spring and the weight on it then ask for.
+            (free.spring[0], free.rest[0]) = (1e7, theta_1);
+            for _ in 0..4 {
+                let torque = sprung - free.weight_torques()[0];
+                free.settle(&Body::Nothing, Hold::Torque(torque));
+            }
+        }
         if self.stopped && !(self.stops[0] - 1e-9..=self.stops[1]).contains(&free.theta_a) {
             return Err(Error::Contact(format!(
                 "theta_1 = {theta_1} rad is beyond the stops of the input link"

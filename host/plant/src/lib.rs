@@ -8,12 +8,15 @@
 //! |---|---|
 //! | `bridge` | H-bridge, winding, its temperature, unsigned current sense |
 //! | `drivetrain` | rotor, gearhead, worm: friction by the screw's laws, self-locking, backlash |
+//! | `transmission`, `wander` | angle errors of worm, wheel and gears, hysteresis; what never repeats |
+//! | `cable` | stiffening, creep |
 //! | `encoder` | disc, wires and what can break in them |
 //! | `finger`, `linkage` | joints, springs, stops, tendon or four-bar transmission by loop closure, contact |
 //! | `mechanics` | what the drivetrain needs of finger and object, so that another engine may compute them |
 //! | `object` | cylinders and convex polygons, thick phalanges |
 
 mod bridge;
+mod cable;
 mod drivetrain;
 mod encoder;
 mod error;
@@ -24,7 +27,10 @@ mod object;
 mod parameters;
 mod pins;
 mod plant;
+mod transmission;
 mod truth;
+mod wander;
+mod worlds;
 
 pub use drivetrain::worm_efficiency;
 pub use encoder::EncoderFault;
@@ -32,9 +38,11 @@ pub use error::Error;
 pub use mechanics::{CableEnd, FingerState, Mechanics, Quasistatic, placed};
 pub use object::{Body, Grasp, Point, Shape};
 pub use parameters::{
-    Bridge, Cable, Contact as ContactParameters, DEFAULT_TOML, Encoder, FingerKind,
-    FingerParameters, Fingers, Gearhead, Hall, Mechanism, Motor, Parameters, Sense, Supply, Worm,
+    Bridge, Cable, Contact as ContactParameters, DEFAULT_TOML, Encoder, Engine, FingerParameters,
+    Friction, Gearhead, Hall, Mechanism, Motor, Parameters, Sense, Supply, Transmission, World,
+    Worm, default_scene, scenes,
 };
 pub use pins::{Faults, Pins};
 pub use plant::{MAX_STEP_S, Plant};
 pub use truth::{Contact, FirstContact, Truth};
+pub use worlds::world_names;

@@ -5,7 +5,7 @@
 
 use crate::finger::{Finger, Hold, MAX};
 use crate::object::{Body, Grasp};
-use crate::parameters::{FingerKind, Parameters};
+use crate::parameters::Parameters;
 use crate::{Contact, Error};
 use std::fmt::Debug;
 
@@ -94,8 +94,8 @@ impl Quasistatic {
     ///
     /// # Errors
     /// A parameter out of range, or a four-bar that does not close.
-    pub fn new(parameters: &Parameters, kind: FingerKind) -> Result<Self, Error> {
-        let finger = Finger::new(parameters, kind)?;
+    pub fn new(parameters: &Parameters) -> Result<Self, Error> {
+        let finger = Finger::new(parameters)?;
         let mut new = Self {
             state: FingerState {
                 phalanges: finger.count,
@@ -172,6 +172,6 @@ impl Mechanics for Quasistatic {
 ///
 /// # Errors
 /// The object cannot be there.
-pub fn placed(parameters: &Parameters, kind: FingerKind, grasp: &Grasp) -> Result<Body, Error> {
-    Finger::new(parameters, kind)?.body(grasp)
+pub fn placed(parameters: &Parameters, grasp: &Grasp) -> Result<Body, Error> {
+    Finger::new(parameters)?.body(grasp)
 }

@@ -1,11 +1,12 @@
 //! The world put together, stepped by the levels on the pins.
 
 use crate::bridge::Bridge;
+use crate::cable::Cable;
 use crate::drivetrain::Drivetrain;
 use crate::encoder::QuadratureEncoder;
 use crate::mechanics::{CableEnd, Mechanics, Quasistatic};
 use crate::object::Grasp;
-use crate::parameters::{FingerKind, Parameters};
+use crate::parameters::Parameters;
 use crate::{Error, Faults, FirstContact, Pins, Truth};
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
@@ -13,6 +14,8 @@ use rand_pcg::Pcg64Mcg;
 
 /// Longest step of the integration, second; longer ones are cut into equal parts.
 pub const MAX_STEP_S: f64 = 50e-6;
+/// What makes the seed of what wanders another one.
+const WANDERING: u64 = 0x0077_616e_6465_7273;
 
 /// Finger, drivetrain, bridge, sensors and object.
 #[derive(Clone, Debug)]
@@ -23,14 +26,15 @@ pub struct Plant {
     bridge: Bridge,
     encoder: QuadratureEncoder,
     random: Pcg64Mcg,
+    /// What wanders has random numbers of its own, so that a world without wander has the noise that it had.
+    wandering: Pcg64Mcg,
     /// Faults to inject.
     pub faults: Faults,
     time: f64,
     /// Input-link angle at which the drivetrain's own zero lies.
     origin: f64,
     half_backlash: f64,
-    cable_stiffness: f64,
-    creep: f64,
+    cable: Cable,
     ripple_phase: f64,
     pins: Pins,
     drawn: f64,
@@ -48,14 +52,9 @@ impl Plant {
     ///
     /// # Errors
     /// A parameter out of range, a four-bar that does not close, an object that cannot be where it is wanted.
-    pub fn new(
-        parameters: &Parameters,
-        kind: FingerKind,
-        grasp: &Grasp,
-        seed: u64,
-    ) -> Result<Self, Error> {
+    pub fn new(parameters: &Parameters, grasp: &Grasp, seed: u64) -> Result<Self, Error> {
         parameters.validate()?;
-        let mechanics = Quasistatic::new(parameters, kind)?;
+        let mechanics = Quasistatic::new(parameters)?;
         Self::with_mechanics(parameters, Box::new(mechanics), grasp, seed)
     }
 
@@ -87,7 +86,8 @@ impl Plant {
             stiffness_nm_per_rad: stiffness,
         });
         let half_backlash = 0.5 * parameters.worm.backlash_counts / parameters.counts_per_rad();
-        let drivetrain = Drivetrain::new(parameters, gear_play);
+        let mut wandering = Pcg64Mcg::seed_from_u64(seed ^ WANDERING);
+        let drivetrain = Drivetrain::new(parameters, gear_play, &mut wandering);
         // A sprung finger hangs on the closing flank, a loose one rests anywhere between the flanks.
         let finger = mechanics.state();
         let sprung = finger.torque_nm > 1e-9;
@@ -98,17 +98,17 @@ impl Plant {
         };
         let hanging = if sprung { start } else { finger.theta_a_rad };
         let mut plant = Self {
-            origin: hanging + flank - drivetrain.wheel(),
+            origin: hanging + flank - drivetrain.output(),
             mechanics,
             drivetrain,
             bridge: Bridge::new(parameters),
-            encoder: QuadratureEncoder::new(&parameters.encoder),
+            encoder: QuadratureEncoder::new(&parameters.encoder, &mut wandering),
             random,
+            wandering,
             faults: Faults::default(),
             time: 0.0,
             half_backlash,
-            cable_stiffness: stiffness,
-            creep: 0.0,
+            cable: Cable::new(parameters),
             ripple_phase,
             pins: Pins::default(),
             drawn: 0.0,
@@ -138,6 +138,7 @@ impl Plant {
     /// Starts the noise anew from another seed; nothing else changes.
     pub fn reseed(&mut self, seed: u64) {
         self.random = Pcg64Mcg::seed_from_u64(seed);
+        self.wandering = Pcg64Mcg::seed_from_u64(seed ^ WANDERING);
     }
 
     /// Lets `dt_s` seconds pass with these levels on the pins.
@@ -165,8 +166,9 @@ impl Plant {
         let open_circuit = self.faults.supply_v.unwrap_or(supply.voltage_v);
         self.supply_v = (open_circuit - supply.internal_resistance_ohm * self.drawn).max(0.0);
         let ripple = motor.commutation_per_rev * self.drivetrain.phase() + self.ripple_phase;
-        let constant =
-            motor.torque_constant_nm_per_a * (1.0 + 0.5 * motor.commutation_ripple * ripple.cos());
+        let constant = motor.torque_constant_nm_per_a
+            * self.bridge.magnets()
+            * (1.0 + 0.5 * motor.commutation_ripple * ripple.cos());
         let emf = constant * self.drivetrain.speed;
         let short = self.faults.winding_left.clamp(1e-3, 1.0);
         let electric = self.bridge.step(&self.pins, self.supply_v, emf, short, dt);
@@ -175,19 +177,16 @@ impl Plant {
         if self.faults.rotor_locked {
             self.drivetrain.speed = 0.0;
         } else {
-            self.drivetrain.step(constant * electric.mean_a, load, dt);
+            let torque = constant * electric.mean_a;
+            self.drivetrain.step(torque, load, dt, &mut self.wandering);
         }
-        let cable = &self.parameters.cable;
-        let crept = cable.creep_fraction * load / self.cable_stiffness;
-        self.creep += (crept - self.creep) * (dt / cable.creep_time_s).min(1.0);
-        let middle = self.origin + self.drivetrain.wheel() - self.creep;
-        let end = CableEnd {
-            low_rad: middle - self.half_backlash,
-            high_rad: middle + self.half_backlash,
-            stiffness_nm_per_rad: self.cable_stiffness,
-        };
+        self.cable.creep(load, dt);
+        let middle = self.origin + self.drivetrain.output();
+        let end = self.cable.end(middle, self.half_backlash, load);
         self.mechanics.break_stops(self.faults.stops_missing);
         self.mechanics.step(&end, dt);
+        self.encoder
+            .wander(self.drivetrain.rotor, &mut self.wandering);
         self.encoder.turn(
             self.drivetrain.rotor,
             &self.faults.encoder,
@@ -298,7 +297,7 @@ impl Plant {
     #[must_use]
     pub fn truth(&self) -> Truth {
         let finger = self.mechanics.state();
-        let cable = 0.5 * finger.torque_nm * finger.torque_nm / self.cable_stiffness;
+        let cable = self.cable.energy(finger.torque_nm);
         Truth {
             time_s: self.time,
             phalanges: finger.phalanges,

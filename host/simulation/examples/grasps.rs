@@ -1,12 +1,12 @@
 //! Contacts felt by the library beside the truth. `grasps [SCENE] [random]`.
 
 use palpate::scene::{Linkage3, P70, Tendon2, Tendon3};
-use palpate_plant::{Grasp, Parameters, Shape};
+use palpate_plant::{Grasp, Shape};
 use palpate_simulation::{Error, Simulated, Simulation};
 
 fn grasps<S: Simulated>(theta_1: f64, random: bool) -> Result<(), Error> {
     for seed in 1..=3 {
-        let base = Parameters::default();
+        let base = S::parameters()?;
         let parameters = if random { base.randomised(seed) } else { base };
         let start = std::time::Instant::now();
         let mut simulation = Simulation::<S>::new(&parameters, seed)?;

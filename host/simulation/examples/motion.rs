@@ -5,7 +5,7 @@ use palpate::drive::joint::NotFitted;
 use palpate::drive::sequence::{Notice, Request, Sequence, State};
 use palpate::sample::{Drive, Sample};
 use palpate::scene::{P70, Scene};
-use palpate_plant::{FingerKind, Grasp, Parameters, Plant, Shape};
+use palpate_plant::{Grasp, Parameters, Plant, Shape};
 use palpate_simulation::{Board, Machine, SlowLoop};
 
 struct Motion {
@@ -46,8 +46,7 @@ fn main() {
         .nth(1)
         .and_then(|s| s.parse().ok())
         .unwrap_or(1);
-    let plant =
-        Plant::new(&Parameters::default(), FingerKind::P70, &Grasp::Free, seed).expect("plant");
+    let plant = Plant::new(&Parameters::default(), &Grasp::Free, seed).expect("plant");
     let scale = *P70::CHECKED.scale();
     let motion = Motion {
         sequence: Sequence::new(P70::MOTION, scale),

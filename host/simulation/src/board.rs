@@ -70,9 +70,13 @@ impl Board {
         if outputs == Outputs::Off {
             self.broken = false;
         }
-        self.armed = outputs != Outputs::Off;
+        self.armed = !matches!(outputs, Outputs::Off | Outputs::Wake);
         self.pins = match outputs {
             Outputs::Off => Pins::default(),
+            Outputs::Wake => Pins {
+                awake: true,
+                ..Pins::default()
+            },
             Outputs::Brake => Pins {
                 awake: true,
                 duty: 0.0,
@@ -111,12 +115,10 @@ fn code(volt: f64) -> AdcCode {
 mod tests {
     use super::*;
     use palpate::drive::io::Duty;
-    use palpate_plant::{FingerKind, Grasp, Parameters};
+    use palpate_plant::{Grasp, Parameters};
 
     fn board() -> Board {
-        Board::new(
-            Plant::new(&Parameters::default(), FingerKind::P70, &Grasp::Free, 1).expect("defaults"),
-        )
+        Board::new(Plant::new(&Parameters::default(), &Grasp::Free, 1).expect("defaults"))
     }
 
     const DRIVE: Outputs = Outputs::Drive {

@@ -5,44 +5,22 @@ use crate::{Board, Machine, Outcome, Row, Slow};
 use palpate::drive::config::OutOfRange;
 use palpate::drive::controller::Controller;
 use palpate::drive::sequence::{Refused, Request, State};
-use palpate::scene::{Linkage3, P70, P70Rigid, Scene, Tendon2, Tendon2Hall, Tendon3};
+use palpate::scene::Scene;
 use palpate::sensing::{Calibration, Directive};
-use palpate_plant::{FingerKind, Grasp, Parameters, Plant, Shape};
+use palpate_plant::{Grasp, Parameters, Plant, Shape};
 
-/// A scene with its simulated counterpart.
+/// A scene that can be simulated: any that the plant has values of.
 pub trait Simulated: Scene<Finger: Clone + std::fmt::Debug> + Clone + std::fmt::Debug {
-    /// Which of the plant's fingers it is.
-    const FINGER: FingerKind;
-
-    /// Its world, given the parameters that all scenes share.
-    #[must_use]
-    fn world(shared: &Parameters) -> Parameters {
-        shared.clone()
+    /// Its nominal values in the default world.
+    ///
+    /// # Errors
+    /// A scene that the plant does not know.
+    fn parameters() -> Result<Parameters, Error> {
+        Ok(Parameters::of(Self::NAME)?)
     }
 }
 
-impl Simulated for P70 {
-    const FINGER: FingerKind = FingerKind::P70;
-}
-impl Simulated for P70Rigid {
-    const FINGER: FingerKind = FingerKind::P70;
-
-    fn world(shared: &Parameters) -> Parameters {
-        shared.without_cable()
-    }
-}
-impl Simulated for Tendon2 {
-    const FINGER: FingerKind = FingerKind::Tendon2;
-}
-impl Simulated for Tendon2Hall {
-    const FINGER: FingerKind = FingerKind::Tendon2;
-}
-impl Simulated for Tendon3 {
-    const FINGER: FingerKind = FingerKind::Tendon3;
-}
-impl Simulated for Linkage3 {
-    const FINGER: FingerKind = FingerKind::Linkage3;
-}
+impl<S: Scene<Finger: Clone + std::fmt::Debug> + Clone + std::fmt::Debug> Simulated for S {}
 
 /// Why a simulation cannot run.
 #[derive(Debug, thiserror::Error)]
@@ -50,6 +28,14 @@ pub enum Error {
     /// The plant, or the object in it.
     #[error(transparent)]
     Plant(#[from] palpate_plant::Error),
+    /// The parameters are those of another scene.
+    #[error("the parameters are those of scene {found}, the simulation is of {expected}")]
+    OtherScene {
+        /// Scene of the parameters.
+        found: String,
+        /// Scene of the simulation.
+        expected: &'static str,
+    },
     /// The scene's drive.
     #[error("scene: {0:?}")]
     Drive(OutOfRange),
@@ -76,9 +62,15 @@ impl<S: Simulated> Simulation<S> {
     /// A finger at power-on: not homed, nothing known.
     ///
     /// # Errors
-    /// A parameter out of range.
+    /// A parameter out of range, or the parameters of another scene.
     pub fn new(parameters: &Parameters, seed: u64) -> Result<Self, Error> {
-        let plant = Plant::new(&S::world(parameters), S::FINGER, &Grasp::Free, seed)?;
+        if parameters.scene != S::NAME {
+            return Err(Error::OtherScene {
+                found: parameters.scene.clone(),
+                expected: S::NAME,
+            });
+        }
+        let plant = palpate_mujoco::plant(parameters, &Grasp::Free, seed)?;
         let slow = Slow::new();
         let machine = S::joint_input()
             .and_then(|joint| Machine::new(Board::new(plant), &S::DRIVE, joint, slow))
@@ -107,7 +99,7 @@ impl<S: Simulated> Simulation<S> {
     /// What the sensing knows of torque factor and cable.
     #[must_use]
     pub fn calibration(&self) -> &Calibration {
-        self.machine.slow.sense.calibration()
+        self.machine.slow.sensing.calibration()
     }
 
     /// The slow loop, for settings and records.

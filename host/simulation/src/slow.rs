@@ -1,9 +1,9 @@
 //! The slow loop of the simulation: the library's two halves, each told what the other found.
 
 use crate::{Simulated, SlowLoop};
-use palpate::app::sense::{Order, notice};
-use palpate::app::settings::Overrides;
-use palpate::app::{Conduct, Sense};
+use palpate::app::console::settings::Overrides;
+use palpate::app::grasp::sensing::{SensingRequest, notice};
+use palpate::app::grasp::{ContactSensing, Coordinator};
 use palpate::drive::demand::{Demand, Status};
 use palpate::drive::fault::Fault;
 use palpate::drive::sequence::{Notice, Refused, Request, State};
@@ -15,9 +15,9 @@ use palpate::sensing::{Directive, Event};
 #[derive(Clone, Debug)]
 pub struct Slow<S: Simulated> {
     /// Sensing.
-    pub sense: Sense<S>,
+    pub sensing: ContactSensing<S>,
     /// Motion.
-    pub conduct: Conduct<S>,
+    pub coordinator: Coordinator<S>,
     /// Events with the time they were told, microseconds since reset.
     pub events: Vec<(u64, Event)>,
     /// Samples with what each was good for; without the reading of joint 2, which not every scene has.
@@ -39,8 +39,8 @@ impl<S: Simulated> Slow<S> {
     #[must_use]
     pub fn new() -> Self {
         Self {
-            sense: Sense::new(),
-            conduct: Conduct::new(Overrides::default()),
+            sensing: ContactSensing::new(),
+            coordinator: Coordinator::new(Overrides::default()),
             events: Vec::new(),
             samples: Vec::new(),
             fault: None,
@@ -54,13 +54,13 @@ impl<S: Simulated> Slow<S> {
     /// # Errors
     /// The sequence is busy or faulted.
     pub fn request(&mut self, request: Request, closing: Directive) -> Result<(), Refused> {
-        self.conduct.request(request, closing)
+        self.coordinator.request(request, closing)
     }
 
     /// Where the sequence is.
     #[must_use]
     pub fn state(&self) -> State {
-        self.conduct.state()
+        self.coordinator.state()
     }
 }
 
@@ -69,21 +69,21 @@ impl<S: Simulated> SlowLoop for Slow<S> {
 
     fn sample(&mut self, sample: &SampleOf<S>, status: &Status) -> Demand {
         self.samples.push((self.directive, sample.with_joint(())));
-        if let Some(event) = self.sense.sample(sample) {
-            self.conduct.hear(&event, status);
+        if let Some(event) = self.sensing.sample(sample) {
+            self.coordinator.event(&event, status);
             self.events.push((sample.time_us, event));
             self.notice = notice(&event).or(self.notice);
         }
-        let conducted = self
-            .conduct
+        let step = self
+            .coordinator
             .advance(sample.time_us, status, self.notice.take());
-        self.fault = self.fault.or(conducted.advance.fault);
-        if let Some(order) = conducted.order {
-            if let Order::Direct(directive) = order {
+        self.fault = self.fault.or(step.motion.fault);
+        if let Some(request) = step.request {
+            if let SensingRequest::Direct(directive) = request {
                 self.directive = directive;
             }
-            self.sense.order(order);
+            self.sensing.request(request);
         }
-        conducted.advance.demand
+        step.motion.demand
     }
 }

@@ -1,7 +1,7 @@
 //! The guided calibration as the commands run it: every pin with a homing before it, the pin left in place until the
 //! finger has opened. Simulated.
 
-use palpate::app::command::Command;
+use palpate::app::console::command::Command;
 use palpate::drive::fault::Fault;
 use palpate::drive::sequence::Request;
 use palpate::scene::P70;
@@ -78,7 +78,11 @@ fn a_pin_behind_the_finger_stalls_the_opening() {
         outcome.truth.contacts
     );
     // The pin is gone, the fault cleared: the zero and the record still fit.
-    simulation.slow().conduct.command(Command::Clear).unwrap();
+    simulation
+        .slow()
+        .coordinator
+        .command(Command::Clear)
+        .unwrap();
     simulation.idle(0.1);
     let outcome = calibrate(&mut simulation, 0.045);
     assert_eq!(outcome.fault, None);

@@ -3,12 +3,12 @@
 
 use palpate::scene::{Tendon2, Tendon2Hall};
 use palpate::sensing::{Hall, JointSensor, Side};
-use palpate_plant::{Grasp, Parameters, Shape};
+use palpate_plant::{Grasp, Shape};
 use palpate_simulation::{Outcome, Simulated, Simulation, Verdict};
 
 /// A finger that has been calibrated on the stop and on two pins.
 fn calibrated<S: Simulated>() -> Simulation<S> {
-    let mut simulation = Simulation::<S>::new(&Parameters::default(), 1).unwrap();
+    let mut simulation = Simulation::<S>::new(&S::parameters().unwrap(), 1).unwrap();
     simulation.prepare().unwrap();
     simulation.press().unwrap();
     for k_m in [0.020, 0.045] {
@@ -84,7 +84,7 @@ fn with_the_sensor_the_right_side_is_told() {
         assert!((place - k_m).abs() < 2.0 * sigma_m, "{case}");
         let e_2_m = e_2_m(&outcome);
         assert_eq!(place > e_2_m, side == Side::Beyond, "{case}: e_2 {e_2_m}");
-        let change = simulation.slow().sense.joint_change();
+        let change = simulation.slow().sensing.joint_change();
         assert_eq!(Hall::side(change), Some(side), "{case}: {change:?}");
     }
 }
@@ -92,15 +92,15 @@ fn with_the_sensor_the_right_side_is_told() {
 /// A wire that has come off reads zero volt, which the joint cannot have: contacts are judged as if there were no sensor.
 #[test]
 fn a_broken_wire_takes_the_sensor_away_and_no_more() {
-    let mut broken = Parameters::default();
+    let mut broken = Tendon2Hall::parameters().unwrap();
     broken.hall.zero_v = 0.0;
     broken.hall.sensitivity_v_per_rad = 0.0;
     let mut seeing = Simulation::<Tendon2Hall>::new(&broken, 1).unwrap();
-    let mut blind = Simulation::<Tendon2>::new(&broken, 1).unwrap();
+    let mut blind = Simulation::<Tendon2>::new(&Tendon2::parameters().unwrap(), 1).unwrap();
     seeing.prepare().unwrap();
     blind.prepare().unwrap();
     let told = close(&mut seeing, 95.0, 0.030);
-    assert_eq!(Hall::rad(seeing.slow().sense.joint_change()), None);
+    assert_eq!(Hall::rad(seeing.slow().sensing.joint_change()), None);
     assert!(
         matches!(told.verdict, Verdict::Ambiguous { .. }),
         "{told:?}"

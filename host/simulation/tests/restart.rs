@@ -1,7 +1,7 @@
 //! What was saved, after a restart: the encoder has a new zero then, some milliradians beside the one that friction was
 //! recorded with. Simulated.
 
-use palpate::app::settings::Overrides;
+use palpate::app::console::settings::Overrides;
 use palpate::drive::demand::Status;
 use palpate::drive::sequence::Request;
 use palpate::scene::P70;
@@ -16,13 +16,12 @@ const PLACES_MM: [f32; 4] = [20.0, 50.0, 35.0, 45.0];
 fn restarted(parameters: &Parameters, seed: u64) -> Simulation<P70> {
     let mut before = Simulation::<P70>::new(parameters, seed).unwrap();
     assert_eq!(before.prepare().unwrap().fault, None);
-    let sense = &before.slow().sense;
-    let kept = sense.keep(Overrides::default(), |kept| kept.clone());
+    let record = before.slow().sensing.record(Overrides::default());
     let mut simulation = Simulation::<P70>::new(parameters, 1000 + seed).unwrap();
-    let notice = simulation.slow().sense.restore(kept);
+    let notice = simulation.slow().sensing.restore(record);
     simulation
         .slow()
-        .conduct
+        .coordinator
         .advance(0, &Status::default(), Some(notice));
     simulation
 }

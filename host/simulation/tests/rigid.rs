@@ -1,15 +1,15 @@
 //! `p70-rigid`: the same finger without a cable needs no press, fits six numbers, and is the surer for it. Simulated.
 
-use palpate::app::command::{Calibrate, Command};
+use palpate::app::console::command::{Calibrate, Command};
 use palpate::drive::sequence::Refused;
 use palpate::scene::{P70, P70Rigid};
 use palpate::sensing::Event;
-use palpate_plant::{Grasp, Parameters, Shape};
+use palpate_plant::{Grasp, Shape};
 use palpate_simulation::{Simulated, Simulation, Verdict};
 
 /// Error and deviation of a contact at every place, millimetre, nothing calibrated.
 fn uncalibrated<S: Simulated>() -> Vec<(f64, f64)> {
-    let mut simulation = Simulation::<S>::new(&Parameters::default(), 1).unwrap();
+    let mut simulation = Simulation::<S>::new(&S::parameters().unwrap(), 1).unwrap();
     simulation.prepare().unwrap();
     let cylinder = Shape::Cylinder { diameter_m: 0.01 };
     [0.015, 0.03, 0.045, 0.06]
@@ -41,11 +41,11 @@ fn contacts_are_placed_without_a_cable_and_surer() {
 
 #[test]
 fn there_is_no_cable_to_calibrate_and_a_pin_teaches_the_torque_factor_alone() {
-    let mut simulation = Simulation::<P70Rigid>::new(&Parameters::default(), 1).unwrap();
+    let mut simulation = Simulation::<P70Rigid>::new(&P70Rigid::parameters().unwrap(), 1).unwrap();
     simulation.prepare().unwrap();
     let press = Command::Calibrate(Calibrate::Cable);
     assert_eq!(
-        simulation.slow().conduct.command(press).err(),
+        simulation.slow().coordinator.command(press).err(),
         Some(Refused::NoCable)
     );
     let before = *simulation.calibration();

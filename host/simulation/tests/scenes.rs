@@ -13,10 +13,10 @@ fn close(name: &str, library: f32, plant: f64) {
 }
 
 fn mirrors<S: Simulated>() {
-    let plant = Parameters::default();
+    let plant = Parameters::of(S::NAME).expect(S::NAME);
     let finger = S::MECHANISM;
     let drivetrain = S::drivetrain(&finger);
-    let geometry = plant.finger.of(S::FINGER);
+    let geometry = &plant.finger;
 
     for (phalanx, &length_m) in (1u8..).zip(&geometry.length_m) {
         let length = finger.phalanx_length_m(phalanx).expect("phalanx");
@@ -39,8 +39,7 @@ fn mirrors<S: Simulated>() {
     // The free closing ends short of the closing stop, and uses most of the way.
     assert!((0.9 * geometry.travel_rad..geometry.travel_rad).contains(&f64::from(S::TRAVEL_RAD)));
     // The stop that the plant has, at the angle that the library gives it.
-    let world = palpate_plant::Plant::new(&plant, S::FINGER, &palpate_plant::Grasp::Free, 1)
-        .expect(S::NAME);
+    let world = palpate_plant::Plant::new(&plant, &palpate_plant::Grasp::Free, 1).expect(S::NAME);
     close(
         "opening stop",
         drivetrain.opening_stop_rad,

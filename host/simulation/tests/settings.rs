@@ -1,7 +1,7 @@
 //! What a user may set, at the ends of its range. Simulated.
 
-use palpate::app::command::Command;
-use palpate::app::settings::Setting;
+use palpate::app::console::command::Command;
+use palpate::app::console::settings::Setting;
 use palpate::drive::sequence::Request;
 use palpate::scene::P70;
 use palpate::sensing::{Directive, Event};
@@ -17,7 +17,7 @@ fn every_closing_speed_records_friction_and_locates() {
         let mut simulation = Simulation::<P70>::new(&Parameters::default(), 1).unwrap();
         simulation
             .slow()
-            .conduct
+            .coordinator
             .command(Command::Set(Setting::ClosingSpeed, speed_rad_per_s))
             .unwrap();
         let told = format!("{speed_rad_per_s} rad/s");

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::emulator;
 use crate::firmware::{Build, SCENES, every_scene};
 use crate::machine;
+use crate::mujoco;
 use crate::process::{Failure, Outcome, cargo, run, step};
 
 /// Takes `--name VALUE` or `--name=VALUE` out of the arguments.
@@ -53,9 +54,18 @@ fn host_program(package: &str, arguments: &[String]) -> std::process::Command {
     command
 }
 
+/// The same for one that has worlds: with MuJoCo where the arguments ask for it.
+fn world_program(package: &str, arguments: &[String]) -> Outcome<std::process::Command> {
+    let words = ["run", "--profile", "host", "--package", package];
+    let mut command = mujoco::cargo_with(mujoco::wanted(arguments)?.as_deref(), words);
+    command.arg("--").args(arguments);
+    Ok(command)
+}
+
 fn emulate(subcommand: &str, elf: &Path, arguments: &[String]) -> Outcome {
-    emulator::build()?;
-    run(emulator::call(subcommand, elf).args(arguments))
+    let mujoco = mujoco::wanted(arguments)?;
+    emulator::build(mujoco.as_deref())?;
+    run(emulator::call(subcommand, elf, mujoco.as_deref()).args(arguments))
 }
 
 /// `sim`: the product's main job without a board.
@@ -121,8 +131,13 @@ pub fn size(arguments: &[String]) -> Outcome {
     run(&mut host_program("palpate-report", &words))
 }
 
-/// `golden`: the library against reference files.
+/// `golden`: the library against reference files; with `--generator` the files against their own generator.
 pub fn golden(arguments: &[String]) -> Outcome {
+    if let Some((first, rest)) = arguments.split_first()
+        && first == "--generator"
+    {
+        return run(&mut host_program("palpate-golden", rest));
+    }
     let words = [&["golden".to_owned()], arguments].concat();
     run(&mut host_program("palpate-report", &words))
 }
@@ -138,34 +153,36 @@ pub fn faults(arguments: &[String]) -> Outcome {
 
 /// `experiments`: the paper's work again.
 pub fn experiments(arguments: &[String]) -> Outcome {
-    run(&mut host_program(
-        "palpate-evaluation",
-        &[&["experiments".to_owned()], arguments].concat(),
-    ))
+    let mut words = [&["experiments".to_owned()], arguments].concat();
+    if words.iter().any(|word| word == "--write") {
+        // The documents show both engines.
+        words.push("--engine=mujoco".to_owned());
+    }
+    run(&mut world_program("palpate-evaluation", &words)?)
 }
 
 /// `replay`: a recorded trace.
 pub fn replay(arguments: &[String]) -> Outcome {
-    run(&mut host_program(
+    run(&mut world_program(
         "palpate-evaluation",
         &[&["replay".to_owned()], arguments].concat(),
-    ))
+    )?)
 }
 
 /// `recordings`: a folder of them, with their truth.
 pub fn recordings(arguments: &[String]) -> Outcome {
-    run(&mut host_program(
+    run(&mut world_program(
         "palpate-evaluation",
         &[&["recordings".to_owned()], arguments].concat(),
-    ))
+    )?)
 }
 
 /// `figures`: pictures of the above.
 pub fn figures(arguments: &[String]) -> Outcome {
-    run(&mut host_program(
+    run(&mut world_program(
         "palpate-evaluation",
         &[&["figures".to_owned()], arguments].concat(),
-    ))
+    )?)
 }
 
 /// `setup`: get what is lacking, and nothing else.
@@ -214,6 +231,10 @@ fn reach(images: &[PathBuf]) -> Outcome {
     )
 }
 
+/// What tests both engines.
+const MUJOCO_FEATURES: &str =
+    "palpate-mujoco/engine,palpate-emulator/mujoco,palpate-simulation/mujoco";
+
 /// `test`: everything that can be tested here.
 pub fn test(arguments: &[String]) -> Outcome {
     none_left(arguments)?;
@@ -231,22 +252,28 @@ pub fn test(arguments: &[String]) -> Outcome {
         "tests of the library",
         &mut cargo(["test", "--package", "palpate"]),
     )?;
+    let mut tests = cargo(["test", "--profile", "host", "--workspace"]);
+    tests.args(["--exclude", "palpate"]);
+    // A machine without the library and without a way to it still tests all the rest.
+    match mujoco::library() {
+        Ok(folder) => {
+            tests.args(["--features", MUJOCO_FEATURES]);
+            mujoco::link(&mut tests, &folder);
+        }
+        Err(failure) => eprintln!(
+            "==> WARNING: no test of the MuJoCo worlds runs: {}",
+            failure.message
+        ),
+    }
     step(
         "tests of the host programs and of the emulated firmware",
-        cargo([
-            "test",
-            "--profile",
-            "host",
-            "--workspace",
-            "--exclude",
-            "palpate",
-        ])
-        .env("PALPATE_ELF", &elf)
-        .env("PALPATE_FAULT_ELF", &faulty)
-        .env("PALPATE_HALL_ELF", &hall)
-        .env("PALPATE_RIGID_ELF", &rigid)
-        .env("PALPATE_GRASPS", "1000")
-        .env("PALPATE_ENDURANCE_S", "4400"),
+        tests
+            .env("PALPATE_ELF", &elf)
+            .env("PALPATE_FAULT_ELF", &faulty)
+            .env("PALPATE_HALL_ELF", &hall)
+            .env("PALPATE_RIGID_ELF", &rigid)
+            .env("PALPATE_GRASPS", "1000")
+            .env("PALPATE_ENDURANCE_S", "4400"),
     )
 }
 

@@ -209,7 +209,7 @@ pub fn find(program: &str) -> Option<PathBuf> {
 }
 
 /// Installs Debian packages; elsewhere says what to install and stops.
-fn install(packages: &[&str], purpose: &str) -> Outcome {
+pub fn install(packages: &[&str], purpose: &str) -> Outcome {
     if packages.is_empty() {
         return Ok(());
     }

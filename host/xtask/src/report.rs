@@ -23,7 +23,7 @@ pub fn report(arguments: &[String]) -> Outcome {
     }
     .elf()?;
     let images = every_scene()?;
-    emulator::build()?;
+    emulator::build(None)?;
     let folder = target_dir().join("report");
     std::fs::create_dir_all(&folder)
         .map_err(|error| Failure::new(format!("cannot create {}: {error}", folder.display())))?;
@@ -45,6 +45,8 @@ pub fn report(arguments: &[String]) -> Outcome {
                 "sensing::",
                 "--watch",
                 "finger::",
+                "--watch",
+                "numeric::bisect",
                 "--apart",
                 "sensing::fit",
             ],
@@ -94,7 +96,7 @@ fn emulate(subcommand: &str, elf: &Path, arguments: &[&str], folder: &Path) -> O
     let path = folder.join(format!("{subcommand}.jsonl"));
     let file = File::create(&path)
         .map_err(|error| Failure::new(format!("cannot write {}: {error}", path.display())))?;
-    let mut command = emulator::call(subcommand, elf);
+    let mut command = emulator::call(subcommand, elf, None);
     command.arg("--json").args(arguments).stdout(file);
     step(
         &format!("running {} on the emulated chip", elf.display()),

@@ -1,7 +1,7 @@
 //! Any finger of this crate respond; each question goes to the module that knows.
 
 use super::{Contact, Free, Inverse, Mechanics, PathPoint};
-use crate::finger::inverse::{ContactStatics, PostureStiffness, Solver};
+use crate::finger::inverse::{Bisection, ClosedForm, ContactStatics, PostureStiffness};
 use crate::finger::path::Path;
 use crate::finger::{BaseJoint, Configuration, Finger, Transmission};
 
@@ -76,7 +76,7 @@ where
         torque_nm: f32,
         compliance_rad_per_nm: f32,
     ) -> Inverse {
-        self.places(at, torque_nm, compliance_rad_per_nm, Solver::Bisection)
+        self.places::<Bisection>(at, torque_nm, compliance_rad_per_nm)
     }
 
     fn locate_closed(
@@ -85,7 +85,7 @@ where
         torque_nm: f32,
         compliance_rad_per_nm: f32,
     ) -> Inverse {
-        self.places(at, torque_nm, compliance_rad_per_nm, Solver::ClosedForm)
+        self.places::<ClosedForm>(at, torque_nm, compliance_rad_per_nm)
     }
 
     fn path(

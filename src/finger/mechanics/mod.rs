@@ -109,9 +109,12 @@ pub trait Mechanics {
         k_m: f32,
     ) -> Option<f32>;
 
-    /// All places that explain a tangent compliance at contact, by bisection (docs/MECHANICS.md#contact-stiffness and
-    /// docs/MECHANICS.md#observability): what the closed form is checked
-    /// against.
+    /// All places where a contact explains a tangent compliance, by bisection: 24 halvings a root, on a residual that is
+    /// bounded and monotone either side of the stiffest place (docs/MECHANICS.md#contact-stiffness).
+    ///
+    /// `torque_nm` holds the finger in equilibrium in the posture `at`; `compliance_rad_per_nm` is that of the finger
+    /// alone, 1/K_c, not negative. [`Inverse::class`] says what the compliance tells (docs/MECHANICS.md#observability).
+    /// Error against 50 digits over random fingers: median 3e-6, largest 1e-4 % of the phalanx (docs/report).
     fn locate(
         &self,
         at: &Self::Configuration,
@@ -119,8 +122,8 @@ pub trait Mechanics {
         compliance_rad_per_nm: f32,
     ) -> Inverse;
 
-    /// The same by the stable closed form: the one that sensing uses, as near as bisection for a fraction of its cost (see
-    /// docs/report).
+    /// The same by the stable closed form: checks [`Mechanics::locate`] in tests and in the report, the firmware does not
+    /// call it.
     fn locate_closed(
         &self,
         at: &Self::Configuration,

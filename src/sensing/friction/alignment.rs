@@ -12,8 +12,8 @@
 
 use super::Friction;
 use crate::numeric::{Bounded, clamp, sqrt};
+use crate::sensing::Drivetrain;
 use crate::sensing::block::Block;
-use crate::sensing::{Drive, Drivetrain};
 
 /// Farthest shift tried, radian: two homings on the same stop differ by less than 25 mrad.
 const REACH_RAD: f32 = 0.03;
@@ -86,7 +86,8 @@ impl Alignment {
     pub fn push(&mut self, friction: &Friction, block: &Block, drivetrain: &Drivetrain) -> Aligned {
         let at = |index: usize| {
             let shift = shift_counts(index as f32, drivetrain);
-            friction.at(Drive::Closing, block.counts.wrapping_add(shift))
+            let known = friction.at(block.counts.wrapping_add(shift));
+            known.map(|known| known.torque_nm)
         };
         // Between the first shift and the last there is no gap in a record.
         let known = at(0).is_some() && at(SHIFTS - 1).is_some();
@@ -104,11 +105,10 @@ impl Alignment {
             left.square_nm2 += (1.0 - 1.0 / blocks) * deviation_nm * deviation_nm;
         }
         let width_counts = block.width_counts.max(1) as f32;
-        let noise_nm2 = friction
-            .noise_nm2_counts(Drive::Closing)
-            .unwrap_or(0.0)
-            .at_least(f32::MIN_POSITIVE)
-            / width_counts;
+        // The record's own noise is in it: as noisy as the motion that it was taken from. So is what has wandered since.
+        let speed_rad_per_s = width_counts * drivetrain.rad_per_count / block.duration_s;
+        let wandered_nm = friction.wander(speed_rad_per_s).rms_nm;
+        let noise_nm2 = 2.0 * friction.white_nm2(block.duration_s) + wandered_nm * wandered_nm;
         let over = blocks * width_counts * drivetrain.rad_per_count >= WAY_RAD;
         self.judge(noise_nm2, blocks, over, drivetrain)
     }

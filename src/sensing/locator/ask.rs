@@ -166,7 +166,7 @@ fn places<F: Mechanics>(
     compliance_rad_per_nm: f32,
 ) -> Inverse {
     let compliance_rad_per_nm = compliance_rad_per_nm.at_least(1e-6);
-    finger.locate_closed(&free.configuration, free.torque_nm, compliance_rad_per_nm)
+    finger.locate(&free.configuration, free.torque_nm, compliance_rad_per_nm)
 }
 
 /// A start beside one of two places of a phalanx that explain a slope. A steep curve puts both at the stiffest place, which

@@ -2,7 +2,7 @@
 //!
 //! | stage | what runs | where |
 //! |---|---|---|
-//! | free motion recorded | [`Recorder`] | `record` |
+//! | free motion recorded, and whatever was free of a closing since | [`Pass`](super::friction::Pass), [`Assessment`](super::friction::Assessment) | `record` |
 //! | first closing with a record of before a restart | [`Alignment`](super::friction::Alignment) | `search` |
 //! | closing, nothing felt | [`Detector`](super::detector::Detector) on the residual of the record | `search` |
 //! | contact | [`Curve`](super::curve::Curve), and every block one step of the [`Locator`](super::locator::Locator) | `touch`, `press` |
@@ -21,11 +21,12 @@ mod touch;
 
 use crate::finger::Mechanics;
 use crate::sensing::block::{Block, Gate, Step};
-use crate::sensing::friction::{Friction, Recorder};
+use crate::sensing::friction::Friction;
 use crate::sensing::joint::{JointSensor, NoHall};
 use crate::sensing::location::{Cable, Series};
 use crate::sensing::{Calibration, Directive, Drive, Drivetrain, Event, Sample, Settings};
 use known::Known;
+use record::Learning;
 use search::{Found, Search};
 use touch::Touching;
 
@@ -37,8 +38,6 @@ const UNSURE_BEYOND: f32 = 0.15;
 #[expect(clippy::large_enum_variant, reason = "there is no heap to put one on")]
 enum Work<R> {
     Nothing,
-    /// Friction is being recorded.
-    Recording(Recorder),
     /// The finger closes, and nothing has been felt.
     Searching(Search<R>),
     /// A contact is being judged.
@@ -57,6 +56,7 @@ pub struct Sensor<F: Mechanics, H: JointSensor = NoHall, X: Series = Cable> {
     done: bool,
     known: Known<F, H, X>,
     work: Work<H::Reading>,
+    learning: Learning,
 }
 
 impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
@@ -71,6 +71,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
             known: Known::new(finger, drivetrain, settings, calibration),
             gate: Gate::default(),
             work: Work::Nothing,
+            learning: Learning::default(),
             done: false,
         }
     }
@@ -145,10 +146,11 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
     /// again starts anew.
     pub fn direct(&mut self, directive: Directive) {
         let known = &mut self.known;
-        if !matches!(directive, Directive::RecordFriction)
-            && let Work::Recording(recorder) = &mut self.work
-        {
-            known.end_recording(recorder);
+        if matches!(directive, Directive::RecordFriction) {
+            let empty = Friction::empty(known.travel_counts(), &known.drivetrain);
+            self.learning.begin(empty);
+        } else {
+            self.learning.end_recording(known);
         }
         if matches!(directive, Directive::Rest)
             && let Work::Contact(touching) = &mut self.work
@@ -161,9 +163,6 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
         known.stale_told = false;
         self.done = false;
         self.work = Work::Nothing;
-        if matches!(directive, Directive::RecordFriction) {
-            self.work = Work::Recording(Recorder::new(self.known.travel_counts()));
-        }
     }
 
     /// Takes a sample; tells at most one thing. Typically some hundred instructions; every block of a contact, and
@@ -179,17 +178,15 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
             Step::Ended => self.end_run(),
         }
         self.conclude();
+        let searching = matches!(self.work, Work::Searching(_) | Work::Contact(_));
+        self.learning.step(&mut self.known, searching);
         self.known.events.pop_front()
     }
 
     fn take(&mut self, block: &Block) {
         match self.known.directive {
             Directive::Rest => {}
-            Directive::RecordFriction => {
-                if let Work::Recording(recorder) = &mut self.work {
-                    recorder.push(block);
-                }
-            }
+            Directive::RecordFriction => self.learning.record(block),
             // What comes after the finger has opened is another closing.
             _ if block.drive != Drive::Closing => self.done = false,
             _ if self.done => {}
@@ -206,6 +203,9 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
         let Some(past) = known.past(block, matches!(self.work, Work::Contact(_))) else {
             return;
         };
+        if let Work::Searching(_) = self.work {
+            self.learning.watch(known, block, &past);
+        }
         match &mut self.work {
             Work::Contact(touching) => {
                 if touching.last_steps.is_none() {
@@ -214,17 +214,28 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
             }
             Work::Searching(search) => match known.search(search, block, past) {
                 Found::Nothing => {}
-                Found::Over => self.done = true,
-                Found::Contact(onset) => self.begin(block, &onset),
+                Found::Over => {
+                    self.learning.forget();
+                    self.done = true;
+                }
+                Found::Contact(found) => {
+                    self.learning.cut(known, &found.onset);
+                    self.begin(block, &found);
+                }
             },
-            Work::Nothing | Work::Recording(_) => {}
+            Work::Nothing => {}
         }
     }
 
     fn end_run(&mut self) {
+        if let Work::Searching(search) = &self.work
+            && let Some(suspect) = search.suspect()
+        {
+            self.learning.cut(&self.known, &suspect);
+        }
+        self.learning.end_run(&self.known);
         match &mut self.work {
             Work::Nothing => {}
-            Work::Recording(recorder) => recorder.end_run(),
             Work::Searching(_) => self.work = Work::Nothing,
             Work::Contact(touching) => touching.end(),
         }

@@ -1,7 +1,7 @@
 //! A contact in hand, and how its curve grows.
 
 use super::known::Known;
-use super::search::{Onset, Past};
+use super::search::{Begun, Past};
 use super::{Sensor, UNSURE_BEYOND, Work};
 use crate::finger::Mechanics;
 use crate::numeric::{Bounded, sqrt};
@@ -10,7 +10,7 @@ use crate::sensing::curve::{Curve, Point};
 use crate::sensing::joint::JointSensor;
 use crate::sensing::location::Series;
 use crate::sensing::locator::{Locator, Verdict};
-use crate::sensing::{Drive, Event};
+use crate::sensing::{Event, Friction};
 
 /// What is measured of a contact.
 #[derive(Clone, Debug)]
@@ -55,12 +55,12 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
     /// A contact is decided: from here on it is what is in hand.
     // Not inlined: the curve lies on the stack meanwhile, and should not for the other users of the caller's frame.
     #[inline(never)]
-    pub(super) fn begin(&mut self, block: &Block, found: &Onset) {
+    pub(super) fn begin(&mut self, block: &Block, found: &Begun) {
         let Work::Searching(search) = &self.work else {
             return;
         };
         let history = &search.history;
-        let since = history.len().saturating_sub(found.since);
+        let since = history.len().saturating_sub(found.onset.since);
         let Some(first) = history.get(since) else {
             return;
         };
@@ -110,16 +110,16 @@ pub(super) enum Reported {
 impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     /// A curve from the block on with which a contact began.
     #[inline(never)]
-    fn touch(&self, found: &Onset, first: &Past<H::Reading>) -> Touch<H::Reading> {
+    fn touch(&self, found: &Begun, first: &Past<H::Reading>) -> Touch<H::Reading> {
         Touch {
             curve: Curve::new(first.counts, first.width_counts),
-            level_nm: found.level.0,
-            level_sigma_nm: sqrt(found.level.1.at_least(0.0)),
+            level_nm: found.onset.level_nm,
+            level_sigma_nm: sqrt(found.onset.level_variance_nm2.at_least(0.0)),
             noise_nm2_counts: found.noise_nm2_counts,
             unevenness_nm: self
                 .friction
                 .as_ref()
-                .and_then(|friction| friction.unevenness_nm(Drive::Closing))
+                .and_then(Friction::unevenness_nm)
                 .unwrap_or(0.0),
             onset_rad: self.drivetrain.closing_rad(first.counts),
             reading: first.reading,

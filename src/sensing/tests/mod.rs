@@ -5,6 +5,7 @@ mod calibration;
 mod curve;
 mod detector;
 mod fit;
+mod free;
 mod friction;
 mod sensor;
 

@@ -10,10 +10,10 @@ use clap::Args;
 use palpate_emulator::chip::FLASH_SIZE;
 use palpate_emulator::firmware::default_path;
 use palpate_emulator::sim::{
-    Calibration, Injected, Object, Scene, Script, Session, Settings, Summary, Trace, event_json,
+    Calibration, Injected, Object, Script, Session, Settings, Summary, Trace, event_json,
 };
 use palpate_emulator::{Error, Firmware, Setup};
-use palpate_plant::Parameters;
+use palpate_plant::{Engine, Parameters, World};
 
 /// Options of `sim`.
 #[derive(Args)]
@@ -22,8 +22,8 @@ pub struct Options {
     #[arg(long, default_value_os_t = default_path())]
     elf: PathBuf,
     /// Finger that the firmware was built for
-    #[arg(long, value_enum, default_value = "p70")]
-    scene: Scene,
+    #[arg(long, default_value = "p70", value_parser = clap::builder::PossibleValuesParser::new(palpate_plant::scenes()))]
+    scene: String,
     /// Place of the contact on its phalanx, from the joint, in millimetre
     #[arg(long, value_name = "MM", default_value_t = 30.0, value_parser = positive)]
     contact_mm: f64,
@@ -45,9 +45,12 @@ pub struct Options {
     /// Of the simulated noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Parameters of the simulated finger and drivetrain, a TOML file
-    #[arg(long, value_name = "FILE")]
-    plant: Option<PathBuf>,
+    /// The simulated world: ideal, bench, workshop, harsh, or a TOML file
+    #[arg(long, value_name = "NAME|FILE", alias = "plant")]
+    world: Option<String>,
+    /// What computes finger and object: `plant`, or `mujoco` where the program was built with it (`cargo xtask` does)
+    #[arg(long, value_name = "ENGINE")]
+    engine: Option<Engine>,
     /// Writes what was measured and what is true, a row a millisecond
     #[arg(long, value_name = "FILE.csv")]
     trace: Option<PathBuf>,
@@ -58,7 +61,7 @@ pub struct Options {
     #[arg(long, value_name = "COMMANDS")]
     commands: Option<String>,
     /// Records friction, calibrates on the closing stop and on a pin at each of these places, saves, then grasps; without
-    /// --plant, a finger whose hidden values are drawn from their spreads by the seed
+    /// --world, a finger whose hidden values are drawn from their spreads by the seed
     #[arg(long, value_name = "MM,MM", value_delimiter = ',', value_parser = positive, conflicts_with = "commands")]
     calibrate: Vec<f64>,
     /// Flash contents to start from, if the file exists, and where they are kept at the end
@@ -97,19 +100,17 @@ fn positive(text: &str) -> Result<f64, String> {
 
 /// Reads the plant's parameters, or takes the defaults; for a calibration, values that are not the firmware's.
 fn parameters(options: &Options) -> Result<Parameters, Error> {
-    let Some(path) = &options.plant else {
-        let parameters = Parameters::default();
+    let Some(world) = &options.world else {
+        let parameters = Parameters::of(&options.scene)?;
         return Ok(if options.calibrate.is_empty() {
             parameters
         } else {
             parameters.randomised(options.seed)
         });
     };
-    let text = std::fs::read_to_string(path).map_err(|source| Error::Read {
-        path: path.clone(),
-        source,
-    })?;
-    Ok(Parameters::from_toml(&text)?)
+    Ok(World::named(world)
+        .map_err(Error::World)?
+        .of(&options.scene)?)
 }
 
 /// What the user does: the guided calibration, the commands, or the button.
@@ -145,6 +146,10 @@ fn flash(path: Option<&Path>) -> Result<Option<Vec<u8>>, Error> {
 }
 
 fn settings(options: &Options) -> Result<Settings, Error> {
+    let mut parameters = parameters(options)?;
+    if let Some(engine) = options.engine {
+        parameters.engine = engine;
+    }
     let object = Object {
         phalanx: if options.proximal { 1 } else { options.phalanx },
         contact_mm: options.contact_mm,
@@ -152,8 +157,7 @@ fn settings(options: &Options) -> Result<Settings, Error> {
         theta_1_deg: options.theta1_deg,
     };
     Ok(Settings {
-        scene: options.scene,
-        parameters: parameters(options)?,
+        parameters,
         object: (!options.free).then_some(object),
         script: script(options),
         seed: options.seed,

@@ -64,7 +64,7 @@ impl Calibration {
             .rev()
             .find(|line| line.event().name == "calibrated")?;
         let event = line.event();
-        let nominal = Parameters::default();
+        let nominal = Parameters::of(&parameters.scene).ok()?;
         let constant =
             parameters.motor.torque_constant_nm_per_a / nominal.motor.torque_constant_nm_per_a;
         let efficiency =

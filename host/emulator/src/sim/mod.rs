@@ -11,7 +11,7 @@ mod trace;
 
 pub use calibration::{Calibration, Found};
 pub use fault::{CONTROL_INSTRUCTIONS, FAULTS, Fault, Injected, Judgement, judge};
-pub use grasp::{Object, Scene};
+pub use grasp::Object;
 pub use script::{Script, Step};
 pub use session::{Session, Settings, end_of};
 pub use summary::{Summary, Verdict, event_json};

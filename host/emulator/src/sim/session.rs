@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! A run from power-on to the end of the script, with everything the firmware said.
 
-use palpate_plant::{Grasp, Parameters, Plant, Truth};
+use palpate_plant::{Grasp, Parameters, Truth};
 
-use super::grasp::{Object, Scene};
+use super::grasp::Object;
 use super::script::{Script, Step};
 use super::trace::Trace;
 use crate::log::Line;
@@ -14,9 +14,7 @@ use crate::{Error, Firmware, ResetCause};
 /// What is simulated.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// The finger.
-    pub scene: Scene,
-    /// The plant's parameters.
+    /// The finger in its world.
     pub parameters: Parameters,
     /// What the finger meets; nothing on a free closing.
     pub object: Option<Object>,
@@ -33,7 +31,6 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
-            scene: Scene::P70,
             parameters: Parameters::default(),
             object: None,
             script: Script::button(),
@@ -101,9 +98,7 @@ impl<'f> Session<'f> {
         settings: Settings,
         trace: Option<Trace>,
     ) -> Result<Self, Error> {
-        let kind = settings.scene.finger();
-        let world = settings.scene.world(&settings.parameters);
-        let mut plant = Plant::new(&world, kind, &Grasp::Free, settings.seed)?;
+        let mut plant = palpate_mujoco::plant(&settings.parameters, &Grasp::Free, settings.seed)?;
         if let Some(object) = settings.object {
             // An impossible object is better refused now than in the middle of the run.
             plant.place(&object.grasp())?;

@@ -195,7 +195,7 @@ pub fn event_json(line: &Line) -> Value {
     if !line.level.is_empty() {
         object.insert("level".into(), line.level.as_str().into());
     }
-    for &(key, text) in event.fields() {
+    for (key, text) in event.fields() {
         // A field must not hide what every event has.
         let key = if object.contains_key(key) {
             format!("field_{key}")

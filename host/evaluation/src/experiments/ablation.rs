@@ -1,7 +1,6 @@
 //! Where the difference comes from: from the paper's algorithm to ours on the same distal contacts, one thing after the
 //! other.
 
-use palpate::sample::Drive;
 use palpate::scene::{P70, Scene};
 use palpate::sensing::{Calibration, Friction, Sample, Settings};
 
@@ -9,14 +8,18 @@ use super::catalogue::{Entry, Job, Plan, closing, distal_wanted};
 use super::judge::{self, Knowledge};
 use super::live::{Failure, Recording, Setup};
 use super::objects;
-use super::result::{Method, Trial};
+use super::result::Method;
 use super::session::{Case, Session};
-use crate::paper;
+use crate::paper::{self, Rule, STEPS_NM};
+use crate::score::Trial;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
 /// So small a deviation holds a parameter where it is.
 const HELD: f32 = 1e-4;
+/// Of the paper's steps of torque the one at which the way begins.
+const STEP_INDEX: usize = 3;
+const STEP: Rule = Rule::Rise(STEPS_NM[STEP_INDEX]);
 /// The way from theirs to ours.
 const STEPS: [&str; 6] = [
     "the paper's algorithm",
@@ -35,8 +38,8 @@ fn without_friction(recording: &Recording, friction: &Friction) -> Recording {
         .iter()
         .map(|(directive, sample)| {
             let torque_nm = friction
-                .beyond(Drive::Closing, sample.position_counts, 0)
-                .map_or(0.0, |(torque_nm, _)| torque_nm);
+                .beyond(sample.position_counts)
+                .map_or(0.0, |known| known.torque_nm);
             let less = Sample {
                 current_a: sample.current_a - torque_nm / per_ampere,
                 ..*sample
@@ -59,8 +62,9 @@ fn ladder(session: &Session<P70>, case: &Case) -> Result<Vec<Trial>, Failure> {
     let table = judge::papers(
         &model,
         threshold,
+        STEP,
         &without_friction(&case.recording, &session.friction),
-        &case.truth,
+        case.truth,
     );
     let held = |calibration: Calibration| Calibration {
         torque_factor_sigma: HELD,
@@ -85,10 +89,10 @@ fn ladder(session: &Session<P70>, case: &Case) -> Result<Vec<Trial>, Failure> {
             calibration,
             settings,
         };
-        judge::ours::<P70>(&knowledge, &case.recording, &case.truth)
+        judge::ours::<P70>(&knowledge, &case.recording, case.truth)
     };
     Ok(vec![
-        session.papers(case, &nominal),
+        session.papers(case, &nominal, STEP),
         table,
         ours(held(nominal), point)?,
         ours(held(factor_only), point)?,
@@ -114,7 +118,7 @@ pub fn ablation(plan: &Plan) -> Vec<Job> {
                         found.push(Entry {
                             experiment: format!("ablation: {}", STEPS[step]),
                             method: if step < 2 {
-                                Method::Paper
+                                Method::Paper(STEP_INDEX)
                             } else {
                                 Method::Ours
                             },

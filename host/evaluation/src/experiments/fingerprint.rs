@@ -4,10 +4,8 @@ use std::path::{Path, PathBuf};
 
 /// Sources that decide the results, from the root of the checkout.
 const SOURCES: &[&str] = &[
-    "src/app/conduct.rs",
-    "src/app/kept.rs",
-    "src/app/sense.rs",
-    "src/app/settings.rs",
+    "src/app/grasp",
+    "src/app/console/settings.rs",
     "src/drive",
     "src/finger",
     "src/numeric",
@@ -16,9 +14,11 @@ const SOURCES: &[&str] = &[
     "src/sample.rs",
     "host/plant/src",
     "host/plant/default.toml",
+    "host/plant/worlds",
     "host/simulation/src",
     "host/evaluation/src/experiments",
-    "host/evaluation/src/paper.rs",
+    "host/evaluation/src/paper",
+    "host/evaluation/src/score",
 ];
 
 /// Root of the checkout.

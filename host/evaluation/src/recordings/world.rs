@@ -145,9 +145,11 @@ impl World {
 
 /// Nominal stiffness of the spring of joint 2, newton metre per radian.
 fn spring<S: Simulated>() -> f64 {
-    let parameters = palpate_plant::Parameters::default();
-    let springs = &parameters.finger.of(S::FINGER).spring_nm_per_rad;
-    springs.get(1).copied().unwrap_or(f64::NAN)
+    let parameters = S::parameters().ok();
+    let springs = parameters.map(|parameters| parameters.finger.spring_nm_per_rad);
+    springs
+        .and_then(|springs| springs.get(1).copied())
+        .unwrap_or(f64::NAN)
 }
 
 fn line<S: Simulated>(recording: &Recording, calibration: Calibration) -> (Line, Calibration) {

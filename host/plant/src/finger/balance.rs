@@ -6,6 +6,8 @@ use crate::object::{Body, dot};
 
 /// Beyond this gap (metre or radian) nothing can come into touch within a step.
 const FAR: f64 = 0.02;
+/// Below this speed a joint with friction counts as sticking, radian per second.
+const JOINT_CREEP_RAD_PER_S: f64 = 1e-4;
 
 /// Something that pushes the joints along `gradient` with `stiffness * -gap` while `gap` is negative.
 #[derive(Clone, Copy, Debug)]
@@ -141,6 +143,11 @@ impl Finger {
                 (matrix[i][i], right[i]) = (1.0, 0.0);
             }
         }
+        right
+            .iter_mut()
+            .zip(self.weight_torques())
+            .for_each(|(right, weight)| *right += weight);
+        self.rub_joints(&mut matrix, dt);
         if let Hold::Torque(torque) = hold {
             right
                 .iter_mut()
@@ -182,6 +189,17 @@ impl Finger {
         }
         self.transmit();
         self.read(hold);
+    }
+
+    /// Coulomb friction of the joints, and of a tendon on their pulleys, as a viscous one that would have given the right
+    /// torque in the last step.
+    fn rub_joints(&self, matrix: &mut [[f64; MAX]; MAX], dt: f64) {
+        for i in 0..self.count {
+            let passed = if i == 0 { 0.0 } else { self.x[i] * self.torque };
+            let torque = self.joint_friction + self.capstan_share * passed.abs();
+            let speed = self.speed[i].abs().max(JOINT_CREEP_RAD_PER_S);
+            matrix[i][i] += torque / (speed * dt);
+        }
     }
 
     /// Coulomb friction as a viscous one that would have given the right force in the last step.

@@ -2,7 +2,7 @@
 
 use super::{Finger, Hold};
 use crate::object::Body;
-use crate::{FingerKind, FingerParameters, Parameters, Shape};
+use crate::{FingerParameters, Parameters, Shape};
 use std::collections::HashMap;
 
 type Row = HashMap<String, f64>;
@@ -38,11 +38,6 @@ fn finger(row: &Row) -> Finger {
     let length_m = list(&["l1", "l2", "l3"]);
     let count = length_m.len();
     let pulley_m = list(&["r1", "r2", "r3", "r4"]);
-    let kind = if pulley_m.is_empty() {
-        FingerKind::Linkage3
-    } else {
-        FingerKind::Tendon3
-    };
     let geometry = FingerParameters {
         spring_nm_per_rad: list(&["K1", "K2", "K3"]),
         rest_deg: degrees(&["th10", "th20", "th30"]),
@@ -61,11 +56,8 @@ fn finger(row: &Row) -> Finger {
     parameters.mechanism.phalanx_half_thickness_m = 1e-4;
     parameters.contact.stiffness_n_per_m = 1e8;
     parameters.contact.friction = 0.0;
-    match kind {
-        FingerKind::Linkage3 => parameters.finger.linkage3 = geometry,
-        _ => parameters.finger.tendon3 = geometry,
-    }
-    let mut finger = Finger::new(&parameters, kind).expect("closes");
+    parameters.finger = geometry;
+    let mut finger = Finger::new(&parameters).expect("closes");
     finger.stopped = false;
     finger
 }

@@ -1,21 +1,8 @@
-//! Geometry of the fingers.
+//! Geometry of the finger.
 
 use super::within;
 use crate::{Error, linkage::Fourbar};
 use serde::Deserialize;
-
-/// Which finger of the parameters is simulated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum FingerKind {
-    /// The prototype: two phalanges, linkage, no spring at joint 1.
-    P70,
-    /// Two phalanges, tendon.
-    Tendon2,
-    /// Three phalanges, tendon.
-    Tendon3,
-    /// Three phalanges, linkage.
-    Linkage3,
-}
 
 /// One finger, lists from the proximal to the distal end.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -52,41 +39,26 @@ pub struct FingerParameters {
     pub mode: Vec<f64>,
 }
 
-/// The table of fingers.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-pub struct Fingers {
-    /// [`FingerKind::P70`].
-    pub p70: FingerParameters,
-    /// [`FingerKind::Tendon2`].
-    pub tendon2: FingerParameters,
-    /// [`FingerKind::Tendon3`].
-    pub tendon3: FingerParameters,
-    /// [`FingerKind::Linkage3`].
-    pub linkage3: FingerParameters,
-}
-
-impl Fingers {
-    /// The finger of a kind.
-    #[must_use]
-    pub fn of(&self, kind: FingerKind) -> &FingerParameters {
-        match kind {
-            FingerKind::P70 => &self.p70,
-            FingerKind::Tendon2 => &self.tendon2,
-            FingerKind::Tendon3 => &self.tendon3,
-            FingerKind::Linkage3 => &self.linkage3,
-        }
-    }
-
-    pub(super) fn validate(&self) -> Result<(), Error> {
-        self.p70.validate("finger.p70", 2)?;
-        self.tendon2.validate("finger.tendon2", 2)?;
-        self.tendon3.validate("finger.tendon3", 3)?;
-        self.linkage3.validate("finger.linkage3", 3)
-    }
-}
-
 impl FingerParameters {
-    fn validate(&self, key: &str, phalanges: usize) -> Result<(), Error> {
+    /// What is made to a length and never exactly: phalanges, pulleys, levers and couplers.
+    pub(super) fn lengths_mut(&mut self) -> impl Iterator<Item = &mut f64> {
+        self.length_m
+            .iter_mut()
+            .chain(&mut self.pulley_m)
+            .chain(&mut self.lever_m)
+            .chain(&mut self.coupler_m)
+            .chain(&mut self.driven_m)
+    }
+
+    pub(super) fn validate(&self, key: &str) -> Result<(), Error> {
+        let phalanges = self.length_m.len();
+        if !(2..=3).contains(&phalanges) {
+            return Err(Error::WrongLength {
+                key: format!("{key}.length_m"),
+                found: phalanges,
+                expected: phalanges.clamp(2, 3),
+            });
+        }
         let list = |name: &str, values: &[f64], count: usize, min: f64, max: f64| {
             let key = format!("{key}.{name}");
             if values.len() != count {

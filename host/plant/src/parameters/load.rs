@@ -1,21 +1,209 @@
-//! A user's file laid over the defaults.
+//! A scene's nominal values, the default world, and a user's file over both.
 
-use super::{DEFAULT_TOML, Parameters};
+use super::{DEFAULT_TOML, Engine, Parameters};
 use crate::Error;
 use toml::{Table, Value};
 
-impl Parameters {
-    /// Reads a TOML text; what it does not mention keeps its default.
+include!(concat!(env!("OUT_DIR"), "/scenes.rs"));
+
+/// Stiffness of the short steel shaft that takes the cable's place where the worm wheel is on the input link, newton metre
+/// per radian.
+const SHAFT_NM_PER_RAD: f64 = 4e3;
+
+/// Keys of a scene that the plant knows by another name; those of the other sections below have the same name in both.
+const RENAMED: &[(&str, &str)] = &[
+    ("travel.stop_rad", "finger.travel_rad"),
+    ("linkage.driving_m", "finger.lever_m"),
+    ("linkage.coupler_m", "finger.coupler_m"),
+    ("linkage.driven_m", "finger.driven_m"),
+    ("linkage.offset_deg", "finger.offset_deg"),
+    ("tendon.pulley_m", "finger.pulley_m"),
+    (
+        "finger.half_thickness_m",
+        "mechanism.phalanx_half_thickness_m",
+    ),
+    ("sense.reference_v", "sense.full_scale_v"),
+];
+
+/// Keys of a scene that a world has under the same name.
+const SAME: &[&str] = &[
+    "finger.length_m",
+    "finger.spring_nm_per_rad",
+    "finger.rest_deg",
+    "finger.joint_min_deg",
+    "finger.joint_max_deg",
+    "motor.torque_constant_nm_per_a",
+    "motor.resistance_ohm",
+    "motor.rotor_inertia_kg_m2",
+    "motor.viscous_nm_s_per_rad",
+    "motor.winding_thermal_resistance_k_per_w",
+    "motor.housing_thermal_resistance_k_per_w",
+    "motor.winding_thermal_time_constant_s",
+    "motor.housing_thermal_time_constant_s",
+    "gearhead.ratio",
+    "gearhead.efficiency",
+    "gearhead.backlash_counts",
+    "worm.ratio",
+    "worm.backlash_counts",
+    "cable.stiffness_n_per_m",
+    "cable.pulley_radius_m",
+    "cable.creep_fraction",
+    "cable.creep_time_s",
+    "encoder.counts_per_rev",
+    "sense.resistor_ohm",
+    "sense.mirror_a_per_a",
+    "supply.divider",
+    "hall.zero_v",
+    "hall.sensitivity_v_per_rad",
+];
+
+/// Names of the scenes, the default one first.
+pub fn scenes() -> impl Iterator<Item = &'static str> {
+    SCENES.iter().map(|(name, _)| *name)
+}
+
+/// The scene that a firmware is built for when none is named.
+#[must_use]
+pub fn default_scene() -> &'static str {
+    SCENES[0].0
+}
+
+/// What a file says of a world, whatever scene stands in it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct World {
+    overlay: Table,
+    /// What computes finger and object.
+    pub engine: Engine,
+}
+
+impl World {
+    /// Reads a TOML text; what it does not mention keeps the value of `default.toml` or of the scene.
     ///
     /// # Errors
-    /// [`Error`]: not TOML, an unknown key, a value of the wrong kind or out of its range.
+    /// [`Error`]: not TOML, an unknown key, a value of the wrong kind or out of its range (in the default scene).
     pub fn from_toml(text: &str) -> Result<Self, Error> {
+        let world = Self {
+            overlay: text.parse().map_err(syntax)?,
+            engine: Engine::default(),
+        };
+        world.of(default_scene())?;
+        Ok(world)
+    }
+
+    /// This world with a scene in it.
+    ///
+    /// # Errors
+    /// [`Error`]: no such scene, or a value that does not go with it.
+    pub fn of(&self, scene: &str) -> Result<Parameters, Error> {
+        let Some((name, text)) = SCENES.iter().find(|(name, _)| *name == scene) else {
+            return Err(Error::UnknownKey {
+                key: scene.to_owned(),
+                expected: scenes().collect::<Vec<_>>().join(", "),
+            });
+        };
         let mut merged: Table = DEFAULT_TOML.parse().map_err(syntax)?;
-        let user: Table = text.parse().map_err(syntax)?;
-        overlay(&mut merged, user, "")?;
-        let parameters: Self = Value::Table(merged).try_into().map_err(syntax)?;
+        nominal(&mut merged, &text.parse().map_err(syntax)?);
+        overlay(&mut merged, self.overlay.clone(), "")?;
+        merged.insert("scene".to_owned(), Value::String((*name).to_owned()));
+        let mut parameters: Parameters = Value::Table(merged).try_into().map_err(syntax)?;
+        parameters.engine = self.engine;
         parameters.validate()?;
         Ok(parameters)
+    }
+}
+
+impl Parameters {
+    /// The default scene in the world of a TOML text: see [`World::from_toml`].
+    ///
+    /// # Errors
+    /// Those of [`World::from_toml`].
+    pub fn from_toml(text: &str) -> Result<Self, Error> {
+        World::from_toml(text)?.of(default_scene())
+    }
+
+    /// A scene in the default world.
+    ///
+    /// # Errors
+    /// [`Error::UnknownKey`]: no such scene.
+    pub fn of(scene: &str) -> Result<Self, Error> {
+        World::default().of(scene)
+    }
+}
+
+/// Lays a scene's nominal values over the world's.
+fn nominal(world: &mut Table, scene: &Table) {
+    // A finger has one transmission; of the other it has nothing.
+    for key in [
+        "pulley_m",
+        "lever_m",
+        "coupler_m",
+        "driven_m",
+        "offset_deg",
+        "mode",
+    ] {
+        set(world, &format!("finger.{key}"), Value::Array(Vec::new()));
+    }
+    for (from, to) in SAME
+        .iter()
+        .map(|key| (key, key))
+        .chain(RENAMED.iter().map(|(a, b)| (a, b)))
+    {
+        if let Some(value) = get(scene, from) {
+            set(world, to, float(value.clone()));
+        }
+    }
+    let modes = get(scene, "linkage.assembly").and_then(Value::as_array);
+    let mode = |word: &Value| match word.as_str() {
+        Some("clockwise") => Value::Float(-1.0),
+        _ => Value::Float(1.0),
+    };
+    if let Some(modes) = modes {
+        set(
+            world,
+            "finger.mode",
+            Value::Array(modes.iter().map(mode).collect()),
+        );
+    }
+    if get(scene, "cable.fitted").and_then(Value::as_bool) == Some(false) {
+        let radius_m = get(scene, "cable.pulley_radius_m")
+            .and_then(Value::as_float)
+            .unwrap_or(0.02);
+        set(
+            world,
+            "cable.stiffness_n_per_m",
+            Value::Float(SHAFT_NM_PER_RAD / (radius_m * radius_m)),
+        );
+        set(world, "cable.creep_fraction", Value::Float(0.0));
+    }
+}
+
+fn get<'a>(table: &'a Table, key: &str) -> Option<&'a Value> {
+    let (section, name) = key.split_once('.')?;
+    table.get(section)?.get(name)
+}
+
+fn set(table: &mut Table, key: &str, value: Value) {
+    let Some((section, name)) = key.split_once('.') else {
+        return;
+    };
+    let section = table
+        .entry(section)
+        .or_insert_with(|| Value::Table(Table::new()));
+    if let Some(section) = section.as_table_mut() {
+        section.insert(name.to_owned(), value);
+    }
+}
+
+/// Numbers as numbers with a point, so that a file may write either.
+fn float(value: Value) -> Value {
+    match value {
+        #[expect(
+            clippy::cast_precision_loss,
+            reason = "values of scenes are far below 2^53"
+        )]
+        Value::Integer(integer) => Value::Float(integer as f64),
+        Value::Array(list) => Value::Array(list.into_iter().map(float).collect()),
+        other => other,
     }
 }
 

@@ -1,15 +1,17 @@
-//! Every number of the simulated world, from TOML: `default.toml` holds the values, a user's file may replace some.
+//! Every number of the simulated world: the nominal values of a scene, what `default.toml` adds to them, and what a user's
+//! file replaces.
 
 mod fingers;
 mod load;
 mod spread;
 
-pub use fingers::{FingerKind, FingerParameters, Fingers};
+pub use fingers::FingerParameters;
+pub use load::{World, default_scene, scenes};
 
 use crate::Error;
 use serde::Deserialize;
 
-/// The defaults, with the source of every value.
+/// What the default world adds to a scene, with the source of every value.
 pub const DEFAULT_TOML: &str = include_str!("../../default.toml");
 
 /// One table of plain numbers: the struct, and beside each field the range that a file must keep.
@@ -75,6 +77,8 @@ section! {
         housing_thermal_time_constant_s in 1.0, 1e5;
         /// Air, degree Celsius.
         ambient_c in -40.0, 80.0;
+        /// Change of the torque constant with the housing's temperature, relative per kelvin.
+        magnet_temperature_coefficient_per_k in -0.01, 0.0;
     }
 }
 
@@ -121,6 +125,10 @@ section! {
         wheel_eccentric_drag_nm in 0.0, 1e-2;
         /// Where that drag peaks, degree.
         wheel_eccentric_phase_deg in -360.0, 360.0;
+        /// Ripple of the friction coefficient once a turn of the worm, amplitude, relative: it goes with the load.
+        friction_ripple in 0.0, 0.5;
+        /// Where that peaks, degree.
+        friction_ripple_phase_deg in -360.0, 360.0;
     }
 }
 
@@ -135,6 +143,12 @@ section! {
         creep_fraction in 0.0, 1.0;
         /// Time constant of creep, second.
         creep_time_s in 0.01, 1e4;
+        /// Further creep strain, that takes longer, relative to the elastic strain.
+        slow_creep_fraction in 0.0, 1.0;
+        /// Its time constant, second.
+        slow_creep_time_s in 0.01, 1e5;
+        /// Growth of the stiffness with the torque at the input link, relative per newton metre.
+        stiffening_per_nm in 0.0, 10.0;
     }
 }
 
@@ -147,6 +161,10 @@ section! {
         periodic_error_counts in 0.0, 100.0;
         /// Its phase, degree.
         periodic_phase_deg in -360.0, 360.0;
+        /// Error that does not repeat, rms, counts.
+        random_error_counts in 0.0, 100.0;
+        /// Motor turns over which it changes.
+        random_error_revs in 1e-3, 100.0;
     }
 }
 
@@ -169,6 +187,12 @@ section! {
         offset_drift_time_s in 0.1, 1e5;
         /// Voltage at which the converter saturates.
         full_scale_v in 0.5, 10.0;
+        /// Change of the mirror's gain from no current to full scale, relative.
+        nonlinearity in -0.2, 0.2;
+        /// Time that the mirror takes to follow an edge of the PWM, second: that much of every on-time is not seen.
+        settling_s in 0.0, 5e-6;
+        /// Share of a current opposing the drive that is seen: it flows through the sense in the off part of the PWM.
+        opposing_share in 0.0, 1.0;
     }
 }
 
@@ -183,6 +207,10 @@ section! {
         wake_s in 0.0, 0.1;
         /// Supply voltage below which it switches off, volt.
         undervoltage_v in 0.0, 60.0;
+        /// Dead time at every edge, second: voltage that the current's own direction takes.
+        dead_time_s in 0.0, 2e-6;
+        /// Frequency of the PWM, hertz.
+        pwm_hz in 1e3, 5e5;
     }
 }
 
@@ -237,12 +265,104 @@ section! {
         phalanx_half_thickness_m in 1e-3, 0.1;
         /// Where the input link stands at power-on, above its opening stop, radian.
         start_above_stop_rad in 0.0, 3.0;
+        /// How far beyond its lower stop the spring of a joint that rests there is preloaded, degree; joints from 2.
+        preload_deg in 0.0, 45.0;
+        /// Coulomb friction of each joint, newton metre.
+        joint_friction_nm in 0.0, 0.1;
+        /// Friction of a tendon on the pulley of joints from 2, as a share of the torque that it passes there.
+        capstan_share in 0.0, 0.9;
+        /// Gravity in the plane of motion, metre per square second.
+        gravity_m_per_s2 in 0.0, 10.0;
+        /// Direction of gravity from the x axis (phalanx 1 where theta_1 is zero), counterclockwise, degree.
+        mounting_deg in -360.0, 360.0;
+        /// How far the lengths of a finger that is drawn may be off, metre.
+        geometry_m in 0.0, 1e-3;
+        /// Mass of a phalanx, even over its length, kilogram per metre.
+        linear_density_kg_per_m in 0.0, 10.0;
+    }
+}
+
+section! {
+    /// How the friction of motor, gearhead and worm changes while the finger works.
+    Friction {
+        /// Wander, an Ornstein-Uhlenbeck process, rms, as a share of the friction.
+        wander_share in 0.0, 0.5;
+        /// Its time constant, second.
+        wander_time_s in 0.01, 1e4;
+        /// Change in the end of running for long, as a share of the friction.
+        warm_up_share in -0.9, 1.0;
+        /// Time constant of that, second.
+        warm_up_time_s in 0.1, 1e5;
+    }
+}
+
+section! {
+    /// Angle errors between worm and wheel, and what the wheel loses to the cable's own friction.
+    Transmission {
+        /// Error once a turn of the worm, amplitude, radian of the wheel.
+        worm_error_rad in 0.0, 0.1;
+        /// Where it peaks, degree.
+        worm_error_phase_deg in -360.0, 360.0;
+        /// Error once a turn of the wheel, amplitude, radian of the wheel.
+        wheel_error_rad in 0.0, 0.1;
+        /// Where it peaks, degree.
+        wheel_error_phase_deg in -360.0, 360.0;
+        /// Error of the gearhead, amplitude, radian of the wheel.
+        gear_error_rad in 0.0, 0.1;
+        /// Periods of it in a turn of the worm; not a whole number.
+        gear_error_per_worm_rev in 0.1, 1000.0;
+        /// Error that never repeats, an Ornstein-Uhlenbeck process over the way, rms, radian of the wheel.
+        random_error_rad in 0.0, 0.1;
+        /// Turns of the worm over which that changes.
+        random_error_worm_revs in 1e-3, 1e3;
+        /// Share of the load that hysteresis takes, against the motion.
+        hysteresis_share in 0.0, 0.5;
+        /// Way after a reversal in which it turns round, radian of the wheel.
+        hysteresis_rad in 1e-5, 1.0;
+    }
+}
+
+/// What computes finger and object.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Engine {
+    /// This crate.
+    #[default]
+    Plant,
+    /// MuJoCo: the crate `palpate-mujoco`.
+    Mujoco,
+}
+
+impl std::str::FromStr for Engine {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        match name {
+            "plant" => Ok(Self::Plant),
+            "mujoco" => Ok(Self::Mujoco),
+            _ => Err(format!(
+                "there is no engine '{name}'; there are: plant, mujoco"
+            )),
+        }
+    }
+}
+
+impl std::fmt::Display for Engine {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(match self {
+            Self::Plant => "plant",
+            Self::Mujoco => "mujoco",
+        })
     }
 }
 
 /// All parameters of the simulated world, SI units unless the name says otherwise.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Parameters {
+    /// What computes finger and object; from [`World::engine`], not from the file.
+    #[serde(skip)]
+    pub engine: Engine,
+    /// Name of the scene whose nominal values these are, or were before something was changed.
+    pub scene: String,
     /// Motor.
     pub motor: Motor,
     /// Gearhead.
@@ -251,6 +371,10 @@ pub struct Parameters {
     pub worm: Worm,
     /// Cable.
     pub cable: Cable,
+    /// Changing friction.
+    pub friction: Friction,
+    /// Errors of the transmission.
+    pub transmission: Transmission,
     /// Encoder.
     pub encoder: Encoder,
     /// Current sense.
@@ -265,14 +389,14 @@ pub struct Parameters {
     pub contact: Contact,
     /// What all fingers have in common.
     pub mechanism: Mechanism,
-    /// The fingers.
-    pub finger: Fingers,
+    /// The finger.
+    pub finger: FingerParameters,
 }
 
 impl Default for Parameters {
-    /// The values of `default.toml`.
+    /// The default scene in the default world.
     fn default() -> Self {
-        // The embedded file is part of the program; a test reads it.
+        // Both are embedded in the program; a test reads every scene.
         Self::from_toml("").expect("default.toml is valid")
     }
 }
@@ -287,6 +411,8 @@ impl Parameters {
         self.gearhead.validate("gearhead")?;
         self.worm.validate("worm")?;
         self.cable.validate("cable")?;
+        self.friction.validate("friction")?;
+        self.transmission.validate("transmission")?;
         self.encoder.validate("encoder")?;
         self.sense.validate("sense")?;
         self.bridge.validate("bridge")?;
@@ -294,18 +420,7 @@ impl Parameters {
         self.hall.validate("hall")?;
         self.contact.validate("contact")?;
         self.mechanism.validate("mechanism")?;
-        self.finger.validate()
-    }
-
-    /// The same with the worm wheel on the input link itself: what is left of the cable is the steel of a short shaft,
-    /// 4 kN m/rad, which does not creep.
-    #[must_use]
-    pub fn without_cable(&self) -> Self {
-        let mut rigid = self.clone();
-        rigid.cable.stiffness_n_per_m =
-            4e3 / (rigid.cable.pulley_radius_m * rigid.cable.pulley_radius_m);
-        rigid.cable.creep_fraction = 0.0;
-        rigid
+        self.finger.validate("finger")
     }
 
     /// Gear ratio from the motor to the input link.

@@ -9,7 +9,9 @@ impl Parameters {
     ///
     /// Relative, uniform: winding resistance and rotor inertia 20 %, torque constant and springs 10 %, gearhead
     /// efficiency 10 %, worm friction 15 %, motor friction 30 %. Absolute: gearhead drag 0.03-0.15 mNm, cable 1.5-10
-    /// kN/m (log-uniform), creep 3-7 %, sense offset 7 mA, drift 1 mA, gain 5 %, phases anywhere.
+    /// kN/m (log-uniform), creep 3-7 %, sense offset 7 mA, drift 1 mA, gain 5 %, phases anywhere. What the ideal world
+    /// lacks: half to one and a half times the world's value, and the times of wander and warming a third to three times;
+    /// warm-up and nonlinearity of either sign; gravity in any direction; lengths by up to the world's `geometry_m`.
     #[must_use]
     pub fn randomised(&self, seed: u64) -> Self {
         let mut random = Pcg64Mcg::seed_from_u64(seed);
@@ -47,6 +49,58 @@ impl Parameters {
         ] {
             *phase = random.random_range(-180.0..=180.0);
         }
+        p.disagree(&mut random);
         p
+    }
+
+    /// Draws what the ideal world lacks; what is zero stays zero.
+    fn disagree(&mut self, random: &mut Pcg64Mcg) {
+        let p = self;
+        for value in [
+            &mut p.friction.wander_share,
+            &mut p.transmission.worm_error_rad,
+            &mut p.transmission.wheel_error_rad,
+            &mut p.transmission.gear_error_rad,
+            &mut p.transmission.random_error_rad,
+            &mut p.transmission.hysteresis_share,
+            &mut p.worm.friction_ripple,
+            &mut p.cable.stiffening_per_nm,
+            &mut p.cable.slow_creep_fraction,
+            &mut p.encoder.random_error_counts,
+            &mut p.motor.magnet_temperature_coefficient_per_k,
+            &mut p.sense.settling_s,
+            &mut p.bridge.dead_time_s,
+            &mut p.contact.friction,
+            &mut p.mechanism.preload_deg,
+            &mut p.mechanism.joint_friction_nm,
+            &mut p.mechanism.capstan_share,
+            &mut p.mechanism.linear_density_kg_per_m,
+        ] {
+            *value *= random.random_range(0.5..=1.5);
+        }
+        for value in [&mut p.friction.warm_up_share, &mut p.sense.nonlinearity] {
+            *value *= random.random_range(-1.0..=1.0);
+        }
+        for value in [
+            &mut p.friction.wander_time_s,
+            &mut p.friction.warm_up_time_s,
+            &mut p.cable.slow_creep_time_s,
+        ] {
+            *value *= random.random_range(-1.1f64..=1.1).exp();
+        }
+        for phase in [
+            &mut p.worm.friction_ripple_phase_deg,
+            &mut p.transmission.worm_error_phase_deg,
+            &mut p.transmission.wheel_error_phase_deg,
+            &mut p.mechanism.mounting_deg,
+        ] {
+            *phase = random.random_range(-180.0..=180.0);
+        }
+        let off = p.mechanism.geometry_m;
+        if off > 0.0 {
+            for length in p.finger.lengths_mut() {
+                *length += random.random_range(-off..=off);
+            }
+        }
     }
 }

@@ -9,8 +9,8 @@
 use std::fmt::Write as _;
 
 use anyhow::{Result, anyhow};
-use palpate::app::command::Command;
-use palpate::app::settings::Setting;
+use palpate::app::console::command::Command;
+use palpate::app::console::settings::Setting;
 use palpate::scene::P70;
 use palpate::sensing::Event;
 use palpate_plant::{Grasp, Parameters, Shape};
@@ -197,7 +197,7 @@ impl Row {
 /// What a user types.
 fn set(simulation: &mut Simulation<P70>, setting: Setting, value: f32) -> Result<()> {
     let command = Command::Set(setting, value);
-    let told = simulation.slow().conduct.command(command);
+    let told = simulation.slow().coordinator.command(command);
     told.map_err(|refused| anyhow!("{setting:?} = {value}: {refused:?}"))?;
     // One order a millisecond reaches the sensing.
     simulation.idle(0.01);

@@ -1,0 +1,280 @@
+//! Writes a scene as the Rust type that the library's `Scene` trait describes.
+//!
+//! What a scene does not have is chosen by type, so that it is not compiled in: a finger without a spring at joint 1, a
+//! transmission, a cable, a joint sensor.
+
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+
+use crate::scene::Scene;
+
+/// Type of a scene: `p70-rigid` is `P70Rigid`.
+pub fn type_name(scene: &str) -> String {
+    let part = |word: &str| {
+        let mut letters = word.chars();
+        let first = letters.next().map(|letter| letter.to_ascii_uppercase());
+        first.into_iter().chain(letters).collect::<String>()
+    };
+    scene.split('-').map(part).collect()
+}
+
+/// The type with its implementation of the trait.
+pub fn rust(scene: &Scene) -> String {
+    let of = |key: &str| literal(scene.number(key));
+    let name = type_name(&scene.name);
+    let title = scene.text("title");
+    let (finger, mechanism) = finger(scene);
+    let joint = if scene.flag("hall.fitted") { "Hall" } else { "NoHall" };
+    let (series, cable, creep) = if scene.flag("cable.fitted") {
+        let radius_m = scene.number("cable.pulley_radius_m");
+        let stiffness = scene.number("cable.stiffness_n_per_m") * radius_m * radius_m;
+        let cable = [1.0 / stiffness, scene.number("sensing.cable_sigma_rad_per_nm")];
+        let creep = [scene.number("cable.creep_fraction"), scene.number("sensing.creep_sigma")];
+        ("Cable", cable, creep)
+    } else {
+        ("Rigid", [0.0; 2], [0.0; 2])
+    };
+    let [cable, cable_sigma] = cable.map(literal);
+    let creep = list(&creep);
+
+    let gearhead = scene.number("gearhead.ratio");
+    let reduction = gearhead * scene.number("worm.ratio");
+    let counts = scene.number("encoder.counts_per_rev");
+    let rad_per_count = TAU / (counts * reduction);
+    let torque_constant = scene.number("motor.torque_constant_nm_per_a");
+    let efficiency = scene.number("gearhead.efficiency") * scene.number("worm.efficiency");
+    let inertia = scene.number("motor.rotor_inertia_kg_m2") * reduction * reduction;
+    let viscous = scene.number("motor.viscous_nm_s_per_rad") * reduction * reduction;
+    let backlash = scene.number("gearhead.backlash_counts") + scene.number("worm.backlash_counts");
+    let volt_per_a = scene.number("sense.resistor_ohm") * scene.number("sense.mirror_a_per_a");
+
+    let mut text = String::new();
+    let mut section = |lines: &str| {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{lines}");
+    };
+    section(&format!(
+        "/// {title}.
+#[derive(Clone, Copy, Debug)]
+pub struct {name};
+
+#[allow(clippy::approx_constant, clippy::excessive_precision, reason = \"numbers of the scene's file\")]
+impl palpate::scene::Scene for {name} {{
+    const NAME: &'static str = {:?};
+    type Finger = {finger};
+    type Joint = palpate::sensing::{joint};
+    type Series = palpate::sensing::{series};
+    const MECHANISM: Self::Finger = {mechanism};",
+        scene.name
+    ));
+    section(&format!(
+        "    const DRIVE: palpate::drive::config::Config = palpate::drive::config::Config {{
+        motor: palpate::drive::config::Motor {{
+            torque_constant_nm_per_a: {},
+            resistance_ohm: {},
+            rotor_inertia_kg_m2: {},
+            thermal: palpate::drive::config::Thermal {{
+                limit_c: {},
+                ambient_c: {},
+                winding_k_per_w: {},
+                housing_k_per_w: {},
+                winding_s: {},
+                housing_s: {},
+            }},
+        }},
+        drivetrain: palpate::drive::config::Drivetrain {{
+            counts_per_motor_rev: {},
+            reduction: {},
+        }},
+        sense: palpate::drive::config::Sense {{
+            reference_v: {},
+            volt_per_a: {},
+            supply_divider: {},
+        }},
+        limits: palpate::drive::config::Limits {{",
+        literal(torque_constant),
+        of("motor.resistance_ohm"),
+        of("motor.rotor_inertia_kg_m2"),
+        of("motor.winding_limit_c"),
+        of("motor.ambient_c"),
+        of("motor.winding_thermal_resistance_k_per_w"),
+        of("motor.housing_thermal_resistance_k_per_w"),
+        of("motor.winding_thermal_time_constant_s"),
+        of("motor.housing_thermal_time_constant_s"),
+        literal(counts),
+        literal(reduction),
+        of("sense.reference_v"),
+        literal(volt_per_a),
+        literal(1.0 / scene.number("supply.divider")),
+    ));
+    for field in [
+        "current_a",
+        "current_trip_a",
+        "duty",
+        "speed_rad_per_s",
+        "acceleration_rad_per_s2",
+        "position_min_rad",
+        "position_max_rad",
+        "overtravel_rad",
+        "supply_min_v",
+        "supply_max_v",
+    ] {
+        section(&format!("            {field}: {},", of(&format!("limits.{field}"))));
+    }
+    section("        },\n    };");
+    section("    const MOTION: palpate::drive::sequence::Motion = palpate::drive::sequence::Motion {");
+    for field in [
+        "closing_rad_per_s",
+        "opening_rad_per_s",
+        "free_current_a",
+        "homing_current_a",
+        "probing_current_a",
+        "probing_rad",
+        "holding_current_a",
+        "holding_s",
+        "rest_rad",
+    ] {
+        section(&format!("        {field}: {},", of(&format!("motion.{field}"))));
+    }
+    section(&format!("        travel_rad: {},\n    }};", of("travel.free_rad")));
+    section(&format!(
+        "    const UNCALIBRATED: palpate::sensing::Calibration = palpate::sensing::Calibration {{
+        torque_factor: 1.0,
+        torque_factor_sigma: {},
+        cable_rad_per_nm: {cable},
+        cable_sigma_rad_per_nm: {cable_sigma},
+        correlation: 0.0,
+        contacts: 0,
+        presses: 0,
+    }};",
+        of("sensing.torque_factor_sigma")
+    ));
+    section(&format!(
+        "    const DRIVETRAIN: palpate::sensing::Drivetrain = palpate::sensing::Drivetrain {{
+        rad_per_count: {},
+        counts_per_turn: {},
+        counts_per_worm_turn: {},
+        creep: {creep},
+        creep_s: {},
+        opening_stop_rad: 0.0,
+        torque_per_ampere_nm: {},
+        efficiency: {},
+        inertia_kg_m2: {},
+        inertia_share: {},
+        viscous_nm_s_per_rad: {},
+        efficiency_per_speed: {},
+        backlash_rad: {},
+    }};",
+        literal(rad_per_count),
+        counts.round(),
+        if scene.number("worm.ratio") > 1.0 { (counts * gearhead).round() } else { 0.0 },
+        of("cable.creep_time_s"),
+        literal(reduction * torque_constant),
+        literal(efficiency),
+        literal(inertia),
+        of("sensing.inertia_sigma"),
+        literal(viscous),
+        of("worm.efficiency_per_speed"),
+        literal(backlash * rad_per_count),
+    ));
+    section(&format!(
+        "    const HOLD_FORCE_N: f32 = {};
+    const ANGLE_SENSE: palpate::drive::joint::AngleSense = palpate::drive::joint::AngleSense {{
+        zero_v: {},
+        volt_per_rad: {},
+        min_rad: {},
+        max_rad: {},
+    }};
+
+    fn settings() -> palpate::sensing::Settings {{
+        palpate::sensing::Settings {{
+            speed_rad_per_s: Self::MOTION.closing_rad_per_s,
+            travel_rad: Self::MOTION.travel_rad,
+            torque_limit_nm: {},
+            wanted_sigma_m: {},
+            false_alarms_per_closing: {},
+            radius_m: {},
+            radius_sigma_m: {},
+            ..palpate::sensing::Settings::default()
+        }}
+    }}
+}}
+
+// The compiler checks what the build script did, and more: whatever the library demands of its constants.
+const _: &palpate::drive::config::Checked = &<{name} as palpate::scene::Scene>::CHECKED;
+const _: &<{name} as palpate::scene::Scene>::Finger = &<{name} as palpate::scene::Scene>::MECHANISM;
+",
+        of("motion.hold_force_n"),
+        of("hall.zero_v"),
+        of("hall.sensitivity_v_per_rad"),
+        of("hall.min_rad"),
+        of("hall.max_rad"),
+        of("sensing.probe_torque_nm"),
+        of("sensing.wanted_sigma_m"),
+        of("sensing.false_alarms_per_closing"),
+        of("sensing.radius_m"),
+        of("sensing.radius_sigma_m"),
+    ));
+    text
+}
+
+/// The finger's type, and the constant that the compiler checks.
+fn finger(scene: &Scene) -> (String, String) {
+    let count = scene.phalanges();
+    let degrees = |key: &str| -> Vec<f64> { scene.list(key).into_iter().map(f64::to_radians).collect() };
+    let springs = scene.list("finger.spring_nm_per_rad");
+    let springless = springs.first() == Some(&0.0);
+    let (transmission, design) = if scene.has("linkage") {
+        let [driving, coupler, driven] =
+            ["driving_m", "coupler_m", "driven_m"].map(|key| scene.list(&format!("linkage.{key}")));
+        let offset = degrees("linkage.offset_deg");
+        let stage = |(i, assembly): (usize, &&str)| {
+            let assembly = if *assembly == "clockwise" { "Clockwise" } else { "Counterclockwise" };
+            format!(
+                "palpate::finger::Levers {{ driving_m: {}, coupler_m: {}, driven_m: {}, offset_rad: {}, \
+                 assembly: palpate::finger::Assembly::{assembly} }}",
+                literal(driving[i]),
+                literal(coupler[i]),
+                literal(driven[i]),
+                literal(offset[i]),
+            )
+        };
+        let assemblies = scene.words("linkage.assembly");
+        let stages: Vec<String> = assemblies.iter().enumerate().map(stage).collect();
+        (format!("Linkage<{}>", count - 1), format!("[{}]", stages.join(", ")))
+    } else {
+        (format!("Tendon<{count}>"), list(&scene.list("tendon.pulley_m")))
+    };
+    let base = if springless { ", palpate::finger::Springless" } else { "" };
+    let (low, high) = (degrees("finger.joint_min_deg"), degrees("finger.joint_max_deg"));
+    let ranges: Vec<String> = low.iter().zip(&high).map(|(low, high)| list(&[*low, *high])).collect();
+    (
+        format!("palpate::finger::Finger<{count}, palpate::finger::{transmission}{base}>"),
+        format!(
+            "palpate::scene::valid(<Self::Finger>::constant(
+        palpate::finger::Parameters {{
+            lengths_m: {},
+            stiffness_nm_per_rad: {},
+            rest_rad: {},
+            range_rad: [{}],
+        }},
+        {design},
+    ))",
+            list(&scene.list("finger.length_m")),
+            list(&springs),
+            list(&degrees("finger.rest_deg")),
+            ranges.join(", "),
+        ),
+    )
+}
+
+/// A number as the firmware has it.
+#[expect(clippy::cast_possible_truncation, reason = "the firmware computes in single precision")]
+fn literal(value: f64) -> String {
+    format!("{:?}", value as f32)
+}
+
+fn list(values: &[f64]) -> String {
+    let each: Vec<String> = values.iter().copied().map(literal).collect();
+    format!("[{}]", each.join(", "))
+}

@@ -1,0 +1,184 @@
+//! Reads scene files: finds them, lays each over its base and the defaults, and checks every key.
+//!
+//! Build scripts include this module by path (the firmware's, and those of the host crates that simulate its scenes), so that
+//! one reader serves them all and a scene is written once. It knows TOML and ranges, nothing of the library.
+
+mod check;
+pub mod list;
+mod schema;
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use toml::{Table, Value};
+
+/// The values of the keys that a scene leaves out.
+const DEFAULTS: &str = "common/defaults.toml";
+/// Longest chain of bases: a longer one is a circle.
+const MOST_BASES: usize = 8;
+
+/// Why a scene cannot be used: the file, then key, value and range.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Error(String);
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+/// A scene with every key that it has, checked.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    /// Name of its file without the extension.
+    pub name: String,
+    /// Its sections.
+    pub values: Table,
+    /// The files that it was read from.
+    pub files: Vec<PathBuf>,
+}
+
+/// Names of the scenes in a folder, the default one first.
+fn names(folder: &Path) -> Result<Vec<String>, Error> {
+    list::names(folder).map_err(|error| Error(format!("{}: {error}", folder.display())))
+}
+
+/// Every scene of a folder.
+pub fn load_all(folder: &Path) -> Result<Vec<Scene>, Error> {
+    println!("cargo::rerun-if-env-changed=PALPATE_SCENES");
+    println!("cargo::rerun-if-changed={}", folder.display());
+    let scenes = names(folder)?;
+    scenes.iter().map(|name| load(folder, name)).collect()
+}
+
+/// A scene by its name.
+pub fn load(folder: &Path, name: &str) -> Result<Scene, Error> {
+    let mut scene = Scene {
+        name: name.to_owned(),
+        values: Table::new(),
+        files: Vec::new(),
+    };
+    let word = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+    if !(name.starts_with(|c: char| c.is_ascii_lowercase()) && name.chars().all(word)) {
+        return Err(Error(format!(
+            "scene '{name}': a name begins with a small letter and has small letters, digits and '-'"
+        )));
+    }
+    if !folder.join(format!("{name}.toml")).exists() {
+        let known = names(folder)?.join(", ");
+        return Err(Error(format!(
+            "there is no scene '{name}'; there are: {known}"
+        )));
+    }
+    scene.read(folder, &format!("{name}.toml"), 0)?;
+    for file in &scene.files {
+        println!("cargo::rerun-if-changed={}", file.display());
+    }
+    check::check(&scene).map_err(|problem| Error(format!("scene '{name}': {problem}")))?;
+    Ok(scene)
+}
+
+impl Scene {
+    /// Reads a file over its base, and that over the defaults.
+    fn read(&mut self, folder: &Path, file: &str, depth: usize) -> Result<(), Error> {
+        let path = folder.join(file);
+        let named = |problem: String| Error(format!("{}: {problem}", path.display()));
+        let text = std::fs::read_to_string(&path).map_err(|error| named(error.to_string()))?;
+        let mut own: Table = text
+            .parse()
+            .map_err(|error: toml::de::Error| named(error.to_string()))?;
+        let base = match own.remove("base") {
+            None if file == DEFAULTS => None,
+            None => Some(DEFAULTS.to_owned()),
+            Some(Value::String(base)) if depth < MOST_BASES => Some(format!("{base}.toml")),
+            Some(Value::String(base)) => {
+                return Err(named(format!("`base` = \"{base}\" leads in a circle")));
+            }
+            Some(other) => {
+                return Err(named(format!(
+                    "`base` = {other} must be the name of a scene"
+                )));
+            }
+        };
+        if let Some(base) = base {
+            self.read(folder, &base, depth + 1)?;
+        }
+        self.files.push(path.clone());
+        schema::known(&own).map_err(named)?;
+        // A finger has one transmission: its own takes the place of its base's.
+        for (one, other) in [("linkage", "tendon"), ("tendon", "linkage")] {
+            if own.contains_key(one) && !own.contains_key(other) {
+                self.values.remove(other);
+            }
+        }
+        for (name, value) in own {
+            match (self.values.get_mut(&name), value) {
+                (Some(Value::Table(section)), Value::Table(own)) => section.extend(own),
+                (_, value) => {
+                    self.values.insert(name, value);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn value(&self, key: &str) -> Option<&Value> {
+        match key.split_once('.') {
+            Some((section, name)) => self.values.get(section)?.get(name),
+            None => self.values.get(key),
+        }
+    }
+
+    /// Whether it has a section or key.
+    pub fn has(&self, key: &str) -> bool {
+        self.value(key).is_some()
+    }
+
+    /// A number; zero where there is none, which the check excludes for every key that must be there.
+    pub fn number(&self, key: &str) -> f64 {
+        self.value(key).and_then(number).unwrap_or_default()
+    }
+
+    /// A list of numbers; empty where there is none.
+    pub fn list(&self, key: &str) -> Vec<f64> {
+        let list = self.value(key).and_then(Value::as_array);
+        list.into_iter().flatten().filter_map(number).collect()
+    }
+
+    /// A list of words; empty where there is none.
+    pub fn words(&self, key: &str) -> Vec<&str> {
+        let list = self.value(key).and_then(Value::as_array);
+        list.into_iter()
+            .flatten()
+            .filter_map(Value::as_str)
+            .collect()
+    }
+
+    /// Whether something is so; false where nothing is said.
+    pub fn flag(&self, key: &str) -> bool {
+        self.value(key).and_then(Value::as_bool).unwrap_or_default()
+    }
+
+    /// A text; empty where there is none.
+    pub fn text(&self, key: &str) -> &str {
+        self.value(key).and_then(Value::as_str).unwrap_or_default()
+    }
+
+    /// Number of phalanges.
+    pub fn phalanges(&self) -> usize {
+        self.list("finger.length_m").len()
+    }
+}
+
+/// A number, written with or without a point.
+#[expect(
+    clippy::cast_precision_loss,
+    reason = "values of scenes are far below 2^53"
+)]
+fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Float(value) => Some(*value),
+        Value::Integer(value) => Some(*value as f64),
+        _ => None,
+    }
+}

@@ -1,0 +1,358 @@
+//! The finger in the engine, stepped by the drivetrain's cable.
+
+use crate::model::{Description, STEP_S};
+use crate::stiffness::Stiffness;
+use mujoco_rs::prelude::{MjData, MjModel};
+use mujoco_rs::wrappers::mj_model::MjtObjBase;
+use palpate_plant::{
+    Body, CableEnd, Contact, Error, FingerState, Grasp, Mechanics, Parameters, placed,
+};
+use std::sync::Arc;
+
+/// How an object is held.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Mount {
+    /// It does not move.
+    #[default]
+    Fixed,
+    /// On springs along both axes of the plane.
+    Spring {
+        /// Newton per metre.
+        stiffness_n_per_m: f64,
+        /// Newton second per metre.
+        damping_n_s_per_m: f64,
+    },
+    /// It slides and turns in the plane; gravity acts on it as on the finger.
+    Free,
+}
+
+/// What the plant's finger, which has no mass, does not know.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surroundings {
+    /// Gravity in the plane of the finger, metre per second squared.
+    pub gravity_m_per_s2: [f64; 2],
+    /// Mass of the phalanges, kilogram per metre of length.
+    pub phalanx_kg_per_m: f64,
+    /// Coulomb friction of each joint, newton metre.
+    pub joint_friction_nm: f64,
+    /// Mass of the object, kilogram.
+    pub object_kg: f64,
+    /// How the object is held.
+    pub mount: Mount,
+}
+
+impl Default for Surroundings {
+    /// No gravity and no friction, a fixed object; phalanges of 0.4 kg/m, which is 65 g for the prototype (chosen).
+    fn default() -> Self {
+        Self {
+            gravity_m_per_s2: [0.0; 2],
+            phalanx_kg_per_m: 0.4,
+            joint_friction_nm: 0.0,
+            object_kg: 0.1,
+            mount: Mount::Fixed,
+        }
+    }
+}
+
+/// Share of critical damping in the cable (chosen: nylon rings little).
+const CABLE_DAMPING_RATIO: f64 = 0.05;
+/// Inertia of the finger as seen at the input link, for the above, kilogram square metre.
+const INERTIA: f64 = 1.5e-4;
+/// Depth of overlap that is a matter of rounding, metre.
+const ROUNDING_M: f64 = 1e-6;
+/// Longest time to come to rest, steps.
+const SETTLING_STEPS: usize = 100_000;
+/// Slower than this it is at rest, radian per second.
+const REST_RAD_PER_S: f64 = 1e-7;
+
+/// A finger and an object in the engine.
+#[derive(Clone)]
+pub struct MujocoFinger {
+    parameters: Parameters,
+    description: Description,
+    stiffness: Stiffness,
+    body: Body,
+    stopped: bool,
+    data: MjData<Arc<MjModel>>,
+    /// Numbers of the joints in the state.
+    joints: Vec<usize>,
+    levers: Vec<usize>,
+    couplers: Vec<usize>,
+    /// theta_a in the joints of the state.
+    input: Vec<(usize, f64)>,
+    state: FingerState,
+    /// Time that has passed and is not yet stepped, second.
+    owed_s: f64,
+    last_end: Option<CableEnd>,
+}
+
+impl std::fmt::Debug for MujocoFinger {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter
+            .debug_struct("MujocoFinger")
+            .field("scene", &self.parameters.scene)
+            .field("state", &self.state)
+            .finish_non_exhaustive()
+    }
+}
+
+impl MujocoFinger {
+    /// A finger at its rest pose, nothing to grasp.
+    ///
+    /// # Errors
+    /// A parameter out of range, a four-bar that does not close, a model that the engine refuses.
+    pub fn new(parameters: &Parameters, surroundings: &Surroundings) -> Result<Self, Error> {
+        parameters.validate()?;
+        let description = Description::new(parameters, surroundings)?;
+        let stiffness = Stiffness {
+            stop_nm_per_rad: parameters.mechanism.stop_stiffness_nm_per_rad,
+            contact_n_per_m: parameters.contact.stiffness_n_per_m,
+        };
+        let model = compile(&description, stiffness, &Body::Nothing, true, false)?;
+        let numbers = |name: &str, count: usize| -> Vec<usize> {
+            (1..=count)
+                .filter_map(|n| model.name_to_id(MjtObjBase::mjOBJ_JOINT, &format!("{name}{n}")))
+                .collect()
+        };
+        let stages = description.stages.len();
+        let joints = numbers("joint", description.phalanges());
+        let levers = numbers("lever", stages);
+        let couplers = numbers("coupler", stages);
+        let input = match levers.first() {
+            Some(&lever) => vec![(lever, 1.0)],
+            None => joints.iter().copied().zip(description.ratios()).collect(),
+        };
+        let mut finger = Self {
+            state: FingerState {
+                phalanges: description.phalanges(),
+                stops_rad: description.stops,
+                ..FingerState::default()
+            },
+            parameters: parameters.clone(),
+            stiffness,
+            body: Body::Nothing,
+            stopped: true,
+            data: MjData::new(Arc::new(model)),
+            joints,
+            levers,
+            couplers,
+            input,
+            owed_s: 0.0,
+            last_end: None,
+            description,
+        };
+        let rest = finger.description.rest().to_vec();
+        finger.pose(&rest)?;
+        finger.data.forward();
+        finger.read(0.0);
+        Ok(finger)
+    }
+
+    /// Puts the joints at these angles, at rest, and the links of the transmission where they then stand.
+    fn pose(&mut self, joint_rad: &[f64]) -> Result<(), Error> {
+        let (levers, couplers) = self.description.positions(joint_rad)?;
+        let places = [
+            (&self.joints, joint_rad),
+            (&self.levers, &levers[..]),
+            (&self.couplers, &couplers[..]),
+        ];
+        for (numbers, angles) in places {
+            for (&number, &angle) in numbers.iter().zip(angles) {
+                self.data.qpos_mut()[number] = angle;
+            }
+        }
+        self.data.qvel_mut().fill(0.0);
+        Ok(())
+    }
+
+    /// The same state in a model with another object, with or without stops.
+    fn rebuilt(
+        &self,
+        body: &Body,
+        stopped: bool,
+        calm: bool,
+    ) -> Result<MjData<Arc<MjModel>>, Error> {
+        let model = compile(&self.description, self.stiffness, body, stopped, calm)?;
+        let mut data = MjData::new(Arc::new(model));
+        // The object's joints come after the finger's and start where the object is put.
+        let keep = self.joints.len() + self.levers.len() + self.couplers.len();
+        data.qpos_mut()[..keep].copy_from_slice(&self.data.qpos()[..keep]);
+        data.qvel_mut()[..keep].copy_from_slice(&self.data.qvel()[..keep]);
+        data.forward();
+        Ok(data)
+    }
+
+    fn along_input(&self, values: &[f64]) -> f64 {
+        self.input
+            .iter()
+            .map(|&(number, ratio)| ratio * values[number])
+            .sum()
+    }
+
+    /// Torque of the cable now; `speed` of its other end, radian per second.
+    fn cable_nm(&self, end: &CableEnd, speed: f64) -> f64 {
+        let torque = end.torque_nm(self.along_input(self.data.qpos()));
+        if torque == 0.0 {
+            return 0.0;
+        }
+        let damping = 2.0 * CABLE_DAMPING_RATIO * (end.stiffness_nm_per_rad * INERTIA).sqrt();
+        torque + damping * (speed - self.along_input(self.data.qvel()))
+    }
+
+    fn advance(&mut self, end: &CableEnd, speed: f64) {
+        let torque = self.cable_nm(end, speed);
+        self.data.ctrl_mut()[0] = torque;
+        self.data.step();
+    }
+
+    fn read(&mut self, torque_nm: f64) {
+        for (angle, &number) in self.state.joint_rad.iter_mut().zip(&self.joints) {
+            *angle = self.data.qpos()[number];
+        }
+        self.state.theta_a_rad = self.along_input(self.data.qpos());
+        self.state.torque_nm = torque_nm;
+        self.state.contacts.clear();
+        let model = self.data.model();
+        for (number, contact) in self.data.contact().iter().enumerate() {
+            let force_n = self.data.contact_force(number)[0];
+            let Some(geom) = usize::try_from(contact.geom1)
+                .ok()
+                .filter(|_| force_n > 0.0)
+            else {
+                continue;
+            };
+            let name = model.id_to_name(MjtObjBase::mjOBJ_GEOM, geom);
+            let other = name.is_none_or(|name| !name.starts_with("phalanx"));
+            // The engine orders the two by their kind.
+            let (geom, sign) = if other {
+                (contact.geom2, -1.0)
+            } else {
+                (contact.geom1, 1.0)
+            };
+            let Some((phalanx, joint, along)) = self.axis(geom) else {
+                continue;
+            };
+            let normal = [sign * contact.frame[0], sign * contact.frame[1]];
+            let offset = [contact.pos[0] - joint[0], contact.pos[1] - joint[1]];
+            let length = self.description.finger.length_m[usize::from(phalanx) - 1];
+            let k_m = (offset[0] * along[0] + offset[1] * along[1]).clamp(0.0, length);
+            let back = normal[1] * along[0] - normal[0] * along[1] < -1e-3;
+            // Corners of one flat side are one contact each.
+            self.state.contacts.push(Contact {
+                phalanx,
+                k_m,
+                force_n,
+                back,
+            });
+        }
+    }
+
+    /// Phalanx of a geom, the place of its joint and its direction.
+    fn axis(&self, geom: i32) -> Option<(u8, [f64; 2], [f64; 2])> {
+        let geom = usize::try_from(geom).ok()?;
+        let model = self.data.model();
+        let body = usize::try_from(*model.geom_bodyid().get(geom)?).ok()?;
+        let name = model.id_to_name(MjtObjBase::mjOBJ_BODY, body)?;
+        let phalanx: u8 = name.strip_prefix("phalanx")?.parse().ok()?;
+        let joint = self.data.xpos().get(body)?;
+        let turned = self.data.xmat().get(body)?;
+        Some((phalanx, [joint[0], joint[1]], [turned[0], turned[3]]))
+    }
+
+    fn deepest_overlap_m(data: &MjData<Arc<MjModel>>) -> f64 {
+        data.contact()
+            .iter()
+            .map(|contact| -contact.dist)
+            .fold(0.0, f64::max)
+    }
+}
+
+fn compile(
+    description: &Description,
+    stiffness: Stiffness,
+    body: &Body,
+    stopped: bool,
+    calm: bool,
+) -> Result<MjModel, Error> {
+    let text = description.xml(body, stopped, calm)?;
+    let mut model = MjModel::from_xml_string(&text)
+        .map_err(|error| Error::Engine(format!("MuJoCo: {error}")))?;
+    stiffness.set(&mut model);
+    Ok(model)
+}
+
+impl Mechanics for MujocoFinger {
+    fn state(&self) -> &FingerState {
+        &self.state
+    }
+
+    fn place(&mut self, grasp: &Grasp) -> Result<(), Error> {
+        let body = placed(&self.parameters, grasp)?;
+        let data = self.rebuilt(&body, self.stopped, false)?;
+        let depth = Self::deepest_overlap_m(&data);
+        if depth > ROUNDING_M {
+            return Err(Error::overlap(depth));
+        }
+        self.data = data;
+        self.body = body;
+        self.state.contacts.clear();
+        Ok(())
+    }
+
+    fn break_stops(&mut self, missing: bool) {
+        if self.stopped != missing {
+            return;
+        }
+        // The model without its stops is the one that was compiled before but for two flags.
+        if let Ok(data) = self.rebuilt(&self.body, !missing, false) {
+            self.data = data;
+            self.stopped = !missing;
+        }
+    }
+
+    fn step(&mut self, end: &CableEnd, dt_s: f64) {
+        let speed = self
+            .last_end
+            .map_or(0.0, |last| (end.low_rad - last.low_rad) / dt_s);
+        self.last_end = Some(*end);
+        self.owed_s += dt_s;
+        while self.owed_s > STEP_S * (1.0 - 1e-9) {
+            self.owed_s -= STEP_S;
+            self.advance(end, speed);
+        }
+        let torque = self.cable_nm(end, speed);
+        self.read(torque);
+    }
+
+    fn settle(&mut self, end: &CableEnd) {
+        let Ok(calm) = self.rebuilt(&self.body, self.stopped, true) else {
+            return;
+        };
+        let lively = std::mem::replace(&mut self.data, calm);
+        for _ in 0..SETTLING_STEPS {
+            self.advance(end, 0.0);
+            let fastest = self
+                .data
+                .qvel()
+                .iter()
+                .fold(0.0, |most: f64, v| most.max(v.abs()));
+            if fastest < REST_RAD_PER_S {
+                break;
+            }
+        }
+        let posture = self.data.qpos().to_vec();
+        self.read(self.cable_nm(end, 0.0));
+        self.data = lively;
+        self.data.qpos_mut().copy_from_slice(&posture);
+        self.data.qvel_mut().fill(0.0);
+        self.data.forward();
+    }
+
+    fn energy_j(&self) -> f64 {
+        self.data.energy().iter().sum()
+    }
+
+    fn boxed_clone(&self) -> Box<dyn Mechanics> {
+        Box::new(self.clone())
+    }
+}

@@ -1,0 +1,374 @@
+//! The engine's model of a finger and an object, as text.
+//!
+//! The finger moves in the plane z = 0. A phalanx is a capsule; a cylinder across the plane is a capsule too, because
+//! the engine meets two capsules exactly and its round ends are far from the plane.
+
+use crate::assembly::Stage;
+use crate::finger::{Mount, Surroundings};
+use crate::stiffness::IMPEDANCE;
+use palpate_plant::{Body, Error, FingerParameters, Parameters, Point};
+use std::fmt::Write;
+
+/// Steps of the engine, second: the control period.
+pub(crate) const STEP_S: f64 = 50e-6;
+/// Mass of a lever or coupler of a linkage, kilogram.
+const ROD_KG: f64 = 1.5e-3;
+/// Half the depth of an object across the plane, metre.
+const HALF_DEPTH_M: f64 = 0.05;
+/// Name of the tendon that the cable pulls.
+pub(crate) const INPUT: &str = "input";
+
+/// What of a finger goes into its model.
+#[derive(Clone, Debug)]
+pub(crate) struct Description {
+    pub finger: FingerParameters,
+    spring: Vec<f64>,
+    rest: Vec<f64>,
+    half_thickness: f64,
+    damping: f64,
+    friction: f64,
+    surroundings: Surroundings,
+    pub stages: Vec<Stage>,
+    /// theta_a at the opening and closing stop.
+    pub stops: [f64; 2],
+}
+
+impl Description {
+    pub fn new(parameters: &Parameters, surroundings: &Surroundings) -> Result<Self, Error> {
+        let finger = parameters.finger.clone();
+        let mechanism = &parameters.mechanism;
+        let mut rest: Vec<f64> = finger.rest_deg.iter().map(|deg| deg.to_radians()).collect();
+        if finger.spring_nm_per_rad.first() == Some(&0.0)
+            && let Some(first) = rest.first_mut()
+        {
+            // Without a spring nothing defines where joint 1 rests; it opens until theta_1 is zero.
+            *first = 0.0;
+        }
+        let mut description = Self {
+            spring: finger
+                .spring_nm_per_rad
+                .iter()
+                .map(|k| k * (1.0 + mechanism.spring_error))
+                .collect(),
+            rest,
+            half_thickness: mechanism.phalanx_half_thickness_m,
+            damping: mechanism.damping_nm_s_per_rad,
+            friction: parameters.contact.friction,
+            surroundings: surroundings.clone(),
+            stages: (0..2).filter_map(|i| Stage::of(&finger, i)).collect(),
+            stops: [0.0, finger.travel_rad],
+            finger,
+        };
+        let opening = description.theta_a(&description.rest)?;
+        description.stops = [opening, opening + description.stops[1]];
+        Ok(description)
+    }
+
+    pub fn phalanges(&self) -> usize {
+        self.finger.length_m.len()
+    }
+
+    pub fn rest(&self) -> &[f64] {
+        &self.rest
+    }
+
+    /// Coefficients of theta_a in the joint angles, of a finger with tendons.
+    pub fn ratios(&self) -> Vec<f64> {
+        let mut ratios = vec![1.0];
+        for pulleys in self.finger.pulley_m.chunks_exact(2) {
+            let last = ratios.last().copied().unwrap_or(1.0);
+            ratios.push(last * pulleys[1] / pulleys[0]);
+        }
+        ratios
+    }
+
+    /// Input-link angle of a posture.
+    fn theta_a(&self, joints: &[f64]) -> Result<f64, Error> {
+        if self.stages.is_empty() {
+            return Ok(self.ratios().iter().zip(joints).map(|(x, q)| x * q).sum());
+        }
+        let (positions, _) = self.positions(joints)?;
+        Ok(positions[0])
+    }
+
+    /// Angles of the driving levers against their zero, and of the couplers against their levers likewise.
+    pub fn positions(&self, joints: &[f64]) -> Result<(Vec<f64>, Vec<f64>), Error> {
+        let mut levers = vec![0.0; self.stages.len()];
+        let mut couplers = levers.clone();
+        let mut beyond = 0.0;
+        for (i, stage) in self.stages.iter().enumerate().rev() {
+            let joint = joints.get(i + 1).copied().unwrap_or(0.0) + beyond;
+            let (zero, now) = (self.close(i, stage, 0.0)?, self.close(i, stage, joint)?);
+            beyond = now.lever - zero.lever;
+            levers[i] = joints.get(i).copied().unwrap_or(0.0) + beyond;
+            couplers[i] = now.coupler - now.lever - (zero.coupler - zero.lever);
+        }
+        Ok((levers, couplers))
+    }
+
+    fn close(&self, i: usize, stage: &Stage, joint: f64) -> Result<crate::assembly::Closed, Error> {
+        stage.close(joint).ok_or(Error::Open {
+            key: "finger".into(),
+            stage: i + 1,
+            angle_deg: joint.to_degrees(),
+        })
+    }
+
+    /// The model. `stopped`: the stops of input link and joint 1 are there. `calm`: joints damped so that the finger
+    /// comes to rest soon.
+    pub fn xml(&self, object: &Body, stopped: bool, calm: bool) -> Result<String, Error> {
+        let mut text = String::new();
+        let [x, y] = self.surroundings.gravity_m_per_s2;
+        let damping = if calm {
+            self.damping.max(5e-3)
+        } else {
+            self.damping
+        };
+        line(
+            &mut text,
+            format_args!(
+                r#"<mujoco><compiler angle="radian" balanceinertia="true"/>
+<option timestep="{STEP_S}" gravity="{x} {y} 0" integrator="Euler" cone="elliptic" impratio="10" tolerance="1e-14" iterations="50">
+<flag energy="enable" multiccd="enable"/></option>
+<default><geom contype="0" conaffinity="0" mass="{ROD_KG}"/>
+<joint type="hinge" axis="0 0 1" solimplimit="{IMPEDANCE} {IMPEDANCE} 1" limited="false"/>
+<equality solref="-1e7 -6e3" solimp="0.9999 0.9999 1"/>
+<pair solimp="{IMPEDANCE} {IMPEDANCE} 1"/></default>
+<worldbody>"#
+            ),
+        );
+        if let Some(stage) = self.stages.first() {
+            let lever = self.close(0, stage, 0.0)?.lever;
+            line(
+                &mut text,
+                format_args!(r#"<body euler="0 0 {lever}"><joint name="lever1"/>"#),
+            );
+            self.lever(&mut text, 0)?;
+            text.push_str("</body>\n");
+        }
+        self.phalanx(&mut text, 0, stopped, damping)?;
+        self.object(&mut text, object);
+        text.push_str("</worldbody>\n");
+        let outline = match object {
+            Body::Polygon { corners } if rectangle(corners).is_none() => corners.as_slice(),
+            _ => &[],
+        };
+        if !outline.is_empty() {
+            text.push_str(&mesh(outline));
+        }
+        text.push_str("<contact>");
+        // Without friction a contact is one force; with it, a cone.
+        let dimensions = if self.friction > 0.0 { 3 } else { 1 };
+        let friction = self.friction.max(1e-5);
+        let touchable = match object {
+            Body::Nothing => 0,
+            Body::Disc { .. } | Body::Polygon { .. } => self.phalanges(),
+        };
+        for phalanx in 1..=touchable {
+            line(
+                &mut text,
+                format_args!(
+                    r#"<pair geom1="phalanx{phalanx}" geom2="object" condim="{dimensions}" friction="{friction} {friction} 0 0 0"/>"#
+                ),
+            );
+        }
+        text.push_str("</contact>\n<tendon>");
+        let [opening, closing] = self.stops;
+        line(
+            &mut text,
+            format_args!(
+                r#"<fixed name="{INPUT}" limited="{stopped}" range="{opening} {closing}" solimplimit="{IMPEDANCE} {IMPEDANCE} 1">"#
+            ),
+        );
+        if self.stages.is_empty() {
+            for (i, ratio) in self.ratios().iter().enumerate() {
+                line(
+                    &mut text,
+                    format_args!(r#"<joint joint="joint{}" coef="{ratio}"/>"#, i + 1),
+                );
+            }
+        } else {
+            text.push_str(r#"<joint joint="lever1" coef="1"/>"#);
+        }
+        text.push_str("</fixed></tendon>\n<equality>");
+        for i in 1..=self.stages.len() {
+            line(
+                &mut text,
+                format_args!(r#"<connect site1="coupler{i}" site2="driven{i}"/>"#),
+            );
+        }
+        line(
+            &mut text,
+            format_args!(r#"</equality><actuator><motor tendon="{INPUT}"/></actuator></mujoco>"#),
+        );
+        Ok(text)
+    }
+
+    /// Driving lever of stage `i` along x, with its coupler.
+    fn lever(&self, text: &mut String, i: usize) -> Result<(), Error> {
+        let stage = &self.stages[i];
+        let closed = self.close(i, stage, 0.0)?;
+        let (n, turn) = (i + 1, closed.coupler - closed.lever);
+        let (lever, coupler) = (stage.lever, stage.coupler);
+        line(
+            text,
+            format_args!(
+                r#"<geom type="capsule" fromto="0 0 0 {lever} 0 0" size="0.002"/>
+<body pos="{lever} 0 0" euler="0 0 {turn}"><joint name="coupler{n}"/>
+<geom type="capsule" fromto="0 0 0 {coupler} 0 0" size="0.002"/><site name="coupler{n}" pos="{coupler} 0 0"/></body>"#
+            ),
+        );
+        Ok(())
+    }
+
+    /// Phalanx `i` from 0 and all beyond.
+    fn phalanx(
+        &self,
+        text: &mut String,
+        i: usize,
+        stopped: bool,
+        damping: f64,
+    ) -> Result<(), Error> {
+        let (n, length) = (i + 1, self.finger.length_m[i]);
+        let before = if i == 0 {
+            0.0
+        } else {
+            self.finger.length_m[i - 1]
+        };
+        let (spring, rest) = (self.spring[i], self.rest[i]);
+        let low = self.finger.joint_min_deg[i].to_radians();
+        let high = self.finger.joint_max_deg[i].to_radians();
+        let limited = stopped || i > 0;
+        let friction = self.surroundings.joint_friction_nm;
+        let half = self.half_thickness;
+        let mass = self.surroundings.phalanx_kg_per_m * length;
+        line(
+            text,
+            format_args!(
+                r#"<body name="phalanx{n}" pos="{before} 0 0">
+<joint name="joint{n}" stiffness="{spring}" springref="{rest}" damping="{damping}" frictionloss="{friction}" limited="{limited}" range="{low} {high}"/>
+<geom name="phalanx{n}" type="capsule" fromto="0 0 0 {length} 0 0" size="{half}" mass="{mass}"/>"#
+            ),
+        );
+        if let Some(stage) = i.checked_sub(1).and_then(|stage| self.stages.get(stage))
+            // With a stage behind it, an intermediate link carries the driven lever.
+            && self.stages.get(i).is_none()
+        {
+            let [x, y] = stage.tip();
+            line(
+                text,
+                format_args!(r#"<site name="driven{i}" pos="{x} {y} 0"/>"#),
+            );
+        }
+        if i + 1 < self.phalanges() {
+            if let (Some(stage), Some(next)) = (self.stages.get(i), self.stages.get(i + 1)) {
+                let [x, y] = stage.tip();
+                let turn = self.close(i + 1, next, 0.0)?.lever;
+                line(
+                    text,
+                    format_args!(
+                        r#"<body pos="{length} 0 0"><joint name="lever{}"/>
+<geom type="capsule" fromto="0 0 0 {x} {y} 0" size="0.002"/><site name="driven{n}" pos="{x} {y} 0"/>
+<body euler="0 0 {turn}">"#,
+                        n + 1
+                    ),
+                );
+                self.lever(text, i + 1)?;
+                text.push_str("</body></body>\n");
+            }
+            self.phalanx(text, i + 1, stopped, damping)?;
+        }
+        text.push_str("</body>\n");
+        Ok(())
+    }
+
+    fn object(&self, text: &mut String, object: &Body) {
+        let (centre, geom) = match object {
+            Body::Nothing => return,
+            Body::Disc { centre, radius } => {
+                // The engine wants some size: half a micrometre is a point.
+                let radius = radius.max(5e-7);
+                let geom = format!(
+                    r#"<geom name="object" type="capsule" fromto="0 0 -{HALF_DEPTH_M} 0 0 {HALF_DEPTH_M}" size="{radius}" mass="{}"/>"#,
+                    self.surroundings.object_kg
+                );
+                (*centre, geom)
+            }
+            Body::Polygon { corners } => (
+                middle(corners),
+                polygon(corners, self.surroundings.object_kg),
+            ),
+        };
+        let [x, y] = centre;
+        let joints = match self.surroundings.mount {
+            Mount::Fixed => String::new(),
+            Mount::Spring {
+                stiffness_n_per_m,
+                damping_n_s_per_m,
+            } => ["1 0 0", "0 1 0"]
+                .map(|axis| {
+                    format!(
+                        r#"<joint type="slide" axis="{axis}" stiffness="{stiffness_n_per_m}" damping="{damping_n_s_per_m}"/>"#
+                    )
+                })
+                .concat(),
+            Mount::Free => {
+                let slide = |axis: &str| format!(r#"<joint type="slide" axis="{axis}"/>"#);
+                [slide("1 0 0"), slide("0 1 0"), "<joint/>".into()].concat()
+            }
+        };
+        line(
+            text,
+            format_args!(r#"<body name="object" pos="{x} {y} 0">{joints}{geom}</body>"#),
+        );
+    }
+}
+
+fn line(text: &mut String, arguments: std::fmt::Arguments<'_>) {
+    // Writing to a string cannot fail.
+    let _ = writeln!(text, "{arguments}");
+}
+
+fn middle(corners: &[Point]) -> Point {
+    let share = 1.0 / corners.len().max(1) as f64;
+    corners
+        .iter()
+        .fold([0.0; 2], |[x, y], c| [x + share * c[0], y + share * c[1]])
+}
+
+/// Width, height and direction of a rectangle; `None` for another outline.
+fn rectangle(corners: &[Point]) -> Option<[f64; 3]> {
+    let [a, b, c, d] = corners else { return None };
+    let (u, v) = ([b[0] - a[0], b[1] - a[1]], [c[0] - b[0], c[1] - b[1]]);
+    let (width, height) = (u[0].hypot(u[1]), v[0].hypot(v[1]));
+    let skew = u[0] * v[0] + u[1] * v[1];
+    let open = (a[0] + c[0] - b[0] - d[0]).hypot(a[1] + c[1] - b[1] - d[1]);
+    (skew.abs() < 1e-9 * width * height && open < 1e-9).then(|| [width, height, u[1].atan2(u[0])])
+}
+
+/// A prism about its middle: a box where the outline is a rectangle, else the hull of its corners.
+fn polygon(corners: &[Point], mass: f64) -> String {
+    match rectangle(corners) {
+        Some([width, height, turn]) => format!(
+            r#"<geom name="object" type="box" size="{} {} {HALF_DEPTH_M}" euler="0 0 {turn}" mass="{mass}"/>"#,
+            0.5 * width,
+            0.5 * height
+        ),
+        None => format!(r#"<geom name="object" type="mesh" mesh="object" mass="{mass}"/>"#),
+    }
+}
+
+/// The asset of an outline that is no rectangle.
+fn mesh(corners: &[Point]) -> String {
+    let [x, y] = middle(corners);
+    let vertices: Vec<String> = corners
+        .iter()
+        .flat_map(|c| {
+            [-HALF_DEPTH_M, HALF_DEPTH_M].map(|z| format!("{} {} {z}", c[0] - x, c[1] - y))
+        })
+        .collect();
+    format!(
+        r#"<asset><mesh name="object" vertex="{}"/></asset>"#,
+        vertices.join(" ")
+    )
+}

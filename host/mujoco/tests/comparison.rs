@@ -1,0 +1,269 @@
+//! Both worlds on the same scenes: frictionless, without gravity, at rest, the finger's path, contact forces and
+//! stiffness are the same within 0.5 %.
+//!
+//! The plant's finger follows closed equations of balance without mass; MuJoCo integrates bodies held together by
+//! constraints. What the two have in common is the parameters alone.
+
+use palpate_mujoco::{MujocoFinger, Surroundings};
+use palpate_plant::{
+    CableEnd, Error, FingerState, Grasp, Mechanics, Parameters, Quasistatic, Shape,
+};
+
+const SHARE: f64 = 0.005;
+
+/// A second: joints come to rest in some 10 ms.
+const OWN_STEPS: usize = 10_000;
+const OWN_STEP_S: f64 = 1e-4;
+
+const CYLINDER: Shape = Shape::Cylinder { diameter_m: 0.020 };
+
+/// Both fingers, held by the same cable.
+struct Pair {
+    own: Quasistatic,
+    mujoco: MujocoFinger,
+    stiffness_nm_per_rad: f64,
+}
+
+impl Pair {
+    fn new(scene: &str) -> Self {
+        let parameters = Parameters::of(scene).expect("a scene of this project");
+        let surroundings = Surroundings::default();
+        Self {
+            own: Quasistatic::new(&parameters).expect("the defaults are valid"),
+            mujoco: MujocoFinger::new(&parameters, &surroundings).expect("a valid model"),
+            stiffness_nm_per_rad: parameters.cable_stiffness_nm_per_rad(),
+        }
+    }
+
+    /// Both at rest with the cable's other end at `end_rad` above the opening stop.
+    fn at(&mut self, end_rad: f64) -> [&FingerState; 2] {
+        let at = self.own.state().stops_rad[0] + end_rad;
+        let end = CableEnd {
+            low_rad: at,
+            high_rad: at,
+            stiffness_nm_per_rad: self.stiffness_nm_per_rad,
+        };
+        // The plant's own settling takes steps of 5 ms, at which a stiff contact may chatter.
+        for _ in 0..OWN_STEPS {
+            self.own.step(&end, OWN_STEP_S);
+        }
+        self.mujoco.settle(&end);
+        [self.own.state(), self.mujoco.state()]
+    }
+
+    fn place(&mut self, grasp: &Grasp) -> Result<(), Error> {
+        self.own.place(grasp)?;
+        self.mujoco.place(grasp)
+    }
+}
+
+/// Deviation as a share of what it is measured by.
+fn share(own: f64, mujoco: f64, scale: f64) -> f64 {
+    (own - mujoco).abs() / scale.abs()
+}
+
+/// Largest deviations of a scene.
+#[derive(Debug, Default)]
+struct Worst {
+    path: f64,
+    torque: f64,
+    force: f64,
+    place: f64,
+    stiffness: f64,
+}
+
+impl Worst {
+    fn note(worst: &mut f64, found: f64) {
+        assert!(found.is_finite());
+        *worst = worst.max(found);
+    }
+
+    fn check(&self, what: &str) {
+        println!(
+            "{what}: path {:.3} %, torque {:.3} %, force {:.3} %, place {:.3} %, stiffness {:.3} %",
+            1e2 * self.path,
+            1e2 * self.torque,
+            1e2 * self.force,
+            1e2 * self.place,
+            1e2 * self.stiffness
+        );
+        for found in [
+            self.path,
+            self.torque,
+            self.force,
+            self.place,
+            self.stiffness,
+        ] {
+            assert!(found < SHARE, "{what}: {self:?}");
+        }
+    }
+}
+
+#[test]
+fn a_free_finger_takes_the_same_path() {
+    for scene in SCENES {
+        let mut pair = Pair::new(scene);
+        let mut worst = Worst::default();
+        let start = pair.own.state().joint_rad;
+        for step in 1..=6 {
+            let [own, mujoco] = pair.at(0.25 * f64::from(step));
+            let travel = own.theta_a_rad - own.stops_rad[0];
+            for joint in 0..own.phalanges {
+                let moved = (own.joint_rad[joint] - start[joint]).abs().max(0.05);
+                Worst::note(
+                    &mut worst.path,
+                    share(own.joint_rad[joint], mujoco.joint_rad[joint], moved),
+                );
+            }
+            Worst::note(
+                &mut worst.path,
+                share(own.theta_a_rad, mujoco.theta_a_rad, travel),
+            );
+            Worst::note(
+                &mut worst.torque,
+                share(
+                    own.torque_nm,
+                    mujoco.torque_nm,
+                    own.torque_nm.abs().max(0.01),
+                ),
+            );
+        }
+        worst.check(&format!("{scene} free"));
+    }
+}
+
+#[test]
+fn stops_are_as_stiff() {
+    for scene in SCENES {
+        let mut pair = Pair::new(scene);
+        let travel = {
+            let [opening, closing] = pair.own.state().stops_rad;
+            closing - opening
+        };
+        let mut worst = Worst::default();
+        let cable = pair.stiffness_nm_per_rad;
+        let mut last: Option<[(f64, f64); 2]> = None;
+        for beyond in [0.2, 0.4] {
+            let [own, mujoco] = pair.at(travel + beyond);
+            Worst::note(
+                &mut worst.torque,
+                share(own.torque_nm, mujoco.torque_nm, own.torque_nm),
+            );
+            let now = [own, mujoco].map(|state| (state.theta_a_rad, state.torque_nm));
+            if let Some(last) = last {
+                Worst::note(&mut worst.stiffness, deviation(cable, last, now));
+            }
+            last = Some(now);
+        }
+        worst.check(&format!("{scene} on its closing stop"));
+    }
+}
+
+/// Deviation of the compliance between two states, the finger's with the cable's, which is what a motor feels.
+fn deviation(cable_nm_per_rad: f64, from: [(f64, f64); 2], to: [(f64, f64); 2]) -> f64 {
+    let cable = 1.0 / cable_nm_per_rad;
+    let compliance = [0, 1].map(|i| (to[i].0 - from[i].0) / (to[i].1 - from[i].1) + cable);
+    share(compliance[0], compliance[1], compliance[0])
+}
+
+/// Closes on an object and compares every state with contact.
+fn compare(scene: &str, grasp: &Grasp, what: &str) {
+    let mut pair = Pair::new(scene);
+    pair.at(0.05);
+    pair.place(grasp).expect("clear of the open finger");
+    let mut worst = Worst::default();
+    let cable = pair.stiffness_nm_per_rad;
+    let mut last: Option<[(f64, f64); 2]> = None;
+    let mut pressed = 0;
+    for step in 2..=32 {
+        let [own, mujoco] = pair.at(0.05 * f64::from(step));
+        if own.contacts.is_empty() || own.torque_nm > 0.35 {
+            last = None;
+            continue;
+        }
+        let force = |state: &FingerState| state.contacts.iter().map(|c| c.force_n).sum::<f64>();
+        // Just touching, forces are what the engines' rounding leaves.
+        if force(own) < 0.2 {
+            continue;
+        }
+        pressed += 1;
+        let centre = |state: &FingerState| {
+            let weighted = state
+                .contacts
+                .iter()
+                .map(|c| c.force_n * c.k_m)
+                .sum::<f64>();
+            weighted / force(state)
+        };
+        let phalanges = [own, mujoco].map(|state| {
+            let mut list: Vec<u8> = state.contacts.iter().map(|c| c.phalanx).collect();
+            list.dedup();
+            list
+        });
+        assert_eq!(phalanges[0], phalanges[1], "{what}, step {step}");
+        Worst::note(
+            &mut worst.force,
+            share(force(own), force(mujoco), force(own)),
+        );
+        if phalanges[0].len() == 1 {
+            Worst::note(&mut worst.place, share(centre(own), centre(mujoco), 0.07));
+        }
+        Worst::note(
+            &mut worst.torque,
+            share(own.torque_nm, mujoco.torque_nm, own.torque_nm),
+        );
+        let now = [own, mujoco].map(|state| (state.theta_a_rad, state.torque_nm));
+        if let Some(last) = last {
+            Worst::note(&mut worst.stiffness, deviation(cable, last, now));
+        }
+        last = Some(now);
+    }
+    assert!(pressed >= 2, "{what}: {pressed} states with contact");
+    worst.check(&format!("{scene} {what}, {pressed} states"));
+}
+
+const SCENES: [&str; 5] = ["p70", "p70-rigid", "tendon2", "tendon3", "linkage3"];
+
+fn cylinders(scene: &str, places: &[(u8, f64)]) {
+    for &(phalanx, k_m) in places {
+        let grasp = Grasp::touching(phalanx, k_m, 0.8, CYLINDER);
+        compare(
+            kind,
+            &grasp,
+            &format!("cylinder at {:.0} mm of phalanx {phalanx}", 1e3 * k_m),
+        );
+    }
+}
+
+#[test]
+fn prototype_on_cylinders() {
+    cylinders("p70", &[(1, 0.05), (2, 0.02), (2, 0.04), (2, 0.06)]);
+}
+
+#[test]
+fn two_phalanx_tendon_on_cylinders() {
+    cylinders("tendon2", &[(1, 0.05), (2, 0.02), (2, 0.05)]);
+}
+
+#[test]
+fn three_phalanx_tendon_on_cylinders() {
+    cylinders("tendon3", &[(1, 0.05), (2, 0.03), (3, 0.015), (3, 0.03)]);
+}
+
+#[test]
+fn three_phalanx_linkage_on_cylinders() {
+    cylinders("linkage3", &[(1, 0.05), (2, 0.03), (3, 0.015), (3, 0.03)]);
+}
+
+#[test]
+fn boxes_and_polygons() {
+    let triangle = Shape::Polygon {
+        corners_m: vec![[0.0, 0.0], [0.03, 0.04], [-0.02, 0.04]],
+    };
+    for (shape, what) in [
+        (Shape::square(0.03, 45.0), "edge of a box"),
+        (triangle, "corner of a triangle"),
+    ] {
+        compare("p70", &Grasp::touching(2, 0.04, 0.8, shape), what);
+    }
+}

@@ -1,0 +1,386 @@
+//! What a user types, over RTT or the serial port: one line, one command, one answer.
+
+use core::fmt;
+
+use super::settings::{Range, Setting};
+use super::text::number;
+
+/// Longest line that is understood, bytes, without its end.
+pub const LINE_MAX: usize = 64;
+
+/// A command.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Command {
+    /// List the commands.
+    Help,
+    /// Report state, position, current, supply, temperature, faults.
+    Status,
+    /// A whole grasp: what is missing of offset, homing and friction record, then close, probe, hold, open.
+    Run,
+    /// Open against the stop and make that the zero of the encoder.
+    Home,
+    /// Record friction on a free closing and opening.
+    RecordFriction,
+    /// Calibrate at a known contact.
+    Calibrate(Calibrate),
+    /// Close until contact, probe, hold.
+    Close,
+    /// Open.
+    Open,
+    /// Bridge off, now, whatever is going on.
+    Stop,
+    /// Clear a fault whose cause is gone.
+    Clear,
+    /// Print all settings.
+    Show,
+    /// Change a setting, value in SI units, within its range.
+    Set(Setting, f32),
+    /// Write settings, friction record and calibration to flash.
+    Save,
+    /// Forget everything that was saved.
+    Factory,
+}
+
+/// Where the contact of a calibration is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Calibrate {
+    /// A pin at this distance from the joint of the distal phalanx, metre.
+    At {
+        /// Distance, metre.
+        k_m: f32,
+    },
+    /// The closing stop: the cable's stiffness alone.
+    Cable,
+    /// Forget the places collected so far and the calibration.
+    Forget,
+}
+
+/// The places a pin may have: on a phalanx of any finger that this firmware could move.
+const PLACE: Range = Range {
+    unit_si: 1e-3,
+    min: 1.0,
+    max: 500.0,
+};
+
+/// Declares the verbs once: the enum and the table that `help` prints come from the same lines.
+macro_rules! verbs {
+    ($($verb:ident $name:literal $usage:literal, $summary:literal;)*) => {
+        /// What a command begins with.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Verb {
+            $(#[doc = $summary] $verb,)*
+        }
+
+        impl Verb {
+            /// Every verb, in the order of the enum.
+            pub const ALL: &[Self] = &[$(Self::$verb,)*];
+            /// Name, usage and summary of each, in the same order.
+            const TABLE: &[[&str; 3]] = &[$([$name, $usage, $summary],)*];
+        }
+    };
+}
+
+verbs! {
+    Help "help" "", "list the commands";
+    Status "status" "", "state, position, current, supply, temperature, fault";
+    Run "run" "", "a whole grasp: home, record friction if needed, close, probe, hold, open";
+    Home "home" "", "open against the stop and make it the zero";
+    RecordFriction "record-friction" "",
+        "record friction on a free closing and opening; remove all objects first";
+    Calibrate "calibrate" "MM | cable | forget",
+        "press on a pin at a known place, or on the closing stop for the cable alone";
+    Close "close" "", "close until contact, probe, hold";
+    Open "open" "", "open to the stop";
+    Stop "stop" "", "bridge off at once, in any state";
+    Clear "clear" "", "clear a fault whose cause is gone";
+    Show "show" "", "print the settings";
+    Set "set" "NAME VALUE", "change a setting; `show` lists names, units and ranges";
+    Save "save" "", "keep settings, friction record and calibration";
+    Factory "factory" "", "forget all that was saved";
+}
+
+/// What is wrong with a line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CommandError {
+    /// Longer than [`LINE_MAX`], or with a byte that no text has.
+    NotALine,
+    /// No such command.
+    Unknown,
+    /// Something follows a command that takes nothing, or too much follows it.
+    Unexpected {
+        /// Usage of the command.
+        usage: &'static str,
+    },
+    /// Something is missing or is not a number.
+    Expected {
+        /// What should stand there.
+        what: &'static str,
+    },
+    /// No such setting.
+    UnknownSetting,
+    /// A value outside its range.
+    Range {
+        /// The setting.
+        setting: Setting,
+    },
+    /// A place outside what a finger has.
+    Place,
+}
+
+impl fmt::Display for CommandError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotALine => write!(f, "expected a line of text of at most {LINE_MAX} bytes"),
+            Self::Unknown => f.write_str("no such command; try help"),
+            Self::Unexpected { usage: "" } => f.write_str("this command takes nothing"),
+            Self::Unexpected { usage } => write!(f, "too many words; expected {usage}"),
+            Self::Expected { what } => write!(f, "expected {what}"),
+            Self::UnknownSetting => f.write_str("no such setting; try show"),
+            Self::Range { setting } => write!(
+                f,
+                "{} must be {} {}",
+                setting.name(),
+                setting.range(),
+                setting.unit()
+            ),
+            Self::Place => write!(f, "the place must be {PLACE} mm from the joint"),
+        }
+    }
+}
+
+/// The words of a line that are still to be read, and the blanks between them.
+struct Words<'l>(&'l [u8]);
+
+impl<'l> Words<'l> {
+    fn next(&mut self) -> Option<&'l [u8]> {
+        let rest = self.0.trim_ascii_start();
+        let end = rest.iter().position(u8::is_ascii_whitespace);
+        let (word, rest) = rest.split_at_checked(end.unwrap_or(rest.len()))?;
+        self.0 = rest;
+        (!word.is_empty()).then_some(word)
+    }
+}
+
+impl Command {
+    /// Reads a line. Words are separated by blanks; case does not matter; an empty line is no command.
+    ///
+    /// # Errors
+    /// What was expected instead.
+    pub fn parse(line: &[u8]) -> Result<Option<Self>, CommandError> {
+        // From 0xF8 on, no byte stands in UTF-8: noise, or another speed.
+        if line.len() > LINE_MAX || line.iter().any(|byte| *byte >= 0xF8) {
+            return Err(CommandError::NotALine);
+        }
+        let mut words = Words(line);
+        let Some(name) = words.next() else {
+            return Ok(None);
+        };
+        let verb = Verb::ALL
+            .iter()
+            .find(|verb| verb.name().as_bytes().eq_ignore_ascii_case(name));
+        let verb = verb.ok_or(CommandError::Unknown)?;
+        let command = verb.read(&mut words)?;
+        // A stop with words behind it is still a stop.
+        if *verb != Verb::Stop && words.next().is_some() {
+            let usage = verb.usage();
+            return Err(CommandError::Unexpected { usage });
+        }
+        Ok(Some(command))
+    }
+}
+
+impl Verb {
+    const fn column(self, column: usize) -> &'static str {
+        // One row for each verb, of three columns: the index cannot fail.
+        Self::TABLE[self as usize][column]
+    }
+
+    /// What a user types.
+    pub fn name(self) -> &'static str {
+        self.column(0)
+    }
+
+    /// What follows it; empty where nothing does.
+    pub fn usage(self) -> &'static str {
+        self.column(1)
+    }
+
+    /// What it does.
+    pub fn summary(self) -> &'static str {
+        self.column(2)
+    }
+
+    /// The command, with what follows its first word.
+    fn read(self, words: &mut Words<'_>) -> Result<Command, CommandError> {
+        Ok(match self {
+            Self::Help => Command::Help,
+            Self::Status => Command::Status,
+            Self::Run => Command::Run,
+            Self::Home => Command::Home,
+            Self::RecordFriction => Command::RecordFriction,
+            Self::Calibrate => Command::Calibrate(calibrate(words)?),
+            Self::Close => Command::Close,
+            Self::Open => Command::Open,
+            Self::Stop => Command::Stop,
+            Self::Clear => Command::Clear,
+            Self::Show => Command::Show,
+            Self::Set => set(words)?,
+            Self::Save => Command::Save,
+            Self::Factory => Command::Factory,
+        })
+    }
+}
+
+fn calibrate(words: &mut Words<'_>) -> Result<Calibrate, CommandError> {
+    const EXPECTED: CommandError = CommandError::Expected {
+        what: "the pin's place in mm, or cable, or forget",
+    };
+    let word = words.next().ok_or(EXPECTED)?;
+    if word.eq_ignore_ascii_case(b"cable") {
+        return Ok(Calibrate::Cable);
+    }
+    if word.eq_ignore_ascii_case(b"forget") {
+        return Ok(Calibrate::Forget);
+    }
+    let k_mm = with_unit(word, "mm", words).ok_or(EXPECTED)?;
+    let k_m = PLACE.to_si(k_mm).ok_or(CommandError::Place)?;
+    Ok(Calibrate::At { k_m })
+}
+
+fn set(words: &mut Words<'_>) -> Result<Command, CommandError> {
+    let name = words
+        .next()
+        .ok_or(CommandError::Expected { what: "NAME VALUE" })?;
+    let setting = Setting::by_name(name).ok_or(CommandError::UnknownSetting)?;
+    let value = words
+        .next()
+        .and_then(|word| with_unit(word, setting.unit(), words))
+        .ok_or(CommandError::Expected {
+            what: "a number after the name",
+        })?;
+    let value_si = setting.range().to_si(value);
+    Ok(Command::Set(
+        setting,
+        value_si.ok_or(CommandError::Range { setting })?,
+    ))
+}
+
+/// A number, with its unit joined to it, behind it, or left out.
+fn with_unit(word: &[u8], unit: &str, rest: &mut Words<'_>) -> Option<f32> {
+    let unit = unit.as_bytes();
+    if let Some(bare) = word.strip_suffix(unit) {
+        return number(bare);
+    }
+    let value = number(word)?;
+    let behind = rest.next().unwrap_or(unit);
+    behind.eq_ignore_ascii_case(unit).then_some(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn parse(text: &str) -> Result<Option<Command>, CommandError> {
+        Command::parse(text.as_bytes())
+    }
+
+    #[test]
+    fn every_command_of_the_table_is_understood() {
+        for verb in Verb::ALL {
+            let (name, usage) = (verb.name(), verb.usage());
+            let line = match usage {
+                "" => name.to_owned(),
+                "NAME VALUE" => format!("{name} closing-speed 0.3"),
+                _ => format!("{name} 40"),
+            };
+            assert!(matches!(parse(&line), Ok(Some(_))), "{line}");
+            assert!(matches!(parse(&line.to_uppercase()), Ok(Some(_))), "{line}");
+            let command = format!("{:?}", parse(&line)).to_lowercase();
+            assert!(command.starts_with(&format!("ok(some({}", name.replace('-', ""))));
+            let excess = parse(&format!("{line} mm what"));
+            assert_eq!(excess.is_ok(), name == "stop", "{line}: {excess:?}");
+        }
+    }
+
+    #[test]
+    fn units_may_be_joined_apart_or_left_out() {
+        for line in [
+            "calibrate 40",
+            "calibrate 40mm",
+            "calibrate 40 mm",
+            " calibrate\t40 MM ",
+        ] {
+            assert_eq!(
+                parse(line),
+                Ok(Some(Command::Calibrate(Calibrate::At { k_m: 40.0 * 1e-3 }))),
+                "{line}"
+            );
+        }
+        assert_eq!(
+            parse("set current-limit 150 mA"),
+            Ok(Some(Command::Set(Setting::CurrentLimit, 150.0 * 1e-3)))
+        );
+        assert_eq!(
+            parse("calibrate cable"),
+            Ok(Some(Command::Calibrate(Calibrate::Cable)))
+        );
+        assert_eq!(
+            parse("calibrate forget"),
+            Ok(Some(Command::Calibrate(Calibrate::Forget)))
+        );
+    }
+
+    #[test]
+    fn wrong_lines_are_told_what_was_expected() {
+        for (line, answer) in [
+            ("halt", "no such command; try help"),
+            ("set", "expected NAME VALUE"),
+            ("set speed 3", "no such setting; try show"),
+            ("set closing-speed", "expected a number after the name"),
+            ("set closing-speed fast", "expected a number after the name"),
+            (
+                "set closing-speed 0.3 mA",
+                "expected a number after the name",
+            ),
+            (
+                "set closing-speed 3",
+                "closing-speed must be 0.05 to 0.8 rad/s",
+            ),
+            (
+                "set closing-speed 0.3 rad/s now",
+                "too many words; expected NAME VALUE",
+            ),
+            (
+                "calibrate",
+                "expected the pin's place in mm, or cable, or forget",
+            ),
+            (
+                "calibrate 1e9",
+                "expected the pin's place in mm, or cable, or forget",
+            ),
+            (
+                "calibrate -5",
+                "the place must be 1 to 500 mm from the joint",
+            ),
+            ("open wide", "this command takes nothing"),
+            ("\u{fc}ben", "no such command; try help"),
+        ] {
+            let error = parse(line).expect_err(line);
+            assert_eq!(error.to_string(), answer, "{line}");
+        }
+        assert_eq!(Command::parse(&[0xff, b'a']), Err(CommandError::NotALine));
+        assert_eq!(
+            Command::parse(&[b' '; LINE_MAX + 1]),
+            Err(CommandError::NotALine)
+        );
+        assert_eq!(parse("   "), Ok(None));
+    }
+
+    proptest! {
+        #[test]
+        fn any_line_is_answered(line in proptest::collection::vec(any::<u8>(), 0..200)) {
+            let _ = Command::parse(&line);
+        }
+    }
+}

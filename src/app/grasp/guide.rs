@@ -1,0 +1,191 @@
+//! The guided calibration: what to do next, after each of its steps.
+
+use core::fmt;
+
+use crate::finger::Mechanics;
+use crate::scene::Scene;
+use crate::sensing::location::Series;
+use crate::sensing::{Calibration, Event, Refusal};
+
+/// Places of the two pins as shares of the distal phalanx: where the finger is soft, for the torque factor, and where it is
+/// stiff, so that the cable shows.
+const PIN_SHARES: [f32; 2] = [0.3, 0.75];
+
+/// What the user should do next; displayed as a sentence.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Hint {
+    /// Friction is recorded: press on the closing stop.
+    Press,
+    /// Put a pin at a place and calibrate there.
+    Pin {
+        /// From the joint of the distal phalanx, whole millimetres, as a pin is placed.
+        k_mm: u16,
+    },
+    /// All steps are done: keep it.
+    Save,
+    /// Friction has to be recorded first, or again.
+    RecordFriction,
+    /// A step was refused: what to look at before it is repeated.
+    Again(Refusal),
+}
+
+impl Hint {
+    /// What follows from an event, given what is known after it; `None` for those outside the guided sequence.
+    pub fn after<S: Scene>(event: &Event, known: &Calibration, finger: &S::Finger) -> Option<Self> {
+        match event {
+            Event::FrictionRecorded { .. } if known.presses == 0 && known.contacts == 0 => {
+                Some(Self::next::<S>(known, finger))
+            }
+            Event::FrictionStale { .. } | Event::FrictionNotRecorded { .. } => {
+                Some(Self::RecordFriction)
+            }
+            Event::Calibrated { calibration } => Some(Self::next::<S>(calibration, finger)),
+            // It is known as well as this step can tell: go on.
+            Event::CalibrationRefused {
+                why: Refusal::Uninformative,
+            } => Some(Self::next::<S>(known, finger)),
+            Event::CalibrationRefused { why } => Some(Self::Again(*why)),
+            _ => None,
+        }
+    }
+
+    /// The step after those that have been taken: the stop, then one pin, then the other.
+    fn next<S: Scene>(known: &Calibration, finger: &S::Finger) -> Self {
+        if S::Series::FLEXIBLE && known.presses == 0 {
+            return Self::Press;
+        }
+        let share = PIN_SHARES.get(usize::from(known.contacts));
+        let length_m = finger.phalanx_length_m(S::PHALANGES);
+        match (share, length_m) {
+            (Some(share), Some(length_m)) => Self::Pin {
+                k_mm: (share * length_m * 1e3 + 0.5) as u16,
+            },
+            _ => Self::Save,
+        }
+    }
+}
+
+impl fmt::Display for Hint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Press => "leave the finger free and enter: calibrate cable",
+            Self::Pin { k_mm } => {
+                return write!(
+                    f,
+                    "put a pin at {k_mm} mm from the last joint and enter: calibrate {k_mm}"
+                );
+            }
+            Self::Save => "calibrated; remove the pin and enter: save",
+            Self::RecordFriction => "leave the finger free and enter: record-friction",
+            Self::Again(Refusal::NoContact) => {
+                "no contact was detected: put the pin into the finger's way and repeat"
+            }
+            Self::Again(Refusal::TooFewSamples) => {
+                "the press was too short: is the current limit high enough? repeat"
+            }
+            Self::Again(Refusal::NoSuchPlace) => {
+                "no such place on the last phalanx: give the pin's distance"
+            }
+            Self::Again(Refusal::Misfit) => {
+                "that was no single fixed pin: fix it, let nothing else touch, and repeat"
+            }
+            Self::Again(Refusal::Implausible) => {
+                "too far from what was known: check the place and repeat, or enter: calibrate forget"
+            }
+            Self::Again(Refusal::Uninformative) => "nothing new was learned: choose another place",
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::P70;
+
+    fn known(presses: u8, contacts: u8) -> Calibration {
+        Calibration {
+            presses,
+            contacts,
+            ..P70::UNCALIBRATED
+        }
+    }
+
+    fn after(event: Event, known: &Calibration) -> Option<Hint> {
+        Hint::after::<P70>(&event, known, &P70::MECHANISM)
+    }
+
+    fn calibrated(presses: u8, contacts: u8) -> Option<Hint> {
+        let calibration = known(presses, contacts);
+        after(Event::Calibrated { calibration }, &calibration)
+    }
+
+    const RECORDED: Event = Event::FrictionRecorded {
+        closing_nm: 0.1,
+        opening_nm: -0.1,
+        residual_nm: 1e-3,
+        coverage: 1.0,
+    };
+
+    #[test]
+    fn the_sequence_leads_from_friction_to_save() {
+        let said = [
+            after(RECORDED, &known(0, 0)),
+            calibrated(1, 0),
+            calibrated(1, 1),
+            calibrated(1, 2),
+        ];
+        assert_eq!(
+            said,
+            [
+                Some(Hint::Press),
+                Some(Hint::Pin { k_mm: 21 }),
+                Some(Hint::Pin { k_mm: 53 }),
+                Some(Hint::Save),
+            ]
+        );
+    }
+
+    #[test]
+    fn whoever_begins_with_a_pin_is_led_to_the_rest() {
+        assert_eq!(calibrated(0, 1), Some(Hint::Press));
+        assert_eq!(calibrated(1, 7), Some(Hint::Save));
+    }
+
+    #[test]
+    fn a_calibrated_finger_that_records_friction_anew_is_not_led_on() {
+        assert_eq!(after(RECORDED, &known(1, 2)), None);
+        for event in [
+            Event::FrictionStale { misfit_nm: 0.01 },
+            Event::FrictionNotRecorded { coverage: 0.5 },
+        ] {
+            assert_eq!(after(event, &known(1, 2)), Some(Hint::RecordFriction));
+        }
+    }
+
+    #[test]
+    fn every_refusal_says_what_to_look_at_and_one_leads_on() {
+        for why in [
+            Refusal::NoContact,
+            Refusal::TooFewSamples,
+            Refusal::NoSuchPlace,
+            Refusal::Misfit,
+            Refusal::Implausible,
+        ] {
+            let said = after(Event::CalibrationRefused { why }, &known(1, 0));
+            assert_eq!(said, Some(Hint::Again(why)));
+        }
+        let why = Refusal::Uninformative;
+        let said = after(Event::CalibrationRefused { why }, &known(1, 1));
+        assert_eq!(said, Some(Hint::Pin { k_mm: 53 }));
+    }
+
+    #[test]
+    fn a_contact_needs_no_hint() {
+        let touch = Event::Touch {
+            time_us: 1,
+            theta_a_rad: 0.1,
+            torque_nm: 0.01,
+        };
+        assert_eq!(after(touch, &known(0, 0)), None);
+    }
+}

@@ -1,0 +1,64 @@
+//! Force control while holding: the motor current that holds a wanted contact force.
+//!
+//! In single contact the force is proportional to the torque above friction, and that to the current above what free motion
+//! took. A force below the one that probing has reached is not released: the worm locks.
+
+/// Weight of a new sample in the mean of the free current: a time constant of 0.1 s.
+const GAIN: f32 = 0.01;
+
+/// The current that free closing takes, and with it the current for a force.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ForceHold {
+    free_a: f32,
+}
+
+impl ForceHold {
+    /// Takes the current of a sample while closing. A contact adds little to the mean until it is detected.
+    pub fn closing(&mut self, current_a: f32) {
+        self.free_a += GAIN * (current_a - self.free_a);
+    }
+
+    /// The current that holds `wanted_n`, at most `limit_a`, given that `current_a` makes the contact force `force_n`. None
+    /// where the two do not tell: no force, or no current above that of free motion.
+    pub fn current_a(
+        &self,
+        current_a: f32,
+        force_n: f32,
+        wanted_n: f32,
+        limit_a: f32,
+    ) -> Option<f32> {
+        let load_a = current_a - self.free_a;
+        // A NaN is not greater than zero.
+        (load_a > 0.0 && force_n > 0.0).then(|| {
+            (self.free_a + load_a * wanted_n / force_n)
+                .min(limit_a)
+                .max(0.0)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_current_above_free_motion_is_proportional_to_the_force() {
+        let hold = ForceHold { free_a: 0.015 };
+        let held_a = |force_n, wanted_n| hold.current_a(0.065, force_n, wanted_n, 0.12);
+        assert!((held_a(1.0, 1.5).expect("told") - 0.09).abs() < 1e-6);
+        assert_eq!(held_a(0.1, 1.5), Some(0.12), "within the limit");
+        for force_n in [0.0, -1.0, f32::NAN] {
+            assert_eq!(held_a(force_n, 1.5), None);
+        }
+        assert_eq!(hold.current_a(0.01, 1.0, 1.5, 0.12), None);
+    }
+
+    #[test]
+    fn the_free_current_is_a_mean_over_a_tenth_of_a_second() {
+        let mut hold = ForceHold::default();
+        for _ in 0..100 {
+            hold.closing(0.02);
+        }
+        assert!((0.012..0.013).contains(&hold.free_a), "{}", hold.free_a);
+    }
+}

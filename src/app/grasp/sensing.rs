@@ -1,0 +1,133 @@
+//! The sensing half of the slow loop: samples in, events out, and the notices for the motion sequence that follow from them.
+
+use super::guide::Hint;
+use crate::app::console::settings::{Overrides, Setting};
+use crate::app::storage::record::Record;
+use crate::drive::sequence::Notice;
+use crate::scene::{Reading, SampleOf, Scene};
+use crate::sensing::{Calibration, Directive, Event, Sensor, Settings};
+
+/// What the motion half asks of the sensing half.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SensingRequest {
+    /// What the samples from now on are used for.
+    Direct(Directive),
+    /// Settings changed.
+    Adjust(Overrides),
+    /// Back to the scene's calibration.
+    ForgetCalibration,
+}
+
+/// The sensing half. It shares nothing with the motion half but [`SensingRequest`]s and [`Notice`]s, so that the two may live in two
+/// tasks, of two priorities if a fit takes long: a `stop` must not wait for it.
+#[derive(Clone, Debug)]
+pub struct ContactSensing<S: Scene> {
+    sensor: Sensor<S::Finger, S::Joint, S::Series>,
+}
+
+impl<S: Scene> Default for ContactSensing<S> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<S: Scene> ContactSensing<S> {
+    /// A sensor for the scene's finger, nothing recorded, nothing calibrated.
+    pub fn new() -> Self {
+        let finger = S::MECHANISM;
+        let drivetrain = S::drivetrain(&finger);
+        let sensor = Sensor::new(finger, drivetrain, S::settings(), S::UNCALIBRATED);
+        Self { sensor }
+    }
+
+    /// Carries out a request.
+    pub fn request(&mut self, request: SensingRequest) {
+        match request {
+            SensingRequest::Direct(directive) => self.sensor.direct(directive),
+            SensingRequest::Adjust(overrides) => self.adjust(&overrides),
+            SensingRequest::ForgetCalibration => {
+                self.sensor.set_calibration(S::UNCALIBRATED);
+            }
+        }
+    }
+
+    /// Takes a sample; at most one event. [`notice`] says what of it concerns the motion.
+    pub fn sample(&mut self, sample: &SampleOf<S>) -> Option<Event> {
+        self.sensor.update(sample)
+    }
+
+    /// What the user should do after an event, in the guided calibration.
+    pub fn hint(&self, event: &Event) -> Option<Hint> {
+        Hint::after::<S>(event, self.calibration(), self.sensor.finger())
+    }
+
+    /// Change of theta_2 since contact, as the last judgement of a contact used it.
+    pub fn joint_change(&self) -> Reading<S> {
+        self.sensor.joint_change()
+    }
+
+    /// The sensor.
+    pub fn sensor(&self) -> &Sensor<S::Finger, S::Joint, S::Series> {
+        &self.sensor
+    }
+
+    /// A record of what is known, with these settings.
+    pub fn record(&self, overrides: Overrides) -> Record {
+        Record {
+            overrides,
+            calibration: *self.sensor.calibration(),
+            friction: self.sensor.friction().cloned(),
+        }
+    }
+
+    /// Takes over a record. Tells the motion half whether friction is known.
+    pub fn restore(&mut self, record: Record) -> Notice {
+        self.adjust(&record.overrides);
+        self.sensor.set_calibration(record.calibration);
+        let known = record
+            .friction
+            .is_some_and(|friction| self.sensor.restore_friction(friction));
+        if known {
+            Notice::FrictionKnown
+        } else {
+            Notice::FrictionUnknown
+        }
+    }
+
+    /// The calibration in force.
+    pub fn calibration(&self) -> &Calibration {
+        self.sensor.calibration()
+    }
+
+    fn adjust(&mut self, overrides: &Overrides) {
+        let nominal = S::settings();
+        let set = |setting, nominal| overrides.get(setting).unwrap_or(nominal);
+        self.sensor.set_settings(Settings {
+            speed_rad_per_s: set(Setting::ClosingSpeed, nominal.speed_rad_per_s),
+            torque_limit_nm: set(Setting::ProbeTorque, nominal.torque_limit_nm),
+            wanted_sigma_m: set(Setting::WantedDeviation, nominal.wanted_sigma_m),
+            // No setting changes the others.
+            ..*self.sensor.settings()
+        });
+        let nominal = S::drivetrain(self.sensor.finger()).efficiency;
+        self.sensor
+            .set_efficiency(overrides.get(Setting::Efficiency).unwrap_or(nominal));
+    }
+}
+
+/// What an event means for the motion.
+pub fn notice(event: &Event) -> Option<Notice> {
+    match event {
+        Event::Touch { .. } => Some(Notice::Touched),
+        Event::Located { settled: true, .. }
+        | Event::Ambiguous { settled: true, .. }
+        | Event::NotLocated { .. }
+        | Event::Calibrated { .. }
+        | Event::CalibrationRefused { .. } => Some(Notice::Settled),
+        Event::FrictionRecorded { .. } => Some(Notice::FrictionKnown),
+        Event::FrictionNotRecorded { .. } => Some(Notice::FrictionNotRecorded),
+        Event::FrictionStale { .. } => Some(Notice::FrictionUnknown),
+        // A contact that is still being judged; and softness is no reason to stop closing.
+        Event::Located { .. } | Event::Ambiguous { .. } | Event::Unusual { .. } => None,
+    }
+}

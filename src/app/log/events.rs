@@ -1,0 +1,128 @@
+//! Events and states as lines of the log: units of the log, names instead of variants.
+
+use super::Log;
+use crate::drive::Status;
+use crate::drive::fault::Fault;
+use crate::drive::sequence::State;
+use crate::sensing::{Calibration, Event, NotLocated, Refusal};
+
+/// Metre to millimetre, newton metre to millinewton metre, radian to milliradian, ampere to milliampere.
+pub(super) const MILLI: f32 = 1e3;
+
+impl NotLocated {
+    /// Name in the log.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Proximal => "proximal",
+            Self::TooSoft => "too-soft",
+            Self::Gap => "gap",
+            Self::TooStiff => "too-stiff",
+            Self::TooFewSamples => "too-few-samples",
+            Self::Unexplained => "unexplained",
+        }
+    }
+}
+
+impl Refusal {
+    /// Name in the log.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NoContact => "no-contact",
+            Self::TooFewSamples => "too-few-samples",
+            Self::NoSuchPlace => "no-such-place",
+            Self::Misfit => "misfit",
+            Self::Implausible => "implausible",
+            Self::Uninformative => "uninformative",
+        }
+    }
+}
+
+/// Logs an event of the sensing.
+pub fn event(log: &mut impl Log, event: &Event) {
+    match *event {
+        Event::FrictionRecorded {
+            closing_nm,
+            opening_nm,
+            residual_nm,
+            coverage,
+        } => log.friction_recorded(
+            closing_nm * MILLI,
+            opening_nm * MILLI,
+            residual_nm * MILLI,
+            coverage,
+        ),
+        Event::FrictionNotRecorded { coverage } => log.friction_not_recorded(coverage),
+        Event::FrictionStale { misfit_nm } => log.friction_stale(misfit_nm * MILLI),
+        Event::Unusual {
+            k_a_nm_per_rad,
+            k_a_free_nm_per_rad,
+        } => log.unusual(k_a_nm_per_rad, k_a_free_nm_per_rad),
+        Event::Touch {
+            time_us,
+            theta_a_rad,
+            torque_nm,
+        } => log.touch(time_us, theta_a_rad * MILLI, torque_nm * MILLI),
+        Event::Located {
+            phalanx,
+            k_m,
+            sigma_m,
+            k_c_nm_per_rad,
+            force_n,
+            radius_m,
+            radius_sigma_m,
+            settled,
+        } => log.located(
+            phalanx,
+            k_m * MILLI,
+            sigma_m * MILLI,
+            k_c_nm_per_rad,
+            force_n,
+            radius_m * MILLI,
+            radius_sigma_m * MILLI,
+            settled,
+        ),
+        Event::Ambiguous {
+            phalanx,
+            k_m,
+            sigma_m,
+            settled,
+        } => log.ambiguous(
+            phalanx[0],
+            k_m[0] * MILLI,
+            sigma_m[0] * MILLI,
+            phalanx[1],
+            k_m[1] * MILLI,
+            sigma_m[1] * MILLI,
+            settled,
+        ),
+        Event::NotLocated { why, torque_nm } => log.not_located(why.name(), torque_nm * MILLI),
+        Event::Calibrated { calibration } => calibrated(log, &calibration),
+        Event::CalibrationRefused { why } => log.calibration_refused(why.name()),
+    }
+}
+
+/// Logs what is known of efficiency over spring stiffness, and of the cable.
+pub fn calibrated(log: &mut impl Log, calibration: &Calibration) {
+    log.calibrated(
+        calibration.torque_factor,
+        calibration.torque_factor_sigma,
+        calibration.cable_rad_per_nm * MILLI,
+        calibration.cable_sigma_rad_per_nm * MILLI,
+        calibration.correlation,
+        calibration.contacts,
+        calibration.presses,
+    );
+}
+
+/// Logs the state of motor and sequence.
+pub fn status(log: &mut impl Log, state: State, fault: Option<Fault>, status: &Status) {
+    log.status(
+        state.name(),
+        status.position_counts,
+        status.homed,
+        status.current_a * MILLI,
+        status.supply_v,
+        status.winding_c,
+        fault.map_or(0, Fault::number),
+    );
+}

@@ -1,0 +1,279 @@
+//! The record that survives a power cut: settings, friction record and calibration, with a version and the ID of the scene
+//! that it belongs to.
+//!
+//! All is kept in one record, so that a save either happened or did not: no mix of old and new can be read back. Where it
+//! is kept, how damage is noticed and wear is levelled, is the [store](super::store)'s task.
+
+use crc::{CRC_32_ISCSI, Crc, NoTable};
+use postcard::ser_flavors::Flavor;
+use serde::{Deserialize, Serialize};
+
+use crate::app::console::settings::Overrides;
+use crate::scene::Scene;
+use crate::sensing::{Calibration, Friction};
+
+/// Layout of the record. Raise it whenever what is kept changes its meaning or its shape.
+pub const VERSION: u8 = 3;
+
+const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
+
+/// Settings, friction record and calibration.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// What the user has set.
+    pub overrides: Overrides,
+    /// Torque factor and cable.
+    pub calibration: Calibration,
+    /// The friction record.
+    pub friction: Option<Friction>,
+}
+
+/// Why a record is not used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RecordError {
+    /// Too short, too long, or no value of its type: never written by this firmware.
+    Damaged,
+    /// Written by a firmware with another layout.
+    Version {
+        /// Its layout.
+        found: u8,
+    },
+    /// Written by a firmware for another finger or drivetrain.
+    OtherScene,
+    /// Whole, but a value in it is out of its range.
+    Implausible,
+}
+
+impl RecordError {
+    /// Name in the log.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Damaged => "damaged",
+            Self::Version { .. } => "other-version",
+            Self::OtherScene => "other-scene",
+            Self::Implausible => "implausible",
+        }
+    }
+}
+
+impl Record {
+    /// Nothing set, nothing recorded, the scene's calibration.
+    pub fn empty<S: Scene>() -> Self {
+        Self {
+            overrides: Overrides::default(),
+            friction: None,
+            calibration: S::UNCALIBRATED,
+        }
+    }
+
+    /// Writes the record, byte by byte.
+    pub fn encode(&self, scene: u32, put: impl FnMut(u8)) {
+        encode(
+            &self.overrides,
+            &self.calibration,
+            self.friction.as_ref(),
+            scene,
+            put,
+        );
+    }
+
+    /// Reads a record.
+    ///
+    /// # Errors
+    /// Why it must not be used.
+    pub fn decode(bytes: &[u8], scene: u32) -> Result<Self, RecordError> {
+        let (found, bytes) = bytes.split_first().ok_or(RecordError::Damaged)?;
+        let (id, bytes) = bytes.split_first_chunk().ok_or(RecordError::Damaged)?;
+        // The layout decides how to read on.
+        if *found != VERSION {
+            return Err(RecordError::Version { found: *found });
+        }
+        if u32::from_le_bytes(*id) != scene {
+            return Err(RecordError::OtherScene);
+        }
+        match postcard::take_from_bytes::<Self>(bytes) {
+            Ok((record, [])) if record.is_plausible() => Ok(record),
+            Ok((_, [])) => Err(RecordError::Implausible),
+            Ok(_) | Err(_) => Err(RecordError::Damaged),
+        }
+    }
+
+    /// Whether every value is finite and in its range.
+    fn is_plausible(&self) -> bool {
+        self.overrides.is_valid()
+            && self.calibration.is_valid()
+            && self.friction.as_ref().is_none_or(Friction::is_valid)
+    }
+}
+
+/// Writes a record from its parts, which need not be copied for it.
+pub fn encode(
+    overrides: &Overrides,
+    calibration: &Calibration,
+    friction: Option<&Friction>,
+    scene: u32,
+    mut put: impl FnMut(u8),
+) {
+    put(VERSION);
+    scene.to_le_bytes().into_iter().for_each(&mut put);
+    // A tuple has the same bytes as the record with these fields in this order. None of the types is of unknown length, and
+    // `put` takes every byte: nothing can fail.
+    let _ = postcard::serialize_with_flavor(&(overrides, calibration, friction), Bytes(put));
+}
+
+/// Takes the serialized bytes one by one.
+struct Bytes<F>(F);
+
+impl<F: FnMut(u8)> Flavor for Bytes<F> {
+    type Output = ();
+
+    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
+        (self.0)(byte);
+        Ok(())
+    }
+
+    fn finalize(self) -> postcard::Result<()> {
+        Ok(())
+    }
+}
+
+/// ID of a scene: its name and every number that a friction record or a calibration depends on. A firmware that was built for
+/// another finger, or for the same one with other dimensions, does not take the record.
+pub const fn scene_id<S: Scene>() -> u32 {
+    let drive = &S::DRIVE;
+    id(
+        S::NAME,
+        &[
+            drive.motor.torque_constant_nm_per_a,
+            drive.drivetrain.counts_per_motor_rev,
+            drive.drivetrain.reduction,
+            drive.sense.volt_per_a,
+            drive.sense.reference_v,
+            S::TRAVEL_RAD,
+        ],
+    )
+}
+
+const fn id(name: &str, numbers: &[f32]) -> u32 {
+    let mut digest = CHECKSUM.digest();
+    digest.update(name.as_bytes());
+    let mut rest = numbers;
+    while let [number, others @ ..] = rest {
+        digest.update(&number.to_bits().to_le_bytes());
+        rest = others;
+    }
+    digest.finalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::console::settings::Setting;
+    use crate::app::storage::store::RECORD_MAX;
+    use crate::scene::P70;
+    use proptest::prelude::*;
+
+    const ID: u32 = scene_id::<P70>();
+
+    fn record() -> Record {
+        let mut overrides = Overrides::default();
+        overrides.set(Setting::HoldForce, 2.5).expect("in range");
+        let drivetrain = P70::drivetrain(&P70::MECHANISM);
+        let mut friction = Friction::empty(240_000, &drivetrain);
+        for (index, torque) in friction.closing_nm.mean.iter_mut().enumerate() {
+            *torque = 0.01 + 1e-4 * index as f32;
+        }
+        friction.closing_nm.count.fill(3);
+        friction.speed_rad_per_s = 0.3;
+        friction.worm_nm.fill(-1e-3);
+        friction.opening_nm = -0.02;
+        friction.white_nm2_s = 2e-8;
+        friction.evidence.ln_likelihood.fill(-1.5);
+        let mut calibration = P70::UNCALIBRATED;
+        calibration.torque_factor = 0.9;
+        calibration.contacts = 2;
+        Record {
+            overrides,
+            friction: Some(friction),
+            calibration,
+        }
+    }
+
+    fn encoded(record: &Record) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        record.encode(ID, |byte| bytes.push(byte));
+        bytes
+    }
+
+    fn decoded(bytes: &[u8]) -> Result<Record, RecordError> {
+        Record::decode(bytes, ID)
+    }
+
+    #[test]
+    fn what_is_kept_comes_back_and_fits() {
+        let mut longest = record();
+        for setting in Setting::ALL {
+            let range = setting.range();
+            let value_si = range.to_si(range.min).expect("in range");
+            longest.overrides.set(setting, value_si).expect("in range");
+        }
+        for record in [record(), Record::empty::<P70>(), longest] {
+            let bytes = encoded(&record);
+            assert!(bytes.len() <= RECORD_MAX, "{} bytes", bytes.len());
+            assert_eq!(decoded(&bytes), Ok(record));
+        }
+    }
+
+    #[test]
+    fn every_truncation_and_every_excess_is_noticed() {
+        let bytes = encoded(&record());
+        for length in 0..bytes.len() {
+            assert!(decoded(&bytes[..length]).is_err(), "{length}");
+        }
+        assert_eq!(
+            decoded(&[&bytes[..], &[0]].concat()),
+            Err(RecordError::Damaged)
+        );
+    }
+
+    #[test]
+    fn a_foreign_scene_another_layout_and_nonsense_are_told_apart() {
+        let bytes = encoded(&record());
+        assert_eq!(Record::decode(&bytes, ID ^ 1), Err(RecordError::OtherScene));
+        let mut newer = bytes;
+        newer[0] = VERSION + 1;
+        assert_eq!(
+            decoded(&newer),
+            Err(RecordError::Version { found: VERSION + 1 })
+        );
+        let mut nonsense = record();
+        nonsense.calibration.torque_factor = -1.0;
+        assert_eq!(decoded(&encoded(&nonsense)), Err(RecordError::Implausible));
+        let mut nonsense = record();
+        if let Some(friction) = &mut nonsense.friction {
+            friction.closing_nm.mean[127] = f32::NAN;
+        }
+        assert_eq!(decoded(&encoded(&nonsense)), Err(RecordError::Implausible));
+    }
+
+    #[test]
+    fn the_id_of_a_scene_depends_on_every_number() {
+        let p70 = id("p70", &[0.09, 0.07]);
+        assert_eq!(p70, id("p70", &[0.09, 0.07]));
+        assert_ne!(p70, id("p71", &[0.09, 0.07]));
+        assert_ne!(p70, id("p70", &[0.07, 0.09]));
+        assert_ne!(p70, id("p70", &[0.09, 0.070_000_01]));
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_are_refused_or_plausible(noise in proptest::collection::vec(any::<u8>(), 0..1500)) {
+            let mut bytes = vec![VERSION];
+            bytes.extend(ID.to_le_bytes());
+            bytes.extend(noise);
+            if let Ok(record) = decoded(&bytes) {
+                prop_assert!(record.is_plausible());
+            }
+        }
+    }
+}

@@ -1,0 +1,216 @@
+//! The slow loop's tasks: sensing and motion sequence, each once a millisecond, in thread mode.
+#![allow(
+    clippy::unit_arg,
+    clippy::let_unit_value,
+    reason = "a reading of joint 2 is nothing in a scene without its sensor"
+)]
+
+use core::fmt::Write;
+
+use embassy_futures::yield_now;
+use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
+use embassy_sync::channel::Channel;
+use embassy_time::{Duration, Instant, Ticker};
+
+use palpate::app::console::command::Command;
+use palpate::app::console::text::Answer;
+use palpate::app::grasp::sensing::notice;
+use palpate::app::log::{self, LimitReport, Log};
+use palpate::drive::joint::JointInput;
+use palpate::drive::sequence::{MotionResult, Notice, State, StepOutput};
+use palpate::drive::{Fault, OffsetState, Status};
+use palpate::scene::{Active, JointPin, Reading, Scene};
+use palpate::sensing::{Event, JointSensor, Side};
+
+use super::control::{self, Samples};
+use super::execute::Application;
+use super::indicator::{Button, Led};
+use super::telemetry::{self, Telemetry};
+use super::watchdog::{self, Reporter};
+use super::{console, rtt};
+
+/// What measures joint 2 in this firmware's scene.
+type Joint = <Active as Scene>::Joint;
+
+/// How often both are called.
+const PERIOD: Duration = Duration::from_millis(1);
+
+/// Notices to the sequence, which takes one a millisecond; whoever sends more waits.
+pub static NOTICES: Channel<ThreadModeRawMutex, Notice, 4> = Channel::new();
+
+/// Samples to events.
+#[embassy_executor::task]
+pub async fn sense(mut samples: Samples, application: Application) {
+    let Application {
+        sensing,
+        coordinator,
+    } = application;
+    let mut reads = true;
+    loop {
+        samples.wait().await;
+        #[cfg(feature = "fault-injection")]
+        super::inject::starve().await;
+        if samples.overflowed() {
+            NOTICES.send(Notice::Fault(Fault::QueueOverflow)).await;
+        }
+        while let Some(sample) = samples.next() {
+            if JointPin::<Active>::FITTED {
+                reads = joint_reads(reads, sample.joint);
+            }
+            let event = sensing.lock(|sensing| sensing.borrow_mut().sample(&sample));
+            if let Some(event) = event {
+                application.report(&event);
+                let status = control::status();
+                coordinator.lock(|coordinator| coordinator.borrow_mut().event(&event, &status));
+                if let Some(notice) = notice(&event) {
+                    NOTICES.send(notice).await;
+                }
+            }
+            watchdog::report(Reporter::Sensing);
+            // However far behind this is, the sequence and a stop come in between.
+            yield_now().await;
+        }
+    }
+}
+
+impl Application {
+    /// Logs an event, and what belongs to it.
+    fn report(self, event: &Event) {
+        log::event(&mut Telemetry, event);
+        if JointPin::<Active>::FITTED
+            && matches!(event, Event::Located { .. } | Event::Ambiguous { .. })
+        {
+            let change = self.sensing.lock(|sensing| sensing.borrow().joint_change());
+            let change_rad = Joint::rad(change).unwrap_or(f32::NAN);
+            telemetry::branch(change_rad * 1e3, side(Joint::side(change)));
+        }
+        let hint = self.sensing.lock(|sensing| sensing.borrow().hint(event));
+        if let Some(hint) = hint {
+            let mut text = Answer::new();
+            // Every hint fits.
+            let _ = write!(text, "{hint}");
+            Telemetry.hint(&text);
+        }
+    }
+}
+
+fn side(side: Option<Side>) -> &'static str {
+    match side {
+        Some(Side::Below) => "below",
+        Some(Side::Beyond) => "beyond",
+        Some(Side::Unclear) => "unclear",
+        None => "no-reading",
+    }
+}
+
+/// Logs when joint 2 loses its reading, and when that is back; returns whether there is one.
+fn joint_reads(before: bool, reading: Reading<Active>) -> bool {
+    let reads = Joint::rad(reading).is_some();
+    if reads != before {
+        Telemetry.joint(reads);
+    }
+    reads
+}
+
+/// The motion sequence: notices, button and stop in, demands out.
+#[embassy_executor::task]
+pub async fn sequence(mut led: Led, mut button: Button, application: Application) {
+    let Application {
+        sensing,
+        coordinator,
+    } = application;
+    let mut ticker = Ticker::every(PERIOD);
+    let mut changes = Changes::default();
+    loop {
+        ticker.next().await;
+        let status = control::status();
+        let pressed = button.pressed();
+        let notice = NOTICES.try_receive().ok();
+        let (state, step) = coordinator.lock(|coordinator| {
+            let mut coordinator = coordinator.borrow_mut();
+            if console::stop_requested() {
+                // Never refused.
+                let _ = coordinator.command(Command::Stop);
+            } else if pressed {
+                // What the button means in a state is never refused in it.
+                let command = meaning(coordinator.state());
+                let _ = coordinator.command(command);
+            }
+            let step = coordinator.advance(Instant::now().as_micros(), &status, notice);
+            (coordinator.state(), step)
+        });
+        control::demand(step.motion.demand);
+        if let Some(request) = step.request {
+            sensing.lock(|sensing| sensing.borrow_mut().request(request));
+        }
+        if let Some((_, to)) = step.motion.changed {
+            led.show(to);
+        }
+        report(&step.motion);
+        changes.report(state, &status);
+        led.tick();
+        watchdog::report(Reporter::Sequence);
+    }
+}
+
+/// Logs what a step of the sequence decided.
+fn report(step: &StepOutput) {
+    if let Some((from, to)) = step.changed {
+        Telemetry.state(to.name(), from.name());
+    }
+    if let Some(fault) = step.fault {
+        Telemetry.fault(fault.number(), fault.name());
+    }
+    if let Some(result) = step.done {
+        Telemetry.done(match result {
+            MotionResult::Contact => "contact",
+            MotionResult::NoContact => "no-contact",
+            MotionResult::NotRecorded => "not-recorded",
+            MotionResult::Complete => "complete",
+            MotionResult::Stopped => "stopped",
+        });
+    }
+}
+
+/// What the button asks for.
+fn meaning(state: State) -> Command {
+    match state {
+        State::Idle => Command::Run,
+        State::Fault => Command::Clear,
+        _ => Command::Stop,
+    }
+}
+
+/// What the log has last said of slow changes.
+#[derive(Default)]
+struct Changes {
+    limits: LimitReport,
+    offset: OffsetState,
+    dropped: u32,
+    ignored: u32,
+}
+
+impl Changes {
+    /// Logs what has changed.
+    fn report(&mut self, state: State, status: &Status) {
+        if let Some(limit) = self.limits.update(state, status.limited) {
+            Telemetry.limit(limit.current, limit.duty, limit.speed, limit.position);
+        }
+        if status.offset != self.offset {
+            self.offset = status.offset;
+            if status.offset == OffsetState::Known {
+                Telemetry.offset(status.offset_a * 1e3);
+            }
+        }
+        let dropped = rtt::dropped();
+        if dropped != self.dropped {
+            self.dropped = dropped;
+            Telemetry.dropped(dropped);
+        }
+        let ignored = console::ignored();
+        if ignored != self.ignored {
+            self.ignored = ignored;
+            Telemetry.ignored(ignored);
+        }
+    }
+}
