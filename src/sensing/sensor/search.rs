@@ -3,6 +3,7 @@
 use super::Work;
 use super::known::Known;
 use crate::finger::Mechanics;
+use crate::numeric::sqrt;
 use crate::sensing::Event;
 use crate::sensing::block::Block;
 use crate::sensing::detector::{self, Detector, Finding, Onset, Residual, Test};
@@ -78,7 +79,7 @@ impl<R> Search<R> {
     /// Becomes what is in hand.
     // Not inlined: so it does not take room in the frame from which everything else is called.
     #[inline(never)]
-    pub(super) fn begin(work: &mut Work<R>) {
+    pub(super) fn begin<X: Series>(work: &mut Work<R, X>) {
         *work = Work::Searching(Self::default());
     }
 }
@@ -98,8 +99,6 @@ pub(super) struct Begun {
     pub(super) onset: Onset,
     /// Noise of the residual besides its white share.
     pub(super) wander: Wander,
-    /// White noise of a residual's mean over a way, times that way, newton metre squared counts.
-    pub(super) noise_nm2_counts: f32,
 }
 
 impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
@@ -143,7 +142,13 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         {
             match search.alignment.push(friction, block, &self.drivetrain) {
                 Aligned::Pending => {}
-                Aligned::By(counts) => self.shift_counts = Some(counts),
+                Aligned::By {
+                    counts,
+                    sigma_counts,
+                } => {
+                    self.shift_counts = Some(counts);
+                    self.shift_sigma_counts = sigma_counts;
+                }
                 Aligned::Nowhere { misfit_nm } => {
                     // Whatever is there, no place could be told of it: the finger opens, and friction is recorded first.
                     self.tell(Event::FrictionStale { misfit_nm });
@@ -184,7 +189,6 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
                 return Found::Contact(Begun {
                     onset,
                     wander: *detector.wander(),
-                    noise_nm2_counts: residual.variance_nm2 * residual.width_counts as f32,
                 });
             }
         }
@@ -208,10 +212,11 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             least_fall_nm_per_count: least_slope_nm_per_count,
             friction_nm: friction.mean_nm()?,
         };
-        Some(Detector::new(
-            test,
-            friction.wander(way_rad / block.duration_s),
-        ))
+        let mut wander = friction.wander(way_rad / block.duration_s);
+        // What a shift that is off leaves goes up and down with the worm, about as slowly as friction wanders.
+        let shifted_nm = friction.steepness_nm_per_count() * self.shift_sigma_counts;
+        wander.rms_nm = sqrt(wander.rms_nm * wander.rms_nm + shifted_nm * shifted_nm);
+        Some(Detector::new(test, wander))
     }
 
     /// By how much the finger is stiffer with its softest contact, anywhere on the proximal phalanx, than without, behind the
