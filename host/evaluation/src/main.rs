@@ -14,8 +14,6 @@ use palpate_plant::{Engine, World};
 mod replay_command;
 mod scene;
 
-use scene::{SceneName, with_scene};
-
 type Outcome = Result<(), Box<dyn Error>>;
 
 #[derive(Parser)]
@@ -82,9 +80,9 @@ struct Experiments {
 struct Recordings {
     /// Folder with NAME.csv.gz and NAME.json; names begin with their world and an underscore.
     directory: PathBuf,
-    /// The finger of the recordings: one of scenes/*.toml.
-    #[arg(long, default_value = "p70")]
-    scene: SceneName,
+    /// The finger of the recordings: one of scenes/*.toml, by name or file.
+    #[arg(long, default_value = palpate_scenes::NAMES[0], value_parser = scene::named)]
+    scene: String,
     /// Without calibration; what calibrates is left out.
     #[arg(long)]
     uncalibrated: bool,
@@ -122,7 +120,9 @@ fn recordings(options: &Recordings) -> Outcome {
         only: options.only.clone(),
         uncalibrated: options.uncalibrated,
     };
-    let worlds = with_scene!(options.scene, recordings::run, &plan)?;
+    let worlds =
+        palpate_scenes::for_scene!(options.scene.as_str(), |S| recordings::run::<S>(&plan))
+            .ok_or("no such scene")??;
     if options.json {
         for line in recordings::json(&worlds) {
             println!("{line}");

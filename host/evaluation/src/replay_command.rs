@@ -12,16 +12,16 @@ use palpate_evaluation::replay::{self, Beforehand, Source};
 use palpate_evaluation::{recordings, trace};
 use serde_json::{Value, json};
 
-use crate::scene::{SceneName, with_scene};
+use crate::scene;
 
 /// Of the command line.
 #[derive(Args)]
 pub struct Options {
     /// CSV (or CSV.gz) with columns time_s, encoder_counts, current_a (signed, or with a column duty for its sign).
     file: PathBuf,
-    /// The finger of the recording: one of scenes/*.toml.
-    #[arg(long, default_value = "p70")]
-    scene: SceneName,
+    /// The finger of the recording: one of scenes/*.toml, by name or file.
+    #[arg(long, default_value = palpate_scenes::NAMES[0], value_parser = scene::named)]
+    scene: String,
     /// Recording of a free closing and opening, instead of one searched in FILE.
     #[arg(long)]
     friction: Option<PathBuf>,
@@ -206,7 +206,8 @@ fn all<S: Scene>(options: &Options) -> Result<(), Box<dyn Error>> {
 
 /// Runs the command.
 pub fn run(options: &Options) -> Result<(), Box<dyn Error>> {
-    with_scene!(options.scene, all, options)
+    palpate_scenes::for_scene!(options.scene.as_str(), |S| all::<S>(options))
+        .ok_or("no such scene")?
 }
 
 #[cfg(test)]
