@@ -69,8 +69,8 @@ const COMMANDS: &[Command] = &[
     },
     Command {
         name: "golden",
-        arguments: "DIR [--json]",
-        summary: "the library against a folder of reference files",
+        arguments: "DIR [--json] | --generator [OPTIONS]",
+        summary: "the library against a folder of reference files, or those recomputed (--generator --help)",
         example: "golden tests/data/golden",
         run: commands::golden,
     },
