@@ -16,11 +16,16 @@ pub fn world_names() -> impl Iterator<Item = &'static str> {
 }
 
 impl World {
-    /// A world by its name (one of [`world_names`]) or from a file.
+    /// A world by its name (one of [`world_names`]) or from a file, with `@mujoco` behind it for the other engine.
     ///
     /// # Errors
     /// What cannot be read or is not valid, and the names that there are.
     pub fn named(name_or_file: &str) -> Result<Self, String> {
+        if let Some((world, engine)) = name_or_file.rsplit_once('@') {
+            let mut world = Self::named(world)?;
+            world.engine = engine.parse()?;
+            return Ok(world);
+        }
         let told = |error: Error| format!("world '{name_or_file}': {error}");
         if let Some((_, text)) = WORLDS.iter().find(|(name, _)| *name == name_or_file) {
             return Self::from_toml(text).map_err(told);
