@@ -1,13 +1,44 @@
 //! A candidate: a named function with its error measure left to whoever judges it.
 
+/// What a candidate is to the firmware.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// The firmware or the library runs it: where, and why it was chosen.
+    Used(&'static str),
+    /// It checks what the firmware runs: where. It competes with nothing.
+    Check(&'static str),
+    /// It competes with what the firmware runs.
+    Rival,
+}
+
 /// One way to do a task. All candidates of a task take the same input and promise the same output.
 pub struct Candidate<I: 'static, O: 'static> {
     /// Name in the report.
     pub name: &'static str,
     /// The function. It stands alone (it is never inlined into the harness), so that its symbol has a size.
     pub run: fn(&I) -> O,
-    /// Where the firmware uses it, and why it was chosen; nothing for a method that it does not use.
-    pub chosen: Option<&'static str>,
+    /// What it is to the firmware.
+    pub role: Role,
+}
+
+impl<I, O> Candidate<I, O> {
+    /// One that the firmware or the library runs.
+    pub const fn used(name: &'static str, run: fn(&I) -> O, why: &'static str) -> Self {
+        let role = Role::Used(why);
+        Self { name, run, role }
+    }
+
+    /// One that checks what the firmware runs.
+    pub const fn check(name: &'static str, run: fn(&I) -> O, why: &'static str) -> Self {
+        let role = Role::Check(why);
+        Self { name, run, role }
+    }
+
+    /// One that competes.
+    pub const fn rival(name: &'static str, run: fn(&I) -> O) -> Self {
+        let role = Role::Rival;
+        Self { name, run, role }
+    }
 }
 
 /// Contact locations on one phalanx, in the unit of its length; NaN where there is none. Their order means nothing.

@@ -9,6 +9,7 @@
 
 pub mod candidate;
 pub mod function;
+pub mod published;
 pub mod rows;
 mod solver;
 pub mod step;

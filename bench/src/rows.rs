@@ -11,9 +11,7 @@
 )]
 
 use crate::function::{Angle, Equations};
-use crate::step::Rise;
-use crate::step::three::ThreeRow;
-use crate::step::two::TwoRow;
+use crate::step::{Rise, ThreeRow, TwoRow};
 use crate::three::ThreePhalanges;
 use crate::two::TwoPhalanges;
 

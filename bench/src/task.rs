@@ -67,8 +67,8 @@ macro_rules! nothing {
 
 nothing!(nothing_two, TwoPhalanges, [f32; 2], [0.0; 2]);
 nothing!(nothing_three, ThreePhalanges, [f32; 2], [0.0; 2]);
-nothing!(nothing_step, step::two::Ready, [f32; 2], [0.0; 2]);
-nothing!(nothing_three_step, step::three::Ready, [f32; 2], [0.0; 2]);
+nothing!(nothing_step, step::Ready<2, 1>, [f32; 2], [0.0; 2]);
+nothing!(nothing_three_step, step::Ready<3, 2>, [f32; 2], [0.0; 2]);
 nothing!(nothing_number, f32, f32, 0.0);
 nothing!(nothing_angle, Angle, f32, 0.0);
 nothing!(nothing_angles, Angle, [f32; 2], [0.0; 2]);
@@ -145,14 +145,14 @@ pub fn visit(visitor: &mut impl Visitor) {
 
 #[inline(never)]
 fn two_steps(visitor: &mut impl Visitor) {
-    let steps: heapless::Vec<step::two::Ready, { rows::TWO_STEPS_TIMED.len() }> =
+    let steps: heapless::Vec<step::Ready<2, 1>, { rows::TWO_STEPS_TIMED.len() }> =
         rows::TWO_STEPS_TIMED
             .iter()
-            .filter_map(step::two::ready)
+            .filter_map(step::ready)
             .collect();
     visitor.task(&Task {
         name: "k2_2p_step",
-        candidates: step::two::CANDIDATES,
+        candidates: step::TWO,
         timed: &steps,
         nothing: nothing_step,
     });
@@ -160,14 +160,14 @@ fn two_steps(visitor: &mut impl Visitor) {
 
 #[inline(never)]
 fn three_steps(visitor: &mut impl Visitor) {
-    let steps: heapless::Vec<step::three::Ready, { rows::THREE_STEPS_TIMED.len() }> =
+    let steps: heapless::Vec<step::Ready<3, 2>, { rows::THREE_STEPS_TIMED.len() }> =
         rows::THREE_STEPS_TIMED
             .iter()
-            .filter_map(step::three::ready)
+            .filter_map(step::ready)
             .collect();
     visitor.task(&Task {
         name: "k2_3p_step",
-        candidates: step::three::CANDIDATES,
+        candidates: step::THREE,
         timed: &steps,
         nothing: nothing_three_step,
     });

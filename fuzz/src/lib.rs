@@ -1,8 +1,22 @@
-//! Fingers and numbers out of a fuzzer's bytes.
+//! The fuzz targets as functions of bytes, and the fingers and numbers that the bytes describe. `tests/fuzz_seeds.rs` of the
+//! library runs them on the seeds in `seeds/`, without a fuzzer.
+
+mod inverse;
+mod step;
 
 use palpate::finger::{Assembly, Finger, Levers, Linkage, Mechanics, Parameters, Tendon};
 
-/// Reads numbers off bytes: every other bit pattern or a plain number, as the bytes say; zero when they run out.
+/// Runs the target of the inverse.
+pub fn inverse(bytes: &[u8]) {
+    with_finger(bytes, &mut inverse::Inverse);
+}
+
+/// Runs the target of the contact path.
+pub fn step(bytes: &[u8]) {
+    with_finger(bytes, &mut step::FiniteStep);
+}
+
+/// Reads numbers from bytes: every other bit pattern or a plain number, as the bytes say; zero when they run out.
 pub struct Numbers<'b>(pub &'b [u8]);
 
 impl Numbers<'_> {

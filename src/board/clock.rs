@@ -1,9 +1,9 @@
 //! 170 MHz from the board's 24 MHz crystal, or from the chip's own oscillator where the crystal does not start.
 
-use embassy_stm32::Peripherals;
 use embassy_stm32::pac::{PWR, RCC};
 use embassy_stm32::rcc::{self, Hse, HseMode, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk};
 use embassy_stm32::time::Hertz;
+use embassy_stm32::{Peri, Peripherals, peripherals};
 
 /// R1MODE in PWR_CR5 (reference manual RM0440); clear is boost mode. The register crate has it at bit 0, and so has the
 /// driver's own `boost`.
@@ -21,25 +21,28 @@ pub enum Source {
     Internal,
 }
 
-/// Starts the clocks: 24 MHz / 6 x 85 / 2 (or 16 MHz / 4 x 85 / 2) = 170 MHz to core, buses and timers, 4 wait states, boost
-/// mode.
-pub fn start() -> (Peripherals, Source) {
-    // First at 16 MHz, since the driver's start resets the power control: boost mode must be on before the clock is faster
-    // than 150 MHz.
-    let mut peripherals = embassy_stm32::init(embassy_stm32::Config::default());
+/// Takes the chip over at 16 MHz, as it is after a reset.
+pub fn start() -> Peripherals {
+    embassy_stm32::init(embassy_stm32::Config::default())
+}
+
+/// Speeds up: 24 MHz / 6 x 85 / 2 (or 16 MHz / 4 x 85 / 2) = 170 MHz to core, buses and timers, 4 wait states, boost mode.
+pub fn speed_up(rcc: &mut Peri<'_, peripherals::RCC>) -> Source {
+    // Boost mode must be on before the clock is faster than 150 MHz (RM0440, voltage range 1), and not before `start`, which
+    // resets the power control.
     PWR.cr5().modify(|w| w.0 &= !NO_BOOST);
     let source = if crystal_starts() {
         Source::Crystal
     } else {
         Source::Internal
     };
-    rcc::reinit(config(source), &mut peripherals.RCC);
+    rcc::reinit(config(source), rcc);
     if source == Source::Crystal {
         // From here on a crystal that stops takes the bridge off through the timer's break and raises the non-maskable
         // interrupt.
         RCC.cr().modify(|w| w.set_csson(true));
     }
-    (peripherals, source)
+    source
 }
 
 /// Starts the crystal. The driver would wait for it forever.

@@ -24,10 +24,12 @@ mod reset;
 mod restart;
 mod rtt;
 mod sampling;
+mod selftest;
 mod serial;
 mod storage;
 mod tasks;
 mod telemetry;
+mod thermal;
 mod watchdog;
 
 use core::cell::RefCell;
@@ -38,6 +40,7 @@ use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 use static_cell::StaticCell;
 
+use crate::scene::Active;
 use palpate::app::console::settings::Overrides;
 use palpate::app::grasp::coordinator::{Coordinator, drive};
 use palpate::app::grasp::sensing::ContactSensing;
@@ -47,9 +50,10 @@ use palpate::drive::config::OutOfRange;
 use palpate::drive::joint::JointInput;
 use palpate::drive::sequence::Notice;
 use palpate::drive::{Controller, Fault};
-use palpate::scene::{Active, JointPin, Scene};
+use palpate::scene::{JointPin, Scene};
 
 use execute::{Application, Loaded};
+use reset::Reset;
 use telemetry::Telemetry;
 
 /// State that several tasks share, for the length of a call, never across an await. Tasks run in thread mode, one at a time.
@@ -88,14 +92,17 @@ fn spawn<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) {
 
 /// Brings the chip up: what the last run left, what was kept in flash, the bridge (off), then the tasks.
 fn start(spawner: Spawner) {
-    let (p, source) = clock::start();
+    let mut p = clock::start();
+    // First of all: whatever hangs from here on ends in a reset. The tasks feed it some 25 ms later at most.
+    let watchdog = watchdog::Watchdog::start(p.IWDG);
+    let source = clock::speed_up(&mut p.RCC);
     interrupt::TIM2.set_priority(Priority::P8);
     interrupt::LPUART1.set_priority(Priority::P10);
     Telemetry.boot(env!("CARGO_PKG_VERSION"), Active::NAME);
     if source == clock::Source::Internal {
         Telemetry.clock("internal");
     }
-    let mut fault = restart::report();
+    let (reset, mut fault) = restart::report();
 
     let bridge = bridge::Bridge::new(
         p.TIM1,
@@ -134,7 +141,7 @@ fn start(spawner: Spawner) {
         encoder,
         sampling,
     };
-    let Some((samples, coordinator)) = launch(chip, overrides, &mut fault) else {
+    let Some((samples, coordinator)) = launch(chip, reset, overrides, &mut fault) else {
         return;
     };
     if let Some(fault) = fault {
@@ -143,7 +150,6 @@ fn start(spawner: Spawner) {
     let Ok((sender, receiver)) = serial::open(p.LPUART1, p.PA2, p.PA3) else {
         return;
     };
-    let watchdog = watchdog::Watchdog::start(p.IWDG);
     spawn(spawner, watchdog::supervise(watchdog));
     spawn(spawner, console::listen_rtt());
     spawn(spawner, console::listen_serial(receiver));
@@ -170,6 +176,7 @@ fn sensing() -> Option<&'static Shared<ContactSensing<Active>>> {
 #[inline(never)]
 fn launch(
     chip: control::Chip,
+    reset: Reset,
     set: Overrides,
     fault: &mut Option<Fault>,
 ) -> Option<(control::Samples, &'static Shared<Coordinator<Active>>)> {
@@ -184,7 +191,8 @@ fn launch(
         }
     };
     let coordinator = COORDINATOR.try_init(Mutex::new(RefCell::new(Coordinator::new(set))))?;
-    let samples = control::start(chip, Controller::new(&drive), joint)?;
+    let controller = Controller::at(&drive, thermal::initial(reset, drive.config()));
+    let samples = control::start(chip, controller, joint)?;
     Some((samples, coordinator))
 }
 

@@ -69,10 +69,12 @@ pub fn bad_words() -> u32 {
     BAD_WORDS.load(Ordering::Relaxed)
 }
 
-/// For the non-maskable interrupt: if it came from a bad word among the records, acknowledges it and says so.
+/// For the non-maskable interrupt: if it came from a bad word while the records are read, acknowledges it and says so.
 pub fn acknowledge_bad_word() -> bool {
     let status = FLASH.eccr().read();
-    if !status.eccd() || !READING.load(Ordering::Relaxed) || !RANGE.contains(&status.addr_ecc()) {
+    // Whatever the address: on related parts it is wrong after a reset that cut an operation short. While the records are read
+    // nothing else of flash is but this code, whose own bad word would show as a wrong instruction before.
+    if !status.eccd() || !READING.load(Ordering::Relaxed) {
         return false;
     }
     // Flags are cleared by writing the ones back.

@@ -1,9 +1,7 @@
 //! The control interrupt's work as a pure function: inputs and demand to outputs, 20,000 times a second.
 //!
-//! On the chip all of it becomes part of the interrupt's handler, which runs from a memory of its own: what is called from
-//! more than one place is marked `inline(always)`, here and in the modules that it uses, lest a call lead back to flash. A
-//! derived `==` is such a call, and a copy of more than 24 bytes is one of `memcpy`: what is compared is matched instead, and
-//! nothing as long is copied.
+//! On the chip it runs from a memory of its own (`memory.x`), where no function of another memory may be called: nothing here
+//! panics, and nothing longer than 24 bytes is copied, which would be a call of `memcpy`.
 
 use super::config::CheckedConfig;
 use super::convert::{self, PERIOD_S, Scale};
@@ -14,9 +12,9 @@ use super::fault::Fault;
 use super::io::{CONTROL_HZ, Inputs, Outputs};
 use super::limit::within;
 use super::offset::{OffsetMeter, OffsetReading};
-use super::protect::{FREE_TURN, PeriodState, Protection, TURNS};
+use super::protect::{BridgeState, FREE_TURN, PeriodState, Protection, TURNS};
 use super::speed::SpeedLoop;
-use super::thermal::Winding;
+use super::thermal::{Temperatures, Winding};
 use crate::numeric::clamp;
 use crate::sample::{Drive, Sample};
 
@@ -33,7 +31,7 @@ const HEAT_PERIOD: u8 = FREE_TURN + 1;
 const _: () = assert!((PERIODS_PER_SAMPLE - 1) % TURNS == FREE_TURN);
 const SAMPLE_S: f32 = 1.0 / SAMPLE_HZ as f32;
 const SAMPLE_US: u64 = 1_000_000 / SAMPLE_HZ as u64;
-/// Periods (1.5 ms) between waking the bridge and driving: it needs 1 ms.
+/// Periods (1.5 ms) between waking the bridge and enabling the outputs: it needs 1 ms.
 const WAKE_PERIODS: u8 = 30;
 /// Change of a demanded current a period, as a share of the limit: the limit is reached in 5 ms.
 const CURRENT_SLEW: f32 = 0.01;
@@ -92,8 +90,13 @@ pub struct Controller {
 }
 
 impl Controller {
-    /// A controller at rest.
+    /// A controller at rest, the motor at ambient temperature.
     pub fn new(drive: &CheckedConfig) -> Self {
+        Self::at(drive, Temperatures::ambient(&drive.config().motor))
+    }
+
+    /// A controller at rest, the motor at these temperatures.
+    pub fn at(drive: &CheckedConfig, temperatures: Temperatures) -> Self {
         let (config, scale) = (drive.config(), *drive.scale());
         let limits = &config.limits;
         Self {
@@ -104,7 +107,7 @@ impl Controller {
             encoder: Encoder::default(),
             current: CurrentLoop::new(config, scale.emf_v_per_count_per_period()),
             speed: SpeedLoop::new(config, &scale),
-            winding: Winding::new(&config.motor),
+            winding: Winding::new(&config.motor, temperatures),
             protection: Protection::new(config, &scale),
             meter: OffsetMeter::default(),
             average: Average::default(),
@@ -205,7 +208,12 @@ impl Controller {
         }
         self.supply_v += SUPPLY_GAIN * (supply_v - self.supply_v);
         let observed = PeriodState {
-            awake: !matches!(self.applied, Outputs::Off),
+            state: match self.applied {
+                Outputs::Off => BridgeState::Asleep,
+                // In the last period of waking nFAULT must be high: the outputs are enabled next.
+                Outputs::Wake if self.waking > 0 => BridgeState::Waking,
+                _ => BridgeState::Awake,
+            },
             applied_v: self.applied_fraction * self.supply_v,
             reference_a: self.reference_a,
             reading_a: raw_a - self.status.offset_a,
@@ -267,7 +275,7 @@ impl Controller {
         let blind = blind(observed.reference_a, observed.applied_v);
         let flowing_a = if !blind {
             signed_a
-        } else if observed.awake {
+        } else if observed.state != BridgeState::Asleep {
             (observed.applied_v - self.scale.emf_v_per_count_per_period() * observed.speed)
                 * self.conductance_per_ohm
         } else {
@@ -294,6 +302,7 @@ impl Controller {
         self.winding.advance(self.mean_square_a2, SAMPLE_S);
         self.hot = self.winding.is_hot();
         self.status.winding_c = self.winding.celsius();
+        self.status.housing_c = self.winding.housing_c();
         // Not below 1 V, nor NaN.
         self.per_supply_v = if self.supply_v > 1.0 {
             1.0 / self.supply_v
@@ -337,7 +346,7 @@ impl Controller {
         if self.waking > 0 {
             self.waking -= 1;
             self.rest();
-            return Outputs::Brake;
+            return Outputs::Wake;
         }
         let reference_a = match wanted {
             Setpoint::Off | Setpoint::Brake | Setpoint::MeasureOffset => {

@@ -112,7 +112,7 @@ pub fn drive(fraction: f32) -> Outputs {
 pub fn applied(outputs: Outputs) -> f32 {
     const PER_TICK: f32 = 1.0 / DUTY_FULL as f32;
     match outputs {
-        Outputs::Off | Outputs::Brake => 0.0,
+        Outputs::Off | Outputs::Wake | Outputs::Brake => 0.0,
         Outputs::Drive {
             direction: Direction::Closing,
             duty,

@@ -40,7 +40,7 @@ pub struct Inputs {
     pub supply: AdcCode,
     /// Encoder counter.
     pub encoder: EncoderCount,
-    /// The bridge's nFAULT pin is low, or the timer's break latched since it was last armed.
+    /// The bridge's nFAULT pin is low, or the timer's break latched since the outputs were last enabled.
     pub bridge_fault: bool,
     /// The previous control interrupt had not finished when this one was due.
     pub overrun: bool,
@@ -52,6 +52,9 @@ pub enum Outputs {
     /// Timer outputs off, nSLEEP low: coast.
     #[default]
     Off,
+    /// nSLEEP high, timer outputs off: the bridge wakes up (1 ms at most, DRV8876 data sheet SLVSDS7B, t_WAKE) and may
+    /// pull nFAULT low meanwhile.
+    Wake,
     /// Awake, EN low: both low sides on.
     Brake,
     /// Awake and driving.

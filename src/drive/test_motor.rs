@@ -116,7 +116,7 @@ impl TestMotor {
         };
         let (voltage, sign, driven) = match outputs {
             Outputs::Off => (0.0, 0.0, false),
-            Outputs::Brake => (0.0, 0.0, true),
+            Outputs::Wake | Outputs::Brake => (0.0, 0.0, true),
             Outputs::Drive { direction, duty } => {
                 let sign = if direction == Direction::Closing {
                     1.0

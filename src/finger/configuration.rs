@@ -51,14 +51,14 @@ impl<const N: usize> Configuration<N> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointStep<const N: usize> {
     /// Changes of the angles, radian.
-    pub(crate) rad: [f32; N],
+    pub rad: [f32; N],
     /// Rotations by half of them.
-    pub(crate) half: [Rotation; N],
+    pub half: [Rotation; N],
 }
 
 impl<const N: usize> JointStep<N> {
-    /// The step of given changes.
-    pub(crate) fn of(rad: [f32; N]) -> Self {
+    /// The step of given changes, radian.
+    pub fn of(rad: [f32; N]) -> Self {
         Self {
             rad,
             half: rad.map(|a| Rotation::by(0.5 * a)),

@@ -6,7 +6,6 @@
 mod build;
 mod configuration;
 pub(crate) mod error;
-mod finite_step;
 mod fourbar;
 mod inverse;
 mod linkage;
@@ -22,7 +21,6 @@ mod two_joint;
 pub use build::{AnyBase, Base, BaseJoint, Finger, Parameters, Springless};
 pub use configuration::{Configuration, JointStep};
 pub use error::{ConfigError, Parameter};
-pub use finite_step::TorqueStep;
 pub use fourbar::{Advance, Assembly, FourBar, Levers, Ratio};
 pub use linkage::Linkage;
 pub use mechanics::{

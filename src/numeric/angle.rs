@@ -1,4 +1,4 @@
-//! Angles: sine and cosine, arc tangent, and rotations that need neither.
+//! Sine and cosine, arc tangent, and rotations that are composed without either.
 
 use core::f32::consts::FRAC_2_PI;
 
@@ -86,7 +86,8 @@ pub const fn atan2(y: f32, x: f32) -> f32 {
     (eighths * EIGHTH_HIGH + (eighths * EIGHTH_LOW + rest)).copysign(y)
 }
 
-/// A rotation as the cosine and sine of its angle: two of them are put together without any trigonometric function.
+/// A rotation, stored as the cosine and sine of its angle: composing two of them takes four products and no trigonometric
+/// function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation {
     /// Cosine of the angle.
@@ -105,7 +106,7 @@ impl Rotation {
         Self { cos, sin }
     }
 
-    /// This rotation, then the other; 1e-7 of rounding each time.
+    /// Composition of two rotations; rounding adds at most 1e-7 each time.
     pub const fn then(self, other: Self) -> Self {
         Self {
             cos: self.cos * other.cos - self.sin * other.sin,
@@ -113,7 +114,7 @@ impl Rotation {
         }
     }
 
-    /// The way back.
+    /// The inverse rotation.
     pub const fn back(self) -> Self {
         Self {
             cos: self.cos,

@@ -1,4 +1,4 @@
-//! Bisection.
+//! Bisection: of any residual, and of a quadratic one at nine instructions a halving.
 
 /// Halvings of the bracket: the middle of what remains of [0, l] is within 2^-25 l, 3e-6 % of l, about the rounding of f32
 /// (`cargo xtask report` shows the error over the number of halvings).

@@ -1,4 +1,4 @@
-//! Clamping without a panic and without the detour for NaN.
+//! Clamping that cannot panic and treats NaN as beyond the bound.
 
 /// `x` held between `low` and `high`, of which `low` is not above `high`.
 ///
@@ -10,8 +10,8 @@ pub fn clamp(x: f32, low: f32, high: f32) -> f32 {
     if below > low { below } else { low }
 }
 
-/// Bounds for a number, four instructions each, where `f32::max` and `f32::min` take 13 to be right about a NaN on either
-/// side. Here a NaN becomes the bound; the bound itself is a number.
+/// Lower and upper bound of a number, four instructions each. `f32::max` and `f32::min` take 13, because either argument may
+/// be NaN. Here a NaN becomes the bound, which must be a number itself.
 pub trait Bounded {
     /// The number, or `low` where it is below.
     fn at_least(self, low: Self) -> Self;
@@ -49,7 +49,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bound_holds_and_replaces_what_is_no_number() {
+    fn a_bound_holds_and_replaces_nan() {
         for (x, low, high) in [
             (-2.0f32, -1.0f32, -2.0f32),
             (3.0, 3.0, 1.0),
@@ -64,7 +64,7 @@ mod tests {
     }
 
     #[test]
-    fn ends_and_what_is_no_number() {
+    fn ends_and_nan() {
         assert_eq!(clamp(f32::NEG_INFINITY, -1.0, 2.0), -1.0);
         assert_eq!(clamp(f32::INFINITY, -1.0, 2.0), 2.0);
         assert_eq!(clamp(f32::NAN, -1.0, 2.0), 2.0);

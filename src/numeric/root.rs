@@ -29,8 +29,7 @@ extern "C" fn vsqrt(x: f32) -> f32 {
     core::arch::naked_asm!(".fpu fpv4-sp-d16", "vsqrt.f32 s0, s0", "bx lr")
 }
 
-/// The same for the compiler, which has no such instruction while it works out a constant: correctly rounded too, by the
-/// root of the mantissa as an integer. 0 where the argument is not a positive, normal and finite number.
+/// Square root for constants, where VSQRT.F32 is not available: correctly rounded too, by the integer root of the mantissa. 0 where the argument is not a positive, normal and finite number.
 pub const fn constant_sqrt(x: f32) -> f32 {
     if !(x >= f32::MIN_POSITIVE && x < f32::INFINITY) {
         return 0.0;

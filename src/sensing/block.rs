@@ -3,15 +3,22 @@
 //! What repeats with the motor's turn is by far the largest disturbance: the commutator's ripple in the current, and the
 //! encoder's periodic error, which the speed loop turns into current. Over exactly one turn both average out, so a block
 //! is cut by counts, within a sample where need be, and not by time (simulated: a tenth of the noise of blocks of 8 ms).
+//! Blocks begin at the same positions in every motion, multiples of a turn: what is left of the ripple repeats, and is
+//! recorded with the friction.
 //!
 //! The worm is self-locking and its friction depends on load and speed: the current tells the load only while the motor
 //! turns steadily in the drive direction. Whatever belongs to a start, a reversal, the dead band after it or a change of
 //! speed never becomes a block.
 
+use crate::numeric::Bounded;
 use crate::sensing::{Drive, Drivetrain, Sample, Settings};
 
 /// Way after a reversal that is not used, in nominal backlashes: gears wear.
 const DEAD_BAND: f32 = 1.5;
+/// Blocks at the beginning of a run whose mean speed is that of the run.
+const REFERENCE_BLOCKS: u8 = 8;
+/// So many faster blocks in a row, and the run has another speed.
+const FASTER_BLOCKS: u8 = 8;
 /// A longer time without a sample breaks a block.
 const GAP_US: u64 = 5_000;
 
@@ -26,6 +33,8 @@ pub struct Block {
     pub counts: i32,
     /// Way made, counts, without sign.
     pub width_counts: u32,
+    /// How long it took, second.
+    pub duration_s: f32,
     /// Torque of the motor at the input link if nothing were lost, less what changed the speed and what another than the
     /// nominal speed costs, newton metre.
     pub drive_torque_nm: f32,
@@ -60,10 +69,41 @@ struct Run {
     start_counts: i32,
     /// The dead band has to be crossed first.
     reversed: bool,
-    /// When the gears were in touch; what a run takes of the clock, far less than an hour, fits.
-    taken_up_us: Option<u32>,
+    /// The gears are in touch.
+    taken_up: bool,
     /// Speed along it over the block before, if that was its neighbour.
     speed_rad_per_s: Option<f32>,
+    /// Mean speed of the run's first blocks, and how many they were.
+    steady_rad_per_s: f32,
+    blocks: u8,
+    /// Faster blocks in a row.
+    faster: u8,
+}
+
+impl Run {
+    /// Whether a block belongs to the run's steady motion. The first blocks say what its speed is. A run that was slow when
+    /// it began gets another speed; one that slows down later does so under a load, and worms rub differently then.
+    fn is_steady(&mut self, speed_rad_per_s: f32, tolerance: f32) -> bool {
+        let ratio = speed_rad_per_s / self.steady_rad_per_s;
+        if self.blocks == 0 || self.faster >= FASTER_BLOCKS {
+            self.steady_rad_per_s = speed_rad_per_s;
+            self.blocks = 1;
+            self.faster = 0;
+            return true;
+        }
+        self.faster = if ratio > 1.0 + tolerance {
+            self.faster.saturating_add(1)
+        } else {
+            0
+        };
+        let steady = (ratio - 1.0).abs() <= tolerance;
+        if steady && self.blocks < REFERENCE_BLOCKS {
+            self.blocks += 1;
+            self.steady_rad_per_s +=
+                (speed_rad_per_s - self.steady_rad_per_s) / f32::from(self.blocks);
+        }
+        steady
+    }
 }
 
 /// Sums over the block being filled.
@@ -120,8 +160,11 @@ impl Gate {
                 drive,
                 start_counts: last.counts,
                 reversed: self.in_touch != driven,
-                taken_up_us: None,
+                taken_up: false,
                 speed_rad_per_s: None,
+                steady_rad_per_s: 0.0,
+                blocks: 0,
+                faster: 0,
             });
             if before.is_some() {
                 return Step::Ended;
@@ -166,23 +209,37 @@ impl Gate {
         };
         let sign = if run.drive == Drive::Opening { -1 } else { 1 };
         let forward = |from: i32, to: i32| to.wrapping_sub(from).wrapping_mul(sign);
-        let Some(taken_up_us) = run.taken_up_us else {
+        if !run.taken_up {
             let way_rad = forward(run.start_counts, now.counts) as f32 * drivetrain.rad_per_count;
-            if !run.reversed || way_rad >= DEAD_BAND * drivetrain.backlash_rad {
-                run.taken_up_us = Some(now.time_us as u32);
+            let dead_rad = if run.reversed {
+                DEAD_BAND * drivetrain.backlash_rad
+            } else {
+                0.0
+            };
+            if way_rad >= dead_rad {
                 self.in_touch = Some(run.drive);
             }
-            return Step::Pending;
-        };
-        if (now.time_us as u32).wrapping_sub(taken_up_us) < settings.settle_us {
+            run.taken_up = way_rad >= settings.settle_rad.at_least(dead_rad);
             return Step::Pending;
         }
         let turn_counts = drivetrain.counts_per_turn.max(1) as i32;
-        let sums = self.sums.get_or_insert(Sums {
-            start_counts: last.counts,
-            duration_us: 0.0,
-            ampere_us: 0.0,
-        });
+        let Some(sums) = &mut self.sums else {
+            // The first block begins where this sample passes a multiple of a turn.
+            let start_counts = next_multiple(last.counts, turn_counts, sign);
+            let way = forward(last.counts, now.counts);
+            let before = forward(last.counts, start_counts);
+            if before <= way && way < turn_counts {
+                let mut sums = Sums {
+                    start_counts,
+                    duration_us: 0.0,
+                    ampere_us: 0.0,
+                };
+                let share = (way - before) as f32 / way.max(1) as f32;
+                sums.add(share, elapsed_us, current_a);
+                self.sums = Some(sums);
+            }
+            return Step::Pending;
+        };
         let after = forward(sums.start_counts, now.counts);
         if after < turn_counts {
             sums.add(1.0, elapsed_us, current_a);
@@ -208,8 +265,7 @@ impl Gate {
         let duration_s = done.duration_us * 1e-6;
         let speed_rad_per_s = turn_counts as f32 * drivetrain.rad_per_count / duration_s;
         let deviation = speed_rad_per_s - settings.speed_rad_per_s;
-        let steady = deviation.abs() <= settings.speed_tolerance * settings.speed_rad_per_s;
-        if !(steady && self.sums.is_some()) {
+        if !(self.sums.is_some() && run.is_steady(speed_rad_per_s, settings.speed_tolerance)) {
             run.speed_rad_per_s = None;
             return Step::Pending;
         }
@@ -228,9 +284,18 @@ impl Gate {
                 .start_counts
                 .wrapping_add((turn_counts / 2).wrapping_mul(sign)),
             width_counts: turn_counts.unsigned_abs(),
+            duration_s,
             drive_torque_nm: motor_nm - inertia_nm - viscous_nm,
             inertia_nm,
             overspeed: deviation / settings.speed_rad_per_s,
         })
     }
+}
+
+/// The first multiple of a turn at or beyond a position in the direction of a motion.
+fn next_multiple(counts: i32, turn_counts: i32, sign: i32) -> i32 {
+    let along = counts.wrapping_mul(sign);
+    let short = along.rem_euclid(turn_counts);
+    let missing = if short == 0 { 0 } else { turn_counts - short };
+    counts.wrapping_add(missing.wrapping_mul(sign))
 }

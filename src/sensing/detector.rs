@@ -1,49 +1,85 @@
-//! Has the finger touched? A sequential test of the torque that the friction record does not explain.
+//! Has the finger touched? A generalised likelihood ratio of a ramp in the residual that friction leaves.
 //!
-//! Each block of a free closing leaves a residual r = b + noise: b is a slow misfit of the record (temperature, current
-//! offset), followed by a scalar Kalman filter that runs [`LAG`] blocks late so that a contact does not enter it. A
-//! contact adds a ramp. Page's test (CUSUM) sums what exceeds one standard deviation,
+//! A free closing leaves a residual that wanders: an Ornstein-Uhlenbeck process, a level, a drift ([`Wander`]) and white
+//! noise. A Kalman filter of these three states makes white innovations e with variance S of it. A contact adds a ramp over
+//! the angle, from an onset that is not known and with a slope that is not known either but is at least half that of the
+//! softest contact of the finger. What a ramp of slope 1 from a certain onset would add to an innovation, g, follows from
+//! the filter's gains alone (Willsky and Jones, IEEE Trans. Automatic Control 21, 1976). With c = sum g e / S and
+//! d = sum g^2 / S since the onset, the logarithm of the likelihood ratio is b c - b^2 d / 2, largest for the slope
+//! b = max(c / d, b_least). Every block begins an onset of its own, the last [`ONSETS`] are followed; a contact is decided
+//! when the largest of them exceeds the threshold.
 //!
-//! g <- max(0, g + z - kappa), z = (r - b) / s, kappa = 1,
+//! An innovation beyond what the model can mean gets a larger variance: it takes two blocks at least to decide.
 //!
-//! and decides when g > h. Scaled by the long-run deviation s (the record's noise per way made, times the inverse of the
-//! block's way), the sums behave as those of independent normal variables, for which Siegmund's approximation of the mean
-//! number of blocks between false alarms is (exp(2 kappa w) - 1 - 2 kappa w) / (2 kappa^2), w = h + 1.166. With n blocks
-//! a closing and a wanted rate p it must be n/p; [`threshold`] solves for h. At 1e-4 per closing of 600 blocks:
-//! h = 7.2. A contact that adds s to the residual in each block is then felt after some five blocks.
-//!
-//! The same test on -z finds what is softer than a free finger.
+//! The same with -b finds what is softer than a free finger: no weaker evidence is enough for that.
 
-use crate::numeric::{Bounded, ln, sqrt};
+use crate::numeric::{Bounded, exp, ln, sqrt};
+use crate::sensing::friction::Wander;
+use core::f32::consts::PI;
 
-/// Blocks by which the misfit's filter lags: longer than a detection takes, so that a contact is decided before it can
-/// pass for misfit.
-pub const LAG: usize = 8;
-/// What a deviation must exceed to count, in standard deviations.
-const KAPPA: f32 = 1.0;
-/// Siegmund's correction for the excess over the boundary.
-const OVERSHOOT: f32 = 1.166;
-/// How far the record's level may have moved since it was taken, as a share of the friction: a current offset of 1 mA
-/// (docs/HARDWARE.md#bridge: what offset calibration leaves) beside a no-load current of some 14 mA.
-const LEVEL_SHARE: f32 = 0.08;
-/// Random walk of the misfit: its standard deviation over a thousand blocks, as a share of the friction.
-const WALK_SHARE: f32 = 0.015;
+/// Onsets followed: the blocks between the onset and its decision at most.
+pub const ONSETS: usize = 60;
+/// Independent chances of a false contact that a block brings: measured with closings drawn from the model (docs/MANUAL.md).
+const CHANCES_PER_BLOCK: f32 = 4.0;
+/// No torque of a motor is larger, newton metre.
+const LARGE_NM: f32 = 1e6;
+/// By how much the evidence of a single block stays below the threshold: a bad one decides nothing.
+const SHORT_OF_DECISION: f32 = 3.0;
 /// A level further off than this share of the friction asks for a new record.
 const STALE_SHARE: f32 = 0.25;
-/// As does a mean square residual of this many variances.
-const STALE_SQUARE: f32 = 6.0;
+/// As does a mean square innovation of this many variances.
+const STALE_SQUARE: f32 = 3.0;
 /// Blocks over which that mean square is taken.
 const STALE_BLOCKS: u16 = 100;
 
-/// Decision interval h for a false-alarm rate per closing of some number of blocks (module documentation).
-pub fn threshold(false_alarms_per_closing: f32, blocks_per_closing: f32) -> f32 {
-    let between = blocks_per_closing.at_least(1.0) / false_alarms_per_closing.clamp(1e-9, 0.1);
-    // exp(2 kappa w) = 2 kappa^2 between + 1 + 2 kappa w: the fixed point is reached at once, w enters by a logarithm.
-    let mut w = 0.0;
+/// Logarithm of the likelihood ratio at which a contact is decided, for a number of false contacts per thousand free
+/// closings of some number of blocks.
+///
+/// A likelihood ratio of one slope exceeds its threshold t by chance as a normal variable exceeds sqrt(2 t).
+pub fn threshold(false_contacts_per_thousand: f32, blocks_per_closing: f32) -> f32 {
+    let per_closing = 1e-3 * false_contacts_per_thousand.at_least(1e-6).at_most(100.0);
+    let blocks = blocks_per_closing.at_least(1.0).at_most(1e6);
+    let most = ln(CHANCES_PER_BLOCK * blocks / per_closing);
+    let mut t = most;
     for _ in 0..4 {
-        w = ln(2.0 * KAPPA * KAPPA * between + 1.0 + 2.0 * KAPPA * w) / (2.0 * KAPPA);
+        // The tail of the normal distribution, exp(-t) / sqrt(4 pi t).
+        t = (most - 0.5 * ln(4.0 * PI * t)).at_least(2.0);
     }
-    (w - OVERSHOOT).at_least(1.0)
+    t
+}
+
+/// The torque of a block that the record does not explain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Residual {
+    /// End of the block, microseconds since boot.
+    pub time_us: u64,
+    /// Middle of the block, counts from the opening stop.
+    pub counts: i32,
+    /// Way made, counts, without sign.
+    pub width_counts: u32,
+    /// Torque of the motor less friction and what the rotor's inertia took, newton metre.
+    pub torque_nm: f32,
+    /// Variance of its white share: noise of the block and of the record, newton metre squared.
+    pub variance_nm2: f32,
+}
+
+/// A change of the residual, as the detector has it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Onset {
+    /// Blocks since it began, the last one included.
+    pub since: usize,
+    /// Where it began, mean and standard deviation, counts.
+    pub counts: f32,
+    /// See `counts`.
+    pub sigma_counts: f32,
+    /// Slope of the residual since, newton metre of motor torque per count.
+    pub slope_nm_per_count: f32,
+    /// Logarithm of its likelihood ratio.
+    pub ln_ratio: f32,
+    /// What friction without it would have left by now, newton metre, and its variance.
+    pub level_nm: f32,
+    /// See `level_nm`.
+    pub level_variance_nm2: f32,
 }
 
 /// What a block tells.
@@ -51,16 +87,10 @@ pub fn threshold(false_alarms_per_closing: f32, blocks_per_closing: f32) -> f32 
 pub enum Finding {
     /// No more than friction.
     Free,
-    /// A contact, since this many blocks (this one included).
-    Contact {
-        /// Blocks since the sum last was zero.
-        since: usize,
-    },
-    /// Less than friction, since this many blocks.
-    Softer {
-        /// Blocks since the sum last was zero.
-        since: usize,
-    },
+    /// A contact.
+    Contact(Onset),
+    /// Less than friction.
+    Softer(Onset),
     /// The record no longer fits.
     Stale {
         /// How far off it is, newton metre.
@@ -68,139 +98,262 @@ pub enum Finding {
     },
 }
 
-/// A one-sided sum of Page's test.
-#[derive(Clone, Copy, Debug, Default)]
-struct Page {
-    sum: f32,
-    since: usize,
+/// A ramp of slope 1 from a certain onset on.
+#[derive(Clone, Copy, Debug)]
+struct Ramp {
+    onset_counts: i32,
+    /// What it has added to the filter's states.
+    states: [f32; STATES],
+    /// Sums of g e / S and g^2 / S.
+    correlation: f32,
+    energy: f32,
 }
 
-impl Page {
-    fn add(&mut self, z: f32) {
-        self.sum += z - KAPPA;
-        if self.sum > 0.0 {
-            self.since = self.since.saturating_add(1);
-        } else {
-            *self = Self::default();
-        }
-    }
+/// Wander, level, drift.
+const STATES: usize = 3;
+type Covariance = [[f32; STATES]; STATES];
+
+/// Settings of the test, for one closing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Test {
+    /// Logarithm of the likelihood ratio that decides; see [`threshold`].
+    pub threshold: f32,
+    /// Half the slope of the softest contact, newton metre of motor torque per count.
+    pub least_slope_nm_per_count: f32,
+    /// The same for a fall, without sign.
+    pub least_fall_nm_per_count: f32,
+    /// Mean friction, newton metre.
+    pub friction_nm: f32,
 }
 
-/// The test over one run in one direction.
+/// The test over one closing.
 #[derive(Clone, Debug)]
 pub struct Detector {
-    threshold: f32,
-    /// Mean friction, newton metre, without sign.
-    friction_nm: f32,
-    /// Noise of the residual's mean over a way, times that way.
-    noise_nm2_counts: f32,
-    level_nm: f32,
-    level_variance_nm2: f32,
-    stiffer: Page,
-    softer: Page,
-    /// Residuals not yet taken by the level's filter, and their variances, oldest at `oldest`.
-    late: [(f32, f32); LAG],
-    oldest: usize,
-    blocks: u32,
+    test: Test,
+    wander: Wander,
+    states: [f32; STATES],
+    covariance: Covariance,
+    last_us: Option<u64>,
+    ramps: [Ramp; ONSETS],
+    /// Ramps begun; the next one takes the place of that index modulo their number.
+    begun: usize,
+    /// Variance of the last innovation, newton metre squared.
+    variance_nm2: f32,
     square_sum: f32,
     square_count: u16,
 }
 
 impl Detector {
-    /// A test with a decision interval, for a mean friction and the noise of [`super::friction::Friction`].
-    pub fn new(threshold: f32, friction_nm: f32, noise_nm2_counts: f32) -> Self {
-        let level = LEVEL_SHARE * friction_nm.abs();
+    /// Begins a closing with a noise model.
+    pub fn new(test: Test, wander: Wander) -> Self {
+        let square = |x: f32| x * x;
         Self {
-            threshold,
-            friction_nm: friction_nm.abs(),
-            noise_nm2_counts,
-            level_nm: 0.0,
-            level_variance_nm2: level * level,
-            stiffer: Page::default(),
-            softer: Page::default(),
-            late: const { [(0.0, 0.0); LAG] },
-            oldest: 0,
-            blocks: 0,
+            test,
+            states: [0.0; STATES],
+            covariance: [
+                [square(wander.rms_nm), 0.0, 0.0],
+                [0.0, square(wander.level_sigma_nm), 0.0],
+                [0.0, 0.0, square(wander.trend_sigma_nm_per_s)],
+            ],
+            wander,
+            last_us: None,
+            ramps: [Ramp {
+                onset_counts: 0,
+                states: [0.0; STATES],
+                correlation: 0.0,
+                energy: 0.0,
+            }; ONSETS],
+            begun: 0,
+            variance_nm2: 0.0,
             square_sum: 0.0,
             square_count: 0,
         }
     }
 
-    /// Misfit b of the record's level here, newton metre, and its variance.
+    /// The noise model.
+    pub fn wander(&self) -> &Wander {
+        &self.wander
+    }
+
+    /// What the filter takes as friction's share of the residual by now, newton metre, and its variance.
     pub fn level(&self) -> (f32, f32) {
-        (self.level_nm, self.level_variance_nm2)
+        let p = &self.covariance;
+        let variance = p[0][0] + 2.0 * p[0][1] + p[1][1];
+        (self.states[0] + self.states[1], variance)
     }
 
-    /// Noise of a residual, as in [`super::friction::Friction`].
-    pub fn noise_nm2_counts(&self) -> f32 {
-        self.noise_nm2_counts
+    /// The likeliest ramp so far.
+    pub fn suspect(&self) -> Option<Onset> {
+        self.largest(1.0).map(|(index, ..)| self.onset(index, 1.0))
     }
 
-    /// Takes the residual of a block, motor torque less friction, newton metre, and the way that the block made.
-    pub fn push(&mut self, residual_nm: f32, width_counts: u32) -> Finding {
-        if !residual_nm.is_finite() {
+    /// Takes the residual of the next block. What is not a number is left out.
+    pub fn push(&mut self, block: &Residual) -> Finding {
+        if !(block.torque_nm.is_finite() && block.variance_nm2 > 0.0 && block.variance_nm2 < 1e6) {
             return Finding::Free;
         }
-        let variance = self.noise_nm2_counts / (width_counts.max(1) as f32);
-        let deviation = residual_nm - self.level_nm;
-        // The level's error stays while the sum grows: over a run of LAG blocks it adds up LAG times as fast as noise.
-        let lasting = variance + LAG as f32 * self.level_variance_nm2;
-        let z = deviation / sqrt(lasting).at_least(f32::MIN_POSITIVE);
-        self.stiffer.add(z);
-        self.softer.add(-z);
-        if self.stiffer.sum > self.threshold {
-            return Finding::Contact {
-                since: self.stiffer.since,
+        let elapsed_us = self
+            .last_us
+            .replace(block.time_us)
+            .map_or(0, |last| block.time_us.saturating_sub(last));
+        // A closing does not take an hour.
+        self.predict(elapsed_us.min(3_600_000_000) as u32 as f32 * 1e-6);
+        let half = (block.width_counts / 2) as i32;
+        if let Some(ramp) = self.ramps.get_mut(self.begun % ONSETS) {
+            *ramp = Ramp {
+                onset_counts: block.counts.wrapping_sub(half),
+                states: [0.0; STATES],
+                correlation: 0.0,
+                energy: 0.0,
             };
         }
-        if self.softer.sum > self.threshold {
-            return Finding::Softer {
-                since: self.softer.since,
-            };
+        self.begun = self.begun.wrapping_add(1);
+        let p = &self.covariance;
+        let gains: [f32; STATES] = core::array::from_fn(|i| p[i][0] + p[i][1]);
+        let innovation = block.torque_nm - self.states[0] - self.states[1];
+        let innovation = innovation.at_least(-LARGE_NM).at_most(LARGE_NM);
+        // What the model cannot mean had a larger variance: it takes two blocks at least to decide.
+        let evidence = (self.test.threshold - SHORT_OF_DECISION).at_least(1.0);
+        let least = innovation * innovation / (2.0 * evidence);
+        let expected = gains[0] + gains[1] + block.variance_nm2;
+        let weight = 1.0 / expected.at_least(least);
+        self.variance_nm2 = expected;
+        for ramp in self.ramps.iter_mut().take(self.begun) {
+            let signal = block.counts.wrapping_sub(ramp.onset_counts) as f32;
+            let seen = signal - ramp.states[0] - ramp.states[1];
+            ramp.correlation += seen * innovation * weight;
+            ramp.energy += seen * seen * weight;
+            for (state, gain) in ramp.states.iter_mut().zip(&gains) {
+                *state += gain * weight * seen;
+            }
         }
-        self.follow(residual_nm, variance);
-        self.stale(deviation * deviation, variance + self.level_variance_nm2)
+        self.correct(&gains, innovation, weight);
+        self.find(innovation * innovation / expected)
     }
 
-    /// The level's filter takes the residual of [`LAG`] blocks ago, unless a decision may be on its way.
-    fn follow(&mut self, residual_nm: f32, variance: f32) {
-        let Some(slot) = self.late.get_mut(self.oldest) else {
-            return;
-        };
-        let (late_nm, late_variance) = core::mem::replace(slot, (residual_nm, variance));
-        self.oldest = (self.oldest + 1) % LAG;
-        self.blocks = self.blocks.saturating_add(1);
-        if self.blocks as usize <= LAG
-            || self.stiffer.sum.at_least(self.softer.sum) > 0.5 * self.threshold
+    /// Lets time pass.
+    fn predict(&mut self, elapsed_s: f32) {
+        let phi = self.wander.correlation(elapsed_s);
+        for ramp in self.ramps.iter_mut().take(self.begun) {
+            ramp.states[0] *= phi;
+            ramp.states[1] += elapsed_s * ramp.states[2];
+        }
+        self.states[0] *= phi;
+        self.states[1] += elapsed_s * self.states[2];
+        let stationary = self.wander.rms_nm * self.wander.rms_nm;
+        let [[a, b, c], [_, d, e], [_, _, f]] = self.covariance;
+        let (b, e) = (b + elapsed_s * c, e + elapsed_s * f);
+        let d = d + elapsed_s * (self.covariance[1][2] + e);
+        let a = stationary + phi * phi * (a - stationary);
+        let (b, c) = (phi * b, phi * c);
+        self.covariance = [[a, b, c], [b, d, e], [c, e, f]];
+    }
+
+    fn correct(&mut self, gains: &[f32; STATES], innovation: f32, weight: f32) {
+        for i in 0..STATES {
+            self.states[i] += gains[i] * weight * innovation;
+            for k in 0..STATES {
+                self.covariance[i][k] -= gains[i] * gains[k] * weight;
+            }
+            // Rounding must not make a variance negative.
+            self.covariance[i][i] = self.covariance[i][i].at_least(0.0);
+        }
+    }
+
+    fn find(&mut self, square: f32) -> Finding {
+        if let Some((index, ratio)) = self.largest(1.0)
+            && ratio > self.test.threshold
         {
-            return;
+            return Finding::Contact(self.onset(index, 1.0));
         }
-        let walk = WALK_SHARE * self.friction_nm;
-        let predicted = self.level_variance_nm2 + walk * walk * 1e-3;
-        let gain = predicted / (predicted + late_variance).at_least(f32::MIN_POSITIVE);
-        self.level_nm += gain * (late_nm - self.level_nm);
-        self.level_variance_nm2 = (1.0 - gain) * predicted;
+        if let Some((index, ratio)) = self.largest(-1.0)
+            && ratio > self.test.threshold
+        {
+            return Finding::Softer(self.onset(index, -1.0));
+        }
+        self.stale(square)
     }
 
-    fn stale(&mut self, square_nm2: f32, variance_nm2: f32) -> Finding {
-        if self.level_nm.abs() > STALE_SHARE * self.friction_nm {
+    fn slope(&self, ramp: &Ramp, sign: f32) -> f32 {
+        let least = if sign > 0.0 {
+            self.test.least_slope_nm_per_count
+        } else {
+            self.test.least_fall_nm_per_count
+        };
+        (sign * ramp.correlation / ramp.energy.at_least(f32::MIN_POSITIVE)).at_least(least)
+    }
+
+    fn ln_ratio(&self, ramp: &Ramp, sign: f32) -> f32 {
+        let slope = self.slope(ramp, sign);
+        slope * (sign * ramp.correlation - 0.5 * slope * ramp.energy)
+    }
+
+    /// The ramp with the largest likelihood ratio.
+    fn largest(&self, sign: f32) -> Option<(usize, f32)> {
+        let mut found = None;
+        let mut most = f32::NEG_INFINITY;
+        for (index, ramp) in self.ramps.iter().take(self.begun).enumerate() {
+            let ratio = self.ln_ratio(ramp, sign);
+            if ratio > most {
+                most = ratio;
+                found = Some((index, ratio));
+            }
+        }
+        found
+    }
+
+    /// What is known of the ramp at an index, whose likelihood ratio is the largest.
+    #[inline(never)]
+    fn onset(&self, index: usize, sign: f32) -> Onset {
+        let best = self.ramps[index % ONSETS];
+        let most = self.ln_ratio(&best, sign);
+        let (mut sum, mut mean, mut square) = (0.0, 0.0, 0.0);
+        for ramp in self.ramps.iter().take(self.begun) {
+            let weight = exp(self.ln_ratio(ramp, sign) - most);
+            let beside = ramp.onset_counts.wrapping_sub(best.onset_counts) as f32;
+            sum += weight;
+            mean += weight * beside;
+            square += weight * beside * beside;
+        }
+        // The best itself has a weight of 1.
+        mean /= sum;
+        let slope = sign * self.slope(&best, sign);
+        let (level_nm, level_variance_nm2) = self.level();
+        let first = self.begun.saturating_sub(1) % ONSETS;
+        Onset {
+            since: (first + ONSETS - index % ONSETS) % ONSETS + 1,
+            counts: best.onset_counts as f32 + mean,
+            sigma_counts: sqrt((square / sum - mean * mean).at_least(0.0)),
+            slope_nm_per_count: slope,
+            ln_ratio: most,
+            level_nm: level_nm - slope * (best.states[0] + best.states[1]),
+            level_variance_nm2,
+        }
+    }
+
+    fn stale(&mut self, square: f32) -> Finding {
+        let (level_nm, variance) = self.level();
+        let beyond = level_nm.abs() - STALE_SHARE * self.test.friction_nm;
+        if beyond > 0.0 && beyond * beyond > 2.0 * self.test.threshold * variance {
             return Finding::Stale {
-                misfit_nm: self.level_nm,
+                misfit_nm: level_nm,
             };
         }
         // A large value may be the beginning of a contact.
-        let square = square_nm2 / variance_nm2.at_least(f32::MIN_POSITIVE);
         self.square_sum += square.at_most(4.0 * STALE_SQUARE);
         self.square_count += 1;
         if self.square_count < STALE_BLOCKS {
             return Finding::Free;
         }
-        let mean = self.square_sum / f32::from(self.square_count);
+        let count = f32::from(self.square_count);
+        let mean = self.square_sum / count;
         self.square_sum = 0.0;
         self.square_count = 0;
-        if mean > STALE_SQUARE {
+        // Logarithm of the likelihood ratio of that variance to the one expected.
+        let ln_ratio = 0.5 * count * (mean - 1.0 - ln(mean));
+        if mean > STALE_SQUARE && ln_ratio > self.test.threshold {
             return Finding::Stale {
-                misfit_nm: sqrt(mean * variance_nm2),
+                misfit_nm: sqrt(mean * self.variance_nm2),
             };
         }
         Finding::Free

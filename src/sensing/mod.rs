@@ -3,7 +3,7 @@
 //! Passive: the same samples give the same events, live or replayed, whatever made the finger move.
 //!
 //! ```text
-//! Sample -> block::Gate -> Block -> friction::Recorder -> Friction
+//! Sample -> block::Gate -> Block -> friction::Pass -> Assessment -> Friction
 //!                               \-> Detector -> Curve -> Locator (fit::Hypothesis ...) -> Event
 //! ```
 
@@ -13,7 +13,6 @@ pub mod curve;
 pub mod detector;
 pub mod drivetrain;
 pub mod event;
-pub mod fit;
 pub mod friction;
 pub mod joint;
 pub mod location;

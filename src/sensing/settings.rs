@@ -6,22 +6,28 @@ pub struct Settings {
     /// The one steady speed of the input link at which friction is recorded and contacts are felt, radian per second.
     /// The worm's friction depends on speed.
     pub speed_rad_per_s: f32,
-    /// A sample further from that speed than this share enters no estimate.
+    /// A block whose speed is further from that of its run than this share enters no estimate.
     pub speed_tolerance: f32,
-    /// Time that the drivetrain takes to run steadily after a start or a reversal, microseconds.
-    pub settle_us: u32,
+    /// Way of the input link after a start that enters no estimate, radian: the drivetrain does not run steadily before.
+    pub settle_rad: f32,
     /// Angle of the input link that a free finger may travel from the opening stop, radian: short of the closing stop.
     pub travel_rad: f32,
-    /// Contacts reported per free closing, at most, 1e-9 to 1e-1: the detector's threshold follows from it.
-    pub false_alarms_per_closing: f32,
+    /// False contacts per thousand free closings, 1e-6 to 100: the detector's threshold follows from it. Fewer cost delay.
+    pub false_contacts_per_thousand: f32,
     /// Standard deviation of the location at which probing may end, metre.
     pub wanted_sigma_m: f32,
     /// Torque at the input link above which probing does not go, newton metre.
     pub torque_limit_nm: f32,
-    /// Effective contact radius expected before anything is felt: mean, metre.
-    pub radius_m: f32,
-    /// Its standard deviation, metre.
-    pub radius_sigma_m: f32,
+    /// Angle of the input link from the opening stop to the closing stop, radian.
+    pub closing_stop_rad: f32,
+    /// Half the thickness of a phalanx, metre: what it touches with lies beside its centre line.
+    pub half_thickness_m: f32,
+    /// Radius of a pin that calibrates, metre.
+    pub pin_radius_m: f32,
+    /// Coefficient of friction between phalanx and object: mean and deviation.
+    pub contact_friction: [f32; 2],
+    /// Friction or preload of each joint beyond the first, newton metre: mean and deviation.
+    pub joint_friction_nm: [f32; 2],
 }
 
 impl Default for Settings {
@@ -30,14 +36,20 @@ impl Default for Settings {
             speed_rad_per_s: 0.3,
             // A stiff contact takes a tenth of the speed; beyond twice that the friction is another.
             speed_tolerance: 0.2,
-            settle_us: 60_000,
+            // In recordings of a physics engine every false contact of an earlier detector began within it.
+            settle_rad: 0.08,
             travel_rad: 1.5,
-            false_alarms_per_closing: 1e-4,
+            false_contacts_per_thousand: 0.01,
             wanted_sigma_m: 0.3e-3,
             torque_limit_nm: 0.35,
-            // Objects of 4 to 40 mm in diameter on a phalanx some 10 mm thick: 2 + 5 to 20 + 5 mm.
-            radius_m: 0.014,
-            radius_sigma_m: 0.007,
+            closing_stop_rad: 1.6,
+            half_thickness_m: 0.006,
+            pin_radius_m: 0.005,
+            // Smooth skin on wood, metal or plastics without lubricant would be 0.1 to 0.3; a phalanx of polished plastics or
+            // metal less (R, chosen).
+            contact_friction: [0.1, 0.1],
+            // Pins of some millimetre in plain bearings, up to 10 N (R, chosen).
+            joint_friction_nm: [0.1e-3, 0.15e-3],
         }
     }
 }

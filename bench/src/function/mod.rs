@@ -22,161 +22,75 @@ pub struct Angle {
 
 /// Square root.
 pub const SQRT: &[Candidate<f32, f32>] = &[
-    Candidate {
-        name: "hardware_vsqrt",
-        run: sqrt_hardware,
-        chosen: Some("numeric::sqrt, everywhere: one instruction, correctly rounded"),
-    },
-    Candidate {
-        name: "libm",
-        run: sqrt_libm,
-        chosen: None,
-    },
-    Candidate {
-        name: "micromath",
-        run: sqrt_micromath,
-        chosen: None,
-    },
+    Candidate::used(
+        "hardware_vsqrt",
+        sqrt_hardware,
+        "numeric::sqrt, everywhere: one instruction, correctly rounded",
+    ),
+    Candidate::rival("libm", sqrt_libm),
+    Candidate::rival("micromath", sqrt_micromath),
 ];
 
 /// Sine.
 pub const SIN: &[Candidate<Angle, f32>] = &[
-    Candidate {
-        name: "minimax_f32",
-        run: sin_minimax,
-        chosen: None,
-    },
-    Candidate {
-        name: cordic::NAME,
-        run: cordic::sine,
-        chosen: None,
-    },
-    Candidate {
-        name: "libm",
-        run: sin_libm,
-        chosen: None,
-    },
-    Candidate {
-        name: "micromath",
-        run: sin_micromath,
-        chosen: None,
-    },
+    Candidate::rival("minimax_f32", sin_minimax),
+    Candidate::rival(cordic::NAME, cordic::sine),
+    Candidate::rival("libm", sin_libm),
+    Candidate::rival("micromath", sin_micromath),
 ];
 
 /// Sine and cosine.
 pub const SIN_COS: &[Candidate<Angle, [f32; 2]>] = &[
-    Candidate {
-        name: "minimax_f32",
-        run: sin_cos_minimax,
-        chosen: Some(
-            "numeric::sin_cos, for configurations and large steps: at the rounding of f32",
-        ),
-    },
-    Candidate {
-        name: cordic::NAME,
-        run: cordic::both,
-        chosen: None,
-    },
-    Candidate {
-        name: "libm",
-        run: sin_cos_libm,
-        chosen: None,
-    },
-    Candidate {
-        name: "libm_f64",
-        run: sin_cos_libm_f64,
-        chosen: None,
-    },
-    Candidate {
-        name: "micromath",
-        run: sin_cos_micromath,
-        chosen: None,
-    },
+    Candidate::used(
+        "minimax_f32",
+        sin_cos_minimax,
+        "numeric::sin_cos, for configurations and large steps: at the rounding of f32",
+    ),
+    Candidate::rival(cordic::NAME, cordic::both),
+    Candidate::rival("libm", sin_cos_libm),
+    Candidate::rival("libm_f64", sin_cos_libm_f64),
+    Candidate::rival("micromath", sin_cos_micromath),
 ];
 
 /// Sine and cosine where those of the last sample are at hand, a small step away.
 pub const SIN_COS_STEP: &[Candidate<Angle, [f32; 2]>] = &[
-    Candidate {
-        name: "angle_addition",
-        run: sin_cos_addition,
-        chosen: None,
-    },
-    Candidate {
-        name: "library_turn",
-        run: sin_cos_turn,
-        chosen: None,
-    },
-    Candidate {
-        name: "minimax_f32_afresh",
-        run: sin_cos_minimax,
-        chosen: None,
-    },
-    Candidate {
-        name: "micromath_afresh",
-        run: sin_cos_micromath,
-        chosen: None,
-    },
+    Candidate::rival("angle_addition", sin_cos_addition),
+    Candidate::rival("library_turn", sin_cos_turn),
+    Candidate::rival("minimax_f32_afresh", sin_cos_minimax),
+    Candidate::rival("micromath_afresh", sin_cos_micromath),
 ];
 
 /// Angle of the point (x, y), given as [y, x].
 pub const ATAN2: &[Candidate<[f32; 2], f32>] = &[
-    Candidate {
-        name: "library_octants",
-        run: atan2_library,
-        chosen: Some(
-            "numeric::atan2, for the angle of a four-bar's lever: at the rounding of f32, where micromath would cost 0.3 % of k",
-        ),
-    },
-    Candidate {
-        name: "libm",
-        run: atan2_libm,
-        chosen: None,
-    },
-    Candidate {
-        name: "micromath",
-        run: atan2_micromath,
-        chosen: None,
-    },
+    Candidate::used(
+        "library_octants",
+        atan2_library,
+        "numeric::atan2, for the angle of a four-bar's lever: at the rounding of f32, where micromath would cost 0.3 % of k",
+    ),
+    Candidate::rival("libm", atan2_libm),
+    Candidate::rival("micromath", atan2_micromath),
 ];
 
 /// Reciprocal.
 pub const RECIP: &[Candidate<f32, f32>] = &[
-    Candidate {
-        name: "hardware_vdiv",
-        run: recip_hardware,
-        chosen: Some("the operator /, everywhere: one instruction, correctly rounded"),
-    },
-    Candidate {
-        name: "micromath_recip",
-        run: recip_micromath,
-        chosen: None,
-    },
-    Candidate {
-        name: "micromath_inv",
-        run: inv_micromath,
-        chosen: None,
-    },
+    Candidate::used(
+        "hardware_vdiv",
+        recip_hardware,
+        "the operator /, everywhere: one instruction, correctly rounded",
+    ),
+    Candidate::rival("micromath_recip", recip_micromath),
+    Candidate::rival("micromath_inv", inv_micromath),
 ];
 
 /// Natural logarithm.
 pub const LN: &[Candidate<f32, f32>] = &[
-    Candidate {
-        name: "library_artanh",
-        run: ln_library,
-        chosen: Some(
-            "numeric::ln, for the detector's threshold and the evidence of a fit: no f64, no table",
-        ),
-    },
-    Candidate {
-        name: "libm",
-        run: ln_libm,
-        chosen: None,
-    },
-    Candidate {
-        name: "micromath",
-        run: ln_micromath,
-        chosen: None,
-    },
+    Candidate::used(
+        "library_micromath",
+        ln_library,
+        "numeric::ln, for the detector's threshold and the evidence of a fit: differences of one and more, so micromath's error is small enough",
+    ),
+    Candidate::rival("libm", ln_libm),
+    Candidate::rival("micromath", ln_micromath),
 ];
 
 /// Three linear equations with a symmetric, positive definite matrix, as the contact path solves them.
@@ -190,28 +104,14 @@ pub struct Equations {
 
 /// Solves them; NaN where it cannot.
 pub const SOLVE: &[Candidate<Equations, [f32; 3]>] = &[
-    Candidate {
-        name: "library_elimination",
-        run: solve_library,
-        chosen: Some(
-            "numeric::solve, for the contact path: pivots, because its matrix need not be positive definite far from the answer",
-        ),
-    },
-    Candidate {
-        name: "nalgebra_lu",
-        run: solve_lu,
-        chosen: None,
-    },
-    Candidate {
-        name: "nalgebra_cholesky",
-        run: solve_cholesky,
-        chosen: None,
-    },
-    Candidate {
-        name: "cramer",
-        run: solve_cramer,
-        chosen: None,
-    },
+    Candidate::used(
+        "library_elimination",
+        solve_library,
+        "numeric::solve, for the contact path: pivots, because its matrix need not be positive definite far from the answer",
+    ),
+    Candidate::rival("nalgebra_lu", solve_lu),
+    Candidate::rival("nalgebra_cholesky", solve_cholesky),
+    Candidate::rival("cramer", solve_cramer),
 ];
 
 #[inline(never)]

@@ -5,9 +5,9 @@ mod bracketed;
 mod library;
 mod lookup;
 mod matrix;
-mod published;
 
 use crate::candidate::{Candidate, Roots};
+use crate::published;
 use crate::two::TwoPhalanges;
 
 /// Reduced data of a finger with three phalanges at the instant of contact. Any consistent units.
@@ -75,81 +75,30 @@ impl ThreePhalanges {
 
 /// The candidates.
 pub const CANDIDATES: &[Candidate<ThreePhalanges, Roots>] = &[
-    Candidate {
-        name: "library_closed",
-        run: library::closed,
-        chosen: Some(
-            "locate_closed: where every fit of sensing starts; as near as bisection for a fraction of its cost",
-        ),
-    },
-    Candidate {
-        name: "library_bisection",
-        run: library::bisected,
-        chosen: None,
-    },
-    Candidate {
-        name: "textbook_k",
-        run: algebra::textbook,
-        chosen: None,
-    },
-    Candidate {
-        name: "bisection_12",
-        run: bracketed::bisection_12,
-        chosen: None,
-    },
-    Candidate {
-        name: "bisection_20",
-        run: bracketed::bisection_20,
-        chosen: None,
-    },
-    Candidate {
-        name: "bisection_28",
-        run: bracketed::bisection_28,
-        chosen: None,
-    },
-    Candidate {
-        name: "itp",
-        run: bracketed::itp,
-        chosen: None,
-    },
-    Candidate {
-        name: "chandrupatla",
-        run: bracketed::chandrupatla,
-        chosen: None,
-    },
-    Candidate {
-        name: "newton_bracketed",
-        run: bracketed::newton,
-        chosen: None,
-    },
-    Candidate {
-        name: "matrix_18_bisection_28",
-        run: matrix::bisection,
-        chosen: None,
-    },
-    Candidate {
-        name: "matrix_18_chandrupatla",
-        run: matrix::chandrupatla,
-        chosen: None,
-    },
-    Candidate {
-        name: "table_257",
-        run: lookup::table,
-        chosen: None,
-    },
-    Candidate {
-        name: "nalgebra_numeris_f32_libm",
-        run: published::f32_libm,
-        chosen: None,
-    },
-    Candidate {
-        name: "nalgebra_numeris_f32_micromath",
-        run: published::f32_micromath,
-        chosen: None,
-    },
-    Candidate {
-        name: "nalgebra_numeris_f64_libm",
-        run: published::f64_libm,
-        chosen: None,
-    },
+    Candidate::used(
+        "library_bisection",
+        library::bisected,
+        "Mechanics::locate, where every fit of sensing starts: the bisection that was asked for, with a bounded residual",
+    ),
+    Candidate::check(
+        "library_closed",
+        library::closed,
+        "Mechanics::locate_closed, what tests and this report check the bisection with",
+    ),
+    Candidate::rival("textbook_k", algebra::textbook),
+    Candidate::rival("bisection_12", bracketed::bisection_12),
+    Candidate::rival("bisection_20", bracketed::bisection_20),
+    Candidate::rival("bisection_28", bracketed::bisection_28),
+    Candidate::rival("itp", bracketed::itp),
+    Candidate::rival("chandrupatla", bracketed::chandrupatla),
+    Candidate::rival("newton_bracketed", bracketed::newton),
+    Candidate::rival("matrix_18_bisection_28", matrix::bisection),
+    Candidate::rival("matrix_18_chandrupatla", matrix::chandrupatla),
+    Candidate::rival("table_257", lookup::table),
+    Candidate::rival("nalgebra_numeris_f32_libm", published::three_f32_libm),
+    Candidate::rival(
+        "nalgebra_numeris_f32_micromath",
+        published::three_f32_micromath,
+    ),
+    Candidate::rival("nalgebra_numeris_f64_libm", published::three_f64_libm),
 ];

@@ -5,9 +5,9 @@ pub(crate) mod bracketed;
 pub(crate) mod library;
 pub(crate) mod lookup;
 mod matrix;
-mod published;
 
 use crate::candidate::{Candidate, Roots};
+use crate::published;
 pub(crate) use algebra::textbook_k_part;
 
 /// Reduced data of a finger with two phalanges at the instant of contact. Any consistent units.
@@ -69,101 +69,34 @@ impl TwoPhalanges {
 
 /// The candidates.
 pub const CANDIDATES: &[Candidate<TwoPhalanges, Roots>] = &[
-    Candidate {
-        name: "library_closed",
-        run: library::closed,
-        chosen: Some(
-            "locate_closed: where every fit of sensing starts; as near as bisection for a fraction of its cost",
-        ),
-    },
-    Candidate {
-        name: "library_bisection",
-        run: library::bisected,
-        chosen: None,
-    },
-    Candidate {
-        name: "textbook_beta",
-        run: algebra::textbook_beta,
-        chosen: None,
-    },
-    Candidate {
-        name: "textbook_k",
-        run: algebra::textbook_k,
-        chosen: None,
-    },
-    Candidate {
-        name: "bisection_8",
-        run: bracketed::bisection_8,
-        chosen: None,
-    },
-    Candidate {
-        name: "bisection_12",
-        run: bracketed::bisection_12,
-        chosen: None,
-    },
-    Candidate {
-        name: "bisection_16",
-        run: bracketed::bisection_16,
-        chosen: None,
-    },
-    Candidate {
-        name: "bisection_20",
-        run: bracketed::bisection_20,
-        chosen: None,
-    },
-    Candidate {
-        name: "bisection_24",
-        run: bracketed::bisection_24,
-        chosen: None,
-    },
-    Candidate {
-        name: "bisection_28",
-        run: bracketed::bisection_28,
-        chosen: None,
-    },
-    Candidate {
-        name: "itp",
-        run: bracketed::itp,
-        chosen: None,
-    },
-    Candidate {
-        name: "chandrupatla",
-        run: bracketed::chandrupatla,
-        chosen: None,
-    },
-    Candidate {
-        name: "newton_bracketed",
-        run: bracketed::newton,
-        chosen: None,
-    },
-    Candidate {
-        name: "matrix_18_bisection_28",
-        run: matrix::bisection,
-        chosen: None,
-    },
-    Candidate {
-        name: "matrix_18_chandrupatla",
-        run: matrix::chandrupatla,
-        chosen: None,
-    },
-    Candidate {
-        name: "table_9x9x17",
-        run: lookup::table,
-        chosen: None,
-    },
-    Candidate {
-        name: "nalgebra_numeris_f32_libm",
-        run: published::f32_libm,
-        chosen: None,
-    },
-    Candidate {
-        name: "nalgebra_numeris_f32_micromath",
-        run: published::f32_micromath,
-        chosen: None,
-    },
-    Candidate {
-        name: "nalgebra_numeris_f64_libm",
-        run: published::f64_libm,
-        chosen: None,
-    },
+    Candidate::used(
+        "library_bisection",
+        library::bisected,
+        "Mechanics::locate, where every fit of sensing starts: the bisection that was asked for, with a bounded residual",
+    ),
+    Candidate::check(
+        "library_closed",
+        library::closed,
+        "Mechanics::locate_closed, what tests and this report check the bisection with",
+    ),
+    Candidate::rival("textbook_beta", algebra::textbook_beta),
+    Candidate::rival("textbook_k", algebra::textbook_k),
+    Candidate::rival("bisection_8", bracketed::bisection_8),
+    Candidate::rival("bisection_12", bracketed::bisection_12),
+    Candidate::rival("bisection_16", bracketed::bisection_16),
+    Candidate::rival("bisection_20", bracketed::bisection_20),
+    Candidate::rival("bisection_24", bracketed::bisection_24),
+    Candidate::rival("bisection_28", bracketed::bisection_28),
+    Candidate::rival("itp", bracketed::itp),
+    Candidate::rival("chandrupatla", bracketed::chandrupatla),
+    Candidate::rival("newton_bracketed", bracketed::newton),
+    Candidate::rival("matrix_18_bisection_28", matrix::bisection),
+    Candidate::rival("matrix_18_chandrupatla", matrix::chandrupatla),
+    Candidate::rival("table_9x9x17", lookup::table),
+    Candidate::rival("nalgebra_numeris_f32_libm", published::two_f32_libm),
+    Candidate::rival(
+        "nalgebra_numeris_f32_micromath",
+        published::two_f32_micromath,
+    ),
+    Candidate::rival("nalgebra_numeris_f64_libm", published::two_f64_libm),
 ];

@@ -24,7 +24,7 @@ pub mod sim;
 pub mod time;
 pub mod world;
 
-pub use chip::{Misuse, ResetCause};
+pub use chip::{Misuse, Quirks, ResetCause};
 pub use firmware::Firmware;
 pub use machine::{Machine, Pause, Setup};
 
@@ -49,6 +49,9 @@ pub enum Error {
         /// Why.
         source: std::io::Error,
     },
+    /// No such simulated world.
+    #[error("{0}")]
+    World(String),
     /// Not a firmware image for this chip.
     #[error("{}: {why}", path.display())]
     Elf {

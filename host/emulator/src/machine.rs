@@ -4,7 +4,7 @@
 use palpate_plant::Plant;
 use unicorn_engine::RegisterARM;
 
-use crate::chip::{Chip, Cut, Operation, ResetCause};
+use crate::chip::{Chip, Cut, Operation, Quirks, ResetCause};
 use crate::cortex::account::Account;
 use crate::cortex::{Engine, Exit, Map, Trap};
 use crate::firmware::{Firmware, place};
@@ -21,6 +21,8 @@ pub struct Setup {
     pub reader: Reader,
     /// Contents of the flash left by an earlier run, instead of a freshly programmed chip.
     pub flash: Option<Vec<u8>>,
+    /// What real parts do that a model of their registers alone would not.
+    pub quirks: Quirks,
     /// Frequency of the watchdog's oscillator: 32 kHz nominal, 29.5 to 34 kHz over temperature and supply.
     pub lsi_hz: u64,
     /// The cycle counter counts executed instructions exactly, for benchmarks.
@@ -37,6 +39,7 @@ impl Default for Setup {
         Self {
             reader: Reader::Attached,
             flash: None,
+            quirks: Quirks::default(),
             lsi_hz: 32_000,
             count_instructions: false,
             watch: Vec::new(),
@@ -102,7 +105,7 @@ impl<'f> Machine<'f> {
             .flash
             .clone()
             .unwrap_or_else(|| firmware.image.clone());
-        let mut engine = Engine::new(Chip::new(image, plant, setup.lsi_hz))?;
+        let mut engine = Engine::new(Chip::new(image, plant, setup.lsi_hz, setup.quirks))?;
         if setup.count_instructions {
             engine.count_instructions()?;
         }
@@ -231,6 +234,11 @@ impl<'f> Machine<'f> {
         self.engine.word(address)
     }
 
+    /// Pulls nFAULT low for a moment, as noise on its wire does.
+    pub fn pulse_fault_pin(&mut self, seconds: f64) {
+        self.chip_mut().pulse_fault_pin(time::ticks(seconds));
+    }
+
     /// Presses or releases the user button.
     pub fn button(&mut self, pressed: bool) {
         self.chip_mut().button(pressed);
@@ -290,6 +298,12 @@ impl<'f> Machine<'f> {
     /// Lets the power fail at the flash operation with this index in [`Machine::flash_operations`].
     pub fn cut_power_at(&mut self, operation: usize, cut: Cut) {
         self.chip_mut().flash.cut = Some((operation, cut));
+    }
+
+    /// The power went at the operation set by [`Machine::cut_power_at`].
+    #[must_use]
+    pub fn power_lost(&self) -> bool {
+        self.chip().flash.power_lost
     }
 
     /// Flips a bit of the flash, counted from its first.

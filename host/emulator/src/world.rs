@@ -24,6 +24,9 @@ pub struct World {
     pub(crate) pins: Pins,
     synced: Ticks,
     pub(crate) wires: Wires,
+    /// nFAULT is low for so long after the bridge was woken.
+    wake_fault: Ticks,
+    awake_since: Option<Ticks>,
     /// When the bridge was last switched off, and when it was last switched on.
     off_since: Option<Ticks>,
     on_since: Option<Ticks>,
@@ -35,12 +38,14 @@ fn powered(pins: &Pins) -> bool {
 }
 
 impl World {
-    pub(crate) fn new(plant: Option<Plant>) -> Self {
+    pub(crate) fn new(plant: Option<Plant>, wake_fault_s: f64) -> Self {
         Self {
             plant,
             pins: Pins::default(),
             synced: 0,
             wires: Wires::default(),
+            wake_fault: time::ticks(wake_fault_s),
+            awake_since: None,
             off_since: None,
             on_since: None,
         }
@@ -67,6 +72,10 @@ impl World {
             (false, true) => self.on_since = Some(now),
             _ => {}
         }
+        self.awake_since = match (pins.awake, self.awake_since) {
+            (false, _) => None,
+            (true, since) => since.or(Some(now)),
+        };
         self.pins = pins;
     }
 
@@ -115,7 +124,10 @@ impl World {
     }
 
     pub(crate) fn fault_low(&self) -> bool {
-        self.wires.fault_low || self.plant.as_ref().is_some_and(Plant::fault_pin_low)
+        let waking = self
+            .awake_since
+            .is_some_and(|since| self.synced < since + self.wake_fault);
+        waking || self.wires.fault_low || self.plant.as_ref().is_some_and(Plant::fault_pin_low)
     }
 
     pub(crate) fn plant(&self) -> Option<&Plant> {
@@ -133,7 +145,7 @@ mod tests {
 
     #[test]
     fn notes_when_the_bridge_is_switched() {
-        let mut world = World::new(None);
+        let mut world = World::new(None, 0.0);
         let on = Pins {
             outputs_enabled: true,
             awake: true,

@@ -4,14 +4,14 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::builder::PossibleValuesParser;
+use clap::{Args, Parser, Subcommand};
 use palpate::sample::Sample;
-use palpate::scene::{Linkage3, P70, Tendon2, Tendon3};
 use palpate_evaluation::experiments::{
     ablation, calibration, catalogue, document, fingerprint, result, run, sensitivity,
 };
 use palpate_evaluation::{figures, recordings, replay, trace};
-use palpate_plant::World;
+use palpate_plant::{Engine, World};
 
 type Outcome = Result<(), Box<dyn Error>>;
 
@@ -38,9 +38,12 @@ enum Command {
         /// Where to.
         #[arg(default_value = "docs/figures")]
         directory: PathBuf,
-        /// Parameters of the simulated world.
+        /// The simulated world: ideal, bench, workshop, harsh, or a file.
+        #[arg(long, default_value = "ideal", alias = "plant")]
+        world: String,
+        /// What computes finger and object: plant, or mujoco.
         #[arg(long)]
-        plant: Option<PathBuf>,
+        engine: Option<Engine>,
         /// Everything random follows from it.
         #[arg(long, default_value_t = 1)]
         seed: u64,
@@ -52,9 +55,12 @@ struct Experiments {
     /// One JSON object a line instead of a table.
     #[arg(long)]
     json: bool,
-    /// Parameters of the simulated world (TOML, as host/plant/default.toml).
+    /// The simulated world: ideal, bench, workshop, harsh, or a file (TOML, as host/plant/default.toml).
+    #[arg(long, default_value = "ideal", alias = "plant")]
+    world: String,
+    /// What computes finger and object: plant, or mujoco.
     #[arg(long)]
-    plant: Option<PathBuf>,
+    engine: Option<Engine>,
     /// Everything random follows from it.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -65,16 +71,8 @@ struct Experiments {
     #[arg(long, conflicts_with = "write")]
     only: Option<String>,
     /// Write the tables into docs/RESULTS.md and README.md.
-    #[arg(long, conflicts_with_all = ["quick", "plant", "json"])]
+    #[arg(long, conflicts_with_all = ["quick", "world", "json"])]
     write: bool,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum SceneName {
-    P70,
-    Tendon2,
-    Tendon3,
-    Linkage3,
 }
 
 #[derive(Args)]
@@ -82,8 +80,8 @@ struct Replay {
     /// CSV with columns time_s, encoder_counts, current_a (signed, or with a column duty for its sign).
     file: PathBuf,
     /// The finger of the recording.
-    #[arg(long, value_enum, default_value = "p70")]
-    scene: SceneName,
+    #[arg(long, default_value = palpate_scenes::NAMES[0], value_parser = PossibleValuesParser::new(palpate_scenes::NAMES))]
+    scene: String,
     /// Recording of a free closing and opening, instead of one searched in FILE.
     #[arg(long)]
     friction: Option<PathBuf>,
@@ -100,8 +98,8 @@ struct Recordings {
     /// Folder with NAME.csv.gz and NAME.json; names begin with their world and an underscore.
     directory: PathBuf,
     /// The finger of the recordings.
-    #[arg(long, value_enum, default_value = "p70")]
-    scene: SceneName,
+    #[arg(long, default_value = palpate_scenes::NAMES[0], value_parser = PossibleValuesParser::new(palpate_scenes::NAMES))]
+    scene: String,
     /// Without calibration; what calibrates is left out.
     #[arg(long)]
     uncalibrated: bool,
@@ -113,26 +111,21 @@ struct Recordings {
     json: bool,
 }
 
-fn world(file: Option<&PathBuf>) -> Result<World, Box<dyn Error>> {
-    match file {
-        None => Ok(World::default()),
-        Some(file) => {
-            let text = std::fs::read_to_string(file)
-                .map_err(|error| format!("{}: {error}", file.display()))?;
-            World::from_toml(&text).map_err(|error| format!("{}: {error}", file.display()).into())
-        }
-    }
-}
-
 fn plan(
-    plant: Option<&PathBuf>,
+    world: &str,
+    engine: Option<Engine>,
     seed: u64,
     quick: bool,
 ) -> Result<catalogue::Plan, Box<dyn Error>> {
-    let world = world(plant)?;
+    let mut found = World::named(world)?;
+    found.engine = engine.unwrap_or(found.engine);
     Ok(catalogue::Plan {
-        parameters: world.of(palpate_plant::default_scene())?,
-        world,
+        parameters: found.of(palpate_plant::default_scene())?,
+        place: result::Place {
+            world: world.split('@').next().unwrap_or(world).to_owned(),
+            engine: found.engine.to_string(),
+        },
+        world: found,
         seed,
         quick,
     })
@@ -194,12 +187,10 @@ fn replay(options: &Replay) -> Outcome {
         .map(|file| samples(file, options.zero_counts, options.json))
         .transpose()?;
     let record = record.as_deref();
-    let found = match options.scene {
-        SceneName::P70 => replay::replay::<P70>(&recorded, record),
-        SceneName::Tendon2 => replay::replay::<Tendon2>(&recorded, record),
-        SceneName::Tendon3 => replay::replay::<Tendon3>(&recorded, record),
-        SceneName::Linkage3 => replay::replay::<Linkage3>(&recorded, record),
-    };
+    let found = palpate_scenes::for_scene!(options.scene.as_str(), |S| replay::replay::<S>(
+        &recorded, record
+    ))
+    .ok_or("no such scene")?;
     let second = |index: usize| recorded.get(index).map_or(0.0, |s| s.time_us as f64 * 1e-6);
     let (source, stretch) = match &found.friction {
         replay::Source::Separate => ("file", None),
@@ -241,12 +232,9 @@ fn recordings(options: &Recordings) -> Outcome {
         only: options.only.clone(),
         uncalibrated: options.uncalibrated,
     };
-    let worlds = match options.scene {
-        SceneName::P70 => recordings::run::<P70>(&plan),
-        SceneName::Tendon2 => recordings::run::<Tendon2>(&plan),
-        SceneName::Tendon3 => recordings::run::<Tendon3>(&plan),
-        SceneName::Linkage3 => recordings::run::<Linkage3>(&plan),
-    }?;
+    let worlds =
+        palpate_scenes::for_scene!(options.scene.as_str(), |S| recordings::run::<S>(&plan))
+            .ok_or("no such scene")??;
     if options.json {
         for line in recordings::json(&worlds) {
             println!("{line}");
@@ -257,30 +245,30 @@ fn recordings(options: &Recordings) -> Outcome {
     Ok(())
 }
 
-fn experiments(options: &Experiments) -> Outcome {
-    let plan = plan(options.plant.as_ref(), options.seed, options.quick)?;
-    let jobs = [
-        catalogue::all(&plan),
-        ablation::ablation(&plan),
-        sensitivity::sensitivity(&plan),
+/// Everything that a plan asks for, as far as its name begins with `only`.
+fn rows(plan: &catalogue::Plan, only: Option<&String>) -> (Vec<result::Row>, Vec<run::Incomplete>) {
+    let jobs: Vec<_> = [
+        catalogue::all(plan),
+        ablation::ablation(plan),
+        sensitivity::sensitivity(plan),
     ]
     .into_iter()
     .flatten()
-    .filter(|job| {
-        options
-            .only
-            .as_ref()
-            .is_none_or(|name| job.name.starts_with(name))
-    })
-    .collect::<Vec<_>>();
+    .filter(|job| only.is_none_or(|name| job.name.starts_with(name)))
+    .collect();
     let (entries, failed) = run::jobs(&jobs);
-    let rows = run::rows(&entries);
+    (run::rows(&plan.place, &entries), failed)
+}
+
+fn experiments(options: &Experiments) -> Outcome {
     if options.write {
-        write(&rows)?;
+        return write(options.seed);
     }
+    let plan = plan(&options.world, options.engine, options.seed, options.quick)?;
+    let (rows, failed) = rows(&plan, options.only.as_ref());
     if options.json {
         for row in &rows {
-            println!("{}", serde_json::to_string(row)?);
+            println!("{}", row.json());
         }
     } else {
         println!("{}", result::markdown(&rows));
@@ -297,7 +285,7 @@ fn experiments(options: &Experiments) -> Outcome {
         }
     }
     let calibration_wanted = match &options.only {
-        Some(name) => "calibration".starts_with(name),
+        Some(name) => "calibration".starts_with(name.as_str()),
         None => true,
     };
     if calibration_wanted {
@@ -325,10 +313,22 @@ fn calibration(plan: &catalogue::Plan, json: bool) {
     }
 }
 
+/// Worlds whose tables stand in the documents, the one that the headline comes from first.
+const WRITTEN: [&str; 3] = ["workshop", "workshop@mujoco", "ideal"];
+
 /// The tables into the documents, with the fingerprint of the code that made them.
-fn write(rows: &[result::Row]) -> Outcome {
+fn write(seed: u64) -> Outcome {
+    let mut all = Vec::new();
+    for world in WRITTEN {
+        let plan = plan(world, None, seed, world != WRITTEN[0])?;
+        let (rows, failed) = rows(&plan, None);
+        for job in &failed {
+            eprintln!("{world}, {}: {}", job.name, job.failure);
+        }
+        all.extend(rows);
+    }
     let code = fingerprint::fingerprint()?;
-    for (file, body) in document::bodies(rows) {
+    for (file, body) in document::bodies(&all) {
         document::write(&fingerprint::root().join(file), &code, &body)?;
     }
     Ok(())
@@ -351,9 +351,10 @@ fn main() -> ExitCode {
         Command::Recordings(options) => recordings(&options),
         Command::Figures {
             directory,
-            plant,
+            world,
+            engine,
             seed,
-        } => plan(plant.as_ref(), seed, false).and_then(|plan| figures(&directory, &plan)),
+        } => plan(&world, engine, seed, false).and_then(|plan| figures(&directory, &plan)),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

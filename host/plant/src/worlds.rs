@@ -16,24 +16,25 @@ pub fn world_names() -> impl Iterator<Item = &'static str> {
 }
 
 impl World {
-    /// A world by its name (one of [`world_names`]) or from a file, with `@mujoco` behind it for the other engine.
+    /// A world by its name (one of [`world_names`]) or from a file, with `@mujoco` behind it for another engine.
     ///
     /// # Errors
     /// What cannot be read or is not valid, and the names that there are.
-    pub fn named(name_or_file: &str) -> Result<Self, String> {
-        if let Some((world, engine)) = name_or_file.rsplit_once('@') {
-            let mut world = Self::named(world)?;
-            world.engine = engine.parse()?;
-            return Ok(world);
-        }
-        let told = |error: Error| format!("world '{name_or_file}': {error}");
-        if let Some((_, text)) = WORLDS.iter().find(|(name, _)| *name == name_or_file) {
-            return Self::from_toml(text).map_err(told);
-        }
-        let text = std::fs::read_to_string(name_or_file).map_err(|error| {
-            let names = world_names().collect::<Vec<_>>().join(", ");
-            format!("world '{name_or_file}' is none of {names}, and no file: {error}")
-        })?;
-        Self::from_toml(&text).map_err(told)
+    pub fn named(name: &str) -> Result<Self, String> {
+        let (world, engine) = name.split_once('@').unwrap_or((name, "plant"));
+        let told = |error: Error| format!("world '{world}': {error}");
+        let embedded = WORLDS.iter().find(|(known, _)| *known == world);
+        let mut found = match embedded {
+            Some((_, text)) => Self::from_toml(text).map_err(told)?,
+            None => {
+                let text = std::fs::read_to_string(world).map_err(|error| {
+                    let names = world_names().collect::<Vec<_>>().join(", ");
+                    format!("world '{world}' is none of {names}, and no file: {error}")
+                })?;
+                Self::from_toml(&text).map_err(told)?
+            }
+        };
+        found.engine = engine.parse()?;
+        Ok(found)
     }
 }

@@ -1,6 +1,6 @@
 //! The named worlds: valid, apart from each other, and different from the firmware's assumptions where they say so.
 
-use palpate_plant::{Grasp, Parameters, Pins, Plant, Shape, World, scenes, world_names};
+use palpate_plant::{Engine, Grasp, Parameters, Pins, Plant, Shape, World, scenes, world_names};
 
 fn world(name: &str) -> Parameters {
     World::named(name)
@@ -17,6 +17,9 @@ fn ideal_is_the_default_and_the_others_are_not() {
             assert_ne!(world(name), world(other), "{name} {other}");
         }
     }
+    let mujoco = World::named("bench@mujoco").expect("known");
+    assert_eq!(mujoco.engine, Engine::Mujoco);
+    assert!(World::named("bench@other").is_err());
     let error = World::named("nowhere").expect_err("refused");
     assert!(
         error.contains("nowhere") && error.contains("workshop"),

@@ -70,9 +70,13 @@ impl Board {
         if outputs == Outputs::Off {
             self.broken = false;
         }
-        self.armed = outputs != Outputs::Off;
+        self.armed = !matches!(outputs, Outputs::Off | Outputs::Wake);
         self.pins = match outputs {
             Outputs::Off => Pins::default(),
+            Outputs::Wake => Pins {
+                awake: true,
+                ..Pins::default()
+            },
             Outputs::Brake => Pins {
                 awake: true,
                 duty: 0.0,

@@ -45,6 +45,8 @@ pub fn report(arguments: &[String]) -> Outcome {
                 "sensing::",
                 "--watch",
                 "finger::",
+                "--watch",
+                "numeric::bisect",
                 "--apart",
                 "sensing::fit",
             ],

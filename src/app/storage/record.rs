@@ -178,13 +178,17 @@ mod tests {
     fn record() -> Record {
         let mut overrides = Overrides::default();
         overrides.set(Setting::HoldForce, 2.5).expect("in range");
-        let mut friction = Friction::empty(240_000);
-        for (index, torque) in friction.closing.torque_nm.iter_mut().enumerate() {
+        let drivetrain = P70::drivetrain(&P70::MECHANISM);
+        let mut friction = Friction::empty(240_000, &drivetrain);
+        for (index, torque) in friction.closing_nm.mean.iter_mut().enumerate() {
             *torque = 0.01 + 1e-4 * index as f32;
         }
-        friction.closing.passes.fill(3);
-        friction.opening.torque_nm.fill(-0.02);
-        friction.opening.noise_nm2_counts = 1e-3;
+        friction.closing_nm.count.fill(3);
+        friction.speed_rad_per_s = 0.3;
+        friction.worm_nm.fill(-1e-3);
+        friction.opening_nm = -0.02;
+        friction.white_nm2_s = 2e-8;
+        friction.evidence.ln_likelihood.fill(-1.5);
         let mut calibration = P70::UNCALIBRATED;
         calibration.torque_factor = 0.9;
         calibration.contacts = 2;
@@ -247,7 +251,7 @@ mod tests {
         assert_eq!(decoded(&encoded(&nonsense)), Err(RecordError::Implausible));
         let mut nonsense = record();
         if let Some(friction) = &mut nonsense.friction {
-            friction.opening.torque_nm[127] = f32::NAN;
+            friction.closing_nm.mean[127] = f32::NAN;
         }
         assert_eq!(decoded(&encoded(&nonsense)), Err(RecordError::Implausible));
     }

@@ -1,150 +1,255 @@
-//! The record of both directions, and what it says about a position.
+//! The record of free motion, and what it says about a position.
 
+use super::bins::{BINS, Bins};
+use super::harmonics::{self, HARMONICS};
+use super::wander::{Evidence, Wander};
+use crate::numeric::{Bounded, solve, sqrt};
+use crate::sensing::Drivetrain;
 use serde::{Deserialize, Serialize};
 
-use super::track::{BINS, Track};
-use crate::numeric::{Bounded, sqrt};
-use crate::sensing::Drive;
+/// Half the way over which the curve is smoothed, radian. What changes within less is either the worm's, which has terms of
+/// its own, or noise.
+const SMOOTHING_RAD: f32 = 0.12;
+/// Beyond the last bin the curve is continued for so many turns of the worm at most.
+const BEYOND_TURNS: f32 = 4.0;
 
-/// Least share of the mean friction that the residual is taken to be: a record from one quiet pass is no proof.
-const LEAST_RESIDUAL: f32 = 1e-3;
-
-/// The record.
+/// Free motion as it was recorded: friction torque of the motor, the free torque of the finger included, over the angle of
+/// the input link. Plain data: valid after a restart with another zero, once aligned.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Friction {
-    /// Travel that the bins divide evenly, counts from the opening stop.
+    /// Travel that the record is for, counts from the opening stop.
     pub travel_counts: i32,
-    /// While closing.
-    pub closing: Track,
-    /// While opening.
-    pub opening: Track,
+    /// Width of a bin, counts: whole turns of the motor.
+    pub bin_counts: u32,
+    /// Counts per turn of the worm; 0 for no worm.
+    pub worm_counts: u32,
+    /// Rotation of the input link per count, radian.
+    pub rad_per_count: f32,
+    /// Speed that it was recorded at, radian per second.
+    pub speed_rad_per_s: f32,
+    /// Torque while closing, newton metre, without the worm's share; a bin counts its passes.
+    pub closing_nm: Bins,
+    /// The worm's share: amplitudes of cosine and sine of its angle and of its multiples, newton metre.
+    pub worm_nm: [f32; 2 * HARMONICS],
+    /// Mean torque while opening, newton metre, negative; 0 before it is known.
+    pub opening_nm: f32,
+    /// White noise of a block's torque: variance times the duration of the block, newton metre squared second.
+    pub white_nm2_s: f32,
+    /// What free passes told of the wander.
+    pub evidence: Evidence,
+}
+
+/// The record at a position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// Torque while closing, newton metre.
+    pub torque_nm: f32,
+    /// Variance of it from the noise of the record, newton metre squared.
+    pub variance_nm2: f32,
+    /// How far beyond the record the position is, counts.
+    pub beyond_counts: f32,
 }
 
 impl Friction {
-    /// Without any value, for a travel; at least one count a bin.
-    pub fn empty(travel_counts: i32) -> Self {
+    /// Without any value, for no finger.
+    pub const EMPTY: Self = Self {
+        travel_counts: 1,
+        bin_counts: 1,
+        worm_counts: 0,
+        rad_per_count: 0.0,
+        speed_rad_per_s: 0.0,
+        closing_nm: Bins::EMPTY,
+        worm_nm: [0.0; 2 * HARMONICS],
+        opening_nm: 0.0,
+        white_nm2_s: 0.0,
+        evidence: Evidence::NONE,
+    };
+
+    /// Without any value, for a travel.
+    pub fn empty(travel_counts: i32, drivetrain: &Drivetrain) -> Self {
+        let turn = drivetrain.counts_per_turn.max(1);
+        let travel = travel_counts.max(1).unsigned_abs();
+        let turns = travel.div_ceil(turn).div_ceil(BINS as u32).max(1);
         Self {
-            travel_counts: travel_counts.max(BINS as i32),
-            closing: Track::EMPTY,
-            opening: Track::EMPTY,
+            travel_counts: travel_counts.max(1),
+            bin_counts: turns.saturating_mul(turn),
+            worm_counts: drivetrain.counts_per_worm_turn,
+            rad_per_count: drivetrain.rad_per_count,
+            ..Self::EMPTY
         }
     }
 
     /// Whether every value is finite and in its range, as it must be after it was read from a memory.
     pub fn is_valid(&self) -> bool {
-        self.travel_counts >= BINS as i32 && self.closing.is_valid() && self.opening.is_valid()
+        self.travel_counts > 0
+            && self.bin_counts > 0
+            && (f32::MIN_POSITIVE..1.0).contains(&self.rad_per_count)
+            && (f32::MIN_POSITIVE..f32::MAX).contains(&self.speed_rad_per_s)
+            && self.closing_nm.is_valid()
+            && self.worm_nm.iter().all(|amplitude| amplitude.is_finite())
+            && self.opening_nm.is_finite()
+            && (0.0..f32::MAX).contains(&self.white_nm2_s)
+            && self.evidence.is_valid()
     }
 
-    /// The track of a direction; None for [`Drive::Idle`].
-    pub fn track(&self, drive: Drive) -> Option<&Track> {
-        match drive {
-            Drive::Closing => Some(&self.closing),
-            Drive::Opening => Some(&self.opening),
-            Drive::Idle => None,
+    /// Bin of a position; None outside the travel.
+    pub(super) fn index(&self, counts: i32) -> Option<usize> {
+        let index = u32::try_from(counts).ok()? / self.bin_counts.max(1);
+        (counts < self.travel_counts && index < BINS as u32).then_some(index as usize)
+    }
+
+    /// Middle of a bin, counts.
+    pub(super) fn middle_counts(&self, index: usize) -> f32 {
+        (index as f32 + 0.5) * self.bin_counts as f32
+    }
+
+    /// Share of the travel that is recorded, 0 to 1.
+    pub fn coverage(&self) -> f32 {
+        let bins = self.travel_counts as f32 / self.bin_counts as f32;
+        (self.closing_nm.filled() as f32 / bins.at_least(1.0)).at_most(1.0)
+    }
+
+    /// Mean torque while closing, newton metre; None of an empty record.
+    pub fn mean_nm(&self) -> Option<f32> {
+        self.closing_nm.mean()
+    }
+
+    /// Passes that the record is the mean of.
+    pub fn passes(&self) -> u8 {
+        self.closing_nm.count.iter().fold(0, |most, &n| most.max(n))
+    }
+
+    /// White noise of a block of some duration, newton metre squared.
+    pub fn white_nm2(&self, duration_s: f32) -> f32 {
+        (self.white_nm2_s / duration_s.at_least(1e-6)).at_least(f32::MIN_POSITIVE)
+    }
+
+    /// Standard deviation of the white noise of a block as long as those of the record, newton metre.
+    pub fn noise_nm(&self, drivetrain: &Drivetrain) -> f32 {
+        let turn_rad = drivetrain.counts_per_turn as f32 * self.rad_per_count;
+        sqrt(self.white_nm2(turn_rad / self.speed_rad_per_s))
+    }
+
+    /// What has wandered since at some speed, radian per second.
+    pub fn wander(&self, speed_rad_per_s: f32) -> Wander {
+        let ratio = speed_rad_per_s / self.speed_rad_per_s;
+        Wander::new(
+            &self.evidence,
+            self.white_nm2_s,
+            self.mean_nm().unwrap_or(0.0),
+            self.passes(),
+            if ratio.is_finite() { ratio } else { 1.0 },
+        )
+    }
+
+    /// Standard deviation of what a shift of the record would leave, newton metre per count: of the worm's share, which is
+    /// steeper than the rest.
+    pub fn steepness_nm_per_count(&self) -> f32 {
+        let squares = self
+            .worm_nm
+            .chunks_exact(2)
+            .enumerate()
+            .map(|(index, pair)| {
+                let order = index as f32 + 1.0;
+                order
+                    * order
+                    * pair
+                        .iter()
+                        .map(|amplitude| amplitude * amplitude)
+                        .sum::<f32>()
+            });
+        let turn = self.worm_counts.max(1) as f32;
+        sqrt(0.5 * squares.sum::<f32>()) * core::f32::consts::TAU / turn
+    }
+
+    /// The record at a position. None outside the travel and where nothing was recorded.
+    pub fn at(&self, counts: i32) -> Option<Estimate> {
+        self.index(counts)?;
+        let (first, last) = self.closing_nm.ends()?;
+        let margin = 0.5 * self.bin_counts as f32;
+        let (low, high) = (self.middle_counts(first), self.middle_counts(last));
+        let position = counts as f32;
+        if position < low - margin || position > high + margin {
+            return None;
         }
+        self.smooth(position, 0.0)
     }
 
-    /// Standard deviation of what the record leaves unexplained in a bin, newton metre, the worse of both directions.
-    pub fn residual_nm(&self) -> f32 {
-        let noise = self
-            .closing
-            .noise_nm2_counts
-            .at_least(self.opening.noise_nm2_counts);
-        sqrt(noise / self.bin_counts())
+    /// As [`Friction::at`]; beyond the end of the record its level there is continued with the worm's share.
+    pub fn beyond(&self, counts: i32) -> Option<Estimate> {
+        if let Some(found) = self.at(counts) {
+            return Some(found);
+        }
+        let (first, last) = self.closing_nm.ends()?;
+        let (low, high) = (self.middle_counts(first), self.middle_counts(last));
+        let position = counts as f32;
+        let excess = (position - high)
+            .at_least(low - position)
+            .at_most(BEYOND_TURNS * self.worm_counts.max(self.bin_counts) as f32);
+        self.smooth(position, if position < low { 0.0 } else { excess })
     }
 
-    /// Width of a bin, counts.
-    pub fn bin_counts(&self) -> f32 {
-        self.travel_counts as f32 / BINS as f32
-    }
-
-    /// Friction torque at a position, between the bins' centres linearly, newton metre. None outside the travel and where
-    /// nothing was recorded.
-    pub fn at(&self, drive: Drive, counts: i32) -> Option<f32> {
-        let track = self.track(drive)?;
-        let index = self.index(counts)?;
-        let place = counts as f32 / self.bin_counts() - 0.5;
-        let lower = if place < index as f32 {
-            index.checked_sub(1)
-        } else {
-            Some(index)
-        };
-        let below = lower.and_then(|lower| track.bin(lower));
-        let above = track.bin(lower.map_or(0, |lower| lower + 1));
-        match (below, above) {
-            (Some(below), Some(above)) => {
-                let share = place - lower.unwrap_or(0) as f32;
-                Some(below + share * (above - below))
+    /// Quadratic through the bins about a position, by weighted least squares, plus the worm's share.
+    #[inline(never)]
+    fn smooth(&self, position: f32, beyond_counts: f32) -> Option<Estimate> {
+        let (first, last) = self.closing_nm.ends()?;
+        let bin = self.bin_counts as f32;
+        // In bins, from the first bin's beginning; beyond the ends the curve keeps its value there.
+        let place = (position / bin).at_least(first as f32 + 0.5);
+        let place = place.at_most(last as f32 + 0.5);
+        let half = (SMOOTHING_RAD / (self.rad_per_count * bin)).at_least(2.5);
+        let from = (place - half).at_least(0.0) as usize;
+        let to = ((place + half) as usize).min(BINS - 1);
+        // Moments of the weights about the place, and of the values.
+        let (mut s, mut t) = ([0.0f32; 5], [0.0f32; 3]);
+        for index in from..=to {
+            let Some(value) = self.closing_nm.get(index) else {
+                continue;
+            };
+            let x = (index as f32 + 0.5 - place) / half;
+            let weight = 1.0 - x * x;
+            if weight <= 0.0 {
+                continue;
             }
-            // At either end of what was recorded.
-            _ => track.bin(index),
-        }
-    }
-
-    /// As [`Friction::at`]; beyond the end of the record it is continued with the period of the worm, `period_counts`,
-    /// drifting on as it did over the last period (0: as at the end). With it how far that was, counts.
-    pub fn beyond(&self, drive: Drive, counts: i32, period_counts: u32) -> Option<(f32, f32)> {
-        if let Some(torque) = self.at(drive, counts) {
-            return Some((torque, 0.0));
-        }
-        let track = self.track(drive)?;
-        let filled = |index| Some((index, track.bin(index)?));
-        let (last, end) = (0..BINS).rev().find_map(filled)?;
-        let end_counts = (last as f32 + 0.5) * self.bin_counts();
-        let excess = counts as f32 - end_counts;
-        if excess <= 0.0 {
-            // Before the record's beginning, where the motion was not steady yet.
-            let (_, first) = (0..BINS).find_map(filled)?;
-            return Some((first, 0.0));
-        }
-        let period = period_counts as f32;
-        // Whole periods that lead back into the record. A period of 0 never does.
-        let mut periods = 1.0;
-        while periods * period < excess && periods < 4.0 {
-            periods += 1.0;
-        }
-        if periods < 4.0 {
-            let back = counts as f32 - periods * period;
-            let base = self.at(drive, back as i32);
-            let before = self.at(drive, (end_counts - period) as i32);
-            if let (Some(base), Some(before)) = (base, before) {
-                return Some((base + periods * (end - before), excess));
+            let mut power = weight;
+            for k in 0..5 {
+                s[k] += power;
+                if let Some(t) = t.get_mut(k) {
+                    *t += power * value;
+                }
+                power *= x;
             }
         }
-        Some((end, excess))
+        // The two columns: the values' polynomial, and what the value at the place gives each bin.
+        let normal = [[s[0], s[1], s[2]], [s[1], s[2], s[3]], [s[2], s[3], s[4]]];
+        let flat =
+            || Some(([t[0] / s[0], 0.0, 0.0], [1.0 / s[0], 0.0, 0.0])).filter(|_| s[0] > 0.0);
+        let (value, leverage) = solve(normal, [t, [1.0, 0.0, 0.0]])
+            .map(|[value, leverage]| (value, leverage))
+            .or_else(flat)?;
+        // Weights fall from 1: bounded by the leverage itself.
+        let bin_s = bin * self.rad_per_count / self.speed_rad_per_s;
+        let passes = self.closing_nm.count.get(place as usize).copied();
+        let passes = f32::from(passes.unwrap_or(0).max(1));
+        let variance_nm2 = leverage[0].at_least(0.0) * self.white_nm2(bin_s) / passes;
+        let waves = harmonics::waves(position, self.worm_counts);
+        let torque_nm = value[0] + harmonics::sum(&self.worm_nm, &waves);
+        (torque_nm + variance_nm2).is_finite().then_some(Estimate {
+            torque_nm,
+            variance_nm2,
+            beyond_counts,
+        })
     }
 
-    /// Standard deviation of the friction over the travel, newton metre: how far it may be from the value at the end
-    /// beyond what was recorded.
-    pub fn unevenness_nm(&self, drive: Drive) -> Option<f32> {
-        let track = self.track(drive)?;
-        let mean = track.mean_nm()?;
+    /// Standard deviation of the curve over the travel, newton metre: how far it may be from the value at the end beyond what
+    /// was recorded.
+    pub fn unevenness_nm(&self) -> Option<f32> {
+        let mean = self.mean_nm()?;
         let (mut sum, mut count) = (0.0, 0u32);
-        for torque in (0..BINS).filter_map(|index| track.bin(index)) {
+        for torque in (0..BINS).filter_map(|index| self.closing_nm.get(index)) {
             sum += (torque - mean) * (torque - mean);
             count += 1;
         }
         (count > 0).then(|| sqrt(sum / count as f32))
-    }
-
-    /// Bin of a position.
-    pub(super) fn index(&self, counts: i32) -> Option<usize> {
-        if counts < 0 || counts >= self.travel_counts {
-            return None;
-        }
-        Some(((counts as f32 / self.bin_counts()) as usize).min(BINS - 1))
-    }
-
-    /// Noise of a block's residual in a direction, as [`Track::noise_nm2_counts`]: divided by a way in counts it is the
-    /// variance of the residual's mean over it. The table's own error is in it: it is as noisy as the motion that it was
-    /// taken from.
-    pub fn noise_nm2_counts(&self, drive: Drive) -> Option<f32> {
-        let track = self.track(drive)?;
-        let floor = LEAST_RESIDUAL * track.mean_nm()?;
-        Some(
-            2.0 * track
-                .noise_nm2_counts
-                .at_least(floor * floor * self.bin_counts()),
-        )
     }
 }

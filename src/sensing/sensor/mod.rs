@@ -2,47 +2,39 @@
 //!
 //! | stage | what runs | where |
 //! |---|---|---|
-//! | free motion recorded | [`Recorder`] | `record` |
+//! | free motion recorded, and whatever was free of a closing since | [`Pass`](super::friction::Pass), [`Assessment`](super::friction::Assessment) | `record` |
 //! | first closing with a record of before a restart | [`Alignment`](super::friction::Alignment) | `search` |
 //! | closing, nothing felt | [`Detector`](super::detector::Detector) on the residual of the record | `search` |
-//! | contact | [`Curve`](super::curve::Curve), and every block one step of the [`Locator`](super::locator::Locator) | `touch`, `press` |
-//! | what there is to say | a location, an ambiguity, a reason why not | `report` |
-//! | motion over | the locator until its fits stand still, one step every dozen samples; then the last word | `last_word` |
-//! | contact at a known place, or with the stop | the calibration | `learn` |
+//! | contact | [`Curve`](super::curve::Curve), and every block one pass of the [`Locator`](super::locator::Locator) | `contact` |
+//! | motion over | the locator's last rounds, one pass every few samples; then the last word | `contact` |
+//! | contact at a known place, or with the stop | the calibration | `calibrate` |
 
+mod calibrate;
+mod contact;
 mod known;
-mod last_word;
-mod learn;
-mod press;
 mod record;
-mod report;
 mod search;
-mod touch;
 
 use crate::finger::Mechanics;
 use crate::sensing::block::{Block, Gate, Step};
-use crate::sensing::friction::{Friction, Recorder};
+use crate::sensing::friction::Friction;
 use crate::sensing::joint::{JointSensor, NoHall};
 use crate::sensing::location::{Cable, Series};
 use crate::sensing::{Calibration, Directive, Drive, Drivetrain, Event, Sample, Settings};
+use contact::Contact;
 use known::Known;
+use record::Learning;
 use search::{Found, Search};
-use touch::Touching;
-
-/// Error of the friction beyond the record, continued periodically, as a share of its unevenness within (R, chosen).
-const UNSURE_BEYOND: f32 = 0.15;
 
 /// What is in hand. Never two at a time: they share their memory.
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "there is no heap to put one on")]
-enum Work<R> {
+enum Work<R, X: Series> {
     Nothing,
-    /// Friction is being recorded.
-    Recording(Recorder),
     /// The finger closes, and nothing has been felt.
     Searching(Search<R>),
     /// A contact is being judged.
-    Contact(Touching<R>),
+    Contact(Contact<R, X>),
 }
 
 /// Contact sensing of one finger. See the module documentation.
@@ -56,7 +48,8 @@ pub struct Sensor<F: Mechanics, H: JointSensor = NoHall, X: Series = Cable> {
     /// The contact of this closing has been judged, or what was found was no contact.
     done: bool,
     known: Known<F, H, X>,
-    work: Work<H::Reading>,
+    work: Work<H::Reading, X>,
+    learning: Learning,
 }
 
 impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
@@ -71,6 +64,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
             known: Known::new(finger, drivetrain, settings, calibration),
             gate: Gate::default(),
             work: Work::Nothing,
+            learning: Learning::default(),
             done: false,
         }
     }
@@ -113,6 +107,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
         if valid {
             self.known.friction = Some(friction);
             self.known.shift_counts = Some(0);
+            self.known.shift_sigma_counts = 0.0;
         }
         valid
     }
@@ -145,25 +140,23 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
     /// again starts anew.
     pub fn direct(&mut self, directive: Directive) {
         let known = &mut self.known;
-        if !matches!(directive, Directive::RecordFriction)
-            && let Work::Recording(recorder) = &mut self.work
-        {
-            known.end_recording(recorder);
+        if matches!(directive, Directive::RecordFriction) {
+            let empty = Friction::empty(known.travel_counts(), &known.drivetrain);
+            self.learning.begin(empty);
+        } else {
+            self.learning.end_recording(known);
         }
         if matches!(directive, Directive::Rest)
-            && let Work::Contact(touching) = &mut self.work
+            && let Work::Contact(contact) = &mut self.work
         {
             // The last word is still to be said, under the old directive; nothing but that comes after.
-            touching.end();
+            contact.end();
             return;
         }
         known.directive = directive;
         known.stale_told = false;
         self.done = false;
         self.work = Work::Nothing;
-        if matches!(directive, Directive::RecordFriction) {
-            self.work = Work::Recording(Recorder::new(self.known.travel_counts()));
-        }
     }
 
     /// Takes a sample; tells at most one thing. Typically some hundred instructions; every block of a contact, and
@@ -172,6 +165,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
     #[inline(never)]
     pub fn update(&mut self, sample: &Sample<H::Reading>) -> Option<Event> {
         self.known.reading = sample.joint;
+        self.known.position_counts = sample.position_counts;
         let known = &self.known;
         match self.gate.push(sample, &known.drivetrain, &known.settings) {
             Step::Pending => {}
@@ -179,17 +173,15 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
             Step::Ended => self.end_run(),
         }
         self.conclude();
+        let searching = matches!(self.work, Work::Searching(_) | Work::Contact(_));
+        self.learning.step(&mut self.known, searching);
         self.known.events.pop_front()
     }
 
     fn take(&mut self, block: &Block) {
         match self.known.directive {
             Directive::Rest => {}
-            Directive::RecordFriction => {
-                if let Work::Recording(recorder) = &mut self.work {
-                    recorder.push(block);
-                }
-            }
+            Directive::RecordFriction => self.learning.record(block),
             // What comes after the finger has opened is another closing.
             _ if block.drive != Drive::Closing => self.done = false,
             _ if self.done => {}
@@ -206,27 +198,37 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
         let Some(past) = known.past(block, matches!(self.work, Work::Contact(_))) else {
             return;
         };
+        if let Work::Searching(_) = self.work {
+            self.learning.watch(known, block, &past);
+        }
         match &mut self.work {
-            Work::Contact(touching) => {
-                if touching.last_steps.is_none() {
-                    known.press(touching, &past);
-                }
-            }
+            Work::Contact(contact) => known.press(contact, &past),
             Work::Searching(search) => match known.search(search, block, past) {
                 Found::Nothing => {}
-                Found::Over => self.done = true,
-                Found::Contact(onset) => self.begin(block, &onset),
+                Found::Over => {
+                    self.learning.forget();
+                    self.done = true;
+                }
+                Found::Contact(found) => {
+                    self.learning.cut(known, &found.onset);
+                    self.begin_contact(block, &found);
+                }
             },
-            Work::Nothing | Work::Recording(_) => {}
+            Work::Nothing => {}
         }
     }
 
     fn end_run(&mut self) {
+        if let Work::Searching(search) = &self.work
+            && let Some(suspect) = search.suspect()
+        {
+            self.learning.cut(&self.known, &suspect);
+        }
+        self.learning.end_run(&self.known);
         match &mut self.work {
             Work::Nothing => {}
-            Work::Recording(recorder) => recorder.end_run(),
             Work::Searching(_) => self.work = Work::Nothing,
-            Work::Contact(touching) => touching.end(),
+            Work::Contact(contact) => contact.end(),
         }
     }
 }

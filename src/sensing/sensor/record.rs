@@ -1,35 +1,240 @@
-//! Free motion, recorded: what becomes of it in the end.
+//! Free motion, recorded: a record on demand, and what every closing since adds to it.
 
 use super::known::Known;
+use super::search::Past;
 use crate::finger::Mechanics;
-use crate::sensing::Event;
-use crate::sensing::friction::Recorder;
+use crate::numeric::Bounded;
+use crate::sensing::block::Block;
+use crate::sensing::detector::Onset;
+use crate::sensing::friction::{Assessment, Friction, Pass};
 use crate::sensing::joint::JointSensor;
 use crate::sensing::location::Series;
+use crate::sensing::{Drive, Event};
 
-/// Share of the record's bins that a recording must fill.
+/// Share of the travel that a recording must cover.
 const COVERAGE: f32 = 0.6;
+/// Samples between two steps of an assessment: they must leave time for everything else.
+const SAMPLES_PER_STEP: u8 = 4;
+/// Blocks before a contact's onset that are not taken for free motion.
+const MARGIN_BLOCKS: f32 = 3.0;
 
-impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
-    /// Keeps what was recorded, if that is enough, and says so or not.
-    pub(super) fn end_recording(&mut self, recorder: &mut Recorder) {
-        recorder.end_run();
-        let coverage = recorder.coverage();
+/// What is being learned about friction.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Learning {
+    /// The run under way, or the one that has just ended.
+    pass: Option<Pass>,
+    /// The run of `pass` is over.
+    ended: bool,
+    /// A pass before it.
+    assessment: Option<Assessment>,
+    /// Samples until its next step.
+    pause: u8,
+    /// The record that is being made.
+    draft: Option<Friction>,
+    /// It is wanted as soon as the assessment is done.
+    wanted: bool,
+}
+
+impl Learning {
+    /// Begins a new record.
+    // Not inlined: the record is written where it stays.
+    #[inline(never)]
+    pub(super) fn begin(&mut self, empty: Friction) {
+        *self = Self {
+            draft: Some(empty),
+            ..Self::default()
+        };
+    }
+
+    /// A block of the motion that is to be recorded.
+    pub(super) fn record(&mut self, block: &Block) {
+        let Some(draft) = &self.draft else {
+            return;
+        };
+        let known_nm = match block.drive {
+            Drive::Closing => draft.at(block.counts).map_or(0.0, |known| known.torque_nm),
+            _ => 0.0,
+        };
+        collect(
+            &mut self.pass,
+            &mut self.ended,
+            draft,
+            block.counts,
+            block,
+            known_nm,
+        );
+    }
+
+    /// A block of a closing in which nothing has been felt.
+    pub(super) fn watch<F: Mechanics, H: JointSensor, X: Series>(
+        &mut self,
+        known: &Known<F, H, X>,
+        block: &Block,
+        past: &Past<H::Reading>,
+    ) {
+        let (Some(friction), Some(shift_counts)) = (&known.friction, known.shift_counts) else {
+            return;
+        };
+        let counts = block.counts.wrapping_add(shift_counts);
+        if past.beyond_counts == 0.0 {
+            let known_nm = block.drive_torque_nm - past.residual_nm;
+            collect(
+                &mut self.pass,
+                &mut self.ended,
+                friction,
+                counts,
+                block,
+                known_nm,
+            );
+        }
+    }
+
+    /// What came after an onset was no free motion.
+    pub(super) fn cut<F: Mechanics, H: JointSensor, X: Series>(
+        &mut self,
+        known: &Known<F, H, X>,
+        onset: &Onset,
+    ) {
+        let margin = MARGIN_BLOCKS * known.drivetrain.counts_per_turn as f32;
+        let counts = onset.counts - margin.at_least(2.0 * onset.sigma_counts);
+        let shift_counts = known.shift_counts.unwrap_or(0);
+        if let (Some(pass), Some(friction)) = (&mut self.pass, &known.friction) {
+            pass.cut(friction, (counts as i32).wrapping_add(shift_counts));
+        }
+    }
+
+    /// Nothing is to be learned of the motion under way.
+    pub(super) fn forget(&mut self) {
+        self.pass = None;
+    }
+
+    /// The motion ended or turned round.
+    pub(super) fn end_run<F: Mechanics, H: JointSensor, X: Series>(
+        &mut self,
+        known: &Known<F, H, X>,
+    ) {
+        self.ended = true;
+        if self.draft.is_some() {
+            self.assess(known);
+        }
+    }
+
+    /// Begins to assess the run that ended.
+    #[inline(never)]
+    fn assess<F: Mechanics, H: JointSensor, X: Series>(&mut self, known: &Known<F, H, X>) {
+        self.ended = false;
+        let record = self.draft.as_mut();
+        if let (Some(pass), Some(record)) = (
+            self.pass.take(),
+            record.as_deref().or(known.friction.as_ref()),
+        ) {
+            self.assessment = Assessment::new(pass, record);
+            self.pause = 0;
+        }
+        if let (Some(assessment), Some(draft)) = (&self.assessment, record) {
+            assessment.introduce(draft);
+        }
+    }
+
+    /// A record was being made, and no more motion belongs to it.
+    pub(super) fn end_recording<F: Mechanics, H: JointSensor, X: Series>(
+        &mut self,
+        known: &mut Known<F, H, X>,
+    ) {
+        if self.draft.is_none() || self.wanted {
+            return;
+        }
+        if self.pass.is_some() && self.assessment.is_none() {
+            self.assess(known);
+        }
+        self.pass = None;
+        self.wanted = true;
+        if !self.assessment.as_ref().is_some_and(Assessment::is_closing) {
+            self.hand_over(known);
+        }
+    }
+
+    /// The record is made: keeps it, if it is good enough, and says so or not.
+    #[inline(never)]
+    fn hand_over<F: Mechanics, H: JointSensor, X: Series>(&mut self, known: &mut Known<F, H, X>) {
+        self.wanted = false;
+        let Some(draft) = self.draft.take() else {
+            return;
+        };
+        let coverage = draft.coverage();
         if coverage >= COVERAGE
-            && let Some(friction) = recorder.finish()
-            && let Some(closing_nm) = friction.closing.mean_nm()
-            && let Some(opening_nm) = friction.opening.mean_nm()
+            && draft.is_valid()
+            && let Some(closing_nm) = draft.mean_nm()
         {
-            self.friction = Some(friction.clone());
-            self.shift_counts = Some(0);
-            self.tell(Event::FrictionRecorded {
+            let opening_nm = draft.opening_nm;
+            let residual_nm = draft.noise_nm(&known.drivetrain);
+            known.friction = Some(draft);
+            known.shift_counts = Some(0);
+            known.shift_sigma_counts = 0.0;
+            known.tell(Event::FrictionRecorded {
                 closing_nm,
                 opening_nm,
-                residual_nm: friction.residual_nm(),
+                residual_nm,
                 coverage,
             });
         } else {
-            self.tell(Event::FrictionNotRecorded { coverage });
+            self.assessment = None;
+            known.tell(Event::FrictionNotRecorded { coverage });
         }
     }
+
+    /// Goes on learning, a little with every sample; `busy` while the record is in use.
+    pub(super) fn step<F: Mechanics, H: JointSensor, X: Series>(
+        &mut self,
+        known: &mut Known<F, H, X>,
+        busy: bool,
+    ) {
+        if self.ended && !busy && self.assessment.is_none() {
+            self.assess(known);
+        }
+        let Some(assessment) = &mut self.assessment else {
+            return;
+        };
+        // An opening teaches nothing that a search under way uses.
+        if busy && assessment.is_closing() {
+            return;
+        }
+        if self.pause > 0 {
+            self.pause -= 1;
+            return;
+        }
+        self.pause = SAMPLES_PER_STEP - 1;
+        let Some(record) = self.draft.as_mut().or(known.friction.as_mut()) else {
+            self.assessment = None;
+            return;
+        };
+        if assessment.step(record) {
+            assessment.teach(record);
+            self.assessment = None;
+            if self.wanted {
+                self.hand_over(known);
+            }
+        }
+    }
+}
+
+/// Puts a block into the pass of its run.
+fn collect(
+    pass: &mut Option<Pass>,
+    ended: &mut bool,
+    record: &Friction,
+    counts: i32,
+    block: &Block,
+    known_nm: f32,
+) {
+    if *ended
+        || pass
+            .as_ref()
+            .is_some_and(|pass| pass.drive() != block.drive)
+    {
+        *pass = None;
+        *ended = false;
+    }
+    pass.get_or_insert_with(|| Pass::new(block.drive))
+        .push(record, counts, block, known_nm);
 }

@@ -3,16 +3,22 @@
 use super::Work;
 use super::known::Known;
 use crate::finger::Mechanics;
+use crate::numeric::sqrt;
+use crate::sensing::Event;
 use crate::sensing::block::Block;
-use crate::sensing::detector::{self, Detector, Finding};
-use crate::sensing::friction::{Aligned, Alignment};
+use crate::sensing::detector::{self, Detector, Finding, Onset, Residual, Test};
+use crate::sensing::friction::{Aligned, Alignment, Wander};
 use crate::sensing::joint::JointSensor;
 use crate::sensing::location::Series;
-use crate::sensing::{Drive, Event};
 use heapless::Deque;
 
-/// Blocks kept, so that the curve starts at the onset and not at its detection: a quarter of a second.
-pub(super) const HISTORY: usize = 32;
+/// Blocks kept, so that the curve starts at the onset and not at its detection.
+pub(super) const HISTORY: usize = detector::ONSETS;
+/// Share of the slope of the softest contact that a contact's is taken to be at least.
+const LEAST_SLOPE: f32 = 0.5;
+
+/// Logarithm of the likelihood ratio from which on a motion is not recorded as free.
+const SUSPICIOUS: f32 = 3.0;
 
 /// A block as it is remembered.
 #[derive(Clone, Copy, Debug)]
@@ -21,12 +27,27 @@ pub(super) struct Past<R> {
     pub(super) counts: i32,
     pub(super) width_counts: u32,
     pub(super) residual_nm: f32,
+    /// Variance of its white share, newton metre squared.
+    pub(super) variance_nm2: f32,
     /// How far beyond the friction record, counts.
     pub(super) beyond_counts: f32,
     /// As in [`Block`].
     pub(super) inertia_nm: f32,
     pub(super) overspeed: f32,
     pub(super) reading: R,
+}
+
+impl<R> Past<R> {
+    /// Without what only the curve needs.
+    pub(super) fn residual(&self) -> Residual {
+        Residual {
+            time_us: self.time_us,
+            counts: self.counts,
+            width_counts: self.width_counts,
+            torque_nm: self.residual_nm,
+            variance_nm2: self.variance_nm2,
+        }
+    }
 }
 
 /// A search under way.
@@ -49,10 +70,16 @@ impl<R> Default for Search<R> {
 }
 
 impl<R> Search<R> {
+    /// What may be the beginning of a contact, although that is not decided.
+    pub(super) fn suspect(&self) -> Option<Onset> {
+        let suspect = self.detector.as_ref()?.suspect()?;
+        (suspect.ln_ratio > SUSPICIOUS).then_some(suspect)
+    }
+
     /// Becomes what is in hand.
     // Not inlined: so it does not take room in the frame from which everything else is called.
     #[inline(never)]
-    pub(super) fn begin(work: &mut Work<R>) {
+    pub(super) fn begin<X: Series>(work: &mut Work<R, X>) {
         *work = Work::Searching(Self::default());
     }
 }
@@ -63,40 +90,34 @@ pub(super) enum Found {
     Nothing,
     /// No contact comes of this closing; why has been told.
     Over,
-    Contact(Onset),
+    Contact(Begun),
 }
 
-/// A contact as the detector has it.
+/// A contact as the search has it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Onset {
-    /// Blocks since it began, the last one included.
-    pub(super) since: usize,
-    /// What the record's level was off by, newton metre of motor torque, and its variance.
-    pub(super) level: (f32, f32),
-    /// Noise of a residual, as in [`Track`](crate::sensing::friction::Track).
-    pub(super) noise_nm2_counts: f32,
+pub(super) struct Begun {
+    pub(super) onset: Onset,
+    /// Noise of the residual besides its white share.
+    pub(super) wander: Wander,
 }
 
 impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     /// A block with the residual of the record.
     pub(super) fn past(&self, block: &Block, in_contact: bool) -> Option<Past<H::Reading>> {
         let friction = self.friction.as_ref()?;
-        // Only a closing is felt.
-        let drive = Drive::Closing;
         let counts = block.counts.wrapping_add(self.shift_counts.unwrap_or(0));
-        let beyond = in_contact || self.presses_stop();
-        let (torque_nm, beyond_counts) = if beyond {
-            let period_counts = self.drivetrain.counts_per_worm_turn;
-            friction.beyond(drive, counts, period_counts)?
+        let known = if in_contact || self.presses_stop() {
+            friction.beyond(counts)?
         } else {
-            (friction.at(drive, counts)?, 0.0)
+            friction.at(counts)?
         };
         Some(Past {
             time_us: block.time_us,
             counts: block.counts,
             width_counts: block.width_counts,
-            residual_nm: block.drive_torque_nm - torque_nm,
-            beyond_counts,
+            residual_nm: block.drive_torque_nm - known.torque_nm,
+            variance_nm2: friction.white_nm2(block.duration_s) + known.variance_nm2,
+            beyond_counts: known.beyond_counts,
             inertia_nm: block.inertia_nm,
             overspeed: block.overspeed,
             reading: self.reading,
@@ -111,7 +132,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         block: &Block,
         past: Past<H::Reading>,
     ) -> Found {
-        let residual_nm = past.residual_nm;
+        let residual = past.residual();
         let theta_a_rad = self.drivetrain.closing_rad(block.counts);
         if let Some(free) = self.free(theta_a_rad) {
             self.posture = free.configuration;
@@ -121,7 +142,13 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         {
             match search.alignment.push(friction, block, &self.drivetrain) {
                 Aligned::Pending => {}
-                Aligned::By(counts) => self.shift_counts = Some(counts),
+                Aligned::By {
+                    counts,
+                    sigma_counts,
+                } => {
+                    self.shift_counts = Some(counts);
+                    self.shift_sigma_counts = sigma_counts;
+                }
                 Aligned::Nowhere { misfit_nm } => {
                     // Whatever is there, no place could be told of it: the finger opens, and friction is recorded first.
                     self.tell(Event::FrictionStale { misfit_nm });
@@ -141,8 +168,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         let Some(detector) = &mut search.detector else {
             return Found::Nothing;
         };
-        let finding = detector.push(residual_nm, block.width_counts);
-        let level = detector.level();
+        let finding = detector.push(&residual);
         match finding {
             Finding::Free => {}
             Finding::Stale { misfit_nm } => {
@@ -152,18 +178,17 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
                 }
             }
             // Beyond the record, on the way to the stop, friction may well be less.
-            Finding::Softer { .. } if self.presses_stop() => {
+            Finding::Softer(_) if self.presses_stop() => {
                 search.detector = None;
             }
-            Finding::Softer { .. } => {
-                self.tell_unusual(theta_a_rad, residual_nm - level.0);
+            Finding::Softer(onset) => {
+                self.tell_unusual(theta_a_rad, residual.torque_nm - onset.level_nm);
                 return Found::Over;
             }
-            Finding::Contact { since } => {
-                return Found::Contact(Onset {
-                    since,
-                    level,
-                    noise_nm2_counts: detector.noise_nm2_counts(),
+            Finding::Contact(onset) => {
+                return Found::Contact(Begun {
+                    onset,
+                    wander: *detector.wander(),
                 });
             }
         }
@@ -175,11 +200,43 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     fn detector(&self, block: &Block) -> Option<Detector> {
         let friction = self.friction.as_ref()?;
         let blocks = friction.travel_counts as f32 / block.width_counts.max(1) as f32;
-        Some(Detector::new(
-            detector::threshold(self.settings.false_alarms_per_closing, blocks),
-            friction.closing.mean_nm()?,
-            friction.noise_nm2_counts(Drive::Closing)?,
-        ))
+        let way_rad = block.width_counts as f32 * self.drivetrain.rad_per_count;
+        let softest = self.softest_contact_nm_per_rad()?;
+        // As the motor sees it.
+        let scale = self.drivetrain.rad_per_count
+            / (self.drivetrain.efficiency * self.calibration.torque_factor);
+        let least_slope_nm_per_count = LEAST_SLOPE * softest * scale;
+        let test = Test {
+            threshold: detector::threshold(self.settings.false_contacts_per_thousand, blocks),
+            least_slope_nm_per_count,
+            least_fall_nm_per_count: least_slope_nm_per_count,
+            friction_nm: friction.mean_nm()?,
+        };
+        let mut wander = friction.wander(way_rad / block.duration_s);
+        // What a shift that is off leaves goes up and down with the worm, about as slowly as friction wanders.
+        let shifted_nm = friction.steepness_nm_per_count() * self.shift_sigma_counts;
+        wander.rms_nm = sqrt(wander.rms_nm * wander.rms_nm + shifted_nm * shifted_nm);
+        Some(Detector::new(test, wander))
+    }
+
+    /// By how much the finger is stiffer with its softest contact, anywhere on the proximal phalanx, than without, behind the
+    /// cable, newton metre per radian (docs/MECHANICS.md#contact-stiffness).
+    fn softest_contact_nm_per_rad(&self) -> Option<f32> {
+        let rest = self.finger.rest();
+        let at = &self.posture;
+        let cable = if X::FLEXIBLE {
+            self.calibration.cable_rad_per_nm
+        } else {
+            0.0
+        };
+        let contact = (self.finger.proximal_compliance(at, 0.0))
+            .or_else(|| self.finger.proximal_compliance(&rest, 0.0))?;
+        let free = self
+            .finger
+            .free_compliance(&rest, 0.0)
+            .map_or(0.0, |free| 1.0 / (free + cable));
+        let excess = 1.0 / (contact + cable) - free;
+        (excess > 0.0 && excess.is_finite()).then_some(excess)
     }
 
     fn tell_unusual(&mut self, theta_a_rad: f32, excess_nm: f32) {

@@ -6,7 +6,7 @@ use super::{Chip, ENCODER, Misuse, pwr, tim1};
 use crate::cortex::nvic::exception;
 use crate::time::{TICKS_PER_US, Ticks};
 
-/// How long the core may run fast before boost mode is on, and a fault handler may touch what has no clock.
+/// How long a fault handler may touch what has no clock.
 const PATIENCE: Ticks = 1000 * TICKS_PER_US;
 impl Chip {
     /// Period of the ADC's clock; `None` while it has none.
@@ -94,8 +94,12 @@ impl Chip {
                     self.reset_devices(register, bits);
                 }
                 self.check_wait_states()?;
+                self.check_boost()?;
             }
-            Device::Pwr => self.pwr.write(offset, value)?,
+            Device::Pwr => {
+                self.pwr.write(offset, value)?;
+                self.check_boost()?;
+            }
             Device::Flash => {
                 let stall = self.flash.write(offset, value, self.now)?;
                 self.stall(stall);
@@ -146,6 +150,9 @@ impl Chip {
         if matches!(device, Device::Gpio(_) | Device::Tim1 | Device::Rcc) {
             self.apply_pins();
         }
+        if matches!(device, Device::Flash | Device::Syscfg) {
+            self.apply_system_break();
+        }
         self.update_line(device);
         // Most stores of the control interrupt move no event: compare values, pins, the break register.
         let untimed = match device {
@@ -170,6 +177,7 @@ impl Chip {
     pub(crate) fn load_flash(&mut self, offset: u32) {
         if self.flash.load(offset) {
             self.core.nvic.set_pending(exception::NMI, true);
+            self.apply_system_break();
         }
     }
 
@@ -198,7 +206,6 @@ impl Chip {
                 .trap
                 .get_or_insert(crate::cortex::Trap::Misuse(misuse.clone()));
         }
-        self.check_boost();
     }
 
     fn locate(&self, address: u32) -> Result<(Device, u32), Misuse> {
@@ -235,24 +242,18 @@ impl Chip {
         crate::time::TICKS_PER_S / self.rcc.bus
     }
 
-    /// Above 150 MHz the core needs boost mode. The switch may come shortly before, or the bit shortly after.
-    fn check_boost(&mut self) {
-        let unsafe_speed = self.bus_hertz() > 150_000_000 && !self.pwr.boost();
-        let since = *self.unboosted_since.get_or_insert(self.now);
-        if !unsafe_speed {
-            self.unboosted_since = None;
-        } else if self.now > since + PATIENCE {
+    /// Above 150 MHz the core needs boost mode, from the first cycle on.
+    fn check_boost(&self) -> Result<(), Misuse> {
+        if self.bus_hertz() > 150_000_000 && !self.pwr.boost() {
             let what = "above 150 MHz the core needs boost mode (bit 8, R1MODE, = 0)";
-            let misuse = Misuse::Unsupported {
+            return Err(Misuse::Unsupported {
                 peripheral: "PWR",
                 register: "CR5",
                 value: 0x100,
                 what,
-            };
-            self.core
-                .trap
-                .get_or_insert(crate::cortex::Trap::Misuse(misuse));
+            });
         }
+        Ok(())
     }
 
     fn reset_devices(&mut self, register: u32, bits: u32) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! FLASH: the memory and its controller, with the rules of the chip: keys, erased double words, pages, stalls.
 
+use super::Quirks;
 use super::bank::{Bank, Misuse, Register};
 use super::ecc::{Ecc, Reading};
 use crate::time::{TICKS_PER_US, Ticks};
@@ -85,6 +86,7 @@ pub enum Operation {
 #[derive(Debug)]
 pub(crate) struct Flash {
     bank: Bank,
+    quirks: Quirks,
     /// Contents.
     pub(crate) image: Vec<u8>,
     /// Ranges changed since the core's view was last refreshed.
@@ -105,9 +107,10 @@ pub(crate) struct Flash {
 }
 
 impl Flash {
-    pub(crate) fn new(image: Vec<u8>) -> Self {
+    pub(crate) fn new(image: Vec<u8>, quirks: Quirks) -> Self {
         Self {
             bank: Bank::new("FLASH", REGISTERS),
+            quirks,
             image,
             changed: Vec::new(),
             ecc: Ecc::default(),
@@ -123,10 +126,18 @@ impl Flash {
 
     pub(crate) fn reset(&mut self) {
         self.bank.reset();
+        if self.quirks.stale_flash_flags {
+            self.bank[SR] = PGSERR;
+        }
         self.keys = 0;
         self.half = None;
         self.busy_until = 0;
         self.locked_until_reset = false;
+    }
+
+    /// Two wrong bits were read and are not acknowledged.
+    pub(crate) fn double_error(&self) -> bool {
+        self.bank[ECCR] & ECCD != 0
     }
 
     /// Flash wait states.
@@ -331,7 +342,12 @@ impl Flash {
         };
         // The first error keeps its address until it is acknowledged.
         if self.bank[ECCR] & (ECCC | ECCD) == 0 {
-            self.bank[ECCR] = self.bank[ECCR] & ECCIE | double_word | flag;
+            let address = if self.quirks.wrong_ecc_address {
+                0
+            } else {
+                double_word
+            };
+            self.bank[ECCR] = self.bank[ECCR] & ECCIE | address | flag;
         }
         flag == ECCD
     }
@@ -372,7 +388,7 @@ mod tests {
     use super::*;
 
     fn unlocked() -> Flash {
-        let mut flash = Flash::new(vec![0xFF; FLASH_SIZE]);
+        let mut flash = Flash::new(vec![0xFF; FLASH_SIZE], Quirks::default());
         flash.write(KEYR, 0x4567_0123, 0).unwrap();
         flash.write(KEYR, 0xCDEF_89AB, 0).unwrap();
         flash
@@ -405,7 +421,7 @@ mod tests {
 
     #[test]
     fn refuses_what_the_chip_refuses() {
-        let mut locked = Flash::new(vec![0xFF; FLASH_SIZE]);
+        let mut locked = Flash::new(vec![0xFF; FLASH_SIZE], Quirks::default());
         locked.store(0, 4, 0, 0);
         assert_ne!(locked.read(SR, 0).unwrap() & PGSERR, 0);
         locked.write(KEYR, 1, 0).unwrap();

@@ -15,6 +15,7 @@ mod iwdg;
 mod map;
 mod pins;
 mod pwr;
+mod quirks;
 mod rcc;
 mod simple;
 mod tim1;
@@ -23,6 +24,7 @@ mod uart;
 
 pub use bank::Misuse;
 pub use flash::{Cut, FLASH_SIZE, Operation, PAGE_SIZE};
+pub use quirks::Quirks;
 pub use rcc::ResetCause;
 
 pub(crate) use bank::{Bank, Clocks, Register};
@@ -73,8 +75,8 @@ pub struct Chip {
     cordic: cordic::Cordic,
     /// What the pins are wired to.
     pub(crate) world: World,
+    fault_pin_held_high: bool,
     next_idle_step: Ticks,
-    unboosted_since: Option<Ticks>,
     /// An access to a peripheral without clock, forgiven if the chip is reset soon: a fault handler switches the bridge
     /// off before it knows what is on.
     unclocked: Option<(Misuse, Ticks)>,
@@ -88,13 +90,13 @@ pub struct Chip {
 }
 
 impl Chip {
-    pub(crate) fn new(image: Vec<u8>, plant: Option<Plant>, lsi_hz: u64) -> Self {
+    pub(crate) fn new(image: Vec<u8>, plant: Option<Plant>, lsi_hz: u64, quirks: Quirks) -> Self {
         let mut chip = Self {
             now: 0,
             core: Core::new(),
-            rcc: rcc::Rcc::new(),
+            rcc: rcc::Rcc::new(quirks.crystal_dead),
             pwr: pwr::Pwr::new(),
-            flash: flash::Flash::new(image),
+            flash: flash::Flash::new(image, quirks),
             ports: std::array::from_fn(gpio::Gpio::new),
             exti: exti::Exti::new(),
             syscfg: simple::Plain::new("SYSCFG", simple::SYSCFG),
@@ -117,9 +119,9 @@ impl Chip {
             ],
             iwdg: iwdg::Iwdg::new(lsi_hz),
             cordic: cordic::Cordic::new(),
-            world: World::new(plant),
+            world: World::new(plant, quirks.wake_fault_s),
+            fault_pin_held_high: quirks.fault_pin_held_high,
             next_idle_step: 0,
-            unboosted_since: None,
             unclocked: None,
             deadline: 0,
             limit: Ticks::MAX,
@@ -135,7 +137,6 @@ impl Chip {
     pub(crate) fn reset(&mut self, cause: ResetCause) {
         self.reset_request = None;
         self.unclocked = None;
-        self.unboosted_since = None;
         self.rcc.reset(cause);
         self.pwr = pwr::Pwr::new();
         self.flash.reset();

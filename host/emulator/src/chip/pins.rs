@@ -5,6 +5,7 @@ use palpate_plant::Pins;
 
 use super::gpio::Mode;
 use super::{Chip, simple};
+use crate::time::Ticks;
 
 /// Pins of the board, as (port, pin).
 const EN: (usize, u8) = (0, 8);
@@ -26,10 +27,27 @@ impl Chip {
     /// The core has locked up.
     pub(crate) fn lock_up(&mut self) {
         self.core.locked_up = true;
-        self.tim1.lockup = self.syscfg.bank[simple::SYSCFG_CFGR2] & 1 != 0;
+        self.apply_system_break();
+        self.reschedule();
+    }
+
+    /// What SYSCFG connects to the timers' breaks: a locked-up core, a double error of the flash.
+    pub(super) fn apply_system_break(&mut self) {
+        let connected = self.syscfg.bank[simple::SYSCFG_CFGR2];
+        self.tim1.system_break = connected & 1 != 0 && self.core.locked_up
+            || connected & 8 != 0 && self.flash.double_error();
         self.tim1.apply_break();
         self.apply_pins();
-        self.reschedule();
+    }
+
+    /// nFAULT is low for a moment.
+    pub(crate) fn pulse_fault_pin(&mut self, length: Ticks) {
+        self.sync_world();
+        if self.ports[NFAULT.0].mode(NFAULT.1) == Mode::Alternate(12) {
+            self.tim1.pulse_break_pin(length, self.clocks());
+        }
+        self.apply_pins();
+        self.update_lines();
     }
 
     /// The core has locked up: only a reset starts it again.
@@ -48,10 +66,15 @@ impl Chip {
     pub(super) fn apply_pins(&mut self) {
         let (port, number) = NFAULT;
         let low = self.world.fault_low();
-        self.ports[port].drive(number, low.then_some(false));
+        let driven = if self.fault_pin_held_high {
+            Some(true)
+        } else {
+            low.then_some(false)
+        };
+        self.ports[port].drive(number, driven);
         let connected = self.ports[port].mode(number) == Mode::Alternate(12);
-        // The board pulls the open-drain pin up.
-        self.tim1.set_break_pin(connected.then_some(!low));
+        let level = self.ports[port].input(number);
+        self.tim1.set_break_pin(connected.then_some(level));
         let (port, number) = EN;
         let enable = match self.ports[port].mode(number) {
             Mode::Alternate(6) => self.tim1.duty(),

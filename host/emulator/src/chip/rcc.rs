@@ -83,14 +83,16 @@ pub(crate) type Gate = (u32, u32);
 #[derive(Debug)]
 pub(crate) struct Rcc {
     bank: Bank,
+    crystal_dead: bool,
     /// Period of the bus clock.
     pub(crate) bus: Ticks,
 }
 
 impl Rcc {
-    pub(crate) fn new() -> Self {
+    pub(crate) fn new(crystal_dead: bool) -> Self {
         Self {
             bank: Bank::new("RCC", REGISTERS),
+            crystal_dead,
             bus: time::TICKS_PER_S / HSI_HZ,
         }
     }
@@ -107,7 +109,7 @@ impl Rcc {
         } else {
             self.bank[BDCR]
         };
-        *self = Self::new();
+        *self = Self::new(self.crystal_dead);
         self.bank[CSR] = flags | cause.flags();
         self.bank[BDCR] = backup;
     }
@@ -120,10 +122,10 @@ impl Rcc {
     pub(crate) fn write(&mut self, offset: u32, value: u32) -> Result<Option<Gate>, Misuse> {
         self.bank.write(offset, value)?;
         match offset {
-            // Oscillators are ready at once: start-up times are not modelled.
+            // Oscillators are ready at once or never: start-up times are not modelled.
             CR => {
-                let ready =
-                    (value >> 8 & 1) << 10 | (value >> 16 & 1) << 17 | (value >> 24 & 1) << 25;
+                let crystal = u32::from(!self.crystal_dead) & value >> 16;
+                let ready = (value >> 8 & 1) << 10 | crystal << 17 | (value >> 24 & 1) << 25;
                 self.bank[CR] = value & !(1 << 10 | 1 << 17 | 1 << 25) | ready;
             }
             BDCR => self.bank[BDCR] = value & !2 | (value & 1) << 1,
@@ -175,11 +177,11 @@ impl Rcc {
         let pll = self.bank[PLLCFGR];
         let source = match cfgr & 3 {
             1 => HSI_HZ,
-            2 => HSE_HZ,
+            2 if cr >> 17 & 1 != 0 => HSE_HZ,
             3 => {
                 let input = match pll & 3 {
                     2 => HSI_HZ,
-                    3 => HSE_HZ,
+                    3 if cr >> 17 & 1 != 0 => HSE_HZ,
                     _ => 0,
                 };
                 if input == 0 || cr >> 25 & 1 == 0 || pll >> 24 & 1 == 0 {
@@ -220,7 +222,7 @@ mod tests {
 
     #[test]
     fn runs_at_170_mhz_from_the_crystal() {
-        let mut rcc = Rcc::new();
+        let mut rcc = Rcc::new(false);
         assert_eq!(rcc.bus, 255);
         rcc.write(CR, 1 << 8 | 1 << 16).unwrap();
         rcc.write(PLLCFGR, 3 | 5 << 4 | 85 << 8 | 1 << 24).unwrap();
@@ -235,12 +237,20 @@ mod tests {
 
     #[test]
     fn the_pll_must_run_before_it_is_selected() {
-        assert!(Rcc::new().write(CFGR, 3).is_err());
+        assert!(Rcc::new(false).write(CFGR, 3).is_err());
+    }
+
+    #[test]
+    fn a_dead_crystal_is_never_ready_and_drives_nothing() {
+        let mut rcc = Rcc::new(true);
+        rcc.write(CR, 1 << 8 | 1 << 16).unwrap();
+        assert_eq!(rcc.read(CR).unwrap() >> 17 & 1, 0);
+        assert!(rcc.write(CFGR, 2).is_err());
     }
 
     #[test]
     fn reset_flags_stay_until_removed() {
-        let mut rcc = Rcc::new();
+        let mut rcc = Rcc::new(false);
         rcc.reset(ResetCause::Watchdog);
         rcc.reset(ResetCause::Software);
         assert_eq!(rcc.read(CSR).unwrap() >> 24, 0b0011_0100);

@@ -18,7 +18,7 @@ pub(crate) const SYSCFG: &[Register] = &[
 ];
 /// Offset of SYSCFG.EXTICR1.
 pub(crate) const SYSCFG_EXTICR1: u32 = 0x08;
-/// Offset of SYSCFG.CFGR2, whose bit 0 lets a lockup break the timers.
+/// Offset of SYSCFG.CFGR2, whose bit 0 lets a lockup break the timers, and bit 3 a double error of the flash.
 pub(crate) const SYSCFG_CFGR2: u32 = 0x1C;
 
 /// DBGMCU; the identity is that of the STM32G431.

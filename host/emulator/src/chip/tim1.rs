@@ -81,8 +81,8 @@ pub(crate) struct Tim1 {
     next_update: Option<Ticks>,
     /// The break input pin asks for a break; `None`: the pin is not connected to the timer.
     break_pin: Option<bool>,
-    /// The core has locked up and SYSCFG lets that break.
-    pub(crate) lockup: bool,
+    /// The core has locked up, or flash has two wrong bits, and SYSCFG lets that break.
+    pub(crate) system_break: bool,
 }
 
 impl Tim1 {
@@ -98,7 +98,7 @@ impl Tim1 {
             origin: 0,
             next_update: None,
             break_pin: None,
-            lockup: false,
+            system_break: false,
         }
     }
 
@@ -154,7 +154,7 @@ impl Tim1 {
 
     fn break_active(&self) -> bool {
         let pin_selected = self.bank[AF1] & 1 != 0;
-        self.bank[BDTR] & BKE != 0 && (self.lockup || pin_selected && self.break_pin_active())
+        self.bank[BDTR] & BKE != 0 && (self.system_break || pin_selected && self.break_pin_active())
     }
 
     /// Polarity: BKP of BDTR and BKINP of AF1 (bit 9). Neither set: active low.
@@ -169,11 +169,43 @@ impl Tim1 {
         self.apply_break();
     }
 
+    /// The break pin is active for so long.
+    pub(crate) fn pulse_break_pin(&mut self, length: Ticks, clocks: Clocks) {
+        if length >= self.break_filter(clocks) && self.bank[BDTR] & BKE != 0 {
+            self.bank[BDTR] &= !MOE;
+            self.bank[SR] |= BIF;
+        }
+    }
+
+    /// Length of a pulse that the filter of the break input lets through; BKF of BDTR, with the dead-time clock undivided.
+    fn break_filter(&self, clocks: Clocks) -> Ticks {
+        const DIVIDED: [(u64, u64); 16] = [
+            (1, 0),
+            (1, 2),
+            (1, 4),
+            (1, 8),
+            (2, 6),
+            (2, 8),
+            (4, 6),
+            (4, 8),
+            (8, 6),
+            (8, 8),
+            (16, 5),
+            (16, 6),
+            (16, 8),
+            (32, 5),
+            (32, 6),
+            (32, 8),
+        ];
+        let (divider, samples) = DIVIDED[(self.bank[BDTR] >> 16 & 0xF) as usize];
+        divider * samples * clocks.bus
+    }
+
     /// Asynchronous: no clock, no instruction.
     pub(crate) fn apply_break(&mut self) {
         if self.break_active() {
             self.bank[BDTR] &= !MOE;
-            self.bank[SR] |= if self.lockup { SBIF } else { BIF };
+            self.bank[SR] |= if self.system_break { SBIF } else { BIF };
         }
     }
 
@@ -279,6 +311,10 @@ impl Tim1 {
                 } else {
                     value
                 };
+                // A system break's flag has to be cleared first (RM0440, TIMx_SR).
+                if self.bank[SR] & SBIF != 0 {
+                    self.bank[BDTR] &= !MOE;
+                }
                 self.apply_break();
             }
             AF1 => {
@@ -404,7 +440,7 @@ mod tests {
         timer.write(SR, !BIF, at(9)).unwrap();
         timer.write(BDTR, BKE | MOE, at(9)).unwrap();
         assert!(timer.main_output());
-        timer.lockup = true;
+        timer.system_break = true;
         timer.apply_break();
         assert!(!timer.main_output());
     }

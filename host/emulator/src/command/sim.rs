@@ -45,12 +45,12 @@ pub struct Options {
     /// Of the simulated noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Parameters of the simulated finger and drivetrain, a TOML file
-    #[arg(long, value_name = "FILE")]
-    plant: Option<PathBuf>,
+    /// The simulated world: ideal, bench, workshop, harsh, or a TOML file
+    #[arg(long, value_name = "NAME|FILE", alias = "plant")]
+    world: Option<String>,
     /// What computes finger and object: `plant`, or `mujoco` where the program was built with it (`cargo xtask` does)
-    #[arg(long, value_name = "ENGINE", default_value_t)]
-    engine: Engine,
+    #[arg(long, value_name = "ENGINE")]
+    engine: Option<Engine>,
     /// Writes what was measured and what is true, a row a millisecond
     #[arg(long, value_name = "FILE.csv")]
     trace: Option<PathBuf>,
@@ -61,7 +61,7 @@ pub struct Options {
     #[arg(long, value_name = "COMMANDS")]
     commands: Option<String>,
     /// Records friction, calibrates on the closing stop and on a pin at each of these places, saves, then grasps; without
-    /// --plant, a finger whose hidden values are drawn from their spreads by the seed
+    /// --world, a finger whose hidden values are drawn from their spreads by the seed
     #[arg(long, value_name = "MM,MM", value_delimiter = ',', value_parser = positive, conflicts_with = "commands")]
     calibrate: Vec<f64>,
     /// Flash contents to start from, if the file exists, and where they are kept at the end
@@ -100,7 +100,7 @@ fn positive(text: &str) -> Result<f64, String> {
 
 /// Reads the plant's parameters, or takes the defaults; for a calibration, values that are not the firmware's.
 fn parameters(options: &Options) -> Result<Parameters, Error> {
-    let Some(path) = &options.plant else {
+    let Some(world) = &options.world else {
         let parameters = Parameters::of(&options.scene)?;
         return Ok(if options.calibrate.is_empty() {
             parameters
@@ -108,11 +108,9 @@ fn parameters(options: &Options) -> Result<Parameters, Error> {
             parameters.randomised(options.seed)
         });
     };
-    let text = std::fs::read_to_string(path).map_err(|source| Error::Read {
-        path: path.clone(),
-        source,
-    })?;
-    Ok(World::from_toml(&text)?.of(&options.scene)?)
+    Ok(World::named(world)
+        .map_err(Error::World)?
+        .of(&options.scene)?)
 }
 
 /// What the user does: the guided calibration, the commands, or the button.
@@ -148,10 +146,10 @@ fn flash(path: Option<&Path>) -> Result<Option<Vec<u8>>, Error> {
 }
 
 fn settings(options: &Options) -> Result<Settings, Error> {
-    let parameters = Parameters {
-        engine: options.engine,
-        ..parameters(options)?
-    };
+    let mut parameters = parameters(options)?;
+    if let Some(engine) = options.engine {
+        parameters.engine = engine;
+    }
     let object = Object {
         phalanx: if options.proximal { 1 } else { options.phalanx },
         contact_mm: options.contact_mm,

@@ -1,22 +1,26 @@
 //! Where the difference comes from: from the paper's algorithm to ours on the same distal contacts, one thing after the
 //! other.
 
-use palpate::sample::Drive;
-use palpate::scene::{P70, Scene};
+use palpate::scene::Scene;
 use palpate::sensing::{Calibration, Friction, Sample, Settings};
+use palpate_scenes::P70;
 
 use super::catalogue::{Entry, Job, Plan, closing, distal_wanted};
 use super::judge::{self, Knowledge};
 use super::live::{Failure, Recording, Setup};
 use super::objects;
-use super::result::{Method, Trial};
+use super::result::Method;
 use super::session::{Case, Session};
-use crate::paper;
+use crate::paper::{self, Rule, STEPS_NM};
+use crate::score::Trial;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
 /// So small a deviation holds a parameter where it is.
 const HELD: f32 = 1e-4;
+/// Of the paper's steps of torque the one at which the way begins.
+const STEP_INDEX: usize = 3;
+const STEP: Rule = Rule::Rise(STEPS_NM[STEP_INDEX]);
 /// The way from theirs to ours.
 const STEPS: [&str; 6] = [
     "the paper's algorithm",
@@ -24,7 +28,7 @@ const STEPS: [&str; 6] = [
     "+ finite step, whole curve",
     "+ torque factor calibrated",
     "+ cable calibrated",
-    "+ contact radius",
+    "+ contact and joint friction",
 ];
 
 /// The samples less the recorded friction.
@@ -35,8 +39,8 @@ fn without_friction(recording: &Recording, friction: &Friction) -> Recording {
         .iter()
         .map(|(directive, sample)| {
             let torque_nm = friction
-                .beyond(Drive::Closing, sample.position_counts, 0)
-                .map_or(0.0, |(torque_nm, _)| torque_nm);
+                .beyond(sample.position_counts)
+                .map_or(0.0, |known| known.torque_nm);
             let less = Sample {
                 current_a: sample.current_a - torque_nm / per_ampere,
                 ..*sample
@@ -59,8 +63,9 @@ fn ladder(session: &Session<P70>, case: &Case) -> Result<Vec<Trial>, Failure> {
     let table = judge::papers(
         &model,
         threshold,
+        STEP,
         &without_friction(&case.recording, &session.friction),
-        &case.truth,
+        case.truth,
     );
     let held = |calibration: Calibration| Calibration {
         torque_factor_sigma: HELD,
@@ -68,9 +73,9 @@ fn ladder(session: &Session<P70>, case: &Case) -> Result<Vec<Trial>, Failure> {
         correlation: 0.0,
         ..calibration
     };
-    let point = Settings {
-        radius_m: 0.0,
-        radius_sigma_m: HELD * 0.01,
+    let smooth = Settings {
+        contact_friction: [0.0, HELD],
+        joint_friction_nm: [0.0, HELD * 0.01],
         ..session.settings
     };
     let factor_only = Calibration {
@@ -85,14 +90,14 @@ fn ladder(session: &Session<P70>, case: &Case) -> Result<Vec<Trial>, Failure> {
             calibration,
             settings,
         };
-        judge::ours::<P70>(&knowledge, &case.recording, &case.truth)
+        judge::ours::<P70>(&knowledge, &case.recording, case.truth)
     };
     Ok(vec![
-        session.papers(case, &nominal),
+        session.papers(case, &nominal, STEP),
         table,
-        ours(held(nominal), point)?,
-        ours(held(factor_only), point)?,
-        ours(held(calibrated), point)?,
+        ours(held(nominal), smooth)?,
+        ours(held(factor_only), smooth)?,
+        ours(held(calibrated), smooth)?,
         ours(calibrated, session.settings)?,
     ])
 }
@@ -114,7 +119,7 @@ pub fn ablation(plan: &Plan) -> Vec<Job> {
                         found.push(Entry {
                             experiment: format!("ablation: {}", STEPS[step]),
                             method: if step < 2 {
-                                Method::Paper
+                                Method::Paper(STEP_INDEX)
                             } else {
                                 Method::Ours
                             },

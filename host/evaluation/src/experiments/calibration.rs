@@ -1,9 +1,10 @@
 //! What the guided calibration finds out about fingers whose hidden values differ, and what that is worth for a location.
 
 use indicatif::ProgressBar;
-use palpate::scene::{P70, Scene};
+use palpate::scene::Scene;
 use palpate::sensing::Calibration;
 use palpate_plant::{Parameters, worm_efficiency};
+use palpate_scenes::P70;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
@@ -11,8 +12,8 @@ use serde_json::{Value, json};
 
 use super::catalogue::{Plan, Wanted, closing, random_cylinder};
 use super::live::{Failure, Setup};
-use super::result::Trial;
 use super::session::Session;
+use crate::score::{Scores, Trial};
 
 /// Contacts felt on each finger, distal phalanx.
 const CONTACTS: usize = 6;
@@ -159,59 +160,14 @@ pub struct Summary {
     pub within_2sigma_pct: [f64; 2],
     /// Root mean square error of torque factor and cable, percent, before and after.
     pub rms_pct: [[f64; 2]; 2],
+    /// Root mean square of the errors of torque factor and cable in claimed deviations: 1 for honest ones.
+    pub z_rms: [f64; 2],
     /// The contacts before and after.
-    pub places: [Places; 2],
-}
-
-/// How contacts were located.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Places {
-    /// Contacts.
-    pub n: usize,
-    /// Located on the right phalanx, percent.
-    pub located_pct: f64,
-    /// Mean absolute error of those, millimetre.
-    pub mean_mm: f64,
-    /// Median.
-    pub median_mm: f64,
-    /// Nine in ten are better.
-    pub worst_tenth_mm: f64,
-    /// True place within two claimed deviations, percent of those.
-    pub within_2sigma_pct: f64,
+    pub places: [Scores; 2],
 }
 
 fn percent(part: usize, whole: usize) -> f64 {
     100.0 * part as f64 / whole.max(1) as f64
-}
-
-impl Places {
-    fn of(trials: &[Trial]) -> Self {
-        let mut errors: Vec<f64> = trials
-            .iter()
-            .filter_map(Trial::error_m)
-            .map(f64::abs)
-            .collect();
-        errors.sort_by(f64::total_cmp);
-        let quantile = |share: f64| {
-            let index = (share * errors.len() as f64) as usize;
-            errors.get(index).map_or(f64::NAN, |error| 1e3 * error)
-        };
-        let within = trials
-            .iter()
-            .filter(|trial| match (trial.error_m(), trial.place) {
-                (Some(error), Some((_, Some(sigma)))) => error.abs() <= 2.0 * sigma,
-                _ => false,
-            })
-            .count();
-        Self {
-            n: trials.len(),
-            located_pct: percent(errors.len(), trials.len()),
-            mean_mm: 1e3 * errors.iter().sum::<f64>() / errors.len() as f64,
-            median_mm: quantile(0.5),
-            worst_tenth_mm: quantile(0.9),
-            within_2sigma_pct: percent(within, errors.len()),
-        }
-    }
 }
 
 impl Summary {
@@ -236,16 +192,20 @@ impl Summary {
             ]
         };
         let places = [0, 1].map(|after| {
-            let trials: Vec<Trial> = fingers
+            let contacts = fingers.iter().flat_map(|finger| &finger.contacts);
+            Scores::of(contacts.map(|trials| &trials[after]))
+        });
+        let z_rms = [0, 1].map(|which| {
+            let squares = fingers
                 .iter()
-                .flat_map(|finger| finger.contacts.iter().map(|trials| trials[after]))
-                .collect();
-            Places::of(&trials)
+                .map(|finger| finger.deviations()[which].powi(2));
+            (squares.sum::<f64>() / fingers.len().max(1) as f64).sqrt()
         });
         Self {
             fingers: fingers.len(),
             refused: fingers.iter().map(|finger| finger.refused).sum(),
             within_2sigma_pct: [within(0), within(1)],
+            z_rms,
             rms_pct: [errors(&|_| nominal), errors(&|finger| finger.found)],
             places,
         }
@@ -254,17 +214,24 @@ impl Summary {
     /// One line of JSON.
     #[must_use]
     pub fn json(&self) -> Value {
-        let places = self.places.map(|places| {
-            json!({
-                "n": places.n, "located_pct": places.located_pct, "mean_abs_err_mm": places.mean_mm,
-                "median_abs_err_mm": places.median_mm, "p90_abs_err_mm": places.worst_tenth_mm,
-                "within_2sigma_pct": places.within_2sigma_pct,
-            })
+        let places = self.places.each_ref().map(|scores| {
+            let mut all = serde_json::to_value(scores).unwrap_or_default();
+            if let Value::Object(fields) = &mut all {
+                fields.insert("n".into(), json!(scores.closings));
+                fields.insert(
+                    "located_pct".into(),
+                    json!(percent(scores.located, scores.distal)),
+                );
+                fields.insert("mean_abs_err_mm".into(), json!(scores.err_mean_mm));
+                fields.insert("within_2sigma_pct".into(), json!(scores.within2_pct));
+            }
+            all
         });
         json!({
             "type": "calibration-summary", "fingers": self.fingers, "refused": self.refused,
             "torque_factor_within_2sigma_pct": self.within_2sigma_pct[0],
             "cable_within_2sigma_pct": self.within_2sigma_pct[1],
+            "torque_factor_z_rms": self.z_rms[0], "cable_z_rms": self.z_rms[1],
             "torque_factor_rms_pct": [self.rms_pct[0][0], self.rms_pct[1][0]],
             "cable_rms_pct": [self.rms_pct[0][1], self.rms_pct[1][1]],
             "before": places[0], "after": places[1],
@@ -276,7 +243,7 @@ impl Summary {
     pub fn markdown(&self) -> String {
         let mut text = format!(
             "Guided calibration of {} simulated fingers (a press on the stop, two pins), {} steps refused\n\n\
-             | | before | after | true value within 2 sigma |\n|---|---|---|---|\n",
+             | | before | after | true value within 2 sigma | z, rms |\n|---|---|---|---|---|\n",
             self.fingers, self.refused
         );
         for (which, name) in ["torque factor, rms error", "cable, rms error"]
@@ -284,26 +251,28 @@ impl Summary {
             .enumerate()
         {
             text += &format!(
-                "| {name} | {:.1} % | {:.1} % | {:.0} % |\n",
-                self.rms_pct[0][which], self.rms_pct[1][which], self.within_2sigma_pct[which]
+                "| {name} | {:.1} % | {:.1} % | {:.0} % | {:.2} |\n",
+                self.rms_pct[0][which],
+                self.rms_pct[1][which],
+                self.within_2sigma_pct[which],
+                self.z_rms[which],
             );
         }
         let [before, after] = &self.places;
-        let mut row = |name: &str, value: fn(&Places) -> f64, unit: &str, last: &str| {
-            text += &format!(
-                "| {name} | {:.2} {unit} | {:.2} {unit} | {last} |\n",
-                value(before),
-                value(after)
-            );
+        let mut row = |name: &str, value: fn(&Scores) -> Option<f64>, unit: &str| {
+            let cell = |scores: &Scores| {
+                value(scores).map_or_else(|| "–".to_owned(), |value| format!("{value:.2} {unit}"))
+            };
+            text += &format!("| {name} | {} | {} | | |\n", cell(before), cell(after));
         };
-        let within = format!(
-            "{:.0} % before, {:.0} % after",
-            before.within_2sigma_pct, after.within_2sigma_pct
+        row(
+            "contacts located",
+            |s| Some(percent(s.located, s.distal)),
+            "%",
         );
-        row("contacts located", |p| p.located_pct, "%", "");
-        row("place, mean error", |p| p.mean_mm, "mm", &within);
-        row("place, median error", |p| p.median_mm, "mm", "");
-        row("place, nine in ten below", |p| p.worst_tenth_mm, "mm", "");
+        row("place, mean error", |s| s.err_mean_mm, "mm");
+        row("place, 95 % below", |s| s.err_95_pct, "% of length");
+        row("place within 2 sigma", |s| s.within2_pct, "%");
         text
     }
 }

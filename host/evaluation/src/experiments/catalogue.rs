@@ -1,7 +1,7 @@
 //! The experiments: which closings on which worlds.
 
-use palpate::scene::{Linkage3, P70, Tendon2, Tendon3};
 use palpate_plant::{Parameters, Shape, World};
+use palpate_scenes::{Linkage3, P70, Tendon2, Tendon3};
 use palpate_simulation::Simulated;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -9,8 +9,9 @@ use rand_pcg::Pcg64Mcg;
 use super::judge;
 use super::live::{Failure, Setup};
 use super::objects::{self, Object};
-use super::result::{Method, Trial};
+use super::result::{Method, Place};
 use super::session::{Case, Session};
+use crate::score::{Contact, Trial};
 
 /// One trial with the row it belongs to.
 #[derive(Clone, Debug)]
@@ -43,12 +44,24 @@ pub type Work = dyn Fn(&mut Vec<Entry>) -> Result<(), Failure> + Send + Sync;
 pub struct Plan {
     /// The world, or the middle of the worlds that are drawn.
     pub world: World,
+    /// Its name and the engine, for the tables.
+    pub place: Place,
     /// The default scene in it.
     pub parameters: Parameters,
     /// Everything random follows from it.
     pub seed: u64,
     /// A tenth of the free and of the random closings.
     pub quick: bool,
+}
+
+impl Plan {
+    /// A scene in the world.
+    ///
+    /// # Errors
+    /// A value of the world that does not go with the scene.
+    pub fn of(&self, scene: &str) -> Result<Parameters, palpate_plant::Error> {
+        self.world.of(scene)
+    }
 }
 
 /// Object of the experiments in which the object does not matter.
@@ -101,19 +114,59 @@ fn job<S: Simulated + 'static>(
         let parameters = parameters
             .clone()
             .map_err(palpate_simulation::Error::Plant)?;
-        let mut session = Session::<S>::new(&parameters, &Setup::default(), seed)?;
         let mut random = Pcg64Mcg::seed_from_u64(seed ^ 0x005e_ed0f_91ac_e500);
+        let mut session = match Session::<S>::new(&parameters, &Setup::default(), seed) {
+            Ok(session) => session,
+            Err(failure) => {
+                // A finger that does not get through its preparation feels nothing.
+                for index in 0..closings {
+                    found.extend(unfelt(experiment, next(index, &mut random).phalanx));
+                }
+                return Err(failure);
+            }
+        };
+        let mut ended = Ok(());
         for index in 0..closings {
-            let case = closing(&mut session, || next(index, &mut random))?;
-            found.extend(entries(experiment, &session, &case)?);
+            match closing(&mut session, || next(index, &mut random)) {
+                Ok(case) => found.extend(entries(experiment, &session, &case)?),
+                // What the firmware could not end counts as a contact that was not felt.
+                Err(Failure::Fault(fault)) => {
+                    found.extend(unfelt(experiment, next(index, &mut random).phalanx));
+                    ended = Err(Failure::Fault(fault));
+                }
+                Err(failure) => return Err(failure),
+            }
         }
-        Ok(())
+        ended
     };
     Job {
         name: experiment.to_owned(),
         closings,
         run: Box::new(run),
     }
+}
+
+/// A contact of which no method said anything.
+fn unfelt(experiment: &'static str, phalanx: u8) -> impl Iterator<Item = Entry> {
+    let trial = Trial {
+        truth: Some(Contact {
+            phalanx,
+            k_m: f64::NAN,
+            length_m: f64::NAN,
+            time_s: f64::INFINITY,
+        }),
+        ..Trial::default()
+    };
+    [Method::Ours]
+        .into_iter()
+        .chain(Method::papers().map(|(method, _)| method))
+        .flat_map(|method| [(method, true), (method, false)])
+        .map(move |(method, calibrated)| Entry {
+            experiment: experiment.to_owned(),
+            method,
+            calibrated,
+            trial,
+        })
 }
 
 /// A contact that is wanted.
@@ -292,14 +345,38 @@ pub fn random_cylinder(random: &mut Pcg64Mcg) -> Object {
     }
 }
 
-/// (f) the other fingers: tendon with two and three phalanges, linkage with three.
+/// (f) the other fingers: tendon with two and three phalanges, linkage with three; nominal ones, and ones drawn from the
+/// spreads.
 #[must_use]
 pub fn scenes(plan: &Plan) -> Vec<Job> {
     let mut jobs = Vec::new();
     for finger in 0..3 {
-        jobs.push(scene::<Tendon2>("tendon2", plan, 50 + finger, 2));
-        jobs.push(scene::<Tendon3>("tendon3", plan, 60 + finger, 3));
-        jobs.push(scene::<Linkage3>("linkage3", plan, 70 + finger, 3));
+        jobs.push(scene::<Tendon2>("tendon2", plan, 50 + finger, 2, false));
+        jobs.push(scene::<Tendon3>("tendon3", plan, 60 + finger, 3, false));
+        jobs.push(scene::<Linkage3>("linkage3", plan, 70 + finger, 3, false));
+    }
+    for finger in 0..if plan.quick { 3 } else { 12 } {
+        jobs.push(scene::<Tendon2>(
+            "tendon2, drawn",
+            plan,
+            2000 + finger,
+            2,
+            true,
+        ));
+        jobs.push(scene::<Tendon3>(
+            "tendon3, drawn",
+            plan,
+            2100 + finger,
+            3,
+            true,
+        ));
+        jobs.push(scene::<Linkage3>(
+            "linkage3, drawn",
+            plan,
+            2200 + finger,
+            3,
+            true,
+        ));
     }
     jobs
 }
@@ -309,11 +386,18 @@ fn scene<S: Simulated + 'static>(
     plan: &Plan,
     offset: u64,
     phalanges: u8,
+    drawn: bool,
 ) -> Job {
+    let seed = plan.seed + offset;
+    let nominal = plan.of(S::NAME);
     job::<S>(
         experiment,
-        plan.world.of(S::NAME),
-        plan.seed + offset,
+        if drawn {
+            nominal.map(|parameters| parameters.randomised(seed))
+        } else {
+            nominal
+        },
+        seed,
         8,
         move |_, random| {
             let phalanx = random.random_range(2..=phalanges);

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::result::{Row, headline, markdown};
+use super::result::{Place, Row, headline, markdown};
 
 /// Documents that hold tables, from the root of the checkout.
 pub const DOCUMENTS: [&str; 2] = ["docs/RESULTS.md", "README.md"];
@@ -38,28 +38,48 @@ impl From<std::io::Error> for DocumentError {
     }
 }
 
-/// What goes between the markers of each document: all tables, and the headline table of the README.
+/// The worlds of the rows, in their order.
+fn places(rows: &[Row]) -> Vec<&Place> {
+    let mut places: Vec<&Place> = Vec::new();
+    for row in rows {
+        if !places.contains(&&row.place) {
+            places.push(&row.place);
+        }
+    }
+    places
+}
+
+/// What goes between the markers of each document: all tables, world by world, and the headline table of the README.
 #[must_use]
 pub fn bodies(rows: &[Row]) -> [(&'static str, String); 2] {
-    let pick = |keep: &dyn Fn(&Row) -> bool| -> Vec<Row> {
-        rows.iter().filter(|row| keep(row)).cloned().collect()
-    };
     let paper = |row: &Row| {
         ["proximal", "distal", "preshape", "free", "random"].contains(&row.experiment.as_str())
     };
-    let other = |row: &Row| ["tendon2", "tendon3", "linkage3"].contains(&row.experiment.as_str());
+    let other =
+        |row: &Row| row.experiment.starts_with("tendon") || row.experiment.starts_with("linkage");
     let ablation = |row: &Row| row.experiment.starts_with("ablation");
-    let all = format!(
-        "### The paper's experiments, prototype\n\n{}\n### Other fingers\n\n{}\n### Where the difference comes from\n\n\
-         The distal grasps again; each line adds one thing to the line above.\n\n{}\n### Sensitivity\n\n\
-         20 distal contacts at each level, after the guided calibration.\n\n{}",
-        markdown(&pick(&paper)),
-        markdown(&pick(&other)),
-        markdown(&pick(&ablation)),
-        markdown(&pick(&|row| !paper(row) && !other(row) && !ablation(row))),
-    );
-    let short = headline(&pick(&paper));
-    [(DOCUMENTS[0], all), (DOCUMENTS[1], short)]
+    let mut all = String::new();
+    for place in places(rows) {
+        let pick = |keep: &dyn Fn(&Row) -> bool| -> String {
+            let kept = rows.iter().filter(|row| row.place == *place && keep(row));
+            markdown(&kept.cloned().collect::<Vec<_>>())
+        };
+        let Place { world, engine } = place;
+        all += &format!(
+            "### World {world}, engine {engine}: the paper's experiments, prototype\n\n{}\n\
+             ### World {world}, engine {engine}: other fingers\n\n{}\n\
+             ### World {world}, engine {engine}: where the difference comes from\n\n\
+             The distal grasps again; each line adds one thing to the line above.\n\n{}\n\
+             ### World {world}, engine {engine}: sensitivity\n\n\
+             20 distal contacts at each level, after the guided calibration.\n\n{}\n",
+            pick(&paper),
+            pick(&other),
+            pick(&ablation),
+            pick(&|row| !paper(row) && !other(row) && !ablation(row)),
+        );
+    }
+    let short: Vec<Row> = rows.iter().filter(|row| paper(row)).cloned().collect();
+    [(DOCUMENTS[0], all), (DOCUMENTS[1], headline(&short))]
 }
 
 fn split(text: &str) -> Option<(&str, &str, &str)> {

@@ -14,9 +14,11 @@ const SOURCES: &[&str] = &[
     "src/sample.rs",
     "host/plant/src",
     "host/plant/default.toml",
+    "host/plant/worlds",
     "host/simulation/src",
     "host/evaluation/src/experiments",
-    "host/evaluation/src/paper.rs",
+    "host/evaluation/src/paper",
+    "host/evaluation/src/score",
 ];
 
 /// Root of the checkout.

@@ -2,15 +2,15 @@
 
 use palpate::finger::Mechanics;
 use palpate::scene::Scene;
-use palpate::sensing::{Calibration, Directive, Event, Friction, NotLocated, Sample, Settings};
+use palpate::sensing::{Calibration, Directive, Friction, Sample, Settings};
 use palpate_plant::FingerParameters;
 
 use palpate_simulation::Simulated;
 
 use super::live::{Failure, Recording, nominal_sensor};
-use super::result::Trial;
 use crate::paper;
 use crate::reference::{Finger, Stage};
+use crate::score::{Contact, Listener, Trial, Verdict};
 
 /// What our sensing is given beside the samples.
 #[derive(Clone, Debug)]
@@ -23,31 +23,6 @@ pub struct Knowledge {
     pub settings: Settings,
 }
 
-/// The truth of a closing, as far as a trial needs it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Truth {
-    /// Phalanx and place where the contact is felt, metre; `None` for a free closing.
-    pub place: Option<(u8, f64)>,
-    /// Length of that phalanx, metre.
-    pub length_m: f64,
-    /// First contact, second on the samples' clock.
-    pub contact_s: f64,
-}
-
-impl Truth {
-    fn trial(&self) -> Trial {
-        Trial {
-            truth: self.place,
-            length_m: self.length_m,
-            contact_s: self.contact_s,
-            touched_s: None,
-            phalanx: None,
-            place: None,
-            ambiguous: false,
-        }
-    }
-}
-
 /// Our sensing on a recording.
 ///
 /// # Errors
@@ -55,13 +30,13 @@ impl Truth {
 pub fn ours<S: Simulated>(
     knowledge: &Knowledge,
     recording: &Recording,
-    truth: &Truth,
+    truth: Option<Contact>,
 ) -> Result<Trial, Failure> {
     let mut sensor = nominal_sensor::<S>();
     sensor.set_settings(knowledge.settings);
     sensor.set_calibration(knowledge.calibration);
     sensor.set_friction(knowledge.friction.clone());
-    let mut trial = truth.trial();
+    let mut listener = Listener::default();
     let mut directive = Directive::Rest;
     for (wanted, sample) in &recording.samples {
         if *wanted != directive {
@@ -69,45 +44,12 @@ pub fn ours<S: Simulated>(
             sensor.direct(directive);
         }
         if let Some(event) = sensor.update(sample) {
-            take(&mut trial, &event);
+            listener.hear(sample.time_us, &event, |time_s, phalanx| {
+                recording.force_n(time_s, phalanx)
+            });
         }
     }
-    Ok(trial)
-}
-
-/// The last word counts.
-fn take(trial: &mut Trial, event: &Event) {
-    match *event {
-        Event::Touch { time_us, .. } => {
-            trial.touched_s = trial.touched_s.or(Some(time_us as f64 * 1e-6));
-        }
-        Event::Located {
-            phalanx,
-            k_m,
-            sigma_m,
-            ..
-        } => {
-            trial.phalanx = Some(phalanx);
-            trial.place = Some((f64::from(k_m), Some(f64::from(sigma_m))));
-            trial.ambiguous = false;
-        }
-        Event::Ambiguous {
-            phalanx: [phalanx, _],
-            k_m: [k_m, _],
-            sigma_m: [sigma_m, _],
-            ..
-        } => {
-            trial.phalanx = Some(phalanx);
-            trial.place = Some((f64::from(k_m), Some(f64::from(sigma_m))));
-            trial.ambiguous = true;
-        }
-        Event::NotLocated { why, .. } => {
-            trial.phalanx = (why == NotLocated::Proximal).then_some(1);
-            trial.place = None;
-            trial.ambiguous = false;
-        }
-        _ => {}
-    }
+    Ok(listener.trial(truth))
 }
 
 /// The samples of a closing.
@@ -137,21 +79,29 @@ pub fn free_motion(recording: &Recording) -> Vec<Sample> {
 pub fn papers(
     model: &paper::Model,
     threshold_nm: f64,
+    rule: paper::Rule,
     recording: &Recording,
-    truth: &Truth,
+    truth: Option<Contact>,
 ) -> Trial {
-    let verdict = paper::locate(model, threshold_nm, &closing(recording));
-    let mut trial = truth.trial();
-    trial.touched_s = verdict.touched_us().map(|time| time as f64 * 1e-6);
-    match verdict {
-        paper::Verdict::Proximal { .. } => trial.phalanx = Some(1),
-        paper::Verdict::Located { phalanx, k, .. } => {
-            trial.phalanx = Some(phalanx);
-            trial.place = Some((k, None));
-        }
-        paper::Verdict::NoContact | paper::Verdict::Touched { .. } => {}
+    let found = paper::locate(model, threshold_nm, &closing(recording), rule);
+    let verdict = match found {
+        paper::Verdict::NoContact => Verdict::Nothing,
+        paper::Verdict::Touched { .. } => Verdict::NotLocated,
+        paper::Verdict::Proximal { .. } => Verdict::Proximal,
+        paper::Verdict::Located { phalanx, k, .. } => Verdict::Located {
+            phalanx,
+            k_m: k,
+            // It claims none.
+            sigma_m: f64::NAN,
+        },
+    };
+    Trial {
+        truth,
+        touched_s: found.touched_us().map(|time_us| time_us as f64 * 1e-6),
+        verdict,
+        force: None,
+        unusual: false,
     }
-    trial
 }
 
 /// What the paper's algorithm takes for granted of a scene: the nominal finger, drivetrain and cable.
@@ -167,6 +117,7 @@ pub fn paper_model<S: Simulated>() -> Result<paper::Model, Failure> {
         finger: nominal,
         torque_nm_per_a: f64::from(drivetrain.torque_per_ampere_nm * drivetrain.efficiency),
         counts_per_rad: 1.0 / f64::from(drivetrain.rad_per_count),
+        counts_per_turn: f64::from(drivetrain.counts_per_turn),
         cable_rad_per_nm: f64::from(S::UNCALIBRATED.cable_rad_per_nm),
     })
 }

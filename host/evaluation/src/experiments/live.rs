@@ -71,6 +71,21 @@ pub struct Recording {
     pub contact: Option<FirstContact>,
     /// What the sensing said while it went on.
     pub events: Vec<(u64, Event)>,
+    /// The truth once a millisecond while something is touched: time in second, phalanx that presses hardest, its force in
+    /// newton.
+    pub forces: Vec<(f64, u8, f64)>,
+}
+
+impl Recording {
+    /// True contact force on a phalanx at an instant, newton; NaN where another presses harder, or none.
+    #[must_use]
+    pub fn force_n(&self, time_s: f64, phalanx: u8) -> f64 {
+        let after = self.forces.partition_point(|(time, ..)| *time < time_s);
+        match self.forces.get(after) {
+            Some(&(_, pressed, force_n)) if pressed == phalanx => force_n,
+            _ => f64::NAN,
+        }
+    }
 }
 
 impl TryFrom<Outcome> for Recording {
@@ -83,6 +98,12 @@ impl TryFrom<Outcome> for Recording {
                 samples: outcome.samples,
                 contact: outcome.first_contact,
                 events: outcome.events,
+                forces: outcome
+                    .trace
+                    .iter()
+                    .filter(|row| row.true_phalanx > 0)
+                    .map(|row| (row.time_s, row.true_phalanx, row.true_force_n))
+                    .collect(),
             }),
         }
     }
@@ -157,6 +178,7 @@ impl<S: Simulated> Bench<S> {
     pub fn close(&mut self, grasp: &Grasp) -> Result<Recording, Failure> {
         self.closings += 1;
         let mut simulation = self.simulation.clone();
+        simulation.traced = true;
         simulation.reseed(
             self.seed
                 .wrapping_mul(1_000_003)

@@ -1,204 +1,194 @@
 //! What an experiment found, as JSON lines and as a table.
 
 use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+use crate::paper::{Rule, STEPS_NM};
+use crate::score::{Scores, Trial};
 
 /// Which algorithm.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Method {
     /// This firmware's sensing.
     Ours,
-    /// The paper's algorithm.
-    Paper,
+    /// The paper's algorithm with one of its [`STEPS_NM`].
+    Paper(usize),
+    /// The paper's stiffness from two levels of torque.
+    PaperTwoLevels,
 }
 
-/// What one method said of one closing, beside the truth.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Trial {
-    /// Phalanx that was touched first and where it is felt, metre; `None` for a free closing.
-    pub truth: Option<(u8, f64)>,
-    /// Length of that phalanx, metre.
-    pub length_m: f64,
-    /// True time of first contact, second on the samples' clock.
-    pub contact_s: f64,
-    /// When a contact was decided, second on the samples' clock.
-    pub touched_s: Option<f64>,
-    /// Phalanx that was named: 1 for a contact that cannot be located.
-    pub phalanx: Option<u8>,
-    /// Place and claimed deviation, metre; the paper's algorithm claims none.
-    pub place: Option<(f64, Option<f64>)>,
-    /// Two places were given; the likelier is in `place`.
-    pub ambiguous: bool,
-}
+impl Method {
+    /// The baselines.
+    pub fn papers() -> impl Iterator<Item = (Self, Rule)> {
+        STEPS_NM
+            .iter()
+            .enumerate()
+            .map(|(index, step_nm)| (Self::Paper(index), Rule::Rise(*step_nm)))
+            .chain([(Self::PaperTwoLevels, Rule::TwoLevels)])
+    }
 
-impl Trial {
-    /// Error of the place, metre, where the right phalanx was located.
+    /// Name in JSON.
     #[must_use]
-    pub fn error_m(&self) -> Option<f64> {
-        let (phalanx, k) = self.truth?;
-        let (found, _) = self.place?;
-        (self.phalanx == Some(phalanx)).then_some(found - k)
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ours => "ours",
+            Self::Paper(_) => "paper",
+            Self::PaperTwoLevels => "paper-two-levels",
+        }
+    }
+
+    /// Name in tables.
+    fn title(self) -> String {
+        match self {
+            Self::Ours => "ours".to_owned(),
+            Self::Paper(index) => format!(
+                "paper's, {:.0} mN m",
+                1e3 * STEPS_NM.get(index).copied().unwrap_or(f64::NAN)
+            ),
+            Self::PaperTwoLevels => "paper's, two levels".to_owned(),
+        }
     }
 }
 
-/// One row of the table; `None` where a figure makes no sense for the experiment.
-#[derive(Clone, Debug, Serialize)]
+/// Where an experiment took place.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Place {
+    /// World, by name or file.
+    pub world: String,
+    /// Engine that computed finger and object.
+    pub engine: String,
+}
+
+/// One row of the table.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// Always `result`.
-    #[serde(rename = "type")]
-    pub kind: &'static str,
+    /// Where.
+    pub place: Place,
     /// Which experiment.
     pub experiment: String,
     /// Which algorithm.
     pub method: Method,
     /// After the guided calibration at known contacts.
     pub calibrated: bool,
-    /// Closings.
-    pub n: usize,
-    /// Closings in which the phalanx in contact was named, percent.
-    pub detected_pct: Option<f64>,
-    /// Closings in which a contact was felt at all, percent.
-    pub touched_pct: Option<f64>,
-    /// Mean absolute error in percent of the phalanx's length.
-    pub mean_abs_err_pct: Option<f64>,
-    /// Standard deviation of the absolute error, percent of the phalanx's length.
-    pub std_abs_err_pct: Option<f64>,
-    /// Mean absolute error, millimetre.
-    pub mean_abs_err_mm: Option<f64>,
-    /// Largest absolute error, percent of the phalanx's length.
-    pub max_abs_err_pct: Option<f64>,
-    /// Closings with a touch before there was a contact.
-    pub false_alarms: usize,
-    /// True places within two claimed deviations, percent.
-    pub within_2sigma_pct: Option<f64>,
-    /// Median time from first contact to its decision, millisecond.
-    pub delay_median_ms: Option<f64>,
-    /// Closings with two candidate places.
-    pub ambiguous: usize,
+    /// What came of it.
+    pub scores: Scores,
 }
 
-/// So much before the true contact a touch may be decided and still be one: a sample's period.
-const EARLY_S: f64 = 1.5e-3;
+/// Steps with fewer located contacts than this share of the best are not compared by their error.
+const COMPARABLE: f64 = 0.9;
 
-fn percent(part: usize, whole: usize) -> Option<f64> {
-    (whole > 0).then(|| 100.0 * part as f64 / whole as f64)
-}
-
-/// Mean and standard deviation (over n - 1), or `None` without values.
-#[must_use]
-pub fn mean_and_deviation(values: &[f64]) -> Option<(f64, f64)> {
-    if values.is_empty() {
-        return None;
+impl Row {
+    /// Puts trials together.
+    #[must_use]
+    pub fn of(
+        place: &Place,
+        experiment: &str,
+        method: Method,
+        calibrated: bool,
+        trials: &[Trial],
+    ) -> Self {
+        Self {
+            place: place.clone(),
+            experiment: experiment.to_owned(),
+            method,
+            calibrated,
+            scores: Scores::of(trials),
+        }
     }
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-    Some((mean, (squares / (count - 1.0).max(1.0)).sqrt()))
-}
 
-/// The middle value.
-#[must_use]
-pub fn median(values: &[f64]) -> Option<f64> {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied()
-}
+    /// The best of the paper's steps, in hindsight: the least mean error among those that locate about as many contacts as
+    /// any; without errors, the one that names most.
+    #[must_use]
+    pub fn best(rows: Vec<Self>) -> Option<Self> {
+        let named = |row: &Self| row.scores.located + row.scores.proximal_named;
+        let most = rows.iter().map(named).max()? as f64;
+        rows.into_iter()
+            .filter(|row| named(row) as f64 >= COMPARABLE * most)
+            .min_by(|a, b| {
+                let error = |row: &Self| row.scores.err_mean_pct.unwrap_or(f64::INFINITY);
+                error(a).total_cmp(&error(b)).then(named(b).cmp(&named(a)))
+            })
+    }
 
-/// Puts trials together.
-#[must_use]
-pub fn summarise(experiment: &str, method: Method, calibrated: bool, trials: &[Trial]) -> Row {
-    let touching: Vec<&Trial> = trials
-        .iter()
-        .filter(|trial| trial.truth.is_some())
-        .collect();
-    let early = |trial: &Trial| {
-        trial
-            .touched_s
-            .is_some_and(|time| trial.truth.is_none() || time < trial.contact_s - EARLY_S)
-    };
-    let named = touching
-        .iter()
-        .filter(|trial| trial.truth.map(|(phalanx, _)| phalanx) == trial.phalanx)
-        .count();
-    let located: Vec<&&Trial> = touching.iter().filter(|t| t.error_m().is_some()).collect();
-    let share = |trial: &Trial| {
-        trial
-            .error_m()
-            .map(|error| 100.0 * error.abs() / trial.length_m)
-    };
-    let errors_pct: Vec<f64> = located.iter().filter_map(|trial| share(trial)).collect();
-    let errors_mm: Vec<f64> = located
-        .iter()
-        .filter_map(|trial| Some(1e3 * trial.error_m()?.abs()))
-        .collect();
-    let judged: Vec<bool> = located
-        .iter()
-        .filter_map(|trial| Some(trial.error_m()?.abs() <= 2.0 * trial.place?.1?))
-        .collect();
-    let delays: Vec<f64> = touching
-        .iter()
-        .filter(|trial| !early(trial))
-        .filter_map(|trial| Some(1e3 * (trial.touched_s? - trial.contact_s)))
-        .collect();
-    let spread = mean_and_deviation(&errors_pct);
-    Row {
-        kind: "result",
-        experiment: experiment.to_owned(),
-        method,
-        calibrated,
-        n: trials.len(),
-        detected_pct: percent(named, touching.len()),
-        touched_pct: percent(
-            touching
-                .iter()
-                .filter(|trial| trial.touched_s.is_some())
-                .count(),
-            touching.len(),
-        ),
-        mean_abs_err_pct: spread.map(|(mean, _)| mean),
-        std_abs_err_pct: spread.map(|(_, deviation)| deviation),
-        mean_abs_err_mm: mean_and_deviation(&errors_mm).map(|(mean, _)| mean),
-        max_abs_err_pct: errors_pct.iter().copied().reduce(f64::max),
-        false_alarms: trials.iter().filter(|trial| early(trial)).count(),
-        within_2sigma_pct: percent(
-            judged.iter().filter(|inside| **inside).count(),
-            judged.len(),
-        ),
-        delay_median_ms: median(&delays),
-        ambiguous: trials.iter().filter(|trial| trial.ambiguous).count(),
+    /// Share of the contacts whose phalanx was named, percent.
+    fn named_pct(&self) -> Option<f64> {
+        let scores = &self.scores;
+        let contacts = scores.distal + scores.proximal;
+        let named = scores.located + scores.proximal_named;
+        (contacts > 0).then(|| 100.0 * named as f64 / contacts as f64)
+    }
+
+    /// One line of JSON: every score, and the keys that were there before them.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        let scores = &self.scores;
+        let contacts = scores.distal + scores.proximal;
+        let touched =
+            (contacts > 0).then(|| 100.0 * (contacts - scores.missed) as f64 / contacts as f64);
+        let alarms = scores.false_alarms_per_1000.unwrap_or(0.0) * scores.free as f64 * 1e-3;
+        let mut line = json!({
+            "type": "result", "world": self.place.world, "engine": self.place.engine,
+            "experiment": self.experiment, "method": self.method.name(), "calibrated": self.calibrated,
+            "n": scores.closings, "detected_pct": self.named_pct(), "touched_pct": touched,
+            "mean_abs_err_pct": scores.err_mean_pct, "std_abs_err_pct": scores.err_sd_pct,
+            "mean_abs_err_mm": scores.err_mean_mm, "max_abs_err_pct": scores.err_max_pct,
+            "false_alarms": scores.early + alarms.round() as usize,
+            "within_2sigma_pct": scores.within2_pct, "delay_median_ms": scores.touch_delay_ms,
+        });
+        if let Value::Object(fields) = &mut line {
+            if let Method::Paper(index) = self.method {
+                fields.insert("torque_step_nm".into(), json!(STEPS_NM.get(index)));
+            }
+            let all = serde_json::to_value(scores).unwrap_or_default();
+            let all: Map<String, Value> = all.as_object().cloned().unwrap_or_default();
+            fields.extend(all);
+        }
+        line
     }
 }
 
-/// The rows as a Markdown table.
+fn or_dash(value: Option<f64>, digits: usize) -> String {
+    value.map_or_else(|| "–".to_owned(), |value| format!("{value:.digits$}"))
+}
+
+fn pair(first: Option<f64>, second: Option<f64>, digits: usize, between: &str) -> String {
+    match (first, second) {
+        (None, None) => "–".to_owned(),
+        _ => format!(
+            "{}{between}{}",
+            or_dash(first, digits),
+            or_dash(second, digits)
+        ),
+    }
+}
+
+/// The rows as a Markdown table. A proximal contact has no place that could be in error.
 #[must_use]
 pub fn markdown(rows: &[Row]) -> String {
     let mut out = String::from(
-        "| experiment | method | calibrated | n | phalanx named | error, mean ± sd, % of length | mm | largest, % \
-         | within 2σ | false alarms | delay, median |\n|---|---|---|---|---|---|---|---|---|---|---|\n",
+        "| experiment | method | cal. | n | named, % | wrong phalanx | error, mean ± sd, % | 95 %, max | within 1σ, 2σ, % \
+         | mean z² | force error, mean, 95 %, % | early | false alarms / 1000 | unusual | delay, ms |\n\
+         |---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
     );
-    let or_dash = |value: Option<f64>, digits: usize, unit: &str| {
-        value.map_or_else(|| "–".to_owned(), |value| format!("{value:.digits$}{unit}"))
-    };
     for row in rows {
-        let method = match row.method {
-            Method::Ours => "ours",
-            Method::Paper => "paper's",
-        };
-        let error = match (row.mean_abs_err_pct, row.std_abs_err_pct) {
-            (Some(mean), Some(deviation)) => format!("{mean:.2} ± {deviation:.2}"),
-            _ => "–".to_owned(),
-        };
+        let scores = &row.scores;
         out.push_str(&format!(
-            "| {} | {method} | {} | {} | {} | {error} | {} | {} | {} | {} | {} |\n",
+            "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n",
             row.experiment,
+            row.method.title(),
             if row.calibrated { "yes" } else { "no" },
-            row.n,
-            or_dash(row.detected_pct, 0, " %"),
-            or_dash(row.mean_abs_err_mm, 2, ""),
-            or_dash(row.max_abs_err_pct, 1, ""),
-            or_dash(row.within_2sigma_pct, 1, " %"),
-            row.false_alarms,
-            or_dash(row.delay_median_ms, 0, " ms"),
+            scores.closings,
+            or_dash(row.named_pct(), 0),
+            scores.wrong_phalanx,
+            pair(scores.err_mean_pct, scores.err_sd_pct, 2, " ± "),
+            pair(scores.err_95_pct, scores.err_max_pct, 1, ", "),
+            pair(scores.within1_pct, scores.within2_pct, 0, ", "),
+            or_dash(scores.z2_mean, 1),
+            pair(scores.force_err_mean_pct, scores.force_err_95_pct, 1, ", "),
+            scores.early,
+            or_dash(scores.false_alarms_per_1000, 1),
+            scores.unusual,
+            or_dash(scores.touch_delay_ms, 0),
         ));
     }
     out
@@ -208,33 +198,46 @@ pub fn markdown(rows: &[Row]) -> String {
 #[must_use]
 pub fn headline(rows: &[Row]) -> String {
     let mut out = String::from(
-        "| experiment | closings | false alarms | error, mean ± sd, % of length | within 2σ | delay, median \
-         | paper's algorithm, same samples |\n|---|---|---|---|---|---|---|\n",
+        "| world | experiment | closings | located | early or false alarms | error, mean ± sd, % of length | within 2σ, % \
+         | force error, mean, % | delay, ms | paper's algorithm at its best |\n|---|---|---|---|---|---|---|---|---|---|\n",
     );
-    let or_dash = |text: Option<String>| text.unwrap_or_else(|| "–".to_owned());
-    let error = |row: &Row| {
-        let (mean, deviation) = (row.mean_abs_err_pct?, row.std_abs_err_pct?);
-        Some(format!("{mean:.2} ± {deviation:.2}"))
-    };
     // A contact on phalanx 1 has no place that could be in error.
     let shown = |row: &&Row| row.calibrated && row.experiment != "proximal";
     for row in rows.iter().filter(shown) {
         if row.method != Method::Ours {
             continue;
         }
-        let paper = rows
-            .iter()
-            .filter(shown)
-            .find(|other| other.method == Method::Paper && other.experiment == row.experiment);
+        let paper = rows.iter().filter(shown).find(|other| {
+            matches!(other.method, Method::Paper(_))
+                && other.experiment == row.experiment
+                && other.place == row.place
+        });
+        let scores = &row.scores;
+        let alarms = scores.false_alarms_per_1000.unwrap_or(0.0) * scores.free as f64 * 1e-3;
+        let located = if scores.distal > 0 {
+            format!("{}/{}", scores.located, scores.distal)
+        } else {
+            "–".to_owned()
+        };
         out.push_str(&format!(
-            "| {} | {} | {} | {} | {} | {} | {} |\n",
+            "| {}{} | {} | {} | {located} | {:.0} | {} | {} | {} | {} | {} |\n",
+            row.place.world,
+            if row.place.engine == "mujoco" {
+                ", MuJoCo"
+            } else {
+                ""
+            },
             row.experiment,
-            row.n,
-            row.false_alarms,
-            or_dash(error(row)),
-            or_dash(row.within_2sigma_pct.map(|value| format!("{value:.1} %"))),
-            or_dash(row.delay_median_ms.map(|value| format!("{value:.0} ms"))),
-            or_dash(paper.and_then(error)),
+            scores.closings,
+            scores.early as f64 + alarms,
+            pair(scores.err_mean_pct, scores.err_sd_pct, 2, " ± "),
+            or_dash(scores.within2_pct, 0),
+            or_dash(scores.force_err_mean_pct, 1),
+            or_dash(scores.touch_delay_ms, 0),
+            paper.map_or_else(
+                || "–".to_owned(),
+                |row| pair(row.scores.err_mean_pct, row.scores.err_sd_pct, 2, " ± ")
+            ),
         ));
     }
     out
@@ -243,17 +246,35 @@ pub fn headline(rows: &[Row]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::score::{Contact, Verdict};
+
+    fn place() -> Place {
+        Place {
+            world: "ideal".into(),
+            engine: "plant".into(),
+        }
+    }
 
     fn trial(found: Option<f64>, touched_s: Option<f64>) -> Trial {
         Trial {
-            truth: Some((2, 0.030)),
-            length_m: 0.070,
-            contact_s: 1.0,
+            truth: Some(Contact {
+                phalanx: 2,
+                k_m: 0.030,
+                length_m: 0.070,
+                time_s: 1.0,
+            }),
             touched_s,
-            phalanx: found.map(|_| 2),
-            place: found.map(|k| (k, Some(0.0004))),
-            ambiguous: false,
+            verdict: found.map_or(Verdict::Nothing, |k_m| Verdict::Located {
+                phalanx: 2,
+                k_m,
+                sigma_m: 0.0004,
+            }),
+            ..Trial::default()
         }
+    }
+
+    fn row(experiment: &str, method: Method, calibrated: bool, trials: &[Trial]) -> Row {
+        Row::of(&place(), experiment, method, calibrated, trials)
     }
 
     #[test]
@@ -264,63 +285,96 @@ mod tests {
             trial(Some(0.0302), Some(0.9)),
             trial(None, None),
         ];
-        let row = summarise("distal", Method::Ours, true, &trials);
-        assert_eq!((row.n, row.false_alarms), (4, 1));
-        assert!((row.detected_pct.unwrap() - 75.0).abs() < 1e-9);
-        assert!((row.mean_abs_err_pct.unwrap() - (1.0 + 1.0 + 2.0 / 7.0) / 3.0).abs() < 1e-9);
-        assert!((row.within_2sigma_pct.unwrap() - 100.0).abs() < 1e-9);
-        assert!((row.delay_median_ms.unwrap() - 60.0).abs() < 1e-6);
-        let json = serde_json::to_value(&row).unwrap();
-        assert_eq!(json["type"], "result");
-        assert_eq!(json["method"], "ours");
+        let json = row("distal", Method::Ours, true, &trials).json();
+        assert_eq!(
+            (json["n"].as_u64(), json["false_alarms"].as_u64()),
+            (Some(4), Some(1))
+        );
+        // The early one is not located.
+        assert_eq!(json["detected_pct"].as_f64(), Some(50.0));
+        assert!((json["mean_abs_err_pct"].as_f64().unwrap() - 1.0).abs() < 1e-9);
+        assert!((json["within1_pct"].as_f64().unwrap()).abs() < 1e-9);
+        assert_eq!(json["within_2sigma_pct"].as_f64(), Some(100.0));
+        assert!((json["z2_mean"].as_f64().unwrap() - 3.0625).abs() < 1e-6);
+        assert!((json["delay_median_ms"].as_f64().unwrap() - 50.0).abs() < 1e-6);
+        assert_eq!(
+            (json["missed"].as_u64(), json["early"].as_u64()),
+            (Some(1), Some(1))
+        );
+        assert_eq!(
+            (json["type"].as_str(), json["method"].as_str()),
+            (Some("result"), Some("ours"))
+        );
     }
 
     #[test]
     fn the_headline_puts_the_paper_s_error_beside_ours() {
         let distal = [trial(Some(0.0307), Some(1.040))];
         let rows = [
-            summarise("distal", Method::Ours, true, &distal),
-            summarise(
+            row("distal", Method::Ours, true, &distal),
+            row(
                 "distal",
-                Method::Paper,
+                Method::Paper(3),
                 true,
                 &[trial(Some(0.0370), Some(1.1))],
             ),
-            summarise("distal", Method::Ours, false, &distal),
-            summarise("proximal", Method::Ours, true, &distal),
+            row("distal", Method::Ours, false, &distal),
+            row("proximal", Method::Ours, true, &distal),
         ];
         let table = headline(&rows);
         assert_eq!(table.lines().count(), 3);
         assert!(
-            table.ends_with("| distal | 1 | 0 | 1.00 ± 0.00 | 0.0 % | 40 ms | 10.00 ± 0.00 |\n"),
+            table.ends_with(
+                "| ideal | distal | 1 | 1/1 | 0 | 1.00 ± 0.00 | 100 | – | 40 | 10.00 ± 0.00 |\n"
+            ),
             "{table}"
         );
     }
 
     #[test]
-    fn the_wrong_phalanx_is_no_location() {
-        let wrong = Trial {
-            phalanx: Some(3),
-            ..trial(Some(0.03), Some(1.1))
-        };
-        let row = summarise("x", Method::Paper, false, &[wrong]);
-        assert_eq!(row.detected_pct, Some(0.0));
-        assert_eq!(row.mean_abs_err_pct, None);
+    fn the_best_step_must_locate_what_others_locate() {
+        let good = trial(Some(0.0301), Some(1.04));
+        let worse = trial(Some(0.0320), Some(1.04));
+        let none = trial(None, Some(1.04));
+        let rows = vec![
+            row("x", Method::Paper(0), true, &[good, none]),
+            row("x", Method::Paper(1), true, &[worse, worse]),
+            row("x", Method::Paper(2), true, &[good, worse]),
+        ];
+        assert_eq!(Row::best(rows).unwrap().method, Method::Paper(2));
+    }
+
+    #[test]
+    fn the_wrong_phalanx_and_a_proximal_place_are_no_location() {
+        let mut wrong = trial(None, Some(1.1));
+        wrong.verdict = Verdict::Proximal;
+        let mut proximal = trial(None, Some(1.1));
+        proximal.truth = proximal.truth.map(|contact| Contact {
+            phalanx: 1,
+            ..contact
+        });
+        proximal.verdict = Verdict::Proximal;
+        let row = row("x", Method::PaperTwoLevels, false, &[wrong, proximal]);
+        assert_eq!(row.scores.err_mean_pct, None);
+        assert_eq!(
+            (row.scores.wrong_phalanx, row.scores.proximal_named),
+            (1, 1)
+        );
     }
 
     #[test]
     fn a_touch_of_nothing_is_a_false_alarm() {
         let free = |touched_s| Trial {
-            truth: None,
-            phalanx: None,
-            place: None,
-            ..trial(None, touched_s)
+            touched_s,
+            ..Trial::default()
         };
-        let row = summarise("free", Method::Ours, true, &[free(None), free(Some(2.0))]);
-        assert_eq!(
-            (row.false_alarms, row.detected_pct, row.delay_median_ms),
-            (1, None, None)
+        let row = row("free", Method::Ours, true, &[free(None), free(Some(2.0))]);
+        assert_eq!(row.scores.false_alarms_per_1000, Some(500.0));
+        assert_eq!((row.scores.free_clean, row.scores.early), (1, 0));
+        assert!(
+            markdown(&[row]).contains(
+                "| free | ours | yes | 2 | – | 0 | – | – | – | – | – | 0 | 500.0 | 0 | – |"
+            )
         );
-        assert!(markdown(&[row]).contains("| free | ours | yes | 2 | – | – | – | – | – | 1 | – |"));
     }
 }

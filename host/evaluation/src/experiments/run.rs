@@ -7,7 +7,9 @@ use rayon::prelude::*;
 
 use super::catalogue::{Entry, Job};
 use super::live::Failure;
-use super::result::{Method, Row, Trial, summarise};
+use super::result::{Method, Place, Row};
+use crate::paper::STEPS_NM;
+use crate::score::Trial;
 
 /// A bar that counts to `total`; silent where standard error is no terminal.
 #[must_use]
@@ -57,9 +59,10 @@ pub fn jobs(jobs: &[Job]) -> (Vec<Entry>, Vec<Incomplete>) {
     )
 }
 
-/// One row for each experiment, method and calibration, in the order of their first entries.
+/// One row for each experiment, method and calibration, in the order of their first entries; of the paper's steps the
+/// best.
 #[must_use]
-pub fn rows(entries: &[Entry]) -> Vec<Row> {
+pub fn rows(place: &Place, entries: &[Entry]) -> Vec<Row> {
     let mut order: Vec<&str> = Vec::new();
     let mut groups: BTreeMap<(&str, Method, bool), Vec<Trial>> = BTreeMap::new();
     for entry in entries {
@@ -73,16 +76,25 @@ pub fn rows(entries: &[Entry]) -> Vec<Row> {
     }
     let mut rows = Vec::new();
     for experiment in order {
-        for (method, calibrated) in [
-            (Method::Ours, true),
-            (Method::Ours, false),
-            (Method::Paper, true),
-            (Method::Paper, false),
-        ] {
-            if let Some(trials) = groups.get(&(experiment, method, calibrated)) {
-                rows.push(summarise(experiment, method, calibrated, trials));
-            }
-        }
+        let row = |method: Method, calibrated: bool| {
+            let trials = groups.get(&(experiment, method, calibrated))?;
+            Some(Row::of(place, experiment, method, calibrated, trials))
+        };
+        let both = [true, false];
+        rows.extend(
+            both.into_iter()
+                .filter_map(|calibrated| row(Method::Ours, calibrated)),
+        );
+        rows.extend(both.into_iter().filter_map(|calibrated| {
+            let steps = 0..STEPS_NM.len();
+            Row::best(
+                steps
+                    .filter_map(|step| row(Method::Paper(step), calibrated))
+                    .collect(),
+            )
+        }));
+        let two = both.into_iter();
+        rows.extend(two.filter_map(|calibrated| row(Method::PaperTwoLevels, calibrated)));
     }
     rows
 }

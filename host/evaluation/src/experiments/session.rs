@@ -4,11 +4,12 @@ use palpate::sensing::{Calibration, Friction, Refusal, Settings};
 use palpate_plant::{Grasp, Parameters};
 use palpate_simulation::Simulated;
 
-use super::judge::{self, Knowledge, Truth};
+use super::judge::{self, Knowledge};
 use super::live::{Bench, Failure, Recording, Setup};
 use super::objects::{Object, felt_m};
-use super::result::{Method, Trial};
+use super::result::Method;
 use crate::paper;
+use crate::score::{Contact, Trial};
 
 /// Joint angle at which the pins of the guided calibration are felt, radian.
 const PIN_THETA_1_RAD: f64 = 0.6;
@@ -20,8 +21,8 @@ pub struct Case {
     pub object: &'static str,
     /// theta_1 at contact, radian, as wanted.
     pub theta_1_rad: f64,
-    /// The truth.
-    pub truth: Truth,
+    /// The true first contact, where it is felt; `None` for a free closing.
+    pub truth: Option<Contact>,
     /// The samples.
     pub recording: Recording,
 }
@@ -111,7 +112,19 @@ impl<S: Simulated> Session<S> {
             Err(failure) => return Err(failure),
         };
         let Some(first) = recording.contact else {
-            return Err(Failure::Missing("contact"));
+            // The finger never came there: it felt something before, or stalled.
+            let contact = Contact {
+                phalanx,
+                k_m,
+                length_m: judge::length_m::<S>(phalanx)?,
+                time_s: f64::INFINITY,
+            };
+            return Ok(Some(Case {
+                object: object.name,
+                theta_1_rad,
+                truth: Some(contact),
+                recording,
+            }));
         };
         let touched = first.contact.phalanx;
         let length_m = judge::length_m::<S>(touched)?;
@@ -128,11 +141,12 @@ impl<S: Simulated> Session<S> {
         Ok(Some(Case {
             object: object.name,
             theta_1_rad,
-            truth: Truth {
-                place: Some((touched, place_m)),
+            truth: Some(Contact {
+                phalanx: touched,
+                k_m: place_m,
                 length_m,
-                contact_s: first.time_s,
-            },
+                time_s: first.time_s,
+            }),
             recording,
         }))
     }
@@ -145,11 +159,7 @@ impl<S: Simulated> Session<S> {
         Ok(Case {
             object: "nothing",
             theta_1_rad: f64::NAN,
-            truth: Truth {
-                place: None,
-                length_m: judge::length_m::<S>(1)?,
-                contact_s: f64::INFINITY,
-            },
+            truth: None,
             recording: self.bench.close(&Grasp::Free)?,
         })
     }
@@ -164,26 +174,28 @@ impl<S: Simulated> Session<S> {
             calibration: *calibration,
             settings: self.settings,
         };
-        judge::ours::<S>(&knowledge, &case.recording, &case.truth)
+        judge::ours::<S>(&knowledge, &case.recording, case.truth)
     }
 
     /// The paper's algorithm, with a calibration.
     #[must_use]
-    pub fn papers(&self, case: &Case, calibration: &Calibration) -> Trial {
+    pub fn papers(&self, case: &Case, calibration: &Calibration, rule: paper::Rule) -> Trial {
         let (model, threshold_nm) = self.papers_model(calibration);
-        judge::papers(&model, threshold_nm, &case.recording, &case.truth)
+        judge::papers(&model, threshold_nm, rule, &case.recording, case.truth)
     }
 
-    /// Both methods, calibrated and not.
+    /// Both methods, calibrated and not; the paper's with every step of torque, and with two levels.
     ///
     /// # Errors
     /// An invalid scene.
-    pub fn all(&self, case: &Case) -> Result<[(Method, bool, Trial); 4], Failure> {
-        Ok([
-            (Method::Ours, true, self.ours(case, &self.calibrated)?),
-            (Method::Ours, false, self.ours(case, &self.nominal)?),
-            (Method::Paper, true, self.papers(case, &self.calibrated)),
-            (Method::Paper, false, self.papers(case, &self.nominal)),
-        ])
+    pub fn all(&self, case: &Case) -> Result<Vec<(Method, bool, Trial)>, Failure> {
+        let mut trials = Vec::new();
+        for (calibrated, calibration) in [(true, &self.calibrated), (false, &self.nominal)] {
+            trials.push((Method::Ours, calibrated, self.ours(case, calibration)?));
+            for (step, rule) in Method::papers() {
+                trials.push((step, calibrated, self.papers(case, calibration, rule)));
+            }
+        }
+        Ok(trials)
     }
 }

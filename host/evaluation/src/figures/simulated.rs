@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use palpate::finger::Mechanics;
-use palpate::sample::Drive;
-use palpate::scene::{P70, Scene};
+use palpate::scene::Scene;
+use palpate_scenes::P70;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
@@ -17,12 +17,16 @@ use crate::experiments::catalogue::{
 use crate::experiments::judge;
 use crate::experiments::live::{Failure, Setup};
 use crate::experiments::objects;
-use crate::experiments::result::{Trial, mean_and_deviation, median};
 use crate::experiments::session::{Case, Session};
+use crate::paper::Rule;
 use crate::reference::{free_posture, tangent_compliance};
+use crate::score::{Trial, mean_and_deviation, median};
 
 /// One a posture.
 const COLOURS: [plotters::style::RGBColor; 5] = [BLUE, ORANGE, GREEN, PINK, SKY];
+
+/// Step of torque of the paper's algorithm in the figures: the middle one of those that experiments try.
+const FIGURE_RULE: Rule = Rule::Rise(0.05);
 
 /// Closing speeds of the figure, radian per second.
 const SPEEDS: [f32; 6] = [0.15, 0.2, 0.3, 0.4, 0.5, 0.6];
@@ -66,10 +70,10 @@ fn figure_11(plan: &Plan) -> Result<Chart, Failure> {
     for step in 0..24 {
         let case = touch(&mut session, 0.004 + 0.0025 * f64::from(step), 0.6)?;
         let trial = session.ours(&case, &session.calibrated)?;
-        if let (Some((_, true_m)), Some((found_m, _))) = (trial.truth, trial.place)
+        if let (Some(contact), Some((found_m, _))) = (trial.truth, trial.verdict.place())
             && let Some(k_c) = stiffness(found_m)
         {
-            points.push((1e3 * true_m, k_c));
+            points.push((1e3 * contact.k_m, k_c));
         }
     }
     Ok(Chart {
@@ -111,18 +115,15 @@ fn figure_12(plan: &Plan) -> Result<Vec<Chart>, Failure> {
         let time = last.time_us as f64 * 1e-6 - begin;
         if index > 12 {
             torque.push((time, 1e3 * mean * model.torque_nm_per_a));
-            if let Some((nm, _)) = session
-                .friction
-                .beyond(Drive::Closing, last.position_counts, 0)
-            {
+            if let Some(known) = session.friction.beyond(last.position_counts) {
                 let lossy = model.torque_nm_per_a / f64::from(per_ampere());
-                friction.push((time, 1e3 * f64::from(nm) * lossy));
+                friction.push((time, 1e3 * f64::from(known.torque_nm) * lossy));
             }
         }
         angle.push((time, f64::from(last.position_counts) / model.counts_per_rad));
     }
     let end = angle.last().map_or(1.0, |(time, _)| *time);
-    let contact = case.truth.contact_s - begin;
+    let contact = case.truth.map_or(f64::NAN, |contact| contact.time_s) - begin;
     let decided = trial.touched_s.map_or(f64::NAN, |time| time - begin);
     let upright = |time: f64, top: f64| vec![(time, 0.0), (time, top)];
     Ok(vec![
@@ -194,13 +195,14 @@ fn figure_13(plan: &Plan) -> Result<Vec<Chart>, Failure> {
         for object in objects::ten() {
             let case = closing(&mut session, || distal_wanted(&object, row, &mut random))?;
             let mine = session.ours(&case, &session.calibrated)?;
-            let theirs = session.papers(&case, &session.nominal);
+            let theirs = session.papers(&case, &session.nominal, FIGURE_RULE);
             let both = [(mine, &mut ours), (theirs, &mut paper)];
             for ((trial, series), errors) in both.into_iter().zip(&mut errors) {
-                if let (Some(error), Some((_, true_m))) = (trial.error_m(), trial.truth) {
+                if let (Some(error), Some(contact)) = (trial.error_m(), trial.truth) {
+                    let true_m = contact.k_m;
                     series.points.push((1e3 * true_m, 1e3 * (true_m + error)));
                     errors.push(1e3 * error.abs());
-                    if let Some((_, Some(sigma))) = trial.place {
+                    if let Some((_, sigma)) = trial.verdict.place().filter(|(_, s)| s.is_finite()) {
                         series.bars.push(2e3 * sigma);
                     }
                 }
@@ -241,11 +243,11 @@ fn figure_14(plan: &Plan) -> Result<Vec<Chart>, Failure> {
             let case = touch(&mut session, k_m, theta_1)?;
             let trials = [
                 session.ours(&case, &session.calibrated)?,
-                session.papers(&case, &session.nominal),
+                session.papers(&case, &session.nominal, FIGURE_RULE),
             ];
             for (trial, points) in trials.iter().zip(&mut points) {
-                if let Some(error) = trial.error_m() {
-                    points.push((1e3 * k_m, 100.0 * error.abs() / trial.length_m));
+                if let (Some(error), Some(contact)) = (trial.error_m(), trial.truth) {
+                    points.push((1e3 * k_m, 100.0 * error.abs() / contact.length_m));
                 }
             }
         }
@@ -292,16 +294,16 @@ fn speed(plan: &Plan) -> Result<Vec<Chart>, Failure> {
             let theta_1 = 0.4 + 0.1 * f64::from(step % 6);
             let case = touch(&mut session, 0.006 + 0.0037 * f64::from(step), theta_1)?;
             trials[0].push(session.ours(&case, &session.calibrated)?);
-            trials[1].push(session.papers(&case, &session.calibrated));
+            trials[1].push(session.papers(&case, &session.calibrated, FIGURE_RULE));
         }
         for (which, trials) in trials.iter().enumerate() {
             let found: Vec<f64> = trials
                 .iter()
-                .filter_map(|trial| Some(100.0 * trial.error_m()?.abs() / trial.length_m))
+                .filter_map(|trial| Some(100.0 * trial.error_m()?.abs() / trial.truth?.length_m))
                 .collect();
             let late: Vec<f64> = trials
                 .iter()
-                .filter_map(|trial| Some(1e3 * (trial.touched_s? - trial.contact_s)))
+                .filter_map(|trial| Some(1e3 * (trial.touched_s? - trial.truth?.time_s)))
                 .collect();
             if let (Some((mean, _)), Some(delay)) = (mean_and_deviation(&found), median(&late)) {
                 errors[which].push((f64::from(speed), mean));

@@ -48,7 +48,7 @@ pub struct Scores {
     pub distal: usize,
     /// Of them: place on the right phalanx as the last word, and no early touch.
     pub located: usize,
-    /// Of them: told as ambiguous, the likelier place on the right phalanx.
+    /// Closings whose last word is two places.
     pub ambiguous: usize,
     /// Contacts whose last word names another phalanx.
     pub wrong_phalanx: usize,
@@ -90,6 +90,8 @@ pub struct Scores {
     pub delay_90_ms: Option<f64>,
     /// The same, largest.
     pub delay_max_ms: Option<f64>,
+    /// Median time from first contact to its decision, of every contact that was felt and not early, millisecond.
+    pub touch_delay_ms: Option<f64>,
     /// Median error of the contact force against the truth at the instant when it is told, percent of the truth.
     pub force_err_pct: Option<f64>,
     /// The same, mean.
@@ -117,6 +119,11 @@ impl Scores {
         let errors_mm = all(&|trial| Some(1e3 * trial.error_m()?.abs()));
         let z = all(&|trial| Some(trial.error_m()?.abs() / trial.verdict.place()?.1));
         let delays = all(&|trial| Some(1e3 * (trial.touched_s? - trial.truth?.time_s)));
+        let felt: Vec<f64> = trials
+            .iter()
+            .filter(|trial| !trial.is_early())
+            .filter_map(|trial| Some(1e3 * (trial.touched_s? - trial.truth?.time_s)))
+            .collect();
         let forces = all(&|trial| {
             let force = trial.force.filter(|force| force.true_n > 0.0)?;
             Some(100.0 * (force.told_n / force.true_n - 1.0).abs())
@@ -131,10 +138,7 @@ impl Scores {
             closings: trials.len(),
             distal: count(&|t| on(t) > 1),
             located: located.len(),
-            ambiguous: located
-                .iter()
-                .filter(|t| matches!(t.verdict, super::Verdict::Ambiguous { .. }))
-                .count(),
+            ambiguous: count(&|t| matches!(t.verdict, super::Verdict::Ambiguous { .. })),
             wrong_phalanx: count(&|t| {
                 t.truth.is_some() && t.verdict.phalanx().is_some_and(|said| said != on(t))
             }),
@@ -163,6 +167,7 @@ impl Scores {
             delay_ms: median(&delays),
             delay_90_ms: quantile(&delays, 0.9),
             delay_max_ms: quantile(&delays, 1.0),
+            touch_delay_ms: median(&felt),
             force_err_pct: median(&forces),
             force_err_mean_pct: mean(&forces),
             force_err_95_pct: quantile(&forces, 0.95),

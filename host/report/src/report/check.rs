@@ -105,6 +105,7 @@ mod tests {
                 same_bits: true,
             }),
             chosen,
+            check: false,
             why: None,
         }
     }

@@ -117,7 +117,7 @@ fn one(fields: &HashMap<String, Value>, image: &Image, cycles: &Cycles) -> Resul
             instructions_mean: number("total")? as f64 / number("calls")?.max(1) as f64,
             instructions_max: number("max")?,
             cycles_low,
-            // A function of one instruction is not dearer than the empty one.
+            // A function of one instruction costs no more than the empty one.
             cycles_high: (own.1 - nothing.1).max(cycles_low),
         },
     })

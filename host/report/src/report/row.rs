@@ -7,7 +7,7 @@ use serde::Serialize;
 pub struct Cost {
     /// Executed instructions, mean over the timed inputs.
     pub instructions_mean: f64,
-    /// The dearest input.
+    /// Executed instructions, most costly input.
     pub instructions_max: u64,
     /// Cycles by the core's table at zero wait states, mean.
     pub cycles_low: f64,
@@ -70,6 +70,8 @@ pub struct Row {
     pub on_chip: Option<OnChip>,
     /// The firmware uses it.
     pub chosen: bool,
+    /// It checks what the firmware uses: it competes with nothing.
+    pub check: bool,
     /// Where and why.
     pub why: Option<&'static str>,
 }
@@ -81,7 +83,7 @@ impl Row {
             .map_or(f64::INFINITY, |chip| chip.cost.instructions_mean)
     }
 
-    /// Better in error and in cost than another of the same task. An answer that is lacking is an infinite error.
+    /// Better in error and in cost than another of the same task, with which it competes. An answer that is lacking is an infinite error.
     pub fn beats(&self, other: &Self) -> bool {
         let error = |row: &Self| {
             if row.error.nonfinite > 0 {
@@ -91,6 +93,7 @@ impl Row {
             }
         };
         self.task == other.task
+            && !self.check
             && error(self) < error(other)
             && self.instructions() < other.instructions()
     }

@@ -59,7 +59,7 @@ pub fn task(rows: &[Row]) -> String {
     text
 }
 
-/// Why a row stands: the nearest cheaper one, whose error is larger, and the nearest with less error, which is dearer.
+/// Why a row stands: the nearest cheaper one, whose error is larger, and the cheapest one with less error, which costs more.
 fn rivals<'a>(rows: &'a [Row], chosen: &Row) -> [Option<&'a Row>; 2] {
     let rivals = || {
         rows.iter().filter(|row| {

@@ -22,7 +22,7 @@ pub struct Part {
     pub calls: u64,
     /// Mean executed instructions.
     pub instructions_mean: f64,
-    /// Dearest call.
+    /// Most instructions of a call.
     pub instructions_max: u64,
     /// Mean cycles, lower bracket.
     pub cycles_low_mean: f64,
@@ -88,7 +88,7 @@ pub fn read(path: &Path) -> Result<Grasp> {
     Ok(grasp)
 }
 
-/// The calls that are in `all` and not in `some`; the dearest of all is among them.
+/// The calls that are in `all` and not in `some`; the most costly of all is among them.
 fn difference(all: &Part, some: &Part) -> Part {
     let calls = all.calls.saturating_sub(some.calls);
     let mean = |of: fn(&Part) -> f64| {
@@ -114,6 +114,9 @@ pub const UPDATE: &str = "sensing update, all";
 pub const TYPICAL: &str = "sensing update without a fit";
 /// The rare one.
 pub const WITH_FIT: &str = "sensing update with a step of the fit";
+
+/// The bisection that turns a tangent stiffness into a place.
+pub const BISECTION: &str = "bisection of a contact's place, a root";
 
 /// A figure: its name, what kind of count it is, and what of a function's name tells it; the first that is there.
 struct Known {
@@ -147,6 +150,11 @@ const FIGURES: &[Known] = &[
         ],
     },
     Known {
+        what: BISECTION,
+        kind: "function",
+        names: &[("numeric::bisect", "::bisect_quadratic")],
+    },
+    Known {
         what: "fit: locate, the places of a slope",
         kind: "function",
         names: &[
@@ -168,7 +176,7 @@ const FIGURES: &[Known] = &[
 ];
 
 /// The figures without which the page would lie by leaving them out.
-const NEEDED: &[&str] = &[CONTROL, TYPICAL, UPDATE];
+const NEEDED: &[&str] = &[CONTROL, TYPICAL, UPDATE, BISECTION];
 
 impl Grasp {
     fn seconds(&self) -> f64 {
@@ -214,11 +222,13 @@ impl Grasp {
             .find(|figure| figure.what == what)
     }
 
-    /// What is missing: the firmware's functions were renamed, or inlined.
+    /// What is missing, or was never called: the firmware's functions were renamed, or inlined.
     fn complete(&self) -> Result<()> {
         for what in NEEDED {
             if self.of(what).is_none() {
-                bail!("the emulator counted no {what}: has its function another name?");
+                bail!(
+                    "the emulator counted no call of: {what}. Was its function renamed, inlined or not called?"
+                );
             }
         }
         Ok(())
@@ -297,7 +307,7 @@ impl Grasp {
 
 #[cfg(test)]
 mod tests {
-    use super::{CONTROL, TYPICAL, UPDATE, WITH_FIT, read};
+    use super::{BISECTION, CONTROL, TYPICAL, UPDATE, WITH_FIT, read};
 
     fn count(kind: &str, name: &str, calls: u64, mean: f64, max: u64) -> String {
         serde_json::json!({
@@ -307,6 +317,7 @@ mod tests {
         .to_string()
     }
 
+    const BISECT: &str = "palpate::numeric::bisect::bisect_quadratic";
     const NAME: &str = "<palpate::sensing::sensor::Sensor<X>>::update";
 
     fn grasp(lines: &[String]) -> anyhow::Result<super::Grasp> {
@@ -323,6 +334,7 @@ mod tests {
         let grasp = grasp(&[
             count("interrupt", "ADC1_2", 2000, 500.0, 580),
             count("function", NAME, 100, 1300.0, 100_300),
+            count("function", BISECT, 7, 240.0, 241),
             count("without", NAME, 99, 300.0, 700),
             r#"{"type":"summary","emulated_s":0.1}"#.to_owned(),
         ])
@@ -335,6 +347,18 @@ mod tests {
         let control = grasp.of(CONTROL).expect("there");
         assert!((control.load_high_percent - 11.7647).abs() < 1e-3);
         assert!(grasp.of(UPDATE).is_some());
+    }
+
+    #[test]
+    fn a_grasp_without_a_bisection_is_an_error() {
+        let lines = [
+            count("interrupt", "ADC1_2", 2000, 500.0, 580),
+            count("function", NAME, 100, 1300.0, 100_300),
+            count("without", NAME, 99, 300.0, 700),
+            count("function", BISECT, 0, 0.0, 0),
+        ];
+        let error = grasp(&lines).err().expect("it was never called");
+        assert!(error.to_string().contains(BISECTION), "{error}");
     }
 
     #[test]

@@ -188,3 +188,58 @@ fn nothing_drives_before_the_bridge_is_awake() {
     }
     assert!(awake_us > 1000, "{awake_us}");
 }
+
+#[test]
+fn the_fault_pin_is_judged_when_the_bridge_is_awake_and_before_its_outputs_are_enabled() {
+    // nFAULT low for so long after the bridge is woken, periods; and whether that is a fault.
+    for (low, faults) in [(0, false), (29, false), (31, true), (1000, true)] {
+        let mut controller = Controller::new(&CheckedConfig::new(p70()).expect("valid"));
+        let mut bench = TestMotor::new(1);
+        let demand = Demand::from(Setpoint::Brake);
+        let mut outputs = Outputs::Off;
+        let (mut awake, mut enabled) = (0, false);
+        for _ in 0..200 {
+            let mut inputs = bench.step(outputs);
+            inputs.bridge_fault = outputs != Outputs::Off && awake < low;
+            outputs = controller.step(&inputs, &demand);
+            awake += u32::from(outputs != Outputs::Off);
+            enabled |= outputs == Outputs::Brake;
+        }
+        assert_eq!(
+            controller.status().fault,
+            faults.then_some(Fault::Bridge),
+            "{low}"
+        );
+        assert_eq!(enabled, !faults, "{low}");
+    }
+}
+
+#[test]
+fn braking_from_full_speed_is_no_over_current() {
+    let mut controller = Controller::new(&CheckedConfig::new(p70()).expect("valid"));
+    let mut bench = TestMotor::new(1);
+    let mut outputs = Outputs::Off;
+    // 0.8 rad/s at the input link of 1,310,720 counts a turn.
+    let speed = Demand::from(Setpoint::Speed {
+        counts_per_s: 166_900.0,
+        current_limit_a: 0.12,
+    });
+    let mut peak_a = 0.0f64;
+    for period in 0..20 * 400 {
+        let demand = if period < 20 * 300 {
+            speed
+        } else {
+            Demand::from(Setpoint::Brake)
+        };
+        let inputs = bench.step(outputs);
+        outputs = controller.step(&inputs, &demand);
+        if period > 20 * 300 {
+            peak_a = peak_a.max(bench.current_a.abs());
+        }
+    }
+    assert!(
+        peak_a > f64::from(p70().limits.current_trip_a),
+        "{peak_a}: nothing tested"
+    );
+    assert_eq!(controller.status().fault, None);
+}

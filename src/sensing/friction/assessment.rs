@@ -1,0 +1,348 @@
+//! What a pass of free motion teaches: the likelihood of each kind of wander, and a better record.
+//!
+//! The bins of a pass are taken as a smooth curve over the position, harmonics of the worm, an Ornstein-Uhlenbeck process
+//! in time and white noise. Curve and harmonics are marginalised with a flat prior, the size of the white noise takes its
+//! likeliest value (restricted maximum likelihood): a scalar Kalman filter whitens the bins and each regressor, and a
+//! Cholesky factor of their products gives the rest. The white noise of single blocks, from their second differences,
+//! enters as data of its own. One point of the grid is a step, so that no step is long.
+
+use super::Friction;
+use super::bins::BINS;
+use super::harmonics::{HARMONICS, waves};
+use super::pass::Pass;
+use super::wander::{Evidence, Hypothesis, RATES, TIMES, correlation};
+use crate::numeric::{Bounded, ln, sqrt};
+use crate::sensing::Drive;
+
+/// Terms of the smooth curve: Legendre polynomials.
+const CURVE: usize = 5;
+/// Regressors.
+const COLUMNS: usize = CURVE + 2 * HARMONICS;
+/// With the values themselves as the last column.
+const ALL: usize = COLUMNS + 1;
+/// Fewest bins that a pass must fill to tell anything.
+pub const LEAST_BINS: usize = 40;
+/// Way that a pass must cover for the worm's harmonics to be told from the curve, turns of the worm.
+const LEAST_TURNS: f32 = 1.5;
+/// A record is the mean of so many passes at most: what is new counts at least one over this.
+const PASSES_MAX: u8 = 8;
+/// Share of a pass's mean deviation by which the record's level follows.
+const LEVEL_GAIN: f32 = 0.5;
+/// Least share of the mean friction that the noise of a block is taken to be: one quiet pass is no proof.
+const LEAST_NOISE: f32 = 1e-3;
+/// A pivot below this share of its column is none.
+const SINGULAR: f32 = 1e-5;
+
+/// Products of the columns, lower triangle.
+type Products = [[f32; ALL]; ALL];
+
+/// A pass being assessed, step by step.
+#[derive(Clone, Debug)]
+pub struct Assessment {
+    pass: Pass,
+    /// First and last bin.
+    ends: (usize, usize),
+    /// What has been taken off the pass.
+    coefficients: [f32; COLUMNS],
+    has_worm: bool,
+    next: usize,
+    evidence: Evidence,
+    /// White noise of a block under each hypothesis, newton metre squared.
+    white_nm2: [f32; RATES * TIMES],
+}
+
+impl Assessment {
+    /// Begins with a pass. None where it is too short to tell anything.
+    pub fn new(pass: Pass, record: &Friction) -> Option<Self> {
+        let ends = pass.bins.ends()?;
+        let (first, last) = ends;
+        let width = (last - first + 1) as f32 * record.bin_counts as f32;
+        let turn = record.worm_counts as f32;
+        let mut assessment = Self {
+            pass,
+            ends,
+            coefficients: [0.0; COLUMNS],
+            has_worm: turn > 0.0 && width >= LEAST_TURNS * turn,
+            next: 0,
+            evidence: Evidence::NONE,
+            white_nm2: [0.0; RATES * TIMES],
+        };
+        (assessment.pass.filled() >= LEAST_BINS && assessment.take_off(record))
+            .then_some(assessment)
+    }
+
+    /// Whether it closed.
+    pub fn is_closing(&self) -> bool {
+        self.pass.drive == Drive::Closing
+    }
+
+    /// One step; true when the last is done.
+    #[inline(never)]
+    pub fn step(&mut self, record: &Friction) -> bool {
+        let index = self.next;
+        if index < RATES * TIMES {
+            let (ln_likelihood, white_nm2) = self
+                .likelihood(record, Hypothesis::of(index))
+                .unwrap_or((f32::NAN, f32::NAN));
+            // A point that cannot be judged spoils the grid: `Evidence::add` leaves such a pass out.
+            self.evidence.ln_likelihood[index] = ln_likelihood;
+            self.white_nm2[index] = white_nm2;
+            self.next += 1;
+        }
+        self.next >= RATES * TIMES
+    }
+
+    /// Tells a record what is known before the first step.
+    pub fn introduce(&self, record: &mut Friction) {
+        if !self.is_closing() {
+            record.opening_nm = -self.coefficients[0];
+        }
+    }
+
+    /// Evidence of the pass.
+    pub fn evidence(&self) -> &Evidence {
+        &self.evidence
+    }
+
+    /// Regressors at a bin.
+    fn columns(&self, record: &Friction, index: usize) -> [f32; COLUMNS] {
+        let (first, last) = self.ends;
+        let half = (last - first) as f32 * 0.5;
+        let x = (index as f32 - first as f32 - half) / half.at_least(0.5);
+        let mut columns = [0.0; COLUMNS];
+        let (curve, worm) = columns.split_at_mut(CURVE);
+        let (mut before, mut now) = (0.0, 1.0);
+        for (degree, column) in curve.iter_mut().enumerate() {
+            *column = now;
+            // Bonnet's recursion.
+            let n = degree as f32;
+            (before, now) = (now, ((2.0 * n + 1.0) * x * now - n * before) / (n + 1.0));
+        }
+        if self.has_worm {
+            worm.copy_from_slice(&waves(record.middle_counts(index), record.worm_counts));
+        }
+        columns
+    }
+
+    /// Takes curve and harmonics off the bins by ordinary least squares: what is left is small, so that single precision is
+    /// enough for the likelihoods, which do not depend on it.
+    fn take_off(&mut self, record: &Friction) -> bool {
+        let mean = self.pass.bins.mean().unwrap_or(0.0);
+        let mut products: Products = [[0.0; ALL]; ALL];
+        for index in 0..BINS {
+            if let Some(value) = self.pass.bins.get(index) {
+                let mut row = [0.0; ALL];
+                row[..COLUMNS].copy_from_slice(&self.columns(record, index));
+                row[COLUMNS] = value - mean;
+                accumulate(&mut products, &row);
+            }
+        }
+        if !factor(&mut products) {
+            return false;
+        }
+        // Back substitution: the last row of the factor holds the right-hand side.
+        let mut coefficients = products[COLUMNS];
+        for i in (0..COLUMNS).rev() {
+            let mut sum = coefficients[i];
+            for (k, row) in products.iter().enumerate().take(COLUMNS).skip(i + 1) {
+                sum -= row[i] * coefficients[k];
+            }
+            let pivot = products[i][i];
+            coefficients[i] = if pivot > 0.0 { sum / pivot } else { 0.0 };
+        }
+        self.coefficients.copy_from_slice(&coefficients[..COLUMNS]);
+        self.coefficients[0] += mean;
+        for index in 0..BINS {
+            let columns = self.columns(record, index);
+            let fitted = dot(&self.coefficients, &columns);
+            if let Some(value) = self.pass.bins.mean.get_mut(index) {
+                *value -= fitted;
+            }
+        }
+        self.coefficients.iter().all(|value| value.is_finite())
+    }
+
+    /// Logarithm of the restricted likelihood, but for a constant, and the likeliest white noise of a block.
+    fn likelihood(&self, record: &Friction, point: Hypothesis) -> Option<(f32, f32)> {
+        let block_s = self.pass.block_s();
+        // All variances as multiples of the white noise's in a block.
+        let growth = point.rate_per_s2 * block_s * block_s;
+        let stationary = 0.5 * growth * point.time_s / block_s;
+        let blocks_per_bin = self.blocks_per_bin();
+        let bin_s = block_s * blocks_per_bin;
+        let mut state = [0.0f32; ALL];
+        let mut variance = stationary;
+        let mut products: Products = [[0.0; ALL]; ALL];
+        let mut ln_determinant = 0.0;
+        let mut filled = 0.0f32;
+        let mut before: Option<usize> = None;
+        for step in 0..BINS {
+            // In time's order.
+            let index = if self.is_closing() {
+                step
+            } else {
+                BINS - 1 - step
+            };
+            let (Some(value), Some(&count)) =
+                (self.pass.bins.get(index), self.pass.bins.count.get(index))
+            else {
+                continue;
+            };
+            if let Some(before) = before.replace(index) {
+                let elapsed_s = index.abs_diff(before) as f32 * bin_s;
+                let phi = correlation(elapsed_s / point.time_s);
+                for x in &mut state {
+                    *x *= phi;
+                }
+                variance = stationary + phi * phi * (variance - stationary);
+            }
+            let mut row = [0.0; ALL];
+            row[..COLUMNS].copy_from_slice(&self.columns(record, index));
+            row[COLUMNS] = value;
+            let total = variance + 1.0 / f32::from(count);
+            let gain = variance / total;
+            let scale = 1.0 / sqrt(total);
+            for (x, y) in state.iter_mut().zip(&mut row) {
+                let innovation = *y - *x;
+                *x += gain * innovation;
+                *y = innovation * scale;
+            }
+            variance *= 1.0 - gain;
+            ln_determinant += ln(total);
+            accumulate(&mut products, &row);
+            filled += 1.0;
+        }
+        if !factor(&mut products) {
+            return None;
+        }
+        let mut rank = 0.0;
+        for (i, row) in products.iter().enumerate().take(COLUMNS) {
+            let pivot = row[i];
+            if pivot > 0.0 {
+                ln_determinant += 2.0 * ln(pivot);
+                rank += 1.0;
+            }
+        }
+        let left = products[COLUMNS][COLUMNS];
+        // Second differences see a third of the growth of a block.
+        let (white_nm2, freedoms) = self.pass.white_nm2();
+        let seen = 1.0 + growth / 3.0;
+        let sum = left * left + freedoms * white_nm2 / seen;
+        let all = filled - rank + freedoms;
+        let white_nm2 = (sum / all).at_least(f32::MIN_POSITIVE);
+        let ln_likelihood = -0.5 * (all * ln(white_nm2) + ln_determinant + freedoms * ln(seen));
+        ln_likelihood
+            .is_finite()
+            .then_some((ln_likelihood, white_nm2))
+    }
+
+    /// Mean number of blocks in a bin.
+    fn blocks_per_bin(&self) -> f32 {
+        let sum: u32 = self
+            .pass
+            .bins
+            .count
+            .iter()
+            .map(|&count| u32::from(count))
+            .sum();
+        sum as f32 / self.pass.filled().max(1) as f32
+    }
+
+    /// Puts what the pass taught into the record, when the last step is done.
+    pub fn teach(&self, record: &mut Friction) {
+        record.evidence.add(&self.evidence);
+        let passes = record.passes().min(PASSES_MAX - 1);
+        let share = 1.0 / (f32::from(passes) + 1.0);
+        let white = self.white_nm2.get(self.evidence.likeliest());
+        if let Some(white_nm2) = white.filter(|white| white.is_finite()) {
+            let floor = LEAST_NOISE * self.coefficients[0];
+            let white_nm2_s = white_nm2.at_least(floor * floor) * self.pass.block_s();
+            let share = if record.white_nm2_s > 0.0 {
+                0.5 * share
+            } else {
+                1.0
+            };
+            record.white_nm2_s += share * (white_nm2_s - record.white_nm2_s);
+        }
+        if !self.is_closing() {
+            self.introduce(record);
+            return;
+        }
+        self.improve(record, passes, share);
+    }
+
+    fn improve(&self, record: &mut Friction, passes: u8, share: f32) {
+        let is_first = passes == 0;
+        if is_first {
+            record.speed_rad_per_s = self.pass.speed_rad_per_s(record.rad_per_count);
+        }
+        let worm: [f32; 2 * HARMONICS] = core::array::from_fn(|i| self.coefficients[CURVE + i]);
+        for (known, new) in record.worm_nm.iter_mut().zip(&worm) {
+            *known += share * new;
+        }
+        // The level of all moves together: a pass that ended early leaves no step.
+        let level = if is_first { 0.0 } else { self.coefficients[0] };
+        let shift = LEVEL_GAIN * level;
+        for index in 0..BINS {
+            let columns = self.columns(record, index);
+            let smooth = dot(&self.coefficients[..CURVE], &columns[..CURVE]);
+            let new = self.pass.bins.get(index).map(|left| left + smooth - level);
+            let slots = (
+                record.closing_nm.mean.get_mut(index),
+                record.closing_nm.count.get_mut(index),
+            );
+            let (Some(mean), Some(count)) = slots else {
+                continue;
+            };
+            if let Some(new) = new {
+                let was = (*count).min(PASSES_MAX - 1);
+                *mean += new / (f32::from(was) + 1.0);
+                *count = was + 1;
+            }
+            if *count > 0 {
+                *mean += shift;
+            }
+        }
+    }
+}
+
+fn dot(a: &[f32], b: &[f32]) -> f32 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Adds a row's products with itself.
+fn accumulate(products: &mut Products, row: &[f32; ALL]) {
+    for (i, line) in products.iter_mut().enumerate() {
+        let own = row[i];
+        for (sum, other) in line[..=i].iter_mut().zip(row) {
+            *sum += own * other;
+        }
+    }
+}
+
+/// Cholesky's factor in place of the lower triangle. A column that depends on those before, or is zero, gets a pivot of 0
+/// and takes no part. False where a number is none.
+fn factor(products: &mut Products) -> bool {
+    for i in 0..ALL {
+        let own = products[i][i];
+        for j in 0..=i {
+            let (above, rest) = products.split_at_mut(i);
+            let line = &mut rest[0];
+            let mut sum = line[j];
+            if j < i {
+                let other = &above[j];
+                sum -= dot(&line[..j], &other[..j]);
+                let pivot = other[j];
+                line[j] = if pivot > 0.0 { sum / pivot } else { 0.0 };
+            } else {
+                sum -= line[..j].iter().map(|value| value * value).sum::<f32>();
+                let least = if i == COLUMNS { 0.0 } else { SINGULAR * own };
+                line[j] = if sum > least { sqrt(sum) } else { 0.0 };
+            }
+            if !line[j].is_finite() {
+                return false;
+            }
+        }
+    }
+    true
+}

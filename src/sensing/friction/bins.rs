@@ -1,0 +1,68 @@
+//! A value in each of the bins that divide the travel, and how often it was measured.
+
+use serde::{Deserialize, Serialize};
+use serde_big_array::BigArray;
+
+/// Number of bins over the travel. Each is a whole number of motor turns wide: at 1.5 rad three turns, 1/21 of a turn of the
+/// worm.
+pub const BINS: usize = 128;
+
+/// Means, bin by bin.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Bins {
+    /// Mean in each bin.
+    #[serde(with = "BigArray")]
+    pub mean: [f32; BINS],
+    /// Measurements that went into it; 0 marks a bin without a value.
+    #[serde(with = "BigArray")]
+    pub count: [u8; BINS],
+}
+
+impl Bins {
+    /// Without any value.
+    pub const EMPTY: Self = Self {
+        mean: [0.0; BINS],
+        count: [0; BINS],
+    };
+
+    /// The value of a bin; None where there is none.
+    pub fn get(&self, index: usize) -> Option<f32> {
+        match (self.mean.get(index), self.count.get(index)) {
+            (Some(&mean), Some(&count)) if count > 0 => Some(mean),
+            _ => None,
+        }
+    }
+
+    /// Averages a measurement into a bin.
+    pub(super) fn add(&mut self, index: usize, value: f32) {
+        let slots = (self.mean.get_mut(index), self.count.get_mut(index));
+        if let (Some(mean), Some(count)) = slots {
+            *count = count.saturating_add(1);
+            *mean += (value - *mean) / f32::from(*count);
+        }
+    }
+
+    /// First and last bin with a value.
+    pub fn ends(&self) -> Option<(usize, usize)> {
+        let filled = |count: &u8| *count > 0;
+        let first = self.count.iter().position(filled)?;
+        let last = self.count.iter().rposition(filled)?;
+        Some((first, last))
+    }
+
+    /// Number of bins with a value.
+    pub fn filled(&self) -> usize {
+        self.count.iter().filter(|&&count| count > 0).count()
+    }
+
+    /// Mean over the bins that have a value; None without any.
+    pub fn mean(&self) -> Option<f32> {
+        let values = (0..BINS).filter_map(|index| self.get(index));
+        let filled = self.filled();
+        (filled > 0).then(|| values.sum::<f32>() / filled as f32)
+    }
+
+    pub(super) fn is_valid(&self) -> bool {
+        self.mean.iter().all(|mean| mean.is_finite())
+    }
+}

@@ -1,0 +1,125 @@
+//! One motion in one direction, as far as it was free.
+
+use super::Friction;
+use super::bins::{BINS, Bins};
+use crate::sensing::Drive;
+use crate::sensing::block::Block;
+
+/// Blocks at the end that are left out: the motion came to its end there, or was about to.
+const HELD: usize = 2;
+
+/// What a free motion showed, bin by bin: the torque less that of the record.
+#[derive(Clone, Debug)]
+pub struct Pass {
+    pub(super) drive: Drive,
+    /// Torque along the motion less the record's, newton metre; a bin counts its blocks.
+    pub(super) bins: Bins,
+    /// Sum and number of squared second differences of neighbouring blocks: white noise without what is slow.
+    square_sum_nm2: f32,
+    squares: u16,
+    duration_s: f32,
+    blocks: u16,
+    width_counts: u32,
+    held: [Option<(i32, f32, f32)>; HELD],
+    /// The last two blocks taken.
+    last: [Option<(i32, f32)>; 2],
+}
+
+impl Pass {
+    /// Nothing yet, in some direction.
+    pub const fn new(drive: Drive) -> Self {
+        Self {
+            drive,
+            bins: Bins::EMPTY,
+            square_sum_nm2: 0.0,
+            squares: 0,
+            duration_s: 0.0,
+            blocks: 0,
+            width_counts: 0,
+            held: [None; HELD],
+            last: [None; 2],
+        }
+    }
+
+    /// Takes a block at a position of the record, which explains `known_nm` of its torque while closing.
+    pub fn push(&mut self, record: &Friction, counts: i32, block: &Block, known_nm: f32) {
+        let sign = if self.drive == Drive::Opening {
+            -1.0
+        } else {
+            1.0
+        };
+        let torque_nm = sign * block.drive_torque_nm - known_nm;
+        let [first, second] = self.held;
+        self.held = [second, Some((counts, torque_nm, block.duration_s))];
+        if let Some((counts, torque_nm, duration_s)) = first {
+            self.take(record, counts, torque_nm, duration_s, block.width_counts);
+        }
+    }
+
+    fn take(
+        &mut self,
+        record: &Friction,
+        counts: i32,
+        torque_nm: f32,
+        duration_s: f32,
+        width: u32,
+    ) {
+        let Some(index) = record.index(counts) else {
+            return;
+        };
+        if !torque_nm.is_finite() || self.bins.count.get(index) == Some(&u8::MAX) {
+            return;
+        }
+        self.bins.add(index, torque_nm);
+        self.duration_s += duration_s;
+        self.width_counts = width;
+        self.blocks = self.blocks.saturating_add(1);
+        let near = |from: i32, to: i32| to.abs_diff(from) == width;
+        if let [Some((middle, middle_nm)), Some((far, far_nm))] = self.last
+            && near(far, middle)
+            && near(middle, counts)
+        {
+            let difference = torque_nm - 2.0 * middle_nm + far_nm;
+            self.square_sum_nm2 += difference * difference / 6.0;
+            self.squares = self.squares.saturating_add(1);
+        }
+        self.last = [Some((counts, torque_nm)), self.last[0]];
+    }
+
+    /// Forgets what was measured from a position on: a contact may have begun there.
+    pub fn cut(&mut self, record: &Friction, counts: i32) {
+        self.held = [None; HELD];
+        let from = record.index(counts.max(0)).unwrap_or(BINS);
+        if let Some(rest) = self.bins.count.get_mut(from..) {
+            rest.fill(0);
+        }
+    }
+
+    /// Bins with a value.
+    pub fn filled(&self) -> usize {
+        self.bins.filled()
+    }
+
+    /// Direction of the motion.
+    pub fn drive(&self) -> Drive {
+        self.drive
+    }
+
+    /// Mean duration of a block, second.
+    pub(super) fn block_s(&self) -> f32 {
+        self.duration_s / f32::from(self.blocks.max(1))
+    }
+
+    /// Mean speed, radian per second.
+    pub(super) fn speed_rad_per_s(&self, rad_per_count: f32) -> f32 {
+        self.width_counts as f32 * rad_per_count / self.block_s()
+    }
+
+    /// Variance of the white noise of a block by second differences, newton metre squared, and the degrees of freedom that
+    /// it stands on: neighbouring differences share blocks, which leaves 18 of 35.
+    pub(super) fn white_nm2(&self) -> (f32, f32) {
+        let squares = f32::from(self.squares);
+        let mean = self.square_sum_nm2 / f32::from(self.squares.max(1));
+        (mean, squares * (18.0 / 35.0))
+    }
+}

@@ -1,0 +1,168 @@
+//! How much friction wanders, and how fast: what a record cannot know.
+//!
+//! Friction is taken as what the record says plus an Ornstein-Uhlenbeck process in time plus white noise of the
+//! measurement. Size and time constant come from free motion alone, by marginal likelihood over a grid
+//! ([`Assessment`](super::Assessment)); each free pass adds its logarithms to the grid. A short record tells the rate at
+//! which the wander grows well and its time constant hardly at all: the detection of a contact needs the first only.
+
+use crate::numeric::{Bounded, exp, ln, sqrt};
+use serde::{Deserialize, Serialize};
+
+/// Rates of growth in the grid.
+pub const RATES: usize = 8;
+/// Time constants in the grid.
+pub const TIMES: usize = 3;
+/// Smallest rate of the grid, per second squared.
+const LEAST_RATE: f32 = 0.5;
+/// Ratio of neighbouring rates.
+const RATE_STEP: f32 = 4.0;
+/// Time constants of the grid, second.
+const TIME_S: [f32; TIMES] = [0.5, 2.0, 8.0];
+/// Share of what was known that still counts after another pass: friction changes with wear and temperature.
+const MEMORY: f32 = 0.9;
+/// How far the level may have moved since the record, as a share of the friction (chosen: a warm-up of 5 % and a sense
+/// offset of 1 mA beside a no-load current of some 14 mA).
+const LEVEL_SHARE: f32 = 0.1;
+/// Drift within a closing, as a share of the friction per second (chosen: 5 % of warm-up within some ten seconds).
+const TREND_SHARE_PER_S: f32 = 0.006;
+
+/// A point of the grid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hypothesis {
+    /// Growth of the wander's variance per second, as a multiple of the white noise's variance in a block of one second,
+    /// per second squared: what two blocks differ by, whatever their length.
+    pub rate_per_s2: f32,
+    /// Time constant, second.
+    pub time_s: f32,
+}
+
+impl Hypothesis {
+    /// The point of an index below [`RATES`] times [`TIMES`].
+    pub fn of(index: usize) -> Self {
+        let mut rate_per_s2 = LEAST_RATE;
+        for _ in 0..index % RATES {
+            rate_per_s2 *= RATE_STEP;
+        }
+        Self {
+            rate_per_s2,
+            time_s: TIME_S.get(index / RATES).copied().unwrap_or(TIME_S[0]),
+        }
+    }
+}
+
+/// What free motion has told of the wander: logarithms of the likelihood over the grid.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Evidence {
+    /// Logarithm of the likelihood of each point but for a constant, the time constants one after the other.
+    pub ln_likelihood: [f32; RATES * TIMES],
+}
+
+impl Evidence {
+    /// Nothing is known: every point is as likely.
+    pub const NONE: Self = Self {
+        ln_likelihood: [0.0; RATES * TIMES],
+    };
+
+    /// Whether every value is finite.
+    pub fn is_valid(&self) -> bool {
+        self.ln_likelihood.iter().all(|value| value.is_finite())
+    }
+
+    /// Adds what another pass tells. One that is not finite is left out.
+    pub fn add(&mut self, pass: &Self) {
+        if !pass.is_valid() {
+            return;
+        }
+        let most = pass.most();
+        for (value, new) in self.ln_likelihood.iter_mut().zip(&pass.ln_likelihood) {
+            // Differences only count: kept small, so that none is lost to rounding.
+            *value = MEMORY * *value + (new - most).at_least(-1e3);
+        }
+    }
+
+    fn most(&self) -> f32 {
+        self.ln_likelihood
+            .iter()
+            .fold(f32::MIN, |most, &value| most.at_least(value))
+    }
+
+    /// The likeliest point.
+    pub fn likeliest(&self) -> usize {
+        let most = self.most();
+        (self.ln_likelihood.iter())
+            .position(|&value| value >= most)
+            .unwrap_or(0)
+    }
+
+    /// Posterior mean of the rate (a rate taken too low makes false alarms, one taken too high costs milliseconds), and
+    /// geometric mean of the time constant; each point of the grid as likely before.
+    pub fn mean(&self) -> Hypothesis {
+        let most = self.most();
+        let (mut sum, mut rate, mut ln_time) = (0.0, 0.0, 0.0);
+        for (index, value) in self.ln_likelihood.iter().enumerate() {
+            let weight = exp(value - most);
+            let point = Hypothesis::of(index);
+            sum += weight;
+            rate += weight * point.rate_per_s2;
+            ln_time += weight * ln(point.time_s);
+        }
+        // The likeliest has a weight of 1.
+        Hypothesis {
+            rate_per_s2: rate / sum,
+            time_s: exp(ln_time / sum),
+        }
+    }
+}
+
+/// Friction that has wandered since it was recorded: the noise model of whoever judges a residual.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wander {
+    /// Standard deviation of the Ornstein-Uhlenbeck share of a residual (of this closing and of the record's passes
+    /// together), newton metre of motor torque.
+    pub rms_nm: f32,
+    /// Its time constant, second, > 0.
+    pub time_s: f32,
+    /// Standard deviation of the level since it was recorded, newton metre.
+    pub level_sigma_nm: f32,
+    /// Standard deviation of a steady drift, newton metre per second.
+    pub trend_sigma_nm_per_s: f32,
+}
+
+impl Wander {
+    /// From what free motion told: `white_nm2_s` is the variance of the white noise times the duration of its block,
+    /// `friction_nm` the mean friction, `passes` those in the record, `speed_ratio` the speed now over the record's.
+    pub fn new(
+        evidence: &Evidence,
+        white_nm2_s: f32,
+        friction_nm: f32,
+        passes: u8,
+        speed_ratio: f32,
+    ) -> Self {
+        let Hypothesis {
+            rate_per_s2,
+            time_s,
+        } = evidence.mean();
+        // The record's own wander is in it, once over the number of its passes.
+        let both = 1.0 + 1.0 / f32::from(passes.max(1));
+        let variance = 0.5 * rate_per_s2 * white_nm2_s * time_s * both;
+        // Stribeck's curve: friction may change by half the change of speed, as shares of themselves (chosen).
+        let other_speed = 0.5 * (speed_ratio - 1.0).abs();
+        Self {
+            rms_nm: sqrt(variance.at_least(0.0)),
+            time_s,
+            level_sigma_nm: (LEVEL_SHARE + other_speed) * friction_nm.abs(),
+            trend_sigma_nm_per_s: TREND_SHARE_PER_S * friction_nm.abs(),
+        }
+    }
+
+    /// Correlation of the wander with itself after a time, 0 to 1.
+    pub fn correlation(&self, elapsed_s: f32) -> f32 {
+        correlation(elapsed_s / self.time_s)
+    }
+}
+
+/// exp(-x) for x >= 0 by a fraction, within 1 % up to x = 0.5 and never negative: two divisions cheaper than the function,
+/// for steps that are a small part of the time constant.
+pub(super) fn correlation(x: f32) -> f32 {
+    ((1.0 - 0.5 * x) / (1.0 + 0.5 * x)).at_least(0.0)
+}
