@@ -52,6 +52,9 @@ macro_rules! log_lines {
             /// Asked for by the command.
             status info "status state={=str} position_counts={=i32} homed={=bool} current_ma={=f32} supply_v={=f32} winding_c={=f32} fault={=u8}"
                 (state: &str, position_counts: i32, homed: bool, current_ma: f32, supply_v: f32, winding_c: f32, fault: u8);
+            /// A step of the self-test: what was measured, what it must be, and what to look at where it is not.
+            selftest info "selftest step={=str} result={=str} value={=f32} want={=str} remedy={=str}"
+                (step: &str, result: &str, value: f32, want: &str, remedy: &str);
             /// A free motion was recorded.
             friction_recorded info "friction-recorded closing_mnm={=f32} opening_mnm={=f32} residual_mnm={=f32} coverage={=f32}"
                 (closing_mnm: f32, opening_mnm: f32, residual_mnm: f32, coverage: f32);
@@ -66,11 +69,11 @@ macro_rules! log_lines {
             touch info "touch time_us={=u64} theta_a_mrad={=f32} torque_mnm={=f32}"
                 (time_us: u64, theta_a_mrad: f32, torque_mnm: f32);
             /// A contact is located; repeated as it is refined.
-            located info "located phalanx={=u8} k_mm={=f32} sigma_mm={=f32} k_c_nm_per_rad={=f32} force_n={=f32} radius_mm={=f32} radius_sigma_mm={=f32} settled={=bool}"
-                (phalanx: u8, k_mm: f32, sigma_mm: f32, k_c_nm_per_rad: f32, force_n: f32, radius_mm: f32, radius_sigma_mm: f32, settled: bool);
+            located info "located phalanx={=u8} k_mm={=f32} sigma_mm={=f32} k_c_nm_per_rad={=f32} force_n={=f32} radius_mm={=f32} radius_sigma_mm={=f32} settled={=bool} p_phalanx={=f32} force_sigma_n={=f32}"
+                (phalanx: u8, k_mm: f32, sigma_mm: f32, k_c_nm_per_rad: f32, force_n: f32, radius_mm: f32, radius_sigma_mm: f32, settled: bool, p_phalanx: f32, force_sigma_n: f32);
             /// Two places explain the same contact.
-            ambiguous info "ambiguous phalanx={=u8} k_mm={=f32} sigma_mm={=f32} other_phalanx={=u8} other_k_mm={=f32} other_sigma_mm={=f32} settled={=bool}"
-                (phalanx: u8, k_mm: f32, sigma_mm: f32, other_phalanx: u8, other_k_mm: f32, other_sigma_mm: f32, settled: bool);
+            ambiguous info "ambiguous phalanx={=u8} k_mm={=f32} sigma_mm={=f32} other_phalanx={=u8} other_k_mm={=f32} other_sigma_mm={=f32} settled={=bool} p_phalanx={=f32} other_p_phalanx={=f32}"
+                (phalanx: u8, k_mm: f32, sigma_mm: f32, other_phalanx: u8, other_k_mm: f32, other_sigma_mm: f32, settled: bool, p_phalanx: f32, other_p_phalanx: f32);
             /// A contact without a location.
             not_located info "not-located why={=str} torque_mnm={=f32}" (why: &str, torque_mnm: f32);
             /// Torque factor and cable, as known now.
