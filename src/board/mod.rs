@@ -40,6 +40,7 @@ use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 use static_cell::StaticCell;
 
+use crate::scene::Active;
 use palpate::app::console::settings::Overrides;
 use palpate::app::grasp::coordinator::{Coordinator, drive};
 use palpate::app::grasp::sensing::ContactSensing;
@@ -49,7 +50,7 @@ use palpate::drive::config::OutOfRange;
 use palpate::drive::joint::JointInput;
 use palpate::drive::sequence::Notice;
 use palpate::drive::{Controller, Fault};
-use palpate::scene::{Active, JointPin, Scene};
+use palpate::scene::{JointPin, Scene};
 
 use execute::{Application, Loaded};
 use reset::Reset;

@@ -12,6 +12,7 @@ use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Instant, Ticker};
 
+use crate::scene::Active;
 use palpate::app::console::command::Command;
 use palpate::app::console::text::Answer;
 use palpate::app::grasp::sensing::notice;
@@ -20,7 +21,7 @@ use palpate::drive::joint::JointInput;
 use palpate::drive::sequence::{MotionResult, Notice, State, StepOutput};
 use palpate::drive::thermal::Temperatures;
 use palpate::drive::{Fault, OffsetState, Status};
-use palpate::scene::{Active, JointPin, Reading, Scene};
+use palpate::scene::{JointPin, Reading, Scene};
 use palpate::sensing::{Event, JointSensor, Side};
 
 use super::control::{self, Samples};

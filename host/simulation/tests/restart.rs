@@ -4,9 +4,9 @@
 use palpate::app::console::settings::Overrides;
 use palpate::drive::demand::Status;
 use palpate::drive::sequence::Request;
-use palpate::scene::P70;
 use palpate::sensing::{Directive, Event};
 use palpate_plant::{Grasp, Parameters, Shape};
+use palpate_scenes::P70;
 use palpate_simulation::{Outcome, Simulation};
 
 /// Where the pins are, in the order of the closings; the first closing is the one that aligns the record.
@@ -105,7 +105,7 @@ fn a_finger_that_is_not_free_at_first_opens() {
             };
             let touched_s = outcome.first_contact.expect("a contact").time_s;
             let delay_s = told_us as f64 * 1e-6 - touched_s;
-            assert!((0.0..0.15).contains(&delay_s), "{delay_s} s, {told}");
+            assert!((0.0..0.2).contains(&delay_s), "{delay_s} s, {told}");
         }
     }
 }

@@ -79,7 +79,7 @@ impl<R> Search<R> {
     /// Becomes what is in hand.
     // Not inlined: so it does not take room in the frame from which everything else is called.
     #[inline(never)]
-    pub(super) fn begin(work: &mut Work<R>) {
+    pub(super) fn begin<X: Series>(work: &mut Work<R, X>) {
         *work = Work::Searching(Self::default());
     }
 }
@@ -99,20 +99,15 @@ pub(super) struct Begun {
     pub(super) onset: Onset,
     /// Noise of the residual besides its white share.
     pub(super) wander: Wander,
-    /// White noise of a residual's mean over a way, times that way, newton metre squared counts.
-    pub(super) noise_nm2_counts: f32,
 }
 
 impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     /// A block with the residual of the record.
-    pub(super) fn past(&self, block: &Block, in_contact: bool) -> Option<Past<H::Reading>> {
+    pub(super) fn past(&self, block: &Block) -> Option<Past<H::Reading>> {
         let friction = self.friction.as_ref()?;
         let counts = block.counts.wrapping_add(self.shift_counts.unwrap_or(0));
-        let known = if in_contact || self.presses_stop() {
-            friction.beyond(counts)?
-        } else {
-            friction.at(counts)?
-        };
+        // A contact at the very end of the travel is a contact: the search goes on beyond the record.
+        let known = friction.beyond(counts)?;
         Some(Past {
             time_us: block.time_us,
             counts: block.counts,
@@ -191,7 +186,6 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
                 return Found::Contact(Begun {
                     onset,
                     wander: *detector.wander(),
-                    noise_nm2_counts: residual.variance_nm2 * residual.width_counts as f32,
                 });
             }
         }

@@ -1,8 +1,9 @@
 //! Where the difference comes from: from the paper's algorithm to ours on the same distal contacts, one thing after the
 //! other.
 
-use palpate::scene::{P70, Scene};
+use palpate::scene::Scene;
 use palpate::sensing::{Calibration, Friction, Sample, Settings};
+use palpate_scenes::P70;
 
 use super::catalogue::{Entry, Job, Plan, closing, distal_wanted};
 use super::judge::{self, Knowledge};
@@ -27,7 +28,7 @@ const STEPS: [&str; 6] = [
     "+ finite step, whole curve",
     "+ torque factor calibrated",
     "+ cable calibrated",
-    "+ contact radius",
+    "+ contact and joint friction",
 ];
 
 /// The samples less the recorded friction.
@@ -72,9 +73,9 @@ fn ladder(session: &Session<P70>, case: &Case) -> Result<Vec<Trial>, Failure> {
         correlation: 0.0,
         ..calibration
     };
-    let point = Settings {
-        radius_m: 0.0,
-        radius_sigma_m: HELD * 0.01,
+    let smooth = Settings {
+        contact_friction: [0.0, HELD],
+        joint_friction_nm: [0.0, HELD * 0.01],
         ..session.settings
     };
     let factor_only = Calibration {
@@ -94,9 +95,9 @@ fn ladder(session: &Session<P70>, case: &Case) -> Result<Vec<Trial>, Failure> {
     Ok(vec![
         session.papers(case, &nominal, STEP),
         table,
-        ours(held(nominal), point)?,
-        ours(held(factor_only), point)?,
-        ours(held(calibrated), point)?,
+        ours(held(nominal), smooth)?,
+        ours(held(factor_only), smooth)?,
+        ours(held(calibrated), smooth)?,
         ours(calibrated, session.settings)?,
     ])
 }
