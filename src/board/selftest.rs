@@ -12,7 +12,9 @@ use palpate::app::selftest::{
     DRIVEN_A, ENCODER_COUNTS, Step, TRAVEL_RAD, TRAVEL_RAD_PER_S, Wanted, remedy,
 };
 use palpate::drive::{OffsetState, Setpoint};
-use palpate::scene::{Active, Scene};
+use palpate::scene::Scene;
+
+use crate::scene::Active;
 
 use super::execute::Application;
 use super::telemetry::Telemetry;
