@@ -5,6 +5,7 @@ use core::fmt::Write;
 use embassy_stm32::usart::BufferedUartTx;
 use embassy_time::{Duration, Ticker, Timer};
 
+use crate::scene::Active;
 use palpate::app::console::settings::Setting;
 use palpate::app::console::text::{Answer, Decimal};
 use palpate::app::log::Log;
@@ -13,8 +14,6 @@ use palpate::app::selftest::{
 };
 use palpate::drive::{OffsetState, Setpoint};
 use palpate::scene::Scene;
-
-use crate::scene::Active;
 
 use super::execute::Application;
 use super::telemetry::Telemetry;
