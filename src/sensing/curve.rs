@@ -5,7 +5,7 @@
 
 use crate::numeric::{Bounded, sqrt};
 
-/// Bins before the contact: they tell friction's level and wander.
+/// Bins before the contact: they show friction's level and wander.
 const BEFORE: usize = 4;
 /// Room for all points.
 pub const POINTS: usize = BEFORE + 40;

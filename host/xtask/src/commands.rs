@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use crate::emulator;
-use crate::firmware::{Build, every_scene, scenes};
+use crate::firmware::{Build, every_scene, list, scenes};
 use crate::machine;
 use crate::mujoco;
+use crate::new_scene;
 use crate::process::{Failure, Outcome, cargo, run, step};
 
 /// Takes `--name VALUE` or `--name=VALUE` out of the arguments.
-fn take(arguments: &mut Vec<String>, name: &str) -> Outcome<Option<String>> {
+pub fn take(arguments: &mut Vec<String>, name: &str) -> Outcome<Option<String>> {
     let prefix = format!("{name}=");
     let Some(at) = arguments
         .iter()
@@ -51,7 +52,7 @@ fn none_left(arguments: &[String]) -> Outcome {
 }
 
 /// A host program of this workspace, built optimised, quietly unless it takes long.
-fn host_program(package: &str, arguments: &[String]) -> std::process::Command {
+pub fn host_program(package: &str, arguments: &[String]) -> std::process::Command {
     let mut command = cargo(["run", "--profile", "host", "--package", package, "--"]);
     command.args(arguments);
     command
@@ -124,6 +125,18 @@ pub fn flash(arguments: &[String]) -> Outcome {
         .arg(elf))
 }
 
+/// `new-scene`: a file for a finger of one's own.
+pub fn new_scene(arguments: &[String]) -> Outcome {
+    let mut rest = arguments.to_vec();
+    let from = take(&mut rest, "--from")?.unwrap_or_else(|| list::DEFAULT.to_owned());
+    if rest.is_empty() {
+        return Err(Failure::usage("new-scene needs a name"));
+    }
+    let name = rest.remove(0);
+    none_left(&rest)?;
+    new_scene::write(&name, &from)
+}
+
 /// `size`: what each scene costs.
 pub fn size(arguments: &[String]) -> Outcome {
     none_left(arguments)?;
@@ -134,8 +147,13 @@ pub fn size(arguments: &[String]) -> Outcome {
     run(&mut host_program("palpate-report", &words))
 }
 
-/// `golden`: the library against reference files.
+/// `golden`: the library against reference files; with `--generator` the files against their own generator.
 pub fn golden(arguments: &[String]) -> Outcome {
+    if let Some((first, rest)) = arguments.split_first()
+        && first == "--generator"
+    {
+        return run(&mut host_program("palpate-golden", rest));
+    }
     let words = [&["golden".to_owned()], arguments].concat();
     run(&mut host_program("palpate-report", &words))
 }
