@@ -22,7 +22,7 @@ pub struct Winding {
 }
 
 impl Winding {
-    /// A motor at ambient temperature: what it had before a reset is not known.
+    /// A motor at ambient temperature: its temperature before a reset is not known.
     pub fn new(motor: &Motor) -> Self {
         let thermal = &motor.thermal;
         Self {

@@ -1,4 +1,4 @@
-//! What the sequence is asked and told, and what it answers.
+//! Requests and notices to the sequence, and its answers.
 
 use super::state::State;
 use crate::drive::fault::Fault;
