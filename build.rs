@@ -1,14 +1,21 @@
-//! Hands the memory layout to the linker when the chip is the target; nothing to do on a PC.
+//! The firmware's memory layout and scene; nothing for the library alone.
 
-use std::{env, fs, path::PathBuf};
+#[cfg(feature = "firmware")]
+#[path = "build/firmware.rs"]
+mod firmware;
+
+// `generate` and `firmware` find the reader of scenes here, as they do in the other build scripts that include it.
+#[cfg(feature = "firmware")]
+#[path = "build/scene/mod.rs"]
+mod scene;
+
+#[cfg(feature = "firmware")]
+#[path = "build/generate.rs"]
+mod generate;
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
-    println!("cargo::rerun-if-changed=memory.x");
-    if env::var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") {
-        return;
-    }
-    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
-    fs::copy("memory.x", out.join("memory.x")).expect("memory.x can be copied to OUT_DIR");
-    println!("cargo::rustc-link-search={}", out.display());
+    println!("cargo::rerun-if-changed=build");
+    #[cfg(feature = "firmware")]
+    firmware::prepare();
 }

@@ -18,18 +18,70 @@ pub fn type_name(scene: &str) -> String {
     scene.split('-').map(part).collect()
 }
 
+/// Types of several scenes, their names, and macros that choose among them. `path` is where the types can be named.
+pub fn module(scenes: &[Scene], path: &str) -> String {
+    let mut text = String::new();
+    let (mut arms, mut each) = (String::new(), String::new());
+    for scene in scenes {
+        let (name, of) = (&scene.name, type_name(&scene.name));
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{}", rust(scene));
+        let _ = writeln!(
+            arms,
+            "            {name:?} => {{ type $scene = {path}::{of}; ::core::option::Option::Some($body) }}"
+        );
+        let _ = writeln!(each, "        {{ type $scene = {path}::{of}; $body; }}");
+    }
+    let names: Vec<&str> = scenes.iter().map(|scene| scene.name.as_str()).collect();
+    let _ = write!(
+        text,
+        "/// Names of the scenes, the default one first.
+pub const NAMES: &[&str] = &{names:?};
+
+/// Does something with the type of a scene that is known by its name: `for_scene!(name, |S| run::<S>())` is `Some` of what the
+/// body gives, `None` where there is no such scene.
+#[macro_export]
+macro_rules! for_scene {{
+    ($name:expr, |$scene:ident| $body:expr) => {{
+        match $name {{
+{arms}            _ => ::core::option::Option::None,
+        }}
+    }};
+}}
+
+/// Does something with the type of every scene: `for_each_scene!(|S| check::<S>())`.
+#[macro_export]
+macro_rules! for_each_scene {{
+    (|$scene:ident| $body:expr) => {{{{
+{each}    }}}};
+}}
+"
+    );
+    text
+}
+
 /// The type with its implementation of the trait.
 pub fn rust(scene: &Scene) -> String {
     let of = |key: &str| literal(scene.number(key));
     let name = type_name(&scene.name);
     let title = scene.text("title");
     let (finger, mechanism) = finger(scene);
-    let joint = if scene.flag("hall.fitted") { "Hall" } else { "NoHall" };
+    let joint = if scene.flag("hall.fitted") {
+        "Hall"
+    } else {
+        "NoHall"
+    };
     let (series, cable, creep) = if scene.flag("cable.fitted") {
         let radius_m = scene.number("cable.pulley_radius_m");
         let stiffness = scene.number("cable.stiffness_n_per_m") * radius_m * radius_m;
-        let cable = [1.0 / stiffness, scene.number("sensing.cable_sigma_rad_per_nm")];
-        let creep = [scene.number("cable.creep_fraction"), scene.number("sensing.creep_sigma")];
+        let cable = [
+            1.0 / stiffness,
+            scene.number("sensing.cable_sigma_rad_per_nm"),
+        ];
+        let creep = [
+            scene.number("cable.creep_fraction"),
+            scene.number("sensing.creep_sigma"),
+        ];
         ("Cable", cable, creep)
     } else {
         ("Rigid", [0.0; 2], [0.0; 2])
@@ -82,11 +134,11 @@ impl palpate::scene::Scene for {name} {{
                 housing_s: {},
             }},
         }},
-        drivetrain: palpate::drive::config::Drivetrain {{
+        drivetrain: palpate::drive::config::Gearing {{
             counts_per_motor_rev: {},
             reduction: {},
         }},
-        sense: palpate::drive::config::Sense {{
+        sense: palpate::drive::config::AnalogInputs {{
             reference_v: {},
             volt_per_a: {},
             supply_divider: {},
@@ -119,10 +171,15 @@ impl palpate::scene::Scene for {name} {{
         "supply_min_v",
         "supply_max_v",
     ] {
-        section(&format!("            {field}: {},", of(&format!("limits.{field}"))));
+        section(&format!(
+            "            {field}: {},",
+            of(&format!("limits.{field}"))
+        ));
     }
     section("        },\n    };");
-    section("    const MOTION: palpate::drive::sequence::Motion = palpate::drive::sequence::Motion {");
+    section(
+        "    const MOTION: palpate::drive::sequence::Motion = palpate::drive::sequence::Motion {",
+    );
     for field in [
         "closing_rad_per_s",
         "opening_rad_per_s",
@@ -134,9 +191,15 @@ impl palpate::scene::Scene for {name} {{
         "holding_s",
         "rest_rad",
     ] {
-        section(&format!("        {field}: {},", of(&format!("motion.{field}"))));
+        section(&format!(
+            "        {field}: {},",
+            of(&format!("motion.{field}"))
+        ));
     }
-    section(&format!("        travel_rad: {},\n    }};", of("travel.free_rad")));
+    section(&format!(
+        "        travel_rad: {},\n    }};",
+        of("travel.free_rad")
+    ));
     section(&format!(
         "    const UNCALIBRATED: palpate::sensing::Calibration = palpate::sensing::Calibration {{
         torque_factor: 1.0,
@@ -167,7 +230,11 @@ impl palpate::scene::Scene for {name} {{
     }};",
         literal(rad_per_count),
         counts.round(),
-        if scene.number("worm.ratio") > 1.0 { (counts * gearhead).round() } else { 0.0 },
+        if scene.number("worm.ratio") > 1.0 {
+            (counts * gearhead).round()
+        } else {
+            0.0
+        },
         of("cable.creep_time_s"),
         literal(reduction * torque_constant),
         literal(efficiency),
@@ -179,7 +246,7 @@ impl palpate::scene::Scene for {name} {{
     ));
     section(&format!(
         "    const HOLD_FORCE_N: f32 = {};
-    const ANGLE_SENSE: palpate::drive::joint::AngleSense = palpate::drive::joint::AngleSense {{
+    const ANGLE_SENSOR: palpate::drive::joint::AngleSensor = palpate::drive::joint::AngleSensor {{
         zero_v: {},
         volt_per_rad: {},
         min_rad: {},
@@ -192,7 +259,6 @@ impl palpate::scene::Scene for {name} {{
             travel_rad: Self::MOTION.travel_rad,
             torque_limit_nm: {},
             wanted_sigma_m: {},
-            false_alarms_per_closing: {},
             radius_m: {},
             radius_sigma_m: {},
             ..palpate::sensing::Settings::default()
@@ -201,7 +267,7 @@ impl palpate::scene::Scene for {name} {{
 }}
 
 // The compiler checks what the build script did, and more: whatever the library demands of its constants.
-const _: &palpate::drive::config::Checked = &<{name} as palpate::scene::Scene>::CHECKED;
+const _: &palpate::drive::config::CheckedConfig = &<{name} as palpate::scene::Scene>::CHECKED;
 const _: &<{name} as palpate::scene::Scene>::Finger = &<{name} as palpate::scene::Scene>::MECHANISM;
 ",
         of("motion.hold_force_n"),
@@ -211,7 +277,6 @@ const _: &<{name} as palpate::scene::Scene>::Finger = &<{name} as palpate::scene
         of("hall.max_rad"),
         of("sensing.probe_torque_nm"),
         of("sensing.wanted_sigma_m"),
-        of("sensing.false_alarms_per_closing"),
         of("sensing.radius_m"),
         of("sensing.radius_sigma_m"),
     ));
@@ -221,7 +286,8 @@ const _: &<{name} as palpate::scene::Scene>::Finger = &<{name} as palpate::scene
 /// The finger's type, and the constant that the compiler checks.
 fn finger(scene: &Scene) -> (String, String) {
     let count = scene.phalanges();
-    let degrees = |key: &str| -> Vec<f64> { scene.list(key).into_iter().map(f64::to_radians).collect() };
+    let degrees =
+        |key: &str| -> Vec<f64> { scene.list(key).into_iter().map(f64::to_radians).collect() };
     let springs = scene.list("finger.spring_nm_per_rad");
     let springless = springs.first() == Some(&0.0);
     let (transmission, design) = if scene.has("linkage") {
@@ -229,7 +295,11 @@ fn finger(scene: &Scene) -> (String, String) {
             ["driving_m", "coupler_m", "driven_m"].map(|key| scene.list(&format!("linkage.{key}")));
         let offset = degrees("linkage.offset_deg");
         let stage = |(i, assembly): (usize, &&str)| {
-            let assembly = if *assembly == "clockwise" { "Clockwise" } else { "Counterclockwise" };
+            let assembly = if *assembly == "clockwise" {
+                "Clockwise"
+            } else {
+                "Counterclockwise"
+            };
             format!(
                 "palpate::finger::Levers {{ driving_m: {}, coupler_m: {}, driven_m: {}, offset_rad: {}, \
                  assembly: palpate::finger::Assembly::{assembly} }}",
@@ -241,13 +311,30 @@ fn finger(scene: &Scene) -> (String, String) {
         };
         let assemblies = scene.words("linkage.assembly");
         let stages: Vec<String> = assemblies.iter().enumerate().map(stage).collect();
-        (format!("Linkage<{}>", count - 1), format!("[{}]", stages.join(", ")))
+        (
+            format!("Linkage<{}>", count - 1),
+            format!("[{}]", stages.join(", ")),
+        )
     } else {
-        (format!("Tendon<{count}>"), list(&scene.list("tendon.pulley_m")))
+        (
+            format!("Tendon<{count}>"),
+            list(&scene.list("tendon.pulley_m")),
+        )
     };
-    let base = if springless { ", palpate::finger::Springless" } else { "" };
-    let (low, high) = (degrees("finger.joint_min_deg"), degrees("finger.joint_max_deg"));
-    let ranges: Vec<String> = low.iter().zip(&high).map(|(low, high)| list(&[*low, *high])).collect();
+    let base = if springless {
+        ", palpate::finger::Springless"
+    } else {
+        ""
+    };
+    let (low, high) = (
+        degrees("finger.joint_min_deg"),
+        degrees("finger.joint_max_deg"),
+    );
+    let ranges: Vec<String> = low
+        .iter()
+        .zip(&high)
+        .map(|(low, high)| list(&[*low, *high]))
+        .collect();
     (
         format!("palpate::finger::Finger<{count}, palpate::finger::{transmission}{base}>"),
         format!(
@@ -269,7 +356,10 @@ fn finger(scene: &Scene) -> (String, String) {
 }
 
 /// A number as the firmware has it.
-#[expect(clippy::cast_possible_truncation, reason = "the firmware computes in single precision")]
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "the firmware computes in single precision"
+)]
 fn literal(value: f64) -> String {
     format!("{:?}", value as f32)
 }

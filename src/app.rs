@@ -4,4 +4,5 @@
 pub mod console;
 pub mod grasp;
 pub mod log;
+pub mod selftest;
 pub mod storage;

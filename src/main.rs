@@ -5,6 +5,12 @@
 #[cfg(target_os = "none")]
 mod board;
 
+/// The scene that this firmware is built for, generated from its file.
+#[cfg(target_os = "none")]
+mod scene {
+    include!(concat!(env!("OUT_DIR"), "/active.rs"));
+}
+
 #[cfg(not(target_os = "none"))]
 fn main() -> std::process::ExitCode {
     // A PC cannot run the firmware: hand over to the command that builds it for the chip and flashes it.

@@ -4,7 +4,8 @@ use core::hint::black_box;
 use palpate::finger::{
     AnyBase, Contact, Finger, Levers, Linkage, Mechanics, Parameter, Parameters, Springless,
 };
-use palpate::scene::{Linkage3, P70, Scene, Tendon2, Tendon3};
+use palpate::scene::Scene;
+use palpate_scenes::{Linkage3, P70, Tendon2, Tendon3};
 
 fn levers<const STAGES: usize>(linkage: &Linkage<STAGES>) -> [Levers; STAGES] {
     linkage.stages().map(|stage| stage.levers())

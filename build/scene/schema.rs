@@ -117,7 +117,6 @@ pub(super) const KEYS: &[Key] = &[
     must("motion.rest_rad", Number(0.0, 0.5)),
     must("sensing.probe_torque_nm", Number(1e-3, 100.0)),
     must("sensing.wanted_sigma_m", Number(1e-6, 0.1)),
-    must("sensing.false_alarms_per_closing", Number(1e-9, 0.1)),
     must("sensing.radius_m", Number(1e-4, 1.0)),
     must("sensing.radius_sigma_m", Number(1e-5, 1.0)),
     must("sensing.torque_factor_sigma", Number(1e-3, 1.0)),

@@ -52,6 +52,9 @@ macro_rules! log_lines {
             /// Asked for by the command.
             status info "status state={=str} position_counts={=i32} homed={=bool} current_ma={=f32} supply_v={=f32} winding_c={=f32} fault={=u8}"
                 (state: &str, position_counts: i32, homed: bool, current_ma: f32, supply_v: f32, winding_c: f32, fault: u8);
+            /// A step of the self-test: what was measured, what it must be, and what to look at where it is not.
+            selftest info "selftest step={=str} result={=str} value={=f32} want={=str} remedy={=str}"
+                (step: &str, result: &str, value: f32, want: &str, remedy: &str);
             /// A free motion was recorded.
             friction_recorded info "friction-recorded closing_mnm={=f32} opening_mnm={=f32} residual_mnm={=f32} coverage={=f32}"
                 (closing_mnm: f32, opening_mnm: f32, residual_mnm: f32, coverage: f32);

@@ -7,7 +7,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{AfType, Flex, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::pac::gpio::Gpio;
-use embassy_stm32::pac::gpio::vals::{Idr, Odr};
+use embassy_stm32::pac::gpio::vals::{Idr, Odr, Pupdr};
 use embassy_stm32::pac::timer::vals::{Bkp, FilterValue, Mms2, Ossi, Ossr};
 use embassy_stm32::pac::{DBGMCU, GPIOA, GPIOB, SYSCFG, TIM1};
 use embassy_stm32::peripherals::{self, PA8, PA9, PB5, PB10};
@@ -34,6 +34,9 @@ const SLEEP_PIN: usize = 5;
 const FAULT_PIN: usize = 10;
 /// TIM1_BKIN on PB10, as the data sheet numbers alternate functions.
 const BREAK_FUNCTION: u8 = 12;
+
+/// For a level to settle and pass the break's filter, core clock cycles: 10 us.
+const TEST_CYCLES: u32 = 1700;
 
 /// Centre-aligned counting makes two update events a PWM period; the repetition counter lets through one a control
 /// period: five PWM periods.
@@ -159,14 +162,7 @@ impl Bridge {
             return;
         }
         self.armed = true;
-        // Of either break: while the flag of one stands, the outputs cannot be enabled (TIMx_SR of RM0440, SBIF). The system
-        // break's stands after a start that read a torn word of flash. Status bits are cleared by writing zero; ones leave the
-        // others alone.
-        TIM1.sr().write(|w| {
-            w.0 = u32::MAX;
-            w.set_bif(0, false);
-            w.set_sbif(false);
-        });
+        clear_breaks();
         TIM1.bdtr().modify(|w| w.set_moe(true));
     }
 }
@@ -188,6 +184,41 @@ pub fn off() {
 /// Outputs disabled and bridge asleep, as the registers have it.
 pub fn is_off() -> bool {
     !TIM1.bdtr().read().moe() && GPIOB.odr().read().odr(SLEEP_PIN) == Odr::LOW
+}
+
+/// nFAULT is high.
+pub fn fault_pin_is_high() -> bool {
+    is_high(GPIOB, FAULT_PIN)
+}
+
+/// Whether a low nFAULT switches the timer's outputs off: pulls the pin down by the chip's own resistor, with the outputs
+/// enabled at zero duty and the bridge asleep. Call with the bridge off and the control interrupt masked.
+pub fn break_cuts_outputs() -> bool {
+    let pull = |pull| GPIOB.pupdr().modify(|w| w.set_pupdr(FAULT_PIN, pull));
+    TIM1.ccr(0).write(|w| w.set_ccr(0));
+    clear_breaks();
+    TIM1.bdtr().modify(|w| w.set_moe(true));
+    let enabled = TIM1.bdtr().read().moe();
+    pull(Pupdr::PULL_DOWN);
+    // 40 kohm and some 50 pF: 2 us, and the filter.
+    cortex_m::asm::delay(TEST_CYCLES);
+    let cut = !TIM1.bdtr().read().moe();
+    TIM1.bdtr().modify(|w| w.set_moe(false));
+    pull(Pupdr::PULL_UP);
+    cortex_m::asm::delay(TEST_CYCLES);
+    clear_breaks();
+    enabled && cut
+}
+
+/// Of either break: while the flag of one stands, the outputs cannot be enabled (TIMx_SR of RM0440, SBIF). The system break's
+/// stands after a start that read a torn word of flash.
+fn clear_breaks() {
+    // Status bits are cleared by writing zero; ones leave the others alone.
+    TIM1.sr().write(|w| {
+        w.0 = u32::MAX;
+        w.set_bif(0, false);
+        w.set_sbif(false);
+    });
 }
 
 /// One pin's level through the set/reset register: no read, no lost update of its neighbours.

@@ -16,6 +16,7 @@ use palpate::app::console::lines::Lines;
 use palpate::app::log::Log;
 
 use super::rtt;
+use super::serial::SEND_BYTES;
 use super::telemetry::Telemetry;
 
 /// What a line says.
@@ -105,8 +106,16 @@ pub async fn listen_serial(mut port: BufferedUartRx<'static>) {
 /// Says an answer line on both sides.
 pub async fn answer(port: &mut BufferedUartTx<'static>, line: &str) {
     Telemetry.answer(line);
-    for part in [line, "\r\n"] {
-        // The port drains whether someone listens or not; its driver has no other error.
-        let _ = port.write_all(part.as_bytes()).await;
+    send(port, line).await;
+    send(port, "\r\n").await;
+}
+
+/// Sends text over the serial port.
+pub async fn send(port: &mut BufferedUartTx<'static>, text: &str) {
+    for chunk in text.as_bytes().chunks(SEND_BYTES) {
+        // Into an empty buffer: a write that finds too little room is never woken (embassy-stm32 0.6.0). The port drains
+        // whether someone listens or not, and its driver has no other error than a chunk longer than the buffer.
+        let _ = port.flush().await;
+        let _ = port.write_all(chunk).await;
     }
 }

@@ -21,10 +21,11 @@ use embassy_sync::signal::Signal;
 use heapless::spsc::{Consumer, Producer, Queue};
 use static_cell::StaticCell;
 
+use crate::scene::Active;
 use palpate::drive::io::Inputs;
 use palpate::drive::joint::JointInput;
 use palpate::drive::{Controller, Demand, Status};
-use palpate::scene::{Active, JointPin, SampleOf};
+use palpate::scene::{JointPin, SampleOf};
 
 use super::bridge::{self, Bridge};
 use super::encoder::Encoder;

@@ -4,6 +4,7 @@ use core::fmt::Write;
 
 use embassy_stm32::usart::BufferedUartTx;
 
+use crate::scene::Active;
 use palpate::app::console::command::{Command, Verb};
 use palpate::app::console::settings::{Overrides, Setting};
 use palpate::app::console::text::{Answer, Decimal};
@@ -14,7 +15,6 @@ use palpate::app::storage::record::{self, Record};
 use palpate::app::storage::store::{Found, Writer};
 use palpate::drive::Fault;
 use palpate::drive::sequence::{Notice, Refused};
-use palpate::scene::Active;
 
 use super::Shared;
 use super::console::{self, Parsed};
@@ -92,6 +92,9 @@ pub async fn execute(
             // An answer that is too long is cut: here and below.
             let _ = done;
         }
+        if action == Action::SelfTest {
+            application.selftest(&mut port, &mut answer).await;
+        }
         let mut row = 0;
         loop {
             console::answer(&mut port, &answer).await;
@@ -139,6 +142,7 @@ impl Application {
                 self.status(answer);
                 Ok(())
             }
+            Action::SelfTest => Ok(()),
             Action::Help | Action::Show | Action::Save | Action::Factory => {
                 self.list(answer, action, 0);
                 Ok(())

@@ -24,10 +24,12 @@ mod reset;
 mod restart;
 mod rtt;
 mod sampling;
+mod selftest;
 mod serial;
 mod storage;
 mod tasks;
 mod telemetry;
+mod thermal;
 mod watchdog;
 
 use core::cell::RefCell;
@@ -38,6 +40,7 @@ use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 use static_cell::StaticCell;
 
+use crate::scene::Active;
 use palpate::app::console::settings::Overrides;
 use palpate::app::grasp::coordinator::{Coordinator, drive};
 use palpate::app::grasp::sensing::ContactSensing;
@@ -47,9 +50,10 @@ use palpate::drive::config::OutOfRange;
 use palpate::drive::joint::JointInput;
 use palpate::drive::sequence::Notice;
 use palpate::drive::{Controller, Fault};
-use palpate::scene::{Active, JointPin, Scene};
+use palpate::scene::{JointPin, Scene};
 
 use execute::{Application, Loaded};
+use reset::Reset;
 use telemetry::Telemetry;
 
 /// State that several tasks share, for the length of a call, never across an await. Tasks run in thread mode, one at a time.
@@ -98,7 +102,7 @@ fn start(spawner: Spawner) {
     if source == clock::Source::Internal {
         Telemetry.clock("internal");
     }
-    let mut fault = restart::report();
+    let (reset, mut fault) = restart::report();
 
     let bridge = bridge::Bridge::new(
         p.TIM1,
@@ -137,7 +141,7 @@ fn start(spawner: Spawner) {
         encoder,
         sampling,
     };
-    let Some((samples, coordinator)) = launch(chip, overrides, &mut fault) else {
+    let Some((samples, coordinator)) = launch(chip, reset, overrides, &mut fault) else {
         return;
     };
     if let Some(fault) = fault {
@@ -172,6 +176,7 @@ fn sensing() -> Option<&'static Shared<ContactSensing<Active>>> {
 #[inline(never)]
 fn launch(
     chip: control::Chip,
+    reset: Reset,
     set: Overrides,
     fault: &mut Option<Fault>,
 ) -> Option<(control::Samples, &'static Shared<Coordinator<Active>>)> {
@@ -186,7 +191,8 @@ fn launch(
         }
     };
     let coordinator = COORDINATOR.try_init(Mutex::new(RefCell::new(Coordinator::new(set))))?;
-    let samples = control::start(chip, Controller::new(&drive), joint)?;
+    let controller = Controller::at(&drive, thermal::initial(reset, drive.config()));
+    let samples = control::start(chip, controller, joint)?;
     Some((samples, coordinator))
 }
 

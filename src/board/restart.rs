@@ -9,13 +9,13 @@ use super::telemetry::Telemetry;
 use super::{bridge, watchdog};
 
 /// Reports the reset and what the last run left. The fault, if there is one, keeps the motor off until it is cleared.
-pub fn report() -> Option<Fault> {
+pub fn report() -> (Reset, Option<Fault>) {
     let reset = reset::take();
     let missing = watchdog::take_reports();
     let crash = crash::take();
     let was_live = bridge::take_was_live();
     Telemetry.reset(reset.name());
-    match (reset, crash) {
+    let fault = match (reset, crash) {
         (Reset::Software, Some(crash)) => {
             Telemetry.crash(
                 crash.cause().name(),
@@ -40,5 +40,6 @@ pub fn report() -> Option<Fault> {
         }
         (Reset::Power, _) if was_live => Some(Fault::BrownOut),
         _ => None,
-    }
+    };
+    (reset, fault)
 }

@@ -12,14 +12,16 @@ use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Instant, Ticker};
 
+use crate::scene::Active;
 use palpate::app::console::command::Command;
 use palpate::app::console::text::Answer;
 use palpate::app::grasp::sensing::notice;
 use palpate::app::log::{self, LimitReport, Log};
 use palpate::drive::joint::JointInput;
 use palpate::drive::sequence::{MotionResult, Notice, State, StepOutput};
+use palpate::drive::thermal::Temperatures;
 use palpate::drive::{Fault, OffsetState, Status};
-use palpate::scene::{Active, JointPin, Reading, Scene};
+use palpate::scene::{JointPin, Reading, Scene};
 use palpate::sensing::{Event, JointSensor, Side};
 
 use super::control::{self, Samples};
@@ -27,7 +29,7 @@ use super::execute::Application;
 use super::indicator::{Button, Led};
 use super::telemetry::{self, Telemetry};
 use super::watchdog::{self, Reporter};
-use super::{console, rtt};
+use super::{console, rtt, thermal};
 
 /// What measures joint 2 in this firmware's scene.
 type Joint = <Active as Scene>::Joint;
@@ -145,6 +147,12 @@ pub async fn sequence(mut led: Led, mut button: Button, application: Application
         }
         if let Some((_, to)) = step.motion.changed {
             led.show(to);
+        }
+        if status.time_us > 0 {
+            thermal::keep(Temperatures {
+                winding_c: status.winding_c,
+                housing_c: status.housing_c,
+            });
         }
         report(&step.motion);
         changes.report(state, &status);

@@ -15,7 +15,7 @@ use super::limit::limit_magnitude;
 use super::offset::{OffsetMeter, OffsetReading};
 use super::protect::{BridgeState, FREE_SLOT, PeriodState, Protection, SLOTS};
 use super::speed::SpeedLoop;
-use super::thermal::Winding;
+use super::thermal::{Temperatures, Winding};
 use crate::numeric::clamp;
 use crate::sample::{Drive, Sample};
 
@@ -71,8 +71,13 @@ pub struct Controller {
 }
 
 impl Controller {
-    /// A controller at rest.
+    /// A controller at rest, the motor at ambient temperature.
     pub fn new(drive: &CheckedConfig) -> Self {
+        Self::at(drive, Temperatures::ambient(&drive.config().motor))
+    }
+
+    /// A controller at rest, the motor at these temperatures.
+    pub fn at(drive: &CheckedConfig, temperatures: Temperatures) -> Self {
         let (config, scale) = (drive.config(), *drive.scale());
         let limits = &config.limits;
         Self {
@@ -83,7 +88,7 @@ impl Controller {
             encoder: Encoder::default(),
             current: CurrentLoop::new(config, scale.emf_v_per_count_per_period()),
             speed: SpeedLoop::new(config, &scale),
-            winding: Winding::new(&config.motor),
+            winding: Winding::new(&config.motor, temperatures),
             protection: Protection::new(config, &scale),
             meter: OffsetMeter::default(),
             average: Average::default(),
@@ -277,6 +282,7 @@ impl Controller {
         self.winding.advance(self.mean_square_a2, SAMPLE_S);
         self.hot = self.winding.is_hot();
         self.status.winding_c = self.winding.celsius();
+        self.status.housing_c = self.winding.housing_c();
         // Not below 1 V, nor NaN.
         self.per_supply_v = if self.supply_v > 1.0 {
             1.0 / self.supply_v

@@ -100,6 +100,8 @@ pub struct Status {
     pub supply_v: f32,
     /// Winding temperature by the thermal model, degree Celsius.
     pub winding_c: f32,
+    /// Housing temperature by the thermal model, degree Celsius.
+    pub housing_c: f32,
     /// Limits in force at any time since the last sample.
     pub limited: LimitsReached,
     /// First fault since the last clear: the bridge is off and stays off until cleared.

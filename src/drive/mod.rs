@@ -17,7 +17,7 @@ pub mod sequence;
 mod speed;
 #[cfg(test)]
 pub(crate) mod test_motor;
-mod thermal;
+pub mod thermal;
 
 pub use controller::Controller;
 pub use demand::{Demand, LimitsReached, OffsetState, Setpoint, Status};

@@ -6,7 +6,58 @@ use super::config::Motor;
 const COPPER_PER_K: f32 = 0.00393;
 const COLD_C: f32 = 25.0;
 
-/// Temperatures of one motor.
+/// Share of the allowed rise that is assumed after a power cut at most: some of it must be left to move with.
+const ASSUMED_SHARE: f32 = 0.8;
+
+/// Temperatures of a motor, degree Celsius.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Temperatures {
+    /// Winding.
+    pub winding_c: f32,
+    /// Housing.
+    pub housing_c: f32,
+}
+
+impl Temperatures {
+    /// A motor that has not run for long.
+    pub fn ambient(motor: &Motor) -> Self {
+        Self {
+            winding_c: motor.thermal.ambient_c,
+            housing_c: motor.thermal.ambient_c,
+        }
+    }
+
+    /// What is assumed where the temperatures are not known, after a power cut: those of a motor that has run at this current
+    /// for long. Otherwise switching off and on would take the protection away.
+    pub fn after_continuous(motor: &Motor, current_a: f32) -> Self {
+        let thermal = &motor.thermal;
+        let cold_w = current_a * current_a * motor.resistance_ohm;
+        let k_per_w = thermal.winding_k_per_w + thermal.housing_k_per_w;
+        // Rise = loss * resistance, the loss with the copper's resistance at that rise: the fixed point.
+        let growth = (1.0 - cold_w * k_per_w * COPPER_PER_K).max(0.1);
+        let most_k = ASSUMED_SHARE * (thermal.limit_c - thermal.ambient_c);
+        let rise_k = (cold_w * k_per_w / growth).min(most_k);
+        Self {
+            winding_c: thermal.ambient_c + rise_k,
+            housing_c: thermal.ambient_c + rise_k * thermal.housing_k_per_w / k_per_w,
+        }
+    }
+
+    /// The warmer of both, each body for itself.
+    pub fn warmest(self, other: Self) -> Self {
+        Self {
+            winding_c: self.winding_c.max(other.winding_c),
+            housing_c: self.housing_c.max(other.housing_c),
+        }
+    }
+
+    /// Whether a motor can have them.
+    pub fn is_plausible(&self) -> bool {
+        (-50.0..=300.0).contains(&self.winding_c) && (-50.0..=300.0).contains(&self.housing_c)
+    }
+}
+
+/// Thermal model of one motor.
 #[derive(Clone, Debug)]
 pub struct Winding {
     ambient_c: f32,
@@ -22,8 +73,8 @@ pub struct Winding {
 }
 
 impl Winding {
-    /// A motor at ambient temperature: its temperature before a reset is not known.
-    pub fn new(motor: &Motor) -> Self {
+    /// A motor at these temperatures.
+    pub fn new(motor: &Motor, temperatures: Temperatures) -> Self {
         let thermal = &motor.thermal;
         Self {
             ambient_c: thermal.ambient_c,
@@ -33,8 +84,8 @@ impl Winding {
             housing_w_per_k: 1.0 / thermal.housing_k_per_w,
             winding_k_per_j: thermal.winding_k_per_w / thermal.winding_s,
             housing_k_per_j: thermal.housing_k_per_w / thermal.housing_s,
-            winding_rise_k: 0.0,
-            housing_rise_k: 0.0,
+            winding_rise_k: temperatures.winding_c - thermal.ambient_c,
+            housing_rise_k: temperatures.housing_c - thermal.ambient_c,
         }
     }
 
@@ -51,6 +102,11 @@ impl Winding {
     /// Winding temperature, degree Celsius.
     pub fn celsius(&self) -> f32 {
         self.ambient_c + self.winding_rise_k
+    }
+
+    /// Housing temperature, degree Celsius.
+    pub fn housing_c(&self) -> f32 {
+        self.ambient_c + self.housing_rise_k
     }
 
     /// Above the limit.
@@ -82,7 +138,7 @@ mod tests {
 
     /// Seconds until the limit, `None` within `patience_s`.
     fn seconds_to_limit(current_a: f32, patience_s: u32) -> Option<f32> {
-        let mut winding = Winding::new(&motor());
+        let mut winding = Winding::new(&motor(), Temperatures::ambient(&motor()));
         (0..patience_s * 1000)
             .find(|_| {
                 winding.advance(current_a * current_a, 1e-3);
@@ -109,7 +165,7 @@ mod tests {
 
     #[test]
     fn the_default_current_never_trips_and_settles_where_it_must() {
-        let mut winding = Winding::new(&motor());
+        let mut winding = Winding::new(&motor(), Temperatures::ambient(&motor()));
         for _ in 0..1_500_000 {
             winding.advance(0.12 * 0.12, 1e-3);
             assert!(!winding.is_hot());
@@ -126,7 +182,7 @@ mod tests {
 
     #[test]
     fn cools_with_both_time_constants() {
-        let mut winding = Winding::new(&motor());
+        let mut winding = Winding::new(&motor(), Temperatures::ambient(&motor()));
         for _ in 0..4000 {
             winding.advance(0.3 * 0.3, 1e-3);
         }
@@ -140,5 +196,24 @@ mod tests {
             "the winding gives its heat to the housing in seconds: {hot} to {warm}"
         );
         assert!(warm > 26.0, "the housing keeps it for minutes: {warm}");
+    }
+
+    #[test]
+    fn what_is_assumed_after_a_power_cut_is_where_continuous_running_ends() {
+        let motor = motor();
+        let assumed = Temperatures::after_continuous(&motor, 0.12);
+        let mut winding = Winding::new(&motor, Temperatures::ambient(&motor));
+        for _ in 0..1_500_000 {
+            winding.advance(0.12 * 0.12, 1e-3);
+        }
+        assert!((winding.celsius() - assumed.winding_c).abs() < 0.3);
+        assert!((winding.housing_c() - assumed.housing_c).abs() < 0.3);
+        // A current beyond what is allowed for long: still below the limit.
+        let hot = Temperatures::after_continuous(&motor, 0.35);
+        assert!((70.0..80.0).contains(&hot.winding_c), "{hot:?}");
+        // Going on from there is going on, not starting anew.
+        let mut resumed = Winding::new(&motor, assumed);
+        resumed.advance(0.12 * 0.12, 1e-3);
+        assert!((resumed.celsius() - assumed.winding_c).abs() < 0.01);
     }
 }

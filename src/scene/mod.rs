@@ -1,16 +1,17 @@
-//! What a user edits: this finger, this drivetrain, these limits. One file a scene.
+//! What a firmware is built for: a finger with its drivetrain, its board and its limits.
 //!
-//! A scene is a type: what it does not use is not compiled into its firmware. To make your own, copy [`p70`], change its
-//! numbers and give it a cargo feature beside the others. The numbers of the simulated scenes are explained in
-//! docs/MANUAL.md#scenes.
+//! A scene is a type: what it does not use is not compiled into its firmware. The types are generated from `scenes/*.toml` at
+//! build time, for the firmware and for the host programs; a library user may also implement [`Scene`] by hand.
 
-pub mod linkage3;
-pub mod p70;
-pub mod p70_rigid;
-pub mod re10;
-pub mod tendon2;
-pub mod tendon2_hall;
-pub mod tendon3;
+#[cfg(all(test, feature = "firmware"))]
+#[macro_use]
+mod generated {
+    //! Every scene of `scenes/`, for the tests of this library.
+    include!(concat!(env!("OUT_DIR"), "/scenes.rs"));
+}
+
+#[cfg(all(test, feature = "firmware"))]
+pub use generated::*;
 
 use crate::drive::config::{CheckedConfig, Config, OutOfRange};
 use crate::drive::joint::{AngleSensor, HallInput, JointInput, NotFitted};
@@ -18,13 +19,6 @@ use crate::drive::sequence::Motion;
 use crate::finger::{ConfigError, Mechanics};
 use crate::sample::Sample;
 use crate::sensing::{Calibration, Drivetrain, Hall, JointSensor, NoHall, Series, Settings};
-
-pub use linkage3::Linkage3;
-pub use p70::P70;
-pub use p70_rigid::P70Rigid;
-pub use tendon2::Tendon2;
-pub use tendon2_hall::Tendon2Hall;
-pub use tendon3::Tendon3;
 
 /// A sensor of joint 2, and what reads it: [`NoHall`] or [`Hall`].
 pub trait Joint: JointSensor {
@@ -67,14 +61,35 @@ pub trait Scene {
     /// The finger, checked: one with a value out of its range, or whose linkage does not close, does not compile.
     const MECHANISM: Self::Finger;
 
-    /// Angle of the input link from the opening stop to where a free closing ends, short of the closing stop, radian.
-    const TRAVEL_RAD: f32;
-
     /// Motor, gears, board, limits and trips.
-    const DRIVE: Config = re10::DRIVE;
+    const DRIVE: Config;
 
     /// Speeds, currents and times of the motion sequence.
-    const MOTION: Motion = re10::motion(Self::TRAVEL_RAD);
+    const MOTION: Motion;
+
+    /// What the sensing may assume before anything is calibrated.
+    const UNCALIBRATED: Calibration;
+
+    /// The drivetrain as the sensing sees it, but for the angle of the opening stop, which follows from the finger.
+    const DRIVETRAIN: Drivetrain;
+
+    /// Contact force that holding aims at, newton.
+    const HOLD_FORCE_N: f32;
+
+    /// The sensor of joint 2 where one is fitted.
+    const ANGLE_SENSOR: AngleSensor;
+
+    /// Settings of the sensing.
+    fn settings() -> Settings;
+
+    /// Angle of the input link from the opening stop to where a free closing ends, short of the closing stop, radian.
+    const TRAVEL_RAD: f32 = Self::MOTION.travel_rad;
+
+    /// Nominal efficiency of the gears under load, 0 to 1.
+    const EFFICIENCY: f32 = Self::DRIVETRAIN.efficiency;
+
+    /// Phalanges; the last one is where a pin calibrates.
+    const PHALANGES: u8 = <Self::Finger as Mechanics>::PHALANGES as u8;
 
     /// [`DRIVE`](Self::DRIVE), checked, with its scales. A scene whose drive or motion is out of range does not compile.
     const CHECKED: CheckedConfig = match (
@@ -85,21 +100,6 @@ pub trait Scene {
         _ => panic!("a value of the scene's DRIVE or MOTION is out of range"),
     };
 
-    /// What the sensing may assume before anything is calibrated.
-    const UNCALIBRATED: Calibration = re10::UNCALIBRATED;
-
-    /// Phalanges; the last one is where a pin calibrates.
-    const PHALANGES: u8;
-
-    /// Nominal efficiency of the gears under load, 0 to 1.
-    const EFFICIENCY: f32 = re10::EFFICIENCY;
-
-    /// Contact force that holding aims at, newton.
-    const HOLD_FORCE_N: f32 = 1.0;
-
-    /// The sensor of joint 2 where one is fitted.
-    const ANGLE_SENSE: AngleSensor = re10::ANGLE_SENSE;
-
     /// What reads joint 2.
     ///
     /// # Errors
@@ -108,72 +108,27 @@ pub trait Scene {
     where
         Self: Sized,
     {
-        JointInput::new(&Self::DRIVE.sense, &Self::ANGLE_SENSE)
-    }
-
-    /// Settings of the sensing.
-    fn settings() -> Settings {
-        Settings {
-            speed_rad_per_s: Self::MOTION.closing_rad_per_s,
-            travel_rad: Self::TRAVEL_RAD,
-            torque_limit_nm: re10::PROBE_TORQUE_NM,
-            ..Settings::default()
-        }
+        JointInput::new(&Self::DRIVE.sense, &Self::ANGLE_SENSOR)
     }
 
     /// The drivetrain as the sensing sees it. At the opening stop the finger has its springs' rest angles.
     fn drivetrain(finger: &Self::Finger) -> Drivetrain {
-        re10::drivetrain(finger.input_angle_rad(&finger.rest()))
+        Drivetrain {
+            opening_stop_rad: finger.input_angle_rad(&finger.rest()),
+            ..Self::DRIVETRAIN
+        }
     }
 }
 
 /// What a scene's finger is, if it can be: otherwise the compiler stops and says what is out of range.
-const fn valid<F: Copy>(finger: Result<F, ConfigError>) -> F {
+pub const fn valid<F: Copy>(finger: Result<F, ConfigError>) -> F {
     match finger {
         Ok(finger) => finger,
         Err(error) => panic!("{}", error.what()),
     }
 }
 
-/// Names each scene once: its cargo feature and its type. From the second one on they exclude those before.
-macro_rules! scenes {
-    ($($feature:literal => $scene:ident),+ $(,)?) => {
-        $(
-            /// The scene that this firmware is built for.
-            #[cfg(feature = $feature)]
-            pub type Active = $scene;
-        )+
-
-        #[cfg(all(target_os = "none", not(any($(feature = $feature),+))))]
-        compile_error!("choose a scene: --features scene-p70 (or another scene-... of Cargo.toml)");
-
-        /// The scene that this firmware is built for.
-        #[cfg(not(any($(feature = $feature),+)))]
-        pub type Active = P70;
-
-        one_of!($($feature),+);
-    };
-}
-
-macro_rules! one_of {
-    ($last:literal) => {};
-    ($first:literal, $($others:literal),+) => {
-        #[cfg(all(feature = $first, any($(feature = $others),+)))]
-        compile_error!("choose one scene only: --no-default-features --features scene-...");
-        one_of!($($others),+);
-    };
-}
-
-scenes! {
-    "scene-p70" => P70,
-    "scene-p70-rigid" => P70Rigid,
-    "scene-tendon2" => Tendon2,
-    "scene-tendon2-hall" => Tendon2Hall,
-    "scene-tendon3" => Tendon3,
-    "scene-linkage3" => Linkage3,
-}
-
-#[cfg(test)]
+#[cfg(all(test, feature = "firmware"))]
 mod tests {
     use super::*;
 
@@ -210,24 +165,6 @@ mod tests {
 
     #[test]
     fn every_scene_is_valid_and_its_parts_fit_each_other() {
-        holds_together::<P70>();
-        holds_together::<P70Rigid>();
-        holds_together::<Tendon2>();
-        holds_together::<Tendon2Hall>();
-        holds_together::<Tendon3>();
-        holds_together::<Linkage3>();
-    }
-
-    #[test]
-    fn scenes_have_names_of_their_own() {
-        let names = [
-            P70::NAME,
-            P70Rigid::NAME,
-            Tendon2::NAME,
-            Tendon2Hall::NAME,
-            Tendon3::NAME,
-            Linkage3::NAME,
-        ];
-        assert!((1..names.len()).all(|i| !names[..i].contains(&names[i])));
+        for_each_scene!(|S| holds_together::<S>());
     }
 }

@@ -9,6 +9,8 @@
 //! b = max(c / d, b_least). Every block begins an onset of its own, the last [`ONSETS`] are followed; a contact is decided
 //! when the largest of them exceeds the threshold.
 //!
+//! An innovation beyond what the model can mean gets a larger variance: it takes two blocks at least to decide.
+//!
 //! The same with -b finds what is softer than a free finger: no weaker evidence is enough for that.
 
 use crate::numeric::{Bounded, exp, ln, sqrt};
@@ -19,6 +21,10 @@ use core::f32::consts::PI;
 pub const ONSETS: usize = 60;
 /// Independent chances of a false contact that a block brings: measured with closings drawn from the model (docs/MANUAL.md).
 const CHANCES_PER_BLOCK: f32 = 4.0;
+/// No torque of a motor is larger, newton metre.
+const LARGE_NM: f32 = 1e6;
+/// By how much the evidence of a single block stays below the threshold: a bad one decides nothing.
+const SHORT_OF_DECISION: f32 = 3.0;
 /// A level further off than this share of the friction asks for a new record.
 const STALE_SHARE: f32 = 0.25;
 /// As does a mean square innovation of this many variances.
@@ -131,6 +137,8 @@ pub struct Detector {
     ramps: [Ramp; ONSETS],
     /// Ramps begun; the next one takes the place of that index modulo their number.
     begun: usize,
+    /// Variance of the last innovation, newton metre squared.
+    variance_nm2: f32,
     square_sum: f32,
     square_count: u16,
 }
@@ -156,6 +164,7 @@ impl Detector {
                 energy: 0.0,
             }; ONSETS],
             begun: 0,
+            variance_nm2: 0.0,
             square_sum: 0.0,
             square_count: 0,
         }
@@ -201,9 +210,14 @@ impl Detector {
         self.begun = self.begun.wrapping_add(1);
         let p = &self.covariance;
         let gains: [f32; STATES] = core::array::from_fn(|i| p[i][0] + p[i][1]);
-        let variance = gains[0] + gains[1] + block.variance_nm2;
         let innovation = block.torque_nm - self.states[0] - self.states[1];
-        let weight = 1.0 / variance;
+        let innovation = innovation.at_least(-LARGE_NM).at_most(LARGE_NM);
+        // What the model cannot mean had a larger variance: it takes two blocks at least to decide.
+        let evidence = (self.test.threshold - SHORT_OF_DECISION).at_least(1.0);
+        let least = innovation * innovation / (2.0 * evidence);
+        let expected = gains[0] + gains[1] + block.variance_nm2;
+        let weight = 1.0 / expected.at_least(least);
+        self.variance_nm2 = expected;
         for ramp in self.ramps.iter_mut().take(self.begun) {
             let signal = block.counts.wrapping_sub(ramp.onset_counts) as f32;
             let seen = signal - ramp.states[0] - ramp.states[1];
@@ -214,7 +228,7 @@ impl Detector {
             }
         }
         self.correct(&gains, innovation, weight);
-        self.find(innovation * innovation * weight)
+        self.find(innovation * innovation / expected)
     }
 
     /// Lets time pass.
@@ -339,7 +353,7 @@ impl Detector {
         let ln_ratio = 0.5 * count * (mean - 1.0 - ln(mean));
         if mean > STALE_SQUARE && ln_ratio > self.test.threshold {
             return Finding::Stale {
-                misfit_nm: sqrt(mean * variance),
+                misfit_nm: sqrt(mean * self.variance_nm2),
             };
         }
         Finding::Free

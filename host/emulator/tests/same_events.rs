@@ -8,11 +8,11 @@
 //!
 //! The image comes from `PALPATE_ELF` (`cargo xtask test` sets it); without it these tests say so and pass.
 
-use palpate::scene::P70;
 use palpate::sensing::{Event, NotLocated};
 use palpate_emulator::Firmware;
 use palpate_emulator::sim::{Object, Script, Session, Settings, end_of};
 use palpate_plant::{FirstContact, Grasp, Parameters};
+use palpate_scenes::P70;
 use palpate_simulation::{Outcome, Simulation};
 
 const FRICTION_SHARE: f64 = 0.02;

@@ -7,7 +7,7 @@
 use palpate_emulator::chip::Cut;
 use palpate_emulator::sim::{Script, Session, Settings};
 
-use palpate_emulator::{Firmware, Quirks};
+use palpate_emulator::{Firmware, Quirks, ResetCause};
 
 fn firmware() -> Option<Firmware> {
     let Some(path) = std::env::var_os("PALPATE_ELF") else {
@@ -170,4 +170,35 @@ fn a_spike_on_the_fault_pin_is_filtered_and_a_pulse_is_not() {
     assert!(!session.machine.world().bridge_on(), "by hardware, at once");
     run(&mut session, "", 0.05);
     assert_eq!(faults(&session), ["bridge"]);
+}
+
+/// Winding temperature that `status` reports, degree Celsius.
+fn winding_c(session: &mut Session<'_>) -> f64 {
+    run(session, "status\n", 0.1);
+    let mut lines = session.lines.iter().rev().map(|line| line.event());
+    lines
+        .find(|event| event.name == "status")
+        .and_then(|event| event.number("winding_c"))
+        .expect("status is answered")
+}
+
+#[test]
+fn the_winding_s_temperature_survives_a_reset_and_is_assumed_warm_after_a_power_cut() {
+    let Some(firmware) = firmware() else { return };
+    let mut session = session(&firmware, Quirks::default());
+    let assumed = winding_c(&mut session);
+    assert!(assumed > 40.0, "warm after power-on: {assumed}");
+    run(&mut session, "", 20.0);
+    let cooled = winding_c(&mut session);
+    assert!(cooled < assumed - 3.0, "{assumed} to {cooled}");
+    for cause in [ResetCause::Pin, ResetCause::Watchdog, ResetCause::Software] {
+        session.machine.reset(cause).expect("the engine works");
+        run(&mut session, "", 0.15);
+        let kept = winding_c(&mut session);
+        assert!((kept - cooled).abs() < 0.5, "{cause:?}: {cooled} to {kept}");
+    }
+    session.machine.power_cycle().expect("the engine works");
+    run(&mut session, "", 0.15);
+    let again = winding_c(&mut session);
+    assert!((again - assumed).abs() < 0.5, "{assumed} and {again}");
 }

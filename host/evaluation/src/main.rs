@@ -4,9 +4,9 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::builder::PossibleValuesParser;
+use clap::{Args, Parser, Subcommand};
 use palpate::sample::Sample;
-use palpate::scene::{Linkage3, P70, Tendon2, Tendon3};
 use palpate_evaluation::experiments::{
     ablation, calibration, catalogue, document, fingerprint, result, run, sensitivity,
 };
@@ -75,21 +75,13 @@ struct Experiments {
     write: bool,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum SceneName {
-    P70,
-    Tendon2,
-    Tendon3,
-    Linkage3,
-}
-
 #[derive(Args)]
 struct Replay {
     /// CSV with columns time_s, encoder_counts, current_a (signed, or with a column duty for its sign).
     file: PathBuf,
     /// The finger of the recording.
-    #[arg(long, value_enum, default_value = "p70")]
-    scene: SceneName,
+    #[arg(long, default_value = palpate_scenes::NAMES[0], value_parser = PossibleValuesParser::new(palpate_scenes::NAMES))]
+    scene: String,
     /// Recording of a free closing and opening, instead of one searched in FILE.
     #[arg(long)]
     friction: Option<PathBuf>,
@@ -106,8 +98,8 @@ struct Recordings {
     /// Folder with NAME.csv.gz and NAME.json; names begin with their world and an underscore.
     directory: PathBuf,
     /// The finger of the recordings.
-    #[arg(long, value_enum, default_value = "p70")]
-    scene: SceneName,
+    #[arg(long, default_value = palpate_scenes::NAMES[0], value_parser = PossibleValuesParser::new(palpate_scenes::NAMES))]
+    scene: String,
     /// Without calibration; what calibrates is left out.
     #[arg(long)]
     uncalibrated: bool,
@@ -195,12 +187,10 @@ fn replay(options: &Replay) -> Outcome {
         .map(|file| samples(file, options.zero_counts, options.json))
         .transpose()?;
     let record = record.as_deref();
-    let found = match options.scene {
-        SceneName::P70 => replay::replay::<P70>(&recorded, record),
-        SceneName::Tendon2 => replay::replay::<Tendon2>(&recorded, record),
-        SceneName::Tendon3 => replay::replay::<Tendon3>(&recorded, record),
-        SceneName::Linkage3 => replay::replay::<Linkage3>(&recorded, record),
-    };
+    let found = palpate_scenes::for_scene!(options.scene.as_str(), |S| replay::replay::<S>(
+        &recorded, record
+    ))
+    .ok_or("no such scene")?;
     let second = |index: usize| recorded.get(index).map_or(0.0, |s| s.time_us as f64 * 1e-6);
     let (source, stretch) = match &found.friction {
         replay::Source::Separate => ("file", None),
@@ -242,12 +232,9 @@ fn recordings(options: &Recordings) -> Outcome {
         only: options.only.clone(),
         uncalibrated: options.uncalibrated,
     };
-    let worlds = match options.scene {
-        SceneName::P70 => recordings::run::<P70>(&plan),
-        SceneName::Tendon2 => recordings::run::<Tendon2>(&plan),
-        SceneName::Tendon3 => recordings::run::<Tendon3>(&plan),
-        SceneName::Linkage3 => recordings::run::<Linkage3>(&plan),
-    }?;
+    let worlds =
+        palpate_scenes::for_scene!(options.scene.as_str(), |S| recordings::run::<S>(&plan))
+            .ok_or("no such scene")??;
     if options.json {
         for line in recordings::json(&worlds) {
             println!("{line}");

@@ -1,10 +1,10 @@
 //! A recording made in the simulation, written as a file and read back, tells what the firmware told.
 
-use palpate::scene::P70;
 use palpate::sensing::Event;
 use palpate_evaluation::replay::{Replay, Source, replay};
 use palpate_evaluation::trace::{read, resample};
 use palpate_plant::{Grasp, Parameters, Shape};
+use palpate_scenes::P70;
 use palpate_simulation::{HEADER, Outcome, Row, Simulation};
 
 fn csv(rows: &[Row]) -> String {

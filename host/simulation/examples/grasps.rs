@@ -1,6 +1,5 @@
 //! Contacts felt by the library beside the truth. `grasps [SCENE] [random]`.
 
-use palpate::scene::{Linkage3, P70, Tendon2, Tendon3};
 use palpate_plant::{Grasp, Shape};
 use palpate_simulation::{Error, Simulated, Simulation};
 
@@ -51,10 +50,16 @@ fn grasps<S: Simulated>(theta_1: f64, random: bool) -> Result<(), Error> {
 fn main() -> Result<(), Error> {
     let options: Vec<String> = std::env::args().skip(1).collect();
     let random = options.iter().any(|o| o == "random");
-    match options.first().map(String::as_str) {
-        Some("tendon2") => grasps::<Tendon2>(0.9, random),
-        Some("tendon3") => grasps::<Tendon3>(0.9, random),
-        Some("linkage3") => grasps::<Linkage3>(0.7, random),
-        _ => grasps::<P70>(0.8, random),
-    }
+    let theta_1 = |scene: &str| match scene {
+        "linkage3" => 0.7,
+        "p70" | "p70-rigid" => 0.8,
+        _ => 0.9,
+    };
+    let named = options.first().map_or("p70", String::as_str);
+    let scene = if palpate_scenes::NAMES.contains(&named) {
+        named
+    } else {
+        "p70"
+    };
+    palpate_scenes::for_scene!(scene, |S| grasps::<S>(theta_1(scene), random)).unwrap_or(Ok(()))
 }

@@ -4,8 +4,9 @@ use palpate::drive::demand::{Demand, Status};
 use palpate::drive::joint::NotFitted;
 use palpate::drive::sequence::{Notice, Request, Sequence, State};
 use palpate::sample::{Drive, Sample};
-use palpate::scene::{P70, Scene};
+use palpate::scene::Scene;
 use palpate_plant::{Grasp, Parameters, Plant, Shape};
+use palpate_scenes::P70;
 use palpate_simulation::{Board, Machine, SlowLoop};
 
 struct Motion {

@@ -7,8 +7,8 @@
 
 use palpate::drive::Demand;
 use palpate::drive::io::{EncoderCount, Inputs};
-use palpate::scene::P70;
 use palpate_plant::{Grasp, Parameters, Shape};
+use palpate_scenes::P70;
 use palpate_simulation::{Outcome, Simulation};
 
 /// Where the controller's zero lies in the plant's own counts.

@@ -3,8 +3,8 @@
 
 #![cfg(feature = "mujoco")]
 
-use palpate::scene::P70;
 use palpate_plant::{Engine, Grasp, Parameters, Shape};
+use palpate_scenes::P70;
 use palpate_simulation::{Outcome, Simulation, Verdict};
 
 /// The prototype with its friction recorded.

@@ -1,8 +1,8 @@
 //! The library against the plant.
 
-use palpate::scene::P70;
 use palpate::sensing::{Event, NotLocated};
 use palpate_plant::{Grasp, Parameters, Shape};
+use palpate_scenes::P70;
 use palpate_simulation::{Outcome, Scenario, Simulation, Verdict, run};
 
 /// Events as text: what they do not know is NaN, which equals nothing.

@@ -4,9 +4,9 @@
 use palpate::app::console::command::Command;
 use palpate::drive::fault::Fault;
 use palpate::drive::sequence::Request;
-use palpate::scene::P70;
 use palpate::sensing::{Directive, Event};
 use palpate_plant::{Grasp, Parameters, Shape};
+use palpate_scenes::P70;
 use palpate_simulation::{Outcome, Simulation};
 
 /// theta_1 when the pin is touched, radian.

@@ -2,8 +2,8 @@
 //!
 //! 100 grasps, or as many as `PALPATE_GRASPS` says; `cargo xtask test` says a thousand.
 
-use palpate::scene::P70;
 use palpate_plant::{Grasp, Parameters, Shape};
+use palpate_scenes::P70;
 use palpate_simulation::Simulation;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;

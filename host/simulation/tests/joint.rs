@@ -1,9 +1,9 @@
 //! What the optional sensor of joint 2 is for: `tendon2` closed far has its stiffest place e_2 on the phalanx, and one
 //! curve then fits two places. Simulated.
 
-use palpate::scene::{Tendon2, Tendon2Hall};
 use palpate::sensing::{Hall, JointSensor, Side};
 use palpate_plant::{Grasp, Shape};
+use palpate_scenes::{Tendon2, Tendon2Hall};
 use palpate_simulation::{Outcome, Simulated, Simulation, Verdict};
 
 /// A finger that has been calibrated on the stop and on two pins.

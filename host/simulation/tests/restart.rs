@@ -4,9 +4,9 @@
 use palpate::app::console::settings::Overrides;
 use palpate::drive::demand::Status;
 use palpate::drive::sequence::Request;
-use palpate::scene::P70;
 use palpate::sensing::{Directive, Event};
 use palpate_plant::{Grasp, Parameters, Shape};
+use palpate_scenes::P70;
 use palpate_simulation::{Outcome, Simulation};
 
 /// Where the pins are, in the order of the closings; the first closing is the one that aligns the record.

@@ -2,9 +2,9 @@
 
 use palpate::app::console::command::{Calibrate, Command};
 use palpate::drive::sequence::Refused;
-use palpate::scene::{P70, P70Rigid};
 use palpate::sensing::Event;
 use palpate_plant::{Grasp, Shape};
+use palpate_scenes::{P70, P70Rigid};
 use palpate_simulation::{Simulated, Simulation, Verdict};
 
 /// Error and deviation of a contact at every place, millimetre, nothing calibrated.

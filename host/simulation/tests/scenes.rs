@@ -87,7 +87,7 @@ fn mirrors<S: Simulated>() {
         plant.sense.resistor_ohm * plant.sense.mirror_a_per_a,
     );
     close("divider", sense.supply_divider, 1.0 / plant.supply.divider);
-    let angle = S::ANGLE_SENSE;
+    let angle = S::ANGLE_SENSOR;
     close("zero of joint 2", angle.zero_v, plant.hall.zero_v);
     close(
         "volt a radian of joint 2",
@@ -98,10 +98,5 @@ fn mirrors<S: Simulated>() {
 
 #[test]
 fn scenes_mirror_the_plant() {
-    mirrors::<palpate::scene::P70>();
-    mirrors::<palpate::scene::P70Rigid>();
-    mirrors::<palpate::scene::Tendon2>();
-    mirrors::<palpate::scene::Tendon2Hall>();
-    mirrors::<palpate::scene::Tendon3>();
-    mirrors::<palpate::scene::Linkage3>();
+    palpate_scenes::for_each_scene!(|S| mirrors::<S>());
 }

@@ -3,9 +3,9 @@
 use palpate::app::console::command::Command;
 use palpate::app::console::settings::Setting;
 use palpate::drive::sequence::Request;
-use palpate::scene::P70;
 use palpate::sensing::{Directive, Event};
 use palpate_plant::{Grasp, Parameters, Shape};
+use palpate_scenes::P70;
 use palpate_simulation::Simulation;
 
 /// Slow closings take ten times as long as the default's, fast ones leave little time before the finger is stopped: friction

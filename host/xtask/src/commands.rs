@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::emulator;
-use crate::firmware::{Build, SCENES, every_scene};
+use crate::firmware::{Build, every_scene, scenes};
 use crate::machine;
 use crate::mujoco;
 use crate::process::{Failure, Outcome, cargo, run, step};
@@ -27,17 +27,20 @@ fn take(arguments: &mut Vec<String>, name: &str) -> Outcome<Option<String>> {
     Ok(Some(arguments.remove(at)))
 }
 
+/// `--scene NAME`, or what `PALPATE_SCENE` names.
 fn scene(arguments: &mut Vec<String>) -> Outcome<Option<String>> {
-    let scene = take(arguments, "--scene")?;
-    if let Some(name) = &scene
-        && !SCENES.contains(&name.as_str())
-    {
-        return Err(Failure::usage(format!(
-            "there is no scene '{name}'; there are: {}",
-            SCENES.join(", ")
-        )));
+    let given = take(arguments, "--scene")?.or_else(|| std::env::var("PALPATE_SCENE").ok());
+    let Some(name) = given else {
+        return Ok(None);
+    };
+    let known = scenes()?;
+    if known.contains(&name) {
+        return Ok(Some(name));
     }
-    Ok(scene)
+    Err(Failure::usage(format!(
+        "there is no scene '{name}'; there are: {}",
+        known.join(", ")
+    )))
 }
 
 fn none_left(arguments: &[String]) -> Outcome {

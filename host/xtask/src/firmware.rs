@@ -4,17 +4,17 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use crate::machine::{self, THUMB, Toolchain};
-use crate::process::{Failure, Outcome, cargo, step, target_dir};
+use crate::process::{Failure, Outcome, cargo, root, step, target_dir};
 
-/// The scenes that a firmware can be built for, first the default.
-pub const SCENES: &[&str] = &[
-    "p70",
-    "p70-rigid",
-    "tendon2",
-    "tendon2-hall",
-    "tendon3",
-    "linkage3",
-];
+// The list that the build scripts use: the names alone, without a TOML reader.
+#[path = "../../../build/scene/list.rs"]
+pub mod list;
+
+/// Names of the scenes, first the default.
+pub fn scenes() -> Outcome<Vec<String>> {
+    let folder = list::folder(&root());
+    list::names(&folder).map_err(|error| Failure::new(format!("{}: {error}", folder.display())))
+}
 
 /// What to build for the chip.
 #[derive(Clone, Default)]
@@ -28,11 +28,9 @@ pub struct Build {
 }
 
 /// The firmware of every scene, with the scene's name; first the default.
-pub fn every_scene() -> Outcome<Vec<(&'static str, PathBuf)>> {
-    SCENES
-        .iter()
-        .map(|scene| Ok((*scene, Build::of_scene(scene).elf()?)))
-        .collect()
+pub fn every_scene() -> Outcome<Vec<(String, PathBuf)>> {
+    let each = |scene: String| Build::of_scene(&scene).elf().map(|elf| (scene, elf));
+    scenes()?.into_iter().map(each).collect()
 }
 
 impl Build {
@@ -80,13 +78,11 @@ impl Build {
             .args(["--package", self.package(), "--bin", self.package()])
             .arg("--target-dir")
             .arg(Self::target_dir(toolchain));
-        let mut features: Vec<String> = self.features.iter().cloned().collect();
-        if let Some(scene) = &self.scene {
-            command.arg("--no-default-features");
-            features.push(format!("scene-{scene}"));
+        if let Some(features) = &self.features {
+            command.args(["--features", features]);
         }
-        if !features.is_empty() {
-            command.args(["--features", &features.join(",")]);
+        if let Some(scene) = &self.scene {
+            command.env("PALPATE_SCENE", scene);
         }
         if let Toolchain::Debian { linker } = toolchain {
             command

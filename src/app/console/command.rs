@@ -15,6 +15,8 @@ pub enum Command {
     Help,
     /// Report state, position, current, supply, temperature, faults.
     Status,
+    /// Check wiring and motor, step by step.
+    SelfTest,
     /// A whole grasp: what is missing of offset, homing and friction record, then close, probe, hold, open.
     Run,
     /// Open against the stop and make that the zero of the encoder.
@@ -83,6 +85,8 @@ macro_rules! verbs {
 verbs! {
     Help "help" "", "list the commands";
     Status "status" "", "state, position, current, supply, temperature, fault";
+    SelfTest "selftest" "",
+        "check wiring, sensors and motor, a line for each step; the motor moves a few degrees";
     Run "run" "", "a whole grasp: home, record friction if needed, close, probe, hold, open";
     Home "home" "", "open against the stop and make it the zero";
     RecordFriction "record-friction" "",
@@ -215,6 +219,7 @@ impl Verb {
         Ok(match self {
             Self::Help => Command::Help,
             Self::Status => Command::Status,
+            Self::SelfTest => Command::SelfTest,
             Self::Run => Command::Run,
             Self::Home => Command::Home,
             Self::RecordFriction => Command::RecordFriction,

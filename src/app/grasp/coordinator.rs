@@ -9,7 +9,7 @@ use crate::app::console::command::{Calibrate, Command};
 use crate::app::console::settings::{Overrides, Setting};
 use crate::drive::config::{CheckedConfig, OutOfRange};
 use crate::drive::sequence::{Motion, Notice, Refused, Request, Sequence, State, StepOutput};
-use crate::drive::{Fault, Status};
+use crate::drive::{Fault, Setpoint, Status};
 use crate::scene::Scene;
 use crate::sensing::location::Series;
 use crate::sensing::{Directive, Event};
@@ -25,6 +25,8 @@ pub enum Action {
     Status,
     /// List the settings.
     Show,
+    /// Run the self-test, which moves the motor by [`Coordinator::set_test`].
+    SelfTest,
     /// A setting changed; `at_restart`: it acts after `save` and a restart, because the control interrupt's limits are fixed
     /// while it runs.
     Set {
@@ -56,6 +58,8 @@ pub struct Coordinator<S: Scene> {
     /// A request that does not follow from a change of state.
     pending: Option<SensingRequest>,
     hold: ForceHold,
+    /// What the self-test asks of the motor, while it runs.
+    test: Option<Setpoint>,
     scene: PhantomData<S>,
 }
 
@@ -81,6 +85,7 @@ impl<S: Scene> Coordinator<S> {
             purpose: Directive::Watch,
             pending: None,
             hold: ForceHold::default(),
+            test: None,
             scene: PhantomData,
         }
     }
@@ -105,7 +110,21 @@ impl<S: Scene> Coordinator<S> {
         value::<S>(&self.overrides, setting)
     }
 
-    /// Carries out a command.
+    /// What the self-test asks of the motor from the next step on. False, and nothing is asked, where it was stopped or a fault
+    /// has ended it.
+    pub fn set_test(&mut self, setpoint: Setpoint) -> bool {
+        if self.test.is_some() {
+            self.test = Some(setpoint);
+        }
+        self.test.is_some()
+    }
+
+    /// The self-test is over.
+    pub fn end_test(&mut self) {
+        self.test = None;
+    }
+
+    /// Carries out a command. Whatever moves the motor, the button too, ends a self-test.
     ///
     /// # Errors
     /// Why not now, and what to do first.
@@ -114,6 +133,7 @@ impl<S: Scene> Coordinator<S> {
             Command::Help => return Ok(Action::Help),
             Command::Status => return Ok(Action::Status),
             Command::Show => return Ok(Action::Show),
+            Command::SelfTest => return self.begin_test(),
             Command::Save => return self.resting().map(|()| Action::Save),
             Command::Factory => {
                 self.resting()?;
@@ -156,6 +176,9 @@ impl<S: Scene> Coordinator<S> {
     /// # Errors
     /// Why not now, and what to do first.
     pub fn request(&mut self, request: Request, purpose: Directive) -> Result<(), Refused> {
+        if self.test.take().is_some() && !matches!(request, Request::Stop) {
+            return Ok(());
+        }
         self.sequence.request(request)?;
         if !matches!(request, Request::Stop | Request::Open | Request::Clear) {
             self.purpose = purpose;
@@ -182,7 +205,13 @@ impl<S: Scene> Coordinator<S> {
 
     /// One step, about once a millisecond.
     pub fn advance(&mut self, now_us: u64, status: &Status, notice: Option<Notice>) -> Step {
-        let motion = self.sequence.advance(now_us, status, notice);
+        let mut motion = self.sequence.advance(now_us, status, notice);
+        if self.sequence.state() != State::Idle {
+            self.test = None;
+        }
+        if let Some(setpoint) = self.test {
+            motion.demand.setpoint = setpoint;
+        }
         if self.sequence.state() == State::Close {
             self.hold.closing(status.current_a);
         }
@@ -203,6 +232,17 @@ impl<S: Scene> Coordinator<S> {
             State::Idle | State::CalibrateOffset | State::Home | State::Open | State::Fault => {
                 Some(Directive::Rest)
             }
+        }
+    }
+
+    fn begin_test(&mut self) -> Result<Action, Refused> {
+        match (self.sequence.fault(), self.sequence.state()) {
+            (Some(fault), _) => Err(Refused::Faulted(fault)),
+            (None, State::Idle) => {
+                self.test = Some(Setpoint::Off);
+                Ok(Action::SelfTest)
+            }
+            (None, state) => Err(Refused::Busy(state)),
         }
     }
 
@@ -296,7 +336,6 @@ fn default_value<S: Scene>(setting: Setting) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drive::Setpoint;
     use crate::scene::P70;
 
     fn coordinator() -> Coordinator<P70> {
@@ -312,6 +351,7 @@ mod tests {
         for (command, expected) in [
             (Command::Help, Ok(Action::Help)),
             (Command::Status, Ok(Action::Status)),
+            (Command::SelfTest, Ok(Action::SelfTest)),
             (Command::Run, Ok(Action::Accepted)),
             (Command::Home, Ok(Action::Accepted)),
             (Command::RecordFriction, Ok(Action::Accepted)),
@@ -437,6 +477,37 @@ mod tests {
         coordinator.advance(1, &Status::default(), None);
         coordinator.command(Command::Run).expect("at rest");
         assert_eq!(coordinator.directive(State::Close), Some(Directive::Watch));
+    }
+
+    #[test]
+    fn a_self_test_moves_the_motor_until_it_ends_a_command_or_a_fault_comes() {
+        let asked = |coordinator: &mut Coordinator<P70>, status: &Status| {
+            coordinator.advance(1, status, None).motion.demand.setpoint
+        };
+        let current = Setpoint::Current { a: 0.04 };
+        let healthy = Status::default();
+        for command in [Some(Command::Stop), Some(Command::Run), None] {
+            let mut coordinator = coordinator();
+            assert!(!coordinator.set_test(current), "not begun");
+            coordinator.command(Command::SelfTest).expect("at rest");
+            assert!(coordinator.set_test(current));
+            assert_eq!(asked(&mut coordinator, &healthy), current);
+            match command {
+                Some(command) => {
+                    coordinator.command(command).expect("never refused");
+                    assert_eq!(asked(&mut coordinator, &healthy), Setpoint::Off);
+                }
+                None => {
+                    let faulted = Status {
+                        fault: Some(Fault::OverCurrent),
+                        ..healthy
+                    };
+                    asked(&mut coordinator, &faulted);
+                    assert_eq!(coordinator.state(), State::Fault);
+                }
+            }
+            assert!(!coordinator.set_test(current), "{command:?}");
+        }
     }
 
     #[test]

@@ -2,16 +2,17 @@
 //!
 //! A restart finds a new zero at the opening stop, some milliradians beside the old one, and friction goes up and down with
 //! the turn of the worm: the record must be shifted by what the zeros differ, or leaves what passes for a contact, or for
-//! less than friction. The first free motion of a closing tells by how much. Of some shifts tried side by side that one is
-//! taken which the squares of what it leaves (less their mean: a level that is off is no shift) and the homings' spread make
-//! the likeliest, and between it and its neighbours the lowest point of a parabola. Where friction is even, nothing bends
-//! the squares, and the spread keeps the shift small.
+//! less than friction. The first free motion of a closing tells by how much. Some shifts are tried side by side: a Kalman
+//! filter whitens what each of them leaves of a wander and a level (a level that is off is no shift), and the squares and
+//! the homings' spread make its posterior. Where friction is even, nothing bends the squares, and the spread keeps the
+//! shift small. How sure it is enters the noise model of the closing that follows.
 //!
 //! A motion that no shift explains is no free one, or the record is of no use: that shows after some blocks, long before the
 //! motor has pressed hard.
 
 use super::Friction;
-use crate::numeric::{Bounded, clamp, sqrt};
+use super::wander::Wander;
+use crate::numeric::{Bounded, exp, sqrt};
 use crate::sensing::Drivetrain;
 use crate::sensing::block::Block;
 
@@ -33,8 +34,13 @@ const MORE_BLOCKS: f32 = 6.0;
 pub enum Aligned {
     /// Too little yet.
     Pending,
-    /// A position on the new zero's scale and this many counts make one on the record's.
-    By(i32),
+    /// A position on the new zero's scale and `counts` more make one on the record's.
+    By {
+        /// Mean of the posterior, counts.
+        counts: i32,
+        /// Its standard deviation, counts.
+        sigma_counts: f32,
+    },
     /// The record fits at no shift.
     Nowhere {
         /// Standard deviation of what is left at the best one, newton metre.
@@ -42,17 +48,23 @@ pub enum Aligned {
     },
 }
 
-/// Mean of what a shift leaves, and the sum of squared deviations from it.
+/// What a shift leaves.
 #[derive(Clone, Copy, Debug)]
 struct Left {
-    mean_nm: f32,
-    square_nm2: f32,
+    /// Wander and level, newton metre.
+    states: [f32; 2],
+    /// Sum of squared innovations, each over its variance.
+    squares: f32,
 }
 
 /// A comparison under way.
 #[derive(Clone, Debug)]
 pub struct Alignment {
     blocks: u16,
+    last_us: u64,
+    /// Noise model, and the covariance of wander and level, the same for every shift: variance, covariance, variance.
+    wander: Option<Wander>,
+    covariance: [f32; 3],
     left: [Left; SHIFTS],
 }
 
@@ -60,10 +72,13 @@ impl Default for Alignment {
     fn default() -> Self {
         Self {
             blocks: 0,
+            last_us: 0,
+            wander: None,
+            covariance: [0.0; 3],
             left: const {
                 [Left {
-                    mean_nm: 0.0,
-                    square_nm2: 0.0,
+                    states: [0.0; 2],
+                    squares: 0.0,
                 }; SHIFTS]
             },
         }
@@ -94,57 +109,82 @@ impl Alignment {
         if !(known && block.drive_torque_nm.is_finite()) {
             return Aligned::Pending;
         }
+        let width_counts = block.width_counts.max(1) as f32;
+        let speed_rad_per_s = width_counts * drivetrain.rad_per_count / block.duration_s;
+        let wander = *self.wander.get_or_insert_with(|| {
+            let wander = friction.wander(speed_rad_per_s);
+            let square = |x: f32| x * x;
+            self.covariance = [square(wander.rms_nm), 0.0, square(wander.level_sigma_nm)];
+            self.last_us = block.time_us;
+            wander
+        });
+        let elapsed_us = block.time_us.saturating_sub(self.last_us).min(1_000_000);
+        self.last_us = block.time_us;
+        let phi = wander.correlation(elapsed_us as u32 as f32 * 1e-6);
+        let stationary = wander.rms_nm * wander.rms_nm;
+        let [a, b, d] = self.covariance;
+        let (a, b) = (stationary + phi * phi * (a - stationary), phi * b);
+        // The record's own noise is in it: as noisy as the motion that it was taken from.
+        let noise_nm2 = 2.0 * friction.white_nm2(block.duration_s);
+        let variance = a + 2.0 * b + d + noise_nm2;
+        let gains = [(a + b) / variance, (b + d) / variance];
+        self.covariance = [
+            a - gains[0] * (a + b),
+            b - gains[0] * (b + d),
+            d - gains[1] * (b + d),
+        ];
         self.blocks = self.blocks.saturating_add(1);
-        let blocks = f32::from(self.blocks);
         for (index, left) in self.left.iter_mut().enumerate() {
             let Some(torque_nm) = at(index) else {
                 continue;
             };
-            let deviation_nm = block.drive_torque_nm - torque_nm - left.mean_nm;
-            left.mean_nm += deviation_nm / blocks;
-            left.square_nm2 += (1.0 - 1.0 / blocks) * deviation_nm * deviation_nm;
+            let [wandered, level] = &mut left.states;
+            *wandered *= phi;
+            let innovation = block.drive_torque_nm - torque_nm - *wandered - *level;
+            *wandered += gains[0] * innovation;
+            *level += gains[1] * innovation;
+            left.squares += innovation * innovation / variance;
         }
-        let width_counts = block.width_counts.max(1) as f32;
-        // The record's own noise is in it: as noisy as the motion that it was taken from. So is what has wandered since.
-        let speed_rad_per_s = width_counts * drivetrain.rad_per_count / block.duration_s;
-        let wandered_nm = friction.wander(speed_rad_per_s).rms_nm;
-        let noise_nm2 = 2.0 * friction.white_nm2(block.duration_s) + wandered_nm * wandered_nm;
+        let blocks = f32::from(self.blocks);
         let over = blocks * width_counts * drivetrain.rad_per_count >= WAY_RAD;
-        self.judge(noise_nm2, blocks, over, drivetrain)
+        self.judge(variance, blocks, over, drivetrain)
     }
 
-    fn judge(&self, noise_nm2: f32, blocks: f32, over: bool, drivetrain: &Drivetrain) -> Aligned {
-        // Twice the negative logarithm of the likelihood, but for a constant.
+    fn judge(&self, variance: f32, blocks: f32, over: bool, drivetrain: &Drivetrain) -> Aligned {
+        // Twice the negative logarithm of the posterior, but for a constant.
         let cost = |index: usize| {
             let spreads = shift_rad(index as f32) / SPREAD_RAD;
             let left = self.left.get(index)?;
-            Some(left.square_nm2 / noise_nm2 + spreads * spreads)
+            Some(left.squares + spreads * spreads)
         };
-        let (mut best, mut least) = (SHIFTS / 2, f32::INFINITY);
-        for index in 0..SHIFTS {
-            match cost(index) {
-                Some(cost) if cost < least => (best, least) = (index, cost),
-                _ => {}
-            }
-        }
-        // Of a cost that is no number none is the least, which is infinite then.
-        if least > UNLIKE * (blocks + MORE_BLOCKS) {
+        let least = (0..SHIFTS)
+            .filter_map(cost)
+            .fold(f32::INFINITY, |least, cost| least.at_most(cost));
+        // Written so that a NaN counts as well.
+        let explained = least <= UNLIKE * (blocks + MORE_BLOCKS);
+        if !explained {
             return Aligned::Nowhere {
-                misfit_nm: sqrt(least * noise_nm2 / blocks).at_most(f32::MAX),
+                misfit_nm: sqrt(least * variance / blocks).at_most(f32::MAX),
             };
         }
         if !over {
             return Aligned::Pending;
         }
-        let beside = match (best.checked_sub(1).and_then(cost), cost(best + 1)) {
-            // Neither is below the least, and one of them at least is above it.
-            (Some(below), Some(above)) => clamp(
-                0.5 * (below - above) / (below - 2.0 * least + above),
-                -0.5,
-                0.5,
-            ),
-            _ => 0.0,
-        };
-        Aligned::By(shift_counts(best as f32 + beside, drivetrain))
+        let (mut sum, mut mean, mut square) = (0.0, 0.0, 0.0);
+        for (index, cost) in (0..SHIFTS).filter_map(|index| Some((index as f32, cost(index)?))) {
+            let weight = exp(0.5 * (least - cost));
+            sum += weight;
+            mean += weight * index;
+            square += weight * index * index;
+        }
+        // The likeliest has a weight of 1.
+        mean /= sum;
+        // What lies between two shifts is spread evenly.
+        let variance = (square / sum - mean * mean).at_least(0.0) + 1.0 / 12.0;
+        let step_counts = REACH_RAD / (SHIFTS / 2) as f32 / drivetrain.rad_per_count;
+        Aligned::By {
+            counts: shift_counts(mean, drivetrain),
+            sigma_counts: sqrt(variance) * step_counts,
+        }
     }
 }

@@ -272,11 +272,9 @@ impl Assessment {
     }
 
     fn improve(&self, record: &mut Friction, passes: u8, share: f32) {
-        let turn_s = self.pass.block_s() * self.blocks_per_bin();
-        let speed_rad_per_s = record.bin_counts as f32 * record.rad_per_count / turn_s;
         let is_first = passes == 0;
         if is_first {
-            record.speed_rad_per_s = speed_rad_per_s;
+            record.speed_rad_per_s = self.pass.speed_rad_per_s(record.rad_per_count);
         }
         let worm: [f32; 2 * HARMONICS] = core::array::from_fn(|i| self.coefficients[CURVE + i]);
         for (known, new) in record.worm_nm.iter_mut().zip(&worm) {

@@ -19,6 +19,7 @@ pub struct Pass {
     squares: u16,
     duration_s: f32,
     blocks: u16,
+    width_counts: u32,
     held: [Option<(i32, f32, f32)>; HELD],
     /// The last two blocks taken.
     last: [Option<(i32, f32)>; 2],
@@ -34,6 +35,7 @@ impl Pass {
             squares: 0,
             duration_s: 0.0,
             blocks: 0,
+            width_counts: 0,
             held: [None; HELD],
             last: [None; 2],
         }
@@ -70,6 +72,7 @@ impl Pass {
         }
         self.bins.add(index, torque_nm);
         self.duration_s += duration_s;
+        self.width_counts = width;
         self.blocks = self.blocks.saturating_add(1);
         let near = |from: i32, to: i32| to.abs_diff(from) == width;
         if let [Some((middle, middle_nm)), Some((far, far_nm))] = self.last
@@ -105,6 +108,11 @@ impl Pass {
     /// Mean duration of a block, second.
     pub(super) fn block_s(&self) -> f32 {
         self.duration_s / f32::from(self.blocks.max(1))
+    }
+
+    /// Mean speed, radian per second.
+    pub(super) fn speed_rad_per_s(&self, rad_per_count: f32) -> f32 {
+        self.width_counts as f32 * rad_per_count / self.block_s()
     }
 
     /// Variance of the white noise of a block by second differences, newton metre squared, and the degrees of freedom that

@@ -142,6 +142,26 @@ impl Friction {
         )
     }
 
+    /// Standard deviation of what a shift of the record would leave, newton metre per count: of the worm's share, which is
+    /// steeper than the rest.
+    pub fn steepness_nm_per_count(&self) -> f32 {
+        let squares = self
+            .worm_nm
+            .chunks_exact(2)
+            .enumerate()
+            .map(|(index, pair)| {
+                let order = index as f32 + 1.0;
+                order
+                    * order
+                    * pair
+                        .iter()
+                        .map(|amplitude| amplitude * amplitude)
+                        .sum::<f32>()
+            });
+        let turn = self.worm_counts.max(1) as f32;
+        sqrt(0.5 * squares.sum::<f32>()) * core::f32::consts::TAU / turn
+    }
+
     /// The record at a position. None outside the travel and where nothing was recorded.
     pub fn at(&self, counts: i32) -> Option<Estimate> {
         self.index(counts)?;

@@ -29,6 +29,8 @@ pub(super) struct Known<F: Mechanics, H: JointSensor, X: Series> {
     pub(super) friction: Option<Friction>,
     /// What makes a position one of the record's, counts; `None` while a record of before a restart is not aligned.
     pub(super) shift_counts: Option<i32>,
+    /// Standard deviation of it.
+    pub(super) shift_sigma_counts: f32,
     series: PhantomData<X>,
 }
 
@@ -48,6 +50,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             directive: Directive::Rest,
             friction: None,
             shift_counts: Some(0),
+            shift_sigma_counts: 0.0,
             stale_told: false,
             posture,
             reading: H::Reading::default(),

@@ -114,6 +114,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
         if valid {
             self.known.friction = Some(friction);
             self.known.shift_counts = Some(0);
+            self.known.shift_sigma_counts = 0.0;
         }
         valid
     }

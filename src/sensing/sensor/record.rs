@@ -170,6 +170,7 @@ impl Learning {
             let residual_nm = draft.noise_nm(&known.drivetrain);
             known.friction = Some(draft);
             known.shift_counts = Some(0);
+            known.shift_sigma_counts = 0.0;
             known.tell(Event::FrictionRecorded {
                 closing_nm,
                 opening_nm,

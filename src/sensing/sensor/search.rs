@@ -3,6 +3,7 @@
 use super::Work;
 use super::known::Known;
 use crate::finger::Mechanics;
+use crate::numeric::sqrt;
 use crate::sensing::Event;
 use crate::sensing::block::Block;
 use crate::sensing::detector::{self, Detector, Finding, Onset, Residual, Test};
@@ -143,7 +144,13 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         {
             match search.alignment.push(friction, block, &self.drivetrain) {
                 Aligned::Pending => {}
-                Aligned::By(counts) => self.shift_counts = Some(counts),
+                Aligned::By {
+                    counts,
+                    sigma_counts,
+                } => {
+                    self.shift_counts = Some(counts);
+                    self.shift_sigma_counts = sigma_counts;
+                }
                 Aligned::Nowhere { misfit_nm } => {
                     // Whatever is there, no place could be told of it: the finger opens, and friction is recorded first.
                     self.tell(Event::FrictionStale { misfit_nm });
@@ -208,10 +215,11 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             least_fall_nm_per_count: least_slope_nm_per_count,
             friction_nm: friction.mean_nm()?,
         };
-        Some(Detector::new(
-            test,
-            friction.wander(way_rad / block.duration_s),
-        ))
+        let mut wander = friction.wander(way_rad / block.duration_s);
+        // What a shift that is off leaves goes up and down with the worm, about as slowly as friction wanders.
+        let shifted_nm = friction.steepness_nm_per_count() * self.shift_sigma_counts;
+        wander.rms_nm = sqrt(wander.rms_nm * wander.rms_nm + shifted_nm * shifted_nm);
+        Some(Detector::new(test, wander))
     }
 
     /// By how much the finger is stiffer with its softest contact, anywhere on the proximal phalanx, than without, behind the

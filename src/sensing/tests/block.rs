@@ -38,7 +38,7 @@ fn a_block_is_one_turn_of_the_motor_and_averages_what_repeats_with_it() {
         let turn = std::f32::consts::TAU * counts.rem_euclid(1000) as f32 / 1000.0;
         0.02 + 0.01 * turn.cos() + 0.005 * (2.0 * turn).sin()
     };
-    let found = blocks(&mut Gate::default(), (0, 0), 1000, Drive::Closing, ripple);
+    let found = blocks(&mut Gate::default(), (0, 0), 1500, Drive::Closing, ripple);
     assert!(found.len() > 20);
     for pair in found.windows(2) {
         assert_eq!(pair[1].counts - pair[0].counts, 1000);

@@ -139,6 +139,16 @@ fn a_fall_is_told_and_a_large_shift_asks_for_a_new_record() {
 }
 
 #[test]
+fn a_single_bad_block_is_no_contact() {
+    let mut life = Life::new(WORLDS[1], 6);
+    let record = life.record();
+    for bad_nm in [0.01, 0.1, 10.0, 1e30, -0.01, -10.0, -1e30] {
+        let spike = |index: i32| if index == 150 { bad_nm } else { 0.0 };
+        assert_eq!(close(&mut life, &record, 0.01, spike), None, "{bad_nm}");
+    }
+}
+
+#[test]
 fn nonsense_is_ignored() {
     let wander = Wander {
         rms_nm: 1e-3,

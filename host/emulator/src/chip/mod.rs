@@ -75,6 +75,7 @@ pub struct Chip {
     cordic: cordic::Cordic,
     /// What the pins are wired to.
     pub(crate) world: World,
+    fault_pin_held_high: bool,
     next_idle_step: Ticks,
     /// An access to a peripheral without clock, forgiven if the chip is reset soon: a fault handler switches the bridge
     /// off before it knows what is on.
@@ -119,6 +120,7 @@ impl Chip {
             iwdg: iwdg::Iwdg::new(lsi_hz),
             cordic: cordic::Cordic::new(),
             world: World::new(plant, quirks.wake_fault_s),
+            fault_pin_held_high: quirks.fault_pin_held_high,
             next_idle_step: 0,
             unclocked: None,
             deadline: 0,

@@ -66,10 +66,15 @@ impl Chip {
     pub(super) fn apply_pins(&mut self) {
         let (port, number) = NFAULT;
         let low = self.world.fault_low();
-        self.ports[port].drive(number, low.then_some(false));
+        let driven = if self.fault_pin_held_high {
+            Some(true)
+        } else {
+            low.then_some(false)
+        };
+        self.ports[port].drive(number, driven);
         let connected = self.ports[port].mode(number) == Mode::Alternate(12);
-        // The board pulls the open-drain pin up.
-        self.tim1.set_break_pin(connected.then_some(!low));
+        let level = self.ports[port].input(number);
+        self.tim1.set_break_pin(connected.then_some(level));
         let (port, number) = EN;
         let enable = match self.ports[port].mode(number) {
             Mode::Alternate(6) => self.tim1.duty(),

@@ -440,7 +440,7 @@ mod tests {
         timer.write(SR, !BIF, at(9)).unwrap();
         timer.write(BDTR, BKE | MOE, at(9)).unwrap();
         assert!(timer.main_output());
-        timer.lockup = true;
+        timer.system_break = true;
         timer.apply_break();
         assert!(!timer.main_output());
     }

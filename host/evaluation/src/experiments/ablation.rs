@@ -1,8 +1,9 @@
 //! Where the difference comes from: from the paper's algorithm to ours on the same distal contacts, one thing after the
 //! other.
 
-use palpate::scene::{P70, Scene};
+use palpate::scene::Scene;
 use palpate::sensing::{Calibration, Friction, Sample, Settings};
+use palpate_scenes::P70;
 
 use super::catalogue::{Entry, Job, Plan, closing, distal_wanted};
 use super::judge::{self, Knowledge};

@@ -1,9 +1,10 @@
 //! What the guided calibration finds out about fingers whose hidden values differ, and what that is worth for a location.
 
 use indicatif::ProgressBar;
-use palpate::scene::{P70, Scene};
+use palpate::scene::Scene;
 use palpate::sensing::Calibration;
 use palpate_plant::{Parameters, worm_efficiency};
+use palpate_scenes::P70;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;

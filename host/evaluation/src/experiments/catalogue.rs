@@ -1,7 +1,7 @@
 //! The experiments: which closings on which worlds.
 
-use palpate::scene::{Linkage3, P70, Tendon2, Tendon3};
 use palpate_plant::{Parameters, Shape, World};
+use palpate_scenes::{Linkage3, P70, Tendon2, Tendon3};
 use palpate_simulation::Simulated;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;

@@ -1,7 +1,7 @@
 //! How the errors grow with what disturbs them: one effect at a time, the calibration gone through again each time.
 
-use palpate::scene::P70;
 use palpate_plant::Parameters;
+use palpate_scenes::P70;
 use palpate_simulation::Simulated;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;

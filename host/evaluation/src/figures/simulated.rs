@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use palpate::finger::Mechanics;
-use palpate::scene::{P70, Scene};
+use palpate::scene::Scene;
+use palpate_scenes::P70;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 

@@ -11,9 +11,9 @@ use std::fmt::Write as _;
 use anyhow::{Result, anyhow};
 use palpate::app::console::command::Command;
 use palpate::app::console::settings::Setting;
-use palpate::scene::P70;
 use palpate::sensing::Event;
 use palpate_plant::{Grasp, Parameters, Shape};
+use palpate_scenes::P70;
 use palpate_simulation::{Outcome, Simulation};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -413,7 +413,7 @@ mod tests {
     fn the_scene_s_own_settings_are_a_choice_once() {
         let choices = choices();
         assert_eq!(choices.iter().filter(|choice| **choice == USUAL).count(), 1);
-        let settings = <palpate::scene::P70 as palpate::scene::Scene>::settings();
+        let settings = <palpate_scenes::P70 as palpate::scene::Scene>::settings();
         assert_eq!(settings.speed_rad_per_s, USUAL.closing_speed_rad_per_s);
         for shown in SHOWN {
             assert!(choices.contains(&shown), "docs/RESULTS.md shows {shown:?}");

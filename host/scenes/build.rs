@@ -1,0 +1,22 @@
+//! Generates a type for every scene.
+
+#[path = "../../build/generate.rs"]
+mod generate;
+#[path = "../../build/scene/mod.rs"]
+mod scene;
+
+use std::path::{Path, PathBuf};
+use std::{env, fs};
+
+fn main() {
+    println!("cargo::rerun-if-changed=../../build");
+    let folder = scene::list::folder(Path::new("../.."));
+    match scene::load_all(&folder) {
+        Ok(scenes) => {
+            let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
+            let text = generate::module(&scenes, "$crate");
+            fs::write(out.join("scenes.rs"), text).expect("OUT_DIR can be written");
+        }
+        Err(error) => println!("cargo::error={error}"),
+    }
+}

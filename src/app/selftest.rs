@@ -1,0 +1,232 @@
+//! The self-test of a board: what each step measures, what it must be, and what to look at where it is not.
+//!
+//! The steps run in the order of [`Step::ALL`]; the first that fails ends the test, so that the motor moves only where
+//! everything before is as it should be. The motion itself belongs to the board's task.
+
+use core::fmt;
+
+use super::console::text::Decimal;
+use crate::drive::Fault;
+
+/// A step of the self-test.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// The supply is within the limits.
+    Supply,
+    /// The bridge wakes up: nFAULT is high.
+    Wake,
+    /// nFAULT low cuts the PWM in hardware.
+    BreakInput,
+    /// The current sense's offset at rest is above zero and small.
+    Offset,
+    /// The current sense's noise at rest.
+    Noise,
+    /// The current that is read while a current is driven.
+    Current,
+    /// The encoder counts up while closing.
+    Encoder,
+    /// A slow motion of some degrees meets no resistance.
+    Travel,
+}
+
+impl Step {
+    /// Every step, in the order in which they run.
+    pub const ALL: [Self; 8] = [
+        Self::Supply,
+        Self::Wake,
+        Self::BreakInput,
+        Self::Offset,
+        Self::Noise,
+        Self::Current,
+        Self::Encoder,
+        Self::Travel,
+    ];
+
+    /// The step that a fault speaks about, whichever was under way when it was detected.
+    pub fn of_fault(fault: Fault) -> Option<Self> {
+        match fault {
+            Fault::SupplyLow | Fault::SupplyHigh => Some(Self::Supply),
+            Fault::Bridge => Some(Self::Wake),
+            Fault::OffsetOutOfRange => Some(Self::Offset),
+            Fault::OverCurrent | Fault::SenseStuck | Fault::SenseSaturated => Some(Self::Current),
+            Fault::EncoderStuck | Fault::EncoderReversed | Fault::EncoderJump => {
+                Some(Self::Encoder)
+            }
+            _ => None,
+        }
+    }
+
+    /// Name in the log.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Wake => "wake",
+            Self::BreakInput => "break-input",
+            Self::Supply => "supply",
+            Self::Offset => "offset",
+            Self::Noise => "noise",
+            Self::Current => "current",
+            Self::Encoder => "encoder",
+            Self::Travel => "travel",
+        }
+    }
+
+    /// Unit of the value.
+    pub fn unit(self) -> &'static str {
+        match self {
+            // A level, or whether the outputs were cut.
+            Self::Wake | Self::BreakInput => "",
+            Self::Supply => " V",
+            Self::Offset | Self::Noise | Self::Current => " mA",
+            Self::Encoder => " counts",
+            Self::Travel => " mrad",
+        }
+    }
+}
+
+/// Current that the motion steps drive: twice what free motion takes.
+pub const DRIVEN_A: f32 = 0.04;
+/// Motion that tells the encoder's direction, counts: a turn of the motor of the default drivetrain.
+pub const ENCODER_COUNTS: i32 = 1000;
+/// Motion of the last step at the input link, radian: 3 degrees; and its speed.
+pub const TRAVEL_RAD: f32 = 0.05;
+/// Speed of the last step, radian per second.
+pub const TRAVEL_RAD_PER_S: f32 = 0.1;
+
+/// The values that a step may have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wanted {
+    /// The step.
+    pub step: Step,
+    /// Smallest value, in the step's unit.
+    pub min: f32,
+    /// Largest value, in the step's unit.
+    pub max: f32,
+}
+
+impl Wanted {
+    /// For a board whose supply must lie within these limits, volt.
+    pub fn of(step: Step, supply_min_v: f32, supply_max_v: f32) -> Self {
+        let driven_ma = DRIVEN_A * 1e3;
+        let (min, max) = match step {
+            Step::Wake | Step::BreakInput => (1.0, 1.0),
+            Step::Supply => (supply_min_v, supply_max_v),
+            // Zero is no offset but a negative one, which the unsigned converter cannot see.
+            Step::Offset => (0.2, 15.0),
+            // Without any noise nothing is connected. 0.5 mA rms and more in a control period is what the detection
+            // threshold is made for; a sample averages twenty.
+            Step::Noise => (0.001, 1.0),
+            Step::Current => (0.5 * driven_ma, 1.5 * driven_ma),
+            Step::Encoder => (0.5 * ENCODER_COUNTS as f32, 10.0 * ENCODER_COUNTS as f32),
+            Step::Travel => (0.8e3 * TRAVEL_RAD, 1.2e3 * TRAVEL_RAD),
+        };
+        Self { step, min, max }
+    }
+
+    /// Whether a value passes.
+    pub fn contains(&self, value: f32) -> bool {
+        // A NaN is in no range.
+        value >= self.min && value <= self.max
+    }
+}
+
+impl fmt::Display for Wanted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (min, max) = (Decimal(self.min), Decimal(self.max));
+        let unit = self.step.unit();
+        if self.min < self.max {
+            write!(f, "{min} to {max}{unit}")
+        } else {
+            write!(f, "{min}{unit}")
+        }
+    }
+}
+
+/// What to look at where a step failed with this value, and perhaps a fault.
+pub fn remedy(step: Step, value: f32, wanted: &Wanted, fault: Option<Fault>) -> &'static str {
+    let low = value < wanted.min;
+    match (step, fault) {
+        (_, Some(Fault::SupplyLow | Fault::SupplyHigh)) | (Step::Supply, _) => {
+            "check the supply and the divider at A5; set supply-min and supply-max to the supply in use"
+        }
+        (Step::Wake, _) => {
+            "nFAULT stays low: is the bridge supplied, nSLEEP at D4, nFAULT at D6, no short at the outputs?"
+        }
+        (Step::BreakInput, _) => {
+            "nFAULT is held high: remove a pull-up of its own (the chip has one) or a short to 3.3 V"
+        }
+        (Step::Offset, None) if low => {
+            "the offset reads zero, it may be negative: fit the resistor that lifts the sense, check the wire at A1"
+        }
+        (Step::Offset, _) => "the offset is too large: check ground and the sense resistor at A1",
+        (Step::Noise, _) if low => "no noise at all: is the sense connected to A1?",
+        (Step::Noise, _) => "keep the motor's wires away from A1, fit the capacitor at A1",
+        (_, Some(Fault::EncoderReversed)) => {
+            "the encoder counts against the motor: swap the motor's wires or the encoder's A and B"
+        }
+        (_, Some(Fault::EncoderStuck | Fault::EncoderJump)) => {
+            "the encoder does not follow the motor: check its supply, A at D12 and B at D11"
+        }
+        (_, Some(Fault::SenseStuck)) => {
+            "no current is read: check the sense wire at A1, the motor's wires, EN at D7"
+        }
+        (Step::Current, _) if low => {
+            "too little current flows: check the motor's wires and EN at D7"
+        }
+        (Step::Current, _) => "more current is read than driven: check the sense resistor",
+        (Step::Encoder, _) if value < -wanted.min => {
+            "the encoder counts against the motor: swap the motor's wires or the encoder's A and B"
+        }
+        (Step::Encoder, _) => {
+            "the motor does not turn, or the encoder does not count: check the encoder's supply, A at D12 and B at D11; free the finger"
+        }
+        (Step::Travel, _) => "the motion is too stiff: free the finger and the drivetrain",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wanted(step: Step) -> Wanted {
+        Wanted::of(step, 10.0, 14.0)
+    }
+
+    #[test]
+    fn each_step_says_what_it_wants_in_its_unit() {
+        let texts = Step::ALL.map(|step| wanted(step).to_string());
+        assert_eq!(
+            texts,
+            [
+                "10 to 14 V",
+                "1",
+                "1",
+                "0.2 to 15 mA",
+                "0.001 to 1 mA",
+                "20 to 60 mA",
+                "500 to 10000 counts",
+                "40 to 60 mrad"
+            ]
+        );
+    }
+
+    #[test]
+    fn both_ends_pass_and_what_lies_beyond_or_is_no_number_fails() {
+        for step in Step::ALL {
+            let wanted = wanted(step);
+            assert!(wanted.contains(wanted.min) && wanted.contains(wanted.max));
+            for value in [wanted.min - 0.1, wanted.max + 0.1, f32::NAN] {
+                assert!(!wanted.contains(value), "{step:?} {value}");
+                assert!(!remedy(step, value, &wanted, None).contains('='));
+            }
+        }
+    }
+
+    #[test]
+    fn a_reversed_encoder_and_a_dead_one_have_different_remedies() {
+        let wanted = wanted(Step::Encoder);
+        let of = |value, fault| remedy(Step::Encoder, value, &wanted, fault);
+        assert_eq!(of(-1000.0, None), of(0.0, Some(Fault::EncoderReversed)));
+        assert_ne!(of(-1000.0, None), of(0.0, None));
+        assert_ne!(of(0.0, None), of(0.0, Some(Fault::EncoderStuck)));
+    }
+}
