@@ -11,7 +11,7 @@ use super::demand::{Demand, OffsetState, Setpoint, Status};
 use super::encoder::Encoder;
 use super::fault::Fault;
 use super::io::{CONTROL_HZ, Inputs, Outputs};
-use super::limit::limit_magnitude;
+use super::limit::{Travel, limit_magnitude};
 use super::offset::{OffsetMeter, OffsetReading};
 use super::protect::{BridgeState, FREE_SLOT, PeriodState, Protection, SLOTS};
 use super::speed::SpeedLoop;
@@ -38,8 +38,7 @@ pub struct Controller {
     scale: Scale,
     current_limit_a: f32,
     conductance_per_ohm: f32,
-    position_min_counts: i32,
-    position_max_counts: i32,
+    travel: Travel,
     encoder: Encoder,
     current: CurrentLoop,
     speed: SpeedLoop,
@@ -83,8 +82,10 @@ impl Controller {
         Self {
             current_limit_a: limits.current_a,
             conductance_per_ohm: 1.0 / config.motor.resistance_ohm,
-            position_min_counts: scale.counts(limits.position_min_rad),
-            position_max_counts: scale.counts(limits.position_max_rad),
+            travel: Travel {
+                min_counts: scale.counts(limits.position_min_rad),
+                max_counts: scale.counts(limits.position_max_rad),
+            },
             encoder: Encoder::default(),
             current: CurrentLoop::new(config, scale.emf_v_per_count_per_period()),
             speed: SpeedLoop::new(config, &scale),
@@ -165,23 +166,13 @@ impl Controller {
         }
     }
 
-    /// Counts beyond the limits of the travel: negative on the opening side, 0 within.
-    fn beyond_counts(&self) -> i32 {
-        let position = self.encoder.position_counts();
-        if !self.status.homed {
-            0
-        } else if position > self.position_max_counts {
-            position.wrapping_sub(self.position_max_counts)
-        } else if position < self.position_min_counts {
-            position.wrapping_sub(self.position_min_counts)
-        } else {
-            0
-        }
-    }
-
     /// Checks the period that ended for faults and adds it to the sample.
     fn observe(&mut self, inputs: &Inputs, encoder_plausible: bool, setpoint: Setpoint) {
-        self.beyond_counts = self.beyond_counts();
+        self.beyond_counts = if self.status.homed {
+            self.travel.beyond_counts(self.encoder.position_counts())
+        } else {
+            0
+        };
         let raw_a = self.scale.current_a(inputs.current);
         let supply_v = self.scale.supply_v(inputs.supply);
         if self.supply_v == 0.0 {

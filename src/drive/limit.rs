@@ -1,4 +1,4 @@
-//! Clamping to a range that is symmetric about zero.
+//! Limits: clamping to a range that is symmetric about zero, and the travel of the finger.
 
 /// `x` clamped to `-limit..=limit`, `limit` not negative, and whether it was beyond; NaN gives `limit`.
 ///
@@ -14,9 +14,32 @@ pub fn limit_magnitude(x: f32, limit: f32) -> (f32, bool) {
     }
 }
 
+/// The finger's travel, counts from the opening stop.
+#[derive(Clone, Copy, Debug)]
+pub struct Travel {
+    /// Opening end.
+    pub min_counts: i32,
+    /// Closing end.
+    pub max_counts: i32,
+}
+
+impl Travel {
+    /// Counts beyond the travel: negative on the opening side, 0 within.
+    #[inline(always)]
+    pub fn beyond_counts(&self, position_counts: i32) -> i32 {
+        if position_counts > self.max_counts {
+            position_counts.wrapping_sub(self.max_counts)
+        } else if position_counts < self.min_counts {
+            position_counts.wrapping_sub(self.min_counts)
+        } else {
+            0
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::limit_magnitude;
+    use super::{Travel, limit_magnitude};
     use crate::numeric::clamp;
     use proptest::prelude::*;
 
@@ -26,6 +49,17 @@ mod tests {
             let (held, beyond) = limit_magnitude(x, limit);
             prop_assert_eq!(held, clamp(x, -limit, limit));
             prop_assert_eq!(beyond, held != x);
+        }
+    }
+
+    #[test]
+    fn beyond_the_travel_is_signed_and_zero_within() {
+        let travel = Travel {
+            min_counts: -10,
+            max_counts: 100,
+        };
+        for (position, beyond) in [(-11, -1), (-10, 0), (0, 0), (100, 0), (107, 7)] {
+            assert_eq!(travel.beyond_counts(position), beyond);
         }
     }
 
