@@ -259,8 +259,11 @@ impl palpate::scene::Scene for {name} {{
             travel_rad: Self::MOTION.travel_rad,
             torque_limit_nm: {},
             wanted_sigma_m: {},
-            radius_m: {},
-            radius_sigma_m: {},
+            closing_stop_rad: {},
+            half_thickness_m: {},
+            pin_radius_m: {},
+            contact_friction: [{}, {}],
+            joint_friction_nm: [{}, {}],
             ..palpate::sensing::Settings::default()
         }}
     }}
@@ -277,8 +280,13 @@ const _: &<{name} as palpate::scene::Scene>::Finger = &<{name} as palpate::scene
         of("hall.max_rad"),
         of("sensing.probe_torque_nm"),
         of("sensing.wanted_sigma_m"),
-        of("sensing.radius_m"),
-        of("sensing.radius_sigma_m"),
+        of("travel.stop_rad"),
+        of("sensing.half_thickness_m"),
+        of("sensing.pin_radius_m"),
+        of("sensing.contact_friction"),
+        of("sensing.contact_friction_sigma"),
+        of("sensing.joint_friction_nm"),
+        of("sensing.joint_friction_sigma_nm"),
     ));
     text
 }

@@ -69,11 +69,11 @@ macro_rules! log_lines {
             touch info "touch time_us={=u64} theta_a_mrad={=f32} torque_mnm={=f32}"
                 (time_us: u64, theta_a_mrad: f32, torque_mnm: f32);
             /// A contact is located; repeated as it is refined.
-            located info "located phalanx={=u8} k_mm={=f32} sigma_mm={=f32} k_c_nm_per_rad={=f32} force_n={=f32} radius_mm={=f32} radius_sigma_mm={=f32} settled={=bool}"
-                (phalanx: u8, k_mm: f32, sigma_mm: f32, k_c_nm_per_rad: f32, force_n: f32, radius_mm: f32, radius_sigma_mm: f32, settled: bool);
+            located info "located phalanx={=u8} k_mm={=f32} sigma_mm={=f32} k_c_nm_per_rad={=f32} force_n={=f32} radius_mm={=f32} radius_sigma_mm={=f32} settled={=bool} p_phalanx={=f32} force_sigma_n={=f32}"
+                (phalanx: u8, k_mm: f32, sigma_mm: f32, k_c_nm_per_rad: f32, force_n: f32, radius_mm: f32, radius_sigma_mm: f32, settled: bool, p_phalanx: f32, force_sigma_n: f32);
             /// Two places explain the same contact.
-            ambiguous info "ambiguous phalanx={=u8} k_mm={=f32} sigma_mm={=f32} other_phalanx={=u8} other_k_mm={=f32} other_sigma_mm={=f32} settled={=bool}"
-                (phalanx: u8, k_mm: f32, sigma_mm: f32, other_phalanx: u8, other_k_mm: f32, other_sigma_mm: f32, settled: bool);
+            ambiguous info "ambiguous phalanx={=u8} k_mm={=f32} sigma_mm={=f32} other_phalanx={=u8} other_k_mm={=f32} other_sigma_mm={=f32} settled={=bool} p_phalanx={=f32} other_p_phalanx={=f32}"
+                (phalanx: u8, k_mm: f32, sigma_mm: f32, other_phalanx: u8, other_k_mm: f32, other_sigma_mm: f32, settled: bool, p_phalanx: f32, other_p_phalanx: f32);
             /// A contact without a location.
             not_located info "not-located why={=str} torque_mnm={=f32}" (why: &str, torque_mnm: f32);
             /// Torque factor and cable, as known now.

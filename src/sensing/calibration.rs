@@ -70,47 +70,17 @@ impl Calibration {
         self.unless_uninformative(learned)
     }
 
-    /// Takes the slope of a press against the closing stop, where the finger is rigid: radian per newton metre of
-    /// nominal torque, with its deviation.
+    /// Takes what a fit of a press against the closing stop found, where the finger is rigid, as [`Calibration::with_contact`].
     ///
     /// # Errors
     /// Why not; nothing is changed then.
-    pub fn with_press(
-        &self,
-        slope_rad_per_nm: f32,
-        sigma_rad_per_nm: f32,
-    ) -> Result<Self, Refusal> {
-        let mine = self.cable_sigma_rad_per_nm * self.cable_sigma_rad_per_nm;
-        let its = sigma_rad_per_nm * sigma_rad_per_nm;
-        // Written so that a NaN fails.
-        if !(slope_rad_per_nm > 0.0 && its > 0.0 && its < f32::INFINITY) {
-            return Err(Refusal::Misfit);
-        }
-        let shift = slope_rad_per_nm - self.cable_rad_per_nm;
-        let total = mine + its;
-        if shift.abs() > IMPLAUSIBLE * sqrt(total) {
-            return Err(Refusal::Implausible);
-        }
-        let (factor_sigma, correlation) = (self.torque_factor_sigma, self.correlation);
-        let gain = mine / total;
-        let factor_gain = correlation * factor_sigma * self.cable_sigma_rad_per_nm / total;
-        // What is left of either deviation; the correlation can but shrink.
-        let left = sqrt(1.0 - gain);
-        let factor_left =
-            sqrt((1.0 - correlation * correlation * gain).at_least(f32::MIN_POSITIVE));
-        let learned = Self {
-            torque_factor: self.torque_factor * (1.0 + factor_gain * shift),
-            torque_factor_sigma: factor_sigma * factor_left,
-            cable_rad_per_nm: self.cable_rad_per_nm + gain * shift,
-            cable_sigma_rad_per_nm: self.cable_sigma_rad_per_nm * left,
-            correlation: correlation * left / factor_left,
+    pub fn with_press(&self, found: &Self, misfit: f32) -> Result<Self, Refusal> {
+        let learned = self.with_contact(found, misfit)?;
+        Ok(Self {
             contacts: self.contacts,
             presses: self.presses.saturating_add(1),
-        };
-        if !learned.is_valid() {
-            return Err(Refusal::Implausible);
-        }
-        self.unless_uninformative(learned)
+            ..learned
+        })
     }
 
     /// What was learned, if it tells more than is known.
@@ -138,7 +108,7 @@ impl Calibration {
 }
 
 /// Mean square residual, in variances, above which a curve is not what it is said to be.
-const MISFIT: f32 = 12.0;
+const MISFIT: f32 = 4.0;
 /// Shift, in deviations, that is taken for a mistake.
 const IMPLAUSIBLE: f32 = 4.0;
 /// By how much a calibration must shrink what is not known.

@@ -1,12 +1,21 @@
-//! The torque-angle curve since contact, in fixed memory: bins over the angle, whose width doubles when they are used up.
+//! The torque-angle curve about and since contact, in fixed memory: means over a geometrically growing number of blocks.
 //!
 //! Bins divide the angle, which is measured almost without noise; bins over the torque would sort its noise and so bend
-//! the curve.
+//! the curve. Near the onset, where the curve has its corner, a bin is a block; further on it is up to [`MOST_BLOCKS`] of
+//! them, over which a curve hardly bends.
 
-use crate::numeric::Bounded;
+use crate::numeric::{Bounded, sqrt};
 
-/// Number of bins.
-pub const BINS: usize = 24;
+/// Bins before the contact: they tell friction's level and wander.
+const BEFORE: usize = 4;
+/// Bins since.
+const SINCE: usize = 40;
+/// Room for all points.
+pub const POINTS: usize = BEFORE + SINCE;
+/// Bins after which their width doubles.
+const SAME_WIDTH: usize = 6;
+/// Widest of them, in blocks.
+const MOST_BLOCKS: u16 = 8;
 
 /// Least variance that a point weighs by: a micronewton metre squared, far below any noise.
 const LEAST_VARIANCE_NM2: f32 = 1e-12;
@@ -16,14 +25,18 @@ const LEAST_VARIANCE_NM2: f32 = 1e-12;
 pub struct Point {
     /// Angle since the curve's origin, counts.
     pub counts: f32,
-    /// Torque at the input link, newton metre.
-    pub torque_nm: f32,
-    /// Torque above that of the contact as the cable's creep feels it, delayed by its time constant, newton metre.
+    /// Time since the curve's origin, second.
+    pub time_s: f32,
+    /// Torque at the input link above that of the free finger, nominal, newton metre.
+    pub excess_nm: f32,
+    /// Torque of the free finger at that angle, newton metre.
+    pub free_nm: f32,
+    /// The excess as the cable's creep feels it, delayed by its time constant, newton metre.
     pub late_nm: f32,
-    /// Of the torque, what was taken for the change of speed, newton metre.
-    pub inertia_nm: f32,
-    /// Variance of the torque's mean, newton metre squared.
+    /// Variance of the excess from the noise of its blocks, newton metre squared.
     pub variance_nm2: f32,
+    /// Way over which the mean is taken, counts.
+    pub width_counts: f32,
     /// Blocks in the bin; 0 for none.
     pub blocks: u16,
 }
@@ -32,10 +45,12 @@ impl Point {
     /// Nothing. A constant, as arrays of it are: they are filled, where a value would be copied in a loop.
     pub const EMPTY: Self = Self {
         counts: 0.0,
-        torque_nm: 0.0,
+        time_s: 0.0,
+        excess_nm: 0.0,
+        free_nm: 0.0,
         late_nm: 0.0,
-        inertia_nm: 0.0,
         variance_nm2: 0.0,
+        width_counts: 0.0,
         blocks: 0,
     };
 
@@ -49,11 +64,19 @@ impl Point {
         let mine = f32::from(self.blocks) / f32::from(blocks);
         let others = 1.0 - mine;
         self.counts = mine * self.counts + others * other.counts;
-        self.torque_nm = mine * self.torque_nm + others * other.torque_nm;
+        self.time_s = mine * self.time_s + others * other.time_s;
+        self.excess_nm = mine * self.excess_nm + others * other.excess_nm;
+        self.free_nm = mine * self.free_nm + others * other.free_nm;
         self.late_nm = mine * self.late_nm + others * other.late_nm;
-        self.inertia_nm = mine * self.inertia_nm + others * other.inertia_nm;
         self.variance_nm2 = mine * mine * self.variance_nm2 + others * others * other.variance_nm2;
+        self.width_counts += other.width_counts;
         self.blocks = blocks;
+    }
+
+    fn is_finite(&self) -> bool {
+        // Not finite as soon as one of them is not.
+        let sum = self.excess_nm + self.free_nm + self.late_nm + self.variance_nm2 + self.time_s;
+        sum.is_finite()
     }
 }
 
@@ -61,17 +84,20 @@ impl Point {
 #[derive(Clone, Debug)]
 pub struct Curve {
     origin_counts: i32,
-    width_counts: f32,
-    bins: [Point; BINS],
+    before: [Point; BEFORE],
+    since: [Point; SINCE],
+    /// The bin that is being filled.
+    filling: usize,
 }
 
 impl Curve {
-    /// An empty curve from a position on, with bins of some first width, counts.
-    pub fn new(origin_counts: i32, width_counts: u32) -> Self {
+    /// An empty curve from a position on.
+    pub fn new(origin_counts: i32) -> Self {
         Self {
             origin_counts,
-            width_counts: width_counts.max(1) as f32,
-            bins: const { [Point::EMPTY; BINS] },
+            before: const { [Point::EMPTY; BEFORE] },
+            since: const { [Point::EMPTY; SINCE] },
+            filling: 0,
         }
     }
 
@@ -80,54 +106,52 @@ impl Curve {
         self.origin_counts
     }
 
-    /// Takes the means of a block at a position. One before the origin, or that is not a number, is ignored.
+    /// Takes a block from before the origin, the `index`-th of `number`. One that is not a number is ignored.
+    pub fn push_before(&mut self, index: usize, number: usize, counts: i32, block: Point) {
+        let block = self.placed(counts, block);
+        if let Some(bin) = self.before.get_mut(index * BEFORE / number.max(1))
+            && block.is_finite()
+        {
+            bin.join(&block);
+        }
+    }
+
+    /// Takes the means of a block at a position at or after the origin, by rising angle. One before, one that is not a number,
+    /// and what comes when all bins are full, is ignored.
     pub fn push(&mut self, counts: i32, block: Point) {
-        let way_counts = counts.wrapping_sub(self.origin_counts);
-        // Not finite as soon as one of them is not.
-        let sum = block.torque_nm + block.late_nm + block.inertia_nm + block.variance_nm2;
-        if way_counts < 0 || !sum.is_finite() {
+        let block = self.placed(counts, block);
+        if block.counts < 0.0 || !block.is_finite() {
             return;
         }
-        let point = Point {
-            counts: way_counts as f32,
+        let full = |bin: &Point, index: usize| {
+            let doublings = (index / SAME_WIDTH).min(usize::from(MOST_BLOCKS.ilog2() as u16));
+            bin.blocks >= 1 << doublings
+        };
+        if (self.since.get(self.filling)).is_some_and(|bin| full(bin, self.filling)) {
+            self.filling += 1;
+        }
+        if let Some(bin) = self.since.get_mut(self.filling) {
+            bin.join(&block);
+        }
+    }
+
+    fn placed(&self, counts: i32, block: Point) -> Point {
+        Point {
+            counts: counts.wrapping_sub(self.origin_counts) as f32,
             blocks: 1,
             ..block
-        };
-        while point.counts >= self.width_counts * BINS as f32 {
-            self.halve();
         }
-        let index = (point.counts / self.width_counts) as usize;
-        if let Some(bin) = self.bins.get_mut(index) {
-            bin.join(&point);
-        }
-    }
-
-    /// Neighbours become one, twice as wide. In place: no bin is written before it has been read.
-    fn halve(&mut self) {
-        for to in 0..BINS / 2 {
-            let mut pair = self.bins[2 * to];
-            pair.join(&self.bins[2 * to + 1]);
-            self.bins[to] = pair;
-        }
-        if let Some(upper) = self.bins.last_chunk_mut() {
-            *upper = const { [Point::EMPTY; BINS / 2] };
-        }
-        self.width_counts *= 2.0;
-    }
-
-    /// All bins by rising angle, the empty ones among them.
-    pub fn bins(&self) -> &[Point] {
-        &self.bins
     }
 
     /// The bins that hold anything, by rising angle.
     pub fn points(&self) -> impl Iterator<Item = &Point> + Clone {
-        self.bins.iter().filter(|bin| bin.blocks > 0)
+        let all = self.before.iter().chain(&self.since);
+        all.filter(|bin| bin.blocks > 0)
     }
 
-    /// The last of them.
+    /// The last of them since the origin.
     pub fn last(&self) -> Option<&Point> {
-        self.bins.iter().rev().find(|bin| bin.blocks > 0)
+        self.since.iter().rev().find(|bin| bin.blocks > 0)
     }
 }
 
@@ -138,60 +162,39 @@ pub struct Slope {
     pub counts_per_nm: f32,
     /// Its standard deviation from the torque's noise.
     pub sigma_counts_per_nm: f32,
-    /// Angle where the torque is zero, counts.
-    pub onset_counts: f32,
-    /// Points used.
-    pub points: u16,
 }
 
-/// Weighted sums over points, coordinates taken from a centre.
-#[derive(Clone, Copy, Debug, Default)]
-struct Moments {
-    points: u16,
-    weight: f32,
-    x: f32,
-    y: f32,
-    xx: f32,
-    xy: f32,
-}
-
-impl Moments {
-    /// Over the points of [`slope`] about the centre (counts, torque).
-    // Not inlined: wanted twice.
-    #[inline(never)]
-    fn about(center: (f32, f32), points: &[Point], from_nm: f32, creep: f32) -> Self {
-        let mut sums = Self::default();
-        for p in points {
-            if p.blocks == 0 || p.torque_nm < from_nm {
-                continue;
-            }
-            let weight = 1.0 / p.variance_nm2.at_least(LEAST_VARIANCE_NM2);
-            let x = p.counts - center.0;
-            let y = p.torque_nm + creep * p.late_nm - center.1;
-            sums.points = sums.points.saturating_add(1);
-            sums.weight += weight;
-            sums.x += weight * x;
-            sums.y += weight * y;
-            sums.xx += weight * x * x;
-            sums.xy += weight * x * y;
-        }
-        sums
-    }
-}
-
-/// Straight line through the points above a torque, the cable's creep of a share `creep` taken as part of the torque.
-/// Empty bins do not count. None with fewer than three, or where the torque does not vary.
+/// Straight line through the points since the origin up to a share of the largest excess, the cable's creep of a share `creep`
+/// taken as part of the torque. Three points at least are taken. None where there are fewer, or the torque does not rise.
 ///
 /// The torque is regressed on the angle, which is the one without noise, and the slope inverted: the other way round the
 /// noise would flatten it.
-pub fn slope(points: &[Point], from_nm: f32, creep: f32) -> Option<Slope> {
-    let all = Moments::about((0.0, 0.0), points, from_nm, creep);
-    if all.points < 3 {
+pub fn slope(points: &[Point], share: f32, creep: f32) -> Option<Slope> {
+    let since = || points.iter().filter(|p| p.time_s >= 0.0 && p.blocks > 0);
+    let top_nm = since().fold(0.0f32, |top, p| p.excess_nm.at_least(top));
+    let first = since()
+        .position(|p| p.excess_nm > share * top_nm)
+        .unwrap_or(usize::MAX)
+        .max(3);
+    let torque = |p: &Point| p.excess_nm + p.free_nm + creep * p.late_nm;
+    let weight = |p: &Point| 1.0 / p.variance_nm2.at_least(LEAST_VARIANCE_NM2);
+    let (mut number, mut sum, mut x, mut y) = (0, 0.0, 0.0, 0.0);
+    for p in since().take(first) {
+        number += 1;
+        sum += weight(p);
+        x += weight(p) * p.counts;
+        y += weight(p) * torque(p);
+    }
+    if number < 3 {
         return None;
     }
-    let (x, y) = (all.x / all.weight, all.y / all.weight);
     // Again about the mean, where nothing cancels.
-    let Moments { xx, xy, .. } = Moments::about((x, y), points, from_nm, creep);
+    let (x, y) = (x / sum, y / sum);
+    let (mut xx, mut xy) = (0.0, 0.0);
+    for p in since().take(first) {
+        xx += weight(p) * (p.counts - x) * (p.counts - x);
+        xy += weight(p) * (p.counts - x) * (torque(p) - y);
+    }
     let counts_per_nm = xx / xy;
     // Written so that a NaN fails.
     if !(counts_per_nm > 0.0 && counts_per_nm < f32::INFINITY) {
@@ -199,8 +202,6 @@ pub fn slope(points: &[Point], from_nm: f32, creep: f32) -> Option<Slope> {
     }
     Some(Slope {
         counts_per_nm,
-        sigma_counts_per_nm: counts_per_nm * counts_per_nm / crate::numeric::sqrt(xx),
-        onset_counts: x - y * counts_per_nm,
-        points: all.points,
+        sigma_counts_per_nm: counts_per_nm * counts_per_nm / sqrt(xx),
     })
 }

@@ -16,6 +16,8 @@ pub enum NotLocated {
     TooStiff,
     /// No contact anywhere bends the curve like that: two contacts, an object that yields or slips.
     Unexplained,
+    /// The finger's stiffness does not depend on the place: no curve would tell it.
+    Unobservable,
     /// The finger stopped, or torque ran out, before there was enough to judge.
     TooFewSamples,
 }
@@ -64,6 +66,8 @@ pub enum Event {
     Located {
         /// Phalanx in contact, 2 for the second.
         phalanx: u8,
+        /// Probability that it is this phalanx, 0 to 1.
+        p_phalanx: f32,
         /// Contact location from the phalanx's joint, at first contact.
         k_m: f32,
         /// Standard deviation of `k_m`.
@@ -72,6 +76,8 @@ pub enum Event {
         k_c_nm_per_rad: f32,
         /// Contact force now (1), newton.
         force_n: f32,
+        /// Standard deviation of `force_n`.
+        force_sigma_n: f32,
         /// Effective contact radius, where the curve tells it (docs/MECHANICS.md#finite-torque-step); NaN where it
         /// does not.
         radius_m: f32,
@@ -84,6 +90,8 @@ pub enum Event {
     Ambiguous {
         /// Candidate phalanges, the likelier first.
         phalanx: [u8; 2],
+        /// Their probabilities, each of all that touches that phalanx.
+        p_phalanx: [f32; 2],
         /// Candidate locations, metre.
         k_m: [f32; 2],
         /// Their standard deviations, metre.

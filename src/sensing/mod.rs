@@ -13,7 +13,6 @@ pub mod curve;
 pub mod detector;
 pub mod drivetrain;
 pub mod event;
-pub mod fit;
 pub mod friction;
 pub mod joint;
 pub mod location;

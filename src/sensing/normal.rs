@@ -60,6 +60,30 @@ impl<const P: usize, X: Series> Normal<P, X> {
         }
     }
 
+    /// Takes an unknown out: the others are solved for while it stays.
+    pub fn hold(&mut self, unknown: usize) {
+        for row in 0..P {
+            if row != unknown {
+                self.matrix[row.max(unknown)][row.min(unknown)] = 0.0;
+            }
+        }
+        self.matrix[unknown][unknown] = 1.0;
+        self.right[unknown] = 0.0;
+    }
+
+    /// By how much a step lowers the sum of squares, as far as that is a parabola.
+    pub fn promise(&self, step: &[f32; P]) -> f32 {
+        let mut gain = 0.0;
+        for row in 0..Self::USED {
+            let mut along = 0.0;
+            for column in 0..Self::USED {
+                along += self.matrix[row.max(column)][row.min(column)] * step[column];
+            }
+            gain += step[row] * (2.0 * self.right[row] - along);
+        }
+        gain
+    }
+
     /// Factors the matrix, its diagonal raised by `damping` times itself. None unless it is positive definite.
     pub fn factor(&mut self, damping: f32) -> Option<Factor<'_, P, X>> {
         for row in 0..Self::USED {

@@ -18,10 +18,16 @@ pub struct Settings {
     pub wanted_sigma_m: f32,
     /// Torque at the input link above which probing does not go, newton metre.
     pub torque_limit_nm: f32,
-    /// Effective contact radius expected before anything is felt: mean, metre.
-    pub radius_m: f32,
-    /// Its standard deviation, metre.
-    pub radius_sigma_m: f32,
+    /// Angle of the input link from the opening stop to the closing stop, radian.
+    pub closing_stop_rad: f32,
+    /// Half the thickness of a phalanx, metre: what it touches with lies beside its centre line.
+    pub half_thickness_m: f32,
+    /// Radius of a pin that calibrates, metre.
+    pub pin_radius_m: f32,
+    /// Coefficient of friction between phalanx and object: mean and deviation.
+    pub contact_friction: [f32; 2],
+    /// Friction or preload of each joint beyond the first, newton metre: mean and deviation.
+    pub joint_friction_nm: [f32; 2],
 }
 
 impl Default for Settings {
@@ -36,9 +42,14 @@ impl Default for Settings {
             false_contacts_per_thousand: 0.01,
             wanted_sigma_m: 0.3e-3,
             torque_limit_nm: 0.35,
-            // Objects of 4 to 40 mm in diameter on a phalanx some 10 mm thick: 2 + 5 to 20 + 5 mm.
-            radius_m: 0.014,
-            radius_sigma_m: 0.007,
+            closing_stop_rad: 1.6,
+            half_thickness_m: 0.006,
+            pin_radius_m: 0.005,
+            // Smooth skin on wood, metal or plastics without lubricant would be 0.1 to 0.3; a phalanx of polished plastics or
+            // metal less (R, chosen).
+            contact_friction: [0.1, 0.1],
+            // Pins of some millimetre in plain bearings, up to 10 N (R, chosen).
+            joint_friction_nm: [0.1e-3, 0.15e-3],
         }
     }
 }

@@ -515,10 +515,12 @@ mod tests {
         let mut coordinator = coordinator();
         let located = |force_n| Event::Located {
             phalanx: 2,
+            p_phalanx: 1.0,
             k_m: 0.04,
             sigma_m: 0.001,
             k_c_nm_per_rad: 2.0,
             force_n,
+            force_sigma_n: 0.1,
             radius_m: f32::NAN,
             radius_sigma_m: f32::NAN,
             settled: true,

@@ -18,6 +18,7 @@ impl NotLocated {
             Self::Gap => "gap",
             Self::TooStiff => "too-stiff",
             Self::TooFewSamples => "too-few-samples",
+            Self::Unobservable => "unobservable",
             Self::Unexplained => "unexplained",
         }
     }
@@ -71,6 +72,8 @@ pub fn event(log: &mut impl Log, event: &Event) {
             radius_m,
             radius_sigma_m,
             settled,
+            p_phalanx,
+            force_sigma_n,
         } => log.located(
             phalanx,
             k_m * MILLI,
@@ -80,12 +83,15 @@ pub fn event(log: &mut impl Log, event: &Event) {
             radius_m * MILLI,
             radius_sigma_m * MILLI,
             settled,
+            p_phalanx,
+            force_sigma_n,
         ),
         Event::Ambiguous {
             phalanx,
             k_m,
             sigma_m,
             settled,
+            p_phalanx,
         } => log.ambiguous(
             phalanx[0],
             k_m[0] * MILLI,
@@ -94,6 +100,8 @@ pub fn event(log: &mut impl Log, event: &Event) {
             k_m[1] * MILLI,
             sigma_m[1] * MILLI,
             settled,
+            p_phalanx[0],
+            p_phalanx[1],
         ),
         Event::NotLocated { why, torque_nm } => log.not_located(why.name(), torque_nm * MILLI),
         Event::Calibrated { calibration } => calibrated(log, &calibration),

@@ -39,6 +39,14 @@ pub struct PathPoint {
     pub rotation_by_k_rad_per_m: f32,
     /// Derivative of `rotation_rad` by the contact radius, at this torque, radian per metre.
     pub rotation_by_radius_rad_per_m: f32,
+    /// Derivative of `rotation_rad` by the coefficient of contact friction, at this torque, at none, and for a phalanx
+    /// without thickness, radian (docs/MECHANICS.md#real-fingers).
+    pub rotation_by_friction_rad: f32,
+    /// What half the phalanx's thickness adds to it, radian per metre.
+    pub rotation_by_friction_and_thickness_rad_per_m: f32,
+    /// Derivative of `rotation_rad` by a torque that opposes the turning of each joint beyond the first (friction, or a
+    /// spring that was held against its stop), at this torque, radian per newton metre.
+    pub rotation_by_joint_friction_rad_per_nm: f32,
     /// Where the contact is now, metre from the phalanx's joint (21).
     pub k_now_m: f32,
     /// Normal contact force, newton, positive when pressing.

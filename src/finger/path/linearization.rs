@@ -15,6 +15,10 @@ pub(super) struct Linearization<const N: usize> {
     pub(super) stiffness: [[f32; N]; N],
     /// Moment arms p of the contact.
     pub(super) arms: [f32; N],
+    /// Moment arms of a force along the phalanx at its centre line, towards the joint.
+    pub(super) heights: [f32; N],
+    /// Sense in which each joint has turned since contact, 1 or -1.
+    pub(super) turning: [f32; N],
     /// 1 for each joint that the contact has an arm about, 0 beyond.
     pub(super) loaded: [f32; N],
     /// Rotation of the phalanx in contact: of the loaded arms, dp/dk is its cosine and dp/dR its sine; that sine is also
@@ -79,7 +83,7 @@ impl<const N: usize> Start<N> {
         let k_now = phi.cos * (at.k - shift[0]) + phi.sin * (self.radius - shift[1]);
         let normal = self.radius + gap;
 
-        let (mut arms, mut loaded) = ([0.0; N], [0.0; N]);
+        let (mut arms, mut heights, mut loaded) = ([0.0; N], [0.0; N], [0.0; N]);
         let mut stiffness = gear.w;
         let mut torques = [0.0; N];
         for m in 0..N {
@@ -93,6 +97,7 @@ impl<const N: usize> Start<N> {
             stiffness[m][m] += self.stiffness[m];
             if m <= i {
                 arms[m] = k_now + arms_sines[m].0;
+                heights[m] = arms_sines[m].1;
                 loaded[m] = 1.0;
             }
             let driven = gear.x[m] * rise + x_change[m] * self.torque;
@@ -102,6 +107,8 @@ impl<const N: usize> Start<N> {
             gear,
             stiffness,
             arms,
+            heights,
+            turning: at.delta.map(|delta| if delta < 0.0 { -1.0 } else { 1.0 }),
             loaded,
             phi,
             gap_by_radius: versine,

@@ -150,6 +150,8 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             tangent,
             by_k,
             by_radius,
+            by_friction: [by_friction, by_thickness],
+            by_joint_friction,
         } = local.responses(near.force)?;
         let mut at = *near;
         at.add(&step.into())?;
@@ -170,6 +172,9 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             compliance_rad_per_nm: compliance,
             rotation_by_k_rad_per_m: by_k / start.length_scale,
             rotation_by_radius_rad_per_m: by_radius / start.length_scale,
+            rotation_by_friction_rad: by_friction,
+            rotation_by_friction_and_thickness_rad_per_m: by_thickness / start.length_scale,
+            rotation_by_joint_friction_rad_per_nm: by_joint_friction / start.stiffness_scale,
             k_now_m: self.on_phalanx(start, local.k_now)?,
             force_n: at.force * (start.stiffness_scale / start.length_scale),
             joints_rad,

@@ -7,9 +7,10 @@ use super::linearization::Linearization;
 use super::newton::Unknown;
 use crate::finger::preshape::dot;
 use crate::numeric::{solve, solve_in_place};
+use core::array::from_fn;
 
 /// Most loads at a time.
-const MOST: usize = 4;
+const MOST: usize = 7;
 
 /// What the finger held by the contact is loaded with.
 #[derive(Clone, Copy, Debug)]
@@ -39,6 +40,11 @@ pub(super) struct Responses<const N: usize> {
     pub(super) by_k: f32,
     /// The same by the contact radius.
     pub(super) by_radius: f32,
+    /// The same by the coefficient of contact friction for a phalanx without thickness, and what a unit of half the
+    /// thickness adds.
+    pub(super) by_friction: [f32; 2],
+    /// The same by a torque that opposes the turning of each joint but the first.
+    pub(super) by_joint_friction: f32,
 }
 
 impl<const N: usize> Linearization<N> {
@@ -118,13 +124,43 @@ impl<const N: usize> Linearization<N> {
         };
         let by_k = moved(self.phi.cos, self.phi.sin);
         let by_radius = moved(self.phi.sin, self.gap_by_radius);
-        let [step, tangent, by_k, by_radius] =
-            self.respond(&[self.unbalanced(), self.driven(), by_k, by_radius])?;
+        // The phalanx slides towards the joint along the object: the friction pulls it the other way.
+        let rubbed = Load {
+            torques: from_fn(|m| -force * self.heights[m]),
+            gap: 0.0,
+        };
+        let rubbed_beside = moved(1.0, 0.0);
+        let braked = Load {
+            torques: from_fn(|m| if m == 0 { 0.0 } else { -self.turning[m] }),
+            gap: 0.0,
+        };
+        let [
+            step,
+            tangent,
+            by_k,
+            by_radius,
+            by_friction,
+            by_thickness,
+            by_joint_friction,
+        ] = self.respond(&[
+            self.unbalanced(),
+            self.driven(),
+            by_k,
+            by_radius,
+            rubbed,
+            rubbed_beside,
+            braked,
+        ])?;
         Some(Responses {
             step,
             tangent,
             by_k: dot(&self.gear.x, &by_k.delta),
             by_radius: dot(&self.gear.x, &by_radius.delta),
+            by_friction: [
+                dot(&self.gear.x, &by_friction.delta),
+                dot(&self.gear.x, &by_thickness.delta),
+            ],
+            by_joint_friction: dot(&self.gear.x, &by_joint_friction.delta),
         })
     }
 

@@ -1,104 +1,337 @@
-//! Which phalanx, which of several places: hypotheses that compete for one curve.
+//! Where is the contact, and how round the object: the whole torque-angle curve against the finger's exact path
+//! (docs/MECHANICS.md#finite-torque-step, docs/MECHANICS.md#estimation-from-recordings).
 //!
-//! A running slope and the finger's inverse (bisection) give the places to start from; each becomes a fit of the whole
-//! curve, refined a step at a time, and so does a contact on the proximal phalanx, which has no place. They are compared
-//! by their evidence: what explains the curve as well with less freedom wins, two that explain it about equally well are
-//! reported as ambiguous.
+//! A hypothesis is a phalanx, on one side of its stiffest place. For each of some contact radii the location is fitted
+//! together with all that is not known of the contact and the drivetrain, each with a prior: the onset, contact friction,
+//! torque factor, friction or preload of the joints, the cable's twist and its creep. Residuals are correlated as friction
+//! and efficiency make them ([`Noise`]). The fits at all radii together, weighted by their evidence, are the posterior: its
+//! mean and deviation are the location's, and its integral over a phalanx is that phalanx's probability. A contact on the
+//! proximal phalanx, which has no place, competes with them.
+//!
+//! | module | responsible for |
+//! |---|---|
+//! | `prior` | what is known before, and the unknowns |
+//! | `model` | the torque predicted at the measured angles, with its derivatives |
+//! | `noise` | what of a residual the points before tell |
+//! | `fit` | one fit, a pass over the curve at a time |
+//! | `starts` | hypotheses and where their fits begin: the finger's inverse, and beside it |
+//! | `posterior` | the verdict |
 
-mod ask;
-mod judge;
+mod fit;
+mod model;
+mod noise;
+mod posterior;
+mod prior;
+mod starts;
 
-pub use judge::{Verdict, ln_likelihood};
+pub use fit::free_behind_cable;
+pub use noise::Noise;
+pub use posterior::{Estimate, Verdict, ln_likelihood};
+pub use prior::{Place, Prior};
 
-use crate::finger::{Class, Mechanics};
-use crate::sensing::Drivetrain;
-use crate::sensing::curve::{BINS, Point};
-use crate::sensing::fit::{Data, Hypothesis, Prior};
-use crate::sensing::location::Series;
+use crate::finger::{Class, Free, Mechanics};
+use crate::sensing::curve::{POINTS, Point};
+use crate::sensing::{Calibration, Drivetrain, Series};
+use fit::{Fit, Fitted, Hypothesis, Progress};
+use model::{Hold, Model};
 
+/// Fewest points that make a fit.
+pub const LEAST_POINTS: usize = 5;
+/// Radii of the object for which a location is fitted, metre: evenly spaced in the logarithm of the radius plus 3 mm, which
+/// is what little is known of them before (chosen).
+const RADII_M: [f32; 5] = [0.001, 0.0045, 0.012, 0.025, 0.05];
+/// Order in which they are fitted, and the one whose result each begins with.
+const ORDER: [(usize, usize); 5] = [(1, 1), (0, 1), (2, 1), (3, 2), (4, 3)];
+/// Less likely than the best by this logarithm, a radius and those beyond it are left out.
+const HOPELESS: f32 = 10.0;
 /// Most hypotheses at a time: two places on each of two phalanges, and the proximal one.
 const MOST: usize = 5;
+/// Shares of the rise to which a curve is cut when no hypothesis explains the whole: second contacts, faces and soft objects
+/// spoil the later part (docs/MECHANICS.md#estimation-from-recordings).
+const SHARES: [f32; 5] = [1.0, 0.6, 0.35, 0.2, 0.12];
+/// Starts of a thorough search on one side of a phalanx's stiffest place, as shares of it.
+const STARTS: [f32; 2] = [0.2, 0.75];
+
+/// The curve with what turns its numbers into a model's.
+#[derive(Clone, Copy, Debug)]
+pub struct Data<'a> {
+    /// Points, by rising angle.
+    pub points: &'a [Point],
+    /// Measured angle theta_a at the curve's origin, radian.
+    pub origin_rad: f32,
+    /// The drivetrain.
+    pub drivetrain: &'a Drivetrain,
+}
+
+impl Data<'_> {
+    /// Measured angle at the end of a point.
+    fn end_rad(&self, point: &Point) -> f32 {
+        let end_counts = point.counts + 0.5 * point.width_counts;
+        self.origin_rad + end_counts * self.drivetrain.rad_per_count
+    }
+}
+
+/// A hypothesis, with what its fits have found.
+#[derive(Clone, Debug)]
+struct Track {
+    phalanx: u8,
+    length_m: f32,
+    /// Where the finger's inverse puts it, in lengths of the phalanx.
+    candidate: f32,
+    /// Its side of the stiffest place, in lengths of the phalanx.
+    side: [f32; 2],
+    fits: [Option<Fitted>; RADII_M.len()],
+}
 
 /// The competition. It goes in rounds: within one, every hypothesis is fitted to the same points, or their evidence could
 /// not be compared.
 #[derive(Clone, Debug)]
-pub struct Locator {
-    hypotheses: heapless::Vec<Hypothesis, MOST>,
+pub struct Locator<X: Series> {
+    tracks: heapless::Vec<Track, MOST>,
     /// Points of this round.
-    points: heapless::Vec<Point, BINS>,
-    /// The hypothesis whose turn it is.
-    turn: usize,
-    asked_at_nm: f32,
-    /// What the slope said last, for a contact that no hypothesis explains.
+    points: heapless::Vec<Point, POINTS>,
+    fit: Option<Fit<X>>,
+    /// The hypothesis whose turn it is, the radius in [`ORDER`], and the start.
+    track: usize,
+    order: usize,
+    start: usize,
+    /// Whether fits of this round begin at several places.
+    thorough: bool,
+    /// Index into [`SHARES`].
+    share: usize,
+    under_way: bool,
+    /// What the slope says, for a contact that no hypothesis explains.
     class: Class,
 }
 
-impl Default for Locator {
+impl<X: Series> Default for Locator<X> {
     fn default() -> Self {
         Self {
-            hypotheses: heapless::Vec::new(),
+            tracks: heapless::Vec::new(),
             points: heapless::Vec::new(),
-            turn: 0,
-            asked_at_nm: 0.0,
+            fit: None,
+            track: 0,
+            order: 0,
+            start: 0,
+            thorough: false,
+            share: 0,
+            under_way: false,
             class: Class::Invalid,
         }
     }
 }
 
-impl Locator {
-    /// Fits in hand.
-    pub fn hypotheses(&self) -> &[Hypothesis] {
-        &self.hypotheses
+impl<X: Series> Locator<X> {
+    /// Whether a round is under way.
+    pub fn is_under_way(&self) -> bool {
+        self.under_way
     }
 
-    /// Whether every fit has reached its minimum.
-    pub fn has_converged(&self) -> bool {
-        self.hypotheses.iter().all(Hypothesis::has_converged)
-    }
-
-    /// One step: begins a round if it is time to, and refines the next hypothesis. True when that ends a round: then there
-    /// is a verdict. `points` are by rising angle from `origin_rad` on; only a round's beginning looks at them. `near` is a
-    /// posture near the onset.
-    pub fn refine<'a, F: Mechanics, X: Series>(
+    /// Begins a round on what the curve is now, `points` by rising angle; false if that is too little. The last one is
+    /// thorough whatever was found before.
+    pub fn begin<'a, F: Mechanics>(
         &mut self,
         finger: &F,
-        points: impl Iterator<Item = &'a Point>,
+        points: impl Iterator<Item = &'a Point> + Clone,
+        (origin_rad, drivetrain): (f32, &Drivetrain),
+        prior: &Prior<X>,
+        near: &F::Configuration,
+        last: bool,
+    ) -> bool {
+        self.points.clear();
+        self.fit = None;
+        (self.track, self.order, self.start) = (0, 0, 0);
+        let top_nm = points
+            .clone()
+            .map(|point| point.excess_nm)
+            .fold(0.0, f32::max);
+        let limit_nm = SHARES.get(self.share).copied().unwrap_or(1.0) * top_nm;
+        let mut since = 0;
+        for point in points {
+            since += usize::from(point.time_s >= 0.0);
+            if point.excess_nm > limit_nm && since > LEAST_POINTS {
+                break;
+            }
+            let _ = self.points.push(*point);
+        }
+        self.under_way = since >= LEAST_POINTS && top_nm > 0.0;
+        if !self.under_way {
+            return false;
+        }
+        self.thorough = last || self.tracks.is_empty();
+        if self.thorough {
+            let data = Data {
+                points: &self.points,
+                origin_rad,
+                drivetrain,
+            };
+            let (tracks, class) = starts::tracks(finger, &data, prior, near);
+            self.class = class;
+            self.tracks = tracks;
+        }
+        self.under_way = !self.tracks.is_empty();
+        self.under_way
+    }
+
+    /// One pass over the curve. True when that ends the round: then there is a verdict.
+    pub fn step<F: Mechanics>(
+        &mut self,
+        finger: &F,
         (origin_rad, drivetrain): (f32, &Drivetrain),
         prior: &Prior<X>,
         near: &F::Configuration,
     ) -> bool {
-        let begins = self.turn == 0;
-        if begins {
-            self.points.clear();
-            for point in points {
-                // As many as there are bins.
-                let _ = self.points.push(*point);
-            }
-        }
-        if begins && self.is_time_to_ask(prior) {
-            self.ask(finger, (origin_rad, drivetrain), prior, near);
+        if !self.under_way {
             return false;
         }
+        if self.fit.is_none() {
+            self.fit = self.next_fit(prior);
+        }
+        let Some(fit) = &mut self.fit else {
+            self.under_way = false;
+            return true;
+        };
         let data = Data {
             points: &self.points,
             origin_rad,
             drivetrain,
         };
-        if let Some(hypothesis) = self.hypotheses.get_mut(self.turn) {
-            hypothesis.refine(finger, &data, prior, near);
-        }
-        self.turn += 1;
-        if self.turn < self.hypotheses.len() {
+        let progress = fit.step(finger, &data, prior, near);
+        if progress == Progress::UnderWay {
             return false;
         }
-        self.turn = 0;
-        !self.hypotheses.is_empty()
+        let fitted = match progress {
+            Progress::Converged => fit.fitted(),
+            _ => None,
+        };
+        // A place that is known is fitted once, and its fit stays for what it teaches.
+        if !matches!(prior.place, Place::Anywhere) {
+            self.under_way = false;
+            return true;
+        }
+        self.fit = None;
+        self.keep(fitted);
+        self.go_on(prior);
+        if self.track >= self.tracks.len() {
+            self.under_way = false;
+        }
+        !self.under_way
     }
 
-    /// Starts the count of settled steps anew: no more points will come.
-    pub fn refresh(&mut self) {
-        for hypothesis in &mut self.hypotheses {
-            hypothesis.refresh();
+    /// What a fit at a known place or at the stop teaches, with its mean square residual.
+    pub fn learned(&mut self, prior: &Prior<X>) -> Option<(Calibration, f32)> {
+        let (calibration, chi_square) = self.fit.as_mut()?.learned(prior)?;
+        Some((calibration, chi_square / self.points.len() as f32))
+    }
+
+    /// Leaves the round under way.
+    pub fn stop(&mut self) {
+        self.under_way = false;
+        self.fit = None;
+    }
+
+    /// A shorter piece of the curve, from its beginning; false if there is none.
+    pub fn shorten(&mut self) -> bool {
+        let shorter = self.share + 1 < SHARES.len();
+        self.share += usize::from(shorter);
+        shorter
+    }
+
+    fn keep(&mut self, fitted: Option<Fitted>) {
+        let (radius, _) = ORDER[self.order];
+        let Some(kept) = self
+            .tracks
+            .get_mut(self.track)
+            .and_then(|track| track.fits.get_mut(radius))
+        else {
+            return;
+        };
+        let better = match (&fitted, &kept) {
+            (Some(new), Some(old)) => self.start == 0 || new.ln_evidence > old.ln_evidence,
+            (Some(_), None) => true,
+            (None, _) => self.start == 0,
+        };
+        if better {
+            *kept = fitted;
+        }
+    }
+
+    /// The next start, radius or hypothesis.
+    fn go_on(&mut self, prior: &Prior<X>) {
+        let Some(track) = self.tracks.get_mut(self.track) else {
+            return;
+        };
+        let has_place = track.phalanx > 1;
+        let starts = if self.thorough && has_place && self.order == 0 {
+            1 + STARTS.len()
+        } else {
+            1
+        };
+        self.start += 1;
+        if self.start < starts {
+            return;
+        }
+        self.start = 0;
+        loop {
+            self.order += 1;
+            if self.order >= ORDER.len() || !has_place || !matches!(prior.place, Place::Anywhere) {
+                self.order = 0;
+                self.track += 1;
+                return;
+            }
+            let (radius, from) = ORDER[self.order];
+            let best = (track.fits.iter().flatten())
+                .map(|fitted| fitted.ln_evidence)
+                .fold(f32::NEG_INFINITY, f32::max);
+            let hopeful = track.fits[from]
+                .as_ref()
+                .is_some_and(|fitted| fitted.ln_evidence > best - HOPELESS);
+            if hopeful {
+                return;
+            }
+            track.fits[radius] = None;
+        }
+    }
+
+    /// The fit whose turn it is.
+    fn next_fit(&self, prior: &Prior<X>) -> Option<Fit<X>> {
+        let track = self.tracks.get(self.track)?;
+        let (radius, from) = ORDER[self.order];
+        let hold = track.hold(radius, prior);
+        let hypothesis = Hypothesis {
+            hold,
+            length_m: track.length_m,
+        };
+        let before = match (self.start, self.order, self.thorough) {
+            // What the last round found, or the neighbour in this one.
+            (0, 0, _) | (0, _, false) => track.fits[radius].as_ref(),
+            _ => None,
+        };
+        let neighbour = track.fits[from].as_ref().filter(|_| self.order > 0);
+        let x = match before.or(neighbour) {
+            Some(fitted) => fitted.x,
+            None => {
+                let place = match self.start.checked_sub(1).and_then(|i| STARTS.get(i)) {
+                    Some(share) => track.side[0] + share * (track.side[1] - track.side[0]),
+                    None => track.candidate,
+                };
+                fit::start(place, prior)
+            }
+        };
+        Some(Fit::new(hypothesis, x))
+    }
+}
+
+impl Track {
+    fn hold<X: Series>(&self, radius: usize, prior: &Prior<X>) -> Hold {
+        match (prior.place, self.phalanx) {
+            (Place::Stop, _) => Hold::Stop,
+            (Place::Known { radius_m, .. }, phalanx) => Hold::Contact { phalanx, radius_m },
+            (Place::Anywhere, 0 | 1) => Hold::Proximal,
+            (Place::Anywhere, phalanx) => Hold::Contact {
+                phalanx,
+                radius_m: RADII_M[radius] + prior.half_thickness_m,
+            },
         }
     }
 }

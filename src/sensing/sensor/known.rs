@@ -1,9 +1,9 @@
 //! What every stage works with: the finger, what is known of its drivetrain, and what is to be told.
 
 use crate::finger::{Free, Mechanics};
-use crate::sensing::fit;
 use crate::sensing::joint::JointSensor;
 use crate::sensing::location::Series;
+use crate::sensing::locator;
 use crate::sensing::{Calibration, Directive, Drivetrain, Event, Friction, Settings};
 use core::marker::PhantomData;
 use heapless::Deque;
@@ -23,6 +23,8 @@ pub(super) struct Known<F: Mechanics, H: JointSensor, X: Series> {
     /// The free finger's posture at the last block, where the next search for one starts.
     pub(super) posture: F::Configuration,
     pub(super) reading: H::Reading,
+    /// Encoder position of the last sample.
+    pub(super) position_counts: i32,
     /// Change of theta_2 since contact, as the last verdict took it into account.
     pub(super) joint_change: H::Reading,
     pub(super) events: Deque<Event, 4>,
@@ -54,6 +56,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             stale_told: false,
             posture,
             reading: H::Reading::default(),
+            position_counts: 0,
             joint_change: H::Reading::default(),
             events: Deque::new(),
             series: PhantomData,
@@ -78,7 +81,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     /// Posture and torque of the free finger at a measured angle.
     pub(super) fn free(&self, measured_rad: f32) -> Option<Free<F::Configuration>> {
         let creep = self.drivetrain.creep[0];
-        fit::free_behind_cable::<F, X>(
+        locator::free_behind_cable::<F, X>(
             &self.finger,
             measured_rad,
             &self.calibration,

@@ -5,19 +5,15 @@
 //! | free motion recorded, and whatever was free of a closing since | [`Pass`](super::friction::Pass), [`Assessment`](super::friction::Assessment) | `record` |
 //! | first closing with a record of before a restart | [`Alignment`](super::friction::Alignment) | `search` |
 //! | closing, nothing felt | [`Detector`](super::detector::Detector) on the residual of the record | `search` |
-//! | contact | [`Curve`](super::curve::Curve), and every block one step of the [`Locator`](super::locator::Locator) | `touch`, `press` |
-//! | what there is to say | a location, an ambiguity, a reason why not | `report` |
-//! | motion over | the locator until its fits stand still, one step every dozen samples; then the last word | `last_word` |
-//! | contact at a known place, or with the stop | the calibration | `learn` |
+//! | contact | [`Curve`](super::curve::Curve), and every block one pass of the [`Locator`](super::locator::Locator) | `contact` |
+//! | motion over | the locator's last rounds, one pass every few samples; then the last word | `contact` |
+//! | contact at a known place, or with the stop | the calibration | `calibrate` |
 
+mod calibrate;
+mod contact;
 mod known;
-mod last_word;
-mod learn;
-mod press;
 mod record;
-mod report;
 mod search;
-mod touch;
 
 use crate::finger::Mechanics;
 use crate::sensing::block::{Block, Gate, Step};
@@ -25,23 +21,20 @@ use crate::sensing::friction::Friction;
 use crate::sensing::joint::{JointSensor, NoHall};
 use crate::sensing::location::{Cable, Series};
 use crate::sensing::{Calibration, Directive, Drive, Drivetrain, Event, Sample, Settings};
+use contact::Contact;
 use known::Known;
 use record::Learning;
 use search::{Found, Search};
-use touch::Touching;
-
-/// Error of the friction beyond the record, continued periodically, as a share of its unevenness within (R, chosen).
-const UNSURE_BEYOND: f32 = 0.15;
 
 /// What is in hand. Never two at a time: they share their memory.
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "there is no heap to put one on")]
-enum Work<R> {
+enum Work<R, X: Series> {
     Nothing,
     /// The finger closes, and nothing has been felt.
     Searching(Search<R>),
     /// A contact is being judged.
-    Contact(Touching<R>),
+    Contact(Contact<R, X>),
 }
 
 /// Contact sensing of one finger. See the module documentation.
@@ -55,7 +48,7 @@ pub struct Sensor<F: Mechanics, H: JointSensor = NoHall, X: Series = Cable> {
     /// The contact of this closing has been judged, or what was found was no contact.
     done: bool,
     known: Known<F, H, X>,
-    work: Work<H::Reading>,
+    work: Work<H::Reading, X>,
     learning: Learning,
 }
 
@@ -154,10 +147,10 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
             self.learning.end_recording(known);
         }
         if matches!(directive, Directive::Rest)
-            && let Work::Contact(touching) = &mut self.work
+            && let Work::Contact(contact) = &mut self.work
         {
             // The last word is still to be said, under the old directive; nothing but that comes after.
-            touching.end();
+            contact.end();
             return;
         }
         known.directive = directive;
@@ -172,6 +165,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
     #[inline(never)]
     pub fn update(&mut self, sample: &Sample<H::Reading>) -> Option<Event> {
         self.known.reading = sample.joint;
+        self.known.position_counts = sample.position_counts;
         let known = &self.known;
         match self.gate.push(sample, &known.drivetrain, &known.settings) {
             Step::Pending => {}
@@ -208,11 +202,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
             self.learning.watch(known, block, &past);
         }
         match &mut self.work {
-            Work::Contact(touching) => {
-                if touching.last_steps.is_none() {
-                    known.press(touching, &past);
-                }
-            }
+            Work::Contact(contact) => known.press(contact, &past),
             Work::Searching(search) => match known.search(search, block, past) {
                 Found::Nothing => {}
                 Found::Over => {
@@ -221,7 +211,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
                 }
                 Found::Contact(found) => {
                     self.learning.cut(known, &found.onset);
-                    self.begin(block, &found);
+                    self.begin_contact(block, &found);
                 }
             },
             Work::Nothing => {}
@@ -238,7 +228,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
         match &mut self.work {
             Work::Nothing => {}
             Work::Searching(_) => self.work = Work::Nothing,
-            Work::Contact(touching) => touching.end(),
+            Work::Contact(contact) => contact.end(),
         }
     }
 }

@@ -79,7 +79,7 @@ impl<R> Search<R> {
     /// Becomes what is in hand.
     // Not inlined: so it does not take room in the frame from which everything else is called.
     #[inline(never)]
-    pub(super) fn begin(work: &mut Work<R>) {
+    pub(super) fn begin<X: Series>(work: &mut Work<R, X>) {
         *work = Work::Searching(Self::default());
     }
 }
@@ -99,8 +99,6 @@ pub(super) struct Begun {
     pub(super) onset: Onset,
     /// Noise of the residual besides its white share.
     pub(super) wander: Wander,
-    /// White noise of a residual's mean over a way, times that way, newton metre squared counts.
-    pub(super) noise_nm2_counts: f32,
 }
 
 impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
@@ -191,7 +189,6 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
                 return Found::Contact(Begun {
                     onset,
                     wander: *detector.wander(),
-                    noise_nm2_counts: residual.variance_nm2 * residual.width_counts as f32,
                 });
             }
         }

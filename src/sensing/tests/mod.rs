@@ -4,9 +4,9 @@ mod block;
 mod calibration;
 mod curve;
 mod detector;
-mod fit;
 mod free;
 mod friction;
+mod locator;
 mod sensor;
 
 use crate::sensing::{Drivetrain, Settings};

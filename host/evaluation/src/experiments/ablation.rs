@@ -28,7 +28,7 @@ const STEPS: [&str; 6] = [
     "+ finite step, whole curve",
     "+ torque factor calibrated",
     "+ cable calibrated",
-    "+ contact radius",
+    "+ contact and joint friction",
 ];
 
 /// The samples less the recorded friction.
@@ -73,9 +73,9 @@ fn ladder(session: &Session<P70>, case: &Case) -> Result<Vec<Trial>, Failure> {
         correlation: 0.0,
         ..calibration
     };
-    let point = Settings {
-        radius_m: 0.0,
-        radius_sigma_m: HELD * 0.01,
+    let smooth = Settings {
+        contact_friction: [0.0, HELD],
+        joint_friction_nm: [0.0, HELD * 0.01],
         ..session.settings
     };
     let factor_only = Calibration {
@@ -95,9 +95,9 @@ fn ladder(session: &Session<P70>, case: &Case) -> Result<Vec<Trial>, Failure> {
     Ok(vec![
         session.papers(case, &nominal, STEP),
         table,
-        ours(held(nominal), point)?,
-        ours(held(factor_only), point)?,
-        ours(held(calibrated), point)?,
+        ours(held(nominal), smooth)?,
+        ours(held(factor_only), smooth)?,
+        ours(held(calibrated), smooth)?,
         ours(calibrated, session.settings)?,
     ])
 }

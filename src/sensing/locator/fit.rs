@@ -1,0 +1,378 @@
+//! One fit: a hypothesis with its contact radius held, the other unknowns by Gauss, Newton, Levenberg and Marquardt.
+//!
+//! Each step is one pass over the curve. A pass that is better becomes the place from where the next one is tried; one that
+//! is not shortens the step. The fit has converged when the step that looks best promises no more than [`ENOUGH`] of the
+//! cost, or nothing close by is better.
+
+use super::model::{Hold, Model};
+use super::noise::{Row, Whitening};
+use super::prior::{
+    CABLE, FACTOR, FRICTION, K, LEAST_SHARE, ONSET, Place, Prior, Scaling, UNKNOWNS, Values,
+};
+use super::{Data, LEAST_POINTS};
+use crate::finger::{Free, Mechanics};
+use crate::numeric::{Bounded, ln, sqrt};
+use crate::sensing::normal::Normal;
+use crate::sensing::{Calibration, Series};
+
+/// Least gain of a step, in units of the cost (twice the logarithm of a likelihood), that is worth making it.
+const ENOUGH: f32 = 0.02;
+/// Steps after which a fit stays where it is.
+const MOST_STEPS: u8 = 24;
+/// Damping of the first shortened step, and that beyond which nothing close by is better.
+const FIRST_DAMPING: f32 = 0.02;
+const MOST_DAMPING: f32 = 30.0;
+
+/// What a fit explains the curve by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Hypothesis {
+    pub(super) hold: Hold,
+    pub(super) length_m: f32,
+}
+
+impl Hypothesis {
+    pub(super) fn has_place(&self) -> bool {
+        matches!(self.hold, Hold::Contact { .. })
+    }
+}
+
+/// Where a fit ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Fitted {
+    /// Unknowns in units of their prior.
+    pub(super) x: [f32; UNKNOWNS],
+    /// Standard deviation of the location, metre; 0 without one.
+    pub(super) k_sigma_m: f32,
+    /// Logarithm of how well it explains the curve, all values of its unknowns together (Laplace's approximation).
+    pub(super) ln_evidence: f32,
+    /// Sum of the squared whitened residuals.
+    pub(super) chi_square: f32,
+    /// Change of the angle of joint 2 since the contact at the end of the curve, radian.
+    pub(super) joint_2_rad: f32,
+}
+
+/// A fit under way.
+#[derive(Clone, Debug)]
+pub(super) struct Fit<X: Series> {
+    pub(super) hypothesis: Hypothesis,
+    x: [f32; UNKNOWNS],
+    trial: [f32; UNKNOWNS],
+    cost: f32,
+    chi_square: f32,
+    joint_2_rad: f32,
+    normal: Normal<UNKNOWNS, X>,
+    damping: f32,
+    steps: u8,
+}
+
+/// What a step led to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Progress {
+    UnderWay,
+    Converged,
+    /// Nothing like it explains the curve.
+    Failed,
+}
+
+/// Cost and normal equations of a pass.
+struct Pass<X: Series> {
+    squares: f32,
+    logarithms: f32,
+    joint_2_rad: f32,
+    normal: Normal<UNKNOWNS, X>,
+}
+
+impl<X: Series> Fit<X> {
+    /// From some values of the unknowns.
+    pub(super) fn new(hypothesis: Hypothesis, x: [f32; UNKNOWNS]) -> Self {
+        Self {
+            hypothesis,
+            x,
+            trial: x,
+            cost: f32::INFINITY,
+            chi_square: f32::INFINITY,
+            joint_2_rad: 0.0,
+            normal: Normal::EMPTY,
+            damping: 0.0,
+            steps: 0,
+        }
+    }
+
+    /// One pass over the curve, and the next step from what it shows.
+    // A symbol of its own, so that its instructions can be counted on the chip.
+    #[inline(never)]
+    pub(super) fn step<F: Mechanics>(
+        &mut self,
+        finger: &F,
+        data: &Data,
+        prior: &Prior<X>,
+        near: &F::Configuration,
+    ) -> Progress {
+        let scaling = Scaling::of(prior, self.hypothesis.length_m);
+        self.steps = self.steps.saturating_add(1);
+        let pass = self.pass(finger, data, prior, near, &scaling);
+        let mut cost = f32::INFINITY;
+        if let Some(pass) = &pass {
+            cost = pass.squares + pass.logarithms + self.penalty(prior);
+        }
+        let mut gained = f32::INFINITY;
+        match pass {
+            Some(pass) if cost < self.cost => {
+                gained = self.cost - cost;
+                self.cost = cost;
+                self.x = self.trial;
+                self.chi_square = pass.squares;
+                self.joint_2_rad = pass.joint_2_rad;
+                self.normal = pass.normal;
+                self.damping *= 0.2;
+                if self.damping < 1e-3 {
+                    self.damping = 0.0;
+                }
+            }
+            _ if self.cost == f32::INFINITY => return self.retreat(),
+            _ => self.damping = (6.0 * self.damping).at_least(FIRST_DAMPING),
+        }
+        let settled = gained < ENOUGH || self.damping > MOST_DAMPING || self.steps >= MOST_STEPS;
+        if settled || !self.advance(&scaling) {
+            return Progress::Converged;
+        }
+        Progress::UnderWay
+    }
+
+    /// No path from where the fit starts: nearer to the middle of the phalanx there may be one.
+    fn retreat(&mut self) -> Progress {
+        if !self.hypothesis.has_place() || self.steps >= MOST_STEPS / 2 {
+            return Progress::Failed;
+        }
+        self.trial[K] += 0.25 * (0.5 - self.trial[K]);
+        Progress::UnderWay
+    }
+
+    /// The priors' share of the cost where the trial stands.
+    fn penalty(&self, prior: &Prior<X>) -> f32 {
+        let mut penalty = 0.0;
+        for (unknown, x) in self.trial.iter().enumerate() {
+            if unknown != K || matches!(prior.place, Place::Known { .. }) {
+                penalty += x * x;
+            }
+        }
+        penalty
+    }
+
+    /// Moves the trial by the step that looks best; false if that promises nothing.
+    fn advance(&mut self, scaling: &Scaling) -> bool {
+        let mut held = [false; UNKNOWNS];
+        // A bound that is met takes its unknown out; the others are sought anew.
+        for _ in 0..=2 {
+            let mut normal = self.normal;
+            for unknown in (0..UNKNOWNS).filter(|unknown| held[*unknown]) {
+                normal.hold(unknown);
+            }
+            let Some(factor) = normal.factor(self.damping) else {
+                return false;
+            };
+            let step = factor.step();
+            let promised = self.normal.promise(&step);
+            if promised < ENOUGH && self.damping == 0.0 {
+                return false;
+            }
+            self.trial = self.x;
+            let mut met = false;
+            for unknown in 0..UNKNOWNS {
+                self.trial[unknown] += step[unknown];
+                let at_bound = scaling.hold(&mut self.trial, unknown);
+                if at_bound && !held[unknown] && self.trial[unknown] == self.x[unknown] {
+                    held[unknown] = true;
+                    met = true;
+                }
+            }
+            if !met {
+                break;
+            }
+        }
+        true
+    }
+
+    /// What the fit tells where it stands.
+    pub(super) fn fitted(&mut self) -> Option<Fitted> {
+        let (has_place, length_m) = (self.hypothesis.has_place(), self.hypothesis.length_m);
+        let factor = self.normal.factor(0.0)?;
+        let determinant = factor.ln_determinant();
+        let mut k_sigma_m = 0.0;
+        let mut flat = 0.0;
+        if has_place {
+            k_sigma_m = length_m * sqrt(factor.covariance(K)[K].at_least(0.0));
+            flat = 0.5 * ln(core::f32::consts::TAU);
+        }
+        let ln_evidence = -0.5 * self.cost - 0.5 * determinant + flat;
+        (ln_evidence.is_finite() && k_sigma_m.is_finite()).then_some(Fitted {
+            x: self.x,
+            k_sigma_m,
+            ln_evidence,
+            chi_square: self.chi_square,
+            joint_2_rad: self.joint_2_rad,
+        })
+    }
+
+    /// What a fit at a known place, or at the stop, teaches: torque factor and cable, with their covariance; the squares of
+    /// the residuals beside it.
+    pub(super) fn learned(&mut self, prior: &Prior<X>) -> Option<(Calibration, f32)> {
+        let scaling = Scaling::of(prior, self.hypothesis.length_m);
+        let values = scaling.values(&self.x);
+        let factor = self.normal.factor(0.0)?;
+        let by_factor = factor.covariance(FACTOR);
+        let before = &prior.calibration;
+        let ff = by_factor[FACTOR].at_least(0.0);
+        let mut learned = Calibration {
+            torque_factor: values[FACTOR],
+            // Kept relative to the new value.
+            torque_factor_sigma: before.torque_factor_sigma * sqrt(ff) * before.torque_factor
+                / values[FACTOR],
+            ..*before
+        };
+        if X::FLEXIBLE {
+            let (fc, cc) = (by_factor[CABLE], factor.covariance(CABLE)[CABLE]);
+            let (rest, r) = (before.independence(), before.correlation);
+            let variance = r * r * ff + 2.0 * r * rest * fc + rest * rest * cc;
+            let deviation = sqrt(variance.at_least(f32::MIN_POSITIVE));
+            let correlation = (r * ff + rest * fc) / (sqrt(ff) * deviation);
+            learned.cable_rad_per_nm = values[CABLE].at_least(0.0);
+            learned.cable_sigma_rad_per_nm = before.cable_sigma_rad_per_nm * deviation;
+            learned.correlation = if correlation.is_finite() {
+                correlation.clamp(-0.999, 0.999)
+            } else {
+                0.0
+            };
+        }
+        Some((learned, self.chi_square))
+    }
+
+    /// The model along the whole curve where the trial stands.
+    #[inline(never)]
+    fn pass<F: Mechanics>(
+        &self,
+        finger: &F,
+        data: &Data,
+        prior: &Prior<X>,
+        near: &F::Configuration,
+        scaling: &Scaling,
+    ) -> Option<Pass<X>> {
+        let values = scaling.values(&self.trial);
+        let onset = onset::<F, X>(finger, prior, &values, near)?;
+        let mut model = Model::<F, X>::new(
+            finger,
+            (data.origin_rad, data.drivetrain),
+            &values,
+            prior.half_thickness_m,
+            self.hypothesis.hold,
+            &onset,
+        )?;
+        let mut whitening = Whitening::new(&prior.noise, data.drivetrain);
+        let mut pass = Pass {
+            squares: 0.0,
+            logarithms: 0.0,
+            joint_2_rad: 0.0,
+            normal: Normal::EMPTY,
+        };
+        for unknown in 0..UNKNOWNS {
+            let weight = if unknown != K || matches!(prior.place, Place::Known { .. }) {
+                1.0
+            } else if self.hypothesis.has_place() {
+                // A uniform prior says nothing about the slope.
+                1e-3
+            } else {
+                1.0
+            };
+            pass.normal
+                .add_prior(unknown, self.prior_pull(unknown, prior), weight);
+        }
+        let mut points = 0;
+        for point in data.points {
+            let prediction = model.next(point)?;
+            points += 1;
+            let mut row = Row {
+                residual: point.excess_nm - prediction.excess_nm,
+                slopes: prediction.slopes,
+                variance: prediction.variance_nm2,
+            };
+            if !self.hypothesis.has_place() {
+                row.slopes[K] = 0.0;
+            }
+            for (slope, deviation) in row.slopes.iter_mut().zip(&scaling.deviation) {
+                *slope *= deviation;
+            }
+            if X::FLEXIBLE {
+                row.slopes[FACTOR] += prediction.slopes[CABLE] * scaling.cable_by_factor;
+            }
+            whitening.whiten(point, data.end_rad(point) - values[ONSET], &mut row);
+            let weight = 1.0 / row.variance;
+            pass.squares += row.residual * row.residual * weight;
+            pass.logarithms += ln(row.variance);
+            pass.normal.add(row.residual, &row.slopes, weight);
+        }
+        pass.joint_2_rad = model.end().joints_rad[1];
+        (points >= LEAST_POINTS && pass.squares.is_finite()).then_some(pass)
+    }
+
+    /// Where an unknown stands for its prior.
+    fn prior_pull(&self, unknown: usize, prior: &Prior<X>) -> f32 {
+        if unknown != K || matches!(prior.place, Place::Known { .. }) {
+            self.trial[unknown]
+        } else {
+            0.0
+        }
+    }
+}
+
+/// The free finger at the onset.
+pub(super) fn onset<F: Mechanics, X: Series>(
+    finger: &F,
+    prior: &Prior<X>,
+    values: &Values,
+    near: &F::Configuration,
+) -> Option<Free<F::Configuration>> {
+    free_behind_cable::<F, X>(
+        finger,
+        values[ONSET],
+        &prior.calibration,
+        prior.creep[0],
+        near,
+    )
+}
+
+/// Posture and torque of the free finger at an angle measured before the cable: the torque that holds the finger twists
+/// it, if there is a cable. `near` is where the search starts.
+// Several kilobyte, wanted in several places.
+#[inline(never)]
+pub fn free_behind_cable<F: Mechanics, X: Series>(
+    finger: &F,
+    measured_rad: f32,
+    calibration: &Calibration,
+    creep: f32,
+    near: &F::Configuration,
+) -> Option<Free<F::Configuration>> {
+    let mut free = finger.free_at_angle(measured_rad, near)?;
+    if !X::FLEXIBLE {
+        return Some(free);
+    }
+    let twist_rad_per_nm = calibration.cable_rad_per_nm * (1.0 + creep) / calibration.torque_factor;
+    // The twist is small beside the angle: each round takes the error down by the cable's share of the compliance.
+    for _ in 0..3 {
+        if free.torque_nm == 0.0 {
+            break;
+        }
+        let angle_rad = measured_rad - twist_rad_per_nm * free.torque_nm;
+        free = finger.free_at_angle(angle_rad, &free.configuration)?;
+    }
+    Some(free)
+}
+
+/// Values from which a fit starts: those of the prior, at a place in lengths of the phalanx.
+pub(super) fn start<X: Series>(place: f32, prior: &Prior<X>) -> [f32; UNKNOWNS] {
+    let mut x = [0.0; UNKNOWNS];
+    if matches!(prior.place, Place::Anywhere) {
+        x[K] = place.at_least(LEAST_SHARE).at_most(1.0);
+    }
+    x[FRICTION] = 0.0;
+    x
+}

@@ -1,0 +1,252 @@
+//! The model: the excess torque that a hypothesis predicts at the measured angles, with its derivatives.
+//!
+//! The measured angle is almost without noise, so the torque is predicted from it and not the other way round. With y the
+//! excess of the nominal torque over that of the free finger, F the free finger's torque and T = f y + F,
+//!
+//! angle = o + rotation(T - T_c; k, R) + c ((T - T_c) / f + g L)
+//!
+//! holds along the contact path, o, T_c being angle and torque at the onset, c the cable's twist for a nominal torque, g the
+//! share of it that creeps and L the torque as the creep feels it. The path is followed to a torque near the one sought, the
+//! measured increments added to what was predicted before, and corrected by its slope there. Before the onset y is zero.
+
+use super::prior::{CABLE, CREEP, FACTOR, FRICTION, JOINT, K, ONSET, UNKNOWNS, Values};
+use crate::finger::{Contact, Free, Mechanics, PathPoint};
+use crate::numeric::Bounded;
+use crate::sensing::curve::Point;
+use crate::sensing::{Drivetrain, Series};
+use core::marker::PhantomData;
+
+/// Least rise of the torque that a path is followed to, newton metre: its derivatives vanish at the onset.
+const LEAST_RISE_NM: f32 = 5e-4;
+/// How far from what was measured the path may be followed, as a share of it and newton metre.
+const STRAY_SHARE: f32 = 0.5;
+const STRAY_NM: f32 = 0.02;
+/// Deviation of a measured angle from any model, radian: four counts of the encoder's periodic error and as much again.
+const ANGLE_SIGMA_RAD: f32 = 4e-5;
+/// What a prediction beyond the end of the path may be off, as a share of what it is beyond.
+const BEYOND_SHARE: f32 = 0.2;
+
+/// What holds the input link.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Hold {
+    /// A contact on a phalanx, k in physical values.
+    Contact { phalanx: u8, radius_m: f32 },
+    /// A contact on the proximal phalanx, without a place.
+    Proximal,
+    /// The closing stop.
+    Stop,
+}
+
+/// The model at a point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Prediction {
+    /// Excess torque, newton metre.
+    pub(super) excess_nm: f32,
+    /// Its derivatives by the physical unknowns.
+    pub(super) slopes: [f32; UNKNOWNS],
+    /// What it may be off by, as a variance.
+    pub(super) variance_nm2: f32,
+}
+
+const NOTHING: Prediction = Prediction {
+    excess_nm: 0.0,
+    slopes: [0.0; UNKNOWNS],
+    variance_nm2: 0.0,
+};
+
+/// Prediction along one curve.
+#[derive(Clone, Debug)]
+pub(super) struct Model<'a, F: Mechanics, X> {
+    finger: &'a F,
+    drivetrain: &'a Drivetrain,
+    values: &'a Values,
+    origin_rad: f32,
+    half_thickness_m: f32,
+    /// None while the cable alone gives way.
+    path: Option<F::Path>,
+    contact_nm: f32,
+    /// Derivative of `contact_nm` by the measured angle of the onset.
+    contact_by_onset: f32,
+    /// Measured and predicted excess at the point before.
+    before_nm: [f32; 2],
+    /// The last point of the path.
+    last: PathPoint,
+    last_torque_nm: f32,
+    ended: bool,
+    series: PhantomData<X>,
+}
+
+impl<'a, F: Mechanics, X: Series> Model<'a, F, X> {
+    /// The model of a hypothesis; None where there is no such contact. `onset` is the free finger there.
+    pub(super) fn new(
+        finger: &'a F,
+        (origin_rad, drivetrain): (f32, &'a Drivetrain),
+        values: &'a Values,
+        half_thickness_m: f32,
+        hold: Hold,
+        onset: &Free<F::Configuration>,
+    ) -> Option<Self> {
+        let contact = match hold {
+            Hold::Contact { phalanx, radius_m } => Some(Contact {
+                phalanx,
+                k_m: values[K],
+                radius_m,
+            }),
+            Hold::Proximal => Some(Contact {
+                phalanx: 1,
+                k_m: 0.5 * finger.phalanx_length_m(1)?,
+                radius_m: 0.0,
+            }),
+            Hold::Stop => None,
+        };
+        let at = &onset.configuration;
+        let path = match contact {
+            Some(contact) => Some(finger.path(at, onset.torque_nm, contact)?),
+            None => None,
+        };
+        let twist = if X::FLEXIBLE {
+            values[CABLE] * (1.0 + values[CREEP]) / values[FACTOR]
+        } else {
+            0.0
+        };
+        let contact_by_onset = finger
+            .free_compliance(at, onset.torque_nm)
+            .map_or(0.0, |free| 1.0 / (free + twist));
+        Some(Self {
+            finger,
+            drivetrain,
+            values,
+            origin_rad,
+            half_thickness_m,
+            path,
+            contact_nm: onset.torque_nm,
+            contact_by_onset,
+            before_nm: [0.0; 2],
+            last: PathPoint::default(),
+            last_torque_nm: 0.0,
+            ended: false,
+            series: PhantomData,
+        })
+    }
+
+    /// The end of the path so far.
+    pub(super) fn end(&self) -> &PathPoint {
+        &self.last
+    }
+
+    /// The next point, by rising angle.
+    pub(super) fn next(&mut self, point: &Point) -> Option<Prediction> {
+        let angle_rad = self.origin_rad + point.counts * self.drivetrain.rad_per_count;
+        let past_rad = angle_rad - self.values[ONSET];
+        let half_rad = 0.5 * point.width_counts * self.drivetrain.rad_per_count;
+        // Before the contact, whatever was measured.
+        if past_rad <= -half_rad {
+            self.before_nm = [point.excess_nm, 0.0];
+            return Some(NOTHING);
+        }
+        let [measured_nm, predicted_nm] = self.before_nm;
+        let stray_nm = STRAY_SHARE * point.excess_nm.abs() + STRAY_NM;
+        let near_nm = (predicted_nm + point.excess_nm - measured_nm)
+            .at_least(point.excess_nm - stray_nm)
+            .at_most(point.excess_nm + stray_nm);
+        let mut prediction = self.on_path(past_rad, near_nm, point)?;
+        self.before_nm = [point.excess_nm, prediction.excess_nm];
+        // Part of the point may lie before the contact: the mean of a ramp over it.
+        let steepness = prediction.steepness(half_rad);
+        let share = 0.5 * (1.0 + prediction.excess_nm / steepness);
+        if share < 1.0 {
+            let share = share.at_least(0.0);
+            prediction.excess_nm = steepness * share * share;
+            for slope in &mut prediction.slopes {
+                *slope *= share;
+            }
+            self.before_nm[1] = prediction.excess_nm;
+        }
+        Some(prediction)
+    }
+
+    /// The contact path at an angle beyond the onset; `near_nm` is about what will come of it.
+    fn on_path(&mut self, past_rad: f32, near_nm: f32, point: &Point) -> Option<Prediction> {
+        let values = self.values;
+        let factor = values[FACTOR];
+        let least_nm = self.contact_nm + LEAST_RISE_NM;
+        let mut torque_nm = (factor * near_nm + point.free_nm).at_least(least_nm);
+        if let Some(path) = &mut self.path
+            && !self.ended
+        {
+            match self.finger.follow(path, torque_nm - self.contact_nm) {
+                Some(last) => {
+                    self.last = last;
+                    self.last_torque_nm = torque_nm;
+                }
+                // The contact has slid to the tip: there the finger goes on about as it did.
+                None if self.last_torque_nm > 0.0 => self.ended = true,
+                None => return None,
+            }
+        }
+        let mut variance_nm2 = 0.0;
+        if self.ended {
+            let beyond_nm = BEYOND_SHARE * (torque_nm - self.last_torque_nm) / factor;
+            variance_nm2 = beyond_nm * beyond_nm;
+            torque_nm = self.last_torque_nm;
+        }
+        let at = &self.last;
+        let (cable, creep) = if X::FLEXIBLE {
+            (values[CABLE], values[CREEP])
+        } else {
+            (0.0, 0.0)
+        };
+        let held_nm = (torque_nm - self.contact_nm) / factor;
+        let late_nm = point.late_nm;
+        let rotation_rad = at.rotation_rad
+            + values[FRICTION] * self.by_friction()
+            + values[JOINT] * at.rotation_by_joint_friction_rad_per_nm;
+        let model_rad = rotation_rad + cable * (held_nm + creep * late_nm);
+        // Radian per newton metre of excess.
+        let slope = factor * at.compliance_rad_per_nm + cable;
+        let near_nm = (torque_nm - point.free_nm) / factor;
+        let excess_nm = near_nm + (past_rad - model_rad) / slope;
+        let angle_nm = ANGLE_SIGMA_RAD / slope;
+        variance_nm2 += angle_nm * angle_nm;
+        let mut slopes = [0.0; UNKNOWNS];
+        slopes[K] = at.rotation_by_k_rad_per_m;
+        slopes[ONSET] = 1.0 - self.contact_by_onset * (at.compliance_rad_per_nm + cable / factor);
+        slopes[FRICTION] = self.by_friction();
+        slopes[JOINT] = at.rotation_by_joint_friction_rad_per_nm;
+        slopes[FACTOR] = at.compliance_rad_per_nm * excess_nm
+            - cable * (point.free_nm - self.contact_nm) / (factor * factor);
+        slopes[CABLE] = held_nm + creep * late_nm;
+        slopes[CREEP] = cable * late_nm;
+        for slope_of in &mut slopes {
+            *slope_of /= -slope;
+        }
+        excess_nm.is_finite().then_some(Prediction {
+            excess_nm,
+            slopes,
+            variance_nm2,
+        })
+    }
+
+    /// Follows the path to a measured angle after the last point: the end is where the finger is then.
+    pub(super) fn follow_to(&mut self, angle_rad: f32, last: &Point) -> Option<()> {
+        let past_rad = angle_rad - self.values[ONSET];
+        let mut near_nm = self.before_nm[1];
+        for _ in 0..3 {
+            near_nm = self.on_path(past_rad, near_nm, last)?.excess_nm;
+        }
+        Some(())
+    }
+
+    fn by_friction(&self) -> f32 {
+        self.last.rotation_by_friction_rad
+            + self.half_thickness_m * self.last.rotation_by_friction_and_thickness_rad_per_m
+    }
+}
+
+impl Prediction {
+    /// Excess over half a point's width.
+    fn steepness(&self, half_rad: f32) -> f32 {
+        // By the measured angle, which counts against the onset's.
+        (-self.slopes[ONSET] * half_rad).at_least(f32::MIN_POSITIVE)
+    }
+}

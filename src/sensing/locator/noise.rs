@@ -1,0 +1,185 @@
+//! Noise of a residual that is correlated along the curve, taken off step by step: a Kalman filter of what friction and
+//! efficiency do.
+//!
+//! The excess torque of a point is the finger's plus
+//!
+//! - a level and a trend: the record of friction is some seconds old;
+//! - the wander of friction, an Ornstein-Uhlenbeck process of time;
+//! - a share of the load, because the gears' efficiency changes with the turn of the worm: a wave of that period whose size
+//!   and phase are not known, and what is left of it, correlated over a third of a turn;
+//! - white noise: that of the blocks, of the impact of the contact, and of the load.
+//!
+//! The filter predicts the sum from the points before; what a point differs by is independent of them. The derivatives of
+//! the model go through the same filter, so that least squares on what it leaves are generalised least squares.
+
+use super::prior::UNKNOWNS;
+use crate::numeric::{Bounded, exp, sin_cos};
+use crate::sensing::Drivetrain;
+use crate::sensing::curve::Point;
+use core::f32::consts::TAU;
+
+/// States: level, trend, wander, two of the wave, the rest of it.
+const STATES: usize = 6;
+const LEVEL: usize = 0;
+const TREND: usize = 1;
+const WANDER: usize = 2;
+const COSINE: usize = 3;
+const SINE: usize = 4;
+const REST: usize = 5;
+
+/// Amplitude of the efficiency's wave over a turn of the worm, standard deviation, as a share of the load
+/// (docs/MECHANICS.md#estimation-from-recordings: 1 %; a little more, because it is taken from recordings).
+const WAVE_SHARE: f32 = 0.012;
+/// What of the efficiency's change is no such wave, as a share of the load (R, chosen).
+const REST_SHARE: f32 = 0.004;
+/// Way over which that is correlated, as a share of a turn of the worm.
+const REST_TURNS: f32 = 0.3;
+/// White noise of the efficiency, as a share of the load (docs/MECHANICS.md#estimation-from-recordings).
+const WHITE_SHARE: f32 = 0.003;
+/// A contact bounces: torque of it for a speed at contact, newton metre second per radian, and how long it takes to fade,
+/// second (docs/MECHANICS.md#estimation-from-recordings: 5 mN m at 0.3 rad/s, gone after 0.1 s).
+const IMPACT_NM_S_PER_RAD: f32 = 5e-3 / 0.3;
+const IMPACT_S: f32 = 0.04;
+
+/// What is known of the noise before the curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise {
+    /// Wander of the friction, newton metre at the input link, standard deviation.
+    pub wander_nm: f32,
+    /// Its time constant, second.
+    pub wander_s: f32,
+    /// Deviation of the level, newton metre.
+    pub level_nm: f32,
+    /// Deviation of the trend, newton metre per second.
+    pub trend_nm_per_s: f32,
+    /// Speed of the input link, radian per second.
+    pub speed_rad_per_s: f32,
+}
+
+/// A residual and the model's derivatives at it, by the unknowns.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Row {
+    pub(super) residual: f32,
+    pub(super) slopes: [f32; UNKNOWNS],
+    /// Variance of the residual, less what the filter takes care of; afterwards all that the points before leave open.
+    pub(super) variance: f32,
+}
+
+/// The filter under way along one curve.
+#[derive(Clone, Debug)]
+pub(super) struct Whitening<'a> {
+    noise: &'a Noise,
+    worm_per_count: f32,
+    variance: [[f32; STATES]; STATES],
+    residual: [f32; STATES],
+    slopes: [[f32; STATES]; UNKNOWNS],
+    /// Time and angle of the point before.
+    before: Option<(f32, f32)>,
+}
+
+impl<'a> Whitening<'a> {
+    pub(super) fn new(noise: &'a Noise, drivetrain: &Drivetrain) -> Self {
+        let mut variance = [[0.0; STATES]; STATES];
+        let wave = 0.5 * WAVE_SHARE * WAVE_SHARE;
+        for (state, initial) in [
+            (LEVEL, noise.level_nm * noise.level_nm),
+            (TREND, noise.trend_nm_per_s * noise.trend_nm_per_s),
+            (WANDER, noise.wander_nm * noise.wander_nm),
+            (COSINE, wave),
+            (SINE, wave),
+            (REST, REST_SHARE * REST_SHARE),
+        ] {
+            variance[state][state] = initial;
+        }
+        let worm_counts = drivetrain.counts_per_worm_turn;
+        Self {
+            noise,
+            worm_per_count: if worm_counts == 0 {
+                0.0
+            } else {
+                1.0 / worm_counts as f32
+            },
+            variance,
+            residual: [0.0; STATES],
+            slopes: [[0.0; STATES]; UNKNOWNS],
+            before: None,
+        }
+    }
+
+    /// Takes what the points before tell off a row, and learns from what is left; `past_rad` is how far beyond the onset
+    /// the point ends.
+    pub(super) fn whiten(&mut self, point: &Point, past_rad: f32, row: &mut Row) {
+        let turns = point.counts * self.worm_per_count;
+        if let Some((time_s, before)) = self.before.replace((point.time_s, turns)) {
+            let fading = exp((time_s - point.time_s) / self.noise.wander_s);
+            self.fade(WANDER, fading, self.noise.wander_nm * self.noise.wander_nm);
+            self.fade(
+                REST,
+                exp((before - turns) / REST_TURNS),
+                REST_SHARE * REST_SHARE,
+            );
+        }
+        let load = point.excess_nm.at_least(0.0);
+        let (sin, cos) = sin_cos(TAU * (turns - (turns as i32) as f32));
+        let seen = [1.0, point.time_s, 1.0, load * cos, load * sin, load];
+        let impact = IMPACT_NM_S_PER_RAD * self.noise.speed_rad_per_s * self.bounce(past_rad);
+        let white = WHITE_SHARE * load;
+        row.variance +=
+            point.variance_nm2 + white * white / f32::from(point.blocks.max(1)) + impact * impact;
+        // Covariance of each state with what is seen.
+        let mut with = [0.0; STATES];
+        for (with, variance) in with.iter_mut().zip(&self.variance) {
+            *with = dot(variance, &seen);
+        }
+        row.variance += dot(&with, &seen);
+        let gain = with.map(|with| with / row.variance);
+        for (variance, with) in self.variance.iter_mut().zip(&with) {
+            for (variance, gain) in variance.iter_mut().zip(&gain) {
+                *variance -= with * gain;
+            }
+        }
+        row.residual = update(&mut self.residual, row.residual, &seen, &gain);
+        for (state, slope) in self.slopes.iter_mut().zip(&mut row.slopes) {
+            *slope = update(state, *slope, &seen, &gain);
+        }
+    }
+
+    /// How much of the impact is left at an angle beyond the onset, 0 to 1.
+    fn bounce(&self, past_rad: f32) -> f32 {
+        if past_rad < 0.0 {
+            return 0.0;
+        }
+        exp(-past_rad / (self.noise.speed_rad_per_s * IMPACT_S).at_least(f32::MIN_POSITIVE))
+    }
+
+    /// Lets a state forget towards its own variance.
+    fn fade(&mut self, state: usize, fading: f32, variance: f32) {
+        for other in 0..STATES {
+            self.variance[state][other] *= fading;
+            self.variance[other][state] *= fading;
+        }
+        self.variance[state][state] += (1.0 - fading * fading) * variance;
+        self.residual[state] *= fading;
+        for slopes in &mut self.slopes {
+            slopes[state] *= fading;
+        }
+    }
+}
+
+fn dot(a: &[f32; STATES], b: &[f32; STATES]) -> f32 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// What the states do not predict of a value; they learn from it.
+fn update(
+    state: &mut [f32; STATES],
+    value: f32,
+    seen: &[f32; STATES],
+    gain: &[f32; STATES],
+) -> f32 {
+    let left = value - dot(state, seen);
+    for (state, gain) in state.iter_mut().zip(gain) {
+        *state += gain * left;
+    }
+    left
+}

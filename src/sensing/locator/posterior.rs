@@ -1,0 +1,307 @@
+//! The verdict: all fits together, each as likely as its evidence says.
+
+use super::fit::Fitted;
+use super::model::Hold;
+use super::prior::{K, Scaling};
+use super::{Free, Locator, Model, Prior, RADII_M, Track, fit};
+use crate::finger::{Class, MAX_PHALANGES, Mechanics};
+use crate::numeric::{Bounded, exp, ln, sqrt};
+use crate::sensing::{Drivetrain, NotLocated, Series};
+
+/// Probability below which another phalanx, or another place on the same, is not worth a word.
+const UNLIKELY: f32 = 0.05;
+/// Nearer to the joint than this share of the phalanx, a contact is one on the joint.
+const JOINT_SHARE: f32 = 0.02;
+/// Deviations of a chi square beyond which a curve is not that of the hypothesis.
+const MISFIT_SIGMAS: f32 = 3.0;
+
+/// What the fits of a place say together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// Phalanx.
+    pub phalanx: u8,
+    /// Its length, metre.
+    pub length_m: f32,
+    /// Probability that the contact is on this phalanx, 0 to 1.
+    pub p_phalanx: f32,
+    /// Location at first contact, metre.
+    pub k_m: f32,
+    /// Its standard deviation, metre.
+    pub k_sigma_m: f32,
+    /// Effective contact radius, metre.
+    pub radius_m: f32,
+    /// Its standard deviation, metre.
+    pub radius_sigma_m: f32,
+    /// Change of the angle of joint 2 since the contact at the end of the curve, radian.
+    pub joint_2_rad: f32,
+    /// The likeliest fit.
+    best: Fitted,
+    best_radius_m: f32,
+}
+
+/// What the hypotheses say together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Verdict {
+    /// Too early.
+    Undecided,
+    /// One place.
+    At(Estimate),
+    /// Two places, the likelier first.
+    Either([Estimate; 2]),
+    /// A contact without a place.
+    Nowhere(NotLocated),
+}
+
+/// Force of a contact, newton.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Force {
+    /// Mean.
+    pub force_n: f32,
+    /// Standard deviation.
+    pub sigma_n: f32,
+}
+
+/// A hypothesis as the verdict weighs it.
+#[derive(Clone, Copy)]
+struct Weighed {
+    estimate: Estimate,
+    ln_evidence: f32,
+}
+
+impl<X: Series> Locator<X> {
+    /// The verdict at the end of a round. `bonus` is what else is known of each hypothesis (a joint's sensor), as a logarithm
+    /// of odds.
+    // Not inlined: what it says is written where it stays.
+    #[inline(never)]
+    pub fn verdict(&self, prior: &Prior<X>, bonus: impl Fn(&Estimate) -> f32) -> Verdict {
+        if self.under_way || self.points.is_empty() {
+            return Verdict::Undecided;
+        }
+        let spread = self.spread();
+        let mut weighed: heapless::Vec<Weighed, { super::MOST }> = heapless::Vec::new();
+        for track in &self.tracks {
+            let Some(mut new) = track.weigh(prior, spread) else {
+                continue;
+            };
+            new.ln_evidence += bonus(&new.estimate);
+            // Two starts that met in one minimum are one explanation.
+            let same = weighed
+                .iter_mut()
+                .find(|old| old.estimate.is_as(&new.estimate));
+            match same {
+                Some(old) if old.ln_evidence < new.ln_evidence => *old = new,
+                Some(_) => {}
+                None => {
+                    let _ = weighed.push(new);
+                }
+            }
+        }
+        weighed.sort_unstable_by(|a, b| b.ln_evidence.total_cmp(&a.ln_evidence));
+        let Some(first) = weighed.first().copied() else {
+            return Verdict::Nowhere(self.unexplained());
+        };
+        if !self.explains() {
+            return Verdict::Nowhere(self.unexplained());
+        }
+        let odds = |of: &Weighed| exp(of.ln_evidence - first.ln_evidence);
+        let total: f32 = weighed.iter().map(odds).sum();
+        for index in 0..weighed.len() {
+            let phalanx = weighed[index].estimate.phalanx;
+            let mine: f32 = weighed
+                .iter()
+                .filter(|other| other.estimate.phalanx == phalanx)
+                .map(odds)
+                .sum();
+            weighed[index].estimate.p_phalanx = mine / total;
+        }
+        let first = weighed[0].estimate;
+        if first.is_without_place() {
+            return Verdict::Nowhere(NotLocated::Proximal);
+        }
+        match weighed.get(1) {
+            Some(rival) if rival.estimate.phalanx > 1 && odds(rival) > UNLIKELY => {
+                Verdict::Either([first, rival.estimate])
+            }
+            _ => Verdict::At(first),
+        }
+    }
+
+    /// Whether any hypothesis explains the curve.
+    pub fn explains(&self) -> bool {
+        let points = self.points.len() as f32;
+        self.chi_square() <= points + MISFIT_SIGMAS * sqrt(2.0 * points)
+    }
+
+    /// Mean square residual of the likeliest hypothesis, in variances; at least 1.
+    fn spread(&self) -> f32 {
+        (self.chi_square() / self.points.len() as f32)
+            .at_least(1.0)
+            .at_most(1e6)
+    }
+
+    /// Sum of squared residuals of the likeliest fit; infinite if there is none.
+    fn chi_square(&self) -> f32 {
+        let fits = self
+            .tracks
+            .iter()
+            .flat_map(|track| track.fits.iter().flatten());
+        let mut best = (f32::NEG_INFINITY, f32::INFINITY);
+        for fit in fits {
+            if fit.ln_evidence > best.0 {
+                best = (fit.ln_evidence, fit.chi_square);
+            }
+        }
+        best.1
+    }
+
+    /// Why nothing explains the curve.
+    fn unexplained(&self) -> NotLocated {
+        match self.class {
+            Class::Proximal => NotLocated::Proximal,
+            Class::TooSoft => NotLocated::TooSoft,
+            Class::Gap => NotLocated::Gap,
+            Class::TooStiff => NotLocated::TooStiff,
+            _ => NotLocated::Unexplained,
+        }
+    }
+
+    /// Posture and angles of an estimate at a measured angle: what the path says.
+    pub fn state<F: Mechanics>(
+        &self,
+        estimate: &Estimate,
+        finger: &F,
+        (origin_rad, drivetrain): (f32, &Drivetrain),
+        prior: &Prior<X>,
+        near: &F::Configuration,
+        measured_rad: f32,
+    ) -> Option<State<F::Configuration>> {
+        let scaling = Scaling::of(prior, estimate.length_m);
+        let force_at = |k: f32| -> Option<(f32, Free<F::Configuration>, [f32; MAX_PHALANGES])> {
+            let mut x = estimate.best.x;
+            x[K] += k;
+            scaling.hold(&mut x, K);
+            let values = scaling.values(&x);
+            let onset = fit::onset::<F, X>(finger, prior, &values, near)?;
+            let hold = Hold::Contact {
+                phalanx: estimate.phalanx,
+                radius_m: estimate.best_radius_m,
+            };
+            let mut model = Model::<F, X>::new(
+                finger,
+                (origin_rad, drivetrain),
+                &values,
+                prior.half_thickness_m,
+                hold,
+                &onset,
+            )?;
+            for point in &self.points {
+                model.next(point)?;
+            }
+            model.follow_to(measured_rad, self.points.last()?)?;
+            Some((model.end().force_n, onset, model.end().joints_rad))
+        };
+        let (force_n, onset, joints_rad) = force_at(0.0)?;
+        let beside = estimate.k_sigma_m / estimate.length_m;
+        let other = force_at(beside).or_else(|| force_at(-beside));
+        let moved_n = other.map_or(0.0, |(other, ..)| other - force_n);
+        let spring_n = SPRING_SIGMA * force_n;
+        Some(State {
+            force: Force {
+                force_n,
+                sigma_n: sqrt(moved_n * moved_n + spring_n * spring_n),
+            },
+            onset,
+            joints_rad,
+        })
+    }
+}
+
+/// Deviation of the springs' stiffness from the scene's, as a share: 10 %, uniform (R). A location does not ask for it, a
+/// force does.
+const SPRING_SIGMA: f32 = 0.058;
+
+/// The finger at an estimate.
+#[derive(Clone, Copy, Debug)]
+pub struct State<C> {
+    /// Force of the contact.
+    pub force: Force,
+    /// The free finger at the onset.
+    pub onset: Free<C>,
+    /// Change of the joints' angles since.
+    pub joints_rad: [f32; MAX_PHALANGES],
+}
+
+impl Track {
+    /// All radii together; `spread` is by how much the residuals exceed what was expected, as a variance ratio.
+    fn weigh<X: Series>(&self, prior: &Prior<X>, spread: f32) -> Option<Weighed> {
+        let mut best: Option<(&Fitted, usize)> = None;
+        for (index, fitted) in self.fits.iter().enumerate() {
+            let Some(fitted) = fitted else { continue };
+            if best.is_none_or(|(old, _)| fitted.ln_evidence > old.ln_evidence) {
+                best = Some((fitted, index));
+            }
+        }
+        let (best, best_index) = best?;
+        let scaling = Scaling::of(prior, self.length_m);
+        let has_place = self.phalanx > 1;
+        let (mut total, mut k, mut kk, mut r, mut rr) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for (index, fitted) in self.fits.iter().enumerate() {
+            let Some(fitted) = fitted else { continue };
+            let weight = exp((fitted.ln_evidence - best.ln_evidence) / spread);
+            // About the best, so that nothing cancels.
+            let place_m = self.length_m * (fitted.x[K] - best.x[K]);
+            let radius_m = RADII_M[index] - RADII_M[best_index];
+            total += weight;
+            k += weight * place_m;
+            kk += weight * (place_m * place_m + spread * fitted.k_sigma_m * fitted.k_sigma_m);
+            r += weight * radius_m;
+            // A fit stands for the radii up to its neighbours.
+            let half_m = 0.3 * (RADII_M[index] + 0.003);
+            rr += weight * (radius_m * radius_m + half_m * half_m / 3.0);
+        }
+        let (k, r) = (k / total, r / total);
+        let variance = |squares: f32, mean: f32| (squares / total - mean * mean).at_least(0.0);
+        let estimate = Estimate {
+            phalanx: self.phalanx,
+            length_m: self.length_m,
+            p_phalanx: 0.0,
+            k_m: if has_place {
+                (scaling.values(&best.x)[K] + k).at_most(self.length_m)
+            } else {
+                0.0
+            },
+            k_sigma_m: sqrt(variance(kk, k)),
+            radius_m: RADII_M[best_index] + r + prior.half_thickness_m,
+            radius_sigma_m: sqrt(variance(rr, r)),
+            joint_2_rad: best.joint_2_rad,
+            best: *best,
+            best_radius_m: RADII_M[best_index] + prior.half_thickness_m,
+        };
+        let radii = if has_place { RADII_M.len() as f32 } else { 1.0 };
+        Some(Weighed {
+            estimate,
+            ln_evidence: best.ln_evidence / spread + ln(total / radii),
+        })
+    }
+}
+
+impl Estimate {
+    /// Whether it is on the proximal phalanx or on the very joint of phalanx 2: as compliant as a contact anywhere on
+    /// phalanx 1 (docs/MECHANICS.md#contact-stiffness), and nearer to the joint than either phalanx is thick.
+    pub fn is_without_place(&self) -> bool {
+        self.phalanx <= 1 || (self.phalanx == 2 && self.k_m < JOINT_SHARE * self.length_m)
+    }
+
+    /// Whether both are one place for all that their deviations tell.
+    fn is_as(&self, other: &Self) -> bool {
+        self.phalanx == other.phalanx
+            && (self.k_m - other.k_m).abs() < self.k_sigma_m + other.k_sigma_m
+    }
+}
+
+/// Logarithm of the likelihood of a joint's measured change, given what a hypothesis says, up to a constant.
+pub fn ln_likelihood(measured_rad: f32, expected_rad: f32, sigma_rad: f32) -> f32 {
+    let deviation = (measured_rad - expected_rad) / sigma_rad.at_least(f32::MIN_POSITIVE);
+    // A sensor that is broken must not decide alone.
+    -ln(1.0 + 0.5 * deviation * deviation) * 4.0
+}

@@ -1,0 +1,152 @@
+//! What is known before a fit, and the unknowns that it leaves.
+
+use super::noise::Noise;
+use crate::numeric::Bounded;
+use crate::sensing::{Calibration, Series};
+use core::marker::PhantomData;
+
+/// Number of unknowns: those of the cable are the last two.
+pub(super) const UNKNOWNS: usize = 7;
+/// Location, in lengths of the phalanx (or in deviations from where it is known to be).
+pub(super) const K: usize = 0;
+/// Measured angle of the input link at the onset.
+pub(super) const ONSET: usize = 1;
+/// Coefficient of friction between phalanx and object.
+pub(super) const FRICTION: usize = 2;
+/// Torque factor.
+pub(super) const FACTOR: usize = 3;
+/// Friction or preload of each joint beyond the first.
+pub(super) const JOINT: usize = 4;
+/// Twist of the cable.
+pub(super) const CABLE: usize = 5;
+/// Share of it that creeps.
+pub(super) const CREEP: usize = 6;
+
+/// Nearer to the joint than this share of its phalanx no contact is thought of.
+pub(super) const LEAST_SHARE: f32 = 0.007;
+/// Deviations from its mean beyond which an unknown does not go.
+const MOST_DEVIATIONS: f32 = 6.0;
+/// Least factor thought of, as a share of what is known.
+const LEAST_FACTOR: f32 = 0.2;
+/// Least twist of the cable thought of, as a share of what is known.
+const LEAST_CABLE: f32 = 0.1;
+
+/// Where a contact may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Place {
+    /// Anywhere on the finger.
+    Anywhere,
+    /// At a known place: calibration.
+    Known {
+        /// Phalanx, from 2.
+        phalanx: u8,
+        /// Distance from the joint, metre.
+        k_m: f32,
+        /// Standard deviation, metre.
+        sigma_m: f32,
+        /// Effective contact radius, metre.
+        radius_m: f32,
+    },
+    /// The input link stands at its closing stop, and the cable alone gives way: calibration.
+    Stop,
+}
+
+/// What is known before the fit, the same for every hypothesis. `X` is what lies in series with the finger: with
+/// [`Rigid`](crate::sensing::Rigid) there is no cable to fit, and what is said of one here is not looked at.
+#[derive(Clone, Copy, Debug)]
+pub struct Prior<X: Series> {
+    /// Location.
+    pub place: Place,
+    /// Half the thickness of a phalanx, metre.
+    pub half_thickness_m: f32,
+    /// Coefficient of friction between phalanx and object: mean and deviation.
+    pub friction: [f32; 2],
+    /// Friction or preload of each joint beyond the first, newton metre: mean and deviation.
+    pub joint_nm: [f32; 2],
+    /// Measured angle of the input link at the onset, radian: mean and deviation.
+    pub onset_rad: [f32; 2],
+    /// Torque factor and cable.
+    pub calibration: Calibration,
+    /// Share of the cable's twist that creeps: mean and deviation.
+    pub creep: [f32; 2],
+    /// Noise.
+    pub noise: Noise,
+    /// What lies in series.
+    pub series: PhantomData<X>,
+}
+
+/// Physical values of the unknowns, each in its place.
+pub(super) type Values = [f32; UNKNOWNS];
+
+/// What turns unknowns in units of their prior into physical values: value = mean + deviation x, and the cable's by the
+/// factor's, with which it is correlated.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scaling {
+    pub(super) mean: Values,
+    pub(super) deviation: Values,
+    pub(super) cable_by_factor: f32,
+    lowest: Values,
+    highest: Values,
+}
+
+impl Scaling {
+    /// By what is known before, for a phalanx of some length.
+    pub(super) fn of<X: Series>(prior: &Prior<X>, length_m: f32) -> Self {
+        let (mut mean, mut deviation) = ([0.0; UNKNOWNS], [0.0; UNKNOWNS]);
+        let mut lowest = [-MOST_DEVIATIONS; UNKNOWNS];
+        let mut highest = [MOST_DEVIATIONS; UNKNOWNS];
+        match prior.place {
+            Place::Anywhere | Place::Stop => {
+                deviation[K] = length_m;
+                (lowest[K], highest[K]) = (LEAST_SHARE, 1.0);
+            }
+            Place::Known { k_m, sigma_m, .. } => (mean[K], deviation[K]) = (k_m, sigma_m),
+        }
+        let calibration = &prior.calibration;
+        [mean[ONSET], deviation[ONSET]] = prior.onset_rad;
+        [mean[FRICTION], deviation[FRICTION]] = prior.friction;
+        [mean[JOINT], deviation[JOINT]] = prior.joint_nm;
+        mean[FACTOR] = calibration.torque_factor;
+        deviation[FACTOR] = calibration.torque_factor * calibration.torque_factor_sigma;
+        let mut cable_by_factor = 0.0;
+        if X::FLEXIBLE {
+            mean[CABLE] = calibration.cable_rad_per_nm;
+            deviation[CABLE] = calibration.cable_sigma_rad_per_nm * calibration.independence();
+            cable_by_factor = calibration.cable_sigma_rad_per_nm * calibration.correlation;
+            [mean[CREEP], deviation[CREEP]] = prior.creep;
+        }
+        let mut bound = |unknown: usize, least: f32| {
+            let least = (least - mean[unknown]) / deviation[unknown].at_least(f32::MIN_POSITIVE);
+            lowest[unknown] = lowest[unknown].at_least(least);
+        };
+        bound(FRICTION, 0.0);
+        bound(FACTOR, LEAST_FACTOR * mean[FACTOR]);
+        bound(CABLE, LEAST_CABLE * mean[CABLE]);
+        bound(CREEP, 0.0);
+        Self {
+            mean,
+            deviation,
+            cable_by_factor,
+            lowest,
+            highest,
+        }
+    }
+
+    /// Physical values.
+    pub(super) fn values(&self, x: &[f32; UNKNOWNS]) -> Values {
+        let mut values = self.mean;
+        for unknown in 0..UNKNOWNS {
+            values[unknown] += self.deviation[unknown] * x[unknown];
+        }
+        values[CABLE] += self.cable_by_factor * x[FACTOR];
+        values
+    }
+
+    /// Keeps an unknown where it means something; true where it had left that.
+    pub(super) fn hold(&self, x: &mut [f32; UNKNOWNS], unknown: usize) -> bool {
+        let held = x[unknown]
+            .at_least(self.lowest[unknown])
+            .at_most(self.highest[unknown]);
+        core::mem::replace(&mut x[unknown], held) != held
+    }
+}

@@ -1,0 +1,67 @@
+//! Calibration: what a contact at a known place or a press on the closing stop teaches.
+
+use super::contact::Contact;
+use super::known::Known;
+use crate::finger::Mechanics;
+use crate::numeric::sqrt;
+use crate::sensing::joint::JointSensor;
+use crate::sensing::location::Series;
+use crate::sensing::{Calibration, Directive, Event, Refusal};
+
+/// How much the closing stop may yield, radian per newton metre (R, chosen): it counts as cable.
+const STOP_YIELD_RAD_PER_NM: f32 = 4e-3;
+
+impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
+    /// What the curve of a contact at a known place, or with the stop, teaches.
+    pub(super) fn learn(
+        &self,
+        contact: &mut Contact<H::Reading, X>,
+    ) -> Result<Calibration, Refusal> {
+        if let Directive::CalibrateCable = self.directive {
+            if !X::FLEXIBLE {
+                return Err(Refusal::Uninformative);
+            }
+            return self.learn_from_press(contact);
+        }
+        if let Directive::Calibrate { phalanx, k_m } = self.directive {
+            let length_m = self
+                .finger
+                .phalanx_length_m(phalanx)
+                .ok_or(Refusal::NoSuchPlace)?;
+            if !(phalanx > 1 && k_m > 0.0 && k_m <= length_m) {
+                return Err(Refusal::NoSuchPlace);
+            }
+        }
+        let (found, misfit) = contact
+            .locator
+            .learned(&self.prior(contact))
+            .ok_or(Refusal::Misfit)?;
+        self.calibration.with_contact(&found, misfit)
+    }
+
+    // A symbol of its own: its absence shows that a scene without a cable does not carry this.
+    #[inline(never)]
+    fn learn_from_press(
+        &self,
+        contact: &mut Contact<H::Reading, X>,
+    ) -> Result<Calibration, Refusal> {
+        let (mut found, misfit) = contact
+            .locator
+            .learned(&self.prior(contact))
+            .ok_or(Refusal::Misfit)?;
+        let sigma = found.cable_sigma_rad_per_nm;
+        found.cable_sigma_rad_per_nm =
+            sqrt(sigma * sigma + STOP_YIELD_RAD_PER_NM * STOP_YIELD_RAD_PER_NM);
+        self.calibration.with_press(&found, misfit)
+    }
+
+    pub(super) fn tell_calibration(&mut self, learned: Result<Calibration, Refusal>) {
+        match learned {
+            Ok(calibration) => {
+                self.calibration = calibration;
+                self.tell(Event::Calibrated { calibration });
+            }
+            Err(why) => self.tell(Event::CalibrationRefused { why }),
+        }
+    }
+}

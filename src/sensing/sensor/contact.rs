@@ -1,0 +1,496 @@
+//! A contact: its curve grows, the locator goes on a pass at a time, and what it finds is told.
+
+use super::known::Known;
+use super::search::{Begun, Past};
+use super::{Sensor, Work};
+use crate::finger::Mechanics;
+use crate::numeric::{Bounded, sqrt};
+use crate::sensing::block::Block;
+use crate::sensing::curve::{Curve, Point};
+use crate::sensing::joint::JointSensor;
+use crate::sensing::location::Series;
+use crate::sensing::locator::{self, Estimate, Locator, Noise, Place, Prior, Verdict};
+use crate::sensing::{Directive, Event, NotLocated};
+use core::marker::PhantomData;
+
+/// Least deviation of the onset, radian: a tenth of a second of motion.
+const ONSET_SIGMA_RAD: f32 = 0.03;
+/// Blocks before the detected onset with which the curve begins: the onset is sought there too.
+const LEAD: usize = 4;
+/// How well a pin is placed by hand or by a gauge, metre (R, chosen).
+const PIN_SIGMA_M: f32 = 0.3e-3;
+/// A contact is lost when the torque falls by this share of itself and this many deviations of a block.
+const LOST_SHARE: f32 = 0.03;
+const LOST_SIGMAS: f32 = 8.0;
+/// Share of the torque limit at which a contact is judged for good: the finger closes on meanwhile.
+const ENOUGH: f32 = 0.95;
+/// Nearer to the closing stop, radian, a contact's curve ends: there the cable alone gives way.
+const STOP_MARGIN_RAD: f32 = 0.01;
+/// Samples between two passes of the locator after the motion: samples must not pile up meanwhile.
+const SAMPLES_PER_PASS: u8 = 4;
+/// Deviation of k, as a share of the phalanx, from which on no location is told: the curve does not depend on the place.
+const VAGUE: f32 = 0.25;
+/// A location is told anew when its deviation has shrunk by this factor.
+const SHARPER: f32 = 0.75;
+/// Share of the torque limit from which on a proximal contact is told: before it may be one near the joint.
+const SURE_PROXIMAL: f32 = 0.5;
+/// Error of the friction beyond the record, continued periodically, as a share of its unevenness within (R, chosen).
+const UNSURE_BEYOND: f32 = 0.15;
+
+/// A contact under way.
+#[derive(Clone, Debug)]
+pub(super) struct Contact<R, X: Series> {
+    pub(super) curve: Curve,
+    pub(super) locator: Locator<X>,
+    /// What the record's level was off by at the onset, newton metre of motor torque.
+    level_nm: f32,
+    noise: Noise,
+    /// How uneven the friction is over the travel, newton metre of motor torque.
+    unevenness_nm: f32,
+    pub(super) onset_rad: [f32; 2],
+    onset_us: u64,
+    /// Reading of joint 2 at the onset.
+    reading: R,
+    /// Torque above friction at the last block.
+    torque_nm: f32,
+    /// The torque as the cable's creep feels it, and when it was last brought up to date.
+    late_nm: f32,
+    late_us: u64,
+    /// The last block: it joins the curve when its neighbour has told its acceleration.
+    waiting: Past<R>,
+    reported: Reported,
+    stage: Stage,
+    /// Samples until the locator's next pass.
+    pause: u8,
+}
+
+/// How far a contact has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    /// The curve grows.
+    Growing,
+    /// As before, but the finger stands at its stop: the curve does not.
+    AtStop,
+    /// No more is to come; the last word is due.
+    Ending,
+}
+
+/// What was said last.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Reported {
+    Nothing,
+    Located { phalanx: u8, k_m: f32, sigma_m: f32 },
+    Ambiguous,
+}
+
+impl<R, X: Series> Contact<R, X> {
+    /// No more is to come.
+    pub(super) fn end(&mut self) {
+        if self.stage != Stage::Ending {
+            self.stage = Stage::Ending;
+            self.pause = 0;
+            self.locator.stop();
+        }
+    }
+}
+
+impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
+    /// A contact is decided: from here on it is what is in hand.
+    // Not inlined: the curve lies on the stack meanwhile, and should not for the other users of the caller's frame.
+    #[inline(never)]
+    pub(super) fn begin_contact(&mut self, block: &Block, begun: &Begun) {
+        let Work::Searching(search) = &self.work else {
+            return;
+        };
+        let history = &search.history;
+        let since = history.len().saturating_sub(begun.onset.since + LEAD);
+        let Some(first) = history.get(since) else {
+            return;
+        };
+        let known = &mut self.known;
+        let mut contact = known.contact(begun, first);
+        for (index, past) in history.iter().take(since).enumerate() {
+            let point = known.point(&contact, past, past.inertia_nm);
+            contact.curve.push_before(index, since, past.counts, point);
+        }
+        for past in history.iter().skip(since + 1) {
+            known.grow(&mut contact, past);
+        }
+        known.tell(Event::Touch {
+            time_us: block.time_us,
+            theta_a_rad: contact.onset_rad[0],
+            torque_nm: contact.torque_nm,
+        });
+        self.work = Work::Contact(contact);
+    }
+
+    /// After the motion: the last rounds of the locator, then the last word.
+    pub(super) fn conclude(&mut self) {
+        let known = &mut self.known;
+        let Work::Contact(contact) = &mut self.work else {
+            return;
+        };
+        if contact.stage != Stage::Ending {
+            return;
+        }
+        if contact.pause > 0 {
+            contact.pause -= 1;
+            return;
+        }
+        contact.pause = SAMPLES_PER_PASS - 1;
+        if !contact.locator.is_under_way() && !known.begin_round(contact, true) {
+            // Too little to judge.
+            known.give_up(contact);
+        } else if !known.pass(contact) {
+            return;
+        } else if known.is_calibrating() {
+            let learned = known.learn(contact);
+            known.tell_calibration(learned);
+        } else {
+            let explained = contact.locator.explains();
+            if !explained && contact.locator.shorten() {
+                return;
+            }
+            known.report(contact, true);
+        }
+        self.done = true;
+        self.work = Work::Nothing;
+    }
+}
+
+impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
+    /// A contact that begins about a block.
+    #[inline(never)]
+    fn contact(&self, begun: &Begun, first: &Past<H::Reading>) -> Contact<H::Reading, X> {
+        let efficiency = self.drivetrain.efficiency;
+        let wander = &begun.wander;
+        let onset = &begun.onset;
+        let sigma_rad = onset.sigma_counts * self.drivetrain.rad_per_count;
+        Contact {
+            curve: Curve::new(first.counts),
+            locator: Locator::default(),
+            level_nm: onset.level_nm,
+            noise: Noise {
+                wander_nm: efficiency * wander.rms_nm,
+                wander_s: wander.time_s,
+                level_nm: efficiency * wander.level_sigma_nm,
+                trend_nm_per_s: efficiency * wander.trend_sigma_nm_per_s,
+                speed_rad_per_s: self.settings.speed_rad_per_s,
+            },
+            unevenness_nm: (self.friction.as_ref())
+                .and_then(|friction| friction.unevenness_nm())
+                .unwrap_or(0.0),
+            onset_rad: [
+                self.drivetrain.closing_rad(onset.counts as i32),
+                sigma_rad.at_least(ONSET_SIGMA_RAD),
+            ],
+            onset_us: first.time_us,
+            reading: first.reading,
+            torque_nm: 0.0,
+            late_nm: 0.0,
+            late_us: first.time_us,
+            waiting: *first,
+            reported: Reported::Nothing,
+            stage: Stage::Growing,
+            pause: 0,
+        }
+    }
+
+    /// A block of a closing in contact.
+    pub(super) fn press(&mut self, contact: &mut Contact<H::Reading, X>, past: &Past<H::Reading>) {
+        if contact.stage == Stage::Ending {
+            return;
+        }
+        if self.is_lost(contact, past) {
+            contact.end();
+            return;
+        }
+        self.grow(contact, past);
+        if self.is_calibrating() {
+            return;
+        }
+        if contact.torque_nm >= ENOUGH * self.settings.torque_limit_nm {
+            contact.end();
+            return;
+        }
+        if !contact.locator.is_under_way() {
+            self.begin_round(contact, false);
+        } else if self.pass(contact) && contact.locator.explains() {
+            self.report(contact, false);
+        }
+    }
+
+    pub(super) fn is_calibrating(&self) -> bool {
+        matches!(
+            self.directive,
+            Directive::Calibrate { .. } | Directive::CalibrateCable
+        )
+    }
+
+    /// Whether the torque has fallen: the finger slid off, or the object gave way. What comes after is another contact.
+    fn is_lost(&self, contact: &Contact<H::Reading, X>, past: &Past<H::Reading>) -> bool {
+        let efficiency = self.drivetrain.efficiency;
+        let torque_nm = efficiency * (past.residual_nm - contact.level_nm);
+        let block_nm = efficiency * sqrt(past.variance_nm2);
+        let fallen_nm = contact.torque_nm - torque_nm;
+        fallen_nm > LOST_SHARE * contact.torque_nm + LOST_SIGMAS * block_nm
+    }
+
+    /// Adds a block to the curve: the one before it, that is. A block's own acceleration is half that since the block
+    /// before and half that to the one after.
+    fn grow(&self, contact: &mut Contact<H::Reading, X>, next: &Past<H::Reading>) {
+        let past = core::mem::replace(&mut contact.waiting, *next);
+        let mut point = self.point(contact, &past, next.inertia_nm);
+        // A closing does not take an hour.
+        let elapsed_s = past.time_us.wrapping_sub(contact.late_us) as u32 as f32 * 1e-6;
+        contact.late_us = past.time_us;
+        contact.late_nm += (elapsed_s / self.drivetrain.creep_s).at_most(1.0)
+            * (point.excess_nm - contact.late_nm);
+        point.late_nm = contact.late_nm;
+        contact.torque_nm = point.excess_nm;
+        if !matches!(self.directive, Directive::CalibrateCable) && self.is_at_stop(&past, &point) {
+            contact.stage = Stage::AtStop;
+        }
+        if contact.stage == Stage::Growing {
+            contact.curve.push(past.counts, point);
+        }
+    }
+
+    /// Whether the input link, behind the cable, is at the closing stop.
+    fn is_at_stop(&self, past: &Past<H::Reading>, point: &Point) -> bool {
+        let mut link_rad = self.drivetrain.closing_rad(past.counts);
+        if X::FLEXIBLE {
+            let calibration = &self.calibration;
+            let twist = calibration.cable_rad_per_nm - calibration.cable_sigma_rad_per_nm;
+            link_rad -= twist.at_least(0.0) * point.excess_nm.at_least(0.0);
+        }
+        let stop_rad = self.drivetrain.opening_stop_rad + self.settings.closing_stop_rad;
+        link_rad > stop_rad - STOP_MARGIN_RAD
+    }
+
+    /// A block as a point of the curve; `next_nm` is the inertia's torque in the block after it.
+    fn point(
+        &self,
+        contact: &Contact<H::Reading, X>,
+        past: &Past<H::Reading>,
+        next_nm: f32,
+    ) -> Point {
+        let drivetrain = &self.drivetrain;
+        let efficiency =
+            drivetrain.efficiency * (1.0 + drivetrain.efficiency_per_speed * past.overspeed);
+        let residual_nm = past.residual_nm + 0.5 * (past.inertia_nm - next_nm);
+        let inertia_nm = drivetrain.inertia_share * 0.5 * (past.inertia_nm + next_nm);
+        let mut variance = past.variance_nm2 + inertia_nm * inertia_nm;
+        if past.beyond_counts > 0.0 {
+            // Wrong for a good part of a period in the same direction.
+            let unevenness_nm = UNSURE_BEYOND * contact.unevenness_nm;
+            let periods = drivetrain.counts_per_worm_turn as f32 / past.width_counts.max(1) as f32;
+            variance += unevenness_nm * unevenness_nm * 0.25 * periods;
+        }
+        let free = self.free(drivetrain.closing_rad(past.counts));
+        Point {
+            time_s: past.time_us.wrapping_sub(contact.onset_us) as i64 as f32 * 1e-6,
+            excess_nm: efficiency * (residual_nm - contact.level_nm),
+            free_nm: free.map_or(0.0, |free| free.torque_nm),
+            variance_nm2: efficiency * efficiency * variance,
+            width_counts: past.width_counts as f32,
+            ..Point::EMPTY
+        }
+    }
+
+    pub(super) fn prior(&self, contact: &Contact<H::Reading, X>) -> Prior<X> {
+        let settings = &self.settings;
+        Prior {
+            place: match self.directive {
+                Directive::Calibrate { phalanx, k_m } => Place::Known {
+                    phalanx,
+                    k_m,
+                    sigma_m: PIN_SIGMA_M,
+                    radius_m: settings.pin_radius_m + settings.half_thickness_m,
+                },
+                Directive::CalibrateCable => Place::Stop,
+                _ => Place::Anywhere,
+            },
+            half_thickness_m: settings.half_thickness_m,
+            friction: settings.contact_friction,
+            joint_nm: settings.joint_friction_nm,
+            onset_rad: contact.onset_rad,
+            calibration: self.calibration,
+            creep: self.drivetrain.creep,
+            noise: contact.noise,
+            series: PhantomData,
+        }
+    }
+
+    fn begin_round(&self, contact: &mut Contact<H::Reading, X>, last: bool) -> bool {
+        let prior = self.prior(contact);
+        let origin_rad = self.drivetrain.closing_rad(contact.curve.origin_counts());
+        contact.locator.begin(
+            &self.finger,
+            contact.curve.points(),
+            (origin_rad, &self.drivetrain),
+            &prior,
+            &self.posture,
+            last,
+        )
+    }
+
+    /// One pass of the locator; true at the end of a round.
+    // A symbol of its own, so that its instructions can be counted on the chip.
+    #[inline(never)]
+    fn pass(&self, contact: &mut Contact<H::Reading, X>) -> bool {
+        let prior = self.prior(contact);
+        let origin_rad = self.drivetrain.closing_rad(contact.curve.origin_counts());
+        contact.locator.step(
+            &self.finger,
+            (origin_rad, &self.drivetrain),
+            &prior,
+            &self.posture,
+        )
+    }
+
+    /// Says what is new at the end of a round; `last` is the last word.
+    fn report(&mut self, contact: &mut Contact<H::Reading, X>, last: bool) {
+        let prior = self.prior(contact);
+        // To the end of the curve, which is what was fitted: the finger may have moved on.
+        self.joint_change = H::change(contact.reading, contact.waiting.reading);
+        let change_rad = H::rad(self.joint_change);
+        let verdict = contact.locator.verdict(&prior, |estimate| {
+            change_rad.map_or(0.0, |measured| {
+                locator::ln_likelihood(measured, estimate.joint_2_rad, H::SIGMA_RAD)
+            })
+        });
+        match verdict {
+            Verdict::At(estimate) if estimate.k_sigma_m >= VAGUE * estimate.length_m => {
+                if last {
+                    self.tell_nowhere(contact, NotLocated::Unobservable);
+                }
+            }
+            Verdict::At(estimate) => {
+                let sigma_m = estimate.k_sigma_m;
+                let news = match contact.reported {
+                    Reported::Located {
+                        phalanx: before,
+                        k_m,
+                        sigma_m: was,
+                    } => {
+                        before != estimate.phalanx
+                            || sigma_m < SHARPER * was
+                            || (estimate.k_m - k_m).abs() > 2.0 * was
+                    }
+                    _ => true,
+                };
+                if sigma_m <= self.settings.wanted_sigma_m && !last {
+                    contact.end();
+                } else if news || last {
+                    self.tell_located(contact, &prior, &estimate, last);
+                }
+            }
+            Verdict::Either(estimates) => {
+                if last || !matches!(contact.reported, Reported::Ambiguous) {
+                    self.tell_ambiguous(contact, &estimates, last);
+                }
+            }
+            Verdict::Nowhere(why) => {
+                let sure = contact.torque_nm >= SURE_PROXIMAL * self.settings.torque_limit_nm;
+                if last {
+                    self.tell_nowhere(contact, why);
+                } else if why == NotLocated::Proximal && sure {
+                    contact.end();
+                }
+            }
+            Verdict::Undecided if last => self.give_up(contact),
+            Verdict::Undecided => {}
+        }
+    }
+
+    /// There is too little to say anything.
+    fn give_up(&mut self, contact: &Contact<H::Reading, X>) {
+        if self.is_calibrating() {
+            self.tell_calibration(Err(crate::sensing::Refusal::TooFewSamples));
+        } else {
+            self.tell_nowhere(contact, NotLocated::TooFewSamples);
+        }
+    }
+
+    fn tell_nowhere(&mut self, contact: &Contact<H::Reading, X>, why: NotLocated) {
+        self.tell(Event::NotLocated {
+            why,
+            torque_nm: contact.torque_nm,
+        });
+    }
+
+    fn tell_located(
+        &mut self,
+        contact: &mut Contact<H::Reading, X>,
+        prior: &Prior<X>,
+        estimate: &Estimate,
+        settled: bool,
+    ) {
+        let &Estimate {
+            phalanx,
+            k_m,
+            k_sigma_m: sigma_m,
+            p_phalanx,
+            ..
+        } = estimate;
+        let origin_rad = self.drivetrain.closing_rad(contact.curve.origin_counts());
+        let state = contact.locator.state(
+            estimate,
+            &self.finger,
+            (origin_rad, &self.drivetrain),
+            prior,
+            &self.posture,
+            self.drivetrain.closing_rad(self.position_counts),
+        );
+        let (mut k_c, mut force_n, mut force_sigma_n) = (f32::INFINITY, f32::NAN, f32::NAN);
+        if let Some(state) = state {
+            (force_n, force_sigma_n) = (state.force.force_n, state.force.sigma_n);
+            let free = &state.onset;
+            k_c = self
+                .finger
+                .contact_compliance(&free.configuration, free.torque_nm, phalanx, k_m)
+                .map_or(f32::INFINITY, |compliance| 1.0 / compliance);
+        }
+        contact.reported = Reported::Located {
+            phalanx,
+            k_m,
+            sigma_m,
+        };
+        // Half of itself or more: the curve does not tell.
+        let (radius_m, radius_sigma_m) = if estimate.radius_sigma_m < 0.5 * estimate.radius_m {
+            (estimate.radius_m, estimate.radius_sigma_m)
+        } else {
+            (f32::NAN, f32::NAN)
+        };
+        self.tell(Event::Located {
+            phalanx,
+            p_phalanx,
+            k_m,
+            sigma_m,
+            k_c_nm_per_rad: k_c,
+            force_n,
+            force_sigma_n,
+            radius_m,
+            radius_sigma_m,
+            settled,
+        });
+    }
+
+    fn tell_ambiguous(
+        &mut self,
+        contact: &mut Contact<H::Reading, X>,
+        estimates: &[Estimate; 2],
+        settled: bool,
+    ) {
+        contact.reported = Reported::Ambiguous;
+        let [likelier, other] = estimates;
+        self.tell(Event::Ambiguous {
+            phalanx: [likelier.phalanx, other.phalanx],
+            p_phalanx: [likelier.p_phalanx, other.p_phalanx],
+            k_m: [likelier.k_m, other.k_m],
+            sigma_m: [likelier.k_sigma_m, other.k_sigma_m],
+            settled,
+        });
+    }
+}
