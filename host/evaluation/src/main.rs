@@ -4,14 +4,15 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand};
-use palpate::sample::Sample;
 use palpate_evaluation::experiments::{
     ablation, calibration, catalogue, document, fingerprint, result, run, sensitivity,
 };
-use palpate_evaluation::{figures, recordings, replay, trace};
+use palpate_evaluation::{figures, recordings};
 use palpate_plant::{Engine, World};
+
+mod replay_command;
+mod scene;
 
 type Outcome = Result<(), Box<dyn Error>>;
 
@@ -30,7 +31,7 @@ enum Command {
     /// The paper's experiments, ours beside the paper's algorithm.
     Experiments(Experiments),
     /// The sensing on a recording.
-    Replay(Replay),
+    Replay(replay_command::Options),
     /// The sensing on a folder of recordings whose truth is known.
     Recordings(Recordings),
     /// Draw the figures as SVG.
@@ -76,29 +77,11 @@ struct Experiments {
 }
 
 #[derive(Args)]
-struct Replay {
-    /// CSV with columns time_s, encoder_counts, current_a (signed, or with a column duty for its sign).
-    file: PathBuf,
-    /// The finger of the recording.
-    #[arg(long, default_value = palpate_scenes::NAMES[0], value_parser = PossibleValuesParser::new(palpate_scenes::NAMES))]
-    scene: String,
-    /// Recording of a free closing and opening, instead of one searched in FILE.
-    #[arg(long)]
-    friction: Option<PathBuf>,
-    /// Encoder count at the opening stop.
-    #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
-    zero_counts: i64,
-    /// One JSON object a line instead of text.
-    #[arg(long)]
-    json: bool,
-}
-
-#[derive(Args)]
 struct Recordings {
     /// Folder with NAME.csv.gz and NAME.json; names begin with their world and an underscore.
     directory: PathBuf,
-    /// The finger of the recordings.
-    #[arg(long, default_value = palpate_scenes::NAMES[0], value_parser = PossibleValuesParser::new(palpate_scenes::NAMES))]
+    /// The finger of the recordings: one of scenes/*.toml, by name or file.
+    #[arg(long, default_value = palpate_scenes::NAMES[0], value_parser = scene::named)]
     scene: String,
     /// Without calibration; what calibrates is left out.
     #[arg(long)]
@@ -129,101 +112,6 @@ fn plan(
         seed,
         quick,
     })
-}
-
-/// Samples of a recording; what was odd about it goes to standard error, or is told as JSON.
-fn samples(file: &Path, zero_counts: i64, json: bool) -> Result<Vec<Sample>, Box<dyn Error>> {
-    let named = |error: &dyn std::fmt::Display| format!("{}: {error}", file.display());
-    let opened = std::fs::File::open(file).map_err(|error| named(&error))?;
-    let (rows, findings) = trace::read(opened).map_err(|error| named(&error))?;
-    let resampled = trace::resample(&rows, zero_counts);
-    if json {
-        let gaps: Vec<_> = resampled
-            .gaps
-            .iter()
-            .map(|gap| [gap.from_s, gap.to_s])
-            .collect();
-        println!(
-            "{}",
-            serde_json::json!({
-                "type": "recording", "file": file.display().to_string(), "rows": findings.rows,
-                "repeated": findings.repeated, "backward": findings.backward,
-                "sign_from_duty": findings.sign_from_duty, "interval_s": resampled.interval_s,
-                "interpolated": resampled.interpolated, "gaps_s": gaps, "cut_at_s": resampled.cut_at_s,
-                "samples": resampled.samples.len(),
-            })
-        );
-    } else {
-        println!(
-            "recording rows={} repeated={} backward={} sign_from_duty={} interval_ms={:.3} interpolated={} gaps={} \
-             samples={}",
-            findings.rows,
-            findings.repeated,
-            findings.backward,
-            findings.sign_from_duty,
-            1e3 * resampled.interval_s,
-            resampled.interpolated,
-            resampled.gaps.len(),
-            resampled.samples.len(),
-        );
-        for gap in &resampled.gaps {
-            println!("gap from_s={:.4} to_s={:.4}", gap.from_s, gap.to_s);
-        }
-        if let Some(cut_at_s) = resampled.cut_at_s {
-            println!("cut at_s={cut_at_s}");
-        }
-    }
-    if resampled.samples.is_empty() {
-        return Err(named(&"the rows are too far apart: no two within 0.2 s").into());
-    }
-    Ok(resampled.samples)
-}
-
-fn replay(options: &Replay) -> Outcome {
-    let recorded = samples(&options.file, options.zero_counts, options.json)?;
-    let record = options
-        .friction
-        .as_deref()
-        .map(|file| samples(file, options.zero_counts, options.json))
-        .transpose()?;
-    let record = record.as_deref();
-    let found = palpate_scenes::for_scene!(options.scene.as_str(), |S| replay::replay::<S>(
-        &recorded, record
-    ))
-    .ok_or("no such scene")?;
-    let second = |index: usize| recorded.get(index).map_or(0.0, |s| s.time_us as f64 * 1e-6);
-    let (source, stretch) = match &found.friction {
-        replay::Source::Separate => ("file", None),
-        replay::Source::Within(at) => ("free-closing", Some([second(at.from), second(at.to - 1)])),
-        replay::Source::None => ("none", None),
-    };
-    if options.json {
-        println!(
-            "{}",
-            serde_json::json!({"type": "friction", "source": source, "stretch_s": stretch})
-        );
-    } else {
-        let at = stretch.map_or_else(String::new, |[a, b]| format!(" from_s={a:.3} to_s={b:.3}"));
-        println!("friction source={source}{at}");
-    }
-    if found.friction == replay::Source::None {
-        eprintln!(
-            "no free closing in the recording: contacts cannot be told from friction; give one with --friction"
-        );
-    }
-    for told in &found.told {
-        let time_s = told.time_us as f64 * 1e-6;
-        if options.json {
-            let (name, mut fields) = replay::fields(&told.event);
-            fields.insert("type".into(), serde_json::json!("event"));
-            fields.insert("name".into(), serde_json::json!(name));
-            fields.insert("t_s".into(), serde_json::json!(time_s));
-            println!("{}", serde_json::Value::Object(fields));
-        } else {
-            println!("{time_s:10.3} {}", replay::line(&told.event));
-        }
-    }
-    Ok(())
 }
 
 fn recordings(options: &Recordings) -> Outcome {
@@ -347,7 +235,7 @@ fn figures(directory: &Path, plan: &catalogue::Plan) -> Outcome {
 fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Experiments(options) => experiments(&options),
-        Command::Replay(options) => replay(&options),
+        Command::Replay(options) => replay_command::run(&options),
         Command::Recordings(options) => recordings(&options),
         Command::Figures {
             directory,

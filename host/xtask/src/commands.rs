@@ -134,8 +134,13 @@ pub fn size(arguments: &[String]) -> Outcome {
     run(&mut host_program("palpate-report", &words))
 }
 
-/// `golden`: the library against reference files.
+/// `golden`: the library against reference files; with `--generator` the files against their own generator.
 pub fn golden(arguments: &[String]) -> Outcome {
+    if let Some((first, rest)) = arguments.split_first()
+        && first == "--generator"
+    {
+        return run(&mut host_program("palpate-golden", rest));
+    }
     let words = [&["golden".to_owned()], arguments].concat();
     run(&mut host_program("palpate-report", &words))
 }

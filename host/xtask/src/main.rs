@@ -54,8 +54,8 @@ const COMMANDS: &[Command] = &[
     },
     Command {
         name: "golden",
-        arguments: "DIR [--json]",
-        summary: "the library against a folder of reference files",
+        arguments: "DIR [--json] | --generator [OPTIONS]",
+        summary: "the library against a folder of reference files, or those recomputed (--generator --help)",
         run: commands::golden,
     },
     Command {

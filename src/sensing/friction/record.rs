@@ -44,7 +44,9 @@ pub struct Friction {
 pub struct Estimate {
     /// Torque while closing, newton metre.
     pub torque_nm: f32,
-    /// Variance of it from the noise of the record, newton metre squared.
+    /// Of it, what is not the worm's share, newton metre.
+    pub smooth_nm: f32,
+    /// Variance of the torque from the noise of the record, newton metre squared.
     pub variance_nm2: f32,
     /// How far beyond the record the position is, counts.
     pub beyond_counts: f32,
@@ -172,10 +174,11 @@ impl Friction {
         if position < low - margin || position > high + margin {
             return None;
         }
-        self.smooth(position, 0.0)
+        self.smooth(position)
     }
 
-    /// As [`Friction::at`]; beyond the end of the record its level there is continued with the worm's share.
+    /// As [`Friction::at`]; beyond the end of the record it goes on with the worm's share, drifting as it did over the last
+    /// turn of the worm: what springs of the finger add goes on as well.
     pub fn beyond(&self, counts: i32) -> Option<Estimate> {
         if let Some(found) = self.at(counts) {
             return Some(found);
@@ -183,15 +186,25 @@ impl Friction {
         let (first, last) = self.closing_nm.ends()?;
         let (low, high) = (self.middle_counts(first), self.middle_counts(last));
         let position = counts as f32;
-        let excess = (position - high)
-            .at_least(low - position)
-            .at_most(BEYOND_TURNS * self.worm_counts.max(self.bin_counts) as f32);
-        self.smooth(position, if position < low { 0.0 } else { excess })
+        let mut found = self.smooth(position)?;
+        let turn = self.worm_counts.max(self.bin_counts) as f32;
+        let excess = (position - high).at_most(BEYOND_TURNS * turn);
+        if excess <= 0.0 {
+            // Before the record's beginning the motion was not steady yet.
+            return None;
+        }
+        let before = self.smooth((high - turn).at_least(low))?;
+        let end = self.smooth(high)?;
+        let turns = excess / (turn.at_most(high - low)).at_least(1.0);
+        found.torque_nm += turns * (end.smooth_nm - before.smooth_nm);
+        found.variance_nm2 += turns * turns * (end.variance_nm2 + before.variance_nm2);
+        found.beyond_counts = excess;
+        found.torque_nm.is_finite().then_some(found)
     }
 
     /// Quadratic through the bins about a position, by weighted least squares, plus the worm's share.
     #[inline(never)]
-    fn smooth(&self, position: f32, beyond_counts: f32) -> Option<Estimate> {
+    fn smooth(&self, position: f32) -> Option<Estimate> {
         let (first, last) = self.closing_nm.ends()?;
         let bin = self.bin_counts as f32;
         // In bins, from the first bin's beginning; beyond the ends the curve keeps its value there.
@@ -236,8 +249,9 @@ impl Friction {
         let torque_nm = value[0] + harmonics::sum(&self.worm_nm, &waves);
         (torque_nm + variance_nm2).is_finite().then_some(Estimate {
             torque_nm,
+            smooth_nm: value[0],
             variance_nm2,
-            beyond_counts,
+            beyond_counts: 0.0,
         })
     }
 

@@ -195,7 +195,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
         if let Work::Nothing = self.work {
             Search::begin(&mut self.work);
         }
-        let Some(past) = known.past(block, matches!(self.work, Work::Contact(_))) else {
+        let Some(past) = known.past(block) else {
             return;
         };
         if let Work::Searching(_) = self.work {

@@ -103,14 +103,11 @@ pub(super) struct Begun {
 
 impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     /// A block with the residual of the record.
-    pub(super) fn past(&self, block: &Block, in_contact: bool) -> Option<Past<H::Reading>> {
+    pub(super) fn past(&self, block: &Block) -> Option<Past<H::Reading>> {
         let friction = self.friction.as_ref()?;
         let counts = block.counts.wrapping_add(self.shift_counts.unwrap_or(0));
-        let known = if in_contact || self.presses_stop() {
-            friction.beyond(counts)?
-        } else {
-            friction.at(counts)?
-        };
+        // A contact at the very end of the travel is a contact: the search goes on beyond the record.
+        let known = friction.beyond(counts)?;
         Some(Past {
             time_us: block.time_us,
             counts: block.counts,

@@ -5,12 +5,12 @@
 
 use palpate::finger::Mechanics;
 use palpate::sample::{Drive, Sample};
-use palpate::sensing::{Directive, Event, Sensor, Series};
+use palpate::sensing::{Directive, Event, NoHall, Sensor, Series, Settings};
 
 use crate::trace::PERIOD_US;
 
 /// Samples at rest after the end, so that the last word is said.
-const FLUSH: u64 = 600;
+pub const FLUSH: u64 = 600;
 /// Least samples at rest before the first motion from which the offset of the current sense is taken.
 const OFFSET_SAMPLES: usize = 50;
 /// Window over which a steady speed is taken, samples.
@@ -84,25 +84,27 @@ pub fn remove_offset(samples: &mut [Sample]) {
     }
 }
 
-/// Closing speed that the recording was made at, counts per second: the median over tenths of a second of the first
-/// closing, before anything can be touched.
+/// Steady speed of the motion in one direction, counts per second without sign: the median over tenths of a second of its
+/// first run, before anything can be touched.
 #[must_use]
-pub fn closing_speed(samples: &[Sample]) -> Option<f64> {
-    let begin = samples
-        .iter()
-        .position(|sample| sample.drive == Drive::Closing)?;
+pub fn speed(samples: &[Sample], drive: Drive) -> Option<f64> {
+    let other = match drive {
+        Drive::Closing => Drive::Opening,
+        _ => Drive::Closing,
+    };
+    let begin = samples.iter().position(|sample| sample.drive == drive)?;
     let end = samples[begin..]
         .iter()
-        .position(|sample| sample.drive == Drive::Opening)
+        .position(|sample| sample.drive == other)
         .map_or(samples.len(), |length| begin + length);
     let mut speeds: Vec<f64> = samples[begin..end]
         .chunks_exact(SPEED_WINDOW)
-        .filter(|chunk| chunk.iter().all(|sample| sample.drive == Drive::Closing))
+        .filter(|chunk| chunk.iter().all(|sample| sample.drive == drive))
         .filter_map(|chunk| {
             let (first, last) = (chunk.first()?, chunk.last()?);
             let counts = last.position_counts.wrapping_sub(first.position_counts);
             let time_us = last.time_us.checked_sub(first.time_us)?;
-            (time_us > 0).then(|| f64::from(counts) / (time_us as f64 * 1e-6))
+            (time_us > 0).then(|| f64::from(counts).abs() / (time_us as f64 * 1e-6))
         })
         .collect();
     speeds.sort_by(f64::total_cmp);
@@ -112,11 +114,48 @@ pub fn closing_speed(samples: &[Sample]) -> Option<f64> {
         .filter(|speed| *speed > 0.0)
 }
 
+/// Settings of the sensing with the speeds of a recording: an opening may have another one than the closings.
+#[derive(Clone, Copy, Debug)]
+pub struct Speeds {
+    /// While closing.
+    pub closing: Settings,
+    /// While opening.
+    pub opening: Settings,
+}
+
+impl Speeds {
+    /// What the product would have been set to for these samples.
+    #[must_use]
+    pub fn of(samples: &[Sample], nominal: &Settings, rad_per_count: f32) -> Self {
+        let at = |drive| {
+            let mut settings = *nominal;
+            if let Some(counts_per_s) = speed(samples, drive) {
+                settings.speed_rad_per_s = (counts_per_s * f64::from(rad_per_count)) as f32;
+            }
+            settings
+        };
+        Self {
+            closing: at(Drive::Closing),
+            opening: at(Drive::Opening),
+        }
+    }
+
+    /// Settings for a sample.
+    #[must_use]
+    pub fn at(&self, drive: Drive) -> Settings {
+        match drive {
+            Drive::Opening => self.opening,
+            Drive::Closing | Drive::Idle => self.closing,
+        }
+    }
+}
+
 /// Replays samples by the protocol, and hands what the sensing says of them to `hear`, with its time. `false`: there was
 /// no second closing.
 pub fn follow<F: Mechanics, X: Series>(
-    sensor: &mut Sensor<F, palpate::sensing::NoHall, X>,
+    sensor: &mut Sensor<F, NoHall, X>,
     samples: &[Sample],
+    speeds: &Speeds,
     purpose: Directive,
     mut hear: impl FnMut(u64, &Event),
 ) -> bool {
@@ -125,6 +164,7 @@ pub fn follow<F: Mechanics, X: Series>(
         if let Some(directive) = protocol.directive(sample.drive) {
             sensor.direct(directive);
         }
+        sensor.set_settings(speeds.at(sample.drive));
         if let Some(event) = sensor.update(sample) {
             hear(sample.time_us, &event);
         }
@@ -200,7 +240,7 @@ mod tests {
             .collect();
         samples.push(sample(1000, 59_000, 0.0, Drive::Opening));
         samples.extend((1001..4000).map(|ms| sample(ms, 10 * ms as i32, 0.0, Drive::Closing)));
-        let speed = closing_speed(&samples).expect("it closes");
+        let speed = speed(&samples, Drive::Closing).expect("it closes");
         assert!((speed - 60_000.0).abs() < 1.0, "{speed}");
     }
 }

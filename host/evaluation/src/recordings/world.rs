@@ -7,7 +7,7 @@ use palpate_simulation::Simulated;
 use rayon::prelude::*;
 
 use super::Recording;
-use super::protocol::{closing_speed, follow};
+use super::protocol::{Speeds, follow};
 use super::truth::{Class, Truth};
 use crate::score::{Listener, Scores, Trial};
 
@@ -155,12 +155,9 @@ fn spring<S: Simulated>() -> f64 {
 fn line<S: Simulated>(recording: &Recording, calibration: Calibration) -> (Line, Calibration) {
     let finger = S::MECHANISM;
     let drivetrain = S::drivetrain(&finger);
-    let mut settings = S::settings();
-    if let Some(counts_per_s) = closing_speed(&recording.samples) {
-        settings.speed_rad_per_s = (counts_per_s * f64::from(drivetrain.rad_per_count)) as f32;
-    }
+    let speeds = Speeds::of(&recording.samples, &S::settings(), drivetrain.rad_per_count);
     let mut sensor: Sensor<S::Finger, palpate::sensing::NoHall, S::Series> =
-        Sensor::new(finger, drivetrain, settings, calibration);
+        Sensor::new(finger, drivetrain, speeds.closing, calibration);
     let truth: &Truth = &recording.truth;
     let purpose = match (truth.class, truth.nominal_k_m) {
         (Class::Press, _) => Directive::CalibrateCable,
@@ -177,6 +174,7 @@ fn line<S: Simulated>(recording: &Recording, calibration: Calibration) -> (Line,
     let complete = follow(
         &mut sensor,
         &recording.samples,
+        &speeds,
         purpose,
         |time_us, event| {
             match event {

@@ -1,0 +1,215 @@
+//! The sensing on a recording: what the firmware would have said.
+//!
+//! Passive: nothing is known of how the recording was made. Friction comes from a recording of a free motion, or from a
+//! free closing that the recording itself contains; torque factor and cable from recordings of a press and of pins.
+//!
+//! | module | what it does |
+//! |---|---|
+//! | `find` | free motion in a recording |
+//! | `event` | events as text and JSON |
+
+mod event;
+mod find;
+
+pub use event::{fields, line};
+pub use find::{NoFreeClosing, Stretch};
+
+use palpate::finger::Mechanics;
+use palpate::sample::{Drive, Sample};
+use palpate::scene::Scene;
+use palpate::sensing::{Calibration, Directive, Event, NoHall, Sensor, Series};
+
+use crate::recordings::protocol::{FLUSH, Speeds};
+use crate::trace::PERIOD_US;
+
+/// A closing shorter than this share of the scene's travel tells too little of its friction.
+const LEAST_TRAVEL: f64 = 0.5;
+
+/// Where the recording of friction was found.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Source {
+    /// A recording of its own.
+    Separate,
+    /// A free closing (and what opening followed) in the recording itself.
+    Within(Stretch),
+    /// Nowhere: contacts cannot be told from friction.
+    None(NoFriction),
+}
+
+/// Why friction is not known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NoFriction {
+    /// No free motion was found.
+    NoFreeClosing(NoFreeClosing),
+    /// A free closing, but no opening after it.
+    NoOpening {
+        /// When the closing ends, second.
+        closed_s: f64,
+    },
+    /// Too little of the free motion could be used.
+    Coverage {
+        /// Share of the travel that was covered both ways.
+        coverage: f32,
+    },
+}
+
+impl std::fmt::Display for NoFriction {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::NoFreeClosing(why) => write!(out, "no free closing: {why}"),
+            Self::NoOpening { closed_s } => write!(
+                out,
+                "no opening follows the free closing that ends at {closed_s:.3} s: friction is recorded both ways"
+            ),
+            Self::Coverage { coverage } => write!(
+                out,
+                "only {:.0} % of the travel were covered both ways at a steady speed, 60 % are needed: is the zero right \
+                 (--zero-counts), is the speed even?",
+                100.0 * coverage
+            ),
+        }
+    }
+}
+
+/// An event with its time.
+#[derive(Clone, Debug)]
+pub struct Told {
+    /// Microseconds from the recording's begin.
+    pub time_us: u64,
+    /// What was said.
+    pub event: Event,
+}
+
+/// What a replay found.
+#[derive(Clone, Debug)]
+pub struct Replay {
+    /// Where friction was learned.
+    pub friction: Source,
+    /// What the sensing said.
+    pub told: Vec<Told>,
+    /// The calibration in force after it.
+    pub calibration: Calibration,
+}
+
+/// What is known before a recording is replayed.
+#[derive(Clone, Debug)]
+pub struct Beforehand<'a> {
+    /// Recording of a free closing and opening, instead of one searched in the recording.
+    pub friction: Option<&'a [Sample]>,
+    /// Torque factor and cable.
+    pub calibration: Calibration,
+}
+
+/// Replays `samples`; `purpose` is what its closings are for, [`Directive::Watch`] but for calibrations.
+#[must_use]
+pub fn replay<S: Scene>(samples: &[Sample], before: &Beforehand, purpose: Directive) -> Replay {
+    let finger = S::MECHANISM;
+    let drivetrain = S::drivetrain(&finger);
+    let source = before.friction.unwrap_or(samples);
+    let speeds = Speeds::of(source, &S::settings(), drivetrain.rad_per_count);
+    let mut sensor: Sensor<S::Finger, NoHall, S::Series> =
+        Sensor::new(finger, drivetrain, speeds.closing, before.calibration);
+    let least = LEAST_TRAVEL * f64::from(S::TRAVEL_RAD / drivetrain.rad_per_count);
+    let found = match before.friction {
+        Some(record) => learn(&mut sensor, record, &speeds).map(|()| Source::Separate),
+        None => within(&mut sensor, samples, &speeds, least),
+    };
+    let friction = found.unwrap_or_else(Source::None);
+    // What calibrates comes after the free motion; a watch does not mind it.
+    let from = match (&friction, purpose) {
+        (_, Directive::Watch) => 0,
+        (Source::Within(stretch), _) => stretch.to,
+        _ => 0,
+    };
+    sensor.direct(purpose);
+    let mut told = Vec::new();
+    let mut last_us = None;
+    for sample in &samples[from..] {
+        // The sensing judges what it has when the drive stops; across a gap nothing is known.
+        let gap = last_us.is_some_and(|last: u64| sample.time_us > last + PERIOD_US);
+        let idle = Sample {
+            drive: Drive::Idle,
+            ..*sample
+        };
+        take(&mut sensor, if gap { &idle } else { sample }, &mut told);
+        last_us = Some(sample.time_us);
+    }
+    flush(&mut sensor, samples, &mut told);
+    Replay {
+        friction,
+        told,
+        calibration: *sensor.calibration(),
+    }
+}
+
+/// Learns friction from a free closing in the recording itself.
+fn within<F: Mechanics, X: Series>(
+    sensor: &mut Sensor<F, NoHall, X>,
+    samples: &[Sample],
+    speeds: &Speeds,
+    least_counts: f64,
+) -> Result<Source, NoFriction> {
+    let closing = find::free_closing(samples, least_counts).map_err(NoFriction::NoFreeClosing)?;
+    let stretch = find::with_opening(samples, &closing);
+    if stretch.to == closing.to {
+        return Err(NoFriction::NoOpening {
+            closed_s: samples[closing.to - 1].time_us as f64 * 1e-6,
+        });
+    }
+    learn(sensor, &samples[stretch.from..stretch.to], speeds)?;
+    Ok(Source::Within(stretch))
+}
+
+fn take<F: Mechanics, X: Series>(
+    sensor: &mut Sensor<F, NoHall, X>,
+    sample: &Sample,
+    told: &mut Vec<Told>,
+) {
+    if let Some(event) = sensor.update(sample) {
+        told.push(Told {
+            time_us: sample.time_us,
+            event,
+        });
+    }
+}
+
+fn flush<F: Mechanics, X: Series>(
+    sensor: &mut Sensor<F, NoHall, X>,
+    samples: &[Sample],
+    told: &mut Vec<Told>,
+) {
+    let Some(last) = samples.last() else { return };
+    for step in 1..=FLUSH {
+        let idle = Sample {
+            time_us: last.time_us + step * PERIOD_US,
+            drive: Drive::Idle,
+            current_a: 0.0,
+            ..*last
+        };
+        take(sensor, &idle, told);
+    }
+}
+
+/// Lets the sensor record friction. An opening may have another speed than the closings: the sensing is told that speed while
+/// it lasts.
+fn learn<F: Mechanics, X: Series>(
+    sensor: &mut Sensor<F, NoHall, X>,
+    samples: &[Sample],
+    speeds: &Speeds,
+) -> Result<(), NoFriction> {
+    sensor.direct(Directive::RecordFriction);
+    let mut told = Vec::new();
+    for sample in samples {
+        sensor.set_settings(speeds.at(sample.drive));
+        take(sensor, sample, &mut told);
+    }
+    sensor.set_settings(speeds.closing);
+    sensor.direct(Directive::Rest);
+    flush(sensor, samples, &mut told);
+    for told in told {
+        if let Event::FrictionNotRecorded { coverage } = told.event {
+            return Err(NoFriction::Coverage { coverage });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,225 @@
+//! `replay`: the sensing on a recording.
+
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use clap::Args;
+use palpate::sample::Sample;
+use palpate::scene::Scene;
+use palpate::sensing::{Directive, Event};
+use palpate_evaluation::replay::{self, Beforehand, Source};
+use palpate_evaluation::{recordings, trace};
+use serde_json::{Value, json};
+
+use crate::scene;
+
+/// Of the command line.
+#[derive(Args)]
+pub struct Options {
+    /// CSV (or CSV.gz) with columns time_s, encoder_counts, current_a (signed, or with a column duty for its sign).
+    file: PathBuf,
+    /// The finger of the recording: one of scenes/*.toml, by name or file.
+    #[arg(long, default_value = palpate_scenes::NAMES[0], value_parser = scene::named)]
+    scene: String,
+    /// Recording of a free closing and opening, instead of one searched in FILE.
+    #[arg(long)]
+    friction: Option<PathBuf>,
+    /// Recording that calibrates first: of a press against the closing stop, or FILE@MM of a pin at MM of the last phalanx.
+    /// May be given several times; they are used in that order.
+    #[arg(long, value_name = "FILE[@MM]")]
+    calibrate: Vec<Teaching>,
+    /// Encoder count at the opening stop.
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
+    zero_counts: i64,
+    /// One JSON object a line instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+/// A recording that calibrates.
+#[derive(Clone, Debug, PartialEq)]
+struct Teaching {
+    file: PathBuf,
+    /// Place of the pin, metre; `None` for a press.
+    pin_m: Option<f32>,
+}
+
+impl FromStr for Teaching {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let Some((file, place)) = text.rsplit_once('@') else {
+            return Ok(Self {
+                file: text.into(),
+                pin_m: None,
+            });
+        };
+        match place.parse::<f32>() {
+            Ok(mm) if mm > 0.0 && mm < 1000.0 => Ok(Self {
+                file: file.into(),
+                pin_m: Some(1e-3 * mm),
+            }),
+            _ => Err(format!(
+                "'{place}' is no place of a pin in millimetres, above 0 and below 1000"
+            )),
+        }
+    }
+}
+
+/// Samples of a recording; what was odd about it goes to standard error, or is told as JSON.
+fn samples(file: &Path, options: &Options) -> Result<Vec<Sample>, Box<dyn Error>> {
+    let named = |error: &dyn std::fmt::Display| format!("{}: {error}", file.display());
+    let (rows, findings) = trace::read(recordings::open(file)?).map_err(|error| named(&error))?;
+    let resampled = trace::resample(&rows, options.zero_counts);
+    if options.json {
+        let gaps: Vec<_> = resampled
+            .gaps
+            .iter()
+            .map(|gap| [gap.from_s, gap.to_s])
+            .collect();
+        println!(
+            "{}",
+            json!({
+                "type": "recording", "file": file.display().to_string(), "rows": findings.rows,
+                "repeated": findings.repeated, "backward": findings.backward,
+                "sign_from_duty": findings.sign_from_duty, "interval_s": resampled.interval_s,
+                "interpolated": resampled.interpolated, "gaps_s": gaps, "cut_at_s": resampled.cut_at_s,
+                "samples": resampled.samples.len(),
+            })
+        );
+    } else {
+        println!(
+            "recording rows={} repeated={} backward={} sign_from_duty={} interval_ms={:.3} interpolated={} gaps={} \
+             samples={}",
+            findings.rows,
+            findings.repeated,
+            findings.backward,
+            findings.sign_from_duty,
+            1e3 * resampled.interval_s,
+            resampled.interpolated,
+            resampled.gaps.len(),
+            resampled.samples.len(),
+        );
+        for gap in &resampled.gaps {
+            println!("gap from_s={:.4} to_s={:.4}", gap.from_s, gap.to_s);
+        }
+        if let Some(cut_at_s) = resampled.cut_at_s {
+            println!("cut at_s={cut_at_s}");
+        }
+    }
+    if resampled.samples.is_empty() {
+        return Err(named(&"the rows are too far apart: no two within 0.2 s").into());
+    }
+    Ok(resampled.samples)
+}
+
+fn tell(found: &replay::Replay, recorded: &[Sample], options: &Options) {
+    let second = |index: usize| recorded.get(index).map_or(0.0, |s| s.time_us as f64 * 1e-6);
+    let (source, stretch, why) = match &found.friction {
+        Source::Separate => ("file", None, None),
+        Source::Within(at) => (
+            "free-closing",
+            Some([second(at.from), second(at.to - 1)]),
+            None,
+        ),
+        Source::None(why) => ("none", None, Some(why.to_string())),
+    };
+    if options.json {
+        println!(
+            "{}",
+            json!({"type": "friction", "source": source, "stretch_s": stretch, "why": why})
+        );
+    } else {
+        let at = stretch.map_or_else(String::new, |[a, b]| format!(" from_s={a:.3} to_s={b:.3}"));
+        println!("friction source={source}{at}");
+    }
+    if let Some(why) = why {
+        eprintln!(
+            "friction was not recorded, so contacts cannot be told from it: {why}; a recording of a free closing and opening \
+             can be given with --friction"
+        );
+    }
+    for told in &found.told {
+        let time_s = told.time_us as f64 * 1e-6;
+        if options.json {
+            let (name, mut fields) = replay::fields(&told.event);
+            fields.insert("type".into(), json!("event"));
+            fields.insert("name".into(), json!(name));
+            fields.insert("t_s".into(), json!(time_s));
+            println!("{}", Value::Object(fields));
+        } else {
+            println!("{time_s:10.3} {}", replay::line(&told.event));
+        }
+    }
+}
+
+/// Replays what calibrates, in its order, then the recording.
+fn all<S: Scene>(options: &Options) -> Result<(), Box<dyn Error>> {
+    let record = options
+        .friction
+        .as_deref()
+        .map(|file| samples(file, options))
+        .transpose()?;
+    let mut calibration = S::UNCALIBRATED;
+    for teaching in &options.calibrate {
+        let recorded = samples(&teaching.file, options)?;
+        let purpose = match teaching.pin_m {
+            Some(k_m) => Directive::Calibrate {
+                phalanx: S::PHALANGES,
+                k_m,
+            },
+            None => Directive::CalibrateCable,
+        };
+        let before = Beforehand {
+            // A recording that calibrates holds its own free motion, or else that of --friction serves.
+            friction: None,
+            calibration,
+        };
+        let mut found = replay::replay::<S>(&recorded, &before, purpose);
+        if matches!(found.friction, Source::None(_)) && record.is_some() {
+            let before = Beforehand {
+                friction: record.as_deref(),
+                calibration,
+            };
+            found = replay::replay::<S>(&recorded, &before, purpose);
+        }
+        tell(&found, &recorded, options);
+        calibration = found.calibration;
+        let taught = found
+            .told
+            .iter()
+            .any(|told| matches!(told.event, Event::Calibrated { .. }));
+        if !taught {
+            eprintln!("{}: nothing was learned from it", teaching.file.display());
+        }
+    }
+    let recorded = samples(&options.file, options)?;
+    let before = Beforehand {
+        friction: record.as_deref(),
+        calibration,
+    };
+    let found = replay::replay::<S>(&recorded, &before, Directive::Watch);
+    tell(&found, &recorded, options);
+    Ok(())
+}
+
+/// Runs the command.
+pub fn run(options: &Options) -> Result<(), Box<dyn Error>> {
+    palpate_scenes::for_scene!(options.scene.as_str(), |S| all::<S>(options))
+        .ok_or("no such scene")?
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pin_has_a_place_and_a_press_none() {
+        let pin: Teaching = "a@b/pin.csv@21".parse().expect("a pin");
+        assert_eq!((pin.file, pin.pin_m), ("a@b/pin.csv".into(), Some(0.021)));
+        let press: Teaching = "press.csv".parse().expect("a press");
+        assert_eq!(press.pin_m, None);
+        assert!("pin.csv@far".parse::<Teaching>().is_err());
+    }
+}

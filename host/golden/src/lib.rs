@@ -1,0 +1,130 @@
+//! Recomputes the reference files of `tests/data/golden` (docs/MECHANICS.md#reference-files) from where joints and contact
+//! points are, what energy the springs hold and how far the input link has turned, with numbers of 77 digits.
+//!
+//! Nothing of the library is used, and no equation of the source paper after (4), except where a column of a file is one.
+
+pub mod equilibrium;
+pub mod finger;
+pub mod forward;
+pub mod inverse;
+pub mod linear;
+pub mod parts;
+pub mod real;
+pub mod table;
+pub mod value;
+
+use table::{Row, Table};
+use value::Values;
+
+/// How a row of a file is recomputed; `None` for a file of another kind.
+#[must_use]
+pub fn family(file: &str) -> Option<fn(&Row) -> Values> {
+    let families: [(&str, fn(&Row) -> Values); 8] = [
+        ("preshape_", forward::preshape),
+        ("kc_", forward::stiffness),
+        ("contact_", forward::step),
+        ("inverse_", inverse::inverse),
+        ("hard_2p", inverse::hard_two),
+        ("hard_3p", inverse::hard_three),
+        ("static_forces", parts::forces),
+        ("fourbar", parts::four_bar),
+    ];
+    families
+        .into_iter()
+        .find(|(start, _)| file.starts_with(start))
+        .map(|(_, family)| family)
+}
+
+/// The cell that differs most from its recomputed value.
+#[derive(Clone, Debug)]
+pub struct Worst {
+    /// Relative difference.
+    pub deviation: f64,
+    /// Row, from 1.
+    pub row: usize,
+    /// Name of the column.
+    pub column: String,
+}
+
+/// A file against its recomputed values.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// Rows recomputed.
+    pub rows: usize,
+    /// Cells compared.
+    pub cells: usize,
+    /// Cells that are the same to the last digit.
+    pub equal: usize,
+    /// The largest difference.
+    pub worst: Worst,
+}
+
+/// Recomputes rows and compares all of their outputs.
+///
+/// # Panics
+/// The file is of no known kind, or has a row that cannot be recomputed.
+#[must_use]
+pub fn compare(table: &Table, rows: impl Iterator<Item = usize>) -> Comparison {
+    let family = family(&table.name).expect("a known kind of file");
+    let worst = Worst {
+        deviation: 0.0,
+        row: 0,
+        column: String::new(),
+    };
+    let mut comparison = Comparison {
+        rows: 0,
+        cells: 0,
+        equal: 0,
+        worst,
+    };
+    for index in rows {
+        let row = table.row(index);
+        comparison.rows += 1;
+        for (column, value) in family(&row).iter() {
+            let deviation = value.deviation(row.text(column));
+            comparison.cells += 1;
+            comparison.equal += usize::from(deviation == 0.0);
+            if deviation > comparison.worst.deviation {
+                comparison.worst = Worst {
+                    deviation,
+                    row: index + 1,
+                    column: column.to_owned(),
+                };
+            }
+        }
+    }
+    comparison
+}
+
+/// So many rows of a table, evenly spread.
+pub fn sample(table: &Table, count: usize) -> impl Iterator<Item = usize> {
+    let rows = table.rows.len();
+    let count = count.min(rows);
+    (0..count).map(move |index| index * rows / count)
+}
+
+/// The file's text with its inputs as they are and its outputs recomputed.
+///
+/// # Panics
+/// As [`compare`].
+#[must_use]
+pub fn generate(table: &Table) -> String {
+    let family = family(&table.name).expect("a known kind of file");
+    let mut text = String::new();
+    for line in table.comments.iter().chain([&table.columns.join(",")]) {
+        text.push_str(line);
+        text.push('\n');
+    }
+    for index in 0..table.rows.len() {
+        let row = table.row(index);
+        let values = family(&row);
+        let cells = table.columns.iter().map(|column| {
+            values
+                .get(column)
+                .map_or_else(|| row.text(column).to_owned(), value::Value::written)
+        });
+        text.push_str(&cells.collect::<Vec<_>>().join(","));
+        text.push('\n');
+    }
+    text
+}

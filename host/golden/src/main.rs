@@ -1,0 +1,109 @@
+//! Compares the reference files with recomputed values, or writes them anew.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Parser;
+use palpate_golden::table::Table;
+use palpate_golden::{compare, generate, sample};
+
+/// Largest relative difference that rounding to f64 explains, with the last digit of the other evaluation.
+const ROUNDING: f64 = 4.5e-16;
+
+#[derive(Parser)]
+#[command(
+    name = "palpate-golden",
+    about = "Recomputes the reference files from positions and energy, with 77 digits"
+)]
+struct Arguments {
+    /// Folder of the reference files.
+    #[arg(long, default_value = "tests/data/golden")]
+    directory: PathBuf,
+    /// Only files whose name begins so.
+    #[arg(long)]
+    only: Option<String>,
+    /// Rows of each file.
+    #[arg(long, default_value_t = 12)]
+    rows: usize,
+    /// Every row.
+    #[arg(long, conflicts_with = "rows")]
+    all: bool,
+    /// Write the files with recomputed outputs into this folder instead of comparing.
+    #[arg(long, value_name = "DIR")]
+    generate: Option<PathBuf>,
+}
+
+fn files(directory: &Path, only: &str) -> Result<Vec<PathBuf>, String> {
+    let entries = std::fs::read_dir(directory)
+        .map_err(|error| format!("{}: {error}", directory.display()))?;
+    let mut files: Vec<PathBuf> = entries
+        .filter_map(Result::ok)
+        .map(|entry| entry.path())
+        .collect();
+    files.retain(|path| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        name.ends_with(".csv") && name.starts_with(only)
+    });
+    files.sort();
+    Ok(files)
+}
+
+/// True where every file agrees.
+fn run(arguments: &Arguments) -> Result<bool, String> {
+    let files = files(
+        &arguments.directory,
+        arguments.only.as_deref().unwrap_or_default(),
+    )?;
+    if files.is_empty() {
+        return Err(format!(
+            "{}: no reference files",
+            arguments.directory.display()
+        ));
+    }
+    let mut agree = true;
+    for file in files {
+        let table = Table::read(&file)?;
+        if let Some(directory) = &arguments.generate {
+            let target = directory.join(file.file_name().unwrap_or_default());
+            let written = std::fs::create_dir_all(directory)
+                .and_then(|()| std::fs::write(&target, generate(&table)));
+            written.map_err(|error| format!("{}: {error}", target.display()))?;
+            println!("written file={}", target.display());
+            continue;
+        }
+        let count = if arguments.all {
+            table.rows.len()
+        } else {
+            arguments.rows
+        };
+        let found = compare(&table, sample(&table, count));
+        agree &= found.worst.deviation <= ROUNDING;
+        println!(
+            "compared file={} rows={} cells={} equal={} largest_relative={:.1e} row={} column={}",
+            table.name,
+            found.rows,
+            found.cells,
+            found.equal,
+            found.worst.deviation,
+            found.worst.row,
+            found.worst.column
+        );
+    }
+    Ok(agree)
+}
+
+fn main() -> ExitCode {
+    match run(&Arguments::parse()) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => {
+            eprintln!(
+                "palpate-golden: a recomputed value differs by more than the rounding of f64"
+            );
+            ExitCode::FAILURE
+        }
+        Err(error) => {
+            eprintln!("palpate-golden: {error}");
+            ExitCode::from(2)
+        }
+    }
+}

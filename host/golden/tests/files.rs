@@ -1,0 +1,107 @@
+//! The reference files say what positions and energy say.
+
+use std::path::Path;
+
+use palpate_golden::table::Table;
+use palpate_golden::{compare, family, generate, sample};
+
+/// Rows of a file. The steps after contact solve a posture for each part of the step: they take longest.
+const ROWS: usize = 4;
+const ROWS_AFTER_CONTACT: usize = 1;
+/// Relative difference of two roundings to f64.
+const ROUNDING: f64 = 4.5e-16;
+
+fn tables() -> Vec<Table> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/golden");
+    let entries = std::fs::read_dir(folder).expect("the reference files");
+    let mut tables: Vec<Table> = entries
+        .map(|entry| {
+            Table::read(&entry.expect("a readable entry").path()).expect("a reference file")
+        })
+        .collect();
+    tables.sort_by(|a, b| a.name.cmp(&b.name));
+    tables
+}
+
+#[test]
+fn every_file_is_reproduced_to_its_last_digit() {
+    let tables = tables();
+    assert_eq!(tables.len(), 23, "files");
+    for table in tables {
+        assert!(
+            family(&table.name).is_some(),
+            "{} cannot be recomputed",
+            table.name
+        );
+        let rows = if table.name.starts_with("contact") {
+            ROWS_AFTER_CONTACT
+        } else {
+            ROWS
+        };
+        let found = compare(&table, sample(&table, rows));
+        println!(
+            "{}: {} of {} cells equal in {} rows",
+            table.name, found.equal, found.cells, found.rows
+        );
+        assert!(
+            found.rows == rows && found.cells >= 3 * rows,
+            "{}: nothing compared",
+            table.name
+        );
+        assert!(
+            found.worst.deviation <= ROUNDING,
+            "{}: {:?}",
+            table.name,
+            found.worst
+        );
+    }
+}
+
+#[test]
+fn a_wrong_digit_is_found() {
+    let mut table = tables()
+        .into_iter()
+        .find(|table| table.name == "hard_2p")
+        .expect("hard_2p");
+    table.rows.truncate(1);
+    assert_eq!(compare(&table, 0..1).worst.deviation, 0.0);
+    let column = table
+        .columns
+        .iter()
+        .position(|column| column == "k_minus")
+        .expect("a column");
+    let value: f64 = table.rows[0][column].parse().expect("a number");
+    table.rows[0][column] = (value * (1.0 + 1e-14)).to_string();
+    let found = compare(&table, 0..1);
+    assert_eq!(
+        (found.worst.column.as_str(), found.worst.row),
+        ("k_minus", 1)
+    );
+}
+
+#[test]
+fn files_are_written_as_they_are() {
+    for mut table in tables()
+        .into_iter()
+        .filter(|table| table.name.ends_with("_2T") && !table.name.starts_with("con"))
+    {
+        table.rows.truncate(4);
+        let text = generate(&table);
+        let rows: Vec<&str> = text
+            .lines()
+            .filter(|line| !line.starts_with('#'))
+            .skip(1)
+            .collect();
+        assert_eq!(rows.len(), table.rows.len(), "{}", table.name);
+        let cells = rows.iter().flat_map(|row| row.split(','));
+        for (cell, expected) in cells.zip(table.rows.iter().flatten()) {
+            // The rounding of zero differs from one evaluation to another.
+            let is_zero = |text: &str| text.parse().is_ok_and(|value: f64| value.abs() < 1e-30);
+            assert!(
+                cell == expected || is_zero(cell) && is_zero(expected),
+                "{}: {cell} {expected}",
+                table.name
+            );
+        }
+    }
+}
