@@ -21,6 +21,7 @@ use super::console::{self, Parsed};
 use super::control;
 use super::storage::{self, Storage};
 use super::telemetry::Telemetry;
+use super::trace;
 
 /// The scene that a record must be of.
 const SCENE_ID: u32 = record::scene_id::<Active>();
@@ -134,6 +135,10 @@ impl Application {
         };
         let _ = match action {
             Action::Accepted => write!(answer, "ok"),
+            Action::Trace(every) => {
+                trace::stream(every);
+                write!(answer, "ok")
+            }
             Action::Set { at_restart: false } => write!(answer, "ok; save keeps it"),
             Action::Set { at_restart: true } => {
                 write!(answer, "ok; takes effect after save and a restart")

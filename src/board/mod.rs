@@ -30,6 +30,7 @@ mod storage;
 mod tasks;
 mod telemetry;
 mod thermal;
+mod trace;
 mod watchdog;
 
 use core::cell::RefCell;

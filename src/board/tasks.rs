@@ -29,7 +29,7 @@ use super::execute::Application;
 use super::indicator::{Button, Led};
 use super::telemetry::{self, Telemetry};
 use super::watchdog::{self, Reporter};
-use super::{console, rtt, thermal};
+use super::{console, rtt, thermal, trace};
 
 /// What measures joint 2 in this firmware's scene.
 type Joint = <Active as Scene>::Joint;
@@ -59,6 +59,7 @@ pub async fn sense(mut samples: Samples, application: Application) {
             if JointPin::<Active>::FITTED {
                 reads = joint_reads(reads, sample.joint);
             }
+            trace::sample(&sample, Joint::rad(sample.joint));
             let event = sensing.lock(|sensing| sensing.borrow_mut().sample(&sample));
             if let Some(event) = event {
                 application.report(&event);
