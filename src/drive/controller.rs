@@ -59,7 +59,7 @@ pub struct Controller {
     waking: u8,
     in_speed: bool,
     measuring: bool,
-    /// Signed current of the period that ended, where the sense could tell.
+    /// Signed current of the period that ended, where the sense could measure it.
     measured_a: Option<f32>,
     status: Status,
     /// The last step completed a sample, which has not been taken.
@@ -341,7 +341,7 @@ impl Controller {
                     .step(wanted, speed, limit_a, &mut self.average.limited)
             }
         };
-        // The last period's reading belongs to the last period's direction: it tells nothing about a reversed reference.
+        // The last period's reading belongs to the last period's direction: it says nothing about a reversed reference.
         let measured_a = if reference_a * self.reference_a > 0.0 {
             self.measured_a
         } else {

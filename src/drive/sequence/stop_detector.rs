@@ -20,7 +20,7 @@ impl StopDetector {
         let free_a = *self.free_a.get_or_insert(current_a);
         let excess_a = current_a - free_a;
         if excess_a < 0.5 * STEP_A {
-            // With hysteresis: ripple on the rise must not begin it anew.
+            // With hysteresis: ripple on the rise must not restart it.
             self.first = None;
             self.second = None;
             self.free_a = Some(free_a + GAIN * excess_a);

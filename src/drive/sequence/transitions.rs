@@ -124,7 +124,7 @@ impl Sequence {
 
     fn offset_measured(&mut self, seen: &Observation) -> Option<State> {
         let Status { offset, homed, .. } = *seen.status;
-        // `Known` may be the last motion's until the control interrupt has begun anew.
+        // `Known` may be the last motion's until the control interrupt has started the new one.
         self.measuring |= offset == OffsetState::Measuring;
         if !self.measuring || offset != OffsetState::Known {
             return None;
