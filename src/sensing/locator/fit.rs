@@ -287,7 +287,7 @@ impl<X: Series> Fit<X> {
                 .add_prior(unknown, self.prior_pull(unknown, prior), weight);
         }
         let mut points = 0;
-        for point in data.points {
+        for point in data.points.iter().filter(|point| point.blocks > 0) {
             let prediction = model.next(point)?;
             points += 1;
             let mut row = Row {
