@@ -14,7 +14,7 @@ use serde::Deserialize;
 /// What the default world adds to a scene, with the source of every value.
 pub const DEFAULT_TOML: &str = include_str!("../../default.toml");
 
-/// One table of plain numbers: the struct, and beside each field the range that a file must keep.
+/// One table of plain numbers: the struct, and for each field the range that a file must keep.
 macro_rules! section {
     ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident in $min:expr, $max:expr;)* }) => {
         $(#[$doc])*
