@@ -1,4 +1,4 @@
-//! Requests and notices to the sequence, and its directives.
+//! Requests and notices to the sequence, and its answers.
 
 use super::state::State;
 use crate::drive::fault::Fault;
