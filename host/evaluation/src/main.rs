@@ -28,7 +28,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// The paper's experiments, ours beside the paper's algorithm.
+    /// The paper's experiments, ours next to the paper's algorithm.
     Experiments(Experiments),
     /// The sensing on a recording.
     Replay(replay_command::Options),

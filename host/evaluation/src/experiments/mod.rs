@@ -1,4 +1,4 @@
-//! The paper's experiments in the simulation, ours beside the paper's algorithm on the same samples.
+//! The paper's experiments in the simulation, ours next to the paper's algorithm on the same samples.
 
 pub mod ablation;
 pub mod calibration;

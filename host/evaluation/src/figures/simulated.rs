@@ -46,7 +46,7 @@ fn touch(session: &mut Session<P70>, k_m: f64, theta_1_rad: f64) -> Result<Case,
     })
 }
 
-/// Fig 11: stiffness after contact as estimated, over the true place, beside the model.
+/// Fig 11: stiffness after contact as estimated, over the true place, with the model.
 fn figure_11(plan: &Plan) -> Result<Chart, Failure> {
     let mut session = session(plan, &Setup::default(), plan.seed + 300)?;
     let model = judge::paper_model::<P70>()?;
@@ -97,7 +97,7 @@ fn figure_11(plan: &Plan) -> Result<Chart, Failure> {
     })
 }
 
-/// Fig 12: torque and angle of the actuator during a closing, beside a free one.
+/// Fig 12: torque and angle of the actuator during a closing, and of a free one.
 fn figure_12(plan: &Plan) -> Result<Vec<Chart>, Failure> {
     let mut session = session(plan, &Setup::default(), plan.seed + 301)?;
     let case = touch(&mut session, 0.035, 0.6)?;

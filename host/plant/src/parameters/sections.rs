@@ -4,7 +4,7 @@ use super::within;
 use crate::Error;
 use serde::Deserialize;
 
-/// One table of plain numbers: the struct, and beside each field the range that a file must keep.
+/// One table of plain numbers: the struct, and for each field the range that a file must keep.
 macro_rules! section {
     ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident in $min:expr, $max:expr;)* }) => {
         $(#[$doc])*
