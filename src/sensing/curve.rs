@@ -6,7 +6,7 @@
 
 use crate::numeric::{Bounded, sqrt};
 
-/// Bins before the contact: they tell friction's level and wander.
+/// Bins before the contact: they show friction's level and wander.
 const BEFORE: usize = 4;
 /// Bins since.
 const SINCE: usize = 40;

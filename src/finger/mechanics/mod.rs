@@ -121,7 +121,7 @@ pub trait Mechanics {
     /// bounded and monotone either side of the stiffest place (docs/MECHANICS.md#contact-stiffness).
     ///
     /// `torque_nm` holds the finger in equilibrium in the posture `at`; `compliance_rad_per_nm` is that of the finger
-    /// alone, 1/K_c, not negative. [`Inverse::class`] says what the compliance tells (docs/MECHANICS.md#observability).
+    /// alone, 1/K_c, not negative. [`Inverse::class`] says what the compliance implies (docs/MECHANICS.md#observability).
     /// Error against 50 digits over random fingers: median 3e-6, largest 1e-4 % of the phalanx (docs/report).
     fn locate(
         &self,

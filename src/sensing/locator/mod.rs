@@ -1,4 +1,4 @@
-//! Where is the contact, and how round the object: the whole torque-angle curve against the finger's exact path
+//! Locates the contact and estimates its radius: the whole torque-angle curve against the finger's exact path
 //! (docs/MECHANICS.md#finite-torque-step, docs/MECHANICS.md#estimation-from-recordings).
 //!
 //! A hypothesis is a phalanx, on one side of its stiffest place. For each of some contact radii the location is fitted
@@ -12,7 +12,7 @@
 //! |---|---|
 //! | `prior` | what is known before, and the unknowns |
 //! | `model` | the torque predicted at the measured angles, with its derivatives |
-//! | `noise` | what of a residual the points before tell |
+//! | `noise` | the part of a residual that earlier points predict |
 //! | `fit` | one fit, a pass over the curve at a time |
 //! | `starts` | hypotheses and where their fits begin: the finger's inverse, and beside it |
 //! | `posterior` | the verdict |

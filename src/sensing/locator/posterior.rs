@@ -1,4 +1,4 @@
-//! The verdict: all fits together, each as likely as its evidence says.
+//! The posterior: all fits, each weighted by its evidence.
 
 use super::fit::Fitted;
 use super::model::Hold;
@@ -292,7 +292,7 @@ impl Estimate {
         self.phalanx <= 1 || (self.phalanx == 2 && self.k_m < JOINT_SHARE * self.length_m)
     }
 
-    /// Whether both are one place for all that their deviations tell.
+    /// Whether both are one place within their deviations.
     fn is_as(&self, other: &Self) -> bool {
         self.phalanx == other.phalanx
             && (self.k_m - other.k_m).abs() < self.k_sigma_m + other.k_sigma_m
