@@ -1,4 +1,4 @@
-//! `size`: flash and RAM of firmware images, and a look for what they must not carry.
+//! `size`: flash and RAM of firmware images, and a check for forbidden symbols.
 
 use std::path::PathBuf;
 
@@ -170,7 +170,7 @@ impl Row {
         })
     }
 
-    /// RAM beside statics and what lies in CCM, bytes: stacks and spare room.
+    /// RAM apart from statics and code in CCM, bytes: stacks and spare room.
     pub fn left(&self) -> u64 {
         RAM_BYTES.saturating_sub(self.footprint.ram_bytes + self.footprint.ccm_bytes)
     }

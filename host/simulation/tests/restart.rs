@@ -1,4 +1,4 @@
-//! What was saved, after a restart: the encoder has a new zero then, some milliradians beside the one that friction was
+//! What was saved, after a restart: the encoder has a new zero then, some milliradians from the one that friction was
 //! recorded with. Simulated.
 
 use palpate::app::console::settings::Overrides;

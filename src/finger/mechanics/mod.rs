@@ -1,4 +1,4 @@
-//! What sensing asks of a finger, whatever its number of phalanges and its transmission.
+//! What sensing asks of a finger, for any number of phalanges and any transmission.
 
 mod candidates;
 mod implementation;
@@ -51,6 +51,10 @@ pub struct PathPoint {
     pub k_now_m: f32,
     /// Normal contact force, newton, positive when pressing.
     pub force_n: f32,
+    /// Its derivative by the coefficient of contact friction, as `rotation_by_friction_rad`, newton.
+    pub force_by_friction_n: f32,
+    /// What half the phalanx's thickness adds to that, newton per metre.
+    pub force_by_friction_and_thickness_n_per_m: f32,
     /// Change of each joint's angle since contact, radian; zero for joints that the finger does not have.
     pub joints_rad: [f32; MAX_PHALANGES],
 }

@@ -9,7 +9,7 @@ use crate::sensing::block::Block;
 use crate::sensing::curve::{Curve, Point};
 use crate::sensing::joint::JointSensor;
 use crate::sensing::location::Series;
-use crate::sensing::locator::{self, Estimate, Locator, Noise, Place, Prior, Verdict};
+use crate::sensing::locator::{self, Data, Estimate, Locator, Noise, Place, Prior, Verdict};
 use crate::sensing::{Directive, Event, NotLocated};
 use core::marker::PhantomData;
 
@@ -322,17 +322,26 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         }
     }
 
+    /// The curve as the locator has it.
+    fn data<'a>(&'a self, curve: &Curve, points: &'a [Point]) -> Data<'a> {
+        Data {
+            points,
+            origin_rad: self.drivetrain.closing_rad(curve.origin_counts()),
+            drivetrain: &self.drivetrain,
+        }
+    }
+
     fn begin_round(&self, contact: &mut Contact<H::Reading, X>, last: bool) -> bool {
         let prior = self.prior(contact);
-        let origin_rad = self.drivetrain.closing_rad(contact.curve.origin_counts());
-        contact.locator.begin(
-            &self.finger,
-            contact.curve.points(),
-            (origin_rad, &self.drivetrain),
-            &prior,
-            &self.posture,
-            last,
-        )
+        let Contact { curve, locator, .. } = contact;
+        // A point that is being filled would change while the round goes on.
+        let points = if last {
+            curve.points()
+        } else {
+            curve.complete()
+        };
+        let data = self.data(curve, points);
+        locator.begin(&self.finger, &data, &prior, &self.posture, last)
     }
 
     /// One pass of the locator; true at the end of a round.
@@ -340,13 +349,9 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     #[inline(never)]
     fn pass(&self, contact: &mut Contact<H::Reading, X>) -> bool {
         let prior = self.prior(contact);
-        let origin_rad = self.drivetrain.closing_rad(contact.curve.origin_counts());
-        contact.locator.step(
-            &self.finger,
-            (origin_rad, &self.drivetrain),
-            &prior,
-            &self.posture,
-        )
+        let Contact { curve, locator, .. } = contact;
+        let data = self.data(curve, curve.points());
+        locator.step(&self.finger, &data, &prior, &self.posture)
     }
 
     /// Says what is new at the end of a round; `last` is the last word.
@@ -434,11 +439,11 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             p_phalanx,
             ..
         } = estimate;
-        let origin_rad = self.drivetrain.closing_rad(contact.curve.origin_counts());
+        let data = self.data(&contact.curve, contact.curve.points());
         let state = contact.locator.state(
             estimate,
             &self.finger,
-            (origin_rad, &self.drivetrain),
+            &data,
             prior,
             &self.posture,
             self.drivetrain.closing_rad(self.position_counts),

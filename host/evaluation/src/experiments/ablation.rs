@@ -1,11 +1,11 @@
-//! Where the difference comes from: from the paper's algorithm to ours on the same distal contacts, one thing after the
-//! other.
+//! Ablation: from the paper's algorithm to ours on the same distal contacts, one change after the other.
 
 use palpate::scene::Scene;
 use palpate::sensing::{Calibration, Friction, Sample, Settings};
 use palpate_scenes::P70;
 
-use super::catalogue::{Entry, Job, Plan, closing, distal_wanted};
+use super::catalogue::distal_wanted;
+use super::job::{Entry, Job, Plan, closing};
 use super::judge::{self, Knowledge};
 use super::live::{Failure, Recording, Setup};
 use super::objects;

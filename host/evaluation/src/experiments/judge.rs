@@ -1,4 +1,4 @@
-//! What each method says of a recorded closing.
+//! Judges each method on a recorded closing.
 
 use palpate::finger::Mechanics;
 use palpate::scene::Scene;
@@ -12,7 +12,7 @@ use crate::paper;
 use crate::reference::{Finger, Stage};
 use crate::score::{Contact, Listener, Trial, Verdict};
 
-/// What our sensing is given beside the samples.
+/// What our sensing is given in addition to the samples.
 #[derive(Clone, Debug)]
 pub struct Knowledge {
     /// Friction record.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
-use super::catalogue::{Entry, Job};
+use super::job::{Entry, Job};
 use super::live::Failure;
 use super::result::{Method, Place, Row};
 use crate::paper::STEPS_NM;
@@ -32,7 +32,7 @@ pub struct Incomplete {
     pub failure: Failure,
 }
 
-/// Does all jobs; the order of the entries does not depend on the number of workers. What failed is told beside them.
+/// Does all jobs; the order of the entries does not depend on the number of workers. Failures are reported next to them.
 #[must_use]
 pub fn jobs(jobs: &[Job]) -> (Vec<Entry>, Vec<Incomplete>) {
     let bar = bar(

@@ -1,4 +1,4 @@
-//! How the errors grow with what disturbs them: one effect at a time, the calibration gone through again each time.
+//! Sensitivity: errors against one disturbance at a time, with a new calibration each time.
 
 use palpate_plant::Parameters;
 use palpate_scenes::P70;
@@ -6,7 +6,8 @@ use palpate_simulation::Simulated;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use super::catalogue::{Entry, Job, Plan, Wanted, closing, plain_cylinder};
+use super::catalogue::plain_cylinder;
+use super::job::{Entry, Job, Plan, Wanted, closing};
 use super::live::{Failure, Setup};
 use super::session::Session;
 
