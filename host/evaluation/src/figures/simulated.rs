@@ -12,8 +12,9 @@ use super::canvas::{
     BLUE, Chart, DrawError, GREEN, GREY, Legend, Mark, ORANGE, PINK, SKY, Series, write,
 };
 use crate::experiments::catalogue::{
-    PRESHAPE_PLACES_M, PRESHAPES_RAD, Plan, Wanted, closing, distal_wanted, plain_cylinder,
+    PRESHAPE_PLACES_M, PRESHAPES_RAD, distal_wanted, plain_cylinder,
 };
+use crate::experiments::job::{Plan, Wanted, closing};
 use crate::experiments::judge;
 use crate::experiments::live::{Failure, Setup};
 use crate::experiments::objects;
