@@ -96,7 +96,8 @@ fn a_linkage_that_does_not_close_names_the_link() {
         "{problem}"
     );
     assert!(
-        problem.contains("`linkage.coupler_m[0]` = 0.2 is out of range, allowed 0.019373 to 0.13937"),
+        problem
+            .contains("`linkage.coupler_m[0]` = 0.2 is out of range, allowed 0.019373 to 0.13937"),
         "{problem}"
     );
 }

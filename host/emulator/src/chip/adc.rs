@@ -247,12 +247,7 @@ impl Adc {
     }
 
     /// Ends the conversion that is due; `volts` gives the voltage at a channel, the same for every sample of an instant.
-    pub(crate) fn finish(
-        &mut self,
-        now: Ticks,
-        adc_clock: Ticks,
-        volts: impl FnOnce(u32) -> f64,
-    ) {
+    pub(crate) fn finish(&mut self, now: Ticks, adc_clock: Ticks, volts: impl FnOnce(u32) -> f64) {
         let Some(Running { group, rank, done }) = self.running.filter(|r| r.done <= now) else {
             return;
         };
