@@ -1,4 +1,4 @@
-//! The tables of docs/MANUAL.md and docs/RESULTS.md say what code and report say; the README stays short.
+//! Tables of docs/MANUAL.md and docs/RESULTS.md agree with code and report; the README stays short.
 
 use palpate::app::console::command::Verb;
 use palpate::app::console::settings::Setting;

@@ -84,7 +84,7 @@ extern "C" fn thread() -> ! {
 }
 
 /// Each task is spawned once, so that there is room for it. If there were none: without sensing, sequence or supervisor the
-/// watchdog bites.
+/// watchdog resets the chip.
 fn spawn<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) {
     if let Ok(task) = task {
         spawner.spawn(task);

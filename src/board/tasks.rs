@@ -37,7 +37,7 @@ type Joint = <Active as Scene>::Joint;
 /// How often both are called.
 const PERIOD: Duration = Duration::from_millis(1);
 
-/// Notices to the sequence, which takes one a millisecond; whoever sends more waits.
+/// Notices to the sequence, which takes one a millisecond; a sender of more waits.
 pub static NOTICES: Channel<ThreadModeRawMutex, Notice, 4> = Channel::new();
 
 /// Samples to events.

@@ -1,4 +1,4 @@
-//! Where the phalanges are at an encoder position, by the finger's own mechanics: free until touch, along the contact's path
+//! Posture of the phalanges at an encoder position, by the finger's own mechanics: free until touch, along the contact's path
 //! afterwards.
 
 use palpate::finger::{Contact, Mechanics};

@@ -1,4 +1,4 @@
-//! Where the lines come from, and where commands go: a simulation, a serial port, a file, or a probe.
+//! Sources of lines and targets of commands: a simulation, a serial port, a file, or a probe.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! What the monitor knows: everything shown is read from here, everything received is put in here.
+//! State of the monitor: everything shown is read from here, everything received is put in here.
 
 use std::collections::VecDeque;
 

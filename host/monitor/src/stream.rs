@@ -1,4 +1,4 @@
-//! What a source sends, line by line: log lines, samples, and the summary of a simulation.
+//! Lines of a source: log lines, samples, and the summary of a simulation.
 //!
 //! Two forms are understood. The emulator prints one JSON object a line; probe-rs, defmt-print and the serial port print
 //! `TIME [LEVEL] name key=value ... (FILE:LINE)`, where all but the text may be missing.

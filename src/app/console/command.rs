@@ -120,7 +120,7 @@ pub enum CommandError {
     },
     /// Something is missing or is not a number.
     Expected {
-        /// What should stand there.
+        /// What was expected.
         what: &'static str,
     },
     /// No such setting.
@@ -174,7 +174,7 @@ impl Command {
     /// # Errors
     /// What was expected instead.
     pub fn parse(line: &[u8]) -> Result<Option<Self>, CommandError> {
-        // From 0xF8 on, no byte stands in UTF-8: noise, or another speed.
+        // From 0xF8 on, no byte is valid UTF-8: noise, or another speed.
         if line.len() > LINE_MAX || line.iter().any(|byte| *byte >= 0xF8) {
             return Err(CommandError::NotALine);
         }

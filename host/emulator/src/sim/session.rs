@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! A run from power-on to the end of the script, with everything the firmware said.
+//! A run from power-on to the end of the script, with the whole log of the firmware.
 
 use palpate_plant::{Grasp, Parameters, Truth};
 
