@@ -170,7 +170,7 @@ impl Row {
         })
     }
 
-    /// RAM beside statics and what lies in CCM, bytes: stacks and spare room.
+    /// RAM apart from statics and code in CCM, bytes: stacks and spare room.
     pub fn left(&self) -> u64 {
         RAM_BYTES.saturating_sub(self.footprint.ram_bytes + self.footprint.ccm_bytes)
     }
