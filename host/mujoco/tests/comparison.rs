@@ -379,3 +379,43 @@ fn weight_and_preload_are_the_same() {
     assert!(stuck, "the preload holds joint 2 at its stop");
     worst.check("prototype with preload");
 }
+
+#[test]
+fn a_sliding_contact_with_friction_stays_in_touch() {
+    let mut parameters = Parameters::default();
+    parameters.mechanism.joint_friction_nm = 0.3e-3;
+    let mut force_n = Vec::new();
+    for friction in [0.0, 0.2, 0.4] {
+        parameters.contact.friction = friction;
+        let mut finger =
+            MujocoFinger::new(&parameters, &Surroundings::default()).expect("a valid model");
+        let end = |rad: f64| CableEnd {
+            low_rad: rad,
+            high_rad: rad,
+            stiffness_nm_per_rad: parameters.cable_stiffness_nm_per_rad(),
+        };
+        finger.settle(&end(0.06));
+        finger
+            .place(&Grasp::touching(
+                2,
+                0.03,
+                0.785,
+                Shape::Cylinder { diameter_m: 0.010 },
+            ))
+            .expect("clear of the open finger");
+        let steps = 60_000;
+        for step in 0..steps {
+            let at = 0.06 + 1.05 * f64::from(step) / f64::from(steps);
+            finger.step(&end(at), 50e-6);
+            // Past the impact.
+            let touches = finger.state().contacts.len();
+            assert!(
+                at < 0.83 || touches == 1,
+                "friction {friction}, end at {at} rad"
+            );
+        }
+        force_n.push(finger.state().contacts[0].force_n);
+    }
+    // The contact slides towards the tip and friction holds it back: more force at the same place of the motor.
+    assert!(force_n.is_sorted(), "{force_n:?}");
+}
