@@ -12,7 +12,7 @@ pub enum Request {
     Close,
     /// Open to the rest position; homes where that is missing.
     Open,
-    /// Motor off, whatever goes on.
+    /// Motor off, in any state.
     Stop,
     /// Clear a latched fault. The finger must be homed again.
     Clear,
