@@ -19,8 +19,8 @@ impl Encoder {
         a: Peri<'static, PA6>,
         b: Peri<'static, PA7>,
     ) -> Self {
+        // The encoder's outputs may be open collectors.
         let config = qei::Config {
-            // The encoder's outputs may be open collectors.
             ch1_pull: Pull::Up,
             ch2_pull: Pull::Up,
             ..qei::Config::default()
