@@ -1,7 +1,7 @@
 //! Look-up of a name in a list that is kept as one text, one name a line.
 //!
 //! Faults, states, verbs and settings are declared once by macros, which join their names with `concat!`. One text needs no
-//! table of pointers and lengths beside it in flash.
+//! table of pointers and lengths in flash.
 
 /// The name with this number in `list`, counted from zero. Every name ends with `'\n'`; empty beyond the last one.
 #[inline(never)]

@@ -1,15 +1,15 @@
 //! What `drive` hands to `sensing` once a millisecond: the one type both rooms share.
 
-/// How the bridge drove the motor during the sample: it decides what the current tells.
+/// How the bridge drove the motor during the sample: it decides what the current measures.
 ///
 /// Counted from one, so that the `None` of an `Option<Sample>` is zero: a static one then takes no flash for its image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drive {
-    /// Driven and turning in the closing direction: the current tells friction plus load.
+    /// Driven and turning in the closing direction: the current measures friction plus load.
     Closing = 1,
     /// Driven and turning in the opening direction.
     Opening,
-    /// Braked, coasting, standing or within a reversal: the current tells nothing about the load.
+    /// Braked, coasting, standing or within a reversal: the current says nothing about the load.
     Idle,
 }
 

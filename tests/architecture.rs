@@ -213,3 +213,44 @@ fn the_search_sees_what_it_should() {
     assert_eq!(rows.len(), 1);
     assert_eq!(rows["src/a"].len(), 2);
 }
+
+/// `13K` or `0x2000_3400` as a number.
+fn number(text: &str) -> u64 {
+    let text = text.trim().replace('_', "");
+    match (text.strip_prefix("0x"), text.strip_suffix('K')) {
+        (Some(digits), _) => u64::from_str_radix(digits, 16).expect("a hexadecimal number"),
+        (_, Some(digits)) => 1024 * digits.parse::<u64>().expect("a number"),
+        _ => text.parse().expect("a number"),
+    }
+}
+
+#[test]
+fn the_memory_map_is_that_of_the_linker() {
+    let script = include_str!("../memory.x");
+    let (_, regions) = script.split_once("MEMORY\n{").expect("regions");
+    let (regions, _) = regions.split_once('}').expect("an end");
+    let mut compared = 0;
+    for region in regions.lines().filter(|line| line.contains("ORIGIN")) {
+        let (_, origin) = region.split_once("ORIGIN =").expect("an origin");
+        let (origin, length) = origin.split_once(", LENGTH =").expect("a length");
+        // The bench's image has another length, before the colon.
+        let length = length.rsplit(':').next().expect("a length");
+        let origin = number(origin);
+        // Code in CCM SRAM runs at one address and is written at another.
+        let alias = if origin >> 28 == 1 {
+            origin - 0x1000_0000 + 0x2000_5800
+        } else {
+            origin
+        };
+        let hex = format!("{alias:08x}");
+        let row = format!(
+            "| `0x{}_{}` | {} KiB |",
+            &hex[..4],
+            &hex[4..].to_uppercase(),
+            number(length) / 1024
+        );
+        assert!(PAGE.contains(&row), "docs/ARCHITECTURE.md lacks {row}");
+        compared += 1;
+    }
+    assert!(compared >= 5, "only {compared} regions");
+}

@@ -1,4 +1,4 @@
-//! Fingers that the compiler builds, and what a type says of joint 1.
+//! Fingers built at compile time, and types that state whether joint 1 has a spring.
 
 use core::hint::black_box;
 use palpate::finger::{

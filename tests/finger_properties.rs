@@ -1,4 +1,4 @@
-//! What must hold for any finger: forward then inverse, scaling, monotony, energy, an independent contact with radius.
+//! Properties of any finger: forward then inverse, scaling, monotony, energy, an independent contact with radius.
 
 mod finger_support;
 

@@ -1,4 +1,4 @@
-//! Where the mechanics is hard, beside the hard reference files: sliding off, dead points, folded fingers, flat curves.
+//! Hard cases of the mechanics, in addition to the reference files: sliding off, dead points, folded fingers, flat curves.
 
 use palpate::finger::{
     Assembly, Class, Configuration, Contact, Finger, FourBar, Levers, Linkage, Mechanics,

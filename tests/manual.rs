@@ -1,7 +1,8 @@
-//! The tables of docs/MANUAL.md and docs/RESULTS.md say what code and report say; the README stays short.
+//! Tables of docs/MANUAL.md and docs/RESULTS.md agree with code and report; the README stays short.
 
 use palpate::app::console::command::Verb;
 use palpate::app::console::settings::Setting;
+use palpate::app::log::LINES;
 use palpate::drive::Fault;
 
 const REPORT: &str = include_str!("../docs/report/README.md");
@@ -69,6 +70,31 @@ fn the_manual_lists_every_setting() {
         })
         .collect();
     holds("settings", &rows);
+}
+
+#[test]
+fn the_manual_lists_every_log_line_with_its_keys() {
+    let (_, section) = MANUAL
+        .split_once("## Log lines")
+        .expect("a section on the log");
+    let rows: Vec<&str> = section
+        .lines()
+        .filter(|line| line.starts_with("| `"))
+        .collect();
+    for line in LINES {
+        // A line of text alone is named without an equals sign.
+        let keys = line
+            .keys
+            .iter()
+            .filter(|key| line.format.contains(&format!("{key}={{=")));
+        let mut call = line.name().replace(" {=str}", "");
+        keys.for_each(|key| call += &format!(" {key}="));
+        let call = format!("`{call}`");
+        assert!(
+            rows.iter().any(|row| row.contains(&call)),
+            "docs/MANUAL.md lacks the line {call}"
+        );
+    }
 }
 
 /// Both are written by one command, `cargo xtask report --write`: the rows in RESULTS must be the report's.

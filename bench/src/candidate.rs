@@ -1,4 +1,4 @@
-//! A candidate: a named function with its error measure left to whoever judges it.
+//! A candidate: a named function whose errors are measured by its caller.
 
 /// What a candidate is to the firmware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! What a user would otherwise pick: equation (18) as it is printed, solved by nalgebra's LU decomposition at every trial
+//! The obvious alternative for a user: equation (18) as it is printed, solved by nalgebra's LU decomposition at every trial
 //! place, in f32 or f64, searched with a published root finder. Places are shares of the phalanx and residuals shares of the
 //! compliance, so that one tolerance fits both.
 

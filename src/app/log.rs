@@ -1,7 +1,8 @@
 //! The grammar of the log: every line that the firmware writes, once, with its keys, units and types.
 //!
 //! A line is `name key=value key=value`, units in the keys. A value that is not known is `NaN`. The firmware writes the lines
-//! with defmt, a replay of a recording as text or JSON, and programs read them with [`parse`]: all from [`log_lines!`]. docs/MANUAL.md#log-lines says what each means.
+//! with defmt, a replay of a recording as text or JSON, and programs read them with [`parse`]: all from [`log_lines!`].
+//! docs/MANUAL.md#log-lines says what each means.
 
 mod events;
 mod fields;
@@ -87,8 +88,11 @@ macro_rules! log_lines {
             /// The sensor of joint 2 gives values outside the joint's range (a wire, a magnet), or works again. Contacts are
             /// judged without it meanwhile.
             joint warn "joint reading={=bool}" (reading: bool);
-            /// By how much joint 2 has turned since contact, and the side of e_2 that this speaks for; with every place.
+            /// By how much joint 2 has turned since contact, and the side of e_2 that this indicates; with every place.
             branch info "branch change_mrad={=f32} side={=str}" (change_mrad: f32, side: &str);
+            /// A sample of the drivetrain, streamed while `trace` is on; `drive` is 1 closing, -1 opening, 0 idle.
+            sample info "sample time_us={=u64} counts={=i32} current_a={=f32} drive={=i32} joint_rad={=f32}"
+                (time_us: u64, counts: i32, current_a: f32, drive: i32, joint_rad: f32);
             /// What to do next in the guided calibration.
             hint info "hint {=str}" (text: &str);
             /// The answer to a command line.

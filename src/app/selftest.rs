@@ -85,7 +85,7 @@ impl Step {
 
 /// Current that the motion steps drive: twice what free motion takes.
 pub const DRIVEN_A: f32 = 0.04;
-/// Motion that tells the encoder's direction, counts: a turn of the motor of the default drivetrain.
+/// Motion that shows the encoder's direction, counts: a turn of the motor of the default drivetrain.
 pub const ENCODER_COUNTS: i32 = 1000;
 /// Motion of the last step at the input link, radian: 3 degrees; and its speed.
 pub const TRAVEL_RAD: f32 = 0.05;

@@ -90,7 +90,7 @@ impl Bridge {
         timer.set_compare_value(Channel::Ch1, 0);
         timer.set_mms2_selection(Mms2::UPDATE);
 
-        // Break: nFAULT low for 8 samples at 170 MHz / 16 (0.75 us: shorter pulses on a jumper wire beside the motor's leads
+        // Break: nFAULT low for 8 samples at 170 MHz / 16 (0.75 us: shorter pulses on a jumper wire next to the motor's leads
         // are noise), or the core locked up, or flash with two wrong bits. Off means driven low, not floating, and only
         // software re-enables.
         timer.set_moe(false);

@@ -189,7 +189,7 @@ fn ADC1_2() {
 
 /// Puts a sample into the queue and has the sensing task woken.
 fn hand_over(samples: &mut Producer<'static, Sample>, sample: Sample) {
-    // Always true. It tells the compiler the queue's length, without which the queue divides by a number that could be zero,
+    // Always true. It gives the compiler the queue's length, without which the queue divides by a number that could be zero,
     // and that would be a panic.
     let fits = samples.capacity() == QUEUE_SAMPLES - 1 && samples.enqueue(sample).is_ok();
     if !fits {

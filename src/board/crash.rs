@@ -1,4 +1,4 @@
-//! What happens when the program itself fails: the bridge goes off first, then the cause is written to RAM that survives
+//! Handles failures of the program itself: the bridge goes off first, then the cause is written to RAM that survives
 //! the reset, then the chip resets; the next boot reports it.
 //!
 //! A fault that cannot even enter its handler locks the core up: the timer's break input takes the bridge off in

@@ -21,6 +21,7 @@ use super::console::{self, Parsed};
 use super::control;
 use super::storage::{self, Storage};
 use super::telemetry::Telemetry;
+use super::trace;
 
 /// The scene that a record must be of.
 const SCENE_ID: u32 = record::scene_id::<Active>();
@@ -46,15 +47,16 @@ pub fn load(storage: &mut Storage, sensing: &Shared<ContactSensing<Active>>) -> 
     let (loaded, state) = storage.load(|found| match found {
         Found::Nothing => (Loaded::Nothing, "none"),
         Found::Unreadable => (Loaded::Nothing, "unreadable"),
-        Found::Record { bytes, newest } => match Record::decode(bytes, SCENE_ID) {
-            Ok(record) => {
-                let overrides = record.overrides;
-                let notice = sensing.lock(|sensing| sensing.borrow_mut().restore(record));
-                let state = if newest { "loaded" } else { "older" };
-                (Loaded::Restored { overrides, notice }, state)
+        Found::Record { bytes, newest } => {
+            let restored = Record::decode(bytes, SCENE_ID, |record| Loaded::Restored {
+                overrides: record.overrides,
+                notice: sensing.lock(|sensing| sensing.borrow_mut().restore(record)),
+            });
+            match restored {
+                Ok(restored) => (restored, if newest { "loaded" } else { "older" }),
+                Err(error) => (Loaded::Unusable, error.name()),
             }
-            Err(error) => (Loaded::Unusable, error.name()),
-        },
+        }
     });
     Telemetry.record(state, storage::bad_words());
     loaded
@@ -134,6 +136,10 @@ impl Application {
         };
         let _ = match action {
             Action::Accepted => write!(answer, "ok"),
+            Action::Trace(every) => {
+                trace::stream(every);
+                write!(answer, "ok")
+            }
             Action::Set { at_restart: false } => write!(answer, "ok; save keeps it"),
             Action::Set { at_restart: true } => {
                 write!(answer, "ok; takes effect after save and a restart")

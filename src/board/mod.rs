@@ -30,6 +30,7 @@ mod storage;
 mod tasks;
 mod telemetry;
 mod thermal;
+mod trace;
 mod watchdog;
 
 use core::cell::RefCell;
@@ -83,7 +84,7 @@ extern "C" fn thread() -> ! {
 }
 
 /// Each task is spawned once, so that there is room for it. If there were none: without sensing, sequence or supervisor the
-/// watchdog bites.
+/// watchdog resets the chip.
 fn spawn<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) {
     if let Ok(task) = task {
         spawner.spawn(task);

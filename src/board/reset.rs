@@ -1,4 +1,4 @@
-//! Why the chip started.
+//! The reset cause.
 
 use embassy_stm32::pac::RCC;
 
@@ -31,7 +31,7 @@ impl Reset {
 }
 
 /// Reads the cause and clears it for the next time. Several flags can stand: every reset also pulls the reset pin low,
-/// and power-up sets its own beside, so the most specific one counts.
+/// and power-up also sets its own, so the most specific one counts.
 pub fn take() -> Reset {
     let flags = RCC.csr().read();
     RCC.csr().modify(|w| w.set_rmvf(true));

@@ -1,4 +1,4 @@
-//! ADC1: motor current (PA1) and supply voltage (PC0), converted by hardware in every control period; beside it ADC2: the
+//! ADC1: motor current (PA1) and supply voltage (PC0), converted by hardware in every control period. ADC2: the
 //! sensor of joint 2 (PC1), in a scene that has one.
 //!
 //! TIM1's update starts two injected ranks of 16 conversions each. A conversion takes 12.5 + 12.5 cycles of 42.5 MHz,

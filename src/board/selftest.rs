@@ -5,6 +5,7 @@ use core::fmt::Write;
 use embassy_stm32::usart::BufferedUartTx;
 use embassy_time::{Duration, Ticker, Timer};
 
+use crate::scene::Active;
 use palpate::app::console::settings::Setting;
 use palpate::app::console::text::{Answer, Decimal};
 use palpate::app::log::Log;
@@ -12,7 +13,7 @@ use palpate::app::selftest::{
     DRIVEN_A, ENCODER_COUNTS, Step, TRAVEL_RAD, TRAVEL_RAD_PER_S, Wanted, remedy,
 };
 use palpate::drive::{OffsetState, Setpoint};
-use palpate::scene::{Active, Scene};
+use palpate::scene::Scene;
 
 use super::execute::Application;
 use super::telemetry::Telemetry;

@@ -29,7 +29,7 @@ use super::execute::Application;
 use super::indicator::{Button, Led};
 use super::telemetry::{self, Telemetry};
 use super::watchdog::{self, Reporter};
-use super::{console, rtt, thermal};
+use super::{console, rtt, thermal, trace};
 
 /// What measures joint 2 in this firmware's scene.
 type Joint = <Active as Scene>::Joint;
@@ -37,7 +37,7 @@ type Joint = <Active as Scene>::Joint;
 /// How often both are called.
 const PERIOD: Duration = Duration::from_millis(1);
 
-/// Notices to the sequence, which takes one a millisecond; whoever sends more waits.
+/// Notices to the sequence, which takes one a millisecond; a sender of more waits.
 pub static NOTICES: Channel<ThreadModeRawMutex, Notice, 4> = Channel::new();
 
 /// Samples to events.
@@ -59,6 +59,7 @@ pub async fn sense(mut samples: Samples, application: Application) {
             if JointPin::<Active>::FITTED {
                 reads = joint_reads(reads, sample.joint);
             }
+            trace::sample(&sample, Joint::rad(sample.joint));
             let event = sensing.lock(|sensing| sensing.borrow_mut().sample(&sample));
             if let Some(event) = event {
                 application.report(&event);

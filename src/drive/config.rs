@@ -1,4 +1,4 @@
-//! What the drive must know of motor, drivetrain, board and limits. Immutable; checked once.
+//! Configuration of motor, drivetrain, board and limits. Immutable; checked once.
 
 use super::convert::Scale;
 
@@ -162,7 +162,7 @@ impl Config {
         let full_scale_a = sense.reference_v / sense.volt_per_a;
         let counts_per_rad =
             drivetrain.counts_per_motor_rev * drivetrain.reduction / core::f32::consts::TAU;
-        // Jumps are told from motion by a count of up to 16 a control period: see the encoder.
+        // Jumps are distinguished from motion by a count of up to 16 a control period: see the encoder.
         let fastest_rad_per_s = 16.0 * 20_000.0 / counts_per_rad;
         // Positions are wrapping 32-bit counts: a quarter of their range leaves room for every difference.
         let reach_rad = 5e8 / counts_per_rad;

@@ -79,7 +79,7 @@ pub struct Controller {
     waking: u8,
     in_speed: bool,
     measuring: bool,
-    /// Signed current of the period that ended, where the sense could tell.
+    /// Signed current of the period that ended, where the sense could measure it.
     measured_a: Option<f32>,
     status: Status,
     /// The last step completed a sample, which has not been taken.
@@ -271,7 +271,7 @@ impl Controller {
         } else {
             (observed.reading_a, observed.speed, 1)
         };
-        // Where the sense is blind (braking, or a current against the voltage) the model tells the heat.
+        // Where the sense is blind (braking, or a current against the voltage) the model supplies the heat.
         let blind = blind(observed.reference_a, observed.applied_v);
         let flowing_a = if !blind {
             signed_a
@@ -374,7 +374,7 @@ impl Controller {
                     .step(wanted, speed, limit_a, &mut self.average.limited)
             }
         };
-        // The last period's reading belongs to the last period's direction: it tells nothing about a reversed reference.
+        // The last period's reading belongs to the last period's direction: it says nothing about a reversed reference.
         let measured_a = if reference_a * self.reference_a > 0.0 {
             self.measured_a
         } else {
@@ -428,8 +428,8 @@ impl Controller {
     }
 }
 
-/// Whether the unsigned current sense tells nothing in a period with this reference and voltage. However small the reference
-/// is, the sense tells as much as its offset allows: with an offset of -7 mA, which an unsigned converter cannot even see,
+/// Whether the unsigned current sense measures nothing in a period with this reference and voltage. However small the reference
+/// is, the sense measures as much as its offset allows: with an offset of -7 mA, which an unsigned converter cannot even see,
 /// free motion may read as little as 3 mA.
 fn blind(reference_a: f32, applied_v: f32) -> bool {
     reference_a * applied_v <= 0.0

@@ -1,4 +1,4 @@
-//! What the slow loop asks of the control interrupt, and what it is told back.
+//! Demands of the slow loop on the control interrupt, and the status that comes back.
 
 use super::fault::Fault;
 

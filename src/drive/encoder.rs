@@ -1,4 +1,4 @@
-//! Encoder: the 16-bit counter extended to 32 bits, a speed observer, and what no motor can do.
+//! Encoder: the 16-bit counter extended to 32 bits, a speed observer, and a check for impossible motion.
 
 use super::convert::PERIOD_S;
 use super::io::EncoderCount;

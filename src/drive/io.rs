@@ -1,4 +1,4 @@
-//! What crosses the border between the chip and the control logic, once a control period.
+//! Inputs and outputs of the control logic, once a control period.
 
 /// Control rate: the ADC interrupt, a fifth of the PWM rate.
 pub const CONTROL_HZ: u32 = 20_000;

@@ -1,4 +1,4 @@
-//! Holding a value within limits of both signs, where that is the exception.
+//! Clamps a value to limits of both signs; the common case, no clamping, is fast.
 
 /// `x` within `-limit..=limit`, `limit` not negative, and whether it was beyond; NaN gives `limit`.
 ///

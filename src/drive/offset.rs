@@ -1,4 +1,4 @@
-//! OffsetState of the current sense: averaged at standstill, with its spread checked.
+//! Offset of the current sense: averaged at standstill, with its spread checked.
 
 use super::protect::OFFSET_LIMIT_A;
 

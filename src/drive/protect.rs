@@ -3,7 +3,7 @@
 //! Every limit below stands with the reason why no healthy motion reaches it. Electrical limits trip on one reading: each
 //! is the mean of 16 conversions over a whole PWM period, which one disturbed conversion cannot push past them.
 //!
-//! What endangers something within a millisecond is judged in every period. What takes many periods to be told from healthy
+//! What endangers something within a millisecond is judged in every period. What takes many periods to be distinguished from healthy
 //! motion takes turns, one of [`TURNS`] a period, so that no period pays for all of it.
 
 use super::config::Config;

@@ -211,7 +211,7 @@ mod tests {
         // A current beyond what is allowed for long: still below the limit.
         let hot = Temperatures::after_continuous(&motor, 0.35);
         assert!((70.0..80.0).contains(&hot.winding_c), "{hot:?}");
-        // Going on from there is going on, not starting anew.
+        // Continuing from there is no restart.
         let mut resumed = Winding::new(&motor, assumed);
         resumed.advance(0.12 * 0.12, 1e-3);
         assert!((resumed.celsius() - assumed.winding_c).abs() < 0.01);

@@ -42,7 +42,7 @@ impl Linkage<2> {
         let [ground_1, ground_2, _] = finger.lengths_m;
         let [_, [low_2, high_2], [low_3, high_3]] = finger.range_rad;
         let second = try_const!(FourBar::build(2, ground_2, far, [low_3, high_3]));
-        // The first stage sees u = theta_2 + F3(theta_3): the joints' ranges do not tell u's, the stage itself does.
+        // The first stage sees u = theta_2 + F3(theta_3): the joints' ranges do not give u's, the stage itself does.
         let (mut least, mut most, mut sample) = (0.0f32, 0.0f32, 0);
         while sample <= RANGE_SAMPLES {
             let share = sample as f32 / RANGE_SAMPLES as f32;

@@ -1,4 +1,4 @@
-//! From samples to blocks: one turn of the motor in steady motion, the unit that every estimate is made of.
+//! Averages samples into blocks of one motor turn in steady motion, the unit of every estimate.
 //!
 //! What repeats with the motor's turn is by far the largest disturbance: the commutator's ripple in the current, and the
 //! encoder's periodic error, which the speed loop turns into current. Over exactly one turn both average out, so a block
@@ -6,7 +6,7 @@
 //! Blocks begin at the same positions in every motion, multiples of a turn: what is left of the ripple repeats, and is
 //! recorded with the friction.
 //!
-//! The worm is self-locking and its friction depends on load and speed: the current tells the load only while the motor
+//! The worm is self-locking and its friction depends on load and speed: the current shows the load only while the motor
 //! turns steadily in the drive direction. Whatever belongs to a start, a reversal, the dead band after it or a change of
 //! speed never becomes a block.
 

@@ -1,6 +1,6 @@
-//! What contacts at known places and the closing stop teach: the torque factor and the cable.
+//! Learns torque factor and cable from contacts at known places and from the closing stop.
 //!
-//! A motor torque tells the load at the input link only up to the gears' efficiency eta, and the finger's compliance
+//! A motor torque determines the load at the input link only up to the gears' efficiency eta, and the finger's compliance
 //! is in proportion to 1/K_2: only the ratio eta/K_2 matters for a location (docs/MECHANICS.md#beyond-the-paper). It
 //! is kept as a factor f on the
 //! nominal ratio. The cable in series adds a twist in proportion to the torque; it is kept per newton metre *as computed
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::numeric::{Bounded, sqrt};
 
-/// Torque factor and cable, with what is not known of them. Plain data: it is stored as it is.
+/// Torque factor and cable, with what is not known of them. Plain data, stored unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
     /// f: eta/K_2 divided by its nominal value, > 0.
@@ -39,7 +39,7 @@ impl Calibration {
             && (-1.0..=1.0).contains(&self.correlation)
     }
 
-    /// Takes what a fit at a known place found, if it can be believed and tells something. `misfit` is the mean square
+    /// Takes what a fit at a known place found, if it is credible and adds information. `misfit` is the mean square
     /// residual in variances.
     ///
     /// # Errors
@@ -83,7 +83,7 @@ impl Calibration {
         })
     }
 
-    /// What was learned, if it tells more than is known.
+    /// What was learned, if it adds to what is known.
     fn unless_uninformative(&self, learned: Self) -> Result<Self, Refusal> {
         if self.ignorance() < INFORMATIVE * learned.ignorance() {
             return Err(Refusal::Uninformative);
@@ -127,6 +127,6 @@ pub enum Refusal {
     Misfit,
     /// So far from what was expected that a wrong place is more likely.
     Implausible,
-    /// It tells neither factor nor cable better than they are known: choose another place.
+    /// It determines neither factor nor cable better than they are known: choose another place.
     Uninformative,
 }

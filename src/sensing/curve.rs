@@ -1,21 +1,18 @@
 //! The torque-angle curve about and since contact, in fixed memory: means over a geometrically growing number of blocks.
 //!
 //! Bins divide the angle, which is measured almost without noise; bins over the torque would sort its noise and so bend
-//! the curve. Near the onset, where the curve has its corner, a bin is a block; further on it is up to [`MOST_BLOCKS`] of
-//! them, over which a curve hardly bends.
+//! the curve. Near the onset, where the curve has its corner, a bin is a block; further on it is up to eight of them, over which a curve hardly bends.
 
 use crate::numeric::{Bounded, sqrt};
 
-/// Bins before the contact: they tell friction's level and wander.
+/// Bins before the contact: they show friction's level and wander.
 const BEFORE: usize = 4;
-/// Bins since.
-const SINCE: usize = 40;
 /// Room for all points.
-pub const POINTS: usize = BEFORE + SINCE;
+pub const POINTS: usize = BEFORE + 40;
 /// Bins after which their width doubles.
 const SAME_WIDTH: usize = 6;
-/// Widest of them, in blocks.
-const MOST_BLOCKS: u16 = 8;
+/// How often it does, at most.
+const MOST_DOUBLINGS: usize = 3;
 
 /// Least variance that a point weighs by: a micronewton metre squared, far below any noise.
 const LEAST_VARIANCE_NM2: f32 = 1e-12;
@@ -80,13 +77,13 @@ impl Point {
     }
 }
 
-/// The curve.
+/// The curve. A point that is complete does not change any more: whoever works with the points so far may go on with them
+/// while others join.
 #[derive(Clone, Debug)]
 pub struct Curve {
     origin_counts: i32,
-    before: [Point; BEFORE],
-    since: [Point; SINCE],
-    /// The bin that is being filled.
+    points: [Point; POINTS],
+    /// The point that is being filled.
     filling: usize,
 }
 
@@ -95,9 +92,8 @@ impl Curve {
     pub fn new(origin_counts: i32) -> Self {
         Self {
             origin_counts,
-            before: const { [Point::EMPTY; BEFORE] },
-            since: const { [Point::EMPTY; SINCE] },
-            filling: 0,
+            points: const { [Point::EMPTY; POINTS] },
+            filling: BEFORE,
         }
     }
 
@@ -109,8 +105,10 @@ impl Curve {
     /// Takes a block from before the origin, the `index`-th of `number`. One that is not a number is ignored.
     pub fn push_before(&mut self, index: usize, number: usize, counts: i32, block: Point) {
         let block = self.placed(counts, block);
-        if let Some(bin) = self.before.get_mut(index * BEFORE / number.max(1))
+        let index = index * BEFORE / number.max(1);
+        if index < BEFORE
             && block.is_finite()
+            && let Some(bin) = self.points.get_mut(index)
         {
             bin.join(&block);
         }
@@ -123,14 +121,14 @@ impl Curve {
         if block.counts < 0.0 || !block.is_finite() {
             return;
         }
-        let full = |bin: &Point, index: usize| {
-            let doublings = (index / SAME_WIDTH).min(usize::from(MOST_BLOCKS.ilog2() as u16));
-            bin.blocks >= 1 << doublings
+        let Some(bin) = self.points.get(self.filling) else {
+            return;
         };
-        if (self.since.get(self.filling)).is_some_and(|bin| full(bin, self.filling)) {
+        let doublings = ((self.filling - BEFORE) / SAME_WIDTH).min(MOST_DOUBLINGS);
+        if bin.blocks >= 1 << doublings {
             self.filling += 1;
         }
-        if let Some(bin) = self.since.get_mut(self.filling) {
+        if let Some(bin) = self.points.get_mut(self.filling) {
             bin.join(&block);
         }
     }
@@ -143,15 +141,16 @@ impl Curve {
         }
     }
 
-    /// The bins that hold anything, by rising angle.
-    pub fn points(&self) -> impl Iterator<Item = &Point> + Clone {
-        let all = self.before.iter().chain(&self.since);
-        all.filter(|bin| bin.blocks > 0)
+    /// The complete points, by rising angle; those before the origin may be empty.
+    pub fn complete(&self) -> &[Point] {
+        self.points.get(..self.filling).unwrap_or(&self.points)
     }
 
-    /// The last of them since the origin.
-    pub fn last(&self) -> Option<&Point> {
-        self.since.iter().rev().find(|bin| bin.blocks > 0)
+    /// All points, the one that is being filled too.
+    pub fn points(&self) -> &[Point] {
+        let filled = self.points.get(self.filling).is_some_and(|p| p.blocks > 0);
+        let number = self.filling + usize::from(filled);
+        self.points.get(..number).unwrap_or(&self.points)
     }
 }
 

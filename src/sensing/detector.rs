@@ -1,4 +1,4 @@
-//! Has the finger touched? A generalised likelihood ratio of a ramp in the residual that friction leaves.
+//! Decides whether a contact has begun: a generalised likelihood ratio of a ramp in the residual that friction leaves.
 //!
 //! A free closing leaves a residual that wanders: an Ornstein-Uhlenbeck process, a level, a drift ([`Wander`]) and white
 //! noise. A Kalman filter of these three states makes white innovations e with variance S of it. A contact adds a ramp over
@@ -82,7 +82,7 @@ pub struct Onset {
     pub level_variance_nm2: f32,
 }
 
-/// What a block tells.
+/// Result of a block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Finding {
     /// No more than friction.

@@ -1,4 +1,4 @@
-//! What lies between the encoder and the finger's input link, as far as sensing has to know it.
+//! The drivetrain between encoder and input link, as far as sensing needs it.
 
 /// Constants of the drivetrain, seen from the input link.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,7 +20,7 @@ pub struct Drivetrain {
     /// ampere, > 0.
     pub torque_per_ampere_nm: f32,
     /// Share of a load's torque that the gears pass on, 0 to 1. Nominal: what it really is, in proportion to the
-    /// spring's stiffness, a calibration tells ([`crate::sensing::Calibration`]).
+    /// spring's stiffness, a calibration determines ([`crate::sensing::Calibration`]).
     pub efficiency: f32,
     /// Inertia of the rotor seen from the input link, kg m2, >= 0: the torque that it takes to change the speed is not
     /// the load's.

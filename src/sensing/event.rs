@@ -1,4 +1,4 @@
-//! What sensing has to say.
+//! Events: the output of sensing.
 
 use crate::sensing::calibration::{Calibration, Refusal};
 
@@ -16,7 +16,7 @@ pub enum NotLocated {
     TooStiff,
     /// No contact anywhere bends the curve like that: two contacts, an object that yields or slips.
     Unexplained,
-    /// The finger's stiffness does not depend on the place: no curve would tell it.
+    /// The finger's stiffness does not depend on the place: no curve determines it.
     Unobservable,
     /// The finger stopped, or torque ran out, before there was enough to judge.
     TooFewSamples,
@@ -93,7 +93,7 @@ pub enum Event {
         force_n: f32,
         /// Standard deviation of `force_n`.
         force_sigma_n: f32,
-        /// Effective contact radius, where the curve tells it (docs/MECHANICS.md#finite-torque-step); NaN where it
+        /// Effective contact radius, where the curve determines it (docs/MECHANICS.md#finite-torque-step); NaN where it
         /// does not.
         radius_m: f32,
         /// Standard deviation of `radius_m`.

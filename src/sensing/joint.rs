@@ -14,7 +14,7 @@ pub trait JointSensor: Copy + core::fmt::Debug {
     /// A reading or a change, radian; None without a sensor or while it has no reading.
     fn rad(reading: Self::Reading) -> Option<f32>;
 
-    /// Which side of phalanx 2's stiffest place e_2 a change since contact speaks for; None without a sensor.
+    /// Which side of phalanx 2's stiffest place e_2 a change since contact indicates; None without a sensor.
     fn side(change: Self::Reading) -> Option<Side> {
         let change_rad = Self::rad(change)?;
         Some(if change_rad > SIDE_SIGMAS * Self::SIGMA_RAD {
@@ -57,7 +57,7 @@ impl JointSensor for NoHall {
     }
 }
 
-/// A Hall sensor at joint 2: its sign tells on which side of e_2 the contact lies (docs/MECHANICS.md#observability).
+/// A Hall sensor at joint 2: its sign shows on which side of e_2 the contact lies (docs/MECHANICS.md#observability).
 #[derive(Clone, Copy, Debug)]
 pub struct Hall;
 

@@ -58,10 +58,10 @@ impl Series for Cable {
     }
 }
 
-/// What tells the two sides of a phalanx's stiffest place apart. Below it the phalanx's own joint closes as the torque
+/// Distinguishes the two sides of a phalanx's stiffest place. Below it the phalanx's own joint closes as the torque
 /// rises, beyond it the joint opens (docs/MECHANICS.md#observability).
 pub trait BranchSense: Copy + core::fmt::Debug {
-    /// Whether what was sensed speaks for a candidate.
+    /// Whether the sensor's reading supports a candidate.
     fn allows(&self, candidate: &Candidate) -> bool;
 }
 

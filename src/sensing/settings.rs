@@ -1,4 +1,4 @@
-//! What a user may set of the sensing, and what the sequence tells it.
+//! Settings of the sensing, and directives from the sequence.
 
 /// Settings of the sensing.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,5 +1,5 @@
 //! Flash as the chip has it: double words that can be programmed once after an erase (or overwritten with zeros), pages,
-//! and what a power cut in the middle of an operation leaves of it.
+//! and the state after a power cut in the middle of an operation.
 
 use embassy_futures::block_on;
 use palpate::app::storage::store::{Found, Memory, PAGE, PAGES, Store, StoreError, WORD, Writer};

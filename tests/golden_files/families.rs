@@ -1,4 +1,4 @@
-//! What each family of reference files asks of the library.
+//! Checks of the library for each family of reference files.
 
 use super::fingers::{FromRow, Kind, assembly, finger, numbered, posture};
 use super::measure::{FileReport, Limit};

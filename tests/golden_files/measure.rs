@@ -1,4 +1,4 @@
-//! Errors collected and judged.
+//! Collects and judges errors.
 
 /// What a quantity's errors may be. `None`: reported only.
 #[derive(Clone, Copy, Debug, Default)]

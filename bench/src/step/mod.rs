@@ -1,5 +1,5 @@
 //! Tasks `k2_2p_step` and `k2_3p_step`: the same places from a finite step of torque after contact, which the secant
-//! stiffness tells with a bias (docs/MECHANICS.md#finite-torque-step). Fingers with four-bars, as the default scene's.
+//! stiffness gives with a bias (docs/MECHANICS.md#finite-torque-step). Fingers with four-bars, as the default scene's.
 
 mod one_unknown;
 

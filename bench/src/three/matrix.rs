@@ -1,5 +1,5 @@
-//! The matrix equation (18) as it is printed, by a 3x3 elimination at every trial location. It tells nothing about where
-//! the compliance turns: brackets come from a scan of the phalanx.
+//! The matrix equation (18) as it is printed, by a 3x3 elimination at every trial location. It does not show where
+//! the compliance has its extrema: brackets come from a scan of the phalanx.
 
 use super::ThreePhalanges;
 use crate::candidate::{NOWHERE, Roots, on_phalanx};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! What the chip's pins are wired to: the plant, stepped in virtual time, and what may go wrong between the two.
+//! Wires the chip's pins to the world, steps it in virtual time, and injects wiring faults.
 
 use palpate_plant::{Pins, Plant};
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! Images of other scenes on the emulated chip: what they have beside the default one's finger works as a whole.
+//! Images of other scenes on the emulated chip: what they have in addition to the default scene works.
 //!
 //! The images come from `PALPATE_HALL_ELF` (scene `tendon2-hall`) and `PALPATE_RIGID_ELF` (`p70-rigid`); `cargo xtask test`
 //! sets them. Without one its test says so and passes.

@@ -161,7 +161,7 @@ fn experiments(options: &Experiments) -> Outcome {
     } else {
         println!("{}", result::markdown(&rows));
     }
-    // What the simulated firmware refused or could not end is told beside the table; the rest stands.
+    // What the simulated firmware refused or could not end is printed next to the table; the rest is valid.
     for job in &failed {
         let reason = job.failure.to_string();
         if options.json {

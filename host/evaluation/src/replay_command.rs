@@ -67,7 +67,7 @@ impl FromStr for Teaching {
     }
 }
 
-/// Samples of a recording; what was odd about it goes to standard error, or is told as JSON.
+/// Samples of a recording; what was odd about it goes to standard error, or is printed as JSON.
 fn samples(file: &Path, options: &Options) -> Result<Vec<Sample>, Box<dyn Error>> {
     let named = |error: &dyn std::fmt::Display| format!("{}: {error}", file.display());
     let (rows, findings) = trace::read(recordings::open(file)?).map_err(|error| named(&error))?;

@@ -65,7 +65,7 @@ pub enum Stage {
     /// Pulleys: ratio of the driven one to the driving one.
     Tendon(Real),
     /// A four-bar, and its lever's angle at rest.
-    Linkage(FourBar, Real),
+    Linkage(Box<FourBar>, Real),
 }
 
 impl Stage {
@@ -73,7 +73,7 @@ impl Stage {
     #[must_use]
     pub fn linkage(bars: FourBar) -> Self {
         let start = bars.lever(&Real::zero());
-        Self::Linkage(bars, start)
+        Self::Linkage(Box::new(bars), start)
     }
 
     fn rotation(&self, v: &Real) -> Real {

@@ -3,6 +3,11 @@
 //!
 //! Nothing of the library is used, and no equation of the source paper after (4), except where a column of a file is one.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "matrices are written with indices, as on paper"
+)]
+
 pub mod equilibrium;
 pub mod finger;
 pub mod forward;
@@ -16,10 +21,13 @@ pub mod value;
 use table::{Row, Table};
 use value::Values;
 
+/// Recomputes the outputs of a row.
+pub type Family = fn(&Row) -> Values;
+
 /// How a row of a file is recomputed; `None` for a file of another kind.
 #[must_use]
-pub fn family(file: &str) -> Option<fn(&Row) -> Values> {
-    let families: [(&str, fn(&Row) -> Values); 8] = [
+pub fn family(file: &str) -> Option<Family> {
+    let families: [(&str, Family); 8] = [
         ("preshape_", forward::preshape),
         ("kc_", forward::stiffness),
         ("contact_", forward::step),

@@ -1,4 +1,4 @@
-//! What a row is recomputed to, and how far that is from what stands in the file.
+//! Recomputed values of a row, and their deviation from the file.
 
 use crate::real::Real;
 

@@ -1,4 +1,4 @@
-//! The reference files say what positions and energy say.
+//! The reference files agree with what positions and energy give.
 
 use std::path::Path;
 

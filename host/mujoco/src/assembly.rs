@@ -1,4 +1,4 @@
-//! Where the links of a four-bar stand, from the intersection of two circles.
+//! Assembly of a four-bar from the intersection of two circles.
 
 use palpate_plant::FingerParameters;
 

@@ -7,7 +7,6 @@ use mujoco_rs::wrappers::mj_model::MjtObjBase;
 use palpate_plant::{
     Body, CableEnd, Contact, Error, FingerState, Grasp, Mechanics, Parameters, placed,
 };
-use std::sync::Arc;
 
 /// How an object is held.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -26,15 +25,9 @@ pub enum Mount {
     Free,
 }
 
-/// What the plant's finger, which has no mass, does not know.
+/// What the parameters do not say of the object.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surroundings {
-    /// Gravity in the plane of the finger, metre per second squared.
-    pub gravity_m_per_s2: [f64; 2],
-    /// Mass of the phalanges, kilogram per metre of length.
-    pub phalanx_kg_per_m: f64,
-    /// Coulomb friction of each joint, newton metre.
-    pub joint_friction_nm: f64,
     /// Mass of the object, kilogram.
     pub object_kg: f64,
     /// How the object is held.
@@ -42,12 +35,9 @@ pub struct Surroundings {
 }
 
 impl Default for Surroundings {
-    /// No gravity and no friction, a fixed object; phalanges of 0.4 kg/m, which is 65 g for the prototype (chosen).
+    /// A fixed object.
     fn default() -> Self {
         Self {
-            gravity_m_per_s2: [0.0; 2],
-            phalanx_kg_per_m: 0.4,
-            joint_friction_nm: 0.0,
             object_kg: 0.1,
             mount: Mount::Fixed,
         }
@@ -56,12 +46,12 @@ impl Default for Surroundings {
 
 /// Share of critical damping in the cable (chosen: nylon rings little).
 const CABLE_DAMPING_RATIO: f64 = 0.05;
-/// Inertia of the finger as seen at the input link, for the above, kilogram square metre.
-const INERTIA: f64 = 1.5e-4;
 /// Depth of overlap that is a matter of rounding, metre.
 const ROUNDING_M: f64 = 1e-6;
 /// Longest time to come to rest, steps.
 const SETTLING_STEPS: usize = 100_000;
+/// Most torque on the way there, however far the cable's end is, newton metre.
+const SETTLING_NM: f64 = 2.0;
 /// Slower than this it is at rest, radian per second.
 const REST_RAD_PER_S: f64 = 1e-7;
 
@@ -73,7 +63,7 @@ pub struct MujocoFinger {
     stiffness: Stiffness,
     body: Body,
     stopped: bool,
-    data: MjData<Arc<MjModel>>,
+    data: MjData<Box<MjModel>>,
     /// Numbers of the joints in the state.
     joints: Vec<usize>,
     levers: Vec<usize>,
@@ -132,7 +122,7 @@ impl MujocoFinger {
             stiffness,
             body: Body::Nothing,
             stopped: true,
-            data: MjData::new(Arc::new(model)),
+            data: MjData::new(Box::new(model)),
             joints,
             levers,
             couplers,
@@ -141,8 +131,8 @@ impl MujocoFinger {
             last_end: None,
             description,
         };
-        let rest = finger.description.rest().to_vec();
-        finger.pose(&rest)?;
+        let start = finger.description.start().to_vec();
+        finger.pose(&start)?;
         finger.data.forward();
         finger.read(0.0);
         Ok(finger)
@@ -171,9 +161,9 @@ impl MujocoFinger {
         body: &Body,
         stopped: bool,
         calm: bool,
-    ) -> Result<MjData<Arc<MjModel>>, Error> {
+    ) -> Result<MjData<Box<MjModel>>, Error> {
         let model = compile(&self.description, self.stiffness, body, stopped, calm)?;
-        let mut data = MjData::new(Arc::new(model));
+        let mut data = MjData::new(Box::new(model));
         // The object's joints come after the finger's and start where the object is put.
         let keep = self.joints.len() + self.levers.len() + self.couplers.len();
         data.qpos_mut()[..keep].copy_from_slice(&self.data.qpos()[..keep]);
@@ -195,14 +185,30 @@ impl MujocoFinger {
         if torque == 0.0 {
             return 0.0;
         }
-        let damping = 2.0 * CABLE_DAMPING_RATIO * (end.stiffness_nm_per_rad * INERTIA).sqrt();
+        let damping = 2.0
+            * CABLE_DAMPING_RATIO
+            * (end.stiffness_nm_per_rad * self.description.inertia()).sqrt();
         torque + damping * (speed - self.along_input(self.data.qvel()))
     }
 
-    fn advance(&mut self, end: &CableEnd, speed: f64) {
-        let torque = self.cable_nm(end, speed);
+    fn advance(&mut self, torque: f64) {
         self.data.ctrl_mut()[0] = torque;
+        if self.description.capstan_share > 0.0 {
+            self.rub(torque);
+        }
         self.data.step();
+    }
+
+    /// Friction of the tendon on its pulleys under this torque at the input link.
+    fn rub(&mut self, torque: f64) {
+        let share = self.description.capstan_share * torque.abs();
+        let friction = self.description.joint_friction;
+        // SAFETY: a number of the model changes, none of its sizes or addresses.
+        #[allow(unsafe_code)]
+        let losses = unsafe { self.data.model_mut() }.dof_frictionloss_mut();
+        for &(joint, ratio) in self.input.iter().skip(1) {
+            losses[joint] = friction + share * ratio;
+        }
     }
 
     fn read(&mut self, torque_nm: f64) {
@@ -210,6 +216,10 @@ impl MujocoFinger {
             *angle = self.data.qpos()[number];
         }
         self.state.theta_a_rad = self.along_input(self.data.qpos());
+        assert!(
+            self.state.theta_a_rad.is_finite(),
+            "the finger's model has become unstable: its numbers go beyond what MuJoCo can step"
+        );
         self.state.torque_nm = torque_nm;
         self.state.contacts.clear();
         let model = self.data.model();
@@ -259,7 +269,17 @@ impl MujocoFinger {
         Some((phalanx, [joint[0], joint[1]], [turned[0], turned[3]]))
     }
 
-    fn deepest_overlap_m(data: &MjData<Arc<MjModel>>) -> f64 {
+    /// How far a held or free object has moved from where it was put; `None` without one, or for a fixed one.
+    #[must_use]
+    pub fn object_m(&self) -> Option<[f64; 2]> {
+        let first = self.joints.len() + self.levers.len() + self.couplers.len();
+        match self.data.qpos().get(first..)? {
+            [x, y, ..] => Some([*x, *y]),
+            _ => None,
+        }
+    }
+
+    fn deepest_overlap_m(data: &MjData<Box<MjModel>>) -> f64 {
         data.contact()
             .iter()
             .map(|contact| -contact.dist)
@@ -318,7 +338,7 @@ impl Mechanics for MujocoFinger {
         self.owed_s += dt_s;
         while self.owed_s > STEP_S * (1.0 - 1e-9) {
             self.owed_s -= STEP_S;
-            self.advance(end, speed);
+            self.advance(self.cable_nm(end, speed));
         }
         let torque = self.cable_nm(end, speed);
         self.read(torque);
@@ -330,7 +350,8 @@ impl Mechanics for MujocoFinger {
         };
         let lively = std::mem::replace(&mut self.data, calm);
         for _ in 0..SETTLING_STEPS {
-            self.advance(end, 0.0);
+            let torque = self.cable_nm(end, 0.0);
+            self.advance(torque.clamp(-SETTLING_NM, SETTLING_NM));
             let fastest = self
                 .data
                 .qvel()

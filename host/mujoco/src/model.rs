@@ -11,8 +11,10 @@ use std::fmt::Write;
 
 /// Steps of the engine, second: the control period.
 pub(crate) const STEP_S: f64 = 50e-6;
-/// Mass of a lever or coupler of a linkage, kilogram.
-const ROD_KG: f64 = 1.5e-3;
+/// Mass of a lever or coupler of a linkage, kilogram (chosen: thin steel).
+const ROD_KG: f64 = 5e-4;
+/// Least mass of a phalanx: the engine has no bodies without, kilogram per metre.
+const LEAST_KG_PER_M: f64 = 0.02;
 /// Half the depth of an object across the plane, metre.
 const HALF_DEPTH_M: f64 = 0.05;
 /// Name of the tendon that the cable pulls.
@@ -24,6 +26,13 @@ pub(crate) struct Description {
     pub finger: FingerParameters,
     spring: Vec<f64>,
     rest: Vec<f64>,
+    /// Joint angles at the opening stop.
+    start: Vec<f64>,
+    gravity: [f64; 2],
+    pub joint_friction: f64,
+    /// Friction of a tendon on the pulleys of joints from 2, as a share of the torque that it passes there.
+    pub capstan_share: f64,
+    density: f64,
     half_thickness: f64,
     damping: f64,
     friction: f64,
@@ -37,13 +46,22 @@ impl Description {
     pub fn new(parameters: &Parameters, surroundings: &Surroundings) -> Result<Self, Error> {
         let finger = parameters.finger.clone();
         let mechanism = &parameters.mechanism;
-        let mut rest: Vec<f64> = finger.rest_deg.iter().map(|deg| deg.to_radians()).collect();
+        let radians = |list: &[f64]| -> Vec<f64> { list.iter().map(|d| d.to_radians()).collect() };
+        let (mut rest, low) = (radians(&finger.rest_deg), radians(&finger.joint_min_deg));
         if finger.spring_nm_per_rad.first() == Some(&0.0)
             && let Some(first) = rest.first_mut()
         {
             // Without a spring nothing defines where joint 1 rests; it opens until theta_1 is zero.
             *first = 0.0;
         }
+        // A spring is preloaded against the stop that it holds its joint at.
+        for (rest, low) in rest.iter_mut().zip(&low).skip(1) {
+            if (*rest - low).abs() < 1e-6 {
+                *rest -= mechanism.preload_deg.to_radians();
+            }
+        }
+        let start: Vec<f64> = rest.iter().zip(&low).map(|(r, l)| r.max(*l)).collect();
+        let (sin, cos) = mechanism.mounting_deg.to_radians().sin_cos();
         let mut description = Self {
             spring: finger
                 .spring_nm_per_rad
@@ -51,6 +69,15 @@ impl Description {
                 .map(|k| k * (1.0 + mechanism.spring_error))
                 .collect(),
             rest,
+            start,
+            gravity: [cos, sin].map(|share| share * mechanism.gravity_m_per_s2),
+            joint_friction: mechanism.joint_friction_nm,
+            capstan_share: if finger.lever_m.is_empty() {
+                mechanism.capstan_share
+            } else {
+                0.0
+            },
+            density: mechanism.linear_density_kg_per_m.max(LEAST_KG_PER_M),
             half_thickness: mechanism.phalanx_half_thickness_m,
             damping: mechanism.damping_nm_s_per_rad,
             friction: parameters.contact.friction,
@@ -59,7 +86,7 @@ impl Description {
             stops: [0.0, finger.travel_rad],
             finger,
         };
-        let opening = description.theta_a(&description.rest)?;
+        let opening = description.theta_a(&description.start)?;
         description.stops = [opening, opening + description.stops[1]];
         Ok(description)
     }
@@ -68,8 +95,13 @@ impl Description {
         self.finger.length_m.len()
     }
 
-    pub fn rest(&self) -> &[f64] {
-        &self.rest
+    pub fn start(&self) -> &[f64] {
+        &self.start
+    }
+
+    /// Inertia of the straight finger about joint 1, kilogram square metre.
+    pub fn inertia(&self) -> f64 {
+        self.density * self.finger.length_m.iter().sum::<f64>().powi(3) / 3.0
     }
 
     /// Coefficients of theta_a in the joint angles, of a finger with tendons.
@@ -118,7 +150,7 @@ impl Description {
     /// comes to rest soon.
     pub fn xml(&self, object: &Body, stopped: bool, calm: bool) -> Result<String, Error> {
         let mut text = String::new();
-        let [x, y] = self.surroundings.gravity_m_per_s2;
+        let [x, y] = self.gravity;
         let damping = if calm {
             self.damping.max(5e-3)
         } else {
@@ -129,7 +161,7 @@ impl Description {
             format_args!(
                 r#"<mujoco><compiler angle="radian" balanceinertia="true"/>
 <option timestep="{STEP_S}" gravity="{x} {y} 0" integrator="Euler" cone="elliptic" impratio="10" tolerance="1e-14" iterations="50">
-<flag energy="enable" multiccd="enable"/></option>
+<flag energy="enable" multiccd="enable" autoreset="disable"/></option>
 <default><geom contype="0" conaffinity="0" mass="{ROD_KG}"/>
 <joint type="hinge" axis="0 0 1" solimplimit="{IMPEDANCE} {IMPEDANCE} 1" limited="false"/>
 <equality solref="-1e7 -6e3" solimp="0.9999 0.9999 1"/>
@@ -239,9 +271,9 @@ impl Description {
         let low = self.finger.joint_min_deg[i].to_radians();
         let high = self.finger.joint_max_deg[i].to_radians();
         let limited = stopped || i > 0;
-        let friction = self.surroundings.joint_friction_nm;
+        let friction = self.joint_friction;
         let half = self.half_thickness;
-        let mass = self.surroundings.phalanx_kg_per_m * length;
+        let mass = self.density * length;
         line(
             text,
             format_args!(

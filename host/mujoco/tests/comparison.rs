@@ -4,7 +4,7 @@
 //! The plant's finger follows closed equations of balance without mass; MuJoCo integrates bodies held together by
 //! constraints. What the two have in common is the parameters alone.
 
-use palpate_mujoco::{MujocoFinger, Surroundings};
+use palpate_mujoco::{Mount, MujocoFinger, Surroundings};
 use palpate_plant::{
     CableEnd, Error, FingerState, Grasp, Mechanics, Parameters, Quasistatic, Shape,
 };
@@ -26,11 +26,14 @@ struct Pair {
 
 impl Pair {
     fn new(scene: &str) -> Self {
-        let parameters = Parameters::of(scene).expect("a scene of this project");
+        Self::of(&Parameters::of(scene).expect("a scene of this project"))
+    }
+
+    fn of(parameters: &Parameters) -> Self {
         let surroundings = Surroundings::default();
         Self {
-            own: Quasistatic::new(&parameters).expect("the defaults are valid"),
-            mujoco: MujocoFinger::new(&parameters, &surroundings).expect("a valid model"),
+            own: Quasistatic::new(parameters).expect("the defaults are valid"),
+            mujoco: MujocoFinger::new(parameters, &surroundings).expect("a valid model"),
             stiffness_nm_per_rad: parameters.cable_stiffness_nm_per_rad(),
         }
     }
@@ -143,8 +146,9 @@ fn stops_are_as_stiff() {
         let mut worst = Worst::default();
         let cable = pair.stiffness_nm_per_rad;
         let mut last: Option<[(f64, f64); 2]> = None;
-        for beyond in [0.2, 0.4] {
-            let [own, mujoco] = pair.at(travel + beyond);
+        for torque_nm in [0.2, 0.4] {
+            let stop = Parameters::default().mechanism.stop_stiffness_nm_per_rad;
+            let [own, mujoco] = pair.at(travel + torque_nm / cable + torque_nm / stop);
             Worst::note(
                 &mut worst.torque,
                 share(own.torque_nm, mujoco.torque_nm, own.torque_nm),
@@ -228,7 +232,7 @@ fn cylinders(scene: &str, places: &[(u8, f64)]) {
     for &(phalanx, k_m) in places {
         let grasp = Grasp::touching(phalanx, k_m, 0.8, CYLINDER);
         compare(
-            kind,
+            scene,
             &grasp,
             &format!("cylinder at {:.0} mm of phalanx {phalanx}", 1e3 * k_m),
         );
@@ -266,4 +270,112 @@ fn boxes_and_polygons() {
     ] {
         compare("p70", &Grasp::touching(2, 0.04, 0.8, shape), what);
     }
+}
+
+/// Closes on a cylinder that is held in some way, in gravity or without.
+fn closed_on(mount: Mount, gravity_m_per_s2: f64, end_rad: f64, held_steps: u32) -> MujocoFinger {
+    let mut parameters = Parameters::default();
+    let mechanism = &mut parameters.mechanism;
+    (mechanism.gravity_m_per_s2, mechanism.mounting_deg) = (gravity_m_per_s2, 90.0);
+    let surroundings = Surroundings {
+        mount,
+        object_kg: 0.05,
+    };
+    let mut finger = MujocoFinger::new(&parameters, &surroundings).expect("a valid model");
+    let end = |rad: f64| CableEnd {
+        low_rad: rad,
+        high_rad: rad,
+        stiffness_nm_per_rad: parameters.cable_stiffness_nm_per_rad(),
+    };
+    let grasp = Grasp::touching(2, 0.04, 0.8, CYLINDER);
+    finger.settle(&end(0.05));
+    finger.place(&grasp).expect("clear of the open finger");
+    let steps = 20_000;
+    for step in 0..steps {
+        finger.step(&end(end_rad * f64::from(step) / f64::from(steps)), 50e-6);
+    }
+    for _ in 0..held_steps {
+        finger.step(&end(end_rad), 50e-6);
+    }
+    finger
+}
+
+#[test]
+fn an_object_on_springs_yields_by_what_they_say() {
+    let mut last: Option<(f64, f64)> = None;
+    for stiffness_n_per_m in [200.0, 2000.0, 1e7] {
+        let mount = Mount::Spring {
+            stiffness_n_per_m,
+            damping_n_s_per_m: 5.0,
+        };
+        let finger = closed_on(mount, 0.0, 0.95, 40_000);
+        let force = finger
+            .state()
+            .contacts
+            .iter()
+            .map(|c| c.force_n)
+            .sum::<f64>();
+        let moved = finger
+            .object_m()
+            .expect("an object")
+            .map(|part| part * stiffness_n_per_m);
+        assert!(
+            (moved[0].hypot(moved[1]) / force - 1.0).abs() < 0.02,
+            "{moved:?} N, {force} N"
+        );
+        if let Some((softer, force_then)) = last {
+            assert!(softer < stiffness_n_per_m && force > force_then);
+        }
+        last = Some((stiffness_n_per_m, force));
+    }
+}
+
+#[test]
+fn a_free_object_is_pushed_away_and_falls() {
+    let finger = closed_on(Mount::Free, 0.0, 1.2, 0);
+    assert!(finger.object_m().is_some_and(|[x, y]| x.hypot(y) > 0.01));
+    let falling = closed_on(Mount::Free, 9.81, 0.05, 0);
+    let [x, y] = falling.object_m().expect("an object");
+    // A second of fall along the mounting's direction.
+    assert!((y - 0.5 * 9.81).abs() < 0.01 && x.abs() < 1e-6, "{x} {y}");
+}
+
+#[test]
+fn weight_and_preload_are_the_same() {
+    let mut parameters = Parameters::of("tendon2").expect("a scene");
+    let mechanism = &mut parameters.mechanism;
+    (mechanism.gravity_m_per_s2, mechanism.mounting_deg) = (9.81, 20.0);
+    let mut pair = Pair::of(&parameters);
+    let mut worst = Worst::default();
+    for step in 1..=5 {
+        let [own, mujoco] = pair.at(0.2 * f64::from(step));
+        Worst::note(
+            &mut worst.torque,
+            share(own.torque_nm, mujoco.torque_nm, own.torque_nm),
+        );
+        Worst::note(
+            &mut worst.path,
+            share(own.joint_rad[1], mujoco.joint_rad[1], 0.1),
+        );
+    }
+    worst.check("tendon2 under its own weight");
+
+    let mut parameters = Parameters::default();
+    parameters.mechanism.preload_deg = 10.0;
+    let mut pair = Pair::of(&parameters);
+    let grasp = Grasp::touching(2, 0.04, 0.8, CYLINDER);
+    pair.at(0.05);
+    pair.place(&grasp).expect("clear of the open finger");
+    let mut worst = Worst::default();
+    let mut stuck = false;
+    for step in 0..=7 {
+        let [own, mujoco] = pair.at(0.82 + 0.03 * f64::from(step));
+        Worst::note(
+            &mut worst.torque,
+            share(own.torque_nm, mujoco.torque_nm, own.torque_nm),
+        );
+        stuck |= own.joint_rad[1].abs() < 1e-3 && !own.contacts.is_empty();
+    }
+    assert!(stuck, "the preload holds joint 2 at its stop");
+    worst.check("prototype with preload");
 }

@@ -1,4 +1,4 @@
-//! What can be wrong with a world before it starts.
+//! Errors in the description of a world.
 
 /// Why a plant cannot be built. Every variant names the key, what was found and what is allowed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -1,4 +1,4 @@
-//! What hangs on the cable: finger and object, whichever engine computes them.
+//! The load on the cable: finger and object, whichever engine computes them.
 //!
 //! The drivetrain knows of them only where the cable's other end stands and how hard the cable pulls. [`Quasistatic`]
 //! is this crate's own engine; another one implements [`Mechanics`] and goes into [`crate::Plant::with_mechanics`].

@@ -1,4 +1,4 @@
-//! What is grasped, and how far it is from a phalanx.
+//! Objects, and their distance from a phalanx.
 
 use crate::Error;
 

@@ -1,4 +1,4 @@
-//! What comes in from outside: the chip's levels, and what breaks.
+//! Inputs from outside: the chip's levels, and faults.
 
 use crate::EncoderFault;
 

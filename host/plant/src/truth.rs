@@ -1,4 +1,4 @@
-//! What only the simulation knows.
+//! The truth, known to the simulation only.
 
 use crate::Pins;
 

@@ -1,4 +1,4 @@
-//! What wanders: an Ornstein-Uhlenbeck process, over time or over a way.
+//! Wander: an Ornstein-Uhlenbeck process, over time or distance.
 
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;

@@ -1,4 +1,4 @@
-//! What the control interrupt of a firmware image can reach: a proof on the linked code, not on the source.
+//! Code that the control interrupt of a firmware image can reach: a proof on the linked code, not on the source.
 //!
 //! From the handler's symbol every direct branch and call is followed through the instructions themselves. A jump through
 //! a register or a trap instruction is a violation, since nothing could then be said about where it ends, and so is

@@ -1,4 +1,4 @@
-//! Where an instruction can go: just enough of the Thumb-2 encoding (ARMv7-M architecture reference manual, A5, A7.7) to
+//! Successors of an instruction: just enough of the Thumb-2 encoding (ARMv7-M architecture reference manual, A5, A7.7) to
 //! follow control flow without a disassembler.
 
 /// What an instruction does to the program counter.

@@ -1,4 +1,4 @@
-//! Reading a firmware image: how much memory it takes, which functions it carries, what each of them reaches.
+//! Reading a firmware image: how much memory it takes, its functions, and the call graph from each.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

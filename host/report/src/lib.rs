@@ -1,4 +1,4 @@
-//! Judging the library: reference data, speed against error, what an ELF weighs and carries.
+//! Judges the library: reference data, speed against error, size and symbols of an ELF.
 
 pub mod elf;
 pub mod golden;

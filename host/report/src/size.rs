@@ -1,4 +1,4 @@
-//! `size`: flash and RAM of firmware images, and a look for what they must not carry.
+//! `size`: flash and RAM of firmware images, and a check for forbidden symbols.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! Contacts felt by the library beside the truth. `grasps [SCENE] [random]`.
+//! Contacts reported by the library next to the truth. `grasps [SCENE] [random]`.
 
 use palpate_plant::{Grasp, Shape};
 use palpate_simulation::{Error, Simulated, Simulation};

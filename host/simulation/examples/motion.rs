@@ -1,4 +1,4 @@
-//! The motion sequence against the plant, told of the contact by the truth: how steady it moves, where it stops.
+//! The motion sequence against the plant, with contacts taken from the truth: how steadily it moves, where it stops.
 
 use palpate::drive::demand::{Demand, Status};
 use palpate::drive::joint::NotFitted;

@@ -1,4 +1,4 @@
-//! What came out of a motion.
+//! Result of a motion.
 
 use crate::Row;
 use palpate::drive::fault::Fault;

@@ -1,4 +1,4 @@
-//! The slow loop of the simulation: the library's two halves, each told what the other found.
+//! The slow loop of the simulation: connects the library's two halves.
 
 use crate::{Simulated, SlowLoop};
 use palpate::app::console::settings::Overrides;

@@ -1,4 +1,4 @@
-//! What a motion looked like, once a millisecond: what the firmware measured and what was true.
+//! Trace of a motion, once a millisecond: measurements and truth.
 
 use palpate::drive::convert;
 use palpate::drive::io::Outputs;

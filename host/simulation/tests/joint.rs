@@ -1,4 +1,4 @@
-//! What the optional sensor of joint 2 is for: `tendon2` closed far has its stiffest place e_2 on the phalanx, and one
+//! Use of the optional sensor of joint 2: `tendon2` closed far has its stiffest place e_2 on the phalanx, and one
 //! curve then fits two places. Simulated.
 
 use palpate::sensing::{Hall, JointSensor, Side};

@@ -1,4 +1,4 @@
-//! What was saved, after a restart: the encoder has a new zero then, some milliradians beside the one that friction was
+//! What was saved, after a restart: the encoder has a new zero then, some milliradians from the one that friction was
 //! recorded with. Simulated.
 
 use palpate::app::console::settings::Overrides;
@@ -18,7 +18,7 @@ fn restarted(parameters: &Parameters, seed: u64) -> Simulation<P70> {
     assert_eq!(before.prepare().unwrap().fault, None);
     let record = before.slow().sensing.record(Overrides::default());
     let mut simulation = Simulation::<P70>::new(parameters, 1000 + seed).unwrap();
-    let notice = simulation.slow().sensing.restore(record);
+    let notice = simulation.slow().sensing.restore(&record);
     simulation
         .slow()
         .coordinator

@@ -1,4 +1,4 @@
-//! `p70-rigid`: the same finger without a cable needs no press, fits six numbers, and is the surer for it. Simulated.
+//! `p70-rigid`: the same finger without a cable needs no press, fits six numbers, and has smaller deviations. Simulated.
 
 use palpate::app::console::command::{Calibrate, Command};
 use palpate::drive::sequence::Refused;

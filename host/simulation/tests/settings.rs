@@ -1,4 +1,4 @@
-//! What a user may set, at the ends of its range. Simulated.
+//! Settings at the ends of their ranges. Simulated.
 
 use palpate::app::console::command::Command;
 use palpate::app::console::settings::Setting;

@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use crate::emulator;
-use crate::firmware::{Build, every_scene, scenes};
+use crate::firmware::{Build, every_scene, list, scenes};
 use crate::machine;
 use crate::mujoco;
+use crate::new_scene;
 use crate::process::{Failure, Outcome, cargo, run, step};
 
 /// Takes `--name VALUE` or `--name=VALUE` out of the arguments.
-fn take(arguments: &mut Vec<String>, name: &str) -> Outcome<Option<String>> {
+pub fn take(arguments: &mut Vec<String>, name: &str) -> Outcome<Option<String>> {
     let prefix = format!("{name}=");
     let Some(at) = arguments
         .iter()
@@ -51,7 +52,7 @@ fn none_left(arguments: &[String]) -> Outcome {
 }
 
 /// A host program of this workspace, built optimised, quietly unless it takes long.
-fn host_program(package: &str, arguments: &[String]) -> std::process::Command {
+pub fn host_program(package: &str, arguments: &[String]) -> std::process::Command {
     let mut command = cargo(["run", "--profile", "host", "--package", package, "--"]);
     command.args(arguments);
     command
@@ -122,6 +123,18 @@ pub fn flash(arguments: &[String]) -> Outcome {
     run(std::process::Command::new("probe-rs")
         .args(["run", "--chip", "STM32G431RBTx"])
         .arg(elf))
+}
+
+/// `new-scene`: a file for a finger of one's own.
+pub fn new_scene(arguments: &[String]) -> Outcome {
+    let mut rest = arguments.to_vec();
+    let from = take(&mut rest, "--from")?.unwrap_or_else(|| list::DEFAULT.to_owned());
+    if rest.is_empty() {
+        return Err(Failure::usage("new-scene needs a name"));
+    }
+    let name = rest.remove(0);
+    none_left(&rest)?;
+    new_scene::write(&name, &from)
 }
 
 /// `size`: what each scene costs.

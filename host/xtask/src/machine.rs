@@ -1,4 +1,4 @@
-//! What the machine lacks, and getting it: the project's two commands must do all the set-up on a fresh Debian
+//! Installs what the machine lacks: the project's two commands must do all the set-up on a fresh Debian
 //! machine that has rustup, and say clearly what to install elsewhere.
 
 use std::path::{Path, PathBuf};

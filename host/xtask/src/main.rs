@@ -7,17 +7,21 @@ mod commands;
 mod emulator;
 mod firmware;
 mod machine;
+mod monitor;
 mod mujoco;
+mod new_scene;
 mod process;
 mod report;
 
 use std::process::ExitCode;
 
-/// One command: its name, what follows it, and what it does.
+/// One command: its name, what follows it, what it does, and a call.
 struct Command {
     name: &'static str,
     arguments: &'static str,
     summary: &'static str,
+    /// A call that can be tried as it is, where its files are.
+    example: &'static str,
     run: fn(&[String]) -> process::Outcome,
 }
 
@@ -26,84 +30,119 @@ const COMMANDS: &[Command] = &[
         name: "sim",
         arguments: "[OPTIONS]",
         summary: "run the firmware on the emulated chip against a simulated finger (sim --help)",
+        example: "sim --scene tendon2 --phalanx 2 --contact-mm 25",
         run: commands::sim,
     },
     Command {
         name: "test",
         arguments: "",
         summary: "every test that can run here: library, host programs, emulated firmware",
+        example: "test",
         run: commands::test,
     },
     Command {
         name: "flash",
         arguments: "[--scene S]",
         summary: "build the firmware, flash a connected NUCLEO-G431RB and show its log",
+        example: "flash --scene tendon2",
         run: commands::flash,
     },
     Command {
         name: "build",
         arguments: "[--scene S] [--features F]",
         summary: "build the firmware and print the path of its ELF",
+        example: "build --scene p70-rigid",
         run: commands::build,
+    },
+    Command {
+        name: "new-scene",
+        arguments: "NAME [--from SCENE]",
+        summary: "begin the file of a finger of your own, scenes/NAME.toml, as a copy of another (p70)",
+        example: "new-scene mine --from tendon2",
+        run: commands::new_scene,
     },
     Command {
         name: "size",
         arguments: "",
         summary: "flash and RAM of the firmware, scene by scene",
+        example: "size",
         run: commands::size,
     },
     Command {
         name: "golden",
         arguments: "DIR [--json] | --generator [OPTIONS]",
         summary: "the library against a folder of reference files, or those recomputed (--generator --help)",
+        example: "golden tests/data/golden",
         run: commands::golden,
     },
     Command {
         name: "faults",
         arguments: "[--json]",
         summary: "inject every fault into the running firmware and time how fast the bridge is off",
+        example: "faults --json",
         run: commands::faults,
     },
     Command {
         name: "experiments",
         arguments: "[OPTIONS]",
         summary: "the paper's experiments, ours beside the paper's algorithm (simulated)",
+        example: "experiments --quick --only distal",
         run: commands::experiments,
     },
     Command {
         name: "replay",
         arguments: "FILE.csv [OPTIONS]",
         summary: "the sensing on a recorded trace",
+        example: "replay recording.csv --scene p70",
         run: commands::replay,
     },
     Command {
         name: "recordings",
         arguments: "DIR [--json] [--uncalibrated] [--only PART]",
         summary: "the sensing on a folder of recordings whose truth is known, scored",
+        example: "recordings recordings --uncalibrated",
         run: commands::recordings,
+    },
+    Command {
+        name: "monitor",
+        arguments: "[--from sim|probe|PORT|FILE] [--scene S] [--world W]",
+        summary: "show the finger live in the terminal, with a command line",
+        example: "monitor --scene tendon2",
+        run: monitor::monitor,
+    },
+    Command {
+        name: "record",
+        arguments: "FILE.csv [--from emulator|probe|PORT]",
+        summary: "write the firmware's samples to a file that replay reads",
+        example: "record grasp.csv",
+        run: monitor::record,
     },
     Command {
         name: "figures",
         arguments: "[DIR]",
         summary: "draw the figures (SVG)",
+        example: "figures",
         run: commands::figures,
     },
     Command {
         name: "report",
         arguments: "[--json] [--check] [--record] [--out DIR] [--write]",
         summary: "speed against error of every candidate method, on the emulated core",
+        example: "report --check",
         run: report::report,
     },
     Command {
         name: "check",
         arguments: "",
         summary: "formatting, lints on host and target, documentation, size, no panic in the control interrupt",
+        example: "check",
         run: commands::check,
     },
     Command {
         name: "setup",
         arguments: "",
         summary: "look for what this machine lacks, and get it",
+        example: "setup",
         run: commands::setup,
     },
 ];
@@ -114,7 +153,30 @@ fn usage() {
         let call = format!("{} {}", command.name, command.arguments);
         println!("  {call:<34} {}", command.summary);
     }
-    println!("\nOn a machine with a board, `cargo run --release` is `cargo xtask flash`.");
+    println!("\n`cargo xtask COMMAND --help` shows an example of each.");
+    println!("On a machine with a board, `cargo run --release` is `cargo xtask flash`.");
+}
+
+/// Commands whose program explains its own options.
+const PASS_HELP: &[&str] = &[
+    "sim",
+    "faults",
+    "experiments",
+    "replay",
+    "recordings",
+    "report",
+];
+
+fn asks_for_help(arguments: &[String]) -> bool {
+    arguments
+        .iter()
+        .any(|word| word == "--help" || word == "-h")
+}
+
+fn help(command: &Command) {
+    println!("cargo xtask {} {}\n", command.name, command.arguments);
+    println!("{}\n", command.summary);
+    println!("Example: cargo xtask {}", command.example);
 }
 
 fn main() -> ExitCode {
@@ -131,6 +193,10 @@ fn main() -> ExitCode {
         eprintln!("xtask: there is no command '{name}'; `cargo xtask` lists them");
         return ExitCode::from(2);
     };
+    if asks_for_help(rest) && !PASS_HELP.contains(&command.name) {
+        help(command);
+        return ExitCode::SUCCESS;
+    }
     match (command.run)(rest) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {

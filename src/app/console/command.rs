@@ -37,6 +37,8 @@ pub enum Command {
     Show,
     /// Change a setting, value in SI units, within its range.
     Set(Setting, f32),
+    /// Stream every so many samples to the log; 0 for none.
+    Trace(u16),
     /// Write settings, friction record and calibration to flash.
     Save,
     /// Forget everything that was saved.
@@ -99,6 +101,7 @@ verbs! {
     Clear "clear" "", "clear a fault whose cause is gone";
     Show "show" "", "print the settings";
     Set "set" "NAME VALUE", "change a setting; `show` lists names, units and ranges";
+    Trace "trace" "on [N] | off", "stream every sample (1 kHz), or every Nth, to the log";
     Save "save" "", "keep settings, friction record and calibration";
     Factory "factory" "", "forget all that was saved";
 }
@@ -117,7 +120,7 @@ pub enum CommandError {
     },
     /// Something is missing or is not a number.
     Expected {
-        /// What should stand there.
+        /// What was expected.
         what: &'static str,
     },
     /// No such setting.
@@ -171,7 +174,7 @@ impl Command {
     /// # Errors
     /// What was expected instead.
     pub fn parse(line: &[u8]) -> Result<Option<Self>, CommandError> {
-        // From 0xF8 on, no byte stands in UTF-8: noise, or another speed.
+        // From 0xF8 on, no byte is valid UTF-8: noise, or another speed.
         if line.len() > LINE_MAX || line.iter().any(|byte| *byte >= 0xF8) {
             return Err(CommandError::NotALine);
         }
@@ -230,6 +233,7 @@ impl Verb {
             Self::Clear => Command::Clear,
             Self::Show => Command::Show,
             Self::Set => set(words)?,
+            Self::Trace => trace(words)?,
             Self::Save => Command::Save,
             Self::Factory => Command::Factory,
         })
@@ -250,6 +254,32 @@ fn calibrate(words: &mut Words<'_>) -> Result<Calibrate, CommandError> {
     let k_mm = with_unit(word, "mm", words).ok_or(EXPECTED)?;
     let k_m = PLACE.to_si(k_mm).ok_or(CommandError::Place)?;
     Ok(Calibrate::At { k_m })
+}
+
+/// Samples that may lie between two that are streamed: one a second.
+const MOST_SAMPLES: f32 = 1000.0;
+
+fn trace(words: &mut Words<'_>) -> Result<Command, CommandError> {
+    const EXPECTED: CommandError = CommandError::Expected {
+        what: "on, on with a whole number from 1 to 1000, or off",
+    };
+    let word = words.next().ok_or(EXPECTED)?;
+    if word.eq_ignore_ascii_case(b"off") {
+        return Ok(Command::Trace(0));
+    }
+    if !word.eq_ignore_ascii_case(b"on") {
+        return Err(EXPECTED);
+    }
+    let every = match words.next() {
+        Some(word) => number(word).ok_or(EXPECTED)?,
+        None => 1.0,
+    };
+    let whole = every as u16;
+    if (1.0..=MOST_SAMPLES).contains(&every) && f32::from(whole) == every {
+        Ok(Command::Trace(whole))
+    } else {
+        Err(EXPECTED)
+    }
 }
 
 fn set(words: &mut Words<'_>) -> Result<Command, CommandError> {
@@ -297,6 +327,7 @@ mod tests {
             let line = match usage {
                 "" => name.to_owned(),
                 "NAME VALUE" => format!("{name} closing-speed 0.3"),
+                "on [N] | off" => format!("{name} on 40"),
                 _ => format!("{name} 40"),
             };
             assert!(matches!(parse(&line), Ok(Some(_))), "{line}");
@@ -334,6 +365,27 @@ mod tests {
             parse("calibrate forget"),
             Ok(Some(Command::Calibrate(Calibrate::Forget)))
         );
+    }
+
+    #[test]
+    fn samples_are_streamed_whole_or_thinned() {
+        for (line, every) in [("trace on", 1), ("trace on 10", 10), ("trace off", 0)] {
+            assert_eq!(parse(line), Ok(Some(Command::Trace(every))), "{line}");
+        }
+        for line in [
+            "trace",
+            "trace 1",
+            "trace on 0",
+            "trace on 1.5",
+            "trace on 1001",
+            "trace on x",
+        ] {
+            let error = parse(line).expect_err(line);
+            assert!(
+                error.to_string().starts_with("expected on,"),
+                "{line}: {error}"
+            );
+        }
     }
 
     #[test]

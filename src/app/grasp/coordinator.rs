@@ -33,6 +33,8 @@ pub enum Action {
         /// Acts only after `save` and a restart.
         at_restart: bool,
     },
+    /// Stream every so many samples to the log; 0 for none.
+    Trace(u16),
     /// Write to flash; the bridge is off.
     Save,
     /// Erase what was written; the bridge is off.
@@ -133,6 +135,7 @@ impl<S: Scene> Coordinator<S> {
             Command::Help => return Ok(Action::Help),
             Command::Status => return Ok(Action::Status),
             Command::Show => return Ok(Action::Show),
+            Command::Trace(every) => return Ok(Action::Trace(every)),
             Command::SelfTest => return self.begin_test(),
             Command::Save => return self.resting().map(|()| Action::Save),
             Command::Factory => {
@@ -370,6 +373,7 @@ mod tests {
             (Command::Stop, Ok(Action::Accepted)),
             (Command::Clear, Err(Refused::NoFault)),
             (Command::Show, Ok(Action::Show)),
+            (Command::Trace(10), Ok(Action::Trace(10))),
             (
                 Command::Set(Setting::HoldForce, 2.0),
                 Ok(Action::Set { at_restart: false }),

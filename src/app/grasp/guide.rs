@@ -40,7 +40,7 @@ impl Hint {
                 Some(Self::RecordFriction)
             }
             Event::Calibrated { calibration } => Some(Self::next::<S>(calibration, finger)),
-            // It is known as well as this step can tell: go on.
+            // It is known as well as this step can determine it: continue.
             Event::CalibrationRefused {
                 why: Refusal::Uninformative,
             } => Some(Self::next::<S>(known, finger)),

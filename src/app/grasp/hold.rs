@@ -19,7 +19,7 @@ impl ForceHold {
     }
 
     /// The current that holds `wanted_n`, at most `limit_a`, given that `current_a` makes the contact force `force_n`. None
-    /// where the two do not tell: no force, or no current above that of free motion.
+    /// where the two do not determine it: no force, or no current above that of free motion.
     pub fn current_a(
         &self,
         current_a: f32,

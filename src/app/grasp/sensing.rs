@@ -81,12 +81,11 @@ impl<S: Scene> ContactSensing<S> {
     }
 
     /// Takes over a record. Tells the motion half whether friction is known.
-    pub fn restore(&mut self, record: Record) -> Notice {
+    pub fn restore(&mut self, record: &Record) -> Notice {
         self.adjust(&record.overrides);
         self.sensor.set_calibration(record.calibration);
-        let known = record
-            .friction
-            .is_some_and(|friction| self.sensor.restore_friction(friction));
+        let friction = record.friction.as_ref();
+        let known = friction.is_some_and(|friction| self.sensor.restore_friction(friction.clone()));
         if known {
             Notice::FrictionKnown
         } else {

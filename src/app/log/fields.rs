@@ -1,4 +1,4 @@
-//! Lines as keys and values, for whoever writes them in another form than defmt's.
+//! Lines as keys and values, for programs that write them in another form than defmt's.
 
 use super::{Level, Line, Log};
 use crate::log_lines;

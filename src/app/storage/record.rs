@@ -77,11 +77,15 @@ impl Record {
         );
     }
 
-    /// Reads a record.
+    /// Reads a record and hands it over, by reference: it is long, and each move of it would be a copy on the stack.
     ///
     /// # Errors
     /// Why it must not be used.
-    pub fn decode(bytes: &[u8], scene: u32) -> Result<Self, RecordError> {
+    pub fn decode<R>(
+        bytes: &[u8],
+        scene: u32,
+        take: impl FnOnce(&Self) -> R,
+    ) -> Result<R, RecordError> {
         let (found, bytes) = bytes.split_first().ok_or(RecordError::Damaged)?;
         let (id, bytes) = bytes.split_first_chunk().ok_or(RecordError::Damaged)?;
         // The layout decides how to read on.
@@ -91,8 +95,8 @@ impl Record {
         if u32::from_le_bytes(*id) != scene {
             return Err(RecordError::OtherScene);
         }
-        match postcard::take_from_bytes::<Self>(bytes) {
-            Ok((record, [])) if record.is_plausible() => Ok(record),
+        match &postcard::take_from_bytes::<Self>(bytes) {
+            Ok((record, [])) if record.is_plausible() => Ok(take(record)),
             Ok((_, [])) => Err(RecordError::Implausible),
             Ok(_) | Err(_) => Err(RecordError::Damaged),
         }
@@ -206,7 +210,7 @@ mod tests {
     }
 
     fn decoded(bytes: &[u8]) -> Result<Record, RecordError> {
-        Record::decode(bytes, ID)
+        Record::decode(bytes, ID, Clone::clone)
     }
 
     #[test]
@@ -239,7 +243,10 @@ mod tests {
     #[test]
     fn a_foreign_scene_another_layout_and_nonsense_are_told_apart() {
         let bytes = encoded(&record());
-        assert_eq!(Record::decode(&bytes, ID ^ 1), Err(RecordError::OtherScene));
+        assert_eq!(
+            Record::decode(&bytes, ID ^ 1, |_| ()),
+            Err(RecordError::OtherScene)
+        );
         let mut newer = bytes;
         newer[0] = VERSION + 1;
         assert_eq!(

@@ -191,7 +191,7 @@ impl<'m, M: Memory> Writer<'m, M> {
         }
     }
 
-    /// Takes the next byte. Once one could not be written, the rest is of no use: [`Store::replace`] tells.
+    /// Takes the next byte. Once one could not be written, the rest is ignored: [`Store::replace`] reports it.
     pub fn push(&mut self, byte: u8) {
         if self.failed.is_none() && self.place >= RECORD_MAX + 4 {
             self.failed = Some(StoreError::TooLong);
@@ -359,7 +359,7 @@ impl<M: Memory> Store<M> {
             Ok(())
         })?;
         if matches!(result, Err(StoreError::TooLong)) {
-            // Not even begun, for whoever looks.
+            // Not begun, for a later reader.
             self.erase(page)?;
         }
         result

@@ -20,7 +20,7 @@ pub(super) enum Homing {
 /// Time from a start until the current is that of steady motion, microseconds: the reference takes 30 ms to its speed, the
 /// speed loop as long again.
 const STARTED_US: u32 = 100_000;
-/// Free way before the opening stop that tells free motion from windup, radian: 0.3 s and a backlash.
+/// Free way before the opening stop that distinguishes free motion from windup, radian: 0.3 s and a backlash.
 const RUN_UP_RAD: f32 = 0.12;
 /// Two homings on the same stop differ by less, radian: twice what one may be off by.
 const SAME_STOP_RAD: f32 = 0.025;
@@ -45,7 +45,7 @@ impl Sequence {
                 let stop_counts = self.onset.position_counts().unwrap_or(position_counts);
                 let free_counts = self.start_counts.wrapping_sub(stop_counts);
                 if self.scale.angle_rad(free_counts) < RUN_UP_RAD {
-                    // Too short a way to tell free motion from windup: take a run-up.
+                    // Too short a way to distinguish free motion from windup: take a run-up.
                     self.start_counts = position_counts;
                     self.homing = Homing::RunUp;
                     self.run_ups = self.run_ups.saturating_add(1);

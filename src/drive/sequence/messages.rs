@@ -1,4 +1,4 @@
-//! What the sequence is asked and told, and what it answers.
+//! Requests and notices to the sequence, and its directives.
 
 use super::state::State;
 use crate::drive::fault::Fault;
@@ -18,13 +18,13 @@ pub enum Request {
     Clear,
     /// Measure the offset, find the opening stop, go to the rest position.
     Home,
-    /// Record friction anew.
+    /// Record friction again.
     RecordFriction,
     /// Press against the closing stop, then open: what calibrates the cable.
     Press,
 }
 
-/// What sensing and the board tell the sequence.
+/// What sensing and the board report to the sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Notice {
     /// A contact began.
@@ -33,9 +33,9 @@ pub enum Notice {
     Settled,
     /// A friction record is there (recorded now, or loaded at start).
     FrictionKnown,
-    /// There is no friction record, or it no longer fits: the next motion records anew.
+    /// There is no friction record, or it no longer fits: the next motion records it again.
     FrictionUnknown,
-    /// The recording that just ended is of no use: nothing can be felt.
+    /// The recording that just ended is unusable: no contact can be detected.
     FrictionNotRecorded,
     /// A fault that the board or a task found.
     Fault(Fault),

@@ -1,4 +1,4 @@
-//! Speeds, currents and places of the motion sequence.
+//! Speeds, currents and positions of the motion sequence.
 
 use crate::drive::config::{Limits, OutOfRange, check};
 
@@ -23,7 +23,7 @@ pub struct Motion {
     pub probing_rad: f32,
     /// Current while holding, ampere.
     pub holding_current_a: f32,
-    /// How long to hold, second. Afterwards the worm holds by itself.
+    /// How long to hold, second. Afterwards the self-locking worm holds.
     pub holding_s: f32,
     /// Where opening ends, radian from the opening stop.
     pub rest_rad: f32,
@@ -31,7 +31,7 @@ pub struct Motion {
     pub travel_rad: f32,
 }
 
-/// Longest travel, radian: at the lowest speed no state may then last longer than the clock's 32 bits tell apart, 71 minutes.
+/// Longest travel, radian: at the lowest speed no state may then last longer than the clock's 32 bits can distinguish, 71 minutes.
 const TRAVEL_MAX_RAD: f32 = 50.0;
 
 impl Motion {

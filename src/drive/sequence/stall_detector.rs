@@ -1,4 +1,4 @@
-//! A motor that wants to move, has all the current it may have, and stands.
+//! Detects a stall: the motor stands still at its current limit.
 
 use crate::drive::demand::Status;
 

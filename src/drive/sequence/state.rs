@@ -148,7 +148,7 @@ mod tests {
                 let way_s = motion.travel_rad / speed_rad_per_s;
                 let stay_s = state.timeout_s(&motion).expect("a motion");
                 assert!(stay_s > 1.5 * way_s, "{state:?}: {stay_s} s for {way_s} s");
-                // Nor so long that a finger which does not move is told much later.
+                // Nor so long that a finger which does not move is reported much later.
                 assert!(
                     stay_s < 4.0 * way_s + 3.0,
                     "{state:?}: {stay_s} s for {way_s} s"

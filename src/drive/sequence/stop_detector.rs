@@ -1,4 +1,4 @@
-//! Where the opening stop begins, seen from the motor: behind it the cable winds up, so the place where the motor comes to
+//! Finds where the opening stop begins, seen from the motor: behind it the cable winds up, so the place where the motor comes to
 //! a stand is not the stop. The current rises in proportion to the windup; two points of the rise give its begin.
 
 /// The current is that of free motion until it exceeds the mean by this, ampere: three times the ripple of a worm's turn.
@@ -20,7 +20,7 @@ impl StopDetector {
         let free_a = *self.free_a.get_or_insert(current_a);
         let excess_a = current_a - free_a;
         if excess_a < 0.5 * STEP_A {
-            // With hysteresis: ripple on the rise must not begin it anew.
+            // With hysteresis: ripple on the rise must not restart it.
             self.first = None;
             self.second = None;
             self.free_a = Some(free_a + GAIN * excess_a);

@@ -14,7 +14,7 @@ pub(super) struct Observation<'s> {
     pub(super) now_us: u32,
     /// What the control interrupt reports.
     pub(super) status: &'s Status,
-    /// What the sequence is told.
+    /// Input to the sequence.
     pub(super) notice: Option<Notice>,
     /// Angle of the input link from the zero, radian.
     pub(super) angle_rad: f32,
@@ -124,7 +124,7 @@ impl Sequence {
 
     fn offset_measured(&mut self, seen: &Observation) -> Option<State> {
         let Status { offset, homed, .. } = *seen.status;
-        // `Known` may be the last motion's until the control interrupt has begun anew.
+        // `Known` may be the last motion's until the control interrupt has started the new one.
         self.measuring |= offset == OffsetState::Measuring;
         if !self.measuring || offset != OffsetState::Known {
             return None;

@@ -1,4 +1,4 @@
-//! Places that explain a compliance, and what they amount to.
+//! Places that explain a compliance, and their classification.
 
 /// A place where a contact explains a measured compliance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -12,7 +12,7 @@ pub struct Candidate {
     pub beyond_stiffest: bool,
 }
 
-/// What a compliance tells about the place of the contact (docs/MECHANICS.md#observability).
+/// What a compliance implies about the place of the contact (docs/MECHANICS.md#observability).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
     /// One place.
@@ -77,7 +77,7 @@ impl Inverse {
         }
     }
 
-    /// What the compliance tells.
+    /// What the compliance implies.
     pub fn class(&self) -> Class {
         self.class
     }

@@ -1,4 +1,4 @@
-//! Any finger of this crate respond; each question goes to the module that knows.
+//! Implements the questions of sensing for every finger of this crate.
 
 use super::{Contact, Free, Inverse, Mechanics, PathPoint};
 use crate::finger::inverse::{Bisection, ClosedForm, ContactStatics, PostureStiffness};

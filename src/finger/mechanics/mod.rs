@@ -51,6 +51,10 @@ pub struct PathPoint {
     pub k_now_m: f32,
     /// Normal contact force, newton, positive when pressing.
     pub force_n: f32,
+    /// Its derivative by the coefficient of contact friction, as `rotation_by_friction_rad`, newton.
+    pub force_by_friction_n: f32,
+    /// What half the phalanx's thickness adds to that, newton per metre.
+    pub force_by_friction_and_thickness_n_per_m: f32,
     /// Change of each joint's angle since contact, radian; zero for joints that the finger does not have.
     pub joints_rad: [f32; MAX_PHALANGES],
 }
@@ -121,7 +125,7 @@ pub trait Mechanics {
     /// bounded and monotone either side of the stiffest place (docs/MECHANICS.md#contact-stiffness).
     ///
     /// `torque_nm` holds the finger in equilibrium in the posture `at`; `compliance_rad_per_nm` is that of the finger
-    /// alone, 1/K_c, not negative. [`Inverse::class`] says what the compliance tells (docs/MECHANICS.md#observability).
+    /// alone, 1/K_c, not negative. [`Inverse::class`] says what the compliance implies (docs/MECHANICS.md#observability).
     /// Error against 50 digits over random fingers: median 3e-6, largest 1e-4 % of the phalanx (docs/report).
     fn locate(
         &self,

@@ -151,6 +151,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             by_k,
             by_radius,
             by_friction: [by_friction, by_thickness],
+            force_by_friction: [force_by_friction, force_by_thickness],
             by_joint_friction,
         } = local.responses(near.force)?;
         let mut at = *near;
@@ -163,6 +164,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             && local.k_now <= *reach
             && at.force >= -f32::EPSILON
             && compliance >= 0.0;
+        let force_scale = start.stiffness_scale / start.length_scale;
         let mut joints_rad = [0.0; MAX_PHALANGES];
         for (joint, delta) in joints_rad.iter_mut().zip(at.delta) {
             *joint = delta;
@@ -176,7 +178,10 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             rotation_by_friction_and_thickness_rad_per_m: by_thickness / start.length_scale,
             rotation_by_joint_friction_rad_per_nm: by_joint_friction / start.stiffness_scale,
             k_now_m: self.on_phalanx(start, local.k_now)?,
-            force_n: at.force * (start.stiffness_scale / start.length_scale),
+            force_n: at.force * force_scale,
+            force_by_friction_n: force_by_friction * force_scale,
+            force_by_friction_and_thickness_n_per_m: force_by_thickness * force_scale
+                / start.length_scale,
             joints_rad,
         };
         let finite = [rotation_rad, compliance, by_k, by_radius, point.force_n]

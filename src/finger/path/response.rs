@@ -41,8 +41,9 @@ pub(super) struct Responses<const N: usize> {
     /// The same by the contact radius.
     pub(super) by_radius: f32,
     /// The same by the coefficient of contact friction for a phalanx without thickness, and what a unit of half the
-    /// thickness adds.
+    /// thickness adds; with the change of the contact force.
     pub(super) by_friction: [f32; 2],
+    pub(super) force_by_friction: [f32; 2],
     /// The same by a torque that opposes the turning of each joint but the first.
     pub(super) by_joint_friction: f32,
 }
@@ -160,6 +161,7 @@ impl<const N: usize> Linearization<N> {
                 dot(&self.gear.x, &by_friction.delta),
                 dot(&self.gear.x, &by_thickness.delta),
             ],
+            force_by_friction: [by_friction.force, by_thickness.force],
             by_joint_friction: dot(&self.gear.x, &by_joint_friction.delta),
         })
     }

@@ -1,13 +1,13 @@
-//! Where a record lies that was taken with another zero of the encoder.
+//! Aligns a friction record that was taken with another zero of the encoder.
 //!
-//! A restart finds a new zero at the opening stop, some milliradians beside the old one, and friction goes up and down with
-//! the turn of the worm: the record must be shifted by what the zeros differ, or leaves what passes for a contact, or for
-//! less than friction. The first free motion of a closing tells by how much. Some shifts are tried side by side: a Kalman
+//! A restart finds a new zero at the opening stop, some milliradians from the old one, and friction is periodic with
+//! the turn of the worm: the record must be shifted by the difference of the zeros, or leaves a residual that looks like a
+//! contact or like less than friction. The first free motion of a closing shows by how much. Some shifts are tried side by side: a Kalman
 //! filter whitens what each of them leaves of a wander and a level (a level that is off is no shift), and the squares and
 //! the homings' spread make its posterior. Where friction is even, nothing bends the squares, and the spread keeps the
 //! shift small. How sure it is enters the noise model of the closing that follows.
 //!
-//! A motion that no shift explains is no free one, or the record is of no use: that shows after some blocks, long before the
+//! A motion that no shift explains is no free one, or the record is unusable: that shows after some blocks, long before the
 //! motor has pressed hard.
 
 use super::Friction;
@@ -29,7 +29,7 @@ const WAY_RAD: f32 = 0.2;
 const UNLIKE: f32 = 4.0;
 const MORE_BLOCKS: f32 = 6.0;
 
-/// What the motion so far tells.
+/// What the motion so far shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Aligned {
     /// Too little yet.

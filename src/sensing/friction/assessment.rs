@@ -1,4 +1,4 @@
-//! What a pass of free motion teaches: the likelihood of each kind of wander, and a better record.
+//! Learns from a pass of free motion: the likelihood of each kind of wander, and a better record.
 //!
 //! The bins of a pass are taken as a smooth curve over the position, harmonics of the worm, an Ornstein-Uhlenbeck process
 //! in time and white noise. Curve and harmonics are marginalised with a flat prior, the size of the white noise takes its
@@ -20,9 +20,9 @@ const CURVE: usize = 5;
 const COLUMNS: usize = CURVE + 2 * HARMONICS;
 /// With the values themselves as the last column.
 const ALL: usize = COLUMNS + 1;
-/// Fewest bins that a pass must fill to tell anything.
+/// Fewest bins that a pass must fill to be of use.
 pub const LEAST_BINS: usize = 40;
-/// Way that a pass must cover for the worm's harmonics to be told from the curve, turns of the worm.
+/// Way that a pass must cover for the worm's harmonics to be distinguished from the curve, turns of the worm.
 const LEAST_TURNS: f32 = 1.5;
 /// A record is the mean of so many passes at most: what is new counts at least one over this.
 const PASSES_MAX: u8 = 8;
@@ -52,7 +52,7 @@ pub struct Assessment {
 }
 
 impl Assessment {
-    /// Begins with a pass. None where it is too short to tell anything.
+    /// Begins with a pass. None where it is too short to be of use.
     pub fn new(pass: Pass, record: &Friction) -> Option<Self> {
         let ends = pass.bins.ends()?;
         let (first, last) = ends;

@@ -1,4 +1,4 @@
-//! What goes up and down with the turn of the worm.
+//! Friction periodic with the turn of the worm.
 
 use crate::numeric::sin_cos;
 use core::f32::consts::TAU;

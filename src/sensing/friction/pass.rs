@@ -1,4 +1,4 @@
-//! One motion in one direction, as far as it was free.
+//! One motion in one direction, up to where it was free.
 
 use super::Friction;
 use super::bins::{BINS, Bins};

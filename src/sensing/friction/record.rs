@@ -35,7 +35,7 @@ pub struct Friction {
     pub opening_nm: f32,
     /// White noise of a block's torque: variance times the duration of the block, newton metre squared second.
     pub white_nm2_s: f32,
-    /// What free passes told of the wander.
+    /// Evidence of free passes about the wander.
     pub evidence: Evidence,
 }
 

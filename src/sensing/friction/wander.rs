@@ -1,8 +1,8 @@
-//! How much friction wanders, and how fast: what a record cannot know.
+//! Size and rate of the friction's wander, which a record cannot contain.
 //!
 //! Friction is taken as what the record says plus an Ornstein-Uhlenbeck process in time plus white noise of the
 //! measurement. Size and time constant come from free motion alone, by marginal likelihood over a grid
-//! ([`Assessment`](super::Assessment)); each free pass adds its logarithms to the grid. A short record tells the rate at
+//! ([`Assessment`](super::Assessment)); each free pass adds its logarithms to the grid. A short record determines the rate at
 //! which the wander grows well and its time constant hardly at all: the detection of a contact needs the first only.
 
 use crate::numeric::{Bounded, exp, ln, sqrt};
@@ -50,7 +50,7 @@ impl Hypothesis {
     }
 }
 
-/// What free motion has told of the wander: logarithms of the likelihood over the grid.
+/// What free motion has shown of the wander: logarithms of the likelihood over the grid.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
     /// Logarithm of the likelihood of each point but for a constant, the time constants one after the other.
@@ -68,7 +68,7 @@ impl Evidence {
         self.ln_likelihood.iter().all(|value| value.is_finite())
     }
 
-    /// Adds what another pass tells. One that is not finite is left out.
+    /// Adds the evidence of another pass. One that is not finite is left out.
     pub fn add(&mut self, pass: &Self) {
         if !pass.is_valid() {
             return;
@@ -114,7 +114,7 @@ impl Evidence {
     }
 }
 
-/// Friction that has wandered since it was recorded: the noise model of whoever judges a residual.
+/// Friction that has wandered since it was recorded: the noise model of those who judge a residual.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wander {
     /// Standard deviation of the Ornstein-Uhlenbeck share of a residual (of this closing and of the record's passes
@@ -129,7 +129,7 @@ pub struct Wander {
 }
 
 impl Wander {
-    /// From what free motion told: `white_nm2_s` is the variance of the white noise times the duration of its block,
+    /// From the evidence of free motion: `white_nm2_s` is the variance of the white noise times the duration of its block,
     /// `friction_nm` the mean friction, `passes` those in the record, `speed_ratio` the speed now over the record's.
     pub fn new(
         evidence: &Evidence,

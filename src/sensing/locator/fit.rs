@@ -162,7 +162,7 @@ impl<X: Series> Fit<X> {
     /// Moves the trial by the step that looks best; false if that promises nothing.
     fn advance(&mut self, scaling: &Scaling) -> bool {
         let mut held = [false; UNKNOWNS];
-        // A bound that is met takes its unknown out; the others are sought anew.
+        // A bound that is met takes its unknown out; the others are solved again.
         for _ in 0..=2 {
             let mut normal = self.normal;
             for unknown in (0..UNKNOWNS).filter(|unknown| held[*unknown]) {
@@ -193,7 +193,7 @@ impl<X: Series> Fit<X> {
         true
     }
 
-    /// What the fit tells where it stands.
+    /// The fit's result so far.
     pub(super) fn fitted(&mut self) -> Option<Fitted> {
         let (has_place, length_m) = (self.hypothesis.has_place(), self.hypothesis.length_m);
         let factor = self.normal.factor(0.0)?;
@@ -287,7 +287,7 @@ impl<X: Series> Fit<X> {
                 .add_prior(unknown, self.prior_pull(unknown, prior), weight);
         }
         let mut points = 0;
-        for point in data.points {
+        for point in data.points.iter().filter(|point| point.blocks > 0) {
             let prediction = model.next(point)?;
             points += 1;
             let mut row = Row {

@@ -1,4 +1,4 @@
-//! Where is the contact, and how round the object: the whole torque-angle curve against the finger's exact path
+//! Locates the contact and estimates its radius: the whole torque-angle curve against the finger's exact path
 //! (docs/MECHANICS.md#finite-torque-step, docs/MECHANICS.md#estimation-from-recordings).
 //!
 //! A hypothesis is a phalanx, on one side of its stiffest place. For each of some contact radii the location is fitted
@@ -12,7 +12,7 @@
 //! |---|---|
 //! | `prior` | what is known before, and the unknowns |
 //! | `model` | the torque predicted at the measured angles, with its derivatives |
-//! | `noise` | what of a residual the points before tell |
+//! | `noise` | the part of a residual that earlier points predict |
 //! | `fit` | one fit, a pass over the curve at a time |
 //! | `starts` | hypotheses and where their fits begin: the finger's inverse, and beside it |
 //! | `posterior` | the verdict |
@@ -30,7 +30,8 @@ pub use posterior::{Estimate, Verdict, ln_likelihood};
 pub use prior::{Place, Prior};
 
 use crate::finger::{Class, Free, Mechanics};
-use crate::sensing::curve::{POINTS, Point};
+use crate::numeric::Bounded;
+use crate::sensing::curve::Point;
 use crate::sensing::{Calibration, Drivetrain, Series};
 use fit::{Fit, Fitted, Hypothesis, Progress};
 use model::{Hold, Model};
@@ -88,8 +89,8 @@ struct Track {
 #[derive(Clone, Debug)]
 pub struct Locator<X: Series> {
     tracks: heapless::Vec<Track, MOST>,
-    /// Points of this round.
-    points: heapless::Vec<Point, POINTS>,
+    /// How many of the curve's points belong to this round.
+    number: usize,
     fit: Option<Fit<X>>,
     /// The hypothesis whose turn it is, the radius in [`ORDER`], and the start.
     track: usize,
@@ -108,7 +109,7 @@ impl<X: Series> Default for Locator<X> {
     fn default() -> Self {
         Self {
             tracks: heapless::Vec::new(),
-            points: heapless::Vec::new(),
+            number: 0,
             fit: None,
             track: 0,
             order: 0,
@@ -127,32 +128,28 @@ impl<X: Series> Locator<X> {
         self.under_way
     }
 
-    /// Begins a round on what the curve is now, `points` by rising angle; false if that is too little. The last one is
-    /// thorough whatever was found before.
-    pub fn begin<'a, F: Mechanics>(
+    /// Begins a round on the points so far; false if that is too little. The last one is thorough whatever was found before.
+    /// Until the round is over the points that it began with must stay as they are; others may join.
+    pub fn begin<F: Mechanics>(
         &mut self,
         finger: &F,
-        points: impl Iterator<Item = &'a Point> + Clone,
-        (origin_rad, drivetrain): (f32, &Drivetrain),
+        data: &Data,
         prior: &Prior<X>,
         near: &F::Configuration,
         last: bool,
     ) -> bool {
-        self.points.clear();
         self.fit = None;
         (self.track, self.order, self.start) = (0, 0, 0);
-        let top_nm = points
-            .clone()
-            .map(|point| point.excess_nm)
-            .fold(0.0, f32::max);
+        let top_nm = (data.points.iter()).fold(0.0f32, |top, point| point.excess_nm.at_least(top));
         let limit_nm = SHARES.get(self.share).copied().unwrap_or(1.0) * top_nm;
         let mut since = 0;
-        for point in points {
-            since += usize::from(point.time_s >= 0.0);
+        self.number = 0;
+        for point in data.points {
+            since += usize::from(point.blocks > 0 && point.time_s >= 0.0);
             if point.excess_nm > limit_nm && since > LEAST_POINTS {
                 break;
             }
-            let _ = self.points.push(*point);
+            self.number += 1;
         }
         self.under_way = since >= LEAST_POINTS && top_nm > 0.0;
         if !self.under_way {
@@ -160,11 +157,7 @@ impl<X: Series> Locator<X> {
         }
         self.thorough = last || self.tracks.is_empty();
         if self.thorough {
-            let data = Data {
-                points: &self.points,
-                origin_rad,
-                drivetrain,
-            };
+            let data = self.of_round(data);
             let (tracks, class) = starts::tracks(finger, &data, prior, near);
             self.class = class;
             self.tracks = tracks;
@@ -173,28 +166,31 @@ impl<X: Series> Locator<X> {
         self.under_way
     }
 
+    fn of_round<'a>(&self, data: &Data<'a>) -> Data<'a> {
+        Data {
+            points: data.points.get(..self.number).unwrap_or(data.points),
+            ..*data
+        }
+    }
+
     /// One pass over the curve. True when that ends the round: then there is a verdict.
     pub fn step<F: Mechanics>(
         &mut self,
         finger: &F,
-        (origin_rad, drivetrain): (f32, &Drivetrain),
+        data: &Data,
         prior: &Prior<X>,
         near: &F::Configuration,
     ) -> bool {
         if !self.under_way {
             return false;
         }
+        let data = self.of_round(data);
         if self.fit.is_none() {
             self.fit = self.next_fit(prior);
         }
         let Some(fit) = &mut self.fit else {
             self.under_way = false;
             return true;
-        };
-        let data = Data {
-            points: &self.points,
-            origin_rad,
-            drivetrain,
         };
         let progress = fit.step(finger, &data, prior, near);
         if progress == Progress::UnderWay {
@@ -221,7 +217,7 @@ impl<X: Series> Locator<X> {
     /// What a fit at a known place or at the stop teaches, with its mean square residual.
     pub fn learned(&mut self, prior: &Prior<X>) -> Option<(Calibration, f32)> {
         let (calibration, chi_square) = self.fit.as_mut()?.learned(prior)?;
-        Some((calibration, chi_square / self.points.len() as f32))
+        Some((calibration, chi_square / self.number as f32))
     }
 
     /// Leaves the round under way.

@@ -72,6 +72,8 @@ pub(super) struct Model<'a, F: Mechanics, X> {
     /// The last point of the path.
     last: PathPoint,
     last_torque_nm: f32,
+    /// Torque that was last sought.
+    torque_nm: f32,
     ended: bool,
     series: PhantomData<X>,
 }
@@ -124,6 +126,7 @@ impl<'a, F: Mechanics, X: Series> Model<'a, F, X> {
             before_nm: [0.0; 2],
             last: PathPoint::default(),
             last_torque_nm: 0.0,
+            torque_nm: 0.0,
             ended: false,
             series: PhantomData,
         })
@@ -171,6 +174,7 @@ impl<'a, F: Mechanics, X: Series> Model<'a, F, X> {
         let factor = values[FACTOR];
         let least_nm = self.contact_nm + LEAST_RISE_NM;
         let mut torque_nm = (factor * near_nm + point.free_nm).at_least(least_nm);
+        self.torque_nm = torque_nm;
         if let Some(path) = &mut self.path
             && !self.ended
         {
@@ -225,6 +229,15 @@ impl<'a, F: Mechanics, X: Series> Model<'a, F, X> {
             slopes,
             variance_nm2,
         })
+    }
+
+    /// Contact force where the path has been followed to, newton.
+    pub(super) fn force_n(&self) -> f32 {
+        let rubbing_n = self.last.force_by_friction_n
+            + self.half_thickness_m * self.last.force_by_friction_and_thickness_n_per_m;
+        let force_n = self.last.force_n + self.values[FRICTION] * rubbing_n;
+        // Beyond the end of the path the force goes on with the torque.
+        force_n * (self.torque_nm / self.last_torque_nm).at_least(0.0)
     }
 
     /// Follows the path to a measured angle after the last point: the end is where the finger is then.

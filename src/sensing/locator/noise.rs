@@ -106,7 +106,7 @@ impl<'a> Whitening<'a> {
         }
     }
 
-    /// Takes what the points before tell off a row, and learns from what is left; `past_rad` is how far beyond the onset
+    /// Subtracts from a row what earlier points predict, and learns from what is left; `past_rad` is how far beyond the onset
     /// the point ends.
     pub(super) fn whiten(&mut self, point: &Point, past_rad: f32, row: &mut Row) {
         let turns = point.counts * self.worm_per_count;

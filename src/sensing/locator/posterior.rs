@@ -1,12 +1,12 @@
-//! The verdict: all fits together, each as likely as its evidence says.
+//! The posterior: all fits, each weighted by its evidence.
 
 use super::fit::Fitted;
 use super::model::Hold;
 use super::prior::{K, Scaling};
-use super::{Free, Locator, Model, Prior, RADII_M, Track, fit};
+use super::{Data, Free, Locator, Model, Prior, RADII_M, Track, fit};
 use crate::finger::{Class, MAX_PHALANGES, Mechanics};
 use crate::numeric::{Bounded, exp, ln, sqrt};
-use crate::sensing::{Drivetrain, NotLocated, Series};
+use crate::sensing::{Calibration, NotLocated, Series};
 
 /// Probability below which another phalanx, or another place on the same, is not worth a word.
 const UNLIKELY: f32 = 0.05;
@@ -74,7 +74,7 @@ impl<X: Series> Locator<X> {
     // Not inlined: what it says is written where it stays.
     #[inline(never)]
     pub fn verdict(&self, prior: &Prior<X>, bonus: impl Fn(&Estimate) -> f32) -> Verdict {
-        if self.under_way || self.points.is_empty() {
+        if self.under_way || self.number == 0 {
             return Verdict::Undecided;
         }
         let spread = self.spread();
@@ -128,13 +128,13 @@ impl<X: Series> Locator<X> {
 
     /// Whether any hypothesis explains the curve.
     pub fn explains(&self) -> bool {
-        let points = self.points.len() as f32;
+        let points = self.number as f32;
         self.chi_square() <= points + MISFIT_SIGMAS * sqrt(2.0 * points)
     }
 
     /// Mean square residual of the likeliest hypothesis, in variances; at least 1.
     fn spread(&self) -> f32 {
-        (self.chi_square() / self.points.len() as f32)
+        (self.chi_square() / self.number as f32)
             .at_least(1.0)
             .at_most(1e6)
     }
@@ -170,11 +170,12 @@ impl<X: Series> Locator<X> {
         &self,
         estimate: &Estimate,
         finger: &F,
-        (origin_rad, drivetrain): (f32, &Drivetrain),
+        data: &Data,
         prior: &Prior<X>,
         near: &F::Configuration,
         measured_rad: f32,
     ) -> Option<State<F::Configuration>> {
+        let data = self.of_round(data);
         let scaling = Scaling::of(prior, estimate.length_m);
         let force_at = |k: f32| -> Option<(f32, Free<F::Configuration>, [f32; MAX_PHALANGES])> {
             let mut x = estimate.best.x;
@@ -188,27 +189,29 @@ impl<X: Series> Locator<X> {
             };
             let mut model = Model::<F, X>::new(
                 finger,
-                (origin_rad, drivetrain),
+                (data.origin_rad, data.drivetrain),
                 &values,
                 prior.half_thickness_m,
                 hold,
                 &onset,
             )?;
-            for point in &self.points {
+            for point in data.points.iter().filter(|point| point.blocks > 0) {
                 model.next(point)?;
             }
-            model.follow_to(measured_rad, self.points.last()?)?;
-            Some((model.end().force_n, onset, model.end().joints_rad))
+            model.follow_to(measured_rad, data.points.last()?)?;
+            Some((model.force_n(), onset, model.end().joints_rad))
         };
         let (force_n, onset, joints_rad) = force_at(0.0)?;
         let beside = estimate.k_sigma_m / estimate.length_m;
         let other = force_at(beside).or_else(|| force_at(-beside));
         let moved_n = other.map_or(0.0, |(other, ..)| other - force_n);
-        let spring_n = SPRING_SIGMA * force_n;
+        let [springs, sigma] = springs(&prior.calibration);
+        let spring_n = sigma * force_n;
+        let sigma_n = sqrt(moved_n * moved_n * springs * springs + spring_n * spring_n);
         Some(State {
             force: Force {
-                force_n,
-                sigma_n: sqrt(moved_n * moved_n + spring_n * spring_n),
+                force_n: springs * force_n,
+                sigma_n,
             },
             onset,
             joints_rad,
@@ -216,9 +219,21 @@ impl<X: Series> Locator<X> {
     }
 }
 
-/// Deviation of the springs' stiffness from the scene's, as a share: 10 %, uniform (R). A location does not ask for it, a
+/// Variance of the springs' stiffness from the scene's, as a share: 10 %, uniform (R). A location does not ask for it, a
 /// force does.
-const SPRING_SIGMA: f32 = 0.058;
+const SPRING_VARIANCE: f32 = 0.0034;
+/// Share of it in the variance of the torque factor before any calibration, efficiency over stiffness: what a calibration
+/// finds of the factor is so far the springs'.
+const SPRING_SHARE: f32 = 0.25;
+
+/// The springs' stiffness over the scene's, by what is known of the torque factor, with its standard deviation.
+fn springs(calibration: &Calibration) -> [f32; 2] {
+    let mean = exp(-SPRING_SHARE * ln(calibration.torque_factor));
+    let sigma = calibration.torque_factor_sigma;
+    let variance =
+        (1.0 - SPRING_SHARE) * SPRING_VARIANCE + SPRING_SHARE * SPRING_SHARE * sigma * sigma;
+    [mean, mean * sqrt(variance)]
+}
 
 /// The finger at an estimate.
 #[derive(Clone, Copy, Debug)]
@@ -292,7 +307,7 @@ impl Estimate {
         self.phalanx <= 1 || (self.phalanx == 2 && self.k_m < JOINT_SHARE * self.length_m)
     }
 
-    /// Whether both are one place for all that their deviations tell.
+    /// Whether both are one place within their deviations.
     fn is_as(&self, other: &Self) -> bool {
         self.phalanx == other.phalanx
             && (self.k_m - other.k_m).abs() < self.k_sigma_m + other.k_sigma_m

@@ -1,4 +1,4 @@
-//! What is known before a fit, and the unknowns that it leaves.
+//! Priors of a fit, and its unknowns.
 
 use super::noise::Noise;
 use crate::numeric::Bounded;

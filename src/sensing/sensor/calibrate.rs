@@ -1,4 +1,4 @@
-//! Calibration: what a contact at a known place or a press on the closing stop teaches.
+//! Calibration from a contact at a known place or a press on the closing stop.
 
 use super::contact::Contact;
 use super::known::Known;

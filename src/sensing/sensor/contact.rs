@@ -1,4 +1,4 @@
-//! A contact: its curve grows, the locator goes on a pass at a time, and what it finds is told.
+//! A contact: collects its curve, runs the locator one pass at a time, and reports what it finds.
 
 use super::known::Known;
 use super::search::{Begun, Past};
@@ -9,7 +9,7 @@ use crate::sensing::block::Block;
 use crate::sensing::curve::{Curve, Point};
 use crate::sensing::joint::JointSensor;
 use crate::sensing::location::Series;
-use crate::sensing::locator::{self, Estimate, Locator, Noise, Place, Prior, Verdict};
+use crate::sensing::locator::{self, Data, Estimate, Locator, Noise, Place, Prior, Verdict};
 use crate::sensing::{Directive, Event, NotLocated};
 use core::marker::PhantomData;
 
@@ -28,11 +28,11 @@ const ENOUGH: f32 = 0.95;
 const STOP_MARGIN_RAD: f32 = 0.01;
 /// Samples between two passes of the locator after the motion: samples must not pile up meanwhile.
 const SAMPLES_PER_PASS: u8 = 4;
-/// Deviation of k, as a share of the phalanx, from which on no location is told: the curve does not depend on the place.
+/// Deviation of k, as a share of the phalanx, from which on no location is reported: the curve does not depend on the place.
 const VAGUE: f32 = 0.25;
-/// A location is told anew when its deviation has shrunk by this factor.
+/// A location is reported again when its deviation has shrunk by this factor.
 const SHARPER: f32 = 0.75;
-/// Share of the torque limit from which on a proximal contact is told: before it may be one near the joint.
+/// Share of the torque limit from which on a proximal contact is reported: before it may be one near the joint.
 const SURE_PROXIMAL: f32 = 0.5;
 /// Error of the friction beyond the record, continued periodically, as a share of its unevenness within (R, chosen).
 const UNSURE_BEYOND: f32 = 0.15;
@@ -56,7 +56,7 @@ pub(super) struct Contact<R, X: Series> {
     /// The torque as the cable's creep feels it, and when it was last brought up to date.
     late_nm: f32,
     late_us: u64,
-    /// The last block: it joins the curve when its neighbour has told its acceleration.
+    /// The last block: it joins the curve when its neighbour has given its acceleration.
     waiting: Past<R>,
     reported: Reported,
     stage: Stage,
@@ -95,7 +95,7 @@ impl<R, X: Series> Contact<R, X> {
 }
 
 impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
-    /// A contact is decided: from here on it is what is in hand.
+    /// A contact is decided: it becomes the current stage.
     // Not inlined: the curve lies on the stack meanwhile, and should not for the other users of the caller's frame.
     #[inline(never)]
     pub(super) fn begin_contact(&mut self, block: &Block, begun: &Begun) {
@@ -322,17 +322,26 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         }
     }
 
+    /// The curve as the locator has it.
+    fn data<'a>(&'a self, curve: &Curve, points: &'a [Point]) -> Data<'a> {
+        Data {
+            points,
+            origin_rad: self.drivetrain.closing_rad(curve.origin_counts()),
+            drivetrain: &self.drivetrain,
+        }
+    }
+
     fn begin_round(&self, contact: &mut Contact<H::Reading, X>, last: bool) -> bool {
         let prior = self.prior(contact);
-        let origin_rad = self.drivetrain.closing_rad(contact.curve.origin_counts());
-        contact.locator.begin(
-            &self.finger,
-            contact.curve.points(),
-            (origin_rad, &self.drivetrain),
-            &prior,
-            &self.posture,
-            last,
-        )
+        let Contact { curve, locator, .. } = contact;
+        // A point that is being filled would change while the round goes on.
+        let points = if last {
+            curve.points()
+        } else {
+            curve.complete()
+        };
+        let data = self.data(curve, points);
+        locator.begin(&self.finger, &data, &prior, &self.posture, last)
     }
 
     /// One pass of the locator; true at the end of a round.
@@ -340,13 +349,9 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     #[inline(never)]
     fn pass(&self, contact: &mut Contact<H::Reading, X>) -> bool {
         let prior = self.prior(contact);
-        let origin_rad = self.drivetrain.closing_rad(contact.curve.origin_counts());
-        contact.locator.step(
-            &self.finger,
-            (origin_rad, &self.drivetrain),
-            &prior,
-            &self.posture,
-        )
+        let Contact { curve, locator, .. } = contact;
+        let data = self.data(curve, curve.points());
+        locator.step(&self.finger, &data, &prior, &self.posture)
     }
 
     /// Says what is new at the end of a round; `last` is the last word.
@@ -434,11 +439,11 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             p_phalanx,
             ..
         } = estimate;
-        let origin_rad = self.drivetrain.closing_rad(contact.curve.origin_counts());
+        let data = self.data(&contact.curve, contact.curve.points());
         let state = contact.locator.state(
             estimate,
             &self.finger,
-            (origin_rad, &self.drivetrain),
+            &data,
             prior,
             &self.posture,
             self.drivetrain.closing_rad(self.position_counts),
@@ -457,7 +462,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             k_m,
             sigma_m,
         };
-        // Half of itself or more: the curve does not tell.
+        // Half of itself or more: the curve does not determine it.
         let (radius_m, radius_sigma_m) = if estimate.radius_sigma_m < 0.5 * estimate.radius_m {
             (estimate.radius_m, estimate.radius_sigma_m)
         } else {

@@ -1,4 +1,4 @@
-//! What every stage works with: the finger, what is known of its drivetrain, and what is to be told.
+//! What every stage works with: the finger, what is known of its drivetrain, and the events to report.
 
 use crate::finger::{Free, Mechanics};
 use crate::sensing::joint::JointSensor;

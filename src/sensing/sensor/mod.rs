@@ -26,7 +26,7 @@ use known::Known;
 use record::Learning;
 use search::{Found, Search};
 
-/// What is in hand. Never two at a time: they share their memory.
+/// The current stage. Never two at a time: they share their memory.
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "there is no heap to put one on")]
 enum Work<R, X: Series> {
@@ -136,8 +136,8 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
         valid
     }
 
-    /// What the samples from now on are good for. A contact in hand is judged with what is there; the same directive
-    /// again starts anew.
+    /// What the samples from now on are good for. A contact under way is judged with the samples so far; the same directive
+    /// again restarts the stage.
     pub fn direct(&mut self, directive: Directive) {
         let known = &mut self.known;
         if matches!(directive, Directive::RecordFriction) {
@@ -160,7 +160,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
         self.work = Work::Nothing;
     }
 
-    /// Takes a sample; tells at most one thing. Typically some hundred instructions; every block of a contact, and
+    /// Takes a sample; returns at most one event. Typically some hundred instructions; every block of a contact, and
     /// after its end for some tens of samples, one step of a fit.
     // A symbol of its own, so that its instructions can be counted on the chip.
     #[inline(never)]

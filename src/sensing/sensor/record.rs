@@ -1,4 +1,4 @@
-//! Free motion, recorded: a record on demand, and what every closing since adds to it.
+//! Records free motion: on demand, and from the free part of every closing since.
 
 use super::known::Known;
 use super::search::Past;

@@ -1,4 +1,4 @@
-//! The finger closes and nothing is felt yet: the detector on what the friction record leaves of each block.
+//! The closing before a contact: runs the detector on what the friction record leaves of each block.
 
 use super::Work;
 use super::known::Known;
@@ -76,7 +76,7 @@ impl<R> Search<R> {
         (suspect.ln_ratio > SUSPICIOUS).then_some(suspect)
     }
 
-    /// Becomes what is in hand.
+    /// Becomes the current stage.
     // Not inlined: so it does not take room in the frame from which everything else is called.
     #[inline(never)]
     pub(super) fn begin<X: Series>(work: &mut Work<R, X>) {
@@ -88,7 +88,7 @@ impl<R> Search<R> {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Found {
     Nothing,
-    /// No contact comes of this closing; why has been told.
+    /// This closing gives no contact; why has been reported.
     Over,
     Contact(Begun),
 }
@@ -147,7 +147,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
                     self.shift_sigma_counts = sigma_counts;
                 }
                 Aligned::Nowhere { misfit_nm } => {
-                    // Whatever is there, no place could be told of it: the finger opens, and friction is recorded first.
+                    // Whatever is there, it could not be located: the finger opens, and friction is recorded first.
                     self.tell(Event::FrictionStale { misfit_nm });
                     self.tell(Event::FrictionNotRecorded { coverage: 0.0 });
                     return Found::Over;
@@ -219,7 +219,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             friction_nm: friction.mean_nm()?,
         };
         let mut wander = friction.wander(way_rad / block.duration_s);
-        // What a shift that is off leaves goes up and down with the worm, about as slowly as friction wanders.
+        // A wrong shift leaves a residual periodic with the worm, about as slowly as friction wanders.
         let shifted_nm = friction.steepness_nm_per_count() * self.shift_sigma_counts;
         wander.rms_nm = sqrt(wander.rms_nm * wander.rms_nm + shifted_nm * shifted_nm);
         Some(Detector::new(test, wander))

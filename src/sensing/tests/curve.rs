@@ -19,17 +19,16 @@ fn bins_grow_and_keep_their_means() {
         let excess = 1e-3 * i as f32;
         sum += excess;
         curve.push((i32::MAX - 500).wrapping_add(1000 * i), point(excess));
-        assert!(curve.points().count() <= POINTS);
+        assert!(curve.points().len() <= POINTS);
     }
-    let blocks: u32 = curve.points().map(|p| u32::from(p.blocks)).sum();
+    let filled = || curve.points().iter().filter(|p| p.blocks > 0);
+    let blocks: u32 = filled().map(|p| u32::from(p.blocks)).sum();
     assert_eq!(blocks, 200);
-    let mean: f32 = curve
-        .points()
-        .map(|p| p.excess_nm * f32::from(p.blocks))
-        .sum();
+    assert!(curve.complete().len() + 1 >= curve.points().len());
+    let mean: f32 = filled().map(|p| p.excess_nm * f32::from(p.blocks)).sum();
     assert!((mean - sum).abs() < 1e-3);
     let mut last = 0;
-    for p in curve.points() {
+    for p in filled() {
         // On the line, and as much surer as it has blocks.
         assert!((p.excess_nm - 1e-6 * p.counts).abs() < 1e-6);
         assert!((p.variance_nm2 * f32::from(p.blocks) - 1e-6).abs() < 1e-9);
@@ -37,7 +36,7 @@ fn bins_grow_and_keep_their_means() {
         assert!(p.blocks >= last || p.counts > 190_000.0);
         last = p.blocks;
     }
-    assert_eq!(curve.points().next().map(|p| p.blocks), Some(1));
+    assert_eq!(filled().next().map(|p| p.blocks), Some(1));
 }
 
 #[test]
@@ -54,10 +53,10 @@ fn what_lies_before_or_is_no_number_is_ignored() {
     );
     curve.push_before(0, 0, 0, point(f32::NAN));
     curve.push_before(7, 2, 0, point(1.0));
-    assert_eq!(curve.points().count(), 0);
-    assert!(curve.last().is_none());
+    let filled = |curve: &Curve| curve.points().iter().filter(|p| p.blocks > 0).count();
+    assert_eq!(filled(&curve), 0);
     curve.push(i32::MAX, point(1.0));
-    assert_eq!(curve.points().count(), 1);
+    assert_eq!(filled(&curve), 1);
 }
 
 #[test]
@@ -67,7 +66,7 @@ fn what_was_before_is_kept_apart() {
         curve.push_before(i, 60, 1000 * i as i32, point(0.0));
     }
     curve.push(60_000, point(0.01));
-    let points: Vec<&Point> = curve.points().collect();
+    let points = curve.points();
     assert_eq!(points.len(), 5);
     assert!(
         points
@@ -75,7 +74,7 @@ fn what_was_before_is_kept_apart() {
             .all(|pair| pair[0].counts < pair[1].counts)
     );
     assert_eq!(points[0].blocks, 15);
-    assert_eq!(curve.last(), Some(points[4]));
+    assert_eq!(points[4].blocks, 1);
 }
 
 #[test]

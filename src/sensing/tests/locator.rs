@@ -2,7 +2,7 @@ use super::{Noise as Random, drivetrain};
 use crate::finger::{Contact, Mechanics};
 use crate::scene::{Linkage3, P70, Scene, Tendon2};
 use crate::sensing::curve::Point;
-use crate::sensing::locator::{Estimate, Locator, Noise, Place, Prior, Verdict};
+use crate::sensing::locator::{Data, Estimate, Locator, Noise, Place, Prior, Verdict};
 use crate::sensing::{Cable, Calibration, NotLocated};
 use core::marker::PhantomData;
 
@@ -130,13 +130,17 @@ fn locate<F: Mechanics>(
     prior: &Prior<Cable>,
 ) -> Locator<Cable> {
     let drivetrain = drivetrain();
-    let frame = (onset_rad - 0.05, &drivetrain);
+    let points = thinned(points);
+    let data = Data {
+        points: &points,
+        origin_rad: onset_rad - 0.05,
+        drivetrain: &drivetrain,
+    };
     let near = finger.rest();
     let mut locator = Locator::default();
-    let points = thinned(points);
-    if locator.begin(finger, points.iter(), frame, prior, &near, true) {
+    if locator.begin(finger, &data, prior, &near, true) {
         let mut passes = 0;
-        while !locator.step(finger, frame, prior, &near) {
+        while !locator.step(finger, &data, prior, &near) {
             passes += 1;
             assert!(passes < 1000);
         }

@@ -9,7 +9,7 @@ fn sensor() -> Sensor<<P70 as Scene>::Finger> {
     Sensor::new(finger, drivetrain, P70::settings(), P70::UNCALIBRATED)
 }
 
-/// Every number that an event carries, except a radius that the curve does not tell.
+/// Every number that an event carries, except a radius that the curve does not determine it.
 fn numbers(event: &Event) -> Vec<f32> {
     match *event {
         Event::FrictionRecorded {

@@ -246,19 +246,14 @@ impl Adc {
         self.running.map(|running| running.done)
     }
 
-    /// Ends the conversion that is due; `volts` gives the voltage at a channel each time it is sampled.
-    pub(crate) fn finish(
-        &mut self,
-        now: Ticks,
-        adc_clock: Ticks,
-        mut volts: impl FnMut(u32) -> f64,
-    ) {
+    /// Ends the conversion that is due; `volts` gives the voltage at a channel, the same for every sample of an instant.
+    pub(crate) fn finish(&mut self, now: Ticks, adc_clock: Ticks, volts: impl FnOnce(u32) -> f64) {
         let Some(Running { group, rank, done }) = self.running.filter(|r| r.done <= now) else {
             return;
         };
         let channel = self.channel(group, rank);
         let ratio = self.ratio(group);
-        let sum: u32 = (0..ratio).map(|_| code(volts(channel))).sum();
+        let sum = ratio * code(volts(channel));
         let shift = if ratio > 1 {
             self.bank[CFGR2] >> 5 & 0xF
         } else {

@@ -26,6 +26,11 @@ pub(crate) enum Reading {
 }
 
 impl Ecc {
+    /// Some double word would not read right.
+    pub(crate) fn any(&self) -> bool {
+        !self.damage.is_empty()
+    }
+
     /// A cell changes by itself: which bits of the double word now read wrong, as seen from its first bit.
     pub(crate) fn flip(&mut self, double_word: u32, bit: u32) -> Vec<u32> {
         match self.damage.insert(double_word, Damage::Corrected(bit)) {

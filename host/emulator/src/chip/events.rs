@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! What happens by itself: timers, conversions, characters, the world; and the interrupt lines that follow.
+//! Events in time: timers, conversions, characters, the world; and the interrupt lines that follow.
 
 use super::adc::Adc;
 use super::map::Device;

@@ -352,6 +352,18 @@ impl Flash {
         flag == ECCD
     }
 
+    /// A halfword at an address of the core; `None` if it is not in flash.
+    pub(crate) fn halfword(&self, address: u32) -> Option<u16> {
+        let start = address.checked_sub(crate::cortex::Map::FLASH)? as usize;
+        let bytes = self.image.get(start..start + 2)?;
+        Some(u16::from_le_bytes([bytes[0], bytes[1]]))
+    }
+
+    /// Some double word would not read right.
+    pub(crate) fn is_damaged(&self) -> bool {
+        self.ecc.any()
+    }
+
     pub(crate) fn next_event(&self, now: Ticks) -> Option<Ticks> {
         (self.busy_until > now).then_some(self.busy_until)
     }

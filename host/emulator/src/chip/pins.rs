@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! Pins: what they ask of the bridge, and what reaches the chip through them.
+//! Pins: outputs to the bridge, inputs to the chip.
 
 use palpate_plant::Pins;
 

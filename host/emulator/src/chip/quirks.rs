@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! What real parts do that a model of their registers alone would not.
+//! Behaviour of real parts beyond their registers.
 
 /// Behaviour of the parts on a board.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! General-purpose and basic timers: up-counting with compare interrupts, and the quadrature encoder interface.
 
+use std::cell::Cell;
+
 use super::bank::{Bank, Clocks, Misuse, Register};
 use crate::time::Ticks;
 
@@ -56,6 +58,8 @@ pub(crate) struct Timer {
     /// Quadrature edges counted by the world outside, x4, and where the counter was zero.
     pub(crate) edges: i64,
     edges_zero: i64,
+    /// The next event, with the bus period that it was computed for; forgotten whenever a register may have changed.
+    next: Cell<Option<(Ticks, Option<Ticks>)>>,
 }
 
 impl Timer {
@@ -72,6 +76,7 @@ impl Timer {
             settled: 0,
             edges: 0,
             edges_zero: 0,
+            next: Cell::new(None),
         }
     }
 
@@ -128,6 +133,7 @@ impl Timer {
 
     /// Raises the flags of everything that happened up to now.
     pub(crate) fn settle(&mut self, clocks: Clocks) {
+        self.next.set(None);
         let (from, to) = (self.settled, self.position(clocks));
         if to == from {
             return;
@@ -230,6 +236,17 @@ impl Timer {
 
     /// The next moment at which an enabled interrupt becomes pending.
     pub(crate) fn next_event(&self, clocks: Clocks) -> Option<Ticks> {
+        if let Some((bus, next)) = self.next.get()
+            && bus == clocks.bus
+        {
+            return next;
+        }
+        let next = self.find_next_event(clocks);
+        self.next.set(Some((clocks.bus, next)));
+        next
+    }
+
+    fn find_next_event(&self, clocks: Clocks) -> Option<Ticks> {
         let enabled = self.bank[DIER] & 0x1F & !self.bank[SR];
         if !self.running() || self.encoder() || enabled == 0 {
             return None;

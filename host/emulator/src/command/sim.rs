@@ -4,13 +4,14 @@
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::Instant;
+use std::sync::mpsc::{Receiver, TryRecvError};
+use std::time::{Duration, Instant};
 
 use clap::Args;
 use palpate_emulator::chip::FLASH_SIZE;
 use palpate_emulator::firmware::default_path;
 use palpate_emulator::sim::{
-    Calibration, Injected, Object, Script, Session, Settings, Summary, Trace, event_json,
+    Calibration, Injected, Object, Script, Session, Settings, Step, Summary, Trace, event_json,
 };
 use palpate_emulator::{Error, Firmware, Setup};
 use palpate_plant::{Engine, Parameters, World};
@@ -82,6 +83,12 @@ pub struct Options {
     /// Simulated seconds after which the run is given up
     #[arg(long, value_name = "S", default_value_t = 300.0, value_parser = positive)]
     max_s: f64,
+    /// Goes on after the script and after faults, and takes command lines from standard input, until that ends
+    #[arg(long)]
+    keep_running: bool,
+    /// Pace in multiples of real time; as fast as it goes without it
+    #[arg(long, value_name = "TIMES", value_parser = positive)]
+    speed: Option<f64>,
 }
 
 fn finite(text: &str) -> Result<f64, String> {
@@ -189,7 +196,14 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
     let mut progress = Progress::new();
     let mut result = Ok(());
     let mut fault = options.fault;
-    while result.is_ok() && !session.over() {
+    let mut typed = options.keep_running.then(Typed::listen);
+    while result.is_ok() && (typed.as_ref().is_some_and(Typed::open) || !session.over()) {
+        if let Some(typed) = &mut typed {
+            typed.pass_on(&mut session);
+        }
+        if let Some(speed) = options.speed {
+            keep_pace(start, session.machine.time_s() / speed);
+        }
         result = session.millisecond();
         if let Some(injected) = due(&mut fault, session.machine.time_s()) {
             result = result.and_then(|()| session.inject(injected.fault));
@@ -246,6 +260,52 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
     } else {
         ExitCode::FAILURE
     })
+}
+
+/// Waits until so much time has passed since `start`.
+fn keep_pace(start: Instant, due_s: f64) {
+    let due = Duration::from_secs_f64(due_s);
+    std::thread::sleep(due.saturating_sub(start.elapsed()));
+}
+
+/// Command lines typed while the emulation runs.
+struct Typed {
+    lines: Receiver<String>,
+    open: bool,
+}
+
+impl Typed {
+    /// Reads standard input in a thread of its own.
+    fn listen() -> Self {
+        let (sender, lines) = std::sync::mpsc::channel();
+        std::thread::spawn(move || {
+            for line in std::io::stdin().lines().map_while(Result::ok) {
+                if sender.send(line).is_err() {
+                    return;
+                }
+            }
+        });
+        Self { lines, open: true }
+    }
+
+    /// Standard input has not ended.
+    fn open(&self) -> bool {
+        self.open
+    }
+
+    fn pass_on(&mut self, session: &mut Session<'_>) {
+        loop {
+            match self.lines.try_recv() {
+                Ok(line) if line.trim() == "stop" => session.interrupt("stop"),
+                Ok(line) => session.enter(Step::Command(line.trim().to_owned())),
+                Err(TryRecvError::Empty) => return,
+                Err(TryRecvError::Disconnected) => {
+                    self.open = false;
+                    return;
+                }
+            }
+        }
+    }
 }
 
 /// The fault, once, when its time has come.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! Who executed how many instructions: the whole run, every exception, watched functions.
+//! Counts executed instructions: the whole run, every exception, watched functions.
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! What a translated block costs, decoded once and kept.
+//! Cost of a translated block, decoded once and cached.
 //!
 //! The engine calls back once a block; the number of instructions in it follows from the Thumb encoding alone.
 //! Cycles are a bracket: the core's table for zero wait states below; above what it leaves open at its dearest (refill of

@@ -2,7 +2,8 @@
 //! The instruction engine with its memories and hooks, wrapped so that the rest of the crate sees no callback.
 
 use unicorn_engine::{
-    Arch, ArmCpuModel, HookType, MemType, Mode, Prot, RegisterARM, Unicorn, uc_error,
+    Arch, ArmCpuModel, HookType, MemType, Mode, Prot, RegisterARM, TlbEntry, TlbType, Unicorn,
+    uc_error,
 };
 
 use super::decode::{self, Block, Memory};
@@ -30,6 +31,8 @@ pub(crate) struct Engine {
     uc: Uc<'static>,
     /// Dropped after the engine, which holds a pointer into it.
     ram: Ram,
+    /// Loads from the records are looked at, because some of them are damaged.
+    watches_records: bool,
 }
 
 impl Engine {
@@ -81,6 +84,24 @@ impl Engine {
                 store(uc, (base + offset) as u32, bytes, value, Chip::write_system);
             }),
         )?;
+        // The processor's own map lets code run in the RAM, and the engine then checks every store there for changed code.
+        // In this one the RAM holds data; what is mapped elsewhere is allowed and refused by the memories themselves.
+        uc.ctl_set_tlb_type(TlbType::VIRTUAL)?;
+        uc.add_tlb_hook(0, u32::MAX.into(), |uc: &mut Uc<'_>, page, kind| {
+            let fetch = kind == MemType::FETCH;
+            // Between two blocks the state is the core's own.
+            if !fetch {
+                forget_it_state(uc);
+            }
+            let page_of_ram = (page as u32).wrapping_sub(Map::RAM) < Map::RAM_SIZE;
+            let data = page_of_ram && !fetch;
+            let perms = if data {
+                Prot::READ | Prot::WRITE
+            } else {
+                Prot::ALL
+            };
+            Some(TlbEntry { paddr: page, perms })
+        })?;
         uc.add_block_hook(1, 0, on_block)?;
         uc.add_intr_hook(on_interrupt)?;
         uc.add_insn_invalid_hook(on_invalid)?;
@@ -126,10 +147,39 @@ impl Engine {
                 },
             )?;
         }
-        // Loads from the records alone: a hook makes the loads of its pages slow.
+        let code = ram.clone();
+        // What the engine and the books keep of code must follow its changes. Only the firmware's start stores here, so
+        // that stores may be as slow as refused ones; a hook of stores would make those to every address slow.
+        let (from, to) = (Map::CCM.into(), (ccm_end - 1).into());
+        uc.add_mem_hook(
+            HookType::MEM_WRITE_PROT,
+            from,
+            to,
+            move |uc: &mut Uc<'_>, _, address, size, value| {
+                forget_it_state(uc);
+                uc.get_data_mut().core.blocks.change_ccm();
+                let bytes = value.to_le_bytes();
+                // A store of the core is never wider than these, and the hook's range is RAM.
+                let _ = code.write(address as u32, &bytes[..size.min(bytes.len())]);
+                true
+            },
+        )?;
+        let mut engine = Self {
+            uc,
+            ram,
+            watches_records: false,
+        };
+        engine.refresh_flash()?;
+        Ok(engine)
+    }
+
+    /// From now on, loads of damaged double words of the records are noticed. With a hook of loads all of them are slow,
+    /// wherever they go: only a flash that has been damaged is worth that.
+    fn watch_records(&mut self) -> Result<(), uc_error> {
+        self.watches_records = true;
         let records = Map::FLASH + Map::FLASH_SIZE - RECORDS_SIZE;
         let (from, to) = (records.into(), (records + RECORDS_SIZE - 1).into());
-        uc.add_mem_hook(
+        self.uc.add_mem_hook(
             HookType::MEM_READ,
             from,
             to,
@@ -139,21 +189,8 @@ impl Engine {
                 true
             },
         )?;
-        // What the engine and the books keep of code must follow its changes. Only the firmware's start stores here.
-        let (from, to) = (Map::CCM.into(), (ccm_end - 1).into());
-        uc.add_mem_hook(
-            HookType::MEM_WRITE,
-            from,
-            to,
-            |uc: &mut Uc<'_>, _, _, _, _| {
-                forget_it_state(uc);
-                uc.get_data_mut().core.blocks.change_ccm();
-                true
-            },
-        )?;
-        let mut engine = Self { uc, ram };
-        engine.refresh_flash()?;
-        Ok(engine)
+        // What was translated before does not call it.
+        self.uc.ctl_flush_tb()
     }
 
     /// Makes CYCCNT count executed instructions exactly, at the price of slower loads.
@@ -169,16 +206,14 @@ impl Engine {
                 forget_it_state(uc);
                 let pc = uc.reg_read(RegisterARM::PC).unwrap_or(0) as u32;
                 let core = &uc.get_data().core;
-                let (start, block) = (core.block_address, core.block);
-                let before = pc.wrapping_sub(start).min(block.size) as usize;
-                let mut code = vec![0; before];
-                let executed = if uc.mem_read(start.into(), &mut code).is_ok() {
-                    decode::count(&code)
-                } else {
-                    0
+                let (start, size) = (core.block_address, core.block_size);
+                let before = pc.wrapping_sub(start).min(size) as usize;
+                let mut code = vec![0; size as usize];
+                let ahead = match uc.mem_read(start.into(), &mut code) {
+                    Ok(()) => decode::count(&code) - decode::count(&code[..before]),
+                    Err(_) => 0,
                 };
-                uc.get_data_mut().core.instructions_ahead =
-                    u64::from(block.instructions - executed);
+                uc.get_data_mut().core.instructions_ahead = ahead.into();
                 true
             },
         )?;
@@ -220,15 +255,13 @@ impl Engine {
     fn refund(&mut self) -> Result<(), uc_error> {
         let pc = self.register(RegisterARM::PC)?;
         let core = &self.chip().core;
-        let (start, block) = (core.block_address, core.block);
-        let Some(code) = self.read(start, pc.wrapping_sub(start).min(block.size) as usize) else {
+        let (start, size) = (core.block_address, core.block_size);
+        let Some(code) = self.read(start, size as usize) else {
             return Ok(());
         };
-        let executed = decode::count(&code);
-        self.chip_mut()
-            .core
-            .account
-            .refund(block.instructions.saturating_sub(executed));
+        let executed = pc.wrapping_sub(start).min(size) as usize;
+        let refund = decode::count(&code) - decode::count(&code[..executed]);
+        self.chip_mut().core.account.refund(refund);
         Ok(())
     }
 
@@ -263,7 +296,7 @@ impl Engine {
         Some(bytes)
     }
 
-    fn read_into(&self, address: u32, bytes: &mut [u8]) -> Option<()> {
+    pub(super) fn read_into(&self, address: u32, bytes: &mut [u8]) -> Option<()> {
         match self.ram.read(address, bytes) {
             Some(()) => Some(()),
             None => self.uc.mem_read(address.into(), bytes).ok(),
@@ -277,6 +310,9 @@ impl Engine {
     }
 
     fn halfword(&self, address: u32) -> Option<u16> {
+        if let Some(code) = self.chip().flash.halfword(address) {
+            return Some(code);
+        }
         let mut bytes = [0; 2];
         self.read_into(address, &mut bytes)?;
         Some(u16::from_le_bytes(bytes))
@@ -303,6 +339,9 @@ impl Engine {
 
     /// Shows the core what the flash controller changed, and what was stored where code runs.
     pub(crate) fn refresh_changed(&mut self) -> Result<(), uc_error> {
+        if !self.watches_records && self.chip().flash.is_damaged() {
+            self.watch_records()?;
+        }
         if self.chip_mut().core.blocks.forget_stale() {
             self.uc.ctl_flush_tb()?;
         }
@@ -370,7 +409,7 @@ fn store(
 fn on_block(uc: &mut Uc<'_>, address: u64, size: u32) {
     let address = address as u32;
     let chip = uc.get_data_mut();
-    chip.core.block_address = address;
+    (chip.core.block_address, chip.core.block_size) = (address, size);
     let stop = chip.now >= chip.deadline
         || chip.core.trap.is_some()
         || chip.reset_request.is_some()
@@ -381,35 +420,37 @@ fn on_block(uc: &mut Uc<'_>, address: u64, size: u32) {
         let _ = uc.emu_stop();
         return;
     }
-    let chip = uc.get_data_mut();
-    let slot = chip
-        .core
-        .blocks
-        .slot(address)
-        .map_or(Block::default(), |slot| *slot);
-    let block = if slot.size == size {
-        slot
-    } else {
-        learn(uc, address, size, slot.watch)
-    };
     if uc.get_data().core.account.awaited_return() == Some(address) {
         let stack = uc.reg_read(RegisterARM::SP).unwrap_or(0) as u32;
         uc.get_data_mut().core.account.returned(stack);
     }
-    if block.watch != 0 {
-        let return_to = uc.reg_read(RegisterARM::LR).unwrap_or(0) as u32;
-        let stack = uc.reg_read(RegisterARM::SP).unwrap_or(0) as u32;
-        uc.get_data_mut()
-            .core
-            .account
-            .call(block.watch, return_to, stack);
-    }
     let chip = uc.get_data_mut();
-    chip.core.block = block;
-    chip.core.account.charge(&block);
-    chip.core.event |= block.sends_event;
+    let bus = chip.clocks().bus;
+    let core = &mut chip.core;
+    // By reference: this runs before every few instructions of the chip.
+    let instructions = match core.blocks.slot(address) {
+        Some(block) if block.size == size && block.watch == 0 => {
+            core.account.charge(block);
+            core.event |= block.sends_event;
+            block.instructions
+        }
+        slot => {
+            let watch = slot.map_or(0, |slot| slot.watch);
+            let block = learn(uc, address, size, watch);
+            if watch != 0 {
+                let return_to = uc.reg_read(RegisterARM::LR).unwrap_or(0) as u32;
+                let stack = uc.reg_read(RegisterARM::SP).unwrap_or(0) as u32;
+                let account = &mut uc.get_data_mut().core.account;
+                account.call(watch, return_to, stack);
+            }
+            let core = &mut uc.get_data_mut().core;
+            core.account.charge(&block);
+            core.event |= block.sends_event;
+            block.instructions
+        }
+    };
     let (numerator, denominator) = CYCLES_PER_INSTRUCTION;
-    chip.now += u64::from(block.instructions) * chip.clocks().bus * numerator / denominator;
+    uc.get_data_mut().now += u64::from(instructions) * bus * numerator / denominator;
 }
 
 fn learn(uc: &mut Uc<'_>, address: u32, size: u32, watch: u16) -> Block {
@@ -469,9 +510,13 @@ fn on_interrupt(uc: &mut Uc<'_>, number: u32) {
 
 fn on_invalid(uc: &mut Uc<'_>) -> bool {
     let pc = uc.reg_read(RegisterARM::PC).unwrap_or(0) as u32;
-    let mut before = [0; 2];
-    let read = uc.mem_read(pc.wrapping_sub(2).into(), &mut before);
-    if read.is_ok() && u16::from_le_bytes(before) == decode::WFE {
+    let at = pc.wrapping_sub(2);
+    let before = uc.get_data().flash.halfword(at).or_else(|| {
+        let mut bytes = [0; 2];
+        uc.mem_read(at.into(), &mut bytes).ok()?;
+        Some(u16::from_le_bytes(bytes))
+    });
+    if before == Some(decode::WFE) {
         let core = &mut uc.get_data_mut().core;
         if core.event {
             core.event = false;

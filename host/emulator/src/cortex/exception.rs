@@ -73,33 +73,34 @@ impl Engine {
     /// Enters an exception at the present program counter.
     pub(crate) fn enter(&mut self, number: u16) -> Result<Result<(), Unstackable>, uc_error> {
         let control = self.register(R::CONTROL)?;
-        let handler = self.register(R::XPSR)? & 0x1FF != 0;
+        let status = self.register(R::XPSR)?;
+        let handler = status & 0x1FF != 0;
         let floating = control & FPCA != 0;
         let process = !handler && control & SPSEL != 0;
         let before = self.register(R::SP)?;
         let size = if floating { 0x68 } else { 0x20 };
         let aligned = before & 4 != 0;
         let frame = (before & !7).wrapping_sub(size);
-        let mut bytes = Vec::with_capacity(size as usize);
-        for register in CORE_FRAME {
-            let mut value = self.register(register)?;
-            match register {
-                R::PC => value &= !1,
-                R::XPSR => value = value & !ALIGNED | if aligned { ALIGNED } else { 0 } | THUMB,
-                _ => {}
-            }
-            bytes.extend(value.to_le_bytes());
+        let mut bytes = [0; 0x68];
+        let (words, _) = bytes.as_chunks_mut::<4>();
+        for (word, register) in words.iter_mut().zip(CORE_FRAME) {
+            let value = match register {
+                R::PC => self.register(register)? & !1,
+                R::XPSR => status & !ALIGNED | if aligned { ALIGNED } else { 0 } | THUMB,
+                _ => self.register(register)?,
+            };
+            *word = value.to_le_bytes();
         }
         if floating {
-            for register in FP_FRAME {
-                bytes.extend(self.wide_register(register)?.to_le_bytes());
+            let (pairs, _) = bytes[0x20..].as_chunks_mut::<8>();
+            for (pair, register) in pairs.iter_mut().zip(FP_FRAME) {
+                *pair = self.wide_register(register)?.to_le_bytes();
             }
-            bytes.extend(self.register(R::FPSCR)?.to_le_bytes());
-            bytes.extend([0; 4]);
+            bytes[0x60..0x64].copy_from_slice(&self.register(R::FPSCR)?.to_le_bytes());
         }
-        let stacked = self.write(frame, &bytes);
+        let stacked = self.write(frame, &bytes[..size as usize]);
         self.set_register(R::SP, frame)?;
-        let flags = self.register(R::XPSR)? & 0xF80F_0000;
+        let flags = status & 0xF80F_0000;
         self.set_register(R::XPSR, flags | THUMB | u32::from(number))?;
         self.set_register(R::CONTROL, control & !(FPCA | SPSEL))?;
         let mode = if handler {
@@ -137,9 +138,10 @@ impl Engine {
             self.register(R::SP)?
         };
         let size = if floating { 0x68 } else { 0x20 };
-        let Some(bytes) = self.read(frame, size) else {
+        let mut bytes = [0; 0x68];
+        if self.read_into(frame, &mut bytes[..size]).is_none() {
             return Ok(Err(Unstackable));
-        };
+        }
         let word = |n: usize| {
             u32::from_le_bytes([
                 bytes[4 * n],

@@ -2,14 +2,16 @@
 //! The RAM, which the engine sees at two addresses: the only place that needs `unsafe`.
 
 use std::cell::UnsafeCell;
+use std::rc::Rc;
 
 use unicorn_engine::{Prot, Unicorn, uc_error};
 
 use super::Map;
 
-/// Host memory behind the chip's RAM. Must outlive the engine it is mapped into.
+/// Host memory behind the chip's RAM. One handle to it must outlive the engine it is mapped into.
+#[derive(Clone)]
 pub(super) struct Ram {
-    words: Box<[UnsafeCell<u64>]>,
+    words: Rc<[UnsafeCell<u64>]>,
 }
 
 impl Ram {
@@ -38,7 +40,7 @@ impl Ram {
             engine.mem_map_ptr(
                 Map::CCM.into(),
                 Map::CCM_SIZE.into(),
-                Prot::ALL,
+                Prot::READ | Prot::EXEC,
                 alias[0].get().cast(),
             )
         }

@@ -17,7 +17,7 @@ pub(crate) use engine::{Engine, Exit};
 
 use crate::chip::{Bank, Misuse};
 use account::Account;
-use decode::{Block, Blocks};
+use decode::Blocks;
 use nvic::Nvic;
 
 /// The memories.
@@ -77,9 +77,9 @@ pub struct Core {
     /// The books.
     pub(crate) account: Account,
     blocks: Blocks,
-    /// The block that runs or was about to run.
-    block: Block,
+    /// Start and length in bytes of the block that runs or was about to run.
     pub(crate) block_address: u32,
+    block_size: u32,
     /// Set by SEV and by exception entry and return; consumed by WFE.
     pub(crate) event: bool,
     pub(crate) locked_up: bool,
@@ -101,8 +101,8 @@ impl Core {
             dwt: Bank::new("DWT", system::DWT),
             account: Account::new(),
             blocks: Blocks::new(),
-            block: Block::default(),
             block_address: 0,
+            block_size: 0,
             event: false,
             locked_up: false,
             trap: None,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! Which exception runs next: pending, enabled, active and priority of the core's own exceptions and the chip's
+//! Selects the next exception: pending, enabled, active and priority of the core's own exceptions and the chip's
 //! interrupts.
 
 /// Exception numbers of the core; interrupt n is 16 + n.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! What a calibration found, beside the values of the simulated world.
+//! Compares a calibration's result with the values of the simulated world.
 
 use palpate_plant::{Parameters, worm_efficiency};
 use serde_json::{Value, json};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! Faults injected into a running firmware, and what has to come of each.
+//! Faults injected into a running firmware, and the expected reaction to each.
 
 use palpate_plant::Faults;
 

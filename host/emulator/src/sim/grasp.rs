@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! What the finger is going to meet.
+//! The object in the finger's way.
 
 use palpate_plant::{Grasp, Shape};
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! Simulated grasps: what is in the finger's way, what the firmware is told to do, and what it says about it.
+//! Simulated grasps: the object, the commands to the firmware, and its log.
 
 mod calibration;
 mod fault;

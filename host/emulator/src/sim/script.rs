@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! What the user at the bench does, one thing after the other.
+//! Script of the user's actions at the bench.
 
 use super::grasp::Object;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! A run from power-on to the end of the script, with everything the firmware said.
+//! A run from power-on to the end of the script, with the whole log of the firmware.
 
 use palpate_plant::{Grasp, Parameters, Truth};
 
@@ -136,6 +136,19 @@ impl<'f> Session<'f> {
         self.progress == Progress::Done
     }
 
+    /// The user does one thing more, after what is still to be done.
+    pub fn enter(&mut self, step: Step) {
+        self.settings.script.0.push(step);
+        if self.progress == Progress::Done {
+            self.progress = Progress::Next(self.machine.now());
+        }
+    }
+
+    /// Types a line at once, whatever is going on: a `stop` must not wait.
+    pub fn interrupt(&mut self, line: &str) {
+        self.machine.command(&format!("{line}\n"));
+    }
+
     /// The time allowed is up.
     #[must_use]
     pub fn timed_out(&self) -> bool {
@@ -170,7 +183,10 @@ impl<'f> Session<'f> {
 
     fn hear(&mut self, line: &Line) -> Result<(), Error> {
         let event = line.event();
-        if let Progress::Answering(_) = self.progress {
+        // Samples never end by themselves: they do not put off the end of an answer.
+        if let Progress::Answering(_) = self.progress
+            && event.name != "sample"
+        {
             self.progress = Progress::Answering(self.machine.now() + PAUSE);
         }
         match event.name {
@@ -190,6 +206,10 @@ impl<'f> Session<'f> {
                 self.progress = Progress::Next(self.machine.now() + PAUSE);
             }
             "fault" => {
+                // The motion has ended, without a word of its own.
+                if self.progress == Progress::Moving {
+                    self.progress = Progress::Next(self.machine.now() + PAUSE);
+                }
                 let number = event.number("number").map_or(0, |n| n as u32);
                 self.faults
                     .push((number, event.field("name").unwrap_or_default().to_owned()));

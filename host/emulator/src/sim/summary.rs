@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! What came out of a run, beside the simulated truth.
+//! Result of a run next to the simulated truth.
 
 use serde_json::{Map, Value, json};
 

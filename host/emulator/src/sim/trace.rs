@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! A recording: what a chip could measure, and beside it what only the simulation knows.
+//! A recording: what a chip could measure, and the simulation's truth.
 
 use std::io::{BufWriter, Write};
 use std::path::Path;

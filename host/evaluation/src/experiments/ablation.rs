@@ -1,5 +1,4 @@
-//! Where the difference comes from: from the paper's algorithm to ours on the same distal contacts, one thing after the
-//! other.
+//! Ablation: from the paper's algorithm to ours on the same distal contacts, one change after the other.
 
 use palpate::scene::Scene;
 use palpate::sensing::{Calibration, Friction, Sample, Settings};

@@ -1,4 +1,4 @@
-//! What the guided calibration finds out about fingers whose hidden values differ, and what that is worth for a location.
+//! Accuracy of the guided calibration on fingers with hidden values, and its effect on locations.
 
 use indicatif::ProgressBar;
 use palpate::scene::Scene;

@@ -1,4 +1,4 @@
-//! Which code a table describes.
+//! Fingerprint of the code that a table describes.
 
 use std::path::{Path, PathBuf};
 

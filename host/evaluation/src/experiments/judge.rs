@@ -1,4 +1,4 @@
-//! What each method says of a recorded closing.
+//! Judges each method on a recorded closing.
 
 use palpate::finger::Mechanics;
 use palpate::scene::Scene;

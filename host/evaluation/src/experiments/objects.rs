@@ -1,4 +1,4 @@
-//! What is grasped in the paper's 40 distal grasps: ten objects, among them thin cylinders, squares and a plane.
+//! Objects of the paper's 40 distal grasps: ten objects, among them thin cylinders, squares and a plane.
 
 use palpate_plant::Shape;
 

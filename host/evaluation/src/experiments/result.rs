@@ -1,4 +1,4 @@
-//! What an experiment found, as JSON lines and as a table.
+//! Results of an experiment, as JSON lines and as a table.
 
 use serde::Serialize;
 use serde_json::{Map, Value, json};

@@ -32,7 +32,7 @@ pub struct Incomplete {
     pub failure: Failure,
 }
 
-/// Does all jobs; the order of the entries does not depend on the number of workers. What failed is told beside them.
+/// Does all jobs; the order of the entries does not depend on the number of workers. Failures are reported next to them.
 #[must_use]
 pub fn jobs(jobs: &[Job]) -> (Vec<Entry>, Vec<Incomplete>) {
     let bar = bar(

@@ -1,4 +1,4 @@
-//! How the errors grow with what disturbs them: one effect at a time, the calibration gone through again each time.
+//! Sensitivity: errors against one disturbance at a time, with a new calibration each time.
 
 use palpate_plant::Parameters;
 use palpate_scenes::P70;

@@ -52,7 +52,10 @@ fn locates_within_the_bias_of_its_secant() {
         .into_iter()
         .flat_map(|k| rules.map(|rule| (k, rule)))
     {
-        let verdict = locate(&model, threshold, &closing_onto(Some(k), 0.02), rule);
+        let mut samples = closing_onto(Some(k), 0.02);
+        // Beyond, the curve ends and the torque stays.
+        samples.retain(|sample| f64::from(sample.current_a) * model.torque_nm_per_a < 0.16);
+        let verdict = locate(&model, threshold, &samples, rule);
         let Verdict::Located {
             phalanx: 2,
             k: found,

@@ -42,7 +42,7 @@ fn line_json(line: &Line) -> Value {
         "true_k_mm": truth.map(|contact| number(1e3 * contact.k_m)),
         "true_touch_s": truth.map(|contact| number(contact.time_s)),
         "true_force_n": number(line.true_force_n),
-        "early": trial.is_early(), "unusual": trial.unusual,
+        "early": trial.is_early() && !line.class.calibrates(), "unusual": trial.unusual,
         "err_pct": trial.error_m().and_then(|error| Some(number(100.0 * error / truth?.length_m))),
     });
     if let Value::Object(fields) = &mut value {
@@ -155,7 +155,7 @@ fn line_text(line: &Line) -> String {
         .touched_s
         .and_then(|touched| Some(1e3 * (touched - truth?.time_s)));
     let mut notes = Vec::new();
-    if trial.is_early() {
+    if trial.is_early() && !line.class.calibrates() {
         notes.push(
             if truth.is_some() {
                 "early"

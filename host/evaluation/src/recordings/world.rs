@@ -128,7 +128,7 @@ impl World {
         self
     }
 
-    /// What is counted: free, distal and proximal recordings; what is hard by design is told line by line only.
+    /// What is counted: free, distal and proximal recordings; what is hard by design is printed line by line only.
     pub fn counted(&self) -> impl Iterator<Item = &Trial> {
         self.lines
             .iter()

@@ -1,4 +1,4 @@
-//! One implicit step: what can push is collected, which of it pushes is found, the joints move to balance it.
+//! One implicit step: collects possible contacts, finds the active ones, and moves the joints into balance.
 
 use super::{Finger, Hold, MAX};
 use crate::Contact;

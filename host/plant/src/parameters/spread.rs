@@ -1,4 +1,4 @@
-//! Worlds drawn from the spreads of the data: what a calibration has to find out.
+//! Worlds drawn from the spreads of the data: the hidden values that a calibration has to estimate.
 
 use super::Parameters;
 use rand::{RngExt, SeedableRng};

@@ -1,4 +1,4 @@
-//! `--check`: the choice must stand, and instruction counts must not creep.
+//! `--check`: the choice of methods must hold, and instruction counts must not grow.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! What the emulator counted while the bench image ran: the image's own lines, and the cycles of its functions.
+//! Counts of the emulator while the bench image ran: the image's own lines, and the cycles of its functions.
 
 use std::collections::HashMap;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! One candidate's line: what it costs and how far it is off.
+//! One candidate's row: cost and error.
 
 use serde::Serialize;
 

@@ -1,4 +1,4 @@
-//! Whole-path figures: what the firmware costs as it runs a simulated grasp on the emulated chip.
+//! Whole-path figures: cost of the firmware in a simulated grasp on the emulated chip.
 
 use std::fmt::Write as _;
 use std::path::Path;

@@ -1,0 +1,256 @@
+//! `palpate-monitor`: the live view, and recording without it.
+
+use std::io::{IsTerminal, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use clap::{Args, Parser};
+use palpate_monitor::page::Story;
+use palpate_monitor::recording::Recording;
+use palpate_monitor::source::{Failure, From, Source};
+use palpate_monitor::stream::Message;
+use palpate_monitor::watch::Watch;
+
+mod scenes;
+
+/// A live view of a finger, and recordings of it
+#[derive(Parser)]
+#[command(name = "palpate-monitor", version)]
+enum Command {
+    /// Show the finger in the terminal
+    #[command(
+        after_help = "Examples:\n  cargo xtask monitor\n  cargo xtask monitor --from /dev/ttyACM0\n  cargo xtask monitor --from grasp.log --speed 2"
+    )]
+    Watch(WatchOptions),
+    /// Write samples to a file that `cargo xtask replay` reads
+    #[command(
+        after_help = "Examples:\n  cargo xtask record grasp.csv\n  cargo xtask record grasp.csv --from /dev/ttyACM0 --seconds 60"
+    )]
+    Record(RecordOptions),
+    /// Write a page about a grasp from the lines that it left
+    Page(PageOptions),
+}
+
+#[derive(Args)]
+struct SourceOptions {
+    /// `sim` or `emulator` (the firmware on the emulated chip), `probe` (a board, through probe-rs), a serial port, or a file of log lines
+    #[arg(long, default_value = "sim", value_name = "sim|probe|PORT|FILE")]
+    from: String,
+    /// Finger to draw until the firmware names its own
+    #[arg(long, value_name = "NAME")]
+    scene: Option<String>,
+    /// Pace of a simulation or a file, times real time; 0 for as fast as it goes
+    #[arg(long, default_value_t = 1.0, value_name = "TIMES", value_parser = pace)]
+    speed: f64,
+    /// The emulator's program
+    #[arg(long, hide = true, value_name = "PATH")]
+    emulator: Option<PathBuf>,
+    /// The firmware's image
+    #[arg(long, hide = true, value_name = "PATH")]
+    elf: Option<PathBuf>,
+    /// Simulated world, as `sim` takes it
+    #[arg(long, value_name = "NAME|FILE")]
+    world: Option<String>,
+    /// What computes finger and object of the world, as `sim` takes it
+    #[arg(long, value_name = "plant|mujoco")]
+    engine: Option<String>,
+    /// Further options for the emulator, as `sim` takes them (after `--`)
+    #[arg(last = true)]
+    options: Vec<String>,
+}
+
+#[derive(Args)]
+struct WatchOptions {
+    #[command(flatten)]
+    source: SourceOptions,
+    /// Use no colours (also with the variable NO_COLOR)
+    #[arg(long)]
+    no_colour: bool,
+}
+
+#[derive(Args)]
+struct RecordOptions {
+    /// File to write
+    file: PathBuf,
+    #[command(flatten)]
+    source: SourceOptions,
+    /// Ends after so many seconds of the recording; without it when the source ends
+    #[arg(long, value_name = "S", value_parser = pace)]
+    seconds: Option<f64>,
+    /// Command lines to send first, separated by semicolons
+    #[arg(long, value_name = "COMMANDS", default_value = "trace on;run")]
+    commands: String,
+}
+
+#[derive(Args)]
+struct PageOptions {
+    /// Lines of `sim --json` or of the log
+    lines: PathBuf,
+    /// Page to write
+    #[arg(long, value_name = "FILE.html")]
+    out: PathBuf,
+    /// Its title
+    #[arg(long, default_value = "A grasp")]
+    title: String,
+}
+
+fn pace(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|value: &f64| value.is_finite() && *value >= 0.0)
+        .ok_or_else(|| "a number from 0 on is expected".to_owned())
+}
+
+impl SourceOptions {
+    fn from(&self) -> From {
+        match self.from.as_str() {
+            "sim" | "emulator" => From::Program {
+                call: self.emulation(),
+                remedy: "`cargo xtask monitor` builds it",
+            },
+            "probe" => From::Program {
+                call: ["probe-rs", "run", "--chip", "STM32G431RBTx"]
+                    .map(str::to_owned)
+                    .into_iter()
+                    .chain(self.elf.iter().map(|elf| elf.display().to_string()))
+                    .collect(),
+                remedy: "install it: cargo install probe-rs-tools --locked",
+            },
+            name if name.starts_with("/dev/") || name.starts_with("COM") => {
+                From::Port(name.to_owned())
+            }
+            file => From::File(file.into()),
+        }
+    }
+
+    fn emulation(&self) -> Vec<String> {
+        let program = self
+            .emulator
+            .as_ref()
+            .map_or("palpate-emulator".to_owned(), |path| {
+                path.display().to_string()
+            });
+        let mut call: Vec<String> = [program.as_str(), "sim", "--json", "--keep-running"]
+            .map(str::to_owned)
+            .to_vec();
+        call.extend(["--commands".to_owned(), "status".to_owned()]);
+        if self.speed > 0.0 {
+            call.push(format!("--speed={}", self.speed));
+        }
+        if let Some(elf) = &self.elf {
+            call.push(format!("--elf={}", elf.display()));
+        }
+        for (name, value) in [
+            ("scene", &self.scene),
+            ("world", &self.world),
+            ("engine", &self.engine),
+        ] {
+            if let Some(value) = value {
+                call.push(format!("--{name}={value}"));
+            }
+        }
+        call.extend(self.options.iter().cloned());
+        call
+    }
+
+    fn open(&self) -> Result<Source, Failure> {
+        Source::open(&self.from(), self.speed)
+    }
+}
+
+fn watch(options: &WatchOptions) -> Result<(), String> {
+    if !std::io::stdout().is_terminal() {
+        return Err("the monitor needs a terminal; `record` works without one".to_owned());
+    }
+    let source = options.source.open().map_err(|error| error.to_string())?;
+    let colour = !options.no_colour && std::env::var_os("NO_COLOR").is_none();
+    let mut watch = Watch::new(
+        source,
+        options.source.scene.as_deref(),
+        scenes::finger,
+        colour,
+    );
+    // Restores the terminal on every way out, a panic included.
+    ratatui::run(|terminal| watch.run(terminal)).map_err(|error| error.to_string())
+}
+
+fn record(options: &RecordOptions) -> Result<(), String> {
+    let source = options.source.open().map_err(|error| error.to_string())?;
+    let cannot =
+        |error: std::io::Error| format!("cannot write {}: {error}", options.file.display());
+    let mut recording = Recording::create(&options.file).map_err(cannot)?;
+    for line in options.commands.split(';').map(str::trim) {
+        if !line.is_empty() {
+            source.command(line);
+        }
+    }
+    let (mut first_s, mut shown) = (None, Instant::now());
+    let terminal = std::io::stderr().is_terminal();
+    while let Ok(message) = source.messages.recv() {
+        match message {
+            Message::Sample(sample) => {
+                recording.sample(&sample).map_err(cannot)?;
+                let since_s = sample.time_s - *first_s.get_or_insert(sample.time_s);
+                if options.seconds.is_some_and(|seconds| since_s >= seconds) {
+                    break;
+                }
+                if terminal && shown.elapsed() > Duration::from_millis(200) {
+                    eprint!("\r\x1b[K{since_s:.1} s, {} samples", recording.rows());
+                    // A terminal that cannot be flushed shows the line a little later.
+                    let _ = std::io::stderr().flush();
+                    shown = Instant::now();
+                }
+            }
+            Message::Event(event) => {
+                if terminal {
+                    eprint!("\r\x1b[K");
+                }
+                eprintln!("{:10.3} {}", event.time_s.unwrap_or_default(), event.text());
+                if event.name == "sequence done" && options.seconds.is_none() {
+                    break;
+                }
+            }
+            Message::Note(text) => eprintln!("{text}"),
+            Message::Truth { .. } => {}
+        }
+    }
+    let rows = recording.finish().map_err(cannot)?;
+    if rows == 0 {
+        return Err(format!(
+            "no sample came: does the firmware stream them (`trace on`)? {} is empty",
+            options.file.display()
+        ));
+    }
+    println!("{rows} samples in {}", options.file.display());
+    Ok(())
+}
+
+fn page(options: &PageOptions) -> Result<(), String> {
+    let from = From::File(options.lines.clone());
+    let source = Source::open(&from, 0.0).map_err(|error| error.to_string())?;
+    let mut story = Story::default();
+    while let Ok(message) = source.messages.recv() {
+        story.take(message);
+    }
+    let finger = story.scene().and_then(scenes::finger);
+    std::fs::write(&options.out, story.html(&options.title, finger))
+        .map_err(|error| format!("cannot write {}: {error}", options.out.display()))?;
+    println!("{}", options.out.display());
+    Ok(())
+}
+
+fn main() -> ExitCode {
+    let result = match Command::parse() {
+        Command::Watch(options) => watch(&options),
+        Command::Record(options) => record(&options),
+        Command::Page(options) => page(&options),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}

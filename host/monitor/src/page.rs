@@ -1,0 +1,315 @@
+//! A grasp as one page that a person can send: no network, readable on paper and in the dark.
+
+mod drawing;
+
+use std::fmt::Write;
+
+use crate::posture::Drawn;
+use crate::state::State;
+use crate::stream::{Event, Level, Message};
+use drawing::{Series, plot, posture};
+
+/// What a page tells, gathered from a stream.
+#[derive(Debug, Default)]
+pub struct Story {
+    state: State,
+    events: Vec<Event>,
+    /// Answers to `show`: a setting a line.
+    settings: Vec<String>,
+    summary: Option<serde_json::Map<String, serde_json::Value>>,
+}
+
+impl Story {
+    /// Takes a message of the stream.
+    pub fn take(&mut self, message: Message) {
+        match &message {
+            Message::Event(event) if event.name.starts_with("answer") => {
+                self.settings.push(event.text());
+            }
+            Message::Event(event) => self.events.push(event.clone()),
+            Message::Note(text) => {
+                if let Ok(serde_json::Value::Object(object)) = serde_json::from_str(text)
+                    && object.get("type").and_then(|kind| kind.as_str()) == Some("summary")
+                {
+                    self.summary = Some(object);
+                }
+            }
+            Message::Sample(_) | Message::Truth { .. } => {}
+        }
+        self.state.take(message);
+    }
+
+    /// Scene that the firmware named.
+    #[must_use]
+    pub fn scene(&self) -> Option<&str> {
+        self.state.scene.as_deref()
+    }
+
+    /// The page, as HTML.
+    #[must_use]
+    pub fn html(&self, title: &str, mut finger: Option<Box<dyn Drawn>>) -> String {
+        let mut page = format!(
+            "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n\
+             <title>{0}</title>\n<style>{STYLE}</style></head><body>\n<h1>{0}</h1>\n",
+            escape(title)
+        );
+        // Writing to a String cannot fail.
+        let _ = write!(
+            page,
+            "<p class=\"verdict\">{}</p>\n{}",
+            self.verdict(),
+            self.truth()
+        );
+        if let Some(finger) = finger.as_deref_mut() {
+            page.push_str("<div class=\"figures\">\n");
+            for (caption, svg) in self.figures(finger) {
+                let _ = writeln!(
+                    page,
+                    "<figure>{svg}<figcaption>{}</figcaption></figure>",
+                    escape(&caption)
+                );
+            }
+            page.push_str("</div>\n");
+        }
+        page.push_str(&self.calibration());
+        page.push_str(&self.table());
+        if !self.settings.is_empty() {
+            page.push_str("<h2>Settings</h2>\n<pre>");
+            for line in &self.settings {
+                let _ = writeln!(page, "{}", escape(line));
+            }
+            page.push_str("</pre>\n");
+        }
+        page.push_str("</body></html>\n");
+        page
+    }
+
+    fn verdict(&self) -> String {
+        let Some(contact) = &self.state.contact else {
+            return match &self.state.fault {
+                Some(fault) => format!("Fault: {}. The bridge is off.", escape(fault)),
+                None => "No contact was felt.".to_owned(),
+            };
+        };
+        let force = contact
+            .force_n
+            .map_or(String::new(), |force| format!(", force {force:.2} N"));
+        let radius = contact
+            .radius_mm
+            .filter(|radius| radius.is_finite())
+            .map_or(String::new(), |radius| {
+                format!(", effective contact radius {radius:.1} mm")
+            });
+        match contact.places.as_slice() {
+            [] => format!(
+                "A contact was felt and not located: {}.",
+                escape(contact.why.as_deref().unwrap_or("no word on it"))
+            ),
+            [place] => format!(
+                "Contact on phalanx {}, <b>{:.1} ± {:.1} mm</b> from its joint{force}{radius}.",
+                place.phalanx, place.k_mm, place.sigma_mm
+            ),
+            [first, second, ..] => format!(
+                "Two places explain the contact: phalanx {}, {:.1} ± {:.1} mm, or phalanx {}, {:.1} ± {:.1} mm{force}.",
+                first.phalanx,
+                first.k_mm,
+                first.sigma_mm,
+                second.phalanx,
+                second.k_mm,
+                second.sigma_mm
+            ),
+        }
+    }
+
+    fn truth(&self) -> String {
+        let Some(summary) = &self.summary else {
+            return String::new();
+        };
+        let number = |key: &str| summary.get(key).and_then(serde_json::Value::as_f64);
+        let (Some(phalanx), Some(k_mm)) = (number("true_phalanx"), number("true_k_mm")) else {
+            return "<p>Simulated; nothing touched the finger.</p>\n".to_owned();
+        };
+        let error = number("k_mm")
+            .filter(|_| number("phalanx") == Some(phalanx))
+            .map_or(String::new(), |estimate| {
+                format!(" The estimate is {:+.2} mm off.", estimate - k_mm)
+            });
+        format!("<p>Simulated: the truth is phalanx {phalanx:.0}, {k_mm:.2} mm.{error}</p>\n")
+    }
+
+    fn figures(&self, finger: &mut (dyn Drawn + 'static)) -> Vec<(String, String)> {
+        let (rad_per_count, nm_per_a) = finger.scales();
+        let contact = self.state.contact.as_ref();
+        let touch = contact.and_then(crate::screen::touch);
+        let last_rad = self
+            .state
+            .samples
+            .iter()
+            .rev()
+            .find(|sample| sample.duty > 0.0)
+            .map_or(0.0, |sample| sample.counts * rad_per_count);
+        let at_rad = touch.map_or(last_rad, |touch| last_rad.max(touch.theta_a_rad));
+        let mut figures = Vec::new();
+        if let Some(points) = finger
+            .points(at_rad, touch)
+            .or_else(|| finger.points(at_rad, None))
+        {
+            let caption = format!(
+                "The finger with its input link at {:.1}°",
+                at_rad.to_degrees()
+            );
+            figures.push((caption, posture(&points, contact, self.state.truth)));
+        }
+        let measured: Vec<(f64, f64)> = self
+            .state
+            .samples
+            .iter()
+            .filter(|sample| sample.duty > 0.0)
+            .map(|sample| {
+                (
+                    (sample.counts * rad_per_count).to_degrees(),
+                    1e3 * nm_per_a * sample.current_a,
+                )
+            })
+            .collect();
+        if !measured.is_empty() {
+            let friction = self.state.friction_nm.map(|friction| 1e3 * friction);
+            let ends = [measured.first(), measured.last()];
+            let level: Vec<(f64, f64)> = ends
+                .into_iter()
+                .flatten()
+                .filter_map(|point| Some((point.0, friction?)))
+                .collect();
+            let series = [
+                Series::points("motor torque", "ink", &measured),
+                Series::line("mean friction", "blue", &level),
+            ];
+            figures.push((
+                "Motor torque at the input link (nominal), mN m, against its angle, deg".to_owned(),
+                plot(&series),
+            ));
+        }
+        let places = contact.map_or(&[][..], |contact| contact.places.as_slice());
+        for place in places {
+            let sigma = place.sigma_mm.max(0.05);
+            let density: Vec<(f64, f64)> = (-40..=40)
+                .map(|step| 0.1 * f64::from(step))
+                .map(|z| {
+                    (
+                        place.k_mm + z * sigma,
+                        place.weight * (-0.5 * z * z).exp()
+                            / (sigma * std::f64::consts::TAU.sqrt()),
+                    )
+                })
+                .collect();
+            let caption = format!(
+                "Belief in the contact location on phalanx {}, mm from its joint: a normal density with the mean and deviation told",
+                place.phalanx
+            );
+            figures.push((caption, plot(&[Series::line("belief", "green", &density)])));
+        }
+        figures
+    }
+
+    fn calibration(&self) -> String {
+        self.state
+            .torque_factor
+            .map_or_else(String::new, |(factor, sigma)| {
+                format!("<p>Calibrated: torque factor {factor:.3} ± {sigma:.3}.</p>\n")
+            })
+    }
+
+    fn table(&self) -> String {
+        let mut table = "<h2>Events</h2>\n<table><thead><tr><th>time, s</th><th>level</th><th>event</th><th>values</th></tr></thead><tbody>\n".to_owned();
+        for event in &self.events {
+            let time = event
+                .time_s
+                .map_or(String::new(), |time_s| format!("{time_s:.3}"));
+            let class = match event.level {
+                Level::Warn => " class=\"warn\"",
+                Level::Error => " class=\"error\"",
+                Level::Debug | Level::Info => "",
+            };
+            let values: Vec<String> = event
+                .fields
+                .iter()
+                .map(|(key, value)| {
+                    format!("{}&nbsp;=&nbsp;{}", escape(key), escape(&short(value)))
+                })
+                .collect();
+            let _ = writeln!(
+                table,
+                "<tr{class}><td>{time}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+                event.level.name().trim().to_lowercase(),
+                escape(&event.name),
+                values.join(", ")
+            );
+        }
+        table.push_str("</tbody></table>\n");
+        table
+    }
+}
+
+/// A number with the digits that a person reads; anything else as it is.
+fn short(value: &str) -> String {
+    match value.parse::<f64>() {
+        Ok(number) if number.is_finite() && value.contains('.') => format!("{number:.4}")
+            .trim_end_matches('0')
+            .trim_end_matches('.')
+            .to_owned(),
+        _ => value.to_owned(),
+    }
+}
+
+/// Text that cannot be taken for markup.
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}
+
+const STYLE: &str = "
+:root{--ink:#222;--faint:#888;--paper:#fff;--green:#187a3c;--blue:#2a5db0;--red:#b3261e;--amber:#8a6100}
+@media (prefers-color-scheme:dark){:root{--ink:#ddd;--faint:#888;--paper:#16181c;--green:#63c487;--blue:#86aef0;--red:#ff8a80;--amber:#e0b050}}
+@media print{:root{--ink:#000;--faint:#666;--paper:#fff;--green:#060;--blue:#036;--red:#900;--amber:#640}figure,tr{break-inside:avoid}}
+body{color:var(--ink);background:var(--paper);font:15px/1.45 system-ui,sans-serif;max-width:70rem;margin:2rem auto;padding:0 1rem}
+h1{font-size:1.4rem}h2{font-size:1.1rem}.verdict{font-size:1.15rem}
+.figures{display:flex;flex-wrap:wrap;gap:1rem}figure{margin:0;flex:1 1 22rem;min-width:18rem}figcaption{color:var(--faint);font-size:.85rem}
+svg{width:100%;height:auto}table{border-collapse:collapse;width:100%;font-size:.85rem}
+td,th{text-align:left;padding:.15rem .5rem;border-bottom:1px solid color-mix(in srgb,var(--faint) 35%,transparent);vertical-align:top}
+.warn{color:var(--amber)}.error{color:var(--red)}pre{font-size:.85rem;white-space:pre-wrap}
+";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stream::parse;
+
+    fn story(lines: &[&str]) -> Story {
+        let mut story = Story::default();
+        for line in lines {
+            story.take(parse(line).expect("a line"));
+        }
+        story
+    }
+
+    #[test]
+    fn a_page_tells_place_and_truth() {
+        let html = story(&[
+            "0.1 [INFO ] boot version=1 scene=p70",
+            "2.1 [INFO ] located phalanx=2 k_mm=30.52 sigma_mm=0.61 force_n=0.8 settled=true",
+            r#"{"type":"summary","verdict":"located","phalanx":2,"k_mm":30.52,"true_phalanx":2,"true_k_mm":30.0}"#,
+        ])
+        .html("A grasp", None);
+        assert!(html.contains("<b>30.5 ± 0.6 mm</b>"), "{html}");
+        assert!(html.contains("+0.52 mm off"));
+        assert!(!html.contains("http"), "the page needs no network");
+    }
+
+    #[test]
+    fn what_comes_from_outside_is_no_markup() {
+        let html = story(&["<script>alert(1)</script> key=<b>"]).html("<i>", None);
+        assert!(!html.contains("<script>") && !html.contains("<b>") && !html.contains("<i>"));
+    }
+}

@@ -1,0 +1,25 @@
+//! The fingers that can be drawn: those of `scenes/`.
+
+use palpate::finger::Mechanics;
+use palpate::scene::Scene;
+use palpate_monitor::posture::{Drawn, SceneFinger};
+
+/// The finger of a scene by its name.
+pub fn finger(scene: &str) -> Option<Box<dyn Drawn>> {
+    palpate_scenes::for_scene!(scene, |S| drawn::<S>())
+}
+
+fn drawn<S: Scene>() -> Box<dyn Drawn>
+where
+    S::Finger: 'static,
+    <S::Finger as Mechanics>::Configuration: 'static,
+{
+    let finger = S::MECHANISM;
+    let drivetrain = S::drivetrain(&finger);
+    let scales = (
+        f64::from(drivetrain.rad_per_count),
+        f64::from(drivetrain.torque_per_ampere_nm),
+    );
+    let stop = f64::from(drivetrain.opening_stop_rad);
+    Box::new(SceneFinger::new(finger, stop, scales))
+}

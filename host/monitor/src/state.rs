@@ -1,0 +1,266 @@
+//! State of the monitor: everything shown is read from here, everything received is put in here.
+
+use std::collections::VecDeque;
+
+use crate::stream::{Event, Level, Message, Sample};
+
+/// Log lines kept.
+const LOG_LINES: usize = 5_000;
+/// Samples kept: a closing at one kilohertz.
+const SAMPLES: usize = 12_000;
+
+/// Where a contact is, as the firmware told it last.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Phalanx, 1 for the proximal one.
+    pub phalanx: u32,
+    /// Distance from the phalanx's joint, millimetre.
+    pub k_mm: f64,
+    /// Its standard deviation, millimetre.
+    pub sigma_mm: f64,
+    /// Share of the belief in this place, 0 to 1.
+    pub weight: f64,
+}
+
+/// The contact that is being followed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Contact {
+    /// Angle of the input link at touch, radian from the opening stop.
+    pub touch_rad: Option<f64>,
+    /// Places that explain it, the likelier first; empty where it is not located.
+    pub places: Vec<Place>,
+    /// Contact force, newton.
+    pub force_n: Option<f64>,
+    /// Effective contact radius, millimetre.
+    pub radius_mm: Option<f64>,
+    /// No further torque will improve it.
+    pub settled: bool,
+    /// Why there is no place.
+    pub why: Option<String>,
+}
+
+/// A log line as kept.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// Seconds, where known.
+    pub time_s: Option<f64>,
+    /// Importance.
+    pub level: Level,
+    /// Text.
+    pub text: String,
+}
+
+/// Everything that was received, as far as it is still of use.
+#[derive(Clone, Debug, Default)]
+pub struct State {
+    /// The log, oldest first.
+    pub log: VecDeque<Line>,
+    /// Samples since the last closing began, oldest first.
+    pub samples: VecDeque<Sample>,
+    /// State of the motion sequence.
+    pub sequence: String,
+    /// Scene, as the firmware names it.
+    pub scene: Option<String>,
+    /// The contact of this closing.
+    pub contact: Option<Contact>,
+    /// What a simulation knows to be true: phalanx, millimetre, newton.
+    pub truth: Option<(u32, f64, f64)>,
+    /// The fault that is latched.
+    pub fault: Option<String>,
+    /// Winding, degree Celsius.
+    pub winding_c: Option<f64>,
+    /// Supply, volt.
+    pub supply_v: Option<f64>,
+    /// Mean friction torque while closing, newton metre at the input link.
+    pub friction_nm: Option<f64>,
+    /// What the friction record leaves unexplained, newton metre.
+    pub friction_residual_nm: Option<f64>,
+    /// Torque factor of the calibration with its deviation.
+    pub torque_factor: Option<(f64, f64)>,
+    /// Latest time seen, second.
+    pub time_s: f64,
+    /// Log records that were lost.
+    pub dropped: u64,
+    /// The source has ended.
+    pub ended: bool,
+}
+
+impl State {
+    /// Takes a message.
+    pub fn take(&mut self, message: Message) {
+        match message {
+            Message::Event(event) => self.event(event),
+            Message::Sample(sample) => {
+                self.time_s = sample.time_s;
+                if sample.supply_v.is_some() {
+                    self.supply_v = sample.supply_v;
+                }
+                push(&mut self.samples, sample, SAMPLES);
+            }
+            Message::Truth {
+                phalanx,
+                k_mm,
+                force_n,
+            } => self.truth = Some((phalanx, k_mm, force_n)),
+            Message::Note(text) => self.line(None, Level::Info, text),
+        }
+    }
+
+    /// Adds a line of the monitor's own to the log.
+    pub fn note(&mut self, level: Level, text: impl Into<String>) {
+        self.line(Some(self.time_s), level, text.into());
+    }
+
+    fn line(&mut self, time_s: Option<f64>, level: Level, text: String) {
+        push(
+            &mut self.log,
+            Line {
+                time_s,
+                level,
+                text,
+            },
+            LOG_LINES,
+        );
+    }
+
+    fn event(&mut self, event: Event) {
+        if let Some(time_s) = event.time_s {
+            self.time_s = time_s;
+        }
+        match event.name.as_str() {
+            "boot" => {
+                self.scene = event.field("scene").map(str::to_owned);
+                self.fault = None;
+            }
+            "state" => {
+                event
+                    .field("name")
+                    .unwrap_or_default()
+                    .clone_into(&mut self.sequence);
+                if matches!(self.sequence.as_str(), "close" | "record-closing" | "home") {
+                    self.samples.clear();
+                    self.contact = None;
+                    self.truth = None;
+                }
+            }
+            "fault" => self.fault = event.field("name").map(str::to_owned),
+            "status" => {
+                self.winding_c = event.number("winding_c").or(self.winding_c);
+                self.supply_v = event.number("supply_v").or(self.supply_v);
+                if event.number("fault") == Some(0.0) {
+                    self.fault = None;
+                }
+            }
+            "friction-recorded" => {
+                self.friction_nm = event.number("closing_mnm").map(|value| 1e-3 * value);
+                self.friction_residual_nm = event.number("residual_mnm").map(|value| 1e-3 * value);
+            }
+            "calibrated" => {
+                self.torque_factor = event
+                    .number("torque_factor")
+                    .zip(event.number("torque_factor_sigma"));
+            }
+            "log" => {
+                self.dropped += event.number("dropped").unwrap_or_default().max(0.0) as u64;
+            }
+            "touch" => {
+                self.contact = Some(Contact {
+                    touch_rad: event.number("theta_a_mrad").map(|value| 1e-3 * value),
+                    ..Contact::default()
+                });
+            }
+            "located" | "ambiguous" | "not-located" => self.judged(&event),
+            _ => {}
+        }
+        self.line(event.time_s, event.level, event.text());
+    }
+
+    /// A word on the contact.
+    fn judged(&mut self, event: &Event) {
+        let contact = self.contact.get_or_insert_default();
+        let place = |prefix: &str, weight| {
+            Some(Place {
+                phalanx: event.number(&format!("{prefix}phalanx"))? as u32,
+                k_mm: event.number(&format!("{prefix}k_mm"))?,
+                sigma_mm: event.number(&format!("{prefix}sigma_mm"))?,
+                weight,
+            })
+        };
+        let first = match event.name.as_str() {
+            "ambiguous" => 0.5,
+            _ => event.number("p_phalanx").unwrap_or(1.0),
+        };
+        contact.places = [place("", first), place("other_", 0.5)]
+            .into_iter()
+            .flatten()
+            .collect();
+        contact.why = event.field("why").map(str::to_owned);
+        contact.force_n = event.number("force_n").or(contact.force_n);
+        contact.radius_mm = event.number("radius_mm").or(contact.radius_mm);
+        contact.settled = event.field("settled") == Some("true") || event.name == "not-located";
+    }
+}
+
+fn push<T>(queue: &mut VecDeque<T>, value: T, most: usize) {
+    if queue.len() >= most {
+        queue.pop_front();
+    }
+    queue.push_back(value);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stream::parse;
+
+    fn told(lines: &[&str]) -> State {
+        let mut state = State::default();
+        for line in lines {
+            state.take(parse(line).expect("a line"));
+        }
+        state
+    }
+
+    #[test]
+    fn a_contact_is_followed_from_touch_to_place() {
+        let state = told(&[
+            "1.0 [INFO ] state name=close from=idle",
+            "2.0 [INFO ] touch time_us=2000000 theta_a_mrad=800.5 torque_mnm=3.1",
+            "2.1 [INFO ] located phalanx=2 k_mm=30.5 sigma_mm=0.6 force_n=0.8 radius_mm=11 settled=false",
+        ]);
+        let contact = state.contact.expect("a contact");
+        assert_eq!(contact.touch_rad, Some(0.8005));
+        assert_eq!(contact.places.len(), 1);
+        assert_eq!(contact.places[0].k_mm, 30.5);
+        assert!(!contact.settled);
+    }
+
+    #[test]
+    fn another_closing_forgets_the_contact() {
+        let state = told(&[
+            "touch theta_a_mrad=800",
+            "located phalanx=2 k_mm=30 sigma_mm=1 settled=true",
+            "state name=close from=idle",
+        ]);
+        assert_eq!(state.contact, None);
+        assert_eq!(state.sequence, "close");
+    }
+
+    #[test]
+    fn both_places_of_an_ambiguous_contact_are_kept() {
+        let state = told(&[
+            "ambiguous phalanx=2 k_mm=20 sigma_mm=1 other_phalanx=3 other_k_mm=5 other_sigma_mm=2 settled=true",
+        ]);
+        let places = state.contact.expect("a contact").places;
+        assert_eq!((places.len(), places[1].phalanx), (2, 3));
+    }
+
+    #[test]
+    fn the_log_does_not_grow_for_ever() {
+        let mut state = State::default();
+        for _ in 0..LOG_LINES + 10 {
+            state.note(Level::Info, "x");
+        }
+        assert_eq!(state.log.len(), LOG_LINES);
+    }
+}

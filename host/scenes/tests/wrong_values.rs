@@ -1,0 +1,151 @@
+//! A scene with a wrong value stops the build with key, value and range: the reader is the one that the build scripts use.
+
+#[path = "../../../build/scene/mod.rs"]
+#[allow(dead_code, reason = "the reader serves the build scripts as well")]
+mod scene;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
+
+/// A folder with the defaults, p70 and one more scene.
+fn folder(test: &str, own: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+    let common = folder.join("common");
+    fs::create_dir_all(&common).expect("a folder for the test");
+    for file in ["common/defaults.toml", "p70.toml", "tendon2.toml"] {
+        fs::copy(Path::new(SCENES).join(file), folder.join(file)).expect("a scene to copy");
+    }
+    fs::write(folder.join("own.toml"), own).expect("a scene to write");
+    folder
+}
+
+fn problem(test: &str, own: &str) -> String {
+    let result = scene::load(&folder(test, own), "own");
+    result.expect_err(own).to_string()
+}
+
+#[test]
+fn a_value_out_of_range_is_named_with_its_range() {
+    for (own, expected) in [
+        (
+            "motor.resistance_ohm = 1000",
+            "`motor.resistance_ohm` = 1000 is out of range, allowed 0.1 to 500",
+        ),
+        (
+            "motor.resistance_ohm = nan",
+            "`motor.resistance_ohm` = NaN is out of range, allowed 0.1 to 500",
+        ),
+        (
+            "finger.length_m = [0.09, 70]",
+            "`finger.length_m[1]` = 70 is out of range, allowed 0.001 to 10",
+        ),
+        (
+            "finger.spring_nm_per_rad = [0, 0]",
+            "`finger.spring_nm_per_rad[1]` = 0 is out of range, allowed 0.000001 to 1000",
+        ),
+        (
+            "finger.rest_deg = [0, -5]",
+            "`finger.rest_deg[1]` = -5 is out of range, allowed 0 to 120",
+        ),
+        // Ranges that depend on other values.
+        (
+            "limits.current_a = 0.21",
+            "`limits.current_a` = 0.21 is out of range, allowed 0.001 to 0.2",
+        ),
+        (
+            "limits.current_trip_a = 0.5",
+            "`limits.current_trip_a` = 0.5 is out of range, allowed 0.001 to 0.461",
+        ),
+        (
+            "motion.closing_rad_per_s = 0.9",
+            "`motion.closing_rad_per_s` = 0.9 is out of range, allowed 0.02 to 0.8",
+        ),
+        (
+            "limits.supply_max_v = 24",
+            "`limits.supply_max_v` = 24 is out of range, allowed 9 to 18.333",
+        ),
+        (
+            "travel.free_rad = 1.7",
+            "`travel.free_rad` = 1.7 is out of range, allowed 0.01 to 1.6",
+        ),
+        (
+            "hall = { fitted = true, max_rad = 2.8 }",
+            "`hall.max_rad` = 2.8 is out of range, allowed -0.434 to 2.734",
+        ),
+        (
+            "motor.torque_constant_nm_per_a = 1e-3",
+            "`sensing.probe_torque_nm` = 0.35 is out of range",
+        ),
+    ] {
+        let problem = problem("ranges", &format!("base = \"p70\"\ntitle = \"own\"\n{own}"));
+        assert!(problem.starts_with("scene 'own': "), "{problem}");
+        assert!(problem.contains(expected), "{own}: {problem}");
+    }
+}
+
+#[test]
+fn a_linkage_that_does_not_close_names_the_link() {
+    let problem = problem(
+        "open",
+        "base = \"p70\"\ntitle = \"own\"\nlinkage.coupler_m = [0.2]",
+    );
+    assert!(
+        problem.contains("linkage 1 does not close at theta_2 = 0 deg"),
+        "{problem}"
+    );
+    assert!(
+        problem
+            .contains("`linkage.coupler_m[0]` = 0.2 is out of range, allowed 0.019373 to 0.13937"),
+        "{problem}"
+    );
+}
+
+#[test]
+fn what_is_not_a_key_or_not_a_number_is_told() {
+    let told = |own: &str| problem("keys", &format!("base = \"p70\"\ntitle = \"own\"\n{own}"));
+    let unknown = told("motor.resistence_ohm = 3");
+    assert!(
+        unknown.contains("unknown key `motor.resistence_ohm`; [motor] has: "),
+        "{unknown}"
+    );
+    assert!(
+        unknown.contains("motor.resistance_ohm") || unknown.contains("resistance_ohm"),
+        "{unknown}"
+    );
+    assert!(told("moter.resistance_ohm = 3").contains("the sections are: "));
+    assert!(told("motor.resistance_ohm = \"big\"").contains("must be a number from 0.1 to 500"));
+    assert!(
+        told("finger.length_m = [0.09]")
+            .contains("`finger.length_m` has 1 numbers, expected 2 or 3")
+    );
+    assert!(
+        told("linkage.assembly = [\"up\"]").contains("must be one of: clockwise, counterclockwise")
+    );
+    assert!(
+        told("tendon = { pulley_m = [0.009, 0.0072] }\nlinkage = {}").contains("one transmission")
+    );
+    assert!(problem("base", "base = \"nothing\"").contains("nothing.toml"));
+    assert!(problem("circle", "base = \"own\"\ntitle = \"own\"").contains("circle"));
+    let bare = problem(
+        "bare",
+        "title = \"own\"\n[finger]\nlength_m = [0.08, 0.06]\n[tendon]\npulley_m = [0.009, 0.0072]",
+    );
+    assert!(
+        bare.contains("`finger.spring_nm_per_rad` is missing"),
+        "{bare}"
+    );
+}
+
+#[test]
+fn a_finger_of_ones_own_takes_base_and_defaults() {
+    let own = "base = \"p70\"\ntitle = \"own\"\nfinger.length_m = [0.08, 0.06]\n[linkage]\ndriving_m = [0.05]\ncoupler_m = [0.09]\n";
+    let scene = scene::load(&folder("own", own), "own").expect("a valid scene");
+    assert_eq!(scene.list("finger.length_m"), [0.08, 0.06]);
+    assert_eq!(scene.list("linkage.driven_m"), [0.030], "of the base");
+    assert_eq!(scene.number("gearhead.ratio"), 64.0, "by default");
+    let tendon = "base = \"p70\"\ntitle = \"own\"\n[tendon]\npulley_m = [0.009, 0.0072]\n";
+    let scene = scene::load(&folder("tendon", tendon), "own").expect("a valid scene");
+    assert!(scene.has("tendon") && !scene.has("linkage"));
+}
