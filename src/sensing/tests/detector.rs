@@ -345,7 +345,7 @@ fn operating_curve() {
             }
         }
     }
-    println!("{count} closings, each with a record of its own from one closing and one opening\\n");
+    println!("{count} closings, each with a record of its own from one closing and one opening\n");
     println!(
         "| `sensitivity` | ln ratio | false contacts / 1000 | false `unusual` / 1000 | softest contact, ms: median, 90 % | 2.5 times as stiff |"
     );
