@@ -34,7 +34,7 @@ pub fn prepare() {
 /// All scenes, for the library's own tests. A file that is wrong stops those tests, and no firmware but its own.
 fn every_scene(folder: &Path) -> String {
     let all = || -> Result<String, Error> {
-        Ok(generate::module(&scene::load_all(folder)?, "crate::scene"))
+        Ok(generate::module(&scene::load_all(folder)?, "$crate::scene"))
     };
     all().unwrap_or_else(|error| format!("compile_error!({:?});", error.to_string()))
 }

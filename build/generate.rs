@@ -18,7 +18,7 @@ pub fn type_name(scene: &str) -> String {
     scene.split('-').map(part).collect()
 }
 
-/// Types of several scenes, their names, and macros that choose among them. `path` is where the types can be named.
+/// Types of several scenes, their names, and macros that choose among them. `path` is where a macro can name the types.
 pub fn module(scenes: &[Scene], path: &str) -> String {
     let mut text = String::new();
     let (mut arms, mut each) = (String::new(), String::new());

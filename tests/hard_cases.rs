@@ -287,7 +287,7 @@ fn dead_points_are_refused() {
     let error = FourBar::build(2, 1.0, levers(0.9), [-0.5, 0.5]).expect_err("stretched");
     assert_eq!(error.parameter, Parameter::Closure { stage: 2 });
     assert!(
-        error.value >= error.max && error.to_string().contains("Closure"),
+        error.value >= error.max && error.to_string().contains("linkage 2 does not close"),
         "{error}"
     );
     let near = FourBar::build(1, 1.0, levers(0.9001), [-0.5, 0.5]).expect("just within reach");

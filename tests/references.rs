@@ -136,6 +136,27 @@ fn linked(text: &str) -> Vec<Reference> {
     found
 }
 
+/// Files of the checkout that a text names between backticks, as `src/x.rs`; patterns and placeholders are not files.
+fn named_files(text: &str) -> Vec<(usize, String)> {
+    let rooms = [
+        "src/", "host/", "tests/", "bench/", "scenes/", "build/", ".github/", ".vscode/",
+    ];
+    let mut found = Vec::new();
+    for (number, line) in text.lines().enumerate() {
+        for word in line.split('`').skip(1).step_by(2) {
+            let is_path = word
+                .chars()
+                .all(|c| c.is_ascii_alphanumeric() || "-_./".contains(c));
+            let is_placeholder =
+                word.chars().any(|c| c.is_ascii_uppercase()) && !word.ends_with(".md");
+            if is_path && !is_placeholder && rooms.iter().any(|room| word.starts_with(room)) {
+                found.push((number + 1, word.to_owned()));
+            }
+        }
+    }
+    found
+}
+
 /// Marks that name a document of the theory without saying where it is.
 fn bare_marks(text: &str) -> Vec<usize> {
     let marks = [["HARD", "WARE"], ["MECH", "ANICS"], ["DES", "IGN.md"]].map(|mark| mark.concat());
@@ -170,6 +191,14 @@ fn every_reference_resolves() {
         let mut references = mentioned(&text);
         if is_document {
             references.extend(linked(&text));
+            for (line, path) in named_files(&text) {
+                checked += 1;
+                let near = file.parent().expect("a folder").join(&path);
+                let at = root().join(&path);
+                if !(near.exists() || at.exists() || at.with_extension("rs").exists()) {
+                    broken.push(format!("{name}:{line}: no {path}"));
+                }
+            }
         } else if !file.ends_with("tests/references.rs") {
             broken.extend(
                 bare_marks(&text)
@@ -234,6 +263,8 @@ fn the_search_sees_what_it_should() {
     let seen = linked("[a](b.md#c) and [d](https://e.f) and ![g](h.svg)");
     assert_eq!(seen.len(), 2);
     assert_eq!(seen[1].path, "h.svg");
+    let seen = named_files("`src/a.rs` and `src/X.toml`, `scenes/*.toml`, src/b.rs");
+    assert_eq!(seen, [(1, "src/a.rs".to_owned())]);
     let anchors = anchors("# A `b`, c\n## A b c\ntext # no\n```\n# code\n```\n");
     assert_eq!(
         anchors.into_iter().collect::<Vec<_>>(),

@@ -1,7 +1,7 @@
 //! The grammar of the log: every line that the firmware writes, once, with its keys, units and types.
 //!
 //! A line is `name key=value key=value`, units in the keys. A value that is not known is `NaN`. The firmware writes the lines
-//! with defmt, a replay of a recording as text or JSON, and programs read them with [`parse`]: all from [`log_lines!`].
+//! with defmt, a replay of a recording as text or JSON, and programs read them with [`parse`]: all from [`log_lines!`](crate::log_lines).
 //! docs/MANUAL.md#log-lines says what each means.
 
 mod events;

@@ -19,10 +19,12 @@ impl Encoder {
         a: Peri<'static, PA6>,
         b: Peri<'static, PA7>,
     ) -> Self {
-        let mut config = qei::Config::default();
         // The encoder's outputs may be open collectors.
-        config.ch1_pull = Pull::Up;
-        config.ch2_pull = Pull::Up;
+        let config = qei::Config {
+            ch1_pull: Pull::Up,
+            ch2_pull: Pull::Up,
+            ..qei::Config::default()
+        };
         let counter = Qei::new(timer, a, b, config);
         // By register: the driver has no input filter. 8 equal samples at 170 MHz / 16: pulses below 0.75 us are ignored. A
         // phase lasts 9.4 us at full motor speed (213,000 edges a second over two phases).

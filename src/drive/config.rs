@@ -1,4 +1,4 @@
-//! Configuration of motor, drivetrain, board and limits. Immutable; checked once.
+//! Configuration of motor, gears, board and limits: immutable, checked once.
 
 use super::convert::Scale;
 
@@ -128,7 +128,8 @@ pub const fn check<const N: usize>(
 }
 
 impl Limits {
-    /// Checks what a user may set: current against trip and supply against supply, with the range of the board's inputs.
+    /// Checks the limits that a user may set: current against its trip, lowest against highest supply, both within the
+    /// board's inputs.
     const fn check_set(&self, sense: &AnalogInputs) -> Result<(), OutOfRange> {
         check(&[
             (
@@ -232,8 +233,8 @@ impl Config {
     }
 }
 
-/// A configuration that holds together, with the scales that follow from it. A scene's is a constant: one that does not hold
-/// together does not compile, and the firmware carries neither check nor names.
+/// A checked configuration with the scales that follow from it. A scene's is a constant: an inconsistent one does not
+/// compile, and the firmware carries neither the check nor the names.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CheckedConfig {
     config: Config,
@@ -255,7 +256,7 @@ impl CheckedConfig {
         }
     }
 
-    /// The same with what a user may set: largest current, ampere, lowest and highest supply, volt.
+    /// The same with other values of what a user may set: largest current, ampere, lowest and highest supply, volt.
     ///
     /// # Errors
     /// The first of them that is out of range.

@@ -3,53 +3,34 @@
 //! On the chip it runs from a memory of its own (`memory.x`), where no function of another memory may be called: nothing here
 //! panics, and nothing longer than 24 bytes is copied, which would be a call of `memcpy`.
 
+use super::average::{Average, PERIODS_PER_SAMPLE, Period, SAMPLE_HZ};
 use super::config::CheckedConfig;
 use super::convert::{self, PERIOD_S, Scale};
 use super::current::CurrentLoop;
-use super::demand::{Demand, LimitsReached, OffsetState, Setpoint, Status};
+use super::demand::{Demand, OffsetState, Setpoint, Status};
 use super::encoder::Encoder;
 use super::fault::Fault;
 use super::io::{CONTROL_HZ, Inputs, Outputs};
-use super::limit::within;
+use super::limit::{Travel, limit_magnitude};
 use super::offset::{OffsetMeter, OffsetReading};
-use super::protect::{BridgeState, FREE_TURN, PeriodState, Protection, TURNS};
+use super::protect::{BridgeState, FREE_SLOT, PeriodState, Protection, SLOTS};
 use super::speed::SpeedLoop;
 use super::thermal::{Temperatures, Winding};
 use crate::numeric::clamp;
 use crate::sample::{Drive, Sample};
 
-/// Samples a second handed to sensing.
-pub const SAMPLE_HZ: u32 = 1000;
-/// Control periods a sample.
-const PERIODS_PER_SAMPLE: u8 = (CONTROL_HZ / SAMPLE_HZ) as u8;
-/// Every period of a sample in steady motion with the drive.
-const ALL_CLOSING: i8 = PERIODS_PER_SAMPLE as i8;
-const ALL_OPENING: i8 = -ALL_CLOSING;
 /// The period of a sample in which the thermal model advances by the sample before: one with no slow detector.
-const HEAT_PERIOD: u8 = FREE_TURN + 1;
+const HEAT_PERIOD: u8 = FREE_SLOT + 1;
 // The last period of a sample, which completes it, leaves the slow detectors out.
-const _: () = assert!((PERIODS_PER_SAMPLE - 1) % TURNS == FREE_TURN);
+const _: () = assert!((PERIODS_PER_SAMPLE - 1) % SLOTS == FREE_SLOT);
 const SAMPLE_S: f32 = 1.0 / SAMPLE_HZ as f32;
 const SAMPLE_US: u64 = 1_000_000 / SAMPLE_HZ as u64;
 /// Periods (1.5 ms) between waking the bridge and enabling the outputs: it needs 1 ms.
 const WAKE_PERIODS: u8 = 30;
 /// Change of a demanded current a period, as a share of the limit: the limit is reached in 5 ms.
 const CURRENT_SLEW: f32 = 0.01;
-/// Slowest speed, counts a period, that has a direction: 0.002 rad/s at the prototype's input link.
-const MOVING: f32 = 0.02;
 /// A low-pass of 16 periods on the supply: its ripple must not reach the duty, its sag within a millisecond must.
 const SUPPLY_GAIN: f32 = 1.0 / 16.0;
-
-/// What one sample is averaged from.
-#[derive(Clone, Debug, Default)]
-struct Average {
-    periods: u8,
-    /// Periods of steady motion in the direction of the drive: closing counts up, opening down.
-    driven: i8,
-    sum_a: f32,
-    sum_squares_a2: f32,
-    limited: LimitsReached,
-}
 
 /// State of the control loop.
 #[derive(Clone, Debug)]
@@ -57,8 +38,7 @@ pub struct Controller {
     scale: Scale,
     current_limit_a: f32,
     conductance_per_ohm: f32,
-    position_min_counts: i32,
-    position_max_counts: i32,
+    travel: Travel,
     encoder: Encoder,
     current: CurrentLoop,
     speed: SpeedLoop,
@@ -102,8 +82,10 @@ impl Controller {
         Self {
             current_limit_a: limits.current_a,
             conductance_per_ohm: 1.0 / config.motor.resistance_ohm,
-            position_min_counts: scale.counts(limits.position_min_rad),
-            position_max_counts: scale.counts(limits.position_max_rad),
+            travel: Travel {
+                min_counts: scale.counts(limits.position_min_rad),
+                max_counts: scale.counts(limits.position_max_rad),
+            },
             encoder: Encoder::default(),
             current: CurrentLoop::new(config, scale.emf_v_per_count_per_period()),
             speed: SpeedLoop::new(config, &scale),
@@ -157,7 +139,7 @@ impl Controller {
         })
     }
 
-    /// What the slow loop wants to know, as of the last step.
+    /// Measurements, limits and faults as of the last step.
     pub fn status(&self) -> &Status {
         &self.status
     }
@@ -167,7 +149,7 @@ impl Controller {
         &self.scale
     }
 
-    /// Carries out what the demand asks for once: a new zero, clearing a fault.
+    /// Answers what the demand requests by a changed number: a new zero, clearing a fault.
     fn acknowledge(&mut self, demand: &Demand) {
         if demand.zero != self.status.zero {
             self.status.zero = demand.zero;
@@ -177,30 +159,20 @@ impl Controller {
         if demand.clear != self.status.clear {
             self.status.clear = demand.clear;
             self.status.fault = None;
-            // Whatever happened, the zero is worth a new homing.
+            // The fault may have lost counts: the zero is found anew.
             self.status.homed = false;
             self.protection.clear();
             self.encoder.settle();
         }
     }
 
-    /// Counts beyond the limits of the travel: negative on the opening side, 0 within.
-    fn beyond_counts(&self) -> i32 {
-        let position = self.encoder.position_counts();
-        if !self.status.homed {
-            0
-        } else if position > self.position_max_counts {
-            position.wrapping_sub(self.position_max_counts)
-        } else if position < self.position_min_counts {
-            position.wrapping_sub(self.position_min_counts)
+    /// Checks the period that ended for faults and adds it to the sample.
+    fn observe(&mut self, inputs: &Inputs, encoder_plausible: bool, setpoint: Setpoint) {
+        self.beyond_counts = if self.status.homed {
+            self.travel.beyond_counts(self.encoder.position_counts())
         } else {
             0
-        }
-    }
-
-    /// Judges the period that ended and adds it to the sample.
-    fn observe(&mut self, inputs: &Inputs, encoder_plausible: bool, setpoint: Setpoint) {
-        self.beyond_counts = self.beyond_counts();
+        };
         let raw_a = self.scale.current_a(inputs.current);
         let supply_v = self.scale.supply_v(inputs.supply);
         if self.supply_v == 0.0 {
@@ -225,7 +197,7 @@ impl Controller {
         };
         let mut fault = self
             .protection
-            .check(inputs, &observed, self.average.periods % TURNS);
+            .check(inputs, &observed, self.average.periods() % SLOTS);
         let measured = self.measure_offset(setpoint, raw_a, observed.speed);
         if matches!(measured, OffsetReading::OutOfRange) {
             fault = fault.or(Some(Fault::OffsetOutOfRange));
@@ -265,14 +237,15 @@ impl Controller {
 
     /// Adds the period that ended to the sample, and completes it with the twentieth.
     fn accumulate(&mut self, observed: &PeriodState) {
-        // Current, speed and direction as seen along the voltage.
-        let (signed_a, along, closing) = if observed.applied_v < 0.0 {
-            (-observed.reading_a, -observed.speed, -1)
+        // Current and speed as seen along the voltage.
+        let closing = observed.applied_v >= 0.0;
+        let (signed_a, along) = if closing {
+            (observed.reading_a, observed.speed)
         } else {
-            (observed.reading_a, observed.speed, 1)
+            (-observed.reading_a, -observed.speed)
         };
-        // Where the sense is blind (braking, or a current against the voltage) the model supplies the heat.
-        let blind = blind(observed.reference_a, observed.applied_v);
+        // Where the sense is blind (braking, or a current against the voltage) the model tells the heat.
+        let blind = observed.sense_is_blind();
         let flowing_a = if !blind {
             signed_a
         } else if observed.state != BridgeState::Asleep {
@@ -282,14 +255,12 @@ impl Controller {
             0.0
         };
         self.measured_a = if blind { None } else { Some(signed_a) };
-        let average = &mut self.average;
-        average.periods += 1;
-        average.sum_a += signed_a;
-        average.sum_squares_a2 += flowing_a * flowing_a;
-        if !blind && along > MOVING {
-            average.driven += closing;
-        }
-        match average.periods {
+        match self.average.add(Period {
+            signed_a,
+            flowing_a,
+            closing,
+            speed_along: if blind { 0.0 } else { along },
+        }) {
             HEAT_PERIOD => self.heat(),
             PERIODS_PER_SAMPLE => self.complete_sample(),
             _ => {}
@@ -313,18 +284,14 @@ impl Controller {
 
     /// Completes the sample.
     fn complete_sample(&mut self) {
-        const PER_SAMPLE: f32 = 1.0 / PERIODS_PER_SAMPLE as f32;
         let average = core::mem::take(&mut self.average);
-        self.drive = match average.driven {
-            ALL_CLOSING => Drive::Closing,
-            ALL_OPENING => Drive::Opening,
-            _ => Drive::Idle,
-        };
+        let averaged = average.averaged();
+        self.drive = averaged.drive;
         self.status.time_us = self.status.time_us.wrapping_add(SAMPLE_US);
         self.status.position_counts = self.encoder.position_counts();
         self.status.speed_counts_per_s = self.encoder.speed() * CONTROL_HZ as f32;
-        self.mean_square_a2 = average.sum_squares_a2 * PER_SAMPLE;
-        self.status.current_a = average.sum_a * PER_SAMPLE;
+        self.mean_square_a2 = averaged.mean_square_a2;
+        self.status.current_a = averaged.current_a;
         self.status.supply_v = self.supply_v;
         self.status.limited = average.limited;
         self.completed = true;
@@ -395,7 +362,7 @@ impl Controller {
         convert::drive(fraction)
     }
 
-    /// No current is wanted: both loops start afresh.
+    /// Resets both loops: no current is demanded.
     fn rest(&mut self) {
         self.reference_a = 0.0;
         self.in_speed = false;
@@ -415,22 +382,15 @@ impl Controller {
     /// Current reference on its way to a demanded current, within the limits of current, speed, travel and slew.
     fn slewed(&mut self, demanded_a: f32, speed: f32) -> f32 {
         let (inward_a, suppressed) = self.inward(demanded_a);
-        let (allowed_a, current_limited) = within(inward_a, self.current_limit_a);
+        let (allowed_a, current_limited) = limit_magnitude(inward_a, self.current_limit_a);
         let (down_a, up_a) = self.speed.current_bounds_a(speed);
         let bounded_a = clamp(allowed_a, down_a, up_a);
         let slew_a = CURRENT_SLEW * self.current_limit_a;
-        let (change_a, _) = within(bounded_a - self.reference_a, slew_a);
+        let (change_a, _) = limit_magnitude(bounded_a - self.reference_a, slew_a);
         let limited = &mut self.average.limited;
         limited.position |= suppressed;
         limited.current |= current_limited;
         limited.speed |= bounded_a != allowed_a;
         self.reference_a + change_a
     }
-}
-
-/// Whether the unsigned current sense measures nothing in a period with this reference and voltage. However small the reference
-/// is, the sense measures as much as its offset allows: with an offset of -7 mA, which an unsigned converter cannot even see,
-/// free motion may read as little as 3 mA.
-fn blind(reference_a: f32, applied_v: f32) -> bool {
-    reference_a * applied_v <= 0.0
 }

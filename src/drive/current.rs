@@ -7,13 +7,13 @@
 
 use super::config::Config;
 use super::demand::LimitsReached;
-use super::limit::within;
+use super::limit::limit_magnitude;
 
 /// Share of the remaining current error that the integral takes back in one period: a time constant of 20 periods
 /// (1 ms) with a motor of nominal resistance, far from the stability limit of 1 whatever its resistance.
 const INTEGRAL_GAIN: f32 = 0.05;
 /// The integral never exceeds what a motor at the edge of its tolerances needs: 30 % of resistance (20 % spread and the
-/// warm winding), 15 % of back-EMF, and the bridge's own drop. So a lying current sense cannot wind it up to harm.
+/// warm winding), 15 % of back-EMF, and the bridge's own drop. A faulty current sense therefore cannot wind it up to a harmful current.
 const RESISTANCE_TRIM: f32 = 0.3;
 const EMF_TRIM: f32 = 0.15;
 const BRIDGE_TRIM_V: f32 = 0.3;
@@ -39,7 +39,7 @@ impl CurrentLoop {
         }
     }
 
-    /// Forgets: the bridge was off.
+    /// Clears the integral: the bridge was off.
     pub fn reset(&mut self) {
         self.integral_v = 0.0;
     }
@@ -61,9 +61,9 @@ impl CurrentLoop {
         if let Some(measured_a) = measured_a {
             integral_v += self.integral_v_per_a * (reference_a - measured_a);
         }
-        (integral_v, _) = within(integral_v, trim_v);
+        (integral_v, _) = limit_magnitude(integral_v, trim_v);
         let wanted = (resistive_v + emf_v + integral_v) * per_supply_v;
-        let (fraction, at_limit) = within(wanted, self.duty_limit);
+        let (fraction, at_limit) = limit_magnitude(wanted, self.duty_limit);
         if at_limit {
             limited.duty = true;
         }

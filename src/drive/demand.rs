@@ -1,8 +1,8 @@
-//! Demands of the slow loop on the control interrupt, and the status that comes back.
+//! What the sequence demands of the control interrupt, and the status that it reports back.
 
 use super::fault::Fault;
 
-/// What the motor shall do.
+/// What the motor is to do.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Setpoint {
     /// Bridge off: coast. The worm locks by itself.
@@ -30,7 +30,7 @@ pub enum Setpoint {
 /// nothing, so one shared cell is enough and no queue can overflow.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Demand {
-    /// What the motor shall do.
+    /// What the motor is to do.
     pub setpoint: Setpoint,
     /// Changing this makes the position `zero_at_counts` the new zero; [`Status::zero`] echoes it.
     pub zero: u8,
@@ -41,7 +41,7 @@ pub struct Demand {
 }
 
 impl Demand {
-    /// Bridge off, nothing else asked for: what is in force before the first demand.
+    /// Bridge off and no requests: in force before the first demand.
     pub const REST: Self = Self {
         setpoint: Setpoint::Off,
         zero: 0,

@@ -1,4 +1,4 @@
-//! Encoder: the 16-bit counter extended to 32 bits, a speed observer, and a check for impossible motion.
+//! Encoder: the 16-bit counter extended to 32 bits, a speed observer, and a plausibility check.
 
 use super::convert::PERIOD_S;
 use super::io::EncoderCount;
@@ -72,7 +72,7 @@ impl Encoder {
         self.speed
     }
 
-    /// Forgets the noise, and the speed if it was made of it: after a fault.
+    /// Resets the plausibility check and the speed, which may be made of noise: after a fault.
     pub fn settle(&mut self) {
         self.kicks = 0;
         self.lag_counts = 0.0;

@@ -1,4 +1,4 @@
-//! Faults: numbered, latched, bridge off. One table holds number, name, cause, remedy and what detects it;
+//! Faults: numbered and latched, with the bridge off. One table holds number, name, cause, remedy and what detects it;
 //! a test compares docs/MANUAL.md#faults with it.
 //!
 //! Limits, in contrast, are clamped and reported while the motor goes on: see [`LimitsReached`](super::LimitsReached).

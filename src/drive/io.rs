@@ -1,4 +1,4 @@
-//! Inputs and outputs of the control logic, once a control period.
+//! Interface between chip and control logic, exchanged once a control period.
 
 /// Control rate: the ADC interrupt, a fifth of the PWM rate.
 pub const CONTROL_HZ: u32 = 20_000;
@@ -46,7 +46,7 @@ pub struct Inputs {
     pub overrun: bool,
 }
 
-/// What the bridge shall do until the next control period.
+/// What the bridge does until the next control period.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Outputs {
     /// Timer outputs off, nSLEEP low: coast.

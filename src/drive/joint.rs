@@ -12,7 +12,7 @@ pub struct AngleSensor {
     pub zero_v: f32,
     /// Output a radian, volt; negative where the voltage falls as the joint closes.
     pub volt_per_rad: f32,
-    /// Smallest angle that the joint can have, radian: what reads below is a fault of the sensor.
+    /// Smallest angle that the joint can have, radian: a reading below is a fault of the sensor.
     pub min_rad: f32,
     /// Largest angle that the joint can have, radian.
     pub max_rad: f32,
@@ -20,10 +20,10 @@ pub struct AngleSensor {
 
 /// How the board reads joint 2: [`NotFitted`] or [`HallInput`].
 pub trait JointInput: Copy + core::fmt::Debug {
-    /// What the control interrupt takes along for a sample.
+    /// What the control interrupt stores with a sample.
     type Raw: Copy;
 
-    /// What that says.
+    /// The angle that it stands for.
     type Reading: Copy;
 
     /// Whether there is a pin to convert.
@@ -35,10 +35,10 @@ pub trait JointInput: Copy + core::fmt::Debug {
     /// The first parameter out of its range.
     fn new(board: &AnalogInputs, sensor: &AngleSensor) -> Result<Self, OutOfRange>;
 
-    /// Takes a code along, if there is one to take.
+    /// Stores a code, where there is a pin to convert.
     fn take(code: impl FnOnce() -> AdcCode) -> Self::Raw;
 
-    /// The reading of what was taken.
+    /// Angle of a stored code.
     fn reading(&self, raw: Self::Raw) -> Self::Reading;
 }
 

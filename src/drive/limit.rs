@@ -1,10 +1,10 @@
-//! Clamps a value to limits of both signs; the common case, no clamping, is fast.
+//! Limits: clamping to a range that is symmetric about zero, and the travel of the finger.
 
-/// `x` within `-limit..=limit`, `limit` not negative, and whether it was beyond; NaN gives `limit`.
+/// `x` clamped to `-limit..=limit`, `limit` not negative, and whether it was beyond; NaN gives `limit`.
 ///
-/// For the control interrupt: a value within its limits, the usual case, costs one comparison; `clamp` and a comparison with
-/// its result cost three.
-pub fn within(x: f32, limit: f32) -> (f32, bool) {
+/// For the control interrupt: a value within its limits, the usual case, takes one comparison; `clamp` and a comparison with
+/// its result take three.
+pub fn limit_magnitude(x: f32, limit: f32) -> (f32, bool) {
     if x.abs() <= limit {
         (x, false)
     } else if x < 0.0 {
@@ -14,28 +14,62 @@ pub fn within(x: f32, limit: f32) -> (f32, bool) {
     }
 }
 
+/// The finger's travel, counts from the opening stop.
+#[derive(Clone, Copy, Debug)]
+pub struct Travel {
+    /// Opening end.
+    pub min_counts: i32,
+    /// Closing end.
+    pub max_counts: i32,
+}
+
+impl Travel {
+    /// Counts beyond the travel: negative on the opening side, 0 within.
+    #[inline(always)]
+    pub fn beyond_counts(&self, position_counts: i32) -> i32 {
+        if position_counts > self.max_counts {
+            position_counts.wrapping_sub(self.max_counts)
+        } else if position_counts < self.min_counts {
+            position_counts.wrapping_sub(self.min_counts)
+        } else {
+            0
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::within;
+    use super::{Travel, limit_magnitude};
     use crate::numeric::clamp;
     use proptest::prelude::*;
 
     proptest! {
         #[test]
         fn is_a_clamp_that_says_so(x: f32, limit in 0.0f32..1e30) {
-            let (held, beyond) = within(x, limit);
+            let (held, beyond) = limit_magnitude(x, limit);
             prop_assert_eq!(held, clamp(x, -limit, limit));
             prop_assert_eq!(beyond, held != x);
         }
     }
 
     #[test]
+    fn beyond_the_travel_is_signed_and_zero_within() {
+        let travel = Travel {
+            min_counts: -10,
+            max_counts: 100,
+        };
+        for (position, beyond) in [(-11, -1), (-10, 0), (0, 0), (100, 0), (107, 7)] {
+            assert_eq!(travel.beyond_counts(position), beyond);
+        }
+    }
+
+    #[test]
     fn the_limits_themselves_are_within() {
-        assert_eq!(within(2.0, 2.0), (2.0, false));
-        assert_eq!(within(-2.0, 2.0), (-2.0, false));
-        assert_eq!(within(f32::INFINITY, 2.0), (2.0, true));
-        assert_eq!(within(f32::NEG_INFINITY, 2.0), (-2.0, true));
-        assert_eq!(within(f32::NAN, 2.0), (2.0, true));
-        assert_eq!(within(1e-30, 0.0), (0.0, true));
+        assert_eq!(limit_magnitude(2.0, 2.0), (2.0, false));
+        assert_eq!(limit_magnitude(-2.0, 2.0), (-2.0, false));
+        assert_eq!(limit_magnitude(f32::INFINITY, 2.0), (2.0, true));
+        assert_eq!(limit_magnitude(f32::NEG_INFINITY, 2.0), (-2.0, true));
+        assert_eq!(limit_magnitude(f32::NAN, 2.0), (2.0, true));
+        assert_eq!(limit_magnitude(1e-30, 0.0), (0.0, true));
     }
 }

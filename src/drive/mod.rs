@@ -1,5 +1,6 @@
 //! Motor and drivetrain: codes and units, current loop, motion sequence, protection.
 
+mod average;
 pub mod config;
 pub mod controller;
 pub mod convert;

@@ -1,10 +1,10 @@
-//! Protection: what is wrong with the last control period, judged from what was applied and what was measured.
+//! Fault detection: compares what was applied in the last control period with what was measured.
 //!
 //! Every limit below stands with the reason why no healthy motion reaches it. Electrical limits trip on one reading: each
 //! is the mean of 16 conversions over a whole PWM period, which one disturbed conversion cannot push past them.
 //!
-//! What endangers something within a millisecond is judged in every period. What takes many periods to be distinguished from healthy
-//! motion takes turns, one of [`TURNS`] a period, so that no period pays for all of it.
+//! What endangers something within a millisecond is judged in every period. What takes many periods to be told from healthy
+//! motion has a slot of its own, one of [`SLOTS`] periods, so that no period pays for all of it.
 
 use super::config::Config;
 use super::convert::Scale;
@@ -13,18 +13,18 @@ use super::io::{ADC_FULL, AdcCode, Inputs};
 
 /// A reading this close to full scale is no measurement any more: 485 mA, twice the over-current trip.
 const SATURATED: AdcCode = AdcCode(ADC_FULL - 16 * 8);
-/// Periods in which every slow detector has its turn once.
-pub const TURNS: u8 = 4;
-/// The turn that no detector takes: the controller completes its sample in it.
-pub const FREE_TURN: u8 = 3;
+/// Periods in which every slow detector runs once.
+pub const SLOTS: u8 = 4;
+/// The slot without a detector: the controller completes its sample in it.
+pub const FREE_SLOT: u8 = 3;
 /// The very same sum of 16 conversions, this often in succession, while the motor turns. The sense has 0.1 mA rms of
 /// noise before averaging, 3 codes after: 40 equal readings by chance have a probability below 1e-30.
 const SAME_READINGS: u16 = 40;
 /// Slowest motion, counts a period, that counts as turning: 0.05 rad/s at the prototype's input link.
 const TURNING: f32 = 0.5;
-/// Turns (10 ms) that the back-EMF may contradict the encoder. A blow stops the rotor faster than the observer (1 ms)
+/// Checks (10 ms) that the back-EMF may contradict the encoder. A blow stops the rotor faster than the observer (1 ms)
 /// follows, and settles within 5 ms.
-const CONTRADICTION_TURNS: u16 = 50;
+const CONTRADICTION_CHECKS: u16 = 50;
 /// Voltage the model may be off without a contradiction: 1 V for bridge, offset and sudden motion; 30 % of the resistive
 /// part (20 % spread, and warmth); 20 % of the back-EMF (10 % spread).
 const SLACK_V: f32 = 1.0;
@@ -34,21 +34,21 @@ const SLACK_EMF: f32 = 0.2;
 const EXPECTED_A: f32 = 10e-3;
 /// A reading of nothing, ampere.
 const NOTHING_A: f32 = 2e-3;
-/// Turns (0.2 s) for which a driven, turning motor may show no current at all: only while it slows down, which the
+/// Checks (0.2 s) for which a driven, turning motor may show no current at all: only while it slows down, which the
 /// limited acceleration makes shorter than that. Otherwise friction alone takes several times `NOTHING_A`.
-const NOTHING_TURNS: u16 = 1000;
+const NOTHING_CHECKS: u16 = 1000;
 /// Reading at rest that is no offset, ampere: the amplifier's 7 mA, drift, and a margin as large.
 pub const OFFSET_LIMIT_A: f32 = 15e-3;
-/// Turns (20 ms) at rest before its reading is judged, and that it must persist: winding currents die in microseconds,
+/// Checks (20 ms) at rest before its reading is judged, and that it must persist: winding currents die in microseconds,
 /// the rotor stops within its mechanical time constant of 4 ms.
-const REST_TURNS: u16 = 100;
+const REST_CHECKS: u16 = 100;
 
 /// Counts how long a condition persists.
 #[derive(Clone, Copy, Debug, Default)]
 struct Persistence(u16);
 
 impl Persistence {
-    /// `true` from the moment the condition has held for more than `limit` turns, interruptions counted back.
+    /// `true` from the moment the condition has held for more than `limit` checks; a check where it does not hold takes one off.
     fn update(&mut self, holds: bool, limit: u16) -> bool {
         self.0 = if holds {
             self.0.saturating_add(1)
@@ -91,6 +91,16 @@ pub struct PeriodState {
     pub beyond_counts: i32,
     /// Winding beyond its temperature.
     pub hot: bool,
+}
+
+impl PeriodState {
+    /// Whether the unsigned current sense tells nothing in this period: braking, or a current against the voltage. However
+    /// small the reference is, the sense tells as much as its offset allows: with an offset of -7 mA, which an unsigned
+    /// converter cannot even see, free motion may read as little as 3 mA.
+    #[inline(always)]
+    pub fn sense_is_blind(&self) -> bool {
+        self.reference_a * self.applied_v <= 0.0
+    }
 }
 
 /// The detectors' state.
@@ -143,15 +153,15 @@ impl Protection {
         self.offset = Persistence::default();
     }
 
-    /// The most severe fault of this period. `turn` counts the periods, modulo [`TURNS`].
-    pub fn check(&mut self, inputs: &Inputs, observed: &PeriodState, turn: u8) -> Option<Fault> {
+    /// The most severe fault of this period. `slot` counts the periods, modulo [`SLOTS`].
+    pub fn check(&mut self, inputs: &Inputs, observed: &PeriodState, slot: u8) -> Option<Fault> {
         self.same_readings = if inputs.current == self.last_code {
             self.same_readings.saturating_add(1)
         } else {
             0
         };
         self.last_code = inputs.current;
-        let slow = match turn {
+        let slow = match slot {
             0 => self.sense_stuck(inputs.current, observed),
             1 => self.contradiction(observed),
             2 => self.offset(observed),
@@ -209,10 +219,10 @@ impl Protection {
         let nothing = observed.reading_a < NOTHING_A;
         let missing = self
             .nothing
-            .update(nothing && Self::must_flow(observed), CONTRADICTION_TURNS);
+            .update(nothing && Self::must_flow(observed), CONTRADICTION_CHECKS);
         // The loops work round a dead sense: the reference itself may come to ask for nothing.
         let driven = observed.applied_v * observed.speed > 0.0 && observed.speed.abs() > TURNING;
-        let idle = self.idle_reading.update(nothing && driven, NOTHING_TURNS);
+        let idle = self.idle_reading.update(nothing && driven, NOTHING_CHECKS);
         (missing || idle || same).then_some(Fault::SenseStuck)
     }
 
@@ -230,7 +240,7 @@ impl Protection {
         let excess_v = observed.applied_v - signed_resistive_v - emf_v;
         let slack_v = SLACK_V + SLACK_RESISTIVE * resistive_v + SLACK_EMF * emf_v.abs();
         let contradicts = tells && excess_v.abs() > slack_v;
-        if !self.contradiction.update(contradicts, CONTRADICTION_TURNS) {
+        if !self.contradiction.update(contradicts, CONTRADICTION_CHECKS) {
             return None;
         }
         // The motor's own EMF, and which way the encoder counts.
@@ -251,9 +261,9 @@ impl Protection {
         } else {
             0
         };
-        let wrong = self.rest > REST_TURNS && observed.reading_a.abs() > OFFSET_LIMIT_A;
+        let wrong = self.rest > REST_CHECKS && observed.reading_a.abs() > OFFSET_LIMIT_A;
         self.offset
-            .update(wrong, REST_TURNS)
+            .update(wrong, REST_CHECKS)
             .then_some(Fault::OffsetOutOfRange)
     }
 }

@@ -3,9 +3,9 @@
 use super::config::Config;
 use super::convert::{PERIOD_S, Scale};
 use super::demand::LimitsReached;
-use super::limit::within;
+use super::limit::limit_magnitude;
 
-/// Bandwidth, radian per second: 25 Hz. Low, because the current is the torque signal that sensing lives on: the
+/// Bandwidth, radian per second: 25 Hz. Low, because sensing takes the current for the torque: the
 /// encoder's unevenness once a motor turn must not become current. High enough to hold the worm, whose friction falls
 /// with speed, in steady motion.
 const BANDWIDTH_RAD_PER_S: f32 = 157.0;
@@ -45,7 +45,7 @@ impl SpeedLoop {
         }
     }
 
-    /// Starts from the speed and current at hand, so that taking over is smooth.
+    /// Starts from the present speed and current, so that the change of mode is smooth.
     pub fn preset(&mut self, speed: f32, current_a: f32) {
         self.reference = speed;
         self.integral_a = current_a;
@@ -66,17 +66,17 @@ impl SpeedLoop {
         current_limit_a: f32,
         limited: &mut LimitsReached,
     ) -> f32 {
-        let (target, speed_limited) = within(wanted, self.limit);
+        let (target, speed_limited) = limit_magnitude(wanted, self.limit);
         if speed_limited {
             limited.speed = true;
         }
-        let (change, _) = within(target - self.reference, self.change_limit);
+        let (change, _) = limit_magnitude(target - self.reference, self.change_limit);
         self.reference += change;
         let error = self.reference - speed;
         let integral_a = self.integral_a + self.integral_a_per_speed * error;
         let free_a =
             self.gain_a_per_speed * error + integral_a + self.feed_forward_a_per_change * change;
-        let (current_a, current_limited) = within(free_a, current_limit_a);
+        let (current_a, current_limited) = limit_magnitude(free_a, current_limit_a);
         if current_limited {
             limited.current = true;
         }

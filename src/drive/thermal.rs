@@ -118,22 +118,10 @@ impl Winding {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drive::config::Thermal;
+    use crate::drive::config::tests::p70;
 
     fn motor() -> Motor {
-        Motor {
-            torque_constant_nm_per_a: 8.9e-3,
-            resistance_ohm: 35.0,
-            rotor_inertia_kg_m2: 1e-8,
-            thermal: Thermal {
-                limit_c: 85.0,
-                ambient_c: 25.0,
-                winding_k_per_w: 12.0,
-                housing_k_per_w: 30.0,
-                winding_s: 4.0,
-                housing_s: 150.0,
-            },
-        }
+        p70().motor
     }
 
     /// Seconds until the limit, `None` within `patience_s`.

@@ -96,7 +96,8 @@ impl ConfigError {
             Parameter::Coupler { .. } => "coupler of a stage",
             Parameter::DrivenLever { .. } => "driven lever of a stage",
             Parameter::LeverOffset { .. } => "offset angle of a stage's driven lever",
-            Parameter::Closure { .. } => "a stage does not close: reach of its coupler",
+            Parameter::Closure { stage: 2 } => "linkage 2 does not close: reach of its coupler",
+            Parameter::Closure { .. } => "linkage 1 does not close: reach of its coupler",
             Parameter::CableStiffness => "stiffness of the cable",
         }
     }
@@ -104,10 +105,22 @@ impl ConfigError {
 
 impl core::fmt::Display for ConfigError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self {
+            parameter,
+            value,
+            min,
+            max,
+        } = self;
+        if let Parameter::Closure { stage } = parameter {
+            return write!(
+                f,
+                "linkage {stage} does not close: its coupler's ends would be {value} apart as seen from joint {stage}, \
+                 driving lever and coupler reach {min} to {max}"
+            );
+        }
         write!(
             f,
-            "{:?} is {}, must lie within {} and {}",
-            self.parameter, self.value, self.min, self.max
+            "{parameter:?} is {value}, must lie within {min} and {max}"
         )
     }
 }

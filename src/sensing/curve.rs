@@ -77,7 +77,7 @@ impl Point {
     }
 }
 
-/// The curve. A point that is complete does not change any more: whoever works with the points so far may go on with them
+/// The curve. A point that is complete does not change any more: work on the points so far may continue
 /// while others join.
 #[derive(Clone, Debug)]
 pub struct Curve {

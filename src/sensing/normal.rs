@@ -76,8 +76,8 @@ impl<const P: usize, X: Series> Normal<P, X> {
         let mut gain = 0.0;
         for row in 0..Self::USED {
             let mut along = 0.0;
-            for column in 0..Self::USED {
-                along += self.matrix[row.max(column)][row.min(column)] * step[column];
+            for (column, step) in step.iter().enumerate().take(Self::USED) {
+                along += self.matrix[row.max(column)][row.min(column)] * step;
             }
             gain += step[row] * (2.0 * self.right[row] - along);
         }

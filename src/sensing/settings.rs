@@ -20,7 +20,7 @@ pub struct Settings {
     pub torque_limit_nm: f32,
     /// Angle of the input link from the opening stop to the closing stop, radian.
     pub closing_stop_rad: f32,
-    /// Half the thickness of a phalanx, metre: what it touches with lies beside its centre line.
+    /// Half the thickness of a phalanx, metre: its surface lies this far from the centre line.
     pub half_thickness_m: f32,
     /// Radius of a pin that calibrates, metre.
     pub pin_radius_m: f32,

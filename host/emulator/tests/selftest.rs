@@ -32,7 +32,7 @@ struct Said {
     /// Step, result and remedy of each line.
     steps: Vec<[String; 3]>,
     answer: Option<String>,
-    /// The log, for whoever looks for why.
+    /// The log, for finding the reason.
     log: String,
     /// Largest excursion of the finger, degrees at the input link.
     moved_deg: f64,

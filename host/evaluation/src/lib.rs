@@ -1,4 +1,4 @@
-//! The paper's experiments beside the paper's own algorithm, recordings replayed, figures.
+//! The paper's experiments next to the paper's own algorithm, recordings replayed, figures.
 
 pub mod experiments;
 pub mod figures;

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 use palpate_evaluation::experiments::{
-    ablation, calibration, catalogue, document, fingerprint, result, run, sensitivity,
+    ablation, calibration, catalogue, document, fingerprint, job, result, run, sensitivity,
 };
 use palpate_evaluation::{figures, recordings};
 use palpate_plant::{Engine, World};
@@ -28,7 +28,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// The paper's experiments, ours beside the paper's algorithm.
+    /// The paper's experiments, ours next to the paper's algorithm.
     Experiments(Experiments),
     /// The sensing on a recording.
     Replay(replay_command::Options),
@@ -99,10 +99,10 @@ fn plan(
     engine: Option<Engine>,
     seed: u64,
     quick: bool,
-) -> Result<catalogue::Plan, Box<dyn Error>> {
+) -> Result<job::Plan, Box<dyn Error>> {
     let mut found = World::named(world)?;
     found.engine = engine.unwrap_or(found.engine);
-    Ok(catalogue::Plan {
+    Ok(job::Plan {
         parameters: found.of(palpate_plant::default_scene())?,
         place: result::Place {
             world: world.split('@').next().unwrap_or(world).to_owned(),
@@ -134,7 +134,7 @@ fn recordings(options: &Recordings) -> Outcome {
 }
 
 /// Everything that a plan asks for, as far as its name begins with `only`.
-fn rows(plan: &catalogue::Plan, only: Option<&String>) -> (Vec<result::Row>, Vec<run::Incomplete>) {
+fn rows(plan: &job::Plan, only: Option<&String>) -> (Vec<result::Row>, Vec<run::Incomplete>) {
     let jobs: Vec<_> = [
         catalogue::all(plan),
         ablation::ablation(plan),
@@ -185,7 +185,7 @@ fn experiments(options: &Experiments) -> Outcome {
 }
 
 /// The guided calibration on fingers with hidden values of their own.
-fn calibration(plan: &catalogue::Plan, json: bool) {
+fn calibration(plan: &job::Plan, json: bool) {
     let (fingers, failed) = calibration::study(plan);
     let summary = calibration::Summary::of(&fingers);
     if json {
@@ -222,7 +222,7 @@ fn write(seed: u64) -> Outcome {
     Ok(())
 }
 
-fn figures(directory: &Path, plan: &catalogue::Plan) -> Outcome {
+fn figures(directory: &Path, plan: &job::Plan) -> Outcome {
     for (what, difference) in figures::mechanics(directory)? {
         println!("K_c, {what}: library f32 against f64 at most {difference:.1e} relative");
     }

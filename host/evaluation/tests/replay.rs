@@ -98,3 +98,66 @@ fn no_free_closing_no_contact() {
     );
     assert!(place_m(grasp.told.iter().map(|told| told.event)).is_none());
 }
+
+/// The rows with every second one left out while the finger opens, and no time left between: it opens twice as fast.
+fn opened_fast(rows: &[Row]) -> Vec<Row> {
+    let opens = |at: usize| rows[at].duty < 0.0;
+    let mut time_s = rows[0].time_s;
+    let mut fast = Vec::new();
+    for (at, row) in rows.iter().enumerate() {
+        if opens(at) && at % 2 == 1 {
+            continue;
+        }
+        fast.push(Row { time_s, ..*row });
+        time_s += 1e-3;
+    }
+    fast
+}
+
+#[test]
+fn an_opening_at_another_speed_is_no_obstacle() {
+    let (rows, outcome) = recording();
+    let live = place_m(outcome.events.iter().map(|(_, event)| *event)).expect("located live");
+    let replayed = replayed(&csv(&opened_fast(&rows)));
+    assert!(
+        matches!(replayed.friction, Source::Within(_)),
+        "{:?}",
+        replayed.friction
+    );
+    let found = place_m(replayed.told.iter().map(|told| told.event)).expect("located");
+    assert!((found - live).abs() < SAME_M, "{found} m, {live} m live");
+}
+
+#[test]
+fn recordings_of_a_press_and_of_a_pin_calibrate() {
+    let folder =
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/recordings");
+    let samples = |name: &str| {
+        let file = palpate_evaluation::recordings::open(&folder.join(name)).expect(name);
+        resample(&read(file).expect(name).0, 0).samples
+    };
+    let mut calibration = P70::UNCALIBRATED;
+    let pin = Directive::Calibrate {
+        phalanx: 2,
+        k_m: 0.021,
+    };
+    let steps = [
+        ("w1_press.csv.gz", Directive::CalibrateCable),
+        ("w1_pin21.csv.gz", pin),
+    ];
+    for (name, purpose) in steps {
+        let before = Beforehand {
+            friction: None,
+            calibration,
+        };
+        let found = replay::<P70>(&samples(name), &before, purpose);
+        assert!(
+            matches!(found.friction, Source::Within(_)),
+            "{name}: {:?}",
+            found.friction
+        );
+        calibration = found.calibration;
+    }
+    assert_eq!((calibration.presses, calibration.contacts), (1, 1));
+    assert!(calibration.torque_factor_sigma < 0.5 * P70::UNCALIBRATED.torque_factor_sigma);
+}

@@ -1,4 +1,4 @@
-//! Compares the reference files with recomputed values, or writes them anew.
+//! Compares the reference files with recomputed values, or rewrites them.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

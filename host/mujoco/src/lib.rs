@@ -7,7 +7,7 @@
 //! | module | what it does |
 //! |---|---|
 //! | `assembly` | where the links of a four-bar stand |
-//! | `model` | the engine's model of a finger and an object, as text |
+//! | `model`, `outline` | the engine's model of a finger and an object, as text |
 //! | `stiffness` | constraints with a stiffness in newton per metre instead of the engine's own measure |
 //! | `finger` | steps it |
 //!
@@ -19,6 +19,8 @@ mod assembly;
 mod finger;
 #[cfg(feature = "engine")]
 mod model;
+#[cfg(feature = "engine")]
+mod outline;
 #[cfg(feature = "engine")]
 mod stiffness;
 

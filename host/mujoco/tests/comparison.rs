@@ -4,7 +4,7 @@
 //! The plant's finger follows closed equations of balance without mass; MuJoCo integrates bodies held together by
 //! constraints. What the two have in common is the parameters alone.
 
-use palpate_mujoco::{Mount, MujocoFinger, Surroundings};
+use palpate_mujoco::{MujocoFinger, Surroundings};
 use palpate_plant::{
     CableEnd, Error, FingerState, Grasp, Mechanics, Parameters, Quasistatic, Shape,
 };
@@ -270,74 +270,6 @@ fn boxes_and_polygons() {
     ] {
         compare("p70", &Grasp::touching(2, 0.04, 0.8, shape), what);
     }
-}
-
-/// Closes on a cylinder that is held in some way, in gravity or without.
-fn closed_on(mount: Mount, gravity_m_per_s2: f64, end_rad: f64, held_steps: u32) -> MujocoFinger {
-    let mut parameters = Parameters::default();
-    let mechanism = &mut parameters.mechanism;
-    (mechanism.gravity_m_per_s2, mechanism.mounting_deg) = (gravity_m_per_s2, 90.0);
-    let surroundings = Surroundings {
-        mount,
-        object_kg: 0.05,
-    };
-    let mut finger = MujocoFinger::new(&parameters, &surroundings).expect("a valid model");
-    let end = |rad: f64| CableEnd {
-        low_rad: rad,
-        high_rad: rad,
-        stiffness_nm_per_rad: parameters.cable_stiffness_nm_per_rad(),
-    };
-    let grasp = Grasp::touching(2, 0.04, 0.8, CYLINDER);
-    finger.settle(&end(0.05));
-    finger.place(&grasp).expect("clear of the open finger");
-    let steps = 20_000;
-    for step in 0..steps {
-        finger.step(&end(end_rad * f64::from(step) / f64::from(steps)), 50e-6);
-    }
-    for _ in 0..held_steps {
-        finger.step(&end(end_rad), 50e-6);
-    }
-    finger
-}
-
-#[test]
-fn an_object_on_springs_yields_by_what_they_say() {
-    let mut last: Option<(f64, f64)> = None;
-    for stiffness_n_per_m in [200.0, 2000.0, 1e7] {
-        let mount = Mount::Spring {
-            stiffness_n_per_m,
-            damping_n_s_per_m: 5.0,
-        };
-        let finger = closed_on(mount, 0.0, 0.95, 40_000);
-        let force = finger
-            .state()
-            .contacts
-            .iter()
-            .map(|c| c.force_n)
-            .sum::<f64>();
-        let moved = finger
-            .object_m()
-            .expect("an object")
-            .map(|part| part * stiffness_n_per_m);
-        assert!(
-            (moved[0].hypot(moved[1]) / force - 1.0).abs() < 0.02,
-            "{moved:?} N, {force} N"
-        );
-        if let Some((softer, force_then)) = last {
-            assert!(softer < stiffness_n_per_m && force > force_then);
-        }
-        last = Some((stiffness_n_per_m, force));
-    }
-}
-
-#[test]
-fn a_free_object_is_pushed_away_and_falls() {
-    let finger = closed_on(Mount::Free, 0.0, 1.2, 0);
-    assert!(finger.object_m().is_some_and(|[x, y]| x.hypot(y) > 0.01));
-    let falling = closed_on(Mount::Free, 9.81, 0.05, 0);
-    let [x, y] = falling.object_m().expect("an object");
-    // A second of fall along the mounting's direction.
-    assert!((y - 0.5 * 9.81).abs() < 0.01 && x.abs() < 1e-6, "{x} {y}");
 }
 
 #[test]

@@ -108,7 +108,7 @@ mod tests {
             assert!((slope * cable.tangent(torque) - 1.0).abs() < 1e-6);
             // The line that the finger is given goes through the torque at its own twist.
             let end = cable.end(0.0, 0.003, torque);
-            let flank = 0.003 * f64::from(torque).signum();
+            let flank = 0.003 * torque.signum();
             let found = end.torque_nm(-flank - cable.twist(torque));
             assert!((found - torque).abs() < 1e-9, "{found} {torque}");
         }

@@ -1,6 +1,6 @@
 //! The finger: joints, springs, stops, transmission and contacts, brought to balance step by step.
 //!
-//! Its own inertia is small beside the drivetrain's as seen at the input link, so each joint follows
+//! Its own inertia is small compared with the drivetrain's as seen at the input link, so each joint follows
 //! `damping * speed = springs + stops + cable + contacts`, solved implicitly; everything that can only push (cable
 //! flank, stop, contact) is a stiff one-sided spring, and which of them push is found by iteration in each step.
 

@@ -135,7 +135,7 @@ impl Plant {
         Ok(())
     }
 
-    /// Starts the noise anew from another seed; nothing else changes.
+    /// Restarts the noise from another seed; nothing else changes.
     pub fn reseed(&mut self, seed: u64) {
         self.random = Pcg64Mcg::seed_from_u64(seed);
         self.wandering = Pcg64Mcg::seed_from_u64(seed ^ WANDERING);

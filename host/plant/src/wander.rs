@@ -28,7 +28,7 @@ impl Wander {
         new
     }
 
-    /// Lets time or way pass; drawn anew whenever a fiftieth of the scale has passed.
+    /// Lets time or way pass; drawn again whenever a fiftieth of the scale has passed.
     pub fn advance(&mut self, passed: f64, random: &mut Pcg64Mcg) {
         if self.rms <= 0.0 {
             return;

@@ -40,7 +40,17 @@ pub struct Image {
     /// What it takes.
     pub footprint: Footprint,
     symbols: BTreeMap<u64, Symbol>,
+    debug_names: BTreeSet<String>,
     flash: Vec<(u64, Vec<u8>)>,
+}
+
+/// The texts of a table of strings that end with zero, demangled.
+fn strings(table: &[u8]) -> BTreeSet<String> {
+    table
+        .split(|byte| *byte == 0)
+        .filter_map(|text| std::str::from_utf8(text).ok())
+        .map(|text| format!("{:#}", rustc_demangle::demangle(text)))
+        .collect()
 }
 
 impl Image {
@@ -100,9 +110,14 @@ impl Image {
                 },
             );
         }
+        let debug_names = match file.section_by_name(".debug_str") {
+            Some(section) => strings(&section.uncompressed_data()?),
+            None => BTreeSet::new(),
+        };
         Ok(Self {
             footprint,
             symbols,
+            debug_names,
             flash,
         })
     }
@@ -110,6 +125,14 @@ impl Image {
     /// Every function and static with a size.
     pub fn symbols(&self) -> impl Iterator<Item = &Symbol> {
         self.symbols.values()
+    }
+
+    /// Every name that the image's code came from, demangled: its symbols, and what the debug information says of functions
+    /// that were inlined and of the types that they are made for. Whether the compiler inlines a function does not matter
+    /// here.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        let symbols = self.symbols.values().map(|symbol| symbol.name.as_str());
+        symbols.chain(self.debug_names.iter().map(String::as_str))
     }
 
     /// The function or static that an address lies in.

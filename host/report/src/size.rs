@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 
+use palpate::scene::Scene;
+
 use crate::elf::{Footprint, Image};
 
 /// Target of the default scene: flash.
@@ -112,38 +114,44 @@ pub fn forbidden(image: &Image) -> Vec<(String, &'static str)> {
         .collect()
 }
 
-/// Scenes whose gears turn the input link through a cable.
-const BEHIND_A_CABLE: &[&str] = &["p70", "tendon2", "tendon2-hall", "tendon3", "linkage3"];
-
-/// What not every scene has: a part of the names of its functions, and the scenes that have it. The others may not carry
-/// it; that these do shows that the name still finds something.
-const FEATURES: &[(&str, &[&str])] = &[
-    ("finger::tendon::", &["tendon2", "tendon2-hall", "tendon3"]),
-    ("finger::fourbar::", &["p70", "p70-rigid", "linkage3"]),
-    ("finger::triple::", &["tendon3", "linkage3"]),
-    ("sensing::joint::Hall", &["tendon2-hall"]),
-    ("board::sampling::start_joint", &["tendon2-hall"]),
-    ("board::telemetry::branch", &["tendon2-hall"]),
-    ("sensing::location::Rigid", &["p70-rigid"]),
-    ("sensing::location::Cable", BEHIND_A_CABLE),
-    ("::learn_from_press", BEHIND_A_CABLE),
+/// What not every scene has: a part of the names of its code, and of the type by which a scene chooses it. A scene of another
+/// type may not carry it; that those of this type do shows that the name still finds something.
+const FEATURES: &[(&str, &str)] = &[
+    ("finger::tendon::", "finger::tendon::Tendon<"),
+    ("finger::fourbar::", "finger::linkage::Linkage<"),
+    ("sensing::joint::Hall", "sensing::joint::Hall"),
+    ("board::sampling::start_joint", "sensing::joint::Hall"),
+    ("sensing::location::Rigid", "sensing::location::Rigid"),
+    ("sensing::location::Cable", "sensing::location::Cable"),
+    ("::learn_from_press", "sensing::location::Cable"),
 ];
 
-/// Names among an image's that belong to features which its scene does not have.
-fn unused<'a>(scene: &str, names: impl Iterator<Item = &'a str>) -> Vec<String> {
-    let foreign = |name: &&str| {
-        FEATURES
-            .iter()
-            .any(|(part, scenes)| name.contains(part) && !scenes.contains(&scene))
-    };
-    names.filter(foreign).map(str::to_owned).collect()
+/// The types that a scene is made of; of an image that is no scene, nothing is expected or refused.
+fn types(scene: &str) -> Option<&'static str> {
+    fn name<S: Scene>() -> &'static str {
+        std::any::type_name::<(S::Finger, S::Joint, S::Series)>()
+    }
+    palpate_scenes::for_scene!(scene, |S| name::<S>())
+}
+
+/// Features that a scene does not have and of which its image carries something, each with a name that shows it.
+fn unused<'a>(types: Option<&str>, names: impl Iterator<Item = &'a str> + Clone) -> Vec<String> {
+    FEATURES
+        .iter()
+        .filter(|(_, of)| types.is_some_and(|types| !types.contains(of)))
+        .filter_map(|(part, _)| names.clone().find(|name| name.contains(part)))
+        .map(str::to_owned)
+        .collect()
 }
 
 /// Features that a scene has and of which its image shows nothing: their names no longer find them anywhere.
-fn unfound<'a>(scene: &str, names: impl Iterator<Item = &'a str> + Clone) -> Vec<&'static str> {
+fn unfound<'a>(
+    types: Option<&str>,
+    names: impl Iterator<Item = &'a str> + Clone,
+) -> Vec<&'static str> {
     FEATURES
         .iter()
-        .filter(|(_, scenes)| scenes.contains(&scene))
+        .filter(|(_, of)| types.is_some_and(|types| types.contains(of)))
         .map(|(part, _)| *part)
         .filter(|part| !names.clone().any(|name| name.contains(part)))
         .collect()
@@ -170,7 +178,7 @@ impl Row {
         })
     }
 
-    /// RAM beside statics and what lies in CCM, bytes: stacks and spare room.
+    /// RAM apart from statics and code in CCM, bytes: stacks and spare room.
     pub fn left(&self) -> u64 {
         RAM_BYTES.saturating_sub(self.footprint.ram_bytes + self.footprint.ccm_bytes)
     }
@@ -210,13 +218,13 @@ pub fn rows(images: &[String]) -> Result<Vec<Row>> {
                 .split_once('=')
                 .with_context(|| format!("'{word}' is not NAME=ELF"))?;
             let image = Image::read(&PathBuf::from(path))?;
-            let names: Vec<&str> = image.symbols().map(|symbol| symbol.name.as_str()).collect();
+            let (names, types): (Vec<&str>, _) = (image.names().collect(), types(scene));
             Ok(Row {
                 scene: scene.to_owned(),
                 footprint: image.footprint,
                 forbidden: forbidden(&image),
-                unused: unused(scene, names.iter().copied()),
-                unfound: unfound(scene, names.iter().copied()),
+                unused: unused(types, names.iter().copied()),
+                unfound: unfound(types, names.iter().copied()),
                 paths: image.machine_paths(),
             })
         })
@@ -323,7 +331,7 @@ pub fn run(arguments: &Arguments) -> Result<bool> {
 
 #[cfg(test)]
 mod tests {
-    use super::{is_soft_double, is_soft_root, unfound, unused};
+    use super::{is_soft_double, is_soft_root, types, unfound, unused};
 
     #[test]
     fn knows_double_precision_by_both_names() {
@@ -344,21 +352,24 @@ mod tests {
             "palpate::sensing::sensor::known::Known<F, H, palpate::sensing::location::Cable>::learn_from_press",
             "<palpate::sensing::sensor::Sensor<F, palpate::sensing::joint::Hall>>::update",
             "palpate::board::sampling::start_joint",
-            "palpate::board::telemetry::branch",
         ];
-        let rigid = [
-            "<palpate::sensing::sensor::known::Known<F, H, palpate::sensing::location::Cable>>::learn_from_press",
-        ];
-        assert_eq!(unused("p70-rigid", rigid.into_iter()), rigid);
-        assert_eq!(unused("p70", rigid.into_iter()), [""; 0]);
-        assert_eq!(unused("tendon2-hall", hall.into_iter()), [""; 0]);
-        assert_eq!(unfound("tendon2-hall", hall.into_iter()), [""; 0]);
-        assert_eq!(unused("tendon2", hall.into_iter()), hall[2..]);
+        let unused = |scene: &str| unused(types(scene), hall.into_iter());
+        let unfound =
+            |scene: &str, names: &[&'static str]| unfound(types(scene), names.iter().copied());
+        assert_eq!(unused("tendon2-hall"), [""; 0]);
+        assert_eq!(unfound("tendon2-hall", &hall), [""; 0]);
+        assert_eq!(unused("tendon2"), hall[2..]);
         assert_eq!(
-            unfound("tendon2-hall", hall[..4].iter().copied()),
-            ["board::telemetry::branch"]
+            unfound("tendon2-hall", &hall[..3]),
+            ["board::sampling::start_joint"]
         );
-        assert_eq!(unused("p70-rigid", hall.into_iter()), hall);
+        // Of the tendon, the sensor, its pin, and the cable by two names.
+        assert_eq!(unused("p70-rigid").len(), 5);
+        assert_eq!(
+            unfound("p70-rigid", &[]),
+            ["finger::fourbar::", "sensing::location::Rigid"]
+        );
+        assert_eq!(types("no-scene"), None);
     }
 
     #[test]

@@ -58,7 +58,7 @@ pub struct Outcome {
     pub fault: Option<Fault>,
     /// What the sensing was given, with what each sample was good for.
     pub samples: Vec<(Directive, Sample)>,
-    /// Samples beside the truth, if they were asked for.
+    /// Samples next to the truth, if they were asked for.
     pub trace: Vec<Row>,
 }
 

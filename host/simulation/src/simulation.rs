@@ -91,7 +91,7 @@ impl<S: Simulated> Simulation<S> {
         &mut self.machine.board.plant
     }
 
-    /// The control interrupt, for what a user cannot do to it: counters beside their wrap.
+    /// The control interrupt, for what a user cannot do to it: counters near their wrap.
     pub fn controller(&mut self) -> &mut Controller {
         &mut self.machine.controller
     }

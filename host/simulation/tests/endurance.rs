@@ -3,7 +3,7 @@
 //! The finger grasps and opens, again and again, for 4,400 s (25 s, unless `PALPATE_ENDURANCE_S` says otherwise;
 //! `cargo xtask test` says 4,400). In that time
 //! the 16-bit encoder counter wraps thousands of times, and the time in microseconds passes 2^32. The 32-bit position
-//! starts beside its wrap, so that the homing motion crosses it.
+//! starts near its wrap, so that the homing motion crosses it.
 
 use palpate::drive::Demand;
 use palpate::drive::io::{EncoderCount, Inputs};

@@ -56,7 +56,7 @@ impl Build {
         name
     }
 
-    /// A folder for each compiler: two that share one would build everything anew at every change between them.
+    /// A folder for each compiler: two that share one would rebuild everything at every change between them.
     fn target_dir(toolchain: &Toolchain) -> PathBuf {
         target_dir().join(match toolchain {
             Toolchain::Rustup => "firmware",

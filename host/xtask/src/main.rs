@@ -85,7 +85,7 @@ const COMMANDS: &[Command] = &[
     Command {
         name: "experiments",
         arguments: "[OPTIONS]",
-        summary: "the paper's experiments, ours beside the paper's algorithm (simulated)",
+        summary: "the paper's experiments, ours next to the paper's algorithm (simulated)",
         example: "experiments --quick --only distal",
         run: commands::experiments,
     },

@@ -29,7 +29,7 @@ pub enum Command {
     Close,
     /// Open.
     Open,
-    /// Bridge off, now, whatever is going on.
+    /// Bridge off, now, in any state.
     Stop,
     /// Clear a fault whose cause is gone.
     Clear,

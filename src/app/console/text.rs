@@ -1,7 +1,7 @@
 //! Text of the answers, and the numbers in it and in commands.
 //!
-//! Numbers are read and written as integers of thousandths by `core`'s own integers: `core`'s floating-point text would add
-//! 20 KiB of tables and big-number code for digits that no answer shows.
+//! Numbers are read and written as thousandths by `core`'s own integers: `core`'s floating-point text brings tables and
+//! big-number code for digits that no answer shows.
 
 use core::fmt::{self, Display};
 use core::str;

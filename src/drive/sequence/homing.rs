@@ -8,7 +8,7 @@ use super::stop_detector::StopDetector;
 use super::transitions::Observation;
 use crate::drive::fault::Fault;
 
-/// Where homing is.
+/// Steps of homing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Homing {
     Seek,
@@ -26,7 +26,7 @@ const RUN_UP_RAD: f32 = 0.12;
 const SAME_STOP_RAD: f32 = 0.025;
 
 impl Sequence {
-    /// Opens against the stop, makes the stop's begin the zero, backs off to the rest position.
+    /// Opens against the stop, makes the stop's beginning the zero, backs off to the rest position.
     pub(super) fn home(&mut self, seen: &Observation) -> Option<State> {
         let position_counts = seen.status.position_counts;
         match self.homing {

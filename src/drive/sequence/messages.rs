@@ -1,4 +1,4 @@
-//! Requests and notices to the sequence, and its directives.
+//! Requests and notices to the sequence, and its answers.
 
 use super::state::State;
 use crate::drive::fault::Fault;
@@ -12,7 +12,7 @@ pub enum Request {
     Close,
     /// Open to the rest position; homes where that is missing.
     Open,
-    /// Motor off, whatever goes on.
+    /// Motor off, in any state.
     Stop,
     /// Clear a latched fault. The finger must be homed again.
     Clear,

@@ -46,17 +46,17 @@ pub struct Sequence {
     /// When homing last turned to the stop.
     turned_us: u32,
     start_counts: i32,
-    /// What the current motion is for.
+    /// Request that the motion under way serves.
     goal: Request,
     outcome: MotionResult,
     friction_known: bool,
-    /// There has been a homing since the start, cleared faults notwithstanding: positions mean something.
+    /// The finger was homed since the start, even if a fault was cleared afterwards: positions are roughly known.
     zeroed: bool,
     latched: Option<Fault>,
     request: Option<Request>,
     demand: Demand,
     homing: Homing,
-    /// Run-ups taken in this homing: each goes further, for a cable softer than most needs more to unwind.
+    /// Run-ups taken in this homing: each goes further, because a soft cable needs more way to unwind.
     run_ups: u8,
     onset: StopDetector,
     stall: StallDetector,
@@ -95,7 +95,7 @@ impl Sequence {
         }
     }
 
-    /// Where the sequence is.
+    /// The state it is in.
     pub fn state(&self) -> State {
         self.state
     }
@@ -105,12 +105,12 @@ impl Sequence {
         self.latched
     }
 
-    /// Speeds, currents and places in force.
+    /// Speeds, currents and angles in force.
     pub fn motion(&self) -> &Motion {
         &self.motion
     }
 
-    /// Changes speeds, currents and places; `motion` is assumed valid. Takes effect at the next change of state.
+    /// Changes speeds, currents and angles; `motion` is assumed valid. Takes effect at the next change of state.
     pub fn set_motion(&mut self, motion: Motion) {
         self.motion = motion;
     }
@@ -217,7 +217,7 @@ impl Sequence {
         }
     }
 
-    /// What the state asks of the motor.
+    /// Setpoint of the state.
     fn setpoint(&self) -> Setpoint {
         let motion = &self.motion;
         let speed = |rad_per_s: f32, current_limit_a: f32| Setpoint::Speed {

@@ -1,11 +1,11 @@
-//! Speeds, currents and positions of the motion sequence.
+//! Speeds, currents and angles of the motion sequence.
 
 use crate::drive::config::{Limits, OutOfRange, check};
 
 /// The cable winds up by at most this against either stop, radian at the input link: 0.35 N m on 1.2 N m/rad, rounded up.
 pub const WINDUP_RAD: f32 = 0.3;
 
-/// What the sequence must know. Angles and speeds are those of the input link.
+/// Configuration of the sequence. Angles and speeds are those of the input link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
     /// Speed while homing, recording friction, closing and probing, radian per second. One speed for all of them: the

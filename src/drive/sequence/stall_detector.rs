@@ -1,4 +1,4 @@
-//! Detects a stall: the motor stands still at its current limit.
+//! Detects a stall: the motor stands although its current is at the limit.
 
 use crate::drive::demand::Status;
 

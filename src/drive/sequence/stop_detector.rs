@@ -1,5 +1,5 @@
-//! Finds where the opening stop begins, seen from the motor: behind it the cable winds up, so the place where the motor comes to
-//! a stand is not the stop. The current rises in proportion to the windup; two points of the rise give its begin.
+//! Finds the opening stop from the motor current. Behind the stop the cable winds up, so the motor comes to rest further on
+//! than the stop. The current rises in proportion to the windup; two points of the rise give its beginning.
 
 /// The current is that of free motion until it exceeds the mean by this, ampere: three times the ripple of a worm's turn.
 const STEP_A: f32 = 6e-3;

@@ -1,4 +1,4 @@
-//! Which state comes next.
+//! The decision which state comes next.
 
 use super::Sequence;
 use super::messages::{MotionResult, Notice, Request};
@@ -9,12 +9,12 @@ use crate::drive::fault::Fault;
 /// So close to the rest position counts as there, radian.
 const AT_REST_RAD: f32 = 0.05;
 
-/// What a step looks at.
+/// What a step decides from.
 pub(super) struct Observation<'s> {
     pub(super) now_us: u32,
     /// What the control interrupt reports.
     pub(super) status: &'s Status,
-    /// Input to the sequence.
+    /// What sensing or the board notified.
     pub(super) notice: Option<Notice>,
     /// Angle of the input link from the zero, radian.
     pub(super) angle_rad: f32,
@@ -148,7 +148,7 @@ impl Sequence {
         }
     }
 
-    /// What the goal wants first of a finger at its rest position.
+    /// The goal's first motion of a finger at its rest position.
     pub(super) fn first_motion(&mut self) -> Option<State> {
         if matches!(self.goal, Request::Open | Request::Home) {
             self.end(MotionResult::Complete)
@@ -179,7 +179,7 @@ impl Sequence {
 
     fn close(&mut self, seen: &Observation) -> Option<State> {
         if self.goal == Request::Press {
-            // The contact wanted is the stop: it ends where the current ends.
+            // Pressing on the stop ends at the current limit.
             self.outcome = MotionResult::Complete;
             return seen.stalled.then_some(State::Open);
         }

@@ -1,4 +1,4 @@
-//! What sensing asks of a finger, whatever its number of phalanges and its transmission.
+//! What sensing asks of a finger, for any number of phalanges and any transmission.
 
 mod candidates;
 mod implementation;

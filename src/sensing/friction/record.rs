@@ -225,8 +225,8 @@ impl Friction {
                 continue;
             }
             let mut power = weight;
-            for k in 0..5 {
-                s[k] += power;
+            for (k, s) in s.iter_mut().enumerate() {
+                *s += power;
                 if let Some(t) = t.get_mut(k) {
                     *t += power * value;
                 }

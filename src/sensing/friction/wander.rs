@@ -21,7 +21,7 @@ const TIME_S: [f32; TIMES] = [0.5, 2.0, 8.0];
 /// Share of what was known that still counts after another pass: friction changes with wear and temperature.
 const MEMORY: f32 = 0.9;
 /// How far the level may have moved since the record, as a share of the friction (chosen: a warm-up of 5 % and a sense
-/// offset of 1 mA beside a no-load current of some 14 mA).
+/// offset of 1 mA in a no-load current of some 14 mA).
 const LEVEL_SHARE: f32 = 0.1;
 /// Drift within a closing, as a share of the friction per second (chosen: 5 % of warm-up within some ten seconds).
 const TREND_SHARE_PER_S: f32 = 0.006;

@@ -356,7 +356,7 @@ pub fn free_behind_cable<F: Mechanics, X: Series>(
         return Some(free);
     }
     let twist_rad_per_nm = calibration.cable_rad_per_nm * (1.0 + creep) / calibration.torque_factor;
-    // The twist is small beside the angle: each round takes the error down by the cable's share of the compliance.
+    // The twist is small compared with the angle: each round takes the error down by the cable's share of the compliance.
     for _ in 0..3 {
         if free.torque_nm == 0.0 {
             break;

@@ -128,7 +128,7 @@ impl<X: Series> Locator<X> {
         self.under_way
     }
 
-    /// Begins a round on the points so far; false if that is too little. The last one is thorough whatever was found before.
+    /// Begins a round on the points so far; false if that is too little. The last one is thorough in any case.
     /// Until the round is over the points that it began with must stay as they are; others may join.
     pub fn begin<F: Mechanics>(
         &mut self,

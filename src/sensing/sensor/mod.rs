@@ -2,7 +2,7 @@
 //!
 //! | stage | what runs | where |
 //! |---|---|---|
-//! | free motion recorded, and whatever was free of a closing since | [`Pass`](super::friction::Pass), [`Assessment`](super::friction::Assessment) | `record` |
+//! | free motion recorded, and the free part of every closing since | [`Pass`](super::friction::Pass), [`Assessment`](super::friction::Assessment) | `record` |
 //! | first closing with a record of before a restart | [`Alignment`](super::friction::Alignment) | `search` |
 //! | closing, nothing felt | [`Detector`](super::detector::Detector) on the residual of the record | `search` |
 //! | contact | [`Curve`](super::curve::Curve), and every block one pass of the [`Locator`](super::locator::Locator) | `contact` |

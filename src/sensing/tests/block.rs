@@ -177,7 +177,7 @@ fn gaps_repetitions_nonsense_and_wrapping_do_no_harm() {
             Step::Pending
         );
     }
-    // After a gap of 20 ms a block starts anew; the first only tells the speed.
+    // After a gap of 20 ms a block starts again; the first only tells the speed.
     let start = near_end.wrapping_add(12_000 + 600);
     let after = blocks(&mut gate, (420_000, start), 100, Drive::Closing, |_| 0.02);
     assert!(after[0].counts.wrapping_sub(start) >= 1500);

@@ -41,7 +41,7 @@ fn close(
 
 #[test]
 fn false_contacts_are_as_rare_as_stated_whatever_the_friction_does() {
-    // A rate that can be counted, with everything learned anew for each closing: one record, one closing.
+    // A rate that can be counted, with everything learned again for each closing: one record, one closing.
     const CLOSINGS: u64 = 150;
     const PER_THOUSAND: f32 = 20.0;
     let mut found = [0u64; 3];

@@ -344,7 +344,7 @@ fn evidence_grows_with_passes_and_survives_nonsense() {
     assert_eq!(before, record.evidence);
 }
 
-/// Blocks of a closing on the scale of another zero, `shift` counts beside the record's, until the alignment has an answer.
+/// Blocks of a closing on the scale of another zero, `shift` counts from the record's, until the alignment has an answer.
 fn align(friction: &Friction, shift: i32, life: &mut Life, extra: impl Fn(i32) -> f64) -> Aligned {
     let mut alignment = Alignment::default();
     for index in FIRST..200 {

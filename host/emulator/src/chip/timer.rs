@@ -124,7 +124,7 @@ impl Timer {
         (self.position(clocks) % self.modulus()) as u32
     }
 
-    /// Starts counting anew from `value` at this moment.
+    /// Restarts counting from `value` at this moment.
     fn rebase(&mut self, value: u32, clocks: Clocks) {
         self.base = u64::from(value);
         self.settled = self.base;
@@ -178,7 +178,7 @@ impl Timer {
         match offset {
             SR => self.bank[SR] &= value,
             EGR => {
-                // Bit 0, UG: everything buffered is taken over and the counter starts anew.
+                // Bit 0, UG: everything buffered is taken over and the counter restarts.
                 if value & 1 != 0 {
                     self.prescaler = self.bank[PSC];
                     self.rebase(0, clocks);

@@ -2,7 +2,7 @@
 //! Cost of a translated block, decoded once and cached.
 //!
 //! The engine calls back once a block; the number of instructions in it follows from the Thumb encoding alone.
-//! Cycles are a bracket: the core's table for zero wait states below; above what it leaves open at its dearest (refill of
+//! Cycles are a bracket: the core's table for zero wait states below; above what it leaves open at its most expensive (refill of
 //! the pipeline, division), and what fetching from flash waits for.
 
 use super::Map;

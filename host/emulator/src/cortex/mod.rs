@@ -67,7 +67,7 @@ pub(crate) enum Trap {
     Misuse(Misuse),
 }
 
-/// State of the core beside its registers, and the books of the emulation.
+/// State of the core apart from its registers, and the emulation's accounts.
 #[derive(Debug)]
 pub struct Core {
     pub(crate) nvic: Nvic,

@@ -4,7 +4,8 @@ use palpate::scene::Scene;
 use palpate::sensing::{Calibration, Friction, Sample, Settings};
 use palpate_scenes::P70;
 
-use super::catalogue::{Entry, Job, Plan, closing, distal_wanted};
+use super::catalogue::distal_wanted;
+use super::job::{Entry, Job, Plan, closing};
 use super::judge::{self, Knowledge};
 use super::live::{Failure, Recording, Setup};
 use super::objects;

@@ -10,11 +10,16 @@ use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::catalogue::{Plan, Wanted, closing, random_cylinder};
+use super::catalogue::random_cylinder;
+use super::job::{Plan, Wanted, closing};
 use super::live::{Failure, Setup};
 use super::session::Session;
 use crate::score::{Scores, Trial};
 
+/// Middle of a probing: current, duty and torque at the input link, where a world's curves are taken for straight.
+const MIDDLE_A: f64 = 0.06;
+const MIDDLE_DUTY: f64 = 0.4;
+const MIDDLE_NM: f64 = 0.17;
 /// Contacts felt on each finger, distal phalanx.
 const CONTACTS: usize = 6;
 
@@ -34,14 +39,21 @@ impl True {
         let speed = f64::from(P70::MOTION.closing_rad_per_s);
         let constant = parameters.motor.torque_constant_nm_per_a
             / f64::from(P70::DRIVE.motor.torque_constant_nm_per_a);
-        let current = 1.0 + parameters.sense.gain_error;
+        let sense = &parameters.sense;
+        let full_scale_a = sense.full_scale_v / (sense.resistor_ohm * sense.mirror_a_per_a);
+        let late = sense.settling_s * parameters.bridge.pwm_hz * (1.0 - MIDDLE_DUTY);
+        let bent = sense.nonlinearity * MIDDLE_A / full_scale_a;
+        let current = (1.0 + sense.gain_error + bent) * (1.0 - late);
         let efficiency = parameters.gearhead.efficiency * worm_efficiency(parameters, speed)
-            / f64::from(P70::EFFICIENCY);
+            / f64::from(P70::EFFICIENCY)
+            / (1.0 + parameters.transmission.hysteresis_share);
         // Torque at the input link for one computed from the measured current with the scene's values.
         let torque = constant * efficiency / current;
         Self {
             torque_factor: torque / (1.0 + parameters.mechanism.spring_error),
-            cable_rad_per_nm: torque / parameters.cable_stiffness_nm_per_rad(),
+            cable_rad_per_nm: torque
+                / parameters.cable_stiffness_nm_per_rad()
+                / (1.0 + parameters.cable.stiffening_per_nm * MIDDLE_NM),
         }
     }
 }

@@ -1,68 +1,16 @@
 //! The experiments: which closings on which worlds.
 
-use palpate_plant::{Parameters, Shape, World};
+use palpate_plant::Shape;
 use palpate_scenes::{Linkage3, P70, Tendon2, Tendon3};
 use palpate_simulation::Simulated;
-use rand::{RngExt, SeedableRng};
+use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
+use super::job::{Entry, Job, Plan, Wanted, entries, job};
 use super::judge;
-use super::live::{Failure, Setup};
+use super::live::Setup;
 use super::objects::{self, Object};
-use super::result::{Method, Place};
-use super::session::{Case, Session};
-use crate::score::{Contact, Trial};
-
-/// One trial with the row it belongs to.
-#[derive(Clone, Debug)]
-pub struct Entry {
-    /// Name of the experiment.
-    pub experiment: String,
-    /// Algorithm.
-    pub method: Method,
-    /// After the guided calibration.
-    pub calibrated: bool,
-    /// What was said.
-    pub trial: Trial,
-}
-
-/// A piece of work that one worker does: one finger and its closings.
-pub struct Job {
-    /// What it belongs to.
-    pub name: String,
-    /// Closings in it.
-    pub closings: usize,
-    /// The work: appends its entries, so that what was done before a failure counts.
-    pub run: Box<Work>,
-}
-
-/// See [`Job::run`].
-pub type Work = dyn Fn(&mut Vec<Entry>) -> Result<(), Failure> + Send + Sync;
-
-/// What to run.
-#[derive(Clone, Debug)]
-pub struct Plan {
-    /// The world, or the middle of the worlds that are drawn.
-    pub world: World,
-    /// Its name and the engine, for the tables.
-    pub place: Place,
-    /// The default scene in it.
-    pub parameters: Parameters,
-    /// Everything random follows from it.
-    pub seed: u64,
-    /// A tenth of the free and of the random closings.
-    pub quick: bool,
-}
-
-impl Plan {
-    /// A scene in the world.
-    ///
-    /// # Errors
-    /// A value of the world that does not go with the scene.
-    pub fn of(&self, scene: &str) -> Result<Parameters, palpate_plant::Error> {
-        self.world.of(scene)
-    }
-}
+use super::session::Session;
 
 /// Object of the experiments in which the object does not matter.
 #[must_use]
@@ -82,129 +30,6 @@ pub const PRESHAPE_PLACES_M: [f64; 5] = [0.010, 0.022, 0.035, 0.048, 0.060];
 const DISTAL_SHARES: [f64; 4] = [0.2, 0.4, 0.6, 0.8];
 /// Free closings of one finger.
 const FREE_CLOSINGS: usize = 100;
-/// Tries to find a place for an object.
-const TRIES: usize = 20;
-
-fn entries<S: Simulated>(
-    experiment: &'static str,
-    session: &Session<S>,
-    case: &Case,
-) -> Result<Vec<Entry>, Failure> {
-    Ok(session
-        .all(case)?
-        .into_iter()
-        .map(|(method, calibrated, trial)| Entry {
-            experiment: experiment.to_owned(),
-            method,
-            calibrated,
-            trial,
-        })
-        .collect())
-}
-
-/// A job whose closings each come from `next`, tried again where the object cannot be there.
-fn job<S: Simulated + 'static>(
-    experiment: &'static str,
-    parameters: Result<Parameters, palpate_plant::Error>,
-    seed: u64,
-    closings: usize,
-    next: impl Fn(usize, &mut Pcg64Mcg) -> Wanted + Send + Sync + 'static,
-) -> Job {
-    let run = move |found: &mut Vec<Entry>| {
-        let parameters = parameters
-            .clone()
-            .map_err(palpate_simulation::Error::Plant)?;
-        let mut random = Pcg64Mcg::seed_from_u64(seed ^ 0x005e_ed0f_91ac_e500);
-        let mut session = match Session::<S>::new(&parameters, &Setup::default(), seed) {
-            Ok(session) => session,
-            Err(failure) => {
-                // A finger that does not get through its preparation feels nothing.
-                for index in 0..closings {
-                    found.extend(unfelt(experiment, next(index, &mut random).phalanx));
-                }
-                return Err(failure);
-            }
-        };
-        let mut ended = Ok(());
-        for index in 0..closings {
-            match closing(&mut session, || next(index, &mut random)) {
-                Ok(case) => found.extend(entries(experiment, &session, &case)?),
-                // What the firmware could not end counts as a contact that was not felt.
-                Err(Failure::Fault(fault)) => {
-                    found.extend(unfelt(experiment, next(index, &mut random).phalanx));
-                    ended = Err(Failure::Fault(fault));
-                }
-                Err(failure) => return Err(failure),
-            }
-        }
-        ended
-    };
-    Job {
-        name: experiment.to_owned(),
-        closings,
-        run: Box::new(run),
-    }
-}
-
-/// A contact of which no method said anything.
-fn unfelt(experiment: &'static str, phalanx: u8) -> impl Iterator<Item = Entry> {
-    let trial = Trial {
-        truth: Some(Contact {
-            phalanx,
-            k_m: f64::NAN,
-            length_m: f64::NAN,
-            time_s: f64::INFINITY,
-        }),
-        ..Trial::default()
-    };
-    [Method::Ours]
-        .into_iter()
-        .chain(Method::papers().map(|(method, _)| method))
-        .flat_map(|method| [(method, true), (method, false)])
-        .map(move |(method, calibrated)| Entry {
-            experiment: experiment.to_owned(),
-            method,
-            calibrated,
-            trial,
-        })
-}
-
-/// A contact that is wanted.
-#[derive(Clone, Debug)]
-pub struct Wanted {
-    /// The object.
-    pub object: Object,
-    /// Phalanx.
-    pub phalanx: u8,
-    /// Place, metre.
-    pub k_m: f64,
-    /// Posture, radian.
-    pub theta_1_rad: f64,
-}
-
-/// Closes on the first wanted contact that can be made.
-///
-/// # Errors
-/// [`Failure`].
-pub fn closing<S: Simulated>(
-    session: &mut Session<S>,
-    mut next: impl FnMut() -> Wanted,
-) -> Result<Case, Failure> {
-    for _ in 0..TRIES {
-        let wanted = next();
-        let case = session.grasp(
-            &wanted.object,
-            wanted.phalanx,
-            wanted.k_m,
-            wanted.theta_1_rad,
-        )?;
-        if let Some(case) = case {
-            return Ok(case);
-        }
-    }
-    Err(Failure::Missing("place for the object"))
-}
-
 /// (a) 25 proximal grasps, five on each of five fingers.
 #[must_use]
 pub fn proximal(plan: &Plan) -> Vec<Job> {

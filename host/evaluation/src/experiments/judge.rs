@@ -12,7 +12,7 @@ use crate::paper;
 use crate::reference::{Finger, Stage};
 use crate::score::{Contact, Listener, Trial, Verdict};
 
-/// What our sensing is given beside the samples.
+/// What our sensing is given in addition to the samples.
 #[derive(Clone, Debug)]
 pub struct Knowledge {
     /// Friction record.

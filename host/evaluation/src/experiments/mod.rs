@@ -1,10 +1,11 @@
-//! The paper's experiments in the simulation, ours beside the paper's algorithm on the same samples.
+//! The paper's experiments in the simulation, ours next to the paper's algorithm on the same samples.
 
 pub mod ablation;
 pub mod calibration;
 pub mod catalogue;
 pub mod document;
 pub mod fingerprint;
+pub mod job;
 pub mod judge;
 pub mod live;
 pub mod objects;

@@ -194,7 +194,7 @@ pub fn markdown(rows: &[Row]) -> String {
     out
 }
 
-/// A row for each calibrated experiment on the distal phalanx or on nothing, the paper's algorithm beside ours.
+/// A row for each calibrated experiment on the distal phalanx or on nothing, the paper's algorithm next to ours.
 #[must_use]
 pub fn headline(rows: &[Row]) -> String {
     let mut out = String::from(

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
-use super::catalogue::{Entry, Job};
+use super::job::{Entry, Job};
 use super::live::Failure;
 use super::result::{Method, Place, Row};
 use crate::paper::STEPS_NM;

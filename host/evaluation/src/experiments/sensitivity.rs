@@ -6,7 +6,8 @@ use palpate_simulation::Simulated;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use super::catalogue::{Entry, Job, Plan, Wanted, closing, plain_cylinder};
+use super::catalogue::plain_cylinder;
+use super::job::{Entry, Job, Plan, Wanted, closing};
 use super::live::{Failure, Setup};
 use super::session::Session;
 

@@ -1,4 +1,4 @@
-//! What a calibration finds, beside the truth, and the location error before and after it.
+//! Result of a calibration next to the truth, and the location error before and after it.
 
 use std::path::Path;
 

@@ -12,8 +12,9 @@ use super::canvas::{
     BLUE, Chart, DrawError, GREEN, GREY, Legend, Mark, ORANGE, PINK, SKY, Series, write,
 };
 use crate::experiments::catalogue::{
-    PRESHAPE_PLACES_M, PRESHAPES_RAD, Plan, Wanted, closing, distal_wanted, plain_cylinder,
+    PRESHAPE_PLACES_M, PRESHAPES_RAD, distal_wanted, plain_cylinder,
 };
+use crate::experiments::job::{Plan, Wanted, closing};
 use crate::experiments::judge;
 use crate::experiments::live::{Failure, Setup};
 use crate::experiments::objects;
@@ -45,7 +46,7 @@ fn touch(session: &mut Session<P70>, k_m: f64, theta_1_rad: f64) -> Result<Case,
     })
 }
 
-/// Fig 11: stiffness after contact as estimated, over the true place, beside the model.
+/// Fig 11: stiffness after contact as estimated, over the true place, with the model.
 fn figure_11(plan: &Plan) -> Result<Chart, Failure> {
     let mut session = session(plan, &Setup::default(), plan.seed + 300)?;
     let model = judge::paper_model::<P70>()?;
@@ -96,7 +97,7 @@ fn figure_11(plan: &Plan) -> Result<Chart, Failure> {
     })
 }
 
-/// Fig 12: torque and angle of the actuator during a closing, beside a free one.
+/// Fig 12: torque and angle of the actuator during a closing, and of a free one.
 fn figure_12(plan: &Plan) -> Result<Vec<Chart>, Failure> {
     let mut session = session(plan, &Setup::default(), plan.seed + 301)?;
     let case = touch(&mut session, 0.035, 0.6)?;

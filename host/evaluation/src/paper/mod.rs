@@ -1,4 +1,4 @@
-//! The paper's own algorithm (its section VI, Fig 8, and VII) at its best, to stand beside ours on the same samples.
+//! The paper's own algorithm (its section VI, Fig 8, and VII) at its best, to compare with ours on the same samples.
 //!
 //! A constant friction threshold from a free closing, a secant of the stiffness between two torques, the cable's stiffness
 //! taken off, and the tangent model (18) turned round. In f64, with the independent mechanics of [`crate::reference`]:

@@ -1,4 +1,4 @@
-//! What is known of a recording: `NAME.json` beside `NAME.csv.gz`.
+//! What is known of a recording: `NAME.json` next to `NAME.csv.gz`.
 //!
 //! To the sensing goes the class and the place of a calibration pin, nothing else; the rest is for judging.
 

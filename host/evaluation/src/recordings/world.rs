@@ -18,7 +18,7 @@ pub struct Line {
     pub name: String,
     /// Class.
     pub class: Class,
-    /// What was said, beside the truth; times on the recording's clock.
+    /// What was said, next to the truth; times on the recording's clock.
     pub trial: Trial,
     /// Phalanx, place in metre and time in second of first contact, whatever class; `None` without contact.
     pub truth: Option<crate::score::Contact>,
@@ -30,7 +30,7 @@ pub struct Line {
     pub problem: Option<&'static str>,
 }
 
-/// What the calibration found, beside the truth.
+/// What the calibration found, next to the truth.
 #[derive(Clone, Copy, Debug)]
 pub struct Calibrated {
     /// What is used from here on.

@@ -4,7 +4,10 @@ use palpate::sample::{Drive, Sample};
 
 /// A pause in a closing, microseconds, that does not yet end it.
 const PAUSE_US: u64 = 100_000;
-/// Share of the longest closing that a free one must have: one that stopped early may have touched something.
+/// Share of the scene's travel that is enough for a free closing.
+const LEAST_SHARE: f64 = 0.5;
+/// Share of the longest closing, or of the scene's travel if that is shorter, that a free one must have: one that stopped early
+/// may have touched something.
 const FREE_SHARE: f64 = 0.9;
 /// Samples below which a closing is a twitch.
 const LEAST_SAMPLES: usize = 100;
@@ -101,11 +104,12 @@ impl std::fmt::Display for NoFreeClosing {
     }
 }
 
-/// A free closing: among those as long as the longest, the one whose current rises least.
+/// A free closing: among those that are long, the one whose current rises least.
 ///
 /// # Errors
 /// Why there is none.
-pub fn free_closing(samples: &[Sample], least_counts: f64) -> Result<Stretch, NoFreeClosing> {
+pub fn free_closing(samples: &[Sample], travel_counts: f64) -> Result<Stretch, NoFreeClosing> {
+    let least_counts = LEAST_SHARE * travel_counts;
     let closings = stretches(samples, Drive::Closing);
     let longest = closings
         .iter()
@@ -122,7 +126,7 @@ pub fn free_closing(samples: &[Sample], least_counts: f64) -> Result<Stretch, No
     let flattest = closings
         .into_iter()
         .filter(|stretch| {
-            travel(samples, stretch) >= FREE_SHARE * longest
+            travel(samples, stretch) >= FREE_SHARE * longest.min(travel_counts)
                 && stretch.to - stretch.from > LEAST_SAMPLES
         })
         .min_by(|a, b| rise(samples, a).total_cmp(&rise(samples, b)))

@@ -22,9 +22,6 @@ use palpate::sensing::{Calibration, Directive, Event, NoHall, Sensor, Series};
 use crate::recordings::protocol::{FLUSH, Speeds};
 use crate::trace::PERIOD_US;
 
-/// A closing shorter than this share of the scene's travel tells too little of its friction.
-const LEAST_TRAVEL: f64 = 0.5;
-
 /// Where the recording of friction was found.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Source {
@@ -109,10 +106,10 @@ pub fn replay<S: Scene>(samples: &[Sample], before: &Beforehand, purpose: Direct
     let speeds = Speeds::of(source, &S::settings(), drivetrain.rad_per_count);
     let mut sensor: Sensor<S::Finger, NoHall, S::Series> =
         Sensor::new(finger, drivetrain, speeds.closing, before.calibration);
-    let least = LEAST_TRAVEL * f64::from(S::TRAVEL_RAD / drivetrain.rad_per_count);
+    let travel = f64::from(S::TRAVEL_RAD / drivetrain.rad_per_count);
     let found = match before.friction {
         Some(record) => learn(&mut sensor, record, &speeds).map(|()| Source::Separate),
-        None => within(&mut sensor, samples, &speeds, least),
+        None => within(&mut sensor, samples, &speeds, travel),
     };
     let friction = found.unwrap_or_else(Source::None);
     // What calibrates comes after the free motion; a watch does not mind it.
@@ -147,9 +144,9 @@ fn within<F: Mechanics, X: Series>(
     sensor: &mut Sensor<F, NoHall, X>,
     samples: &[Sample],
     speeds: &Speeds,
-    least_counts: f64,
+    travel_counts: f64,
 ) -> Result<Source, NoFriction> {
-    let closing = find::free_closing(samples, least_counts).map_err(NoFriction::NoFreeClosing)?;
+    let closing = find::free_closing(samples, travel_counts).map_err(NoFriction::NoFreeClosing)?;
     let stretch = find::with_opening(samples, &closing);
     if stretch.to == closing.to {
         return Err(NoFriction::NoOpening {

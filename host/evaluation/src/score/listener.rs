@@ -62,7 +62,7 @@ impl Listener {
         }
     }
 
-    /// What was said, beside the truth. A touch without any further word is a contact that was not located.
+    /// What was said, next to the truth. A touch without any further word is a contact that was not located.
     #[must_use]
     pub fn trial(&self, truth: Option<Contact>) -> Trial {
         let mut trial = self.trial;

@@ -1,4 +1,4 @@
-//! Scores: what was said of a closing beside the truth, and the figures that follow from many of them.
+//! Scores: what was said of a closing next to the truth, and the figures that follow from many of them.
 //!
 //! The one place where "located", "early" or "within two deviations" are defined; experiments and recordings count alike.
 
@@ -88,7 +88,7 @@ pub struct Force {
     pub true_n: f64,
 }
 
-/// What one method said of one closing, beside the truth.
+/// What one method said of one closing, next to the truth.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Trial {
     /// What was touched; `None` for a free closing.

@@ -194,11 +194,11 @@ impl Finger {
     /// Coulomb friction of the joints, and of a tendon on their pulleys, as a viscous one that would have given the right
     /// torque in the last step.
     fn rub_joints(&self, matrix: &mut [[f64; MAX]; MAX], dt: f64) {
-        for i in 0..self.count {
+        for (i, row) in matrix.iter_mut().enumerate().take(self.count) {
             let passed = if i == 0 { 0.0 } else { self.x[i] * self.torque };
             let torque = self.joint_friction + self.capstan_share * passed.abs();
             let speed = self.speed[i].abs().max(JOINT_CREEP_RAD_PER_S);
-            matrix[i][i] += torque / (speed * dt);
+            row[i] += torque / (speed * dt);
         }
     }
 

@@ -5,8 +5,6 @@
 //! diameter at places from 0.1 to 0.9 of the distal phalanx. Delays count from the plant's true first contact until the
 //! sensing tells an event; the time that a fit takes on the chip is not in them (see the whole path: some milliseconds).
 
-use std::fmt::Write as _;
-
 use anyhow::{Result, anyhow};
 use palpate::app::console::command::Command;
 use palpate::app::console::settings::Setting;
@@ -18,8 +16,8 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 /// Fingers, and closings of each, for every choice.
-const FINGERS: u64 = 4;
-const CLOSINGS: u32 = 20;
+pub const FINGERS: u64 = 4;
+pub const CLOSINGS: u32 = 20;
 
 /// Length of the distal phalanx, metre, and the pins of the guided calibration as shares of it.
 const LENGTH_M: f32 = 0.070;
@@ -39,7 +37,7 @@ pub struct Choice {
 }
 
 /// The scene's own: 0.3 rad/s, 0.3 mm, 350 mNm.
-const USUAL: Choice = Choice {
+pub const USUAL: Choice = Choice {
     closing_speed_rad_per_s: 0.3,
     wanted_deviation_mm: 0.3,
     probe_torque_mnm: 350.0,
@@ -302,85 +300,10 @@ pub fn rows() -> Result<Vec<Row>> {
     measure(&choices(), FINGERS, CLOSINGS)
 }
 
-/// For docs/RESULTS.md: the careful, the scene's own, and two hasty choices.
-const SHOWN: [Choice; 4] = [
-    Choice {
-        closing_speed_rad_per_s: 0.15,
-        wanted_deviation_mm: 0.2,
-        ..USUAL
-    },
-    USUAL,
-    Choice {
-        closing_speed_rad_per_s: 0.6,
-        wanted_deviation_mm: 1.0,
-        ..USUAL
-    },
-    Choice {
-        closing_speed_rad_per_s: 0.6,
-        wanted_deviation_mm: 3.0,
-        ..USUAL
-    },
-];
-
-/// Some of the rows, in few columns.
-pub fn short_table(rows: &[Row]) -> String {
-    let mut text = "| `closing-speed`, `wanted-deviation` | touch after, ms | first place after, ms | its error, mm | last place \
-                    after, ms | its error, mm |\n|---|---|---|---|---|---|\n"
-        .to_owned();
-    for row in SHOWN
-        .iter()
-        .filter_map(|choice| rows.iter().find(|row| row.choice == *choice))
-    {
-        let _ = writeln!(
-            text,
-            "| {} rad/s, {} mm | {:.0} | {:.0} | {:.2} | {:.0} | {:.2} |",
-            row.choice.closing_speed_rad_per_s,
-            row.choice.wanted_deviation_mm,
-            row.touch_ms[0],
-            row.first_ms[0],
-            row.first_error_mm[0],
-            row.last_ms[0],
-            row.last_error_mm[0],
-        );
-    }
-    text
-}
-
-/// The table.
-pub fn table(rows: &[Row]) -> String {
-    let mut text = format!(
-        "Simulated: {FINGERS} calibrated fingers, {CLOSINGS} closings of each a row, on cylinders of 4 to 40 mm. Times from the \
-         plant's true first contact until the firmware tells, milliseconds; |error| of k in mm; median / 90 %. First: the \
-         first place told; last: settled, or at the torque's limit. The chip's time for a fit is not in the delays.\n\n\
-         | closing-speed, rad/s | wanted-deviation, mm | probe-torque, mNm | touch | first place | its error | last place | its \
-         error | largest | located | settled |\n|---|---|---|---|---|---|---|---|---|---|---|\n"
-    );
-    let ms = |[median, most]: [f64; 2]| format!("{median:.0} / {most:.0}");
-    let mm = |[median, most]: [f64; 2]| format!("{median:.2} / {most:.2}");
-    for row in rows {
-        let _ = writeln!(
-            text,
-            "| {} | {} | {} | {} | {} | {} | {} | {} | {:.2} | {} of {} | {} |",
-            row.choice.closing_speed_rad_per_s,
-            row.choice.wanted_deviation_mm,
-            row.choice.probe_torque_mnm,
-            ms(row.touch_ms),
-            ms(row.first_ms),
-            mm(row.first_error_mm),
-            ms(row.last_ms),
-            mm(row.last_error_mm),
-            row.last_error_mm_max,
-            row.located,
-            row.closings,
-            row.settled,
-        );
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{Choice, SHOWN, USUAL, choices, measure, spread};
+    use super::super::delay_table::SHOWN;
+    use super::{Choice, USUAL, choices, measure, spread};
 
     #[test]
     fn a_wish_for_less_error_costs_time_and_brings_it() {

@@ -8,6 +8,8 @@
 
 mod check;
 mod delay;
+mod delay_table;
+mod inputs;
 mod judge;
 mod measured;
 mod plot;
@@ -186,7 +188,7 @@ impl Report {
             };
             text += &format!(
                 "\n## Time from first contact against error\n\n{plot}{}",
-                delay::table(&self.delays)
+                delay_table::table(&self.delays)
             );
         }
         if !self.sizes.is_empty() {

@@ -5,10 +5,10 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
-use super::delay;
 use super::row::Row;
 use super::target::{self, Target};
 use super::whole::{CONTROL, Grasp, TYPICAL, WITH_FIT};
+use super::{delay, delay_table};
 
 const BEGIN: &str = "<!-- report: begin, written by `cargo xtask report --write` -->\n";
 const END: &str = "<!-- report: end -->";
@@ -75,7 +75,7 @@ pub fn block(
     }
     if !delays.is_empty() {
         text += "\nThe user's trade, simulated, medians over calibrated fingers and many objects, from the true first contact:\n\n";
-        text += &delay::short_table(delays);
+        text += &delay_table::short_table(delays);
         text += "\n![Error against delay](report/delay.svg)\n";
     }
     text + "\n" + &target::table(targets)

@@ -118,7 +118,7 @@ pub const WITH_FIT: &str = "sensing update with a step of the fit";
 /// The bisection that turns a tangent stiffness into a place.
 pub const BISECTION: &str = "bisection of a contact's place, a root";
 
-/// A figure: its name, what kind of count it is, and what of a function's name tells it; the first that is there.
+/// A figure: its name, what kind of count it is, and the part of a function's name that identifies it; the first one present.
 struct Known {
     what: &'static str,
     kind: &'static str,

@@ -59,7 +59,7 @@ fn every_injected_fault_is_found_in_time_and_under_its_name() {
             );
             assert!(periods <= limit, "{wrong:?}: {periods} periods");
             assert!(peak_a < 0.35, "{wrong:?}: {peak_a} A");
-            // Latched: nothing restarts, whatever is asked, until it is cleared and homed anew.
+            // Latched: nothing restarts, whatever is asked, until it is cleared and homed again.
             simulation.bench.wrong = Defect::Nothing;
             assert!(simulation.sequence.request(Request::Run).is_err());
             for _ in 0..100 {
