@@ -46,6 +46,8 @@ impl Default for Surroundings {
 
 /// Share of critical damping in the cable (chosen: nylon rings little).
 const CABLE_DAMPING_RATIO: f64 = 0.05;
+/// Over which the speed of the cable's other end is smoothed, second.
+const END_SPEED_S: f64 = 5e-3;
 /// Depth of overlap that is a matter of rounding, metre.
 const ROUNDING_M: f64 = 1e-6;
 /// Longest time to come to rest, steps.
@@ -74,6 +76,8 @@ pub struct MujocoFinger {
     /// Time that has passed and is not yet stepped, second.
     owed_s: f64,
     last_end: Option<CableEnd>,
+    /// Smoothed speed of the cable's other end, radian per second.
+    end_speed: f64,
 }
 
 impl std::fmt::Debug for MujocoFinger {
@@ -129,6 +133,7 @@ impl MujocoFinger {
             input,
             owed_s: 0.0,
             last_end: None,
+            end_speed: 0.0,
             description,
         };
         let start = finger.description.start().to_vec();
@@ -334,6 +339,9 @@ impl Mechanics for MujocoFinger {
         let speed = self
             .last_end
             .map_or(0.0, |last| (end.low_rad - last.low_rad) / dt_s);
+        // A cable that stiffens moves its end with its torque: taken at once, that would feed the torque's noise back.
+        self.end_speed += (speed - self.end_speed) * (dt_s / END_SPEED_S).min(1.0);
+        let speed = self.end_speed;
         self.last_end = Some(*end);
         self.owed_s += dt_s;
         while self.owed_s > STEP_S * (1.0 - 1e-9) {

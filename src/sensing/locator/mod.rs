@@ -65,10 +65,14 @@ pub struct Data<'a> {
 }
 
 impl Data<'_> {
+    /// Measured angle of a point.
+    fn rad(&self, point: &Point) -> f32 {
+        self.origin_rad + point.counts * self.drivetrain.rad_per_count
+    }
+
     /// Measured angle at the end of a point.
     fn end_rad(&self, point: &Point) -> f32 {
-        let end_counts = point.counts + 0.5 * point.width_counts;
-        self.origin_rad + end_counts * self.drivetrain.rad_per_count
+        self.rad(point) + 0.5 * point.width_counts * self.drivetrain.rad_per_count
     }
 }
 

@@ -6,6 +6,7 @@ use super::prior::{K, Scaling};
 use super::{Data, Free, Locator, Model, Prior, RADII_M, Track, fit};
 use crate::finger::{Class, MAX_PHALANGES, Mechanics};
 use crate::numeric::{Bounded, exp, ln, sqrt};
+use crate::sensing::curve::Point;
 use crate::sensing::{Calibration, NotLocated, Series};
 
 /// Probability below which another phalanx, or another place on the same, is not worth a word.
@@ -195,10 +196,14 @@ impl<X: Series> Locator<X> {
                 hold,
                 &onset,
             )?;
-            for point in data.points.iter().filter(|point| point.blocks > 0) {
+            // Along the curve as far as that angle.
+            let along = |point: &&Point| point.blocks > 0 && data.rad(point) <= measured_rad;
+            let mut last = data.points.first()?;
+            for point in data.points.iter().filter(along) {
                 model.next(point)?;
+                last = point;
             }
-            model.follow_to(measured_rad, data.points.last()?)?;
+            model.follow_to(measured_rad, last)?;
             Some((model.force_n(), onset, model.end().joints_rad))
         };
         let (force_n, onset, joints_rad) = force_at(0.0)?;

@@ -10,6 +10,9 @@ use crate::sensing::{Calibration, Directive, Event, Refusal};
 
 /// How much the closing stop may yield, radian per newton metre (R, chosen): it counts as cable.
 const STOP_YIELD_RAD_PER_NM: f32 = 4e-3;
+/// What a press does not tell of the cable, as a share of its twist: it stiffens with the load, and creeps otherwise than
+/// the nominal one (R, chosen).
+const PRESS_SHARE: f32 = 0.02;
 
 impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     /// What the curve of a contact at a known place, or with the stop, teaches.
@@ -50,8 +53,9 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             .learned(&self.prior(contact))
             .ok_or(Refusal::Misfit)?;
         let sigma = found.cable_sigma_rad_per_nm;
+        let model = PRESS_SHARE * found.cable_rad_per_nm;
         found.cable_sigma_rad_per_nm =
-            sqrt(sigma * sigma + STOP_YIELD_RAD_PER_NM * STOP_YIELD_RAD_PER_NM);
+            sqrt(sigma * sigma + model * model + STOP_YIELD_RAD_PER_NM * STOP_YIELD_RAD_PER_NM);
         self.calibration.with_press(&found, misfit)
     }
 

@@ -320,3 +320,63 @@ fn a_curve_of_nonsense_ends_in_no_place() {
     );
     assert_eq!(judged(&finger, 0.8, &[]), Verdict::Undecided);
 }
+
+#[test]
+fn the_force_is_that_of_the_present_angle() {
+    fn check<F: Mechanics>(finger: &F, onset_rad: f32, k_m: f32, random: &mut Random) {
+        let contact = Contact {
+            phalanx: 2,
+            k_m,
+            radius_m: HALF_THICKNESS_M + 0.005,
+        };
+        let free = finger.free_at_angle(onset_rad, &finger.rest()).unwrap();
+        let twist_rad = CALIBRATION.cable_rad_per_nm * free.torque_nm;
+        let measured = onset_rad + twist_rad;
+        let points = curve(finger, onset_rad, contact, random);
+        let prior = prior(measured);
+        let drivetrain = drivetrain();
+        let points = thinned(&points);
+        let data = Data {
+            points: &points,
+            origin_rad: measured - 0.05,
+            drivetrain: &drivetrain,
+        };
+        let near = finger.rest();
+        let mut locator = Locator::default();
+        assert!(locator.begin(finger, &data, &prior, &near, true));
+        while !locator.step(finger, &data, &prior, &near) {}
+        let Verdict::At(estimate) = locator.verdict(&prior, |_| 0.0) else {
+            panic!("{k_m}");
+        };
+        // Half way up the curve, and at its end.
+        for index in [points.len() / 2, points.len() - 1] {
+            let point = &points[index];
+            let angle_rad = data.origin_rad + point.counts * drivetrain.rad_per_count;
+            let state = locator
+                .state(&estimate, finger, &data, &prior, &near, angle_rad)
+                .unwrap();
+            let mut path = finger
+                .path(&free.configuration, free.torque_nm, contact)
+                .unwrap();
+            let rise_nm = point.excess_nm + point.free_nm - free.torque_nm;
+            let end = finger.follow(&mut path, rise_nm).unwrap();
+            let rubbing_n = end.force_by_friction_n
+                + HALF_THICKNESS_M * end.force_by_friction_and_thickness_n_per_m;
+            let force_n = end.force_n + 0.1 * rubbing_n;
+            // What was drawn of friction's level is in the torque compared with.
+            let off_n = (state.force.force_n - force_n).abs();
+            let most_n = 2.0 * state.force.sigma_n + 0.02 * force_n;
+            assert!(off_n < most_n, "{k_m} {index}: {:?} {force_n}", state.force);
+            assert!(state.force.sigma_n > 0.02 * force_n && state.force.sigma_n < 0.3 * force_n);
+        }
+    }
+    let mut random = Random(41);
+    for k_m in [0.015, 0.04, 0.06] {
+        check(&P70::MECHANISM, 0.8, k_m, &mut random);
+    }
+    let finger = Tendon2::MECHANISM;
+    let onset_rad = finger.input_angle_rad(&finger.rest()) + 0.4;
+    for k_m in [0.015, 0.03] {
+        check(&finger, onset_rad, k_m, &mut random);
+    }
+}
