@@ -57,15 +57,18 @@ macro_rules! log_lines {
             selftest info "selftest step={=str} result={=str} value={=f32} want={=str} remedy={=str}"
                 (step: &str, result: &str, value: f32, want: &str, remedy: &str);
             /// A free motion was recorded.
-            friction_recorded info "friction-recorded closing_mnm={=f32} opening_mnm={=f32} residual_mnm={=f32} coverage={=f32}"
-                (closing_mnm: f32, opening_mnm: f32, residual_mnm: f32, coverage: f32);
+            friction_recorded info "friction-recorded closing_mnm={=f32} opening_mnm={=f32} residual_mnm={=f32} coverage={=f32} wander_mnm={=f32} wander_s={=f32}"
+                (closing_mnm: f32, opening_mnm: f32, residual_mnm: f32, coverage: f32, wander_mnm: f32, wander_s: f32);
             /// A free motion left too little of it to record.
             friction_not_recorded warn "friction-not-recorded coverage={=f32}" (coverage: f32);
             /// The friction record no longer fits.
             friction_stale warn "friction-stale misfit_mnm={=f32}" (misfit_mnm: f32);
             /// Softer than expected without contact.
-            unusual warn "unusual k_a_nm_per_rad={=f32} k_a_free_nm_per_rad={=f32}"
-                (k_a_nm_per_rad: f32, k_a_free_nm_per_rad: f32);
+            unusual warn "unusual k_a_nm_per_rad={=f32} k_a_sigma_nm_per_rad={=f32} k_a_free_nm_per_rad={=f32}"
+                (k_a_nm_per_rad: f32, k_a_sigma_nm_per_rad: f32, k_a_free_nm_per_rad: f32);
+            /// A closing is over: global stiffness K_a (7), measured and expected without contact.
+            stiffness info "stiffness k_a_nm_per_rad={=f32} k_a_sigma_nm_per_rad={=f32} k_a_free_nm_per_rad={=f32}"
+                (k_a_nm_per_rad: f32, k_a_sigma_nm_per_rad: f32, k_a_free_nm_per_rad: f32);
             /// Contact begins.
             touch info "touch time_us={=u64} theta_a_mrad={=f32} torque_mnm={=f32}"
                 (time_us: u64, theta_a_mrad: f32, torque_mnm: f32);

@@ -35,6 +35,10 @@ pub enum Event {
         residual_nm: f32,
         /// Share of the travel that the table covers, 0 to 1.
         coverage: f32,
+        /// How far friction wanders between two closings, standard deviation.
+        wander_nm: f32,
+        /// Time constant of the wander, second.
+        wander_s: f32,
     },
     /// A free motion left too little of it to record: a larger travel, or a steadier speed, is needed.
     FrictionNotRecorded {
@@ -50,6 +54,17 @@ pub enum Event {
     Unusual {
         /// Measured global stiffness K_a (7), newton metre per radian.
         k_a_nm_per_rad: f32,
+        /// Standard deviation of it, from how far the friction may be off.
+        k_a_sigma_nm_per_rad: f32,
+        /// The same, expected without contact.
+        k_a_free_nm_per_rad: f32,
+    },
+    /// A closing is over, with or without a contact: global stiffness from rest to its end.
+    Stiffness {
+        /// Measured global stiffness K_a (7), newton metre per radian.
+        k_a_nm_per_rad: f32,
+        /// Standard deviation of it, from how far the friction may be off.
+        k_a_sigma_nm_per_rad: f32,
         /// The same, expected without contact.
         k_a_free_nm_per_rad: f32,
     },

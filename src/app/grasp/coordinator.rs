@@ -328,6 +328,7 @@ fn default_value<S: Scene>(setting: Setting) -> f32 {
         Setting::CurrentLimit => S::DRIVE.limits.current_a,
         Setting::ProbeTorque => S::settings().torque_limit_nm,
         Setting::WantedDeviation => S::settings().wanted_sigma_m,
+        Setting::Sensitivity => S::settings().false_contacts_per_thousand,
         Setting::HoldForce => S::HOLD_FORCE_N,
         Setting::HoldTime => S::MOTION.holding_s,
         Setting::Efficiency => S::EFFICIENCY,

@@ -124,6 +124,8 @@ mod tests {
         opening_nm: -0.1,
         residual_nm: 1e-3,
         coverage: 1.0,
+        wander_nm: 1e-3,
+        wander_s: 2.0,
     };
 
     #[test]

@@ -105,6 +105,10 @@ impl<S: Scene> ContactSensing<S> {
             speed_rad_per_s: set(Setting::ClosingSpeed, nominal.speed_rad_per_s),
             torque_limit_nm: set(Setting::ProbeTorque, nominal.torque_limit_nm),
             wanted_sigma_m: set(Setting::WantedDeviation, nominal.wanted_sigma_m),
+            false_contacts_per_thousand: set(
+                Setting::Sensitivity,
+                nominal.false_contacts_per_thousand,
+            ),
             // No setting changes the others.
             ..*self.sensor.settings()
         });
@@ -127,6 +131,9 @@ pub fn notice(event: &Event) -> Option<Notice> {
         Event::FrictionNotRecorded { .. } => Some(Notice::FrictionNotRecorded),
         Event::FrictionStale { .. } => Some(Notice::FrictionUnknown),
         // A contact that is still being judged; and softness is no reason to stop closing.
-        Event::Located { .. } | Event::Ambiguous { .. } | Event::Unusual { .. } => None,
+        Event::Located { .. }
+        | Event::Ambiguous { .. }
+        | Event::Unusual { .. }
+        | Event::Stiffness { .. } => None,
     }
 }

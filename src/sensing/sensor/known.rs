@@ -33,6 +33,8 @@ pub(super) struct Known<F: Mechanics, H: JointSensor, X: Series> {
     pub(super) shift_counts: Option<i32>,
     /// Standard deviation of it.
     pub(super) shift_sigma_counts: f32,
+    /// Angle of the input link at the last block of a closing, radian, and what the record leaves of its torque, newton metre.
+    pub(super) last_residual: Option<(f32, f32)>,
     series: PhantomData<X>,
 }
 
@@ -53,6 +55,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             friction: None,
             shift_counts: Some(0),
             shift_sigma_counts: 0.0,
+            last_residual: None,
             stale_told: false,
             posture,
             reading: H::Reading::default(),

@@ -156,6 +156,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
             return;
         }
         known.directive = directive;
+        known.last_residual = None;
         known.stale_told = false;
         self.done = false;
         self.work = Work::Nothing;
@@ -186,7 +187,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
             Directive::RecordFriction => self.learning.record(block),
             // What comes after the finger has opened is another closing.
             _ if block.drive != Drive::Closing => self.done = false,
-            _ if self.done => {}
+            _ if self.done => self.known.remember(block),
             _ => self.feel(block),
         }
     }
@@ -202,6 +203,9 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
         };
         if let Work::Searching(_) = self.work {
             self.learning.watch(known, block, &past);
+        }
+        if let Work::Contact(_) = self.work {
+            known.remember(block);
         }
         match &mut self.work {
             Work::Contact(contact) => known.press(contact, &past),
@@ -227,6 +231,9 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
             self.learning.cut(&self.known, &suspect);
         }
         self.learning.end_run(&self.known);
+        // A closing that was unusual has said so.
+        let free = matches!(self.work, Work::Searching(_)) && !self.done;
+        self.known.conclude_closing(free);
         match &mut self.work {
             Work::Nothing => {}
             Work::Searching(_) => self.work = Work::Nothing,

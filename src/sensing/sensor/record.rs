@@ -168,6 +168,7 @@ impl Learning {
         {
             let opening_nm = draft.opening_nm;
             let residual_nm = draft.noise_nm(&known.drivetrain);
+            let wander = draft.wander(draft.speed_rad_per_s);
             known.friction = Some(draft);
             known.shift_counts = Some(0);
             known.shift_sigma_counts = 0.0;
@@ -176,6 +177,8 @@ impl Learning {
                 opening_nm,
                 residual_nm,
                 coverage,
+                wander_nm: wander.rms_nm,
+                wander_s: wander.time_s,
             });
         } else {
             self.assessment = None;

@@ -3,7 +3,7 @@
 use super::Work;
 use super::known::Known;
 use crate::finger::Mechanics;
-use crate::numeric::sqrt;
+use crate::numeric::{Bounded, sqrt};
 use crate::sensing::Event;
 use crate::sensing::block::Block;
 use crate::sensing::detector::{self, Detector, Finding, Onset, Residual, Test};
@@ -155,6 +155,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             }
             return Found::Nothing;
         }
+        self.last_residual = Some((theta_a_rad, residual.torque_nm));
         if search.history.is_full() {
             search.history.pop_front();
         }
@@ -179,7 +180,10 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
                 search.detector = None;
             }
             Finding::Softer(onset) => {
-                self.tell_unusual(theta_a_rad, residual.torque_nm - onset.level_nm);
+                let fallen_nm = residual.torque_nm - onset.level_nm;
+                if let Some(k_a) = self.k_a(theta_a_rad, fallen_nm) {
+                    self.tell_unusual(&k_a);
+                }
                 return Found::Over;
             }
             Finding::Contact(onset) => {
@@ -203,10 +207,15 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         let scale = self.drivetrain.rad_per_count
             / (self.drivetrain.efficiency * self.calibration.torque_factor);
         let least_slope_nm_per_count = LEAST_SLOPE * softest * scale;
+        // A spring that loses its hold takes no more than the finger's own stiffness away.
+        let own = (self.free(self.drivetrain.closing_rad(block.counts)))
+            .and_then(|free| self.finger.expected_k_a(&free))
+            .filter(|own| *own > 0.0)
+            .unwrap_or(softest);
         let test = Test {
             threshold: detector::threshold(self.settings.false_contacts_per_thousand, blocks),
             least_slope_nm_per_count,
-            least_fall_nm_per_count: least_slope_nm_per_count,
+            least_fall_nm_per_count: LEAST_SLOPE * softest.at_most(own) * scale,
             friction_nm: friction.mean_nm()?,
         };
         let mut wander = friction.wander(way_rad / block.duration_s);
@@ -236,21 +245,78 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         (excess > 0.0 && excess.is_finite()).then_some(excess)
     }
 
-    fn tell_unusual(&mut self, theta_a_rad: f32, excess_nm: f32) {
+    /// A block of a closing that has been judged: the global stiffness at its end is still to be told.
+    pub(super) fn remember(&mut self, block: &Block) {
+        if let (Some(_), Some(past)) = (self.last_residual, self.past(block)) {
+            let theta_a_rad = self.drivetrain.closing_rad(block.counts);
+            self.last_residual = Some((theta_a_rad, past.residual_nm));
+        }
+    }
+
+    /// A closing is over, of which `free` says that no contact was felt: global stiffness from rest to its last block. Where
+    /// it lies below that of a free finger by more than the friction may be off, something pulls from behind, or a spring has
+    /// lost its hold (Fig. 8).
+    pub(super) fn conclude_closing(&mut self, free: bool) {
+        let Some((theta_a_rad, residual_nm)) = self.last_residual.take() else {
+            return;
+        };
+        let Some(k_a) = self.k_a(theta_a_rad, residual_nm) else {
+            return;
+        };
+        let blocks = self.settings.travel_rad
+            / self.drivetrain.rad_per_count
+            / self.drivetrain.counts_per_turn.max(1) as f32;
+        let threshold = detector::threshold(self.settings.false_contacts_per_thousand, blocks);
+        let below = (k_a.free_nm_per_rad - k_a.nm_per_rad) / k_a.sigma_nm_per_rad;
+        if free && below > 0.0 && below * below > 2.0 * threshold {
+            self.tell_unusual(&k_a);
+        }
+        self.tell(Event::Stiffness {
+            k_a_nm_per_rad: k_a.nm_per_rad,
+            k_a_sigma_nm_per_rad: k_a.sigma_nm_per_rad,
+            k_a_free_nm_per_rad: k_a.free_nm_per_rad,
+        });
+    }
+
+    fn tell_unusual(&mut self, k_a: &GlobalStiffness) {
+        self.tell(Event::Unusual {
+            k_a_nm_per_rad: k_a.nm_per_rad,
+            k_a_sigma_nm_per_rad: k_a.sigma_nm_per_rad,
+            k_a_free_nm_per_rad: k_a.free_nm_per_rad,
+        });
+    }
+
+    /// K_a (7) at an angle, from what the record leaves of the motor's torque there. None at rest.
+    fn k_a(&self, theta_a_rad: f32, residual_nm: f32) -> Option<GlobalStiffness> {
         let rest_rad = self.finger.input_angle_rad(&self.finger.rest());
-        let expected = self
+        let free_nm_per_rad = self
             .free(theta_a_rad)
             .and_then(|free| self.finger.expected_k_a(&free))
             .unwrap_or(0.0);
-        let way_rad = theta_a_rad - rest_rad;
-        let excess = self.drivetrain.efficiency * excess_nm / way_rad;
-        self.tell(Event::Unusual {
-            k_a_nm_per_rad: if excess.is_finite() {
-                expected + excess
-            } else {
-                expected
-            },
-            k_a_free_nm_per_rad: expected,
-        });
+        let wander = self
+            .friction
+            .as_ref()?
+            .wander(self.settings.speed_rad_per_s);
+        let friction_nm =
+            sqrt(wander.rms_nm * wander.rms_nm + wander.level_sigma_nm * wander.level_sigma_nm);
+        // From the motor's torque to the springs'.
+        let share = self.drivetrain.efficiency * self.calibration.torque_factor;
+        let per_rad = share / (theta_a_rad - rest_rad);
+        let found = GlobalStiffness {
+            nm_per_rad: free_nm_per_rad + per_rad * residual_nm,
+            sigma_nm_per_rad: per_rad.abs() * friction_nm,
+            free_nm_per_rad,
+        };
+        (found.nm_per_rad + found.sigma_nm_per_rad)
+            .is_finite()
+            .then_some(found)
     }
+}
+
+/// K_a (7), measured and expected without contact, newton metre per radian.
+#[derive(Clone, Copy, Debug)]
+struct GlobalStiffness {
+    nm_per_rad: f32,
+    sigma_nm_per_rad: f32,
+    free_nm_per_rad: f32,
 }

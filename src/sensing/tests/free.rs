@@ -61,6 +61,7 @@ pub fn curve(counts: f64) -> f64 {
 }
 
 /// Friction as time goes on.
+#[derive(Clone)]
 pub struct Life {
     world: World,
     noise: Noise,

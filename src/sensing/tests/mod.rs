@@ -39,6 +39,7 @@ fn settings() -> Settings {
 }
 
 /// Normal noise that is the same in every run.
+#[derive(Clone)]
 struct Noise(u64);
 
 impl Noise {

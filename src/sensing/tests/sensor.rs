@@ -1,5 +1,6 @@
-use crate::scene::{P70, Scene};
-use crate::sensing::{Calibration, Directive, Drive, Event, Sample, Sensor, Settings};
+use crate::finger::Mechanics;
+use crate::scene::{P70, Scene, Tendon2};
+use crate::sensing::{Calibration, Directive, Drive, Event, Friction, Sample, Sensor};
 use proptest::prelude::*;
 
 fn sensor() -> Sensor<<P70 as Scene>::Finger> {
@@ -16,13 +17,28 @@ fn numbers(event: &Event) -> Vec<f32> {
             opening_nm,
             residual_nm,
             coverage,
-        } => vec![closing_nm, opening_nm, residual_nm, coverage],
+            wander_nm,
+            wander_s,
+        } => vec![
+            closing_nm,
+            opening_nm,
+            residual_nm,
+            coverage,
+            wander_nm,
+            wander_s,
+        ],
         Event::FrictionNotRecorded { coverage } => vec![coverage],
         Event::FrictionStale { misfit_nm } => vec![misfit_nm],
         Event::Unusual {
             k_a_nm_per_rad,
+            k_a_sigma_nm_per_rad,
             k_a_free_nm_per_rad,
-        } => vec![k_a_nm_per_rad, k_a_free_nm_per_rad],
+        }
+        | Event::Stiffness {
+            k_a_nm_per_rad,
+            k_a_sigma_nm_per_rad,
+            k_a_free_nm_per_rad,
+        } => vec![k_a_nm_per_rad, k_a_sigma_nm_per_rad, k_a_free_nm_per_rad],
         Event::Touch {
             theta_a_rad,
             torque_nm,
@@ -44,13 +60,14 @@ fn numbers(event: &Event) -> Vec<f32> {
 }
 
 /// A motion of the input link at 0.3 rad/s with a current that a function of the angle tells.
-fn motion(
-    sensor: &mut Sensor<<P70 as Scene>::Finger>,
+fn motion<F: Mechanics>(
+    sensor: &mut Sensor<F>,
     time_us: &mut u64,
     range_rad: (f32, f32),
     current_a: impl Fn(f32) -> f32,
 ) -> Vec<Event> {
-    let drivetrain = P70::drivetrain(sensor.finger());
+    // The same in all scenes.
+    let drivetrain = P70::drivetrain(&P70::MECHANISM);
     let (from, to) = range_rad;
     let drive = if to > from {
         Drive::Closing
@@ -105,23 +122,67 @@ fn recorded() -> (Sensor<<P70 as Scene>::Finger>, u64) {
 }
 
 #[test]
-fn a_free_closing_tells_nothing_and_a_motion_at_another_speed_records_nothing() {
+fn a_free_closing_tells_its_stiffness_only() {
     let (mut sensor, mut time_us) = recorded();
     sensor.direct(Directive::Watch);
-    assert_eq!(
-        motion(&mut sensor, &mut time_us, (0.0, 1.45), friction_a),
-        []
-    );
-    sensor.set_settings(Settings {
-        speed_rad_per_s: 0.6,
-        ..P70::settings()
-    });
+    let told = motion(&mut sensor, &mut time_us, (0.0, 1.45), friction_a);
+    let [
+        Event::Stiffness {
+            k_a_nm_per_rad,
+            k_a_sigma_nm_per_rad,
+            k_a_free_nm_per_rad,
+        },
+    ] = told[..]
+    else {
+        panic!("{told:?}");
+    };
+    assert_eq!(k_a_free_nm_per_rad, 0.0);
+    assert!(k_a_nm_per_rad.abs() < 3.0 * k_a_sigma_nm_per_rad && k_a_sigma_nm_per_rad < 0.01);
+}
+
+#[test]
+fn a_motion_that_is_too_short_leaves_the_old_record() {
+    let (mut sensor, mut time_us) = recorded();
     sensor.direct(Directive::RecordFriction);
-    motion(&mut sensor, &mut time_us, (0.0, 1.4), friction_a);
+    motion(&mut sensor, &mut time_us, (0.0, 0.5), friction_a);
     sensor.direct(Directive::Rest);
-    let told = motion(&mut sensor, &mut time_us, (1.4, 1.39), friction_a);
-    assert_eq!(told, [Event::FrictionNotRecorded { coverage: 0.0 }]);
+    let told = motion(&mut sensor, &mut time_us, (0.5, 0.49), friction_a);
+    assert!(
+        matches!(told[..], [Event::FrictionNotRecorded { coverage }] if coverage < 0.4),
+        "{told:?}"
+    );
     assert!(sensor.friction().is_some(), "the old record stands");
+}
+
+#[test]
+fn what_is_free_of_a_closing_improves_the_record() {
+    let (mut sensor, mut time_us) = recorded();
+    assert_eq!(sensor.friction().map(Friction::passes), Some(1));
+    for closings in 2..5 {
+        sensor.direct(Directive::Watch);
+        let told = motion(&mut sensor, &mut time_us, (0.0, 1.4), |angle| {
+            // The third one touches.
+            let contact = if closings == 4 { 0.02 } else { 0.0 };
+            friction_a(angle) + contact * (angle - 1.2).max(0.0)
+        });
+        let touched = told
+            .iter()
+            .any(|event| matches!(event, Event::Touch { .. }));
+        assert_eq!(touched, closings == 4, "{told:?}");
+        motion(&mut sensor, &mut time_us, (1.4, 0.0), |a| -friction_a(a));
+        assert_eq!(sensor.friction().map(Friction::passes), Some(closings));
+    }
+    // Nothing of the contact went into it.
+    let friction = sensor.friction().expect("recorded");
+    let per_ampere = P70::drivetrain(sensor.finger()).torque_per_ampere_nm;
+    let rad_per_count = friction.rad_per_count;
+    for angle in [0.3f32, 0.8, 1.1, 1.19, 1.25, 1.35] {
+        let known = friction
+            .at((angle / rad_per_count) as i32)
+            .expect("recorded");
+        let error = known.torque_nm - per_ampere * friction_a(angle);
+        assert!(error.abs() < 1e-3, "{angle}: {error}");
+    }
 }
 
 #[test]
@@ -135,13 +196,61 @@ fn a_softer_finger_is_unusual_and_no_contact() {
         Event::Unusual {
             k_a_nm_per_rad,
             k_a_free_nm_per_rad,
+            ..
         },
+        Event::Stiffness { .. },
     ] = told[..]
     else {
         panic!("{told:?}");
     };
     assert_eq!(k_a_free_nm_per_rad, 0.0);
     assert!(k_a_nm_per_rad < 0.0);
+}
+
+/// A finger with springs at both joints, whose free motion takes torque.
+#[test]
+fn a_spring_that_has_lost_its_hold_is_unusual() {
+    let finger = Tendon2::MECHANISM;
+    let drivetrain = Tendon2::drivetrain(&finger);
+    let mut sensor = Sensor::new(
+        finger,
+        drivetrain,
+        Tendon2::settings(),
+        Tendon2::UNCALIBRATED,
+    );
+    // Its global stiffness without contact, newton metre per radian.
+    let k_a = 0.061;
+    let per_rad = k_a / (drivetrain.efficiency * drivetrain.torque_per_ampere_nm);
+    let spring_a = |angle: f32, share: f32| friction_a(angle) + share * per_rad * angle;
+    let mut time_us = 0;
+    sensor.direct(Directive::RecordFriction);
+    motion(&mut sensor, &mut time_us, (0.0, 2.0), |a| spring_a(a, 1.0));
+    motion(&mut sensor, &mut time_us, (2.0, 0.0), |a| -friction_a(a));
+    sensor.direct(Directive::Watch);
+    let told = motion(&mut sensor, &mut time_us, (0.0, 1.9), |a| spring_a(a, 1.0));
+    assert!(
+        matches!(
+            told[..],
+            [Event::FrictionRecorded { .. }, Event::Stiffness { .. }]
+        ),
+        "{told:?}"
+    );
+    motion(&mut sensor, &mut time_us, (1.9, 0.0), |a| -friction_a(a));
+    let told = motion(&mut sensor, &mut time_us, (0.0, 1.9), |a| spring_a(a, 0.2));
+    let [
+        Event::Unusual { .. },
+        Event::Stiffness {
+            k_a_nm_per_rad,
+            k_a_sigma_nm_per_rad,
+            k_a_free_nm_per_rad,
+        },
+    ] = told[..]
+    else {
+        panic!("{told:?}");
+    };
+    let lost = k_a_free_nm_per_rad - k_a_nm_per_rad;
+    assert!((lost - 0.8 * k_a).abs() < 0.003, "{told:?}");
+    assert!(lost > 5.0 * k_a_sigma_nm_per_rad, "{told:?}");
 }
 
 #[test]
