@@ -122,7 +122,7 @@ const FEATURES: &[(&str, &str)] = &[
     ("finger::tendon::", "finger::tendon::Tendon<"),
     ("finger::fourbar::", "finger::linkage::Linkage<"),
     ("sensing::joint::Hall", "sensing::joint::Hall"),
-    ("board::sampling::start_joint", "sensing::joint::Hall"),
+    ("::start_joint", "sensing::joint::Hall"),
     ("sensing::location::Rigid", "sensing::location::Rigid"),
     ("sensing::location::Cable", "sensing::location::Cable"),
     ("::learn_from_press", "sensing::location::Cable"),
@@ -363,7 +363,7 @@ mod tests {
         assert_eq!(unused("tendon2"), hall[2..]);
         assert_eq!(
             unfound("tendon2-hall", &hall[..3]),
-            ["board::sampling::start_joint"]
+            ["::start_joint"]
         );
         // Of the tendon, the sensor, its pin, and the cable by two names.
         assert_eq!(unused("p70-rigid").len(), 5);
