@@ -361,10 +361,7 @@ mod tests {
         assert_eq!(unused("tendon2-hall"), [""; 0]);
         assert_eq!(unfound("tendon2-hall", &hall), [""; 0]);
         assert_eq!(unused("tendon2"), hall[2..]);
-        assert_eq!(
-            unfound("tendon2-hall", &hall[..3]),
-            ["::start_joint"]
-        );
+        assert_eq!(unfound("tendon2-hall", &hall[..3]), ["::start_joint"]);
         // Of the tendon, the sensor, its pin, and the cable by two names.
         assert_eq!(unused("p70-rigid").len(), 5);
         assert_eq!(
