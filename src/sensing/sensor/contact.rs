@@ -1,6 +1,7 @@
 //! A contact: collects its curve, runs the locator one pass at a time, and reports what it finds.
 
 use super::known::Known;
+use super::report::Reported;
 use super::search::{Begun, Past};
 use super::{Sensor, Work};
 use crate::finger::Mechanics;
@@ -9,8 +10,8 @@ use crate::sensing::block::Block;
 use crate::sensing::curve::{Curve, Point};
 use crate::sensing::joint::JointSensor;
 use crate::sensing::location::Series;
-use crate::sensing::locator::{self, Data, Estimate, Locator, Noise, Place, Prior, Verdict};
-use crate::sensing::{Directive, Event, NotLocated};
+use crate::sensing::locator::{Data, Locator, Noise, Place, Prior};
+use crate::sensing::{Directive, Event};
 use core::marker::PhantomData;
 
 /// Least deviation of the onset, radian: a tenth of a second of motion.
@@ -28,12 +29,6 @@ const ENOUGH: f32 = 0.95;
 const STOP_MARGIN_RAD: f32 = 0.01;
 /// Samples between two passes of the locator after the motion: samples must not pile up meanwhile.
 const SAMPLES_PER_PASS: u8 = 4;
-/// Deviation of k, as a share of the phalanx, from which on no location is reported: the curve does not depend on the place.
-const VAGUE: f32 = 0.25;
-/// A location is reported again when its deviation has shrunk by this factor.
-const SHARPER: f32 = 0.75;
-/// Share of the torque limit from which on a proximal contact is reported: before it may be one near the joint.
-const SURE_PROXIMAL: f32 = 0.5;
 /// Error of the friction beyond the record, continued periodically, as a share of its unevenness within (R, chosen).
 const UNSURE_BEYOND: f32 = 0.15;
 
@@ -50,15 +45,15 @@ pub(super) struct Contact<R, X: Series> {
     pub(super) onset_rad: [f32; 2],
     onset_us: u64,
     /// Reading of joint 2 at the onset.
-    reading: R,
+    pub(super) reading: R,
     /// Torque above friction at the last block.
-    torque_nm: f32,
+    pub(super) torque_nm: f32,
     /// The torque as the cable's creep feels it, and when it was last brought up to date.
     late_nm: f32,
     late_us: u64,
     /// The last block: it joins the curve when its neighbour has given its acceleration.
-    waiting: Past<R>,
-    reported: Reported,
+    pub(super) waiting: Past<R>,
+    pub(super) reported: Reported,
     stage: Stage,
     /// Samples until the locator's next pass.
     pause: u8,
@@ -73,14 +68,6 @@ enum Stage {
     AtStop,
     /// No more is to come; the last word is due.
     Ending,
-}
-
-/// What was said last.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Reported {
-    Nothing,
-    Located { phalanx: u8, k_m: f32, sigma_m: f32 },
-    Ambiguous,
 }
 
 impl<R, X: Series> Contact<R, X> {
@@ -323,7 +310,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     }
 
     /// The curve as the locator has it.
-    fn data<'a>(&'a self, curve: &Curve, points: &'a [Point]) -> Data<'a> {
+    pub(super) fn data<'a>(&'a self, curve: &Curve, points: &'a [Point]) -> Data<'a> {
         Data {
             points,
             origin_rad: self.drivetrain.closing_rad(curve.origin_counts()),
@@ -352,150 +339,5 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         let Contact { curve, locator, .. } = contact;
         let data = self.data(curve, curve.points());
         locator.step(&self.finger, &data, &prior, &self.posture)
-    }
-
-    /// Says what is new at the end of a round; `last` is the last word.
-    fn report(&mut self, contact: &mut Contact<H::Reading, X>, last: bool) {
-        let prior = self.prior(contact);
-        // To the end of the curve, which is what was fitted: the finger may have moved on.
-        self.joint_change = H::change(contact.reading, contact.waiting.reading);
-        let change_rad = H::rad(self.joint_change);
-        let verdict = contact.locator.verdict(&prior, |estimate| {
-            change_rad.map_or(0.0, |measured| {
-                locator::ln_likelihood(measured, estimate.joint_2_rad, H::SIGMA_RAD)
-            })
-        });
-        match verdict {
-            Verdict::At(estimate) if estimate.k_sigma_m >= VAGUE * estimate.length_m => {
-                if last {
-                    self.tell_nowhere(contact, NotLocated::Unobservable);
-                }
-            }
-            Verdict::At(estimate) => {
-                let sigma_m = estimate.k_sigma_m;
-                let news = match contact.reported {
-                    Reported::Located {
-                        phalanx: before,
-                        k_m,
-                        sigma_m: was,
-                    } => {
-                        before != estimate.phalanx
-                            || sigma_m < SHARPER * was
-                            || (estimate.k_m - k_m).abs() > 2.0 * was
-                    }
-                    _ => true,
-                };
-                if sigma_m <= self.settings.wanted_sigma_m && !last {
-                    contact.end();
-                } else if news || last {
-                    self.tell_located(contact, &prior, &estimate, last);
-                }
-            }
-            Verdict::Either(estimates) => {
-                if last || !matches!(contact.reported, Reported::Ambiguous) {
-                    self.tell_ambiguous(contact, &estimates, last);
-                }
-            }
-            Verdict::Nowhere(why) => {
-                let sure = contact.torque_nm >= SURE_PROXIMAL * self.settings.torque_limit_nm;
-                if last {
-                    self.tell_nowhere(contact, why);
-                } else if why == NotLocated::Proximal && sure {
-                    contact.end();
-                }
-            }
-            Verdict::Undecided if last => self.give_up(contact),
-            Verdict::Undecided => {}
-        }
-    }
-
-    /// There is too little to say anything.
-    fn give_up(&mut self, contact: &Contact<H::Reading, X>) {
-        if self.is_calibrating() {
-            self.tell_calibration(Err(crate::sensing::Refusal::TooFewSamples));
-        } else {
-            self.tell_nowhere(contact, NotLocated::TooFewSamples);
-        }
-    }
-
-    fn tell_nowhere(&mut self, contact: &Contact<H::Reading, X>, why: NotLocated) {
-        self.tell(Event::NotLocated {
-            why,
-            torque_nm: contact.torque_nm,
-        });
-    }
-
-    fn tell_located(
-        &mut self,
-        contact: &mut Contact<H::Reading, X>,
-        prior: &Prior<X>,
-        estimate: &Estimate,
-        settled: bool,
-    ) {
-        let &Estimate {
-            phalanx,
-            k_m,
-            k_sigma_m: sigma_m,
-            p_phalanx,
-            ..
-        } = estimate;
-        let data = self.data(&contact.curve, contact.curve.points());
-        let state = contact.locator.state(
-            estimate,
-            &self.finger,
-            &data,
-            prior,
-            &self.posture,
-            self.drivetrain.closing_rad(self.position_counts),
-        );
-        let (mut k_c, mut force_n, mut force_sigma_n) = (f32::INFINITY, f32::NAN, f32::NAN);
-        if let Some(state) = state {
-            (force_n, force_sigma_n) = (state.force.force_n, state.force.sigma_n);
-            let free = &state.onset;
-            k_c = self
-                .finger
-                .contact_compliance(&free.configuration, free.torque_nm, phalanx, k_m)
-                .map_or(f32::INFINITY, |compliance| 1.0 / compliance);
-        }
-        contact.reported = Reported::Located {
-            phalanx,
-            k_m,
-            sigma_m,
-        };
-        // Half of itself or more: the curve does not determine it.
-        let (radius_m, radius_sigma_m) = if estimate.radius_sigma_m < 0.5 * estimate.radius_m {
-            (estimate.radius_m, estimate.radius_sigma_m)
-        } else {
-            (f32::NAN, f32::NAN)
-        };
-        self.tell(Event::Located {
-            phalanx,
-            p_phalanx,
-            k_m,
-            sigma_m,
-            k_c_nm_per_rad: k_c,
-            force_n,
-            force_sigma_n,
-            radius_m,
-            radius_sigma_m,
-            settled,
-        });
-    }
-
-    fn tell_ambiguous(
-        &mut self,
-        contact: &mut Contact<H::Reading, X>,
-        estimates: &[Estimate; 2],
-        settled: bool,
-    ) {
-        contact.reported = Reported::Ambiguous;
-        let [likelier, other] = estimates;
-        self.tell(Event::Ambiguous {
-            phalanx: [likelier.phalanx, other.phalanx],
-            p_phalanx: [likelier.p_phalanx, other.p_phalanx],
-            k_m: [likelier.k_m, other.k_m],
-            sigma_m: [likelier.k_sigma_m, other.k_sigma_m],
-            settled,
-        });
     }
 }

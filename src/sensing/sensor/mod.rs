@@ -6,6 +6,7 @@
 //! | first closing with a record of before a restart | [`Alignment`](super::friction::Alignment) | `search` |
 //! | closing, nothing felt | [`Detector`](super::detector::Detector) on the residual of the record | `search` |
 //! | contact | [`Curve`](super::curve::Curve), and every block one pass of the [`Locator`](super::locator::Locator) | `contact` |
+//! | what there is to say | a location, an ambiguity, a reason why not | `report` |
 //! | motion over | the locator's last rounds, one pass every few samples; then the last word | `contact` |
 //! | contact at a known place, or with the stop | the calibration | `calibrate` |
 
@@ -13,6 +14,7 @@ mod calibrate;
 mod contact;
 mod known;
 mod record;
+mod report;
 mod search;
 
 use crate::finger::Mechanics;
