@@ -55,7 +55,7 @@ settings! {
     /// Standard deviation of the contact location at which probing may end early, metre.
     WantedDeviation "wanted-deviation" "mm" 1e-3, 0.1 to 20.0;
     /// False contacts per thousand free closings; see docs/MANUAL.md#sensitivity for the delay that each choice costs.
-    Sensitivity "sensitivity" "per1000" 1.0, 0.0001 to 100.0;
+    Sensitivity "sensitivity" "per1000" 1.0, 0.001 to 100.0;
     /// Contact force to hold after probing, newton.
     HoldForce "hold-force" "N" 1.0, 0.1 to 20.0;
     /// How long to hold it, second.

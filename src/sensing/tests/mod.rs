@@ -1,5 +1,6 @@
 //! Tests of the sensing by synthetic signals; against the simulated world it is tested in the host crates.
 
+mod alignment;
 mod block;
 mod calibration;
 mod curve;
