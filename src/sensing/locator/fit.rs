@@ -116,6 +116,8 @@ impl<X: Series> Fit<X> {
             cost = pass.squares + pass.logarithms + self.penalty(prior);
         }
         let mut gained = f32::INFINITY;
+        // A shortened step that gains little says nothing about the one that is not.
+        let whole = self.damping == 0.0;
         match pass {
             Some(pass) if cost < self.cost => {
                 gained = self.cost - cost;
@@ -132,7 +134,8 @@ impl<X: Series> Fit<X> {
             _ if self.cost == f32::INFINITY => return self.retreat(),
             _ => self.damping = (6.0 * self.damping).at_least(FIRST_DAMPING),
         }
-        let settled = gained < ENOUGH || self.damping > MOST_DAMPING || self.steps >= MOST_STEPS;
+        let settled =
+            (whole && gained < ENOUGH) || self.damping > MOST_DAMPING || self.steps >= MOST_STEPS;
         if settled || !self.advance(&scaling) {
             return Progress::Converged;
         }

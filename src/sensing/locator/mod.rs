@@ -23,6 +23,8 @@ mod noise;
 mod posterior;
 mod prior;
 mod starts;
+#[cfg(test)]
+mod tests;
 
 pub use fit::free_behind_cable;
 pub use noise::Noise;

@@ -1,0 +1,141 @@
+//! Whether the rounds find the minimum: fits from everywhere on the phalanx as oracle.
+
+use super::prior::{CABLE, FACTOR, FRICTION, K, ONSET, UNKNOWNS};
+use super::*;
+use crate::scene::{P70, Scene};
+use crate::sensing::Cable;
+use core::marker::PhantomData;
+
+const ONSET_RAD: f32 = 0.8;
+
+fn prior() -> Prior<Cable> {
+    Prior {
+        place: Place::Anywhere,
+        half_thickness_m: 0.006,
+        friction: [0.1, 0.1],
+        joint_nm: [0.2e-3, 0.4e-3],
+        onset_rad: [ONSET_RAD, 0.03],
+        calibration: Calibration {
+            torque_factor: 1.0,
+            torque_factor_sigma: 0.02,
+            cable_rad_per_nm: 0.7,
+            cable_sigma_rad_per_nm: 0.02,
+            correlation: 0.2,
+            contacts: 2,
+            presses: 1,
+        },
+        creep: [0.05, 0.015],
+        noise: Noise {
+            wander_nm: 0.8e-3,
+            wander_s: 2.0,
+            level_nm: 5e-3,
+            trend_nm_per_s: 3e-4,
+            speed_rad_per_s: 0.3,
+        },
+        series: PhantomData,
+    }
+}
+
+/// A curve as the model itself predicts it, with some unevenness that no model knows.
+fn curve(k_m: f32, radius_m: f32, drivetrain: &Drivetrain) -> Vec<Point> {
+    let finger = P70::MECHANISM;
+    let free = finger.free_at_angle(ONSET_RAD, &finger.rest()).unwrap();
+    let mut values = [0.0; UNKNOWNS];
+    values[K] = k_m;
+    values[ONSET] = ONSET_RAD;
+    values[FRICTION] = 0.15;
+    values[FACTOR] = 0.98;
+    values[CABLE] = 0.69;
+    let hold = Hold::Contact {
+        phalanx: 2,
+        radius_m,
+    };
+    let mut model =
+        Model::<_, Cable>::new(&finger, (0.0, drivetrain), &values, 0.006, hold, &free).unwrap();
+    let mut points = Vec::new();
+    let mut torque_nm = 0.0;
+    for i in 0..40 {
+        let angle_rad = ONSET_RAD - 0.05 + 0.01 * i as f32;
+        let mut point = Point {
+            counts: angle_rad / drivetrain.rad_per_count,
+            time_s: (angle_rad - ONSET_RAD + 0.03) / 0.3,
+            excess_nm: torque_nm,
+            variance_nm2: 1e-8,
+            width_counts: 0.005 / drivetrain.rad_per_count,
+            blocks: 1,
+            ..Point::EMPTY
+        };
+        let Some(found) = model.next(&point) else {
+            break;
+        };
+        torque_nm = found.excess_nm;
+        point.excess_nm =
+            torque_nm * (1.0 + 0.003 * (7.0 * i as f32).sin()) + 2e-4 * (3.0 * i as f32).cos();
+        points.push(point);
+        if torque_nm > 0.33 {
+            break;
+        }
+    }
+    points
+}
+
+#[test]
+fn no_start_anywhere_finds_better_than_a_round() {
+    let finger = P70::MECHANISM;
+    let drivetrain = P70::drivetrain(&finger);
+    let (prior, near) = (prior(), finger.rest());
+    let length_m = finger.phalanx_length_m(2).unwrap();
+    for (k_m, object_m) in [
+        (0.003, 0.002),
+        (0.008, 0.002),
+        (0.02, 0.005),
+        (0.035, 0.02),
+        (0.05, 0.01),
+        (0.062, 0.002),
+        (0.067, 0.01),
+    ] {
+        let points = curve(k_m, object_m + prior.half_thickness_m, &drivetrain);
+        let data = Data {
+            points: &points,
+            origin_rad: 0.0,
+            drivetrain: &drivetrain,
+        };
+        let mut locator = Locator::<Cable>::default();
+        assert!(locator.begin(&finger, &data, &prior, &near, true));
+        while !locator.step(&finger, &data, &prior, &near) {}
+        let track = locator.tracks.iter().find(|t| t.phalanx == 2).unwrap();
+        let best = |fits: &mut dyn Iterator<Item = f32>| fits.fold(f32::NEG_INFINITY, f32::max);
+        let most = best(&mut track.fits.iter().flatten().map(|f| f.ln_evidence));
+        for (radius, found) in track.fits.iter().enumerate() {
+            let Some(found) = found else { continue };
+            if found.ln_evidence < most - 5.0 {
+                continue;
+            }
+            let hypothesis = Hypothesis {
+                hold: track.hold(radius, &prior),
+                length_m,
+            };
+            // What a fit minimises but for the logarithms of variances: they move by about one with the onset.
+            let cost = |fitted: &Fitted| {
+                let priors: f32 = fitted.x.iter().skip(1).map(|x| x * x).sum();
+                fitted.chi_square + priors
+            };
+            let mut least = f32::INFINITY;
+            for i in 1..40 {
+                let mut fit = Fit::new(hypothesis, fit::start(i as f32 / 40.0, &prior));
+                let mut progress = Progress::UnderWay;
+                while progress == Progress::UnderWay {
+                    progress = fit.step(&finger, &data, &prior, &near);
+                }
+                if let (Progress::Converged, Some(fitted)) = (progress, fit.fitted()) {
+                    least = least.min(cost(&fitted));
+                }
+            }
+            assert!(
+                cost(found) < least + 2.0,
+                "{k_m} {object_m} radius {radius}: {} {least}",
+                cost(found)
+            );
+        }
+    }
+}
