@@ -189,7 +189,8 @@ fn a_power_cut_at_any_flash_operation_of_a_save_leaves_a_whole_record() {
         }
     }
     println!("{cuts} cuts: {olds} times the old record, {news} times the new");
-    assert!(cuts > 450 && olds > 300 && news > 0);
+    // As many as a record has double words and its page erasures, over the saves above.
+    assert!(cuts > 250 && olds > 300 && news > 0);
 }
 
 #[test]

@@ -56,8 +56,16 @@ fn a_record_of_before_a_restart_serves() {
                 assert!((-0.01..0.3).contains(&delay_s), "{delay_s} s, {told}");
                 // A random finger's places are as far off as its hidden values: that is what calibration is for.
                 if nominal {
-                    let Some((_, Event::Located { k_m, sigma_m, .. })) = outcome.events.last()
-                    else {
+                    // The last word on the place; the closing's stiffness comes after it.
+                    let place = outcome
+                        .events
+                        .iter()
+                        .rev()
+                        .find_map(|(_, event)| match event {
+                            Event::Located { k_m, sigma_m, .. } => Some((*k_m, *sigma_m)),
+                            _ => None,
+                        });
+                    let Some((k_m, sigma_m)) = place else {
                         panic!("{told}");
                     };
                     let error_mm = (1e3 * k_m - k_mm).abs();
