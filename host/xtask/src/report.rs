@@ -48,7 +48,7 @@ pub fn report(arguments: &[String]) -> Outcome {
                 "--watch",
                 "numeric::bisect",
                 "--apart",
-                "sensing::fit",
+                "sensing::locator",
             ],
             &folder,
         )?;

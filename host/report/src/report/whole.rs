@@ -142,12 +142,9 @@ const FIGURES: &[Known] = &[
         names: &[("sensing::sensor::Sensor", "::update")],
     },
     Known {
-        what: "fit: one step",
+        what: "fit: one pass along the curve",
         kind: "function",
-        names: &[
-            ("sensing::sensor::known::Known", "::refine"),
-            ("sensing::", "::refine"),
-        ],
+        names: &[("sensing::locator::fit", "::pass")],
     },
     Known {
         what: BISECTION,
@@ -155,23 +152,14 @@ const FIGURES: &[Known] = &[
         names: &[("numeric::bisect", "::bisect_quadratic")],
     },
     Known {
-        what: "fit: locate, the places of a slope",
+        what: "fit: the places of a slope, where it starts",
         kind: "function",
-        names: &[
-            ("sensing::locator::ask", "::places"),
-            ("finger::", ">::places"),
-            ("finger::inverse", "::roots"),
-        ],
+        names: &[("sensing::locator::starts", "tracks")],
     },
     Known {
-        what: "fit: its normal equations factored",
+        what: "fit: one step of its minimum",
         kind: "function",
-        names: &[("sensing::normal", "::factor")],
-    },
-    Known {
-        what: "fit: one hypothesis followed along the curve",
-        kind: "function",
-        names: &[("sensing::fit", "::follow")],
+        names: &[("sensing::locator::fit", "::step")],
     },
 ];
 
