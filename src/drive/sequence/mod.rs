@@ -66,6 +66,8 @@ pub struct Sequence {
     clearing: bool,
     /// The closing is over: opening now ends the motion.
     returning: bool,
+    /// Sensing has said its last word on the contact of this closing.
+    judged: bool,
 }
 
 impl Sequence {
@@ -92,6 +94,7 @@ impl Sequence {
             measuring: false,
             clearing: false,
             returning: false,
+            judged: false,
         }
     }
 
@@ -159,6 +162,7 @@ impl Sequence {
             Some(Notice::FrictionUnknown | Notice::FrictionNotRecorded) => {
                 self.friction_known = false
             }
+            Some(Notice::Settled) => self.judged = true,
             _ => {}
         }
         // Differences of the lower half are right for more than an hour, which no state lasts that has a timeout.
@@ -212,7 +216,10 @@ impl Sequence {
                 self.run_ups = 0;
                 self.onset = StopDetector::default();
             }
-            State::Close => self.returning = true,
+            State::Close => {
+                self.returning = true;
+                self.judged = false;
+            }
             _ => {}
         }
     }

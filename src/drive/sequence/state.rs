@@ -4,6 +4,9 @@ use crate::name_list::nth;
 
 use super::motion::{Motion, WINDUP_RAD};
 
+/// Longest wait for the last word on a contact after its hold, second: it takes some tenths of a second (chosen).
+pub(super) const JUDGING_S: f32 = 1.0;
+
 /// What the finger is doing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum State {
@@ -105,7 +108,7 @@ impl State {
             }
             State::Open => way_rad / motion.opening_rad_per_s,
             State::Probe => motion.probing_rad / motion.closing_rad_per_s,
-            State::Hold => motion.holding_s,
+            State::Hold => motion.holding_s + JUDGING_S,
         };
         Some(1.5 * should_s + 1.0)
     }

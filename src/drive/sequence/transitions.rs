@@ -2,7 +2,7 @@
 
 use super::Sequence;
 use super::messages::{MotionResult, Notice, Request};
-use super::state::State;
+use super::state::{JUDGING_S, State};
 use crate::drive::demand::{OffsetState, Status};
 use crate::drive::fault::Fault;
 
@@ -204,8 +204,10 @@ impl Sequence {
         ended.then_some(State::Hold)
     }
 
+    /// The object is held for its time, and until the contact is judged: what ends the motion comes last in the log.
     fn hold(&self, stay_s: f32) -> Option<State> {
-        if stay_s < self.motion.holding_s {
+        let judging_s = if self.judged { 0.0 } else { JUDGING_S };
+        if stay_s < self.motion.holding_s + judging_s {
             None
         } else if self.goal == Request::Run {
             Some(State::Open)
