@@ -22,6 +22,11 @@ pub use state::State;
 use stop_detector::StopDetector;
 use transitions::Observation;
 
+/// Way in which homing and opening may take all the current that the drive allows, radian at the input link: a worm that settled
+/// under the load of a probing may want as much to be started as made the load. What it takes to go on is within free motion's.
+/// Against a stop the cable winds up by no more than this.
+const BREAKAWAY_RAD: f32 = 0.02;
+
 /// What one step of the sequence decided.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepOutput {
@@ -60,6 +65,8 @@ pub struct Sequence {
     run_ups: u8,
     onset: StopDetector,
     stall: StallDetector,
+    /// The motion, or its leg of homing, has hardly begun: the worm may have to be broken away.
+    starting: bool,
     /// The offset's measurement has begun in this state.
     measuring: bool,
     /// Clearing was asked for and not yet confirmed.
@@ -91,6 +98,7 @@ impl Sequence {
             run_ups: 0,
             onset: StopDetector::default(),
             stall: StallDetector::default(),
+            starting: false,
             measuring: false,
             clearing: false,
             returning: false,
@@ -180,6 +188,8 @@ impl Sequence {
         if let Some(next) = self.next(&seen) {
             self.enter(next, now_us, status);
         }
+        let way_counts = status.position_counts.wrapping_sub(self.start_counts);
+        self.starting = self.scale.angle_rad(way_counts).abs() < BREAKAWAY_RAD;
         self.demand.setpoint = self.setpoint();
         let entered = self.state != before;
         StepOutput {
@@ -231,14 +241,19 @@ impl Sequence {
             counts_per_s: self.scale.counts_per_s(rad_per_s),
             current_limit_a,
         };
+        // The controller clamps at its own limit.
+        let away_a = if self.starting { f32::MAX } else { 0.0 };
         match self.state {
             State::Idle | State::Fault => Setpoint::Off,
             State::CalibrateOffset => Setpoint::MeasureOffset,
             State::Home => match self.homing {
-                Homing::Seek => speed(-motion.closing_rad_per_s, motion.homing_current_a),
+                Homing::Seek => speed(
+                    -motion.closing_rad_per_s,
+                    motion.homing_current_a.max(away_a),
+                ),
                 Homing::Zero => Setpoint::Brake,
                 Homing::RunUp | Homing::BackOff => {
-                    speed(motion.closing_rad_per_s, motion.free_current_a)
+                    speed(motion.closing_rad_per_s, motion.free_current_a.max(away_a))
                 }
             },
             State::RecordClosing => speed(motion.closing_rad_per_s, motion.free_current_a),
@@ -246,7 +261,7 @@ impl Sequence {
                 speed(motion.closing_rad_per_s, motion.probing_current_a)
             }
             State::RecordOpening => speed(-motion.closing_rad_per_s, motion.free_current_a),
-            State::Open => speed(-motion.opening_rad_per_s, motion.free_current_a),
+            State::Open => speed(-motion.opening_rad_per_s, motion.free_current_a.max(away_a)),
             State::Hold => Setpoint::Current {
                 a: motion.holding_current_a,
             },
