@@ -65,8 +65,6 @@ pub struct Sequence {
     run_ups: u8,
     onset: StopDetector,
     stall: StallDetector,
-    /// The motion, or its leg of homing, has hardly begun: the worm may have to be broken away.
-    starting: bool,
     /// The offset's measurement has begun in this state.
     measuring: bool,
     /// Clearing was asked for and not yet confirmed.
@@ -98,7 +96,6 @@ impl Sequence {
             run_ups: 0,
             onset: StopDetector::default(),
             stall: StallDetector::default(),
-            starting: false,
             measuring: false,
             clearing: false,
             returning: false,
@@ -188,9 +185,17 @@ impl Sequence {
         if let Some(next) = self.next(&seen) {
             self.enter(next, now_us, status);
         }
-        let way_counts = status.position_counts.wrapping_sub(self.start_counts);
-        self.starting = self.scale.angle_rad(way_counts).abs() < BREAKAWAY_RAD;
         self.demand.setpoint = self.setpoint();
+        let way_counts = status.position_counts.wrapping_sub(self.start_counts);
+        if matches!(self.state, State::Home | State::Open)
+            && self.scale.angle_rad(way_counts).abs() < BREAKAWAY_RAD
+            && let Setpoint::Speed {
+                current_limit_a, ..
+            } = &mut self.demand.setpoint
+        {
+            // The controller clamps at its own limit.
+            *current_limit_a = f32::MAX;
+        }
         let entered = self.state != before;
         StepOutput {
             demand: self.demand,
@@ -242,18 +247,14 @@ impl Sequence {
             current_limit_a,
         };
         // The controller clamps at its own limit.
-        let away_a = if self.starting { f32::MAX } else { 0.0 };
         match self.state {
             State::Idle | State::Fault => Setpoint::Off,
             State::CalibrateOffset => Setpoint::MeasureOffset,
             State::Home => match self.homing {
-                Homing::Seek => speed(
-                    -motion.closing_rad_per_s,
-                    motion.homing_current_a.max(away_a),
-                ),
+                Homing::Seek => speed(-motion.closing_rad_per_s, motion.homing_current_a),
                 Homing::Zero => Setpoint::Brake,
                 Homing::RunUp | Homing::BackOff => {
-                    speed(motion.closing_rad_per_s, motion.free_current_a.max(away_a))
+                    speed(motion.closing_rad_per_s, motion.free_current_a)
                 }
             },
             State::RecordClosing => speed(motion.closing_rad_per_s, motion.free_current_a),
@@ -261,7 +262,7 @@ impl Sequence {
                 speed(motion.closing_rad_per_s, motion.probing_current_a)
             }
             State::RecordOpening => speed(-motion.closing_rad_per_s, motion.free_current_a),
-            State::Open => speed(-motion.opening_rad_per_s, motion.free_current_a.max(away_a)),
+            State::Open => speed(-motion.opening_rad_per_s, motion.free_current_a),
             State::Hold => Setpoint::Current {
                 a: motion.holding_current_a,
             },
