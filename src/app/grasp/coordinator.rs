@@ -215,6 +215,9 @@ impl<S: Scene> Coordinator<S> {
         if let Some(setpoint) = self.test {
             motion.demand.setpoint = setpoint;
         }
+        if motion.fault.is_some_and(Fault::loses_counts) {
+            self.pending = Some(SensingRequest::Realign);
+        }
         if self.sequence.state() == State::Close {
             self.hold.closing(status.current_a);
         }
@@ -409,6 +412,24 @@ mod tests {
         assert_eq!(step.motion.demand.setpoint, Setpoint::Off);
         assert_eq!(step.request, Some(SensingRequest::Direct(Directive::Rest)));
         assert_eq!(coordinator.command(Command::Save), Ok(Action::Save));
+    }
+
+    #[test]
+    fn an_encoder_s_fault_has_the_friction_record_aligned_anew() {
+        for (fault, wanted) in [
+            (Fault::EncoderStuck, Some(SensingRequest::Realign)),
+            (Fault::OverCurrent, None),
+        ] {
+            let mut coordinator = coordinator();
+            coordinator.command(Command::Run).expect("at rest");
+            coordinator.advance(1000, &Status::default(), None);
+            let status = Status {
+                fault: Some(fault),
+                ..Status::default()
+            };
+            coordinator.advance(2000, &status, None);
+            assert_eq!(coordinator.advance(3000, &status, None).request, wanted);
+        }
     }
 
     #[test]

@@ -144,6 +144,12 @@ impl<'f> Session<'f> {
         }
     }
 
+    /// The user waits for no motion any more.
+    pub fn abandon(&mut self) {
+        self.progress = Progress::Done;
+        self.next = self.settings.script.0.len();
+    }
+
     /// Types a line at once, whatever is going on: a `stop` must not wait.
     pub fn interrupt(&mut self, line: &str) {
         self.machine.command(&format!("{line}\n"));
