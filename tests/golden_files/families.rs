@@ -5,8 +5,8 @@ use super::measure::{FileReport, Limit};
 use super::table::{FileError, Row, Table};
 use palpate::finger::{
     Candidate, Class, Configuration, Contact, Finger, FourBar, Free, Inverse, Levers, Linkage,
-    Mechanics, Parameters, Roots, Tendon, ThreeJointContact, Transmission, TransmissionFactors,
-    TwoJointContact,
+    Mechanics, Parameters, Path, Roots, Tendon, ThreeJointContact, Transmission,
+    TransmissionFactors, TwoJointContact,
 };
 use palpate::numeric::{Rotation, sin_cos};
 use palpate::sensing::location::{NoJointSensor, Rigid};
@@ -20,6 +20,10 @@ macro_rules! by_kind {
             Kind::Linkage2 => $function::<2, Linkage<1>>($table, $report),
             Kind::Tendon3 => $function::<3, Tendon<3>>($table, $report),
             Kind::Linkage3 => $function::<3, Linkage<2>>($table, $report),
+            Kind::Linkage4 => $function::<4, Linkage<3>>($table, $report),
+            Kind::Tendon5 => $function::<5, Tendon<5>>($table, $report),
+            Kind::Tendon6 => $function::<6, Tendon<6>>($table, $report),
+            Kind::Linkage6 => $function::<6, Linkage<5>>($table, $report),
         }
     };
 }
@@ -165,30 +169,58 @@ fn reference_proximal<const N: usize>(row: &Row<'_>) -> Result<f64, FileError> {
     if N == 2 {
         return Ok(x2 * x2 / h22);
     }
-    let (x3, h23, h33) = (
-        row.f64("x3")?,
-        -row.f64("g23")?,
-        row.f64("K3")? - row.f64("g33")?,
-    );
-    Ok((x2 * x2 * h33 - 2.0 * x2 * x3 * h23 + x3 * x3 * h22) / (h22 * h33 - h23 * h23))
+    // x'^T H'^-1 x' over the joints beyond the first, by elimination from the tip.
+    let mut h = [[0.0; N]; N];
+    let mut x = [0.0; N];
+    for i in 1..N {
+        x[i] = row.f64(&format!("x{}", i + 1))?;
+        for j in i..N {
+            let spring = if i == j {
+                row.f64(&format!("K{}", i + 1))?
+            } else {
+                0.0
+            };
+            h[i][j] = spring - row.f64(&format!("g{}{}", i + 1, j + 1))?;
+            h[j][i] = h[i][j];
+        }
+    }
+    let mut compliance = 0.0;
+    for last in (1..N).rev() {
+        compliance += x[last] * x[last] / h[last][last];
+        for i in 1..last {
+            let share = h[i][last] / h[last][last];
+            x[i] -= share * x[last];
+            for j in 1..last {
+                h[i][j] -= share * h[last][j];
+            }
+        }
+    }
+    Ok(compliance)
 }
 
 /// Limits of the inverse by phalanx, % of its length: names differ because limits do.
-fn inverse_limits<const N: usize>() -> [Limit; 2] {
+fn inverse_limits<const N: usize>() -> [Limit; 5] {
     if N == 2 {
-        [Limit::max(1e-4); 2]
+        [Limit::max(1e-4); 5]
     } else {
-        [Limit::max(5e-3), Limit::max(0.2)]
+        let [second, further] = [5e-3, 0.2].map(Limit::max);
+        [second, further, further, further, further]
     }
 }
 
-const BISECTION: [&str; 2] = [
+const BISECTION: [&str; 5] = [
     "k on phalanx 2 by bisection, % of l",
     "k on phalanx 3 by bisection, % of l",
+    "k on phalanx 4 by bisection, % of l",
+    "k on phalanx 5 by bisection, % of l",
+    "k on phalanx 6 by bisection, % of l",
 ];
-const CLOSED: [&str; 2] = [
+const CLOSED: [&str; 5] = [
     "k on phalanx 2 in closed form, % of l",
     "k on phalanx 3 in closed form, % of l",
+    "k on phalanx 4 in closed form, % of l",
+    "k on phalanx 5 in closed form, % of l",
+    "k on phalanx 6 in closed form, % of l",
 ];
 
 /// inverse_* and inverse_folded_*: all places that explain a compliance, and the class.
@@ -202,7 +234,7 @@ where
     // Folded postures are judged by what is accepted and missed; their places are badly conditioned around 90 degrees.
     let folded = table.has(&["rej_phal_a"]);
     let limits = if folded {
-        [Limit::default(); 2]
+        [Limit::default(); 5]
     } else {
         inverse_limits::<N>()
     };
@@ -233,13 +265,13 @@ where
 fn compare_places<const N: usize, T: FromRow<N>>(
     row: &Row<'_>,
     report: &mut FileReport,
-    names: [&'static str; 2],
+    names: [&'static str; 5],
     finger: &Finger<N, T>,
     answer: &Inverse,
 ) -> Result<(), FileError> {
     let count = row.f64("n_sol")? as usize;
     let mut want: Vec<(u8, f64)> = Vec::new();
-    for letter in ["a", "b", "c", "d"].into_iter().take(count) {
+    for letter in ('a'..='j').take(count) {
         want.push((
             row.f64(&format!("phal_{letter}"))? as u8,
             row.f64(&format!("k_{letter}"))?,
@@ -617,7 +649,7 @@ fn contact<const N: usize, T: FromRow<N>>(
     report: &mut FileReport,
 ) -> Result<(), FileError>
 where
-    Finger<N, T>: Mechanics<Configuration = Configuration<N>>,
+    Finger<N, T>: Mechanics<Configuration = Configuration<N>, Path = Path<N>>,
 {
     report.quantity("dtheta_a in every row, relative", Limit::default());
     report.quantity("dtheta_a, relative", Limit::max(1e-5));
@@ -673,9 +705,14 @@ where
                 report.note("dtheta_a, relative", line, error);
             }
         }
+        let mut end = path.clone();
+        let changes = end.as_mut().and_then(|path| {
+            built.follow(path, more)?;
+            Some(path.joint_changes_rad())
+        });
         for joint in 1..=N {
             let was = at.rad().get(joint - 1).copied().map_or(f64::NAN, f64::from);
-            let change = number(full.and_then(|p| p.joints_rad.get(joint - 1).copied()));
+            let change = number(changes.and_then(|changes| changes.get(joint - 1).copied()));
             let want = row.f64(&format!("th{joint}_after"))?;
             report.note("joint angles after, rad", line, (was + change - want).abs());
         }
