@@ -11,6 +11,8 @@ use crate::sensing::{Calibration, NotLocated, Series};
 
 /// Probability below which another phalanx, or another place on the same, is not worth a word.
 const UNLIKELY: f32 = 0.05;
+/// Points of the curve from one to the next that a path is followed to where its end alone is asked for.
+const STRIDE: usize = 6;
 /// Nearer to the joint than this share of the phalanx, a contact is one on the joint.
 const JOINT_SHARE: f32 = 0.02;
 /// Deviations of a chi square beyond which a curve is not that of the hypothesis.
@@ -69,7 +71,7 @@ struct Weighed {
     ln_evidence: f32,
 }
 
-impl<X: Series> Locator<X> {
+impl<F: Mechanics, X: Series> Locator<F, X> {
     /// The verdict at the end of a round. `bonus` is what else is known of each hypothesis (a joint's sensor), as a logarithm
     /// of odds.
     // Not inlined: what it says is written where it stays.
@@ -167,7 +169,7 @@ impl<X: Series> Locator<X> {
     }
 
     /// Posture and angles of an estimate at a measured angle: what the path says.
-    pub fn state<F: Mechanics>(
+    pub fn state(
         &self,
         estimate: &Estimate,
         finger: &F,
@@ -196,14 +198,16 @@ impl<X: Series> Locator<X> {
                 hold,
                 &onset,
             )?;
-            // Along the curve as far as that angle.
+            // Along the curve as far as that angle; in strides, for nothing is compared with the points between.
             let along = |point: &&Point| point.blocks > 0 && data.rad(point) <= measured_rad;
             let mut last = data.points.first()?;
-            for point in data.points.iter().filter(along) {
-                model.next(point)?;
+            for (index, point) in data.points.iter().filter(along).enumerate() {
+                if index % STRIDE == 0 {
+                    model.next(finger, point)?;
+                }
                 last = point;
             }
-            model.follow_to(measured_rad, last)?;
+            model.follow_to(finger, measured_rad, last)?;
             Some((model.force_n(), onset, model.end().joints_rad))
         };
         let (force_n, onset, joints_rad) = force_at(0.0)?;
