@@ -23,7 +23,7 @@ mod noise;
 mod posterior;
 mod prior;
 mod starts;
-#[cfg(test)]
+#[cfg(all(test, feature = "firmware"))]
 mod tests;
 
 pub use fit::free_behind_cable;

@@ -269,7 +269,7 @@ impl Prediction {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "firmware"))]
 mod tests {
     use super::*;
     use crate::scene::{Linkage3, P70, Scene, Tendon2};
