@@ -99,33 +99,37 @@ impl<F: Mechanics, X: Series> Locator<F, X> {
                 }
             }
         }
-        weighed.sort_unstable_by(|a, b| b.ln_evidence.total_cmp(&a.ln_evidence));
-        let Some(first) = weighed.first().copied() else {
+        // The likeliest of all, or of all but one.
+        let likeliest = |but: Option<&Weighed>| {
+            (weighed.iter())
+                .filter(|of| !but.is_some_and(|but| core::ptr::eq(but, *of)))
+                .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))
+        };
+        let Some(first) = likeliest(None).filter(|_| self.explains()) else {
             return Verdict::Nowhere(self.unexplained());
         };
-        if !self.explains() {
-            return Verdict::Nowhere(self.unexplained());
-        }
-        let odds = |of: &Weighed| exp(of.ln_evidence - first.ln_evidence);
-        let total: f32 = weighed.iter().map(odds).sum();
-        for index in 0..weighed.len() {
-            let phalanx = weighed[index].estimate.phalanx;
-            let mine: f32 = weighed
-                .iter()
-                .filter(|other| other.estimate.phalanx == phalanx)
-                .map(odds)
-                .sum();
-            weighed[index].estimate.p_phalanx = mine / total;
-        }
-        let first = weighed[0].estimate;
-        if first.is_without_place() {
+        if first.estimate.is_without_place() {
             return Verdict::Nowhere(NotLocated::Proximal);
         }
-        match weighed.get(1) {
-            Some(rival) if rival.estimate.phalanx > 1 && odds(rival) > UNLIKELY => {
-                Verdict::Either([first, rival.estimate])
+        let odds = |of: &Weighed| exp(of.ln_evidence - first.ln_evidence);
+        let told = |of: &Weighed| {
+            let (mut mine, mut total) = (0.0, 0.0);
+            for other in &weighed {
+                total += odds(other);
+                if other.estimate.phalanx == of.estimate.phalanx {
+                    mine += odds(other);
+                }
             }
-            _ => Verdict::At(first),
+            Estimate {
+                p_phalanx: mine / total,
+                ..of.estimate
+            }
+        };
+        match likeliest(Some(first)) {
+            Some(rival) if rival.estimate.phalanx > 1 && odds(rival) > UNLIKELY => {
+                Verdict::Either([told(first), told(rival)])
+            }
+            _ => Verdict::At(told(first)),
         }
     }
 
