@@ -68,6 +68,7 @@ mod files {
         kc_4L,
         kc_5T,
         kc_6L,
+        inverse_4L,
         inverse_5T,
         inverse_6T,
         contact_5T,
