@@ -4,10 +4,11 @@ mod drawing;
 
 use std::fmt::Write;
 
+use crate::figure;
 use crate::posture::Drawn;
 use crate::state::State;
 use crate::stream::{Event, Level, Message};
-use drawing::{Series, plot, posture};
+use drawing::{plot, posture};
 
 /// What a page tells, gathered from a stream.
 #[derive(Debug, Default)]
@@ -138,9 +139,8 @@ impl Story {
     }
 
     fn figures(&self, finger: &mut (dyn Drawn + 'static)) -> Vec<(String, String)> {
-        let (rad_per_count, nm_per_a) = finger.scales();
-        let contact = self.state.contact.as_ref();
-        let touch = contact.and_then(crate::screen::touch);
+        let rad_per_count = finger.scales().rad_per_count;
+        let touch = self.state.contact.as_ref().and_then(figure::touch_of);
         let last_rad = self
             .state
             .samples
@@ -150,63 +150,28 @@ impl Story {
             .map_or(0.0, |sample| sample.counts * rad_per_count);
         let at_rad = touch.map_or(last_rad, |touch| last_rad.max(touch.theta_a_rad));
         let mut figures = Vec::new();
-        if let Some(points) = finger
-            .points(at_rad, touch)
-            .or_else(|| finger.points(at_rad, None))
-        {
+        if let Some(points) = figure::points_at(&self.state, finger, at_rad) {
             let caption = format!(
-                "The finger with its input link at {:.1}°",
-                at_rad.to_degrees()
+                "The finger with its input link at {:.1}°: the band is two deviations wide, the arrow the force{}",
+                at_rad.to_degrees(),
+                if self.state.truth.is_some() {
+                    ", × the truth"
+                } else {
+                    ""
+                }
             );
-            figures.push((caption, posture(&points, contact, self.state.truth)));
+            figures.push((caption, posture(&figure::posture(&points, &self.state))));
         }
-        let measured: Vec<(f64, f64)> = self
-            .state
-            .samples
-            .iter()
-            .filter(|sample| sample.duty > 0.0)
-            .map(|sample| {
-                (
-                    (sample.counts * rad_per_count).to_degrees(),
-                    1e3 * nm_per_a * sample.current_a,
-                )
-            })
-            .collect();
-        if !measured.is_empty() {
-            let friction = self.state.friction_nm.map(|friction| 1e3 * friction);
-            let ends = [measured.first(), measured.last()];
-            let level: Vec<(f64, f64)> = ends
-                .into_iter()
-                .flatten()
-                .filter_map(|point| Some((point.0, friction?)))
-                .collect();
-            let series = [
-                Series::points("motor torque", "ink", &measured),
-                Series::line("mean friction", "blue", &level),
-            ];
-            figures.push((
-                "Motor torque at the input link (nominal), mN m, against its angle, deg".to_owned(),
-                plot(&series),
-            ));
+        let torque = figure::torque(&self.state, finger);
+        if torque.iter().any(|series| !series.points.is_empty()) {
+            figures.push((capital(figure::TORQUE_AXES), plot(&torque)));
         }
-        let places = contact.map_or(&[][..], |contact| contact.places.as_slice());
-        for place in places {
-            let sigma = place.sigma_mm.max(0.05);
-            let density: Vec<(f64, f64)> = (-40..=40)
-                .map(|step| 0.1 * f64::from(step))
-                .map(|z| {
-                    (
-                        place.k_mm + z * sigma,
-                        place.weight * (-0.5 * z * z).exp()
-                            / (sigma * std::f64::consts::TAU.sqrt()),
-                    )
-                })
-                .collect();
+        if let Some(belief) = figure::belief(&self.state, finger) {
             let caption = format!(
-                "Belief in the contact location on phalanx {}, mm from its joint: a normal density with the mean and deviation told",
-                place.phalanx
+                "Belief in the contact location, {}: a normal density with the mean and deviation of each place",
+                belief.axis
             );
-            figures.push((caption, plot(&[Series::line("belief", "green", &density)])));
+            figures.push((caption, plot(&belief.series)));
         }
         figures
     }
@@ -259,6 +224,14 @@ fn short(value: &str) -> String {
             .to_owned(),
         _ => value.to_owned(),
     }
+}
+
+/// With a capital letter, as a sentence begins.
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
 }
 
 /// Text that cannot be taken for markup.

@@ -19,8 +19,19 @@ pub trait Drawn {
     /// Torque above the one at contact against input angle, for a contact: (radian from the opening stop, newton metre).
     fn curve(&self, touch: Touch, most_nm: f64) -> Vec<(f64, f64)>;
 
-    /// Input angle per encoder count, radian, and input torque per ampere as the nominal gears give it, newton metre.
-    fn scales(&self) -> (f64, f64);
+    /// What turns counts and amperes into angles and torques.
+    fn scales(&self) -> Scales;
+}
+
+/// Nominal scales of a drivetrain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scales {
+    /// Input angle per encoder count, radian.
+    pub rad_per_count: f64,
+    /// Torque at the input link per ampere if nothing were lost, newton metre.
+    pub nm_per_a: f64,
+    /// Share of a load's torque that the gears pass on, 0 to 1.
+    pub efficiency: f64,
 }
 
 /// A contact to draw.
@@ -41,7 +52,7 @@ pub struct SceneFinger<F: Mechanics> {
     finger: F,
     near: F::Configuration,
     opening_stop_rad: f64,
-    scales: (f64, f64),
+    scales: Scales,
 }
 
 /// Points of a drawn curve.
@@ -49,7 +60,7 @@ const CURVE_POINTS: u8 = 40;
 
 impl<F: Mechanics> SceneFinger<F> {
     /// For a finger whose input link stands at `opening_stop_rad` at the opening stop.
-    pub fn new(finger: F, opening_stop_rad: f64, scales: (f64, f64)) -> Self {
+    pub fn new(finger: F, opening_stop_rad: f64, scales: Scales) -> Self {
         Self {
             near: finger.rest(),
             finger,
@@ -140,7 +151,7 @@ impl<F: Mechanics> Drawn for SceneFinger<F> {
         curve
     }
 
-    fn scales(&self) -> (f64, f64) {
+    fn scales(&self) -> Scales {
         self.scales
     }
 }
