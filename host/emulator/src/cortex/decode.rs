@@ -45,58 +45,6 @@ impl Memory {
     }
 }
 
-/// Decoded blocks by start address.
-#[derive(Debug)]
-pub struct Blocks {
-    flash: Vec<Block>,
-    ccm: Vec<Block>,
-    /// The CCM SRAM was written since its blocks were decoded.
-    ccm_changed: bool,
-}
-
-impl Blocks {
-    pub(crate) fn new() -> Self {
-        Self {
-            flash: vec![Block::default(); (Map::FLASH_SIZE / 2) as usize],
-            ccm: vec![Block::default(); (Map::CCM_SIZE / 2) as usize],
-            ccm_changed: false,
-        }
-    }
-
-    /// The slot of a start address; `None` where no code runs.
-    pub(crate) fn slot(&mut self, address: u32) -> Option<&mut Block> {
-        let (blocks, start) = match Memory::at(address) {
-            Memory::Flash => (&mut self.flash, Map::FLASH),
-            Memory::Ccm => (&mut self.ccm, Map::CCM),
-        };
-        blocks.get_mut((address.wrapping_sub(start) / 2) as usize)
-    }
-
-    /// The contents of the CCM SRAM change.
-    pub(crate) fn change_ccm(&mut self) {
-        self.ccm_changed = true;
-    }
-
-    /// Whether what is kept of the code at this address may be that of an earlier content.
-    pub(crate) fn is_stale(&self, address: u32) -> bool {
-        self.ccm_changed && Memory::at(address) == Memory::Ccm
-    }
-
-    /// Forgets what was decoded in CCM SRAM if its contents have changed; what is watched stays so. Whether they have.
-    pub(crate) fn forget_stale(&mut self) -> bool {
-        if !std::mem::take(&mut self.ccm_changed) {
-            return false;
-        }
-        for block in &mut self.ccm {
-            *block = Block {
-                watch: block.watch,
-                ..Block::default()
-            };
-        }
-        true
-    }
-}
-
 /// Length in bytes of the instruction that starts with this halfword.
 #[must_use]
 pub fn length(halfword: u16) -> usize {
@@ -388,9 +336,6 @@ mod tests {
         for address in [0, Map::FLASH, Map::CCM - 2, Map::CCM + Map::CCM_SIZE] {
             assert_eq!(Memory::at(address), Memory::Flash);
         }
-        let mut blocks = Blocks::new();
-        assert!(blocks.slot(Map::CCM).is_some() && blocks.slot(Map::FLASH).is_some());
-        assert!(blocks.slot(Map::CCM + Map::CCM_SIZE).is_none());
     }
 
     #[test]

@@ -2,9 +2,11 @@
 //! The Cortex-M4F: the engine runs its instructions, this module adds what the engine lacks.
 
 pub mod account;
+mod blocks;
 pub mod decode;
 mod engine;
 mod exception;
+mod hooks;
 mod memory;
 mod names;
 pub(crate) mod nvic;
@@ -17,7 +19,7 @@ pub(crate) use engine::{Engine, Exit};
 
 use crate::chip::{Bank, Misuse};
 use account::Account;
-use decode::Blocks;
+use blocks::Blocks;
 use nvic::Nvic;
 
 /// The memories.

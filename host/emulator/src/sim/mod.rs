@@ -4,14 +4,16 @@
 mod calibration;
 mod fault;
 mod grasp;
+mod judge;
 mod script;
 mod session;
 mod summary;
 mod trace;
 
 pub use calibration::{Calibration, Found};
-pub use fault::{CONTROL_INSTRUCTIONS, FAULTS, Fault, Injected, Judgement, judge};
+pub use fault::{FAULTS, Fault, Injected};
 pub use grasp::Object;
+pub use judge::{CONTROL_INSTRUCTIONS, Judgement, judge};
 pub use script::{Script, Step};
 pub use session::{Session, Settings, end_of};
 pub use summary::{Summary, Verdict, event_json};

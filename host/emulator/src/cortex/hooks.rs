@@ -1,0 +1,353 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! What the instruction engine calls back: registers, flash and CCM stores, loads to watch, blocks, traps.
+
+use unicorn_engine::{HookType, MemType, Prot, RegisterARM, TlbEntry, TlbType, Unicorn, uc_error};
+
+use super::decode::{self, Block, Memory};
+use super::memory::Ram;
+use super::{Map, Trap};
+use crate::chip::{Chip, Misuse};
+use crate::time::CYCLES_PER_INSTRUCTION;
+
+/// Last pages of the flash, where a firmware keeps records and where damaged double words are looked for.
+const RECORDS_SIZE: u32 = 16 * 1024;
+
+type Uc<'a> = Unicorn<'a, Chip>;
+
+/// Installs all that every run needs.
+pub(super) fn install(uc: &mut Unicorn<'static, Chip>, ram: &Ram) -> Result<(), uc_error> {
+    map_registers(uc)?;
+    map_pages(uc)?;
+    uc.add_block_hook(1, 0, on_block)?;
+    uc.add_intr_hook(on_interrupt)?;
+    uc.add_insn_invalid_hook(on_invalid)?;
+    watch_stores(uc, ram)
+}
+
+/// The peripherals' registers, and those of the core.
+fn map_registers(uc: &mut Unicorn<'static, Chip>) -> Result<(), uc_error> {
+    for (base, size) in [
+        (0x4000_0000, 0x0003_0000),
+        (0x4800_0000, 0x2000),
+        (0x5000_0000, 0x0007_0000),
+    ] {
+        uc.mmio_map(
+            base,
+            size,
+            Some(move |uc: &mut Uc<'_>, offset, bytes| {
+                load(uc, (base + offset) as u32, bytes, Chip::read)
+            }),
+            Some(move |uc: &mut Uc<'_>, offset, bytes, value| {
+                store(uc, (base + offset) as u32, bytes, value, Chip::write);
+            }),
+        )?;
+    }
+    let base = 0xE000_0000;
+    uc.mmio_map(
+        base,
+        0x0010_0000,
+        Some(move |uc: &mut Uc<'_>, offset, bytes| {
+            load(uc, (base + offset) as u32, bytes, |chip, address, size| {
+                let word = chip.read_system(address & !3)? >> (8 * (address & 3));
+                Ok(if size >= 4 {
+                    word
+                } else {
+                    word & ((1 << (8 * size)) - 1)
+                })
+            })
+        }),
+        Some(move |uc: &mut Uc<'_>, offset, bytes, value| {
+            store(uc, (base + offset) as u32, bytes, value, Chip::write_system);
+        }),
+    )?;
+    Ok(())
+}
+
+fn map_pages(uc: &mut Unicorn<'static, Chip>) -> Result<(), uc_error> {
+    // The processor's own map lets code run in the RAM, and the engine then checks every store there for changed code.
+    // In this one the RAM holds data; what is mapped elsewhere is allowed and refused by the memories themselves.
+    uc.ctl_set_tlb_type(TlbType::VIRTUAL)?;
+    uc.add_tlb_hook(0, u32::MAX.into(), |uc: &mut Uc<'_>, page, kind| {
+        let fetch = kind == MemType::FETCH;
+        // Between two blocks the state is the core's own.
+        if !fetch {
+            forget_it_state(uc);
+        }
+        let page_of_ram = (page as u32).wrapping_sub(Map::RAM) < Map::RAM_SIZE;
+        let data = page_of_ram && !fetch;
+        let perms = if data {
+            Prot::READ | Prot::WRITE
+        } else {
+            Prot::ALL
+        };
+        Some(TlbEntry { paddr: page, perms })
+    })?;
+    Ok(())
+}
+
+/// Stores to flash and to CCM SRAM, and accesses where no memory answers.
+fn watch_stores(uc: &mut Unicorn<'static, Chip>, ram: &Ram) -> Result<(), uc_error> {
+    // Hooks must not cover the RAM: a store to a page with a hook is slow.
+    let (ccm_end, ram_end) = (Map::CCM + Map::CCM_SIZE, Map::RAM + Map::RAM_SIZE);
+    for (from, to) in [
+        (0, Map::CCM - 1),
+        (ccm_end, Map::RAM - 1),
+        (ram_end, u32::MAX),
+    ] {
+        let (from, to) = (from.into(), to.into());
+        uc.add_mem_hook(
+            HookType::MEM_UNMAPPED,
+            from,
+            to,
+            |uc: &mut Uc<'_>, kind, address, _, _| {
+                let fetch = kind == MemType::FETCH_UNMAPPED;
+                if !fetch {
+                    forget_it_state(uc);
+                }
+                trap(
+                    uc,
+                    Trap::Bus {
+                        address: address as u32,
+                        fetch,
+                    },
+                );
+                false
+            },
+        )?;
+    }
+    for base in [0, Map::FLASH] {
+        let (from, to) = (base.into(), (base + Map::FLASH_SIZE - 1).into());
+        uc.add_mem_hook(
+            HookType::MEM_WRITE_PROT,
+            from,
+            to,
+            move |uc: &mut Uc<'_>, _, address, size, value| {
+                forget_it_state(uc);
+                uc.get_data_mut()
+                    .store_flash(address as u32 - base, size, value as u32);
+                true
+            },
+        )?;
+    }
+    let code = ram.clone();
+    // What the engine and the books keep of code must follow its changes. Only the firmware's start stores here, so
+    // that stores may be as slow as refused ones; a hook of stores would make those to every address slow.
+    let (from, to) = (Map::CCM.into(), (ccm_end - 1).into());
+    uc.add_mem_hook(
+        HookType::MEM_WRITE_PROT,
+        from,
+        to,
+        move |uc: &mut Uc<'_>, _, address, size, value| {
+            forget_it_state(uc);
+            uc.get_data_mut().core.blocks.change_ccm();
+            let bytes = value.to_le_bytes();
+            // A store of the core is never wider than these, and the hook's range is RAM.
+            let _ = code.write(address as u32, &bytes[..size.min(bytes.len())]);
+            true
+        },
+    )?;
+    Ok(())
+}
+
+/// From now on, loads of damaged double words of the records are noticed. With a hook of loads all of them are slow,
+/// wherever they go: only a flash that has been damaged is worth that.
+pub(super) fn watch_records(uc: &mut Unicorn<'static, Chip>) -> Result<(), uc_error> {
+    let records = Map::FLASH + Map::FLASH_SIZE - RECORDS_SIZE;
+    let (from, to) = (records.into(), (records + RECORDS_SIZE - 1).into());
+    uc.add_mem_hook(
+        HookType::MEM_READ,
+        from,
+        to,
+        |uc: &mut Uc<'_>, _, address, _, _| {
+            forget_it_state(uc);
+            uc.get_data_mut().load_flash(address as u32 - Map::FLASH);
+            true
+        },
+    )?;
+    // What was translated before does not call it.
+    uc.ctl_flush_tb()
+}
+
+/// Keeps the program counter exact at loads of CYCCNT, so that it counts executed instructions exactly.
+pub(super) fn count_instructions(uc: &mut Unicorn<'static, Chip>) -> Result<(), uc_error> {
+    // The mere presence of the hook makes the engine keep the program counter exact at loads.
+    let cyccnt = 0xE000_1004;
+    uc.add_mem_hook(
+        HookType::MEM_READ,
+        cyccnt,
+        cyccnt + 3,
+        |uc: &mut Uc<'_>, _, _, _, _| {
+            forget_it_state(uc);
+            let pc = uc.reg_read(RegisterARM::PC).unwrap_or(0) as u32;
+            let core = &uc.get_data().core;
+            let (start, size) = (core.block_address, core.block_size);
+            let before = pc.wrapping_sub(start).min(size) as usize;
+            let mut code = vec![0; size as usize];
+            let ahead = match uc.mem_read(start.into(), &mut code) {
+                Ok(()) => decode::count(&code) - decode::count(&code[..before]),
+                Err(_) => 0,
+            };
+            uc.get_data_mut().core.instructions_ahead = ahead.into();
+            true
+        },
+    )?;
+    Ok(())
+}
+
+/// To be called by every hook of loads and stores.
+///
+/// Before such a hook the engine writes program counter and IT state of the access into the core. A translated block that
+/// runs on does not take the IT state from there and leaves it behind, so that the block after it would start as if it stood
+/// within an IT block, and skip instructions. Between the accesses of a block the core holds none.
+fn forget_it_state(uc: &mut Uc<'_>) {
+    // The register exists, the one error there is. Its other field is the Thumb bit.
+    let _ = uc.reg_write(RegisterARM::EPSR, 1 << 24);
+}
+
+fn trap(uc: &mut Uc<'_>, trap: Trap) {
+    uc.get_data_mut().core.trap.get_or_insert(trap);
+}
+
+fn load(
+    uc: &mut Uc<'_>,
+    address: u32,
+    size: usize,
+    read: impl FnOnce(&mut Chip, u32, usize) -> Result<u32, Misuse>,
+) -> u64 {
+    match read(uc.get_data_mut(), address, size) {
+        Ok(value) => value.into(),
+        Err(misuse) => {
+            trap(uc, Trap::Misuse(misuse));
+            0
+        }
+    }
+}
+
+fn store(
+    uc: &mut Uc<'_>,
+    address: u32,
+    size: usize,
+    value: u64,
+    write: impl FnOnce(&mut Chip, u32, usize, u32) -> Result<(), Misuse>,
+) {
+    if let Err(misuse) = write(uc.get_data_mut(), address, size, value as u32) {
+        trap(uc, Trap::Misuse(misuse));
+    }
+}
+
+/// Before every block: stop if something is due, else charge the block.
+fn on_block(uc: &mut Uc<'_>, address: u64, size: u32) {
+    let address = address as u32;
+    let chip = uc.get_data_mut();
+    (chip.core.block_address, chip.core.block_size) = (address, size);
+    let stop = chip.now >= chip.deadline
+        || chip.core.trap.is_some()
+        || chip.reset_request.is_some()
+        || !chip.flash.changed.is_empty()
+        || chip.core.blocks.is_stale(address);
+    if stop || chip.core.nvic.candidate().is_some() && takes_exception(uc) {
+        // The result says only that the engine is not running, which a hook of its own rules out.
+        let _ = uc.emu_stop();
+        return;
+    }
+    if uc.get_data().core.account.awaited_return() == Some(address) {
+        let stack = uc.reg_read(RegisterARM::SP).unwrap_or(0) as u32;
+        uc.get_data_mut().core.account.returned(stack);
+    }
+    let chip = uc.get_data_mut();
+    let bus = chip.clocks().bus;
+    let core = &mut chip.core;
+    // By reference: this runs before every few instructions of the chip.
+    let instructions = match core.blocks.slot(address) {
+        Some(block) if block.size == size && block.watch == 0 => {
+            core.account.charge(block);
+            core.event |= block.sends_event;
+            block.instructions
+        }
+        slot => {
+            let watch = slot.map_or(0, |slot| slot.watch);
+            let block = learn(uc, address, size, watch);
+            if watch != 0 {
+                let return_to = uc.reg_read(RegisterARM::LR).unwrap_or(0) as u32;
+                let stack = uc.reg_read(RegisterARM::SP).unwrap_or(0) as u32;
+                let account = &mut uc.get_data_mut().core.account;
+                account.call(watch, return_to, stack);
+            }
+            let core = &mut uc.get_data_mut().core;
+            core.account.charge(&block);
+            core.event |= block.sends_event;
+            block.instructions
+        }
+    };
+    let (numerator, denominator) = CYCLES_PER_INSTRUCTION;
+    uc.get_data_mut().now += u64::from(instructions) * bus * numerator / denominator;
+}
+
+fn learn(uc: &mut Uc<'_>, address: u32, size: u32, watch: u16) -> Block {
+    let mut code = vec![0; size as usize];
+    let readable = uc.mem_read(address.into(), &mut code).is_ok();
+    let block = if readable {
+        decode::decode(&code, Memory::at(address))
+    } else {
+        Block {
+            size,
+            ..Block::default()
+        }
+    };
+    let block = Block { watch, ..block };
+    if let Some(slot) = uc.get_data_mut().core.blocks.slot(address) {
+        *slot = block;
+    }
+    block
+}
+
+/// The mask registers let the pending exception through.
+pub(super) fn takes_exception(uc: &Uc<'_>) -> bool {
+    let Some((_, priority)) = uc.get_data().core.nvic.candidate() else {
+        return false;
+    };
+    let mask = |register| uc.reg_read(register).unwrap_or(0) as u32;
+    let base = mask(RegisterARM::BASEPRI) as i16;
+    let masked = mask(RegisterARM::FAULTMASK) & 1 != 0 && priority >= -1
+        || mask(RegisterARM::PRIMASK) & 1 != 0 && priority >= 0
+        || base != 0 && priority >= base;
+    !masked
+}
+
+fn on_interrupt(uc: &mut Uc<'_>, number: u32) {
+    let pc = uc.reg_read(RegisterARM::PC).unwrap_or(0) as u32;
+    let what = match number {
+        2 => Trap::Supervisor,
+        7 => Trap::Breakpoint,
+        8 => Trap::Return(pc | 1),
+        3 | 4 => Trap::Bus {
+            address: pc,
+            fetch: number == 3,
+        },
+        _ => Trap::Undefined,
+    };
+    trap(uc, what);
+    let _ = uc.emu_stop();
+}
+
+fn on_invalid(uc: &mut Uc<'_>) -> bool {
+    let pc = uc.reg_read(RegisterARM::PC).unwrap_or(0) as u32;
+    let at = pc.wrapping_sub(2);
+    let before = uc.get_data().flash.halfword(at).or_else(|| {
+        let mut bytes = [0; 2];
+        uc.mem_read(at.into(), &mut bytes).ok()?;
+        Some(u16::from_le_bytes(bytes))
+    });
+    if before == Some(decode::WFE) {
+        let core = &mut uc.get_data_mut().core;
+        if core.event {
+            core.event = false;
+        } else {
+            trap(uc, Trap::WaitForEvent);
+            let _ = uc.emu_stop();
+        }
+        return true;
+    }
+    trap(uc, Trap::Undefined);
+    false
+}

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! The run loop: lets the core run from one due event to the next, takes exceptions, deals with what stops the core.
+
+use unicorn_engine::RegisterARM;
+
+use super::{Machine, POLL, Pause, Sleep};
+use crate::cortex::{Exit, Trap};
+use crate::time::Ticks;
+use crate::{Error, Misuse};
+
+impl Machine<'_> {
+    /// Runs up to a moment of virtual time.
+    ///
+    /// # Errors
+    /// The firmware misuses the chip in a way that the emulator does not guess about, or the engine fails.
+    pub fn run_until(&mut self, end: Ticks) -> Result<Pause, Error> {
+        loop {
+            let limit = end.min(self.next_poll);
+            let chip = self.chip_mut();
+            chip.limit = limit;
+            chip.reschedule();
+            match self.go()? {
+                Pause::Time if self.now() < end || self.next_poll <= end => {
+                    if self.now() >= self.next_poll {
+                        self.poll(false);
+                    }
+                    if self.now() >= end {
+                        return Ok(Pause::Time);
+                    }
+                }
+                pause => return Ok(pause),
+            }
+        }
+    }
+
+    pub(super) fn poll(&mut self, everything: bool) {
+        self.next_poll = self.now() + POLL;
+        let bytes = if everything {
+            self.rtt.rest(&mut self.engine)
+        } else {
+            self.rtt.poll(&mut self.engine)
+        };
+        let fetched_s = self.time_s();
+        self.lines.extend(self.log.decode(&bytes, fetched_s));
+        if !self.outbox.is_empty() {
+            let sent = self.rtt.send(&mut self.engine, &self.outbox);
+            self.outbox.drain(..sent);
+        }
+    }
+
+    /// Runs until the chip's limit.
+    fn go(&mut self) -> Result<Pause, Error> {
+        loop {
+            self.chip_mut().advance();
+            self.engine.refresh_changed()?;
+            let chip = self.engine.chip_mut();
+            if chip.flash.power_lost {
+                return Ok(Pause::PowerLost);
+            }
+            if let Some(cause) = chip.reset_request.take() {
+                self.restart(cause)?;
+                return Ok(Pause::Reset(cause));
+            }
+            if chip.now >= chip.limit {
+                return Ok(Pause::Time);
+            }
+            if chip.core.locked_up {
+                chip.now = chip.deadline;
+                continue;
+            }
+            if let Some(exception) = self.engine.takes() {
+                self.sleep = Sleep::No;
+                if self.engine.enter(exception)?.is_err() {
+                    self.engine.unstacked(exception)?;
+                }
+                continue;
+            }
+            let chip = self.engine.chip_mut();
+            match self.sleep {
+                Sleep::No => {}
+                Sleep::ForEvent if chip.core.event => chip.core.event = false,
+                Sleep::ForInterrupt if chip.core.nvic.candidate().is_some() => {}
+                Sleep::ForEvent | Sleep::ForInterrupt => {
+                    chip.now = chip.deadline.max(chip.now);
+                    continue;
+                }
+            }
+            self.sleep = Sleep::No;
+            match self.engine.run()? {
+                Exit::Due => {}
+                Exit::WaitForInterrupt => self.sleep = Sleep::ForInterrupt,
+                Exit::Trap(trap) => {
+                    if let Some(code) = self.handle(trap)? {
+                        return Ok(Pause::Exit(code));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Deals with what stopped the core; an exit code if the firmware ended itself.
+    fn handle(&mut self, trap: Trap) -> Result<Option<u32>, Error> {
+        match trap {
+            Trap::WaitForEvent => self.sleep = Sleep::ForEvent,
+            Trap::Return(value) => {
+                if self.engine.leave(value)?.is_err() {
+                    self.engine.fault(&Trap::Bus {
+                        address: 0,
+                        fetch: false,
+                    })?;
+                }
+            }
+            Trap::Supervisor => self
+                .engine
+                .escalate(crate::cortex::nvic::exception::SV_CALL)?,
+            Trap::Breakpoint => return self.breakpoint(),
+            Trap::Bus { .. } | Trap::Undefined => {
+                let stack = self.engine.register(RegisterARM::SP)?;
+                self.note(&match trap {
+                    Trap::Bus { address, .. } => {
+                        format!("bus error at {address:#010x}, stack at {stack:#010x}")
+                    }
+                    _ => format!("undefined instruction, stack at {stack:#010x}"),
+                });
+                self.engine.fault(&trap)?;
+                if self.chip().core.locked_up {
+                    self.note("lockup");
+                }
+            }
+            Trap::Misuse(misuse) => return Err(self.misuse(misuse)),
+        }
+        Ok(None)
+    }
+
+    /// Semihosting exit, else a debug event, which without a debugger is a hard fault.
+    fn breakpoint(&mut self) -> Result<Option<u32>, Error> {
+        const SEMIHOSTING: u32 = 0xAB;
+        let pc = self.engine.register(RegisterARM::PC)?;
+        let immediate = self.engine.word(pc & !1).map_or(0, |word| word & 0xFF);
+        let operation = self.engine.register(RegisterARM::R0)?;
+        if immediate == SEMIHOSTING && matches!(operation, 0x18 | 0x20) {
+            let reason = self.engine.register(RegisterARM::R1)?;
+            return Ok(Some(u32::from(reason != 0x2_0026)));
+        }
+        self.engine.fault(&Trap::Breakpoint)?;
+        Ok(None)
+    }
+
+    fn misuse(&self, misuse: Misuse) -> Error {
+        Error::Misuse {
+            misuse,
+            place: self.position(),
+            time_s: self.time_s(),
+        }
+    }
+
+    /// Ends the run: fetches what is left of the log.
+    pub fn finish(&mut self) {
+        self.poll(true);
+    }
+}
