@@ -2,7 +2,7 @@
 //! of the two only chooses colours and turns metres into cells or pixels.
 
 use crate::posture::{Drawn, Points, Touch};
-use crate::state::{Contact, Place, State};
+use crate::state::{Place, State};
 
 /// Half the thickness of a phalanx, metre, as drawn.
 const HALF_THICKNESS_M: f64 = 0.006;
@@ -10,8 +10,8 @@ const HALF_THICKNESS_M: f64 = 0.006;
 const ARROW_M_PER_N: f64 = 0.015;
 /// Longest arrow, metre.
 const ARROW_MOST_M: f64 = 0.06;
-/// Steepest rise of torque that the estimate's curve is followed to, newton metre.
-const CURVE_NM: f64 = 0.2;
+/// Largest rise of torque that the estimate's curve is followed to, newton metre.
+const CURVE_NM: f64 = 0.5;
 /// Steps of a belief's curve.
 const BELIEF_STEPS: u8 = 120;
 
@@ -96,20 +96,22 @@ pub fn range(values: impl Iterator<Item = f64>, otherwise: (f64, f64)) -> (f64, 
 }
 
 /// The contact as the mechanics wants it, from the last word on it.
-#[must_use]
-pub fn touch_of(contact: &Contact) -> Option<Touch> {
+pub fn touch_of(state: &State, finger: &dyn Drawn) -> Option<Touch> {
+    let contact = state.contact.as_ref()?;
     let place = contact.places.first()?;
+    let nominal = finger.scales().cable_rad_per_nm;
     Some(Touch {
         theta_a_rad: contact.touch_rad?,
         phalanx: place.phalanx,
         k_m: 1e-3 * place.k_mm,
         radius_m: 1e-3 * contact.radius_mm.unwrap_or(0.0),
+        cable_rad_per_nm: state.cable_rad_per_nm.unwrap_or(nominal),
     })
 }
 
 /// The finger at an input angle, along the contact's path as far as there is one.
 pub fn points_at(state: &State, finger: &mut dyn Drawn, theta_a_rad: f64) -> Option<Points> {
-    let touch = state.contact.as_ref().and_then(touch_of);
+    let touch = touch_of(state, finger);
     finger
         .points(theta_a_rad, touch)
         .or_else(|| finger.points(theta_a_rad, None))
@@ -235,10 +237,7 @@ pub fn torque(state: &State, finger: &dyn Drawn) -> Vec<Series> {
             ))
         })
         .collect();
-    let predicted: Vec<(f64, f64)> = state
-        .contact
-        .as_ref()
-        .and_then(touch_of)
+    let predicted: Vec<(f64, f64)> = touch_of(state, finger)
         .map(|touch| finger.curve(touch, CURVE_NM))
         .unwrap_or_default()
         .into_iter()
@@ -358,6 +357,7 @@ pub fn belief(state: &State, finger: &dyn Drawn) -> Option<Belief> {
 mod tests {
     use super::*;
     use crate::posture::Scales;
+    use crate::state::Contact;
 
     struct Straight;
 
@@ -376,6 +376,7 @@ mod tests {
                 rad_per_count: 1e-3,
                 nm_per_a: 2.0,
                 efficiency: 0.5,
+                cable_rad_per_nm: 0.0,
             }
         }
     }

@@ -25,7 +25,11 @@ impl Story {
     pub fn take(&mut self, message: Message) {
         match &message {
             Message::Event(event) if event.name.starts_with("answer") => {
-                self.settings.push(event.text());
+                let text = event.text();
+                let answer = text.trim_start_matches("answer").trim();
+                if answer != "ok" {
+                    self.settings.push(answer.to_owned());
+                }
             }
             Message::Event(event) => self.events.push(event.clone()),
             Message::Note(text) => {
@@ -123,24 +127,36 @@ impl Story {
     }
 
     fn truth(&self) -> String {
-        let Some(summary) = &self.summary else {
-            return String::new();
+        let number = |key: &str| self.summary.as_ref()?.get(key)?.as_f64();
+        let summed_up = number("true_phalanx").zip(number("true_k_mm"));
+        let streamed = self
+            .state
+            .truth
+            .map(|(phalanx, k_mm, _)| (f64::from(phalanx), k_mm));
+        let Some((phalanx, k_mm)) = summed_up.or(streamed) else {
+            return match self.summary {
+                Some(_) => "<p>Simulated: nothing touched the finger.</p>\n".to_owned(),
+                None => String::new(),
+            };
         };
-        let number = |key: &str| summary.get(key).and_then(serde_json::Value::as_f64);
-        let (Some(phalanx), Some(k_mm)) = (number("true_phalanx"), number("true_k_mm")) else {
-            return "<p>Simulated; nothing touched the finger.</p>\n".to_owned();
-        };
-        let error = number("k_mm")
-            .filter(|_| number("phalanx") == Some(phalanx))
-            .map_or(String::new(), |estimate| {
-                format!(" The estimate is {:+.2} mm off.", estimate - k_mm)
+        let places = self
+            .state
+            .contact
+            .iter()
+            .flat_map(|contact| &contact.places);
+        let error = places
+            .filter(|place| f64::from(place.phalanx) == phalanx)
+            .map(|place| place.k_mm - k_mm)
+            .min_by(|a, b| a.abs().total_cmp(&b.abs()))
+            .map_or(String::new(), |off_mm| {
+                format!(" The estimate is {off_mm:+.2} mm off.")
             });
-        format!("<p>Simulated: the truth is phalanx {phalanx:.0}, {k_mm:.2} mm.{error}</p>\n")
+        format!("<p>The truth is phalanx {phalanx:.0}, {k_mm:.2} mm.{error}</p>\n")
     }
 
     fn figures(&self, finger: &mut (dyn Drawn + 'static)) -> Vec<(String, String)> {
         let rad_per_count = finger.scales().rad_per_count;
-        let touch = self.state.contact.as_ref().and_then(figure::touch_of);
+        let touch = figure::touch_of(&self.state, finger);
         let last_rad = self
             .state
             .samples
@@ -250,7 +266,7 @@ body{color:var(--ink);background:var(--paper);font:15px/1.45 system-ui,sans-seri
 h1{font-size:1.4rem}h2{font-size:1.1rem}.verdict{font-size:1.15rem}
 .figures{display:flex;flex-wrap:wrap;gap:1rem}figure{margin:0;flex:1 1 22rem;min-width:18rem}figcaption{color:var(--faint);font-size:.85rem}
 svg{width:100%;height:auto}table{border-collapse:collapse;width:100%;font-size:.85rem}
-td,th{text-align:left;padding:.15rem .5rem;border-bottom:1px solid color-mix(in srgb,var(--faint) 35%,transparent);vertical-align:top}
+th{white-space:nowrap}td,th{text-align:left;padding:.15rem .5rem;border-bottom:1px solid color-mix(in srgb,var(--faint) 35%,transparent);vertical-align:top}
 .warn{color:var(--amber)}.error{color:var(--red)}pre{font-size:.85rem;white-space:pre-wrap}
 ";
 

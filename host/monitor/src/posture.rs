@@ -16,7 +16,8 @@ pub trait Drawn {
     /// Lengths of the phalanges, metre.
     fn lengths_m(&self) -> Vec<f64>;
 
-    /// Torque above the one at contact against input angle, for a contact: (radian from the opening stop, newton metre).
+    /// Torque above the one at contact against the encoder's angle, cable twist included, for a contact: (radian from the
+    /// opening stop, newton metre).
     fn curve(&self, touch: Touch, most_nm: f64) -> Vec<(f64, f64)>;
 
     /// What turns counts and amperes into angles and torques.
@@ -32,6 +33,8 @@ pub struct Scales {
     pub nm_per_a: f64,
     /// Share of a load's torque that the gears pass on, 0 to 1.
     pub efficiency: f64,
+    /// Compliance of the cable, radian per newton metre; 0 where there is none.
+    pub cable_rad_per_nm: f64,
 }
 
 /// A contact to draw.
@@ -45,6 +48,8 @@ pub struct Touch {
     pub k_m: f64,
     /// Effective contact radius, metre.
     pub radius_m: f64,
+    /// Compliance of the cable between encoder and input link, radian per newton metre.
+    pub cable_rad_per_nm: f64,
 }
 
 /// The finger of a scene.
@@ -122,7 +127,8 @@ impl<F: Mechanics> Drawn for SceneFinger<F> {
         let mut rise_nm = 1e-3;
         while let Some(point) = self.finger.follow(&mut path, rise_nm) {
             change = point.joints_rad;
-            if f64::from(point.rotation_rad) >= wanted || rise_nm > 1.0 {
+            let twist = f64::from(rise_nm) * touch.cable_rad_per_nm;
+            if f64::from(point.rotation_rad) + twist >= wanted || rise_nm > 1.0 {
                 break;
             }
             rise_nm *= 1.25;
@@ -146,7 +152,9 @@ impl<F: Mechanics> Drawn for SceneFinger<F> {
             let Some(point) = self.finger.follow(&mut path, rise_nm as f32) else {
                 break;
             };
-            curve.push((touch.theta_a_rad + f64::from(point.rotation_rad), rise_nm));
+            let twist = rise_nm * touch.cable_rad_per_nm;
+            let rotation = f64::from(point.rotation_rad) + twist;
+            curve.push((touch.theta_a_rad + rotation, rise_nm));
         }
         curve
     }

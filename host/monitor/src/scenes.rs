@@ -20,6 +20,7 @@ where
         rad_per_count: f64::from(drivetrain.rad_per_count),
         nm_per_a: f64::from(drivetrain.torque_per_ampere_nm),
         efficiency: f64::from(drivetrain.efficiency),
+        cable_rad_per_nm: f64::from(S::UNCALIBRATED.cable_rad_per_nm),
     };
     let stop = f64::from(drivetrain.opening_stop_rad);
     Box::new(SceneFinger::new(finger, stop, scales))

@@ -32,18 +32,21 @@ pub(super) fn plot(series: &[Series]) -> String {
     let px = |x: f64| MARGIN + (x - x0) / (x1 - x0) * (WIDTH - MARGIN - 8.0);
     let py = |y: f64| HEIGHT - 22.0 - (y - y0) / (y1 - y0) * (HEIGHT - 40.0);
     let mut svg = open();
-    for tick in 0..=4 {
-        let share = f64::from(tick) / 4.0;
-        let (x, y) = (x0 + share * (x1 - x0), y0 + share * (y1 - y0));
+    for x in ticks(x0, x1) {
+        let _ = write!(
+            svg,
+            "<text x=\"{:.1}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
+            px(x),
+            HEIGHT - 6.0,
+            label(x, x1 - x0)
+        );
+    }
+    for y in ticks(y0, y1) {
         let _ = write!(
             svg,
             "<line x1=\"{MARGIN}\" x2=\"{WIDTH}\" y1=\"{0:.1}\" y2=\"{0:.1}\" stroke=\"var(--faint)\" stroke-width=\".3\"/>\
-             <text x=\"{1:.1}\" y=\"{2}\" text-anchor=\"middle\">{3}</text>\
-             <text x=\"{4}\" y=\"{5:.1}\" text-anchor=\"end\">{6}</text>",
+             <text x=\"{1}\" y=\"{2:.1}\" text-anchor=\"end\">{3}</text>",
             py(y),
-            px(x),
-            HEIGHT - 6.0,
-            label(x, x1 - x0),
             MARGIN - 4.0,
             py(y) + 3.5,
             label(y, y1 - y0)
@@ -146,6 +149,21 @@ fn open() -> String {
     format!(
         "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" font-size=\"10\" fill=\"var(--ink)\" font-family=\"system-ui,sans-serif\" role=\"img\">"
     )
+}
+
+/// Some four round numbers within a range.
+fn ticks(low: f64, high: f64) -> impl Iterator<Item = f64> {
+    let wanted = (high - low) / 4.0;
+    let ten = 10f64.powf(wanted.log10().floor());
+    let step = [1.0, 2.0, 5.0, 10.0]
+        .map(|factor| factor * ten)
+        .into_iter()
+        .find(|step| *step >= wanted)
+        .unwrap_or(wanted);
+    let first = (low / step).ceil();
+    (0..10)
+        .map(move |n| step * (first + f64::from(n)))
+        .take_while(move |tick| *tick <= high)
 }
 
 /// A number with the digits that its axis needs.
