@@ -50,10 +50,11 @@ impl Application {
                 .lock(|coordinator| coordinator.borrow().value(setting))
         };
         let (supply_min_v, supply_max_v) = (limit(Setting::SupplyMin), limit(Setting::SupplyMax));
+        let signed = Active::CHECKED.config().sense.signed;
         // Drives once for two steps.
         let mut moved_counts = 0;
         for step in Step::ALL {
-            let wanted = Wanted::of(step, supply_min_v, supply_max_v);
+            let wanted = Wanted::of(step, supply_min_v, supply_max_v, signed);
             let measured = match step {
                 Step::Wake => self.wake().await,
                 Step::BreakInput => self.break_input().await,
@@ -73,7 +74,7 @@ impl Application {
             // A fault may belong to another step than the one in which it was detected.
             let fault = control::status().fault;
             let failed = fault.and_then(Step::of_fault).unwrap_or(step);
-            let wanted = Wanted::of(failed, supply_min_v, supply_max_v);
+            let wanted = Wanted::of(failed, supply_min_v, supply_max_v, signed);
             self.report_step(port, failed, value, &wanted, false).await;
             return Some(failed);
         }

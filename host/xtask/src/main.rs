@@ -12,6 +12,7 @@ mod mujoco;
 mod new_scene;
 mod process;
 mod report;
+mod wiring;
 
 use std::process::ExitCode;
 
@@ -123,6 +124,13 @@ const COMMANDS: &[Command] = &[
         summary: "draw the figures (SVG)",
         example: "figures",
         run: commands::figures,
+    },
+    Command {
+        name: "wiring",
+        arguments: "",
+        summary: "check the wiring tables of docs/HARDWARE.md and draw them (SVG)",
+        example: "wiring",
+        run: wiring::wiring,
     },
     Command {
         name: "report",
