@@ -88,7 +88,7 @@ impl Output {
         }
         let emulated_s = session.machine.time_s();
         // Once in so many milliseconds: the text costs more than a millisecond of simulation.
-        if (1e3 * emulated_s) as u64 % 100 == 0 {
+        if ((1e3 * emulated_s) as u64).is_multiple_of(100) {
             let faster = emulated_s / start.elapsed().as_secs_f64();
             let state = &session.state;
             self.progress.set_message(format!(
