@@ -9,7 +9,8 @@
 //! share of it that creeps and L the torque as the creep feels it. The path is followed to a torque near the one sought, the
 //! measured increments added to what was predicted before, and corrected by its slope there. Before the onset y is zero.
 
-use super::prior::{CABLE, CREEP, FACTOR, FRICTION, JOINT, K, ONSET, UNKNOWNS, Values};
+use super::prior::{BEND, CABLE, FACTOR, FRICTION, JOINT, K, ONSET, UNKNOWNS, Values};
+use crate::sensing::calibration::MIDDLE_NM;
 use crate::finger::{Contact, Free, Mechanics, PathPoint};
 use crate::numeric::Bounded;
 use crate::sensing::curve::Point;
@@ -107,7 +108,7 @@ impl<'a, F: Mechanics, X: Series> Model<'a, F, X> {
             None => None,
         };
         let twist = if X::FLEXIBLE {
-            values[CABLE] * (1.0 + values[CREEP]) / values[FACTOR]
+            values[CABLE] / values[FACTOR]
         } else {
             0.0
         };
@@ -195,17 +196,19 @@ impl<'a, F: Mechanics, X: Series> Model<'a, F, X> {
             torque_nm = self.last_torque_nm;
         }
         let at = &self.last;
-        let (cable, creep) = if X::FLEXIBLE {
-            (values[CABLE], values[CREEP])
-        } else {
-            (0.0, 0.0)
-        };
         let held_nm = (torque_nm - self.contact_nm) / factor;
-        let late_nm = point.late_nm;
+        let (mut twisting_nm, mut cable, mut bent_nm2) = (0.0, 0.0, 0.0);
+        if X::FLEXIBLE {
+            // Nominal torque about the one at which the cable's twist is given.
+            let about_nm = torque_nm / factor - MIDDLE_NM;
+            bent_nm2 = held_nm * (about_nm - 0.5 * held_nm);
+            twisting_nm = held_nm - values[BEND] * bent_nm2 + self.drivetrain.creep * point.late_nm;
+            cable = values[CABLE] * (1.0 - values[BEND] * about_nm);
+        }
         let rotation_rad = at.rotation_rad
             + values[FRICTION] * self.by_friction()
             + values[JOINT] * at.rotation_by_joint_friction_rad_per_nm;
-        let model_rad = rotation_rad + cable * (held_nm + creep * late_nm);
+        let model_rad = rotation_rad + values[CABLE] * twisting_nm;
         // Radian per newton metre of excess.
         let slope = factor * at.compliance_rad_per_nm + cable;
         let near_nm = (torque_nm - point.free_nm) / factor;
@@ -219,8 +222,8 @@ impl<'a, F: Mechanics, X: Series> Model<'a, F, X> {
         slopes[JOINT] = at.rotation_by_joint_friction_rad_per_nm;
         slopes[FACTOR] = at.compliance_rad_per_nm * excess_nm
             - cable * (point.free_nm - self.contact_nm) / (factor * factor);
-        slopes[CABLE] = held_nm + creep * late_nm;
-        slopes[CREEP] = cable * late_nm;
+        slopes[CABLE] = twisting_nm;
+        slopes[BEND] = -values[CABLE] * bent_nm2;
         for slope_of in &mut slopes {
             *slope_of /= -slope;
         }

@@ -56,7 +56,6 @@ pub(super) fn tracks<F: Mechanics, X: Series>(
         finger,
         prior.onset_rad[0],
         &prior.calibration,
-        prior.creep[0],
         near,
     ) else {
         return (tracks, Class::Invalid);
@@ -105,7 +104,7 @@ pub(super) fn tracks<F: Mechanics, X: Series>(
 /// Compliance of the finger at the contact by the slope of the curve's beginning, without the cable's, radian per newton
 /// metre.
 pub(super) fn contact_compliance<X: Series>(data: &Data, prior: &Prior<X>) -> Option<f32> {
-    let slope = curve::slope(data.points, FIRST_SHARE, prior.creep[0])?;
+    let slope = curve::slope(data.points, FIRST_SHARE, data.drivetrain.creep)?;
     let rad_per_nm = slope.counts_per_nm * data.drivetrain.rad_per_count;
     let cable = if X::FLEXIBLE {
         prior.calibration.cable_rad_per_nm

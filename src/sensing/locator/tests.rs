@@ -21,10 +21,11 @@ fn prior() -> Prior<Cable> {
             cable_rad_per_nm: 0.7,
             cable_sigma_rad_per_nm: 0.02,
             correlation: 0.2,
+            stiffening_per_nm: 0.1,
+            stiffening_sigma_per_nm: 0.1,
             contacts: 2,
             presses: 1,
         },
-        creep: [0.05, 0.015],
         noise: Noise {
             wander_nm: 0.8e-3,
             wander_s: 2.0,

@@ -303,7 +303,6 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             joint_nm: settings.joint_friction_nm,
             onset_rad: contact.onset_rad,
             calibration: self.calibration,
-            creep: self.drivetrain.creep,
             noise: contact.noise,
             series: PhantomData,
         }

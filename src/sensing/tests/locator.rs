@@ -12,6 +12,8 @@ const CALIBRATION: Calibration = Calibration {
     cable_rad_per_nm: 0.5,
     cable_sigma_rad_per_nm: 0.005,
     correlation: 0.0,
+    stiffening_per_nm: 0.0,
+    stiffening_sigma_per_nm: 0.01,
     contacts: 2,
     presses: 1,
 };
@@ -29,7 +31,6 @@ fn prior(onset_rad: f32) -> Prior<Cable> {
         joint_nm: [0.1e-3, 0.15e-3],
         onset_rad: [onset_rad, 0.03],
         calibration: CALIBRATION,
-        creep: [0.0, 0.0],
         noise: Noise {
             wander_nm: 0.4e-3,
             wander_s: 2.0,
