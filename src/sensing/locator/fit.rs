@@ -337,11 +337,24 @@ pub(super) fn onset<F: Mechanics, X: Series>(
     values: &Values,
     near: &F::Configuration,
 ) -> Option<Free<F::Configuration>> {
-    free_behind_cable::<F, X>(
-        finger,
-        values[ONSET],
-        &prior.calibration,
-        near,
+    under_weight::<F, X>(finger, values[ONSET], prior, near)
+}
+
+/// The free finger at an angle measured before the cable, its weight included.
+pub(super) fn under_weight<F: Mechanics, X: Series>(
+    finger: &F,
+    measured_rad: f32,
+    prior: &Prior<X>,
+    near: &F::Configuration,
+) -> Option<Free<F::Configuration>> {
+    let free = free_behind_cable::<F, X>(finger, measured_rad, &prior.calibration, near)?;
+    if prior.weight_nm == 0.0 {
+        return Some(free);
+    }
+    Some(
+        finger
+            .weighed(&free, prior.weight_nm)
+            .map_or(free, |(weighed, _)| weighed),
     )
 }
 

@@ -3,16 +3,17 @@
 //! The measured angle is almost without noise, so the torque is predicted from it and not the other way round. With y the
 //! excess of the nominal torque over that of the free finger, F the free finger's torque and T = f y + F,
 //!
-//! angle = o + rotation(T - T_c; k, R) + c ((T - T_c) / f + g L)
+//! angle = o + rotation(T - T_c; k, R) + c ((T - T_c) / f + g L - s B)
 //!
 //! holds along the contact path, o, T_c being angle and torque at the onset, c the cable's twist for a nominal torque, g the
-//! share of it that creeps and L the torque as the creep feels it. The path is followed to a torque near the one sought, the
+//! share of it that creeps, L the torque as the creep feels it, s the cable's stiffening and B what a unit of that takes
+//! off the twist, nothing at the torque at which c is given. The path is followed to a torque near the one sought, the
 //! measured increments added to what was predicted before, and corrected by its slope there. Before the onset y is zero.
 
 use super::prior::{BEND, CABLE, FACTOR, FRICTION, JOINT, K, ONSET, UNKNOWNS, Values};
-use crate::sensing::calibration::MIDDLE_NM;
 use crate::finger::{Contact, Free, Mechanics, PathPoint};
 use crate::numeric::Bounded;
+use crate::sensing::calibration::MIDDLE_NM;
 use crate::sensing::curve::Point;
 use crate::sensing::{Drivetrain, Series};
 use core::marker::PhantomData;
@@ -282,7 +283,7 @@ mod tests {
         point: &Point,
     ) -> Prediction {
         // As the fit has it: by the calibration, whatever the unknowns are.
-        let twist = 0.7 * 1.05 / 0.95;
+        let twist = 0.7 / 0.95;
         let mut onset = finger.free_at_angle(values[ONSET], &finger.rest()).unwrap();
         for _ in 0..20 {
             let angle_rad = values[ONSET] - twist * onset.torque_nm;
@@ -319,7 +320,7 @@ mod tests {
         values[FACTOR] = 0.95;
         values[JOINT] = 1e-4;
         values[CABLE] = 0.7;
-        values[CREEP] = 0.05;
+        values[BEND] = 0.2;
         let steps = [2e-4, 1e-3, 0.01, 0.005, 1e-4, 0.01, 0.02];
         for (past_rad, late_nm) in [(0.05, 0.0), (0.12, 0.02)] {
             let point = Point {

@@ -65,6 +65,8 @@ pub struct Prior<X: Series> {
     pub joint_nm: [f32; 2],
     /// Measured angle of the input link at the onset, radian: mean and deviation.
     pub onset_rad: [f32; 2],
+    /// Torque with which the input link holds the finger's weight, newton metre; 0 with a spring at joint 1.
+    pub weight_nm: f32,
     /// Torque factor and cable.
     pub calibration: Calibration,
     /// Noise.

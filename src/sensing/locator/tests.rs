@@ -15,6 +15,7 @@ fn prior() -> Prior<Cable> {
         friction: [0.1, 0.1],
         joint_nm: [0.2e-3, 0.4e-3],
         onset_rad: [ONSET_RAD, 0.03],
+        weight_nm: 0.0,
         calibration: Calibration {
             torque_factor: 1.0,
             torque_factor_sigma: 0.02,
