@@ -62,6 +62,7 @@ pub(super) struct Model<F: Mechanics, X> {
     values: Values,
     origin_rad: f32,
     rad_per_count: f32,
+    creep: f32,
     half_thickness_m: f32,
     /// None while the cable alone gives way.
     path: Option<F::Path>,
@@ -119,6 +120,7 @@ impl<F: Mechanics, X: Series> Model<F, X> {
             values: *values,
             origin_rad,
             rad_per_count: drivetrain.rad_per_count,
+            creep: drivetrain.creep,
             half_thickness_m,
             path,
             contact_nm: onset.torque_nm,
@@ -207,7 +209,7 @@ impl<F: Mechanics, X: Series> Model<F, X> {
             // Nominal torque about the one at which the cable's twist is given.
             let about_nm = torque_nm / factor - MIDDLE_NM;
             bent_nm2 = held_nm * (about_nm - 0.5 * held_nm);
-            twisting_nm = held_nm - values[BEND] * bent_nm2 + self.drivetrain.creep * point.late_nm;
+            twisting_nm = held_nm - values[BEND] * bent_nm2 + self.creep * point.late_nm;
             cable = values[CABLE] * (1.0 - values[BEND] * about_nm);
         }
         let rotation_rad = at.rotation_rad
