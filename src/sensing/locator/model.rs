@@ -3,15 +3,17 @@
 //! The measured angle is almost without noise, so the torque is predicted from it and not the other way round. With y the
 //! excess of the nominal torque over that of the free finger, F the free finger's torque and T = f y + F,
 //!
-//! angle = o + rotation(T - T_c; k, R) + c ((T - T_c) / f + g L)
+//! angle = o + rotation(T - T_c; k, R) + c ((T - T_c) / f + g L - s B)
 //!
 //! holds along the contact path, o, T_c being angle and torque at the onset, c the cable's twist for a nominal torque, g the
-//! share of it that creeps and L the torque as the creep feels it. The path is followed to a torque near the one sought, the
+//! share of it that creeps, L the torque as the creep feels it, s the cable's stiffening and B what a unit of that takes
+//! off the twist, nothing at the torque at which c is given. The path is followed to a torque near the one sought, the
 //! measured increments added to what was predicted before, and corrected by its slope there. Before the onset y is zero.
 
-use super::prior::{CABLE, CREEP, FACTOR, FRICTION, JOINT, K, ONSET, UNKNOWNS, Values};
+use super::prior::{BEND, CABLE, FACTOR, FRICTION, JOINT, K, ONSET, UNKNOWNS, Values};
 use crate::finger::{Contact, Free, Mechanics, PathPoint};
 use crate::numeric::Bounded;
+use crate::sensing::calibration::MIDDLE_NM;
 use crate::sensing::curve::Point;
 use crate::sensing::{Drivetrain, Series};
 use core::marker::PhantomData;
@@ -54,13 +56,13 @@ const NOTHING: Prediction = Prediction {
     variance_nm2: 0.0,
 };
 
-/// Prediction along one curve.
+/// Prediction along one curve. It borrows nothing: a pass over a curve is interrupted between two points.
 #[derive(Clone, Debug)]
-pub(super) struct Model<'a, F: Mechanics, X> {
-    finger: &'a F,
-    drivetrain: &'a Drivetrain,
-    values: &'a Values,
+pub(super) struct Model<F: Mechanics, X> {
+    values: Values,
     origin_rad: f32,
+    rad_per_count: f32,
+    creep: f32,
     half_thickness_m: f32,
     /// None while the cable alone gives way.
     path: Option<F::Path>,
@@ -78,12 +80,12 @@ pub(super) struct Model<'a, F: Mechanics, X> {
     series: PhantomData<X>,
 }
 
-impl<'a, F: Mechanics, X: Series> Model<'a, F, X> {
+impl<F: Mechanics, X: Series> Model<F, X> {
     /// The model of a hypothesis; None where there is no such contact. `onset` is the free finger there.
     pub(super) fn new(
-        finger: &'a F,
-        (origin_rad, drivetrain): (f32, &'a Drivetrain),
-        values: &'a Values,
+        finger: &F,
+        (origin_rad, drivetrain): (f32, &Drivetrain),
+        values: &Values,
         half_thickness_m: f32,
         hold: Hold,
         onset: &Free<F::Configuration>,
@@ -107,7 +109,7 @@ impl<'a, F: Mechanics, X: Series> Model<'a, F, X> {
             None => None,
         };
         let twist = if X::FLEXIBLE {
-            values[CABLE] * (1.0 + values[CREEP]) / values[FACTOR]
+            values[CABLE] / values[FACTOR]
         } else {
             0.0
         };
@@ -115,10 +117,10 @@ impl<'a, F: Mechanics, X: Series> Model<'a, F, X> {
             .free_compliance(at, onset.torque_nm)
             .map_or(0.0, |free| 1.0 / (free + twist));
         Some(Self {
-            finger,
-            drivetrain,
-            values,
+            values: *values,
             origin_rad,
+            rad_per_count: drivetrain.rad_per_count,
+            creep: drivetrain.creep,
             half_thickness_m,
             path,
             contact_nm: onset.torque_nm,
@@ -138,10 +140,10 @@ impl<'a, F: Mechanics, X: Series> Model<'a, F, X> {
     }
 
     /// The next point, by rising angle.
-    pub(super) fn next(&mut self, point: &Point) -> Option<Prediction> {
-        let angle_rad = self.origin_rad + point.counts * self.drivetrain.rad_per_count;
+    pub(super) fn next(&mut self, finger: &F, point: &Point) -> Option<Prediction> {
+        let angle_rad = self.origin_rad + point.counts * self.rad_per_count;
         let past_rad = angle_rad - self.values[ONSET];
-        let half_rad = 0.5 * point.width_counts * self.drivetrain.rad_per_count;
+        let half_rad = 0.5 * point.width_counts * self.rad_per_count;
         // Before the contact, whatever was measured.
         if past_rad <= -half_rad {
             self.before_nm = [point.excess_nm, 0.0];
@@ -152,7 +154,7 @@ impl<'a, F: Mechanics, X: Series> Model<'a, F, X> {
         let near_nm = (predicted_nm + point.excess_nm - measured_nm)
             .at_least(point.excess_nm - stray_nm)
             .at_most(point.excess_nm + stray_nm);
-        let mut prediction = self.on_path(past_rad, near_nm, point)?;
+        let mut prediction = self.on_path(finger, past_rad, near_nm, point)?;
         self.before_nm = [point.excess_nm, prediction.excess_nm];
         // Part of the point may lie before the contact: the mean of a ramp over it.
         let steepness = prediction.steepness(half_rad);
@@ -169,8 +171,14 @@ impl<'a, F: Mechanics, X: Series> Model<'a, F, X> {
     }
 
     /// The contact path at an angle beyond the onset; `near_nm` is about what will come of it.
-    fn on_path(&mut self, past_rad: f32, near_nm: f32, point: &Point) -> Option<Prediction> {
-        let values = self.values;
+    fn on_path(
+        &mut self,
+        finger: &F,
+        past_rad: f32,
+        near_nm: f32,
+        point: &Point,
+    ) -> Option<Prediction> {
+        let values = &self.values;
         let factor = values[FACTOR];
         let least_nm = self.contact_nm + LEAST_RISE_NM;
         let mut torque_nm = (factor * near_nm + point.free_nm).at_least(least_nm);
@@ -178,7 +186,7 @@ impl<'a, F: Mechanics, X: Series> Model<'a, F, X> {
         if let Some(path) = &mut self.path
             && !self.ended
         {
-            match self.finger.follow(path, torque_nm - self.contact_nm) {
+            match finger.follow(path, torque_nm - self.contact_nm) {
                 Some(last) => {
                     self.last = last;
                     self.last_torque_nm = torque_nm;
@@ -195,17 +203,19 @@ impl<'a, F: Mechanics, X: Series> Model<'a, F, X> {
             torque_nm = self.last_torque_nm;
         }
         let at = &self.last;
-        let (cable, creep) = if X::FLEXIBLE {
-            (values[CABLE], values[CREEP])
-        } else {
-            (0.0, 0.0)
-        };
         let held_nm = (torque_nm - self.contact_nm) / factor;
-        let late_nm = point.late_nm;
+        let (mut twisting_nm, mut cable, mut bent_nm2) = (0.0, 0.0, 0.0);
+        if X::FLEXIBLE {
+            // Nominal torque about the one at which the cable's twist is given.
+            let about_nm = torque_nm / factor - MIDDLE_NM;
+            bent_nm2 = held_nm * (about_nm - 0.5 * held_nm);
+            twisting_nm = held_nm - values[BEND] * bent_nm2 + self.creep * point.late_nm;
+            cable = values[CABLE] * (1.0 - values[BEND] * about_nm);
+        }
         let rotation_rad = at.rotation_rad
             + values[FRICTION] * self.by_friction()
             + values[JOINT] * at.rotation_by_joint_friction_rad_per_nm;
-        let model_rad = rotation_rad + cable * (held_nm + creep * late_nm);
+        let model_rad = rotation_rad + values[CABLE] * twisting_nm;
         // Radian per newton metre of excess.
         let slope = factor * at.compliance_rad_per_nm + cable;
         let near_nm = (torque_nm - point.free_nm) / factor;
@@ -219,8 +229,8 @@ impl<'a, F: Mechanics, X: Series> Model<'a, F, X> {
         slopes[JOINT] = at.rotation_by_joint_friction_rad_per_nm;
         slopes[FACTOR] = at.compliance_rad_per_nm * excess_nm
             - cable * (point.free_nm - self.contact_nm) / (factor * factor);
-        slopes[CABLE] = held_nm + creep * late_nm;
-        slopes[CREEP] = cable * late_nm;
+        slopes[CABLE] = twisting_nm;
+        slopes[BEND] = -values[CABLE] * bent_nm2;
         for slope_of in &mut slopes {
             *slope_of /= -slope;
         }
@@ -241,11 +251,12 @@ impl<'a, F: Mechanics, X: Series> Model<'a, F, X> {
     }
 
     /// Follows the path to a measured angle after the last point: the end is where the finger is then.
-    pub(super) fn follow_to(&mut self, angle_rad: f32, last: &Point) -> Option<()> {
+    pub(super) fn follow_to(&mut self, finger: &F, angle_rad: f32, last: &Point) -> Option<()> {
         let past_rad = angle_rad - self.values[ONSET];
-        let mut near_nm = self.before_nm[1];
-        for _ in 0..3 {
-            near_nm = self.on_path(past_rad, near_nm, last)?.excess_nm;
+        let [measured_nm, predicted_nm] = self.before_nm;
+        let mut near_nm = predicted_nm + last.excess_nm - measured_nm;
+        for _ in 0..5 {
+            near_nm = self.on_path(finger, past_rad, near_nm, last)?.excess_nm;
         }
         Some(())
     }
@@ -264,7 +275,7 @@ impl Prediction {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "firmware"))]
 mod tests {
     use super::*;
     use crate::scene::{Linkage3, P70, Scene, Tendon2};
@@ -279,7 +290,7 @@ mod tests {
         point: &Point,
     ) -> Prediction {
         // As the fit has it: by the calibration, whatever the unknowns are.
-        let twist = 0.7 * 1.05 / 0.95;
+        let twist = 0.7 / 0.95;
         let mut onset = finger.free_at_angle(values[ONSET], &finger.rest()).unwrap();
         for _ in 0..20 {
             let angle_rad = values[ONSET] - twist * onset.torque_nm;
@@ -297,7 +308,7 @@ mod tests {
                 ..*point
             };
             model.before_nm = [found.excess_nm; 2];
-            found = model.next(&near).unwrap();
+            found = model.next(finger, &near).unwrap();
         }
         found
     }
@@ -316,7 +327,7 @@ mod tests {
         values[FACTOR] = 0.95;
         values[JOINT] = 1e-4;
         values[CABLE] = 0.7;
-        values[CREEP] = 0.05;
+        values[BEND] = 0.2;
         let steps = [2e-4, 1e-3, 0.01, 0.005, 1e-4, 0.01, 0.02];
         for (past_rad, late_nm) in [(0.05, 0.0), (0.12, 0.02)] {
             let point = Point {

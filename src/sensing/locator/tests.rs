@@ -15,16 +15,18 @@ fn prior() -> Prior<Cable> {
         friction: [0.1, 0.1],
         joint_nm: [0.2e-3, 0.4e-3],
         onset_rad: [ONSET_RAD, 0.03],
+        weight_nm: 0.0,
         calibration: Calibration {
             torque_factor: 1.0,
             torque_factor_sigma: 0.02,
             cable_rad_per_nm: 0.7,
             cable_sigma_rad_per_nm: 0.02,
             correlation: 0.2,
+            stiffening_per_nm: 0.1,
+            stiffening_sigma_per_nm: 0.1,
             contacts: 2,
             presses: 1,
         },
-        creep: [0.05, 0.015],
         noise: Noise {
             wander_nm: 0.8e-3,
             wander_s: 2.0,
@@ -65,7 +67,7 @@ fn curve(k_m: f32, radius_m: f32, drivetrain: &Drivetrain) -> Vec<Point> {
             blocks: 1,
             ..Point::EMPTY
         };
-        let Some(found) = model.next(&point) else {
+        let Some(found) = model.next(&finger, &point) else {
             break;
         };
         torque_nm = found.excess_nm;
@@ -100,7 +102,7 @@ fn no_start_anywhere_finds_better_than_a_round() {
             origin_rad: 0.0,
             drivetrain: &drivetrain,
         };
-        let mut locator = Locator::<Cable>::default();
+        let mut locator = Locator::<_, Cable>::default();
         assert!(locator.begin(&finger, &data, &prior, &near, true));
         while !locator.step(&finger, &data, &prior, &near) {}
         let track = locator.tracks.iter().find(|t| t.phalanx == 2).unwrap();

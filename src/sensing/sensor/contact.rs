@@ -1,4 +1,4 @@
-//! A contact: collects its curve, runs the locator one pass at a time, and reports what it finds.
+//! A contact: collects its curve, runs the locator a few points at a time, and reports what it finds.
 
 use super::known::Known;
 use super::report::Reported;
@@ -18,6 +18,13 @@ use core::marker::PhantomData;
 const ONSET_SIGMA_RAD: f32 = 0.03;
 /// Blocks before the detected onset with which the curve begins: the onset is sought there too.
 const LEAD: usize = 4;
+/// Torque of the finger's weight for what closing takes more than opening: half, a worm's friction cancels, less what the
+/// gearhead takes of it (docs/MECHANICS.md#real-fingers).
+const WEIGHT_SHARE: f32 = 0.4;
+/// Less is no weight but friction that is not the same both ways, newton metre (R, chosen).
+const LEAST_WEIGHT_NM: f32 = 0.5e-3;
+/// What is not known of how a spring is held by the weight, as a share.
+const HELD_SHARE: f32 = 0.3;
 /// How well a pin is placed by hand or by a gauge, metre (R, chosen).
 const PIN_SIGMA_M: f32 = 0.3e-3;
 /// A contact is lost when the torque falls by this share of itself and this many deviations of a block.
@@ -27,16 +34,14 @@ const LOST_SIGMAS: f32 = 8.0;
 const ENOUGH: f32 = 0.95;
 /// Nearer to the closing stop, radian, a contact's curve ends: there the cable alone gives way.
 const STOP_MARGIN_RAD: f32 = 0.01;
-/// Samples between two passes of the locator after the motion: samples must not pile up meanwhile.
-const SAMPLES_PER_PASS: u8 = 4;
 /// Error of the friction beyond the record, continued periodically, as a share of its unevenness within (R, chosen).
 const UNSURE_BEYOND: f32 = 0.15;
 
 /// A contact under way.
 #[derive(Clone, Debug)]
-pub(super) struct Contact<R, X: Series> {
+pub(super) struct Contact<F: Mechanics, R, X: Series> {
     pub(super) curve: Curve,
-    pub(super) locator: Locator<X>,
+    pub(super) locator: Locator<F, X>,
     /// What the record's level was off by at the onset, newton metre of motor torque.
     level_nm: f32,
     noise: Noise,
@@ -46,6 +51,10 @@ pub(super) struct Contact<R, X: Series> {
     onset_us: u64,
     /// Reading of joint 2 at the onset.
     pub(super) reading: R,
+    /// Torque of the finger's weight at the input link, at the curve's origin and by its angle, newton metre and per radian.
+    weight: [f32; 2],
+    /// With it a spring holds joint 2 against its stop, newton metre.
+    held_nm: f32,
     /// Torque above friction at the last block.
     pub(super) torque_nm: f32,
     /// The torque as the cable's creep feels it, and when it was last brought up to date.
@@ -55,8 +64,8 @@ pub(super) struct Contact<R, X: Series> {
     pub(super) waiting: Past<R>,
     pub(super) reported: Reported,
     stage: Stage,
-    /// Samples until the locator's next pass.
-    pause: u8,
+    /// Whether the locator has a pass to make, or to end.
+    pass_due: bool,
 }
 
 /// How far a contact has come.
@@ -70,12 +79,11 @@ enum Stage {
     Ending,
 }
 
-impl<R, X: Series> Contact<R, X> {
+impl<F: Mechanics, R, X: Series> Contact<F, R, X> {
     /// No more is to come.
     pub(super) fn end(&mut self) {
         if self.stage != Stage::Ending {
             self.stage = Stage::Ending;
-            self.pause = 0;
             self.locator.stop();
         }
     }
@@ -111,24 +119,27 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
         self.work = Work::Contact(contact);
     }
 
-    /// After the motion: the last rounds of the locator, then the last word.
-    pub(super) fn conclude(&mut self) {
+    /// At every sample of a contact: some points of the locator's pass. While the curve grows one pass is made after each
+    /// block; after the motion one after the other, in the last rounds, then the last word is said.
+    pub(super) fn judge(&mut self) {
         let known = &mut self.known;
         let Work::Contact(contact) = &mut self.work else {
             return;
         };
         if contact.stage != Stage::Ending {
+            if contact.pass_due {
+                let over = known.step(contact);
+                contact.pass_due = contact.locator.is_within_pass();
+                if over && contact.locator.explains() {
+                    known.report(contact, false);
+                }
+            }
             return;
         }
-        if contact.pause > 0 {
-            contact.pause -= 1;
-            return;
-        }
-        contact.pause = SAMPLES_PER_PASS - 1;
         if !contact.locator.is_under_way() && !known.begin_round(contact, true) {
             // Too little to judge.
             known.give_up(contact);
-        } else if !known.pass(contact) {
+        } else if !known.step(contact) {
             return;
         } else if known.is_calibrating() {
             let learned = known.learn(contact);
@@ -148,11 +159,12 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
 impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     /// A contact that begins about a block.
     #[inline(never)]
-    fn contact(&self, begun: &Begun, first: &Past<H::Reading>) -> Contact<H::Reading, X> {
+    fn contact(&self, begun: &Begun, first: &Past<H::Reading>) -> Contact<F, H::Reading, X> {
         let efficiency = self.drivetrain.efficiency;
         let wander = &begun.wander;
         let onset = &begun.onset;
         let sigma_rad = onset.sigma_counts * self.drivetrain.rad_per_count;
+        let ([weight_nm, weight_nm_per_rad], held_nm) = self.weight(first.counts);
         Contact {
             curve: Curve::new(first.counts),
             locator: Locator::default(),
@@ -173,18 +185,44 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             ],
             onset_us: first.time_us,
             reading: first.reading,
+            weight: [weight_nm, weight_nm_per_rad],
+            held_nm,
             torque_nm: 0.0,
             late_nm: 0.0,
             late_us: first.time_us,
             waiting: *first,
             reported: Reported::Nothing,
             stage: Stage::Growing,
-            pause: 0,
+            pass_due: false,
         }
     }
 
+    /// Torque of the finger's weight at a position and its derivative by the angle, and the torque with which a spring then
+    /// holds joint 2; nothing of a finger whose weight cannot be told from the springs.
+    #[inline(never)]
+    fn weight(&self, counts: i32) -> ([f32; 2], f32) {
+        const NONE: ([f32; 2], f32) = ([0.0; 2], 0.0);
+        let Some(friction) = &self.friction else {
+            return NONE;
+        };
+        let place = counts.wrapping_add(self.shift_counts.unwrap_or(0));
+        let weight_nm = WEIGHT_SHARE * friction.asymmetry_nm(place);
+        let per_rad = WEIGHT_SHARE * friction.asymmetry_nm[1]
+            / (friction.travel_counts as f32 * self.drivetrain.rad_per_count);
+        if weight_nm.abs() < LEAST_WEIGHT_NM {
+            return NONE;
+        }
+        self.free(self.drivetrain.closing_rad(counts))
+            .and_then(|free| self.finger.weighed(&free, weight_nm))
+            .map_or(NONE, |(_, held_nm)| ([weight_nm, per_rad], held_nm))
+    }
+
     /// A block of a closing in contact.
-    pub(super) fn press(&mut self, contact: &mut Contact<H::Reading, X>, past: &Past<H::Reading>) {
+    pub(super) fn press(
+        &mut self,
+        contact: &mut Contact<F, H::Reading, X>,
+        past: &Past<H::Reading>,
+    ) {
         if contact.stage == Stage::Ending {
             return;
         }
@@ -202,8 +240,8 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         }
         if !contact.locator.is_under_way() {
             self.begin_round(contact, false);
-        } else if self.pass(contact) && contact.locator.explains() {
-            self.report(contact, false);
+        } else {
+            contact.pass_due = true;
         }
     }
 
@@ -215,7 +253,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     }
 
     /// Whether the torque has fallen: the finger slid off, or the object gave way. What comes after is another contact.
-    fn is_lost(&self, contact: &Contact<H::Reading, X>, past: &Past<H::Reading>) -> bool {
+    fn is_lost(&self, contact: &Contact<F, H::Reading, X>, past: &Past<H::Reading>) -> bool {
         let efficiency = self.drivetrain.efficiency;
         let torque_nm = efficiency * (past.residual_nm - contact.level_nm);
         let block_nm = efficiency * sqrt(past.variance_nm2);
@@ -225,7 +263,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
 
     /// Adds a block to the curve: the one before it, that is. A block's own acceleration is half that since the block
     /// before and half that to the one after.
-    fn grow(&self, contact: &mut Contact<H::Reading, X>, next: &Past<H::Reading>) {
+    fn grow(&self, contact: &mut Contact<F, H::Reading, X>, next: &Past<H::Reading>) {
         let past = core::mem::replace(&mut contact.waiting, *next);
         let mut point = self.point(contact, &past, next.inertia_nm);
         // A closing does not take an hour.
@@ -258,7 +296,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     /// A block as a point of the curve; `next_nm` is the inertia's torque in the block after it.
     fn point(
         &self,
-        contact: &Contact<H::Reading, X>,
+        contact: &Contact<F, H::Reading, X>,
         past: &Past<H::Reading>,
         next_nm: f32,
     ) -> Point {
@@ -275,18 +313,23 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             variance += unevenness_nm * unevenness_nm * 0.25 * periods;
         }
         let free = self.free(drivetrain.closing_rad(past.counts));
+        let [weight_nm, per_rad] = contact.weight;
+        let weight_nm = weight_nm
+            + per_rad * drivetrain.rotation_rad(contact.curve.origin_counts(), past.counts);
         Point {
             time_s: past.time_us.wrapping_sub(contact.onset_us) as i64 as f32 * 1e-6,
             excess_nm: efficiency * (residual_nm - contact.level_nm),
-            free_nm: free.map_or(0.0, |free| free.torque_nm),
+            free_nm: free.map_or(0.0, |free| free.torque_nm) + weight_nm,
             variance_nm2: efficiency * efficiency * variance,
             width_counts: past.width_counts as f32,
             ..Point::EMPTY
         }
     }
 
-    pub(super) fn prior(&self, contact: &Contact<H::Reading, X>) -> Prior<X> {
+    pub(super) fn prior(&self, contact: &Contact<F, H::Reading, X>) -> Prior<X> {
         let settings = &self.settings;
+        let [joint_nm, joint_sigma_nm] = settings.joint_friction_nm;
+        let held_nm = HELD_SHARE * contact.held_nm;
         Prior {
             place: match self.directive {
                 Directive::Calibrate { phalanx, k_m } => Place::Known {
@@ -300,10 +343,13 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             },
             half_thickness_m: settings.half_thickness_m,
             friction: settings.contact_friction,
-            joint_nm: settings.joint_friction_nm,
+            joint_nm: [
+                joint_nm + contact.held_nm,
+                sqrt(joint_sigma_nm * joint_sigma_nm + held_nm * held_nm),
+            ],
+            weight_nm: contact.weight[0],
             onset_rad: contact.onset_rad,
             calibration: self.calibration,
-            creep: self.drivetrain.creep,
             noise: contact.noise,
             series: PhantomData,
         }
@@ -318,7 +364,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         }
     }
 
-    fn begin_round(&self, contact: &mut Contact<H::Reading, X>, last: bool) -> bool {
+    fn begin_round(&self, contact: &mut Contact<F, H::Reading, X>, last: bool) -> bool {
         let prior = self.prior(contact);
         let Contact { curve, locator, .. } = contact;
         // A point that is being filled would change while the round goes on.
@@ -331,10 +377,10 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         locator.begin(&self.finger, &data, &prior, &self.posture, last)
     }
 
-    /// One pass of the locator; true at the end of a round.
+    /// A step of the locator; true at the end of a round.
     // A symbol of its own, so that its instructions can be counted on the chip.
     #[inline(never)]
-    fn pass(&self, contact: &mut Contact<H::Reading, X>) -> bool {
+    fn step(&self, contact: &mut Contact<F, H::Reading, X>) -> bool {
         let prior = self.prior(contact);
         let Contact { curve, locator, .. } = contact;
         let data = self.data(curve, curve.points());

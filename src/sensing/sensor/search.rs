@@ -50,6 +50,17 @@ impl<R> Past<R> {
     }
 }
 
+/// How near the search for a contact is to a decision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Suspicion {
+    /// Torque of the motor that friction leaves unexplained in the last block, newton metre.
+    pub residual_nm: f32,
+    /// Logarithm of the likelihood ratio of the likeliest contact; it may be negative.
+    pub ln_ratio: f32,
+    /// The logarithm beyond which a contact is reported.
+    pub threshold: f32,
+}
+
 /// A search under way.
 #[derive(Clone, Debug)]
 pub(super) struct Search<R> {
@@ -76,10 +87,20 @@ impl<R> Search<R> {
         (suspect.ln_ratio > SUSPICIOUS).then_some(suspect)
     }
 
+    /// What the detector last saw, and how near it is to a decision.
+    pub(super) fn suspicion(&self) -> Option<Suspicion> {
+        let (ln_ratio, threshold) = self.detector.as_ref()?.evidence()?;
+        Some(Suspicion {
+            residual_nm: self.history.back()?.residual_nm,
+            ln_ratio,
+            threshold,
+        })
+    }
+
     /// Becomes the current stage.
     // Not inlined: so it does not take room in the frame from which everything else is called.
     #[inline(never)]
-    pub(super) fn begin<X: Series>(work: &mut Work<R, X>) {
+    pub(super) fn begin<F: Mechanics, X: Series>(work: &mut Work<F, R, X>) {
         *work = Work::Searching(Self::default());
     }
 }

@@ -13,6 +13,8 @@ use serde_json::json;
 pub struct Plan {
     /// Every fault at every phase, or those of these names.
     pub matrix: Option<Vec<&'static str>>,
+    /// Of these each so many-th.
+    pub every: usize,
     /// So many random pairs.
     pub pairs: usize,
     /// Of cases and noise.
@@ -40,7 +42,8 @@ struct Row {
 pub fn run(firmware: &Firmware, settings: &Settings, plan: &Plan) -> Result<ExitCode, Error> {
     let mut cases = Vec::new();
     if let Some(names) = &plan.matrix {
-        cases.extend(campaign::matrix(plan.seed, names));
+        let cells = campaign::matrix(plan.seed, names);
+        cases.extend(cells.into_iter().step_by(plan.every));
     }
     cases.extend(campaign::pairs(plan.pairs, plan.seed));
     let results = campaign::run(firmware, settings, &cases, |case, aftermath| {

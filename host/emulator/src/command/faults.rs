@@ -28,6 +28,9 @@ pub struct Options {
     /// Every fault at every phase of a grasp, and the grasp after it
     #[arg(long)]
     matrix: bool,
+    /// Of the matrix only each Nth cell
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    every: usize,
     /// So many random pairs of faults at random times, and the grasp after each
     #[arg(long, default_value_t = 0)]
     pairs: usize,
@@ -57,6 +60,7 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
                     .map(|injected| injected.fault.name)
                     .collect()
             }),
+            every: options.every.max(1),
             pairs: options.pairs,
             seed: options.seed,
             json: options.json,

@@ -5,6 +5,8 @@ pub mod bench;
 pub mod campaign;
 mod counts;
 pub mod faults;
+mod output;
+mod ports;
 pub mod sim;
 
 use std::process::ExitCode;
