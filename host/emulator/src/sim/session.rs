@@ -211,6 +211,13 @@ impl<'f> Session<'f> {
                 match self.state.as_str() {
                     // The finger is at its opening stop and about to close: now the object is put there.
                     "close" => self.place()?,
+                    // Whoever records friction takes the object away.
+                    "record-closing" => {
+                        if let Some(plant) = self.machine.plant_mut() {
+                            plant.place(&Grasp::Free)?;
+                        }
+                        self.placed = false;
+                    }
                     "idle" => self.placed = false,
                     _ => {}
                 }
