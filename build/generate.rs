@@ -98,7 +98,6 @@ pub fn rust(scene: &Scene) -> String {
     let inertia = scene.number("motor.rotor_inertia_kg_m2") * reduction * reduction;
     let viscous = scene.number("motor.viscous_nm_s_per_rad") * reduction * reduction;
     let backlash = scene.number("gearhead.backlash_counts") + scene.number("worm.backlash_counts");
-    let volt_per_a = scene.number("sense.resistor_ohm") * scene.number("sense.mirror_a_per_a");
 
     let mut text = String::new();
     let mut section = |lines: &str| {
@@ -141,6 +140,8 @@ impl palpate::scene::Scene for {name} {{
         sense: palpate::drive::config::AnalogInputs {{
             reference_v: {},
             volt_per_a: {},
+            zero_v: {},
+            signed: {},
             supply_divider: {},
         }},
         limits: palpate::drive::config::Limits {{",
@@ -156,7 +157,9 @@ impl palpate::scene::Scene for {name} {{
         literal(counts),
         literal(reduction),
         of("sense.reference_v"),
-        literal(volt_per_a),
+        literal(scene.sense_volt_per_a()),
+        literal(scene.sense_zero_v()),
+        scene.flag("shunt.fitted"),
         literal(1.0 / scene.number("supply.divider")),
     ));
     for field in [

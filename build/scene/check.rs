@@ -222,8 +222,7 @@ fn closes(scene: &Scene, low: &[f64], high: &[f64]) -> Checked {
 
 fn drive(scene: &Scene) -> Checked {
     let of = |key: &str| scene.number(key);
-    let full_scale_a =
-        of("sense.reference_v") / (of("sense.resistor_ohm") * of("sense.mirror_a_per_a"));
+    let full_scale_a = (of("sense.reference_v") - scene.sense_zero_v()) / scene.sense_volt_per_a();
     let counts_per_rad =
         of("encoder.counts_per_rev") * of("gearhead.ratio") * of("worm.ratio") / TAU;
     for (key, min, max) in [

@@ -164,6 +164,24 @@ impl Scene {
         self.value(key).and_then(Value::as_str).unwrap_or_default()
     }
 
+    /// Volt per ampere of the current sense: the bridge's mirror into its resistor, or an amplifier on a shunt.
+    pub fn sense_volt_per_a(&self) -> f64 {
+        if self.flag("shunt.fitted") {
+            self.number("shunt.shunt_ohm") * self.number("shunt.gain_v_per_v")
+        } else {
+            self.number("sense.resistor_ohm") * self.number("sense.mirror_a_per_a")
+        }
+    }
+
+    /// Its voltage at no current: the amplifier stands in the middle of the converter's reference.
+    pub fn sense_zero_v(&self) -> f64 {
+        if self.flag("shunt.fitted") {
+            0.5 * self.number("sense.reference_v")
+        } else {
+            0.0
+        }
+    }
+
     /// Number of phalanges.
     pub fn phalanges(&self) -> usize {
         self.list("finger.length_m").len()

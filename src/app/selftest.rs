@@ -104,14 +104,14 @@ pub struct Wanted {
 }
 
 impl Wanted {
-    /// For a board whose supply must lie within these limits, volt.
-    pub fn of(step: Step, supply_min_v: f32, supply_max_v: f32) -> Self {
+    /// For a board whose supply must lie within these limits, volt, and whose current sense may be signed.
+    pub fn of(step: Step, supply_min_v: f32, supply_max_v: f32, signed: bool) -> Self {
         let driven_ma = DRIVEN_A * 1e3;
         let (min, max) = match step {
             Step::Wake | Step::BreakInput => (1.0, 1.0),
             Step::Supply => (supply_min_v, supply_max_v),
             // Zero is no offset but a negative one, which the unsigned converter cannot see.
-            Step::Offset => (0.2, 15.0),
+            Step::Offset => (if signed { -15.0 } else { 0.2 }, 15.0),
             // Without any noise nothing is connected. 0.5 mA rms and more in a control period is what the detection
             // threshold is made for; a sample averages twenty.
             Step::Noise => (0.001, 1.0),
@@ -188,7 +188,7 @@ mod tests {
     use super::*;
 
     fn wanted(step: Step) -> Wanted {
-        Wanted::of(step, 10.0, 14.0)
+        Wanted::of(step, 10.0, 14.0, false)
     }
 
     #[test]

@@ -12,7 +12,7 @@ use palpate::app::log::Log;
 use palpate::app::selftest::{
     DRIVEN_A, ENCODER_COUNTS, Step, TRAVEL_RAD, TRAVEL_RAD_PER_S, Wanted, remedy,
 };
-use palpate::drive::{OffsetState, Setpoint};
+use palpate::drive::{OffsetState, Setpoint, Status};
 use palpate::scene::Scene;
 
 use super::execute::Application;
@@ -50,10 +50,11 @@ impl Application {
                 .lock(|coordinator| coordinator.borrow().value(setting))
         };
         let (supply_min_v, supply_max_v) = (limit(Setting::SupplyMin), limit(Setting::SupplyMax));
+        let signed = Active::CHECKED.config().sense.signed;
         // Drives once for two steps.
         let mut moved_counts = 0;
         for step in Step::ALL {
-            let wanted = Wanted::of(step, supply_min_v, supply_max_v);
+            let wanted = Wanted::of(step, supply_min_v, supply_max_v, signed);
             let measured = match step {
                 Step::Wake => self.wake().await,
                 Step::BreakInput => self.break_input().await,
@@ -65,17 +66,18 @@ impl Application {
                 Step::Travel => self.travel_mrad().await,
             };
             let value = measured.unwrap_or(f32::NAN);
+            let (mut told, mut range) = (step, wanted);
             let passed = wanted.contains(value);
-            if passed {
-                self.report_step(port, step, value, &wanted, true).await;
-                continue;
+            if !passed {
+                // A fault may belong to another step than the one in which it was detected.
+                let fault = control::status().fault;
+                told = fault.and_then(Step::of_fault).unwrap_or(step);
+                range = Wanted::of(told, supply_min_v, supply_max_v, signed);
             }
-            // A fault may belong to another step than the one in which it was detected.
-            let fault = control::status().fault;
-            let failed = fault.and_then(Step::of_fault).unwrap_or(step);
-            let wanted = Wanted::of(failed, supply_min_v, supply_max_v);
-            self.report_step(port, failed, value, &wanted, false).await;
-            return Some(failed);
+            self.report_step(port, told, value, &range, passed).await;
+            if !passed {
+                return Some(told);
+            }
         }
         None
     }
@@ -120,10 +122,35 @@ impl Application {
         }
     }
 
+    /// Asks for something, and gives bridge and motor time.
+    async fn settle(self, setpoint: Setpoint) -> Result<(), Ended> {
+        self.ask(setpoint)?;
+        Timer::after(SETTLE).await;
+        Ok(())
+    }
+
+    /// Asks for the same every millisecond, until `done` says so of the status after it, or for `most_ms`.
+    // By reference: all steps share one state machine.
+    async fn ask_until(
+        self,
+        setpoint: Setpoint,
+        most_ms: u32,
+        done: &mut dyn FnMut(u32, &Status) -> bool,
+    ) -> Result<(), Ended> {
+        let mut ticker = Ticker::every(Duration::from_millis(1));
+        for ms in 0..most_ms {
+            self.ask(setpoint)?;
+            ticker.next().await;
+            if done(ms, &control::status()) {
+                break;
+            }
+        }
+        Ok(())
+    }
+
     /// Wakes the bridge; whether nFAULT is high then.
     async fn wake(self) -> Result<f32, Ended> {
-        self.ask(Setpoint::Brake)?;
-        Timer::after(SETTLE).await;
+        self.settle(Setpoint::Brake).await?;
         Ok(f32::from(u8::from(
             self.ask(Setpoint::Off).is_ok() && bridge::fault_pin_is_high(),
         )))
@@ -131,8 +158,7 @@ impl Application {
 
     /// Whether a low nFAULT cuts the outputs, with the bridge asleep.
     async fn break_input(self) -> Result<f32, Ended> {
-        self.ask(Setpoint::Off)?;
-        Timer::after(SETTLE).await;
+        self.settle(Setpoint::Off).await?;
         let _pause = control::pause();
         Ok(f32::from(u8::from(
             bridge::is_off() && bridge::break_cuts_outputs(),
@@ -140,38 +166,34 @@ impl Application {
     }
 
     async fn supply_v(self) -> Result<f32, Ended> {
-        self.ask(Setpoint::Off)?;
-        Timer::after(SETTLE).await;
+        self.settle(Setpoint::Off).await?;
         Ok(control::status().supply_v)
     }
 
     async fn offset_ma(self) -> Result<f32, Ended> {
-        self.ask(Setpoint::MeasureOffset)?;
-        let mut ticker = Ticker::every(Duration::from_millis(1));
         // The state of an earlier measurement stands until this one has begun.
-        Timer::after(SETTLE).await;
-        for _ in 0..OFFSET_MS {
-            ticker.next().await;
-            self.ask(Setpoint::MeasureOffset)?;
-            let status = control::status();
+        self.settle(Setpoint::MeasureOffset).await?;
+        let mut offset = Err(Ended);
+        self.ask_until(Setpoint::MeasureOffset, OFFSET_MS, &mut |_, status| {
             if status.offset == OffsetState::Known {
-                return Ok(status.offset_a * 1e3);
+                offset = Ok(status.offset_a * 1e3);
             }
-        }
-        Err(Ended)
+            offset.is_ok()
+        })
+        .await?;
+        offset
     }
 
     /// Standard deviation of the current that is read while the bridge brakes a motor at rest.
     async fn noise_ma(self) -> Result<f32, Ended> {
-        let mut ticker = Ticker::every(Duration::from_millis(1));
         let (mut sum, mut squares) = (0.0, 0.0);
-        for _ in 0..NOISE_SAMPLES {
-            ticker.next().await;
-            self.ask(Setpoint::Brake)?;
-            let current_ma = control::status().current_a * 1e3;
+        self.ask_until(Setpoint::Brake, NOISE_SAMPLES, &mut |_, status| {
+            let current_ma = status.current_a * 1e3;
             sum += current_ma;
             squares += current_ma * current_ma;
-        }
+            false
+        })
+        .await?;
         let mean = sum / NOISE_SAMPLES as f32;
         let variance = squares / NOISE_SAMPLES as f32 - mean * mean;
         Ok(palpate::numeric::sqrt(variance.max(0.0)))
@@ -180,30 +202,23 @@ impl Application {
     /// Drives a current towards closing until the encoder has counted, or for a moment. The current that was read, on average
     /// after the first quarter; and how far the encoder counted.
     async fn drive(self, moved_counts: &mut i32) -> Result<f32, Ended> {
-        let mut ticker = Ticker::every(Duration::from_millis(1));
         let start = control::status().position_counts;
         let (mut sum, mut samples) = (0.0, 0);
-        let mut result = Ok(());
-        for ms in 0..ENCODER_MS {
-            result = self.ask(Setpoint::Current { a: DRIVEN_A });
-            if result.is_err() {
-                break;
-            }
-            ticker.next().await;
-            let status = control::status();
-            *moved_counts = status.position_counts.wrapping_sub(start);
-            // The reference takes 5 ms to get there.
-            if ms >= 8 {
-                sum += status.current_a * 1e3;
-                samples += 1;
-            }
-            if moved_counts.abs() >= ENCODER_COUNTS && samples >= 5 {
-                break;
-            }
-        }
-        let _ = self.ask(Setpoint::Brake);
-        result?;
-        Timer::after(SETTLE).await;
+        let current = Setpoint::Current { a: DRIVEN_A };
+        let driven = self
+            .ask_until(current, ENCODER_MS, &mut |ms, status| {
+                *moved_counts = status.position_counts.wrapping_sub(start);
+                // The reference takes 5 ms to get there.
+                if ms >= 8 {
+                    sum += status.current_a * 1e3;
+                    samples += 1;
+                }
+                moved_counts.abs() >= ENCODER_COUNTS && samples >= 5
+            })
+            .await;
+        // Whatever came of it.
+        let _ = self.settle(Setpoint::Brake).await;
+        driven?;
         Ok(sum / samples as f32)
     }
 
@@ -219,23 +234,19 @@ impl Application {
 
     /// Moves at the slow speed until `counts` are reached, for at most twice the time that takes; how far it went.
     async fn go(self, start: i32, counts: i32) -> Result<i32, Ended> {
-        let mut ticker = Ticker::every(Duration::from_millis(1));
         let sign = if counts < 0 { -1.0 } else { 1.0 };
         let patience_ms = (2e3 * TRAVEL_RAD / TRAVEL_RAD_PER_S) as u32;
+        let slow = Setpoint::Speed {
+            counts_per_s: sign * Active::CHECKED.scale().counts_per_s(TRAVEL_RAD_PER_S),
+            current_limit_a: 2.0 * DRIVEN_A,
+        };
         let mut moved = 0;
-        for _ in 0..patience_ms {
-            self.ask(Setpoint::Speed {
-                counts_per_s: sign * Active::CHECKED.scale().counts_per_s(TRAVEL_RAD_PER_S),
-                current_limit_a: 2.0 * DRIVEN_A,
-            })?;
-            ticker.next().await;
-            moved = control::status().position_counts.wrapping_sub(start);
-            if moved.abs() >= counts.abs() {
-                break;
-            }
-        }
-        self.ask(Setpoint::Brake)?;
-        Timer::after(SETTLE).await;
+        self.ask_until(slow, patience_ms, &mut |_, status| {
+            moved = status.position_counts.wrapping_sub(start);
+            moved.abs() >= counts.abs()
+        })
+        .await?;
+        self.settle(Setpoint::Brake).await?;
         Ok(moved)
     }
 }

@@ -48,6 +48,11 @@ pub struct AnalogInputs {
     pub reference_v: f32,
     /// Current sense, volt per ampere.
     pub volt_per_a: f32,
+    /// Voltage of the current sense at no current, volt: 0 for a bridge's mirror, half the reference for an amplifier.
+    pub zero_v: f32,
+    /// The current sense is an amplifier on a shunt in the motor's lead: its reading has the sign of the current, closing
+    /// positive. A bridge's mirror reads a magnitude.
+    pub signed: bool,
     /// Supply voltage over voltage at the pin.
     pub supply_divider: f32,
 }
@@ -160,7 +165,7 @@ impl Config {
             limits,
         } = self;
         let thermal = &motor.thermal;
-        let full_scale_a = sense.reference_v / sense.volt_per_a;
+        let full_scale_a = (sense.reference_v - sense.zero_v) / sense.volt_per_a;
         let counts_per_rad =
             drivetrain.counts_per_motor_rev * drivetrain.reduction / core::f32::consts::TAU;
         // Jumps are distinguished from motion by a count of up to 16 a control period: see the encoder.
@@ -201,6 +206,7 @@ impl Config {
             ("reduction", drivetrain.reduction, 1.0, 10_000.0),
             ("reference_v", sense.reference_v, 1.0, 3.6),
             ("volt_per_a", sense.volt_per_a, 0.01, 1000.0),
+            ("zero_v", sense.zero_v, 0.0, 0.6 * sense.reference_v),
             ("supply_divider", sense.supply_divider, 1.0, 100.0),
             (
                 "current_trip_a",
@@ -312,6 +318,8 @@ pub(crate) mod tests {
             sense: AnalogInputs {
                 reference_v: 3.3,
                 volt_per_a: 6.8,
+                zero_v: 0.0,
+                signed: false,
                 supply_divider: 100.0 / 18.0,
             },
             limits: Limits {
@@ -364,6 +372,7 @@ pub(crate) mod tests {
             ("reduction", |c, v| c.drivetrain.reduction = v),
             ("reference_v", |c, v| c.sense.reference_v = v),
             ("volt_per_a", |c, v| c.sense.volt_per_a = v),
+            ("zero_v", |c, v| c.sense.zero_v = v),
             ("supply_divider", |c, v| c.sense.supply_divider = v),
             ("current_a", |c, v| c.limits.current_a = v),
             ("current_trip_a", |c, v| c.limits.current_trip_a = v),

@@ -37,6 +37,8 @@ const SUPPLY_GAIN: f32 = 1.0 / 16.0;
 pub struct Controller {
     scale: Scale,
     current_limit_a: f32,
+    /// The current sense tells the sign.
+    signed: bool,
     conductance_per_ohm: f32,
     travel: Travel,
     encoder: Encoder,
@@ -81,6 +83,7 @@ impl Controller {
         let limits = &config.limits;
         Self {
             current_limit_a: limits.current_a,
+            signed: config.sense.signed,
             conductance_per_ohm: 1.0 / config.motor.resistance_ohm,
             travel: Travel {
                 min_counts: scale.counts(limits.position_min_rad),
@@ -188,7 +191,8 @@ impl Controller {
             },
             applied_v: self.applied_fraction * self.supply_v,
             reference_a: self.reference_a,
-            reading_a: raw_a - self.status.offset_a,
+            reading_a: (raw_a - self.status.offset_a)
+                * self.scale.along_voltage(self.applied_fraction >= 0.0),
             supply_v,
             speed: self.encoder.speed(),
             encoder_plausible,
@@ -245,7 +249,7 @@ impl Controller {
             (-observed.reading_a, -observed.speed)
         };
         // Where the sense is blind (braking, or a current against the voltage) the model tells the heat.
-        let blind = observed.sense_is_blind();
+        let blind = !self.signed && observed.sense_is_blind();
         let flowing_a = if !blind {
             signed_a
         } else if observed.state != BridgeState::Asleep {

@@ -14,6 +14,10 @@ pub const PERIOD_US: u32 = 1_000_000 / CONTROL_HZ;
 pub struct Scale {
     a_per_code: f32,
     code_per_a: f32,
+    /// What the code of no current reads, ampere.
+    zero_a: f32,
+    /// Sign of a current that flows along an opening voltage, as the sense reads it.
+    opening_sign: f32,
     v_per_code: f32,
     code_per_v: f32,
     counts_per_rad: f32,
@@ -33,6 +37,8 @@ impl Scale {
         Self {
             a_per_code,
             code_per_a: 1.0 / a_per_code,
+            zero_a: config.sense.zero_v / config.sense.volt_per_a,
+            opening_sign: if config.sense.signed { -1.0 } else { 1.0 },
             v_per_code,
             code_per_v: 1.0 / v_per_code,
             counts_per_rad,
@@ -41,14 +47,20 @@ impl Scale {
         }
     }
 
-    /// Magnitude of the motor current, ampere, offset included.
+    /// Motor current as the sense reads it, ampere, offset included: a magnitude, or closing positive where the sense is
+    /// signed.
     pub fn current_a(&self, code: AdcCode) -> f32 {
-        f32::from(code.0) * self.a_per_code
+        f32::from(code.0) * self.a_per_code - self.zero_a
+    }
+
+    /// What turns that reading into the current along the applied voltage, for a closing voltage (or none) and an opening one.
+    pub fn along_voltage(&self, closing: bool) -> f32 {
+        if closing { 1.0 } else { self.opening_sign }
     }
 
     /// Code that reads as this current: rounded, saturating at both ends of the converter; NaN gives 0.
     pub fn current_code(&self, current_a: f32) -> AdcCode {
-        saturated_code(current_a * self.code_per_a)
+        saturated_code((current_a + self.zero_a) * self.code_per_a)
     }
 
     /// Supply voltage, volt.
@@ -171,6 +183,30 @@ mod tests {
                 other => prop_assert!(false, "{:?}", other),
             }
         }
+    }
+
+    #[test]
+    fn a_signed_sense_has_its_zero_in_the_middle_and_follows_the_voltage() {
+        let mut config = p70();
+        config.sense.volt_per_a = 5.0;
+        config.sense.zero_v = 1.65;
+        config.sense.signed = true;
+        let signed = Scale::of(&config);
+        for (code, current_a) in [(0, -0.33), (ADC_FULL, 0.33), (ADC_FULL / 2, 0.0)] {
+            assert!((signed.current_a(AdcCode(code)) - current_a).abs() < 1e-5);
+            assert_eq!(
+                signed.current_code(signed.current_a(AdcCode(code))),
+                AdcCode(code)
+            );
+        }
+        assert_eq!(
+            [true, false].map(|closing| signed.along_voltage(closing)),
+            [1.0, -1.0]
+        );
+        assert_eq!(
+            [true, false].map(|closing| scale().along_voltage(closing)),
+            [1.0, 1.0]
+        );
     }
 
     #[test]

@@ -117,6 +117,8 @@ mod tests {
     const BOARD: AnalogInputs = AnalogInputs {
         reference_v: 3.3,
         volt_per_a: 6.8,
+        zero_v: 0.0,
+        signed: false,
         supply_divider: 5.0,
     };
     const SENSOR: AngleSensor = AngleSensor {

@@ -51,7 +51,7 @@ impl OffsetMeter {
         const PER_AVERAGED: f32 = 1.0 / AVERAGED as f32;
         let mean_a = self.sum_a * PER_AVERAGED;
         let variance_a2 = self.sum_squares_a2 * PER_AVERAGED - mean_a * mean_a;
-        if mean_a > OFFSET_LIMIT_A || variance_a2 > SPREAD_LIMIT_A * SPREAD_LIMIT_A {
+        if mean_a.abs() > OFFSET_LIMIT_A || variance_a2 > SPREAD_LIMIT_A * SPREAD_LIMIT_A {
             OffsetReading::OutOfRange
         } else {
             OffsetReading::Offset(mean_a)

@@ -79,7 +79,7 @@ pub struct PeriodState {
     pub applied_v: f32,
     /// Current reference it was applied for; 0 when not driving.
     pub reference_a: f32,
-    /// Reading of the current sense without its offset, magnitude.
+    /// Reading of the current sense without its offset: a magnitude, or along the voltage where the sense is signed.
     pub reading_a: f32,
     /// Supply, volt.
     pub supply_v: f32,
@@ -107,6 +107,8 @@ impl PeriodState {
 #[derive(Clone, Debug)]
 pub struct Protection {
     trip_a: f32,
+    /// Readings below this are at the lower end of the converter; a magnitude may well be there.
+    lowest: AdcCode,
     supply_min_v: f32,
     supply_max_v: f32,
     resistance_ohm: f32,
@@ -127,6 +129,11 @@ impl Protection {
     pub fn new(config: &Config, scale: &Scale) -> Self {
         Self {
             trip_a: config.limits.current_trip_a,
+            lowest: if config.sense.signed {
+                AdcCode(ADC_FULL - SATURATED.0)
+            } else {
+                AdcCode(0)
+            },
             supply_min_v: config.limits.supply_min_v,
             supply_max_v: config.limits.supply_max_v,
             resistance_ohm: config.motor.resistance_ohm,
@@ -188,7 +195,7 @@ impl Protection {
         if observed.supply_v > self.supply_max_v {
             return Some(Fault::SupplyHigh);
         }
-        if inputs.current >= SATURATED {
+        if inputs.current >= SATURATED || inputs.current < self.lowest {
             return Some(Fault::SenseSaturated);
         }
         // Braking, the motor's own voltage drives a current that its resistance alone limits: 0.26 A from 0.8 rad/s. It heats
@@ -198,7 +205,7 @@ impl Protection {
         } else {
             0.0
         };
-        if observed.reading_a > self.trip_a + braking_a {
+        if observed.reading_a.abs() > self.trip_a + braking_a {
             return Some(Fault::OverCurrent);
         }
         if observed.hot {

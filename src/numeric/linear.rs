@@ -22,9 +22,11 @@ pub fn solve_in_place<const N: usize>(mut a: [[f32; N]; N], sides: &mut [[f32; N
         // Brings the largest pivot up by swaps on the way: indices stay those of the loops, which need no bounds check.
         for r in i + 1..N {
             if a[r][i].abs() > a[i][i].abs() {
-                a.swap(i, r);
+                for c in i..N {
+                    (a[i][c], a[r][c]) = (a[r][c], a[i][c]);
+                }
                 for side in &mut *sides {
-                    side.swap(i, r);
+                    (side[i], side[r]) = (side[r], side[i]);
                 }
             }
         }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! Images of other scenes on the emulated chip: what they have in addition to the default scene works.
 //!
-//! The images come from `PALPATE_HALL_ELF` (scene `tendon2-hall`) and `PALPATE_RIGID_ELF` (`p70-rigid`); `cargo xtask test`
-//! sets them. Without one its test says so and passes.
+//! The images come from `PALPATE_HALL_ELF` (scene `tendon2-hall`), `PALPATE_RIGID_ELF` (`p70-rigid`) and `PALPATE_SHUNT_ELF`
+//! (`p70-shunt`); `cargo xtask test` sets them. Without one its test says so and passes.
 
 use palpate_emulator::Firmware;
 use palpate_emulator::sim::{
@@ -104,4 +104,46 @@ fn without_a_cable_there_is_none_to_calibrate() {
         "nobody is sent to the stop"
     );
     assert!(said("hint put a pin at"), "a pin comes first");
+}
+
+/// The amplifier's middle, sign and gain go from the scene into world and firmware alike: a contact is placed, and the self-test
+/// takes an offset of either sign.
+#[test]
+fn a_signed_current_is_read_with_its_sign() {
+    let Some(firmware) = image("PALPATE_SHUNT_ELF") else {
+        return;
+    };
+    let session = grasp(&firmware, "p70-shunt", Script::button(), (45.0, 30.0));
+    let summary = Summary::of(&session);
+    assert_eq!(summary.verdict, Verdict::Located, "{summary:?}");
+    let error_mm = summary.k_mm.expect("a place") - summary.true_k_mm.expect("a contact");
+    let sigma_mm = summary.sigma_mm.expect("a deviation");
+    assert!(error_mm.abs() < 3.0 * sigma_mm, "{summary:?}");
+
+    let mut parameters = Parameters::of("p70-shunt").expect("one of the scenes");
+    parameters.sense.offset_a = -5e-3;
+    let settings = Settings {
+        parameters,
+        script: Script::parse("selftest"),
+        ..Settings::default()
+    };
+    let mut session = Session::start(&firmware, settings, None).expect("a session");
+    while !session.timed_out() && session.machine.time_s() < 10.0 {
+        session.millisecond().expect("no misuse");
+    }
+    let steps: Vec<String> = session
+        .lines
+        .iter()
+        .map(ToString::to_string)
+        .filter(|line| line.contains("selftest step="))
+        .collect();
+    assert_eq!(steps.len(), 8, "{steps:#?}");
+    assert!(
+        steps.iter().all(|step| step.contains("result=ok")),
+        "{steps:#?}"
+    );
+    assert!(
+        steps.iter().any(|step| step.contains("value=-5")),
+        "{steps:#?}"
+    );
 }

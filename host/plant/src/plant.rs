@@ -221,6 +221,7 @@ impl Plant {
             ..
         } = &self.parameters;
         let mut current = noise(sense.noise_rms_a);
+        let shunt_noise = current;
         if self.bridge.senses(self.supply_v) {
             let drift =
                 sense.offset_drift_a * (1.0 - (-self.time / sense.offset_drift_time_s).exp());
@@ -229,8 +230,15 @@ impl Plant {
                 + drift
                 + self.faults.sense_offset_a;
         }
-        self.sense_v =
-            (current * sense.mirror_a_per_a * sense.resistor_ohm).clamp(0.0, sense.full_scale_v);
+        self.sense_v = if sense.shunt_v_per_a > 0.0 {
+            let seen = self.bridge.current_a * (1.0 + sense.gain_error)
+                + sense.offset_a
+                + self.faults.sense_offset_a
+                + shunt_noise;
+            (sense.shunt_zero_v + seen * sense.shunt_v_per_a).clamp(0.0, sense.full_scale_v)
+        } else {
+            (current * sense.mirror_a_per_a * sense.resistor_ohm).clamp(0.0, sense.full_scale_v)
+        };
         let supply_noise = noise(supply.noise_rms_v);
         self.hall_v = hall.zero_v
             + hall.sensitivity_v_per_rad * self.mechanics.state().joint_rad[1]
@@ -261,6 +269,18 @@ impl Plant {
     #[must_use]
     pub fn current_sense_v(&self) -> f64 {
         self.sense_v
+    }
+
+    /// Current that the sense shows, ampere: with the sign of the drive, or with its own where a shunt tells it.
+    #[must_use]
+    pub fn sensed_a(&self) -> f64 {
+        let sense = &self.parameters.sense;
+        if sense.shunt_v_per_a > 0.0 {
+            (self.sense_v - sense.shunt_zero_v) / sense.shunt_v_per_a
+        } else {
+            let sign = if self.pins.closing { 1.0 } else { -1.0 };
+            sign * self.sense_v / (sense.mirror_a_per_a * sense.resistor_ohm)
+        }
     }
 
     /// Voltage of the supply's divider.

@@ -75,6 +75,11 @@ fn a_value_out_of_range_is_named_with_its_range() {
             "`hall.max_rad` = 2.8 is out of range, allowed -0.434 to 2.734",
         ),
         (
+            // 0.1 ohm at 100 V/V: 165 mA either way.
+            "shunt = { fitted = true, gain_v_per_v = 100 }",
+            "`limits.current_trip_a` = 0.25 is out of range, allowed 0.001 to 0.15675",
+        ),
+        (
             "motor.torque_constant_nm_per_a = 1e-3",
             "`sensing.probe_torque_nm` = 0.35 is out of range",
         ),

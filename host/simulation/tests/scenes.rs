@@ -84,7 +84,16 @@ fn mirrors<S: Simulated>() {
     close(
         "sense",
         sense.volt_per_a,
-        plant.sense.resistor_ohm * plant.sense.mirror_a_per_a,
+        if sense.signed {
+            plant.sense.shunt_v_per_a
+        } else {
+            plant.sense.resistor_ohm * plant.sense.mirror_a_per_a
+        },
+    );
+    close(
+        "sense at no current",
+        sense.zero_v,
+        plant.sense.shunt_zero_v,
     );
     close("divider", sense.supply_divider, 1.0 / plant.supply.divider);
     let angle = S::ANGLE_SENSOR;

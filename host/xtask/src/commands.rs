@@ -263,7 +263,8 @@ pub fn test(arguments: &[String]) -> Outcome {
     .elf()?;
     let hall = Build::of_scene("tendon2-hall").elf()?;
     let rigid = Build::of_scene("p70-rigid").elf()?;
-    reach(&[elf.clone(), faulty.clone(), hall.clone(), rigid.clone()])?;
+    let shunt = Build::of_scene("p70-shunt").elf()?;
+    reach(&[&elf, &faulty, &hall, &rigid, &shunt].map(Clone::clone))?;
     step(
         "tests of the library",
         &mut cargo(["test", "--package", "palpate"]),
@@ -288,6 +289,7 @@ pub fn test(arguments: &[String]) -> Outcome {
             .env("PALPATE_FAULT_ELF", &faulty)
             .env("PALPATE_HALL_ELF", &hall)
             .env("PALPATE_RIGID_ELF", &rigid)
+            .env("PALPATE_SHUNT_ELF", &shunt)
             .env("PALPATE_GRASPS", "1000")
             .env("PALPATE_ENDURANCE_S", "4400"),
     )

@@ -163,6 +163,7 @@ fn check(sheets: &[Sheet], defaults: &str) -> Result<(), String> {
     let (upper_ohm, lower_ohm) = (value(sheets, "R3")?, value(sheets, "R4")?);
     for (key, wired) in [
         ("resistor_ohm", sense_ohm),
+        ("shunt_ohm", value(sheets, "RS")?),
         ("divider", lower_ohm / (lower_ohm + upper_ohm)),
     ] {
         let scene = setting(defaults, key)?;

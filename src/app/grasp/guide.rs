@@ -97,7 +97,7 @@ impl fmt::Display for Hint {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "firmware"))]
 mod tests {
     use super::*;
     use crate::scene::P70;

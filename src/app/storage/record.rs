@@ -169,7 +169,7 @@ const fn id(name: &str, numbers: &[f32]) -> u32 {
     digest.finalize()
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "firmware"))]
 mod tests {
     use super::*;
     use crate::app::console::settings::Setting;

@@ -1,8 +1,8 @@
 //! One fit: a hypothesis with its contact radius held, the other unknowns by Gauss, Newton, Levenberg and Marquardt.
 //!
-//! Each step is one pass over the curve. A pass that is better becomes the place from where the next one is tried; one that
-//! is not shortens the step. The fit has converged when the step that looks best promises no more than [`ENOUGH`] of the
-//! cost, or nothing close by is better.
+//! Each trial is one pass over the curve, a few points at a time: samples wait meanwhile. A pass that is better becomes the
+//! place from where the next one is tried; one that is not shortens the step. The fit has converged when the step that looks
+//! best promises no more than [`ENOUGH`] of the cost, or nothing close by is better.
 
 use super::model::{Hold, Model};
 use super::noise::{Row, Whitening};
@@ -17,8 +17,10 @@ use crate::sensing::{Calibration, Series};
 
 /// Least gain of a step, in units of the cost (twice the logarithm of a likelihood), that is worth making it.
 const ENOUGH: f32 = 0.02;
-/// Steps after which a fit stays where it is.
-const MOST_STEPS: u8 = 24;
+/// Passes after which a fit stays where it is.
+const MOST_PASSES: u8 = 24;
+/// Points of the curve in one step: some 70,000 instructions.
+const POINTS_A_STEP: usize = 8;
 /// Damping of the first shortened step, and that beyond which nothing close by is better.
 const FIRST_DAMPING: f32 = 0.02;
 const MOST_DAMPING: f32 = 30.0;
@@ -53,7 +55,7 @@ pub(super) struct Fitted {
 
 /// A fit under way.
 #[derive(Clone, Debug)]
-pub(super) struct Fit<X: Series> {
+pub(super) struct Fit<F: Mechanics, X: Series> {
     pub(super) hypothesis: Hypothesis,
     x: [f32; UNKNOWNS],
     trial: [f32; UNKNOWNS],
@@ -62,7 +64,9 @@ pub(super) struct Fit<X: Series> {
     joint_2_rad: f32,
     normal: Normal<UNKNOWNS, X>,
     damping: f32,
-    steps: u8,
+    passes: u8,
+    /// The pass where the trial stands, once it has begun.
+    pass: Option<Pass<F, X>>,
 }
 
 /// What a step led to.
@@ -74,15 +78,21 @@ pub(super) enum Progress {
     Failed,
 }
 
-/// Cost and normal equations of a pass.
-struct Pass<X: Series> {
+/// A pass over the curve: cost and normal equations of the points so far.
+#[derive(Clone, Debug)]
+struct Pass<F: Mechanics, X: Series> {
+    model: Model<F, X>,
+    whitening: Whitening,
+    /// Index of the next point.
+    next: usize,
+    /// Points that were not empty.
+    points: usize,
     squares: f32,
     logarithms: f32,
-    joint_2_rad: f32,
     normal: Normal<UNKNOWNS, X>,
 }
 
-impl<X: Series> Fit<X> {
+impl<F: Mechanics, X: Series> Fit<F, X> {
     /// From some values of the unknowns.
     pub(super) fn new(hypothesis: Hypothesis, x: [f32; UNKNOWNS]) -> Self {
         Self {
@@ -94,14 +104,20 @@ impl<X: Series> Fit<X> {
             joint_2_rad: 0.0,
             normal: Normal::EMPTY,
             damping: 0.0,
-            steps: 0,
+            passes: 0,
+            pass: None,
         }
     }
 
-    /// One pass over the curve, and the next step from what it shows.
+    /// Whether a pass has begun, and is not at its end.
+    pub(super) fn is_within_pass(&self) -> bool {
+        self.pass.is_some()
+    }
+
+    /// Some points more of a pass over the curve; after the last one, the next trial from what it shows.
     // A symbol of its own, so that its instructions can be counted on the chip.
     #[inline(never)]
-    pub(super) fn step<F: Mechanics>(
+    pub(super) fn step(
         &mut self,
         finger: &F,
         data: &Data,
@@ -109,22 +125,33 @@ impl<X: Series> Fit<X> {
         near: &F::Configuration,
     ) -> Progress {
         let scaling = Scaling::of(prior, self.hypothesis.length_m);
-        self.steps = self.steps.saturating_add(1);
-        let pass = self.pass(finger, data, prior, near, &scaling);
-        let mut cost = f32::INFINITY;
-        if let Some(pass) = &pass {
-            cost = pass.squares + pass.logarithms + self.penalty(prior);
+        if self.pass.is_none() {
+            self.begin(finger, data, prior, near, &scaling);
         }
+        let progress = self.go_on(finger, data, &scaling);
+        if progress == Progress::UnderWay {
+            return progress;
+        }
+        let progress = self.judge(progress == Progress::Converged, prior, &scaling);
+        self.pass = None;
+        progress
+    }
+
+    /// Where a pass that is over (`complete`: to the end of the curve) leaves the fit.
+    fn judge(&mut self, complete: bool, prior: &Prior<X>, scaling: &Scaling) -> Progress {
+        self.passes = self.passes.saturating_add(1);
         let mut gained = f32::INFINITY;
         // A shortened step that gains little says nothing about the one that is not.
         let whole = self.damping == 0.0;
-        match pass {
-            Some(pass) if cost < self.cost => {
+        let penalty = self.penalty(prior);
+        match &self.pass {
+            Some(pass) if complete && pass.squares + pass.logarithms + penalty < self.cost => {
+                let cost = pass.squares + pass.logarithms + penalty;
                 gained = self.cost - cost;
                 self.cost = cost;
                 self.x = self.trial;
                 self.chi_square = pass.squares;
-                self.joint_2_rad = pass.joint_2_rad;
+                self.joint_2_rad = pass.model.end().joints_rad[1];
                 self.normal = pass.normal;
                 self.damping *= 0.2;
                 if self.damping < 1e-3 {
@@ -135,8 +162,8 @@ impl<X: Series> Fit<X> {
             _ => self.damping = (6.0 * self.damping).at_least(FIRST_DAMPING),
         }
         let settled =
-            (whole && gained < ENOUGH) || self.damping > MOST_DAMPING || self.steps >= MOST_STEPS;
-        if settled || !self.advance(&scaling) {
+            (whole && gained < ENOUGH) || self.damping > MOST_DAMPING || self.passes >= MOST_PASSES;
+        if settled || !self.advance(scaling) {
             return Progress::Converged;
         }
         Progress::UnderWay
@@ -144,7 +171,7 @@ impl<X: Series> Fit<X> {
 
     /// No path from where the fit starts: nearer to the middle of the phalanx there may be one.
     fn retreat(&mut self) -> Progress {
-        if !self.hypothesis.has_place() || self.steps >= MOST_STEPS / 2 {
+        if !self.hypothesis.has_place() || self.passes >= MOST_PASSES / 2 {
             return Progress::Failed;
         }
         self.trial[K] += 0.25 * (0.5 - self.trial[K]);
@@ -250,55 +277,74 @@ impl<X: Series> Fit<X> {
         Some((learned, self.chi_square))
     }
 
-    /// The model along the whole curve where the trial stands.
+    /// Begins a pass where the trial stands, if there is such a contact.
     #[inline(never)]
-    fn pass<F: Mechanics>(
-        &self,
+    fn begin(
+        &mut self,
         finger: &F,
         data: &Data,
         prior: &Prior<X>,
         near: &F::Configuration,
         scaling: &Scaling,
-    ) -> Option<Pass<X>> {
+    ) {
         let values = scaling.values(&self.trial);
-        let onset = onset::<F, X>(finger, prior, &values, near)?;
-        let mut model = Model::<F, X>::new(
+        let Some(onset) = onset::<F, X>(finger, prior, &values, near) else {
+            return;
+        };
+        let model = Model::new(
             finger,
             (data.origin_rad, data.drivetrain),
             &values,
             prior.half_thickness_m,
             self.hypothesis.hold,
             &onset,
-        )?;
-        let mut whitening = Whitening::new(&prior.noise, data.drivetrain);
-        let mut pass = Pass {
-            squares: 0.0,
-            logarithms: 0.0,
-            joint_2_rad: 0.0,
-            normal: Normal::EMPTY,
-        };
+        );
+        let mut normal = Normal::EMPTY;
         for unknown in 0..UNKNOWNS {
-            let weight = if unknown != K || matches!(prior.place, Place::Known { .. }) {
-                1.0
+            let (pull, weight) = if unknown != K || matches!(prior.place, Place::Known { .. }) {
+                (self.trial[unknown], 1.0)
             } else if self.hypothesis.has_place() {
                 // A uniform prior says nothing about the slope.
-                1e-3
+                (0.0, 1e-3)
             } else {
-                1.0
+                (0.0, 1.0)
             };
-            pass.normal
-                .add_prior(unknown, self.prior_pull(unknown, prior), weight);
+            normal.add_prior(unknown, pull, weight);
         }
-        let mut points = 0;
-        for point in data.points.iter().filter(|point| point.blocks > 0) {
-            let prediction = model.next(point)?;
-            points += 1;
+        self.pass = model.map(|model| Pass {
+            model,
+            whitening: Whitening::new(&prior.noise, data.drivetrain),
+            next: 0,
+            points: 0,
+            squares: 0.0,
+            logarithms: 0.0,
+            normal,
+        });
+    }
+
+    /// The next points of the pass: converged when that was the last one, failed where there is no such path.
+    #[inline(never)]
+    fn go_on(&mut self, finger: &F, data: &Data, scaling: &Scaling) -> Progress {
+        let onset_rad = scaling.values(&self.trial)[ONSET];
+        let has_place = self.hypothesis.has_place();
+        let Some(pass) = &mut self.pass else {
+            return Progress::Failed;
+        };
+        let end = pass.next + POINTS_A_STEP;
+        for point in data.points.iter().take(end).skip(pass.next) {
+            if point.blocks == 0 {
+                continue;
+            }
+            let Some(prediction) = pass.model.next(finger, point) else {
+                return Progress::Failed;
+            };
+            pass.points += 1;
             let mut row = Row {
                 residual: point.excess_nm - prediction.excess_nm,
                 slopes: prediction.slopes,
                 variance: prediction.variance_nm2,
             };
-            if !self.hypothesis.has_place() {
+            if !has_place {
                 row.slopes[K] = 0.0;
             }
             for (slope, deviation) in row.slopes.iter_mut().zip(&scaling.deviation) {
@@ -307,22 +353,21 @@ impl<X: Series> Fit<X> {
             if X::FLEXIBLE {
                 row.slopes[FACTOR] += prediction.slopes[CABLE] * scaling.cable_by_factor;
             }
-            whitening.whiten(point, data.end_rad(point) - values[ONSET], &mut row);
+            let past_rad = data.end_rad(point) - onset_rad;
+            pass.whitening.whiten(point, past_rad, &mut row);
             let weight = 1.0 / row.variance;
             pass.squares += row.residual * row.residual * weight;
             pass.logarithms += ln(row.variance);
             pass.normal.add(row.residual, &row.slopes, weight);
         }
-        pass.joint_2_rad = model.end().joints_rad[1];
-        (points >= LEAST_POINTS && pass.squares.is_finite()).then_some(pass)
-    }
-
-    /// Where an unknown stands for its prior.
-    fn prior_pull(&self, unknown: usize, prior: &Prior<X>) -> f32 {
-        if unknown != K || matches!(prior.place, Place::Known { .. }) {
-            self.trial[unknown]
+        pass.next = end;
+        if pass.next < data.points.len() {
+            return Progress::UnderWay;
+        }
+        if pass.points >= LEAST_POINTS && pass.squares.is_finite() {
+            Progress::Converged
         } else {
-            0.0
+            Progress::Failed
         }
     }
 }

@@ -13,7 +13,7 @@
 //! | `prior` | what is known before, and the unknowns |
 //! | `model` | the torque predicted at the measured angles, with its derivatives |
 //! | `noise` | the part of a residual that earlier points predict |
-//! | `fit` | one fit, a pass over the curve at a time |
+//! | `fit` | one fit: passes over the curve, a few points at a time |
 //! | `starts` | hypotheses and where their fits begin: the finger's inverse, and beside it |
 //! | `posterior` | the verdict |
 
@@ -23,7 +23,7 @@ mod noise;
 mod posterior;
 mod prior;
 mod starts;
-#[cfg(test)]
+#[cfg(all(test, feature = "firmware"))]
 mod tests;
 
 pub use fit::free_behind_cable;
@@ -93,11 +93,11 @@ struct Track {
 /// The competition. It goes in rounds: within one, every hypothesis is fitted to the same points, or their evidence could
 /// not be compared.
 #[derive(Clone, Debug)]
-pub struct Locator<X: Series> {
+pub struct Locator<F: Mechanics, X: Series> {
     tracks: heapless::Vec<Track, MOST>,
     /// How many of the curve's points belong to this round.
     number: usize,
-    fit: Option<Fit<X>>,
+    fit: Option<Fit<F, X>>,
     /// The hypothesis whose turn it is, the radius in [`ORDER`], and the start.
     track: usize,
     order: usize,
@@ -111,7 +111,7 @@ pub struct Locator<X: Series> {
     class: Class,
 }
 
-impl<X: Series> Default for Locator<X> {
+impl<F: Mechanics, X: Series> Default for Locator<F, X> {
     fn default() -> Self {
         Self {
             tracks: heapless::Vec::new(),
@@ -128,7 +128,7 @@ impl<X: Series> Default for Locator<X> {
     }
 }
 
-impl<X: Series> Locator<X> {
+impl<F: Mechanics, X: Series> Locator<F, X> {
     /// Whether a round is under way.
     pub fn is_under_way(&self) -> bool {
         self.under_way
@@ -136,7 +136,7 @@ impl<X: Series> Locator<X> {
 
     /// Begins a round on the points so far; false if that is too little. The last one is thorough in any case.
     /// Until the round is over the points that it began with must stay as they are; others may join.
-    pub fn begin<F: Mechanics>(
+    pub fn begin(
         &mut self,
         finger: &F,
         data: &Data,
@@ -179,8 +179,8 @@ impl<X: Series> Locator<X> {
         }
     }
 
-    /// One pass over the curve. True when that ends the round: then there is a verdict.
-    pub fn step<F: Mechanics>(
+    /// The next points of a pass over the curve, some 70,000 instructions. True when that ends the round: then there is a verdict.
+    pub fn step(
         &mut self,
         finger: &F,
         data: &Data,
@@ -224,6 +224,11 @@ impl<X: Series> Locator<X> {
     pub fn learned(&mut self, prior: &Prior<X>) -> Option<(Calibration, f32)> {
         let (calibration, chi_square) = self.fit.as_mut()?.learned(prior)?;
         Some((calibration, chi_square / self.number as f32))
+    }
+
+    /// Whether a pass over the curve has begun, and is not at its end.
+    pub fn is_within_pass(&self) -> bool {
+        self.fit.as_ref().is_some_and(Fit::is_within_pass)
     }
 
     /// Leaves the round under way.
@@ -296,7 +301,7 @@ impl<X: Series> Locator<X> {
     }
 
     /// The fit whose turn it is.
-    fn next_fit(&self, prior: &Prior<X>) -> Option<Fit<X>> {
+    fn next_fit(&self, prior: &Prior<X>) -> Option<Fit<F, X>> {
         let track = self.tracks.get(self.track)?;
         let (radius, from) = ORDER[self.order];
         let hold = track.hold(radius, prior);

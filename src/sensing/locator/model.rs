@@ -54,13 +54,12 @@ const NOTHING: Prediction = Prediction {
     variance_nm2: 0.0,
 };
 
-/// Prediction along one curve.
+/// Prediction along one curve. It borrows nothing: a pass over a curve is interrupted between two points.
 #[derive(Clone, Debug)]
-pub(super) struct Model<'a, F: Mechanics, X> {
-    finger: &'a F,
-    drivetrain: &'a Drivetrain,
-    values: &'a Values,
+pub(super) struct Model<F: Mechanics, X> {
+    values: Values,
     origin_rad: f32,
+    rad_per_count: f32,
     half_thickness_m: f32,
     /// None while the cable alone gives way.
     path: Option<F::Path>,
@@ -78,12 +77,12 @@ pub(super) struct Model<'a, F: Mechanics, X> {
     series: PhantomData<X>,
 }
 
-impl<'a, F: Mechanics, X: Series> Model<'a, F, X> {
+impl<F: Mechanics, X: Series> Model<F, X> {
     /// The model of a hypothesis; None where there is no such contact. `onset` is the free finger there.
     pub(super) fn new(
-        finger: &'a F,
-        (origin_rad, drivetrain): (f32, &'a Drivetrain),
-        values: &'a Values,
+        finger: &F,
+        (origin_rad, drivetrain): (f32, &Drivetrain),
+        values: &Values,
         half_thickness_m: f32,
         hold: Hold,
         onset: &Free<F::Configuration>,
@@ -115,10 +114,9 @@ impl<'a, F: Mechanics, X: Series> Model<'a, F, X> {
             .free_compliance(at, onset.torque_nm)
             .map_or(0.0, |free| 1.0 / (free + twist));
         Some(Self {
-            finger,
-            drivetrain,
-            values,
+            values: *values,
             origin_rad,
+            rad_per_count: drivetrain.rad_per_count,
             half_thickness_m,
             path,
             contact_nm: onset.torque_nm,
@@ -138,10 +136,10 @@ impl<'a, F: Mechanics, X: Series> Model<'a, F, X> {
     }
 
     /// The next point, by rising angle.
-    pub(super) fn next(&mut self, point: &Point) -> Option<Prediction> {
-        let angle_rad = self.origin_rad + point.counts * self.drivetrain.rad_per_count;
+    pub(super) fn next(&mut self, finger: &F, point: &Point) -> Option<Prediction> {
+        let angle_rad = self.origin_rad + point.counts * self.rad_per_count;
         let past_rad = angle_rad - self.values[ONSET];
-        let half_rad = 0.5 * point.width_counts * self.drivetrain.rad_per_count;
+        let half_rad = 0.5 * point.width_counts * self.rad_per_count;
         // Before the contact, whatever was measured.
         if past_rad <= -half_rad {
             self.before_nm = [point.excess_nm, 0.0];
@@ -152,7 +150,7 @@ impl<'a, F: Mechanics, X: Series> Model<'a, F, X> {
         let near_nm = (predicted_nm + point.excess_nm - measured_nm)
             .at_least(point.excess_nm - stray_nm)
             .at_most(point.excess_nm + stray_nm);
-        let mut prediction = self.on_path(past_rad, near_nm, point)?;
+        let mut prediction = self.on_path(finger, past_rad, near_nm, point)?;
         self.before_nm = [point.excess_nm, prediction.excess_nm];
         // Part of the point may lie before the contact: the mean of a ramp over it.
         let steepness = prediction.steepness(half_rad);
@@ -169,8 +167,14 @@ impl<'a, F: Mechanics, X: Series> Model<'a, F, X> {
     }
 
     /// The contact path at an angle beyond the onset; `near_nm` is about what will come of it.
-    fn on_path(&mut self, past_rad: f32, near_nm: f32, point: &Point) -> Option<Prediction> {
-        let values = self.values;
+    fn on_path(
+        &mut self,
+        finger: &F,
+        past_rad: f32,
+        near_nm: f32,
+        point: &Point,
+    ) -> Option<Prediction> {
+        let values = &self.values;
         let factor = values[FACTOR];
         let least_nm = self.contact_nm + LEAST_RISE_NM;
         let mut torque_nm = (factor * near_nm + point.free_nm).at_least(least_nm);
@@ -178,7 +182,7 @@ impl<'a, F: Mechanics, X: Series> Model<'a, F, X> {
         if let Some(path) = &mut self.path
             && !self.ended
         {
-            match self.finger.follow(path, torque_nm - self.contact_nm) {
+            match finger.follow(path, torque_nm - self.contact_nm) {
                 Some(last) => {
                     self.last = last;
                     self.last_torque_nm = torque_nm;
@@ -241,11 +245,12 @@ impl<'a, F: Mechanics, X: Series> Model<'a, F, X> {
     }
 
     /// Follows the path to a measured angle after the last point: the end is where the finger is then.
-    pub(super) fn follow_to(&mut self, angle_rad: f32, last: &Point) -> Option<()> {
+    pub(super) fn follow_to(&mut self, finger: &F, angle_rad: f32, last: &Point) -> Option<()> {
         let past_rad = angle_rad - self.values[ONSET];
-        let mut near_nm = self.before_nm[1];
-        for _ in 0..3 {
-            near_nm = self.on_path(past_rad, near_nm, last)?.excess_nm;
+        let [measured_nm, predicted_nm] = self.before_nm;
+        let mut near_nm = predicted_nm + last.excess_nm - measured_nm;
+        for _ in 0..5 {
+            near_nm = self.on_path(finger, past_rad, near_nm, last)?.excess_nm;
         }
         Some(())
     }
@@ -264,7 +269,7 @@ impl Prediction {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "firmware"))]
 mod tests {
     use super::*;
     use crate::scene::{Linkage3, P70, Scene, Tendon2};
@@ -297,7 +302,7 @@ mod tests {
                 ..*point
             };
             model.before_nm = [found.excess_nm; 2];
-            found = model.next(&near).unwrap();
+            found = model.next(finger, &near).unwrap();
         }
         found
     }

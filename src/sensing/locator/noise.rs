@@ -67,8 +67,8 @@ pub(super) struct Row {
 
 /// The filter under way along one curve.
 #[derive(Clone, Debug)]
-pub(super) struct Whitening<'a> {
-    noise: &'a Noise,
+pub(super) struct Whitening {
+    noise: Noise,
     worm_per_count: f32,
     variance: [[f32; STATES]; STATES],
     residual: [f32; STATES],
@@ -77,8 +77,8 @@ pub(super) struct Whitening<'a> {
     before: Option<(f32, f32)>,
 }
 
-impl<'a> Whitening<'a> {
-    pub(super) fn new(noise: &'a Noise, drivetrain: &Drivetrain) -> Self {
+impl Whitening {
+    pub(super) fn new(noise: &Noise, drivetrain: &Drivetrain) -> Self {
         let mut variance = [[0.0; STATES]; STATES];
         let wave = 0.5 * WAVE_SHARE * WAVE_SHARE;
         for (state, initial) in [
@@ -93,7 +93,7 @@ impl<'a> Whitening<'a> {
         }
         let worm_counts = drivetrain.counts_per_worm_turn;
         Self {
-            noise,
+            noise: *noise,
             worm_per_count: if worm_counts == 0 {
                 0.0
             } else {

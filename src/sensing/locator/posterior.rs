@@ -11,6 +11,8 @@ use crate::sensing::{Calibration, NotLocated, Series};
 
 /// Probability below which another phalanx, or another place on the same, is not worth a word.
 const UNLIKELY: f32 = 0.05;
+/// Points of the curve from one to the next that a path is followed to where its end alone is asked for.
+const STRIDE: usize = 6;
 /// Nearer to the joint than this share of the phalanx, a contact is one on the joint.
 const JOINT_SHARE: f32 = 0.02;
 /// Deviations of a chi square beyond which a curve is not that of the hypothesis.
@@ -69,7 +71,7 @@ struct Weighed {
     ln_evidence: f32,
 }
 
-impl<X: Series> Locator<X> {
+impl<F: Mechanics, X: Series> Locator<F, X> {
     /// The verdict at the end of a round. `bonus` is what else is known of each hypothesis (a joint's sensor), as a logarithm
     /// of odds.
     // Not inlined: what it says is written where it stays.
@@ -97,33 +99,37 @@ impl<X: Series> Locator<X> {
                 }
             }
         }
-        weighed.sort_unstable_by(|a, b| b.ln_evidence.total_cmp(&a.ln_evidence));
-        let Some(first) = weighed.first().copied() else {
+        // The likeliest of all, or of all but one.
+        let likeliest = |but: Option<&Weighed>| {
+            (weighed.iter())
+                .filter(|of| !but.is_some_and(|but| core::ptr::eq(but, *of)))
+                .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))
+        };
+        let Some(first) = likeliest(None).filter(|_| self.explains()) else {
             return Verdict::Nowhere(self.unexplained());
         };
-        if !self.explains() {
-            return Verdict::Nowhere(self.unexplained());
-        }
-        let odds = |of: &Weighed| exp(of.ln_evidence - first.ln_evidence);
-        let total: f32 = weighed.iter().map(odds).sum();
-        for index in 0..weighed.len() {
-            let phalanx = weighed[index].estimate.phalanx;
-            let mine: f32 = weighed
-                .iter()
-                .filter(|other| other.estimate.phalanx == phalanx)
-                .map(odds)
-                .sum();
-            weighed[index].estimate.p_phalanx = mine / total;
-        }
-        let first = weighed[0].estimate;
-        if first.is_without_place() {
+        if first.estimate.is_without_place() {
             return Verdict::Nowhere(NotLocated::Proximal);
         }
-        match weighed.get(1) {
-            Some(rival) if rival.estimate.phalanx > 1 && odds(rival) > UNLIKELY => {
-                Verdict::Either([first, rival.estimate])
+        let odds = |of: &Weighed| exp(of.ln_evidence - first.ln_evidence);
+        let told = |of: &Weighed| {
+            let (mut mine, mut total) = (0.0, 0.0);
+            for other in &weighed {
+                total += odds(other);
+                if other.estimate.phalanx == of.estimate.phalanx {
+                    mine += odds(other);
+                }
             }
-            _ => Verdict::At(first),
+            Estimate {
+                p_phalanx: mine / total,
+                ..of.estimate
+            }
+        };
+        match likeliest(Some(first)) {
+            Some(rival) if rival.estimate.phalanx > 1 && odds(rival) > UNLIKELY => {
+                Verdict::Either([told(first), told(rival)])
+            }
+            _ => Verdict::At(told(first)),
         }
     }
 
@@ -167,7 +173,7 @@ impl<X: Series> Locator<X> {
     }
 
     /// Posture and angles of an estimate at a measured angle: what the path says.
-    pub fn state<F: Mechanics>(
+    pub fn state(
         &self,
         estimate: &Estimate,
         finger: &F,
@@ -196,14 +202,16 @@ impl<X: Series> Locator<X> {
                 hold,
                 &onset,
             )?;
-            // Along the curve as far as that angle.
+            // Along the curve as far as that angle; in strides, for nothing is compared with the points between.
             let along = |point: &&Point| point.blocks > 0 && data.rad(point) <= measured_rad;
             let mut last = data.points.first()?;
-            for point in data.points.iter().filter(along) {
-                model.next(point)?;
+            for (index, point) in data.points.iter().filter(along).enumerate() {
+                if index % STRIDE == 0 {
+                    model.next(finger, point)?;
+                }
                 last = point;
             }
-            model.follow_to(measured_rad, last)?;
+            model.follow_to(finger, measured_rad, last)?;
             Some((model.force_n(), onset, model.end().joints_rad))
         };
         let (force_n, onset, joints_rad) = force_at(0.0)?;

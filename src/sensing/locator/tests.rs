@@ -65,7 +65,7 @@ fn curve(k_m: f32, radius_m: f32, drivetrain: &Drivetrain) -> Vec<Point> {
             blocks: 1,
             ..Point::EMPTY
         };
-        let Some(found) = model.next(&point) else {
+        let Some(found) = model.next(&finger, &point) else {
             break;
         };
         torque_nm = found.excess_nm;
@@ -100,7 +100,7 @@ fn no_start_anywhere_finds_better_than_a_round() {
             origin_rad: 0.0,
             drivetrain: &drivetrain,
         };
-        let mut locator = Locator::<Cable>::default();
+        let mut locator = Locator::<_, Cable>::default();
         assert!(locator.begin(&finger, &data, &prior, &near, true));
         while !locator.step(&finger, &data, &prior, &near) {}
         let track = locator.tracks.iter().find(|t| t.phalanx == 2).unwrap();

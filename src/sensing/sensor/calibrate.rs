@@ -18,7 +18,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     /// What the curve of a contact at a known place, or with the stop, teaches.
     pub(super) fn learn(
         &self,
-        contact: &mut Contact<H::Reading, X>,
+        contact: &mut Contact<F, H::Reading, X>,
     ) -> Result<Calibration, Refusal> {
         if let Directive::CalibrateCable = self.directive {
             if !X::FLEXIBLE {
@@ -46,7 +46,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     #[inline(never)]
     fn learn_from_press(
         &self,
-        contact: &mut Contact<H::Reading, X>,
+        contact: &mut Contact<F, H::Reading, X>,
     ) -> Result<Calibration, Refusal> {
         let (mut found, misfit) = contact
             .locator

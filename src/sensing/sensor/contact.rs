@@ -1,4 +1,4 @@
-//! A contact: collects its curve, runs the locator one pass at a time, and reports what it finds.
+//! A contact: collects its curve, runs the locator a few points at a time, and reports what it finds.
 
 use super::known::Known;
 use super::report::Reported;
@@ -27,16 +27,14 @@ const LOST_SIGMAS: f32 = 8.0;
 const ENOUGH: f32 = 0.95;
 /// Nearer to the closing stop, radian, a contact's curve ends: there the cable alone gives way.
 const STOP_MARGIN_RAD: f32 = 0.01;
-/// Samples between two passes of the locator after the motion: samples must not pile up meanwhile.
-const SAMPLES_PER_PASS: u8 = 4;
 /// Error of the friction beyond the record, continued periodically, as a share of its unevenness within (R, chosen).
 const UNSURE_BEYOND: f32 = 0.15;
 
 /// A contact under way.
 #[derive(Clone, Debug)]
-pub(super) struct Contact<R, X: Series> {
+pub(super) struct Contact<F: Mechanics, R, X: Series> {
     pub(super) curve: Curve,
-    pub(super) locator: Locator<X>,
+    pub(super) locator: Locator<F, X>,
     /// What the record's level was off by at the onset, newton metre of motor torque.
     level_nm: f32,
     noise: Noise,
@@ -55,8 +53,8 @@ pub(super) struct Contact<R, X: Series> {
     pub(super) waiting: Past<R>,
     pub(super) reported: Reported,
     stage: Stage,
-    /// Samples until the locator's next pass.
-    pause: u8,
+    /// Whether the locator has a pass to make, or to end.
+    pass_due: bool,
 }
 
 /// How far a contact has come.
@@ -70,12 +68,11 @@ enum Stage {
     Ending,
 }
 
-impl<R, X: Series> Contact<R, X> {
+impl<F: Mechanics, R, X: Series> Contact<F, R, X> {
     /// No more is to come.
     pub(super) fn end(&mut self) {
         if self.stage != Stage::Ending {
             self.stage = Stage::Ending;
-            self.pause = 0;
             self.locator.stop();
         }
     }
@@ -111,24 +108,27 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
         self.work = Work::Contact(contact);
     }
 
-    /// After the motion: the last rounds of the locator, then the last word.
-    pub(super) fn conclude(&mut self) {
+    /// At every sample of a contact: some points of the locator's pass. While the curve grows one pass is made after each
+    /// block; after the motion one after the other, in the last rounds, then the last word is said.
+    pub(super) fn judge(&mut self) {
         let known = &mut self.known;
         let Work::Contact(contact) = &mut self.work else {
             return;
         };
         if contact.stage != Stage::Ending {
+            if contact.pass_due {
+                let over = known.step(contact);
+                contact.pass_due = contact.locator.is_within_pass();
+                if over && contact.locator.explains() {
+                    known.report(contact, false);
+                }
+            }
             return;
         }
-        if contact.pause > 0 {
-            contact.pause -= 1;
-            return;
-        }
-        contact.pause = SAMPLES_PER_PASS - 1;
         if !contact.locator.is_under_way() && !known.begin_round(contact, true) {
             // Too little to judge.
             known.give_up(contact);
-        } else if !known.pass(contact) {
+        } else if !known.step(contact) {
             return;
         } else if known.is_calibrating() {
             let learned = known.learn(contact);
@@ -148,7 +148,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
 impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     /// A contact that begins about a block.
     #[inline(never)]
-    fn contact(&self, begun: &Begun, first: &Past<H::Reading>) -> Contact<H::Reading, X> {
+    fn contact(&self, begun: &Begun, first: &Past<H::Reading>) -> Contact<F, H::Reading, X> {
         let efficiency = self.drivetrain.efficiency;
         let wander = &begun.wander;
         let onset = &begun.onset;
@@ -179,12 +179,16 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             waiting: *first,
             reported: Reported::Nothing,
             stage: Stage::Growing,
-            pause: 0,
+            pass_due: false,
         }
     }
 
     /// A block of a closing in contact.
-    pub(super) fn press(&mut self, contact: &mut Contact<H::Reading, X>, past: &Past<H::Reading>) {
+    pub(super) fn press(
+        &mut self,
+        contact: &mut Contact<F, H::Reading, X>,
+        past: &Past<H::Reading>,
+    ) {
         if contact.stage == Stage::Ending {
             return;
         }
@@ -202,8 +206,8 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         }
         if !contact.locator.is_under_way() {
             self.begin_round(contact, false);
-        } else if self.pass(contact) && contact.locator.explains() {
-            self.report(contact, false);
+        } else {
+            contact.pass_due = true;
         }
     }
 
@@ -215,7 +219,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     }
 
     /// Whether the torque has fallen: the finger slid off, or the object gave way. What comes after is another contact.
-    fn is_lost(&self, contact: &Contact<H::Reading, X>, past: &Past<H::Reading>) -> bool {
+    fn is_lost(&self, contact: &Contact<F, H::Reading, X>, past: &Past<H::Reading>) -> bool {
         let efficiency = self.drivetrain.efficiency;
         let torque_nm = efficiency * (past.residual_nm - contact.level_nm);
         let block_nm = efficiency * sqrt(past.variance_nm2);
@@ -225,7 +229,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
 
     /// Adds a block to the curve: the one before it, that is. A block's own acceleration is half that since the block
     /// before and half that to the one after.
-    fn grow(&self, contact: &mut Contact<H::Reading, X>, next: &Past<H::Reading>) {
+    fn grow(&self, contact: &mut Contact<F, H::Reading, X>, next: &Past<H::Reading>) {
         let past = core::mem::replace(&mut contact.waiting, *next);
         let mut point = self.point(contact, &past, next.inertia_nm);
         // A closing does not take an hour.
@@ -258,7 +262,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     /// A block as a point of the curve; `next_nm` is the inertia's torque in the block after it.
     fn point(
         &self,
-        contact: &Contact<H::Reading, X>,
+        contact: &Contact<F, H::Reading, X>,
         past: &Past<H::Reading>,
         next_nm: f32,
     ) -> Point {
@@ -285,7 +289,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         }
     }
 
-    pub(super) fn prior(&self, contact: &Contact<H::Reading, X>) -> Prior<X> {
+    pub(super) fn prior(&self, contact: &Contact<F, H::Reading, X>) -> Prior<X> {
         let settings = &self.settings;
         Prior {
             place: match self.directive {
@@ -318,7 +322,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         }
     }
 
-    fn begin_round(&self, contact: &mut Contact<H::Reading, X>, last: bool) -> bool {
+    fn begin_round(&self, contact: &mut Contact<F, H::Reading, X>, last: bool) -> bool {
         let prior = self.prior(contact);
         let Contact { curve, locator, .. } = contact;
         // A point that is being filled would change while the round goes on.
@@ -331,10 +335,10 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         locator.begin(&self.finger, &data, &prior, &self.posture, last)
     }
 
-    /// One pass of the locator; true at the end of a round.
+    /// A step of the locator; true at the end of a round.
     // A symbol of its own, so that its instructions can be counted on the chip.
     #[inline(never)]
-    fn pass(&self, contact: &mut Contact<H::Reading, X>) -> bool {
+    fn step(&self, contact: &mut Contact<F, H::Reading, X>) -> bool {
         let prior = self.prior(contact);
         let Contact { curve, locator, .. } = contact;
         let data = self.data(curve, curve.points());

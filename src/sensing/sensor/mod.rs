@@ -5,9 +5,9 @@
 //! | free motion recorded, and the free part of every closing since | [`Pass`](super::friction::Pass), [`Assessment`](super::friction::Assessment) | `record` |
 //! | first closing with a record of before a restart | [`Alignment`](super::friction::Alignment) | `search` |
 //! | closing, nothing felt | [`Detector`](super::detector::Detector) on the residual of the record | `search` |
-//! | contact | [`Curve`](super::curve::Curve), and every block one pass of the [`Locator`](super::locator::Locator) | `contact` |
+//! | contact | [`Curve`](super::curve::Curve), and every block one pass of the [`Locator`](super::locator::Locator), a few points a sample | `contact` |
 //! | what there is to say | a location, an ambiguity, a reason why not | `report` |
-//! | motion over | the locator's last rounds, one pass every few samples; then the last word | `contact` |
+//! | motion over | the locator's last rounds, a few points a sample; then the last word | `contact` |
 //! | contact at a known place, or with the stop | the calibration | `calibrate` |
 
 mod calibrate;
@@ -31,12 +31,12 @@ use search::{Found, Search};
 /// The current stage. Never two at a time: they share their memory.
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "there is no heap to put one on")]
-enum Work<R, X: Series> {
+enum Work<F: Mechanics, R, X: Series> {
     Nothing,
     /// The finger closes, and nothing has been felt.
     Searching(Search<R>),
     /// A contact is being judged.
-    Contact(Contact<R, X>),
+    Contact(Contact<F, R, X>),
 }
 
 /// Contact sensing of one finger. See the module documentation.
@@ -50,7 +50,7 @@ pub struct Sensor<F: Mechanics, H: JointSensor = NoHall, X: Series = Cable> {
     /// The contact of this closing has been judged, or what was found was no contact.
     done: bool,
     known: Known<F, H, X>,
-    work: Work<H::Reading, X>,
+    work: Work<F, H::Reading, X>,
     learning: Learning,
 }
 
@@ -162,8 +162,8 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
         self.work = Work::Nothing;
     }
 
-    /// Takes a sample; returns at most one event. Typically some hundred instructions; every block of a contact, and
-    /// after its end for some tens of samples, one step of a fit.
+    /// Takes a sample; returns at most one event. Typically some hundred instructions; after every block of a contact, and
+    /// after its end for some hundreds of samples, some points of a fit's pass over the curve.
     // A symbol of its own, so that its instructions can be counted on the chip.
     #[inline(never)]
     pub fn update(&mut self, sample: &Sample<H::Reading>) -> Option<Event> {
@@ -175,7 +175,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
             Step::Block(block) => self.take(&block),
             Step::Ended => self.end_run(),
         }
-        self.conclude();
+        self.judge();
         let searching = matches!(self.work, Work::Searching(_) | Work::Contact(_));
         self.learning.step(&mut self.known, searching);
         self.known.events.pop_front()

@@ -129,7 +129,7 @@ impl Learning {
             record.as_deref().or(known.friction.as_ref()),
         ) {
             self.assessment = Assessment::new(pass, record);
-            self.pause = 0;
+            self.pause = SAMPLES_PER_STEP;
         }
         if let (Some(assessment), Some(draft)) = (&self.assessment, record) {
             assessment.introduce(draft);

@@ -25,7 +25,7 @@ pub(super) enum Reported {
 
 impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     /// Says what is new at the end of a round; `last` is the last word.
-    pub(super) fn report(&mut self, contact: &mut Contact<H::Reading, X>, last: bool) {
+    pub(super) fn report(&mut self, contact: &mut Contact<F, H::Reading, X>, last: bool) {
         let prior = self.prior(contact);
         // To the end of the curve, which is what was fitted: the finger may have moved on.
         self.joint_change = H::change(contact.reading, contact.waiting.reading);
@@ -80,7 +80,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     }
 
     /// There is too little to say anything.
-    pub(super) fn give_up(&mut self, contact: &Contact<H::Reading, X>) {
+    pub(super) fn give_up(&mut self, contact: &Contact<F, H::Reading, X>) {
         if self.is_calibrating() {
             self.tell_calibration(Err(Refusal::TooFewSamples));
         } else {
@@ -88,7 +88,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         }
     }
 
-    fn tell_nowhere(&mut self, contact: &Contact<H::Reading, X>, why: NotLocated) {
+    fn tell_nowhere(&mut self, contact: &Contact<F, H::Reading, X>, why: NotLocated) {
         self.tell(Event::NotLocated {
             why,
             torque_nm: contact.torque_nm,
@@ -97,7 +97,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
 
     fn tell_located(
         &mut self,
-        contact: &mut Contact<H::Reading, X>,
+        contact: &mut Contact<F, H::Reading, X>,
         prior: &Prior<X>,
         estimate: &Estimate,
         settled: bool,
@@ -154,7 +154,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
 
     fn tell_ambiguous(
         &mut self,
-        contact: &mut Contact<H::Reading, X>,
+        contact: &mut Contact<F, H::Reading, X>,
         estimates: &[Estimate; 2],
         settled: bool,
     ) {

@@ -79,7 +79,7 @@ impl<R> Search<R> {
     /// Becomes the current stage.
     // Not inlined: so it does not take room in the frame from which everything else is called.
     #[inline(never)]
-    pub(super) fn begin<X: Series>(work: &mut Work<R, X>) {
+    pub(super) fn begin<F: Mechanics, X: Series>(work: &mut Work<F, R, X>) {
         *work = Work::Searching(Self::default());
     }
 }

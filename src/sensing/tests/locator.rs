@@ -128,7 +128,7 @@ fn locate<F: Mechanics>(
     onset_rad: f32,
     points: &[Point],
     prior: &Prior<Cable>,
-) -> Locator<Cable> {
+) -> Locator<F, Cable> {
     let drivetrain = drivetrain();
     let points = thinned(points);
     let data = Data {
@@ -139,10 +139,10 @@ fn locate<F: Mechanics>(
     let near = finger.rest();
     let mut locator = Locator::default();
     if locator.begin(finger, &data, prior, &near, true) {
-        let mut passes = 0;
+        let mut steps = 0;
         while !locator.step(finger, &data, prior, &near) {
-            passes += 1;
-            assert!(passes < 1000);
+            steps += 1;
+            assert!(steps < 6000);
         }
     }
     locator

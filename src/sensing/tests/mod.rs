@@ -7,7 +7,10 @@ mod curve;
 mod detector;
 mod free;
 mod friction;
+// With the fingers of the scenes.
+#[cfg(feature = "firmware")]
 mod locator;
+#[cfg(feature = "firmware")]
 mod sensor;
 
 use crate::sensing::{Drivetrain, Settings};

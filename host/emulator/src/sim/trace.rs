@@ -32,10 +32,8 @@ impl Trace {
     /// The file cannot be written.
     pub fn row(&mut self, time_s: f64, plant: &Plant) -> std::io::Result<()> {
         let truth = plant.truth();
-        let sense = &plant.parameters().sense;
         let sign = if truth.pins.closing { 1.0 } else { -1.0 };
-        let current_a =
-            sign * plant.current_sense_v() / (sense.mirror_a_per_a * sense.resistor_ohm);
+        let current_a = plant.sensed_a();
         let driven = truth.pins.awake && truth.pins.outputs_enabled;
         let duty = if driven { sign * truth.pins.duty } else { 0.0 };
         let (phalanx, k_mm, force_n) = match truth.strongest() {

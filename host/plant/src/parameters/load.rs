@@ -164,6 +164,19 @@ fn nominal(world: &mut Table, scene: &Table) {
             Value::Array(modes.iter().map(mode).collect()),
         );
     }
+    if get(scene, "shunt.fitted").and_then(Value::as_bool) == Some(true) {
+        let number = |key| get(scene, key).and_then(|value| float(value.clone()).as_float());
+        let volt_per_a = number("shunt.shunt_ohm")
+            .zip(number("shunt.gain_v_per_v"))
+            .map(|(ohm, gain)| ohm * gain);
+        // The amplifier stands in the middle of the converter's reference.
+        let zero_v = number("sense.reference_v").map(|volt| 0.5 * volt);
+        for (key, value) in [("shunt_v_per_a", volt_per_a), ("shunt_zero_v", zero_v)] {
+            if let Some(value) = value {
+                set(world, &format!("sense.{key}"), Value::Float(value));
+            }
+        }
+    }
     if get(scene, "cable.fitted").and_then(Value::as_bool) == Some(false) {
         let radius_m = get(scene, "cable.pulley_radius_m")
             .and_then(Value::as_float)

@@ -153,6 +153,10 @@ section! {
         mirror_a_per_a in 1e-6, 0.1;
         /// White noise, one independent value a plant step, ampere at the motor.
         noise_rms_a in 0.0, 0.1;
+        /// Volt per ampere of an amplifier on a shunt in the motor's lead, which takes the mirror's place; 0: the mirror.
+        shunt_v_per_a in 0.0, 1000.0;
+        /// Its output at no current, volt.
+        shunt_zero_v in 0.0, 5.0;
         /// Relative error of the mirror and the resistor.
         gain_error in -0.5, 0.5;
         /// Offset at power-on, ampere at the motor.

@@ -142,9 +142,9 @@ const FIGURES: &[Known] = &[
         names: &[("sensing::sensor::Sensor", "::update")],
     },
     Known {
-        what: "fit: one pass along the curve",
+        what: "fit: some points of a pass along the curve",
         kind: "function",
-        names: &[("sensing::locator::fit", "::pass")],
+        names: &[("sensing::locator::fit", "::go_on")],
     },
     Known {
         what: BISECTION,
@@ -157,7 +157,7 @@ const FIGURES: &[Known] = &[
         names: &[("sensing::locator::starts", "tracks")],
     },
     Known {
-        what: "fit: one step of its minimum",
+        what: "fit: the same, with where it leads to",
         kind: "function",
         names: &[("sensing::locator::fit", "::step")],
     },

@@ -1,0 +1,207 @@
+//! What commands and events make of the state.
+
+use super::*;
+use crate::scene::P70;
+
+fn coordinator() -> Coordinator<P70> {
+    Coordinator::new(Overrides::default())
+}
+
+fn known(coordinator: &mut Coordinator<P70>) {
+    coordinator.advance(0, &Status::default(), Some(Notice::FrictionKnown));
+}
+
+#[test]
+fn every_command_at_rest_is_accepted_or_says_what_is_missing() {
+    for (command, expected) in [
+        (Command::Help, Ok(Action::Help)),
+        (Command::Status, Ok(Action::Status)),
+        (Command::SelfTest, Ok(Action::SelfTest)),
+        (Command::Run, Ok(Action::Accepted)),
+        (Command::Home, Ok(Action::Accepted)),
+        (Command::RecordFriction, Ok(Action::Accepted)),
+        (
+            Command::Calibrate(Calibrate::At { k_m: 0.04 }),
+            Err(Refused::NoFriction),
+        ),
+        (
+            Command::Calibrate(Calibrate::Cable),
+            Err(Refused::NoFriction),
+        ),
+        (Command::Calibrate(Calibrate::Forget), Ok(Action::Accepted)),
+        (Command::Close, Ok(Action::Accepted)),
+        (Command::Open, Ok(Action::Accepted)),
+        (Command::Stop, Ok(Action::Accepted)),
+        (Command::Clear, Err(Refused::NoFault)),
+        (Command::Show, Ok(Action::Show)),
+        (Command::Trace(10), Ok(Action::Trace(10))),
+        (
+            Command::Set(Setting::HoldForce, 2.0),
+            Ok(Action::Set { at_restart: false }),
+        ),
+        (
+            Command::Set(Setting::SupplyMin, 8.0),
+            Ok(Action::Set { at_restart: true }),
+        ),
+        (Command::Save, Ok(Action::Save)),
+        (Command::Factory, Ok(Action::Factory)),
+    ] {
+        assert_eq!(coordinator().command(command), expected, "{command:?}");
+    }
+}
+
+#[test]
+fn flash_and_settings_wait_until_the_bridge_is_off() {
+    let mut coordinator = coordinator();
+    coordinator.command(Command::Run).expect("at rest");
+    coordinator.advance(1000, &Status::default(), None);
+    let busy = Err(Refused::Busy(State::CalibrateOffset));
+    for command in [
+        Command::Save,
+        Command::Factory,
+        Command::Set(Setting::HoldTime, 1.0),
+        Command::Calibrate(Calibrate::Forget),
+        Command::Run,
+    ] {
+        assert_eq!(coordinator.command(command), busy, "{command:?}");
+    }
+    assert_eq!(coordinator.command(Command::Stop), Ok(Action::Accepted));
+    let step = coordinator.advance(2000, &Status::default(), None);
+    assert_eq!(step.motion.demand.setpoint, Setpoint::Off);
+    assert_eq!(step.request, Some(SensingRequest::Direct(Directive::Rest)));
+    assert_eq!(coordinator.command(Command::Save), Ok(Action::Save));
+}
+
+#[test]
+fn a_setting_reaches_motion_sensing_and_the_next_start() {
+    let mut coordinator = coordinator();
+    known(&mut coordinator);
+    assert!(coordinator.sequence.friction_known());
+    coordinator
+        .command(Command::Set(Setting::ClosingSpeed, 0.2))
+        .expect("at rest");
+    assert!(
+        !coordinator.sequence.friction_known(),
+        "the worm's friction depends on speed"
+    );
+    let request = coordinator.advance(1, &Status::default(), None).request;
+    assert_eq!(
+        request,
+        Some(SensingRequest::Adjust(*coordinator.overrides()))
+    );
+    assert_eq!(coordinator.value(Setting::ClosingSpeed), 0.2);
+    assert_eq!(
+        motion::<P70>(coordinator.overrides()).closing_rad_per_s,
+        0.2
+    );
+    coordinator
+        .command(Command::Set(Setting::CurrentLimit, 0.05))
+        .expect("at rest");
+    let drive = drive::<P70>(coordinator.overrides()).expect("within the scene's trips");
+    assert_eq!(drive.config().limits.current_a, 0.05);
+    motion::<P70>(coordinator.overrides())
+        .validate(&drive.config().limits)
+        .expect("follows the limit");
+}
+
+#[test]
+fn every_setting_has_a_default_within_its_range_and_both_ends_make_a_valid_drive() {
+    for setting in Setting::ALL {
+        let (name, range) = (setting.name(), setting.range());
+        let default = range.to_user(coordinator().value(setting));
+        assert!(
+            range.to_si(default * (1.0 - 1e-6)).is_some(),
+            "{name}: {default}"
+        );
+        for end in [range.min, range.max] {
+            let mut overrides = Overrides::default();
+            overrides
+                .set(setting, range.to_si(end).expect("in range"))
+                .expect("in range");
+            let limits = drive::<P70>(&overrides).expect(name).config().limits;
+            let motion = motion::<P70>(&overrides);
+            assert_eq!(motion.validate(&limits), Ok(()), "{name} {end}");
+        }
+    }
+}
+
+#[test]
+fn a_calibration_watches_the_pin_and_the_next_run_does_not() {
+    let mut coordinator = coordinator();
+    known(&mut coordinator);
+    coordinator
+        .command(Command::Calibrate(Calibrate::At { k_m: 0.04 }))
+        .expect("friction is known");
+    assert_eq!(
+        coordinator.directive(State::Close),
+        Some(Directive::Calibrate {
+            phalanx: 2,
+            k_m: 0.04
+        })
+    );
+    coordinator.command(Command::Stop).expect("always");
+    coordinator.advance(1, &Status::default(), None);
+    coordinator.command(Command::Run).expect("at rest");
+    assert_eq!(coordinator.directive(State::Close), Some(Directive::Watch));
+}
+
+#[test]
+fn a_self_test_moves_the_motor_until_it_ends_a_command_or_a_fault_comes() {
+    let asked = |coordinator: &mut Coordinator<P70>, status: &Status| {
+        coordinator.advance(1, status, None).motion.demand.setpoint
+    };
+    let current = Setpoint::Current { a: 0.04 };
+    let healthy = Status::default();
+    for command in [Some(Command::Stop), Some(Command::Run), None] {
+        let mut coordinator = coordinator();
+        assert!(!coordinator.set_test(current), "not begun");
+        coordinator.command(Command::SelfTest).expect("at rest");
+        assert!(coordinator.set_test(current));
+        assert_eq!(asked(&mut coordinator, &healthy), current);
+        match command {
+            Some(command) => {
+                coordinator.command(command).expect("never refused");
+                assert_eq!(asked(&mut coordinator, &healthy), Setpoint::Off);
+            }
+            None => {
+                let faulted = Status {
+                    fault: Some(Fault::OverCurrent),
+                    ..healthy
+                };
+                asked(&mut coordinator, &faulted);
+                assert_eq!(coordinator.state(), State::Fault);
+            }
+        }
+        assert!(!coordinator.set_test(current), "{command:?}");
+    }
+}
+
+#[test]
+fn a_located_contact_sets_the_holding_current() {
+    let mut coordinator = coordinator();
+    let located = |force_n| Event::Located {
+        phalanx: 2,
+        p_phalanx: 1.0,
+        k_m: 0.04,
+        sigma_m: 0.001,
+        k_c_nm_per_rad: 2.0,
+        force_n,
+        force_sigma_n: 0.1,
+        radius_m: f32::NAN,
+        radius_sigma_m: f32::NAN,
+        settled: true,
+    };
+    let status = Status {
+        current_a: 0.065,
+        ..Status::default()
+    };
+    let held_a = |coordinator: &Coordinator<P70>| coordinator.sequence.motion().holding_current_a;
+    coordinator
+        .overrides
+        .set(Setting::HoldForce, 1.5)
+        .expect("in range");
+    coordinator.event(&located(1.5), &status);
+    assert!((held_a(&coordinator) - 0.065).abs() < 1e-6);
+    coordinator.event(&located(-1.0), &status);
+    assert!((held_a(&coordinator) - 0.065).abs() < 1e-6);
+}
