@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use crate::machine::{self, THUMB, Toolchain};
+use crate::own_scene;
 use crate::process::{Failure, Outcome, cargo, root, step, target_dir};
 
 // The list that the build scripts use: the names alone, without a TOML reader.
@@ -12,7 +13,7 @@ pub mod list;
 
 /// Names of the scenes, first the default.
 pub fn scenes() -> Outcome<Vec<String>> {
-    let folder = list::folder(&root());
+    let folder = own_scene::folder().map_or_else(|| list::folder(&root()), PathBuf::from);
     list::names(&folder).map_err(|error| Failure::new(format!("{}: {error}", folder.display())))
 }
 
