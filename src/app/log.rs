@@ -81,8 +81,8 @@ macro_rules! log_lines {
             /// A contact without a location.
             not_located info "not-located why={=str} torque_mnm={=f32}" (why: &str, torque_mnm: f32);
             /// Torque factor and cable, as known now.
-            calibrated info "calibrated torque_factor={=f32} torque_factor_sigma={=f32} cable_mrad_per_nm={=f32} cable_sigma_mrad_per_nm={=f32} correlation={=f32} contacts={=u8} presses={=u8}"
-                (torque_factor: f32, torque_factor_sigma: f32, cable_mrad_per_nm: f32, cable_sigma_mrad_per_nm: f32, correlation: f32, contacts: u8, presses: u8);
+            calibrated info "calibrated torque_factor={=f32} torque_factor_sigma={=f32} cable_mrad_per_nm={=f32} cable_sigma_mrad_per_nm={=f32} correlation={=f32} stiffening_per_nm={=f32} stiffening_sigma_per_nm={=f32} contacts={=u8} presses={=u8}"
+                (torque_factor: f32, torque_factor_sigma: f32, cable_mrad_per_nm: f32, cable_sigma_mrad_per_nm: f32, correlation: f32, stiffening_per_nm: f32, stiffening_sigma_per_nm: f32, contacts: u8, presses: u8);
             /// A calibration was refused; the one before stands.
             calibration_refused warn "calibration-refused why={=str}" (why: &str);
             /// The sensor of joint 2 gives values outside the joint's range (a wire, a magnet), or works again. Contacts are
@@ -91,8 +91,9 @@ macro_rules! log_lines {
             /// By how much joint 2 has turned since contact, and the side of e_2 that this indicates; with every place.
             branch info "branch change_mrad={=f32} side={=str}" (change_mrad: f32, side: &str);
             /// A sample of the drivetrain, streamed while `trace` is on; `drive` is 1 closing, -1 opening, 0 idle.
-            sample info "sample time_us={=u64} counts={=i32} current_a={=f32} drive={=i32} joint_rad={=f32}"
-                (time_us: u64, counts: i32, current_a: f32, drive: i32, joint_rad: f32);
+            /// While a contact is searched: what friction leaves, and the evidence of a contact with what it must exceed.
+            sample info "sample time_us={=u64} counts={=i32} current_a={=f32} drive={=i32} joint_rad={=f32} residual_mnm={=f32} evidence={=f32} threshold={=f32}"
+                (time_us: u64, counts: i32, current_a: f32, drive: i32, joint_rad: f32, residual_mnm: f32, evidence: f32, threshold: f32);
             /// What to do next in the guided calibration.
             hint info "hint {=str}" (text: &str);
             /// The answer to a command line.

@@ -5,8 +5,11 @@ mod implementation;
 
 pub use candidates::{Candidate, Class, Inverse};
 
-/// Most phalanges a finger of this crate has.
+/// Most phalanges of a finger that a scene describes, and joints whose changes a [`PathPoint`] holds.
 pub const MAX_PHALANGES: usize = 3;
+
+/// Most phalanges of a finger that this crate can build.
+pub const LONGEST_FINGER: usize = 6;
 
 /// A posture of the finger without contact, with the torque that holds it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,7 +58,8 @@ pub struct PathPoint {
     pub force_by_friction_n: f32,
     /// What half the phalanx's thickness adds to that, newton per metre.
     pub force_by_friction_and_thickness_n_per_m: f32,
-    /// Change of each joint's angle since contact, radian; zero for joints that the finger does not have.
+    /// Change of each joint's angle since contact, radian; zero for joints that the finger does not have. Those beyond the
+    /// third: [`Path::joint_changes_rad`](super::Path::joint_changes_rad).
     pub joints_rad: [f32; MAX_PHALANGES],
 }
 
@@ -99,6 +103,15 @@ pub trait Mechanics {
         torque_nm: f32,
         near: &Self::Configuration,
     ) -> Option<Self::Configuration>;
+
+    /// A finger without a spring at joint 1 whose weight the input link holds with `torque_nm` (negative where the weight
+    /// closes it): `free` as that leaves it, and the torque with which a spring then holds joint 2 against its stop. The mass
+    /// is taken to be even along phalanges that are about in line. None of any other finger.
+    fn weighed(
+        &self,
+        free: &Free<Self::Configuration>,
+        torque_nm: f32,
+    ) -> Option<(Free<Self::Configuration>, f32)>;
 
     /// Secant stiffness K_a' of the free finger from rest to `free` (7), newton metre per radian; 0 without a spring at
     /// joint 1.
@@ -170,7 +183,7 @@ pub trait Mechanics {
         rotation_rad: f32,
     ) -> Option<(f32, PathPoint)>;
 
-    /// Stiffest place of a phalanx: e_2 (27) and its counterparts with three phalanges, metre; it may lie off the
+    /// Stiffest place of a phalanx: e_2 (27) and its counterparts with more phalanges, metre; it may lie off the
     /// phalanx.
     fn stiffest_m(&self, at: &Self::Configuration, torque_nm: f32, phalanx: u8) -> Option<f32>;
 }
