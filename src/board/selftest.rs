@@ -3,7 +3,7 @@
 use core::fmt::Write;
 
 use embassy_stm32::usart::BufferedUartTx;
-use embassy_time::{Duration, Ticker, Timer};
+use embassy_time::{Duration, Ticker};
 
 use crate::scene::Active;
 use palpate::app::console::settings::Setting;
@@ -20,7 +20,7 @@ use super::telemetry::Telemetry;
 use super::{bridge, console, control};
 
 /// The bridge needs 1.5 ms, the motor some more to stand still.
-const SETTLE: Duration = Duration::from_millis(20);
+const SETTLE_MS: u32 = 20;
 /// Longest measurement of the offset, milliseconds: 20 ms at rest and 205 ms of averaging.
 const OFFSET_MS: u32 = 400;
 /// Samples of the noise, one a millisecond.
@@ -124,9 +124,7 @@ impl Application {
 
     /// Asks for something, and gives bridge and motor time.
     async fn settle(self, setpoint: Setpoint) -> Result<(), Ended> {
-        self.ask(setpoint)?;
-        Timer::after(SETTLE).await;
-        Ok(())
+        self.ask_until(setpoint, SETTLE_MS, &mut |_, _| false).await
     }
 
     /// Asks for the same every millisecond, until `done` says so of the status after it, or for `most_ms`.
