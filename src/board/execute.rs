@@ -49,7 +49,7 @@ pub fn load(storage: &mut Storage, sensing: &Shared<ContactSensing<Active>>) -> 
         Found::Unreadable => (Loaded::Nothing, "unreadable"),
         Found::Record { bytes, newest } => {
             let restored = Record::decode(bytes, SCENE_ID, |record| Loaded::Restored {
-                overrides: record.overrides,
+                overrides: *record.overrides,
                 notice: sensing.lock(|sensing| sensing.borrow_mut().restore(record)),
             });
             match restored {
@@ -165,10 +165,12 @@ impl Application {
             .lock(|coordinator| *coordinator.borrow().overrides());
         self.sensing.lock(|sensing| {
             let sensing = sensing.borrow();
-            let (calibration, friction) = (sensing.calibration(), sensing.sensor().friction());
-            record::encode(&overrides, calibration, friction, SCENE_ID, |byte| {
-                writer.push(byte);
-            });
+            let record = Record {
+                overrides: &overrides,
+                calibration: sensing.calibration(),
+                friction: sensing.sensor().friction(),
+            };
+            record.encode(SCENE_ID, |byte| writer.push(byte));
         });
     }
 

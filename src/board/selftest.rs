@@ -101,13 +101,15 @@ impl Application {
         };
         let name = step.name();
         Telemetry.selftest(name, result, value, &want, remedy);
-        let mut text = heapless::String::<240>::new();
+        let mut text = Answer::new();
         let value = Decimal(value);
         let _ = write!(
             text,
-            "selftest step={name} result={result} value={value} want={want} remedy={remedy}\r\n"
+            "selftest step={name} result={result} value={value} want={want} remedy="
         );
-        console::send(port, &text).await;
+        for piece in [text.as_str(), remedy, "\r\n"] {
+            console::send(port, piece).await;
+        }
     }
 
     /// Asks for something of the motor.
