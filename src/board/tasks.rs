@@ -59,8 +59,11 @@ pub async fn sense(mut samples: Samples, application: Application) {
             if JointPin::<Active>::FITTED {
                 reads = joint_reads(reads, sample.joint);
             }
-            trace::sample(&sample, Joint::rad(sample.joint));
             let event = sensing.lock(|sensing| sensing.borrow_mut().sample(&sample));
+            if trace::due() {
+                let suspicion = sensing.lock(|sensing| sensing.borrow().sensor().suspicion());
+                trace::sample(&sample, Joint::rad(sample.joint), suspicion);
+            }
             if let Some(event) = event {
                 application.report(&event);
                 let status = control::status();

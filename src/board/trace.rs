@@ -7,6 +7,7 @@ use core::sync::atomic::{AtomicU16, Ordering};
 
 use palpate::app::log::Log;
 use palpate::sample::{Drive, Sample};
+use palpate::sensing::Suspicion;
 
 use super::telemetry::Telemetry;
 
@@ -21,18 +22,32 @@ pub fn stream(every: u16) {
     EVERY.store(every, Ordering::Relaxed);
 }
 
-/// Takes each sample, with the angle of joint 2 where it is measured, and logs it if its turn has come.
-pub fn sample<J>(sample: &Sample<J>, joint_rad: Option<f32>) {
+/// The next sample is to be logged. Call once for each.
+pub fn due() -> bool {
     let every = EVERY.load(Ordering::Relaxed);
     if every == 0 {
-        return;
+        return false;
     }
     let left = LEFT.load(Ordering::Relaxed);
-    if left > 0 {
-        LEFT.store(left - 1, Ordering::Relaxed);
-        return;
-    }
-    LEFT.store(every - 1, Ordering::Relaxed);
+    LEFT.store(
+        if left > 0 { left - 1 } else { every - 1 },
+        Ordering::Relaxed,
+    );
+    left == 0
+}
+
+/// Logs a sample, with the angle of joint 2 where it is measured, and what the search for a contact made of it.
+pub fn sample<J>(sample: &Sample<J>, joint_rad: Option<f32>, suspicion: Option<Suspicion>) {
+    let unknown = Suspicion {
+        residual_nm: f32::NAN,
+        ln_ratio: f32::NAN,
+        threshold: f32::NAN,
+    };
+    let Suspicion {
+        residual_nm,
+        ln_ratio,
+        threshold,
+    } = suspicion.unwrap_or(unknown);
     let drive = match sample.drive {
         Drive::Closing => 1,
         Drive::Opening => -1,
@@ -44,5 +59,8 @@ pub fn sample<J>(sample: &Sample<J>, joint_rad: Option<f32>) {
         sample.current_a,
         drive,
         joint_rad.unwrap_or(f32::NAN),
+        residual_nm * 1e3,
+        ln_ratio,
+        threshold,
     );
 }

@@ -187,6 +187,12 @@ impl Detector {
         self.largest(1.0).map(|(index, ..)| self.onset(index, 1.0))
     }
 
+    /// Logarithm of the likelihood ratio of the likeliest contact so far, and the one that decides.
+    pub fn evidence(&self) -> Option<(f32, f32)> {
+        let (_, ln_ratio) = self.largest(1.0)?;
+        Some((ln_ratio, self.test.threshold))
+    }
+
     /// Takes the residual of the next block. What is not a number is left out.
     pub fn push(&mut self, block: &Residual) -> Finding {
         if !(block.torque_nm.is_finite() && block.variance_nm2 > 0.0 && block.variance_nm2 < 1e6) {

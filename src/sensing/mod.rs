@@ -29,7 +29,7 @@ pub use event::{Event, NotLocated};
 pub use friction::Friction;
 pub use joint::{Hall, JointSensor, NoHall, Side};
 pub use location::{Cable, Rigid, Series};
-pub use sensor::Sensor;
+pub use sensor::{Sensor, Suspicion};
 pub use settings::{Directive, Settings};
 
 #[cfg(test)]

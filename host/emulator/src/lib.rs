@@ -9,12 +9,14 @@
 //! | [`firmware`], [`rtt`], [`log`] | the image, the debug probe's ring buffers, decoded log lines |
 //! | [`machine`] | all of it, run in virtual time |
 //! | [`sim`] | simulated grasps: object, script, verdict, trace |
+//! | [`clients`] | tools of others: RTT over TCP, a port for GDB |
 //!
 //! Nothing here was checked against silicon. Time has the granularity of a straight run of instructions, and
 //! [`time::CYCLES_PER_INSTRUCTION`] is assumed; instruction counts are exact.
 #![deny(unsafe_code)]
 
 pub mod chip;
+pub mod clients;
 pub mod cortex;
 pub mod firmware;
 pub mod log;
@@ -76,6 +78,14 @@ pub enum Error {
     /// The instruction engine failed.
     #[error("instruction engine: {0:?}")]
     Engine(unicorn_engine::uc_error),
+    /// A port for clients cannot be opened.
+    #[error("cannot listen on port {port} of this machine: {source}; choose another")]
+    Port {
+        /// Which.
+        port: u16,
+        /// Why.
+        source: std::io::Error,
+    },
     /// A trace cannot be written.
     #[error("cannot write the trace: {0}")]
     Trace(std::io::Error),

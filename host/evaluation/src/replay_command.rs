@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::Args;
-use palpate::sample::Sample;
+use palpate::sample::{Drive, Sample};
 use palpate::scene::Scene;
 use palpate::sensing::{Directive, Event};
 use palpate_evaluation::replay::{self, Beforehand, Source};
@@ -35,6 +35,9 @@ pub struct Options {
     /// One JSON object a line instead of text.
     #[arg(long)]
     json: bool,
+    /// Write events and samples as JSON lines, of which a page is made (`cargo xtask replay FILE --html PAGE`).
+    #[arg(long, value_name = "FILE")]
+    events: Option<PathBuf>,
 }
 
 /// A recording that calibrates.
@@ -143,15 +146,61 @@ fn tell(found: &replay::Replay, recorded: &[Sample], options: &Options) {
     for told in &found.told {
         let time_s = told.time_us as f64 * 1e-6;
         if options.json {
-            let (name, mut fields) = replay::fields(&told.event);
-            fields.insert("type".into(), json!("event"));
-            fields.insert("name".into(), json!(name));
-            fields.insert("t_s".into(), json!(time_s));
-            println!("{}", Value::Object(fields));
+            println!("{}", event_json(&told.event, time_s));
         } else {
             println!("{time_s:10.3} {}", replay::line(&told.event));
         }
     }
+}
+
+fn event_json(event: &Event, time_s: f64) -> Value {
+    let (name, mut fields) = replay::fields(event);
+    fields.insert("type".into(), json!("event"));
+    fields.insert("name".into(), json!(name));
+    fields.insert("t_s".into(), json!(time_s));
+    Value::Object(fields)
+}
+
+/// Every so many samples of a recording are written for a page.
+const PAGE_SAMPLES: usize = 2;
+
+/// The lines of a page: the scene, then samples and events in the order of their times, then the truth if it lies beside the
+/// recording (`NAME.json` beside `NAME.csv.gz`).
+fn page_lines(found: &replay::Replay, recorded: &[Sample], options: &Options) -> Vec<Value> {
+    let mut lines = vec![json!({"type": "event", "name": "boot", "scene": options.scene})];
+    let mut told = found.told.iter().peekable();
+    for sample in recorded.iter().step_by(PAGE_SAMPLES) {
+        while let Some(told) = told.next_if(|told| told.time_us <= sample.time_us) {
+            lines.push(event_json(&told.event, told.time_us as f64 * 1e-6));
+        }
+        let drive = match sample.drive {
+            Drive::Closing => 1,
+            Drive::Opening => -1,
+            Drive::Idle => 0,
+        };
+        lines.push(json!({
+            "type": "event", "name": "sample", "time_us": sample.time_us, "counts": sample.position_counts,
+            "current_a": sample.current_a, "drive": drive,
+        }));
+    }
+    lines.extend(told.map(|told| event_json(&told.event, told.time_us as f64 * 1e-6)));
+    if let Some((phalanx, k_mm)) = truth_beside(&options.file) {
+        lines.push(json!({"type": "truth", "phalanx": phalanx, "k_mm": k_mm, "force_n": 0.0}));
+    }
+    lines
+}
+
+/// Where a recording's contact began, told by the file beside it.
+fn truth_beside(recording: &Path) -> Option<(u64, f64)> {
+    let name = recording.file_name()?.to_str()?;
+    let name = name.strip_suffix(".gz").unwrap_or(name);
+    let beside = recording.with_file_name(format!("{}.json", name.strip_suffix(".csv")?));
+    let truth: Value = serde_json::from_str(&std::fs::read_to_string(beside).ok()?).ok()?;
+    let contact = truth.get("contact")?;
+    Some((
+        contact.get("phalanx_first")?.as_u64()?,
+        contact.get("k_first_mm")?.as_f64()?,
+    ))
 }
 
 /// Replays what calibrates, in its order, then the recording.
@@ -201,6 +250,14 @@ fn all<S: Scene>(options: &Options) -> Result<(), Box<dyn Error>> {
     };
     let found = replay::replay::<S>(&recorded, &before, Directive::Watch);
     tell(&found, &recorded, options);
+    if let Some(path) = &options.events {
+        let lines: Vec<String> = page_lines(&found, &recorded, options)
+            .iter()
+            .map(|line| format!("{line}\n"))
+            .collect();
+        std::fs::write(path, lines.concat())
+            .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+    }
     Ok(())
 }
 

@@ -1,9 +1,10 @@
 //! A live view of a finger in the terminal: its posture, the contact, the torque curve, the log, and a command line.
 //!
-//! Lines come in ([`source`], [`stream`]), change what is known ([`state`]), and are drawn ([`screen`]). The mechanics that
-//! draws the finger is the library's own ([`posture`]).
+//! Lines come in ([`source`], [`stream`]), change what is known ([`state`]), and are drawn ([`screen`], [`page`]) from the
+//! same strokes and curves ([`figure`]). The mechanics that draws the finger is the library's own ([`posture`]).
 
 pub mod command_line;
+pub mod figure;
 pub mod page;
 pub mod posture;
 pub mod recording;

@@ -4,10 +4,11 @@ mod drawing;
 
 use std::fmt::Write;
 
+use crate::figure;
 use crate::posture::Drawn;
 use crate::state::State;
 use crate::stream::{Event, Level, Message};
-use drawing::{Series, plot, posture};
+use drawing::{plot, posture};
 
 /// What a page tells, gathered from a stream.
 #[derive(Debug, Default)]
@@ -24,7 +25,11 @@ impl Story {
     pub fn take(&mut self, message: Message) {
         match &message {
             Message::Event(event) if event.name.starts_with("answer") => {
-                self.settings.push(event.text());
+                let text = event.text();
+                let answer = text.trim_start_matches("answer").trim();
+                if answer != "ok" {
+                    self.settings.push(answer.to_owned());
+                }
             }
             Message::Event(event) => self.events.push(event.clone()),
             Message::Note(text) => {
@@ -122,25 +127,36 @@ impl Story {
     }
 
     fn truth(&self) -> String {
-        let Some(summary) = &self.summary else {
-            return String::new();
+        let number = |key: &str| self.summary.as_ref()?.get(key)?.as_f64();
+        let summed_up = number("true_phalanx").zip(number("true_k_mm"));
+        let streamed = self
+            .state
+            .truth
+            .map(|(phalanx, k_mm, _)| (f64::from(phalanx), k_mm));
+        let Some((phalanx, k_mm)) = summed_up.or(streamed) else {
+            return match self.summary {
+                Some(_) => "<p>Simulated: nothing touched the finger.</p>\n".to_owned(),
+                None => String::new(),
+            };
         };
-        let number = |key: &str| summary.get(key).and_then(serde_json::Value::as_f64);
-        let (Some(phalanx), Some(k_mm)) = (number("true_phalanx"), number("true_k_mm")) else {
-            return "<p>Simulated; nothing touched the finger.</p>\n".to_owned();
-        };
-        let error = number("k_mm")
-            .filter(|_| number("phalanx") == Some(phalanx))
-            .map_or(String::new(), |estimate| {
-                format!(" The estimate is {:+.2} mm off.", estimate - k_mm)
+        let places = self
+            .state
+            .contact
+            .iter()
+            .flat_map(|contact| &contact.places);
+        let error = places
+            .filter(|place| f64::from(place.phalanx) == phalanx)
+            .map(|place| place.k_mm - k_mm)
+            .min_by(|a, b| a.abs().total_cmp(&b.abs()))
+            .map_or(String::new(), |off_mm| {
+                format!(" The estimate is {off_mm:+.2} mm off.")
             });
-        format!("<p>Simulated: the truth is phalanx {phalanx:.0}, {k_mm:.2} mm.{error}</p>\n")
+        format!("<p>The truth is phalanx {phalanx:.0}, {k_mm:.2} mm.{error}</p>\n")
     }
 
     fn figures(&self, finger: &mut (dyn Drawn + 'static)) -> Vec<(String, String)> {
-        let (rad_per_count, nm_per_a) = finger.scales();
-        let contact = self.state.contact.as_ref();
-        let touch = contact.and_then(crate::screen::touch);
+        let rad_per_count = finger.scales().rad_per_count;
+        let touch = figure::touch_of(&self.state, finger);
         let last_rad = self
             .state
             .samples
@@ -150,63 +166,28 @@ impl Story {
             .map_or(0.0, |sample| sample.counts * rad_per_count);
         let at_rad = touch.map_or(last_rad, |touch| last_rad.max(touch.theta_a_rad));
         let mut figures = Vec::new();
-        if let Some(points) = finger
-            .points(at_rad, touch)
-            .or_else(|| finger.points(at_rad, None))
-        {
+        if let Some(points) = figure::points_at(&self.state, finger, at_rad) {
             let caption = format!(
-                "The finger with its input link at {:.1}°",
-                at_rad.to_degrees()
+                "The finger with its input link at {:.1}°: the band is two deviations wide, the arrow the force{}",
+                at_rad.to_degrees(),
+                if self.state.truth.is_some() {
+                    ", × the truth"
+                } else {
+                    ""
+                }
             );
-            figures.push((caption, posture(&points, contact, self.state.truth)));
+            figures.push((caption, posture(&figure::posture(&points, &self.state))));
         }
-        let measured: Vec<(f64, f64)> = self
-            .state
-            .samples
-            .iter()
-            .filter(|sample| sample.duty > 0.0)
-            .map(|sample| {
-                (
-                    (sample.counts * rad_per_count).to_degrees(),
-                    1e3 * nm_per_a * sample.current_a,
-                )
-            })
-            .collect();
-        if !measured.is_empty() {
-            let friction = self.state.friction_nm.map(|friction| 1e3 * friction);
-            let ends = [measured.first(), measured.last()];
-            let level: Vec<(f64, f64)> = ends
-                .into_iter()
-                .flatten()
-                .filter_map(|point| Some((point.0, friction?)))
-                .collect();
-            let series = [
-                Series::points("motor torque", "ink", &measured),
-                Series::line("mean friction", "blue", &level),
-            ];
-            figures.push((
-                "Motor torque at the input link (nominal), mN m, against its angle, deg".to_owned(),
-                plot(&series),
-            ));
+        let torque = figure::torque(&self.state, finger);
+        if torque.iter().any(|series| !series.points.is_empty()) {
+            figures.push((capital(figure::TORQUE_AXES), plot(&torque)));
         }
-        let places = contact.map_or(&[][..], |contact| contact.places.as_slice());
-        for place in places {
-            let sigma = place.sigma_mm.max(0.05);
-            let density: Vec<(f64, f64)> = (-40..=40)
-                .map(|step| 0.1 * f64::from(step))
-                .map(|z| {
-                    (
-                        place.k_mm + z * sigma,
-                        place.weight * (-0.5 * z * z).exp()
-                            / (sigma * std::f64::consts::TAU.sqrt()),
-                    )
-                })
-                .collect();
+        if let Some(belief) = figure::belief(&self.state, finger) {
             let caption = format!(
-                "Belief in the contact location on phalanx {}, mm from its joint: a normal density with the mean and deviation told",
-                place.phalanx
+                "Belief in the contact location, {}: a normal density with the mean and deviation of each place",
+                belief.axis
             );
-            figures.push((caption, plot(&[Series::line("belief", "green", &density)])));
+            figures.push((caption, plot(&belief.series)));
         }
         figures
     }
@@ -261,6 +242,14 @@ fn short(value: &str) -> String {
     }
 }
 
+/// With a capital letter, as a sentence begins.
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
+}
+
 /// Text that cannot be taken for markup.
 fn escape(text: &str) -> String {
     text.replace('&', "&amp;")
@@ -277,7 +266,7 @@ body{color:var(--ink);background:var(--paper);font:15px/1.45 system-ui,sans-seri
 h1{font-size:1.4rem}h2{font-size:1.1rem}.verdict{font-size:1.15rem}
 .figures{display:flex;flex-wrap:wrap;gap:1rem}figure{margin:0;flex:1 1 22rem;min-width:18rem}figcaption{color:var(--faint);font-size:.85rem}
 svg{width:100%;height:auto}table{border-collapse:collapse;width:100%;font-size:.85rem}
-td,th{text-align:left;padding:.15rem .5rem;border-bottom:1px solid color-mix(in srgb,var(--faint) 35%,transparent);vertical-align:top}
+th{white-space:nowrap}td,th{text-align:left;padding:.15rem .5rem;border-bottom:1px solid color-mix(in srgb,var(--faint) 35%,transparent);vertical-align:top}
 .warn{color:var(--amber)}.error{color:var(--red)}pre{font-size:.85rem;white-space:pre-wrap}
 ";
 

@@ -16,11 +16,25 @@ pub trait Drawn {
     /// Lengths of the phalanges, metre.
     fn lengths_m(&self) -> Vec<f64>;
 
-    /// Torque above the one at contact against input angle, for a contact: (radian from the opening stop, newton metre).
+    /// Torque above the one at contact against the encoder's angle, cable twist included, for a contact: (radian from the
+    /// opening stop, newton metre).
     fn curve(&self, touch: Touch, most_nm: f64) -> Vec<(f64, f64)>;
 
-    /// Input angle per encoder count, radian, and input torque per ampere as the nominal gears give it, newton metre.
-    fn scales(&self) -> (f64, f64);
+    /// What turns counts and amperes into angles and torques.
+    fn scales(&self) -> Scales;
+}
+
+/// Nominal scales of a drivetrain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scales {
+    /// Input angle per encoder count, radian.
+    pub rad_per_count: f64,
+    /// Torque at the input link per ampere if nothing were lost, newton metre.
+    pub nm_per_a: f64,
+    /// Share of a load's torque that the gears pass on, 0 to 1.
+    pub efficiency: f64,
+    /// Compliance of the cable, radian per newton metre; 0 where there is none.
+    pub cable_rad_per_nm: f64,
 }
 
 /// A contact to draw.
@@ -34,6 +48,8 @@ pub struct Touch {
     pub k_m: f64,
     /// Effective contact radius, metre.
     pub radius_m: f64,
+    /// Compliance of the cable between encoder and input link, radian per newton metre.
+    pub cable_rad_per_nm: f64,
 }
 
 /// The finger of a scene.
@@ -41,7 +57,7 @@ pub struct SceneFinger<F: Mechanics> {
     finger: F,
     near: F::Configuration,
     opening_stop_rad: f64,
-    scales: (f64, f64),
+    scales: Scales,
 }
 
 /// Points of a drawn curve.
@@ -49,7 +65,7 @@ const CURVE_POINTS: u8 = 40;
 
 impl<F: Mechanics> SceneFinger<F> {
     /// For a finger whose input link stands at `opening_stop_rad` at the opening stop.
-    pub fn new(finger: F, opening_stop_rad: f64, scales: (f64, f64)) -> Self {
+    pub fn new(finger: F, opening_stop_rad: f64, scales: Scales) -> Self {
         Self {
             near: finger.rest(),
             finger,
@@ -111,7 +127,8 @@ impl<F: Mechanics> Drawn for SceneFinger<F> {
         let mut rise_nm = 1e-3;
         while let Some(point) = self.finger.follow(&mut path, rise_nm) {
             change = point.joints_rad;
-            if f64::from(point.rotation_rad) >= wanted || rise_nm > 1.0 {
+            let twist = f64::from(rise_nm) * touch.cable_rad_per_nm;
+            if f64::from(point.rotation_rad) + twist >= wanted || rise_nm > 1.0 {
                 break;
             }
             rise_nm *= 1.25;
@@ -135,12 +152,14 @@ impl<F: Mechanics> Drawn for SceneFinger<F> {
             let Some(point) = self.finger.follow(&mut path, rise_nm as f32) else {
                 break;
             };
-            curve.push((touch.theta_a_rad + f64::from(point.rotation_rad), rise_nm));
+            let twist = rise_nm * touch.cable_rad_per_nm;
+            let rotation = f64::from(point.rotation_rad) + twist;
+            curve.push((touch.theta_a_rad + rotation, rise_nm));
         }
         curve
     }
 
-    fn scales(&self) -> (f64, f64) {
+    fn scales(&self) -> Scales {
         self.scales
     }
 }

@@ -2,7 +2,7 @@
 
 use palpate::finger::Mechanics;
 use palpate::scene::Scene;
-use palpate_monitor::posture::{Drawn, SceneFinger};
+use palpate_monitor::posture::{Drawn, Scales, SceneFinger};
 
 /// The finger of a scene by its name.
 pub fn finger(scene: &str) -> Option<Box<dyn Drawn>> {
@@ -16,10 +16,12 @@ where
 {
     let finger = S::MECHANISM;
     let drivetrain = S::drivetrain(&finger);
-    let scales = (
-        f64::from(drivetrain.rad_per_count),
-        f64::from(drivetrain.torque_per_ampere_nm),
-    );
+    let scales = Scales {
+        rad_per_count: f64::from(drivetrain.rad_per_count),
+        nm_per_a: f64::from(drivetrain.torque_per_ampere_nm),
+        efficiency: f64::from(drivetrain.efficiency),
+        cable_rad_per_nm: f64::from(S::UNCALIBRATED.cable_rad_per_nm),
+    };
     let stop = f64::from(drivetrain.opening_stop_rad);
     Box::new(SceneFinger::new(finger, stop, scales))
 }

@@ -3,8 +3,6 @@
 mod finger;
 mod plots;
 
-pub(crate) use finger::touch_of as touch;
-
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style, Stylize};
@@ -12,6 +10,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph};
 
 use crate::command_line::CommandLine;
+use crate::figure::Role;
 use crate::posture::Drawn;
 use crate::state::State;
 use crate::stream::Level;
@@ -55,6 +54,20 @@ impl View {
             Style::new()
         }
     }
+
+    /// The colour of what is drawn, or the terminal's own.
+    fn colour_of(&self, role: Role) -> Color {
+        if !self.colour {
+            return Color::Reset;
+        }
+        match role {
+            Role::Measured => Color::White,
+            Role::Estimate => Color::Green,
+            Role::Alternative | Role::Threshold => Color::Yellow,
+            Role::Truth => Color::Magenta,
+            Role::Friction => Color::Blue,
+        }
+    }
 }
 
 const HELP: &str = "r run   s stop   o open   c clear   f record friction   k calibrate cable   t status\n\
@@ -67,7 +80,7 @@ pub fn draw(
     state: &State,
     view: &View,
     command: &CommandLine,
-    finger: Option<&mut (dyn Drawn + '_)>,
+    finger: Option<&mut (dyn Drawn + 'static)>,
 ) {
     let [head, body, log, foot] = Layout::vertical([
         Constraint::Length(1),

@@ -77,6 +77,8 @@ pub struct State {
     pub friction_residual_nm: Option<f64>,
     /// Torque factor of the calibration with its deviation.
     pub torque_factor: Option<(f64, f64)>,
+    /// Compliance of the cable, as calibrated, radian per newton metre.
+    pub cable_rad_per_nm: Option<f64>,
     /// Latest time seen, second.
     pub time_s: f64,
     /// Log records that were lost.
@@ -94,6 +96,11 @@ impl State {
                 self.time_s = sample.time_s;
                 if sample.supply_v.is_some() {
                     self.supply_v = sample.supply_v;
+                }
+                // A recording has no states: a closing begins where the finger has opened before.
+                let opened = self.samples.back().is_some_and(|last| last.duty < 0.0);
+                if self.sequence.is_empty() && sample.duty > 0.0 && opened {
+                    self.forget_closing();
                 }
                 push(&mut self.samples, sample, SAMPLES);
             }
@@ -123,6 +130,12 @@ impl State {
         );
     }
 
+    fn forget_closing(&mut self) {
+        self.samples.clear();
+        self.contact = None;
+        self.truth = None;
+    }
+
     fn event(&mut self, event: Event) {
         if let Some(time_s) = event.time_s {
             self.time_s = time_s;
@@ -138,9 +151,7 @@ impl State {
                     .unwrap_or_default()
                     .clone_into(&mut self.sequence);
                 if matches!(self.sequence.as_str(), "close" | "record-closing" | "home") {
-                    self.samples.clear();
-                    self.contact = None;
-                    self.truth = None;
+                    self.forget_closing();
                 }
             }
             "fault" => self.fault = event.field("name").map(str::to_owned),
@@ -159,6 +170,7 @@ impl State {
                 self.torque_factor = event
                     .number("torque_factor")
                     .zip(event.number("torque_factor_sigma"));
+                self.cable_rad_per_nm = event.number("cable_mrad_per_nm").map(|value| 1e-3 * value);
             }
             "log" => {
                 self.dropped += event.number("dropped").unwrap_or_default().max(0.0) as u64;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::emulator;
 use crate::firmware::{Build, every_scene, list, scenes};
 use crate::machine;
+use crate::monitor;
 use crate::mujoco;
 use crate::new_scene;
 use crate::process::{Failure, Outcome, cargo, run, step};
@@ -89,7 +90,9 @@ pub fn sim(arguments: &[String]) -> Outcome {
     if let Some(scene) = scene {
         rest.extend(["--scene".to_owned(), scene]);
     }
-    emulate("sim", &elf, &rest)
+    monitor::with_page(&mut rest, "A simulated grasp", |rest| {
+        emulate("sim", &elf, rest)
+    })
 }
 
 /// `build`: the ELF alone.
@@ -179,10 +182,12 @@ pub fn experiments(arguments: &[String]) -> Outcome {
 
 /// `replay`: a recorded trace.
 pub fn replay(arguments: &[String]) -> Outcome {
-    run(&mut world_program(
-        "palpate-evaluation",
-        &[&["replay".to_owned()], arguments].concat(),
-    )?)
+    monitor::with_page(&mut arguments.to_vec(), "A recorded grasp", |rest| {
+        run(&mut world_program(
+            "palpate-evaluation",
+            &[&["replay".to_owned()], rest].concat(),
+        )?)
+    })
 }
 
 /// `recordings`: a folder of them, with their truth.

@@ -46,3 +46,24 @@ fn live(subcommand: &str, arguments: &[String]) -> Outcome {
     }
     run(&mut command)
 }
+
+/// Runs a command; with `--html FILE` it leaves its events, of which a page is made.
+pub fn with_page(
+    arguments: &mut Vec<String>,
+    title: &str,
+    command: impl FnOnce(&[String]) -> Outcome,
+) -> Outcome {
+    let Some(page) = take(arguments, "--html")? else {
+        return command(arguments);
+    };
+    let events = target_dir().join(format!("page-{}.jsonl", std::process::id()));
+    let events_text = events.display().to_string();
+    arguments.extend(["--events".to_owned(), events_text.clone()]);
+    // A grasp that ends in a fault is worth a page as well.
+    let outcome = command(arguments);
+    let words = ["page", &events_text, "--out", &page, "--title", title].map(str::to_owned);
+    let written = run(&mut crate::commands::host_program(PACKAGE, &words));
+    // One that cannot be removed lies in the folder of build products.
+    let _ = std::fs::remove_file(&events);
+    outcome.and(written)
+}

@@ -26,6 +26,7 @@ use crate::sensing::{Calibration, Directive, Drive, Drivetrain, Event, Sample, S
 use contact::Contact;
 use known::Known;
 use record::Learning;
+pub use search::Suspicion;
 use search::{Found, Search};
 
 /// The current stage. Never two at a time: they share their memory.
@@ -90,6 +91,14 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
     pub fn set_efficiency(&mut self, efficiency: f32) {
         if efficiency > 0.0 && efficiency <= 1.0 {
             self.known.drivetrain.efficiency = efficiency;
+        }
+    }
+
+    /// How near the search for a contact is to a decision; `None` while it does not search.
+    pub fn suspicion(&self) -> Option<Suspicion> {
+        match &self.work {
+            Work::Searching(search) => search.suspicion(),
+            _ => None,
         }
     }
 

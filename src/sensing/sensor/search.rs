@@ -50,6 +50,17 @@ impl<R> Past<R> {
     }
 }
 
+/// How near the search for a contact is to a decision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Suspicion {
+    /// Torque of the motor that friction leaves unexplained in the last block, newton metre.
+    pub residual_nm: f32,
+    /// Logarithm of the likelihood ratio of the likeliest contact; it may be negative.
+    pub ln_ratio: f32,
+    /// The logarithm beyond which a contact is reported.
+    pub threshold: f32,
+}
+
 /// A search under way.
 #[derive(Clone, Debug)]
 pub(super) struct Search<R> {
@@ -74,6 +85,16 @@ impl<R> Search<R> {
     pub(super) fn suspect(&self) -> Option<Onset> {
         let suspect = self.detector.as_ref()?.suspect()?;
         (suspect.ln_ratio > SUSPICIOUS).then_some(suspect)
+    }
+
+    /// What the detector last saw, and how near it is to a decision.
+    pub(super) fn suspicion(&self) -> Option<Suspicion> {
+        let (ln_ratio, threshold) = self.detector.as_ref()?.evidence()?;
+        Some(Suspicion {
+            residual_nm: self.history.back()?.residual_nm,
+            ln_ratio,
+            threshold,
+        })
     }
 
     /// Becomes the current stage.

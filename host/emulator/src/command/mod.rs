@@ -4,6 +4,8 @@
 pub mod bench;
 mod counts;
 pub mod faults;
+mod output;
+mod ports;
 pub mod sim;
 
 use std::process::ExitCode;

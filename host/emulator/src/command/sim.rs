@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! `sim`: one run, its log, its summary.
 
-use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::mpsc::{Receiver, TryRecvError};
@@ -11,10 +10,13 @@ use clap::Args;
 use palpate_emulator::chip::FLASH_SIZE;
 use palpate_emulator::firmware::default_path;
 use palpate_emulator::sim::{
-    Calibration, Injected, Object, Script, Session, Settings, Step, Summary, Trace, event_json,
+    Calibration, Injected, Object, Script, Session, Settings, Step, Summary, Trace,
 };
 use palpate_emulator::{Error, Firmware, Setup};
 use palpate_plant::{Engine, Parameters, World};
+
+use super::output::{Form, Output};
+use super::ports::Ports;
 
 /// Options of `sim`.
 #[derive(Args)]
@@ -55,9 +57,16 @@ pub struct Options {
     /// Writes what was measured and what is true, a row a millisecond
     #[arg(long, value_name = "FILE.csv")]
     trace: Option<PathBuf>,
-    /// One JSON object a line: every event, then the summary
+    /// One JSON object a line: every event, what is true when the contact is judged, then the summary
     #[arg(long)]
     json: bool,
+    /// Prints the summary alone
+    #[arg(long, conflicts_with = "json")]
+    quiet: bool,
+    /// Writes the events as with --json, with the samples that the firmware then streams and its settings: what a page about
+    /// the grasp is made of (`cargo xtask sim --html`)
+    #[arg(long, value_name = "FILE")]
+    events: Option<PathBuf>,
     /// Typed instead of pressing the button, separated by semicolons, each when the motion before it has ended
     #[arg(long, value_name = "COMMANDS")]
     commands: Option<String>,
@@ -89,6 +98,24 @@ pub struct Options {
     /// Pace in multiples of real time; as fast as it goes without it
     #[arg(long, value_name = "TIMES", value_parser = positive)]
     speed: Option<f64>,
+    /// Passes the log's bytes on over TCP, as a probe's RTT server does; for `defmt-print tcp`
+    #[arg(long, value_name = "PORT")]
+    rtt_port: Option<u16>,
+    /// Lets GDB in: `target remote :PORT`
+    #[arg(long, value_name = "PORT")]
+    gdb_port: Option<u16>,
+}
+
+impl Options {
+    fn form(&self) -> Form {
+        if self.json {
+            Form::Json
+        } else if self.quiet {
+            Form::Summary
+        } else {
+            Form::Text
+        }
+    }
 }
 
 fn finite(text: &str) -> Result<f64, String> {
@@ -122,13 +149,17 @@ fn parameters(options: &Options) -> Result<Parameters, Error> {
 
 /// What the user does: the guided calibration, the commands, or the button.
 fn script(options: &Options) -> Script {
-    if !options.calibrate.is_empty() {
-        return Script::calibration(&options.calibrate);
+    let mut script = match &options.commands {
+        _ if !options.calibrate.is_empty() => Script::calibration(&options.calibrate),
+        Some(commands) => Script::parse(commands),
+        None => Script::button(),
+    };
+    if options.events.is_some() {
+        let typed = |line: &str| Step::Command(line.to_owned());
+        script.0.insert(0, typed("show"));
+        script.0.insert(0, typed("trace on 2"));
     }
-    options
-        .commands
-        .as_deref()
-        .map_or_else(Script::button, Script::parse)
+    script
 }
 
 /// Flash contents of an earlier run, if there was one.
@@ -191,36 +222,37 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
     };
     let start = Instant::now();
     let world = settings.parameters.clone();
+    let mut output = Output::new(options.form(), options.events.as_deref())?;
+    let mut ports = Ports::open(options.rtt_port, options.gdb_port)?;
     let mut session = Session::start(&firmware, settings, trace)?;
-    let mut printed = 0;
-    let mut progress = Progress::new();
+    let mut pace = options.speed.map(Pace::new);
     let mut result = Ok(());
     let mut fault = options.fault;
     let mut typed = options.keep_running.then(Typed::listen);
     while result.is_ok() && (typed.as_ref().is_some_and(Typed::open) || !session.over()) {
+        if !ports.serve(&mut session)? {
+            // A debugger holds the core.
+            std::thread::sleep(Duration::from_millis(1));
+            if let Some(pace) = &mut pace {
+                pace.restart(session.machine.time_s());
+            }
+            continue;
+        }
         if let Some(typed) = &mut typed {
             typed.pass_on(&mut session);
         }
-        if let Some(speed) = options.speed {
-            keep_pace(start, session.machine.time_s() / speed);
+        if let Some(pace) = &mut pace {
+            pace.keep(session.machine.time_s());
         }
         result = session.millisecond();
         if let Some(injected) = due(&mut fault, session.machine.time_s()) {
             result = result.and_then(|()| session.inject(injected.fault));
         }
-        if printed < session.lines.len() {
-            progress.clear();
-            printed = print(&session, printed, options.json);
-        }
-        for note in session.machine.take_notes() {
-            progress.clear();
-            eprintln!("chip: {note}");
-        }
-        progress.show(&session, start);
+        output.show(&mut session, start)?;
     }
-    progress.clear();
     result = result.and(session.finish());
-    print(&session, printed, options.json);
+    output.show(&mut session, start)?;
+    output.end_progress();
     result?;
     if options.counts {
         super::counts::print(&session.machine, options.json);
@@ -232,25 +264,18 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
         })?;
     }
     let summary = Summary::of(&session);
+    let calibration = Calibration::of(&session.lines, &world);
     let wall_s = start.elapsed().as_secs_f64();
-    if let Some(calibration) = Calibration::of(&session.lines, &world) {
-        if options.json {
-            println!("{}", calibration.json());
-        } else {
-            print!("\n{}", calibration.text());
-        }
-    }
-    if options.json {
-        println!("{}", summary.json(wall_s));
-    } else {
-        print!("\n{}", summary.text(wall_s));
-    }
+    output.conclude(&summary, calibration.as_ref(), &world, wall_s)?;
     if !session.resets.is_empty() {
-        eprintln!("error: the chip was reset {} times", session.resets.len());
+        eprintln!(
+            "error: the chip was reset {} times; the lines `crash`, `watchdog` and `chip:` above say why",
+            session.resets.len()
+        );
     }
     if session.timed_out() && !session.completed() {
         eprintln!(
-            "error: the firmware did not reach its final state within {} s",
+            "error: the firmware did not reach its final state within {} s; --max-s allows more",
             options.max_s
         );
     }
@@ -262,10 +287,32 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
     })
 }
 
-/// Waits until so much time has passed since `start`.
-fn keep_pace(start: Instant, due_s: f64) {
-    let due = Duration::from_secs_f64(due_s);
-    std::thread::sleep(due.saturating_sub(start.elapsed()));
+/// Keeps simulated time to a multiple of real time.
+struct Pace {
+    speed: f64,
+    from: Instant,
+    from_s: f64,
+}
+
+impl Pace {
+    fn new(speed: f64) -> Self {
+        Self {
+            speed,
+            from: Instant::now(),
+            from_s: 0.0,
+        }
+    }
+
+    /// Counts from now on: what was held does not hurry afterwards.
+    fn restart(&mut self, time_s: f64) {
+        (self.from, self.from_s) = (Instant::now(), time_s);
+    }
+
+    /// Waits until the time is due.
+    fn keep(&self, time_s: f64) {
+        let due = Duration::from_secs_f64((time_s - self.from_s).max(0.0) / self.speed);
+        std::thread::sleep(due.saturating_sub(self.from.elapsed()));
+    }
 }
 
 /// Command lines typed while the emulation runs.
@@ -311,51 +358,4 @@ impl Typed {
 /// The fault, once, when its time has come.
 fn due(fault: &mut Option<Injected>, time_s: f64) -> Option<Injected> {
     fault.take_if(|fault| fault.at_s <= time_s)
-}
-
-fn print(session: &Session<'_>, from: usize, json: bool) -> usize {
-    for line in &session.lines[from..] {
-        if json {
-            println!("{}", event_json(line));
-        } else {
-            println!("{line}");
-        }
-    }
-    session.lines.len()
-}
-
-/// A line on the terminal that overwrites itself.
-struct Progress {
-    terminal: bool,
-    shown: Option<Instant>,
-}
-
-impl Progress {
-    fn new() -> Self {
-        Self {
-            terminal: std::io::stderr().is_terminal(),
-            shown: None,
-        }
-    }
-
-    fn show(&mut self, session: &Session<'_>, start: Instant) {
-        if !self.terminal || self.shown.is_some_and(|at| at.elapsed().as_millis() < 200) {
-            return;
-        }
-        let (emulated, wall) = (session.machine.time_s(), start.elapsed().as_secs_f64());
-        eprint!(
-            "\r\x1b[K{emulated:.1} s simulated, {:.1} times real time, {}",
-            emulated / wall,
-            session.state
-        );
-        self.shown = Some(Instant::now());
-    }
-
-    fn clear(&mut self) {
-        if self.shown.take().is_some() {
-            eprint!("\r\x1b[K");
-            // A terminal that cannot be flushed shows the line a little longer.
-            let _ = std::io::stderr().flush();
-        }
-    }
 }

@@ -3,6 +3,7 @@
 
 use unicorn_engine::{Arch, ArmCpuModel, Mode, Prot, RegisterARM, Unicorn, uc_error};
 
+use super::debug::Breakpoints;
 use super::decode;
 use super::hooks;
 use super::memory::Ram;
@@ -20,11 +21,12 @@ pub(crate) enum Exit {
 
 /// The engine and everything it calls back into.
 pub(crate) struct Engine {
-    uc: Unicorn<'static, Chip>,
+    pub(super) uc: Unicorn<'static, Chip>,
     /// Dropped after the engine, which holds a pointer into it.
     ram: Ram,
     /// Loads from the records are looked at, because some of them are damaged.
     watches_records: bool,
+    pub(super) breakpoints: Breakpoints,
 }
 
 impl Engine {
@@ -47,6 +49,7 @@ impl Engine {
             uc,
             ram,
             watches_records: false,
+            breakpoints: Breakpoints::default(),
         };
         engine.refresh_flash()?;
         Ok(engine)
@@ -71,7 +74,7 @@ impl Engine {
         let pc = self.register(RegisterARM::PC)?;
         let result = self.uc.emu_start(u64::from(pc | 1), 0, 0, 0);
         if let Some(trap) = self.chip_mut().core.trap.take() {
-            if matches!(trap, Trap::Bus { .. } | Trap::Undefined) {
+            if matches!(trap, Trap::Bus { .. } | Trap::Undefined | Trap::Held { .. }) {
                 self.refund()?;
             }
             return Ok(Exit::Trap(trap));
@@ -89,7 +92,7 @@ impl Engine {
         })
     }
 
-    /// Takes back the instructions of a block that a fault cut short.
+    /// Takes back the instructions of a block that a fault or a breakpoint cut short.
     fn refund(&mut self) -> Result<(), uc_error> {
         let pc = self.register(RegisterARM::PC)?;
         let core = &self.chip().core;

@@ -3,6 +3,7 @@
 
 pub mod account;
 mod blocks;
+pub(crate) mod debug;
 pub mod decode;
 mod engine;
 mod exception;
@@ -67,6 +68,10 @@ pub(crate) enum Trap {
         fetch: bool,
     },
     Misuse(Misuse),
+    /// A debugger holds the core before an instruction: a breakpoint, or a step that is done.
+    Held {
+        stepping: bool,
+    },
 }
 
 /// State of the core apart from its registers, and the emulation's accounts.
@@ -86,6 +91,7 @@ pub struct Core {
     pub(crate) event: bool,
     pub(crate) locked_up: bool,
     pub(crate) trap: Option<Trap>,
+    pub(crate) resumed: debug::Resumed,
     /// CYCCNT counts executed instructions exactly.
     pub(crate) count_instructions: bool,
     /// Instructions of the running block that come after the load being carried out.
@@ -108,6 +114,7 @@ impl Core {
             event: false,
             locked_up: false,
             trap: None,
+            resumed: debug::Resumed::default(),
             count_instructions: false,
             instructions_ahead: 0,
             fault_was_low: false,

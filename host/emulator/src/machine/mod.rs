@@ -60,6 +60,11 @@ pub enum Pause {
     PowerLost,
     /// The firmware ended itself by a semihosting exit with this code.
     Exit(u32),
+    /// A debugger holds the core: at a breakpoint, or after a step.
+    Held {
+        /// The step is done; otherwise it is a breakpoint.
+        stepping: bool,
+    },
 }
 
 /// Use of a stack.
@@ -91,6 +96,8 @@ pub struct Machine<'f> {
     lines: Vec<Line>,
     outbox: Vec<u8>,
     notes: Vec<String>,
+    /// The log's bytes as they came, for clients that decode them themselves.
+    tap: Option<Vec<u8>>,
 }
 
 /// How often a probe polls the log.
@@ -131,6 +138,7 @@ impl<'f> Machine<'f> {
             lines: Vec::new(),
             outbox: Vec::new(),
             notes: Vec::new(),
+            tap: None,
         };
         machine.forget_ram()?;
         machine.engine.start()?;
@@ -243,6 +251,21 @@ impl<'f> Machine<'f> {
     /// Presses or releases the user button.
     pub fn button(&mut self, pressed: bool) {
         self.chip_mut().button(pressed);
+    }
+
+    /// Keeps the log's bytes from now on, for [`Machine::take_log_bytes`].
+    pub fn tap_log(&mut self) {
+        self.tap.get_or_insert_default();
+    }
+
+    /// The log's bytes since the last call, as the firmware wrote them: whole records.
+    pub fn take_log_bytes(&mut self) -> Vec<u8> {
+        self.tap.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
+    /// What a debugger does.
+    pub(crate) fn engine_mut(&mut self) -> &mut Engine {
+        &mut self.engine
     }
 
     /// Queues bytes for the log's down channel; they go as the firmware makes room.

@@ -40,6 +40,9 @@ impl Machine<'_> {
         } else {
             self.rtt.poll(&mut self.engine)
         };
+        if let Some(tap) = &mut self.tap {
+            tap.extend(&bytes);
+        }
         let fetched_s = self.time_s();
         self.lines.extend(self.log.decode(&bytes, fetched_s));
         if !self.outbox.is_empty() {
@@ -89,6 +92,7 @@ impl Machine<'_> {
             match self.engine.run()? {
                 Exit::Due => {}
                 Exit::WaitForInterrupt => self.sleep = Sleep::ForInterrupt,
+                Exit::Trap(Trap::Held { stepping }) => return Ok(Pause::Held { stepping }),
                 Exit::Trap(trap) => {
                     if let Some(code) = self.handle(trap)? {
                         return Ok(Pause::Exit(code));
@@ -128,6 +132,8 @@ impl Machine<'_> {
                 }
             }
             Trap::Misuse(misuse) => return Err(self.misuse(misuse)),
+            // The run loop returns with it.
+            Trap::Held { .. } => {}
         }
         Ok(None)
     }

@@ -86,6 +86,8 @@ pub struct Session<'f> {
     /// The true state when the last estimate was fetched.
     pub truth_at_estimate: Option<Truth>,
     trace: Option<Trace>,
+    /// A debugger has held the core since the last look: after a step, or else at a breakpoint.
+    pub(crate) held: Option<bool>,
 }
 
 impl<'f> Session<'f> {
@@ -118,6 +120,7 @@ impl<'f> Session<'f> {
             faults: Vec::new(),
             truth_at_estimate: None,
             trace,
+            held: None,
         })
     }
 
@@ -155,7 +158,7 @@ impl<'f> Session<'f> {
         self.machine.time_s() >= self.settings.max_s
     }
 
-    /// One millisecond of simulated time. New log lines are in `lines`.
+    /// One millisecond of simulated time, or up to where a debugger holds the core. New log lines are in `lines`.
     ///
     /// # Errors
     /// The firmware misuses the chip, the object cannot be placed, or the trace cannot be written.
@@ -166,6 +169,10 @@ impl<'f> Session<'f> {
                 Pause::Time => {}
                 Pause::Reset(cause) => self.resets.push((self.machine.time_s(), cause)),
                 Pause::PowerLost | Pause::Exit(_) => break,
+                Pause::Held { stepping } => {
+                    self.held = Some(stepping);
+                    return Ok(());
+                }
             }
         }
         for line in self.machine.take_lines() {

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! The ports that a run was asked to open.
+
+use palpate_emulator::Error;
+use palpate_emulator::clients::gdb::GdbServer;
+use palpate_emulator::clients::rtt::RttServer;
+use palpate_emulator::sim::Session;
+
+/// Those in use.
+pub struct Ports<'f> {
+    rtt: Option<RttServer>,
+    gdb: Option<GdbServer<'f>>,
+}
+
+impl<'f> Ports<'f> {
+    /// Opens them, and says where they are.
+    pub fn open(rtt: Option<u16>, gdb: Option<u16>) -> Result<Self, Error> {
+        let ports = Self {
+            rtt: rtt.map(RttServer::listen).transpose()?,
+            gdb: gdb.map(GdbServer::listen).transpose()?,
+        };
+        if let Some(rtt) = &ports.rtt {
+            let port = rtt.port();
+            eprintln!("rtt: port {port}; defmt-print -e ELF tcp --host localhost --port {port}");
+        }
+        if let Some(gdb) = &ports.gdb {
+            let port = gdb.port();
+            eprintln!("gdb: port {port}; gdb-multiarch ELF -ex 'target remote :{port}'");
+        }
+        Ok(ports)
+    }
+
+    /// Serves them; false while a debugger holds the core.
+    pub fn serve(&mut self, session: &mut Session<'f>) -> Result<bool, Error> {
+        if let Some(rtt) = &mut self.rtt {
+            rtt.serve(&mut session.machine);
+        }
+        self.gdb.as_mut().map_or(Ok(true), |gdb| gdb.serve(session))
+    }
+}
