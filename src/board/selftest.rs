@@ -42,18 +42,18 @@ impl Application {
         let signed = Active::CHECKED.config().sense.signed;
         let mut measurement = Measurement::new(Active::CHECKED.scale().counts(TRAVEL_RAD));
         for step in Step::ALL {
-            let wanted = Wanted::of(step, supply_min_v, supply_max_v, signed);
-            let measured = self.measure(step, &mut measurement).await;
-            let value = measured.unwrap_or(f32::NAN);
-            let (mut told, mut range) = (step, wanted);
+            let value = self.measure(step, &mut measurement).await;
+            let value = value.unwrap_or(f32::NAN);
+            let mut told = step;
+            let mut wanted = Wanted::of(step, supply_min_v, supply_max_v, signed);
             let passed = wanted.contains(value);
             if !passed {
                 // A fault may belong to another step than the one in which it was detected.
                 let fault = control::status().fault;
                 told = fault.and_then(Step::of_fault).unwrap_or(step);
-                range = Wanted::of(told, supply_min_v, supply_max_v, signed);
+                wanted = Wanted::of(told, supply_min_v, supply_max_v, signed);
             }
-            self.report_step(port, told, value, &range, passed).await;
+            self.report_step(port, told, value, &wanted, passed).await;
             if !passed {
                 return Some(told);
             }
