@@ -98,13 +98,10 @@ impl Build {
     pub fn elf(&self) -> Outcome<PathBuf> {
         let toolchain = machine::firmware_toolchain()?;
         machine::fetch_sources()?;
-        let what = format!("building for the chip: {}", self.name());
-        if step(&what, &mut self.cargo("build", &toolchain)).is_err() {
-            // The largest scenes do not fit the flash at the usual level.
-            let mut smaller = self.cargo("build", &toolchain);
-            smaller.env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "z");
-            step(&format!("{what}, once more for size"), &mut smaller)?;
-        }
+        step(
+            &format!("building for the chip: {}", self.name()),
+            &mut self.cargo("build", &toolchain),
+        )?;
         let folder = Self::target_dir(&toolchain);
         let built = folder.join(THUMB).join("release").join(self.package());
         // The next scene is built over this one: keep it under a name of its own.
