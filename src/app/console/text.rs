@@ -35,7 +35,8 @@ impl Display for Decimal {
         if magnitude > 2.0e6 {
             return f.write_str("large");
         }
-        let (whole, fraction) = (thousandths / ONE, thousandths % ONE);
+        // Of one type with all other integers that are written: its text is there once.
+        let (whole, fraction) = ((thousandths / ONE) as i32, (thousandths % ONE) as i32);
         match fraction {
             0 => write!(f, "{whole}"),
             _ if fraction % 100 == 0 => write!(f, "{whole}.{}", fraction / 100),
