@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 
 use palpate::scene::Scene;
 
-use crate::elf::{Footprint, Image};
+use palpate_image::{Footprint, Image, Symbol};
 
 /// Budget of the default scene: flash.
 pub const FLASH_MOST: u64 = 96 * 1024;
@@ -107,11 +107,11 @@ pub fn forbidden(image: &Image) -> Vec<(String, &'static str)> {
     image
         .symbols()
         .filter(|symbol| symbol.is_code)
-        .flat_map(|symbol| {
-            FORBIDDEN
-                .iter()
-                .filter(|forbidden| (forbidden.matches)(&symbol.name))
-                .map(|forbidden| (symbol.name.clone(), forbidden.what))
+        .map(Symbol::name)
+        .flat_map(|name| {
+            let carried = FORBIDDEN.iter().filter(|it| (it.matches)(&name));
+            let told = carried.map(|it| (name.clone(), it.what));
+            told.collect::<Vec<_>>()
         })
         .collect()
 }
@@ -219,14 +219,15 @@ pub fn rows(images: &[String]) -> Result<Vec<Row>> {
             let (scene, path) = word
                 .split_once('=')
                 .with_context(|| format!("'{word}' is not NAME=ELF"))?;
-            let image = Image::read(&PathBuf::from(path))?;
-            let (names, types): (Vec<&str>, _) = (image.names().collect(), types(scene));
+            let image = Image::open(&PathBuf::from(path))?;
+            let (names, types): (Vec<String>, _) = (image.names().collect(), types(scene));
+            let names = || names.iter().map(String::as_str);
             Ok(Row {
                 scene: scene.to_owned(),
                 footprint: image.footprint,
                 forbidden: forbidden(&image),
-                unused: unused(types, names.iter().copied()),
-                unfound: unfound(types, names.iter().copied()),
+                unused: unused(types, names()),
+                unfound: unfound(types, names()),
                 paths: image.machine_paths(),
             })
         })
