@@ -3,7 +3,7 @@
 mod candidates;
 mod implementation;
 
-pub use candidates::{Candidate, Class, Inverse};
+pub use candidates::{Candidate, Candidates, Class, Inverse, MOST_CANDIDATES};
 
 /// Most phalanges of a finger that a scene describes, and joints whose changes a [`PathPoint`] holds.
 pub const MAX_PHALANGES: usize = 3;
