@@ -130,7 +130,8 @@ impl SecondContact {
         let [to, _] = *self.points.back()?;
         let [at, level] = *self.points.iter().nth(BEFORE)?;
         let scale = to - from;
-        if !(scale > 0.0) {
+        let closes = scale > 0.0;
+        if !closes {
             return None;
         }
         // About the hinge and in units of the window: the terms have one size.
