@@ -182,6 +182,10 @@ impl Story {
         if torque.iter().any(|series| !series.points.is_empty()) {
             figures.push((capital(figure::TORQUE_AXES), plot(&torque)));
         }
+        let evidence = figure::evidence(&self.state, finger);
+        if evidence.iter().any(|series| !series.points.is_empty()) {
+            figures.push((capital(figure::EVIDENCE_AXES), plot(&evidence)));
+        }
         if let Some(belief) = figure::belief(&self.state, finger) {
             let caption = format!(
                 "Belief in the contact location, {}: a normal density with the mean and deviation of each place",

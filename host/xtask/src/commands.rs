@@ -206,6 +206,20 @@ pub fn figures(arguments: &[String]) -> Outcome {
     )?)
 }
 
+/// `completions`: of the host programs, for a shell.
+pub fn completions(arguments: &[String]) -> Outcome {
+    let Some((_shell, [])) = arguments.split_first() else {
+        return Err(Failure::usage(
+            "completions needs a shell: bash, zsh, fish, elvish or powershell",
+        ));
+    };
+    let words = [&["completions".to_owned()], arguments].concat();
+    for package in ["palpate-emulator", "palpate-monitor", "palpate-evaluation"] {
+        run(host_program(package, &words).stdin(std::process::Stdio::null()))?;
+    }
+    Ok(())
+}
+
 /// `setup`: get what is lacking, and nothing else.
 pub fn setup(arguments: &[String]) -> Outcome {
     none_left(arguments)?;
