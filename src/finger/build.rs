@@ -131,11 +131,32 @@ constant!(2, Tendon<2>, [f32; 2], |radii, parameters| Tendon::<2>::of(
 constant!(3, Tendon<3>, [f32; 4], |radii, parameters| Tendon::<3>::of(
     radii
 ));
+constant!(4, Tendon<4>, [f32; 6], |radii, parameters| Tendon::<4>::of(
+    radii
+));
+constant!(5, Tendon<5>, [f32; 8], |radii, parameters| Tendon::<5>::of(
+    radii
+));
+constant!(
+    6,
+    Tendon<6>,
+    [f32; 10],
+    |radii, parameters| Tendon::<6>::of(radii)
+);
 constant!(2, Linkage<1>, [Levers; 1], |levers, parameters| {
     Linkage::<1>::of(levers, &parameters)
 });
 constant!(3, Linkage<2>, [Levers; 2], |levers, parameters| {
     Linkage::<2>::of(levers, &parameters)
+});
+constant!(4, Linkage<3>, [Levers; 3], |levers, parameters| {
+    Linkage::<3>::of(levers, &parameters)
+});
+constant!(5, Linkage<4>, [Levers; 4], |levers, parameters| {
+    Linkage::<4>::of(levers, &parameters)
+});
+constant!(6, Linkage<5>, [Levers; 5], |levers, parameters| {
+    Linkage::<5>::of(levers, &parameters)
 });
 
 impl<const N: usize, T: Copy, B: BaseJoint> Finger<N, T, B> {

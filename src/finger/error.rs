@@ -96,8 +96,11 @@ impl ConfigError {
             Parameter::Coupler { .. } => "coupler of a stage",
             Parameter::DrivenLever { .. } => "driven lever of a stage",
             Parameter::LeverOffset { .. } => "offset angle of a stage's driven lever",
+            Parameter::Closure { stage: 1 } => "linkage 1 does not close: reach of its coupler",
             Parameter::Closure { stage: 2 } => "linkage 2 does not close: reach of its coupler",
-            Parameter::Closure { .. } => "linkage 1 does not close: reach of its coupler",
+            Parameter::Closure { .. } => {
+                "linkage 3 or a later one does not close: reach of its coupler"
+            }
             Parameter::CableStiffness => "stiffness of the cable",
         }
     }

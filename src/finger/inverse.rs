@@ -1,6 +1,8 @@
 //! From a compliance to all places that explain it (docs/MECHANICS.md#contact-stiffness and
 //! docs/MECHANICS.md#observability).
 
+use super::chain::{ChainContact, StiffnessRoot};
+use super::quadratic::QuadraticContact;
 use super::three_joint::ThreeJointContact;
 use super::two_joint::{Roots, TwoJointContact};
 use super::{BaseJoint, Candidate, Class, Configuration, Finger, Inverse, Transmission};
@@ -30,6 +32,8 @@ pub trait Solver {
     fn two_joint(contact: &TwoJointContact, compliance: f32, length_m: f32) -> Roots;
     /// Roots on phalanx 3.
     fn three_joint(contact: &ThreeJointContact, compliance: f32, length_m: f32) -> Roots;
+    /// Roots on a phalanx of a longer finger.
+    fn chain<const N: usize>(contact: &ChainContact<N>, compliance: f32, length_m: f32) -> Roots;
 }
 
 /// 24 halvings a root: what the firmware runs.
@@ -43,6 +47,10 @@ impl Solver for Bisection {
     fn three_joint(contact: &ThreeJointContact, compliance: f32, length_m: f32) -> Roots {
         contact.bisected(compliance, length_m)
     }
+
+    fn chain<const N: usize>(contact: &ChainContact<N>, compliance: f32, length_m: f32) -> Roots {
+        contact.bisected(compliance, length_m)
+    }
 }
 
 /// Stable closed forms: the check of the bisection in tests and in the report.
@@ -54,6 +62,10 @@ impl Solver for ClosedForm {
     }
 
     fn three_joint(contact: &ThreeJointContact, compliance: f32, _: f32) -> Roots {
+        contact.closed(compliance)
+    }
+
+    fn chain<const N: usize>(contact: &ChainContact<N>, compliance: f32, _: f32) -> Roots {
         contact.closed(compliance)
     }
 }
@@ -185,18 +197,69 @@ impl ContactStatics for PostureStiffness<3> {
         match phalanx {
             2 => {
                 let (pair, tip) = self.pair();
-                let own = compliance - tip;
-                // At the stiffest place all compliance is the tip's, and rounding decides on which side of it.
-                let own = if own < 0.0 && own >= -ROUNDING * tip {
-                    0.0
-                } else {
-                    own
-                };
+                let own = without_tip(compliance, tip);
                 S::two_joint(&pair, own, self.lengths[1])
             }
             3 => S::three_joint(&self.triple(), compliance, self.lengths[2]),
             _ => Roots::default(),
         }
+    }
+}
+
+/// What remains of a compliance without that of the joints beyond the contact. At the stiffest place all compliance is
+/// theirs, and rounding decides on which side of it.
+fn without_tip(compliance: f32, tip: f32) -> f32 {
+    let own = compliance - tip;
+    if own < 0.0 && own >= -ROUNDING * tip {
+        0.0
+    } else {
+        own
+    }
+}
+
+/// The statics of fingers of more than three phalanges.
+macro_rules! long_fingers {
+    ($($phalanges:literal)*) => { $(
+        impl ContactStatics for PostureStiffness<$phalanges> {
+            fn stable(&self) -> bool {
+                StiffnessRoot::of(&self.h).is_some()
+            }
+
+            fn proximal(&self) -> Option<f32> {
+                Some(StiffnessRoot::of(&self.h)?.compliance(self.x)).filter(|c| c.is_finite())
+            }
+
+            fn compliance(&self, phalanx: u8, k_m: f32) -> Option<f32> {
+                if phalanx == 1 {
+                    return self.proximal();
+                }
+                let contact = self.chain(phalanx)?;
+                Some(contact.compliance(k_m)? + contact.beyond())
+            }
+
+            fn stiffest_m(&self, phalanx: u8) -> Option<f32> {
+                self.chain(phalanx)?.stiffest_m()
+            }
+
+            fn roots<S: Solver>(&self, phalanx: u8, compliance: f32) -> Roots {
+                let (Some(contact), Some(length_m)) = (
+                    self.chain(phalanx),
+                    self.lengths.get(usize::from(phalanx).wrapping_sub(1)),
+                ) else {
+                    return Roots::default();
+                };
+                let own = without_tip(compliance, contact.beyond());
+                S::chain(&contact, own, *length_m)
+            }
+        }
+    )* };
+}
+
+long_fingers!(4 5 6);
+
+impl<const N: usize> PostureStiffness<N> {
+    fn chain(&self, phalanx: u8) -> Option<ChainContact<N>> {
+        ChainContact::on(self, &StiffnessRoot::of(&self.h)?, phalanx)
     }
 }
 
@@ -257,7 +320,7 @@ where
                     0.0
                 };
                 if let Some(k_m) = root.filter(|k| *k > least && *k <= length) {
-                    // Two roots on each of two phalanges: the fourth place is the last.
+                    // Two roots on each phalanx but the first: the list is as long.
                     let _ = candidates.push(Candidate {
                         phalanx,
                         k_m,

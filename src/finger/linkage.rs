@@ -6,12 +6,13 @@ use super::{ConfigError, Configuration, JointStep, Parameters, Transmission, Tra
 use crate::numeric::Rotation;
 
 /// Points of joint 3's range at which its stage is asked how far it turns the first stage.
-const RANGE_SAMPLES: u8 = 64;
+pub(super) const RANGE_SAMPLES: u8 = 64;
 
-/// Four-bars in a row: one stage for two phalanges, two for three. Its design is the levers of each stage.
+/// Four-bars in a row: one stage for two phalanges, two for three and so on, at most five. Its design is the levers of each
+/// stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Linkage<const STAGES: usize> {
-    stage: [FourBar; STAGES],
+    pub(super) stage: [FourBar; STAGES],
 }
 
 impl<const STAGES: usize> Linkage<STAGES> {

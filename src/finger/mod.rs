@@ -2,16 +2,40 @@
 //!
 //! Numbers in brackets are the equations of the source paper; docs/MECHANICS.md derives and corrects them.
 //! Lengths and torques may be in any consistent set of units; the names say metre and newton metre.
+//!
+//! A finger has two to six phalanges; the questions are the same for any number ([`Mechanics`]):
+//!
+//! ```
+//! use palpate::finger::{Class, Finger, Mechanics, Parameters, Tendon};
+//!
+//! let finger: Finger<4, Tendon<4>> = Finger::new(
+//!     Parameters {
+//!         lengths_m: [0.060, 0.045, 0.030, 0.020],
+//!         stiffness_nm_per_rad: [0.1; 4],
+//!         rest_rad: [0.3; 4],
+//!         range_rad: [[-0.5, 2.0]; 4],
+//!     },
+//!     [0.010, 0.008, 0.010, 0.008, 0.010, 0.008],
+//! )?;
+//! let at = finger.free_at_torque(0.05, &finger.rest()).expect("a posture");
+//! let compliance = finger.contact_compliance(&at, 0.05, 4, 0.012).expect("stable");
+//! let places = finger.locate(&at, 0.05, compliance);
+//! assert!(places.candidates().iter().any(|c| c.phalanx == 4 && (c.k_m - 0.012).abs() < 1e-6));
+//! # Ok::<(), palpate::finger::ConfigError>(())
+//! ```
 
 mod build;
+mod chain;
 mod configuration;
 pub(crate) mod error;
 mod fourbar;
 mod inverse;
 mod linkage;
+mod long_linkage;
 mod mechanics;
 mod path;
 mod preshape;
+mod quadratic;
 mod statics;
 mod tendon;
 mod three_joint;
@@ -24,7 +48,7 @@ pub use error::{ConfigError, Parameter};
 pub use fourbar::{Advance, Assembly, FourBar, Levers, Ratio};
 pub use linkage::Linkage;
 pub use mechanics::{
-    Candidate, Class, Contact, Free, Inverse, MAX_PHALANGES, Mechanics, PathPoint,
+    Candidate, Class, Contact, Free, Inverse, LONGEST_FINGER, MAX_PHALANGES, Mechanics, PathPoint,
 };
 pub use path::Path;
 pub use tendon::Tendon;

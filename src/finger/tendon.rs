@@ -8,7 +8,8 @@ use super::{
 /// Limits of a pulley's radius, in the unit of the finger's lengths.
 const RADIUS_RANGE: [f32; 2] = [1e-6, 1e6];
 
-/// A tendon over pulleys. Its design is the radii: r_1, r_2 with two phalanges, r_1 to r_4 with three.
+/// A tendon over pulleys. Its design is the radii, two a stage: r_1, r_2 with two phalanges, r_1 to r_4 with three and so
+/// on up to six.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tendon<const N: usize> {
     x: [f32; N],
@@ -29,22 +30,6 @@ const fn checked<const R: usize>(radii: [f32; R]) -> Result<[f32; R], ConfigErro
     Ok(radii)
 }
 
-impl Tendon<2> {
-    pub(crate) const fn of(radii: [f32; 2]) -> Result<Self, ConfigError> {
-        let [r1, r2] = try_const!(checked(radii));
-        Ok(Self { x: [1.0, r2 / r1] })
-    }
-}
-
-impl Tendon<3> {
-    pub(crate) const fn of(radii: [f32; 4]) -> Result<Self, ConfigError> {
-        let [r1, r2, r3, r4] = try_const!(checked(radii));
-        Ok(Self {
-            x: [1.0, r2 / r1, (r2 / r1) * (r4 / r3)],
-        })
-    }
-}
-
 impl<const N: usize> Tendon<N> {
     fn constant(&self) -> TransmissionFactors<N> {
         TransmissionFactors {
@@ -58,50 +43,59 @@ impl<const N: usize> Tendon<N> {
     }
 }
 
-impl Transmission<2> for Tendon<2> {
-    type Design = [f32; 2];
+/// A tendon for each number of phalanges, with two pulleys a stage.
+macro_rules! tendons {
+    ($($phalanges:literal on $radii:literal;)*) => { $(
+        impl Tendon<$phalanges> {
+            pub(crate) const fn of(radii: [f32; $radii]) -> Result<Self, ConfigError> {
+                let radii = try_const!(checked(radii));
+                let (mut x, mut joint) = ([1.0; $phalanges], 1);
+                while joint < $phalanges {
+                    x[joint] = x[joint - 1] * (radii[2 * joint - 1] / radii[2 * joint - 2]);
+                    joint += 1;
+                }
+                Ok(Self { x })
+            }
+        }
 
-    fn build(design: Self::Design, _: &Parameters<2>) -> Result<Self, ConfigError> {
-        Self::of(design)
-    }
+        impl Transmission<$phalanges> for Tendon<$phalanges> {
+            type Design = [f32; $radii];
 
-    fn factors(&self, _: &Configuration<2>) -> Option<TransmissionFactors<2>> {
-        Some(self.constant())
-    }
+            fn build(design: Self::Design, _: &Parameters<$phalanges>) -> Result<Self, ConfigError> {
+                Self::of(design)
+            }
 
-    fn rotation_rad(&self, at: &Configuration<2>) -> f32 {
-        self.sum(&at.rad())
-    }
+            fn factors(&self, _: &Configuration<$phalanges>) -> Option<TransmissionFactors<$phalanges>> {
+                Some(self.constant())
+            }
 
-    fn turned_rad(&self, _: &Configuration<2>, step: &JointStep<2>) -> Option<f32> {
-        Some(self.sum(&step.rad))
-    }
+            fn rotation_rad(&self, at: &Configuration<$phalanges>) -> f32 {
+                self.sum(&at.rad())
+            }
 
-    fn x_change(&self, _: &Configuration<2>, _: &JointStep<2>) -> Option<[f32; 2]> {
-        Some([0.0; 2])
-    }
+            fn turned_rad(
+                &self,
+                _: &Configuration<$phalanges>,
+                step: &JointStep<$phalanges>,
+            ) -> Option<f32> {
+                Some(self.sum(&step.rad))
+            }
+
+            fn x_change(
+                &self,
+                _: &Configuration<$phalanges>,
+                _: &JointStep<$phalanges>,
+            ) -> Option<[f32; $phalanges]> {
+                Some([0.0; $phalanges])
+            }
+        }
+    )* };
 }
 
-impl Transmission<3> for Tendon<3> {
-    type Design = [f32; 4];
-
-    fn build(design: Self::Design, _: &Parameters<3>) -> Result<Self, ConfigError> {
-        Self::of(design)
-    }
-
-    fn factors(&self, _: &Configuration<3>) -> Option<TransmissionFactors<3>> {
-        Some(self.constant())
-    }
-
-    fn rotation_rad(&self, at: &Configuration<3>) -> f32 {
-        self.sum(&at.rad())
-    }
-
-    fn turned_rad(&self, _: &Configuration<3>, step: &JointStep<3>) -> Option<f32> {
-        Some(self.sum(&step.rad))
-    }
-
-    fn x_change(&self, _: &Configuration<3>, _: &JointStep<3>) -> Option<[f32; 3]> {
-        Some([0.0; 3])
-    }
+tendons! {
+    2 on 2;
+    3 on 4;
+    4 on 6;
+    5 on 8;
+    6 on 10;
 }

@@ -16,12 +16,28 @@ pub enum Kind {
     Tendon3,
     /// Three phalanges, linkage.
     Linkage3,
+    /// Four phalanges, linkage.
+    Linkage4,
+    /// Five phalanges, tendon.
+    Tendon5,
+    /// Six phalanges, tendon.
+    Tendon6,
+    /// Six phalanges, linkage.
+    Linkage6,
 }
 
 impl Kind {
     /// From the header.
     pub fn of(table: &Table) -> Result<Self, FileError> {
-        if table.has(&["l3", "r4"]) {
+        if table.has(&["l6", "r10"]) {
+            Ok(Self::Tendon6)
+        } else if table.has(&["l6", "a5", "mode5"]) {
+            Ok(Self::Linkage6)
+        } else if table.has(&["l5", "r8"]) {
+            Ok(Self::Tendon5)
+        } else if table.has(&["l4", "a3", "mode3"]) {
+            Ok(Self::Linkage4)
+        } else if table.has(&["l3", "r4"]) {
             Ok(Self::Tendon3)
         } else if table.has(&["l3", "a2", "mode2"]) {
             Ok(Self::Linkage3)
@@ -43,33 +59,27 @@ pub trait FromRow<const N: usize>: Transmission<N> {
     fn design(row: &Row<'_>) -> Result<Self::Design, FileError>;
 }
 
-impl FromRow<2> for Tendon<2> {
-    fn design(row: &Row<'_>) -> Result<[f32; 2], FileError> {
-        Ok([row.f32("r1")?, row.f32("r2")?])
-    }
+macro_rules! from_row {
+    ($($phalanges:literal: $radii:literal $([$($stage:literal)*])?;)*) => { $(
+        impl FromRow<$phalanges> for Tendon<$phalanges> {
+            fn design(row: &Row<'_>) -> Result<[f32; $radii], FileError> {
+                numbered(row, "r", "")
+            }
+        }
+        $(impl FromRow<$phalanges> for Linkage<{ $phalanges - 1 }> {
+            fn design(row: &Row<'_>) -> Result<[Levers; $phalanges - 1], FileError> {
+                Ok([$(levers(row, $stage)?),*])
+            }
+        })?
+    )* };
 }
 
-impl FromRow<3> for Tendon<3> {
-    fn design(row: &Row<'_>) -> Result<[f32; 4], FileError> {
-        Ok([
-            row.f32("r1")?,
-            row.f32("r2")?,
-            row.f32("r3")?,
-            row.f32("r4")?,
-        ])
-    }
-}
-
-impl FromRow<2> for Linkage<1> {
-    fn design(row: &Row<'_>) -> Result<[Levers; 1], FileError> {
-        Ok([levers(row, 1)?])
-    }
-}
-
-impl FromRow<3> for Linkage<2> {
-    fn design(row: &Row<'_>) -> Result<[Levers; 2], FileError> {
-        Ok([levers(row, 1)?, levers(row, 2)?])
-    }
+from_row! {
+    2: 2 [1];
+    3: 4 [1 2];
+    4: 6 [1 2 3];
+    5: 8;
+    6: 10 [1 2 3 4 5];
 }
 
 fn levers(row: &Row<'_>, stage: u8) -> Result<Levers, FileError> {

@@ -84,7 +84,7 @@ impl Stage {
     }
 }
 
-/// A finger of two or three phalanges.
+/// A finger of any number of phalanges.
 #[derive(Clone, Debug)]
 pub struct Finger {
     /// Lengths of the phalanges.

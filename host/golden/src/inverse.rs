@@ -155,7 +155,10 @@ pub fn inverse(row: &Row) -> Values {
             _ => "ambig_cross",
         };
         values.text("class", class);
-        write(&mut values, "", &["a", "b", "c", "d"], &physical);
+        let slots = ["a", "b", "c", "d", "e", "f", "g", "h", "i", "j"];
+        // Two places on each phalanx but the first.
+        let count = if row.has("phal_e") { slots.len() } else { 4 };
+        write(&mut values, "", &slots[..count], &physical);
     }
     values.number("C_proximal", &proximal);
     match free {

@@ -11,6 +11,7 @@
 pub mod equilibrium;
 pub mod finger;
 pub mod forward;
+pub mod inputs;
 pub mod inverse;
 pub mod linear;
 pub mod parts;

@@ -31,6 +31,20 @@ struct Arguments {
     /// Write the files with recomputed outputs into this folder instead of comparing.
     #[arg(long, value_name = "DIR")]
     generate: Option<PathBuf>,
+    /// Draw the inputs of a new file of so many rows as well, for example `kc_4L`: a kind, the number of phalanges, and T
+    /// for tendon or L for linkage.
+    #[arg(long, value_name = "NAME", requires = "generate")]
+    new: Option<String>,
+}
+
+/// Writes a file into a folder.
+fn write(directory: &Path, name: &str, text: &str) -> Result<(), String> {
+    let target = directory.join(name);
+    std::fs::create_dir_all(directory)
+        .and_then(|()| std::fs::write(&target, text))
+        .map_err(|error| format!("{}: {error}", target.display()))?;
+    println!("written file={}", target.display());
+    Ok(())
 }
 
 fn files(directory: &Path, only: &str) -> Result<Vec<PathBuf>, String> {
@@ -50,6 +64,11 @@ fn files(directory: &Path, only: &str) -> Result<Vec<PathBuf>, String> {
 
 /// True where every file agrees.
 fn run(arguments: &Arguments) -> Result<bool, String> {
+    if let (Some(name), Some(directory)) = (&arguments.new, &arguments.generate) {
+        let table = palpate_golden::inputs::table(name, arguments.rows)?;
+        write(directory, &format!("{name}.csv"), &table.text())?;
+        return Ok(true);
+    }
     let files = files(
         &arguments.directory,
         arguments.only.as_deref().unwrap_or_default(),
@@ -64,11 +83,8 @@ fn run(arguments: &Arguments) -> Result<bool, String> {
     for file in files {
         let table = Table::read(&file)?;
         if let Some(directory) = &arguments.generate {
-            let target = directory.join(file.file_name().unwrap_or_default());
-            let written = std::fs::create_dir_all(directory)
-                .and_then(|()| std::fs::write(&target, generate(&table)));
-            written.map_err(|error| format!("{}: {error}", target.display()))?;
-            println!("written file={}", target.display());
+            let name = file.file_name().unwrap_or_default().to_string_lossy();
+            write(directory, &name, &generate(&table))?;
             continue;
         }
         let count = if arguments.all {

@@ -55,6 +55,15 @@ impl Table {
         })
     }
 
+    /// The file's text as it stands here.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let columns = [self.columns.join(",")];
+        let rows = self.rows.iter().map(|row| row.join(","));
+        let lines = self.comments.iter().chain(&columns).cloned().chain(rows);
+        lines.map(|line| line + "\n").collect()
+    }
+
     /// A row with names.
     #[must_use]
     pub fn row(&self, index: usize) -> Row<'_> {
@@ -72,6 +81,11 @@ impl Table {
 pub struct Row<'a>(HashMap<&'a str, &'a str>);
 
 impl<'a> Row<'a> {
+    /// A row of cells and the names of their columns.
+    pub fn of(cells: impl Iterator<Item = (&'a str, &'a str)>) -> Self {
+        Self(cells.collect())
+    }
+
     /// The text of a cell.
     ///
     /// # Panics

@@ -1,5 +1,7 @@
 //! Places that explain a compliance, and their classification.
 
+use super::LONGEST_FINGER;
+
 /// A place where a contact explains a measured compliance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Candidate {
@@ -34,16 +36,19 @@ pub enum Class {
     Invalid,
 }
 
+/// Two places on each phalanx but the first.
+pub(crate) type Candidates = heapless::Vec<Candidate, { 2 * (LONGEST_FINGER - 1) }>;
+
 /// All places that explain a compliance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inverse {
     class: Class,
-    candidates: heapless::Vec<Candidate, 4>,
+    candidates: Candidates,
 }
 
 impl Inverse {
     /// Collects what `class` and `candidates` say; the class of candidates follows from their phalanges.
-    pub(crate) fn of(candidates: heapless::Vec<Candidate, 4>, without: Class) -> Self {
+    pub(crate) fn of(candidates: Candidates, without: Class) -> Self {
         let class = match candidates.as_slice() {
             [] => without,
             [_] => Class::Unique,
@@ -70,7 +75,7 @@ impl Inverse {
     }
 
     /// As soft as a proximal contact; `others` are places on further phalanges that are as soft.
-    pub(crate) fn proximal(others: heapless::Vec<Candidate, 4>) -> Self {
+    pub(crate) fn proximal(others: Candidates) -> Self {
         Self {
             class: Class::Proximal,
             candidates: others,

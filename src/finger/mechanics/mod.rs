@@ -5,8 +5,11 @@ mod implementation;
 
 pub use candidates::{Candidate, Class, Inverse};
 
-/// Most phalanges a finger of this crate has.
+/// Most phalanges of a finger that a scene describes, and joints whose changes a [`PathPoint`] holds.
 pub const MAX_PHALANGES: usize = 3;
+
+/// Most phalanges of a finger that this crate can build.
+pub const LONGEST_FINGER: usize = 6;
 
 /// A posture of the finger without contact, with the torque that holds it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,7 +58,8 @@ pub struct PathPoint {
     pub force_by_friction_n: f32,
     /// What half the phalanx's thickness adds to that, newton per metre.
     pub force_by_friction_and_thickness_n_per_m: f32,
-    /// Change of each joint's angle since contact, radian; zero for joints that the finger does not have.
+    /// Change of each joint's angle since contact, radian; zero for joints that the finger does not have. Those beyond the
+    /// third: [`Path::joint_changes_rad`](super::Path::joint_changes_rad).
     pub joints_rad: [f32; MAX_PHALANGES],
 }
 
@@ -170,7 +174,7 @@ pub trait Mechanics {
         rotation_rad: f32,
     ) -> Option<(f32, PathPoint)>;
 
-    /// Stiffest place of a phalanx: e_2 (27) and its counterparts with three phalanges, metre; it may lie off the
+    /// Stiffest place of a phalanx: e_2 (27) and its counterparts with more phalanges, metre; it may lie off the
     /// phalanx.
     fn stiffest_m(&self, at: &Self::Configuration, torque_nm: f32, phalanx: u8) -> Option<f32>;
 }

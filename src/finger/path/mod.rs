@@ -32,6 +32,13 @@ pub struct Path<const N: usize> {
     last: PathState<N>,
 }
 
+impl<const N: usize> Path<N> {
+    /// Changes of all joint angles from contact to the last point found, radian.
+    pub fn joint_changes_rad(&self) -> [f32; N] {
+        self.last.at.delta
+    }
+}
+
 /// The instant of contact, dimensionless.
 #[derive(Clone, Copy, Debug)]
 struct Start<const N: usize> {

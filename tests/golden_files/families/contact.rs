@@ -4,7 +4,7 @@ use super::super::fingers::{FromRow, finger, posture};
 use super::super::measure::{FileReport, Limit};
 use super::super::table::{FileError, Row, Table};
 use super::{NATURAL, number, relative};
-use palpate::finger::{Configuration, Contact, Finger, Mechanics};
+use palpate::finger::{Configuration, Contact, Finger, Mechanics, Path};
 use palpate::sensing::location::{NoJointSensor, Rigid};
 use palpate::sensing::step;
 
@@ -49,7 +49,7 @@ pub fn contact<const N: usize, T: FromRow<N>>(
     report: &mut FileReport,
 ) -> Result<(), FileError>
 where
-    Finger<N, T>: Mechanics<Configuration = Configuration<N>>,
+    Finger<N, T>: Mechanics<Configuration = Configuration<N>, Path = Path<N>>,
 {
     report.quantity("dtheta_a in every row, relative", Limit::default());
     report.quantity("dtheta_a, relative", Limit::max(1e-5));
@@ -84,10 +84,7 @@ where
                 radius_m: 0.0,
             },
         );
-        let reach = |share: f32| {
-            path.clone()
-                .and_then(|mut path| built.follow(&mut path, share * more))
-        };
+        let reach = |share: f32| path.and_then(|mut path| built.follow(&mut path, share * more));
         let (half, full) = (reach(0.5), reach(1.0));
         // At e_2 the rotation vanishes while the joints move: there half an ulp of an input changes it, relatively, by
         // more than the limit. Where four times that floor exceeds the limit, the floor judges.
@@ -105,9 +102,14 @@ where
                 report.note("dtheta_a, relative", line, error);
             }
         }
+        let mut end = path;
+        let changes = end.as_mut().and_then(|path| {
+            built.follow(path, more)?;
+            Some(path.joint_changes_rad())
+        });
         for joint in 1..=N {
             let was = at.rad().get(joint - 1).copied().map_or(f64::NAN, f64::from);
-            let change = number(full.and_then(|p| p.joints_rad.get(joint - 1).copied()));
+            let change = number(changes.and_then(|changes| changes.get(joint - 1).copied()));
             let want = row.f64(&format!("th{joint}_after"))?;
             report.note("joint angles after, rad", line, (was + change - want).abs());
         }

@@ -6,21 +6,28 @@ use super::super::table::{FileError, Row, Table};
 use palpate::finger::{Candidate, Class, Configuration, Finger, Inverse, Mechanics};
 
 /// Limits of the inverse by phalanx, % of its length: names differ because limits do.
-fn inverse_limits<const N: usize>() -> [Limit; 2] {
+fn inverse_limits<const N: usize>() -> [Limit; 5] {
     if N == 2 {
-        [Limit::max(1e-4); 2]
+        [Limit::max(1e-4); 5]
     } else {
-        [Limit::max(5e-3), Limit::max(0.2)]
+        let [second, further] = [5e-3, 0.2].map(Limit::max);
+        [second, further, further, further, further]
     }
 }
 
-const BISECTION: [&str; 2] = [
+const BISECTION: [&str; 5] = [
     "k on phalanx 2 by bisection, % of l",
     "k on phalanx 3 by bisection, % of l",
+    "k on phalanx 4 by bisection, % of l",
+    "k on phalanx 5 by bisection, % of l",
+    "k on phalanx 6 by bisection, % of l",
 ];
-const CLOSED: [&str; 2] = [
+const CLOSED: [&str; 5] = [
     "k on phalanx 2 in closed form, % of l",
     "k on phalanx 3 in closed form, % of l",
+    "k on phalanx 4 in closed form, % of l",
+    "k on phalanx 5 in closed form, % of l",
+    "k on phalanx 6 in closed form, % of l",
 ];
 
 /// inverse_* and inverse_folded_*: all places that explain a compliance, and the class.
@@ -34,7 +41,7 @@ where
     // Folded postures are judged by what is accepted and missed; their places are badly conditioned around 90 degrees.
     let folded = table.has(&["rej_phal_a"]);
     let limits = if folded {
-        [Limit::default(); 2]
+        [Limit::default(); 5]
     } else {
         inverse_limits::<N>()
     };
@@ -65,13 +72,13 @@ where
 fn compare_places<const N: usize, T: FromRow<N>>(
     row: &Row<'_>,
     report: &mut FileReport,
-    names: [&'static str; 2],
+    names: [&'static str; 5],
     finger: &Finger<N, T>,
     answer: &Inverse,
 ) -> Result<(), FileError> {
     let count = row.f64("n_sol")? as usize;
     let mut want: Vec<(u8, f64)> = Vec::new();
-    for letter in ["a", "b", "c", "d"].into_iter().take(count) {
+    for letter in ('a'..='j').take(count) {
         want.push((
             row.f64(&format!("phal_{letter}"))? as u8,
             row.f64(&format!("k_{letter}"))?,

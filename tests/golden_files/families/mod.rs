@@ -26,6 +26,10 @@ macro_rules! by_kind {
             Kind::Linkage2 => $function::<2, Linkage<1>>($table, $report),
             Kind::Tendon3 => $function::<3, Tendon<3>>($table, $report),
             Kind::Linkage3 => $function::<3, Linkage<2>>($table, $report),
+            Kind::Linkage4 => $function::<4, Linkage<3>>($table, $report),
+            Kind::Tendon5 => $function::<5, Tendon<5>>($table, $report),
+            Kind::Tendon6 => $function::<6, Tendon<6>>($table, $report),
+            Kind::Linkage6 => $function::<6, Linkage<5>>($table, $report),
         }
     };
 }

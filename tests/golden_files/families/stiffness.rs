@@ -102,15 +102,40 @@ where
 }
 
 /// Compliance of a proximal contact from the file's own numbers.
+#[expect(
+    clippy::needless_range_loop,
+    reason = "matrices are written with indices, as on paper"
+)]
 fn reference_proximal<const N: usize>(row: &Row<'_>) -> Result<f64, FileError> {
     let (x2, h22) = (row.f64("x2")?, row.f64("K2")? - row.f64("g22")?);
     if N == 2 {
         return Ok(x2 * x2 / h22);
     }
-    let (x3, h23, h33) = (
-        row.f64("x3")?,
-        -row.f64("g23")?,
-        row.f64("K3")? - row.f64("g33")?,
-    );
-    Ok((x2 * x2 * h33 - 2.0 * x2 * x3 * h23 + x3 * x3 * h22) / (h22 * h33 - h23 * h23))
+    // x'^T H'^-1 x' over the joints beyond the first, by elimination from the tip.
+    let mut h = [[0.0; N]; N];
+    let mut x = [0.0; N];
+    for i in 1..N {
+        x[i] = row.f64(&format!("x{}", i + 1))?;
+        for j in i..N {
+            let spring = if i == j {
+                row.f64(&format!("K{}", i + 1))?
+            } else {
+                0.0
+            };
+            h[i][j] = spring - row.f64(&format!("g{}{}", i + 1, j + 1))?;
+            h[j][i] = h[i][j];
+        }
+    }
+    let mut compliance = 0.0;
+    for last in (1..N).rev() {
+        compliance += x[last] * x[last] / h[last][last];
+        for i in 1..last {
+            let share = h[i][last] / h[last][last];
+            x[i] -= share * x[last];
+            for j in 1..last {
+                h[i][j] -= share * h[last][j];
+            }
+        }
+    }
+    Ok(compliance)
 }
