@@ -202,9 +202,8 @@ fn along(points: &Points, phalanx: u32, k_m: f64) -> Option<([f64; 2], [f64; 2])
     Some(([x1 + share * (x2 - x1), y1 + share * (y2 - y1)], normal))
 }
 
-/// Title of the axes of [`torque`].
-pub const TORQUE_AXES: &str =
-    "motor torque at the input link (nominal), mN m, against its angle, deg";
+/// Title of the axes of [`torque`]: the motor's torque as the nominal gears would bring it to the input link.
+pub const TORQUE_AXES: &str = "motor torque, mN m, against angle, deg";
 
 /// Motor torque at the input link (nominal) while closing, in millinewton metre, against its angle in degrees, with the
 /// recorded friction and what it leaves unexplained, and the curve that the estimate predicts.
@@ -362,9 +361,9 @@ pub fn belief(state: &State, finger: &dyn Drawn) -> Option<Belief> {
         });
     }
     let axis = if one {
-        format!("k on phalanx {}, mm from its joint", first.phalanx)
+        format!("k on phalanx {}, mm", first.phalanx)
     } else {
-        "along the finger, mm from the first joint".to_owned()
+        "from the first joint, mm".to_owned()
     };
     Some(Belief {
         series,

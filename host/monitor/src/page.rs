@@ -180,7 +180,11 @@ impl Story {
         }
         let torque = figure::torque(&self.state, finger);
         if torque.iter().any(|series| !series.points.is_empty()) {
-            figures.push((capital(figure::TORQUE_AXES), plot(&torque)));
+            let caption = format!(
+                "{}: at the input link, as the nominal gears would bring it there",
+                capital(figure::TORQUE_AXES)
+            );
+            figures.push((caption, plot(&torque)));
         }
         let evidence = figure::evidence(&self.state, finger);
         if evidence.iter().any(|series| !series.points.is_empty()) {

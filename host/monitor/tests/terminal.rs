@@ -198,7 +198,7 @@ fn the_terminal_comes_back_after_a_panic() {
         return;
     };
     let log = log("panic");
-    terminal.type_line(&watch(&log, "--fail"));
+    terminal.type_line(&format!("RUST_BACKTRACE=0 {}", watch(&log, "--fail")));
     terminal.shows(&["as asked for"]);
     terminal.is_as_before();
     std::fs::remove_file(log).expect("the file is there");
