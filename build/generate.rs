@@ -71,23 +71,24 @@ pub fn rust(scene: &Scene) -> String {
     } else {
         "NoHall"
     };
-    let (series, cable, creep) = if scene.flag("cable.fitted") {
+    let (series, cable, creep, stiffening_sigma) = if scene.flag("cable.fitted") {
         let radius_m = scene.number("cable.pulley_radius_m");
         let stiffness = scene.number("cable.stiffness_n_per_m") * radius_m * radius_m;
         let cable = [
             1.0 / stiffness,
             scene.number("sensing.cable_sigma_rad_per_nm"),
         ];
-        let creep = [
+        (
+            "Cable",
+            cable,
             scene.number("cable.creep_fraction"),
-            scene.number("sensing.creep_sigma"),
-        ];
-        ("Cable", cable, creep)
+            scene.number("sensing.cable_stiffening_sigma_per_nm"),
+        )
     } else {
-        ("Rigid", [0.0; 2], [0.0; 2])
+        ("Rigid", [0.0; 2], 0.0, 0.0)
     };
     let [cable, cable_sigma] = cable.map(literal);
-    let creep = list(&creep);
+    let [creep, stiffening_sigma] = [creep, stiffening_sigma].map(literal);
 
     let gearhead = scene.number("gearhead.ratio");
     let reduction = gearhead * scene.number("worm.ratio");
@@ -210,6 +211,8 @@ impl palpate::scene::Scene for {name} {{
         cable_rad_per_nm: {cable},
         cable_sigma_rad_per_nm: {cable_sigma},
         correlation: 0.0,
+        stiffening_per_nm: 0.0,
+        stiffening_sigma_per_nm: {stiffening_sigma},
         contacts: 0,
         presses: 0,
     }};",

@@ -81,8 +81,8 @@ macro_rules! log_lines {
             /// A contact without a location.
             not_located info "not-located why={=str} torque_mnm={=f32}" (why: &str, torque_mnm: f32);
             /// Torque factor and cable, as known now.
-            calibrated info "calibrated torque_factor={=f32} torque_factor_sigma={=f32} cable_mrad_per_nm={=f32} cable_sigma_mrad_per_nm={=f32} correlation={=f32} contacts={=u8} presses={=u8}"
-                (torque_factor: f32, torque_factor_sigma: f32, cable_mrad_per_nm: f32, cable_sigma_mrad_per_nm: f32, correlation: f32, contacts: u8, presses: u8);
+            calibrated info "calibrated torque_factor={=f32} torque_factor_sigma={=f32} cable_mrad_per_nm={=f32} cable_sigma_mrad_per_nm={=f32} correlation={=f32} stiffening_per_nm={=f32} stiffening_sigma_per_nm={=f32} contacts={=u8} presses={=u8}"
+                (torque_factor: f32, torque_factor_sigma: f32, cable_mrad_per_nm: f32, cable_sigma_mrad_per_nm: f32, correlation: f32, stiffening_per_nm: f32, stiffening_sigma_per_nm: f32, contacts: u8, presses: u8);
             /// A calibration was refused; the one before stands.
             calibration_refused warn "calibration-refused why={=str}" (why: &str);
             /// The sensor of joint 2 gives values outside the joint's range (a wire, a magnet), or works again. Contacts are

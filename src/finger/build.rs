@@ -25,7 +25,7 @@ pub struct Parameters<const N: usize> {
 
 impl<const N: usize> Parameters<N> {
     /// Refuses what is not finite or outside its range; without a spring at joint 1, K_1 is 0.
-    const fn check(&self, base: Base) -> Result<(), ConfigError> {
+    pub(super) const fn check(&self, base: Base) -> Result<(), ConfigError> {
         let (mut i, mut joint) = (0, 1);
         while i < N {
             let [min, max] = LENGTH_RANGE;

@@ -24,6 +24,7 @@
 //! # Ok::<(), palpate::finger::ConfigError>(())
 //! ```
 
+mod actuated;
 mod build;
 mod chain;
 mod configuration;
@@ -40,18 +41,22 @@ mod statics;
 mod tendon;
 mod three_joint;
 mod transmission;
+mod two_contacts;
 mod two_joint;
 
+pub use actuated::{ActuatedFinger, ActuatedPlace};
 pub use build::{AnyBase, Base, BaseJoint, Finger, Parameters, Springless};
 pub use configuration::{Configuration, JointStep};
 pub use error::{ConfigError, Parameter};
 pub use fourbar::{Advance, Assembly, FourBar, Levers, Ratio};
 pub use linkage::Linkage;
 pub use mechanics::{
-    Candidate, Class, Contact, Free, Inverse, LONGEST_FINGER, MAX_PHALANGES, Mechanics, PathPoint,
+    Candidate, Candidates, Class, Contact, Free, Inverse, LONGEST_FINGER, MAX_PHALANGES,
+    MOST_CANDIDATES, Mechanics, PathPoint,
 };
-pub use path::Path;
+pub use path::{Path, Pressed};
 pub use tendon::Tendon;
 pub use three_joint::ThreeJointContact;
 pub use transmission::{Transmission, TransmissionFactors};
+pub use two_contacts::{SecondMeasured, SecondPlace, TwoHeld};
 pub use two_joint::{Roots, TwoJointContact};

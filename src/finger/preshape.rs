@@ -130,6 +130,40 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         None
     }
 
+    /// See [`super::Mechanics::weighed`].
+    pub(crate) fn under_weight(
+        &self,
+        free: &Free<Configuration<N>>,
+        torque_nm: f32,
+    ) -> Option<(Free<Configuration<N>>, f32)> {
+        if !self.springless() {
+            return None;
+        }
+        let gear = self.transmission.factors(&free.configuration)?;
+        let parameters = &self.parameters;
+        let length_m: f32 = parameters.lengths_m.iter().sum();
+        let (mut rad, mut held_nm) = (free.configuration.rad(), 0.0);
+        let mut beyond_m = length_m;
+        for i in 1..N {
+            beyond_m -= parameters.lengths_m[i - 1];
+            // Of the weight's torque about joint 1, what acts about this joint.
+            let share = beyond_m / length_m;
+            let turning_nm = (gear.x[i] - share * share) * torque_nm;
+            let (low, from) = (parameters.range_rad[i][0], rad[i]);
+            let stiffness = parameters.stiffness_nm_per_rad[i];
+            rad[i] = (from + turning_nm / stiffness).at_least(low);
+            rad[0] -= gear.x[i] * (rad[i] - from);
+            if i == 1 {
+                held_nm = stiffness * (rad[i] - from) - turning_nm;
+            }
+        }
+        let weighed = Free {
+            configuration: Configuration::of(rad)?,
+            torque_nm,
+        };
+        Some((weighed, held_nm))
+    }
+
     /// The torque that holds joint 1 where it is: x_1 = 1 makes it the spring's.
     fn torque_held(&self, at: &Configuration<N>) -> Option<f32> {
         let parameters = &self.parameters;

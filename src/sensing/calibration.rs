@@ -10,6 +10,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::numeric::{Bounded, sqrt};
 
+/// Nominal torque at which the cable's twist is given: the middle of a probing, newton metre.
+pub(super) const MIDDLE_NM: f32 = 0.17;
+
 /// Torque factor and cable, with what is not known of them. Plain data, stored unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
@@ -23,6 +26,11 @@ pub struct Calibration {
     pub cable_sigma_rad_per_nm: f32,
     /// Correlation of ln f and the cable's twist, -1 to 1.
     pub correlation: f32,
+    /// Growth of the cable's stiffness with the nominal torque, as a share of it per newton metre, >= 0: the twist is that
+    /// at the middle of a probing.
+    pub stiffening_per_nm: f32,
+    /// Its standard deviation.
+    pub stiffening_sigma_per_nm: f32,
     /// Contacts at known places used.
     pub contacts: u8,
     /// Presses against the closing stop used.
@@ -37,6 +45,8 @@ impl Calibration {
             && (0.0..=100.0).contains(&self.cable_rad_per_nm)
             && (0.0..=100.0).contains(&self.cable_sigma_rad_per_nm)
             && (-1.0..=1.0).contains(&self.correlation)
+            && (0.0..=100.0).contains(&self.stiffening_per_nm)
+            && (0.0..=100.0).contains(&self.stiffening_sigma_per_nm)
     }
 
     /// Takes what a fit at a known place found, if it is credible and adds information. `misfit` is the mean square
@@ -64,6 +74,9 @@ impl Calibration {
             cable_sigma_rad_per_nm: (swell * found.cable_sigma_rad_per_nm)
                 .at_most(self.cable_sigma_rad_per_nm),
             contacts: self.contacts.saturating_add(1),
+            // A pin tells of the finger's own bend at the same time.
+            stiffening_per_nm: self.stiffening_per_nm,
+            stiffening_sigma_per_nm: self.stiffening_sigma_per_nm,
             presses: self.presses,
             ..*found
         };
@@ -79,6 +92,9 @@ impl Calibration {
         Ok(Self {
             contacts: self.contacts,
             presses: self.presses.saturating_add(1),
+            stiffening_per_nm: found.stiffening_per_nm,
+            stiffening_sigma_per_nm: (sqrt(misfit.at_least(1.0)) * found.stiffening_sigma_per_nm)
+                .at_most(self.stiffening_sigma_per_nm),
             ..learned
         })
     }

@@ -10,8 +10,8 @@ pub struct Drivetrain {
     /// Encoder counts per turn of the slowest shaft but the last (a worm): friction beyond what was recorded is continued
     /// with that period. 0 for none.
     pub counts_per_worm_turn: u32,
-    /// Share of the cable's twist that comes late (creep), 0 to 1, and its standard deviation.
-    pub creep: [f32; 2],
+    /// Share of the cable's twist that comes late (creep), 0 to 1.
+    pub creep: f32,
     /// Time constant of the creep, second, > 0.
     pub creep_s: f32,
     /// Angle theta_a of the input link at the opening stop, where the encoder counts from, radian.

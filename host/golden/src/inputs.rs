@@ -153,6 +153,32 @@ fn is_delicate(cells: &Cells) -> bool {
     ends || twins
 }
 
+/// The contact presses and stays on its phalanx while the torque rises.
+fn presses_on(cells: &Cells) -> bool {
+    let row = row(cells);
+    let (finger, torque) = (row.finger(), row.real("T_c"));
+    let theta = crate::forward::posture(&row, &finger, &torque);
+    let (phalanx, k) = (row.phalanx("phal"), row.real("k"));
+    let point = finger.point(&theta, phalanx, &k);
+    let contact = Contact { phalanx, point };
+    pressed(&finger, &torque, &row.real("dT"), &contact, &theta).is_some_and(|after| {
+        let place = finger.seen_from(&after.theta, phalanx, &contact.point).0;
+        let length = &finger.lengths[phalanx];
+        after.force.is_positive() && place.is_positive() && place < *length
+    })
+}
+
+/// A finger with a motor at every joint, in contact.
+fn drawn_actuated(draw: &mut Draw, joints: usize) -> Option<Cells> {
+    let mut cells = finger(draw, joints, false, 0);
+    cells.retain(|(name, _)| !name.starts_with('r'));
+    for name in joint_names("t", "").take(joints) {
+        cells.push((name, number(draw.within(0.0, 0.5))));
+    }
+    contact(draw, &mut cells, joints, 1);
+    completed("actuated_", cells)
+}
+
 /// One row of a kind, or nothing where the drawn finger has none.
 fn drawn(
     draw: &mut Draw,
@@ -161,6 +187,9 @@ fn drawn(
     has_linkage: bool,
     index: usize,
 ) -> Option<Cells> {
+    if kind.starts_with("actuated") {
+        return drawn_actuated(draw, joints);
+    }
     // The free finger's stiffness is not defined without a spring at joint 1.
     let spring = if kind.starts_with("preshape") {
         0
@@ -179,28 +208,20 @@ fn drawn(
     }
     if kind.starts_with("kc") {
         contact(draw, &mut cells, joints, 1);
-    } else if kind.starts_with("contact") {
+    } else if kind.starts_with("contact") || kind.starts_with("second") {
         contact(draw, &mut cells, joints, 1);
         cells.push(("dT".to_owned(), number(draw.within(0.02, 0.2))));
-        let row = row(&cells);
-        let (finger, torque) = (row.finger(), row.real("T_c"));
-        let theta = crate::forward::posture(&row, &finger, &torque);
-        let (phalanx, k) = (row.phalanx("phal"), row.real("k"));
-        let point = finger.point(&theta, phalanx, &k);
-        let after = pressed(
-            &finger,
-            &torque,
-            &row.real("dT"),
-            &Contact {
-                phalanx,
-                point: point.clone(),
-            },
-            &theta,
-        )?;
-        let place = finger.seen_from(&after.theta, phalanx, &point).0.to_f64();
-        let stays = place > 0.0 && place < f64_of(&cells, &format!("l{}", phalanx + 1));
-        if !(stays && after.force.is_positive()) {
+        if !presses_on(&cells) {
             return None;
+        }
+        if kind.starts_with("second") {
+            let first = f64_of(&cells, "phal") as usize;
+            let mut other = 1 + (draw.bits() % (joints as u64 - 1)) as usize;
+            other += usize::from(other >= first);
+            let length = f64_of(&cells, &format!("l{other}"));
+            let place = f64::from((draw.within(0.06, 0.94) * length) as f32);
+            cells.push(("phal_b".to_owned(), other.to_string()));
+            cells.push(("k_b".to_owned(), number(place)));
         }
     } else if kind.starts_with("inverse") {
         // The compliance of a contact somewhere; of every sixth, one that may have no place.
@@ -221,16 +242,40 @@ fn drawn(
     (!is_refused).then_some(cells)
 }
 
+/// What the head of a new file says.
+fn comments(kind: &str) -> Vec<String> {
+    let lines: &[&str] = match kind {
+        "second" => &[
+            "# A second contact after a first: finger, T_c, phal, k, dT as in contact_3L. At T_c + dT another phalanx, phal_b,",
+            "# touches at k_b. th_after, k_after and f are the posture, the place and the force of the first contact there,",
+            "# C_first the compliance with it alone, C_second with both, at the instant of the second contact; df_b_dT < 0 where",
+            "# the phalanx would move away from the place.",
+        ],
+        "actuated" => &[
+            "# A motor at every joint, behind a spring K_i: torques t_i, posture th_i, contact on phal at k. C_i: change of",
+            "# theta_i for a unit of t_i while the other motors keep their torques.",
+        ],
+        _ => &[
+            "# Random fingers of more than three phalanges; columns and conventions as in the file of this kind for three.",
+            "# Stage j drives phalanx j + 1 and sees theta_(j+1) + F_(j+1)(...), the rotation of the lever beyond.",
+        ],
+    };
+    lines.iter().map(|line| (*line).to_owned()).collect()
+}
+
 /// A new file: its name says what (`kc_`, `inverse_`, `contact_`, `preshape_`), how many phalanges, and `T` or `L` for
 /// tendon or linkage, as `kc_4L` does.
 ///
 /// # Errors
 /// A name of another form.
 pub fn table(name: &str, rows: usize) -> Result<Table, String> {
-    let wrong =
-        || format!("{name}: not kc_, inverse_, contact_ or preshape_ with 2 to 6 and T or L");
+    let wrong = || {
+        format!(
+            "{name}: not kc_, inverse_, contact_, preshape_, second_ or actuated_ with 2 to 6 and T or L"
+        )
+    };
     let (kind, finger) = name.split_once('_').ok_or_else(wrong)?;
-    let known = ["kc", "inverse", "contact", "preshape"].contains(&kind);
+    let known = ["kc", "inverse", "contact", "preshape", "second", "actuated"].contains(&kind);
     let (joints, has_linkage) = match finger.as_bytes() {
         [joints @ b'2'..=b'6', b'T'] => (usize::from(joints - b'0'), false),
         [joints @ b'2'..=b'6', b'L'] => (usize::from(joints - b'0'), true),
@@ -259,11 +304,11 @@ pub fn table(name: &str, rows: usize) -> Result<Table, String> {
     });
     Ok(Table {
         name: name.to_owned(),
-        comments: vec![
-            "# Random fingers of more than three phalanges; columns and conventions as in the file of this kind for three.".to_owned(),
-            "# Stage j drives phalanx j + 1 and sees theta_(j+1) + F_(j+1)(...), the rotation of the lever beyond.".to_owned(),
-        ],
-        rows: cells.into_iter().map(|row| row.into_iter().map(|(_, cell)| cell).collect()).collect(),
+        comments: comments(kind),
+        rows: cells
+            .into_iter()
+            .map(|row| row.into_iter().map(|(_, cell)| cell).collect())
+            .collect(),
         columns,
     })
 }

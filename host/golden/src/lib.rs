@@ -16,6 +16,7 @@ pub mod inverse;
 pub mod linear;
 pub mod parts;
 pub mod real;
+pub mod second;
 pub mod table;
 pub mod value;
 
@@ -28,13 +29,15 @@ pub type Family = fn(&Row) -> Values;
 /// How a row of a file is recomputed; `None` for a file of another kind.
 #[must_use]
 pub fn family(file: &str) -> Option<Family> {
-    let families: [(&str, Family); 8] = [
+    let families: [(&str, Family); 10] = [
         ("preshape_", forward::preshape),
         ("kc_", forward::stiffness),
         ("contact_", forward::step),
         ("inverse_", inverse::inverse),
         ("hard_2p", inverse::hard_two),
         ("hard_3p", inverse::hard_three),
+        ("second_", second::second),
+        ("actuated_", second::actuated),
         ("static_forces", parts::forces),
         ("fourbar", parts::four_bar),
     ];

@@ -1,6 +1,5 @@
 //! Judges the library: reference data, speed against error, size and symbols of an ELF.
 
-pub mod elf;
 pub mod golden;
 pub mod report;
 pub mod size;

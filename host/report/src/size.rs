@@ -1,12 +1,13 @@
 //! `size`: flash and RAM of firmware images, and a check for forbidden symbols.
 
+use palpate_document::table::head;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 
 use palpate::scene::Scene;
 
-use crate::elf::{Footprint, Image};
+use palpate_image::{Footprint, Image, Symbol};
 
 /// Budget of the default scene: flash.
 pub const FLASH_MOST: u64 = 96 * 1024;
@@ -107,11 +108,11 @@ pub fn forbidden(image: &Image) -> Vec<(String, &'static str)> {
     image
         .symbols()
         .filter(|symbol| symbol.is_code)
-        .flat_map(|symbol| {
-            FORBIDDEN
-                .iter()
-                .filter(|forbidden| (forbidden.matches)(&symbol.name))
-                .map(|forbidden| (symbol.name.clone(), forbidden.what))
+        .map(Symbol::name)
+        .flat_map(|name| {
+            let carried = FORBIDDEN.iter().filter(|it| (it.matches)(&name));
+            let told = carried.map(|it| (name.clone(), it.what));
+            told.collect::<Vec<_>>()
         })
         .collect()
 }
@@ -219,14 +220,15 @@ pub fn rows(images: &[String]) -> Result<Vec<Row>> {
             let (scene, path) = word
                 .split_once('=')
                 .with_context(|| format!("'{word}' is not NAME=ELF"))?;
-            let image = Image::read(&PathBuf::from(path))?;
-            let (names, types): (Vec<&str>, _) = (image.names().collect(), types(scene));
+            let image = Image::open(&PathBuf::from(path))?;
+            let (names, types): (Vec<String>, _) = (image.names().collect(), types(scene));
+            let names = || names.iter().map(String::as_str);
             Ok(Row {
                 scene: scene.to_owned(),
                 footprint: image.footprint,
                 forbidden: forbidden(&image),
-                unused: unused(types, names.iter().copied()),
-                unfound: unfound(types, names.iter().copied()),
+                unused: unused(types, names()),
+                unfound: unfound(types, names()),
                 paths: image.machine_paths(),
             })
         })
@@ -235,9 +237,9 @@ pub fn rows(images: &[String]) -> Result<Vec<Row>> {
 
 /// The table, in Markdown.
 pub fn table(rows: &[Row]) -> String {
-    let mut text = "| scene | flash, bytes | static RAM | code in CCM SRAM | left for stacks | f64, software sqrt, nalgebra | unused features |\n\
-                    |---|---|---|---|---|---|---|\n"
-        .to_owned();
+    let mut text = head(
+        "scene | flash, bytes | static RAM | code in CCM SRAM | left for stacks | f64, software sqrt, nalgebra | unused features",
+    );
     for row in rows {
         let list = |names: usize| {
             if names == 0 {

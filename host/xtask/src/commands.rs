@@ -2,12 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::emulator;
 use crate::firmware::{Build, every_scene, list, scenes};
+use crate::host;
 use crate::machine;
 use crate::monitor;
 use crate::mujoco;
 use crate::new_scene;
+use crate::own_finger;
 use crate::process::{Failure, Outcome, cargo, run, step};
 
 /// Takes `--name VALUE` or `--name=VALUE` out of the arguments.
@@ -52,25 +53,19 @@ fn none_left(arguments: &[String]) -> Outcome {
     }
 }
 
-/// A host program of this workspace, built optimised, quietly unless it takes long.
-pub fn host_program(package: &str, arguments: &[String]) -> std::process::Command {
-    let mut command = cargo(["run", "--profile", "host", "--package", package, "--"]);
-    command.args(arguments);
-    command
+/// Runs a host program.
+pub fn host_program(package: &str, arguments: &[String]) -> Outcome {
+    run(host::program(package, arguments)?.args(arguments))
 }
 
-/// The same for one that has worlds: with MuJoCo where the arguments ask for it.
-fn world_program(package: &str, arguments: &[String]) -> Outcome<std::process::Command> {
-    let words = ["run", "--profile", "host", "--package", package];
-    let mut command = mujoco::cargo_with(mujoco::wanted(arguments)?.as_deref(), words);
-    command.arg("--").args(arguments);
-    Ok(command)
+/// Runs a subcommand of the program that has the experiments.
+fn evaluate(subcommand: &str, arguments: &[String]) -> Outcome {
+    let words = [&[subcommand.to_owned()], arguments].concat();
+    host_program("palpate-evaluation", &words)
 }
 
 fn emulate(subcommand: &str, elf: &Path, arguments: &[String]) -> Outcome {
-    let mujoco = mujoco::wanted(arguments)?;
-    emulator::build(mujoco.as_deref())?;
-    run(emulator::call(subcommand, elf, mujoco.as_deref()).args(arguments))
+    run(host::emulator(subcommand, elf, arguments)?.args(arguments))
 }
 
 /// `sim`: the product's main job without a board.
@@ -147,7 +142,7 @@ pub fn size(arguments: &[String]) -> Outcome {
     for (scene, elf) in every_scene()? {
         words.push(format!("{scene}={}", elf.display()));
     }
-    run(&mut host_program("palpate-report", &words))
+    host_program("palpate-report", &words)
 }
 
 /// `golden`: the library against reference files; with `--generator` the files against their own generator.
@@ -155,10 +150,10 @@ pub fn golden(arguments: &[String]) -> Outcome {
     if let Some((first, rest)) = arguments.split_first()
         && first == "--generator"
     {
-        return run(&mut host_program("palpate-golden", rest));
+        return host_program("palpate-golden", rest);
     }
     let words = [&["golden".to_owned()], arguments].concat();
-    run(&mut host_program("palpate-report", &words))
+    host_program("palpate-report", &words)
 }
 
 /// `faults`: every fault into the running firmware.
@@ -172,38 +167,29 @@ pub fn faults(arguments: &[String]) -> Outcome {
 
 /// `experiments`: the paper's work again.
 pub fn experiments(arguments: &[String]) -> Outcome {
-    let mut words = [&["experiments".to_owned()], arguments].concat();
+    let mut words = arguments.to_vec();
     if words.iter().any(|word| word == "--write") {
         // The documents show both engines.
         words.push("--engine=mujoco".to_owned());
     }
-    run(&mut world_program("palpate-evaluation", &words)?)
+    evaluate("experiments", &words)
 }
 
 /// `replay`: a recorded trace.
 pub fn replay(arguments: &[String]) -> Outcome {
     monitor::with_page(&mut arguments.to_vec(), "A recorded grasp", |rest| {
-        run(&mut world_program(
-            "palpate-evaluation",
-            &[&["replay".to_owned()], rest].concat(),
-        )?)
+        evaluate("replay", rest)
     })
 }
 
 /// `recordings`: a folder of them, with their truth.
 pub fn recordings(arguments: &[String]) -> Outcome {
-    run(&mut world_program(
-        "palpate-evaluation",
-        &[&["recordings".to_owned()], arguments].concat(),
-    )?)
+    evaluate("recordings", arguments)
 }
 
 /// `figures`: pictures of the above.
 pub fn figures(arguments: &[String]) -> Outcome {
-    run(&mut world_program(
-        "palpate-evaluation",
-        &[&["figures".to_owned()], arguments].concat(),
-    )?)
+    evaluate("figures", arguments)
 }
 
 /// `completions`: of the host programs, for a shell.
@@ -229,23 +215,22 @@ pub fn setup(arguments: &[String]) -> Outcome {
     Ok(())
 }
 
+/// What turns a lint into a failure, in everything that is compiled.
+const LINTS: [&str; 4] = ["--all-targets", "--", "-D", "warnings"];
+
 /// `check`: what a reviewer should not have to say.
 pub fn check(arguments: &[String]) -> Outcome {
     none_left(arguments)?;
     machine::emulator_packages()?;
     step("formatting", &mut cargo(["fmt", "--all", "--check"]))?;
+    let library = mujoco::library_if_possible();
     step(
         "lints, host",
-        &mut cargo([
-            "clippy",
-            "--workspace",
-            "--all-targets",
-            "--profile",
-            "host",
-            "--",
-            "-D",
-            "warnings",
-        ]),
+        host::workspace("clippy", library.as_deref()).args(LINTS),
+    )?;
+    step(
+        "lints, library",
+        cargo(["clippy", "--profile", "host", "--package", "palpate"]).args(LINTS),
     )?;
     Build::default().clippy()?;
     // What a firmware of another controller would write still compiles for such a chip.
@@ -260,6 +245,8 @@ pub fn check(arguments: &[String]) -> Outcome {
         cargo(["doc", "--workspace", "--no-deps", "--profile", "host"])
             .env("RUSTDOCFLAGS", "-D warnings"),
     )?;
+    // Before the scenes of the project, so that what these are compiled into is compiled for them last.
+    own_finger::check()?;
     size(&[])?;
     let images: Vec<PathBuf> = every_scene()?.into_iter().map(|(_, elf)| elf).collect();
     reach(&images)
@@ -269,18 +256,15 @@ pub fn check(arguments: &[String]) -> Outcome {
 fn reach(images: &[PathBuf]) -> Outcome {
     step(
         "what the control interrupt can reach",
-        host_program("palpate-reach", &[]).args(images),
+        host::program("palpate-reach", &[])?.args(images),
     )
 }
-
-/// What tests both engines.
-const MUJOCO_FEATURES: &str =
-    "palpate-mujoco/engine,palpate-emulator/mujoco,palpate-simulation/mujoco";
 
 /// `test`: everything that can be tested here.
 pub fn test(arguments: &[String]) -> Outcome {
     none_left(arguments)?;
     machine::emulator_packages()?;
+    let library = mujoco::library_if_possible();
     let elf = Build::default().elf()?;
     let faulty = Build {
         features: Some("fault-injection".to_owned()),
@@ -295,22 +279,9 @@ pub fn test(arguments: &[String]) -> Outcome {
         "tests of the library",
         &mut cargo(["test", "--package", "palpate"]),
     )?;
-    let mut tests = cargo(["test", "--profile", "host", "--workspace"]);
-    tests.args(["--exclude", "palpate"]);
-    // A machine without the library and without a way to it still tests all the rest.
-    match mujoco::library() {
-        Ok(folder) => {
-            tests.args(["--features", MUJOCO_FEATURES]);
-            mujoco::link(&mut tests, &folder);
-        }
-        Err(failure) => eprintln!(
-            "==> WARNING: no test of the MuJoCo worlds runs: {}",
-            failure.message
-        ),
-    }
     step(
         "tests of the host programs and of the emulated firmware",
-        tests
+        host::workspace("test", library.as_deref())
             .env("PALPATE_ELF", &elf)
             .env("PALPATE_FAULT_ELF", &faulty)
             .env("PALPATE_HALL_ELF", &hall)

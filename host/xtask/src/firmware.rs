@@ -1,7 +1,10 @@
 //! Building the firmware, whichever compiler the machine has for the chip.
 
+mod inputs;
+
+use std::io::{BufRead, BufReader, IsTerminal};
 use std::path::PathBuf;
-use std::process::Command;
+use std::process::{ChildStderr, Command, Stdio};
 
 use crate::machine::{self, THUMB, Toolchain};
 use crate::process::{Failure, Outcome, cargo, root, step, target_dir};
@@ -33,6 +36,41 @@ pub struct Build {
 pub fn every_scene() -> Outcome<Vec<(String, PathBuf)>> {
     let each = |scene: String| Build::of_scene(&scene).elf().map(|elf| (scene, elf));
     scenes()?.into_iter().map(each).collect()
+}
+
+/// Why there is no image.
+enum NotLinked {
+    /// It does not fit the flash.
+    TooLarge,
+    /// What the compiler has told.
+    Other(Failure),
+}
+
+/// Builds, and tells an image that is too large from an error.
+fn link(what: &str, mut build: Command) -> Result<(), NotLinked> {
+    eprintln!("==> {what}");
+    if std::io::stderr().is_terminal() {
+        build.args(["--color", "always"]);
+    }
+    let other = |message: String| NotLinked::Other(Failure::new(message));
+    let mut child = build
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(|error| other(format!("cannot start cargo: {error}")))?;
+    let mut too_large = false;
+    for line in child.stderr.take().into_iter().flat_map(told) {
+        too_large |= line.contains("overflowed by") || line.contains("will not fit in region");
+        eprintln!("{line}");
+    }
+    match child.wait() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(_) if too_large => Err(NotLinked::TooLarge),
+        _ => Err(other(format!("{what}: failed"))),
+    }
+}
+
+fn told(stream: ChildStderr) -> impl Iterator<Item = String> {
+    BufReader::new(stream).lines().map_while(Result::ok)
 }
 
 impl Build {
@@ -105,20 +143,30 @@ impl Build {
     pub fn elf(&self) -> Outcome<PathBuf> {
         let toolchain = machine::firmware_toolchain()?;
         machine::fetch_sources()?;
-        let what = format!("building for the chip: {}", self.name());
-        if step(&what, &mut self.cargo("build", &toolchain)).is_err() {
-            // The largest scenes do not fit the flash at the usual level.
-            let mut smaller = self.cargo("build", &toolchain);
-            smaller.env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "z");
-            step(&format!("{what}, once more for size"), &mut smaller)?;
-        }
         let folder = Self::target_dir(&toolchain);
-        let built = folder.join(THUMB).join("release").join(self.package());
         // The next scene is built over this one: keep it under a name of its own.
         let kept = folder.join("elf").join(self.name());
+        let call = self.cargo("build", &toolchain);
+        let inputs = inputs::of(&call, &list::folder(&root()));
+        if inputs::are(&kept, inputs) {
+            return Ok(kept);
+        }
+        let what = format!("building for the chip: {}", self.name());
+        match link(&what, call) {
+            Ok(()) => {}
+            Err(NotLinked::TooLarge) => {
+                // The largest scenes do not fit the flash at the usual level.
+                let mut smaller = self.cargo("build", &toolchain);
+                smaller.env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "z");
+                step(&format!("{what}, once more for size"), &mut smaller)?;
+            }
+            Err(NotLinked::Other(failure)) => return Err(failure),
+        }
+        let built = folder.join(THUMB).join("release").join(self.package());
         std::fs::create_dir_all(folder.join("elf"))
             .and_then(|()| std::fs::copy(&built, &kept))
             .map_err(|error| Failure::new(format!("cannot keep {}: {error}", kept.display())))?;
+        inputs::note(&kept, inputs);
         Ok(kept)
     }
 

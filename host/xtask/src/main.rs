@@ -4,12 +4,13 @@
 //! a crate lives in the program that the command starts.
 
 mod commands;
-mod emulator;
 mod firmware;
+mod host;
 mod machine;
 mod monitor;
 mod mujoco;
 mod new_scene;
+mod own_finger;
 mod process;
 mod report;
 mod wiring;
@@ -142,7 +143,7 @@ const COMMANDS: &[Command] = &[
     Command {
         name: "check",
         arguments: "",
-        summary: "formatting, lints on host and target, documentation, size, no panic in the control interrupt",
+        summary: "formatting, lints, documentation, a finger of one's own, size, no panic in the control interrupt",
         example: "check",
         run: commands::check,
     },
@@ -166,7 +167,7 @@ fn usage() {
     println!("cargo xtask COMMAND\n");
     for command in COMMANDS {
         let call = format!("{} {}", command.name, command.arguments);
-        println!("  {call:<34} {}", command.summary);
+        println!("  {call}\n      {}", command.summary);
     }
     println!("\n`cargo xtask COMMAND --help` shows an example of each.");
     println!("On a machine with a board, `cargo run --release` is `cargo xtask flash`.");

@@ -1,9 +1,9 @@
 //! The live view, recordings and pages: programs that read what the firmware says.
 
-use crate::commands::take;
-use crate::emulator;
+use crate::commands::{host_program, take};
 use crate::firmware::Build;
-use crate::mujoco;
+use crate::host;
+use crate::machine;
 use crate::process::{Outcome, run, target_dir};
 
 const PACKAGE: &str = "palpate-monitor";
@@ -33,18 +33,14 @@ fn live(subcommand: &str, arguments: &[String]) -> Outcome {
         };
         words.extend(["--elf".to_owned(), build.elf()?.display().to_string()]);
     }
-    let library = mujoco::wanted(arguments)?;
     if !help && simulated {
-        emulator::build(library.as_deref())?;
-        let program = target_dir().join("host").join("palpate-emulator");
-        words.extend(["--emulator".to_owned(), program.display().to_string()]);
+        machine::emulator_packages()?;
+        let emulator = host::program(host::EMULATOR, arguments)?;
+        let program = emulator.get_program().to_string_lossy().into_owned();
+        words.extend(["--emulator".to_owned(), program]);
     }
     words.extend_from_slice(arguments);
-    let mut command = crate::commands::host_program(PACKAGE, &words);
-    if let Some(folder) = &library {
-        mujoco::link(&mut command, folder);
-    }
-    run(&mut command)
+    run(host::program(PACKAGE, arguments)?.args(words))
 }
 
 /// Runs a command; with `--html FILE` it leaves its events, of which a page is made.
@@ -62,7 +58,7 @@ pub fn with_page(
     // A grasp that ends in a fault is worth a page as well.
     let outcome = command(arguments);
     let words = ["page", &events_text, "--out", &page, "--title", title].map(str::to_owned);
-    let written = run(&mut crate::commands::host_program(PACKAGE, &words));
+    let written = host_program(PACKAGE, &words);
     // One that cannot be removed lies in the folder of build products.
     let _ = std::fs::remove_file(&events);
     outcome.and(written)

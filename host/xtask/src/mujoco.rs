@@ -6,14 +6,16 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::machine;
-use crate::process::{Failure, Outcome, cargo, step, target_dir};
+use crate::process::{Failure, Outcome, step, target_dir};
 
 /// The version that the bindings (`mujoco-rs` in host/mujoco) are made for.
 const VERSION: &str = "3.17.0";
-/// Name of the cargo feature, in every package that has worlds.
-const FEATURE: &str = "mujoco";
+/// The cargo features that link it, of every package that has worlds.
+pub const FEATURES: &str = "palpate-mujoco/engine,palpate-emulator/mujoco,palpate-simulation/mujoco,palpate-evaluation/mujoco";
 /// Where the bindings look for the library; a user may have set it.
 const FOLDER: &str = "MUJOCO_DYNAMIC_LINK_DIR";
+/// The file that is linked.
+const LINKED: &str = "libmujoco.so";
 
 /// Whether a call asks for the engine: `--engine mujoco`, `--engine=mujoco`, or a world's name with `@mujoco`.
 pub fn asked(arguments: &[String]) -> bool {
@@ -22,16 +24,6 @@ pub fn asked(arguments: &[String]) -> bool {
         || arguments
             .iter()
             .any(|word| word == "--engine=mujoco" || word.ends_with("@mujoco"))
-}
-
-/// A cargo call with the feature and the library, where `folder` is there.
-pub fn cargo_with<'a>(folder: Option<&Path>, words: impl IntoIterator<Item = &'a str>) -> Command {
-    let mut command = cargo(words);
-    if let Some(folder) = folder {
-        command.args(["--features", FEATURE]);
-        link(&mut command, folder);
-    }
-    command
 }
 
 /// Lets a command link the library and find it when it runs.
@@ -46,19 +38,29 @@ pub fn link(command: &mut Command, folder: &Path) {
     }
 }
 
-/// The folder of the library if a call asks for the engine.
-pub fn wanted(arguments: &[String]) -> Outcome<Option<PathBuf>> {
-    asked(arguments).then(library).transpose()
+/// The folder of the library for a program that is called with `arguments`: fetched if they ask for the engine; else that which is
+/// there already, so that programs are not built once with and once without it.
+pub fn library_for(arguments: &[String]) -> Outcome<Option<PathBuf>> {
+    if asked(arguments) {
+        return library().map(Some);
+    }
+    let folder = folder();
+    Ok(folder.join(LINKED).exists().then_some(folder))
+}
+
+/// Where the library is, or belongs.
+fn folder() -> PathBuf {
+    std::env::var_os(FOLDER).map_or_else(
+        || target_dir().join(format!("mujoco-{VERSION}")),
+        PathBuf::from,
+    )
 }
 
 /// The folder with the library; gets it where it is missing.
 pub fn library() -> Outcome<PathBuf> {
-    if let Some(folder) = std::env::var_os(FOLDER) {
-        return Ok(PathBuf::from(folder));
-    }
-    let folder = target_dir().join(format!("mujoco-{VERSION}"));
-    let linked = folder.join("libmujoco.so");
-    if linked.exists() {
+    let folder = folder();
+    let linked = folder.join(LINKED);
+    if linked.exists() || std::env::var_os(FOLDER).is_some() {
         return Ok(folder);
     }
     if !cfg!(target_os = "linux") {
@@ -85,6 +87,18 @@ pub fn library() -> Outcome<PathBuf> {
     std::fs::copy(folder.join(name), &linked)
         .map_err(|error| Failure::new(format!("cannot write {}: {error}", linked.display())))?;
     Ok(folder)
+}
+
+/// The folder with the library, or a warning: a machine without it and without a way to it still checks all the rest.
+pub fn library_if_possible() -> Option<PathBuf> {
+    library()
+        .inspect_err(|failure| {
+            eprintln!(
+                "==> WARNING: the MuJoCo worlds are left out: {}",
+                failure.message
+            );
+        })
+        .ok()
 }
 
 /// Takes one file out of the wheel in a folder.

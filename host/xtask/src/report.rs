@@ -4,10 +4,10 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::emulator;
 use crate::firmware::{Build, every_scene};
+use crate::host;
 use crate::machine::{self, Toolchain};
-use crate::process::{Failure, Outcome, cargo, output, root, step, target_dir};
+use crate::process::{Failure, Outcome, output, root, step, target_dir};
 
 /// The page, its plots and records.
 const FOLDER: &str = "docs/report";
@@ -23,7 +23,6 @@ pub fn report(arguments: &[String]) -> Outcome {
     }
     .elf()?;
     let images = every_scene()?;
-    emulator::build(None)?;
     let folder = target_dir().join("report");
     std::fs::create_dir_all(&folder)
         .map_err(|error| Failure::new(format!("cannot create {}: {error}", folder.display())))?;
@@ -78,16 +77,7 @@ pub fn report(arguments: &[String]) -> Outcome {
     }
     step(
         "joining errors and costs",
-        cargo([
-            "run",
-            "--quiet",
-            "--profile",
-            "host",
-            "--package",
-            "palpate-report",
-            "--",
-        ])
-        .args(words),
+        host::program("palpate-report", &[])?.args(words),
     )
 }
 
@@ -96,7 +86,7 @@ fn emulate(subcommand: &str, elf: &Path, arguments: &[&str], folder: &Path) -> O
     let path = folder.join(format!("{subcommand}.jsonl"));
     let file = File::create(&path)
         .map_err(|error| Failure::new(format!("cannot write {}: {error}", path.display())))?;
-    let mut command = emulator::call(subcommand, elf, None);
+    let mut command = host::emulator(subcommand, elf, &[])?;
     command.arg("--json").args(arguments).stdout(file);
     step(
         &format!("running {} on the emulated chip", elf.display()),

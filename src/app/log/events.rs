@@ -127,6 +127,8 @@ pub fn calibrated(log: &mut impl Log, calibration: &Calibration) {
         calibration.cable_rad_per_nm * MILLI,
         calibration.cable_sigma_rad_per_nm * MILLI,
         calibration.correlation,
+        calibration.stiffening_per_nm,
+        calibration.stiffening_sigma_per_nm,
         calibration.contacts,
         calibration.presses,
     );

@@ -13,7 +13,7 @@ use crate::scene::Scene;
 use crate::sensing::{Calibration, Friction};
 
 /// Layout of the record. Raise it whenever what is kept changes its meaning or its shape.
-pub const VERSION: u8 = 3;
+pub const VERSION: u8 = 4;
 
 const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
 

@@ -37,7 +37,10 @@ pub enum Class {
 }
 
 /// Two places on each phalanx but the first.
-pub(crate) type Candidates = heapless::Vec<Candidate, { 2 * (LONGEST_FINGER - 1) }>;
+pub const MOST_CANDIDATES: usize = 2 * (LONGEST_FINGER - 1);
+
+/// A list of places.
+pub type Candidates = heapless::Vec<Candidate, MOST_CANDIDATES>;
 
 /// All places that explain a compliance.
 #[derive(Clone, Debug, PartialEq)]

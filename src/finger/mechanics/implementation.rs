@@ -48,6 +48,14 @@ where
         self.preshape(torque_nm, near)
     }
 
+    fn weighed(
+        &self,
+        free: &Free<Self::Configuration>,
+        torque_nm: f32,
+    ) -> Option<(Free<Self::Configuration>, f32)> {
+        self.under_weight(free, torque_nm)
+    }
+
     fn expected_k_a(&self, free: &Free<Self::Configuration>) -> Option<f32> {
         self.secant_stiffness(free)
     }

@@ -3,7 +3,7 @@
 mod candidates;
 mod implementation;
 
-pub use candidates::{Candidate, Class, Inverse};
+pub use candidates::{Candidate, Candidates, Class, Inverse, MOST_CANDIDATES};
 
 /// Most phalanges of a finger that a scene describes, and joints whose changes a [`PathPoint`] holds.
 pub const MAX_PHALANGES: usize = 3;
@@ -103,6 +103,15 @@ pub trait Mechanics {
         torque_nm: f32,
         near: &Self::Configuration,
     ) -> Option<Self::Configuration>;
+
+    /// A finger without a spring at joint 1 whose weight the input link holds with `torque_nm` (negative where the weight
+    /// closes it): `free` as that leaves it, and the torque with which a spring then holds joint 2 against its stop. The mass
+    /// is taken to be even along phalanges that are about in line. None of any other finger.
+    fn weighed(
+        &self,
+        free: &Free<Self::Configuration>,
+        torque_nm: f32,
+    ) -> Option<(Free<Self::Configuration>, f32)>;
 
     /// Secant stiffness K_a' of the free finger from rest to `free` (7), newton metre per radian; 0 without a spring at
     /// joint 1.

@@ -15,6 +15,7 @@ mod linearization;
 mod newton;
 mod response;
 
+use super::preshape::dot;
 use super::{
     BaseJoint, Configuration, Contact, Finger, JointStep, MAX_PHALANGES, PathPoint, Transmission,
 };
@@ -30,6 +31,40 @@ const PIECES: u8 = 8;
 pub struct Path<const N: usize> {
     start: Start<N>,
     last: PathState<N>,
+}
+
+/// A finger that presses on an object, linearised where its path has led: what a second contact starts from
+/// (docs/MECHANICS.md#two-contacts).
+#[derive(Clone, Copy, Debug)]
+pub struct Pressed<const N: usize> {
+    /// The contact as it was made.
+    pub contact: Contact,
+    /// Where it is now, metre from the phalanx's joint.
+    pub k_now_m: f32,
+    /// Contact force, newton.
+    pub force_n: f32,
+    /// Joint angles, radian.
+    pub joints_rad: [f32; N],
+    /// Transmission factors.
+    pub x: [f32; N],
+    /// H = K - T_a W + f P, newton metre per radian.
+    pub stiffness_nm_per_rad: [[f32; N]; N],
+    /// Moment arms p of the contact, metre.
+    pub arms_m: [f32; N],
+    /// Change of the joint angles for a unit of input torque, radian per newton metre.
+    pub tangent_per_nm: [f32; N],
+    pub(crate) lengths_m: [f32; N],
+    pub(crate) turn: [crate::numeric::Rotation; N],
+}
+
+impl<const N: usize> Pressed<N> {
+    /// Compliance of the input link while this contact alone holds, radian per newton metre: y^T H y for the tangent y,
+    /// which keeps its digits near the stiffest place, where x . y does not.
+    pub fn compliance_rad_per_nm(&self) -> f32 {
+        let y = &self.tangent_per_nm;
+        let rows = self.stiffness_nm_per_rad.iter().zip(y);
+        rows.map(|(row, turned)| turned * dot(row, y)).sum()
+    }
 }
 
 impl<const N: usize> Path<N> {
@@ -106,6 +141,32 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
                 tangent,
                 before: (tangent, 0.0),
             },
+        })
+    }
+
+    /// The finger at the last point of a path; `None` where it is not stable there.
+    pub fn pressed(&self, path: &Path<N>) -> Option<Pressed<N>> {
+        let Path { start, last } = path;
+        let at = &last.at;
+        let local = start.local(&self.transmission, at, last.rise)?;
+        let tangent = local.tangent()?;
+        let now = start.from.advanced(&JointStep::of(at.delta));
+        let scale = start.stiffness_scale;
+        Some(Pressed {
+            contact: Contact {
+                phalanx: start.before as u8 + 1,
+                k_m: at.k * start.length_scale,
+                radius_m: start.radius * start.length_scale,
+            },
+            k_now_m: self.on_phalanx(start, local.k_now)?,
+            force_n: at.force * scale / start.length_scale,
+            joints_rad: now.rad(),
+            x: local.gear.x,
+            stiffness_nm_per_rad: local.stiffness.map(|row| row.map(|h| h * scale)),
+            arms_m: local.arms.map(|arm| arm * start.length_scale),
+            tangent_per_nm: tangent.delta.map(|delta| delta / scale),
+            lengths_m: self.parameters.lengths_m,
+            turn: now.turn(),
         })
     }
 

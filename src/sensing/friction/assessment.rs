@@ -96,6 +96,33 @@ impl Assessment {
     pub fn introduce(&self, record: &mut Friction) {
         if !self.is_closing() {
             record.opening_nm = -self.coefficients[0];
+            record.asymmetry_nm = self.asymmetry_nm(record);
+        }
+    }
+
+    /// Straight line through what the record has more than this opening, by least squares over their common bins.
+    fn asymmetry_nm(&self, record: &Friction) -> [f32; 2] {
+        let (mut n, mut x1, mut xx, mut y1, mut xy) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        let (first, last) = self.ends;
+        for index in first..=last {
+            let Some(closing_nm) = record.closing_nm.get(index) else {
+                continue;
+            };
+            let columns = self.columns(record, index);
+            let y = closing_nm - dot(&self.coefficients[..CURVE], &columns[..CURVE]);
+            let x = record.middle_counts(index) / record.travel_counts as f32;
+            n += 1.0;
+            x1 += x;
+            xx += x * x;
+            y1 += y;
+            xy += x * y;
+        }
+        let growth = (n * xy - x1 * y1) / (n * xx - x1 * x1);
+        let begin = (y1 - growth * x1) / n;
+        if begin.is_finite() && growth.is_finite() {
+            [begin, growth]
+        } else {
+            [0.0; 2]
         }
     }
 

@@ -33,6 +33,9 @@ pub struct Friction {
     pub worm_nm: [f32; 2 * HARMONICS],
     /// Mean torque while opening, newton metre, negative; 0 before it is known.
     pub opening_nm: f32,
+    /// By how much the torque while closing exceeds that of opening, along the motion: at the beginning of the travel, and
+    /// its growth over all of it, newton metre; 0 before it is known. Friction takes the same in both directions.
+    pub asymmetry_nm: [f32; 2],
     /// White noise of a block's torque: variance times the duration of the block, newton metre squared second.
     pub white_nm2_s: f32,
     /// Evidence of free passes about the wander.
@@ -63,6 +66,7 @@ impl Friction {
         closing_nm: Bins::EMPTY,
         worm_nm: [0.0; 2 * HARMONICS],
         opening_nm: 0.0,
+        asymmetry_nm: [0.0; 2],
         white_nm2_s: 0.0,
         evidence: Evidence::NONE,
     };
@@ -90,6 +94,7 @@ impl Friction {
             && self.closing_nm.is_valid()
             && self.worm_nm.iter().all(|amplitude| amplitude.is_finite())
             && self.opening_nm.is_finite()
+            && self.asymmetry_nm.iter().all(|nm| nm.is_finite())
             && (0.0..f32::MAX).contains(&self.white_nm2_s)
             && self.evidence.is_valid()
     }
@@ -119,6 +124,12 @@ impl Friction {
     /// Passes that the record is the mean of.
     pub fn passes(&self) -> u8 {
         self.closing_nm.count.iter().fold(0, |most, &n| most.max(n))
+    }
+
+    /// [`Friction::asymmetry_nm`] at a position.
+    pub fn asymmetry_nm(&self, counts: i32) -> f32 {
+        let [begin_nm, growth_nm] = self.asymmetry_nm;
+        begin_nm + growth_nm * (counts as f32 / self.travel_counts as f32)
     }
 
     /// White noise of a block of some duration, newton metre squared.

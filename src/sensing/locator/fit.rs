@@ -7,7 +7,7 @@
 use super::model::{Hold, Model};
 use super::noise::{Row, Whitening};
 use super::prior::{
-    CABLE, FACTOR, FRICTION, K, LEAST_SHARE, ONSET, Place, Prior, Scaling, UNKNOWNS, Values,
+    BEND, CABLE, FACTOR, FRICTION, K, LEAST_SHARE, ONSET, Place, Prior, Scaling, UNKNOWNS, Values,
 };
 use super::{Data, LEAST_POINTS};
 use crate::finger::{Free, Mechanics};
@@ -267,6 +267,9 @@ impl<F: Mechanics, X: Series> Fit<F, X> {
             let deviation = sqrt(variance.at_least(f32::MIN_POSITIVE));
             let correlation = (r * ff + rest * fc) / (sqrt(ff) * deviation);
             learned.cable_rad_per_nm = values[CABLE].at_least(0.0);
+            learned.stiffening_per_nm = values[BEND].at_least(0.0);
+            learned.stiffening_sigma_per_nm =
+                before.stiffening_sigma_per_nm * sqrt(factor.covariance(BEND)[BEND].at_least(0.0));
             learned.cable_sigma_rad_per_nm = before.cable_sigma_rad_per_nm * deviation;
             learned.correlation = if correlation.is_finite() {
                 correlation.clamp(-0.999, 0.999)
@@ -379,12 +382,24 @@ pub(super) fn onset<F: Mechanics, X: Series>(
     values: &Values,
     near: &F::Configuration,
 ) -> Option<Free<F::Configuration>> {
-    free_behind_cable::<F, X>(
-        finger,
-        values[ONSET],
-        &prior.calibration,
-        prior.creep[0],
-        near,
+    under_weight::<F, X>(finger, values[ONSET], prior, near)
+}
+
+/// The free finger at an angle measured before the cable, its weight included.
+pub(super) fn under_weight<F: Mechanics, X: Series>(
+    finger: &F,
+    measured_rad: f32,
+    prior: &Prior<X>,
+    near: &F::Configuration,
+) -> Option<Free<F::Configuration>> {
+    let free = free_behind_cable::<F, X>(finger, measured_rad, &prior.calibration, near)?;
+    if prior.weight_nm == 0.0 {
+        return Some(free);
+    }
+    Some(
+        finger
+            .weighed(&free, prior.weight_nm)
+            .map_or(free, |(weighed, _)| weighed),
     )
 }
 
@@ -396,14 +411,13 @@ pub fn free_behind_cable<F: Mechanics, X: Series>(
     finger: &F,
     measured_rad: f32,
     calibration: &Calibration,
-    creep: f32,
     near: &F::Configuration,
 ) -> Option<Free<F::Configuration>> {
     let mut free = finger.free_at_angle(measured_rad, near)?;
     if !X::FLEXIBLE {
         return Some(free);
     }
-    let twist_rad_per_nm = calibration.cable_rad_per_nm * (1.0 + creep) / calibration.torque_factor;
+    let twist_rad_per_nm = calibration.cable_rad_per_nm / calibration.torque_factor;
     // The twist is small compared with the angle: each round takes the error down by the cable's share of the compliance.
     for _ in 0..3 {
         if free.torque_nm == 0.0 {

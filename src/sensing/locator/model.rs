@@ -3,15 +3,17 @@
 //! The measured angle is almost without noise, so the torque is predicted from it and not the other way round. With y the
 //! excess of the nominal torque over that of the free finger, F the free finger's torque and T = f y + F,
 //!
-//! angle = o + rotation(T - T_c; k, R) + c ((T - T_c) / f + g L)
+//! angle = o + rotation(T - T_c; k, R) + c ((T - T_c) / f + g L - s B)
 //!
 //! holds along the contact path, o, T_c being angle and torque at the onset, c the cable's twist for a nominal torque, g the
-//! share of it that creeps and L the torque as the creep feels it. The path is followed to a torque near the one sought, the
+//! share of it that creeps, L the torque as the creep feels it, s the cable's stiffening and B what a unit of that takes
+//! off the twist, nothing at the torque at which c is given. The path is followed to a torque near the one sought, the
 //! measured increments added to what was predicted before, and corrected by its slope there. Before the onset y is zero.
 
-use super::prior::{CABLE, CREEP, FACTOR, FRICTION, JOINT, K, ONSET, UNKNOWNS, Values};
+use super::prior::{BEND, CABLE, FACTOR, FRICTION, JOINT, K, ONSET, UNKNOWNS, Values};
 use crate::finger::{Contact, Free, Mechanics, PathPoint};
 use crate::numeric::Bounded;
+use crate::sensing::calibration::MIDDLE_NM;
 use crate::sensing::curve::Point;
 use crate::sensing::{Drivetrain, Series};
 use core::marker::PhantomData;
@@ -60,6 +62,7 @@ pub(super) struct Model<F: Mechanics, X> {
     values: Values,
     origin_rad: f32,
     rad_per_count: f32,
+    creep: f32,
     half_thickness_m: f32,
     /// None while the cable alone gives way.
     path: Option<F::Path>,
@@ -106,7 +109,7 @@ impl<F: Mechanics, X: Series> Model<F, X> {
             None => None,
         };
         let twist = if X::FLEXIBLE {
-            values[CABLE] * (1.0 + values[CREEP]) / values[FACTOR]
+            values[CABLE] / values[FACTOR]
         } else {
             0.0
         };
@@ -117,6 +120,7 @@ impl<F: Mechanics, X: Series> Model<F, X> {
             values: *values,
             origin_rad,
             rad_per_count: drivetrain.rad_per_count,
+            creep: drivetrain.creep,
             half_thickness_m,
             path,
             contact_nm: onset.torque_nm,
@@ -199,17 +203,19 @@ impl<F: Mechanics, X: Series> Model<F, X> {
             torque_nm = self.last_torque_nm;
         }
         let at = &self.last;
-        let (cable, creep) = if X::FLEXIBLE {
-            (values[CABLE], values[CREEP])
-        } else {
-            (0.0, 0.0)
-        };
         let held_nm = (torque_nm - self.contact_nm) / factor;
-        let late_nm = point.late_nm;
+        let (mut twisting_nm, mut cable, mut bent_nm2) = (0.0, 0.0, 0.0);
+        if X::FLEXIBLE {
+            // Nominal torque about the one at which the cable's twist is given.
+            let about_nm = torque_nm / factor - MIDDLE_NM;
+            bent_nm2 = held_nm * (about_nm - 0.5 * held_nm);
+            twisting_nm = held_nm - values[BEND] * bent_nm2 + self.creep * point.late_nm;
+            cable = values[CABLE] * (1.0 - values[BEND] * about_nm);
+        }
         let rotation_rad = at.rotation_rad
             + values[FRICTION] * self.by_friction()
             + values[JOINT] * at.rotation_by_joint_friction_rad_per_nm;
-        let model_rad = rotation_rad + cable * (held_nm + creep * late_nm);
+        let model_rad = rotation_rad + values[CABLE] * twisting_nm;
         // Radian per newton metre of excess.
         let slope = factor * at.compliance_rad_per_nm + cable;
         let near_nm = (torque_nm - point.free_nm) / factor;
@@ -223,8 +229,8 @@ impl<F: Mechanics, X: Series> Model<F, X> {
         slopes[JOINT] = at.rotation_by_joint_friction_rad_per_nm;
         slopes[FACTOR] = at.compliance_rad_per_nm * excess_nm
             - cable * (point.free_nm - self.contact_nm) / (factor * factor);
-        slopes[CABLE] = held_nm + creep * late_nm;
-        slopes[CREEP] = cable * late_nm;
+        slopes[CABLE] = twisting_nm;
+        slopes[BEND] = -values[CABLE] * bent_nm2;
         for slope_of in &mut slopes {
             *slope_of /= -slope;
         }
@@ -284,7 +290,7 @@ mod tests {
         point: &Point,
     ) -> Prediction {
         // As the fit has it: by the calibration, whatever the unknowns are.
-        let twist = 0.7 * 1.05 / 0.95;
+        let twist = 0.7 / 0.95;
         let mut onset = finger.free_at_angle(values[ONSET], &finger.rest()).unwrap();
         for _ in 0..20 {
             let angle_rad = values[ONSET] - twist * onset.torque_nm;
@@ -321,7 +327,7 @@ mod tests {
         values[FACTOR] = 0.95;
         values[JOINT] = 1e-4;
         values[CABLE] = 0.7;
-        values[CREEP] = 0.05;
+        values[BEND] = 0.2;
         let steps = [2e-4, 1e-3, 0.01, 0.005, 1e-4, 0.01, 0.02];
         for (past_rad, late_nm) in [(0.05, 0.0), (0.12, 0.02)] {
             let point = Point {

@@ -281,11 +281,12 @@ impl Track {
             let radius_m = RADII_M[index] - RADII_M[best_index];
             total += weight;
             k += weight * place_m;
-            kk += weight * (place_m * place_m + spread * fitted.k_sigma_m * fitted.k_sigma_m);
+            let sigma_m = fitted.k_sigma_m;
+            let within_m = CELL * self.length_m * self.step(index);
+            kk += weight * (place_m * place_m + spread * sigma_m * sigma_m + within_m * within_m);
             r += weight * radius_m;
-            // A fit stands for the radii up to its neighbours.
-            let half_m = 0.3 * (RADII_M[index] + 0.003);
-            rr += weight * (radius_m * radius_m + half_m * half_m / 3.0);
+            let half_m = CELL * RATIO * (RADII_M[index] + 0.003);
+            rr += weight * (radius_m * radius_m + half_m * half_m);
         }
         let (k, r) = (k / total, r / total);
         let variance = |squares: f32, mean: f32| (squares / total - mean * mean).at_least(0.0);
@@ -311,7 +312,26 @@ impl Track {
             ln_evidence: best.ln_evidence / spread + ln(total / radii),
         })
     }
+
+    /// How far the place moves from one radius to the next about this one, in lengths of the phalanx.
+    fn step(&self, index: usize) -> f32 {
+        let fitted = |index: usize| self.fits.get(index).and_then(Option::as_ref);
+        let place = |other: Option<&Fitted>| other.or(fitted(index)).map_or(0.0, |f| f.x[K]);
+        let below = fitted(index.wrapping_sub(1));
+        let above = fitted(index + 1);
+        let way = (place(above) - place(below)).abs();
+        if below.is_some() && above.is_some() {
+            0.5 * way
+        } else {
+            way
+        }
+    }
 }
+
+/// A fit stands for the radii up to half way to its neighbours: their standard deviation, as a share of a step.
+const CELL: f32 = 0.289;
+/// Logarithm of the ratio of one radius to the next, each plus 3 mm.
+const RATIO: f32 = 0.646;
 
 impl Estimate {
     /// Whether it is on the proximal phalanx or on the very joint of phalanx 2: as compliant as a contact anywhere on

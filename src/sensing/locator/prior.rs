@@ -19,8 +19,8 @@ pub(super) const FACTOR: usize = 3;
 pub(super) const JOINT: usize = 4;
 /// Twist of the cable.
 pub(super) const CABLE: usize = 5;
-/// Share of it that creeps.
-pub(super) const CREEP: usize = 6;
+/// Growth of its stiffness with the torque.
+pub(super) const BEND: usize = 6;
 
 /// Nearer to the joint than this share of its phalanx no contact is thought of.
 pub(super) const LEAST_SHARE: f32 = 0.007;
@@ -65,10 +65,10 @@ pub struct Prior<X: Series> {
     pub joint_nm: [f32; 2],
     /// Measured angle of the input link at the onset, radian: mean and deviation.
     pub onset_rad: [f32; 2],
+    /// Torque with which the input link holds the finger's weight, newton metre; 0 with a spring at joint 1.
+    pub weight_nm: f32,
     /// Torque factor and cable.
     pub calibration: Calibration,
-    /// Share of the cable's twist that creeps: mean and deviation.
-    pub creep: [f32; 2],
     /// Noise.
     pub noise: Noise,
     /// What lies in series.
@@ -113,7 +113,8 @@ impl Scaling {
             mean[CABLE] = calibration.cable_rad_per_nm;
             deviation[CABLE] = calibration.cable_sigma_rad_per_nm * calibration.independence();
             cable_by_factor = calibration.cable_sigma_rad_per_nm * calibration.correlation;
-            [mean[CREEP], deviation[CREEP]] = prior.creep;
+            mean[BEND] = calibration.stiffening_per_nm;
+            deviation[BEND] = calibration.stiffening_sigma_per_nm;
         }
         let mut bound = |unknown: usize, least: f32| {
             let least = (least - mean[unknown]) / deviation[unknown].at_least(f32::MIN_POSITIVE);
@@ -122,7 +123,7 @@ impl Scaling {
         bound(FRICTION, 0.0);
         bound(FACTOR, LEAST_FACTOR * mean[FACTOR]);
         bound(CABLE, LEAST_CABLE * mean[CABLE]);
-        bound(CREEP, 0.0);
+        bound(BEND, 0.0);
         Self {
             mean,
             deviation,

@@ -1,7 +1,7 @@
 //! Hypotheses, and where their fits begin: the tangent stiffness K_c of the curve's beginning, inverted by bisection
 //! (docs/MECHANICS.md#contact-stiffness), gives the first guess on each phalanx.
 
-use super::{Data, MOST, Place, Prior, Track, free_behind_cable};
+use super::{Data, MOST, Place, Prior, Track, fit};
 use crate::finger::{Class, Mechanics};
 use crate::numeric::{Bounded, clamp};
 use crate::sensing::{Series, curve};
@@ -52,13 +52,7 @@ pub(super) fn tracks<F: Mechanics, X: Series>(
     }
     let length_m = finger.phalanx_length_m(1).unwrap_or(1.0);
     let _ = tracks.push(Track::new(1, length_m, whole, 0.5));
-    let Some(free) = free_behind_cable::<F, X>(
-        finger,
-        prior.onset_rad[0],
-        &prior.calibration,
-        prior.creep[0],
-        near,
-    ) else {
+    let Some(free) = fit::under_weight::<F, X>(finger, prior.onset_rad[0], prior, near) else {
         return (tracks, Class::Invalid);
     };
     let at = &free.configuration;
@@ -105,7 +99,7 @@ pub(super) fn tracks<F: Mechanics, X: Series>(
 /// Compliance of the finger at the contact by the slope of the curve's beginning, without the cable's, radian per newton
 /// metre.
 pub(super) fn contact_compliance<X: Series>(data: &Data, prior: &Prior<X>) -> Option<f32> {
-    let slope = curve::slope(data.points, FIRST_SHARE, prior.creep[0])?;
+    let slope = curve::slope(data.points, FIRST_SHARE, data.drivetrain.creep)?;
     let rad_per_nm = slope.counts_per_nm * data.drivetrain.rad_per_count;
     let cable = if X::FLEXIBLE {
         prior.calibration.cable_rad_per_nm

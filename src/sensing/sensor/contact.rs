@@ -18,6 +18,13 @@ use core::marker::PhantomData;
 const ONSET_SIGMA_RAD: f32 = 0.03;
 /// Blocks before the detected onset with which the curve begins: the onset is sought there too.
 const LEAD: usize = 4;
+/// Torque of the finger's weight for what closing takes more than opening: half, a worm's friction cancels, less what the
+/// gearhead takes of it (docs/MECHANICS.md#real-fingers).
+const WEIGHT_SHARE: f32 = 0.4;
+/// Less is no weight but friction that is not the same both ways, newton metre (R, chosen).
+const LEAST_WEIGHT_NM: f32 = 0.5e-3;
+/// What is not known of how a spring is held by the weight, as a share.
+const HELD_SHARE: f32 = 0.3;
 /// How well a pin is placed by hand or by a gauge, metre (R, chosen).
 const PIN_SIGMA_M: f32 = 0.3e-3;
 /// A contact is lost when the torque falls by this share of itself and this many deviations of a block.
@@ -44,6 +51,10 @@ pub(super) struct Contact<F: Mechanics, R, X: Series> {
     onset_us: u64,
     /// Reading of joint 2 at the onset.
     pub(super) reading: R,
+    /// Torque of the finger's weight at the input link, at the curve's origin and by its angle, newton metre and per radian.
+    weight: [f32; 2],
+    /// With it a spring holds joint 2 against its stop, newton metre.
+    held_nm: f32,
     /// Torque above friction at the last block.
     pub(super) torque_nm: f32,
     /// The torque as the cable's creep feels it, and when it was last brought up to date.
@@ -153,6 +164,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         let wander = &begun.wander;
         let onset = &begun.onset;
         let sigma_rad = onset.sigma_counts * self.drivetrain.rad_per_count;
+        let ([weight_nm, weight_nm_per_rad], held_nm) = self.weight(first.counts);
         Contact {
             curve: Curve::new(first.counts),
             locator: Locator::default(),
@@ -173,6 +185,8 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             ],
             onset_us: first.time_us,
             reading: first.reading,
+            weight: [weight_nm, weight_nm_per_rad],
+            held_nm,
             torque_nm: 0.0,
             late_nm: 0.0,
             late_us: first.time_us,
@@ -181,6 +195,26 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             stage: Stage::Growing,
             pass_due: false,
         }
+    }
+
+    /// Torque of the finger's weight at a position and its derivative by the angle, and the torque with which a spring then
+    /// holds joint 2; nothing of a finger whose weight cannot be told from the springs.
+    #[inline(never)]
+    fn weight(&self, counts: i32) -> ([f32; 2], f32) {
+        const NONE: ([f32; 2], f32) = ([0.0; 2], 0.0);
+        let Some(friction) = &self.friction else {
+            return NONE;
+        };
+        let place = counts.wrapping_add(self.shift_counts.unwrap_or(0));
+        let weight_nm = WEIGHT_SHARE * friction.asymmetry_nm(place);
+        let per_rad = WEIGHT_SHARE * friction.asymmetry_nm[1]
+            / (friction.travel_counts as f32 * self.drivetrain.rad_per_count);
+        if weight_nm.abs() < LEAST_WEIGHT_NM {
+            return NONE;
+        }
+        self.free(self.drivetrain.closing_rad(counts))
+            .and_then(|free| self.finger.weighed(&free, weight_nm))
+            .map_or(NONE, |(_, held_nm)| ([weight_nm, per_rad], held_nm))
     }
 
     /// A block of a closing in contact.
@@ -279,10 +313,13 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             variance += unevenness_nm * unevenness_nm * 0.25 * periods;
         }
         let free = self.free(drivetrain.closing_rad(past.counts));
+        let [weight_nm, per_rad] = contact.weight;
+        let weight_nm = weight_nm
+            + per_rad * drivetrain.rotation_rad(contact.curve.origin_counts(), past.counts);
         Point {
             time_s: past.time_us.wrapping_sub(contact.onset_us) as i64 as f32 * 1e-6,
             excess_nm: efficiency * (residual_nm - contact.level_nm),
-            free_nm: free.map_or(0.0, |free| free.torque_nm),
+            free_nm: free.map_or(0.0, |free| free.torque_nm) + weight_nm,
             variance_nm2: efficiency * efficiency * variance,
             width_counts: past.width_counts as f32,
             ..Point::EMPTY
@@ -291,6 +328,8 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
 
     pub(super) fn prior(&self, contact: &Contact<F, H::Reading, X>) -> Prior<X> {
         let settings = &self.settings;
+        let [joint_nm, joint_sigma_nm] = settings.joint_friction_nm;
+        let held_nm = HELD_SHARE * contact.held_nm;
         Prior {
             place: match self.directive {
                 Directive::Calibrate { phalanx, k_m } => Place::Known {
@@ -304,10 +343,13 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             },
             half_thickness_m: settings.half_thickness_m,
             friction: settings.contact_friction,
-            joint_nm: settings.joint_friction_nm,
+            joint_nm: [
+                joint_nm + contact.held_nm,
+                sqrt(joint_sigma_nm * joint_sigma_nm + held_nm * held_nm),
+            ],
+            weight_nm: contact.weight[0],
             onset_rad: contact.onset_rad,
             calibration: self.calibration,
-            creep: self.drivetrain.creep,
             noise: contact.noise,
             series: PhantomData,
         }

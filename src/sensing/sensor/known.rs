@@ -83,12 +83,10 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
 
     /// Posture and torque of the free finger at a measured angle.
     pub(super) fn free(&self, measured_rad: f32) -> Option<Free<F::Configuration>> {
-        let creep = self.drivetrain.creep[0];
         locator::free_behind_cable::<F, X>(
             &self.finger,
             measured_rad,
             &self.calibration,
-            creep,
             &self.posture,
         )
     }

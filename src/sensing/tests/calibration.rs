@@ -6,6 +6,8 @@ const START: Calibration = Calibration {
     cable_rad_per_nm: 0.8,
     cable_sigma_rad_per_nm: 0.3,
     correlation: 0.0,
+    stiffening_per_nm: 0.0,
+    stiffening_sigma_per_nm: 0.3,
     contacts: 0,
     presses: 0,
 };

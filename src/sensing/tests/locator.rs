@@ -12,6 +12,8 @@ const CALIBRATION: Calibration = Calibration {
     cable_rad_per_nm: 0.5,
     cable_sigma_rad_per_nm: 0.005,
     correlation: 0.0,
+    stiffening_per_nm: 0.0,
+    stiffening_sigma_per_nm: 0.01,
     contacts: 2,
     presses: 1,
 };
@@ -28,8 +30,8 @@ fn prior(onset_rad: f32) -> Prior<Cable> {
         friction: [0.1, 0.1],
         joint_nm: [0.1e-3, 0.15e-3],
         onset_rad: [onset_rad, 0.03],
+        weight_nm: 0.0,
         calibration: CALIBRATION,
-        creep: [0.0, 0.0],
         noise: Noise {
             wander_nm: 0.4e-3,
             wander_s: 2.0,
@@ -249,6 +251,7 @@ fn a_known_place_teaches_the_torque_factor() {
             sigma_m: 3e-4,
             radius_m: contact.radius_m,
         },
+        weight_nm: 0.0,
         calibration: Calibration {
             torque_factor_sigma: 0.115,
             cable_rad_per_nm: 0.5 * 0.92,

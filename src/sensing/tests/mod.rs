@@ -21,7 +21,7 @@ fn drivetrain() -> Drivetrain {
         rad_per_count: 1e-5,
         counts_per_turn: 1000,
         counts_per_worm_turn: 32_000,
-        creep: [0.05, 0.015],
+        creep: 0.05,
         creep_s: 5.0,
         opening_stop_rad: 0.0,
         torque_per_ampere_nm: 10.0,

@@ -5,6 +5,7 @@ mod free;
 mod hard;
 mod inverse;
 mod parts;
+mod second;
 mod stiffness;
 
 use super::fingers::Kind;
@@ -16,6 +17,7 @@ use hard::{hard_pair, hard_triple};
 use inverse::inverse;
 use palpate::finger::{Linkage, Tendon};
 use parts::{four_bar, static_forces};
+use second::{actuated, second};
 use stiffness::stiffness;
 
 /// Calls a generic function for the finger that the header describes.
@@ -47,6 +49,18 @@ pub fn evaluate(table: &Table) -> Result<FileReport, FileError> {
         hard_triple(table, &mut report)?;
     } else if table.has(&["C_meas", "n_sol"]) {
         by_kind!(table, inverse, &mut report)?;
+    } else if table.has(&["phal_b", "C_second"]) {
+        match Kind::of(table)? {
+            Kind::Tendon3 => second::<Tendon<3>>(table, &mut report)?,
+            Kind::Linkage3 => second::<Linkage<2>>(table, &mut report)?,
+            _ => {
+                return Err(
+                    table.error("a second contact of other than three phalanges".to_owned())
+                );
+            }
+        }
+    } else if table.has(&["t1", "C1", "phal"]) {
+        actuated(table, &mut report)?;
     } else if table.has(&["dT", "dtheta_a", "k_after"]) {
         by_kind!(table, contact, &mut report)?;
     } else if table.has(&["T_a", "K_a", "K_tangent"]) {

@@ -1,7 +1,7 @@
 //! The experiments: which closings on which worlds.
 
 use palpate_plant::Shape;
-use palpate_scenes::{Linkage3, P70, Tendon2, Tendon3};
+use palpate_scenes::P70;
 use palpate_simulation::Simulated;
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
@@ -170,47 +170,58 @@ pub fn random_cylinder(random: &mut Pcg64Mcg) -> Object {
     }
 }
 
-/// (f) the other fingers: tendon with two and three phalanges, linkage with three; nominal ones, and ones drawn from the
-/// spreads.
+/// A finger of experiment (f).
+struct Other {
+    scene: &'static str,
+    /// Name of the experiment with fingers that are drawn from the spreads.
+    drawn: &'static str,
+    /// First seeds of the nominal and of the drawn fingers.
+    seeds: [u64; 2],
+}
+
+/// Tendon with two and three phalanges, linkage with three.
+const OTHERS: [Other; 3] = [
+    Other {
+        scene: "tendon2",
+        drawn: "tendon2, drawn",
+        seeds: [50, 2000],
+    },
+    Other {
+        scene: "tendon3",
+        drawn: "tendon3, drawn",
+        seeds: [60, 2100],
+    },
+    Other {
+        scene: "linkage3",
+        drawn: "linkage3, drawn",
+        seeds: [70, 2200],
+    },
+];
+
+/// (f) the other fingers, as far as the folder of scenes has them: nominal ones, and ones drawn from the spreads.
 #[must_use]
 pub fn scenes(plan: &Plan) -> Vec<Job> {
-    let mut jobs = Vec::new();
-    for finger in 0..3 {
-        jobs.push(scene::<Tendon2>("tendon2", plan, 50 + finger, 2, false));
-        jobs.push(scene::<Tendon3>("tendon3", plan, 60 + finger, 3, false));
-        jobs.push(scene::<Linkage3>("linkage3", plan, 70 + finger, 3, false));
-    }
-    for finger in 0..if plan.quick { 3 } else { 12 } {
-        jobs.push(scene::<Tendon2>(
-            "tendon2, drawn",
-            plan,
-            2000 + finger,
-            2,
-            true,
-        ));
-        jobs.push(scene::<Tendon3>(
-            "tendon3, drawn",
-            plan,
-            2100 + finger,
-            3,
-            true,
-        ));
-        jobs.push(scene::<Linkage3>(
-            "linkage3, drawn",
-            plan,
-            2200 + finger,
-            3,
-            true,
-        ));
-    }
-    jobs
+    let drawn = if plan.quick { 3 } else { 12 };
+    let rounds = (0..3)
+        .map(|finger| (finger, false))
+        .chain((0..drawn).map(|finger| (finger, true)));
+    rounds
+        .flat_map(|(finger, drawn)| {
+            OTHERS.iter().filter_map(move |other| {
+                palpate_scenes::for_scene!(other.scene, |S| {
+                    let name = if drawn { other.drawn } else { other.scene };
+                    let seed = other.seeds[usize::from(drawn)] + finger;
+                    scene::<S>(name, plan, seed, drawn)
+                })
+            })
+        })
+        .collect()
 }
 
 fn scene<S: Simulated + 'static>(
     experiment: &'static str,
     plan: &Plan,
     offset: u64,
-    phalanges: u8,
     drawn: bool,
 ) -> Job {
     let seed = plan.seed + offset;
@@ -225,7 +236,7 @@ fn scene<S: Simulated + 'static>(
         seed,
         8,
         move |_, random| {
-            let phalanx = random.random_range(2..=phalanges);
+            let phalanx = random.random_range(2..=S::PHALANGES);
             let length_m = judge::length_m::<S>(phalanx).unwrap_or(0.05);
             Wanted {
                 object: random_cylinder(random),

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::row::Cost;
-use crate::elf::Image;
+use palpate_image::Image;
 
 /// A line of the emulator's output.
 #[derive(Deserialize)]
@@ -39,7 +39,7 @@ pub struct Measured {
     /// Of its results.
     pub checksum: u32,
     /// Where its function is.
-    pub address: u64,
+    pub address: u32,
     /// What a call costs.
     pub cost: Cost,
 }
@@ -97,15 +97,16 @@ fn one(fields: &HashMap<String, Value>, image: &Image, cycles: &Cycles) -> Resul
             .as_u64()
             .with_context(|| format!("{key} is no count"))
     };
-    let of = |address: u64| {
+    let of = |address: u32| {
         image
-            .symbol_at(address & !1)
-            .and_then(|symbol| cycles.get(&symbol.name))
+            .symbol_at(address)
+            .and_then(|symbol| cycles.get(&symbol.name()))
             .copied()
             .unwrap_or((f64::NAN, f64::NAN))
     };
-    let address = number("address")? & !1;
-    let (own, nothing) = (of(address), of(number("nothing")?));
+    let address = |key: &str| anyhow::Ok(u32::try_from(number(key)?)? & !1);
+    let (address, nothing) = (address("address")?, address("nothing")?);
+    let (own, nothing) = (of(address), of(nothing));
     let cycles_low = own.0 - nothing.0;
     Ok(Measured {
         task: text("task")?,

@@ -25,8 +25,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use palpate_bench::candidate::Role;
 
-use crate::elf::Image;
 use crate::size;
+use palpate_image::Image;
 use row::{OnChip, Row};
 use target::Target;
 use whole::Grasp;
@@ -77,7 +77,7 @@ pub struct Arguments {
 
 /// Joins errors and costs.
 fn join(arguments: &Arguments) -> Result<Vec<Row>> {
-    let image = Image::read(&arguments.bench)?;
+    let image = Image::open(&arguments.bench)?;
     let measured = measured::read(&arguments.counts, &image)?;
     judge::judge()
         .into_iter()
@@ -91,10 +91,10 @@ fn join(arguments: &Arguments) -> Result<Vec<Row>> {
                         .with_context(|| {
                             format!("the chip did not run {} {}", judged.task, judged.name)
                         })?;
-                    let reached = image.reached_from(one.address);
+                    let reached = image.used_from(one.address);
                     anyhow::Ok(OnChip {
                         cost: one.cost,
-                        flash_bytes: reached.iter().map(|symbol| symbol.size).sum(),
+                        flash_bytes: reached.iter().map(|symbol| u64::from(symbol.size)).sum(),
                         same_bits: checksum == one.checksum,
                     })
                 })

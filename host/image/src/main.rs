@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use palpate_reach::Image;
+use palpate_image::Image;
 
 /// The control interrupt.
 const CONTROL: &str = "ADC1_2";

@@ -1,4 +1,8 @@
 //! Follows control flow from a handler through the linked instructions.
+//!
+//! From the handler's symbol every direct branch and call is followed. A jump through a register or a trap instruction is a
+//! violation, since nothing could then be said about where it ends, and so is reaching a function that panics, allocates or
+//! formats text or a log record, or one outside the memory that the handler is meant to run from.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -6,7 +10,7 @@ use std::ops::Range;
 use anyhow::{Context, Result};
 
 use crate::thumb::{self, Flow};
-use crate::{Function, Image};
+use crate::{Image, Symbol};
 
 /// Something that the handler can reach and must not.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -23,7 +27,7 @@ pub struct Violation {
 #[derive(Clone, Debug)]
 pub struct Reach {
     /// Functions, with the handler itself first.
-    pub functions: Vec<Function>,
+    pub functions: Vec<Symbol>,
     /// Instructions in them.
     pub instructions: usize,
     /// What it must not.
@@ -44,9 +48,8 @@ const FORBIDDEN: &[(&str, &str)] = &[
 
 pub fn from(image: &Image, handler: &str, home: &Range<u32>) -> Result<Reach> {
     let first = image
-        .functions()
-        .iter()
-        .find(|f| f.symbol == handler)
+        .symbols()
+        .find(|s| s.is_code && s.symbol == handler)
         .with_context(|| format!("no function {handler}"))?;
     let mut walk = Walk {
         image,
@@ -91,7 +94,7 @@ struct Walk<'a> {
 
 impl<'a> Walk<'a> {
     /// Decodes one function; returns what it calls.
-    fn scan(&mut self, function: &Function) -> Vec<&'a Function> {
+    fn scan(&mut self, function: &Symbol) -> Vec<&'a Symbol> {
         let mut callees = Vec::new();
         if let Some((_, what)) = FORBIDDEN
             .iter()
@@ -134,9 +137,9 @@ impl<'a> Walk<'a> {
             match flow {
                 Flow::Local => {}
                 Flow::To(target) if (function.address..end).contains(&target) => {}
-                Flow::To(target) => match self.image.function_at(target) {
-                    Some(callee) => callees.push(callee),
-                    None => self.violate(
+                Flow::To(target) => match self.image.symbol_at(target) {
+                    Some(callee) if callee.is_code => callees.push(callee),
+                    _ => self.violate(
                         function,
                         at,
                         &format!("branches to {target:#010x}, no function"),
@@ -151,12 +154,12 @@ impl<'a> Walk<'a> {
         callees
     }
 
-    fn violate(&mut self, function: &Function, address: u32, what: &str) {
+    fn violate(&mut self, function: &Symbol, address: u32, what: &str) {
         let mut path = vec![function.name()];
         let mut at = function.address;
         while let Some(caller) = self.callers.get(&at) {
             at = *caller;
-            path.extend(self.image.function_at(at).map(Function::name));
+            path.extend(self.image.symbol_at(at).map(Symbol::name));
         }
         path.reverse();
         self.violations.push(Violation {

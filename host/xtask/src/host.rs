@@ -1,0 +1,56 @@
+//! Building and calling the host programs of this workspace.
+
+use std::path::Path;
+use std::process::Command;
+
+use crate::machine;
+use crate::mujoco;
+use crate::process::{Outcome, cargo, root, step, target_dir};
+
+/// The program that emulates the chip.
+pub const EMULATOR: &str = "palpate-emulator";
+/// The cargo profile of every host program and test.
+const PROFILE: &str = "host";
+
+/// A cargo call for all host packages: with MuJoCo's worlds where its library is at hand.
+///
+/// Every call names the whole workspace, so that programs, tests and lints agree on the features of each dependency and share one
+/// build of it. The firmware's package stays out: its default features would change what the others see of the library.
+pub fn workspace(subcommand: &str, library: Option<&Path>) -> Command {
+    let words = [subcommand, "--profile", PROFILE, "--workspace"];
+    let mut command = cargo(words);
+    command.args(["--exclude", "palpate"]);
+    if let Some(folder) = library {
+        command.args(["--features", mujoco::FEATURES]);
+        mujoco::link(&mut command, folder);
+    }
+    command
+}
+
+/// A host program, built; `arguments` are those of its user, who may ask for a world that needs MuJoCo.
+pub fn program(package: &str, arguments: &[String]) -> Outcome<Command> {
+    let library = mujoco::library_for(arguments)?;
+    build(package, library.as_deref())?;
+    let mut command = Command::new(target_dir().join(PROFILE).join(package));
+    command.current_dir(root());
+    if let Some(folder) = &library {
+        mujoco::link(&mut command, folder);
+    }
+    Ok(command)
+}
+
+/// The emulator with an image, built; it takes more arguments.
+pub fn emulator(subcommand: &str, elf: &Path, arguments: &[String]) -> Outcome<Command> {
+    machine::emulator_packages()?;
+    let mut command = program(EMULATOR, arguments)?;
+    command.arg(subcommand).arg("--elf").arg(elf);
+    Ok(command)
+}
+
+fn build(package: &str, library: Option<&Path>) -> Outcome {
+    let mut command = workspace("build", library);
+    step(
+        &format!("building {package}"),
+        command.args(["--bin", package]),
+    )
+}
