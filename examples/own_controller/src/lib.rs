@@ -167,6 +167,8 @@ const UNCALIBRATED: Calibration = Calibration {
     cable_rad_per_nm: 1.0 / 1.2,
     cable_sigma_rad_per_nm: 0.25,
     correlation: 0.0,
+    stiffening_per_nm: 0.0,
+    stiffening_sigma_per_nm: 0.3,
     contacts: 0,
     presses: 0,
 };
@@ -179,7 +181,7 @@ fn drivetrain(finger: &Prototype) -> Drivetrain {
         rad_per_count,
         counts_per_turn: 1024,
         counts_per_worm_turn: 64 * 1024,
-        creep: [0.05, 0.015],
+        creep: 0.05,
         creep_s: 5.0,
         opening_stop_rad: finger.input_angle_rad(&finger.rest()),
         torque_per_ampere_nm: 8.9e-3 * reduction,

@@ -201,7 +201,7 @@ pub fn completions(arguments: &[String]) -> Outcome {
     };
     let words = [&["completions".to_owned()], arguments].concat();
     for package in ["palpate-emulator", "palpate-monitor", "palpate-evaluation"] {
-        run(host_program(package, &words).stdin(std::process::Stdio::null()))?;
+        host_program(package, &words)?;
     }
     Ok(())
 }
