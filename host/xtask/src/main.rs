@@ -11,6 +11,7 @@ mod monitor;
 mod mujoco;
 mod new_scene;
 mod own_finger;
+mod own_scene;
 mod process;
 mod report;
 mod wiring;
@@ -79,7 +80,7 @@ const COMMANDS: &[Command] = &[
     },
     Command {
         name: "faults",
-        arguments: "[--json]",
+        arguments: "[--matrix] [--pairs N] [--scene S]",
         summary: "inject every fault into the running firmware and time how fast the bridge is off",
         example: "faults --json",
         run: commands::faults,
@@ -213,7 +214,7 @@ fn main() -> ExitCode {
         help(command);
         return ExitCode::SUCCESS;
     }
-    match (command.run)(rest) {
+    match own_scene::adopt(rest).and_then(|rest| (command.run)(&rest)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             if !failure.message.is_empty() {
