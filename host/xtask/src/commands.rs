@@ -167,7 +167,7 @@ pub fn faults(arguments: &[String]) -> Outcome {
     let build = Build {
         scene: scene.clone(),
         features: Some("fault-injection".to_owned()),
-        package: None,
+        ..Build::default()
     };
     if let Some(scene) = scene {
         rest.extend(["--scene".to_owned(), scene]);
