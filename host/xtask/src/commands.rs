@@ -219,10 +219,24 @@ pub fn check(arguments: &[String]) -> Outcome {
         cargo(["clippy", "--profile", "host", "--package", "palpate"]).args(LINTS),
     )?;
     Build::default().clippy()?;
+    // As the lints: of the same features, so that dependencies are checked once.
     step(
-        "documentation",
-        cargo(["doc", "--workspace", "--no-deps", "--profile", "host"])
+        "documentation, host",
+        host::workspace("doc", library.as_deref())
+            .arg("--no-deps")
             .env("RUSTDOCFLAGS", "-D warnings"),
+    )?;
+    step(
+        "documentation, library",
+        cargo([
+            "doc",
+            "--profile",
+            "host",
+            "--package",
+            "palpate",
+            "--no-deps",
+        ])
+        .env("RUSTDOCFLAGS", "-D warnings"),
     )?;
     // Before the scenes of the project, so that what these are compiled into is compiled for them last.
     own_finger::check()?;
