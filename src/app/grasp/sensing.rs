@@ -71,21 +71,12 @@ impl<S: Scene> ContactSensing<S> {
         &self.sensor
     }
 
-    /// A record of what is known, with these settings.
-    pub fn record(&self, overrides: Overrides) -> Record {
-        Record {
-            overrides,
-            calibration: *self.sensor.calibration(),
-            friction: self.sensor.friction().cloned(),
-        }
-    }
-
     /// Takes over a record. Tells the motion half whether friction is known.
-    pub fn restore(&mut self, record: &Record) -> Notice {
-        self.adjust(&record.overrides);
-        self.sensor.set_calibration(record.calibration);
-        let friction = record.friction.as_ref();
-        let known = friction.is_some_and(|friction| self.sensor.restore_friction(friction.clone()));
+    pub fn restore(&mut self, record: &Record<'_>) -> Notice {
+        self.adjust(record.overrides);
+        self.sensor.set_calibration(*record.calibration);
+        let known = (record.friction)
+            .is_some_and(|friction| self.sensor.restore_friction(friction.clone()));
         if known {
             Notice::FrictionKnown
         } else {
