@@ -263,10 +263,11 @@ pub fn test(arguments: &[String]) -> Outcome {
     none_left(arguments)?;
     machine::emulator_packages()?;
     let library = mujoco::library_if_possible();
-    let elf = Build::default().elf()?;
+    let default = Build::of_scene(list::DEFAULT);
+    let elf = default.elf()?;
     let faulty = Build {
         features: Some("fault-injection".to_owned()),
-        ..Build::default()
+        ..default
     }
     .elf()?;
     let hall = Build::of_scene("tendon2-hall").elf()?;
