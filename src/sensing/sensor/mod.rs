@@ -42,6 +42,26 @@ enum Work<F: Mechanics, R, X: Series> {
 
 /// Contact sensing of one finger. See the module documentation.
 ///
+/// ```
+/// use palpate::scene::Scene;
+/// use palpate::sensing::{Directive, Drive, Sample, Sensor};
+/// use palpate_scenes::P70;
+///
+/// let finger = P70::MECHANISM;
+/// let mut sensor: Sensor<<P70 as Scene>::Finger> =
+///     Sensor::new(finger, P70::drivetrain(&finger), P70::settings(), P70::UNCALIBRATED);
+/// sensor.direct(Directive::RecordFriction);
+/// // A sample a millisecond, from the chip or from a recording.
+/// let sample = Sample {
+///     time_us: 1_000,
+///     position_counts: 0,
+///     current_a: 0.015,
+///     drive: Drive::Closing,
+///     joint: (),
+/// };
+/// assert_eq!(sensor.update(&sample), None);
+/// ```
+///
 /// `H` is [`NoHall`] or [`Hall`](crate::sensing::Hall); `X` is [`Cable`] or [`Rigid`](crate::sensing::Rigid).
 // In this order for the reach of instructions, as in `Known`.
 #[derive(Clone, Debug)]
@@ -131,6 +151,11 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
             self.known.shift_counts = None;
         }
         valid
+    }
+
+    /// The encoder's zero is another one from now on: the first closing aligns the record, as after a restart.
+    pub fn realign(&mut self) {
+        self.known.shift_counts = None;
     }
 
     /// What is known of torque factor and cable.
