@@ -229,10 +229,24 @@ pub fn check(arguments: &[String]) -> Outcome {
         cargo(["clippy", "--profile", "host", "--package", "palpate"]).args(LINTS),
     )?;
     Build::default().clippy()?;
+    // As the lints: of the same features, so that dependencies are checked once.
     step(
-        "documentation",
-        cargo(["doc", "--workspace", "--no-deps", "--profile", "host"])
+        "documentation, host",
+        host::workspace("doc", library.as_deref())
+            .arg("--no-deps")
             .env("RUSTDOCFLAGS", "-D warnings"),
+    )?;
+    step(
+        "documentation, library",
+        cargo([
+            "doc",
+            "--profile",
+            "host",
+            "--package",
+            "palpate",
+            "--no-deps",
+        ])
+        .env("RUSTDOCFLAGS", "-D warnings"),
     )?;
     // Before the scenes of the project, so that what these are compiled into is compiled for them last.
     own_finger::check()?;
@@ -255,10 +269,11 @@ pub fn test(arguments: &[String]) -> Outcome {
     none_left(arguments)?;
     machine::emulator_packages()?;
     let library = mujoco::library_if_possible();
-    let elf = Build::default().elf()?;
+    let default = Build::of_scene(list::DEFAULT);
+    let elf = default.elf()?;
     let faulty = Build {
         features: Some("fault-injection".to_owned()),
-        ..Build::default()
+        ..default
     }
     .elf()?;
     let hall = Build::of_scene("tendon2-hall").elf()?;
