@@ -13,7 +13,7 @@ use palpate_emulator::sim::{Object, Settings};
 const EVERY: usize = 9;
 /// As many as a few minutes allow.
 const CELLS: usize = 15;
-const PAIRS: usize = 4;
+const PAIRS: usize = 8;
 
 fn passes(cases: &[Case]) {
     let Some(path) = std::env::var_os("PALPATE_FAULT_ELF") else {
