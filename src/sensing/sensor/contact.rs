@@ -30,6 +30,8 @@ const PIN_SIGMA_M: f32 = 0.3e-3;
 /// A contact is lost when the torque falls by this share of itself and this many deviations of a block.
 const LOST_SHARE: f32 = 0.03;
 const LOST_SIGMAS: f32 = 8.0;
+/// The same, little by little: the contact slides over the tip, or its object gives way.
+const FADED_SHARE: f32 = 0.1;
 /// Share of the torque limit at which a contact is judged for good: the finger closes on meanwhile.
 const ENOUGH: f32 = 0.95;
 /// Nearer to the closing stop, radian, a contact's curve ends: there the cable alone gives way.
@@ -57,6 +59,8 @@ pub(super) struct Contact<F: Mechanics, R, X: Series> {
     held_nm: f32,
     /// Torque above friction at the last block.
     pub(super) torque_nm: f32,
+    /// The largest of it so far.
+    top_nm: f32,
     /// The torque as the cable's creep feels it, and when it was last brought up to date.
     late_nm: f32,
     late_us: u64,
@@ -188,6 +192,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             weight: [weight_nm, weight_nm_per_rad],
             held_nm,
             torque_nm: 0.0,
+            top_nm: 0.0,
             late_nm: 0.0,
             late_us: first.time_us,
             waiting: *first,
@@ -258,7 +263,10 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         let torque_nm = efficiency * (past.residual_nm - contact.level_nm);
         let block_nm = efficiency * sqrt(past.variance_nm2);
         let fallen_nm = contact.torque_nm - torque_nm;
-        fallen_nm > LOST_SHARE * contact.torque_nm + LOST_SIGMAS * block_nm
+        let faded_nm = contact.top_nm - torque_nm;
+        let noise_nm = LOST_SIGMAS * block_nm;
+        fallen_nm > LOST_SHARE * contact.torque_nm + noise_nm
+            || faded_nm > FADED_SHARE * contact.top_nm + noise_nm
     }
 
     /// Adds a block to the curve: the one before it, that is. A block's own acceleration is half that since the block
@@ -273,6 +281,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             * (point.excess_nm - contact.late_nm);
         point.late_nm = contact.late_nm;
         contact.torque_nm = point.excess_nm;
+        contact.top_nm = contact.top_nm.at_least(point.excess_nm);
         if !matches!(self.directive, Directive::CalibrateCable) && self.is_at_stop(&past, &point) {
             contact.stage = Stage::AtStop;
         }
