@@ -9,7 +9,7 @@ use palpate_evaluation::experiments::{
     ablation, calibration, catalogue, document, fingerprint, job, result, run, sensitivity,
 };
 use palpate_evaluation::{figures, recordings};
-use palpate_plant::{Engine, World};
+use palpate_plant::{Engine, ObjectMount, World};
 
 mod replay_command;
 mod scene;
@@ -62,6 +62,9 @@ struct Experiments {
     /// What computes finger and object: plant, or mujoco.
     #[arg(long)]
     engine: Option<Engine>,
+    /// How objects are held: fixed, spring or free, the last two with the engine mujoco; the world says the rest.
+    #[arg(long)]
+    mount: Option<ObjectMount>,
     /// Everything random follows from it.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -72,7 +75,7 @@ struct Experiments {
     #[arg(long, conflicts_with = "write")]
     only: Option<String>,
     /// Write the tables into docs/RESULTS.md and README.md.
-    #[arg(long, conflicts_with_all = ["world", "json"])]
+    #[arg(long, conflicts_with_all = ["world", "mount", "json"])]
     write: bool,
 }
 
@@ -152,7 +155,11 @@ fn experiments(options: &Experiments) -> Outcome {
     if options.write {
         return write(options.seed, options.quick);
     }
-    let plan = plan(&options.world, options.engine, options.seed, options.quick)?;
+    let mut plan = plan(&options.world, options.engine, options.seed, options.quick)?;
+    if options.mount.is_some() {
+        plan.world.mount = options.mount;
+        plan.parameters = plan.of(palpate_plant::default_scene())?;
+    }
     let (rows, failed) = rows(&plan, options.only.as_ref());
     if options.json {
         for row in &rows {

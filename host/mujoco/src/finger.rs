@@ -5,7 +5,7 @@ use crate::stiffness::Stiffness;
 use mujoco_rs::prelude::{MjData, MjModel};
 use mujoco_rs::wrappers::mj_model::MjtObjBase;
 use palpate_plant::{
-    Body, CableEnd, Contact, Error, FingerState, Grasp, Mechanics, Parameters, placed,
+    Body, CableEnd, Contact, Error, FingerState, Grasp, Mechanics, ObjectMount, Parameters, placed,
 };
 
 /// How an object is held.
@@ -25,7 +25,7 @@ pub enum Mount {
     Free,
 }
 
-/// What the parameters do not say of the object.
+/// The object, whatever its shape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surroundings {
     /// Mass of the object, kilogram.
@@ -40,6 +40,22 @@ impl Default for Surroundings {
         Self {
             object_kg: 0.1,
             mount: Mount::Fixed,
+        }
+    }
+}
+
+impl From<&palpate_plant::Object> for Surroundings {
+    fn from(object: &palpate_plant::Object) -> Self {
+        Self {
+            object_kg: object.mass_kg,
+            mount: match object.mount {
+                ObjectMount::Fixed => Mount::Fixed,
+                ObjectMount::Spring => Mount::Spring {
+                    stiffness_n_per_m: object.stiffness_n_per_m,
+                    damping_n_s_per_m: object.damping_n_s_per_m,
+                },
+                ObjectMount::Free => Mount::Free,
+            },
         }
     }
 }

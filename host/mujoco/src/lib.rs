@@ -42,7 +42,7 @@ pub fn plant(parameters: &Parameters, grasp: &Grasp, seed: u64) -> Result<Plant,
 
 #[cfg(feature = "engine")]
 fn mujoco(parameters: &Parameters, grasp: &Grasp, seed: u64) -> Result<Plant, Error> {
-    let finger = MujocoFinger::new(parameters, &Surroundings::default())?;
+    let finger = MujocoFinger::new(parameters, &Surroundings::from(&parameters.object))?;
     Plant::with_mechanics(parameters, Box::new(finger), grasp, seed)
 }
 

@@ -111,12 +111,10 @@ fn a_free_finger_takes_the_same_path() {
         for step in 1..=6 {
             let [own, mujoco] = pair.at(0.25 * f64::from(step));
             let travel = own.theta_a_rad - own.stops_rad[0];
-            for joint in 0..own.phalanges {
-                let moved = (own.joint_rad[joint] - start[joint]).abs().max(0.05);
-                Worst::note(
-                    &mut worst.path,
-                    share(own.joint_rad[joint], mujoco.joint_rad[joint], moved),
-                );
+            let joints = own.joint_rad.iter().zip(&mujoco.joint_rad).zip(&start);
+            for ((own, mujoco), start) in joints.take(own.phalanges) {
+                let moved = (own - start).abs().max(0.05);
+                Worst::note(&mut worst.path, share(*own, *mujoco, moved));
             }
             Worst::note(
                 &mut worst.path,

@@ -1,7 +1,7 @@
 //! What the plant's finger cannot be asked for: objects on springs and free ones; and contacts that slide with friction.
 
 use palpate_mujoco::{Mount, MujocoFinger, Surroundings};
-use palpate_plant::{CableEnd, Grasp, Mechanics, Parameters, Shape};
+use palpate_plant::{CableEnd, Engine, Grasp, Mechanics, Parameters, Shape, World};
 
 const CYLINDER: Shape = Shape::Cylinder { diameter_m: 0.020 };
 
@@ -31,6 +31,37 @@ fn closed_on(mount: Mount, gravity_m_per_s2: f64, end_rad: f64, held_steps: u32)
         finger.step(&end(end_rad), 50e-6);
     }
     finger
+}
+
+#[test]
+fn a_world_file_says_how_the_object_is_held() {
+    let held = |mount: &str, engine| {
+        let mut world = World::from_toml(&format!("[object]\nmount = \"{mount}\"\nmass_kg = 0.2"))?;
+        world.engine = engine;
+        let parameters = world.of("p70")?;
+        let surroundings = Surroundings::from(&parameters.object);
+        palpate_mujoco::plant(&parameters, &Grasp::Free, 1).map(|_| surroundings)
+    };
+    let spring = held("spring", Engine::Mujoco).expect("a valid world");
+    assert_eq!(spring.object_kg, 0.2);
+    assert!(matches!(spring.mount, Mount::Spring { .. }));
+    let free = held("free", Engine::Mujoco).expect("a valid world");
+    assert_eq!(free.mount, Mount::Free);
+    assert!(held("fixed", Engine::Plant).is_ok());
+    let refused = held("free", Engine::Plant)
+        .expect_err("fixed only")
+        .to_string();
+    assert!(
+        refused.contains("object.mount") && refused.contains("mujoco"),
+        "{refused}"
+    );
+    let unknown = held("hung", Engine::Mujoco)
+        .expect_err("no such")
+        .to_string();
+    assert!(
+        unknown.contains("hung") && unknown.contains("spring"),
+        "{unknown}"
+    );
 }
 
 #[test]

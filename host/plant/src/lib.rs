@@ -39,8 +39,8 @@ pub use mechanics::{CableEnd, FingerState, Mechanics, Quasistatic, placed};
 pub use object::{Body, Grasp, Point, Shape};
 pub use parameters::{
     Bridge, Cable, Contact as ContactParameters, DEFAULT_TOML, Encoder, Engine, FingerParameters,
-    Friction, Gearhead, Hall, Mechanism, Motor, Parameters, Sense, Supply, Transmission, World,
-    Worm, default_scene, scenes,
+    Friction, Gearhead, Hall, Mechanism, Motor, Object, ObjectMount, Parameters, Sense, Supply,
+    Transmission, World, Worm, default_scene, scenes,
 };
 pub use pins::{Faults, Pins};
 pub use plant::{MAX_STEP_S, Plant};

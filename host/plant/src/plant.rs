@@ -6,7 +6,7 @@ use crate::drivetrain::Drivetrain;
 use crate::encoder::QuadratureEncoder;
 use crate::mechanics::{CableEnd, Mechanics, Quasistatic};
 use crate::object::Grasp;
-use crate::parameters::Parameters;
+use crate::parameters::{ObjectMount, Parameters};
 use crate::{Error, Faults, FirstContact, Pins, Truth};
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
@@ -51,9 +51,15 @@ impl Plant {
     /// same noise.
     ///
     /// # Errors
-    /// A parameter out of range, a four-bar that does not close, an object that cannot be where it is wanted.
+    /// A parameter out of range, a four-bar that does not close, an object that cannot be where it is wanted, or that is not
+    /// fixed.
     pub fn new(parameters: &Parameters, grasp: &Grasp, seed: u64) -> Result<Self, Error> {
         parameters.validate()?;
+        if parameters.object.mount != ObjectMount::Fixed {
+            return Err(Error::Engine(
+                "object.mount: the engine plant has fixed objects only; the engine mujoco has the others".into(),
+            ));
+        }
         let mechanics = Quasistatic::new(parameters)?;
         Self::with_mechanics(parameters, Box::new(mechanics), grasp, seed)
     }

@@ -1,5 +1,6 @@
 //! `size`: flash and RAM of firmware images, and a check for forbidden symbols.
 
+use palpate_document::table::head;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
@@ -236,9 +237,9 @@ pub fn rows(images: &[String]) -> Result<Vec<Row>> {
 
 /// The table, in Markdown.
 pub fn table(rows: &[Row]) -> String {
-    let mut text = "| scene | flash, bytes | static RAM | code in CCM SRAM | left for stacks | f64, software sqrt, nalgebra | unused features |\n\
-                    |---|---|---|---|---|---|---|\n"
-        .to_owned();
+    let mut text = head(
+        "scene | flash, bytes | static RAM | code in CCM SRAM | left for stacks | f64, software sqrt, nalgebra | unused features",
+    );
     for row in rows {
         let list = |names: usize| {
             if names == 0 {

@@ -7,15 +7,21 @@ use std::path::PathBuf;
 use std::process::{ChildStderr, Command, Stdio};
 
 use crate::machine::{self, THUMB, Toolchain};
+use crate::own_scene;
 use crate::process::{Failure, Outcome, cargo, root, step, target_dir};
 
 // The list that the build scripts use: the names alone, without a TOML reader.
 #[path = "../../../build/scene/list.rs"]
 pub mod list;
 
+/// The folder of the scenes of this call.
+fn folder_of_scenes() -> PathBuf {
+    own_scene::folder().map_or_else(|| list::folder(&root()), PathBuf::from)
+}
+
 /// Names of the scenes, first the default.
 pub fn scenes() -> Outcome<Vec<String>> {
-    let folder = list::folder(&root());
+    let folder = folder_of_scenes();
     list::names(&folder).map_err(|error| Failure::new(format!("{}: {error}", folder.display())))
 }
 
@@ -140,7 +146,7 @@ impl Build {
         // The next scene is built over this one: keep it under a name of its own.
         let kept = folder.join("elf").join(self.name());
         let call = self.cargo("build", &toolchain);
-        let inputs = inputs::of(&call, &list::folder(&root()));
+        let inputs = inputs::of(&call, &folder_of_scenes());
         if inputs::are(&kept, inputs) {
             return Ok(kept);
         }

@@ -11,6 +11,7 @@ mod monitor;
 mod mujoco;
 mod new_scene;
 mod own_finger;
+mod own_scene;
 mod process;
 mod report;
 mod wiring;
@@ -206,7 +207,7 @@ fn main() -> ExitCode {
         help(command);
         return ExitCode::SUCCESS;
     }
-    match (command.run)(rest) {
+    match own_scene::adopt(rest).and_then(|rest| (command.run)(&rest)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             if !failure.message.is_empty() {

@@ -64,6 +64,9 @@ pub fn cargo<I: AsRef<OsStr>>(arguments: impl IntoIterator<Item = I>) -> Command
             command.env_remove(&name);
         }
     }
+    if let Some(folder) = crate::own_scene::folder() {
+        command.env("PALPATE_SCENES", folder);
+    }
     command
 }
 

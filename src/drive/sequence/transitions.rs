@@ -179,9 +179,10 @@ impl Sequence {
 
     fn close(&mut self, seen: &Observation) -> Option<State> {
         if self.goal == Request::Press {
-            // Pressing on the stop ends at the current limit.
+            // Pressing on the stop ends at the current limit, or where a soft cable is wound up to the position limit.
             self.outcome = MotionResult::Complete;
-            return seen.stalled.then_some(State::Open);
+            let wound_up = seen.status.limited.position;
+            return (seen.stalled || wound_up).then_some(State::Open);
         }
         match seen.notice {
             Some(Notice::Touched) => {

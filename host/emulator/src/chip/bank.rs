@@ -107,6 +107,14 @@ impl Bank {
         Ok(())
     }
 
+    #[cold]
+    fn missing(&self, offset: u32) -> ! {
+        panic!(
+            "{} has no register at {offset:#x}: a mistake in its model",
+            self.name
+        )
+    }
+
     pub(crate) fn register(&self, offset: u32) -> &'static str {
         self.registers
             .iter()
@@ -127,13 +135,11 @@ impl Bank {
 /// By offset; only for offsets of the bank's own table.
 impl std::ops::Index<u32> for Bank {
     type Output = u32;
+    #[inline]
     fn index(&self, offset: u32) -> &u32 {
-        match &self.values[(offset / 4) as usize] {
-            Some(value) => value,
-            None => panic!(
-                "{} has no register at {offset:#x}: a mistake in its model",
-                self.name
-            ),
+        match self.values.get((offset / 4) as usize) {
+            Some(Some(value)) => value,
+            _ => self.missing(offset),
         }
     }
 }

@@ -54,6 +54,7 @@ impl Chip {
                 if n == ENCODER && self.encoder_connected() {
                     self.timers[n].edges = self.world.edges();
                 }
+                self.timers_next = None;
                 self.timers[n].read(offset, clocks)
             }
             Device::Adc(n) => self.adc[n].read(offset),
@@ -90,6 +91,8 @@ impl Chip {
         let clocks = self.clocks();
         match device {
             Device::Rcc => {
+                // Their clock may change, or a reset.
+                self.timers_next = None;
                 if let Some((register, bits)) = self.rcc.write(offset, value)? {
                     self.reset_devices(register, bits);
                 }
@@ -118,6 +121,7 @@ impl Chip {
                 if n == ENCODER && self.encoder_connected() {
                     self.timers[n].edges = self.world.edges();
                 }
+                self.timers_next = None;
                 self.timers[n].write(offset, value, clocks)?;
             }
             Device::Adc(n) => {

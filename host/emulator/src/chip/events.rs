@@ -68,14 +68,19 @@ impl Chip {
         }
     }
 
+    /// The next event of the general-purpose timers.
+    fn timers_next(&mut self) -> Option<Ticks> {
+        let clocks = self.clocks();
+        *self.timers_next.get_or_insert_with(|| {
+            let events = self.timers.iter();
+            events.filter_map(|t| t.next_event(clocks)).min()
+        })
+    }
+
     /// Recomputes when the next thing happens by itself.
     pub(crate) fn reschedule(&mut self) {
         let clocks = self.clocks();
-        let timers = self
-            .timers
-            .iter()
-            .filter_map(|t| t.next_event(clocks))
-            .min();
+        let timers = self.timers_next();
         let others = [
             self.tim1.next_event(),
             self.adc[0].next_event(),
@@ -121,11 +126,14 @@ impl Chip {
             self.sync_world();
             self.check_patience();
         }
-        for n in 0..self.timers.len() {
-            if due(self.timers[n].next_event(clocks)) {
-                self.timers[n].settle(clocks);
-                self.update_line(Device::Timer(n));
+        if due(self.timers_next()) {
+            for n in 0..self.timers.len() {
+                if due(self.timers[n].next_event(clocks)) {
+                    self.timers[n].settle(clocks);
+                    self.update_line(Device::Timer(n));
+                }
             }
+            self.timers_next = None;
         }
         for n in 0..self.adc.len() {
             if due(self.adc[n].next_event()) {

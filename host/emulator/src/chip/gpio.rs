@@ -110,6 +110,18 @@ impl Gpio {
         }
     }
 
+    /// [`Gpio::input`] of all pins at once, a bit each.
+    fn inputs(&self) -> u32 {
+        let mode = self.bank[MODER];
+        let (low, high) = (even_bits(mode), even_bits(mode >> 1));
+        let (output, analog) = (low & !high, low & high);
+        let pull = self.bank[PUPDR];
+        let up = even_bits(pull) & !even_bits(pull >> 1);
+        let driven = u32::from(self.driven);
+        let outside = u32::from(self.level) & driven | up & !driven;
+        (self.bank[ODR] & output | outside & !output) & !analog & 0xFFFF
+    }
+
     /// What the pin drives as a general-purpose output; low if it is none.
     pub(crate) fn output(&self, pin: u8) -> bool {
         self.mode(pin) == Mode::Output && self.bank[ODR] >> pin & 1 != 0
@@ -117,7 +129,7 @@ impl Gpio {
 
     pub(crate) fn read(&self, offset: u32) -> Result<u32, Misuse> {
         match offset {
-            IDR => Ok((0..16).map(|pin| u32::from(self.input(pin)) << pin).sum()),
+            IDR => Ok(self.inputs()),
             BSRR | BRR => Ok(0),
             _ => self.bank.read(offset),
         }
@@ -132,6 +144,15 @@ impl Gpio {
         }
         Ok(())
     }
+}
+
+/// Bits 0, 2, 4 to 30, put together.
+fn even_bits(word: u32) -> u32 {
+    let mut bits = word & 0x5555_5555;
+    bits = (bits | bits >> 1) & 0x3333_3333;
+    bits = (bits | bits >> 2) & 0x0F0F_0F0F;
+    bits = (bits | bits >> 4) & 0x00FF_00FF;
+    (bits | bits >> 8) & 0xFFFF
 }
 
 #[cfg(test)]
@@ -149,6 +170,28 @@ mod tests {
         assert_eq!(port.read(IDR), Ok(0));
         port.drive(13, None);
         assert!(port.input(13));
+    }
+
+    #[test]
+    fn all_inputs_at_once_are_those_of_the_pins() {
+        let mut port = Gpio::new(2);
+        let mut random = 1u32;
+        let mut next = || {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            random
+        };
+        for _ in 0..200 {
+            for register in [MODER, PUPDR, ODR] {
+                port.write(register, next()).unwrap();
+            }
+            let pin = (next() >> 28) as u8;
+            port.drive(
+                pin,
+                [None, Some(false), Some(true)][(next() >> 8) as usize % 3],
+            );
+            let each = (0..16).map(|pin| u32::from(port.input(pin)) << pin).sum();
+            assert_eq!(port.read(IDR), Ok(each));
+        }
     }
 
     #[test]

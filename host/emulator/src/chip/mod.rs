@@ -68,6 +68,8 @@ pub struct Chip {
     dma: [dma::Dma; 3],
     tim1: tim1::Tim1,
     timers: Vec<timer::Timer>,
+    /// Their next event, until one of them or their clock may have changed.
+    timers_next: Option<Option<Ticks>>,
     adc: [adc::Adc; 2],
     adc_common: Bank,
     uarts: [uart::Uart; 2],
@@ -107,6 +109,7 @@ impl Chip {
                 dma::Dma::multiplexer(),
             ],
             tim1: tim1::Tim1::new(),
+            timers_next: None,
             timers: GENERAL
                 .iter()
                 .map(|&(name, wide, _)| timer::Timer::new(name, wide))
@@ -150,6 +153,7 @@ impl Chip {
         ];
         self.tim1.reset();
         self.timers.iter_mut().for_each(timer::Timer::reset);
+        self.timers_next = None;
         self.adc.iter_mut().for_each(adc::Adc::reset);
         self.adc_common.reset();
         self.uarts.iter_mut().for_each(uart::Uart::reset);

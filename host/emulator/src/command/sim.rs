@@ -13,7 +13,7 @@ use palpate_emulator::sim::{
     Calibration, Injected, Object, Script, Session, Settings, Step, Summary, Trace,
 };
 use palpate_emulator::{Error, Firmware, Setup};
-use palpate_plant::{Engine, Parameters, World};
+use palpate_plant::{Engine, ObjectMount, Parameters, World};
 
 use super::output::{Form, Output};
 use super::ports::Ports;
@@ -54,6 +54,9 @@ pub struct Options {
     /// What computes finger and object: `plant`, or `mujoco` where the program was built with it (`cargo xtask` does)
     #[arg(long, value_name = "ENGINE")]
     engine: Option<Engine>,
+    /// How the object is held: `fixed`, `spring` or `free`, the last two with the engine mujoco; the world says the rest
+    #[arg(long, value_name = "MOUNT")]
+    mount: Option<ObjectMount>,
     /// Writes what was measured and what is true, a row a millisecond
     #[arg(long, value_name = "FILE.csv")]
     trace: Option<PathBuf>,
@@ -187,6 +190,9 @@ fn settings(options: &Options) -> Result<Settings, Error> {
     let mut parameters = parameters(options)?;
     if let Some(engine) = options.engine {
         parameters.engine = engine;
+    }
+    if let Some(mount) = options.mount {
+        parameters.object.mount = mount;
     }
     let object = Object {
         phalanx: if options.proximal { 1 } else { options.phalanx },

@@ -17,10 +17,17 @@ pub struct Cost {
 }
 
 impl Cost {
+    #[inline]
     fn add(&mut self, block: &Block) {
         self.instructions += u64::from(block.instructions);
         self.cycles_low += u64::from(block.cycles_low);
         self.cycles_high += u64::from(block.cycles_high);
+    }
+
+    fn join(&mut self, other: Self) {
+        self.instructions += other.instructions;
+        self.cycles_low += other.cycles_low;
+        self.cycles_high += other.cycles_high;
     }
 
     fn since(self, start: Self) -> Self {
@@ -86,9 +93,13 @@ struct Frame {
 /// The books.
 #[derive(Debug)]
 pub struct Account {
-    total: Cost,
-    /// What thread mode (first) and every exception on top of it executed so far.
-    contexts: Vec<(u16, Cost)>,
+    /// What the innermost context executed so far.
+    own: Cost,
+    /// What thread mode (first) and the exceptions on top of it executed before they were preempted, and the number of the
+    /// exception that then came.
+    preempted: Vec<(u16, Cost)>,
+    /// What contexts that have ended executed.
+    ended: Cost,
     frames: Vec<Frame>,
     exceptions: BTreeMap<u16, Calls>,
     functions: Vec<(String, Watched)>,
@@ -99,8 +110,9 @@ pub struct Account {
 impl Account {
     pub(crate) fn new() -> Self {
         Self {
-            total: Cost::default(),
-            contexts: vec![(0, Cost::default())],
+            own: Cost::default(),
+            preempted: Vec::new(),
+            ended: Cost::default(),
             frames: Vec::new(),
             exceptions: BTreeMap::new(),
             functions: Vec::new(),
@@ -116,20 +128,14 @@ impl Account {
         self.functions.len() as u16
     }
 
+    #[inline]
     pub(crate) fn charge(&mut self, block: &Block) {
-        self.total.add(block);
-        if let Some((_, own)) = self.contexts.last_mut() {
-            own.add(block);
-        }
+        self.own.add(block);
     }
 
     /// Takes back what a fault in mid-block kept from being executed.
     pub(crate) fn refund(&mut self, instructions: u32) {
-        let instructions = u64::from(instructions);
-        self.total.instructions -= instructions;
-        if let Some((_, own)) = self.contexts.last_mut() {
-            own.instructions -= instructions;
-        }
+        self.own.instructions -= u64::from(instructions);
     }
 
     /// Where the innermost watched function returns to.
@@ -173,28 +179,25 @@ impl Account {
     }
 
     fn here(&self) -> (usize, Cost) {
-        let own = self
-            .contexts
-            .last()
-            .map_or(Cost::default(), |context| context.1);
-        (self.contexts.len(), own)
+        (self.preempted.len(), self.own)
     }
 
     /// Enters an exception, in this many cycles at the least and at the most: they are the exception's own.
     pub(crate) fn enter(&mut self, exception: u16, cycles_low: u32, cycles_high: u32) {
-        self.contexts.push((exception, Cost::default()));
+        self.preempted
+            .push((exception, std::mem::take(&mut self.own)));
         self.pass(cycles_low, cycles_high);
     }
 
     /// Leaves it, in this many.
     pub(crate) fn leave(&mut self, cycles_low: u32, cycles_high: u32) {
         self.pass(cycles_low, cycles_high);
-        if self.contexts.len() > 1
-            && let Some((exception, own)) = self.contexts.pop()
-        {
+        if let Some((exception, before)) = self.preempted.pop() {
+            let cost = std::mem::replace(&mut self.own, before);
+            self.ended.join(cost);
             self.frames
-                .retain(|frame| frame.depth <= self.contexts.len());
-            self.exceptions.entry(exception).or_default().record(own);
+                .retain(|frame| frame.depth <= self.preempted.len());
+            self.exceptions.entry(exception).or_default().record(cost);
         }
     }
 
@@ -206,16 +209,24 @@ impl Account {
         });
     }
 
-    /// A reset ends every context without counting it as a call.
+    /// A reset ends every context without counting it as a call; thread mode goes on.
     pub(crate) fn reset(&mut self) {
-        self.contexts.truncate(1);
+        while let Some((_, before)) = self.preempted.pop() {
+            let cost = std::mem::replace(&mut self.own, before);
+            self.ended.join(cost);
+        }
         self.frames.clear();
     }
 
     /// Everything executed since power-on.
     #[must_use]
     pub fn total(&self) -> Cost {
-        self.total
+        let mut total = self.ended;
+        total.join(self.own);
+        self.preempted
+            .iter()
+            .for_each(|(_, before)| total.join(*before));
+        total
     }
 
     /// By exception number; interrupt n is 16 + n.

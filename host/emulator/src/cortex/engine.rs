@@ -3,6 +3,7 @@
 
 use unicorn_engine::{Arch, ArmCpuModel, Mode, Prot, RegisterARM, Unicorn, uc_error};
 
+use super::block_hook::{self, BlockHook};
 use super::debug::Breakpoints;
 use super::decode;
 use super::hooks;
@@ -22,6 +23,8 @@ pub(crate) enum Exit {
 /// The engine and everything it calls back into.
 pub(crate) struct Engine {
     pub(super) uc: Unicorn<'static, Chip>,
+    /// Dropped after the engine, which holds a pointer to it.
+    _block_hook: Box<BlockHook>,
     /// Dropped after the engine, which holds a pointer into it.
     ram: Ram,
     /// Loads from the records are looked at, because some of them are damaged.
@@ -45,8 +48,10 @@ impl Engine {
         uc.mem_write(0x1FFF_7590, b"EMULATED\0\0\0\0")?;
         uc.mem_write(0x1FFF_75E0, &128u16.to_le_bytes())?;
         hooks::install(&mut uc, &ram)?;
+        let block_hook = BlockHook::install(&uc)?;
         let mut engine = Self {
             uc,
+            _block_hook: block_hook,
             ram,
             watches_records: false,
             breakpoints: Breakpoints::default(),
@@ -208,6 +213,6 @@ impl Engine {
     /// The exception to take now, if any.
     pub(crate) fn takes(&self) -> Option<u16> {
         let candidate = self.chip().core.nvic.candidate()?;
-        hooks::takes_exception(&self.uc).then_some(candidate.0)
+        block_hook::takes_exception(&self.uc).then_some(candidate.0)
     }
 }

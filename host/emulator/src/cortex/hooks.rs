@@ -1,24 +1,22 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! What the instruction engine calls back: registers, flash and CCM stores, loads to watch, blocks, traps.
+//! What the instruction engine calls back: registers, flash and CCM stores, loads to watch, traps. Blocks: `block_hook`.
 
 use unicorn_engine::{HookType, MemType, Prot, RegisterARM, TlbEntry, TlbType, Unicorn, uc_error};
 
-use super::decode::{self, Block, Memory};
+use super::decode;
 use super::memory::Ram;
 use super::{Map, Trap};
 use crate::chip::{Chip, Misuse};
-use crate::time::CYCLES_PER_INSTRUCTION;
 
 /// Last pages of the flash, where a firmware keeps records and where damaged double words are looked for.
 const RECORDS_SIZE: u32 = 16 * 1024;
 
-type Uc<'a> = Unicorn<'a, Chip>;
+pub(super) type Uc<'a> = Unicorn<'a, Chip>;
 
 /// Installs all that every run needs.
 pub(super) fn install(uc: &mut Unicorn<'static, Chip>, ram: &Ram) -> Result<(), uc_error> {
     map_registers(uc)?;
     map_pages(uc)?;
-    uc.add_block_hook(1, 0, on_block)?;
     uc.add_intr_hook(on_interrupt)?;
     uc.add_insn_invalid_hook(on_invalid)?;
     watch_stores(uc, ram)
@@ -233,85 +231,6 @@ fn store(
     if let Err(misuse) = write(uc.get_data_mut(), address, size, value as u32) {
         trap(uc, Trap::Misuse(misuse));
     }
-}
-
-/// Before every block: stop if something is due, else charge the block.
-fn on_block(uc: &mut Uc<'_>, address: u64, size: u32) {
-    let address = address as u32;
-    let chip = uc.get_data_mut();
-    (chip.core.block_address, chip.core.block_size) = (address, size);
-    let stop = chip.now >= chip.deadline
-        || chip.core.trap.is_some()
-        || chip.reset_request.is_some()
-        || !chip.flash.changed.is_empty()
-        || chip.core.blocks.is_stale(address);
-    if stop || chip.core.nvic.candidate().is_some() && takes_exception(uc) {
-        // The result says only that the engine is not running, which a hook of its own rules out.
-        let _ = uc.emu_stop();
-        return;
-    }
-    if uc.get_data().core.account.awaited_return() == Some(address) {
-        let stack = uc.reg_read(RegisterARM::SP).unwrap_or(0) as u32;
-        uc.get_data_mut().core.account.returned(stack);
-    }
-    let chip = uc.get_data_mut();
-    let bus = chip.clocks().bus;
-    let core = &mut chip.core;
-    // By reference: this runs before every few instructions of the chip.
-    let instructions = match core.blocks.slot(address) {
-        Some(block) if block.size == size && block.watch == 0 => {
-            core.account.charge(block);
-            core.event |= block.sends_event;
-            block.instructions
-        }
-        slot => {
-            let watch = slot.map_or(0, |slot| slot.watch);
-            let block = learn(uc, address, size, watch);
-            if watch != 0 {
-                let return_to = uc.reg_read(RegisterARM::LR).unwrap_or(0) as u32;
-                let stack = uc.reg_read(RegisterARM::SP).unwrap_or(0) as u32;
-                let account = &mut uc.get_data_mut().core.account;
-                account.call(watch, return_to, stack);
-            }
-            let core = &mut uc.get_data_mut().core;
-            core.account.charge(&block);
-            core.event |= block.sends_event;
-            block.instructions
-        }
-    };
-    let (numerator, denominator) = CYCLES_PER_INSTRUCTION;
-    uc.get_data_mut().now += u64::from(instructions) * bus * numerator / denominator;
-}
-
-fn learn(uc: &mut Uc<'_>, address: u32, size: u32, watch: u16) -> Block {
-    let mut code = vec![0; size as usize];
-    let readable = uc.mem_read(address.into(), &mut code).is_ok();
-    let block = if readable {
-        decode::decode(&code, Memory::at(address))
-    } else {
-        Block {
-            size,
-            ..Block::default()
-        }
-    };
-    let block = Block { watch, ..block };
-    if let Some(slot) = uc.get_data_mut().core.blocks.slot(address) {
-        *slot = block;
-    }
-    block
-}
-
-/// The mask registers let the pending exception through.
-pub(super) fn takes_exception(uc: &Uc<'_>) -> bool {
-    let Some((_, priority)) = uc.get_data().core.nvic.candidate() else {
-        return false;
-    };
-    let mask = |register| uc.reg_read(register).unwrap_or(0) as u32;
-    let base = mask(RegisterARM::BASEPRI) as i16;
-    let masked = mask(RegisterARM::FAULTMASK) & 1 != 0 && priority >= -1
-        || mask(RegisterARM::PRIMASK) & 1 != 0 && priority >= 0
-        || base != 0 && priority >= base;
-    !masked
 }
 
 fn on_interrupt(uc: &mut Uc<'_>, number: u32) {

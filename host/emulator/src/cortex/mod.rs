@@ -2,6 +2,7 @@
 //! The Cortex-M4F: the engine runs its instructions, this module adds what the engine lacks.
 
 pub mod account;
+mod block_hook;
 mod blocks;
 pub(crate) mod debug;
 pub mod decode;

@@ -3,6 +3,7 @@
 use indicatif::ProgressBar;
 use palpate::scene::Scene;
 use palpate::sensing::Calibration;
+use palpate_document::table::head;
 use palpate_plant::{Parameters, worm_efficiency};
 use palpate_scenes::P70;
 use rand::{RngExt, SeedableRng};
@@ -254,9 +255,10 @@ impl Summary {
     #[must_use]
     pub fn markdown(&self) -> String {
         let mut text = format!(
-            "Guided calibration of {} simulated fingers (a press on the stop, two pins), {} steps refused\n\n\
-             | | before | after | true value within 2 sigma | z, rms |\n|---|---|---|---|---|\n",
-            self.fingers, self.refused
+            "Guided calibration of {} simulated fingers (a press on the stop, two pins), {} steps refused\n\n{}",
+            self.fingers,
+            self.refused,
+            head("| before | after | true value within 2 sigma | z, rms")
         );
         for (which, name) in ["torque factor, rms error", "cable, rms error"]
             .into_iter()

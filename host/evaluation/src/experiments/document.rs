@@ -2,41 +2,17 @@
 
 use std::path::Path;
 
+use palpate_document::section::{Markers, SectionError};
+
 use super::result::{Place, Row, headline, markdown};
 
 /// Documents that hold tables, from the root of the checkout.
 pub const DOCUMENTS: [&str; 2] = ["docs/RESULTS.md", "README.md"];
 
-const BEGIN: &str = "<!-- experiments: begin";
-const END: &str = "<!-- experiments: end -->";
-
-/// Why a document could not be written.
-#[derive(Debug)]
-pub enum DocumentError {
-    /// It has no place for the tables.
-    NoMarkers(String),
-    /// It cannot be read or written.
-    Io(std::io::Error),
-}
-
-impl std::fmt::Display for DocumentError {
-    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::NoMarkers(name) => {
-                write!(out, "{name} has no markers '{BEGIN} ... -->' and '{END}'")
-            }
-            Self::Io(error) => write!(out, "{error}"),
-        }
-    }
-}
-
-impl std::error::Error for DocumentError {}
-
-impl From<std::io::Error> for DocumentError {
-    fn from(error: std::io::Error) -> Self {
-        Self::Io(error)
-    }
-}
+const TABLES: Markers = Markers {
+    begin: "<!-- experiments: begin",
+    end: "<!-- experiments: end -->",
+};
 
 /// The worlds of the rows, in their order.
 fn places(rows: &[Row]) -> Vec<&Place> {
@@ -82,38 +58,22 @@ pub fn bodies(rows: &[Row]) -> [(&'static str, String); 2] {
     [(DOCUMENTS[0], all), (DOCUMENTS[1], headline(&short))]
 }
 
-fn split(text: &str) -> Option<(&str, &str, &str)> {
-    let begin = text.find(BEGIN)?;
-    let end = begin + text[begin..].find(END)?;
-    Some((&text[..begin], &text[begin..end], &text[end + END.len()..]))
-}
-
 /// Replaces what stands between the markers.
 ///
 /// # Errors
-/// [`DocumentError`].
-pub fn write(path: &Path, fingerprint: &str, body: &str) -> Result<(), DocumentError> {
-    let text = std::fs::read_to_string(path)?;
-    let Some((before, _, after)) = split(&text) else {
-        return Err(DocumentError::NoMarkers(path.display().to_string()));
-    };
-    let text = format!(
-        "{before}{BEGIN}, written by `cargo xtask experiments --write`, code {fingerprint} -->\n\n{}\n\n{END}{after}",
-        body.trim()
-    );
-    Ok(std::fs::write(path, text)?)
+/// [`SectionError`].
+pub fn write(path: &Path, fingerprint: &str, body: &str) -> Result<(), SectionError> {
+    let told = format!(", written by `cargo xtask experiments --write`, code {fingerprint} -->");
+    TABLES.write(path, &told, body)
 }
 
 /// The fingerprint that a document was written for.
 ///
 /// # Errors
-/// [`DocumentError`].
-pub fn described(path: &Path) -> Result<Option<String>, DocumentError> {
-    let text = std::fs::read_to_string(path)?;
-    let Some((_, table, _)) = split(&text) else {
-        return Err(DocumentError::NoMarkers(path.display().to_string()));
-    };
-    let line = table.lines().next().unwrap_or_default();
+/// [`SectionError`].
+pub fn described(path: &Path) -> Result<Option<String>, SectionError> {
+    let section = TABLES.read(path)?;
+    let line = section.lines().next().unwrap_or_default();
     Ok(line
         .split_whitespace()
         .skip_while(|word| *word != "code")
@@ -128,7 +88,11 @@ mod tests {
     #[test]
     fn a_table_is_replaced_and_its_fingerprint_found() {
         let path = std::env::temp_dir().join(format!("palpate-document-{}.md", std::process::id()));
-        std::fs::write(&path, format!("above\n{BEGIN} -->\nold\n{END}\nbelow\n")).unwrap();
+        std::fs::write(
+            &path,
+            format!("above\n{} -->\nold\n{}\nbelow\n", TABLES.begin, TABLES.end),
+        )
+        .unwrap();
         assert_eq!(described(&path).unwrap(), None);
         write(&path, "0123abcd", "| new |").unwrap();
         write(&path, "89abcdef", "| newer |").unwrap();
@@ -137,7 +101,10 @@ mod tests {
         assert!(text.contains("| newer |") && !text.contains("old"));
         assert_eq!(described(&path).unwrap().as_deref(), Some("89abcdef"));
         std::fs::write(&path, "no markers").unwrap();
-        assert!(matches!(described(&path), Err(DocumentError::NoMarkers(_))));
+        assert!(matches!(
+            described(&path),
+            Err(SectionError::NoMarkers { .. })
+        ));
         std::fs::remove_file(&path).unwrap();
     }
 }

@@ -114,6 +114,8 @@ pub struct Bench<S: Simulated> {
     simulation: Simulation<S>,
     seed: u64,
     closings: u64,
+    /// The product has said that its friction record no longer fits.
+    stale: bool,
 }
 
 impl<S: Simulated> Bench<S> {
@@ -151,6 +153,7 @@ impl<S: Simulated> Bench<S> {
             simulation,
             seed,
             closings: 0,
+            stale: false,
         };
         Ok((bench, recording))
     }
@@ -199,15 +202,41 @@ impl<S: Simulated> Bench<S> {
         places_m: &[f64],
         theta_1_rad: f64,
     ) -> Result<Vec<Refusal>, Failure> {
-        let mut refused = refusals(&Recording::try_from(self.simulation.press()?)?);
+        let pressed = Recording::try_from(self.simulation.press()?)?;
+        self.stale |= tells_to_record(&pressed);
+        let mut refused = refusals(&pressed);
         for &k_m in places_m {
             let outcome = self
                 .simulation
                 .calibrate(S::PHALANGES, k_m as f32, theta_1_rad)?;
-            refused.extend(refusals(&Recording::try_from(outcome)?));
+            let felt = Recording::try_from(outcome)?;
+            self.stale |= tells_to_record(&felt);
+            refused.extend(refusals(&felt));
         }
         Ok(refused)
     }
+
+    /// Does what the log asks of a user whose friction record no longer fits: records again with nothing in the way. The
+    /// next closing would do so with the object there.
+    ///
+    /// # Errors
+    /// [`Failure`].
+    pub fn record_if_stale(&mut self) -> Result<Option<Recording>, Failure> {
+        if !std::mem::take(&mut self.stale) {
+            return Ok(None);
+        }
+        Recording::try_from(self.simulation.prepare()?).map(Some)
+    }
+}
+
+/// The firmware's hint after these events is to record friction.
+fn tells_to_record(recording: &Recording) -> bool {
+    recording.events.iter().any(|(_, event)| {
+        matches!(
+            event,
+            Event::FrictionStale { .. } | Event::FrictionNotRecorded { .. }
+        )
+    })
 }
 
 fn refusals(recording: &Recording) -> Vec<Refusal> {

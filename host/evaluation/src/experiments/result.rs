@@ -1,5 +1,6 @@
 //! Results of an experiment, as JSON lines and as a table.
 
+use palpate_document::table::head;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
@@ -165,10 +166,9 @@ fn pair(first: Option<f64>, second: Option<f64>, digits: usize, between: &str) -
 /// The rows as a Markdown table. A proximal contact has no place that could be in error.
 #[must_use]
 pub fn markdown(rows: &[Row]) -> String {
-    let mut out = String::from(
-        "| experiment | method | cal. | n | named, % | wrong phalanx | error, mean ± sd, % | 95 %, max | within 1σ, 2σ, % \
-         | mean z² | force error, mean, 95 %, % | early | false alarms / 1000 | unusual | delay, ms |\n\
-         |---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+    let mut out = head(
+        "experiment | method | cal. | n | named, % | wrong phalanx | error, mean ± sd, % | 95 %, max | within 1σ, \
+         2σ, % | mean z² | force error, mean, 95 %, % | early | false alarms / 1000 | unusual | delay, ms",
     );
     for row in rows {
         let scores = &row.scores;
@@ -197,9 +197,9 @@ pub fn markdown(rows: &[Row]) -> String {
 /// A row for each calibrated experiment on the distal phalanx or on nothing, the paper's algorithm next to ours.
 #[must_use]
 pub fn headline(rows: &[Row]) -> String {
-    let mut out = String::from(
-        "| world | experiment | closings | located | early or false alarms | error, mean ± sd, % of length | within 2σ, % \
-         | force error, mean, % | delay, ms | paper's algorithm at its best |\n|---|---|---|---|---|---|---|---|---|---|\n",
+    let mut out = head(
+        "world | experiment | closings | located | early or false alarms | error, mean ± sd, % of length | within \
+         2σ, % | force error, mean, % | delay, ms | paper's algorithm at its best",
     );
     // A contact on phalanx 1 has no place that could be in error.
     let shown = |row: &&Row| row.calibrated && row.experiment != "proximal";

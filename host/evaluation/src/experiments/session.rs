@@ -56,12 +56,15 @@ impl<S: Simulated> Session<S> {
     /// # Errors
     /// [`Failure`].
     pub fn new(parameters: &Parameters, setup: &Setup, seed: u64) -> Result<Self, Failure> {
-        let (mut bench, free) = Bench::<S>::new(parameters, setup, seed)?;
-        let friction = bench.friction()?;
+        let (mut bench, mut free) = Bench::<S>::new(parameters, setup, seed)?;
         let nominal = *bench.calibration();
         let length = judge::length_m::<S>(S::PHALANGES)?;
         let places = PIN_SHARES.map(|share| share * length);
         let refused = bench.calibrate(&places, PIN_THETA_1_RAD)?;
+        if let Some(again) = bench.record_if_stale()? {
+            free = again;
+        }
+        let friction = bench.friction()?;
         let model = judge::paper_model::<S>()?;
         let threshold_nm = paper::friction_threshold(&model, &judge::free_motion(&free))
             .ok_or(Failure::Missing("closing motion"))?;

@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
-use super::canvas::{BLUE, Chart, DrawError, GREEN, GREY, Legend, Mark, ORANGE, Series, write};
 use crate::experiments::calibration::Finger;
+use palpate_document::chart::{
+    BLUE, Chart, DrawError, GREEN, GREY, Legend, Mark, ORANGE, Series, write,
+};
 
 /// Found against true, with two claimed deviations, on a square.
 fn against(

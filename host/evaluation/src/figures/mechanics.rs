@@ -4,10 +4,10 @@ use std::path::Path;
 
 use palpate::finger::{Contact, Finger, Mechanics, Parameters, Tendon};
 
-use super::canvas::{
+use crate::reference::{self, contact_curve, free_posture, tangent_compliance};
+use palpate_document::chart::{
     AMBER, BLUE, Chart, DrawError, GREEN, GREY, Legend, Mark, ORANGE, SKY, Series, write,
 };
-use crate::reference::{self, contact_curve, free_posture, tangent_compliance};
 
 /// Places on a phalanx at which the f64 lines are computed.
 const LINE_POINTS: u32 = 160;

@@ -1,7 +1,6 @@
 //! Figures as SVG.
 
 mod calibration;
-pub mod canvas;
 mod mechanics;
 mod simulated;
 

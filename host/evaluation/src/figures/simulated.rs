@@ -8,9 +8,6 @@ use palpate_scenes::P70;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-use super::canvas::{
-    BLUE, Chart, DrawError, GREEN, GREY, Legend, Mark, ORANGE, PINK, SKY, Series, write,
-};
 use crate::experiments::catalogue::{
     PRESHAPE_PLACES_M, PRESHAPES_RAD, distal_wanted, plain_cylinder,
 };
@@ -22,9 +19,12 @@ use crate::experiments::session::{Case, Session};
 use crate::paper::Rule;
 use crate::reference::{free_posture, tangent_compliance};
 use crate::score::{Trial, mean_and_deviation, median};
+use palpate_document::chart::{
+    BLUE, Chart, DrawError, GREEN, GREY, Legend, Mark, ORANGE, PINK, SKY, Series, write,
+};
 
 /// One a posture.
-const COLOURS: [plotters::style::RGBColor; 5] = [BLUE, ORANGE, GREEN, PINK, SKY];
+const COLOURS: [palpate_document::chart::RGBColor; 5] = [BLUE, ORANGE, GREEN, PINK, SKY];
 
 /// Step of torque of the paper's algorithm in the figures: the middle one of those that experiments try.
 const FIGURE_RULE: Rule = Rule::Rise(0.05);

@@ -1,6 +1,6 @@
 //! A scene's nominal values, the default world, and a user's file over both.
 
-use super::{DEFAULT_TOML, Engine, Parameters};
+use super::{DEFAULT_TOML, Engine, ObjectMount, Parameters};
 use crate::Error;
 use toml::{Table, Value};
 
@@ -74,6 +74,8 @@ pub struct World {
     overlay: Table,
     /// What computes finger and object.
     pub engine: Engine,
+    /// How the object is held, where that is not as the file says.
+    pub mount: Option<ObjectMount>,
 }
 
 impl World {
@@ -84,7 +86,7 @@ impl World {
     pub fn from_toml(text: &str) -> Result<Self, Error> {
         let world = Self {
             overlay: text.parse().map_err(syntax)?,
-            engine: Engine::default(),
+            ..Self::default()
         };
         world.of(default_scene())?;
         Ok(world)
@@ -107,6 +109,7 @@ impl World {
         merged.insert("scene".to_owned(), Value::String((*name).to_owned()));
         let mut parameters: Parameters = Value::Table(merged).try_into().map_err(syntax)?;
         parameters.engine = self.engine;
+        parameters.object.mount = self.mount.unwrap_or(parameters.object.mount);
         parameters.validate()?;
         Ok(parameters)
     }
@@ -238,6 +241,7 @@ fn overlay(base: &mut Table, user: Table, path: &str) -> Result<(), Error> {
         match (slot, value) {
             (Value::Table(inner), Value::Table(user)) => overlay(inner, user, &key)?,
             (slot @ Value::Float(_), value) => *slot = number(value, &key)?,
+            (slot @ Value::String(_), value @ Value::String(_)) => *slot = value,
             (slot @ Value::Array(_), Value::Array(list)) => {
                 let numbers = list
                     .into_iter()

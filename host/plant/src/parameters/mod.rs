@@ -3,11 +3,13 @@
 
 mod fingers;
 mod load;
+mod object;
 mod sections;
 mod spread;
 
 pub use fingers::FingerParameters;
 pub use load::{World, default_scene, scenes};
+pub use object::{Object, ObjectMount};
 pub use sections::{
     Bridge, Cable, Contact, Encoder, Friction, Gearhead, Hall, Mechanism, Motor, Sense, Supply,
     Transmission, Worm,
@@ -98,6 +100,8 @@ pub struct Parameters {
     pub hall: Hall,
     /// Object against phalanx.
     pub contact: Contact,
+    /// How the object is held.
+    pub object: Object,
     /// What all fingers have in common.
     pub mechanism: Mechanism,
     /// The finger.
@@ -130,6 +134,7 @@ impl Parameters {
         self.supply.validate("supply")?;
         self.hall.validate("hall")?;
         self.contact.validate("contact")?;
+        self.object.validate("object")?;
         self.mechanism.validate("mechanism")?;
         self.finger.validate("finger")
     }

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::delay::{CLOSINGS, Choice, FINGERS, Row, USUAL};
+use palpate_document::table::head;
 
 /// For docs/RESULTS.md: the careful, the scene's own, and two hasty choices.
 pub const SHOWN: [Choice; 4] = [
@@ -26,9 +27,10 @@ pub const SHOWN: [Choice; 4] = [
 
 /// Some of the rows, in few columns.
 pub fn short_table(rows: &[Row]) -> String {
-    let mut text = "| `closing-speed`, `wanted-deviation` | touch after, ms | first place after, ms | its error, mm | last place \
-                    after, ms | its error, mm |\n|---|---|---|---|---|---|\n"
-        .to_owned();
+    let mut text = head(
+        "`closing-speed`, `wanted-deviation` | touch after, ms | first place after, ms | its error, mm | last \
+         place after, ms | its error, mm",
+    );
     for row in SHOWN
         .iter()
         .filter_map(|choice| rows.iter().find(|row| row.choice == *choice))
@@ -54,8 +56,11 @@ pub fn table(rows: &[Row]) -> String {
         "Simulated: {FINGERS} calibrated fingers, {CLOSINGS} closings of each a row, on cylinders of 4 to 40 mm. Times from the \
          plant's true first contact until the firmware tells, milliseconds; |error| of k in mm; median / 90 %. First: the \
          first place told; last: settled, or at the torque's limit. The chip's time for a fit is not in the delays.\n\n\
-         | closing-speed, rad/s | wanted-deviation, mm | probe-torque, mNm | touch | first place | its error | last place | its \
-         error | largest | located | settled |\n|---|---|---|---|---|---|---|---|---|---|---|\n"
+         {}",
+        head(
+            "closing-speed, rad/s | wanted-deviation, mm | probe-torque, mNm | touch | first place | its error | last place \
+             | its error | largest | located | settled"
+        )
     );
     let ms = |[median, most]: [f64; 2]| format!("{median:.0} / {most:.0}");
     let mm = |[median, most]: [f64; 2]| format!("{median:.2} / {most:.2}");

@@ -4,14 +4,19 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::{Context, Result};
+use palpate_document::section::Markers;
+use palpate_document::table::head;
 
 use super::row::Row;
 use super::target::{self, Target};
 use super::whole::{CONTROL, Grasp, TYPICAL, WITH_FIT};
 use super::{delay, delay_table};
 
-const BEGIN: &str = "<!-- report: begin, written by `cargo xtask report --write` -->\n";
-const END: &str = "<!-- report: end -->";
+/// Where the tables stand.
+const SECTION: Markers = Markers {
+    begin: "<!-- report: begin, written by `cargo xtask report --write` -->",
+    end: "<!-- report: end -->",
+};
 
 /// What a reader compares: its words, task and candidate.
 const COMPARED: &[(&str, &str, &str)] = &[
@@ -40,9 +45,10 @@ pub fn block(
 ) -> String {
     let mut text = format!(
         "Executed instructions on the emulated core, exact ({compiler}, not silicon), against the error over the reference \
-         rows:\n\n\
-         | place of a contact, two phalanges | instructions, mean / max | 99 % error, % of the phalanx | not found |\n\
-         |---|---|---|---|\n"
+         rows:\n\n{}",
+        head(
+            "place of a contact, two phalanges | instructions, mean / max | 99 % error, % of the phalanx | not found"
+        )
     );
     for (words, task, name) in COMPARED {
         let Some((row, chip)) = rows
@@ -83,29 +89,7 @@ pub fn block(
 
 /// Puts a block between the markers of a file.
 pub fn write(path: &Path, block: &str) -> Result<()> {
-    let text =
-        std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-    let text = replaced(&text, block)
-        .with_context(|| format!("{} lacks the markers {BEGIN}{END}", path.display()))?;
-    std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
-}
-
-fn replaced(text: &str, block: &str) -> Option<String> {
-    let (before, rest) = text.split_once(BEGIN)?;
-    let (_, after) = rest.split_once(END)?;
-    Some(format!("{before}{BEGIN}\n{block}\n{END}{after}"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{BEGIN, END, replaced};
-
-    #[test]
-    fn what_stands_around_the_markers_stays() {
-        let text = format!("a\n{BEGIN}old\n{END}\nb\n");
-        let once = replaced(&text, "new\n").expect("the markers are there");
-        assert_eq!(once, format!("a\n{BEGIN}\nnew\n\n{END}\nb\n"));
-        assert_eq!(replaced(&once, "new\n").as_ref(), Some(&once));
-        assert_eq!(replaced("no markers", "new"), None);
-    }
+    SECTION
+        .write(path, "", block)
+        .with_context(|| format!("cannot write {}", path.display()))
 }

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::row::Row;
+use palpate_document::table::head;
 
 fn short(value: f64) -> String {
     if value.is_nan() {
@@ -19,9 +20,9 @@ pub fn task(rows: &[Row]) -> String {
     let mut rows: Vec<&Row> = rows.iter().collect();
     rows.sort_by(|a, b| a.instructions().total_cmp(&b.instructions()));
     let unit = rows.first().map_or("", |row| row.error.error_unit);
-    let mut text = "| method | median | p99 | max | rms | lacking | instructions, mean | max | cycles | flash, bytes |\n\
-                    |---|---|---|---|---|---|---|---|---|---|\n"
-        .to_owned();
+    let mut text = head(
+        "method | median | p99 | max | rms | lacking | instructions, mean | max | cycles | flash, bytes",
+    );
     for row in rows {
         let name = if row.chosen {
             format!("**{}**", row.name)
@@ -77,9 +78,9 @@ fn rivals<'a>(rows: &'a [Row], chosen: &Row) -> [Option<&'a Row>; 2] {
 
 /// What the code uses, and the numbers that say why.
 pub fn choices(rows: &[Row]) -> String {
-    let mut text = "| task | chosen | instructions | largest error | next cheaper | cheapest with less error | where and why |\n\
-                    |---|---|---|---|---|---|---|\n"
-        .to_owned();
+    let mut text = head(
+        "task | chosen | instructions | largest error | next cheaper | cheapest with less error | where and why",
+    );
     for row in rows.iter().filter(|row| row.chosen) {
         let [cheaper, nearer] = rivals(rows, row).map(|rival| {
             rival.map_or("none".to_owned(), |rival| {

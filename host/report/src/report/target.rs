@@ -1,5 +1,6 @@
 //! Targets of speed, error and memory, and what was measured. `--check` fails where one is missed that is not known to be.
 
+use palpate_document::table::head;
 use std::fmt::Write as _;
 
 use serde::Serialize;
@@ -274,7 +275,7 @@ fn number(value: f64) -> String {
 
 /// The table.
 pub fn table(targets: &[Target]) -> String {
-    let mut text = "| target | measured | wanted | |\n|---|---|---|---|\n".to_owned();
+    let mut text = head("target | measured | wanted |");
     for target in targets {
         let verdict = match (target.met, target.known_miss()) {
             (true, _) => "met",

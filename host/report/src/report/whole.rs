@@ -1,5 +1,6 @@
 //! Whole-path figures: cost of the firmware in a simulated grasp on the emulated chip.
 
+use palpate_document::table::head;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -250,9 +251,9 @@ impl Grasp {
     /// The tables.
     pub fn text(&self) -> String {
         let mut text = format!(
-            "One grasp of the default scene, {:.1} s, on the emulated chip.\n\n\
-             | part | calls | instructions, mean | max | cycles, mean | processor, % |\n|---|---|---|---|---|---|\n",
-            self.seconds()
+            "One grasp of the default scene, {:.1} s, on the emulated chip.\n\n{}",
+            self.seconds(),
+            head("part | calls | instructions, mean | max | cycles, mean | processor, %")
         );
         for figure in self.figures() {
             let part = &figure.part;
@@ -269,7 +270,8 @@ impl Grasp {
                 figure.load_high_percent,
             );
         }
-        text += "\n| stack | used, bytes | of |\n|---|---|---|\n";
+        text.push('\n');
+        text += &head("stack | used, bytes | of");
         for stack in &self.stacks {
             let _ = writeln!(
                 text,

@@ -153,6 +153,25 @@ fn pressing_ends_at_the_closing_stop() {
 }
 
 #[test]
+fn pressing_on_a_soft_cable_ends_at_the_position_limit() {
+    let mut simulation = Simulation::new(3);
+    assert_eq!(
+        simulation.run(Request::Home, 60),
+        Some(MotionResult::Complete)
+    );
+    // As if the cable wound up without end: the torque never reaches the current limit.
+    simulation.bench.wrong = Defect::NoStop;
+    simulation.sequence.friction_known = true;
+    assert_eq!(
+        simulation.run(Request::Press, 60),
+        Some(MotionResult::Complete),
+        "{:?} {:?}",
+        simulation.log,
+        simulation.sequence.fault()
+    );
+}
+
+#[test]
 fn close_keeps_the_grip_and_open_lets_go() {
     let mut simulation = Simulation::new(4);
     simulation.bench.object_rad = 0.5;

@@ -1,4 +1,4 @@
-//! Draws charts as SVG.
+//! Charts with lines and marks on two axes.
 
 use std::path::Path;
 
@@ -7,25 +7,13 @@ use plotters::element::IntoDynElement;
 use plotters::prelude::*;
 use plotters::style::FontStyle;
 
+use crate::look::{FONT, fonts};
+
+pub use crate::look::{AMBER, BLUE, DrawError, GREEN, GREY, ORANGE, PINK, SKY};
+pub use plotters::style::RGBColor;
+
 /// Size of every figure, pixel.
 const SIZE: (u32, u32) = (960, 620);
-const FONT: &str = "sans-serif";
-
-/// Colours that stay apart in print and for colour-blind readers (Okabe and Ito).
-pub const BLUE: RGBColor = RGBColor(0, 114, 178);
-/// See [`BLUE`].
-pub const ORANGE: RGBColor = RGBColor(213, 94, 0);
-/// See [`BLUE`].
-pub const GREEN: RGBColor = RGBColor(0, 158, 115);
-/// See [`BLUE`].
-pub const PINK: RGBColor = RGBColor(204, 121, 167);
-/// See [`BLUE`].
-pub const AMBER: RGBColor = RGBColor(230, 159, 0);
-/// See [`BLUE`].
-pub const SKY: RGBColor = RGBColor(86, 180, 233);
-/// For lines that guide the eye.
-pub const GREY: RGBColor = RGBColor(110, 110, 110);
-
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mark {
@@ -104,19 +92,6 @@ pub struct Chart {
     pub legend: Legend,
     /// What is drawn, first at the back.
     pub series: Vec<Series>,
-}
-
-/// Why a figure could not be written.
-pub type DrawError = Box<dyn std::error::Error>;
-
-fn fonts() -> Result<(), DrawError> {
-    for (style, bytes) in [
-        (FontStyle::Normal, dejavu::sans::regular()),
-        (FontStyle::Bold, dejavu::sans::bold()),
-    ] {
-        plotters::style::register_font(FONT, style, bytes).map_err(|_| "the font is unreadable")?;
-    }
-    Ok(())
 }
 
 /// Writes `charts` side by side as `name.svg` into `directory`.

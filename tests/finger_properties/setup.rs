@@ -1,0 +1,82 @@
+//! What the properties start from.
+
+use palpate::finger::{Configuration, Contact, Finger, Mechanics, Transmission};
+use proptest::prelude::*;
+
+/// A contact posture: torque as a share of the softest spring; rejects where there is none, as without a spring at joint 1.
+pub fn preshaped<const N: usize, T>(
+    finger: &Finger<N, T>,
+    share: f32,
+) -> Result<(Configuration<N>, f32), TestCaseError>
+where
+    T: Transmission<N>,
+    Finger<N, T>: Mechanics<Configuration = Configuration<N>>,
+{
+    let springs = finger.parameters().stiffness_nm_per_rad;
+    let torque = share * springs.into_iter().fold(f32::INFINITY, f32::min);
+    match finger.free_at_torque(torque, &finger.rest()) {
+        Some(posture) => Ok((posture, torque)),
+        None => Err(TestCaseError::reject("no posture")),
+    }
+}
+
+/// A contact in a posture, with the path that it takes as the torque rises.
+pub struct Pressed<const N: usize, P> {
+    pub posture: Configuration<N>,
+    pub torque_nm: f32,
+    /// Length of the phalanx that is touched.
+    pub length_m: f32,
+    pub contact: Contact,
+    pub path: P,
+}
+
+/// A contact whose place and radius are given as shares of the phalanx; rejects one that does not press.
+pub fn pressed<const N: usize, T>(
+    finger: &Finger<N, T>,
+    share: f32,
+    contact: Contact,
+) -> Result<Pressed<N, <Finger<N, T> as Mechanics>::Path>, TestCaseError>
+where
+    T: Transmission<N>,
+    Finger<N, T>: Mechanics<Configuration = Configuration<N>>,
+{
+    let (posture, torque_nm) = preshaped(finger, share)?;
+    let length_m = finger
+        .phalanx_length_m(contact.phalanx)
+        .expect("it has that phalanx");
+    let contact = Contact {
+        k_m: contact.k_m * length_m,
+        radius_m: contact.radius_m * length_m,
+        ..contact
+    };
+    match finger.path(&posture, torque_nm, contact) {
+        Some(path) => Ok(Pressed {
+            posture,
+            torque_nm,
+            length_m,
+            contact,
+            path,
+        }),
+        None => Err(TestCaseError::reject("does not press there")),
+    }
+}
+
+/// Whether a contact at this place, with a point, presses.
+pub fn presses<const N: usize, T>(
+    finger: &Finger<N, T>,
+    posture: &Configuration<N>,
+    torque_nm: f32,
+    phalanx: u8,
+    k_m: f32,
+) -> bool
+where
+    T: Transmission<N>,
+    Finger<N, T>: Mechanics<Configuration = Configuration<N>>,
+{
+    let contact = Contact {
+        phalanx,
+        k_m,
+        radius_m: 0.0,
+    };
+    finger.path(posture, torque_nm, contact).is_some()
+}
