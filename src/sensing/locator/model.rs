@@ -203,8 +203,7 @@ impl<F: Mechanics, X: Series> Model<F, X> {
             let beyond_nm = BEYOND_SHARE * (torque_nm - self.last_torque_nm) / factor;
             variance_nm2 = beyond_nm * beyond_nm;
             torque_nm = self.last_torque_nm;
-            // What was measured: it may have fallen since.
-            self.torque_nm = factor * point.excess_nm + point.free_nm;
+            self.torque_nm = factor * point.excess_nm + point.free_nm; // it may fall
         }
         let at = &self.last;
         let held_nm = (torque_nm - self.contact_nm) / factor;

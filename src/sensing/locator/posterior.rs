@@ -2,8 +2,8 @@
 
 use super::fit::Fitted;
 use super::model::Hold;
-use super::prior::{K, Scaling};
-use super::{Data, Free, Locator, Model, Prior, RADII_M, Track, fit};
+use super::prior::{K, ONSET, Scaling};
+use super::{Data, Free, Locator, Model, Prior, RADII_M, Track, onset};
 use crate::finger::{Class, MAX_PHALANGES, Mechanics};
 use crate::numeric::{Bounded, exp, ln, sqrt};
 use crate::sensing::curve::Point;
@@ -190,7 +190,7 @@ impl<F: Mechanics, X: Series> Locator<F, X> {
                 x[K] += k;
                 scaling.hold(&mut x, K);
                 let values = scaling.values(&x);
-                let onset = fit::onset::<F, X>(finger, prior, &values, near)?;
+                let onset = onset::at::<F, X>(finger, values[ONSET], prior, near)?;
                 let hold = Hold::Contact {
                     phalanx: estimate.phalanx,
                     radius_m: estimate.best_radius_m,
