@@ -15,6 +15,20 @@ pub enum Drive {
 
 /// One sample of the drivetrain, averaged over the sample period (1 ms), motor side. `J` is what a sensor of joint 2 reads;
 /// without one it has no size.
+///
+/// ```
+/// use palpate::sample::{Drive, Sample};
+///
+/// let sample = Sample {
+///     time_us: 1_000,
+///     position_counts: 12,
+///     current_a: 0.015,
+///     drive: Drive::Closing,
+///     joint: (),
+/// };
+/// // The same with what a sensor of joint 2 reads, radian.
+/// assert_eq!(sample.with_joint(0.4).joint, 0.4);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample<J = ()> {
     /// End of the averaging period, microseconds since boot.

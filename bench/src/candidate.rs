@@ -34,6 +34,18 @@ impl<I, O> Candidate<I, O> {
         Self { name, run, role }
     }
 
+    /// The library's bisection for a place.
+    pub const fn bisection(run: fn(&I) -> O) -> Self {
+        let why = "Mechanics::locate, where every fit of sensing starts: the bisection that was asked for, with a bounded residual";
+        Self::used("library_bisection", run, why)
+    }
+
+    /// The library's closed form for a place.
+    pub const fn closed_form(run: fn(&I) -> O) -> Self {
+        let why = "Mechanics::locate_closed, what tests and this report check the bisection with";
+        Self::check("library_closed", run, why)
+    }
+
     /// One that competes.
     pub const fn rival(name: &'static str, run: fn(&I) -> O) -> Self {
         let role = Role::Rival;

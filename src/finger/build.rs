@@ -85,6 +85,24 @@ impl BaseJoint for Springless {
 }
 
 /// A finger: immutable once built.
+///
+/// ```
+/// use palpate::finger::{Finger, Mechanics, Parameters, Tendon};
+///
+/// let parameters = Parameters {
+///     lengths_m: [0.080, 0.060],
+///     stiffness_nm_per_rad: [0.1, 0.1],
+///     rest_rad: [0.3, 0.3],
+///     range_rad: [[-0.5, 2.5], [0.0, 2.0]],
+/// };
+/// let finger = Finger::<2, Tendon<2>>::new(parameters, [0.012, 0.008])?;
+/// assert_eq!(finger.phalanx_length_m(2), Some(0.060));
+///
+/// let negative = Parameters { lengths_m: [0.080, -0.060], ..parameters };
+/// let error = Finger::<2, Tendon<2>>::new(negative, [0.012, 0.008]).unwrap_err();
+/// println!("{error}"); // names parameter, value and range
+/// # Ok::<(), palpate::finger::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Finger<const N: usize, T, B = AnyBase> {
     pub(crate) parameters: Parameters<N>,

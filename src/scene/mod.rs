@@ -43,7 +43,16 @@ pub type Reading<S> = <<S as Scene>::Joint as JointSensor>::Reading;
 /// A sample of a scene's drivetrain.
 pub type SampleOf<S> = Sample<Reading<S>>;
 
-/// A finger with its drivetrain, its board and its limits.
+/// A finger with its drivetrain, its board and its limits. `build.rs` makes one of a file in `scenes/`.
+///
+/// ```
+/// use palpate::finger::Mechanics;
+/// use palpate::scene::Scene;
+/// use palpate_scenes::P70;
+///
+/// assert_eq!((P70::NAME, P70::PHALANGES), ("p70", 2));
+/// assert_eq!(P70::MECHANISM.phalanx_length_m(1), Some(0.090));
+/// ```
 pub trait Scene {
     /// Name, as logged and as `--scene` takes it.
     const NAME: &'static str;

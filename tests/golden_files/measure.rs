@@ -74,6 +74,24 @@ impl Quantity {
     }
 }
 
+impl std::fmt::Display for Quantity {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            out,
+            "{:<50} {:>5} rows  median {:>8.1e}  99 % {:>8.1e}  max {:>8.1e} (line {})  not finite {}  [{}] {}",
+            self.name,
+            self.rows(),
+            self.quantile(0.5),
+            self.quantile(0.99),
+            self.quantile(1.0),
+            self.worst_line,
+            self.nonfinite,
+            self.limits(),
+            if self.passes() { "" } else { "FAIL" },
+        )
+    }
+}
+
 /// What the library made of one file.
 #[derive(Debug)]
 pub struct FileReport {

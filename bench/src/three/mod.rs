@@ -75,16 +75,8 @@ impl ThreePhalanges {
 
 /// The candidates.
 pub const CANDIDATES: &[Candidate<ThreePhalanges, Roots>] = &[
-    Candidate::used(
-        "library_bisection",
-        library::bisected,
-        "Mechanics::locate, where every fit of sensing starts: the bisection that was asked for, with a bounded residual",
-    ),
-    Candidate::check(
-        "library_closed",
-        library::closed,
-        "Mechanics::locate_closed, what tests and this report check the bisection with",
-    ),
+    Candidate::bisection(library::bisected),
+    Candidate::closed_form(library::closed),
     Candidate::rival("textbook_k", algebra::textbook),
     Candidate::rival("bisection_12", bracketed::bisection_12),
     Candidate::rival("bisection_20", bracketed::bisection_20),

@@ -69,16 +69,8 @@ impl TwoPhalanges {
 
 /// The candidates.
 pub const CANDIDATES: &[Candidate<TwoPhalanges, Roots>] = &[
-    Candidate::used(
-        "library_bisection",
-        library::bisected,
-        "Mechanics::locate, where every fit of sensing starts: the bisection that was asked for, with a bounded residual",
-    ),
-    Candidate::check(
-        "library_closed",
-        library::closed,
-        "Mechanics::locate_closed, what tests and this report check the bisection with",
-    ),
+    Candidate::bisection(library::bisected),
+    Candidate::closed_form(library::closed),
     Candidate::rival("textbook_beta", algebra::textbook_beta),
     Candidate::rival("textbook_k", algebra::textbook_k),
     Candidate::rival("bisection_8", bracketed::bisection_8),

@@ -17,12 +17,7 @@ fn told(firmware: &Firmware, seed: u64) -> (Summary, Vec<String>) {
             engine: Engine::Mujoco,
             ..Parameters::default()
         },
-        object: Some(Object {
-            phalanx: 2,
-            contact_mm: 30.0,
-            diameter_mm: 10.0,
-            theta_1_deg: 45.0,
-        }),
+        object: Some(Object::default()),
         seed,
         ..Settings::default()
     };

@@ -8,14 +8,8 @@ use palpate_emulator::Firmware;
 use palpate_emulator::sim::{FAULTS, Injected, Object, Settings, judge};
 
 fn settings() -> Settings {
-    let object = Object {
-        phalanx: 2,
-        contact_mm: 30.0,
-        diameter_mm: 10.0,
-        theta_1_deg: 45.0,
-    };
     Settings {
-        object: Some(object),
+        object: Some(Object::default()),
         max_s: 60.0,
         ..Settings::default()
     }

@@ -21,8 +21,7 @@ fn settings(phalanx: u8, contact_mm: f64) -> Settings {
     let object = Object {
         phalanx,
         contact_mm,
-        diameter_mm: 10.0,
-        theta_1_deg: 45.0,
+        ..Object::default()
     };
     Settings {
         object: Some(object),

@@ -123,18 +123,7 @@ fn print_table(report: &FileReport) {
         report.misclassified.len()
     );
     for quantity in &report.quantities {
-        println!(
-            "  {:<50} {:>5} rows  median {:>8.1e}  99 % {:>8.1e}  max {:>8.1e} (line {})  not finite {}  [{}] {}",
-            quantity.name,
-            quantity.rows(),
-            quantity.quantile(0.5),
-            quantity.quantile(0.99),
-            quantity.quantile(1.0),
-            quantity.worst_line,
-            quantity.nonfinite,
-            quantity.limits(),
-            if quantity.passes() { "" } else { "FAIL" },
-        );
+        println!("  {quantity}");
     }
     for (line, what) in report.misclassified.iter().take(LISTED) {
         println!("  line {line}: {what}");

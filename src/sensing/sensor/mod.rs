@@ -42,6 +42,26 @@ enum Work<F: Mechanics, R, X: Series> {
 
 /// Contact sensing of one finger. See the module documentation.
 ///
+/// ```
+/// use palpate::scene::Scene;
+/// use palpate::sensing::{Directive, Drive, Sample, Sensor};
+/// use palpate_scenes::P70;
+///
+/// let finger = P70::MECHANISM;
+/// let mut sensor: Sensor<<P70 as Scene>::Finger> =
+///     Sensor::new(finger, P70::drivetrain(&finger), P70::settings(), P70::UNCALIBRATED);
+/// sensor.direct(Directive::RecordFriction);
+/// // A sample a millisecond, from the chip or from a recording.
+/// let sample = Sample {
+///     time_us: 1_000,
+///     position_counts: 0,
+///     current_a: 0.015,
+///     drive: Drive::Closing,
+///     joint: (),
+/// };
+/// assert_eq!(sensor.update(&sample), None);
+/// ```
+///
 /// `H` is [`NoHall`] or [`Hall`](crate::sensing::Hall); `X` is [`Cable`] or [`Rigid`](crate::sensing::Rigid).
 // In this order for the reach of instructions, as in `Known`.
 #[derive(Clone, Debug)]

@@ -103,14 +103,8 @@ fn parallel(firmware: &Firmware, options: &Options, runs: &[Option<Injected>]) -
 }
 
 fn settings(seed: u64) -> Settings {
-    let object = Object {
-        phalanx: 2,
-        contact_mm: 30.0,
-        diameter_mm: 10.0,
-        theta_1_deg: 45.0,
-    };
     Settings {
-        object: Some(object),
+        object: Some(Object::default()),
         seed,
         max_s: 60.0,
         ..Settings::default()

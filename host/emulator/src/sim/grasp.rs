@@ -16,6 +16,17 @@ pub struct Object {
     pub theta_1_deg: f64,
 }
 
+impl Default for Object {
+    fn default() -> Self {
+        Self {
+            phalanx: 2,
+            contact_mm: 30.0,
+            diameter_mm: 10.0,
+            theta_1_deg: 45.0,
+        }
+    }
+}
+
 impl Object {
     /// As the plant wants it.
     #[must_use]

@@ -41,18 +41,13 @@ impl Step {
             words.next().and_then(|word| word.parse().ok()),
         ) {
             (Some("run" | "close"), _) => wanted,
-            (Some("calibrate"), Some(contact_mm)) => wanted
-                .or(Some(Object {
-                    phalanx: 2,
-                    contact_mm,
-                    diameter_mm: 10.0,
-                    theta_1_deg: 45.0,
-                }))
-                .map(|pin| Object {
+            (Some("calibrate"), Some(contact_mm)) => {
+                wanted.or(Some(Object::default())).map(|pin| Object {
                     phalanx: 2,
                     contact_mm,
                     ..pin
-                }),
+                })
+            }
             _ => None,
         }
     }
