@@ -184,54 +184,60 @@ impl<F: Mechanics, X: Series> Locator<F, X> {
     ) -> Option<State<F::Configuration>> {
         let data = self.of_round(data);
         let scaling = Scaling::of(prior, estimate.length_m);
-        let force_at =
-            |k: f32| -> Option<([f32; 2], Free<F::Configuration>, [f32; MAX_PHALANGES])> {
-                let mut x = estimate.best.x;
-                x[K] += k;
-                scaling.hold(&mut x, K);
-                let values = scaling.values(&x);
-                let onset = onset::at::<F, X>(finger, values[ONSET], prior, near)?;
-                let hold = Hold::Contact {
-                    phalanx: estimate.phalanx,
-                    radius_m: estimate.best_radius_m,
-                };
-                let mut model = Model::<F, X>::new(
-                    finger,
-                    (data.origin_rad, data.drivetrain),
-                    &values,
-                    prior.half_thickness_m,
-                    hold,
-                    &onset,
-                )?;
-                // Along the curve as far as that angle; in strides, for nothing is compared with the points between.
-                let along = |point: &&Point| point.blocks > 0 && data.rad(point) <= measured_rad;
-                let mut last = data.points.first()?;
-                for (index, point) in data.points.iter().filter(along).enumerate() {
-                    if index % STRIDE == 0 {
-                        model.next(finger, point)?;
-                    }
-                    last = point;
-                }
-                model.follow_to(finger, measured_rad, last)?;
-                let force_n = [model.force_n(), model.force_sigma_n()];
-                Some((force_n, onset, model.end().joints_rad))
+        let force_at = |k: f32| -> Option<State<F::Configuration>> {
+            let mut x = estimate.best.x;
+            x[K] += k;
+            scaling.hold(&mut x, K);
+            let values = scaling.values(&x);
+            let onset = onset::at::<F, X>(finger, values[ONSET], prior, near)?;
+            let hold = Hold::Contact {
+                phalanx: estimate.phalanx,
+                radius_m: estimate.best_radius_m,
             };
-        let ([force_n, beyond_n], onset, joints_rad) = force_at(0.0)?;
+            let mut model = Model::<F, X>::new(
+                finger,
+                (data.origin_rad, data.drivetrain),
+                &values,
+                prior.half_thickness_m,
+                hold,
+                &onset,
+            )?;
+            // Along the curve as far as that angle; in strides, for nothing is compared with the points between.
+            let along = |point: &&Point| point.blocks > 0 && data.rad(point) <= measured_rad;
+            let mut last = data.points.first()?;
+            for (index, point) in data.points.iter().filter(along).enumerate() {
+                if index % STRIDE == 0 {
+                    model.next(finger, point)?;
+                }
+                last = point;
+            }
+            model.follow_to(finger, measured_rad, last)?;
+            Some(State {
+                force: Force {
+                    force_n: model.force_n(),
+                    sigma_n: model.force_sigma_n(),
+                },
+                onset,
+                joints_rad: model.end().joints_rad,
+            })
+        };
+        let mut state = force_at(0.0)?;
+        let Force {
+            force_n,
+            sigma_n: beyond_n,
+        } = state.force;
         let beside = estimate.k_sigma_m / estimate.length_m;
         let other = force_at(beside).or_else(|| force_at(-beside));
-        let moved_n = other.map_or(0.0, |([other, _], ..)| other - force_n);
+        let moved_n = other.map_or(0.0, |other| other.force.force_n - force_n);
         let [springs, sigma] = springs(&prior.calibration);
         let spring_n = sigma * force_n;
         let path_n2 = moved_n * moved_n + beyond_n * beyond_n;
         let sigma_n = sqrt(path_n2 * springs * springs + spring_n * spring_n);
-        Some(State {
-            force: Force {
-                force_n: springs * force_n,
-                sigma_n,
-            },
-            onset,
-            joints_rad,
-        })
+        state.force = Force {
+            force_n: springs * force_n,
+            sigma_n,
+        };
+        Some(state)
     }
 }
 
