@@ -3,6 +3,10 @@
 //! The steps run in the order of [`Step::ALL`]; the first that fails ends the test, so that the motor moves only where
 //! everything before is as it should be. The motion itself belongs to the board's task.
 
+mod measurement;
+
+pub use measurement::{Measurement, SETTLE_MS};
+
 use core::fmt;
 
 use super::console::text::Decimal;

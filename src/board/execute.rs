@@ -49,7 +49,7 @@ pub fn load(storage: &mut Storage, sensing: &Shared<ContactSensing<Active>>) -> 
         Found::Unreadable => (Loaded::Nothing, "unreadable"),
         Found::Record { bytes, newest } => {
             let restored = Record::decode(bytes, SCENE_ID, |record| Loaded::Restored {
-                overrides: record.overrides,
+                overrides: *record.overrides,
                 notice: sensing.lock(|sensing| sensing.borrow_mut().restore(record)),
             });
             match restored {
@@ -87,9 +87,10 @@ pub async fn execute(
             let saves = action == Action::Save;
             let encode = |writer: &mut Writer<'_, _>| application.encode(writer);
             let done = match storage.replace(saves.then_some(encode)).await {
-                Ok(()) if saves => write!(answer, "saved"),
-                Ok(()) => write!(answer, "forgotten"),
-                Err(error) => write!(answer, "failed: {}", storage::name(error)),
+                Ok(()) if saves => answer.push_str("saved"),
+                Ok(()) => answer.push_str("forgotten"),
+                Err(error) => (answer.push_str("failed: "))
+                    .and_then(|()| answer.push_str(storage::name(error))),
             };
             // An answer that is too long is cut: here and below.
             let _ = done;
@@ -134,26 +135,25 @@ impl Application {
                 }
             }
         };
-        let _ = match action {
-            Action::Accepted => write!(answer, "ok"),
+        let text = match action {
+            Action::Accepted => "ok",
             Action::Trace(every) => {
                 trace::stream(every);
-                write!(answer, "ok")
+                "ok"
             }
-            Action::Set { at_restart: false } => write!(answer, "ok; save keeps it"),
-            Action::Set { at_restart: true } => {
-                write!(answer, "ok; takes effect after save and a restart")
-            }
+            Action::Set { at_restart: false } => "ok; save keeps it",
+            Action::Set { at_restart: true } => "ok; takes effect after save and a restart",
             Action::Status => {
                 self.status(answer);
-                Ok(())
+                ""
             }
-            Action::SelfTest => Ok(()),
+            Action::SelfTest => "",
             Action::Help | Action::Show | Action::Save | Action::Factory => {
                 self.list(answer, action, 0);
-                Ok(())
+                ""
             }
         };
+        let _ = answer.push_str(text);
         action
     }
 
@@ -165,10 +165,12 @@ impl Application {
             .lock(|coordinator| *coordinator.borrow().overrides());
         self.sensing.lock(|sensing| {
             let sensing = sensing.borrow();
-            let (calibration, friction) = (sensing.calibration(), sensing.sensor().friction());
-            record::encode(&overrides, calibration, friction, SCENE_ID, |byte| {
-                writer.push(byte);
-            });
+            let record = Record {
+                overrides: &overrides,
+                calibration: sensing.calibration(),
+                friction: sensing.sensor().friction(),
+            };
+            record.encode(SCENE_ID, |byte| writer.push(byte));
         });
     }
 
@@ -225,20 +227,12 @@ impl Application {
 }
 
 fn refuse(answer: &mut Answer, refused: Refused) {
-    let _ = match refused {
-        Refused::Faulted(fault) => {
-            write!(answer, "refused: {} is latched: clear first", fault.name())
-        }
-        Refused::Busy(state) => {
-            write!(answer, "refused: {} is going on: stop first", state.name())
-        }
-        Refused::NoFault => write!(answer, "refused: no fault is latched"),
-        Refused::NoFriction => {
-            write!(
-                answer,
-                "refused: no friction is recorded: record-friction first"
-            )
-        }
-        Refused::NoCable => write!(answer, "refused: no cable is in this scene: use a pin"),
+    let (what, why) = match refused {
+        Refused::Faulted(fault) => (fault.name(), " is latched: clear first"),
+        Refused::Busy(state) => (state.name(), " is going on: stop first"),
+        Refused::NoFault => ("no fault", " is latched"),
+        Refused::NoFriction => ("no friction", " is recorded: record-friction first"),
+        Refused::NoCable => ("no cable", " is in this scene: use a pin"),
     };
+    let _ = write!(answer, "refused: {what}{why}");
 }

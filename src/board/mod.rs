@@ -47,7 +47,7 @@ use palpate::app::grasp::coordinator::{Coordinator, drive};
 use palpate::app::grasp::sensing::ContactSensing;
 use palpate::app::log::Log;
 use palpate::app::storage::store::Store;
-use palpate::drive::config::OutOfRange;
+use palpate::drive::config::{CheckedConfig, OutOfRange};
 use palpate::drive::joint::JointInput;
 use palpate::drive::sequence::Notice;
 use palpate::drive::{Controller, Fault};
@@ -192,9 +192,15 @@ fn launch(
         }
     };
     let coordinator = COORDINATOR.try_init(Mutex::new(RefCell::new(Coordinator::new(set))))?;
-    let controller = Controller::at(&drive, thermal::initial(reset, drive.config()));
+    let controller = controller(&drive, reset);
     let samples = control::start(chip, controller, joint)?;
     Some((samples, coordinator))
+}
+
+// Not inlined: it is moved as a whole then, not field by field.
+#[inline(never)]
+fn controller(drive: &CheckedConfig, reset: Reset) -> Controller {
+    Controller::at(drive, thermal::initial(reset, drive.config()))
 }
 
 fn bad_configuration(wrong: &OutOfRange) {

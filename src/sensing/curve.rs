@@ -169,17 +169,23 @@ pub struct Slope {
 /// The torque is regressed on the angle, which is the one without noise, and the slope inverted: the other way round the
 /// noise would flatten it.
 pub fn slope(points: &[Point], share: f32, creep: f32) -> Option<Slope> {
-    let since = || points.iter().filter(|p| p.time_s >= 0.0 && p.blocks > 0);
-    let top_nm = since().fold(0.0f32, |top, p| p.excess_nm.at_least(top));
-    let first = since()
-        .position(|p| p.excess_nm > share * top_nm)
-        .unwrap_or(usize::MAX)
-        .max(3);
+    let since = |p: &&Point| p.time_s >= 0.0 && p.blocks > 0;
     let torque = |p: &Point| p.excess_nm + p.free_nm + creep * p.late_nm;
     let weight = |p: &Point| 1.0 / p.variance_nm2.at_least(LEAST_VARIANCE_NM2);
-    let (mut number, mut sum, mut x, mut y) = (0, 0.0, 0.0, 0.0);
-    for p in since().take(first) {
-        number += 1;
+    let mut top_nm = 0.0f32;
+    for p in points.iter().filter(since) {
+        top_nm = p.excess_nm.at_least(top_nm);
+    }
+    // How many points are taken, and where they end.
+    let (mut number, mut end) = (0, 0);
+    let mut steep = false;
+    let (mut sum, mut x, mut y) = (0.0, 0.0, 0.0);
+    for (index, p) in points.iter().enumerate().filter(|(_, p)| since(p)) {
+        steep |= p.excess_nm > share * top_nm;
+        if steep && number >= 3 {
+            break;
+        }
+        (number, end) = (number + 1, index + 1);
         sum += weight(p);
         x += weight(p) * p.counts;
         y += weight(p) * torque(p);
@@ -190,7 +196,7 @@ pub fn slope(points: &[Point], share: f32, creep: f32) -> Option<Slope> {
     // Again about the mean, where nothing cancels.
     let (x, y) = (x / sum, y / sum);
     let (mut xx, mut xy) = (0.0, 0.0);
-    for p in since().take(first) {
+    for p in points.iter().take(end).filter(since) {
         xx += weight(p) * (p.counts - x) * (p.counts - x);
         xy += weight(p) * (p.counts - x) * (torque(p) - y);
     }

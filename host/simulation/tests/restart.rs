@@ -2,6 +2,7 @@
 //! recorded with. Simulated.
 
 use palpate::app::console::settings::Overrides;
+use palpate::app::storage::record::Record;
 use palpate::drive::demand::Status;
 use palpate::drive::sequence::Request;
 use palpate::sensing::{Directive, Event};
@@ -16,7 +17,12 @@ const PLACES_MM: [f32; 4] = [20.0, 50.0, 35.0, 45.0];
 fn restarted(parameters: &Parameters, seed: u64) -> Simulation<P70> {
     let mut before = Simulation::<P70>::new(parameters, seed).unwrap();
     assert_eq!(before.prepare().unwrap().fault, None);
-    let record = before.slow().sensing.record(Overrides::default());
+    let (overrides, sensing) = (Overrides::default(), &before.slow().sensing);
+    let record = Record {
+        overrides: &overrides,
+        calibration: sensing.calibration(),
+        friction: sensing.sensor().friction(),
+    };
     let mut simulation = Simulation::<P70>::new(parameters, 1000 + seed).unwrap();
     let notice = simulation.slow().sensing.restore(&record);
     simulation

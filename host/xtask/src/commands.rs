@@ -138,8 +138,12 @@ pub fn new_scene(arguments: &[String]) -> Outcome {
 /// `size`: what each scene costs.
 pub fn size(arguments: &[String]) -> Outcome {
     none_left(arguments)?;
+    sizes(&every_scene()?)
+}
+
+fn sizes(images: &[(String, PathBuf)]) -> Outcome {
     let mut words = vec!["size".to_owned()];
-    for (scene, elf) in every_scene()? {
+    for (scene, elf) in images {
         words.push(format!("{scene}={}", elf.display()));
     }
     host_program("palpate-report", &words)
@@ -158,11 +162,17 @@ pub fn golden(arguments: &[String]) -> Outcome {
 
 /// `faults`: every fault into the running firmware.
 pub fn faults(arguments: &[String]) -> Outcome {
+    let mut rest = arguments.to_vec();
+    let scene = scene(&mut rest)?;
     let build = Build {
+        scene: scene.clone(),
         features: Some("fault-injection".to_owned()),
-        ..Build::default()
+        package: None,
     };
-    emulate("faults", &build.elf()?, arguments)
+    if let Some(scene) = scene {
+        rest.extend(["--scene".to_owned(), scene]);
+    }
+    emulate("faults", &build.elf()?, &rest)
 }
 
 /// `experiments`: the paper's work again.
@@ -226,9 +236,10 @@ pub fn check(arguments: &[String]) -> Outcome {
     )?;
     // Before the scenes of the project, so that what these are compiled into is compiled for them last.
     own_finger::check()?;
-    size(&[])?;
-    let images: Vec<PathBuf> = every_scene()?.into_iter().map(|(_, elf)| elf).collect();
-    reach(&images)
+    let images = every_scene()?;
+    sizes(&images)?;
+    let elfs: Vec<PathBuf> = images.into_iter().map(|(_, elf)| elf).collect();
+    reach(&elfs)
 }
 
 /// Proves of images that their control interrupt cannot panic, allocate or log.

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::settings::{Range, Setting};
-use super::text::number;
+use super::text::{Decimal, number};
 
 /// Longest line that is understood, bytes, without its end.
 pub const LINE_MAX: usize = 64;
@@ -137,7 +137,10 @@ pub enum CommandError {
 impl fmt::Display for CommandError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotALine => write!(f, "expected a line of text of at most {LINE_MAX} bytes"),
+            Self::NotALine => {
+                let most = Decimal(LINE_MAX as f32);
+                write!(f, "expected a line of text of at most {most} bytes")
+            }
             Self::Unknown => f.write_str("no such command; try help"),
             Self::Unexpected { usage: "" } => f.write_str("this command takes nothing"),
             Self::Unexpected { usage } => write!(f, "too many words; expected {usage}"),

@@ -6,6 +6,7 @@
 use core::fmt;
 
 use serde::{Deserialize, Serialize};
+use serde_big_array::BigArray;
 
 use super::text::Decimal;
 
@@ -127,6 +128,7 @@ impl Range {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Overrides {
     /// In the order of [`Setting::ALL`].
+    #[serde(with = "BigArray")]
     values_si: [Option<f32>; Setting::ALL.len()],
 }
 

@@ -4,7 +4,6 @@
 //! big-number code for digits that no answer shows.
 
 use core::fmt::{self, Display};
-use core::str;
 
 /// Longest answer, bytes.
 pub const ANSWER_BYTES: usize = 120;
@@ -12,8 +11,10 @@ pub const ANSWER_BYTES: usize = 120;
 /// An answer. What does not fit any more is left out, from the first piece that does not.
 pub type Answer = heapless::String<ANSWER_BYTES>;
 
-/// Most decimals that are read; a single-precision number has no more than nine digits that count.
-const DECIMALS_READ: u32 = 6;
+/// Most digits that are read before the point, and what six behind it are divided by; a single-precision number has no more
+/// than nine digits that count.
+const WHOLE_READ: u32 = 9;
+const SCALE_MAX: f32 = 1e6;
 const ONE: u32 = 1000;
 
 /// A number with at most three decimals, without trailing zeros; beyond two millions, `large`.
@@ -34,7 +35,8 @@ impl Display for Decimal {
         if magnitude > 2.0e6 {
             return f.write_str("large");
         }
-        let (whole, fraction) = (thousandths / ONE, thousandths % ONE);
+        // Of one type with all other integers that are written: its text is there once.
+        let (whole, fraction) = ((thousandths / ONE) as i32, (thousandths % ONE) as i32);
         match fraction {
             0 => write!(f, "{whole}"),
             _ if fraction % 100 == 0 => write!(f, "{whole}.{}", fraction / 100),
@@ -48,28 +50,40 @@ impl Display for Decimal {
 ///
 /// The result is within two units in the last place of the number written.
 pub fn number(text: &[u8]) -> Option<f32> {
-    let text = str::from_utf8(text).ok()?;
-    let (negative, digits) = match text.strip_prefix('-') {
-        Some(digits) => (true, digits),
-        None => (false, text.strip_prefix('+').unwrap_or(text)),
+    let (negative, digits) = match text {
+        [b'-', digits @ ..] => (true, digits),
+        [b'+', digits @ ..] => (false, digits),
+        digits => (false, digits),
     };
-    let (whole, fraction) = digits.split_once('.').unwrap_or((digits, ""));
-    if whole.is_empty() && fraction.is_empty() || fraction.len() > DECIMALS_READ as usize {
+    // Before the point and behind it.
+    let (mut whole, mut fraction) = (0, None);
+    let mut before = 0;
+    let mut scale = 1.0;
+    for &byte in digits {
+        match (byte, &mut fraction) {
+            (b'.', None) => fraction = Some(0),
+            (b'0'..=b'9', None) => {
+                before += 1;
+                if before > WHOLE_READ {
+                    return None;
+                }
+                whole = 10 * whole + u32::from(byte - b'0');
+            }
+            (b'0'..=b'9', Some(fraction)) => {
+                if scale >= SCALE_MAX {
+                    return None;
+                }
+                scale *= 10.0;
+                *fraction = 10 * *fraction + u32::from(byte - b'0');
+            }
+            _ => return None,
+        }
+    }
+    if before == 0 && scale == 1.0 {
         return None;
     }
-    let scale = 10_u32.pow(fraction.len() as u32);
-    let magnitude = integer(whole)? as f32 + integer(fraction)? as f32 / scale as f32;
+    let magnitude = whole as f32 + fraction.unwrap_or(0) as f32 / scale;
     Some(if negative { -magnitude } else { magnitude })
-}
-
-/// Digits alone; none at all are zero.
-fn integer(digits: &str) -> Option<u32> {
-    if digits.is_empty() {
-        return Some(0);
-    }
-    // `parse` would take a sign.
-    let plain = digits.len() <= 9 && digits.bytes().all(|digit| digit.is_ascii_digit());
-    plain.then(|| digits.parse().ok()).flatten()
 }
 
 #[cfg(test)]

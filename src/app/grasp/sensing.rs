@@ -16,6 +16,8 @@ pub enum SensingRequest {
     Adjust(Overrides),
     /// Back to the scene's calibration.
     ForgetCalibration,
+    /// Counts were lost: the friction record belongs to another zero.
+    Realign,
 }
 
 /// The sensing half. It shares nothing with the motion half but [`SensingRequest`]s and [`Notice`]s, so that the two may live in two
@@ -48,6 +50,7 @@ impl<S: Scene> ContactSensing<S> {
             SensingRequest::ForgetCalibration => {
                 self.sensor.set_calibration(S::UNCALIBRATED);
             }
+            SensingRequest::Realign => self.sensor.realign(),
         }
     }
 
@@ -71,21 +74,12 @@ impl<S: Scene> ContactSensing<S> {
         &self.sensor
     }
 
-    /// A record of what is known, with these settings.
-    pub fn record(&self, overrides: Overrides) -> Record {
-        Record {
-            overrides,
-            calibration: *self.sensor.calibration(),
-            friction: self.sensor.friction().cloned(),
-        }
-    }
-
     /// Takes over a record. Tells the motion half whether friction is known.
-    pub fn restore(&mut self, record: &Record) -> Notice {
-        self.adjust(&record.overrides);
-        self.sensor.set_calibration(record.calibration);
-        let friction = record.friction.as_ref();
-        let known = friction.is_some_and(|friction| self.sensor.restore_friction(friction.clone()));
+    pub fn restore(&mut self, record: &Record<'_>) -> Notice {
+        self.adjust(record.overrides);
+        self.sensor.set_calibration(*record.calibration);
+        let known = (record.friction)
+            .is_some_and(|friction| self.sensor.restore_friction(friction.clone()));
         if known {
             Notice::FrictionKnown
         } else {

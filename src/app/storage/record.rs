@@ -17,15 +17,15 @@ pub const VERSION: u8 = 4;
 
 const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
 
-/// Settings, friction record and calibration.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Record {
+/// Settings, calibration and friction record, borrowed: together they are long, and each move would be a copy on the stack.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Record<'a> {
     /// What the user has set.
-    pub overrides: Overrides,
+    pub overrides: &'a Overrides,
     /// Torque factor and cable.
-    pub calibration: Calibration,
+    pub calibration: &'a Calibration,
     /// The friction record.
-    pub friction: Option<Friction>,
+    pub friction: Option<&'a Friction>,
 }
 
 /// Why a record is not used.
@@ -56,35 +56,23 @@ impl RecordError {
     }
 }
 
-impl Record {
-    /// Nothing set, nothing recorded, the scene's calibration.
-    pub fn empty<S: Scene>() -> Self {
-        Self {
-            overrides: Overrides::default(),
-            friction: None,
-            calibration: S::UNCALIBRATED,
-        }
-    }
-
+impl Record<'_> {
     /// Writes the record, byte by byte.
-    pub fn encode(&self, scene: u32, put: impl FnMut(u8)) {
-        encode(
-            &self.overrides,
-            &self.calibration,
-            self.friction.as_ref(),
-            scene,
-            put,
-        );
+    pub fn encode(&self, scene: u32, mut put: impl FnMut(u8)) {
+        put(VERSION);
+        scene.to_le_bytes().into_iter().for_each(&mut put);
+        // None of the types is of unknown length, and `put` takes every byte: nothing can fail.
+        let _ = postcard::serialize_with_flavor(self, Bytes(put));
     }
 
-    /// Reads a record and hands it over, by reference: it is long, and each move of it would be a copy on the stack.
+    /// Reads a record and hands it over.
     ///
     /// # Errors
     /// Why it must not be used.
     pub fn decode<R>(
         bytes: &[u8],
         scene: u32,
-        take: impl FnOnce(&Self) -> R,
+        take: impl FnOnce(&Record<'_>) -> R,
     ) -> Result<R, RecordError> {
         let (found, bytes) = bytes.split_first().ok_or(RecordError::Damaged)?;
         let (id, bytes) = bytes.split_first_chunk().ok_or(RecordError::Damaged)?;
@@ -95,10 +83,21 @@ impl Record {
         if u32::from_le_bytes(*id) != scene {
             return Err(RecordError::OtherScene);
         }
-        match &postcard::take_from_bytes::<Self>(bytes) {
-            Ok((record, [])) if record.is_plausible() => Ok(take(record)),
-            Ok((_, [])) => Err(RecordError::Implausible),
-            Ok(_) | Err(_) => Err(RecordError::Damaged),
+        // One after the other, as they were written: the friction record stays where it was read to.
+        let (overrides, bytes) = next(bytes)?;
+        let (calibration, bytes) = next(bytes)?;
+        let (friction, []) = &next::<Option<Friction>>(bytes)? else {
+            return Err(RecordError::Damaged);
+        };
+        let record = Record {
+            overrides: &overrides,
+            calibration: &calibration,
+            friction: friction.as_ref(),
+        };
+        if record.is_plausible() {
+            Ok(take(&record))
+        } else {
+            Err(RecordError::Implausible)
         }
     }
 
@@ -106,23 +105,13 @@ impl Record {
     fn is_plausible(&self) -> bool {
         self.overrides.is_valid()
             && self.calibration.is_valid()
-            && self.friction.as_ref().is_none_or(Friction::is_valid)
+            && self.friction.is_none_or(Friction::is_valid)
     }
 }
 
-/// Writes a record from its parts, which need not be copied for it.
-pub fn encode(
-    overrides: &Overrides,
-    calibration: &Calibration,
-    friction: Option<&Friction>,
-    scene: u32,
-    mut put: impl FnMut(u8),
-) {
-    put(VERSION);
-    scene.to_le_bytes().into_iter().for_each(&mut put);
-    // A tuple has the same bytes as the record with these fields in this order. None of the types is of unknown length, and
-    // `put` takes every byte: nothing can fail.
-    let _ = postcard::serialize_with_flavor(&(overrides, calibration, friction), Bytes(put));
+/// A part of a record, and the bytes behind it.
+fn next<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Result<(T, &'a [u8]), RecordError> {
+    postcard::take_from_bytes(bytes).map_err(|_| RecordError::Damaged)
 }
 
 /// Takes the serialized bytes one by one.
@@ -179,7 +168,41 @@ mod tests {
 
     const ID: u32 = scene_id::<P70>();
 
-    fn record() -> Record {
+    /// What a record borrows.
+    #[derive(Clone, Debug, PartialEq)]
+    struct Kept {
+        overrides: Overrides,
+        calibration: Calibration,
+        friction: Option<Friction>,
+    }
+
+    impl Kept {
+        fn of(record: &Record<'_>) -> Self {
+            Self {
+                overrides: *record.overrides,
+                calibration: *record.calibration,
+                friction: record.friction.cloned(),
+            }
+        }
+
+        fn record(&self) -> Record<'_> {
+            Record {
+                overrides: &self.overrides,
+                calibration: &self.calibration,
+                friction: self.friction.as_ref(),
+            }
+        }
+    }
+
+    fn empty() -> Kept {
+        Kept {
+            overrides: Overrides::default(),
+            calibration: P70::UNCALIBRATED,
+            friction: None,
+        }
+    }
+
+    fn record() -> Kept {
         let mut overrides = Overrides::default();
         overrides.set(Setting::HoldForce, 2.5).expect("in range");
         let drivetrain = P70::drivetrain(&P70::MECHANISM);
@@ -196,21 +219,21 @@ mod tests {
         let mut calibration = P70::UNCALIBRATED;
         calibration.torque_factor = 0.9;
         calibration.contacts = 2;
-        Record {
+        Kept {
             overrides,
-            friction: Some(friction),
             calibration,
+            friction: Some(friction),
         }
     }
 
-    fn encoded(record: &Record) -> Vec<u8> {
+    fn encoded(kept: &Kept) -> Vec<u8> {
         let mut bytes = Vec::new();
-        record.encode(ID, |byte| bytes.push(byte));
+        kept.record().encode(ID, |byte| bytes.push(byte));
         bytes
     }
 
-    fn decoded(bytes: &[u8]) -> Result<Record, RecordError> {
-        Record::decode(bytes, ID, Clone::clone)
+    fn decoded(bytes: &[u8]) -> Result<Kept, RecordError> {
+        Record::decode(bytes, ID, Kept::of)
     }
 
     #[test]
@@ -221,7 +244,7 @@ mod tests {
             let value_si = range.to_si(range.min).expect("in range");
             longest.overrides.set(setting, value_si).expect("in range");
         }
-        for record in [record(), Record::empty::<P70>(), longest] {
+        for record in [record(), empty(), longest] {
             let bytes = encoded(&record);
             assert!(bytes.len() <= RECORD_MAX, "{} bytes", bytes.len());
             assert_eq!(decoded(&bytes), Ok(record));
@@ -279,7 +302,7 @@ mod tests {
             bytes.extend(ID.to_le_bytes());
             bytes.extend(noise);
             if let Ok(record) = decoded(&bytes) {
-                prop_assert!(record.is_plausible());
+                prop_assert!(record.record().is_plausible());
             }
         }
     }

@@ -276,6 +276,8 @@ impl Assessment {
     }
 
     /// Puts what the pass taught into the record, when the last step is done.
+    // Not inlined: what it needs of the stack is seldom needed.
+    #[inline(never)]
     pub fn teach(&self, record: &mut Friction) {
         record.evidence.add(&self.evidence);
         let passes = record.passes().min(PASSES_MAX - 1);

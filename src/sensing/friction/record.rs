@@ -6,6 +6,7 @@ use super::wander::{Evidence, Wander};
 use crate::numeric::{Bounded, solve, sqrt};
 use crate::sensing::Drivetrain;
 use serde::{Deserialize, Serialize};
+use serde_big_array::BigArray;
 
 /// Half the way over which the curve is smoothed, radian. What changes within less is either the worm's, which has terms of
 /// its own, or noise.
@@ -30,6 +31,7 @@ pub struct Friction {
     /// Torque while closing, newton metre, without the worm's share; a bin counts its passes.
     pub closing_nm: Bins,
     /// The worm's share: amplitudes of cosine and sine of its angle and of its multiples, newton metre.
+    #[serde(with = "BigArray")]
     pub worm_nm: [f32; 2 * HARMONICS],
     /// Mean torque while opening, newton metre, negative; 0 before it is known.
     pub opening_nm: f32,

@@ -7,6 +7,8 @@
 
 use crate::numeric::{Bounded, exp, ln, sqrt};
 use serde::{Deserialize, Serialize};
+// In a loop, where serde's own arrays would be read element by element.
+use serde_big_array::BigArray;
 
 /// Rates of growth in the grid.
 pub const RATES: usize = 8;
@@ -54,6 +56,7 @@ impl Hypothesis {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
     /// Logarithm of the likelihood of each point but for a constant, the time constants one after the other.
+    #[serde(with = "BigArray")]
     pub ln_likelihood: [f32; RATES * TIMES],
 }
 

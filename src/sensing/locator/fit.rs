@@ -333,8 +333,8 @@ impl<F: Mechanics, X: Series> Fit<F, X> {
         let Some(pass) = &mut self.pass else {
             return Progress::Failed;
         };
-        let end = pass.next + POINTS_A_STEP;
-        for point in data.points.iter().take(end).skip(pass.next) {
+        let end = (pass.next + POINTS_A_STEP).min(data.points.len());
+        for point in data.points.get(pass.next..end).unwrap_or_default() {
             if point.blocks == 0 {
                 continue;
             }

@@ -92,11 +92,14 @@ struct Track {
     fits: [Option<Fitted>; RADII_M.len()],
 }
 
+/// All hypotheses.
+type Tracks = heapless::Vec<Track, MOST>;
+
 /// The competition. It goes in rounds: within one, every hypothesis is fitted to the same points, or their evidence could
 /// not be compared.
 #[derive(Clone, Debug)]
 pub struct Locator<F: Mechanics, X: Series> {
-    tracks: heapless::Vec<Track, MOST>,
+    tracks: Tracks,
     /// How many of the curve's points belong to this round.
     number: usize,
     fit: Option<Fit<F, X>>,
@@ -166,9 +169,7 @@ impl<F: Mechanics, X: Series> Locator<F, X> {
         self.thorough = last || self.tracks.is_empty();
         if self.thorough {
             let data = self.of_round(data);
-            let (tracks, class) = starts::tracks(finger, &data, prior, near);
-            self.class = class;
-            self.tracks = tracks;
+            self.class = starts::find(&mut self.tracks, finger, &data, prior, near);
         }
         self.under_way = !self.tracks.is_empty();
         self.under_way

@@ -120,14 +120,13 @@ impl<F: Mechanics, X: Series> Locator<F, X> {
                     mine += odds(other);
                 }
             }
-            Estimate {
-                p_phalanx: mine / total,
-                ..of.estimate
-            }
+            let mut estimate = of.estimate;
+            estimate.p_phalanx = mine / total;
+            estimate
         };
         match likeliest(Some(first)) {
             Some(rival) if rival.estimate.phalanx > 1 && odds(rival) > UNLIKELY => {
-                Verdict::Either([told(first), told(rival)])
+                Verdict::Either([first, rival].map(told))
             }
             _ => Verdict::At(told(first)),
         }

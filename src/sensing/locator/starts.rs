@@ -1,7 +1,7 @@
 //! Hypotheses, and where their fits begin: the tangent stiffness K_c of the curve's beginning, inverted by bisection
 //! (docs/MECHANICS.md#contact-stiffness), gives the first guess on each phalanx.
 
-use super::{Data, MOST, Place, Prior, Track, onset};
+use super::{Data, Place, Prior, Track, Tracks, onset};
 use crate::finger::{Class, Mechanics};
 use crate::numeric::{Bounded, clamp};
 use crate::sensing::{Series, curve};
@@ -13,56 +13,53 @@ const MARGIN: f32 = 0.03;
 /// A stiffest place nearer to the end of the phalanx than this does not make two sides.
 const LEAST_SIDE: f32 = 0.04;
 
-impl Track {
-    fn new(phalanx: u8, length_m: f32, side: [f32; 2], candidate: f32) -> Self {
-        let [low, high] = side;
-        let margin = MARGIN.at_most(0.4 * (high - low));
-        Self {
-            phalanx,
-            length_m,
-            candidate: clamp(candidate, low + margin, high - margin),
-            side,
-            fits: [const { None }; _],
-        }
-    }
+// Not inlined: wanted in several places, and a track is long.
+#[inline(never)]
+fn add(tracks: &mut Tracks, phalanx: u8, length_m: f32, side: [f32; 2], candidate: f32) {
+    let [low, high] = side;
+    let margin = MARGIN.at_most(0.4 * (high - low));
+    // There is room for the most that a finger has.
+    let _ = tracks.push(Track {
+        phalanx,
+        length_m,
+        candidate: clamp(candidate, low + margin, high - margin),
+        side,
+        fits: [const { None }; _],
+    });
 }
 
-/// The hypotheses for a curve, and what its slope alone says.
+/// Sets the hypotheses for a curve; what its slope alone says.
 #[inline(never)]
-pub(super) fn tracks<F: Mechanics, X: Series>(
+pub(super) fn find<F: Mechanics, X: Series>(
+    tracks: &mut Tracks,
     finger: &F,
     data: &Data,
     prior: &Prior<X>,
     near: &F::Configuration,
-) -> (heapless::Vec<Track, MOST>, Class) {
-    let mut tracks = heapless::Vec::new();
+) -> Class {
+    tracks.clear();
     let whole = [0.0, 1.0];
     match prior.place {
         Place::Stop => {
-            let _ = tracks.push(Track::new(0, 1.0, whole, 0.5));
-            return (tracks, Class::Invalid);
+            add(tracks, 0, 1.0, whole, 0.5);
+            return Class::Invalid;
         }
         Place::Known { phalanx, k_m, .. } => {
             if let Some(length_m) = finger.phalanx_length_m(phalanx) {
-                let _ = tracks.push(Track::new(phalanx, length_m, whole, k_m / length_m));
+                add(tracks, phalanx, length_m, whole, k_m / length_m);
             }
-            return (tracks, Class::Invalid);
+            return Class::Invalid;
         }
         Place::Anywhere => {}
     }
     let length_m = finger.phalanx_length_m(1).unwrap_or(1.0);
-    let _ = tracks.push(Track::new(1, length_m, whole, 0.5));
+    add(tracks, 1, length_m, whole, 0.5);
     let Some(free) = onset::at::<F, X>(finger, prior.onset_rad[0], prior, near) else {
-        return (tracks, Class::Invalid);
+        return Class::Invalid;
     };
     let at = &free.configuration;
     let compliance = contact_compliance(data, prior);
     let inverse = compliance.map(|own| finger.locate(at, free.torque_nm, own.at_least(1e-6)));
-    let class = match (&inverse, compliance) {
-        (Some(inverse), Some(own)) if own > 0.0 => inverse.class(),
-        (Some(_), _) => Class::TooStiff,
-        (None, _) => Class::Invalid,
-    };
     for phalanx in 2..=F::PHALANGES as u8 {
         let Some(length_m) = finger.phalanx_length_m(phalanx) else {
             continue;
@@ -81,19 +78,24 @@ pub(super) fn tracks<F: Mechanics, X: Series>(
         if stiffest > LEAST_SIDE && stiffest < 1.0 - LEAST_SIDE {
             for (side, beyond) in [([0.0, stiffest], false), ([stiffest, 1.0], true)] {
                 let middle = 0.5 * (side[0] + side[1]);
-                let _ = tracks.push(Track::new(
+                add(
+                    tracks,
                     phalanx,
                     length_m,
                     side,
                     place(beyond).unwrap_or(middle),
-                ));
+                );
             }
         } else {
             let candidate = place(false).or(place(true)).unwrap_or(0.5);
-            let _ = tracks.push(Track::new(phalanx, length_m, whole, candidate));
+            add(tracks, phalanx, length_m, whole, candidate);
         }
     }
-    (tracks, class)
+    match (&inverse, compliance) {
+        (Some(inverse), Some(own)) if own > 0.0 => inverse.class(),
+        (Some(_), _) => Class::TooStiff,
+        (None, _) => Class::Invalid,
+    }
 }
 
 /// Compliance of the finger at the contact by the slope of the curve's beginning, without the cable's, radian per newton

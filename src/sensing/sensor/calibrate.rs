@@ -37,7 +37,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         }
         let (found, misfit) = contact
             .locator
-            .learned(&self.prior(contact))
+            .learned(&self.prior(&contact.growth))
             .ok_or(Refusal::Misfit)?;
         self.calibration.with_contact(&found, misfit)
     }
@@ -50,7 +50,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     ) -> Result<Calibration, Refusal> {
         let (mut found, misfit) = contact
             .locator
-            .learned(&self.prior(contact))
+            .learned(&self.prior(&contact.growth))
             .ok_or(Refusal::Misfit)?;
         let sigma = found.cable_sigma_rad_per_nm;
         let model = PRESS_SHARE * found.cable_rad_per_nm;

@@ -18,11 +18,6 @@ use core::marker::PhantomData;
 const ONSET_SIGMA_RAD: f32 = 0.03;
 /// Blocks before the detected onset with which the curve begins: the onset is sought there too.
 const LEAD: usize = 4;
-/// Torque of the finger's weight for what closing takes more than opening: half, a worm's friction cancels, less what the
-/// gearhead takes of it (docs/MECHANICS.md#real-fingers).
-const WEIGHT_SHARE: f32 = 0.4;
-/// Less is no weight but friction that is not the same both ways, newton metre (R, chosen).
-const LEAST_WEIGHT_NM: f32 = 0.5e-3;
 /// What is not known of how a spring is held by the weight, as a share.
 const HELD_SHARE: f32 = 0.3;
 /// How well a pin is placed by hand or by a gauge, metre (R, chosen).
@@ -42,8 +37,18 @@ const UNSURE_BEYOND: f32 = 0.15;
 /// A contact under way.
 #[derive(Clone, Debug)]
 pub(super) struct Contact<F: Mechanics, R, X: Series> {
-    pub(super) curve: Curve,
+    pub(super) growth: Growth<R>,
     pub(super) locator: Locator<F, X>,
+    pub(super) reported: Reported,
+    /// Whether the locator has a pass to make, or to end.
+    pass_due: bool,
+}
+
+/// The curve of a contact, and what it grows with.
+#[derive(Clone, Debug)]
+pub(super) struct Growth<R> {
+    pub(super) curve: Curve,
+    stage: Stage,
     /// What the record's level was off by at the onset, newton metre of motor torque.
     level_nm: f32,
     noise: Noise,
@@ -66,10 +71,6 @@ pub(super) struct Contact<F: Mechanics, R, X: Series> {
     late_us: u64,
     /// The last block: it joins the curve when its neighbour has given its acceleration.
     pub(super) waiting: Past<R>,
-    pub(super) reported: Reported,
-    stage: Stage,
-    /// Whether the locator has a pass to make, or to end.
-    pass_due: bool,
 }
 
 /// How far a contact has come.
@@ -86,8 +87,8 @@ enum Stage {
 impl<F: Mechanics, R, X: Series> Contact<F, R, X> {
     /// No more is to come.
     pub(super) fn end(&mut self) {
-        if self.stage != Stage::Ending {
-            self.stage = Stage::Ending;
+        if self.growth.stage != Stage::Ending {
+            self.growth.stage = Stage::Ending;
             self.locator.stop();
         }
     }
@@ -95,7 +96,8 @@ impl<F: Mechanics, R, X: Series> Contact<F, R, X> {
 
 impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
     /// A contact is decided: it becomes the current stage.
-    // Not inlined: the curve lies on the stack meanwhile, and should not for the other users of the caller's frame.
+    // Not inlined: the curve lies on the stack while the search that it comes from makes room, and should not for the other
+    // users of the caller's frame.
     #[inline(never)]
     pub(super) fn begin_contact(&mut self, block: &Block, begun: &Begun) {
         let Work::Searching(search) = &self.work else {
@@ -107,20 +109,25 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
             return;
         };
         let known = &mut self.known;
-        let mut contact = known.contact(begun, first);
+        let mut growth = known.growth(begun, first);
         for (index, past) in history.iter().take(since).enumerate() {
-            let point = known.point(&contact, past, past.inertia_nm);
-            contact.curve.push_before(index, since, past.counts, point);
+            let point = known.point(&growth, past, past.inertia_nm);
+            growth.curve.push_before(index, since, past.counts, point);
         }
         for past in history.iter().skip(since + 1) {
-            known.grow(&mut contact, past);
+            known.grow(&mut growth, past);
         }
         known.tell(Event::Touch {
             time_us: block.time_us,
-            theta_a_rad: contact.onset_rad[0],
-            torque_nm: contact.torque_nm,
+            theta_a_rad: growth.onset_rad[0],
+            torque_nm: growth.torque_nm,
         });
-        self.work = Work::Contact(contact);
+        self.work = Work::Contact(Contact {
+            growth,
+            locator: Locator::default(),
+            reported: Reported::Nothing,
+            pass_due: false,
+        });
     }
 
     /// At every sample of a contact: some points of the locator's pass. While the curve grows one pass is made after each
@@ -130,7 +137,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
         let Work::Contact(contact) = &mut self.work else {
             return;
         };
-        if contact.stage != Stage::Ending {
+        if contact.growth.stage != Stage::Ending {
             if contact.pass_due {
                 let over = known.step(contact);
                 contact.pass_due = contact.locator.is_within_pass();
@@ -161,17 +168,17 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
 }
 
 impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
-    /// A contact that begins about a block.
+    /// The curve of a contact that begins about a block.
     #[inline(never)]
-    fn contact(&self, begun: &Begun, first: &Past<H::Reading>) -> Contact<F, H::Reading, X> {
+    fn growth(&self, begun: &Begun, first: &Past<H::Reading>) -> Growth<H::Reading> {
         let efficiency = self.drivetrain.efficiency;
         let wander = &begun.wander;
         let onset = &begun.onset;
         let sigma_rad = onset.sigma_counts * self.drivetrain.rad_per_count;
         let ([weight_nm, weight_nm_per_rad], held_nm) = self.weight(first.counts);
-        Contact {
+        Growth {
             curve: Curve::new(first.counts),
-            locator: Locator::default(),
+            stage: Stage::Growing,
             level_nm: onset.level_nm,
             noise: Noise {
                 wander_nm: efficiency * wander.rms_nm,
@@ -196,30 +203,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             late_nm: 0.0,
             late_us: first.time_us,
             waiting: *first,
-            reported: Reported::Nothing,
-            stage: Stage::Growing,
-            pass_due: false,
         }
-    }
-
-    /// Torque of the finger's weight at a position and its derivative by the angle, and the torque with which a spring then
-    /// holds joint 2; nothing of a finger whose weight cannot be told from the springs.
-    #[inline(never)]
-    fn weight(&self, counts: i32) -> ([f32; 2], f32) {
-        const NONE: ([f32; 2], f32) = ([0.0; 2], 0.0);
-        let Some(friction) = &self.friction else {
-            return NONE;
-        };
-        let place = counts.wrapping_add(self.shift_counts.unwrap_or(0));
-        let weight_nm = WEIGHT_SHARE * friction.asymmetry_nm(place);
-        let per_rad = WEIGHT_SHARE * friction.asymmetry_nm[1]
-            / (friction.travel_counts as f32 * self.drivetrain.rad_per_count);
-        if weight_nm.abs() < LEAST_WEIGHT_NM {
-            return NONE;
-        }
-        self.free(self.drivetrain.closing_rad(counts))
-            .and_then(|free| self.finger.weighed(&free, weight_nm))
-            .map_or(NONE, |(_, held_nm)| ([weight_nm, per_rad], held_nm))
     }
 
     /// A block of a closing in contact.
@@ -228,18 +212,18 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         contact: &mut Contact<F, H::Reading, X>,
         past: &Past<H::Reading>,
     ) {
-        if contact.stage == Stage::Ending {
+        if contact.growth.stage == Stage::Ending {
             return;
         }
-        if self.is_lost(contact, past) {
+        if self.is_lost(&contact.growth, past) {
             contact.end();
             return;
         }
-        self.grow(contact, past);
+        self.grow(&mut contact.growth, past);
         if self.is_calibrating() {
             return;
         }
-        if contact.torque_nm >= ENOUGH * self.settings.torque_limit_nm {
+        if contact.growth.torque_nm >= ENOUGH * self.settings.torque_limit_nm {
             contact.end();
             return;
         }
@@ -257,36 +241,36 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         )
     }
 
-    /// Whether the torque has fallen: the finger slid off, or the object gave way. What comes after is another contact.
-    fn is_lost(&self, contact: &Contact<F, H::Reading, X>, past: &Past<H::Reading>) -> bool {
+    /// Whether the torque has fallen: the finger slid off, or the object gave way. What comes after is another growth.
+    fn is_lost(&self, growth: &Growth<H::Reading>, past: &Past<H::Reading>) -> bool {
         let efficiency = self.drivetrain.efficiency;
-        let torque_nm = efficiency * (past.residual_nm - contact.level_nm);
+        let torque_nm = efficiency * (past.residual_nm - growth.level_nm);
         let block_nm = efficiency * sqrt(past.variance_nm2);
-        let fallen_nm = contact.torque_nm - torque_nm;
-        let faded_nm = contact.top_nm - torque_nm;
+        let fallen_nm = growth.torque_nm - torque_nm;
+        let faded_nm = growth.top_nm - torque_nm;
         let noise_nm = LOST_SIGMAS * block_nm;
-        fallen_nm > LOST_SHARE * contact.torque_nm + noise_nm
-            || faded_nm > FADED_SHARE * contact.top_nm + noise_nm
+        fallen_nm > LOST_SHARE * growth.torque_nm + noise_nm
+            || faded_nm > FADED_SHARE * growth.top_nm + noise_nm
     }
 
     /// Adds a block to the curve: the one before it, that is. A block's own acceleration is half that since the block
     /// before and half that to the one after.
-    fn grow(&self, contact: &mut Contact<F, H::Reading, X>, next: &Past<H::Reading>) {
-        let past = core::mem::replace(&mut contact.waiting, *next);
-        let mut point = self.point(contact, &past, next.inertia_nm);
+    fn grow(&self, growth: &mut Growth<H::Reading>, next: &Past<H::Reading>) {
+        let past = core::mem::replace(&mut growth.waiting, *next);
+        let mut point = self.point(growth, &past, next.inertia_nm);
         // A closing does not take an hour.
-        let elapsed_s = past.time_us.wrapping_sub(contact.late_us) as u32 as f32 * 1e-6;
-        contact.late_us = past.time_us;
-        contact.late_nm += (elapsed_s / self.drivetrain.creep_s).at_most(1.0)
-            * (point.excess_nm - contact.late_nm);
-        point.late_nm = contact.late_nm;
-        contact.torque_nm = point.excess_nm;
-        contact.top_nm = contact.top_nm.at_least(point.excess_nm);
+        let elapsed_s = past.time_us.wrapping_sub(growth.late_us) as u32 as f32 * 1e-6;
+        growth.late_us = past.time_us;
+        growth.late_nm +=
+            (elapsed_s / self.drivetrain.creep_s).at_most(1.0) * (point.excess_nm - growth.late_nm);
+        point.late_nm = growth.late_nm;
+        growth.torque_nm = point.excess_nm;
+        growth.top_nm = growth.top_nm.at_least(point.excess_nm);
         if !matches!(self.directive, Directive::CalibrateCable) && self.is_at_stop(&past, &point) {
-            contact.stage = Stage::AtStop;
+            growth.stage = Stage::AtStop;
         }
-        if contact.stage == Stage::Growing {
-            contact.curve.push(past.counts, point);
+        if growth.stage == Stage::Growing {
+            growth.curve.push(past.counts, point);
         }
     }
 
@@ -303,12 +287,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     }
 
     /// A block as a point of the curve; `next_nm` is the inertia's torque in the block after it.
-    fn point(
-        &self,
-        contact: &Contact<F, H::Reading, X>,
-        past: &Past<H::Reading>,
-        next_nm: f32,
-    ) -> Point {
+    fn point(&self, growth: &Growth<H::Reading>, past: &Past<H::Reading>, next_nm: f32) -> Point {
         let drivetrain = &self.drivetrain;
         let efficiency =
             drivetrain.efficiency * (1.0 + drivetrain.efficiency_per_speed * past.overspeed);
@@ -317,17 +296,17 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         let mut variance = past.variance_nm2 + inertia_nm * inertia_nm;
         if past.beyond_counts > 0.0 {
             // Wrong for a good part of a period in the same direction.
-            let unevenness_nm = UNSURE_BEYOND * contact.unevenness_nm;
+            let unevenness_nm = UNSURE_BEYOND * growth.unevenness_nm;
             let periods = drivetrain.counts_per_worm_turn as f32 / past.width_counts.max(1) as f32;
             variance += unevenness_nm * unevenness_nm * 0.25 * periods;
         }
         let free = self.free(drivetrain.closing_rad(past.counts));
-        let [weight_nm, per_rad] = contact.weight;
+        let [weight_nm, per_rad] = growth.weight;
         let weight_nm = weight_nm
-            + per_rad * drivetrain.rotation_rad(contact.curve.origin_counts(), past.counts);
+            + per_rad * drivetrain.rotation_rad(growth.curve.origin_counts(), past.counts);
         Point {
-            time_s: past.time_us.wrapping_sub(contact.onset_us) as i64 as f32 * 1e-6,
-            excess_nm: efficiency * (residual_nm - contact.level_nm),
+            time_s: past.time_us.wrapping_sub(growth.onset_us) as i64 as f32 * 1e-6,
+            excess_nm: efficiency * (residual_nm - growth.level_nm),
             free_nm: free.map_or(0.0, |free| free.torque_nm) + weight_nm,
             variance_nm2: efficiency * efficiency * variance,
             width_counts: past.width_counts as f32,
@@ -335,10 +314,10 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         }
     }
 
-    pub(super) fn prior(&self, contact: &Contact<F, H::Reading, X>) -> Prior<X> {
+    pub(super) fn prior(&self, growth: &Growth<H::Reading>) -> Prior<X> {
         let settings = &self.settings;
         let [joint_nm, joint_sigma_nm] = settings.joint_friction_nm;
-        let held_nm = HELD_SHARE * contact.held_nm;
+        let held_nm = HELD_SHARE * growth.held_nm;
         Prior {
             place: match self.directive {
                 Directive::Calibrate { phalanx, k_m } => Place::Known {
@@ -353,13 +332,13 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             half_thickness_m: settings.half_thickness_m,
             friction: settings.contact_friction,
             joint_nm: [
-                joint_nm + contact.held_nm,
+                joint_nm + growth.held_nm,
                 sqrt(joint_sigma_nm * joint_sigma_nm + held_nm * held_nm),
             ],
-            weight_nm: contact.weight[0],
-            onset_rad: contact.onset_rad,
+            weight_nm: growth.weight[0],
+            onset_rad: growth.onset_rad,
             calibration: self.calibration,
-            noise: contact.noise,
+            noise: growth.noise,
             series: PhantomData,
         }
     }
@@ -374,8 +353,12 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     }
 
     fn begin_round(&self, contact: &mut Contact<F, H::Reading, X>, last: bool) -> bool {
-        let prior = self.prior(contact);
-        let Contact { curve, locator, .. } = contact;
+        let prior = self.prior(&contact.growth);
+        let Contact {
+            growth: Growth { curve, .. },
+            locator,
+            ..
+        } = contact;
         // A point that is being filled would change while the round goes on.
         let points = if last {
             curve.points()
@@ -390,8 +373,12 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     // A symbol of its own, so that its instructions can be counted on the chip.
     #[inline(never)]
     fn step(&self, contact: &mut Contact<F, H::Reading, X>) -> bool {
-        let prior = self.prior(contact);
-        let Contact { curve, locator, .. } = contact;
+        let prior = self.prior(&contact.growth);
+        let Contact {
+            growth: Growth { curve, .. },
+            locator,
+            ..
+        } = contact;
         let data = self.data(curve, curve.points());
         locator.step(&self.finger, &data, &prior, &self.posture)
     }

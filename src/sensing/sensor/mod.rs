@@ -16,6 +16,7 @@ mod known;
 mod record;
 mod report;
 mod search;
+mod weight;
 
 use crate::finger::Mechanics;
 use crate::sensing::block::{Block, Gate, Step};
@@ -151,6 +152,11 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
             self.known.shift_counts = None;
         }
         valid
+    }
+
+    /// The encoder's zero is another one from now on: the first closing aligns the record, as after a restart.
+    pub fn realign(&mut self) {
+        self.known.shift_counts = None;
     }
 
     /// What is known of torque factor and cable.

@@ -26,9 +26,9 @@ pub(super) enum Reported {
 impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     /// Says what is new at the end of a round; `last` is the last word.
     pub(super) fn report(&mut self, contact: &mut Contact<F, H::Reading, X>, last: bool) {
-        let prior = self.prior(contact);
+        let prior = self.prior(&contact.growth);
         // To the end of the curve, which is what was fitted: the finger may have moved on.
-        self.joint_change = H::change(contact.reading, contact.waiting.reading);
+        self.joint_change = H::change(contact.growth.reading, contact.growth.waiting.reading);
         let change_rad = H::rad(self.joint_change);
         let verdict = contact.locator.verdict(&prior, |estimate| {
             change_rad.map_or(0.0, |measured| {
@@ -67,7 +67,8 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
                 }
             }
             Verdict::Nowhere(why) => {
-                let sure = contact.torque_nm >= SURE_PROXIMAL * self.settings.torque_limit_nm;
+                let sure =
+                    contact.growth.torque_nm >= SURE_PROXIMAL * self.settings.torque_limit_nm;
                 if last {
                     self.tell_nowhere(contact, why);
                 } else if why == NotLocated::Proximal && sure {
@@ -91,7 +92,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     fn tell_nowhere(&mut self, contact: &Contact<F, H::Reading, X>, why: NotLocated) {
         self.tell(Event::NotLocated {
             why,
-            torque_nm: contact.torque_nm,
+            torque_nm: contact.growth.torque_nm,
         });
     }
 
@@ -109,7 +110,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             p_phalanx,
             ..
         } = estimate;
-        let data = self.data(&contact.curve, contact.curve.points());
+        let data = self.data(&contact.growth.curve, contact.growth.curve.points());
         let state = contact.locator.state(
             estimate,
             &self.finger,

@@ -182,7 +182,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         }
         let _ = search.history.push_back(past);
         if search.detector.is_none() {
-            search.detector = self.detector(block);
+            self.set_detector(search, block);
         }
         let Some(detector) = &mut search.detector else {
             return Found::Nothing;
@@ -217,8 +217,13 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         Found::Nothing
     }
 
-    /// A detector for the friction recorded.
+    // Not inlined: the detector is long, and should not lie in the frame from which everything else is called.
     #[inline(never)]
+    fn set_detector(&self, search: &mut Search<H::Reading>, block: &Block) {
+        search.detector = self.detector(block);
+    }
+
+    /// A detector for the friction recorded.
     fn detector(&self, block: &Block) -> Option<Detector> {
         let friction = self.friction.as_ref()?;
         let blocks = friction.travel_counts as f32 / block.width_counts.max(1) as f32;

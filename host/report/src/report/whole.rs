@@ -155,7 +155,7 @@ const FIGURES: &[Known] = &[
     Known {
         what: "fit: the places of a slope, where it starts",
         kind: "function",
-        names: &[("sensing::locator::starts", "tracks")],
+        names: &[("sensing::locator::starts", "find")],
     },
     Known {
         what: "fit: the same, with where it leads to",
