@@ -33,6 +33,8 @@ pub struct Build {
     pub features: Option<String>,
     /// Another package than the firmware's; its binary has its name.
     pub package: Option<&'static str>,
+    /// That package is a library: it can be linted, and has no ELF.
+    pub library: bool,
 }
 
 /// The firmware of every scene, with the scene's name; first the default.
@@ -83,9 +85,14 @@ impl Build {
         command
             .arg("--config")
             .arg(format!("target.{THUMB}.rustflags=[{}]", flags.join(", ")))
-            .args(["--package", self.package(), "--bin", self.package()])
+            .args(["--package", self.package()])
             .arg("--target-dir")
             .arg(Self::target_dir(toolchain));
+        if self.library {
+            command.arg("--lib");
+        } else {
+            command.args(["--bin", self.package()]);
+        }
         if let Some(features) = &self.features {
             command.args(["--features", features]);
         }
