@@ -25,7 +25,6 @@ mod outline;
 mod stiffness;
 #[cfg(feature = "engine")]
 mod surroundings;
-mod surroundings;
 
 #[cfg(feature = "engine")]
 pub use finger::MujocoFinger;
