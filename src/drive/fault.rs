@@ -166,6 +166,16 @@ faults! {
         "Report it with the log.";
 }
 
+impl Fault {
+    /// Whether counts may have been lost: the encoder's zero is then another one.
+    pub fn loses_counts(self) -> bool {
+        matches!(
+            self,
+            Fault::EncoderStuck | Fault::EncoderJump | Fault::EncoderReversed
+        )
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -162,11 +162,17 @@ pub fn golden(arguments: &[String]) -> Outcome {
 
 /// `faults`: every fault into the running firmware.
 pub fn faults(arguments: &[String]) -> Outcome {
+    let mut rest = arguments.to_vec();
+    let scene = scene(&mut rest)?;
     let build = Build {
+        scene: scene.clone(),
         features: Some("fault-injection".to_owned()),
-        ..Build::default()
+        package: None,
     };
-    emulate("faults", &build.elf()?, arguments)
+    if let Some(scene) = scene {
+        rest.extend(["--scene".to_owned(), scene]);
+    }
+    emulate("faults", &build.elf()?, &rest)
 }
 
 /// `experiments`: the paper's work again.

@@ -80,7 +80,7 @@ const COMMANDS: &[Command] = &[
     },
     Command {
         name: "faults",
-        arguments: "[--json]",
+        arguments: "[--matrix] [--pairs N] [--scene S]",
         summary: "inject every fault into the running firmware and time how fast the bridge is off",
         example: "faults --json",
         run: commands::faults,

@@ -215,6 +215,9 @@ impl<S: Scene> Coordinator<S> {
         if let Some(setpoint) = self.test {
             motion.demand.setpoint = setpoint;
         }
+        if motion.fault.is_some_and(Fault::loses_counts) {
+            self.pending = Some(SensingRequest::Realign);
+        }
         if self.sequence.state() == State::Close {
             self.hold.closing(status.current_a);
         }

@@ -16,6 +16,8 @@ pub enum SensingRequest {
     Adjust(Overrides),
     /// Back to the scene's calibration.
     ForgetCalibration,
+    /// Counts were lost: the friction record belongs to another zero.
+    Realign,
 }
 
 /// The sensing half. It shares nothing with the motion half but [`SensingRequest`]s and [`Notice`]s, so that the two may live in two
@@ -48,6 +50,7 @@ impl<S: Scene> ContactSensing<S> {
             SensingRequest::ForgetCalibration => {
                 self.sensor.set_calibration(S::UNCALIBRATED);
             }
+            SensingRequest::Realign => self.sensor.realign(),
         }
     }
 

@@ -71,6 +71,8 @@ impl Sequence {
             Homing::Zero => {
                 if seen.status.zero == self.demand.zero {
                     self.stall = StallDetector::default();
+                    // The way begins here, at the stop.
+                    self.start_counts = position_counts;
                     self.homing = Homing::BackOff;
                 }
                 None

@@ -22,6 +22,11 @@ pub use state::State;
 use stop_detector::StopDetector;
 use transitions::Observation;
 
+/// Way in which homing and opening may take all the current that the drive allows, radian at the input link: a worm that settled
+/// under the load of a probing may want as much to be started as made the load. What it takes to go on is within free motion's.
+/// Against a stop the cable winds up by no more than this.
+const BREAKAWAY_RAD: f32 = 0.02;
+
 /// What one step of the sequence decided.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepOutput {
@@ -181,6 +186,16 @@ impl Sequence {
             self.enter(next, now_us, status);
         }
         self.demand.setpoint = self.setpoint();
+        let way_counts = status.position_counts.wrapping_sub(self.start_counts);
+        if matches!(self.state, State::Home | State::Open)
+            && self.scale.angle_rad(way_counts).abs() < BREAKAWAY_RAD
+            && let Setpoint::Speed {
+                current_limit_a, ..
+            } = &mut self.demand.setpoint
+        {
+            // The controller clamps at its own limit.
+            *current_limit_a = f32::MAX;
+        }
         let entered = self.state != before;
         StepOutput {
             demand: self.demand,
@@ -231,6 +246,7 @@ impl Sequence {
             counts_per_s: self.scale.counts_per_s(rad_per_s),
             current_limit_a,
         };
+        // The controller clamps at its own limit.
         match self.state {
             State::Idle | State::Fault => Setpoint::Off,
             State::CalibrateOffset => Setpoint::MeasureOffset,

@@ -69,6 +69,9 @@ impl Sequence {
     /// Latches a fault.
     pub(super) fn fail(&mut self, fault: Fault) -> Option<State> {
         self.latched = Some(fault);
+        if fault.loses_counts() {
+            self.zeroed = false;
+        }
         Some(State::Fault)
     }
 

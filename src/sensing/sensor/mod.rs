@@ -153,6 +153,11 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
         valid
     }
 
+    /// The encoder's zero is another one from now on: the first closing aligns the record, as after a restart.
+    pub fn realign(&mut self) {
+        self.known.shift_counts = None;
+    }
+
     /// What is known of torque factor and cable.
     pub fn calibration(&self) -> &Calibration {
         &self.known.calibration

@@ -13,6 +13,7 @@ use palpate_emulator::sim::{
     CONTROL_INSTRUCTIONS, FAULTS, Injected, Judgement, Object, Settings, judge,
 };
 use palpate_emulator::{Error, Firmware};
+use palpate_plant::Parameters;
 use serde_json::json;
 
 /// Options of `faults`.
@@ -24,6 +25,18 @@ pub struct Options {
     /// Only this one: NAME or NAME@SECONDS
     #[arg(long, value_name = "NAME[@TIME_S]")]
     fault: Vec<Injected>,
+    /// Every fault at every phase of a grasp, and the grasp after it
+    #[arg(long)]
+    matrix: bool,
+    /// Of the matrix only each Nth cell
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    every: usize,
+    /// So many random pairs of faults at random times, and the grasp after each
+    #[arg(long, default_value_t = 0)]
+    pairs: usize,
+    /// The finger, as the image has it (with --matrix or --pairs)
+    #[arg(long, default_value_t = palpate_plant::default_scene().to_owned())]
+    scene: String,
     /// Of the simulated noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -38,6 +51,26 @@ type Row = (Option<Injected>, Result<Judgement, Error>);
 /// Runs them all.
 pub fn run(options: &Options) -> Result<ExitCode, Error> {
     let firmware = Firmware::load(&options.elf)?;
+    if options.matrix || options.pairs > 0 {
+        let plan = super::campaign::Plan {
+            matrix: options.matrix.then(|| {
+                options
+                    .fault
+                    .iter()
+                    .map(|injected| injected.fault.name)
+                    .collect()
+            }),
+            every: options.every.max(1),
+            pairs: options.pairs,
+            seed: options.seed,
+            json: options.json,
+        };
+        let settings = Settings {
+            parameters: Parameters::of(&options.scene)?,
+            ..settings(options.seed)
+        };
+        return super::campaign::run(&firmware, &settings, &plan);
+    }
     let every = || {
         FAULTS.iter().map(|fault| Injected {
             fault,

@@ -2,6 +2,7 @@
 //! The commands of the program.
 
 pub mod bench;
+pub mod campaign;
 mod counts;
 pub mod faults;
 mod output;

@@ -130,7 +130,7 @@ pub fn judge(
 }
 
 /// The control interrupt, ADC1_2, which has to keep to its budget whatever happens.
-fn control(session: &Session<'_>, failures: &mut Vec<String>) -> Calls {
+pub(super) fn control(session: &Session<'_>, failures: &mut Vec<String>) -> Calls {
     let exceptions = session.machine.account().exceptions();
     let calls = exceptions.get(&CONTROL).copied().unwrap_or_default();
     if calls.max.instructions > CONTROL_INSTRUCTIONS {
@@ -143,7 +143,7 @@ fn control(session: &Session<'_>, failures: &mut Vec<String>) -> Calls {
 }
 
 /// The pages that hold records: the last 16 KiB.
-fn stored(session: &Session<'_>) -> Vec<u8> {
+pub(super) fn stored(session: &Session<'_>) -> Vec<u8> {
     let flash = session.machine.flash();
     flash[flash.len() - 16 * 1024..].to_vec()
 }

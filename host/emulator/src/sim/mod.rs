@@ -2,6 +2,7 @@
 //! Simulated grasps: the object, the commands to the firmware, and its log.
 
 mod calibration;
+pub mod campaign;
 mod fault;
 mod grasp;
 mod judge;

@@ -147,6 +147,12 @@ impl<'f> Session<'f> {
         }
     }
 
+    /// The user waits for no motion any more.
+    pub fn abandon(&mut self) {
+        self.progress = Progress::Done;
+        self.next = self.settings.script.0.len();
+    }
+
     /// Types a line at once, whatever is going on: a `stop` must not wait.
     pub fn interrupt(&mut self, line: &str) {
         self.machine.command(&format!("{line}\n"));
@@ -205,6 +211,13 @@ impl<'f> Session<'f> {
                 match self.state.as_str() {
                     // The finger is at its opening stop and about to close: now the object is put there.
                     "close" => self.place()?,
+                    // Whoever records friction takes the object away.
+                    "record-closing" => {
+                        if let Some(plant) = self.machine.plant_mut() {
+                            plant.place(&Grasp::Free)?;
+                        }
+                        self.placed = false;
+                    }
                     "idle" => self.placed = false,
                     _ => {}
                 }

@@ -73,6 +73,24 @@ fn flash_and_settings_wait_until_the_bridge_is_off() {
 }
 
 #[test]
+fn an_encoder_s_fault_has_the_friction_record_aligned_anew() {
+    for (fault, wanted) in [
+        (Fault::EncoderStuck, Some(SensingRequest::Realign)),
+        (Fault::OverCurrent, None),
+    ] {
+        let mut coordinator = coordinator();
+        coordinator.command(Command::Run).expect("at rest");
+        coordinator.advance(1000, &Status::default(), None);
+        let status = Status {
+            fault: Some(fault),
+            ..Status::default()
+        };
+        coordinator.advance(2000, &status, None);
+        assert_eq!(coordinator.advance(3000, &status, None).request, wanted);
+    }
+}
+
+#[test]
 fn a_setting_reaches_motion_sensing_and_the_next_start() {
     let mut coordinator = coordinator();
     known(&mut coordinator);

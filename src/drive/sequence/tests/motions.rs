@@ -187,3 +187,50 @@ fn close_keeps_the_grip_and_open_lets_go() {
     );
     assert!(simulation.bench.link_rad() < 0.07);
 }
+
+/// The bench's worm takes as much current to be started under a load as made the load, free motion a third of it.
+#[test]
+fn a_worm_that_settled_under_load_is_broken_away() {
+    let pressed = |seed| {
+        let mut simulation = Simulation::new(seed);
+        let mut motion = motion();
+        motion.free_current_a = 0.06;
+        simulation.sequence.set_motion(motion);
+        simulation.bench.object_rad = 0.5;
+        simulation.sequence.friction_known = true;
+        assert_eq!(
+            simulation.run(Request::Close, 60),
+            Some(MotionResult::Contact),
+            "{:?} {:?}",
+            simulation.log,
+            simulation.sequence.fault()
+        );
+        simulation
+    };
+    let mut simulation = pressed(5);
+    assert_eq!(
+        simulation.run(Request::Open, 60),
+        Some(MotionResult::Complete),
+        "{:?}",
+        simulation.sequence.fault()
+    );
+    assert!(simulation.bench.link_rad() < 0.07);
+
+    // After a fault the position counts for nothing: homing has to start from the object.
+    let mut simulation = pressed(6);
+    simulation.millisecond(Some(Notice::Fault(Fault::QueueOverflow)));
+    simulation
+        .sequence
+        .request(Request::Clear)
+        .expect("accepted");
+    while simulation.sequence.state() == State::Fault {
+        simulation.millisecond(None);
+    }
+    assert_eq!(
+        simulation.run(Request::Home, 60),
+        Some(MotionResult::Complete),
+        "{:?}",
+        simulation.sequence.fault()
+    );
+    assert!(simulation.bench.link_rad() < 0.07);
+}
