@@ -134,8 +134,15 @@ pub fn read_byte() -> Option<u8> {
 /// A record being staged.
 struct Stage {
     encoder: defmt::Encoder,
+    room: Room,
+}
+
+/// Where the record goes.
+struct Room {
     /// Next byte to write, beyond the public cursor while a record is under way.
     cursor: usize,
+    /// How far the host had read when the record began. Looked up once: this is called for every byte.
+    read: usize,
     /// The record no longer fits: swallow the rest.
     overflow: bool,
 }
@@ -147,28 +154,38 @@ unsafe impl Sync for Staging {}
 
 static STAGING: Staging = Staging(UnsafeCell::new(Stage {
     encoder: defmt::Encoder::new(),
-    cursor: 0,
-    overflow: false,
+    room: Room {
+        cursor: 0,
+        read: 0,
+        overflow: false,
+    },
 }));
 
 fn in_thread_mode() -> bool {
     SCB::vect_active() == VectActive::ThreadMode
 }
 
-/// Copies encoded bytes behind the public cursor as long as there is room.
-fn stage(cursor: &mut usize, overflow: &mut bool, bytes: &[u8]) {
-    let read = CONTROL_BLOCK.up.read.get() % UP_BYTES;
-    for &byte in bytes {
-        let next = (*cursor + 1) % UP_BYTES;
-        if next == read {
-            *overflow = true;
+impl Room {
+    /// Copies encoded bytes behind the public cursor as long as there is room.
+    fn stage(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            let after = self.cursor + 1;
+            let next = if after < UP_BYTES { after } else { 0 };
+            if next == self.read {
+                self.overflow = true;
+            }
+            if self.overflow {
+                return;
+            }
+            // SAFETY: the cursor is inside the buffer, in the part that belongs to the writer.
+            unsafe {
+                UP.0.get()
+                    .cast::<u8>()
+                    .add(self.cursor)
+                    .write_volatile(byte)
+            };
+            self.cursor = next;
         }
-        if *overflow {
-            return;
-        }
-        // SAFETY: the cursor is inside the buffer, in the part that belongs to the writer.
-        unsafe { UP.0.get().cast::<u8>().add(*cursor).write_volatile(byte) };
-        *cursor = next;
     }
 }
 
@@ -184,12 +201,13 @@ unsafe impl defmt::Logger for Logger {
         }
         // SAFETY: thread mode alone comes here.
         let staging = unsafe { &mut *STAGING.0.get() };
-        staging.cursor = CONTROL_BLOCK.up.write.get() % UP_BYTES;
-        staging.overflow = false;
-        let (cursor, overflow) = (&mut staging.cursor, &mut staging.overflow);
-        staging
-            .encoder
-            .start_frame(|bytes| stage(cursor, overflow, bytes));
+        staging.room = Room {
+            cursor: CONTROL_BLOCK.up.write.get() % UP_BYTES,
+            read: CONTROL_BLOCK.up.read.get() % UP_BYTES,
+            overflow: false,
+        };
+        let room = &mut staging.room;
+        staging.encoder.start_frame(|bytes| room.stage(bytes));
     }
 
     unsafe fn flush() {
@@ -202,14 +220,12 @@ unsafe impl defmt::Logger for Logger {
         }
         // SAFETY: thread mode alone comes here.
         let staging = unsafe { &mut *STAGING.0.get() };
-        let (cursor, overflow) = (&mut staging.cursor, &mut staging.overflow);
-        staging
-            .encoder
-            .end_frame(|bytes| stage(cursor, overflow, bytes));
-        if staging.overflow {
+        let room = &mut staging.room;
+        staging.encoder.end_frame(|bytes| room.stage(bytes));
+        if staging.room.overflow {
             DROPPED.fetch_add(1, Ordering::Relaxed);
         } else {
-            CONTROL_BLOCK.up.write.set(staging.cursor);
+            CONTROL_BLOCK.up.write.set(staging.room.cursor);
         }
     }
 
@@ -219,9 +235,7 @@ unsafe impl defmt::Logger for Logger {
         }
         // SAFETY: thread mode alone comes here.
         let staging = unsafe { &mut *STAGING.0.get() };
-        let (cursor, overflow) = (&mut staging.cursor, &mut staging.overflow);
-        staging
-            .encoder
-            .write(bytes, |bytes| stage(cursor, overflow, bytes));
+        let room = &mut staging.room;
+        staging.encoder.write(bytes, |bytes| room.stage(bytes));
     }
 }

@@ -141,6 +141,8 @@ pub struct Detector {
     variance_nm2: f32,
     square_sum: f32,
     square_count: u16,
+    /// Of the likeliest contact, at the last block.
+    ln_ratio: f32,
 }
 
 impl Detector {
@@ -167,6 +169,7 @@ impl Detector {
             variance_nm2: 0.0,
             square_sum: 0.0,
             square_count: 0,
+            ln_ratio: 0.0,
         }
     }
 
@@ -187,10 +190,9 @@ impl Detector {
         self.largest(1.0).map(|(index, ..)| self.onset(index, 1.0))
     }
 
-    /// Logarithm of the likelihood ratio of the likeliest contact so far, and the one that decides.
-    pub fn evidence(&self) -> Option<(f32, f32)> {
-        let (_, ln_ratio) = self.largest(1.0)?;
-        Some((ln_ratio, self.test.threshold))
+    /// Logarithm of the likelihood ratio of the likeliest contact at the last block, and the one that decides.
+    pub fn evidence(&self) -> (f32, f32) {
+        (self.ln_ratio, self.test.threshold)
     }
 
     /// Takes the residual of the next block. What is not a number is left out.
@@ -267,10 +269,11 @@ impl Detector {
     }
 
     fn find(&mut self, square: f32) -> Finding {
-        if let Some((index, ratio)) = self.largest(1.0)
-            && ratio > self.test.threshold
-        {
-            return Finding::Contact(self.onset(index, 1.0));
+        if let Some((index, ratio)) = self.largest(1.0) {
+            self.ln_ratio = ratio;
+            if ratio > self.test.threshold {
+                return Finding::Contact(self.onset(index, 1.0));
+            }
         }
         if let Some((index, ratio)) = self.largest(-1.0)
             && ratio > self.test.threshold

@@ -1,23 +1,19 @@
 //! Properties of the inverse: forward then inverse, and the shape of the compliance that makes it unique.
 
-use palpate::finger::{Class, Configuration, Contact, Finger, Mechanics, Transmission};
+use palpate::finger::{Class, Contact};
 use palpate::sensing::location::{Cable, NoJointSensor, Series};
 use palpate::sensing::step;
 use proptest::prelude::*;
 
-use super::setup::{Pressed, preshaped, pressed, presses};
+use super::setup::{AnyFinger, Pressed, preshaped, pressed, presses};
 
 /// Forward then inverse returns the place, by both solvers; every candidate presses and lies on its phalanx.
-pub fn round_trip<const N: usize, T>(
-    finger: &Finger<N, T>,
+pub fn round_trip<const N: usize>(
+    finger: &impl AnyFinger<N>,
     share: f32,
     phalanx: u8,
     at: f32,
-) -> Result<(), TestCaseError>
-where
-    T: Transmission<N>,
-    Finger<N, T>: Mechanics<Configuration = Configuration<N>>,
-{
+) -> Result<(), TestCaseError> {
     let (posture, torque) = preshaped(finger, share)?;
     let length = finger
         .phalanx_length_m(phalanx)
@@ -76,15 +72,11 @@ where
 }
 
 /// C falls from the joint to the stiffest place and rises beyond; C_prox at the joint; never above C_free.
-pub fn monotone<const N: usize, T>(
-    finger: &Finger<N, T>,
+pub fn monotone<const N: usize>(
+    finger: &impl AnyFinger<N>,
     share: f32,
     phalanx: u8,
-) -> Result<(), TestCaseError>
-where
-    T: Transmission<N>,
-    Finger<N, T>: Mechanics<Configuration = Configuration<N>>,
-{
+) -> Result<(), TestCaseError> {
     let (posture, torque) = preshaped(finger, share)?;
     let length = finger
         .phalanx_length_m(phalanx)
@@ -125,15 +117,11 @@ where
 }
 
 /// A step made by the path is located by the estimator, with radius and cable.
-pub fn step_round_trip<const N: usize, T>(
-    finger: &Finger<N, T>,
+pub fn step_round_trip<const N: usize>(
+    finger: &impl AnyFinger<N>,
     share: f32,
     contact: Contact,
-) -> Result<(), TestCaseError>
-where
-    T: Transmission<N>,
-    Finger<N, T>: Mechanics<Configuration = Configuration<N>>,
-{
+) -> Result<(), TestCaseError> {
     let Pressed {
         posture,
         torque_nm: torque,

@@ -1,21 +1,17 @@
 //! Properties of the contact path: energy, an independent contact with radius, derivatives.
 
-use palpate::finger::{Configuration, Contact, Finger, Mechanics, Transmission};
+use palpate::finger::Contact;
 use proptest::prelude::*;
 
-use super::setup::{Pressed, pressed};
+use super::setup::{AnyFinger, Pressed, pressed};
 
 /// The contact path does as much work at the input as the springs take up: friction there is none.
-pub fn energy<const N: usize, T>(
-    finger: &Finger<N, T>,
+pub fn energy<const N: usize>(
+    finger: &impl AnyFinger<N>,
     share: f32,
     contact: Contact,
     rise_share: f32,
-) -> Result<(), TestCaseError>
-where
-    T: Transmission<N>,
-    Finger<N, T>: Mechanics<Configuration = Configuration<N>>,
-{
+) -> Result<(), TestCaseError> {
     const PIECES: u16 = 64;
     let Pressed {
         posture,
@@ -68,15 +64,11 @@ where
 }
 
 /// The phalanx's line stays at its distance from the cylinder's centre, which stays where it was: plane geometry in f64.
-pub fn touches<const N: usize, T>(
-    finger: &Finger<N, T>,
+pub fn touches<const N: usize>(
+    finger: &impl AnyFinger<N>,
     share: f32,
     contact: Contact,
-) -> Result<(), TestCaseError>
-where
-    T: Transmission<N>,
-    Finger<N, T>: Mechanics<Configuration = Configuration<N>>,
-{
+) -> Result<(), TestCaseError> {
     let Pressed {
         posture,
         length_m: length,
@@ -118,15 +110,11 @@ where
 }
 
 /// The derivatives of the rotation by place and radius are those that differences of whole paths tend to.
-pub fn derivatives<const N: usize, T>(
-    finger: &Finger<N, T>,
+pub fn derivatives<const N: usize>(
+    finger: &impl AnyFinger<N>,
     share: f32,
     contact: Contact,
-) -> Result<(), TestCaseError>
-where
-    T: Transmission<N>,
-    Finger<N, T>: Mechanics<Configuration = Configuration<N>>,
-{
+) -> Result<(), TestCaseError> {
     let contact = Contact {
         // Room for differences on both sides.
         radius_m: contact.radius_m + 0.05,

@@ -1,17 +1,27 @@
 //! What the properties start from.
 
-use palpate::finger::{Configuration, Contact, Finger, Mechanics, Transmission};
+use palpate::finger::{Configuration, Contact, Finger, Mechanics, Parameters, Transmission};
 use proptest::prelude::*;
 
-/// A contact posture: torque as a share of the softest spring; rejects where there is none, as without a spring at joint 1.
-pub fn preshaped<const N: usize, T>(
-    finger: &Finger<N, T>,
-    share: f32,
-) -> Result<(Configuration<N>, f32), TestCaseError>
+/// A finger of `N` phalanges, whatever its transmission.
+pub trait AnyFinger<const N: usize>: Mechanics<Configuration = Configuration<N>> {
+    fn parameters(&self) -> &Parameters<N>;
+}
+
+impl<const N: usize, T: Transmission<N>> AnyFinger<N> for Finger<N, T>
 where
-    T: Transmission<N>,
     Finger<N, T>: Mechanics<Configuration = Configuration<N>>,
 {
+    fn parameters(&self) -> &Parameters<N> {
+        Finger::parameters(self)
+    }
+}
+
+/// A contact posture: torque as a share of the softest spring; rejects where there is none, as without a spring at joint 1.
+pub fn preshaped<const N: usize>(
+    finger: &impl AnyFinger<N>,
+    share: f32,
+) -> Result<(Configuration<N>, f32), TestCaseError> {
     let springs = finger.parameters().stiffness_nm_per_rad;
     let torque = share * springs.into_iter().fold(f32::INFINITY, f32::min);
     match finger.free_at_torque(torque, &finger.rest()) {
@@ -31,15 +41,11 @@ pub struct Pressed<const N: usize, P> {
 }
 
 /// A contact whose place and radius are given as shares of the phalanx; rejects one that does not press.
-pub fn pressed<const N: usize, T>(
-    finger: &Finger<N, T>,
+pub fn pressed<const N: usize, F: AnyFinger<N>>(
+    finger: &F,
     share: f32,
     contact: Contact,
-) -> Result<Pressed<N, <Finger<N, T> as Mechanics>::Path>, TestCaseError>
-where
-    T: Transmission<N>,
-    Finger<N, T>: Mechanics<Configuration = Configuration<N>>,
-{
+) -> Result<Pressed<N, F::Path>, TestCaseError> {
     let (posture, torque_nm) = preshaped(finger, share)?;
     let length_m = finger
         .phalanx_length_m(contact.phalanx)
@@ -62,17 +68,13 @@ where
 }
 
 /// Whether a contact at this place, with a point, presses.
-pub fn presses<const N: usize, T>(
-    finger: &Finger<N, T>,
+pub fn presses<const N: usize>(
+    finger: &impl AnyFinger<N>,
     posture: &Configuration<N>,
     torque_nm: f32,
     phalanx: u8,
     k_m: f32,
-) -> bool
-where
-    T: Transmission<N>,
-    Finger<N, T>: Mechanics<Configuration = Configuration<N>>,
-{
+) -> bool {
     let contact = Contact {
         phalanx,
         k_m,

@@ -5,18 +5,31 @@ mod command;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 
 /// Runs the firmware image on an emulated STM32G431RB against a simulated finger.
 #[derive(Parser)]
 #[command(name = "palpate-emulator", version)]
 enum Command {
     /// Close the simulated finger on an object and print the log
+    #[command(
+        after_help = "Examples:\n  cargo xtask sim --contact-mm 45 --world workshop\n  cargo xtask sim --calibrate 20,50 --html grasp.html\n  cargo xtask sim --commands 'trace on;run' --json\n  cargo xtask sim --keep-running --speed 1 --rtt-port 19021 --gdb-port 3333"
+    )]
     Sim(Box<command::sim::Options>),
     /// Inject every fault into the running firmware and print what came of it
+    #[command(
+        after_help = "Examples:\n  cargo xtask faults\n  cargo xtask faults --fault encoder-cut@12"
+    )]
     Faults(command::faults::Options),
     /// Run a benchmark image to its end and count instructions
+    #[command(after_help = "Example:\n  palpate-emulator bench --elf IMAGE --watch solve")]
     Bench(command::bench::Options),
+    /// Print the completions of a shell
+    #[command(hide = true)]
+    Completions {
+        /// Shell
+        shell: clap_complete::Shell,
+    },
 }
 
 fn main() -> ExitCode {
@@ -24,6 +37,16 @@ fn main() -> ExitCode {
         Command::Sim(options) => command::sim::run(&options),
         Command::Bench(options) => command::bench::run(&options),
         Command::Faults(options) => command::faults::run(&options),
+        Command::Completions { shell } => {
+            let mut command = Command::command();
+            clap_complete::generate(
+                shell,
+                &mut command,
+                "palpate-emulator",
+                &mut std::io::stdout(),
+            );
+            Ok(ExitCode::SUCCESS)
+        }
     };
     result.unwrap_or_else(|error| {
         eprintln!("error: {error}");

@@ -4,7 +4,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
 use palpate_evaluation::experiments::{
     ablation, calibration, catalogue, document, fingerprint, job, result, run, sensitivity,
 };
@@ -29,12 +29,26 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     /// The paper's experiments, ours next to the paper's algorithm.
+    #[command(
+        after_help = "Examples:\n  cargo xtask experiments --quick --only distal\n  cargo xtask experiments --world workshop --engine mujoco"
+    )]
     Experiments(Experiments),
     /// The sensing on a recording.
+    #[command(
+        after_help = "Examples:\n  cargo xtask replay grasp.csv --html grasp.html\n  cargo xtask replay grasp.csv --friction free.csv --calibrate press.csv --calibrate pin.csv@40"
+    )]
     Replay(replay_command::Options),
     /// The sensing on a folder of recordings whose truth is known.
+    #[command(after_help = "Example:\n  cargo xtask recordings FOLDER --uncalibrated --only w0")]
     Recordings(Recordings),
+    /// Print the completions of a shell.
+    #[command(hide = true)]
+    Completions {
+        /// Shell.
+        shell: clap_complete::Shell,
+    },
     /// Draw the figures as SVG.
+    #[command(after_help = "Example:\n  cargo xtask figures docs/figures")]
     Figures {
         /// Where to.
         #[arg(default_value = "docs/figures")]
@@ -250,6 +264,16 @@ fn main() -> ExitCode {
             engine,
             seed,
         } => plan(&world, engine, seed, false).and_then(|plan| figures(&directory, &plan)),
+        Command::Completions { shell } => {
+            let mut command = Arguments::command();
+            clap_complete::generate(
+                shell,
+                &mut command,
+                "palpate-evaluation",
+                &mut std::io::stdout(),
+            );
+            Ok(())
+        }
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,29 +1,36 @@
 //! The command line at the foot of the screen: editing, history, completion.
 
+use std::sync::LazyLock;
+
+use palpate::app::console::command::Verb;
+use palpate::app::console::settings::Setting;
 use ratatui::crossterm::event::{Event, KeyCode, KeyEvent};
 use tui_input::Input;
 use tui_input::backend::crossterm::EventHandler;
 
-/// Verbs that the firmware takes, and the monitor's own.
-pub const VERBS: &[&str] = &[
-    "calibrate ",
-    "calibrate cable",
-    "calibrate forget",
-    "clear",
-    "close",
-    "factory",
-    "help",
-    "home",
-    "open",
-    "record-friction",
-    "run",
-    "save",
-    "selftest",
-    "set ",
-    "show",
-    "status",
-    "stop",
-];
+/// Lines that can be completed: the firmware's verbs, what some of them take, and the names of its settings.
+static LINES: LazyLock<Vec<String>> = LazyLock::new(|| {
+    let verbs = Verb::ALL.iter().map(|verb| {
+        // A blank where something has to follow.
+        let more = if verb.usage().is_empty() { "" } else { " " };
+        format!("{}{more}", verb.name())
+    });
+    let words = [
+        "calibrate cable",
+        "calibrate forget",
+        "trace on",
+        "trace off",
+    ];
+    let settings = Setting::ALL
+        .iter()
+        .map(|setting| format!("set {} ", setting.name()));
+    let mut lines: Vec<String> = verbs
+        .chain(words.map(str::to_owned))
+        .chain(settings)
+        .collect();
+    lines.sort();
+    lines
+});
 
 /// Most lines remembered.
 const HISTORY: usize = 200;
@@ -67,9 +74,9 @@ impl CommandLine {
     /// Verbs that begin with what is written.
     pub fn candidates(&self) -> impl Iterator<Item = &'static str> {
         let written = self.text().to_owned();
-        VERBS
+        LINES
             .iter()
-            .copied()
+            .map(String::as_str)
             .filter(move |verb| !written.is_empty() && verb.starts_with(&written))
     }
 
@@ -138,6 +145,20 @@ mod tests {
         press(&mut line, KeyCode::Down);
         assert_eq!(line.text(), "");
         assert_eq!(press(&mut line, KeyCode::Enter), None);
+    }
+
+    #[test]
+    fn every_verb_and_every_setting_is_completed() {
+        for (begun, whole) in [
+            ("tr", "trace "),
+            ("recor", "record-friction"),
+            ("set ef", "set efficiency "),
+        ] {
+            let mut line = CommandLine::default();
+            write(&mut line, begun);
+            press(&mut line, KeyCode::Tab);
+            assert_eq!(line.text(), whole);
+        }
     }
 
     #[test]

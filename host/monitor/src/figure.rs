@@ -202,12 +202,11 @@ fn along(points: &Points, phalanx: u32, k_m: f64) -> Option<([f64; 2], [f64; 2])
     Some(([x1 + share * (x2 - x1), y1 + share * (y2 - y1)], normal))
 }
 
-/// Title of the axes of [`torque`].
-pub const TORQUE_AXES: &str =
-    "motor torque at the input link (nominal), mN m, against its angle, deg";
+/// Title of the axes of [`torque`]: the motor's torque as the nominal gears would bring it to the input link.
+pub const TORQUE_AXES: &str = "motor torque, mN m, against angle, deg";
 
 /// Motor torque at the input link (nominal) while closing, in millinewton metre, against its angle in degrees, with the
-/// recorded friction, the threshold of the contact test, and the curve that the estimate predicts.
+/// recorded friction and what it leaves unexplained, and the curve that the estimate predicts.
 pub fn torque(state: &State, finger: &dyn Drawn) -> Vec<Series> {
     let scales = finger.scales();
     let measured: Vec<(f64, f64)> = state
@@ -224,19 +223,10 @@ pub fn torque(state: &State, finger: &dyn Drawn) -> Vec<Series> {
     let (low, high) = range(measured.iter().map(|point| point.0), (0.0, 90.0));
     let friction_nm = state.friction_nm;
     let level = |torque_nm: f64| vec![(low, 1e3 * torque_nm), (high, 1e3 * torque_nm)];
-    // The threshold falls and rises with what the detector has averaged: drawn where it was told, beyond the friction that
-    // the sample's own torque and residual leave.
-    let threshold: Vec<(f64, f64)> = state
-        .samples
-        .iter()
-        .filter(|sample| sample.duty > 0.0)
-        .filter_map(|sample| {
-            Some((
-                (sample.counts * scales.rad_per_count).to_degrees(),
-                1e3 * (friction_nm? + sample.threshold_nm?),
-            ))
-        })
-        .collect();
+    let band = |side: f64| {
+        let residual_nm = state.friction_residual_nm?;
+        Some(level(friction_nm? + side * 2.0 * residual_nm))
+    };
     let predicted: Vec<(f64, f64)> = touch_of(state, finger)
         .map(|touch| finger.curve(touch, CURVE_NM))
         .unwrap_or_default()
@@ -275,8 +265,37 @@ pub fn torque(state: &State, finger: &dyn Drawn) -> Vec<Series> {
             Role::Friction,
             friction_nm.map(level).unwrap_or_default(),
         ),
-        line("threshold", Role::Threshold, threshold),
+        line(
+            "± 2 deviations",
+            Role::Friction,
+            band(1.0).unwrap_or_default(),
+        ),
+        line("", Role::Friction, band(-1.0).unwrap_or_default()),
         line("estimate", Role::Estimate, predicted),
+    ]
+}
+
+/// Title of the axes of [`evidence`].
+pub const EVIDENCE_AXES: &str =
+    "evidence of a contact (logarithm of its likelihood ratio) against the input link's angle, deg";
+
+/// How the evidence of a contact grew until it exceeded its threshold; empty where the samples do not tell.
+pub fn evidence(state: &State, finger: &dyn Drawn) -> Vec<Series> {
+    let scale = finger.scales().rad_per_count;
+    let told: Vec<(f64, (f64, f64))> = state
+        .samples
+        .iter()
+        .filter_map(|sample| Some(((sample.counts * scale).to_degrees(), sample.evidence?)))
+        .collect();
+    let series = |name, role, value: fn((f64, f64)) -> f64| Series {
+        name,
+        role,
+        joined: true,
+        points: told.iter().map(|&(at, both)| (at, value(both))).collect(),
+    };
+    vec![
+        series("evidence", Role::Measured, |both| both.0),
+        series("threshold", Role::Threshold, |both| both.1),
     ]
 }
 
@@ -342,9 +361,9 @@ pub fn belief(state: &State, finger: &dyn Drawn) -> Option<Belief> {
         });
     }
     let axis = if one {
-        format!("k on phalanx {}, mm from its joint", first.phalanx)
+        format!("k on phalanx {}, mm", first.phalanx)
     } else {
-        "along the finger, mm from the first joint".to_owned()
+        "from the first joint, mm".to_owned()
     };
     Some(Belief {
         series,

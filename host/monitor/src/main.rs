@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use clap::{Args, Parser};
+use clap::{Args, CommandFactory, Parser};
 use palpate_monitor::page::Story;
 use palpate_monitor::recording::Recording;
 use palpate_monitor::source::{Failure, From, Source};
@@ -29,7 +29,16 @@ enum Command {
     )]
     Record(RecordOptions),
     /// Write a page about a grasp from the lines that it left
+    #[command(
+        after_help = "Examples:\n  cargo xtask sim --html grasp.html\n  palpate-monitor page grasp.jsonl --out grasp.html"
+    )]
     Page(PageOptions),
+    /// Print the completions of a shell
+    #[command(hide = true)]
+    Completions {
+        /// Shell
+        shell: clap_complete::Shell,
+    },
 }
 
 #[derive(Args)]
@@ -67,6 +76,9 @@ struct WatchOptions {
     /// Use no colours (also with the variable NO_COLOR)
     #[arg(long)]
     no_colour: bool,
+    /// Fails in the middle of a frame, for the test that the terminal comes back
+    #[arg(long, hide = true)]
+    fail: bool,
 }
 
 #[derive(Args)]
@@ -172,7 +184,13 @@ fn watch(options: &WatchOptions) -> Result<(), String> {
         colour,
     );
     // Restores the terminal on every way out, a panic included.
-    ratatui::run(|terminal| watch.run(terminal)).map_err(|error| error.to_string())
+    let run = |terminal: &mut ratatui::DefaultTerminal| {
+        if options.fail {
+            terminal.draw(|_| panic!("as asked for"))?;
+        }
+        watch.run(terminal)
+    };
+    ratatui::run(run).map_err(|error| error.to_string())
 }
 
 fn record(options: &RecordOptions) -> Result<(), String> {
@@ -186,6 +204,7 @@ fn record(options: &RecordOptions) -> Result<(), String> {
         }
     }
     let (mut first_s, mut shown) = (None, Instant::now());
+    let mut lost = 0;
     let terminal = std::io::stderr().is_terminal();
     while let Ok(message) = source.messages.recv() {
         match message {
@@ -203,6 +222,9 @@ fn record(options: &RecordOptions) -> Result<(), String> {
                 }
             }
             Message::Event(event) => {
+                if event.name == "log" {
+                    lost = event.number("dropped").map_or(lost, |total| total as u64);
+                }
                 if terminal {
                     eprint!("\r\x1b[K");
                 }
@@ -221,6 +243,11 @@ fn record(options: &RecordOptions) -> Result<(), String> {
             "no sample came: does the firmware stream them (`trace on`)? {} is empty",
             options.file.display()
         ));
+    }
+    if lost > 0 {
+        eprintln!(
+            "warning: the firmware dropped {lost} log records, samples among them; `--commands 'trace on 2;run'` halves what the wire carries"
+        );
     }
     println!("{rows} samples in {}", options.file.display());
     Ok(())
@@ -245,6 +272,16 @@ fn main() -> ExitCode {
         Command::Watch(options) => watch(&options),
         Command::Record(options) => record(&options),
         Command::Page(options) => page(&options),
+        Command::Completions { shell } => {
+            let mut command = Command::command();
+            clap_complete::generate(
+                shell,
+                &mut command,
+                "palpate-monitor",
+                &mut std::io::stdout(),
+            );
+            Ok(())
+        }
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

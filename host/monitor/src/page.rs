@@ -168,7 +168,7 @@ impl Story {
         let mut figures = Vec::new();
         if let Some(points) = figure::points_at(&self.state, finger, at_rad) {
             let caption = format!(
-                "The finger with its input link at {:.1}°: the band is two deviations wide, the arrow the force{}",
+                "The finger with its input link at {:.1}°: the band reaches two deviations to either side, the arrow the force{}",
                 at_rad.to_degrees(),
                 if self.state.truth.is_some() {
                     ", × the truth"
@@ -180,7 +180,15 @@ impl Story {
         }
         let torque = figure::torque(&self.state, finger);
         if torque.iter().any(|series| !series.points.is_empty()) {
-            figures.push((capital(figure::TORQUE_AXES), plot(&torque)));
+            let caption = format!(
+                "{}: at the input link, as the nominal gears would bring it there",
+                capital(figure::TORQUE_AXES)
+            );
+            figures.push((caption, plot(&torque)));
+        }
+        let evidence = figure::evidence(&self.state, finger);
+        if evidence.iter().any(|series| !series.points.is_empty()) {
+            figures.push((capital(figure::EVIDENCE_AXES), plot(&evidence)));
         }
         if let Some(belief) = figure::belief(&self.state, finger) {
             let caption = format!(
@@ -268,6 +276,7 @@ h1{font-size:1.4rem}h2{font-size:1.1rem}.verdict{font-size:1.15rem}
 svg{width:100%;height:auto}table{border-collapse:collapse;width:100%;font-size:.85rem}
 th{white-space:nowrap}td,th{text-align:left;padding:.15rem .5rem;border-bottom:1px solid color-mix(in srgb,var(--faint) 35%,transparent);vertical-align:top}
 .warn{color:var(--amber)}.error{color:var(--red)}pre{font-size:.85rem;white-space:pre-wrap}
+@media print{body{margin:0;font-size:11px}figure{flex:0 1 46%;min-width:0}}
 ";
 
 #[cfg(test)]

@@ -52,7 +52,8 @@ impl Recording {
         self.rows += 1;
         writeln!(
             self.file,
-            "{:.6},{:.0},{:.7},{:.5}",
+            // The current with all its digits: what is replayed is what the firmware saw.
+            "{:.6},{:.0},{},{}",
             sample.time_s, sample.counts, sample.current_a, sample.duty
         )
     }
@@ -88,7 +89,7 @@ mod tests {
         let text = std::fs::read_to_string(&path).expect("the file");
         assert_eq!(
             text,
-            "time_s,encoder_counts,current_a,duty\n0.001000,12,0.0151000,-0.25000\n"
+            "time_s,encoder_counts,current_a,duty\n0.001000,12,0.0151,-0.25\n"
         );
         std::fs::remove_file(path).expect("the file is there");
     }

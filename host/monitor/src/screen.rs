@@ -188,6 +188,10 @@ fn values(frame: &mut Frame, area: Rect, state: &State, view: &View) {
             "current  {}",
             shown(last.map(|s| 1e3 * s.current_a), 1, "mA")
         )),
+        Line::from(match last.and_then(|sample| sample.evidence) {
+            Some((evidence, threshold)) => format!("evidence {evidence:.1} of {threshold:.1}"),
+            None => "evidence -".to_owned(),
+        }),
         Line::from(format!("supply   {}", shown(state.supply_v, 2, "V"))),
         Line::from(format!("winding  {}", shown(state.winding_c, 1, "°C"))),
     ];

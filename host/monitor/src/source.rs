@@ -269,6 +269,28 @@ mod tests {
         assert!(matches!(echo, Message::Event(event) if event.name == "state"));
     }
 
+    #[cfg(unix)]
+    #[test]
+    fn a_serial_port_is_read_and_written() {
+        use serialport::{SerialPort, TTYPort};
+
+        let (mut chip, port) = TTYPort::pair().expect("a pair of terminals");
+        let name = port.name().expect("its name");
+        let source = Source::open(&From::Port(name), 1.0).expect("the port");
+        chip.write_all(b"1.5 INFO  state name=close from=idle\r\n")
+            .expect("room");
+        let first = source.messages.recv_timeout(Duration::from_secs(10));
+        assert!(
+            matches!(&first, Ok(Message::Event(event)) if event.field("name") == Some("close")),
+            "{first:?}"
+        );
+        assert!(source.command("stop"));
+        chip.set_timeout(Duration::from_secs(10)).expect("a limit");
+        let mut typed = [0; 5];
+        chip.read_exact(&mut typed).expect("the command");
+        assert_eq!(&typed, b"stop\n");
+    }
+
     #[test]
     fn what_is_missing_is_named() {
         let file = Source::open(&From::File("no/such/file".into()), 1.0).err();

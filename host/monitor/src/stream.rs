@@ -104,10 +104,10 @@ pub struct Sample {
     pub duty: f64,
     /// Supply, volt, where it is known.
     pub supply_v: Option<f64>,
-    /// Residual of the contact test, newton metre, where it is known.
+    /// Torque that friction leaves unexplained, newton metre, while a contact is searched.
     pub residual_nm: Option<f64>,
-    /// Its threshold, newton metre.
-    pub threshold_nm: Option<f64>,
+    /// Evidence of a contact (logarithm of its likelihood ratio), and what it must exceed.
+    pub evidence: Option<(f64, f64)>,
 }
 
 /// What one line means.
@@ -149,7 +149,7 @@ fn sample_of(event: &Event) -> Sample {
         duty: number("drive").unwrap_or_default(),
         supply_v: number("supply_v"),
         residual_nm: number("residual_mnm").map(|mnm| 1e-3 * mnm),
-        threshold_nm: number("threshold_mnm").map(|mnm| 1e-3 * mnm),
+        evidence: number("evidence").zip(number("threshold")),
     }
 }
 

@@ -163,7 +163,7 @@ impl Description {
             format_args!(
                 r#"<mujoco><compiler angle="radian" balanceinertia="true"/>
 <option timestep="{STEP_S}" gravity="{x} {y} 0" integrator="Euler" cone="elliptic" tolerance="1e-14" iterations="50">
-<flag energy="enable" multiccd="enable" autoreset="disable"/></option>
+<flag energy="enable" multiccd="enable" autoreset="disable" island="disable"/></option>
 <default><geom contype="0" conaffinity="0" mass="{ROD_KG}"/>
 <joint type="hinge" axis="0 0 1" solimplimit="{IMPEDANCE} {IMPEDANCE} 1" limited="false"/>
 <equality solref="-1e7 -6e3" solimp="0.9999 0.9999 1"/>

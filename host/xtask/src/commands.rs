@@ -79,7 +79,7 @@ pub fn sim(arguments: &[String]) -> Outcome {
     let build = Build {
         scene: scene.clone(),
         features,
-        package: None,
+        ..Build::default()
     };
     let elf = build.elf()?;
     if let Some(scene) = scene {
@@ -96,7 +96,7 @@ pub fn build(arguments: &[String]) -> Outcome {
     let build = Build {
         scene: scene(&mut rest)?,
         features: take(&mut rest, "--features")?,
-        package: None,
+        ..Build::default()
     };
     none_left(&rest)?;
     println!("{}", build.elf()?.display());
@@ -167,7 +167,7 @@ pub fn faults(arguments: &[String]) -> Outcome {
     let build = Build {
         scene: scene.clone(),
         features: Some("fault-injection".to_owned()),
-        package: None,
+        ..Build::default()
     };
     if let Some(scene) = scene {
         rest.extend(["--scene".to_owned(), scene]);
@@ -202,6 +202,20 @@ pub fn figures(arguments: &[String]) -> Outcome {
     evaluate("figures", arguments)
 }
 
+/// `completions`: of the host programs, for a shell.
+pub fn completions(arguments: &[String]) -> Outcome {
+    let Some((_shell, [])) = arguments.split_first() else {
+        return Err(Failure::usage(
+            "completions needs a shell: bash, zsh, fish, elvish or powershell",
+        ));
+    };
+    let words = [&["completions".to_owned()], arguments].concat();
+    for package in ["palpate-emulator", "palpate-monitor", "palpate-evaluation"] {
+        host_program(package, &words)?;
+    }
+    Ok(())
+}
+
 /// `setup`: get what is lacking, and nothing else.
 pub fn setup(arguments: &[String]) -> Outcome {
     none_left(arguments)?;
@@ -229,10 +243,31 @@ pub fn check(arguments: &[String]) -> Outcome {
         cargo(["clippy", "--profile", "host", "--package", "palpate"]).args(LINTS),
     )?;
     Build::default().clippy()?;
+    // What a firmware of another controller would write still compiles for such a chip.
+    Build {
+        package: Some("palpate-own-controller"),
+        library: true,
+        ..Build::default()
+    }
+    .clippy()?;
+    // As the lints: of the same features, so that dependencies are checked once.
     step(
-        "documentation",
-        cargo(["doc", "--workspace", "--no-deps", "--profile", "host"])
+        "documentation, host",
+        host::workspace("doc", library.as_deref())
+            .arg("--no-deps")
             .env("RUSTDOCFLAGS", "-D warnings"),
+    )?;
+    step(
+        "documentation, library",
+        cargo([
+            "doc",
+            "--profile",
+            "host",
+            "--package",
+            "palpate",
+            "--no-deps",
+        ])
+        .env("RUSTDOCFLAGS", "-D warnings"),
     )?;
     // Before the scenes of the project, so that what these are compiled into is compiled for them last.
     own_finger::check()?;
@@ -255,10 +290,11 @@ pub fn test(arguments: &[String]) -> Outcome {
     none_left(arguments)?;
     machine::emulator_packages()?;
     let library = mujoco::library_if_possible();
-    let elf = Build::default().elf()?;
+    let default = Build::of_scene(list::DEFAULT);
+    let elf = default.elf()?;
     let faulty = Build {
         features: Some("fault-injection".to_owned()),
-        ..Build::default()
+        ..default
     }
     .elf()?;
     let hall = Build::of_scene("tendon2-hall").elf()?;

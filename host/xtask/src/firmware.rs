@@ -2,9 +2,8 @@
 
 mod inputs;
 
-use std::io::{BufRead, BufReader, IsTerminal};
 use std::path::PathBuf;
-use std::process::{ChildStderr, Command, Stdio};
+use std::process::Command;
 
 use crate::machine::{self, THUMB, Toolchain};
 use crate::own_scene;
@@ -34,47 +33,14 @@ pub struct Build {
     pub features: Option<String>,
     /// Another package than the firmware's; its binary has its name.
     pub package: Option<&'static str>,
+    /// That package is a library: it can be linted, and has no ELF.
+    pub library: bool,
 }
 
 /// The firmware of every scene, with the scene's name; first the default.
 pub fn every_scene() -> Outcome<Vec<(String, PathBuf)>> {
     let each = |scene: String| Build::of_scene(&scene).elf().map(|elf| (scene, elf));
     scenes()?.into_iter().map(each).collect()
-}
-
-/// Why there is no image.
-enum NotLinked {
-    /// It does not fit the flash.
-    TooLarge,
-    /// What the compiler has told.
-    Other(Failure),
-}
-
-/// Builds, and tells an image that is too large from an error.
-fn link(what: &str, mut build: Command) -> Result<(), NotLinked> {
-    eprintln!("==> {what}");
-    if std::io::stderr().is_terminal() {
-        build.args(["--color", "always"]);
-    }
-    let other = |message: String| NotLinked::Other(Failure::new(message));
-    let mut child = build
-        .stderr(Stdio::piped())
-        .spawn()
-        .map_err(|error| other(format!("cannot start cargo: {error}")))?;
-    let mut too_large = false;
-    for line in child.stderr.take().into_iter().flat_map(told) {
-        too_large |= line.contains("overflowed by") || line.contains("will not fit in region");
-        eprintln!("{line}");
-    }
-    match child.wait() {
-        Ok(status) if status.success() => Ok(()),
-        Ok(_) if too_large => Err(NotLinked::TooLarge),
-        _ => Err(other(format!("{what}: failed"))),
-    }
-}
-
-fn told(stream: ChildStderr) -> impl Iterator<Item = String> {
-    BufReader::new(stream).lines().map_while(Result::ok)
 }
 
 impl Build {
@@ -119,9 +85,14 @@ impl Build {
         command
             .arg("--config")
             .arg(format!("target.{THUMB}.rustflags=[{}]", flags.join(", ")))
-            .args(["--package", self.package(), "--bin", self.package()])
+            .args(["--package", self.package()])
             .arg("--target-dir")
             .arg(Self::target_dir(toolchain));
+        if self.library {
+            command.arg("--lib");
+        } else {
+            command.args(["--bin", self.package()]);
+        }
         if let Some(features) = &self.features {
             command.args(["--features", features]);
         }
@@ -145,22 +116,13 @@ impl Build {
         let folder = Self::target_dir(&toolchain);
         // The next scene is built over this one: keep it under a name of its own.
         let kept = folder.join("elf").join(self.name());
-        let call = self.cargo("build", &toolchain);
+        let mut call = self.cargo("build", &toolchain);
         let inputs = inputs::of(&call, &folder_of_scenes());
         if inputs::are(&kept, inputs) {
             return Ok(kept);
         }
         let what = format!("building for the chip: {}", self.name());
-        match link(&what, call) {
-            Ok(()) => {}
-            Err(NotLinked::TooLarge) => {
-                // The largest scenes do not fit the flash at the usual level.
-                let mut smaller = self.cargo("build", &toolchain);
-                smaller.env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "z");
-                step(&format!("{what}, once more for size"), &mut smaller)?;
-            }
-            Err(NotLinked::Other(failure)) => return Err(failure),
-        }
+        step(&what, &mut call)?;
         let built = folder.join(THUMB).join("release").join(self.package());
         std::fs::create_dir_all(folder.join("elf"))
             .and_then(|()| std::fs::copy(&built, &kept))

@@ -149,6 +149,13 @@ const COMMANDS: &[Command] = &[
         run: commands::check,
     },
     Command {
+        name: "completions",
+        arguments: "bash|zsh|fish|elvish|powershell",
+        summary: "print completions of the host programs for a shell",
+        example: "completions bash > ~/.local/share/bash-completion/completions/palpate",
+        run: commands::completions,
+    },
+    Command {
         name: "setup",
         arguments: "",
         summary: "look for what this machine lacks, and get it",

@@ -34,9 +34,9 @@ pub fn adopt(arguments: &[String]) -> Outcome<Vec<String>> {
     let (option, file) = value
         .strip_prefix("--scene=")
         .map_or(("", value.as_str()), |file| ("--scene=", file));
-    if !Path::new(file)
+    if Path::new(file)
         .extension()
-        .is_some_and(|ending| ending == "toml")
+        .is_none_or(|ending| ending != "toml")
     {
         return Ok(words);
     }
@@ -116,7 +116,7 @@ mod tests {
         fs::create_dir_all(&here).expect("a folder");
         let (own, copy) = (here.join("mine.toml"), here.join("scenes"));
         fs::write(&own, "base = \"p70\"\n").expect("written");
-        let (name, folder) = copied(&own, &usual, &copy).ok().expect("adopted");
+        let (name, folder) = copied(&own, &usual, &copy).expect("adopted");
         assert_eq!((name.as_str(), folder.as_deref()), ("mine", Some(&*copy)));
         let names = list::names(&copy).expect("scenes");
         assert!(names.contains(&"mine".to_owned()) && names[0] == list::DEFAULT);
@@ -129,11 +129,11 @@ mod tests {
         assert!(names.contains(&"second".to_owned()) && !names.contains(&"mine".to_owned()));
         // The usual file by its path is no scene of one's own.
         let usual_file = usual.join("p70.toml");
-        let (name, folder) = copied(&usual_file, &usual, &copy).ok().expect("known");
+        let (name, folder) = copied(&usual_file, &usual, &copy).expect("known");
         assert_eq!((name.as_str(), folder), ("p70", None));
         let other = here.join("p70.toml");
         fs::write(&other, "base = \"tendon2\"\n").expect("written");
-        let refused = copied(&other, &usual, &copy).err().expect("refused");
+        let refused = copied(&other, &usual, &copy).expect_err("refused");
         assert!(refused.message.contains("p70.toml"), "{}", refused.message);
         fs::remove_dir_all(&here).expect("removed");
     }

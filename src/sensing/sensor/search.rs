@@ -89,7 +89,7 @@ impl<R> Search<R> {
 
     /// What the detector last saw, and how near it is to a decision.
     pub(super) fn suspicion(&self) -> Option<Suspicion> {
-        let (ln_ratio, threshold) = self.detector.as_ref()?.evidence()?;
+        let (ln_ratio, threshold) = self.detector.as_ref()?.evidence();
         Some(Suspicion {
             residual_nm: self.history.back()?.residual_nm,
             ln_ratio,

@@ -52,11 +52,9 @@ pub(super) fn plot(series: &[Series]) -> String {
             label(y, y1 - y0)
         );
     }
-    for (row, series) in series
-        .iter()
-        .filter(|one| !one.points.is_empty())
-        .enumerate()
-    {
+    let shown = series.iter().filter(|one| !one.points.is_empty());
+    let mut row = 0;
+    for series in shown {
         let step = series.points.len().div_ceil(DRAWN).max(1);
         let shown = series
             .points
@@ -84,6 +82,9 @@ pub(super) fn plot(series: &[Series]) -> String {
                 );
             }
         }
+        if series.name.is_empty() {
+            continue;
+        }
         let _ = write!(
             svg,
             "<text x=\"{}\" y=\"{}\" fill=\"var(--{})\">{}</text>",
@@ -92,6 +93,7 @@ pub(super) fn plot(series: &[Series]) -> String {
             colour(series.role),
             series.name
         );
+        row += 1;
     }
     svg.push_str("</svg>");
     svg
