@@ -239,3 +239,44 @@ fn stride<const N: usize>(
 pub(crate) fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
+
+#[cfg(all(test, feature = "firmware"))]
+mod tests {
+    use crate::finger::{Mechanics, Transmission};
+    use crate::scene::{P70, Scene, Tendon2};
+
+    #[test]
+    fn a_weight_bends_the_finger_or_is_held_by_a_stop() {
+        let finger = P70::MECHANISM;
+        let free = finger.free_at_angle(0.7, &finger.rest()).unwrap();
+        // Mass m, even over phalanges in line and at right angles to its weight: torques m g l/2 about either joint.
+        let [l_1, l_2] = finger.parameters.lengths_m;
+        let share = (l_2 * l_2) / ((l_1 + l_2) * (l_1 + l_2));
+        let stiffness = finger.parameters.stiffness_nm_per_rad[1];
+        for torque_nm in [0.004f32, 0.012] {
+            let (bent, held_nm) = finger.weighed(&free, torque_nm).unwrap();
+            let joint_rad = finger.joint_rad(&bent.configuration, 2).unwrap();
+            let gear = finger.transmission.factors(&free.configuration).unwrap();
+            let left_nm = gear.x[1] * torque_nm - share * torque_nm - stiffness * joint_rad;
+            assert!(
+                left_nm.abs() < 1e-7 && held_nm.abs() < 1e-7,
+                "{left_nm} {held_nm}"
+            );
+            assert_eq!(bent.torque_nm, torque_nm);
+            // The input link stays where it was, to the bend's second order.
+            let moved = finger.input_angle_rad(&bent.configuration) - 0.7;
+            assert!(
+                moved.abs() < 0.4 * joint_rad * joint_rad,
+                "{moved} {joint_rad}"
+            );
+        }
+        let (closed, held_nm) = finger.weighed(&free, -0.01).unwrap();
+        assert_eq!(finger.joint_rad(&closed.configuration, 2), Some(0.0));
+        let gear = finger.transmission.factors(&free.configuration).unwrap();
+        assert!((held_nm - 0.01 * (gear.x[1] - share)).abs() < 1e-7);
+        // Elsewhere the springs hold the input link, and a weight cannot be told from them.
+        let sprung = Tendon2::MECHANISM;
+        let free = sprung.free_at_angle(1.3, &sprung.rest()).unwrap();
+        assert!(sprung.weighed(&free, 0.01).is_none());
+    }
+}

@@ -18,6 +18,7 @@ pub mod joint;
 pub mod location;
 pub mod locator;
 mod normal;
+pub mod second;
 pub mod sensor;
 pub mod settings;
 pub mod step;

@@ -13,6 +13,7 @@
 //! | `prior` | what is known before, and the unknowns |
 //! | `model` | the torque predicted at the measured angles, with its derivatives |
 //! | `noise` | the part of a residual that earlier points predict |
+//! | `onset` | the free finger where a contact begins |
 //! | `fit` | one fit: passes over the curve, a few points at a time |
 //! | `starts` | hypotheses and where their fits begin: the finger's inverse, and beside it |
 //! | `posterior` | the verdict |
@@ -20,14 +21,15 @@
 mod fit;
 mod model;
 mod noise;
+mod onset;
 mod posterior;
 mod prior;
 mod starts;
 #[cfg(all(test, feature = "firmware"))]
 mod tests;
 
-pub use fit::free_behind_cable;
 pub use noise::Noise;
+pub use onset::free_behind_cable;
 pub use posterior::{Estimate, Verdict, ln_likelihood};
 pub use prior::{Place, Prior};
 

@@ -27,6 +27,8 @@ const STRAY_NM: f32 = 0.02;
 const ANGLE_SIGMA_RAD: f32 = 4e-5;
 /// What a prediction beyond the end of the path may be off, as a share of what it is beyond.
 const BEYOND_SHARE: f32 = 0.2;
+/// What a force may be off there, as a share of what the torque would add.
+const BEYOND_FORCE: f32 = 0.5;
 
 /// What holds the input link.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -201,6 +203,7 @@ impl<F: Mechanics, X: Series> Model<F, X> {
             let beyond_nm = BEYOND_SHARE * (torque_nm - self.last_torque_nm) / factor;
             variance_nm2 = beyond_nm * beyond_nm;
             torque_nm = self.last_torque_nm;
+            self.torque_nm = factor * point.excess_nm + point.free_nm; // it may fall
         }
         let at = &self.last;
         let held_nm = (torque_nm - self.contact_nm) / factor;
@@ -246,8 +249,18 @@ impl<F: Mechanics, X: Series> Model<F, X> {
         let rubbing_n = self.last.force_by_friction_n
             + self.half_thickness_m * self.last.force_by_friction_and_thickness_n_per_m;
         let force_n = self.last.force_n + self.values[FRICTION] * rubbing_n;
-        // Beyond the end of the path the force goes on with the torque.
-        force_n * (self.torque_nm / self.last_torque_nm).at_least(0.0)
+        force_n * self.share()
+    }
+
+    /// What the force may be off, newton: beyond the end of its path a contact may hold on to the tip, its force going on with
+    /// the torque, or slide over it.
+    pub(super) fn force_sigma_n(&self) -> f32 {
+        BEYOND_FORCE * self.last.force_n * (self.share() - 1.0).at_least(0.0)
+    }
+
+    /// Torque over that at the end of the path.
+    fn share(&self) -> f32 {
+        (self.torque_nm / self.last_torque_nm).at_least(0.0)
     }
 
     /// Follows the path to a measured angle after the last point: the end is where the finger is then.

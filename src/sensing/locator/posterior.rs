@@ -2,8 +2,8 @@
 
 use super::fit::Fitted;
 use super::model::Hold;
-use super::prior::{K, Scaling};
-use super::{Data, Free, Locator, Model, Prior, RADII_M, Track, fit};
+use super::prior::{K, ONSET, Scaling};
+use super::{Data, Free, Locator, Model, Prior, RADII_M, Track, onset};
 use crate::finger::{Class, MAX_PHALANGES, Mechanics};
 use crate::numeric::{Bounded, exp, ln, sqrt};
 use crate::sensing::curve::Point;
@@ -183,12 +183,12 @@ impl<F: Mechanics, X: Series> Locator<F, X> {
     ) -> Option<State<F::Configuration>> {
         let data = self.of_round(data);
         let scaling = Scaling::of(prior, estimate.length_m);
-        let force_at = |k: f32| -> Option<(f32, Free<F::Configuration>, [f32; MAX_PHALANGES])> {
+        let force_at = |k: f32| -> Option<State<F::Configuration>> {
             let mut x = estimate.best.x;
             x[K] += k;
             scaling.hold(&mut x, K);
             let values = scaling.values(&x);
-            let onset = fit::onset::<F, X>(finger, prior, &values, near)?;
+            let onset = onset::at::<F, X>(finger, values[ONSET], prior, near)?;
             let hold = Hold::Contact {
                 phalanx: estimate.phalanx,
                 radius_m: estimate.best_radius_m,
@@ -211,23 +211,32 @@ impl<F: Mechanics, X: Series> Locator<F, X> {
                 last = point;
             }
             model.follow_to(finger, measured_rad, last)?;
-            Some((model.force_n(), onset, model.end().joints_rad))
+            Some(State {
+                force: Force {
+                    force_n: model.force_n(),
+                    sigma_n: model.force_sigma_n(),
+                },
+                onset,
+                joints_rad: model.end().joints_rad,
+            })
         };
-        let (force_n, onset, joints_rad) = force_at(0.0)?;
+        let mut state = force_at(0.0)?;
+        let Force {
+            force_n,
+            sigma_n: beyond_n,
+        } = state.force;
         let beside = estimate.k_sigma_m / estimate.length_m;
         let other = force_at(beside).or_else(|| force_at(-beside));
-        let moved_n = other.map_or(0.0, |(other, ..)| other - force_n);
+        let moved_n = other.map_or(0.0, |other| other.force.force_n - force_n);
         let [springs, sigma] = springs(&prior.calibration);
         let spring_n = sigma * force_n;
-        let sigma_n = sqrt(moved_n * moved_n * springs * springs + spring_n * spring_n);
-        Some(State {
-            force: Force {
-                force_n: springs * force_n,
-                sigma_n,
-            },
-            onset,
-            joints_rad,
-        })
+        let path_n2 = moved_n * moved_n + beyond_n * beyond_n;
+        let sigma_n = sqrt(path_n2 * springs * springs + spring_n * spring_n);
+        state.force = Force {
+            force_n: springs * force_n,
+            sigma_n,
+        };
+        Some(state)
     }
 }
 

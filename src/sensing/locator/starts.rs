@@ -1,7 +1,7 @@
 //! Hypotheses, and where their fits begin: the tangent stiffness K_c of the curve's beginning, inverted by bisection
 //! (docs/MECHANICS.md#contact-stiffness), gives the first guess on each phalanx.
 
-use super::{Data, Place, Prior, Track, Tracks, fit};
+use super::{Data, Place, Prior, Track, Tracks, onset};
 use crate::finger::{Class, Mechanics};
 use crate::numeric::{Bounded, clamp};
 use crate::sensing::{Series, curve};
@@ -54,7 +54,7 @@ pub(super) fn find<F: Mechanics, X: Series>(
     }
     let length_m = finger.phalanx_length_m(1).unwrap_or(1.0);
     add(tracks, 1, length_m, whole, 0.5);
-    let Some(free) = fit::under_weight::<F, X>(finger, prior.onset_rad[0], prior, near) else {
+    let Some(free) = onset::at::<F, X>(finger, prior.onset_rad[0], prior, near) else {
         return Class::Invalid;
     };
     let at = &free.configuration;

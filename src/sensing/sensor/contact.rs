@@ -18,11 +18,6 @@ use core::marker::PhantomData;
 const ONSET_SIGMA_RAD: f32 = 0.03;
 /// Blocks before the detected onset with which the curve begins: the onset is sought there too.
 const LEAD: usize = 4;
-/// Torque of the finger's weight for what closing takes more than opening: half, a worm's friction cancels, less what the
-/// gearhead takes of it (docs/MECHANICS.md#real-fingers).
-const WEIGHT_SHARE: f32 = 0.4;
-/// Less is no weight but friction that is not the same both ways, newton metre (R, chosen).
-const LEAST_WEIGHT_NM: f32 = 0.5e-3;
 /// What is not known of how a spring is held by the weight, as a share.
 const HELD_SHARE: f32 = 0.3;
 /// How well a pin is placed by hand or by a gauge, metre (R, chosen).
@@ -30,6 +25,8 @@ const PIN_SIGMA_M: f32 = 0.3e-3;
 /// A contact is lost when the torque falls by this share of itself and this many deviations of a block.
 const LOST_SHARE: f32 = 0.03;
 const LOST_SIGMAS: f32 = 8.0;
+/// The same, little by little: the contact slides over the tip, or its object gives way.
+const FADED_SHARE: f32 = 0.1;
 /// Share of the torque limit at which a contact is judged for good: the finger closes on meanwhile.
 const ENOUGH: f32 = 0.95;
 /// Nearer to the closing stop, radian, a contact's curve ends: there the cable alone gives way.
@@ -67,6 +64,8 @@ pub(super) struct Growth<R> {
     held_nm: f32,
     /// Torque above friction at the last block.
     pub(super) torque_nm: f32,
+    /// The largest of it so far.
+    top_nm: f32,
     /// The torque as the cable's creep feels it, and when it was last brought up to date.
     late_nm: f32,
     late_us: u64,
@@ -200,30 +199,11 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             weight: [weight_nm, weight_nm_per_rad],
             held_nm,
             torque_nm: 0.0,
+            top_nm: 0.0,
             late_nm: 0.0,
             late_us: first.time_us,
             waiting: *first,
         }
-    }
-
-    /// Torque of the finger's weight at a position and its derivative by the angle, and the torque with which a spring then
-    /// holds joint 2; nothing of a finger whose weight cannot be told from the springs.
-    #[inline(never)]
-    fn weight(&self, counts: i32) -> ([f32; 2], f32) {
-        const NONE: ([f32; 2], f32) = ([0.0; 2], 0.0);
-        let Some(friction) = &self.friction else {
-            return NONE;
-        };
-        let place = counts.wrapping_add(self.shift_counts.unwrap_or(0));
-        let weight_nm = WEIGHT_SHARE * friction.asymmetry_nm(place);
-        let per_rad = WEIGHT_SHARE * friction.asymmetry_nm[1]
-            / (friction.travel_counts as f32 * self.drivetrain.rad_per_count);
-        if weight_nm.abs() < LEAST_WEIGHT_NM {
-            return NONE;
-        }
-        self.free(self.drivetrain.closing_rad(counts))
-            .and_then(|free| self.finger.weighed(&free, weight_nm))
-            .map_or(NONE, |(_, held_nm)| ([weight_nm, per_rad], held_nm))
     }
 
     /// A block of a closing in contact.
@@ -267,7 +247,10 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         let torque_nm = efficiency * (past.residual_nm - growth.level_nm);
         let block_nm = efficiency * sqrt(past.variance_nm2);
         let fallen_nm = growth.torque_nm - torque_nm;
-        fallen_nm > LOST_SHARE * growth.torque_nm + LOST_SIGMAS * block_nm
+        let faded_nm = growth.top_nm - torque_nm;
+        let noise_nm = LOST_SIGMAS * block_nm;
+        fallen_nm > LOST_SHARE * growth.torque_nm + noise_nm
+            || faded_nm > FADED_SHARE * growth.top_nm + noise_nm
     }
 
     /// Adds a block to the curve: the one before it, that is. A block's own acceleration is half that since the block
@@ -282,6 +265,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             (elapsed_s / self.drivetrain.creep_s).at_most(1.0) * (point.excess_nm - growth.late_nm);
         point.late_nm = growth.late_nm;
         growth.torque_nm = point.excess_nm;
+        growth.top_nm = growth.top_nm.at_least(point.excess_nm);
         if !matches!(self.directive, Directive::CalibrateCable) && self.is_at_stop(&past, &point) {
             growth.stage = Stage::AtStop;
         }

@@ -16,6 +16,7 @@ mod known;
 mod record;
 mod report;
 mod search;
+mod weight;
 
 use crate::finger::Mechanics;
 use crate::sensing::block::{Block, Gate, Step};

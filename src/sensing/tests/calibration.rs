@@ -29,6 +29,22 @@ fn a_press_is_taken_as_it_was_fitted_and_counted_apart() {
 }
 
 #[test]
+fn how_much_the_cable_stiffens_is_learned_from_a_press_alone() {
+    let found = Calibration {
+        torque_factor_sigma: 0.02,
+        cable_sigma_rad_per_nm: 0.01,
+        stiffening_per_nm: 0.4,
+        stiffening_sigma_per_nm: 0.1,
+        ..START
+    };
+    let stiffening = |c: &Calibration| (c.stiffening_per_nm, c.stiffening_sigma_per_nm);
+    let pressed = START.with_press(&found, 4.0).unwrap();
+    assert_eq!(stiffening(&pressed), (0.4, 0.2));
+    let touched = START.with_contact(&found, 1.0).unwrap();
+    assert_eq!(stiffening(&touched), (0.0, 0.3));
+}
+
+#[test]
 fn what_cannot_be_or_tells_nothing_is_refused() {
     let cable = |cable_rad_per_nm, cable_sigma_rad_per_nm| Calibration {
         cable_rad_per_nm,
@@ -71,6 +87,8 @@ fn a_damaged_calibration_is_not_valid() {
             |c: &mut Calibration, v| c.torque_factor_sigma = v,
             |c: &mut Calibration, v| c.cable_rad_per_nm = v,
             |c: &mut Calibration, v| c.cable_sigma_rad_per_nm = v,
+            |c: &mut Calibration, v| c.stiffening_per_nm = v,
+            |c: &mut Calibration, v| c.stiffening_sigma_per_nm = v,
         ] {
             let mut calibration = START;
             change(&mut calibration, bad);

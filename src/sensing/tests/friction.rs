@@ -27,7 +27,9 @@ fn pass_of(record: &Friction, drive: Drive, torque_nm: impl Fn(f64) -> f64) -> P
     for index in FIRST..FIRST + BLOCKS {
         let counts = 1024 * index + 512;
         let torque_nm = torque_nm(f64::from(counts)) as f32;
-        let known = record.at(counts).map_or(0.0, |known| known.torque_nm);
+        // What is recorded is the closing's.
+        let known = record.at(counts).filter(|_| drive == Drive::Closing);
+        let known = known.map_or(0.0, |known| known.torque_nm);
         pass.push(record, counts, &block(drive, counts, torque_nm), known);
     }
     pass
@@ -40,6 +42,23 @@ pub(super) fn record(sigma: f64, seed: u64) -> Friction {
     let pass = pass_of(&record, Drive::Closing, torque);
     assess(pass, &mut record);
     record
+}
+
+#[test]
+fn what_closing_takes_more_than_opening_is_found() {
+    let mut record = Friction::empty(TRAVEL, &geared());
+    let more = |counts: f64| 0.02 - 0.03 * counts / f64::from(TRAVEL);
+    let closing = pass_of(&record, Drive::Closing, |counts| {
+        curve(counts) + more(counts)
+    });
+    assess(closing, &mut record);
+    // What opens the finger is measured against the motion.
+    let opening = pass_of(&record, Drive::Opening, |counts| -curve(counts));
+    assess(opening, &mut record);
+    for counts in middles() {
+        let error = f64::from(record.asymmetry_nm(counts)) - more(f64::from(counts));
+        assert!(error.abs() < 3e-4, "{counts}: {error}");
+    }
 }
 
 fn middles() -> impl Iterator<Item = i32> {

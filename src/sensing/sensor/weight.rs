@@ -1,0 +1,34 @@
+//! The finger's weight as the friction record shows it.
+
+use super::known::Known;
+use crate::finger::Mechanics;
+use crate::sensing::joint::JointSensor;
+use crate::sensing::location::Series;
+
+/// Torque of the finger's weight for what closing takes more than opening: half, a worm's friction cancels, less what the
+/// gearhead takes of it (docs/MECHANICS.md#real-fingers).
+const WEIGHT_SHARE: f32 = 0.4;
+/// Less is no weight but friction that is not the same both ways, newton metre (R, chosen).
+const LEAST_WEIGHT_NM: f32 = 0.5e-3;
+
+impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
+    /// Torque of the finger's weight at a position and its derivative by the angle, and the torque with which a spring then
+    /// holds joint 2; nothing of a finger whose weight cannot be told from the springs.
+    #[inline(never)]
+    pub(super) fn weight(&self, counts: i32) -> ([f32; 2], f32) {
+        const NONE: ([f32; 2], f32) = ([0.0; 2], 0.0);
+        let Some(friction) = &self.friction else {
+            return NONE;
+        };
+        let place = counts.wrapping_add(self.shift_counts.unwrap_or(0));
+        let weight_nm = WEIGHT_SHARE * friction.asymmetry_nm(place);
+        let per_rad = WEIGHT_SHARE * friction.asymmetry_nm[1]
+            / (friction.travel_counts as f32 * self.drivetrain.rad_per_count);
+        if weight_nm.abs() < LEAST_WEIGHT_NM {
+            return NONE;
+        }
+        self.free(self.drivetrain.closing_rad(counts))
+            .and_then(|free| self.finger.weighed(&free, weight_nm))
+            .map_or(NONE, |(_, held_nm)| ([weight_nm, per_rad], held_nm))
+    }
+}
