@@ -1,4 +1,4 @@
-//! Tests of what pictures show.
+//! Tests of what is drawn of a grasp.
 
 use super::*;
 use crate::posture::Scales;
