@@ -50,7 +50,7 @@ enum Command {
     /// Draw the figures as SVG.
     #[command(after_help = "Example:\n  cargo xtask figures docs/figures")]
     Figures {
-        /// Where to.
+        /// Folder to write the figures into.
         #[arg(default_value = "docs/figures")]
         directory: PathBuf,
         /// The simulated world: ideal, bench, workshop, harsh, or a file.
@@ -59,7 +59,7 @@ enum Command {
         /// What computes finger and object: plant, or mujoco.
         #[arg(long)]
         engine: Option<Engine>,
-        /// Everything random follows from it.
+        /// Seed of everything that is drawn at random.
         #[arg(long, default_value_t = 1)]
         seed: u64,
     },
@@ -79,7 +79,7 @@ struct Experiments {
     /// How objects are held: fixed, spring or free, the last two with the engine mujoco; the world says the rest.
     #[arg(long)]
     mount: Option<ObjectMount>,
-    /// Everything random follows from it.
+    /// Seed of everything that is drawn at random.
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// A tenth of the free and of the random closings.

@@ -25,13 +25,13 @@ struct Arguments {
     /// Rows of each file.
     #[arg(long, default_value_t = 12)]
     rows: usize,
-    /// Every row.
+    /// Compare every row, not a sample.
     #[arg(long, conflicts_with = "rows")]
     all: bool,
     /// Write the files with recomputed outputs into this folder instead of comparing.
     #[arg(long, value_name = "DIR")]
     generate: Option<PathBuf>,
-    /// Draw the inputs of a new file of so many rows as well, for example `kc_4L`: a kind, the number of phalanges, and T
+    /// Also draw the inputs of a new file with this many rows, for example `kc_4L`: a kind, the number of phalanges, and T
     /// for tendon or L for linkage.
     #[arg(long, value_name = "NAME", requires = "generate")]
     new: Option<String>,

@@ -49,7 +49,7 @@ struct SourceOptions {
     /// Finger to draw until the firmware names its own
     #[arg(long, value_name = "NAME")]
     scene: Option<String>,
-    /// Pace of a simulation or a file, times real time; 0 for as fast as it goes
+    /// Pace of a simulation or a file, in multiples of real time; 0: as fast as possible
     #[arg(long, default_value_t = 1.0, value_name = "TIMES", value_parser = pace)]
     speed: f64,
     /// The emulator's program

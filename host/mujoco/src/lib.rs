@@ -23,9 +23,13 @@ mod model;
 mod outline;
 #[cfg(feature = "engine")]
 mod stiffness;
+#[cfg(feature = "engine")]
+mod surroundings;
 
 #[cfg(feature = "engine")]
-pub use finger::{Mount, MujocoFinger, Surroundings};
+pub use finger::MujocoFinger;
+#[cfg(feature = "engine")]
+pub use surroundings::{Mount, Surroundings};
 
 use palpate_plant::{Engine, Error, Grasp, Parameters, Plant};
 

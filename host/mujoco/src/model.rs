@@ -4,9 +4,9 @@
 //! the engine meets two capsules exactly and its round ends are far from the plane.
 
 use crate::assembly::Stage;
-use crate::finger::{Mount, Surroundings};
 use crate::outline::{HALF_DEPTH_M, mesh, middle, polygon, rectangle};
 use crate::stiffness::IMPEDANCE;
+use crate::surroundings::{Mount, Surroundings};
 use palpate_plant::{Body, Error, FingerParameters, Parameters};
 use std::fmt::Write;
 

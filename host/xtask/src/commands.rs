@@ -123,7 +123,7 @@ pub fn flash(arguments: &[String]) -> Outcome {
         .arg(elf))
 }
 
-/// `new-scene`: a file for a finger of one's own.
+/// `new-scene`: a file for your own finger.
 pub fn new_scene(arguments: &[String]) -> Outcome {
     let mut rest = arguments.to_vec();
     let from = take(&mut rest, "--from")?.unwrap_or_else(|| list::DEFAULT.to_owned());

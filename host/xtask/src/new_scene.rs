@@ -1,4 +1,4 @@
-//! `new-scene`: a file for a finger of one's own.
+//! `new-scene`: a file for your own finger.
 
 use crate::firmware::{list, scenes};
 use crate::process::{Failure, Outcome, root};

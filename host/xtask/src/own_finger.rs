@@ -1,4 +1,4 @@
-//! What a new user does, tried: a finger of one's own, by the commands of the manual and without opening a Rust file.
+//! Does what a new user does: makes a finger, by the commands of the manual and without opening a Rust file.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -31,7 +31,7 @@ impl Drop for Folder {
 
 /// Makes a finger, refuses a wrong value of it, builds its firmware, simulates it, and replays the recording of that.
 pub fn check() -> Outcome {
-    eprintln!("==> a finger of one's own: new scene, wrong value, firmware, simulation, replay");
+    eprintln!("==> a new user's finger: new scene, wrong value, firmware, simulation, replay");
     let folder = Folder(target_dir().join("own-finger"));
     let made = prepare(&folder.0);
     made.map_err(|error| Failure::new(format!("{}: {error}", folder.0.display())))?;

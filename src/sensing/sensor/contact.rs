@@ -110,12 +110,13 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
         };
         let known = &mut self.known;
         let mut growth = known.growth(begun, first);
-        for (index, past) in history.iter().take(since).enumerate() {
-            let point = known.point(&growth, past, past.inertia_nm);
-            growth.curve.push_before(index, since, past.counts, point);
-        }
-        for past in history.iter().skip(since + 1) {
-            known.grow(&mut growth, past);
+        for (index, past) in history.iter().enumerate() {
+            if index < since {
+                let point = known.point(&growth, past, past.inertia_nm);
+                growth.curve.push_before(index, since, past.counts, point);
+            } else if index > since {
+                known.grow(&mut growth, past);
+            }
         }
         known.tell(Event::Touch {
             time_us: block.time_us,

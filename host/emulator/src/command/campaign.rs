@@ -15,7 +15,7 @@ pub struct Plan {
     pub matrix: Option<Vec<&'static str>>,
     /// Of these each so many-th.
     pub every: usize,
-    /// So many random pairs.
+    /// Number of random pairs.
     pub pairs: usize,
     /// Of cases and noise.
     pub seed: u64,

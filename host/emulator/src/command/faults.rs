@@ -25,19 +25,19 @@ pub struct Options {
     /// Only this one: NAME or NAME@SECONDS
     #[arg(long, value_name = "NAME[@TIME_S]")]
     fault: Vec<Injected>,
-    /// Every fault at every phase of a grasp, and the grasp after it
+    /// Inject every fault at every phase of a grasp, and judge the grasp after it
     #[arg(long)]
     matrix: bool,
-    /// Of the matrix only each Nth cell
+    /// Judge only every Nth cell of the matrix
     #[arg(long, value_name = "N", default_value_t = 1)]
     every: usize,
-    /// So many random pairs of faults at random times, and the grasp after each
+    /// Number of random pairs of faults to inject at random times; the grasp after each is judged
     #[arg(long, default_value_t = 0)]
     pairs: usize,
     /// The finger, as the image has it (with --matrix or --pairs)
     #[arg(long, default_value_t = palpate_plant::default_scene().to_owned())]
     scene: String,
-    /// Of the simulated noise
+    /// Seed of the simulated noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// One JSON object a line

@@ -39,13 +39,13 @@ pub struct Options {
     /// Object at the first phalanx
     #[arg(long, conflicts_with_all = ["free", "phalanx"])]
     proximal: bool,
-    /// No object
+    /// Close without an object
     #[arg(long, conflicts_with_all = ["contact_mm", "object_mm", "phalanx"])]
     free: bool,
     /// Angle of joint 1 at contact
     #[arg(long, value_name = "DEG", default_value_t = 45.0, value_parser = finite)]
     theta1_deg: f64,
-    /// Of the simulated noise
+    /// Seed of the simulated noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// The simulated world: ideal, bench, workshop, harsh, or a TOML file

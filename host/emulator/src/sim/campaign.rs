@@ -43,7 +43,7 @@ pub enum When {
 pub struct Case {
     /// Each with its moment.
     pub faults: Vec<(&'static Fault, When)>,
-    /// Of the simulated noise.
+    /// Seed of the simulated noise.
     pub seed: u64,
 }
 

@@ -46,7 +46,7 @@ pub struct Plan {
     pub place: Place,
     /// The default scene in it.
     pub parameters: Parameters,
-    /// Everything random follows from it.
+    /// Seed of everything that is drawn at random.
     pub seed: u64,
     /// A tenth of the free and of the random closings.
     pub quick: bool,
