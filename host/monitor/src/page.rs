@@ -272,7 +272,7 @@ const STYLE: &str = "
 @media print{:root{--ink:#000;--faint:#666;--paper:#fff;--green:#060;--blue:#036;--red:#900;--amber:#640}figure,tr{break-inside:avoid}}
 body{color:var(--ink);background:var(--paper);font:15px/1.45 system-ui,sans-serif;max-width:70rem;margin:2rem auto;padding:0 1rem}
 h1{font-size:1.4rem}h2{font-size:1.1rem}.verdict{font-size:1.15rem}
-.figures{display:flex;flex-wrap:wrap;gap:1rem}figure{margin:0;flex:1 1 22rem;min-width:18rem}figcaption{color:var(--faint);font-size:.85rem}
+.figures{display:flex;flex-wrap:wrap;gap:1rem}figure{margin:0;flex:1 1 22rem;min-width:18rem;max-width:34rem}figcaption{color:var(--faint);font-size:.85rem}
 svg{width:100%;height:auto}table{border-collapse:collapse;width:100%;font-size:.85rem}
 th{white-space:nowrap}td,th{text-align:left;padding:.15rem .5rem;border-bottom:1px solid color-mix(in srgb,var(--faint) 35%,transparent);vertical-align:top}
 .warn{color:var(--amber)}.error{color:var(--red)}pre{font-size:.85rem;white-space:pre-wrap}

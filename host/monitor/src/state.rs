@@ -98,7 +98,8 @@ impl State {
                     self.supply_v = sample.supply_v;
                 }
                 // A recording has no states: a closing begins where the finger has opened before.
-                let opened = self.samples.back().is_some_and(|last| last.duty < 0.0);
+                let driven = self.samples.iter().rev().find(|last| last.duty != 0.0);
+                let opened = driven.is_some_and(|last| last.duty < 0.0);
                 if self.sequence.is_empty() && sample.duty > 0.0 && opened {
                     self.forget_closing();
                 }
