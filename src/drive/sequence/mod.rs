@@ -22,7 +22,7 @@ pub use state::State;
 use stop_detector::StopDetector;
 use transitions::Observation;
 
-/// Way in which homing and opening may take all the current that the drive allows, radian at the input link: a worm that settled
+/// Way in which opening, and homing after a fault, may take all the current that the drive allows, radian at the input link: a worm that settled
 /// under the load of a probing may want as much to be started as made the load. What it takes to go on is within free motion's.
 /// Against a stop the cable winds up by no more than this.
 const BREAKAWAY_RAD: f32 = 0.02;
@@ -71,6 +71,9 @@ pub struct Sequence {
     clearing: bool,
     /// The closing is over: opening now ends the motion.
     returning: bool,
+    /// A fault was cleared and nothing homed since: the finger may be pressed on something. Homing of a finger that stands free
+    /// starts gently, because what it starts with shifts the stop that it finds by some milliradians.
+    unsure: bool,
     /// Sensing has said its last word on the contact of this closing.
     judged: bool,
 }
@@ -100,6 +103,7 @@ impl Sequence {
             clearing: false,
             returning: false,
             judged: false,
+            unsure: false,
         }
     }
 
@@ -187,7 +191,12 @@ impl Sequence {
         }
         self.demand.setpoint = self.setpoint();
         let way_counts = status.position_counts.wrapping_sub(self.start_counts);
-        if matches!(self.state, State::Home | State::Open)
+        let may = match self.state {
+            State::Open => true,
+            State::Home => self.unsure,
+            _ => false,
+        };
+        if may
             && self.scale.angle_rad(way_counts).abs() < BREAKAWAY_RAD
             && let Setpoint::Speed {
                 current_limit_a, ..

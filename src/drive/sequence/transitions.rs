@@ -110,6 +110,7 @@ impl Sequence {
         if self.latched.is_some() {
             None
         } else {
+            self.unsure = true;
             Some(State::Idle)
         }
     }
@@ -153,6 +154,7 @@ impl Sequence {
 
     /// The goal's first motion of a finger at its rest position.
     pub(super) fn first_motion(&mut self) -> Option<State> {
+        self.unsure = false;
         if matches!(self.goal, Request::Open | Request::Home) {
             self.end(MotionResult::Complete)
         } else if self.must_record() {

@@ -193,9 +193,6 @@ fn close_keeps_the_grip_and_open_lets_go() {
 fn a_worm_that_settled_under_load_is_broken_away() {
     let pressed = |seed| {
         let mut simulation = Simulation::new(seed);
-        let mut motion = motion();
-        motion.free_current_a = 0.06;
-        simulation.sequence.set_motion(motion);
         simulation.bench.object_rad = 0.5;
         simulation.sequence.friction_known = true;
         assert_eq!(
@@ -205,6 +202,9 @@ fn a_worm_that_settled_under_load_is_broken_away() {
             simulation.log,
             simulation.sequence.fault()
         );
+        let mut motion = motion();
+        motion.free_current_a = 0.06;
+        simulation.sequence.set_motion(motion);
         simulation
     };
     let mut simulation = pressed(5);
