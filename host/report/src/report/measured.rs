@@ -10,24 +10,12 @@ use serde_json::Value;
 use super::row::Cost;
 use palpate_image::Image;
 
-/// A line of the emulator's output.
+/// What a function cost, as the emulator counts it.
 #[derive(Deserialize)]
-#[serde(tag = "type", rename_all = "lowercase")]
-enum Record {
-    /// A log line of the image.
-    Event {
-        name: String,
-        #[serde(flatten)]
-        fields: HashMap<String, Value>,
-    },
-    /// What a function cost.
-    Count {
-        name: String,
-        cycles_low_mean: f64,
-        cycles_high_mean: f64,
-    },
-    #[serde(other)]
-    Other,
+struct Count {
+    name: String,
+    cycles_low_mean: f64,
+    cycles_high_mean: f64,
 }
 
 /// A candidate on the chip.
@@ -53,21 +41,26 @@ pub fn read(path: &Path, image: &Image) -> Result<Vec<Measured>> {
         std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
     let (mut events, mut cycles) = (Vec::new(), Cycles::new());
     for line in text.lines() {
-        match serde_json::from_str(line)
-            .with_context(|| format!("not what the emulator prints: {line}"))?
-        {
-            Record::Event { name, fields } => events.push((name, fields)),
-            Record::Count {
-                name,
-                cycles_low_mean,
-                cycles_high_mean,
-            } => {
-                cycles.insert(name, (cycles_low_mean, cycles_high_mean));
+        // By hand and not as a tagged enum: through one, serde loses numbers once any program of the workspace asks serde_json for
+        // `arbitrary_precision`.
+        let value: Value = serde_json::from_str(line)
+            .with_context(|| format!("not what the emulator prints: {line}"))?;
+        match value.get("type").and_then(Value::as_str) {
+            // A log line of the image.
+            Some("event") => events.push(value),
+            Some("count") => {
+                let count: Count = serde_json::from_value(value)?;
+                let mean = (count.cycles_low_mean, count.cycles_high_mean);
+                cycles.insert(count.name, mean);
             }
-            Record::Other => {}
+            _ => {}
         }
     }
-    if !events.iter().any(|(name, _)| name == "bench done") {
+    let name = |event: &Value| event.get("name").and_then(Value::as_str).map(str::to_owned);
+    if !events
+        .iter()
+        .any(|event| name(event).as_deref() == Some("bench done"))
+    {
         bail!(
             "the run on the emulated chip did not end: {:?}",
             events.last()
@@ -75,12 +68,12 @@ pub fn read(path: &Path, image: &Image) -> Result<Vec<Measured>> {
     }
     events
         .iter()
-        .filter(|(name, fields)| name == "bench" && fields.contains_key("task"))
-        .map(|(_, fields)| one(fields, image, &cycles))
+        .filter(|event| name(event).as_deref() == Some("bench") && event.get("task").is_some())
+        .map(|event| one(event, image, &cycles))
         .collect()
 }
 
-fn one(fields: &HashMap<String, Value>, image: &Image, cycles: &Cycles) -> Result<Measured> {
+fn one(fields: &Value, image: &Image, cycles: &Cycles) -> Result<Measured> {
     let field = |key: &str| {
         fields
             .get(key)
