@@ -16,9 +16,9 @@ use palpate::app::storage::store::{Found, Writer};
 use palpate::drive::Fault;
 use palpate::drive::sequence::{Notice, Refused};
 
-use super::Shared;
 use super::console::{self, Parsed};
 use super::control;
+use super::shared::Shared;
 use super::storage::{self, Storage};
 use super::telemetry::Telemetry;
 use super::trace;
@@ -50,7 +50,7 @@ pub fn load(storage: &mut Storage, sensing: &Shared<ContactSensing<Active>>) -> 
         Found::Record { bytes, newest } => {
             let restored = Record::decode(bytes, SCENE_ID, |record| Loaded::Restored {
                 overrides: *record.overrides,
-                notice: sensing.lock(|sensing| sensing.borrow_mut().restore(record)),
+                notice: sensing.with(|sensing| sensing.restore(record)),
             });
             match restored {
                 Ok(restored) => (restored, if newest { "loaded" } else { "older" }),
@@ -125,7 +125,7 @@ impl Application {
             Ok(command) => {
                 let accepted = self
                     .coordinator
-                    .lock(|coordinator| coordinator.borrow_mut().command(command));
+                    .with(|coordinator| coordinator.command(command));
                 match accepted {
                     Ok(action) => action,
                     Err(refused) => {
@@ -162,9 +162,8 @@ impl Application {
     fn encode(self, writer: &mut Writer<'_, storage::Region>) {
         let overrides = self
             .coordinator
-            .lock(|coordinator| *coordinator.borrow().overrides());
-        self.sensing.lock(|sensing| {
-            let sensing = sensing.borrow();
+            .with(|coordinator| *coordinator.overrides());
+        self.sensing.with(|sensing| {
             let record = Record {
                 overrides: &overrides,
                 calibration: sensing.calibration(),
@@ -196,7 +195,7 @@ impl Application {
                 };
                 let value_si = self
                     .coordinator
-                    .lock(|coordinator| coordinator.borrow().value(setting));
+                    .with(|coordinator| coordinator.value(setting));
                 let (name, range, unit) = (setting.name(), setting.range(), setting.unit());
                 let value = Decimal(range.to_user(value_si));
                 write!(answer, "{name} {value} {unit} ({range})")
@@ -208,10 +207,9 @@ impl Application {
 
     fn status(self, answer: &mut Answer) {
         let status = control::status();
-        let (state, fault) = self.coordinator.lock(|coordinator| {
-            let coordinator = coordinator.borrow();
-            (coordinator.state(), coordinator.fault())
-        });
+        let (state, fault) = self
+            .coordinator
+            .with(|coordinator| (coordinator.state(), coordinator.fault()));
         log::status(&mut Telemetry, state, fault, &status);
         let _ = write!(
             answer,

@@ -26,6 +26,7 @@ mod rtt;
 mod sampling;
 mod selftest;
 mod serial;
+mod shared;
 mod storage;
 mod tasks;
 mod telemetry;
@@ -33,12 +34,8 @@ mod thermal;
 mod trace;
 mod watchdog;
 
-use core::cell::RefCell;
-
 use embassy_executor::{Executor, SpawnError, SpawnToken, Spawner};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
-use embassy_sync::blocking_mutex::Mutex;
-use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 use static_cell::StaticCell;
 
 use crate::scene::Active;
@@ -55,10 +52,8 @@ use palpate::scene::{JointPin, Scene};
 
 use execute::{Application, Loaded};
 use reset::Reset;
+use shared::Shared;
 use telemetry::Telemetry;
-
-/// State that several tasks share, for the length of a call, never across an await. Tasks run in thread mode, one at a time.
-type Shared<T> = Mutex<ThreadModeRawMutex, RefCell<T>>;
 
 /// Runs after RAM is set up, on the main stack: moves thread mode to the process stack (`memory.x` says why).
 #[cortex_m_rt::entry]
@@ -168,7 +163,7 @@ fn start(spawner: Spawner) {
 fn sensing() -> Option<&'static Shared<ContactSensing<Active>>> {
     static SENSING: StaticCell<Shared<ContactSensing<Active>>> = StaticCell::new();
     SENSING
-        .try_init(Mutex::new(RefCell::new(ContactSensing::new())))
+        .try_init(Shared::new(ContactSensing::new()))
         .map(|sensing| &*sensing)
 }
 
@@ -191,7 +186,7 @@ fn launch(
             (Active::CHECKED, Overrides::default())
         }
     };
-    let coordinator = COORDINATOR.try_init(Mutex::new(RefCell::new(Coordinator::new(set))))?;
+    let coordinator = COORDINATOR.try_init(Shared::new(Coordinator::new(set)))?;
     let controller = controller(&drive, reset);
     let samples = control::start(chip, controller, joint)?;
     Some((samples, coordinator))

@@ -59,15 +59,15 @@ pub async fn sense(mut samples: Samples, application: Application) {
             if JointPin::<Active>::FITTED {
                 reads = joint_reads(reads, sample.joint);
             }
-            let event = sensing.lock(|sensing| sensing.borrow_mut().sample(&sample));
+            let event = sensing.with(|sensing| sensing.sample(&sample));
             if trace::due() {
-                let suspicion = sensing.lock(|sensing| sensing.borrow().sensor().suspicion());
+                let suspicion = sensing.with(|sensing| sensing.sensor().suspicion());
                 trace::sample(&sample, Joint::rad(sample.joint), suspicion);
             }
             if let Some(event) = event {
                 application.report(&event);
                 let status = control::status();
-                coordinator.lock(|coordinator| coordinator.borrow_mut().event(&event, &status));
+                coordinator.with(|coordinator| coordinator.event(&event, &status));
                 if let Some(notice) = notice(&event) {
                     NOTICES.send(notice).await;
                 }
@@ -86,11 +86,11 @@ impl Application {
         if JointPin::<Active>::FITTED
             && matches!(event, Event::Located { .. } | Event::Ambiguous { .. })
         {
-            let change = self.sensing.lock(|sensing| sensing.borrow().joint_change());
+            let change = self.sensing.with(|sensing| sensing.joint_change());
             let change_rad = Joint::rad(change).unwrap_or(f32::NAN);
             telemetry::branch(change_rad * 1e3, side(Joint::side(change)));
         }
-        let hint = self.sensing.lock(|sensing| sensing.borrow().hint(event));
+        let hint = self.sensing.with(|sensing| sensing.hint(event));
         if let Some(hint) = hint {
             let mut text = Answer::new();
             // Every hint fits.
@@ -132,8 +132,7 @@ pub async fn sequence(mut led: Led, mut button: Button, application: Application
         let status = control::status();
         let pressed = button.pressed();
         let notice = NOTICES.try_receive().ok();
-        let (state, step) = coordinator.lock(|coordinator| {
-            let mut coordinator = coordinator.borrow_mut();
+        let (state, step) = coordinator.with(|coordinator| {
             if console::stop_requested() {
                 // Never refused.
                 let _ = coordinator.command(Command::Stop);
@@ -147,7 +146,7 @@ pub async fn sequence(mut led: Led, mut button: Button, application: Application
         });
         control::demand(step.motion.demand);
         if let Some(request) = step.request {
-            sensing.lock(|sensing| sensing.borrow_mut().request(request));
+            sensing.with(|sensing| sensing.request(request));
         }
         if let Some((_, to)) = step.motion.changed {
             led.show(to);
