@@ -9,7 +9,6 @@ pub mod demand;
 mod encoder;
 pub mod fault;
 pub mod io;
-pub mod joint;
 mod limit;
 mod offset;
 mod protect;
