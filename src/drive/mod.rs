@@ -10,7 +10,6 @@ mod encoder;
 pub mod fault;
 pub mod identify;
 pub mod io;
-pub mod joint;
 mod limit;
 mod offset;
 mod protect;

@@ -3,8 +3,8 @@
 use super::contact::Contact;
 use super::known::Known;
 use crate::finger::Mechanics;
+use crate::joint_sensor::JointSensor;
 use crate::numeric::sqrt;
-use crate::sensing::joint::JointSensor;
 use crate::sensing::location::Series;
 use crate::sensing::{Calibration, Directive, Event, Refusal};
 

@@ -1,7 +1,7 @@
 //! What every stage works with: the finger, what is known of its drivetrain, and the events to report.
 
 use crate::finger::{Free, Mechanics};
-use crate::sensing::joint::JointSensor;
+use crate::joint_sensor::JointSensor;
 use crate::sensing::location::Series;
 use crate::sensing::locator;
 use crate::sensing::{Calibration, Directive, Drivetrain, Event, Friction, Settings};

@@ -19,9 +19,9 @@ mod search;
 mod weight;
 
 use crate::finger::Mechanics;
+use crate::joint_sensor::{JointSensor, NoJointSensor};
 use crate::sensing::block::{Block, Gate, Step};
 use crate::sensing::friction::Friction;
-use crate::sensing::joint::{JointSensor, NoHall};
 use crate::sensing::location::{Cable, Series};
 use crate::sensing::{Calibration, Directive, Drive, Drivetrain, Event, Sample, Settings};
 use contact::Contact;
@@ -63,11 +63,11 @@ enum Work<F: Mechanics, R, X: Series> {
 /// assert_eq!(sensor.update(&sample), None);
 /// ```
 ///
-/// `H` is [`NoHall`] or [`Hall`](crate::sensing::Hall); `X` is [`Cable`] or [`Rigid`](crate::sensing::Rigid).
+/// `H` is [`NoJointSensor`] or [`HallSensor`](crate::sensing::HallSensor); `X` is [`Cable`] or [`Rigid`](crate::sensing::Rigid).
 // In this order for the reach of instructions, as in `Known`.
 #[derive(Clone, Debug)]
 #[repr(C)]
-pub struct Sensor<F: Mechanics, H: JointSensor = NoHall, X: Series = Cable> {
+pub struct Sensor<F: Mechanics, H: JointSensor = NoJointSensor, X: Series = Cable> {
     gate: Gate,
     /// The contact of this closing has been judged, or what was found was no contact.
     done: bool,

@@ -3,11 +3,11 @@
 use super::known::Known;
 use super::search::Past;
 use crate::finger::Mechanics;
+use crate::joint_sensor::JointSensor;
 use crate::numeric::Bounded;
 use crate::sensing::block::Block;
 use crate::sensing::detector::Onset;
 use crate::sensing::friction::{Assessment, Friction, Pass};
-use crate::sensing::joint::JointSensor;
 use crate::sensing::location::Series;
 use crate::sensing::{Drive, Event};
 

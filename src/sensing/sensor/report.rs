@@ -3,7 +3,7 @@
 use super::contact::Contact;
 use super::known::Known;
 use crate::finger::Mechanics;
-use crate::sensing::joint::JointSensor;
+use crate::joint_sensor::JointSensor;
 use crate::sensing::location::Series;
 use crate::sensing::locator::{self, Estimate, Prior, Verdict};
 use crate::sensing::{Event, NotLocated, Refusal};

@@ -3,12 +3,12 @@
 use super::Work;
 use super::known::Known;
 use crate::finger::Mechanics;
+use crate::joint_sensor::JointSensor;
 use crate::numeric::{Bounded, sqrt};
 use crate::sensing::Event;
 use crate::sensing::block::Block;
 use crate::sensing::detector::{self, Detector, Finding, Onset, Residual, Test};
 use crate::sensing::friction::{Aligned, Alignment, Wander};
-use crate::sensing::joint::JointSensor;
 use crate::sensing::location::Series;
 use heapless::Deque;
 

@@ -2,7 +2,7 @@
 
 use super::known::Known;
 use crate::finger::Mechanics;
-use crate::sensing::joint::JointSensor;
+use crate::joint_sensor::JointSensor;
 use crate::sensing::location::Series;
 
 /// Torque of the finger's weight for what closing takes more than opening: half, a worm's friction cancels, less what the
