@@ -2,7 +2,7 @@
 
 use palpate::drive::demand::{Demand, Setpoint, Status};
 use palpate::drive::identify::{Identification, Identified, NotIdentified, Quantity, Step};
-use palpate::scene::{JointPin, SampleOf, Scene};
+use palpate::scene::{SampleOf, Scene};
 use palpate_plant::{Grasp, Parameters, Plant, World};
 use palpate_scenes::P70;
 use palpate_simulation::{Board, Machine, SlowLoop};
@@ -20,7 +20,7 @@ struct Command {
 }
 
 impl SlowLoop for Command {
-    type Input = JointPin<P70>;
+    type Joint = <P70 as Scene>::Joint;
 
     fn sample(&mut self, _: &SampleOf<P70>, status: &Status) -> Demand {
         let start = *self.start.get_or_insert(status.position_counts);
@@ -56,7 +56,7 @@ fn run(parameters: &Parameters, seed: u64, prepare: impl FnOnce(&mut Plant)) -> 
         moved: 0,
         start: None,
     };
-    let joint = P70::joint_input().expect("no sensor");
+    let joint = P70::joint_sensor().expect("no sensor");
     let mut machine = Machine::new(Board::new(plant), &P70::DRIVE, joint, slow).expect("a drive");
     for _ in 0..21_000 {
         machine.until_sample();
