@@ -8,6 +8,7 @@ mod current;
 pub mod demand;
 mod encoder;
 pub mod fault;
+pub mod identify;
 pub mod io;
 mod limit;
 mod offset;

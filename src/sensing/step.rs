@@ -3,7 +3,7 @@
 use crate::finger::{Candidate, Contact, Mechanics};
 use crate::joint_sensor::Side;
 use crate::numeric::Bounded;
-use crate::sensing::location::{Series, supports};
+use crate::sensing::location::{SeriesElement, supports};
 use heapless::Vec;
 
 /// Places from which the search starts besides those of the secant, as shares of the stretch on either side of the
@@ -40,7 +40,7 @@ pub fn places<M: Mechanics>(
     at: &M::Configuration,
     torque_nm: f32,
     step: &Measured,
-    series: &impl Series,
+    series: &impl SeriesElement,
     side: Option<Side>,
 ) -> Vec<Candidate, MAX_PLACES> {
     let Measured {

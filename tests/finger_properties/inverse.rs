@@ -1,7 +1,7 @@
 //! Properties of the inverse: forward then inverse, and the shape of the compliance that makes it unique.
 
 use palpate::finger::{Class, Contact};
-use palpate::sensing::location::{Cable, Series};
+use palpate::sensing::location::{Cable, SeriesElement};
 use palpate::sensing::step;
 use proptest::prelude::*;
 

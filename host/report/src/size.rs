@@ -353,7 +353,7 @@ mod tests {
     fn a_feature_is_found_where_it_does_not_belong_and_missed_where_it_does() {
         let hall = [
             "palpate::finger::tendon::Tendon::x",
-            "palpate::sensing::sensor::known::Known<F, H, palpate::sensing::location::Cable>::learn_from_press",
+            "palpate::sensing::sensor::state::SensorState<F, H, palpate::sensing::location::Cable>::learn_from_press",
             "<palpate::sensing::sensor::Sensor<F, palpate::joint_sensor::HallSensor>>::update",
             "palpate::board::sampling::start_joint",
         ];

@@ -17,7 +17,7 @@ pub use find::{NoFreeClosing, Stretch};
 use palpate::finger::Mechanics;
 use palpate::sample::{Drive, Sample};
 use palpate::scene::Scene;
-use palpate::sensing::{Calibration, Directive, Event, NoJointSensor, Sensor, Series};
+use palpate::sensing::{Calibration, Directive, Event, NoJointSensor, Sensor, SeriesElement};
 
 use crate::recordings::protocol::{FLUSH, Speeds};
 use crate::trace::PERIOD_US;
@@ -140,7 +140,7 @@ pub fn replay<S: Scene>(samples: &[Sample], before: &Beforehand, purpose: Direct
 }
 
 /// Learns friction from a free closing in the recording itself.
-fn within<F: Mechanics, X: Series>(
+fn within<F: Mechanics, X: SeriesElement>(
     sensor: &mut Sensor<F, NoJointSensor, X>,
     samples: &[Sample],
     speeds: &Speeds,
@@ -157,7 +157,7 @@ fn within<F: Mechanics, X: Series>(
     Ok(Source::Within(stretch))
 }
 
-fn take<F: Mechanics, X: Series>(
+fn take<F: Mechanics, X: SeriesElement>(
     sensor: &mut Sensor<F, NoJointSensor, X>,
     sample: &Sample,
     told: &mut Vec<Told>,
@@ -170,7 +170,7 @@ fn take<F: Mechanics, X: Series>(
     }
 }
 
-fn flush<F: Mechanics, X: Series>(
+fn flush<F: Mechanics, X: SeriesElement>(
     sensor: &mut Sensor<F, NoJointSensor, X>,
     samples: &[Sample],
     told: &mut Vec<Told>,
@@ -189,7 +189,7 @@ fn flush<F: Mechanics, X: Series>(
 
 /// Lets the sensor record friction. An opening may have another speed than the closings: the sensing is told that speed while
 /// it lasts.
-fn learn<F: Mechanics, X: Series>(
+fn learn<F: Mechanics, X: SeriesElement>(
     sensor: &mut Sensor<F, NoJointSensor, X>,
     samples: &[Sample],
     speeds: &Speeds,
