@@ -62,13 +62,18 @@ impl<const P: usize, X: SeriesElement> Normal<P, X> {
 
     /// Takes an unknown out: the others are solved for while it stays.
     pub fn hold(&mut self, unknown: usize) {
-        for row in 0..P {
-            if row != unknown {
-                self.matrix[row.max(unknown)][row.min(unknown)] = 0.0;
+        for (row, cells) in self.matrix.iter_mut().enumerate() {
+            for (column, cell) in cells.iter_mut().enumerate() {
+                if row == unknown && column == unknown {
+                    *cell = 1.0;
+                } else if row == unknown || column == unknown {
+                    *cell = 0.0;
+                }
             }
         }
-        self.matrix[unknown][unknown] = 1.0;
-        self.right[unknown] = 0.0;
+        if let Some(right) = self.right.get_mut(unknown) {
+            *right = 0.0;
+        }
     }
 
     /// By how much a step lowers the sum of squares, as far as that is a parabola.

@@ -85,8 +85,12 @@ impl Assessment {
                 .likelihood(record, Hypothesis::of(index))
                 .unwrap_or((f32::NAN, f32::NAN));
             // A point that cannot be judged spoils the grid: `Evidence::add` leaves such a pass out.
-            self.evidence.ln_likelihood[index] = ln_likelihood;
-            self.white_nm2[index] = white_nm2;
+            if let Some(slot) = self.evidence.ln_likelihood.get_mut(index) {
+                *slot = ln_likelihood;
+            }
+            if let Some(slot) = self.white_nm2.get_mut(index) {
+                *slot = white_nm2;
+            }
             self.next += 1;
         }
         self.next >= RATES * TIMES
@@ -171,8 +175,8 @@ impl Assessment {
         let mut coefficients = products[COLUMNS];
         for i in (0..COLUMNS).rev() {
             let mut sum = coefficients[i];
-            for (k, row) in products.iter().enumerate().take(COLUMNS).skip(i + 1) {
-                sum -= row[i] * coefficients[k];
+            for k in i + 1..COLUMNS {
+                sum -= products[k][i] * coefficients[k];
             }
             let pivot = products[i][i];
             coefficients[i] = if pivot > 0.0 { sum / pivot } else { 0.0 };

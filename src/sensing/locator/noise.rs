@@ -81,16 +81,12 @@ impl Whitening {
     pub(super) fn new(noise: &Noise, drivetrain: &Drivetrain) -> Self {
         let mut variance = [[0.0; STATES]; STATES];
         let wave = 0.5 * WAVE_SHARE * WAVE_SHARE;
-        for (state, initial) in [
-            (LEVEL, noise.level_nm * noise.level_nm),
-            (TREND, noise.trend_nm_per_s * noise.trend_nm_per_s),
-            (WANDER, noise.wander_nm * noise.wander_nm),
-            (COSINE, wave),
-            (SINE, wave),
-            (REST, REST_SHARE * REST_SHARE),
-        ] {
-            variance[state][state] = initial;
-        }
+        variance[LEVEL][LEVEL] = noise.level_nm * noise.level_nm;
+        variance[TREND][TREND] = noise.trend_nm_per_s * noise.trend_nm_per_s;
+        variance[WANDER][WANDER] = noise.wander_nm * noise.wander_nm;
+        variance[COSINE][COSINE] = wave;
+        variance[SINE][SINE] = wave;
+        variance[REST][REST] = REST_SHARE * REST_SHARE;
         let worm_counts = drivetrain.counts_per_worm_turn;
         Self {
             noise: *noise,
@@ -113,11 +109,8 @@ impl Whitening {
         if let Some((time_s, before)) = self.before.replace((point.time_s, turns)) {
             let fading = exp((time_s - point.time_s) / self.noise.wander_s);
             self.fade(WANDER, fading, self.noise.wander_nm * self.noise.wander_nm);
-            self.fade(
-                REST,
-                exp((before - turns) / REST_TURNS),
-                REST_SHARE * REST_SHARE,
-            );
+            let fading = exp((before - turns) / REST_TURNS);
+            self.fade(REST, fading, REST_SHARE * REST_SHARE);
         }
         let load = point.excess_nm.at_least(0.0);
         let (sin, cos) = sin_cos(TAU * (turns - (turns as i32) as f32));
@@ -154,14 +147,25 @@ impl Whitening {
 
     /// Lets a state forget towards its own variance.
     fn fade(&mut self, state: usize, fading: f32, variance: f32) {
-        for other in 0..STATES {
-            self.variance[state][other] *= fading;
-            self.variance[other][state] *= fading;
+        let fade = |value: Option<&mut f32>| {
+            if let Some(value) = value {
+                *value *= fading;
+            }
+        };
+        for row in &mut self.variance {
+            fade(row.get_mut(state));
         }
-        self.variance[state][state] += (1.0 - fading * fading) * variance;
-        self.residual[state] *= fading;
+        if let Some(row) = self.variance.get_mut(state) {
+            for value in &mut *row {
+                *value *= fading;
+            }
+            if let Some(own) = row.get_mut(state) {
+                *own += (1.0 - fading * fading) * variance;
+            }
+        }
+        fade(self.residual.get_mut(state));
         for slopes in &mut self.slopes {
-            slopes[state] *= fading;
+            fade(slopes.get_mut(state));
         }
     }
 }
