@@ -77,6 +77,20 @@ impl Average {
         self.periods
     }
 
+    /// What was averaged; the next sample begins.
+    #[inline(always)]
+    pub fn take(&mut self) -> Self {
+        let taken = self.clone();
+        self.periods = 0;
+        self.driven = 0;
+        self.sum_a = 0.0;
+        self.sum_squares_a2 = 0.0;
+        self.limited = LimitsReached::default();
+        // As neutral as 0. With that, all would be zero and so long that a function in flash clears it: 41 instructions.
+        self.sum_v = -0.0;
+        taken
+    }
+
     /// The average of [`PERIODS_PER_SAMPLE`] periods.
     #[inline(always)]
     pub fn averaged(&self) -> Averaged {

@@ -289,7 +289,7 @@ impl Controller {
 
     /// Completes the sample.
     fn complete_sample(&mut self) {
-        let average = core::mem::take(&mut self.average);
+        let average = self.average.take();
         let averaged = average.averaged();
         self.drive = averaged.drive;
         self.status.time_us = self.status.time_us.wrapping_add(SAMPLE_US);
