@@ -66,11 +66,20 @@ pub(super) struct Growth<R> {
     pub(super) torque_nm: f32,
     /// The largest of it so far.
     top_nm: f32,
+    /// Blocks in a row whose torque had fallen.
+    fallen: u8,
     /// The torque as the cable's creep feels it, and when it was last brought up to date.
     late_nm: f32,
     late_us: u64,
     /// The last block: it joins the curve when its neighbour has given its acceleration.
     pub(super) waiting: Past<R>,
+}
+
+impl<R> Growth<R> {
+    /// The contact is lost: no path says what force acts since. One block may be that in which the motor is stopped.
+    pub(super) fn is_lost(&self) -> bool {
+        self.fallen >= 2
+    }
 }
 
 /// How far a contact has come.
@@ -201,6 +210,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             held_nm,
             torque_nm: 0.0,
             top_nm: 0.0,
+            fallen: 0,
             late_nm: 0.0,
             late_us: first.time_us,
             waiting: *first,
@@ -213,10 +223,12 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         contact: &mut Contact<F, H::Reading, X>,
         past: &Past<H::Reading>,
     ) {
+        let fallen = self.has_fallen(&contact.growth, past);
+        contact.growth.fallen = u8::from(fallen) * contact.growth.fallen.saturating_add(1);
         if contact.growth.stage == Stage::Ending {
             return;
         }
-        if self.is_lost(&contact.growth, past) {
+        if fallen {
             contact.end();
             return;
         }
@@ -243,7 +255,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     }
 
     /// Whether the torque has fallen: the finger slid off, or the object gave way. What comes after is another growth.
-    fn is_lost(&self, growth: &Growth<H::Reading>, past: &Past<H::Reading>) -> bool {
+    fn has_fallen(&self, growth: &Growth<H::Reading>, past: &Past<H::Reading>) -> bool {
         let efficiency = self.drivetrain.efficiency;
         let torque_nm = efficiency * (past.residual_nm - growth.level_nm);
         let block_nm = efficiency * sqrt(past.variance_nm2);
