@@ -3,7 +3,7 @@
 use palpate::sample::Drive;
 use palpate::scene::Scene;
 use palpate::sensing::Event;
-use palpate::sensing::block::{Gate, Step};
+use palpate::sensing::block::{BlockAverager, BlockUpdate};
 use palpate::sensing::second::{Elbow, SecondContact};
 use palpate_plant::{Grasp, Shape, World};
 use palpate_scenes::P70;
@@ -34,9 +34,9 @@ fn elbow(simulation: &mut Simulation<P70>, outcome: &Outcome) -> Option<Elbow> {
         _ => None,
     })?;
     let stop_rad = drivetrain.opening_stop_rad + settings.closing_stop_rad - 0.01;
-    let (mut gate, mut search) = (Gate::default(), SecondContact::new(stop_rad));
+    let (mut averager, mut search) = (BlockAverager::default(), SecondContact::new(stop_rad));
     for (_, sample) in &outcome.samples {
-        let Step::Block(block) = gate.push(sample, &drivetrain, &settings) else {
+        let BlockUpdate::Block(block) = averager.push(sample, &drivetrain, &settings) else {
             continue;
         };
         let Some(known) = friction.beyond(block.counts) else {

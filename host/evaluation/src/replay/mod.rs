@@ -17,7 +17,7 @@ pub use find::{NoFreeClosing, Stretch};
 use palpate::finger::Mechanics;
 use palpate::sample::{Drive, Sample};
 use palpate::scene::Scene;
-use palpate::sensing::{Calibration, Directive, Event, NoHall, Sensor, Series};
+use palpate::sensing::{Calibration, Directive, Event, NoJointSensor, Sensor, SeriesElement};
 
 use crate::recordings::protocol::{FLUSH, Speeds};
 use crate::trace::PERIOD_US;
@@ -104,7 +104,7 @@ pub fn replay<S: Scene>(samples: &[Sample], before: &Beforehand, purpose: Direct
     let drivetrain = S::drivetrain(&finger);
     let source = before.friction.unwrap_or(samples);
     let speeds = Speeds::of(source, &S::settings(), drivetrain.rad_per_count);
-    let mut sensor: Sensor<S::Finger, NoHall, S::Series> =
+    let mut sensor: Sensor<S::Finger, NoJointSensor, S::Series> =
         Sensor::new(finger, drivetrain, speeds.closing, before.calibration);
     let travel = f64::from(S::TRAVEL_RAD / drivetrain.rad_per_count);
     let found = match before.friction {
@@ -140,8 +140,8 @@ pub fn replay<S: Scene>(samples: &[Sample], before: &Beforehand, purpose: Direct
 }
 
 /// Learns friction from a free closing in the recording itself.
-fn within<F: Mechanics, X: Series>(
-    sensor: &mut Sensor<F, NoHall, X>,
+fn within<F: Mechanics, X: SeriesElement>(
+    sensor: &mut Sensor<F, NoJointSensor, X>,
     samples: &[Sample],
     speeds: &Speeds,
     travel_counts: f64,
@@ -157,8 +157,8 @@ fn within<F: Mechanics, X: Series>(
     Ok(Source::Within(stretch))
 }
 
-fn take<F: Mechanics, X: Series>(
-    sensor: &mut Sensor<F, NoHall, X>,
+fn take<F: Mechanics, X: SeriesElement>(
+    sensor: &mut Sensor<F, NoJointSensor, X>,
     sample: &Sample,
     told: &mut Vec<Told>,
 ) {
@@ -170,8 +170,8 @@ fn take<F: Mechanics, X: Series>(
     }
 }
 
-fn flush<F: Mechanics, X: Series>(
-    sensor: &mut Sensor<F, NoHall, X>,
+fn flush<F: Mechanics, X: SeriesElement>(
+    sensor: &mut Sensor<F, NoJointSensor, X>,
     samples: &[Sample],
     told: &mut Vec<Told>,
 ) {
@@ -189,8 +189,8 @@ fn flush<F: Mechanics, X: Series>(
 
 /// Lets the sensor record friction. An opening may have another speed than the closings: the sensing is told that speed while
 /// it lasts.
-fn learn<F: Mechanics, X: Series>(
-    sensor: &mut Sensor<F, NoHall, X>,
+fn learn<F: Mechanics, X: SeriesElement>(
+    sensor: &mut Sensor<F, NoJointSensor, X>,
     samples: &[Sample],
     speeds: &Speeds,
 ) -> Result<(), NoFriction> {
