@@ -2,6 +2,7 @@
 //! (docs/MECHANICS.md#two-contacts). The questions are the same for two and three phalanges ([`HoldsTwice`]).
 
 use super::preshape::dot;
+use super::statics::contact_arms;
 use super::two_contacts::cross;
 use super::{
     BaseJoint, Candidate, Configuration, Contact, Finger, Free, JointStep, MAX_PHALANGES,
@@ -53,27 +54,54 @@ impl HeldForces {
     };
 }
 
+/// Why a stiffer finger is not told as two contacts in a posture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoSecondContact {
+    /// A joint stands at its closing stop: that is what makes it stiffer.
+    AtStop,
+    /// The first contact leads to no posture at that torque, or nothing on the finger is so stiff.
+    Unexplained,
+}
+
 /// What sensing asks of a finger that touches with two phalanges.
 pub trait HoldsTwice: Mechanics {
     /// Phalanx and place of a second contact from the stiffness that it leaves. The first one was made in the free posture
-    /// `at`. `None` where the first leads to no such posture, where a joint stands at its closing stop instead, or where no
-    /// second contact is so stiff.
+    /// `at`.
+    ///
+    /// # Errors
+    /// Why there are no two contacts in a posture.
     fn second_contact(
         &self,
         at: &Free<Self::Configuration>,
         first: Contact,
         measured: &SecondMeasured,
-    ) -> Option<TwoContacts<Self::Configuration>>;
+    ) -> Result<TwoContacts<Self::Configuration>, NoSecondContact>;
 
     /// Forces at a torque not much above that of the second contact.
     fn held_forces(&self, held: &TwoContacts<Self::Configuration>, torque_nm: f32) -> HeldForces;
 }
 
 impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
-    /// Whether a joint beyond the first stands at its closing stop: the finger is stiffer then without a second contact.
-    fn is_at_joint_stop(&self, joints_rad: &[f32; N]) -> bool {
-        let mut beyond_first = joints_rad.iter().zip(&self.parameters.range_rad).skip(1);
-        beyond_first.any(|(rad, [_, stop_rad])| *rad > stop_rad - STOP_MARGIN_RAD)
+    /// The finger on its first contact after a rise of torque.
+    fn pressed_on(
+        &self,
+        at: &Free<Configuration<N>>,
+        first: Contact,
+        rise_nm: f32,
+    ) -> Result<(Pressed<N>, Configuration<N>), NoSecondContact> {
+        let led = || {
+            let mut path = self.start(&at.configuration, at.torque_nm, first)?;
+            self.continue_to(&mut path, rise_nm)?;
+            let pressed = self.pressed(&path)?;
+            Some((pressed, Configuration::of(pressed.joints_rad)?))
+        };
+        let (pressed, configuration) = led().ok_or(NoSecondContact::Unexplained)?;
+        let ranges = self.parameters.range_rad.iter();
+        let mut beyond_first = pressed.joints_rad.iter().zip(ranges).skip(1);
+        if beyond_first.any(|(rad, [_, stop_rad])| *rad > stop_rad - STOP_MARGIN_RAD) {
+            return Err(NoSecondContact::AtStop);
+        }
+        Ok((pressed, configuration))
     }
 }
 
@@ -83,14 +111,9 @@ impl<T: Transmission<2>, B: BaseJoint> HoldsTwice for Finger<2, T, B> {
         at: &Free<Configuration<2>>,
         first: Contact,
         measured: &SecondMeasured,
-    ) -> Option<TwoContacts<Configuration<2>>> {
-        let mut path = self.path(&at.configuration, at.torque_nm, first)?;
-        self.follow(&mut path, measured.rise_nm)?;
-        let pressed = self.pressed(&path)?;
-        if self.is_at_joint_stop(&pressed.joints_rad) {
-            return None;
-        }
-        Some(TwoContacts {
+    ) -> Result<TwoContacts<Configuration<2>>, NoSecondContact> {
+        let (pressed, configuration) = self.pressed_on(at, first, measured.rise_nm)?;
+        Ok(TwoContacts {
             first: Contact {
                 k_m: pressed.k_now_m,
                 ..first
@@ -98,7 +121,7 @@ impl<T: Transmission<2>, B: BaseJoint> HoldsTwice for Finger<2, T, B> {
             phalanx: if first.phalanx == 1 { 2 } else { 1 },
             k_m: f32::NAN,
             sigma_m: f32::NAN,
-            configuration: Configuration::of(pressed.joints_rad)?,
+            configuration,
             torque_nm: at.torque_nm + measured.rise_nm,
             turning_per_nm: [0.0; MAX_PHALANGES],
         })
@@ -123,18 +146,15 @@ impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
         at: &Free<Configuration<3>>,
         first: Contact,
         measured: &SecondMeasured,
-    ) -> Option<TwoContacts<Configuration<3>>> {
-        let mut path = self.path(&at.configuration, at.torque_nm, first)?;
-        self.follow(&mut path, measured.rise_nm)?;
-        let pressed = self.pressed(&path)?;
-        if self.is_at_joint_stop(&pressed.joints_rad) {
-            return None;
-        }
+    ) -> Result<TwoContacts<Configuration<3>>, NoSecondContact> {
+        let (pressed, configuration) = self.pressed_on(at, first, measured.rise_nm)?;
         let mut best = (0.0, 0, f32::NAN, f32::NAN);
-        for found in self.second_places(&at.configuration, at.torque_nm, first, measured)? {
+        let places = self.second_places(&at.configuration, at.torque_nm, first, measured);
+        for found in places.iter().flatten() {
             let Candidate { phalanx, k_m, .. } = found.place;
             // The likelihood's integral along the phalanx, about this place; in units of the compliance's deviation.
-            let likely = found.sigma_m / self.phalanx_length_m(phalanx)?;
+            let length_m = self.phalanx_length_m(phalanx).unwrap_or(f32::MAX);
+            let likely = found.sigma_m / length_m;
             if likely > best.0 && pressed.second_presses(phalanx, k_m) {
                 best = (likely, phalanx, k_m, found.sigma_m);
             }
@@ -152,14 +172,13 @@ impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
             }
         }
         let (likely, phalanx, k_m, sigma_m) = best;
-        if !(likely > 0.0) {
-            return None;
-        }
-        let configuration = Configuration::of(pressed.joints_rad)?;
         // Where the place does not matter any place leaves the same motion.
         let k_any_m = if k_m.is_finite() { k_m } else { middle_m };
-        let second = self.arms_of(&configuration, phalanx, k_any_m)?;
-        Some(TwoContacts {
+        let turning_per_nm = pressed.turning_per_nm(phalanx, k_any_m);
+        let turning_per_nm = turning_per_nm
+            .filter(|_| likely > 0.0)
+            .ok_or(NoSecondContact::Unexplained)?;
+        Ok(TwoContacts {
             first: Contact {
                 k_m: pressed.k_now_m,
                 ..first
@@ -169,7 +188,7 @@ impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
             sigma_m,
             configuration,
             torque_nm: at.torque_nm + measured.rise_nm,
-            turning_per_nm: pressed.turning_per_nm(&second)?,
+            turning_per_nm,
         })
     }
 
@@ -194,18 +213,12 @@ impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
     }
 }
 
-impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
-    /// Moment arms of one contact.
-    fn arms_of(&self, at: &Configuration<3>, phalanx: u8, k_m: f32) -> Option<[f32; 3]> {
-        let column = usize::from(phalanx).checked_sub(1).filter(|i| *i < 3)?;
-        Some(self.arms_m(at, [k_m; 3]).map(|row| row[column]))
-    }
-}
-
 impl Pressed<3> {
-    /// How the joints turn with the torque when a second contact with these moment arms holds too: along v = p_a x p_b.
-    fn turning_per_nm(&self, second_arms_m: &[f32; 3]) -> Option<[f32; 3]> {
-        let v = cross(&self.arms_m, second_arms_m);
+    /// How the joints turn with the torque when a second contact holds too: along v = p_a x p_b.
+    fn turning_per_nm(&self, phalanx: u8, k_m: f32) -> Option<[f32; 3]> {
+        let tip = usize::from(phalanx).checked_sub(1)?;
+        let second = contact_arms(&self.lengths_m, &self.turn, tip, k_m);
+        let v = cross(&self.arms_m, &second);
         let energy: f32 = (self.stiffness_nm_per_rad.iter().zip(v))
             .map(|(row, v_row)| v_row * dot(row, &v))
             .sum();

@@ -50,7 +50,7 @@ pub use build::{AnyBase, Base, BaseJoint, Finger, Parameters, Springless};
 pub use configuration::{Configuration, JointStep};
 pub use error::{ConfigError, Parameter};
 pub use fourbar::{Advance, Assembly, FourBar, Levers, Ratio};
-pub use held::{HeldForces, HoldsTwice, TwoContacts};
+pub use held::{HeldForces, HoldsTwice, NoSecondContact, TwoContacts};
 pub use linkage::Linkage;
 pub use mechanics::{
     Candidate, Candidates, Class, Contact, Free, Inverse, LONGEST_FINGER, MAX_PHALANGES,

@@ -18,7 +18,9 @@ use crate::drive::joint::{AngleSensor, HallInput, JointInput, NotFitted};
 use crate::drive::sequence::Motion;
 use crate::finger::{ConfigError, Mechanics};
 use crate::sample::Sample;
-use crate::sensing::{Calibration, Drivetrain, Hall, JointSensor, NoHall, Series, Settings};
+use crate::sensing::{
+    AfterContact, Calibration, Drivetrain, Hall, JointSensor, NoHall, Series, Settings,
+};
 
 /// A sensor of joint 2, and what reads it: [`NoHall`] or [`Hall`].
 pub trait Joint: JointSensor {
@@ -66,6 +68,10 @@ pub trait Scene {
     /// What lies between gears and input link: a [`Cable`](crate::sensing::Cable), or nothing that gives way
     /// ([`Rigid`](crate::sensing::Rigid)).
     type Series: Series;
+
+    /// What comes after the first contact: [`Follow`](crate::sensing::Follow), or nothing
+    /// ([`FirstContactOnly`](crate::sensing::FirstContactOnly)).
+    type After: AfterContact<Self::Finger>;
 
     /// The finger, checked: one with a value out of its range, or whose linkage does not close, does not compile.
     const MECHANISM: Self::Finger;
