@@ -67,9 +67,9 @@ pub fn rust(scene: &Scene) -> String {
     let title = scene.text("title");
     let (finger, mechanism) = finger(scene);
     let joint = if scene.flag("hall.fitted") {
-        "Hall"
+        "HallSensor"
     } else {
-        "NoHall"
+        "NoJointSensor"
     };
     let after = if scene.flag("options.second_contact") {
         "Follow<Self::Finger>"
@@ -258,7 +258,7 @@ impl palpate::scene::Scene for {name} {{
     ));
     section(&format!(
         "    const HOLD_FORCE_N: f32 = {};
-    const ANGLE_SENSOR: palpate::drive::joint::AngleSensor = palpate::drive::joint::AngleSensor {{
+    const ANGLE_SENSOR: palpate::joint_sensor::AngleSensor = palpate::joint_sensor::AngleSensor {{
         zero_v: {},
         volt_per_rad: {},
         min_rad: {},

@@ -12,16 +12,16 @@ use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Instant, Ticker};
 
+use super::Joint;
 use crate::scene::Active;
 use palpate::app::console::command::Command;
 use palpate::app::console::text::Answer;
 use palpate::app::grasp::sensing::{followed_notice, notice};
 use palpate::app::log::{self, LimitReport, Log};
-use palpate::drive::joint::JointInput;
 use palpate::drive::sequence::{MotionResult, Notice, State, StepOutput};
 use palpate::drive::thermal::Temperatures;
 use palpate::drive::{Fault, OffsetState, Status};
-use palpate::scene::{JointPin, Reading, Scene};
+use palpate::scene::Reading;
 use palpate::sensing::{Event, JointSensor, Side};
 
 use super::control::{self, Samples};
@@ -30,9 +30,6 @@ use super::indicator::{Button, Led};
 use super::telemetry::{self, Telemetry};
 use super::watchdog::{self, Reporter};
 use super::{console, rtt, thermal, trace};
-
-/// What measures joint 2 in this firmware's scene.
-type Joint = <Active as Scene>::Joint;
 
 /// How often both are called.
 const PERIOD: Duration = Duration::from_millis(1);
@@ -56,7 +53,7 @@ pub async fn sense(mut samples: Samples, application: Application) {
             NOTICES.send(Notice::Fault(Fault::QueueOverflow)).await;
         }
         while let Some(sample) = samples.next() {
-            if JointPin::<Active>::FITTED {
+            if Joint::FITTED {
                 reads = joint_reads(reads, sample.joint);
             }
             let (event, followed) = sensing.lock(|sensing| {
@@ -94,9 +91,7 @@ impl Application {
     /// Logs an event, and what belongs to it.
     fn report(self, event: &Event) {
         log::event(&mut Telemetry, event);
-        if JointPin::<Active>::FITTED
-            && matches!(event, Event::Located { .. } | Event::Ambiguous { .. })
-        {
+        if Joint::FITTED && matches!(event, Event::Located { .. } | Event::Ambiguous { .. }) {
             let change = self.sensing.lock(|sensing| sensing.borrow().joint_change());
             let change_rad = Joint::rad(change).unwrap_or(f32::NAN);
             telemetry::branch(change_rad * 1e3, side(Joint::side(change)));

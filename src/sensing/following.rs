@@ -9,10 +9,10 @@ use core::fmt::Debug;
 use crate::finger::{
     Contact, HeldForces, HoldsTwice, Mechanics, NoSecondContact, SecondMeasured, TwoContacts,
 };
+use crate::joint_sensor::JointSensor;
 use crate::numeric::{Bounded, sqrt};
-use crate::sensing::block::{Block, Gate, Step};
-use crate::sensing::joint::JointSensor;
-use crate::sensing::location::Series;
+use crate::sensing::block::{Block, BlockAverager, BlockUpdate};
+use crate::sensing::location::SeriesElement;
 use crate::sensing::second::{Elbow, SecondContact};
 use crate::sensing::{Directive, Drive, Event, NotLocated, Sample, Sensor};
 
@@ -72,7 +72,7 @@ pub trait AfterContact<F: Mechanics>: Clone + Debug + Default {
     fn direct(&mut self, directive: Directive);
 
     /// Takes a sample that the sensor has taken, and what that told; returns at most one event.
-    fn sample<H: JointSensor, X: Series>(
+    fn sample<H: JointSensor, X: SeriesElement>(
         &mut self,
         sensor: &mut Sensor<F, H, X>,
         sample: &Sample<H::Reading>,
@@ -89,7 +89,7 @@ impl<F: Mechanics> AfterContact<F> for FirstContactOnly {
 
     fn direct(&mut self, _: Directive) {}
 
-    fn sample<H: JointSensor, X: Series>(
+    fn sample<H: JointSensor, X: SeriesElement>(
         &mut self,
         _: &mut Sensor<F, H, X>,
         _: &Sample<H::Reading>,
@@ -133,7 +133,7 @@ struct Closing<C> {
 /// Looks for a second contact of a finger that [holds twice](HoldsTwice), and tells how the object is held.
 #[derive(Clone, Debug)]
 pub struct Follow<F: Mechanics> {
-    gate: Gate,
+    averager: BlockAverager,
     watches: bool,
     /// Torque above the record in the last two blocks, newton metre at the input link.
     before_nm: [f32; 2],
@@ -143,7 +143,7 @@ pub struct Follow<F: Mechanics> {
 impl<F: Mechanics> Default for Follow<F> {
     fn default() -> Self {
         Self {
-            gate: Gate::default(),
+            averager: BlockAverager::default(),
             watches: false,
             before_nm: [f32::NAN; 2],
             closing: None,
@@ -166,14 +166,14 @@ impl<F: HoldsTwice + Clone + Debug> AfterContact<F> for Follow<F> {
     }
 
     #[inline(never)]
-    fn sample<H: JointSensor, X: Series>(
+    fn sample<H: JointSensor, X: SeriesElement>(
         &mut self,
         sensor: &mut Sensor<F, H, X>,
         sample: &Sample<H::Reading>,
         told: Option<&Event>,
     ) -> Option<Followed> {
-        let step = (self.gate).push(sample, sensor.drivetrain(), sensor.settings());
-        if let Step::Block(block) = step
+        let step = (self.averager).push(sample, sensor.drivetrain(), sensor.settings());
+        if let BlockUpdate::Block(block) = step
             && self.watches
             && block.drive == Drive::Closing
         {
@@ -188,7 +188,11 @@ impl<F: HoldsTwice + Clone + Debug> AfterContact<F> for Follow<F> {
 
 impl<F: HoldsTwice + Clone + Debug> Follow<F> {
     /// A block of a closing.
-    fn take<H: JointSensor, X: Series>(&mut self, sensor: &mut Sensor<F, H, X>, block: &Block) {
+    fn take<H: JointSensor, X: SeriesElement>(
+        &mut self,
+        sensor: &mut Sensor<F, H, X>,
+        block: &Block,
+    ) {
         let Some(residual) = sensor.residual(block) else {
             return;
         };
@@ -223,7 +227,7 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
     }
 
     /// What the sensor tells of the first contact.
-    fn hear<H: JointSensor, X: Series>(
+    fn hear<H: JointSensor, X: SeriesElement>(
         &mut self,
         sensor: &Sensor<F, H, X>,
         now_us: u64,
@@ -295,7 +299,7 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
     }
 
     /// Says what is due.
-    fn judge<H: JointSensor, X: Series>(
+    fn judge<H: JointSensor, X: SeriesElement>(
         &mut self,
         sensor: &mut Sensor<F, H, X>,
         now_us: u64,
@@ -331,7 +335,7 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
 
 impl<C: Copy> Closing<C> {
     /// Whether an elbow is a second contact, and what is known of it.
-    fn second_contact<F, H: JointSensor, X: Series>(
+    fn second_contact<F, H: JointSensor, X: SeriesElement>(
         &mut self,
         sensor: &Sensor<F, H, X>,
         elbow: &Elbow,

@@ -72,7 +72,7 @@ impl<S: Simulated> Simulation<S> {
         }
         let plant = palpate_mujoco::plant(parameters, &Grasp::Free, seed)?;
         let slow = Slow::new();
-        let machine = S::joint_input()
+        let machine = S::joint_sensor()
             .and_then(|joint| Machine::new(Board::new(plant), &S::DRIVE, joint, slow))
             .map_err(Error::Drive)?;
         Ok(Self {

@@ -8,7 +8,7 @@ use palpate::drive::demand::{Demand, Status};
 use palpate::drive::fault::Fault;
 use palpate::drive::sequence::{Notice, Refused, Request, State};
 use palpate::sample::Sample;
-use palpate::scene::{JointPin, SampleOf};
+use palpate::scene::SampleOf;
 use palpate::sensing::{Directive, Event, Followed};
 
 /// Both halves, and what they said.
@@ -68,7 +68,7 @@ impl<S: Simulated> Slow<S> {
 }
 
 impl<S: Simulated> SlowLoop for Slow<S> {
-    type Input = JointPin<S>;
+    type Joint = S::Joint;
 
     fn sample(&mut self, sample: &SampleOf<S>, status: &Status) -> Demand {
         self.samples.push((self.directive, sample.with_joint(())));

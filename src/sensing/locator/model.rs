@@ -15,7 +15,7 @@ use crate::finger::{Contact, Free, Mechanics, PathPoint};
 use crate::numeric::Bounded;
 use crate::sensing::calibration::MIDDLE_NM;
 use crate::sensing::curve::Point;
-use crate::sensing::{Drivetrain, Series};
+use crate::sensing::{Drivetrain, SeriesElement};
 use core::marker::PhantomData;
 
 /// Least rise of the torque that a path is followed to, newton metre: its derivatives vanish at the onset.
@@ -82,7 +82,7 @@ pub(super) struct Model<F: Mechanics, X> {
     series: PhantomData<X>,
 }
 
-impl<F: Mechanics, X: Series> Model<F, X> {
+impl<F: Mechanics, X: SeriesElement> Model<F, X> {
     /// The model of a hypothesis; None where there is no such contact. `onset` is the free finger there.
     pub(super) fn new(
         finger: &F,

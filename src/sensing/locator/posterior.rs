@@ -7,7 +7,7 @@ use super::{Data, Free, Locator, Model, Prior, RADII_M, Track, onset};
 use crate::finger::{Class, MAX_PHALANGES, Mechanics};
 use crate::numeric::{Bounded, exp, ln, sqrt};
 use crate::sensing::curve::Point;
-use crate::sensing::{Calibration, NotLocated, Series};
+use crate::sensing::{Calibration, NotLocated, SeriesElement};
 
 /// Probability below which another phalanx, or another place on the same, is not worth a word.
 const UNLIKELY: f32 = 0.05;
@@ -71,7 +71,7 @@ struct Weighed {
     ln_evidence: f32,
 }
 
-impl<F: Mechanics, X: Series> Locator<F, X> {
+impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     /// The verdict at the end of a round. `bonus` is what else is known of each hypothesis (a joint's sensor), as a logarithm
     /// of odds.
     // Not inlined: what it says is written where it stays.
@@ -269,7 +269,7 @@ pub struct State<C> {
 
 impl Track {
     /// All radii together; `spread` is by how much the residuals exceed what was expected, as a variance ratio.
-    fn weigh<X: Series>(&self, prior: &Prior<X>, spread: f32) -> Option<Weighed> {
+    fn weigh<X: SeriesElement>(&self, prior: &Prior<X>, spread: f32) -> Option<Weighed> {
         let mut best: Option<(&Fitted, usize)> = None;
         for (index, fitted) in self.fits.iter().enumerate() {
             let Some(fitted) = fitted else { continue };

@@ -18,7 +18,7 @@ use palpate::finger::Mechanics;
 use palpate::sample::{Drive, Sample};
 use palpate::scene::Scene;
 use palpate::sensing::{
-    AfterContact, Calibration, Directive, Event, Followed, NoHall, Sensor, Series,
+    AfterContact, Calibration, Directive, Event, Followed, NoJointSensor, Sensor, SeriesElement,
 };
 
 use crate::recordings::protocol::{FLUSH, Speeds};
@@ -121,7 +121,7 @@ pub fn replay<S: Scene>(samples: &[Sample], before: &Beforehand, purpose: Direct
     let drivetrain = S::drivetrain(&finger);
     let source = before.friction.unwrap_or(samples);
     let speeds = Speeds::of(source, &S::settings(), drivetrain.rad_per_count);
-    let mut sensor: Sensor<S::Finger, NoHall, S::Series> =
+    let mut sensor: Sensor<S::Finger, NoJointSensor, S::Series> =
         Sensor::new(finger, drivetrain, speeds.closing, before.calibration);
     let travel = f64::from(S::TRAVEL_RAD / drivetrain.rad_per_count);
     let found = match before.friction {
@@ -173,8 +173,8 @@ pub fn replay<S: Scene>(samples: &[Sample], before: &Beforehand, purpose: Direct
 }
 
 /// Learns friction from a free closing in the recording itself.
-fn within<F: Mechanics, X: Series>(
-    sensor: &mut Sensor<F, NoHall, X>,
+fn within<F: Mechanics, X: SeriesElement>(
+    sensor: &mut Sensor<F, NoJointSensor, X>,
     samples: &[Sample],
     speeds: &Speeds,
     travel_counts: f64,
@@ -190,8 +190,8 @@ fn within<F: Mechanics, X: Series>(
     Ok(Source::Within(stretch))
 }
 
-fn take<F: Mechanics, X: Series>(
-    sensor: &mut Sensor<F, NoHall, X>,
+fn take<F: Mechanics, X: SeriesElement>(
+    sensor: &mut Sensor<F, NoJointSensor, X>,
     sample: &Sample,
     told: &mut Vec<Told>,
 ) {
@@ -203,8 +203,8 @@ fn take<F: Mechanics, X: Series>(
     }
 }
 
-fn flush<F: Mechanics, X: Series>(
-    sensor: &mut Sensor<F, NoHall, X>,
+fn flush<F: Mechanics, X: SeriesElement>(
+    sensor: &mut Sensor<F, NoJointSensor, X>,
     samples: &[Sample],
     told: &mut Vec<Told>,
 ) {
@@ -229,8 +229,8 @@ fn after_end(samples: &[Sample]) -> impl Iterator<Item = Sample> + use<> {
 
 /// Lets the sensor record friction. An opening may have another speed than the closings: the sensing is told that speed while
 /// it lasts.
-fn learn<F: Mechanics, X: Series>(
-    sensor: &mut Sensor<F, NoHall, X>,
+fn learn<F: Mechanics, X: SeriesElement>(
+    sensor: &mut Sensor<F, NoJointSensor, X>,
     samples: &[Sample],
     speeds: &Speeds,
 ) -> Result<(), NoFriction> {
