@@ -170,7 +170,7 @@ fn held(firmware: &Firmware, contact_mm: f64, diameter_mm: f64) -> (String, Opti
     };
     let at = |name: &str| {
         let named = |line: &palpate_emulator::log::Line| line.event().name == name;
-        session.lines.iter().position(named)
+        session.lines.iter().rposition(named)
     };
     assert!(at("not-located") < at("grasp"), "the grasp comes last");
     assert!(
