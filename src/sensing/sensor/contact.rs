@@ -289,8 +289,9 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         point.late_nm = collector.late_nm;
         collector.torque_nm = point.excess_nm;
         collector.top_nm = collector.top_nm.at_least(point.excess_nm);
+        let measured_rad = self.drivetrain.closing_rad(corrected.counts);
         if !matches!(self.directive, Directive::CalibrateCable)
-            && self.is_at_stop(&corrected, &point)
+            && self.is_at_stop(measured_rad, point.excess_nm)
         {
             collector.phase = CurvePhase::AtStop;
         }
@@ -300,12 +301,12 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     }
 
     /// Whether the input link, behind the cable, is at the closing stop.
-    fn is_at_stop(&self, corrected: &CorrectedBlock<H::Reading>, point: &Point) -> bool {
-        let mut link_rad = self.drivetrain.closing_rad(corrected.counts);
+    pub(super) fn is_at_stop(&self, measured_rad: f32, excess_nm: f32) -> bool {
+        let mut link_rad = measured_rad;
         if X::FLEXIBLE {
             let calibration = &self.calibration;
             let twist = calibration.cable_rad_per_nm - calibration.cable_sigma_rad_per_nm;
-            link_rad -= twist.at_least(0.0) * point.excess_nm.at_least(0.0);
+            link_rad -= twist.at_least(0.0) * excess_nm.at_least(0.0);
         }
         let stop_rad = self.drivetrain.opening_stop_rad + self.settings.closing_stop_rad;
         link_rad > stop_rad - STOP_MARGIN_RAD
