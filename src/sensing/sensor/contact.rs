@@ -61,11 +61,20 @@ pub(super) struct CurveCollector<R> {
     pub(super) torque_nm: f32,
     /// The largest of it so far.
     top_nm: f32,
+    /// Blocks in a row whose torque had fallen.
+    fallen: u8,
     /// The torque as the cable's creep feels it, and when it was last brought up to date.
     late_nm: f32,
     late_us: u64,
     /// The last block: it joins the curve when its neighbour has given its acceleration.
     pub(super) waiting: CorrectedBlock<R>,
+}
+
+impl<R> CurveCollector<R> {
+    /// The contact is lost: no path says what force acts since. One block may be that in which the motor is stopped.
+    pub(super) fn is_lost(&self) -> bool {
+        self.fallen >= 2
+    }
 }
 
 /// How far a contact has come.
@@ -202,6 +211,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             held_nm,
             torque_nm: 0.0,
             top_nm: 0.0,
+            fallen: 0,
             late_nm: 0.0,
             late_us: first.time_us,
             waiting: *first,
@@ -214,10 +224,13 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         contact: &mut Contact<F, H::Reading, X>,
         corrected: &CorrectedBlock<H::Reading>,
     ) {
-        if contact.collector.phase == CurvePhase::Ending {
+        let collector = &mut contact.collector;
+        let fallen = self.has_fallen(collector, corrected);
+        collector.fallen = u8::from(fallen) * collector.fallen.saturating_add(1);
+        if collector.phase == CurvePhase::Ending {
             return;
         }
-        if self.is_lost(&contact.collector, corrected) {
+        if fallen {
             contact.end();
             return;
         }
@@ -244,7 +257,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     }
 
     /// Whether the torque has fallen: the finger slid off, or the object gave way. What comes after is another contact.
-    fn is_lost(
+    fn has_fallen(
         &self,
         collector: &CurveCollector<H::Reading>,
         corrected: &CorrectedBlock<H::Reading>,
@@ -276,8 +289,9 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         point.late_nm = collector.late_nm;
         collector.torque_nm = point.excess_nm;
         collector.top_nm = collector.top_nm.at_least(point.excess_nm);
+        let measured_rad = self.drivetrain.closing_rad(corrected.counts);
         if !matches!(self.directive, Directive::CalibrateCable)
-            && self.is_at_stop(&corrected, &point)
+            && self.is_at_stop(measured_rad, point.excess_nm)
         {
             collector.phase = CurvePhase::AtStop;
         }
@@ -287,12 +301,12 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     }
 
     /// Whether the input link, behind the cable, is at the closing stop.
-    fn is_at_stop(&self, corrected: &CorrectedBlock<H::Reading>, point: &Point) -> bool {
-        let mut link_rad = self.drivetrain.closing_rad(corrected.counts);
+    pub(super) fn is_at_stop(&self, measured_rad: f32, excess_nm: f32) -> bool {
+        let mut link_rad = measured_rad;
         if X::FLEXIBLE {
             let calibration = &self.calibration;
             let twist = calibration.cable_rad_per_nm - calibration.cable_sigma_rad_per_nm;
-            link_rad -= twist.at_least(0.0) * point.excess_nm.at_least(0.0);
+            link_rad -= twist.at_least(0.0) * excess_nm.at_least(0.0);
         }
         let stop_rad = self.drivetrain.opening_stop_rad + self.settings.closing_stop_rad;
         link_rad > stop_rad - STOP_MARGIN_RAD

@@ -10,6 +10,7 @@
 //! | motion over | the locator's last rounds, a few points a sample; then the last word | `contact` |
 //! | contact at a known place, or with the stop | the calibration | `calibrate` |
 
+mod beside;
 mod calibrate;
 mod contact;
 mod record;
