@@ -50,33 +50,21 @@ pub fn places<M: Mechanics>(
     let mut found: Vec<Candidate, MAX_PLACES> = Vec::new();
     let secant = finger.locate(at, torque_nm, rotation_rad / rise_nm);
     let mut try_from = |phalanx: u8, k_m: f32, length: f32| {
-        let Some(guess) = finger.path(
-            at,
-            torque_nm,
-            Contact {
+        let path = |k_m: f32| {
+            let contact = Contact {
                 phalanx,
                 k_m,
                 radius_m,
-            },
-        ) else {
-            return;
+            };
+            finger.path(at, torque_nm, contact)
         };
+        let Some(guess) = path(k_m) else { return };
         let Some((k_m, _)) = finger.place(&guess, rise_nm, rotation_rad) else {
             return;
         };
         // Newton's method may end on a branch that no rising torque leads to: the path from the place found must turn the
         // input link as measured.
-        let followed = finger
-            .path(
-                at,
-                torque_nm,
-                Contact {
-                    phalanx,
-                    k_m,
-                    radius_m,
-                },
-            )
-            .and_then(|mut path| finger.follow(&mut path, rise_nm));
+        let followed = path(k_m).and_then(|mut path| finger.follow(&mut path, rise_nm));
         let Some(point) = followed else { return };
         let most = point
             .joints_rad

@@ -16,6 +16,17 @@ pub struct Pins {
 }
 
 impl Pins {
+    /// A bridge that is awake and closes the finger.
+    #[must_use]
+    pub fn closing(duty: f64) -> Self {
+        Self {
+            outputs_enabled: true,
+            awake: true,
+            duty,
+            closing: true,
+        }
+    }
+
     /// Share of the supply voltage at the motor, closing positive.
     pub(crate) fn drive(&self) -> f64 {
         if !self.outputs_enabled || self.duty.is_nan() {

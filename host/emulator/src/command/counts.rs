@@ -40,19 +40,16 @@ impl Row<'_> {
     }
 
     fn text(&self) -> String {
-        let Calls {
-            count,
-            total,
-            min_instructions,
-            max,
-        } = self.calls;
+        let calls = self.calls;
         format!(
-            "{:<10} {count:>9} {min_instructions:>8} {:>10.1} {:>8} {:>9} to {:<9} {}",
+            "{:<10} {:>9} {:>8} {:>10.1} {:>8} {:>9} to {:<9} {}",
             self.kind,
-            self.mean(total.instructions),
-            max.instructions,
-            max.cycles_low,
-            max.cycles_high,
+            calls.count,
+            calls.min_instructions,
+            self.mean(calls.total.instructions),
+            calls.max.instructions,
+            calls.max.cycles_low,
+            calls.max.cycles_high,
             self.name,
         )
     }

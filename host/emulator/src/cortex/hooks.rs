@@ -115,32 +115,37 @@ fn watch_stores(uc: &mut Unicorn<'static, Chip>, ram: &Ram) -> Result<(), uc_err
     }
     for base in [0, Map::FLASH] {
         let (from, to) = (base.into(), (base + Map::FLASH_SIZE - 1).into());
-        uc.add_mem_hook(
-            HookType::MEM_WRITE_PROT,
-            from,
-            to,
-            move |uc: &mut Uc<'_>, _, address, size, value| {
-                forget_it_state(uc);
-                uc.get_data_mut()
-                    .store_flash(address as u32 - base, size, value as u32);
-                true
-            },
-        )?;
+        hook_refused_stores(uc, from, to, move |uc, address, size, value| {
+            let chip = uc.get_data_mut();
+            chip.store_flash(address - base, size, value as u32);
+        })?;
     }
     let code = ram.clone();
     // What the engine and the books keep of code must follow its changes. Only the firmware's start stores here, so
     // that stores may be as slow as refused ones; a hook of stores would make those to every address slow.
     let (from, to) = (Map::CCM.into(), (ccm_end - 1).into());
+    hook_refused_stores(uc, from, to, move |uc, address, size, value| {
+        uc.get_data_mut().core.blocks.change_ccm();
+        let bytes = value.to_le_bytes();
+        // A store of the core is never wider than these, and the hook's range is RAM.
+        let _ = code.write(address, &bytes[..size.min(bytes.len())]);
+    })
+}
+
+/// Calls `store` with address, size and value for every store to a range that the engine has mapped read-only.
+fn hook_refused_stores(
+    uc: &mut Unicorn<'static, Chip>,
+    from: u64,
+    to: u64,
+    store: impl Fn(&mut Uc<'_>, u32, usize, i64) + 'static,
+) -> Result<(), uc_error> {
     uc.add_mem_hook(
         HookType::MEM_WRITE_PROT,
         from,
         to,
         move |uc: &mut Uc<'_>, _, address, size, value| {
             forget_it_state(uc);
-            uc.get_data_mut().core.blocks.change_ccm();
-            let bytes = value.to_le_bytes();
-            // A store of the core is never wider than these, and the hook's range is RAM.
-            let _ = code.write(address as u32, &bytes[..size.min(bytes.len())]);
+            store(uc, address as u32, size, value);
             true
         },
     )?;

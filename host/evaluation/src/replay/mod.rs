@@ -19,7 +19,7 @@ use palpate::sample::{Drive, Sample};
 use palpate::scene::Scene;
 use palpate::sensing::{Calibration, Directive, Event, NoJointSensor, Sensor, SeriesElement};
 
-use crate::recordings::protocol::{FLUSH, Speeds};
+use crate::recordings::protocol::{Speeds, idle_after};
 use crate::trace::PERIOD_US;
 
 /// Where the recording of friction was found.
@@ -175,14 +175,7 @@ fn flush<F: Mechanics, X: SeriesElement>(
     samples: &[Sample],
     told: &mut Vec<Told>,
 ) {
-    let Some(last) = samples.last() else { return };
-    for step in 1..=FLUSH {
-        let idle = Sample {
-            time_us: last.time_us + step * PERIOD_US,
-            drive: Drive::Idle,
-            current_a: 0.0,
-            ..*last
-        };
+    for idle in idle_after(samples) {
         take(sensor, &idle, told);
     }
 }
