@@ -1,10 +1,9 @@
 //! Learns torque factor and cable from contacts at known places and from the closing stop.
 //!
-//! A motor torque determines the load at the input link only up to the gears' efficiency eta, and the finger's compliance
-//! is in proportion to 1/K_2: only the ratio eta/K_2 matters for a location (docs/MECHANICS.md#beyond-the-paper). It
-//! is kept as a factor f on the
-//! nominal ratio. The cable in series adds a twist in proportion to the torque; it is kept per newton metre *as computed
-//! with the nominal efficiency*, so that pressing against the closing stop measures it whatever the efficiency is.
+//! A motor torque determines the load at the input link only up to the gears' efficiency eta, and the finger's compliance is in
+//! proportion to 1/K_2: only the ratio eta/K_2 matters for a location (docs/MECHANICS.md#beyond-the-paper). It is kept as a
+//! factor f on the nominal ratio. The cable in series adds a twist in proportion to the torque; it is kept per newton metre *as
+//! computed with the nominal efficiency*, so that pressing against the closing stop measures it whatever the efficiency is.
 
 use serde::{Deserialize, Serialize};
 

@@ -3,8 +3,7 @@
 //!
 //! Bins divide the angle, which is measured almost without noise: bins over the torque would sort points by their noise and so
 //! bend the curve. Near the onset, where the slope changes, a bin is one block; later it is up to eight blocks, over which the
-//! curve
-//! hardly bends.
+//! curve hardly bends.
 
 use crate::numeric::{Bounded, sqrt};
 
@@ -117,8 +116,7 @@ impl Curve {
     }
 
     /// Adds a block at or after the origin; positions must rise. Ignored are an earlier block, one with NaN, and every block once
-    /// all
-    /// bins are full.
+    /// all bins are full.
     pub fn push(&mut self, counts: i32, block: Point) {
         let block = self.placed(counts, block);
         if block.counts < 0.0 || !block.is_finite() {

@@ -1,14 +1,12 @@
 //! Decides whether a contact has begun: generalised likelihood ratio test for a ramp in the residual torque.
 //!
-//! In a free closing the residual wanders: an Ornstein-Uhlenbeck process, a level, a drift ([`Wander`]) and white
-//! noise. A Kalman filter with these three states turns it into white innovations e of variance S. A contact adds a ramp over
-//! the angle, from an onset that is not known and with a slope that is not known either but is at least half that of the
-//! softest contact of the finger. What a ramp of slope 1 from a certain onset would add to an innovation, g, follows from
-//! the filter's gains alone (Willsky and Jones, IEEE Trans. Automatic Control 21, 1976). With c = sum g e / S and
-//! d = sum g^2 / S since the onset, the logarithm of the likelihood ratio is b c - b^2 d / 2, largest for the slope
-//! b = max(c / d, b_least). Every block is a possible onset, the last [`ONSETS`] are followed; a contact is decided when the
-//! largest of these
-//! logarithms exceeds the threshold.
+//! In a free closing the residual wanders: an Ornstein-Uhlenbeck process, a level, a drift ([`Wander`]) and white noise. A Kalman
+//! filter with these three states turns it into white innovations e of variance S. A contact adds a ramp over the angle, from an
+//! onset that is not known and with a slope that is not known either but is at least half that of the softest contact of the
+//! finger. What a ramp of slope 1 from a certain onset would add to an innovation, g, follows from the filter's gains alone
+//! (Willsky and Jones, IEEE Trans. Automatic Control 21, 1976). With c = sum g e / S and d = sum g^2 / S since the onset, the
+//! logarithm of the likelihood ratio is b c - b^2 d / 2, largest for the slope b = max(c / d, b_least). Every block is a possible
+//! onset, the last [`ONSETS`] are followed; a contact is decided when the largest of these logarithms exceeds the threshold.
 //!
 //! An innovation far outside the model gets a larger variance, so that a decision takes at least two blocks.
 //!

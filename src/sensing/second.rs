@@ -1,8 +1,7 @@
 //! A second contact: where the slope of torque over angle jumps after the first (docs/MECHANICS.md#two-contacts).
 //!
-//! Independent of the [`Sensor`](super::Sensor): it takes the blocks of a closing after the sensor has reported a touch. A
-//! program that
-//! does not use it carries nothing of it.
+//! Independent of the [`Sensor`](super::Sensor): it takes the blocks of a closing after the sensor has reported a touch.
+//! [`Follow`](super::Follow) does so in a scene with that option.
 //!
 //! With a single contact the slope of the curve changes smoothly, at a second one it jumps. Over the last blocks a parabola is
 //! compared with a parabola plus a hinge. Worm and wandering friction bend the curve too, but slowly and far less.
@@ -17,8 +16,7 @@ const WINDOW: usize = BEFORE + AFTER;
 /// Terms of the curve: constant, slope, curvature, hinge.
 const TERMS: usize = 4;
 /// The slope must grow by this factor (chosen): that of a single contact grows too, but over several windows. If the first
-/// contact
-/// leaves two thirds of the cable's stiffness, a second one changes the slope by exactly this factor.
+/// contact leaves two thirds of the cable's stiffness, a second one changes the slope by exactly this factor.
 const LEAST_RATIO: f32 = 1.5;
 /// And by this many standard deviations of the hinge.
 const LEAST_SIGMAS: f32 = 8.0;

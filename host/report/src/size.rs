@@ -127,12 +127,14 @@ const FEATURES: &[(&str, &str)] = &[
     ("sensing::location::Rigid", "sensing::location::Rigid"),
     ("sensing::location::Cable", "sensing::location::Cable"),
     ("::learn_from_press", "sensing::location::Cable"),
+    ("sensing::following::", "sensing::following::Follow<"),
+    ("finger::held::", "sensing::following::Follow<"),
 ];
 
 /// The types that a scene is made of; of an image that is no scene, nothing is expected or refused.
 fn types(scene: &str) -> Option<&'static str> {
     fn name<S: Scene>() -> &'static str {
-        std::any::type_name::<(S::Finger, S::Joint, S::Series)>()
+        std::any::type_name::<(S::Finger, S::Joint, S::Series, S::After)>()
     }
     palpate_scenes::for_scene!(scene, |S| name::<S>())
 }

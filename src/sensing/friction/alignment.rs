@@ -1,12 +1,11 @@
 //! Aligns a friction record that was taken with another zero of the encoder.
 //!
-//! A restart finds a new zero at the opening stop, some milliradians from the old one, and friction is periodic with
-//! the turn of the worm: without a shift by the difference of the zeros the record leaves a residual that looks like a contact or
-//! like a soft finger. The first free motion of a closing determines the shift. Several shifts are compared: for each, a Kalman
-//! filter with the states wander and level whitens the residual (the level is a state because an offset is no shift), and the
-//! squares together with the spread of homings give its posterior. Where friction is even the squares do not depend on the shift,
-//! and
-//! the spread keeps it small. Its deviation enters the noise model of the closing that follows.
+//! A restart finds a new zero at the opening stop, some milliradians from the old one, and friction is periodic with the turn of
+//! the worm: without a shift by the difference of the zeros the record leaves a residual that looks like a contact or like a soft
+//! finger. The first free motion of a closing determines the shift. Several shifts are compared: for each, a Kalman filter with
+//! the states wander and level whitens the residual (the level is a state because an offset is no shift), and the squares
+//! together with the spread of homings give its posterior. Where friction is even the squares do not depend on the shift, and the
+//! spread keeps it small. Its deviation enters the noise model of the closing that follows.
 //!
 //! If no shift explains the motion, it is not free or the record is unusable; this shows after some blocks, long before the
 //! motor presses hard.
@@ -26,8 +25,7 @@ const SPREAD_RAD: f32 = 0.008;
 /// Free motion that is compared, radian: most of a turn of the worm (0.3 rad).
 const WAY_RAD: f32 = 0.2;
 /// Sum of squares in variances a block, plus as many blocks more, above which the motion is not free or does not fit the record.
-/// A
-/// free motion has one variance a block.
+/// A free motion has one variance a block.
 const UNLIKE: f32 = 4.0;
 const MORE_BLOCKS: f32 = 6.0;
 

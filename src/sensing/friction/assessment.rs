@@ -152,8 +152,7 @@ impl Assessment {
     }
 
     /// Subtracts curve and harmonics from the bins by ordinary least squares. The likelihoods do not change by that, and the
-    /// small
-    /// remainders make single precision sufficient.
+    /// small remainders make single precision sufficient.
     fn take_off(&mut self, record: &Friction) -> bool {
         let mean = self.pass.bins.mean().unwrap_or(0.0);
         let mut products: Products = [[0.0; ALL]; ALL];

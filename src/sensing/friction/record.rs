@@ -36,8 +36,8 @@ pub struct Friction {
     /// Mean torque while opening, newton metre, negative; 0 before it is known.
     pub opening_nm: f32,
     /// Torque of closing minus that of opening, each in its direction of motion: value at the beginning of the travel, and growth
-    /// over
-    /// the whole travel, newton metre; 0 before it is known. Friction is the same in both directions, weight and springs are not.
+    /// over the whole travel, newton metre; 0 before it is known. Friction is the same in both directions, weight and springs are
+    /// not.
     pub asymmetry_nm: [f32; 2],
     /// White noise of a block's torque: variance times the duration of the block, newton metre squared second.
     pub white_nm2_s: f32,
@@ -159,8 +159,7 @@ impl Friction {
     }
 
     /// Standard deviation of the residual that a shift of the record would leave, newton metre per count. It is that of the
-    /// worm's
-    /// harmonics, the steepest part.
+    /// worm's harmonics, the steepest part.
     pub fn steepness_nm_per_count(&self) -> f32 {
         let squares = self
             .worm_nm
@@ -193,8 +192,7 @@ impl Friction {
     }
 
     /// As [`Friction::at`], but extrapolates beyond the end of the record: the worm's harmonics repeat, and the trend of the last
-    /// turn of
-    /// the worm continues, since springs of the finger go on adding torque.
+    /// turn of the worm continues, since springs of the finger go on adding torque.
     pub fn beyond(&self, counts: i32) -> Option<Estimate> {
         if let Some(found) = self.at(counts) {
             return Some(found);

@@ -165,8 +165,7 @@ impl Wander {
 }
 
 /// exp(-x) for x >= 0 by a rational function, within 1 % up to x = 0.5 and never negative; cheaper than the function, for steps
-/// that
-/// are a small part of the time constant.
+/// that are a small part of the time constant.
 pub(super) fn correlation(x: f32) -> f32 {
     ((1.0 - 0.5 * x) / (1.0 + 0.5 * x)).at_least(0.0)
 }

@@ -1,9 +1,8 @@
 //! One fit: a hypothesis with a fixed contact radius; the other unknowns by Levenberg-Marquardt.
 //!
 //! Each trial is one pass over the curve, a few points at a time, because samples must not wait. If a pass is better, the next
-//! step
-//! starts from its unknowns; if not, the step is shortened. The fit has converged when the predicted gain of a step is at most
-//! [`ENOUGH`], or when no shortened step is better.
+//! step starts from its unknowns; if not, the step is shortened. The fit has converged when the predicted gain of a step is at
+//! most [`ENOUGH`], or when no shortened step is better.
 
 use super::model::{Hold, Model};
 use super::noise::{Row, Whitening};
@@ -246,8 +245,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
     }
 
     /// Calibration from a fit at a known place or at the stop: torque factor and cable with their covariance, and the sum of
-    /// squared
-    /// residuals.
+    /// squared residuals.
     pub(super) fn learned(&mut self, prior: &Prior<X>) -> Option<(Calibration, f32)> {
         let scaling = Scaling::of(prior, self.hypothesis.length_m);
         let values = scaling.values(&self.x);

@@ -2,12 +2,11 @@
 //! (docs/MECHANICS.md#finite-torque-step, docs/MECHANICS.md#estimation-from-recordings).
 //!
 //! A hypothesis is a phalanx, on one side of its stiffest place. For each of several contact radii the location is fitted
-//! together with the other unknowns of contact and drivetrain, each with a prior: the onset, contact friction,
-//! torque factor, friction or preload of the joints, the cable's twist and its creep. Residuals are
-//! correlated by friction and efficiency ([`Noise`]). The fits at all radii together, weighted by their evidence, are the
-//! posterior: its
-//! mean and deviation are the location's, and its integral over a phalanx is that phalanx's probability. A contact on the
-//! proximal phalanx, which has no place, competes with them.
+//! together with the other unknowns of contact and drivetrain, each with a prior: the onset, contact friction, torque factor,
+//! friction or preload of the joints, the cable's twist and its creep. Residuals are correlated by friction and efficiency
+//! ([`Noise`]). The fits at all radii together, weighted by their evidence, are the posterior: its mean and deviation are the
+//! location's, and its integral over a phalanx is that phalanx's probability. A contact on the proximal phalanx, which has no
+//! place, competes with them.
 //!
 //! | module | responsible for |
 //! |---|---|
@@ -97,8 +96,7 @@ struct Track {
 type Tracks = heapless::Vec<Track, MOST>;
 
 /// Fits all hypotheses in rounds. Within a round every hypothesis is fitted to the same points, otherwise their evidence could
-/// not
-/// be compared.
+/// not be compared.
 #[derive(Clone, Debug)]
 pub struct Locator<F: Mechanics, X: SeriesElement> {
     tracks: Tracks,
@@ -185,8 +183,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     }
 
     /// Evaluates the next points of a pass over the curve, some 70,000 instructions. True at the end of the round: then there is
-    /// a
-    /// verdict.
+    /// a verdict.
     pub fn step(
         &mut self,
         finger: &F,

@@ -253,8 +253,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
     }
 
     /// Error of the force, newton: beyond the end of the path the contact may stay at the tip, with a force that grows with the
-    /// torque,
-    /// or slide over it.
+    /// torque, or slide over it.
     pub(super) fn force_sigma_n(&self) -> f32 {
         BEYOND_FORCE * self.last.force_n * (self.share() - 1.0).at_least(0.0)
     }

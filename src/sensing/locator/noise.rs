@@ -9,8 +9,7 @@
 //! - white noise: that of the blocks, of the impact of the contact, and of the load.
 //!
 //! The filter predicts this sum from the previous points; the innovations are independent. The derivatives of the model go
-//! through
-//! the same filter, so that least squares of the innovations are generalised least squares.
+//! through the same filter, so that least squares of the innovations are generalised least squares.
 
 use super::prior::UNKNOWNS;
 use crate::numeric::{Bounded, exp, sin_cos};
@@ -107,8 +106,7 @@ impl Whitening {
     }
 
     /// Subtracts the prediction of earlier points from a row and updates the states with the innovation; `past_rad` is the angle
-    /// from
-    /// the onset to the end of the point.
+    /// from the onset to the end of the point.
     pub(super) fn whiten(&mut self, point: &Point, past_rad: f32, row: &mut Row) {
         let turns = point.counts * self.worm_per_count;
         if let Some((time_s, before)) = self.before.replace((point.time_s, turns)) {

@@ -23,8 +23,7 @@ pub(super) fn at<F: Mechanics, X: SeriesElement>(
 }
 
 /// Posture and torque of the free finger at an angle measured on the actuator's side of the cable, which the torque twists.
-/// `near`
-/// is the start value.
+/// `near` is the start value.
 // Not inlined: several kilobytes, called from several places.
 #[inline(never)]
 pub fn free_behind_cable<F: Mechanics, X: SeriesElement>(

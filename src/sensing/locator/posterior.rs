@@ -243,8 +243,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
 /// force does.
 const SPRING_VARIANCE: f32 = 0.0034;
 /// Share of it in the variance of the torque factor (efficiency over stiffness) before any calibration: this share of a
-/// calibrated
-/// deviation is attributed to the springs.
+/// calibrated deviation is attributed to the springs.
 const SPRING_SHARE: f32 = 0.25;
 
 /// The springs' stiffness over the scene's, estimated from the torque factor, with its standard deviation.

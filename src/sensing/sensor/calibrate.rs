@@ -11,8 +11,7 @@ use crate::sensing::{Calibration, Directive, Event, Refusal};
 /// Standard deviation of the closing stop's compliance, radian per newton metre (R, chosen); a fit attributes it to the cable.
 const STOP_YIELD_RAD_PER_NM: f32 = 4e-3;
 /// Model error of the cable in a press, as a share of its twist: it stiffens with the load, and its creep differs from the
-/// nominal
-/// one (R, chosen).
+/// nominal one (R, chosen).
 const PRESS_SHARE: f32 = 0.02;
 
 impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {

@@ -128,8 +128,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
     }
 
     /// Called with every sample: evaluates some points of the locator's pass. While the curve grows, one pass follows each block;
-    /// after
-    /// the motion passes follow each other in the final rounds, then the final verdict is reported.
+    /// after the motion passes follow each other in the final rounds, then the final verdict is reported.
     pub(super) fn judge(&mut self) {
         let state = &mut self.state;
         let Stage::Contact(contact) = &mut self.stage else {
@@ -260,8 +259,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     }
 
     /// Adds the previous block to the curve. The acceleration of a block is the mean of the changes from the block before and to
-    /// the
-    /// block after, so that it is complete only now.
+    /// the block after, so that it is complete only now.
     fn collect(
         &self,
         collector: &mut CurveCollector<H::Reading>,
@@ -277,8 +275,9 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         point.late_nm = collector.late_nm;
         collector.torque_nm = point.excess_nm;
         collector.top_nm = collector.top_nm.at_least(point.excess_nm);
+        let measured_rad = self.drivetrain.closing_rad(corrected.counts);
         if !matches!(self.directive, Directive::CalibrateCable)
-            && self.is_at_stop(&corrected, &point)
+            && self.is_at_stop(measured_rad, point.excess_nm)
         {
             collector.phase = CurvePhase::AtStop;
         }
@@ -288,12 +287,12 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     }
 
     /// Whether the input link, behind the cable, is at the closing stop.
-    fn is_at_stop(&self, corrected: &CorrectedBlock<H::Reading>, point: &Point) -> bool {
-        let mut link_rad = self.drivetrain.closing_rad(corrected.counts);
+    pub(super) fn is_at_stop(&self, measured_rad: f32, excess_nm: f32) -> bool {
+        let mut link_rad = measured_rad;
         if X::FLEXIBLE {
             let calibration = &self.calibration;
             let twist = calibration.cable_rad_per_nm - calibration.cable_sigma_rad_per_nm;
-            link_rad -= twist.at_least(0.0) * point.excess_nm.at_least(0.0);
+            link_rad -= twist.at_least(0.0) * excess_nm.at_least(0.0);
         }
         let stop_rad = self.drivetrain.opening_stop_rad + self.settings.closing_stop_rad;
         link_rad > stop_rad - STOP_MARGIN_RAD

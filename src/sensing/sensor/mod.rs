@@ -10,6 +10,7 @@
 //! | motion over | the locator's last rounds, a few points a sample; then the last word | `contact` |
 //! | contact at a known place, or with the stop | the calibration | `calibrate` |
 
+mod beside;
 mod calibrate;
 mod contact;
 mod record;
@@ -145,8 +146,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
     }
 
     /// Takes a record from before a restart, whose zero was another one: the first closing aligns it and detects no contact until
-    /// that is
-    /// done. Returns false for an invalid one, which is ignored.
+    /// that is done. Returns false for an invalid one, which is ignored.
     pub fn restore_friction(&mut self, friction: Friction) -> bool {
         let valid = self.set_friction(friction);
         if valid {
@@ -175,8 +175,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
     }
 
     /// Sets the use of the following samples. A contact in progress is evaluated with the samples so far; repeating a directive
-    /// restarts
-    /// the stage.
+    /// restarts the stage.
     pub fn direct(&mut self, directive: Directive) {
         let state = &mut self.state;
         if matches!(directive, Directive::RecordFriction) {
@@ -200,8 +199,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
     }
 
     /// Takes a sample; returns at most one event. Typically takes some hundred instructions; after every block of a contact, and
-    /// for some
-    /// hundreds of samples after its end, also some points of a fit's pass over the curve.
+    /// for some hundreds of samples after its end, also some points of a fit's pass over the curve.
     // Not inlined, so that its instructions can be counted on the chip.
     #[inline(never)]
     pub fn update(&mut self, sample: &Sample<H::Reading>) -> Option<Event> {

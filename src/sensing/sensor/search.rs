@@ -280,9 +280,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     }
 
     /// Ends a closing and reports the global stiffness from rest to its last block; `free` means without a contact. If it lies
-    /// below that
-    /// of a free finger by more than the uncertainty of friction, something pushes on the back or a spring has lost its hold
-    /// (Fig. 8).
+    /// below that of a free finger by more than the uncertainty of friction, something pushes on the back or a spring has lost
+    /// its hold (Fig. 8).
     pub(super) fn conclude_closing(&mut self, free: bool) {
         let Some((theta_a_rad, residual_nm)) = self.last_residual.take() else {
             return;
