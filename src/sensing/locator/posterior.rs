@@ -210,10 +210,12 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
                 last = point;
             }
             model.follow_to(finger, measured_rad, last)?;
+            let beyond_n = model.force_sigma_n();
+            let rubbing_n = prior.friction[1] * model.force_by_friction_n();
             Some(State {
                 force: Force {
                     force_n: model.force_n(),
-                    sigma_n: model.force_sigma_n(),
+                    sigma_n: sqrt(beyond_n * beyond_n + rubbing_n * rubbing_n),
                 },
                 onset,
                 joints_rad: model.end().joints_rad,
@@ -229,7 +231,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         let moved_n = other.map_or(0.0, |other| other.force.force_n - force_n);
         let [springs, sigma] = springs(&prior.calibration);
         let spring_n = sigma * force_n;
-        let path_n2 = moved_n * moved_n + beyond_n * beyond_n;
+        let path_n2 = self.spread() * (moved_n * moved_n + beyond_n * beyond_n);
         let sigma_n = sqrt(path_n2 * springs * springs + spring_n * spring_n);
         state.force = Force {
             force_n: springs * force_n,

@@ -61,11 +61,20 @@ pub(super) struct CurveCollector<R> {
     pub(super) torque_nm: f32,
     /// The largest of it so far.
     top_nm: f32,
+    /// Blocks in a row whose torque had fallen.
+    fallen: u8,
     /// The torque delayed by the cable's creep, and time of its last update.
     late_nm: f32,
     late_us: u64,
     /// The last block: it is added to the curve when the next one has determined its acceleration.
     pub(super) waiting: CorrectedBlock<R>,
+}
+
+impl<R> CurveCollector<R> {
+    /// The contact is lost: no path says what force acts since. One block may be that in which the motor is stopped.
+    pub(super) fn is_lost(&self) -> bool {
+        self.fallen >= 2
+    }
 }
 
 /// Phase of a contact.
@@ -201,6 +210,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             held_nm,
             torque_nm: 0.0,
             top_nm: 0.0,
+            fallen: 0,
             late_nm: 0.0,
             late_us: first.time_us,
             waiting: *first,
@@ -213,10 +223,13 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         contact: &mut Contact<F, H::Reading, X>,
         corrected: &CorrectedBlock<H::Reading>,
     ) {
-        if contact.collector.phase == CurvePhase::Ending {
+        let collector = &mut contact.collector;
+        let fallen = self.has_fallen(collector, corrected);
+        collector.fallen = u8::from(fallen) * collector.fallen.saturating_add(1);
+        if collector.phase == CurvePhase::Ending {
             return;
         }
-        if self.is_lost(&contact.collector, corrected) {
+        if fallen {
             contact.end();
             return;
         }
@@ -243,7 +256,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     }
 
     /// Whether the torque has fallen: the finger slid off, or the object gave way. What comes after is another contact.
-    fn is_lost(
+    fn has_fallen(
         &self,
         collector: &CurveCollector<H::Reading>,
         corrected: &CorrectedBlock<H::Reading>,

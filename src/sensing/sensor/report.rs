@@ -121,7 +121,9 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         );
         let (mut k_c, mut force_n, mut force_sigma_n) = (f32::INFINITY, f32::NAN, f32::NAN);
         if let Some(state) = state {
-            (force_n, force_sigma_n) = (state.force.force_n, state.force.sigma_n);
+            if !contact.collector.is_lost() {
+                (force_n, force_sigma_n) = (state.force.force_n, state.force.sigma_n);
+            }
             let free = &state.onset;
             k_c = self
                 .finger
