@@ -69,7 +69,7 @@ pub fn print(machine: &Machine<'_>, as_json: bool) {
             name: name.clone(),
             calls,
         };
-        // Where nothing was set apart the two are the same.
+        // Without functions set apart both are the same.
         let without = (watched.without.count != watched.all.count).then_some(&watched.without);
         [
             Some(row("function", &watched.all)),
