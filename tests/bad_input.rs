@@ -195,6 +195,6 @@ proptest! {
         check(pair.stiffest_m())?;
         check(triple.compliance(c))?;
         check(triple.stiffest_m())?;
-        check(Cable::new(c).ok().map(|cable| palpate::sensing::location::Series::compliance_rad_per_nm(&cable)))?;
+        check(Cable::new(c).ok().map(|cable| palpate::sensing::location::SeriesElement::compliance_rad_per_nm(&cable)))?;
     }
 }

@@ -105,7 +105,7 @@ fn the_manual_lists_every_log_line_with_its_keys() {
 /// The transcripts are what the commands print today: line for line, key for key, what is wanted and in which unit.
 #[test]
 fn the_manual_s_transcripts_have_the_firmware_s_lines() {
-    let transcript = |name: &str| -> Vec<Fields<'_>> {
+    let transcript = |name: &str| -> Vec<Parsed<'_>> {
         let lines = MANUAL.lines().map(str::trim_start);
         let parsed = lines.filter(|line| line.starts_with(&format!("{name} ")));
         parsed.map(log::parse).collect()

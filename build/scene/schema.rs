@@ -52,7 +52,8 @@ use Kind::{Flag, Number, PerPhalanx, PerPulley, PerStage, Text, Words};
 #[rustfmt::skip]
 pub(super) const KEYS: &[Key] = &[
     must("title", Text),
-    must("finger.length_m", PerPhalanx(1e-3, 10.0)),
+    // From a miniature gripper to a harvesting hand; millimetres or a lost zero (0.8 for 0.08) fall outside.
+    must("finger.length_m", PerPhalanx(5e-3, 0.5)),
     must("finger.spring_nm_per_rad", PerPhalanx(0.0, 1e3)),
     must("finger.rest_deg", PerPhalanx(-90.0, 180.0)),
     must("finger.joint_min_deg", PerPhalanx(-180.0, 180.0)),
@@ -132,6 +133,7 @@ pub(super) const KEYS: &[Key] = &[
     must("sensing.cable_sigma_rad_per_nm", Number(0.0, 100.0)),
     must("sensing.cable_stiffening_sigma_per_nm", Number(0.0, 10.0)),
     must("sensing.inertia_sigma", Number(0.0, 1.0)),
+    must("options.second_contact", Flag),
     may("linkage.driving_m", PerStage(1e-4, 10.0)),
     may("linkage.coupler_m", PerStage(1e-4, 10.0)),
     may("linkage.driven_m", PerStage(1e-4, 10.0)),

@@ -16,7 +16,7 @@ use super::Joint;
 use crate::scene::Active;
 use palpate::app::console::command::Command;
 use palpate::app::console::text::Answer;
-use palpate::app::grasp::sensing::notice;
+use palpate::app::grasp::sensing::{followed_notice, notice};
 use palpate::app::log::{self, LimitReport, Log};
 use palpate::drive::sequence::{MotionResult, Notice, State, StepOutput};
 use palpate::drive::thermal::Temperatures;
@@ -56,18 +56,29 @@ pub async fn sense(mut samples: Samples, application: Application) {
             if Joint::FITTED {
                 reads = joint_reads(reads, sample.joint);
             }
-            let event = sensing.lock(|sensing| sensing.borrow_mut().sample(&sample));
+            let (event, followed) = sensing.lock(|sensing| {
+                let mut sensing = sensing.borrow_mut();
+                let event = sensing.sample(&sample);
+                (event, sensing.follow(&sample, event.as_ref()))
+            });
             if trace::due() {
                 let suspicion = sensing.lock(|sensing| sensing.borrow().sensor().suspicion());
                 trace::sample(&sample, Joint::rad(sample.joint), suspicion);
             }
+            // Nothing of an event is kept while the notice waits: it would lie in the task's memory.
+            let mut told = None;
             if let Some(event) = event {
                 application.report(&event);
                 let status = control::status();
                 coordinator.lock(|coordinator| coordinator.borrow_mut().event(&event, &status));
-                if let Some(notice) = notice(&event) {
-                    NOTICES.send(notice).await;
-                }
+                told = notice::<Active>(&event);
+            }
+            if let Some(followed) = followed {
+                log::followed(&mut Telemetry, &followed);
+                told = followed_notice(&followed).or(told);
+            }
+            if let Some(notice) = told {
+                NOTICES.send(notice).await;
             }
             watchdog::report(Reporter::Sensing);
             // However far behind this is, the sequence and a stop come in between.

@@ -19,7 +19,7 @@ use crate::drive::sequence::Motion;
 use crate::finger::{ConfigError, Mechanics};
 use crate::joint_sensor::{AdcScale, AngleSensor, JointSensor};
 use crate::sample::Sample;
-use crate::sensing::{Calibration, Drivetrain, Series, Settings};
+use crate::sensing::{AfterContact, Calibration, Drivetrain, SeriesElement, Settings};
 
 /// Angle of joint 2 in a scene: nothing without a sensor.
 pub type Reading<S> = <<S as Scene>::Joint as JointSensor>::Reading;
@@ -50,7 +50,11 @@ pub trait Scene {
 
     /// What lies between gears and input link: a [`Cable`](crate::sensing::Cable), or nothing that gives way
     /// ([`Rigid`](crate::sensing::Rigid)).
-    type Series: Series;
+    type Series: SeriesElement;
+
+    /// What comes after the first contact: [`Follow`](crate::sensing::Follow), or nothing
+    /// ([`FirstContactOnly`](crate::sensing::FirstContactOnly)).
+    type After: AfterContact<Self::Finger>;
 
     /// The finger, checked: one with a value out of its range, or whose linkage does not close, does not compile.
     const MECHANISM: Self::Finger;

@@ -3,7 +3,7 @@
 //! Passive: the same samples give the same events, live or replayed, whatever made the finger move.
 //!
 //! ```text
-//! Sample -> block::Gate -> Block -> friction::Pass -> Assessment -> Friction
+//! Sample -> block::BlockAverager -> Block -> friction::Pass -> Assessment -> Friction
 //!                               \-> Detector -> Curve -> Locator (fit::Hypothesis ...) -> Event
 //! ```
 
@@ -13,6 +13,7 @@ pub mod curve;
 pub mod detector;
 pub mod drivetrain;
 pub mod event;
+pub mod following;
 pub mod friction;
 pub mod location;
 pub mod locator;
@@ -27,8 +28,9 @@ pub use crate::sample::{self, Drive, Sample};
 pub use calibration::{Calibration, Refusal};
 pub use drivetrain::Drivetrain;
 pub use event::{Event, NotLocated};
+pub use following::{AfterContact, FirstContactOnly, Follow, Followed, Grip};
 pub use friction::Friction;
-pub use location::{Cable, Rigid, Series};
+pub use location::{Cable, Rigid, SeriesElement};
 pub use sensor::{Sensor, Suspicion};
 pub use settings::{Directive, Settings};
 

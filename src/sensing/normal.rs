@@ -1,10 +1,10 @@
 //! Weighted least squares with priors: normal equations of a few whitened unknowns, by Cholesky.
 //!
 //! Unknowns are whitened: in units of their prior deviation from their prior mean. A prior then adds 1 to the diagonal,
-//! which bounds the condition and lets f32 do; an unknown that a hypothesis lacks simply stays at 0.
+//! which bounds the condition number so that f32 suffices; an unknown that a hypothesis lacks stays at 0.
 
 use crate::numeric::{ln, sqrt};
-use crate::sensing::location::{Cable, Series};
+use crate::sensing::location::{Cable, SeriesElement};
 use core::marker::PhantomData;
 
 /// Unknowns of a cable, the last ones.
@@ -12,9 +12,9 @@ const CABLES: usize = 2;
 
 /// Normal equations of `P` unknowns (two fewer where `X` has no cable) about a point, and the Cholesky factor of their matrix.
 ///
-/// The matrix is symmetric: it lies on and below the diagonal, which leaves what is above for the factor.
+/// The matrix is symmetric and stored on and below the diagonal; the factor is stored above.
 #[derive(Clone, Copy, Debug)]
-pub struct Normal<const P: usize, X: Series = Cable> {
+pub struct Normal<const P: usize, X: SeriesElement = Cable> {
     matrix: [[f32; P]; P],
     /// Diagonal of the factor.
     diagonal: [f32; P],
@@ -22,7 +22,7 @@ pub struct Normal<const P: usize, X: Series = Cable> {
     series: PhantomData<X>,
 }
 
-impl<const P: usize, X: Series> Normal<P, X> {
+impl<const P: usize, X: SeriesElement> Normal<P, X> {
     /// No information.
     pub const EMPTY: Self = Self {
         matrix: [[0.0; P]; P],
@@ -31,7 +31,7 @@ impl<const P: usize, X: Series> Normal<P, X> {
         series: PhantomData,
     };
 
-    /// How many of them there are: without a cable the last two are not.
+    /// Number of unknowns: without a cable the last two are missing.
     const USED: usize = if X::FLEXIBLE { P } else { P - CABLES };
 
     /// Adds a residual (measured less model) with the model's derivatives and the inverse of its variance.
@@ -60,7 +60,7 @@ impl<const P: usize, X: Series> Normal<P, X> {
         }
     }
 
-    /// Takes an unknown out: the others are solved for while it stays.
+    /// Fixes an unknown: the others are solved for.
     pub fn hold(&mut self, unknown: usize) {
         for row in 0..P {
             if row != unknown {
@@ -71,7 +71,7 @@ impl<const P: usize, X: Series> Normal<P, X> {
         self.right[unknown] = 0.0;
     }
 
-    /// By how much a step lowers the sum of squares, as far as that is a parabola.
+    /// Predicted decrease of the sum of squares by a step (quadratic model).
     pub fn promise(&self, step: &[f32; P]) -> f32 {
         let mut gain = 0.0;
         for row in 0..Self::USED {
@@ -111,11 +111,11 @@ impl<const P: usize, X: Series> Normal<P, X> {
 
 /// Normal equations whose matrix has been factored.
 #[derive(Clone, Copy, Debug)]
-pub struct Factor<'a, const P: usize, X: Series = Cable> {
+pub struct Factor<'a, const P: usize, X: SeriesElement = Cable> {
     normal: &'a Normal<P, X>,
 }
 
-impl<const P: usize, X: Series> Factor<'_, P, X> {
+impl<const P: usize, X: SeriesElement> Factor<'_, P, X> {
     /// The step to the minimum.
     pub fn step(&self) -> [f32; P] {
         let mut x = self.normal.right;

@@ -10,7 +10,7 @@ use finger_support::{linkage2, linkage3, tendon2, tendon3, within};
 use inverse::{monotone, round_trip, step_round_trip};
 use palpate::finger::{Contact, Finger, Mechanics, Parameters, Tendon};
 use palpate::sensing::location::places;
-use palpate::sensing::{Cable, NoJointSensor, Rigid, Series, Side};
+use palpate::sensing::{Cable, NoJointSensor, Rigid, SeriesElement, Side};
 use path::{derivatives, energy, touches};
 use proptest::prelude::*;
 use setup::preshaped;

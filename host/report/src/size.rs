@@ -127,12 +127,14 @@ const FEATURES: &[(&str, &str)] = &[
     ("sensing::location::Rigid", "sensing::location::Rigid"),
     ("sensing::location::Cable", "sensing::location::Cable"),
     ("::learn_from_press", "sensing::location::Cable"),
+    ("sensing::following::", "sensing::following::Follow<"),
+    ("finger::held::", "sensing::following::Follow<"),
 ];
 
 /// The types that a scene is made of; of an image that is no scene, nothing is expected or refused.
 fn types(scene: &str) -> Option<&'static str> {
     fn name<S: Scene>() -> &'static str {
-        std::any::type_name::<(S::Finger, S::Joint, S::Series)>()
+        std::any::type_name::<(S::Finger, S::Joint, S::Series, S::After)>()
     }
     palpate_scenes::for_scene!(scene, |S| name::<S>())
 }
@@ -353,7 +355,7 @@ mod tests {
     fn a_feature_is_found_where_it_does_not_belong_and_missed_where_it_does() {
         let hall = [
             "palpate::finger::tendon::Tendon::x",
-            "palpate::sensing::sensor::known::Known<F, H, palpate::sensing::location::Cable>::learn_from_press",
+            "palpate::sensing::sensor::state::SensorState<F, H, palpate::sensing::location::Cable>::learn_from_press",
             "<palpate::sensing::sensor::Sensor<F, palpate::joint_sensor::HallSensor>>::update",
             "palpate::board::sampling::start_joint",
         ];

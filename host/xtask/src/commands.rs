@@ -9,7 +9,7 @@ use crate::monitor;
 use crate::mujoco;
 use crate::new_scene;
 use crate::own_finger;
-use crate::process::{Failure, Outcome, cargo, run, step};
+use crate::process::{Failure, Outcome, cargo, run, step, target_dir};
 
 /// Takes `--name VALUE` or `--name=VALUE` out of the arguments.
 pub fn take(arguments: &mut Vec<String>, name: &str) -> Outcome<Option<String>> {
@@ -250,6 +250,7 @@ pub fn check(arguments: &[String]) -> Outcome {
         ..Build::default()
     }
     .clippy()?;
+    fuzz_targets()?;
     // As the lints: of the same features, so that dependencies are checked once.
     step(
         "documentation, host",
@@ -277,6 +278,21 @@ pub fn check(arguments: &[String]) -> Outcome {
     reach(&elfs)
 }
 
+/// Lints the fuzz targets, a workspace of their own. Fuzzing needs a nightly toolchain, this does not.
+fn fuzz_targets() -> Outcome {
+    let manifest = ["clippy", "--manifest-path", "fuzz/Cargo.toml"];
+    let folder = target_dir().join("fuzz");
+    step(
+        "lints, fuzz targets",
+        cargo(manifest)
+            .arg("--target-dir")
+            .arg(folder)
+            // A library of one's own, which nothing links here: libFuzzer's would ask for a C++ compiler.
+            .env("CUSTOM_LIBFUZZER_PATH", "none/libfuzzer.a")
+            .args(LINTS),
+    )
+}
+
 /// Proves of images that their control interrupt cannot panic, allocate or log.
 fn reach(images: &[PathBuf]) -> Outcome {
     step(
@@ -300,6 +316,7 @@ pub fn test(arguments: &[String]) -> Outcome {
     let hall = Build::of_scene("tendon2-hall").elf()?;
     let rigid = Build::of_scene("p70-rigid").elf()?;
     let shunt = Build::of_scene("p70-shunt").elf()?;
+    let second = Build::of_scene("p70-grasp").elf()?;
     reach(&[&elf, &faulty, &hall, &rigid, &shunt].map(Clone::clone))?;
     step(
         "tests of the library",
@@ -312,6 +329,7 @@ pub fn test(arguments: &[String]) -> Outcome {
             .env("PALPATE_FAULT_ELF", &faulty)
             .env("PALPATE_HALL_ELF", &hall)
             .env("PALPATE_RIGID_ELF", &rigid)
+            .env("PALPATE_GRASP_ELF", &second)
             .env("PALPATE_SHUNT_ELF", &shunt)
             .env("PALPATE_GRASPS", "1000")
             .env("PALPATE_ENDURANCE_S", "4400"),

@@ -6,7 +6,7 @@ use crate::app::identify;
 use crate::app::storage::record::Record;
 use crate::drive::sequence::Notice;
 use crate::scene::{Reading, SampleOf, Scene};
-use crate::sensing::{Calibration, Directive, Event, Sensor, Settings};
+use crate::sensing::{AfterContact, Calibration, Directive, Event, Followed, Sensor, Settings};
 
 /// What the motion half asks of the sensing half.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +28,7 @@ pub struct ContactSensing<S: Scene> {
     sensor: Sensor<S::Finger, S::Joint, S::Series>,
     /// What is assumed before anything is calibrated.
     uncalibrated: Calibration,
+    after: S::After,
 }
 
 impl<S: Scene> Default for ContactSensing<S> {
@@ -45,13 +46,17 @@ impl<S: Scene> ContactSensing<S> {
         Self {
             sensor,
             uncalibrated: S::UNCALIBRATED,
+            after: S::After::default(),
         }
     }
 
     /// Carries out a request.
     pub fn request(&mut self, request: SensingRequest) {
         match request {
-            SensingRequest::Direct(directive) => self.sensor.direct(directive),
+            SensingRequest::Direct(directive) => {
+                self.sensor.direct(directive);
+                self.after.direct(directive);
+            }
             SensingRequest::Adjust(overrides) => self.adjust(&overrides),
             SensingRequest::ForgetCalibration => {
                 self.sensor.set_calibration(self.uncalibrated);
@@ -63,6 +68,12 @@ impl<S: Scene> ContactSensing<S> {
     /// Takes a sample; at most one event. [`notice`] says what of it concerns the motion.
     pub fn sample(&mut self, sample: &SampleOf<S>) -> Option<Event> {
         self.sensor.update(sample)
+    }
+
+    /// Takes the same sample once more, with what [`Self::sample`] told, for what follows the first contact: at most one
+    /// event. Nothing in a scene without that option.
+    pub fn follow(&mut self, sample: &SampleOf<S>, told: Option<&Event>) -> Option<Followed> {
+        self.after.sample(&mut self.sensor, sample, told)
     }
 
     /// What the user should do after an event, in the guided calibration.
@@ -128,9 +139,17 @@ impl<S: Scene> ContactSensing<S> {
     }
 }
 
-/// What an event means for the motion.
-pub fn notice(event: &Event) -> Option<Notice> {
+/// What an event means for the motion. Where a second contact is looked for, the closing goes on after the last word on the
+/// first.
+pub fn notice<S: Scene>(event: &Event) -> Option<Notice> {
     match event {
+        Event::Located { settled: true, .. }
+        | Event::Ambiguous { settled: true, .. }
+        | Event::NotLocated { .. }
+            if S::After::FOLLOWS =>
+        {
+            None
+        }
         Event::Touch { .. } => Some(Notice::Touched),
         Event::Located { settled: true, .. }
         | Event::Ambiguous { settled: true, .. }
@@ -146,4 +165,9 @@ pub fn notice(event: &Event) -> Option<Notice> {
         | Event::Unusual { .. }
         | Event::Stiffness { .. } => None,
     }
+}
+
+/// What an event after the first contact means for the motion.
+pub fn followed_notice(event: &Followed) -> Option<Notice> {
+    matches!(event, Followed::Grasp { .. }).then_some(Notice::Settled)
 }

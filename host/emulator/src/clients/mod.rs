@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! Ports for tools that know nothing of this emulator: the log's bytes over TCP, as a debug probe's server passes RTT on
-//! ([`rtt`]), and GDB's remote protocol ([`gdb`]). Both listen on this machine alone.
+//! Ports for standard tools: the log's bytes over TCP like the RTT server of a debug probe ([`rtt`]), and GDB's remote protocol
+//! ([`gdb`]). Both listen on the local machine only.
 
 mod cortex_m4;
 pub mod gdb;
@@ -11,7 +11,7 @@ use std::net::{Ipv4Addr, TcpListener};
 
 use crate::Error;
 
-/// Listens without waiting; port 0 for any that is free.
+/// Listens without blocking; port 0 selects a free one.
 fn listen(port: u16) -> Result<TcpListener, Error> {
     let opened = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).and_then(|listener| {
         listener.set_nonblocking(true)?;
@@ -20,7 +20,7 @@ fn listen(port: u16) -> Result<TcpListener, Error> {
     opened.map_err(|source| Error::Port { port, source })
 }
 
-/// The port that a listener got.
+/// The port of a listener.
 fn port_of(listener: &TcpListener) -> u16 {
     listener.local_addr().map_or(0, |address| address.port())
 }
