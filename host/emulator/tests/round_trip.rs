@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 use palpate::sensing::{Directive, Event};
 use palpate_emulator::Firmware;
 use palpate_emulator::sim::{Object, Script, Session, Settings, end_of};
-use palpate_evaluation::replay::{Beforehand, Replay, replay};
+use palpate_evaluation::replay::{Preparation, Replay, replay};
 use palpate_evaluation::trace;
 use palpate_monitor::recording::Recording;
 use palpate_monitor::stream::{Message, parse};
@@ -150,7 +150,7 @@ fn a_recorded_grasp_is_replayed_to_what_was_said_live() {
     assert_eq!((findings.repeated, findings.backward), (0, 0));
     let resampled = trace::resample(&rows, 0);
     assert!(!resampled.interpolated && resampled.gaps.is_empty());
-    let before = Beforehand {
+    let before = Preparation {
         friction: None,
         calibration: <P70 as palpate::scene::Scene>::UNCALIBRATED,
     };

@@ -47,7 +47,7 @@ pub enum Action {
 
 /// Result of one step of the motion half.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step {
+pub struct CoordinatorOutput {
     /// What the sequence decided.
     pub motion: StepOutput,
     /// For the sensing half.
@@ -233,7 +233,12 @@ impl<S: Scene> Coordinator<S> {
     }
 
     /// One step, about once a millisecond.
-    pub fn advance(&mut self, now_us: u64, status: &Status, notice: Option<Notice>) -> Step {
+    pub fn advance(
+        &mut self,
+        now_us: u64,
+        status: &Status,
+        notice: Option<Notice>,
+    ) -> CoordinatorOutput {
         let mut motion = self.sequence.advance(now_us, status, notice);
         if self.sequence.state() != State::Idle {
             self.test = None;
@@ -252,7 +257,7 @@ impl<S: Scene> Coordinator<S> {
             .and_then(|(_, to)| self.directive(to))
             .map(SensingRequest::Direct);
         let request = request.or_else(|| self.pending.take());
-        Step { motion, request }
+        CoordinatorOutput { motion, request }
     }
 
     /// What a state that begins means for the sensing; `None` where the directive stays.
