@@ -170,13 +170,13 @@ mod tests {
 
     /// What a record borrows.
     #[derive(Clone, Debug, PartialEq)]
-    struct Kept {
+    struct StoredRecord {
         overrides: Overrides,
         calibration: Calibration,
         friction: Option<Friction>,
     }
 
-    impl Kept {
+    impl StoredRecord {
         fn of(record: &Record<'_>) -> Self {
             Self {
                 overrides: *record.overrides,
@@ -194,15 +194,15 @@ mod tests {
         }
     }
 
-    fn empty() -> Kept {
-        Kept {
+    fn empty() -> StoredRecord {
+        StoredRecord {
             overrides: Overrides::default(),
             calibration: P70::UNCALIBRATED,
             friction: None,
         }
     }
 
-    fn record() -> Kept {
+    fn record() -> StoredRecord {
         let mut overrides = Overrides::default();
         overrides.set(Setting::HoldForce, 2.5).expect("in range");
         let drivetrain = P70::drivetrain(&P70::MECHANISM);
@@ -219,21 +219,21 @@ mod tests {
         let mut calibration = P70::UNCALIBRATED;
         calibration.torque_factor = 0.9;
         calibration.contacts = 2;
-        Kept {
+        StoredRecord {
             overrides,
             calibration,
             friction: Some(friction),
         }
     }
 
-    fn encoded(kept: &Kept) -> Vec<u8> {
+    fn encoded(kept: &StoredRecord) -> Vec<u8> {
         let mut bytes = Vec::new();
         kept.record().encode(ID, |byte| bytes.push(byte));
         bytes
     }
 
-    fn decoded(bytes: &[u8]) -> Result<Kept, RecordError> {
-        Record::decode(bytes, ID, Kept::of)
+    fn decoded(bytes: &[u8]) -> Result<StoredRecord, RecordError> {
+        Record::decode(bytes, ID, StoredRecord::of)
     }
 
     #[test]
