@@ -14,7 +14,9 @@ use palpate::app::log::{self, Log};
 use palpate::app::storage::record::{self, Record};
 use palpate::app::storage::store::{Found, Writer};
 use palpate::drive::Fault;
+use palpate::drive::identify::Identified;
 use palpate::drive::sequence::{Notice, Refused};
+use palpate::scene::Scene;
 
 use super::Shared;
 use super::console::{self, Parsed};
@@ -34,6 +36,8 @@ pub enum Loaded {
     Restored {
         /// What the user has set.
         overrides: Overrides,
+        /// What was identified of the motor.
+        identified: Option<Identified>,
         /// Whether friction is known.
         notice: Notice,
     },
@@ -48,9 +52,12 @@ pub fn load(storage: &mut Storage, sensing: &Shared<ContactSensing<Active>>) -> 
         Found::Nothing => (Loaded::Nothing, "none"),
         Found::Unreadable => (Loaded::Nothing, "unreadable"),
         Found::Record { bytes, newest } => {
-            let restored = Record::decode(bytes, SCENE_ID, |record| Loaded::Restored {
-                overrides: *record.overrides,
-                notice: sensing.lock(|sensing| sensing.borrow_mut().restore(record)),
+            let restored = Record::decode::<{ Active::IDENTIFIES }, _>(bytes, SCENE_ID, |record| {
+                Loaded::Restored {
+                    overrides: *record.overrides,
+                    identified: record.identified.copied(),
+                    notice: sensing.lock(|sensing| sensing.borrow_mut().restore(record)),
+                }
             });
             match restored {
                 Ok(restored) => (restored, if newest { "loaded" } else { "older" }),
@@ -97,6 +104,10 @@ pub async fn execute(
         }
         if action == Action::SelfTest {
             application.selftest(&mut port, &mut answer).await;
+        }
+        #[cfg(identify)]
+        if action == Action::Identify {
+            application.identify(&mut port, &mut answer).await;
         }
         let mut row = 0;
         loop {
@@ -147,7 +158,7 @@ impl Application {
                 self.status(answer);
                 ""
             }
-            Action::SelfTest => "",
+            Action::SelfTest | Action::Identify => "",
             Action::Help | Action::Show | Action::Save | Action::Factory => {
                 self.list(answer, action, 0);
                 ""
@@ -160,15 +171,17 @@ impl Application {
     /// Encodes what is to be kept.
     #[inline(never)]
     fn encode(self, writer: &mut Writer<'_, storage::Region>) {
-        let overrides = self
-            .coordinator
-            .lock(|coordinator| *coordinator.borrow().overrides());
+        let (overrides, identified) = self.coordinator.lock(|coordinator| {
+            let coordinator = coordinator.borrow();
+            (*coordinator.overrides(), coordinator.identified().copied())
+        });
         self.sensing.lock(|sensing| {
             let sensing = sensing.borrow();
             let record = Record {
                 overrides: &overrides,
                 calibration: sensing.calibration(),
                 friction: sensing.sensor().friction(),
+                identified: identified.as_ref(),
             };
             record.encode(SCENE_ID, |byte| writer.push(byte));
         });
@@ -232,6 +245,7 @@ fn refuse(answer: &mut Answer, refused: Refused) {
         Refused::Busy(state) => (state.name(), " is going on: stop first"),
         Refused::NoFault => ("no fault", " is latched"),
         Refused::NoFriction => ("no friction", " is recorded: record-friction first"),
+        Refused::NotFitted => ("identify", " is not in this scene: set identify.fitted"),
         Refused::NoCable => ("no cable", " is in this scene: use a pin"),
     };
     let _ = write!(answer, "refused: {what}{why}");
