@@ -14,6 +14,9 @@ pub trait JointSensor: Copy + core::fmt::Debug {
     /// A reading or a change, radian; None without a sensor or while it has no reading.
     fn rad(reading: Self::Reading) -> Option<f32>;
 
+    /// The reading whose angle a recording tells, radian; without a sensor it is ignored.
+    fn reading(rad: Option<f32>) -> Self::Reading;
+
     /// Which side of phalanx 2's stiffest place e_2 a change since contact indicates; None without a sensor.
     fn side(change: Self::Reading) -> Option<Side> {
         let change_rad = Self::rad(change)?;
@@ -55,6 +58,8 @@ impl JointSensor for NoHall {
     fn rad(_: ()) -> Option<f32> {
         None
     }
+
+    fn reading(_: Option<f32>) {}
 }
 
 /// A Hall sensor at joint 2: its sign shows on which side of e_2 the contact lies (docs/MECHANICS.md#observability).
@@ -72,6 +77,10 @@ impl JointSensor for Hall {
 
     fn rad(reading: Option<f32>) -> Option<f32> {
         reading.filter(|angle| angle.is_finite())
+    }
+
+    fn reading(rad: Option<f32>) -> Option<f32> {
+        rad
     }
 }
 

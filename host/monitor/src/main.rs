@@ -95,6 +95,9 @@ struct RecordOptions {
     commands: String,
 }
 
+/// How long a recording goes on after the motion, for what the sensing still has to say.
+const LAST_WORD_S: f64 = 0.5;
+
 #[derive(Args)]
 struct PageOptions {
     /// Lines of `sim --json` or of the log
@@ -205,13 +208,17 @@ fn record(options: &RecordOptions) -> Result<(), String> {
     }
     let (mut first_s, mut shown) = (None, Instant::now());
     let mut lost = 0;
+    let mut done_s = None;
     let terminal = std::io::stderr().is_terminal();
     while let Ok(message) = source.messages.recv() {
+        recording.take(&message).map_err(cannot)?;
         match message {
             Message::Sample(sample) => {
-                recording.sample(&sample).map_err(cannot)?;
                 let since_s = sample.time_s - *first_s.get_or_insert(sample.time_s);
-                if options.seconds.is_some_and(|seconds| since_s >= seconds) {
+                let over = |from_s: f64| sample.time_s - from_s >= LAST_WORD_S;
+                if options.seconds.is_some_and(|seconds| since_s >= seconds)
+                    || done_s.is_some_and(over)
+                {
                     break;
                 }
                 if terminal && shown.elapsed() > Duration::from_millis(200) {
@@ -230,7 +237,7 @@ fn record(options: &RecordOptions) -> Result<(), String> {
                 }
                 eprintln!("{:10.3} {}", event.time_s.unwrap_or_default(), event.text());
                 if event.name == "sequence done" && options.seconds.is_none() {
-                    break;
+                    done_s = event.time_s.or(done_s);
                 }
             }
             Message::Note(text) => eprintln!("{text}"),
