@@ -83,3 +83,19 @@ fn a_recorded_grasp_is_replayed_to_what_was_said_live() {
     assert_eq!(compared.live, said.len());
     assert_eq!(compared.differences, [""; 0]);
 }
+
+#[test]
+fn what_was_kept_and_what_a_closing_is_for_are_in_the_recording() {
+    let Some(firmware) = image() else { return };
+    let before = session(&firmware, "record-friction; calibrate cable; save", None);
+    let flash = before.machine.flash().to_vec();
+    let session = session(&firmware, "trace on; calibrate 21; run", Some(flash));
+    let (_, said, compared) = round_trip("kept", &session);
+    println!("{said:?}, {compared:?}");
+    assert!(!said.contains(&"friction-recorded"), "{said:?}");
+    for name in ["touch", "located", "calibrated"] {
+        assert!(said.contains(&name), "{name}: {said:?}");
+    }
+    assert_eq!(compared.live, said.len());
+    assert_eq!(compared.differences, [""; 0]);
+}

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! Ports for tools that know nothing of this emulator: the log's bytes over TCP, as a debug probe's server passes RTT on
-//! ([`rtt`]), and GDB's remote protocol ([`gdb`]). Both listen on this machine alone.
+//! ([`rtt`]), GDB's remote protocol ([`gdb`]), and the serial port as a terminal ([`serial`]). All are open to this machine alone.
 
 mod cortex_m4;
 pub mod gdb;
 pub mod rtt;
+#[cfg(unix)]
+pub mod serial;
 mod target;
 
 use std::net::{Ipv4Addr, TcpListener};

@@ -130,19 +130,14 @@ impl<S: Scene> Following<S> {
         }
     }
 
-    /// A piece of what was kept: its number from 0, and bytes in hexadecimal digits.
+    /// A piece of what was kept: its number from 0, and bytes.
     fn keep(&mut self, piece: &str) {
-        let Some((number, digits)) = piece.split_once(' ') else {
-            return;
-        };
-        if number == "0" {
+        let mut words = piece.split_whitespace();
+        if words.next() == Some("0") {
             self.kept.clear();
         }
-        let digits = digits.trim().as_bytes();
-        self.kept.extend(digits.chunks(2).filter_map(|pair| {
-            let text = std::str::from_utf8(pair).ok()?;
-            u8::from_str_radix(text, 16).ok()
-        }));
+        self.kept
+            .extend(words.filter_map(|word| word.parse::<u8>().ok()));
         // As long as pieces are missing it is refused.
         let sensing = &mut self.sensing;
         let taken = Record::decode(&self.kept, scene_id::<S>(), |record| {

@@ -160,7 +160,10 @@ fn a_calibration_watches_the_pin_and_the_next_run_does_not() {
     coordinator.command(Command::Stop).expect("always");
     coordinator.advance(1, &Status::default(), None);
     coordinator.command(Command::Run).expect("at rest");
-    assert_eq!(directive(State::Close, coordinator.purpose), Some(Directive::Watch));
+    assert_eq!(
+        directive(State::Close, coordinator.purpose),
+        Some(Directive::Watch)
+    );
 }
 
 #[test]
