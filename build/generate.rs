@@ -1,7 +1,7 @@
 //! Writes a scene as the Rust type that the library's `Scene` trait describes.
 //!
 //! What a scene does not have is chosen by type, so that it is not compiled in: a finger without a spring at joint 1, a
-//! transmission, a cable, a joint sensor.
+//! transmission, a cable, a joint sensor, what follows the first contact.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -67,9 +67,14 @@ pub fn rust(scene: &Scene) -> String {
     let title = scene.text("title");
     let (finger, mechanism) = finger(scene);
     let joint = if scene.flag("hall.fitted") {
-        "Hall"
+        "HallSensor"
     } else {
-        "NoHall"
+        "NoJointSensor"
+    };
+    let after = if scene.flag("options.second_contact") {
+        "Follow<Self::Finger>"
+    } else {
+        "FirstContactOnly"
     };
     let (series, cable, creep, stiffening_sigma) = if scene.flag("cable.fitted") {
         let radius_m = scene.number("cable.pulley_radius_m");
@@ -116,6 +121,7 @@ impl palpate::scene::Scene for {name} {{
     type Finger = {finger};
     type Joint = palpate::sensing::{joint};
     type Series = palpate::sensing::{series};
+    type After = palpate::sensing::{after};
     const MECHANISM: Self::Finger = {mechanism};",
         scene.name
     ));
@@ -252,7 +258,7 @@ impl palpate::scene::Scene for {name} {{
     ));
     section(&format!(
         "    const HOLD_FORCE_N: f32 = {};
-    const ANGLE_SENSOR: palpate::drive::joint::AngleSensor = palpate::drive::joint::AngleSensor {{
+    const ANGLE_SENSOR: palpate::joint_sensor::AngleSensor = palpate::joint_sensor::AngleSensor {{
         zero_v: {},
         volt_per_rad: {},
         min_rad: {},

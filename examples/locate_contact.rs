@@ -2,7 +2,7 @@
 
 use palpate::finger::{Finger, Parameters, Tendon};
 use palpate::sensing::Cable;
-use palpate::sensing::location::{NoJointSensor, places};
+use palpate::sensing::location::places;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let finger: Finger<2, Tendon<2>> = Finger::new(
@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         torque_nm,
         1.0 / measured_nm_per_rad,
         &cable,
-        &NoJointSensor,
+        None,
     );
     for place in found.candidates() {
         println!(

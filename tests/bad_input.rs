@@ -7,7 +7,8 @@ use palpate::finger::{
     Assembly, Configuration, Contact, Finger, Free, Levers, Linkage, Mechanics, Parameters, Tendon,
     ThreeJointContact, Transmission, TwoJointContact,
 };
-use palpate::sensing::location::{Cable, JointTwo, NoJointSensor, Rigid, places};
+use palpate::sensing::Side;
+use palpate::sensing::location::{Cable, Rigid, places};
 use palpate::sensing::step;
 use proptest::prelude::*;
 
@@ -64,17 +65,13 @@ where
         check(finger.contact_compliance(at, torque, phalanx, k_m))?;
         check(finger.stiffest_m(at, torque, phalanx))?;
         let cable = Cable::new(radius_m);
-        let sense = JointTwo {
-            change_rad: angle,
-            noise_rad: other,
-        };
+        let side = Some(Side::of(angle, other));
         let answers = [
             finger.locate(at, torque, other),
             finger.locate_closed(at, torque, other),
-            places(finger, at, torque, other, &Rigid, &sense),
+            places(finger, at, torque, other, &Rigid, side),
         ];
-        let with_cable =
-            cable.map(|cable| places(finger, at, torque, other, &cable, &NoJointSensor));
+        let with_cable = cable.map(|cable| places(finger, at, torque, other, &cable, None));
         for answer in answers.iter().chain(&with_cable) {
             for c in answer.candidates() {
                 let length = finger
@@ -115,7 +112,7 @@ where
             rotation_rad: angle,
             radius_m,
         };
-        for c in step::places(finger, at, torque, &measured, &Rigid, &NoJointSensor) {
+        for c in step::places(finger, at, torque, &measured, &Rigid, None) {
             let length = finger
                 .phalanx_length_m(c.phalanx)
                 .expect("a candidate lies on a phalanx");
@@ -198,6 +195,6 @@ proptest! {
         check(pair.stiffest_m())?;
         check(triple.compliance(c))?;
         check(triple.stiffest_m())?;
-        check(Cable::new(c).ok().map(|cable| palpate::sensing::location::Series::compliance_rad_per_nm(&cable)))?;
+        check(Cable::new(c).ok().map(|cable| palpate::sensing::location::SeriesElement::compliance_rad_per_nm(&cable)))?;
     }
 }

@@ -2,7 +2,8 @@
 
 use super::{Numbers, Task, posture};
 use palpate::finger::{Contact, Mechanics};
-use palpate::sensing::location::{Cable, JointTwo};
+use palpate::sensing::Side;
+use palpate::sensing::location::Cable;
 use palpate::sensing::step::{Measured, places};
 
 /// The target.
@@ -45,11 +46,8 @@ impl Task for FiniteStep {
         let Ok(cable) = Cable::new(numbers.plain() * 100.0 + 0.1) else {
             return;
         };
-        let sense = JointTwo {
-            change_rad: numbers.any(),
-            noise_rad: numbers.any(),
-        };
-        for c in places(finger, &at, torque, &measured, &cable, &sense) {
+        let side = Some(Side::of(numbers.any(), numbers.any()));
+        for c in places(finger, &at, torque, &measured, &cable, side) {
             let length = finger
                 .phalanx_length_m(c.phalanx)
                 .expect("a phalanx that the finger has");

@@ -8,7 +8,7 @@ mod events;
 mod fields;
 mod limits;
 
-pub use events::{calibrated, event, status};
+pub use events::{calibrated, event, followed, status};
 pub use fields::{Fields, Value};
 pub use limits::LimitReport;
 
@@ -82,6 +82,13 @@ macro_rules! log_lines {
                 (phalanx: u8, k_mm: f32, sigma_mm: f32, other_phalanx: u8, other_k_mm: f32, other_sigma_mm: f32, settled: bool, p_phalanx: f32, other_p_phalanx: f32);
             /// A contact without a location.
             not_located info "not-located why={=str} torque_mnm={=f32}" (why: &str, torque_mnm: f32);
+            /// Something else touches, too: the torque rises more steeply. In scenes with the option.
+            second_contact info "second-contact phalanx={=u8} k_mm={=f32} sigma_mm={=f32} theta_a_mrad={=f32} torque_mnm={=f32} stiffness_nm_per_rad={=f32} stiffness_sigma_nm_per_rad={=f32}"
+                (phalanx: u8, k_mm: f32, sigma_mm: f32, theta_a_mrad: f32, torque_mnm: f32, stiffness_nm_per_rad: f32, stiffness_sigma_nm_per_rad: f32);
+            /// How the object is held when the closing is over, with the moments of two contacts that statics determines. In
+            /// scenes with that option.
+            grasp info "grasp grip={=str} torque_mnm={=f32} distal_moment_mnm={=f32} distal_force_n={=f32} proximal_moment_mnm={=f32}"
+                (grip: &str, torque_mnm: f32, distal_moment_mnm: f32, distal_force_n: f32, proximal_moment_mnm: f32);
             /// Torque factor and cable, as known now.
             calibrated info "calibrated torque_factor={=f32} torque_factor_sigma={=f32} cable_mrad_per_nm={=f32} cable_sigma_mrad_per_nm={=f32} correlation={=f32} stiffening_per_nm={=f32} stiffening_sigma_per_nm={=f32} contacts={=u8} presses={=u8}"
                 (torque_factor: f32, torque_factor_sigma: f32, cable_mrad_per_nm: f32, cable_sigma_mrad_per_nm: f32, correlation: f32, stiffening_per_nm: f32, stiffening_sigma_per_nm: f32, contacts: u8, presses: u8);

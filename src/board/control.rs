@@ -21,11 +21,12 @@ use embassy_sync::signal::Signal;
 use heapless::spsc::{Consumer, Producer, Queue};
 use static_cell::StaticCell;
 
+use super::Joint;
 use crate::scene::Active;
 use palpate::drive::io::Inputs;
-use palpate::drive::joint::JointInput;
 use palpate::drive::{Controller, Demand, Status};
-use palpate::scene::{JointPin, SampleOf};
+use palpate::joint_sensor::JointSensor;
+use palpate::scene::SampleOf;
 
 use super::bridge::{self, Bridge};
 use super::encoder::Encoder;
@@ -33,7 +34,7 @@ use super::sampling::{self, Sampling};
 use super::watchdog::{self, Reporter};
 
 /// What the interrupt hands out: joint 2 is still a code.
-type Sample = palpate::sample::Sample<<JointPin<Active> as JointInput>::Raw>;
+type Sample = palpate::sample::Sample<<Joint as JointSensor>::Code>;
 
 /// Samples on their way to the sensing task, one a millisecond: one less than this fits. The task is never kept from running
 /// for nearly as long; if it is, the loss is a fault.
@@ -60,7 +61,7 @@ struct Control {
 /// The receiving end of the samples.
 pub struct Samples {
     queue: Consumer<'static, Sample>,
-    joint: JointPin<Active>,
+    joint: Joint,
     lost: u32,
 }
 
@@ -115,7 +116,7 @@ pub struct Chip {
 }
 
 /// Gives chip and controller to the interrupt and starts it, once; `joint` reads joint 2. `None` the second time.
-pub fn start(chip: Chip, controller: Controller, joint: JointPin<Active>) -> Option<Samples> {
+pub fn start(chip: Chip, controller: Controller, joint: Joint) -> Option<Samples> {
     static QUEUE: StaticCell<Queue<Sample, QUEUE_SAMPLES>> = StaticCell::new();
     let (samples, queue) = QUEUE.try_init(Queue::new())?.split();
     CONTROL.lock(|control| {
@@ -179,7 +180,7 @@ fn ADC1_2() {
             let outputs = control.controller.step(&inputs, &control.demand);
             control.bridge.apply(outputs);
             if let Some(sample) = control.controller.sample() {
-                let sample = sample.with_joint(JointPin::<Active>::take(sampling::read_joint));
+                let sample = sample.with_joint(Joint::take(sampling::read_joint));
                 hand_over(&mut control.samples, sample);
             }
             control.overrun = sampling::pending();

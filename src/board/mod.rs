@@ -48,14 +48,17 @@ use palpate::app::grasp::sensing::ContactSensing;
 use palpate::app::log::Log;
 use palpate::app::storage::store::Store;
 use palpate::drive::config::{CheckedConfig, OutOfRange};
-use palpate::drive::joint::JointInput;
 use palpate::drive::sequence::Notice;
 use palpate::drive::{Controller, Fault};
-use palpate::scene::{JointPin, Scene};
+use palpate::joint_sensor::JointSensor;
+use palpate::scene::Scene;
 
 use execute::{Application, Loaded};
 use reset::Reset;
 use telemetry::Telemetry;
+
+/// What measures joint 2 in this firmware's scene.
+type Joint = <Active as Scene>::Joint;
 
 /// State that several tasks share, for the length of a call, never across an await. Tasks run in thread mode, one at a time.
 type Shared<T> = Mutex<ThreadModeRawMutex, RefCell<T>>;
@@ -116,7 +119,7 @@ fn start(spawner: Spawner) {
     );
     let encoder = encoder::Encoder::new(p.TIM3, p.PA6, p.PA7);
     let mut sampling = sampling::Sampling::new(p.ADC1, p.PA1, p.PC0);
-    if JointPin::<Active>::FITTED {
+    if Joint::FITTED {
         sampling.start_joint(p.ADC2, p.PC1);
     }
     let led = indicator::Led::new(p.PA5);
@@ -182,7 +185,7 @@ fn launch(
     fault: &mut Option<Fault>,
 ) -> Option<(control::Samples, &'static Shared<Coordinator<Active>>)> {
     static COORDINATOR: StaticCell<Shared<Coordinator<Active>>> = StaticCell::new();
-    let joint = Active::joint_input().inspect_err(bad_configuration).ok()?;
+    let joint = Active::joint_sensor().inspect_err(bad_configuration).ok()?;
     let (drive, set) = match drive::<Active>(&set) {
         Ok(drive) => (drive, set),
         Err(wrong) => {

@@ -89,8 +89,8 @@ where
 }
 
 /// The last result of joint 2. By register, as all that the control interrupt does.
-pub fn read_joint() -> AdcCode {
-    AdcCode(ADC2.jdr(0).read().jdata())
+pub fn read_joint() -> u16 {
+    ADC2.jdr(0).read().jdata()
 }
 
 /// Both sums of the sequence that raised the interrupt: current, supply. Acknowledges it.

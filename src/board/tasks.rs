@@ -12,16 +12,16 @@ use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Instant, Ticker};
 
+use super::Joint;
 use crate::scene::Active;
 use palpate::app::console::command::Command;
 use palpate::app::console::text::Answer;
-use palpate::app::grasp::sensing::{SensingRequest, notice};
+use palpate::app::grasp::sensing::{SensingRequest, followed_notice, notice};
 use palpate::app::log::{self, LimitReport, Log};
-use palpate::drive::joint::JointInput;
 use palpate::drive::sequence::{MotionResult, Notice, State, StepOutput};
 use palpate::drive::thermal::Temperatures;
 use palpate::drive::{Fault, OffsetState, Status};
-use palpate::scene::{JointPin, Reading, Scene};
+use palpate::scene::Reading;
 use palpate::sensing::{Directive, Event, JointSensor, Side};
 
 use super::control::{self, Samples};
@@ -30,9 +30,6 @@ use super::indicator::{Button, Led};
 use super::telemetry::{self, Telemetry};
 use super::watchdog::{self, Reporter};
 use super::{console, rtt, thermal, trace};
-
-/// What measures joint 2 in this firmware's scene.
-type Joint = <Active as Scene>::Joint;
 
 /// How often both are called.
 const PERIOD: Duration = Duration::from_millis(1);
@@ -56,21 +53,32 @@ pub async fn sense(mut samples: Samples, application: Application) {
             NOTICES.send(Notice::Fault(Fault::QueueOverflow)).await;
         }
         while let Some(sample) = samples.next() {
-            if JointPin::<Active>::FITTED {
+            if Joint::FITTED {
                 reads = joint_reads(reads, sample.joint);
             }
-            let event = sensing.lock(|sensing| sensing.borrow_mut().sample(&sample));
+            let (event, followed) = sensing.lock(|sensing| {
+                let mut sensing = sensing.borrow_mut();
+                let event = sensing.sample(&sample);
+                (event, sensing.follow(&sample, event.as_ref()))
+            });
             if trace::due() {
                 let suspicion = sensing.lock(|sensing| sensing.borrow().sensor().suspicion());
                 trace::sample(&sample, Joint::rad(sample.joint), suspicion);
             }
+            // Nothing of an event is kept while the notice waits: it would lie in the task's memory.
+            let mut told = None;
             if let Some(event) = event {
                 application.report(&event);
                 let status = control::status();
                 coordinator.lock(|coordinator| coordinator.borrow_mut().event(&event, &status));
-                if let Some(notice) = notice(&event) {
-                    NOTICES.send(notice).await;
-                }
+                told = notice::<Active>(&event);
+            }
+            if let Some(followed) = followed {
+                log::followed(&mut Telemetry, &followed);
+                told = followed_notice(&followed).or(told);
+            }
+            if let Some(notice) = told {
+                NOTICES.send(notice).await;
             }
             watchdog::report(Reporter::Sensing);
             // However far behind this is, the sequence and a stop come in between.
@@ -83,9 +91,7 @@ impl Application {
     /// Logs an event, and what belongs to it.
     fn report(self, event: &Event) {
         log::event(&mut Telemetry, event);
-        if JointPin::<Active>::FITTED
-            && matches!(event, Event::Located { .. } | Event::Ambiguous { .. })
-        {
+        if Joint::FITTED && matches!(event, Event::Located { .. } | Event::Ambiguous { .. }) {
             let change = self.sensing.lock(|sensing| sensing.borrow().joint_change());
             let change_rad = Joint::rad(change).unwrap_or(f32::NAN);
             telemetry::branch(change_rad * 1e3, side(Joint::side(change)));

@@ -1,6 +1,7 @@
 //! Configuration of motor, gears, board and limits: immutable, checked once.
 
 use super::convert::Scale;
+pub use crate::range::{OutOfRange, check};
 
 /// The motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,42 +95,6 @@ pub struct Config {
     pub sense: AnalogInputs,
     /// Limits and trips.
     pub limits: Limits,
-}
-
-/// A parameter outside its range.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OutOfRange {
-    /// Name of the parameter.
-    pub name: &'static str,
-    /// Its value.
-    pub value: f32,
-    /// Smallest permitted value.
-    pub min: f32,
-    /// Largest permitted value.
-    pub max: f32,
-}
-
-/// Checks values, each with its name and the ends of its range; NaN is outside every range.
-///
-/// # Errors
-/// The first value out of its range.
-pub const fn check<const N: usize>(
-    values: &[(&'static str, f32, f32, f32); N],
-) -> Result<(), OutOfRange> {
-    let mut at = 0;
-    while at < N {
-        let (name, value, min, max) = values[at];
-        if !(value >= min && value <= max) {
-            return Err(OutOfRange {
-                name,
-                value,
-                min,
-                max,
-            });
-        }
-        at += 1;
-    }
-    Ok(())
 }
 
 impl Limits {

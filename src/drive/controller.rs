@@ -262,6 +262,7 @@ impl Controller {
         match self.average.add(Period {
             signed_a,
             flowing_a,
+            applied_v: observed.applied_v,
             closing,
             speed_along: if blind { 0.0 } else { along },
         }) {
@@ -297,6 +298,7 @@ impl Controller {
         self.mean_square_a2 = averaged.mean_square_a2;
         self.status.current_a = averaged.current_a;
         self.status.supply_v = self.supply_v;
+        self.status.applied_v = averaged.applied_v;
         self.status.limited = average.limited;
         self.completed = true;
     }

@@ -3,8 +3,8 @@
 use super::config::Motor;
 
 /// Resistance of copper grows by this a kelvin; the resistance in the configuration is that at 25 degrees.
-const COPPER_PER_K: f32 = 0.00393;
-const COLD_C: f32 = 25.0;
+pub(super) const COPPER_PER_K: f32 = 0.00393;
+pub(super) const COLD_C: f32 = 25.0;
 
 /// Share of the allowed rise that is assumed after a power cut at most: some of it must be left to move with.
 const ASSUMED_SHARE: f32 = 0.8;

@@ -2,8 +2,10 @@
 //! (docs/MECHANICS.md#fully-actuated-fingers).
 
 use super::error::{ConfigError, check_range};
+use super::quadratic::roots_of;
+use super::statics::contact_arms;
 use super::{Base, Configuration, Parameter, Parameters};
-use crate::numeric::{Bounded, Rotation, clamp, sqrt};
+use crate::numeric::{Bounded, clamp, sqrt};
 use core::array::from_fn;
 
 /// Gauss-Newton steps of the place: from the best root three are enough.
@@ -73,15 +75,7 @@ impl<const N: usize> ActuatedFinger<N> {
     /// Moment arms of a contact at k = 0 on a phalanx; `None` for a phalanx that the finger does not have.
     fn arms_at_joint(&self, at: &Configuration<N>, phalanx: u8) -> Option<(usize, [f32; N])> {
         let tip = usize::from(phalanx).checked_sub(1).filter(|i| *i < N)?;
-        let (turn, mut arms) = (at.turn(), [0.0; N]);
-        let (mut arm, mut bend) = (0.0f32, Rotation::NONE);
-        for m in (0..=tip).rev() {
-            arms[m] = arm;
-            if let Some(below) = m.checked_sub(1) {
-                bend = bend.then(turn[m]);
-                arm += self.parameters.lengths_m[below] * bend.cos;
-            }
-        }
+        let arms = contact_arms(&self.parameters.lengths_m, &at.turn(), tip, 0.0);
         Some((tip, arms))
     }
 
@@ -223,7 +217,6 @@ impl<const N: usize> ActuatedFinger<N> {
             q2 -= weight;
         }
         let square = (q1 * q1 - q0 * q2).at_least(0.0);
-        let large = -(q1 + sqrt(square).copysign(q1));
-        [large / q2, q0 / large].map(|k| if k.is_finite() { k } else { 0.0 })
+        roots_of([q0, q1, q2], square).map(|k| if k.is_finite() { k } else { 0.0 })
     }
 }

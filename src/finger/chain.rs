@@ -10,7 +10,9 @@
 use super::inverse::PostureStiffness;
 use super::preshape::dot;
 use super::quadratic::{Quadratic, QuadraticContact};
-use crate::numeric::{Rotation, sqrt};
+use super::statics::contact_arms;
+use crate::numeric::sqrt;
+use core::array::from_fn;
 
 /// R of H' = R R^T over joints 2 to N: upper triangular, its first row and column unused.
 #[derive(Clone, Copy, Debug)]
@@ -87,15 +89,8 @@ impl<const N: usize> ChainContact<N> {
         if tip == 0 || tip >= N {
             return None;
         }
-        let (mut d, mut loaded) = ([0.0f32; N], [0.0f32; N]);
-        let (mut arm, mut bend) = (0.0f32, Rotation::NONE);
-        for m in (0..=tip).rev() {
-            (d[m], loaded[m]) = (arm, 1.0);
-            if let Some(below) = m.checked_sub(1) {
-                bend = bend.then(held.turn[m]);
-                arm += held.lengths[below] * bend.cos;
-            }
-        }
+        let d = contact_arms(&held.lengths, &held.turn, tip, 0.0);
+        let loaded = from_fn(|m| if m <= tip { 1.0 } else { 0.0 });
         let (d1, x) = (d[0], held.x);
         let mut motion = [[0.0f32; N]; 2];
         for m in 1..N {

@@ -30,6 +30,7 @@ mod chain;
 mod configuration;
 pub(crate) mod error;
 mod fourbar;
+mod held;
 mod inverse;
 mod linkage;
 mod long_linkage;
@@ -49,6 +50,7 @@ pub use build::{AnyBase, Base, BaseJoint, Finger, Parameters, Springless};
 pub use configuration::{Configuration, JointStep};
 pub use error::{ConfigError, Parameter};
 pub use fourbar::{Advance, Assembly, FourBar, Levers, Ratio};
+pub use held::{HeldForces, HoldsTwice, NoSecondContact, TwoContacts};
 pub use linkage::Linkage;
 pub use mechanics::{
     Candidate, Candidates, Class, Contact, Free, Inverse, LONGEST_FINGER, MAX_PHALANGES,

@@ -178,13 +178,17 @@ pub(super) trait QuadraticContact {
     }
 }
 
-/// Roots of a quadratic: the larger without cancellation, the other by their product. None where they are not real.
+/// Roots of a quadratic; `None` where they are not real.
 fn roots([q0, q1, q2]: Quadratic) -> Option<[f32; 2]> {
     let square = q1 * q1 - q0 * q2;
     let real = square >= 0.0;
-    if !real {
-        return None;
-    }
+    real.then(|| roots_of([q0, q1, q2], square))
+}
+
+/// Roots of a quadratic with the discriminant `square` = q_1^2 - q_0 q_2 >= 0: the larger without cancellation, the other by
+/// their product.
+#[inline]
+pub(super) fn roots_of([q0, q1, q2]: Quadratic, square: f32) -> [f32; 2] {
     let large = -(q1 + sqrt(square).copysign(q1));
-    Some([large / q2, q0 / large])
+    [large / q2, q0 / large]
 }

@@ -1,6 +1,29 @@
 //! Statics of the whole finger: equivalent torques (5) and contact forces (1).
 
 use super::{BaseJoint, Configuration, Finger, Transmission, TransmissionFactors};
+use crate::numeric::Rotation;
+
+/// p, the moment arms about every joint of a contact at `k_m` on the phalanx with index `tip`, 0 for the first
+/// (docs/MECHANICS.md#statics), metre; 0 about the joints beyond. Linear in k: each arm up to the contact grows by 1 with it.
+#[inline]
+pub(super) fn contact_arms<const N: usize>(
+    lengths_m: &[f32; N],
+    turn: &[Rotation; N],
+    tip: usize,
+    k_m: f32,
+) -> [f32; N] {
+    let mut arms = [0.0; N];
+    // Down from the contact's own phalanx: its angle against the phalanges below grows joint by joint.
+    let (mut arm, mut bend) = (k_m, Rotation::NONE);
+    for m in (0..N).rev().filter(|m| *m <= tip) {
+        arms[m] = arm;
+        if let Some(below) = m.checked_sub(1) {
+            bend = bend.then(turn[m]);
+            arm += lengths_m[below] * bend.cos;
+        }
+    }
+    arms
+}
 
 impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     /// Equivalent joint torques tau = x T_a - K (theta - theta_0) (5): what contacts have to balance. Newton metre.
@@ -26,14 +49,9 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         let turn = at.turn();
         let mut arms = [[0.0; N]; N];
         for i in 0..N {
-            // Down from the contact's own phalanx: alpha_i - alpha_m grows joint by joint.
-            let (mut arm, mut bend) = (k_m[i], crate::numeric::Rotation::NONE);
-            for m in (0..=i).rev() {
-                arms[m][i] = arm;
-                if let Some(below) = m.checked_sub(1) {
-                    bend = bend.then(turn[m]);
-                    arm += self.parameters.lengths_m[below] * bend.cos;
-                }
+            let contact = contact_arms(&self.parameters.lengths_m, &turn, i, k_m[i]);
+            for m in 0..N {
+                arms[m][i] = contact[m];
             }
         }
         arms

@@ -7,10 +7,12 @@
 use super::mechanics::Candidates;
 use super::preshape::dot;
 use super::quadratic::{Quadratic, QuadraticContact};
+use super::statics::contact_arms;
 use super::{
     BaseJoint, Candidate, Configuration, Contact, Finger, Mechanics, Pressed, Transmission,
 };
-use crate::numeric::{Bounded, Rotation, sqrt};
+use crate::numeric::{Bounded, sqrt};
+use core::array::from_fn;
 
 /// A second contact, told from the stiffness that the motor feels after it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -45,7 +47,7 @@ struct SecondContact {
     approach: [f32; 2],
 }
 
-fn cross(a: &[f32; 3], b: &[f32; 3]) -> [f32; 3] {
+pub(super) fn cross(a: &[f32; 3], b: &[f32; 3]) -> [f32; 3] {
     [
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
@@ -62,15 +64,9 @@ impl SecondContact {
         if !observable {
             return None;
         }
-        let (mut d, mut loaded) = ([0.0f32; 3], [0.0f32; 3]);
-        let (mut arm, mut bend) = (0.0f32, Rotation::NONE);
-        for m in (0..usize::from(phalanx).min(3)).rev() {
-            (d[m], loaded[m]) = (arm, 1.0);
-            if let Some(below) = m.checked_sub(1) {
-                bend = bend.then(pressed.turn[m]);
-                arm += pressed.lengths_m[below] * bend.cos;
-            }
-        }
+        let tip = usize::from(phalanx) - 1;
+        let d = contact_arms(&pressed.lengths_m, &pressed.turn, tip, 0.0);
+        let loaded = from_fn(|m| if m <= tip { 1.0 } else { 0.0 });
         // The sizes of arms cancel: only the direction of p_a counts.
         let size = sqrt(dot(&pressed.arms_m, &pressed.arms_m));
         let p = pressed.arms_m.map(|arm| arm / size);
@@ -179,15 +175,11 @@ impl Pressed<3> {
     /// Whether the finger presses on an object at `k_m` on another phalanx as it closes on: the phalanx came nearer to it
     /// while the first contact alone held.
     pub fn second_presses(&self, phalanx: u8, k_m: f32) -> bool {
-        let (mut arm, mut bend, mut approach) = (k_m, Rotation::NONE, 0.0);
-        for m in (0..usize::from(phalanx).min(3)).rev() {
-            approach += arm * self.tangent_per_nm[m];
-            if let Some(below) = m.checked_sub(1) {
-                bend = bend.then(self.turn[m]);
-                arm += self.lengths_m[below] * bend.cos;
-            }
-        }
-        phalanx != self.contact.phalanx && approach > 0.0
+        let Some(tip) = usize::from(phalanx).checked_sub(1).filter(|tip| *tip < 3) else {
+            return false;
+        };
+        let arms = contact_arms(&self.lengths_m, &self.turn, tip, k_m);
+        phalanx != self.contact.phalanx && dot(&arms, &self.tangent_per_nm) > 0.0
     }
 
     /// Places of a second contact that explain a compliance, by bisection on the phalanges where the place matters.

@@ -14,30 +14,14 @@ mod generated {
 pub use generated::*;
 
 use crate::drive::config::{CheckedConfig, Config, OutOfRange};
-use crate::drive::joint::{AngleSensor, HallInput, JointInput, NotFitted};
+use crate::drive::io::ADC_FULL;
 use crate::drive::sequence::Motion;
 use crate::finger::{ConfigError, Mechanics};
+use crate::joint_sensor::{AdcScale, AngleSensor, JointSensor};
 use crate::sample::Sample;
-use crate::sensing::{Calibration, Drivetrain, Hall, JointSensor, NoHall, Series, Settings};
+use crate::sensing::{AfterContact, Calibration, Drivetrain, SeriesElement, Settings};
 
-/// A sensor of joint 2, and what reads it: [`NoHall`] or [`Hall`].
-pub trait Joint: JointSensor {
-    /// What the board has for it.
-    type Input: JointInput<Reading = Self::Reading>;
-}
-
-impl Joint for NoHall {
-    type Input = NotFitted;
-}
-
-impl Joint for Hall {
-    type Input = HallInput;
-}
-
-/// How a scene's board reads joint 2.
-pub type JointPin<S> = <<S as Scene>::Joint as Joint>::Input;
-
-/// What a scene's board reads of joint 2: nothing without a sensor.
+/// Angle of joint 2 in a scene: nothing without a sensor.
 pub type Reading<S> = <<S as Scene>::Joint as JointSensor>::Reading;
 
 /// A sample of a scene's drivetrain.
@@ -60,12 +44,17 @@ pub trait Scene {
     /// The finger's mechanics.
     type Finger: Mechanics;
 
-    /// The sensor of joint 2: [`Hall`], or [`NoHall`].
-    type Joint: Joint;
+    /// The sensor of joint 2: [`HallSensor`](crate::sensing::HallSensor), or
+    /// [`NoJointSensor`](crate::sensing::NoJointSensor).
+    type Joint: JointSensor;
 
     /// What lies between gears and input link: a [`Cable`](crate::sensing::Cable), or nothing that gives way
     /// ([`Rigid`](crate::sensing::Rigid)).
-    type Series: Series;
+    type Series: SeriesElement;
+
+    /// What comes after the first contact: [`Follow`](crate::sensing::Follow), or nothing
+    /// ([`FirstContactOnly`](crate::sensing::FirstContactOnly)).
+    type After: AfterContact<Self::Finger>;
 
     /// The finger, checked: one with a value out of its range, or whose linkage does not close, does not compile.
     const MECHANISM: Self::Finger;
@@ -109,15 +98,16 @@ pub trait Scene {
         _ => panic!("a value of the scene's DRIVE or MOTION is out of range"),
     };
 
-    /// What reads joint 2.
+    /// The sensor of joint 2 on this board's converter.
     ///
     /// # Errors
     /// The parameter of the sensor that is out of its range.
-    fn joint_input() -> Result<JointPin<Self>, OutOfRange>
-    where
-        Self: Sized,
-    {
-        JointInput::new(&Self::DRIVE.sense, &Self::ANGLE_SENSOR)
+    fn joint_sensor() -> Result<Self::Joint, OutOfRange> {
+        let adc = AdcScale {
+            reference_v: Self::DRIVE.sense.reference_v,
+            full_scale: ADC_FULL,
+        };
+        JointSensor::new(adc, &Self::ANGLE_SENSOR)
     }
 
     /// The drivetrain as the sensing sees it. At the opening stop the finger has its springs' rest angles.
@@ -144,7 +134,7 @@ mod tests {
     fn holds_together<S: Scene>() {
         let finger = S::MECHANISM;
         CheckedConfig::new(S::DRIVE).expect(S::NAME);
-        S::joint_input().expect(S::NAME);
+        S::joint_sensor().expect(S::NAME);
         let drivetrain = S::drivetrain(&finger);
         let limits = S::DRIVE.limits;
         let (motion, settings) = (S::MOTION, S::settings());

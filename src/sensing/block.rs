@@ -46,7 +46,7 @@ pub struct Block {
 
 /// What a sample led to.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Step {
+pub enum BlockUpdate {
     /// Nothing yet.
     Pending,
     /// A block of steady motion.
@@ -124,7 +124,7 @@ impl Sums {
 
 /// Sorts samples into blocks.
 #[derive(Clone, Debug, Default)]
-pub struct Gate {
+pub struct BlockAverager {
     last: Option<Last>,
     run: Option<Run>,
     /// Direction in which the gears were last in touch.
@@ -132,24 +132,24 @@ pub struct Gate {
     sums: Option<Sums>,
 }
 
-impl Gate {
+impl BlockAverager {
     /// Takes a sample. A repeated or late one is ignored, as is a current that is not a number.
     pub fn push<J>(
         &mut self,
         sample: &Sample<J>,
         drivetrain: &Drivetrain,
         settings: &Settings,
-    ) -> Step {
+    ) -> BlockUpdate {
         let now = Last {
             time_us: sample.time_us,
             counts: sample.position_counts,
         };
         let Some(last) = self.last else {
             self.last = Some(now);
-            return Step::Pending;
+            return BlockUpdate::Pending;
         };
         if now.time_us <= last.time_us {
-            return Step::Pending;
+            return BlockUpdate::Pending;
         }
         self.last = Some(now);
         let before = self.run.as_ref().map(|run| run.drive);
@@ -167,13 +167,13 @@ impl Gate {
                 faster: 0,
             });
             if before.is_some() {
-                return Step::Ended;
+                return BlockUpdate::Ended;
             }
         }
         let elapsed_us = now.time_us.wrapping_sub(last.time_us);
         if elapsed_us > GAP_US || !sample.current_a.is_finite() {
             self.breach();
-            return Step::Pending;
+            return BlockUpdate::Pending;
         }
         // Exact: no more than the gap.
         let elapsed_us = elapsed_us as u32 as f32;
@@ -203,9 +203,9 @@ impl Gate {
         current_a: f32,
         drivetrain: &Drivetrain,
         settings: &Settings,
-    ) -> Step {
+    ) -> BlockUpdate {
         let Some(run) = &mut self.run else {
-            return Step::Pending;
+            return BlockUpdate::Pending;
         };
         let sign = if run.drive == Drive::Opening { -1 } else { 1 };
         let forward = |from: i32, to: i32| to.wrapping_sub(from).wrapping_mul(sign);
@@ -220,7 +220,7 @@ impl Gate {
                 self.in_touch = Some(run.drive);
             }
             run.taken_up = way_rad >= settings.settle_rad.at_least(dead_rad);
-            return Step::Pending;
+            return BlockUpdate::Pending;
         }
         let turn_counts = drivetrain.counts_per_turn.max(1) as i32;
         let Some(sums) = &mut self.sums else {
@@ -238,12 +238,12 @@ impl Gate {
                 sums.add(share, elapsed_us, current_a);
                 self.sums = Some(sums);
             }
-            return Step::Pending;
+            return BlockUpdate::Pending;
         };
         let after = forward(sums.start_counts, now.counts);
         if after < turn_counts {
             sums.add(1.0, elapsed_us, current_a);
-            return Step::Pending;
+            return BlockUpdate::Pending;
         }
         // The turn is complete within this sample; `after` is at least a turn and `before` less.
         let before = forward(sums.start_counts, last.counts);
@@ -267,17 +267,17 @@ impl Gate {
         let deviation = speed_rad_per_s - settings.speed_rad_per_s;
         if !(self.sums.is_some() && run.is_steady(speed_rad_per_s, settings.speed_tolerance)) {
             run.speed_rad_per_s = None;
-            return Step::Pending;
+            return BlockUpdate::Pending;
         }
         let Some(before) = run.speed_rad_per_s.replace(speed_rad_per_s) else {
-            return Step::Pending;
+            return BlockUpdate::Pending;
         };
         let acceleration = (speed_rad_per_s - before) / duration_s;
         let direction = sign as f32;
         let inertia_nm = direction * drivetrain.inertia_kg_m2 * acceleration;
         let viscous_nm = direction * drivetrain.viscous_nm_s_per_rad * deviation;
         let motor_nm = drivetrain.torque_per_ampere_nm * done.ampere_us / done.duration_us;
-        Step::Block(Block {
+        BlockUpdate::Block(Block {
             time_us: now.time_us,
             drive: run.drive,
             counts: done

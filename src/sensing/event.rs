@@ -89,7 +89,7 @@ pub enum Event {
         sigma_m: f32,
         /// Instantaneous stiffness of the finger at contact K_c (8), newton metre per radian.
         k_c_nm_per_rad: f32,
-        /// Contact force now (1), newton.
+        /// Contact force now (1), newton; NaN once the contact is lost: the finger has slid off, or the object gave way.
         force_n: f32,
         /// Standard deviation of `force_n`.
         force_sigma_n: f32,

@@ -3,7 +3,7 @@
 //! Passive: the same samples give the same events, live or replayed, whatever made the finger move.
 //!
 //! ```text
-//! Sample -> block::Gate -> Block -> friction::Pass -> Assessment -> Friction
+//! Sample -> block::BlockAverager -> Block -> friction::Pass -> Assessment -> Friction
 //!                               \-> Detector -> Curve -> Locator (fit::Hypothesis ...) -> Event
 //! ```
 
@@ -13,8 +13,8 @@ pub mod curve;
 pub mod detector;
 pub mod drivetrain;
 pub mod event;
+pub mod following;
 pub mod friction;
-pub mod joint;
 pub mod location;
 pub mod locator;
 mod normal;
@@ -23,13 +23,14 @@ pub mod sensor;
 pub mod settings;
 pub mod step;
 
+pub use crate::joint_sensor::{HallSensor, JointSensor, NoJointSensor, Side};
 pub use crate::sample::{self, Drive, Sample};
 pub use calibration::{Calibration, Refusal};
 pub use drivetrain::Drivetrain;
 pub use event::{Event, NotLocated};
+pub use following::{AfterContact, FirstContactOnly, Follow, Followed, Grip};
 pub use friction::Friction;
-pub use joint::{Hall, JointSensor, NoHall, Side};
-pub use location::{Cable, Rigid, Series};
+pub use location::{Cable, Rigid, SeriesElement};
 pub use sensor::{Sensor, Suspicion};
 pub use settings::{Directive, Settings};
 

@@ -4,7 +4,7 @@
 //! which bounds the condition and lets f32 do; an unknown that a hypothesis lacks simply stays at 0.
 
 use crate::numeric::{ln, sqrt};
-use crate::sensing::location::{Cable, Series};
+use crate::sensing::location::{Cable, SeriesElement};
 use core::marker::PhantomData;
 
 /// Unknowns of a cable, the last ones.
@@ -14,7 +14,7 @@ const CABLES: usize = 2;
 ///
 /// The matrix is symmetric: it lies on and below the diagonal, which leaves what is above for the factor.
 #[derive(Clone, Copy, Debug)]
-pub struct Normal<const P: usize, X: Series = Cable> {
+pub struct Normal<const P: usize, X: SeriesElement = Cable> {
     matrix: [[f32; P]; P],
     /// Diagonal of the factor.
     diagonal: [f32; P],
@@ -22,7 +22,7 @@ pub struct Normal<const P: usize, X: Series = Cable> {
     series: PhantomData<X>,
 }
 
-impl<const P: usize, X: Series> Normal<P, X> {
+impl<const P: usize, X: SeriesElement> Normal<P, X> {
     /// No information.
     pub const EMPTY: Self = Self {
         matrix: [[0.0; P]; P],
@@ -111,11 +111,11 @@ impl<const P: usize, X: Series> Normal<P, X> {
 
 /// Normal equations whose matrix has been factored.
 #[derive(Clone, Copy, Debug)]
-pub struct Factor<'a, const P: usize, X: Series = Cable> {
+pub struct Factor<'a, const P: usize, X: SeriesElement = Cable> {
     normal: &'a Normal<P, X>,
 }
 
-impl<const P: usize, X: Series> Factor<'_, P, X> {
+impl<const P: usize, X: SeriesElement> Factor<'_, P, X> {
     /// The step to the minimum.
     pub fn step(&self) -> [f32; P] {
         let mut x = self.normal.right;

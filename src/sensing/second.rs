@@ -1,7 +1,7 @@
 //! A second contact: where the slope of torque over angle jumps after the first (docs/MECHANICS.md#two-contacts).
 //!
-//! Passive and by itself: it takes the blocks of a closing that a [`Sensor`](super::Sensor) has told a touch of. No sensor
-//! calls it; a program without it carries nothing of it.
+//! Passive and by itself: it takes the blocks of a closing that a [`Sensor`](super::Sensor) has told a touch of.
+//! [`Follow`](super::Follow) does so in a scene with that option.
 //!
 //! A single contact bends the curve smoothly, a second one at an elbow. Over the last blocks a parabola is compared with a
 //! parabola and a hinge. Worm and wandering friction bend the curve too, but slowly and by far less than a second contact.

@@ -1,8 +1,9 @@
 //! The place of a contact from one finite step of torque (docs/MECHANICS.md#finite-torque-step).
 
 use crate::finger::{Candidate, Contact, Mechanics};
+use crate::joint_sensor::Side;
 use crate::numeric::Bounded;
-use crate::sensing::location::{BranchSense, Series};
+use crate::sensing::location::{SeriesElement, supports};
 use heapless::Vec;
 
 /// Places from which the search starts besides those of the secant, as shares of the stretch on either side of the
@@ -39,8 +40,8 @@ pub fn places<M: Mechanics>(
     at: &M::Configuration,
     torque_nm: f32,
     step: &Measured,
-    series: &impl Series,
-    sense: &impl BranchSense,
+    series: &impl SeriesElement,
+    side: Option<Side>,
 ) -> Vec<Candidate, MAX_PLACES> {
     let Measured {
         rise_nm, radius_m, ..
@@ -121,7 +122,7 @@ pub fn places<M: Mechanics>(
         }
     }
     let mut allowed = Vec::new();
-    for candidate in found.iter().filter(|candidate| sense.allows(candidate)) {
+    for candidate in found.iter().filter(|candidate| supports(side, candidate)) {
         // As long as the list that it comes from.
         let _ = allowed.push(*candidate);
     }

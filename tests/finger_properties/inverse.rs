@@ -1,7 +1,7 @@
 //! Properties of the inverse: forward then inverse, and the shape of the compliance that makes it unique.
 
 use palpate::finger::{Class, Contact};
-use palpate::sensing::location::{Cable, NoJointSensor, Series};
+use palpate::sensing::location::{Cable, SeriesElement};
 use palpate::sensing::step;
 use proptest::prelude::*;
 
@@ -148,7 +148,7 @@ pub fn step_round_trip<const N: usize>(
         rotation_rad,
         radius_m: contact.radius_m,
     };
-    let found = step::places(finger, &posture, torque, &measured, &cable, &NoJointSensor);
+    let found = step::places(finger, &posture, torque, &measured, &cable, None);
     let near = |k: f32| (k - contact.k_m).abs() <= 2e-3 * length;
     prop_assert!(
         found

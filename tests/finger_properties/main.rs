@@ -9,9 +9,8 @@ mod setup;
 use finger_support::{linkage2, linkage3, tendon2, tendon3, within};
 use inverse::{monotone, round_trip, step_round_trip};
 use palpate::finger::{Contact, Finger, Mechanics, Parameters, Tendon};
-use palpate::sensing::location::{
-    BranchSense, Cable, JointTwo, NoJointSensor, Rigid, Series, places,
-};
+use palpate::sensing::location::places;
+use palpate::sensing::{Cable, NoJointSensor, Rigid, SeriesElement, Side};
 use path::{derivatives, energy, touches};
 use proptest::prelude::*;
 use setup::preshaped;
@@ -134,14 +133,17 @@ proptest! {
             return Err(TestCaseError::reject("the cable is all that is measured"));
         }
         let change_rad = if k > peak { -0.01 } else { 0.01 };
-        let sense = JointTwo { change_rad, noise_rad: 0.003 };
-        let answer = places(&f, &posture, 0.0, c + cable.compliance_rad_per_nm(), &cable, &sense);
+        let side = Some(Side::of(change_rad, 0.003));
+        let answer = places(&f, &posture, 0.0, c + cable.compliance_rad_per_nm(), &cable, side);
         prop_assert_eq!(answer.candidates().len(), 1);
         let found = answer.candidates()[0];
         prop_assert_eq!(found.beyond_stiffest, k > peak);
         prop_assert!((found.k_m - k).abs() <= 2e-2 * f.parameters().lengths_m[1], "{} {k}", found.k_m);
-        let silent = JointTwo { change_rad, noise_rad: 0.02 };
-        prop_assert!(found.phalanx == 2 && silent.allows(&found) && NoJointSensor.allows(&found));
+        let measured = c + cable.compliance_rad_per_nm();
+        let unclear = places(&f, &posture, 0.0, measured, &cable, Some(Side::of(change_rad, 0.02)));
+        let without = places(&f, &posture, 0.0, measured, &cable, None);
+        prop_assert!(found.phalanx == 2 && unclear.candidates().contains(&found));
+        prop_assert_eq!(unclear.candidates(), without.candidates());
         prop_assert_eq!(core::mem::size_of_val(&(Rigid, NoJointSensor)), 0);
     }
 }

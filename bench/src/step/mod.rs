@@ -8,7 +8,7 @@ use palpate::finger::{
     Assembly, Candidate as Place, Configuration, Contact, Finger, Inverse, Levers, Linkage,
     Mechanics, Parameters, Transmission,
 };
-use palpate::sensing::location::{NoJointSensor, Rigid};
+use palpate::sensing::location::Rigid;
 use palpate::sensing::step::{self, Measured};
 
 /// A row of the files: a finger of N phalanges with S four-bars, its posture at contact, a step of torque.
@@ -217,7 +217,7 @@ fn all_places<F: Mechanics>(input: &ContactStep<F>) -> Roots {
         input.step.torque,
         &measured,
         &Rigid,
-        &NoJointSensor,
+        None,
     );
     input.roots(&found)
 }

@@ -106,6 +106,15 @@ impl Firmware {
         self.symbols.iter().find(|s| s.0 == name).map(|s| s.1)
     }
 
+    /// Address of the first symbol with `part` in its name, mangled as in the file.
+    #[must_use]
+    pub fn symbol_with(&self, part: &str) -> Option<u32> {
+        self.symbols
+            .iter()
+            .find(|s| s.0.contains(part))
+            .map(|s| s.1)
+    }
+
     /// The function an address lies in.
     #[must_use]
     pub fn function_at(&self, address: u32) -> Option<&Function> {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! Images of other scenes on the emulated chip: what they have in addition to the default scene works.
 //!
-//! The images come from `PALPATE_HALL_ELF` (scene `tendon2-hall`), `PALPATE_RIGID_ELF` (`p70-rigid`) and `PALPATE_SHUNT_ELF`
-//! (`p70-shunt`); `cargo xtask test` sets them. Without one its test says so and passes.
+//! The images come from `PALPATE_HALL_ELF` (scene `tendon2-hall`), `PALPATE_RIGID_ELF` (`p70-rigid`), `PALPATE_SHUNT_ELF`
+//! (`p70-shunt`) and `PALPATE_GRASP_ELF` (`p70-grasp`); `cargo xtask test` sets them. Without one its test says so and passes.
 
 use palpate_emulator::Firmware;
 use palpate_emulator::sim::{
@@ -146,4 +146,50 @@ fn a_signed_current_is_read_with_its_sign() {
         steps.iter().any(|step| step.contains("value=-5")),
         "{steps:#?}"
     );
+}
+
+/// The last word of a closing on a cylinder against phalanx 1, with what was told of a second contact before it.
+fn held(firmware: &Firmware, contact_mm: f64, diameter_mm: f64) -> (String, Option<String>) {
+    let settings = Settings {
+        parameters: Parameters::of("p70-grasp").expect("one of the scenes"),
+        script: Script::parse("record-friction; close"),
+        object: Some(Object {
+            phalanx: 1,
+            contact_mm,
+            diameter_mm,
+            theta_1_deg: 40.0,
+        }),
+        ..Settings::default()
+    };
+    let session = end_of(firmware, settings).expect("the firmware keeps to the rules of the chip");
+    assert!(session.completed(), "not completed");
+    assert_eq!(session.faults, []);
+    let told = |name: &str| {
+        let mut lines = session.lines.iter().map(|line| line.event());
+        lines.find(|event| event.name == name)
+    };
+    let at = |name: &str| {
+        let named = |line: &palpate_emulator::log::Line| line.event().name == name;
+        session.lines.iter().rposition(named)
+    };
+    assert!(at("not-located") < at("grasp"), "the grasp comes last");
+    assert!(
+        at("grasp") < at("sequence done"),
+        "but for the motion's end"
+    );
+    let grip = told("grasp").and_then(|event| event.field("grip").map(str::to_owned));
+    let second = told("second-contact").and_then(|event| event.field("phalanx").map(str::to_owned));
+    (grip.expect("a last word"), second)
+}
+
+/// A large cylinder is met by both phalanges, a small one by the first alone.
+#[test]
+fn a_second_contact_is_told_of_a_power_grasp_only() {
+    let Some(firmware) = image("PALPATE_GRASP_ELF") else {
+        return;
+    };
+    let power = held(&firmware, 70.0, 70.0);
+    assert_eq!(power, ("enveloped".to_owned(), Some("2".to_owned())));
+    let single = held(&firmware, 50.0, 10.0);
+    assert_eq!(single, ("single".to_owned(), None));
 }

@@ -145,18 +145,17 @@ fn tell(found: &replay::Replay, recorded: &[Sample], options: &Options) {
              can be given with --friction"
         );
     }
-    for told in &found.told {
-        let time_s = told.time_us as f64 * 1e-6;
+    for (time_us, fields) in found.lines() {
+        let time_s = time_us as f64 * 1e-6;
         if options.json {
-            println!("{}", event_json(&told.event, time_s));
+            println!("{}", event_json(fields, time_s));
         } else {
-            println!("{time_s:10.3} {}", replay::line(&told.event));
+            println!("{time_s:10.3} {}", replay::line(&fields));
         }
     }
 }
 
-fn event_json(event: &Event, time_s: f64) -> Value {
-    let (name, mut fields) = replay::fields(event);
+fn event_json((name, mut fields): replay::Fields, time_s: f64) -> Value {
     fields.insert("type".into(), json!("event"));
     fields.insert("name".into(), json!(name));
     fields.insert("t_s".into(), json!(time_s));
@@ -170,10 +169,10 @@ const PAGE_SAMPLES: usize = 2;
 /// recording (`NAME.json` beside `NAME.csv.gz`).
 fn page_lines(found: &replay::Replay, recorded: &[Sample], options: &Options) -> Vec<Value> {
     let mut lines = vec![json!({"type": "event", "name": "boot", "scene": options.scene})];
-    let mut told = found.told.iter().peekable();
+    let mut told = found.lines().into_iter().peekable();
     for sample in recorded.iter().step_by(PAGE_SAMPLES) {
-        while let Some(told) = told.next_if(|told| told.time_us <= sample.time_us) {
-            lines.push(event_json(&told.event, told.time_us as f64 * 1e-6));
+        while let Some((time_us, fields)) = told.next_if(|told| told.0 <= sample.time_us) {
+            lines.push(event_json(fields, time_us as f64 * 1e-6));
         }
         let drive = match sample.drive {
             Drive::Closing => 1,
@@ -185,7 +184,7 @@ fn page_lines(found: &replay::Replay, recorded: &[Sample], options: &Options) ->
             "current_a": sample.current_a, "drive": drive,
         }));
     }
-    lines.extend(told.map(|told| event_json(&told.event, told.time_us as f64 * 1e-6)));
+    lines.extend(told.map(|(time_us, fields)| event_json(fields, time_us as f64 * 1e-6)));
     if let Some((phalanx, k_mm)) = truth_beside(&options.file) {
         lines.push(json!({"type": "truth", "phalanx": phalanx, "k_mm": k_mm, "force_n": 0.0}));
     }

@@ -122,17 +122,19 @@ pub fn forbidden(image: &Image) -> Vec<(String, &'static str)> {
 const FEATURES: &[(&str, &str)] = &[
     ("finger::tendon::", "finger::tendon::Tendon<"),
     ("finger::fourbar::", "finger::linkage::Linkage<"),
-    ("sensing::joint::Hall", "sensing::joint::Hall"),
-    ("::start_joint", "sensing::joint::Hall"),
+    ("joint_sensor::HallSensor", "joint_sensor::HallSensor"),
+    ("::start_joint", "joint_sensor::HallSensor"),
     ("sensing::location::Rigid", "sensing::location::Rigid"),
     ("sensing::location::Cable", "sensing::location::Cable"),
     ("::learn_from_press", "sensing::location::Cable"),
+    ("sensing::following::", "sensing::following::Follow<"),
+    ("finger::held::", "sensing::following::Follow<"),
 ];
 
 /// The types that a scene is made of; of an image that is no scene, nothing is expected or refused.
 fn types(scene: &str) -> Option<&'static str> {
     fn name<S: Scene>() -> &'static str {
-        std::any::type_name::<(S::Finger, S::Joint, S::Series)>()
+        std::any::type_name::<(S::Finger, S::Joint, S::Series, S::After)>()
     }
     palpate_scenes::for_scene!(scene, |S| name::<S>())
 }
@@ -353,8 +355,8 @@ mod tests {
     fn a_feature_is_found_where_it_does_not_belong_and_missed_where_it_does() {
         let hall = [
             "palpate::finger::tendon::Tendon::x",
-            "palpate::sensing::sensor::known::Known<F, H, palpate::sensing::location::Cable>::learn_from_press",
-            "<palpate::sensing::sensor::Sensor<F, palpate::sensing::joint::Hall>>::update",
+            "palpate::sensing::sensor::state::SensorState<F, H, palpate::sensing::location::Cable>::learn_from_press",
+            "<palpate::sensing::sensor::Sensor<F, palpate::joint_sensor::HallSensor>>::update",
             "palpate::board::sampling::start_joint",
         ];
         let unused = |scene: &str| unused(types(scene), hall.into_iter());

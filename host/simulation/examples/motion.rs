@@ -1,8 +1,8 @@
 //! The motion sequence against the plant, with contacts taken from the truth: how steadily it moves, where it stops.
 
 use palpate::drive::demand::{Demand, Status};
-use palpate::drive::joint::NotFitted;
 use palpate::drive::sequence::{Notice, Request, Sequence, State};
+use palpate::joint_sensor::NoJointSensor;
 use palpate::sample::{Drive, Sample};
 use palpate::scene::Scene;
 use palpate_plant::{Grasp, Parameters, Plant, Shape};
@@ -16,7 +16,7 @@ struct Motion {
 }
 
 impl SlowLoop for Motion {
-    type Input = NotFitted;
+    type Joint = NoJointSensor;
 
     fn sample(&mut self, sample: &Sample, status: &Status) -> Demand {
         let advance = self
@@ -55,7 +55,7 @@ fn main() {
         fault: None,
     };
     let mut machine =
-        Machine::new(Board::new(plant), &P70::DRIVE, NotFitted, motion).expect("config");
+        Machine::new(Board::new(plant), &P70::DRIVE, NoJointSensor, motion).expect("config");
     let start = std::time::Instant::now();
     for request in [Request::RecordFriction, Request::Close, Request::Open] {
         if request == Request::Close {

@@ -5,20 +5,20 @@ use palpate::drive::config::{CheckedConfig, Config, OutOfRange};
 use palpate::drive::controller::Controller;
 use palpate::drive::demand::{Demand, Status};
 use palpate::drive::io::Outputs;
-use palpate::drive::joint::JointInput;
+use palpate::joint_sensor::JointSensor;
 use palpate::sample::Sample;
 
 /// What runs once a sample.
 pub trait SlowLoop {
     /// How joint 2 is read.
-    type Input: JointInput;
+    type Joint: JointSensor;
 
     /// Takes a sample and the state of the motor, returns what the motor shall do.
     fn sample(&mut self, sample: &SampleOf<Self>, status: &Status) -> Demand;
 }
 
 /// A sample for a slow loop.
-pub type SampleOf<S> = Sample<<<S as SlowLoop>::Input as JointInput>::Reading>;
+pub type SampleOf<S> = Sample<<<S as SlowLoop>::Joint as JointSensor>::Reading>;
 
 /// A board with the firmware's control loop and a slow loop.
 #[derive(Clone, Debug)]
@@ -29,7 +29,7 @@ pub struct Machine<S: SlowLoop> {
     pub controller: Controller,
     /// The slow loop.
     pub slow: S,
-    joint: S::Input,
+    joint: S::Joint,
     demand: Demand,
     outputs: Outputs,
 }
@@ -42,7 +42,7 @@ impl<S: SlowLoop> Machine<S> {
     pub fn new(
         board: Board,
         config: &Config,
-        joint: S::Input,
+        joint: S::Joint,
         slow: S,
     ) -> Result<Self, OutOfRange> {
         Ok(Self {
@@ -61,7 +61,7 @@ impl<S: SlowLoop> Machine<S> {
             self.board.period(self.outputs);
             self.outputs = self.controller.step(&self.board.inputs(), &self.demand);
             if let Some(sample) = self.controller.sample() {
-                let raw = S::Input::take(|| self.board.joint_code());
+                let raw = S::Joint::take(|| self.board.joint_code().0);
                 let sample = sample.with_joint(self.joint.reading(raw));
                 self.demand = self.slow.sample(&sample, self.controller.status());
                 return sample;

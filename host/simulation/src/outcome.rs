@@ -3,7 +3,7 @@
 use crate::Row;
 use palpate::drive::fault::Fault;
 use palpate::sample::Sample;
-use palpate::sensing::{Directive, Event, NotLocated};
+use palpate::sensing::{Directive, Event, Followed, Grip, NotLocated};
 use palpate_plant::{FirstContact, Truth};
 
 /// The last word on a grasp.
@@ -48,6 +48,8 @@ pub enum Verdict {
 pub struct Outcome {
     /// Events with the time they were told, microseconds since reset.
     pub events: Vec<(u64, Event)>,
+    /// What followed the first contact, as `events`, in scenes with that option.
+    pub followed: Vec<(u64, Followed)>,
     /// What they amount to.
     pub verdict: Verdict,
     /// The true first contact since the object was placed.
@@ -72,6 +74,22 @@ impl Outcome {
             _ => None,
         });
         Some(touched? - self.first_contact?.time_s)
+    }
+
+    /// How the object was held at the end of the closing, in scenes that tell it.
+    #[must_use]
+    pub fn grip(&self) -> Option<Grip> {
+        self.followed.iter().find_map(|(_, event)| match event {
+            Followed::Grasp { grip, .. } => Some(*grip),
+            Followed::SecondContact { .. } => None,
+        })
+    }
+
+    /// The second contact, in scenes that look for one.
+    #[must_use]
+    pub fn second_contact(&self) -> Option<Followed> {
+        let mut events = self.followed.iter().map(|(_, event)| *event);
+        events.find(|event| matches!(event, Followed::SecondContact { .. }))
     }
 
     /// Located minus true place, metre, if both are on the same phalanx.

@@ -72,7 +72,7 @@ impl<S: Simulated> Simulation<S> {
         }
         let plant = palpate_mujoco::plant(parameters, &Grasp::Free, seed)?;
         let slow = Slow::new();
-        let machine = S::joint_input()
+        let machine = S::joint_sensor()
             .and_then(|joint| Machine::new(Board::new(plant), &S::DRIVE, joint, slow))
             .map_err(Error::Drive)?;
         Ok(Self {
@@ -171,6 +171,7 @@ impl<S: Simulated> Simulation<S> {
     pub fn motion(&mut self, request: Request, closing: Directive) -> Result<Outcome, Error> {
         let machine = &mut self.machine;
         machine.slow.events.clear();
+        machine.slow.followed.clear();
         machine.slow.samples.clear();
         machine.slow.fault = None;
         machine
@@ -202,6 +203,7 @@ impl<S: Simulated> Simulation<S> {
             first_contact: truth.first_contact,
             fault: machine.slow.fault,
             events,
+            followed: std::mem::take(&mut machine.slow.followed),
             samples: std::mem::take(&mut machine.slow.samples),
             truth,
             trace,

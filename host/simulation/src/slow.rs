@@ -2,14 +2,14 @@
 
 use crate::{Simulated, SlowLoop};
 use palpate::app::console::settings::Overrides;
-use palpate::app::grasp::sensing::{SensingRequest, notice};
+use palpate::app::grasp::sensing::{SensingRequest, followed_notice, notice};
 use palpate::app::grasp::{ContactSensing, Coordinator};
 use palpate::drive::demand::{Demand, Status};
 use palpate::drive::fault::Fault;
 use palpate::drive::sequence::{Notice, Refused, Request, State};
 use palpate::sample::Sample;
-use palpate::scene::{JointPin, SampleOf};
-use palpate::sensing::{Directive, Event};
+use palpate::scene::SampleOf;
+use palpate::sensing::{Directive, Event, Followed};
 
 /// Both halves, and what they said.
 #[derive(Clone, Debug)]
@@ -20,6 +20,8 @@ pub struct Slow<S: Simulated> {
     pub coordinator: Coordinator<S>,
     /// Events with the time they were told, microseconds since reset.
     pub events: Vec<(u64, Event)>,
+    /// What followed the first contact, as `events`, in scenes with that option.
+    pub followed: Vec<(u64, Followed)>,
     /// Samples with what each was good for; without the reading of joint 2, which not every scene has.
     pub samples: Vec<(Directive, Sample)>,
     /// First fault since it was last taken.
@@ -42,6 +44,7 @@ impl<S: Simulated> Slow<S> {
             sensing: ContactSensing::new(),
             coordinator: Coordinator::new(Overrides::default()),
             events: Vec::new(),
+            followed: Vec::new(),
             samples: Vec::new(),
             fault: None,
             directive: Directive::Rest,
@@ -65,14 +68,19 @@ impl<S: Simulated> Slow<S> {
 }
 
 impl<S: Simulated> SlowLoop for Slow<S> {
-    type Input = JointPin<S>;
+    type Joint = S::Joint;
 
     fn sample(&mut self, sample: &SampleOf<S>, status: &Status) -> Demand {
         self.samples.push((self.directive, sample.with_joint(())));
-        if let Some(event) = self.sensing.sample(sample) {
+        let told = self.sensing.sample(sample);
+        if let Some(event) = told {
             self.coordinator.event(&event, status);
             self.events.push((sample.time_us, event));
-            self.notice = notice(&event).or(self.notice);
+            self.notice = notice::<S>(&event).or(self.notice);
+        }
+        if let Some(followed) = self.sensing.follow(sample, told.as_ref()) {
+            self.followed.push((sample.time_us, followed));
+            self.notice = followed_notice(&followed).or(self.notice);
         }
         let step = self
             .coordinator

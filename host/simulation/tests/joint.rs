@@ -1,7 +1,7 @@
 //! Use of the optional sensor of joint 2: `tendon2` closed far has its stiffest place e_2 on the phalanx, and one
 //! curve then fits two places. Simulated.
 
-use palpate::sensing::{Hall, JointSensor, NotLocated, Side};
+use palpate::sensing::{HallSensor, JointSensor, NotLocated, Side};
 use palpate_plant::{Grasp, Shape};
 use palpate_scenes::{Tendon2, Tendon2Hall};
 use palpate_simulation::{Outcome, Simulated, Simulation, Verdict};
@@ -90,7 +90,7 @@ fn with_the_sensor_the_right_side_is_told() {
         assert!((place - k_m).abs() < 2.0 * sigma_m, "{case}");
         let e_2_m = e_2_m(&outcome);
         assert_eq!(place > e_2_m, side == Side::Beyond, "{case}: e_2 {e_2_m}");
-        assert_eq!(Hall::side(change), Some(side), "{case}: {change:?}");
+        assert_eq!(HallSensor::side(change), Some(side), "{case}: {change:?}");
     }
     assert!(located >= 1, "{located}");
 }
@@ -106,7 +106,7 @@ fn a_broken_wire_takes_the_sensor_away_and_no_more() {
     seeing.prepare().unwrap();
     blind.prepare().unwrap();
     let told = close(&mut seeing, 95.0, 0.030);
-    assert_eq!(Hall::rad(seeing.slow().sensing.joint_change()), None);
+    assert_eq!(HallSensor::rad(seeing.slow().sensing.joint_change()), None);
     assert!(
         matches!(
             told.verdict,

@@ -1,13 +1,9 @@
-//! Second contacts on the blocks of simulated closings: told where both phalanges press, not where one does.
+//! Second contacts of simulated closings: told where both phalanges press, not where one does.
 
-use palpate::sample::Drive;
-use palpate::scene::Scene;
-use palpate::sensing::Event;
-use palpate::sensing::block::{Gate, Step};
-use palpate::sensing::second::{Elbow, SecondContact};
+use palpate::sensing::{Followed, Grip};
 use palpate_plant::{Grasp, Shape, World};
-use palpate_scenes::P70;
-use palpate_simulation::{Outcome, Simulation};
+use palpate_scenes::P70Grasp;
+use palpate_simulation::Simulation;
 
 /// Fingers of the world `workshop`.
 const SEEDS: u64 = 3;
@@ -24,47 +20,13 @@ const GRASPS: [(u8, f64, f64); 8] = [
     (2, 0.03, 0.06),
 ];
 
-/// What a program beside the sensor does: blocks, the record's friction taken off, from the touch on.
-fn elbow(simulation: &mut Simulation<P70>, outcome: &Outcome) -> Option<Elbow> {
-    let finger = P70::MECHANISM;
-    let (drivetrain, settings) = (P70::drivetrain(&finger), P70::settings());
-    let friction = simulation.slow().sensing.sensor().friction()?.clone();
-    let touched_us = outcome.events.iter().find_map(|(_, event)| match event {
-        Event::Touch { time_us, .. } => Some(*time_us),
-        _ => None,
-    })?;
-    let stop_rad = drivetrain.opening_stop_rad + settings.closing_stop_rad - 0.01;
-    let (mut gate, mut search) = (Gate::default(), SecondContact::new(stop_rad));
-    for (_, sample) in &outcome.samples {
-        let Step::Block(block) = gate.push(sample, &drivetrain, &settings) else {
-            continue;
-        };
-        let Some(known) = friction.beyond(block.counts) else {
-            continue;
-        };
-        if block.drive != Drive::Closing || block.time_us < touched_us {
-            continue;
-        }
-        let efficiency = drivetrain.efficiency;
-        let torque_nm = efficiency * (block.drive_torque_nm - known.torque_nm);
-        let variance = efficiency * efficiency * friction.white_nm2(block.duration_s);
-        let found = search.push(drivetrain.closing_rad(block.counts), torque_nm, variance);
-        if found.is_some() {
-            return found;
-        }
-    }
-    None
-}
-
 #[test]
 fn a_second_contact_is_told_and_a_single_one_is_not() {
-    // Nothing is calibrated: the cable is known to a quarter.
-    let cable = P70::UNCALIBRATED.cable_rad_per_nm;
     let (mut power, mut told, mut single, mut false_ones) = (0, 0, 0, 0);
     for seed in 1..=SEEDS {
         let world = World::named("workshop").expect("a world");
-        let parameters = world.of("p70").expect("a scene").randomised(seed);
-        let mut simulation = Simulation::<P70>::new(&parameters, seed).expect("a simulation");
+        let parameters = world.of("p70-grasp").expect("a scene").randomised(seed);
+        let mut simulation = Simulation::<P70Grasp>::new(&parameters, seed).expect("a simulation");
         simulation.prepare().expect("a record");
         for (phalanx, k_m, diameter_m) in GRASPS {
             let grasp = Grasp::touching(phalanx, k_m, 0.6, Shape::Cylinder { diameter_m });
@@ -73,17 +35,18 @@ fn a_second_contact_is_told_and_a_single_one_is_not() {
             let first = outcome.first_contact.expect("a contact").contact.phalanx;
             let other = |c: &palpate_plant::Contact| c.phalanx != first && c.force_n > 0.2;
             let is_second = outcome.truth.contacts.iter().any(other);
-            let found = elbow(&mut simulation, &outcome);
-            let is_rigid = found.is_some_and(|elbow| elbow.is_rigid(cable, 0.25 * cable));
+            let found = outcome.second_contact();
+            let grip = outcome.grip().expect("a last word");
             println!(
-                "seed {seed}: {phalanx} at {k_m} m, {diameter_m} m: second {is_second}, rigid {is_rigid}, {found:?}"
+                "seed {seed}: {phalanx} at {k_m} m, {diameter_m} m: second {is_second}, {grip:?}, {found:?}"
             );
             if is_second {
                 power += 1;
-                told += u32::from(is_rigid);
+                let right = matches!(found, Some(Followed::SecondContact { phalanx, .. }) if phalanx != first);
+                told += u32::from(right && grip == Grip::Enveloped);
             } else {
                 single += 1;
-                false_ones += u32::from(found.is_some());
+                false_ones += u32::from(found.is_some() || grip != Grip::Single);
             }
             simulation.open().expect("opens");
         }

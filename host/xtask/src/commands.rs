@@ -311,6 +311,7 @@ pub fn test(arguments: &[String]) -> Outcome {
     let hall = Build::of_scene("tendon2-hall").elf()?;
     let rigid = Build::of_scene("p70-rigid").elf()?;
     let shunt = Build::of_scene("p70-shunt").elf()?;
+    let second = Build::of_scene("p70-grasp").elf()?;
     reach(&[&elf, &faulty, &serial, &hall, &rigid, &shunt].map(Clone::clone))?;
     step(
         "tests of the library",
@@ -324,6 +325,7 @@ pub fn test(arguments: &[String]) -> Outcome {
             .env("PALPATE_SERIAL_ELF", &serial)
             .env("PALPATE_HALL_ELF", &hall)
             .env("PALPATE_RIGID_ELF", &rigid)
+            .env("PALPATE_GRASP_ELF", &second)
             .env("PALPATE_SHUNT_ELF", &shunt)
             .env("PALPATE_GRASPS", "1000")
             .env("PALPATE_ENDURANCE_S", "4400"),

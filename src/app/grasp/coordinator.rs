@@ -11,7 +11,7 @@ use crate::drive::config::{CheckedConfig, OutOfRange};
 use crate::drive::sequence::{Motion, Notice, Refused, Request, Sequence, State, StepOutput};
 use crate::drive::{Fault, Setpoint, Status};
 use crate::scene::Scene;
-use crate::sensing::location::Series;
+use crate::sensing::location::SeriesElement;
 use crate::sensing::{Directive, Event};
 
 /// What the board has to do to complete a command.

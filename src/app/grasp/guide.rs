@@ -4,7 +4,7 @@ use core::fmt;
 
 use crate::finger::Mechanics;
 use crate::scene::Scene;
-use crate::sensing::location::Series;
+use crate::sensing::location::SeriesElement;
 use crate::sensing::{Calibration, Event, Refusal};
 
 /// Places of the two pins as shares of the distal phalanx: where the finger is soft, for the torque factor, and where it is

@@ -5,7 +5,7 @@ use crate::app::console::settings::{Overrides, Setting};
 use crate::app::storage::record::Record;
 use crate::drive::sequence::Notice;
 use crate::scene::{Reading, SampleOf, Scene};
-use crate::sensing::{Calibration, Directive, Event, Sensor, Settings};
+use crate::sensing::{AfterContact, Calibration, Directive, Event, Followed, Sensor, Settings};
 
 /// What the motion half asks of the sensing half.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +25,7 @@ pub enum SensingRequest {
 #[derive(Clone, Debug)]
 pub struct ContactSensing<S: Scene> {
     sensor: Sensor<S::Finger, S::Joint, S::Series>,
+    after: S::After,
 }
 
 impl<S: Scene> Default for ContactSensing<S> {
@@ -39,13 +40,19 @@ impl<S: Scene> ContactSensing<S> {
         let finger = S::MECHANISM;
         let drivetrain = S::drivetrain(&finger);
         let sensor = Sensor::new(finger, drivetrain, S::settings(), S::UNCALIBRATED);
-        Self { sensor }
+        Self {
+            sensor,
+            after: S::After::default(),
+        }
     }
 
     /// Carries out a request.
     pub fn request(&mut self, request: SensingRequest) {
         match request {
-            SensingRequest::Direct(directive) => self.sensor.direct(directive),
+            SensingRequest::Direct(directive) => {
+                self.sensor.direct(directive);
+                self.after.direct(directive);
+            }
             SensingRequest::Adjust(overrides) => self.adjust(&overrides),
             SensingRequest::ForgetCalibration => {
                 self.sensor.set_calibration(S::UNCALIBRATED);
@@ -57,6 +64,12 @@ impl<S: Scene> ContactSensing<S> {
     /// Takes a sample; at most one event. [`notice`] says what of it concerns the motion.
     pub fn sample(&mut self, sample: &SampleOf<S>) -> Option<Event> {
         self.sensor.update(sample)
+    }
+
+    /// Takes the same sample once more, with what [`Self::sample`] told, for what follows the first contact: at most one
+    /// event. Nothing in a scene without that option.
+    pub fn follow(&mut self, sample: &SampleOf<S>, told: Option<&Event>) -> Option<Followed> {
+        self.after.sample(&mut self.sensor, sample, told)
     }
 
     /// What the user should do after an event, in the guided calibration.
@@ -112,9 +125,17 @@ impl<S: Scene> ContactSensing<S> {
     }
 }
 
-/// What an event means for the motion.
-pub fn notice(event: &Event) -> Option<Notice> {
+/// What an event means for the motion. Where a second contact is looked for, the closing goes on after the last word on the
+/// first.
+pub fn notice<S: Scene>(event: &Event) -> Option<Notice> {
     match event {
+        Event::Located { settled: true, .. }
+        | Event::Ambiguous { settled: true, .. }
+        | Event::NotLocated { .. }
+            if S::After::FOLLOWS =>
+        {
+            None
+        }
         Event::Touch { .. } => Some(Notice::Touched),
         Event::Located { settled: true, .. }
         | Event::Ambiguous { settled: true, .. }
@@ -130,4 +151,9 @@ pub fn notice(event: &Event) -> Option<Notice> {
         | Event::Unusual { .. }
         | Event::Stiffness { .. } => None,
     }
+}
+
+/// What an event after the first contact means for the motion.
+pub fn followed_notice(event: &Followed) -> Option<Notice> {
+    matches!(event, Followed::Grasp { .. }).then_some(Notice::Settled)
 }

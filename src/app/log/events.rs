@@ -4,7 +4,7 @@ use super::Log;
 use crate::drive::Status;
 use crate::drive::fault::Fault;
 use crate::drive::sequence::State;
-use crate::sensing::{Calibration, Event, NotLocated, Refusal};
+use crate::sensing::{Calibration, Event, Followed, Grip, NotLocated, Refusal};
 
 /// Metre to millimetre, newton metre to millinewton metre, radian to milliradian, ampere to milliampere.
 pub(super) const MILLI: f32 = 1e3;
@@ -34,6 +34,17 @@ impl Refusal {
             Self::Misfit => "misfit",
             Self::Implausible => "implausible",
             Self::Uninformative => "uninformative",
+        }
+    }
+}
+
+impl Grip {
+    /// Name in the log.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Single => "single",
+            Self::TwoContacts => "two-contacts",
+            Self::Enveloped => "enveloped",
         }
     }
 }
@@ -116,6 +127,40 @@ pub fn event(log: &mut impl Log, event: &Event) {
         Event::NotLocated { why, torque_nm } => log.not_located(why.name(), torque_nm * MILLI),
         Event::Calibrated { calibration } => calibrated(log, &calibration),
         Event::CalibrationRefused { why } => log.calibration_refused(why.name()),
+    }
+}
+
+/// Logs what follows the first contact.
+pub fn followed(log: &mut impl Log, event: &Followed) {
+    match *event {
+        Followed::SecondContact {
+            phalanx,
+            k_m,
+            sigma_m,
+            theta_a_rad,
+            torque_nm,
+            stiffness_nm_per_rad,
+            stiffness_sigma_nm_per_rad,
+        } => log.second_contact(
+            phalanx,
+            k_m * MILLI,
+            sigma_m * MILLI,
+            theta_a_rad * MILLI,
+            torque_nm * MILLI,
+            stiffness_nm_per_rad,
+            stiffness_sigma_nm_per_rad,
+        ),
+        Followed::Grasp {
+            grip,
+            torque_nm,
+            forces,
+        } => log.grasp(
+            grip.name(),
+            torque_nm * MILLI,
+            forces.distal_moment_nm * MILLI,
+            forces.distal_force_n,
+            forces.proximal_moment_nm * MILLI,
+        ),
     }
 }
 

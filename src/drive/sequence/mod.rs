@@ -22,9 +22,9 @@ pub use state::State;
 use stop_detector::StopDetector;
 use transitions::Observation;
 
-/// Way in which opening, and homing after a fault, may take all the current that the drive allows, radian at the input link: a worm that settled
-/// under the load of a probing may want as much to be started as made the load. What it takes to go on is within free motion's.
-/// Against a stop the cable winds up by no more than this.
+/// Way in which opening, and homing after a fault, may take all the current that the drive allows, radian at the input link.
+/// A worm that settled under the load of a probing may need as much current to start as made that load; to go on it needs no
+/// more than free motion. Against a stop the cable winds up by no more than this.
 const BREAKAWAY_RAD: f32 = 0.02;
 
 /// What one step of the sequence decided.
@@ -189,22 +189,7 @@ impl Sequence {
         if let Some(next) = self.next(&seen) {
             self.enter(next, now_us, status);
         }
-        self.demand.setpoint = self.setpoint();
-        let way_counts = status.position_counts.wrapping_sub(self.start_counts);
-        let may = match self.state {
-            State::Open => true,
-            State::Home => self.unsure,
-            _ => false,
-        };
-        if may
-            && self.scale.angle_rad(way_counts).abs() < BREAKAWAY_RAD
-            && let Setpoint::Speed {
-                current_limit_a, ..
-            } = &mut self.demand.setpoint
-        {
-            // The controller clamps at its own limit.
-            *current_limit_a = f32::MAX;
-        }
+        self.demand.setpoint = self.setpoint(status.position_counts);
         let entered = self.state != before;
         StepOutput {
             demand: self.demand,
@@ -248,14 +233,27 @@ impl Sequence {
         }
     }
 
-    /// Setpoint of the state.
-    fn setpoint(&self) -> Setpoint {
+    /// Setpoint of the state, at a position.
+    fn setpoint(&self, position_counts: i32) -> Setpoint {
         let motion = &self.motion;
+        let way_rad = self
+            .scale
+            .angle_rad(position_counts.wrapping_sub(self.start_counts));
+        let may_break_away = match self.state {
+            State::Open => true,
+            State::Home => self.unsure,
+            _ => false,
+        };
+        let breaks_away = may_break_away && way_rad.abs() < BREAKAWAY_RAD;
         let speed = |rad_per_s: f32, current_limit_a: f32| Setpoint::Speed {
             counts_per_s: self.scale.counts_per_s(rad_per_s),
-            current_limit_a,
+            // The controller clamps at its own limit.
+            current_limit_a: if breaks_away {
+                f32::MAX
+            } else {
+                current_limit_a
+            },
         };
-        // The controller clamps at its own limit.
         match self.state {
             State::Idle | State::Fault => Setpoint::Off,
             State::CalibrateOffset => Setpoint::MeasureOffset,

@@ -13,7 +13,7 @@ use super::{Data, LEAST_POINTS, onset};
 use crate::finger::Mechanics;
 use crate::numeric::{Bounded, ln, sqrt};
 use crate::sensing::normal::Normal;
-use crate::sensing::{Calibration, Series};
+use crate::sensing::{Calibration, SeriesElement};
 
 /// Least gain of a step, in units of the cost (twice the logarithm of a likelihood), that is worth making it.
 const ENOUGH: f32 = 0.02;
@@ -55,7 +55,7 @@ pub(super) struct Fitted {
 
 /// A fit under way.
 #[derive(Clone, Debug)]
-pub(super) struct Fit<F: Mechanics, X: Series> {
+pub(super) struct Fit<F: Mechanics, X: SeriesElement> {
     pub(super) hypothesis: Hypothesis,
     x: [f32; UNKNOWNS],
     trial: [f32; UNKNOWNS],
@@ -80,7 +80,7 @@ pub(super) enum Progress {
 
 /// A pass over the curve: cost and normal equations of the points so far.
 #[derive(Clone, Debug)]
-struct Pass<F: Mechanics, X: Series> {
+struct Pass<F: Mechanics, X: SeriesElement> {
     model: Model<F, X>,
     whitening: Whitening,
     /// Index of the next point.
@@ -92,7 +92,7 @@ struct Pass<F: Mechanics, X: Series> {
     normal: Normal<UNKNOWNS, X>,
 }
 
-impl<F: Mechanics, X: Series> Fit<F, X> {
+impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
     /// From some values of the unknowns.
     pub(super) fn new(hypothesis: Hypothesis, x: [f32; UNKNOWNS]) -> Self {
         Self {
@@ -376,7 +376,7 @@ impl<F: Mechanics, X: Series> Fit<F, X> {
 }
 
 /// Values from which a fit starts: those of the prior, at a place in lengths of the phalanx.
-pub(super) fn start<X: Series>(place: f32, prior: &Prior<X>) -> [f32; UNKNOWNS] {
+pub(super) fn start<X: SeriesElement>(place: f32, prior: &Prior<X>) -> [f32; UNKNOWNS] {
     let mut x = [0.0; UNKNOWNS];
     if matches!(prior.place, Place::Anywhere) {
         x[K] = place.at_least(LEAST_SHARE).at_most(1.0);

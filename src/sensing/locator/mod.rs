@@ -36,7 +36,7 @@ pub use prior::{Place, Prior};
 use crate::finger::{Class, Free, Mechanics};
 use crate::numeric::Bounded;
 use crate::sensing::curve::Point;
-use crate::sensing::{Calibration, Drivetrain, Series};
+use crate::sensing::{Calibration, Drivetrain, SeriesElement};
 use fit::{Fit, Fitted, Hypothesis, Progress};
 use model::{Hold, Model};
 
@@ -98,7 +98,7 @@ type Tracks = heapless::Vec<Track, MOST>;
 /// The competition. It goes in rounds: within one, every hypothesis is fitted to the same points, or their evidence could
 /// not be compared.
 #[derive(Clone, Debug)]
-pub struct Locator<F: Mechanics, X: Series> {
+pub struct Locator<F: Mechanics, X: SeriesElement> {
     tracks: Tracks,
     /// How many of the curve's points belong to this round.
     number: usize,
@@ -116,7 +116,7 @@ pub struct Locator<F: Mechanics, X: Series> {
     class: Class,
 }
 
-impl<F: Mechanics, X: Series> Default for Locator<F, X> {
+impl<F: Mechanics, X: SeriesElement> Default for Locator<F, X> {
     fn default() -> Self {
         Self {
             tracks: heapless::Vec::new(),
@@ -133,7 +133,7 @@ impl<F: Mechanics, X: Series> Default for Locator<F, X> {
     }
 }
 
-impl<F: Mechanics, X: Series> Locator<F, X> {
+impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     /// Whether a round is under way.
     pub fn is_under_way(&self) -> bool {
         self.under_way
@@ -333,7 +333,7 @@ impl<F: Mechanics, X: Series> Locator<F, X> {
 }
 
 impl Track {
-    fn hold<X: Series>(&self, radius: usize, prior: &Prior<X>) -> Hold {
+    fn hold<X: SeriesElement>(&self, radius: usize, prior: &Prior<X>) -> Hold {
         match (prior.place, self.phalanx) {
             (Place::Stop, _) => Hold::Stop,
             (Place::Known { radius_m, .. }, phalanx) => Hold::Contact { phalanx, radius_m },

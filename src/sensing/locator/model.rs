@@ -15,7 +15,7 @@ use crate::finger::{Contact, Free, Mechanics, PathPoint};
 use crate::numeric::Bounded;
 use crate::sensing::calibration::MIDDLE_NM;
 use crate::sensing::curve::Point;
-use crate::sensing::{Drivetrain, Series};
+use crate::sensing::{Drivetrain, SeriesElement};
 use core::marker::PhantomData;
 
 /// Least rise of the torque that a path is followed to, newton metre: its derivatives vanish at the onset.
@@ -82,7 +82,7 @@ pub(super) struct Model<F: Mechanics, X> {
     series: PhantomData<X>,
 }
 
-impl<F: Mechanics, X: Series> Model<F, X> {
+impl<F: Mechanics, X: SeriesElement> Model<F, X> {
     /// The model of a hypothesis; None where there is no such contact. `onset` is the free finger there.
     pub(super) fn new(
         finger: &F,
@@ -246,10 +246,13 @@ impl<F: Mechanics, X: Series> Model<F, X> {
 
     /// Contact force where the path has been followed to, newton.
     pub(super) fn force_n(&self) -> f32 {
-        let rubbing_n = self.last.force_by_friction_n
-            + self.half_thickness_m * self.last.force_by_friction_and_thickness_n_per_m;
-        let force_n = self.last.force_n + self.values[FRICTION] * rubbing_n;
-        force_n * self.share()
+        (self.last.force_n + self.values[FRICTION] * self.force_by_friction_n()) * self.share()
+    }
+
+    /// Its derivative by the coefficient of contact friction, newton.
+    pub(super) fn force_by_friction_n(&self) -> f32 {
+        self.last.force_by_friction_n
+            + self.half_thickness_m * self.last.force_by_friction_and_thickness_n_per_m
     }
 
     /// What the force may be off, newton: beyond the end of its path a contact may hold on to the tip, its force going on with
@@ -258,9 +261,11 @@ impl<F: Mechanics, X: Series> Model<F, X> {
         BEYOND_FORCE * self.last.force_n * (self.share() - 1.0).at_least(0.0)
     }
 
-    /// Torque over that at the end of the path.
+    /// Rise of the torque since the onset over that at the end of the path: a contact begins without force whatever torque
+    /// holds the free finger.
     fn share(&self) -> f32 {
-        (self.torque_nm / self.last_torque_nm).at_least(0.0)
+        let rise_nm = self.torque_nm - self.contact_nm;
+        (rise_nm / (self.last_torque_nm - self.contact_nm)).at_least(0.0)
     }
 
     /// Follows the path to a measured angle after the last point: the end is where the finger is then.
@@ -289,112 +294,4 @@ impl Prediction {
 }
 
 #[cfg(all(test, feature = "firmware"))]
-mod tests {
-    use super::*;
-    use crate::scene::{Linkage3, P70, Scene, Tendon2};
-    use crate::sensing::Cable;
-
-    /// What is predicted at one angle, with the free finger of the onset's angle.
-    fn predicted<F: Mechanics>(
-        finger: &F,
-        drivetrain: &Drivetrain,
-        values: &Values,
-        hold: Hold,
-        point: &Point,
-    ) -> Prediction {
-        // As the fit has it: by the calibration, whatever the unknowns are.
-        let twist = 0.7 / 0.95;
-        let mut onset = finger.free_at_angle(values[ONSET], &finger.rest()).unwrap();
-        for _ in 0..20 {
-            let angle_rad = values[ONSET] - twist * onset.torque_nm;
-            onset = finger
-                .free_at_angle(angle_rad, &onset.configuration)
-                .unwrap();
-        }
-        let mut model =
-            Model::<F, Cable>::new(finger, (0.0, drivetrain), values, 0.006, hold, &onset).unwrap();
-        // As near to the prediction as the measured value of a curve is.
-        let mut found = NOTHING;
-        for _ in 0..4 {
-            let near = Point {
-                excess_nm: found.excess_nm,
-                ..*point
-            };
-            model.before_nm = [found.excess_nm; 2];
-            found = model.next(finger, &near).unwrap();
-        }
-        found
-    }
-
-    fn check<F: Mechanics>(
-        finger: &F,
-        drivetrain: &Drivetrain,
-        onset_rad: f32,
-        (phalanx, k_m): (u8, f32),
-        within: f32,
-    ) {
-        let mut values = [0.0; UNKNOWNS];
-        values[K] = k_m;
-        values[ONSET] = onset_rad;
-        values[FRICTION] = 0.1;
-        values[FACTOR] = 0.95;
-        values[JOINT] = 1e-4;
-        values[CABLE] = 0.7;
-        values[BEND] = 0.2;
-        let steps = [2e-4, 1e-3, 0.01, 0.005, 1e-4, 0.01, 0.02];
-        for (past_rad, late_nm) in [(0.05, 0.0), (0.12, 0.02)] {
-            let point = Point {
-                counts: (onset_rad + past_rad) / drivetrain.rad_per_count,
-                late_nm,
-                free_nm: finger
-                    .free_at_angle(onset_rad + past_rad, &finger.rest())
-                    .map_or(0.0, |free| free.torque_nm),
-                blocks: 1,
-                ..Point::EMPTY
-            };
-            let hold = Hold::Contact {
-                phalanx,
-                radius_m: 0.014,
-            };
-            let here = predicted(finger, drivetrain, &values, hold, &point);
-            for (unknown, step) in steps.into_iter().enumerate() {
-                let beside = |sign: f32| {
-                    let mut moved = values;
-                    moved[unknown] += sign * step;
-                    predicted(finger, drivetrain, &moved, hold, &point).excess_nm
-                };
-                let difference = (beside(1.0) - beside(-1.0)) / (2.0 * step);
-                let slope = here.slopes[unknown];
-                // Both in newton metre for a step.
-                let off_nm = (slope - difference).abs() * step;
-                let size_nm = difference.abs() * step;
-                assert!(
-                    off_nm <= within * size_nm + 2e-6,
-                    "{phalanx} {k_m} {past_rad} unknown {unknown}: {slope} {difference}"
-                );
-            }
-        }
-    }
-
-    #[test]
-    fn derivatives_agree_with_differences() {
-        let finger = P70::MECHANISM;
-        let drivetrain = P70::drivetrain(&finger);
-        for k_m in [0.01, 0.03, 0.05] {
-            check(&finger, &drivetrain, 0.8, (2, k_m), 0.06);
-        }
-        // With springs the onset moves the posture and the free finger's torque too.
-        let finger = Tendon2::MECHANISM;
-        let rest_rad = finger.input_angle_rad(&finger.rest());
-        let drivetrain = Tendon2::drivetrain(&finger);
-        for k_m in [0.015, 0.03] {
-            check(&finger, &drivetrain, rest_rad + 0.4, (2, k_m), 0.15);
-        }
-        let finger = Linkage3::MECHANISM;
-        let rest_rad = finger.input_angle_rad(&finger.rest());
-        let drivetrain = Linkage3::drivetrain(&finger);
-        for place in [(2, 0.03), (3, 0.02)] {
-            check(&finger, &drivetrain, rest_rad + 0.3, place, 0.15);
-        }
-    }
-}
+mod tests;

@@ -2,10 +2,10 @@
 
 use super::prior::Prior;
 use crate::finger::{Free, Mechanics};
-use crate::sensing::{Calibration, Series};
+use crate::sensing::{Calibration, SeriesElement};
 
 /// The free finger at an angle measured before the cable, its weight included.
-pub(super) fn at<F: Mechanics, X: Series>(
+pub(super) fn at<F: Mechanics, X: SeriesElement>(
     finger: &F,
     measured_rad: f32,
     prior: &Prior<X>,
@@ -26,7 +26,7 @@ pub(super) fn at<F: Mechanics, X: Series>(
 /// it, if there is a cable. `near` is where the search starts.
 // Several kilobyte, wanted in several places.
 #[inline(never)]
-pub fn free_behind_cable<F: Mechanics, X: Series>(
+pub fn free_behind_cable<F: Mechanics, X: SeriesElement>(
     finger: &F,
     measured_rad: f32,
     calibration: &Calibration,

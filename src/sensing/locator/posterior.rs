@@ -7,7 +7,7 @@ use super::{Data, Free, Locator, Model, Prior, RADII_M, Track, onset};
 use crate::finger::{Class, MAX_PHALANGES, Mechanics};
 use crate::numeric::{Bounded, exp, ln, sqrt};
 use crate::sensing::curve::Point;
-use crate::sensing::{Calibration, NotLocated, Series};
+use crate::sensing::{Calibration, NotLocated, SeriesElement};
 
 /// Probability below which another phalanx, or another place on the same, is not worth a word.
 const UNLIKELY: f32 = 0.05;
@@ -71,7 +71,7 @@ struct Weighed {
     ln_evidence: f32,
 }
 
-impl<F: Mechanics, X: Series> Locator<F, X> {
+impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     /// The verdict at the end of a round. `bonus` is what else is known of each hypothesis (a joint's sensor), as a logarithm
     /// of odds.
     // Not inlined: what it says is written where it stays.
@@ -211,10 +211,12 @@ impl<F: Mechanics, X: Series> Locator<F, X> {
                 last = point;
             }
             model.follow_to(finger, measured_rad, last)?;
+            let beyond_n = model.force_sigma_n();
+            let rubbing_n = prior.friction[1] * model.force_by_friction_n();
             Some(State {
                 force: Force {
                     force_n: model.force_n(),
-                    sigma_n: model.force_sigma_n(),
+                    sigma_n: sqrt(beyond_n * beyond_n + rubbing_n * rubbing_n),
                 },
                 onset,
                 joints_rad: model.end().joints_rad,
@@ -230,7 +232,7 @@ impl<F: Mechanics, X: Series> Locator<F, X> {
         let moved_n = other.map_or(0.0, |other| other.force.force_n - force_n);
         let [springs, sigma] = springs(&prior.calibration);
         let spring_n = sigma * force_n;
-        let path_n2 = moved_n * moved_n + beyond_n * beyond_n;
+        let path_n2 = self.spread() * (moved_n * moved_n + beyond_n * beyond_n);
         let sigma_n = sqrt(path_n2 * springs * springs + spring_n * spring_n);
         state.force = Force {
             force_n: springs * force_n,
@@ -269,7 +271,7 @@ pub struct State<C> {
 
 impl Track {
     /// All radii together; `spread` is by how much the residuals exceed what was expected, as a variance ratio.
-    fn weigh<X: Series>(&self, prior: &Prior<X>, spread: f32) -> Option<Weighed> {
+    fn weigh<X: SeriesElement>(&self, prior: &Prior<X>, spread: f32) -> Option<Weighed> {
         let mut best: Option<(&Fitted, usize)> = None;
         for (index, fitted) in self.fits.iter().enumerate() {
             let Some(fitted) = fitted else { continue };

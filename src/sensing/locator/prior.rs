@@ -2,7 +2,7 @@
 
 use super::noise::Noise;
 use crate::numeric::Bounded;
-use crate::sensing::{Calibration, Series};
+use crate::sensing::{Calibration, SeriesElement};
 use core::marker::PhantomData;
 
 /// Number of unknowns: those of the cable are the last two.
@@ -54,7 +54,7 @@ pub enum Place {
 /// What is known before the fit, the same for every hypothesis. `X` is what lies in series with the finger: with
 /// [`Rigid`](crate::sensing::Rigid) there is no cable to fit, and what is said of one here is not looked at.
 #[derive(Clone, Copy, Debug)]
-pub struct Prior<X: Series> {
+pub struct Prior<X: SeriesElement> {
     /// Location.
     pub place: Place,
     /// Half the thickness of a phalanx, metre.
@@ -91,7 +91,7 @@ pub(super) struct Scaling {
 
 impl Scaling {
     /// By what is known before, for a phalanx of some length.
-    pub(super) fn of<X: Series>(prior: &Prior<X>, length_m: f32) -> Self {
+    pub(super) fn of<X: SeriesElement>(prior: &Prior<X>, length_m: f32) -> Self {
         let (mut mean, mut deviation) = ([0.0; UNKNOWNS], [0.0; UNKNOWNS]);
         let mut lowest = [-MOST_DEVIATIONS; UNKNOWNS];
         let mut highest = [MOST_DEVIATIONS; UNKNOWNS];

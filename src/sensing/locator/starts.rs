@@ -4,7 +4,7 @@
 use super::{Data, Place, Prior, Track, Tracks, onset};
 use crate::finger::{Class, Mechanics};
 use crate::numeric::{Bounded, clamp};
-use crate::sensing::{Series, curve};
+use crate::sensing::{SeriesElement, curve};
 
 /// Share of the rise over which the slope is taken: where the curve is steeper, it is no tangent at the contact.
 const FIRST_SHARE: f32 = 0.4;
@@ -30,7 +30,7 @@ fn add(tracks: &mut Tracks, phalanx: u8, length_m: f32, side: [f32; 2], candidat
 
 /// Sets the hypotheses for a curve; what its slope alone says.
 #[inline(never)]
-pub(super) fn find<F: Mechanics, X: Series>(
+pub(super) fn find<F: Mechanics, X: SeriesElement>(
     tracks: &mut Tracks,
     finger: &F,
     data: &Data,
@@ -100,7 +100,7 @@ pub(super) fn find<F: Mechanics, X: Series>(
 
 /// Compliance of the finger at the contact by the slope of the curve's beginning, without the cable's, radian per newton
 /// metre.
-pub(super) fn contact_compliance<X: Series>(data: &Data, prior: &Prior<X>) -> Option<f32> {
+pub(super) fn contact_compliance<X: SeriesElement>(data: &Data, prior: &Prior<X>) -> Option<f32> {
     let slope = curve::slope(data.points, FIRST_SHARE, data.drivetrain.creep)?;
     let rad_per_nm = slope.counts_per_nm * data.drivetrain.rad_per_count;
     let cable = if X::FLEXIBLE {

@@ -1,11 +1,11 @@
 //! Calibration from a contact at a known place or a press on the closing stop.
 
 use super::contact::Contact;
-use super::known::Known;
+use super::state::SensorState;
 use crate::finger::Mechanics;
+use crate::joint_sensor::JointSensor;
 use crate::numeric::sqrt;
-use crate::sensing::joint::JointSensor;
-use crate::sensing::location::Series;
+use crate::sensing::location::SeriesElement;
 use crate::sensing::{Calibration, Directive, Event, Refusal};
 
 /// How much the closing stop may yield, radian per newton metre (R, chosen): it counts as cable.
@@ -14,7 +14,7 @@ const STOP_YIELD_RAD_PER_NM: f32 = 4e-3;
 /// the nominal one (R, chosen).
 const PRESS_SHARE: f32 = 0.02;
 
-impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
+impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     /// What the curve of a contact at a known place, or with the stop, teaches.
     pub(super) fn learn(
         &self,
@@ -37,7 +37,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         }
         let (found, misfit) = contact
             .locator
-            .learned(&self.prior(&contact.growth))
+            .learned(&self.prior(&contact.collector))
             .ok_or(Refusal::Misfit)?;
         self.calibration.with_contact(&found, misfit)
     }
@@ -50,7 +50,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     ) -> Result<Calibration, Refusal> {
         let (mut found, misfit) = contact
             .locator
-            .learned(&self.prior(&contact.growth))
+            .learned(&self.prior(&contact.collector))
             .ok_or(Refusal::Misfit)?;
         let sigma = found.cable_sigma_rad_per_nm;
         let model = PRESS_SHARE * found.cable_rad_per_nm;

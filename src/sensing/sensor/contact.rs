@@ -1,27 +1,22 @@
 //! A contact: collects its curve, runs the locator a few points at a time, and reports what it finds.
 
-use super::known::Known;
 use super::report::Reported;
-use super::search::{Begun, Past};
-use super::{Sensor, Work};
+use super::search::{CorrectedBlock, Detection};
+use super::state::SensorState;
+use super::{Sensor, Stage};
 use crate::finger::Mechanics;
+use crate::joint_sensor::JointSensor;
 use crate::numeric::{Bounded, sqrt};
 use crate::sensing::block::Block;
 use crate::sensing::curve::{Curve, Point};
-use crate::sensing::joint::JointSensor;
-use crate::sensing::location::Series;
-use crate::sensing::locator::{Data, Locator, Noise, Place, Prior};
+use crate::sensing::location::SeriesElement;
+use crate::sensing::locator::{Locator, Noise};
 use crate::sensing::{Directive, Event};
-use core::marker::PhantomData;
 
 /// Least deviation of the onset, radian: a tenth of a second of motion.
 const ONSET_SIGMA_RAD: f32 = 0.03;
 /// Blocks before the detected onset with which the curve begins: the onset is sought there too.
 const LEAD: usize = 4;
-/// What is not known of how a spring is held by the weight, as a share.
-const HELD_SHARE: f32 = 0.3;
-/// How well a pin is placed by hand or by a gauge, metre (R, chosen).
-const PIN_SIGMA_M: f32 = 0.3e-3;
 /// A contact is lost when the torque falls by this share of itself and this many deviations of a block.
 const LOST_SHARE: f32 = 0.03;
 const LOST_SIGMAS: f32 = 8.0;
@@ -36,22 +31,22 @@ const UNSURE_BEYOND: f32 = 0.15;
 
 /// A contact under way.
 #[derive(Clone, Debug)]
-pub(super) struct Contact<F: Mechanics, R, X: Series> {
-    pub(super) growth: Growth<R>,
+pub(super) struct Contact<F: Mechanics, R, X: SeriesElement> {
+    pub(super) collector: CurveCollector<R>,
     pub(super) locator: Locator<F, X>,
     pub(super) reported: Reported,
     /// Whether the locator has a pass to make, or to end.
     pass_due: bool,
 }
 
-/// The curve of a contact, and what it grows with.
+/// Collects the curve of a contact, with the values at the onset that its points need.
 #[derive(Clone, Debug)]
-pub(super) struct Growth<R> {
+pub(super) struct CurveCollector<R> {
     pub(super) curve: Curve,
-    stage: Stage,
+    phase: CurvePhase,
     /// What the record's level was off by at the onset, newton metre of motor torque.
     level_nm: f32,
-    noise: Noise,
+    pub(super) noise: Noise,
     /// How uneven the friction is over the travel, newton metre of motor torque.
     unevenness_nm: f32,
     pub(super) onset_rad: [f32; 2],
@@ -59,23 +54,32 @@ pub(super) struct Growth<R> {
     /// Reading of joint 2 at the onset.
     pub(super) reading: R,
     /// Torque of the finger's weight at the input link, at the curve's origin and by its angle, newton metre and per radian.
-    weight: [f32; 2],
+    pub(super) weight: [f32; 2],
     /// With it a spring holds joint 2 against its stop, newton metre.
-    held_nm: f32,
+    pub(super) held_nm: f32,
     /// Torque above friction at the last block.
     pub(super) torque_nm: f32,
     /// The largest of it so far.
     top_nm: f32,
+    /// Blocks in a row whose torque had fallen.
+    fallen: u8,
     /// The torque as the cable's creep feels it, and when it was last brought up to date.
     late_nm: f32,
     late_us: u64,
     /// The last block: it joins the curve when its neighbour has given its acceleration.
-    pub(super) waiting: Past<R>,
+    pub(super) waiting: CorrectedBlock<R>,
+}
+
+impl<R> CurveCollector<R> {
+    /// The contact is lost: no path says what force acts since. One block may be that in which the motor is stopped.
+    pub(super) fn is_lost(&self) -> bool {
+        self.fallen >= 2
+    }
 }
 
 /// How far a contact has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Stage {
+enum CurvePhase {
     /// The curve grows.
     Growing,
     /// As before, but the finger stands at its stop: the curve does not.
@@ -84,47 +88,49 @@ enum Stage {
     Ending,
 }
 
-impl<F: Mechanics, R, X: Series> Contact<F, R, X> {
+impl<F: Mechanics, R, X: SeriesElement> Contact<F, R, X> {
     /// No more is to come.
     pub(super) fn end(&mut self) {
-        if self.growth.stage != Stage::Ending {
-            self.growth.stage = Stage::Ending;
+        if self.collector.phase != CurvePhase::Ending {
+            self.collector.phase = CurvePhase::Ending;
             self.locator.stop();
         }
     }
 }
 
-impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
+impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
     /// A contact is decided: it becomes the current stage.
     // Not inlined: the curve lies on the stack while the search that it comes from makes room, and should not for the other
     // users of the caller's frame.
     #[inline(never)]
-    pub(super) fn begin_contact(&mut self, block: &Block, begun: &Begun) {
-        let Work::Searching(search) = &self.work else {
+    pub(super) fn begin_contact(&mut self, block: &Block, detection: &Detection) {
+        let Stage::Searching(search) = &self.stage else {
             return;
         };
         let history = &search.history;
-        let since = history.len().saturating_sub(begun.onset.since + LEAD);
+        let since = history.len().saturating_sub(detection.onset.since + LEAD);
         let Some(first) = history.get(since) else {
             return;
         };
-        let known = &mut self.known;
-        let mut growth = known.growth(begun, first);
-        for (index, past) in history.iter().enumerate() {
+        let state = &mut self.state;
+        let mut collector = state.collector(detection, first);
+        for (index, corrected) in history.iter().enumerate() {
             if index < since {
-                let point = known.point(&growth, past, past.inertia_nm);
-                growth.curve.push_before(index, since, past.counts, point);
+                let point = state.point(&collector, corrected, corrected.inertia_nm);
+                collector
+                    .curve
+                    .push_before(index, since, corrected.counts, point);
             } else if index > since {
-                known.grow(&mut growth, past);
+                state.collect(&mut collector, corrected);
             }
         }
-        known.tell(Event::Touch {
+        state.tell(Event::Touch {
             time_us: block.time_us,
-            theta_a_rad: growth.onset_rad[0],
-            torque_nm: growth.torque_nm,
+            theta_a_rad: collector.onset_rad[0],
+            torque_nm: collector.torque_nm,
         });
-        self.work = Work::Contact(Contact {
-            growth,
+        self.stage = Stage::Contact(Contact {
+            collector,
             locator: Locator::default(),
             reported: Reported::Nothing,
             pass_due: false,
@@ -134,52 +140,56 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
     /// At every sample of a contact: some points of the locator's pass. While the curve grows one pass is made after each
     /// block; after the motion one after the other, in the last rounds, then the last word is said.
     pub(super) fn judge(&mut self) {
-        let known = &mut self.known;
-        let Work::Contact(contact) = &mut self.work else {
+        let state = &mut self.state;
+        let Stage::Contact(contact) = &mut self.stage else {
             return;
         };
-        if contact.growth.stage != Stage::Ending {
+        if contact.collector.phase != CurvePhase::Ending {
             if contact.pass_due {
-                let over = known.step(contact);
+                let over = state.step(contact);
                 contact.pass_due = contact.locator.is_within_pass();
                 if over && contact.locator.explains() {
-                    known.report(contact, false);
+                    state.report(contact, false);
                 }
             }
             return;
         }
-        if !contact.locator.is_under_way() && !known.begin_round(contact, true) {
+        if !contact.locator.is_under_way() && !state.begin_round(contact, true) {
             // Too little to judge.
-            known.give_up(contact);
-        } else if !known.step(contact) {
+            state.give_up(contact);
+        } else if !state.step(contact) {
             return;
-        } else if known.is_calibrating() {
-            let learned = known.learn(contact);
-            known.tell_calibration(learned);
+        } else if state.is_calibrating() {
+            let learned = state.learn(contact);
+            state.tell_calibration(learned);
         } else {
             let explained = contact.locator.explains();
             if !explained && contact.locator.shorten() {
                 return;
             }
-            known.report(contact, true);
+            state.report(contact, true);
         }
         self.done = true;
-        self.work = Work::Nothing;
+        self.stage = Stage::Idle;
     }
 }
 
-impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
+impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     /// The curve of a contact that begins about a block.
     #[inline(never)]
-    fn growth(&self, begun: &Begun, first: &Past<H::Reading>) -> Growth<H::Reading> {
+    fn collector(
+        &self,
+        detection: &Detection,
+        first: &CorrectedBlock<H::Reading>,
+    ) -> CurveCollector<H::Reading> {
         let efficiency = self.drivetrain.efficiency;
-        let wander = &begun.wander;
-        let onset = &begun.onset;
+        let wander = &detection.wander;
+        let onset = &detection.onset;
         let sigma_rad = onset.sigma_counts * self.drivetrain.rad_per_count;
         let ([weight_nm, weight_nm_per_rad], held_nm) = self.weight(first.counts);
-        Growth {
+        CurveCollector {
             curve: Curve::new(first.counts),
-            stage: Stage::Growing,
+            phase: CurvePhase::Growing,
             level_nm: onset.level_nm,
             noise: Noise {
                 wander_nm: efficiency * wander.rms_nm,
@@ -201,6 +211,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             held_nm,
             torque_nm: 0.0,
             top_nm: 0.0,
+            fallen: 0,
             late_nm: 0.0,
             late_us: first.time_us,
             waiting: *first,
@@ -211,20 +222,23 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     pub(super) fn press(
         &mut self,
         contact: &mut Contact<F, H::Reading, X>,
-        past: &Past<H::Reading>,
+        corrected: &CorrectedBlock<H::Reading>,
     ) {
-        if contact.growth.stage == Stage::Ending {
+        let collector = &mut contact.collector;
+        let fallen = self.has_fallen(collector, corrected);
+        collector.fallen = u8::from(fallen) * collector.fallen.saturating_add(1);
+        if collector.phase == CurvePhase::Ending {
             return;
         }
-        if self.is_lost(&contact.growth, past) {
+        if fallen {
             contact.end();
             return;
         }
-        self.grow(&mut contact.growth, past);
+        self.collect(&mut contact.collector, corrected);
         if self.is_calibrating() {
             return;
         }
-        if contact.growth.torque_nm >= ENOUGH * self.settings.torque_limit_nm {
+        if contact.collector.torque_nm >= ENOUGH * self.settings.torque_limit_nm {
             contact.end();
             return;
         }
@@ -242,121 +256,100 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         )
     }
 
-    /// Whether the torque has fallen: the finger slid off, or the object gave way. What comes after is another growth.
-    fn is_lost(&self, growth: &Growth<H::Reading>, past: &Past<H::Reading>) -> bool {
+    /// Whether the torque has fallen: the finger slid off, or the object gave way. What comes after is another contact.
+    fn has_fallen(
+        &self,
+        collector: &CurveCollector<H::Reading>,
+        corrected: &CorrectedBlock<H::Reading>,
+    ) -> bool {
         let efficiency = self.drivetrain.efficiency;
-        let torque_nm = efficiency * (past.residual_nm - growth.level_nm);
-        let block_nm = efficiency * sqrt(past.variance_nm2);
-        let fallen_nm = growth.torque_nm - torque_nm;
-        let faded_nm = growth.top_nm - torque_nm;
+        let torque_nm = efficiency * (corrected.residual_nm - collector.level_nm);
+        let block_nm = efficiency * sqrt(corrected.variance_nm2);
+        let fallen_nm = collector.torque_nm - torque_nm;
+        let faded_nm = collector.top_nm - torque_nm;
         let noise_nm = LOST_SIGMAS * block_nm;
-        fallen_nm > LOST_SHARE * growth.torque_nm + noise_nm
-            || faded_nm > FADED_SHARE * growth.top_nm + noise_nm
+        fallen_nm > LOST_SHARE * collector.torque_nm + noise_nm
+            || faded_nm > FADED_SHARE * collector.top_nm + noise_nm
     }
 
     /// Adds a block to the curve: the one before it, that is. A block's own acceleration is half that since the block
     /// before and half that to the one after.
-    fn grow(&self, growth: &mut Growth<H::Reading>, next: &Past<H::Reading>) {
-        let past = core::mem::replace(&mut growth.waiting, *next);
-        let mut point = self.point(growth, &past, next.inertia_nm);
+    fn collect(
+        &self,
+        collector: &mut CurveCollector<H::Reading>,
+        next: &CorrectedBlock<H::Reading>,
+    ) {
+        let corrected = core::mem::replace(&mut collector.waiting, *next);
+        let mut point = self.point(collector, &corrected, next.inertia_nm);
         // A closing does not take an hour.
-        let elapsed_s = past.time_us.wrapping_sub(growth.late_us) as u32 as f32 * 1e-6;
-        growth.late_us = past.time_us;
-        growth.late_nm +=
-            (elapsed_s / self.drivetrain.creep_s).at_most(1.0) * (point.excess_nm - growth.late_nm);
-        point.late_nm = growth.late_nm;
-        growth.torque_nm = point.excess_nm;
-        growth.top_nm = growth.top_nm.at_least(point.excess_nm);
-        if !matches!(self.directive, Directive::CalibrateCable) && self.is_at_stop(&past, &point) {
-            growth.stage = Stage::AtStop;
+        let elapsed_s = corrected.time_us.wrapping_sub(collector.late_us) as u32 as f32 * 1e-6;
+        collector.late_us = corrected.time_us;
+        collector.late_nm += (elapsed_s / self.drivetrain.creep_s).at_most(1.0)
+            * (point.excess_nm - collector.late_nm);
+        point.late_nm = collector.late_nm;
+        collector.torque_nm = point.excess_nm;
+        collector.top_nm = collector.top_nm.at_least(point.excess_nm);
+        let measured_rad = self.drivetrain.closing_rad(corrected.counts);
+        if !matches!(self.directive, Directive::CalibrateCable)
+            && self.is_at_stop(measured_rad, point.excess_nm)
+        {
+            collector.phase = CurvePhase::AtStop;
         }
-        if growth.stage == Stage::Growing {
-            growth.curve.push(past.counts, point);
+        if collector.phase == CurvePhase::Growing {
+            collector.curve.push(corrected.counts, point);
         }
     }
 
     /// Whether the input link, behind the cable, is at the closing stop.
-    fn is_at_stop(&self, past: &Past<H::Reading>, point: &Point) -> bool {
-        let mut link_rad = self.drivetrain.closing_rad(past.counts);
+    pub(super) fn is_at_stop(&self, measured_rad: f32, excess_nm: f32) -> bool {
+        let mut link_rad = measured_rad;
         if X::FLEXIBLE {
             let calibration = &self.calibration;
             let twist = calibration.cable_rad_per_nm - calibration.cable_sigma_rad_per_nm;
-            link_rad -= twist.at_least(0.0) * point.excess_nm.at_least(0.0);
+            link_rad -= twist.at_least(0.0) * excess_nm.at_least(0.0);
         }
         let stop_rad = self.drivetrain.opening_stop_rad + self.settings.closing_stop_rad;
         link_rad > stop_rad - STOP_MARGIN_RAD
     }
 
     /// A block as a point of the curve; `next_nm` is the inertia's torque in the block after it.
-    fn point(&self, growth: &Growth<H::Reading>, past: &Past<H::Reading>, next_nm: f32) -> Point {
+    fn point(
+        &self,
+        collector: &CurveCollector<H::Reading>,
+        corrected: &CorrectedBlock<H::Reading>,
+        next_nm: f32,
+    ) -> Point {
         let drivetrain = &self.drivetrain;
         let efficiency =
-            drivetrain.efficiency * (1.0 + drivetrain.efficiency_per_speed * past.overspeed);
-        let residual_nm = past.residual_nm + 0.5 * (past.inertia_nm - next_nm);
-        let inertia_nm = drivetrain.inertia_share * 0.5 * (past.inertia_nm + next_nm);
-        let mut variance = past.variance_nm2 + inertia_nm * inertia_nm;
-        if past.beyond_counts > 0.0 {
+            drivetrain.efficiency * (1.0 + drivetrain.efficiency_per_speed * corrected.overspeed);
+        let residual_nm = corrected.residual_nm + 0.5 * (corrected.inertia_nm - next_nm);
+        let inertia_nm = drivetrain.inertia_share * 0.5 * (corrected.inertia_nm + next_nm);
+        let mut variance = corrected.variance_nm2 + inertia_nm * inertia_nm;
+        if corrected.beyond_counts > 0.0 {
             // Wrong for a good part of a period in the same direction.
-            let unevenness_nm = UNSURE_BEYOND * growth.unevenness_nm;
-            let periods = drivetrain.counts_per_worm_turn as f32 / past.width_counts.max(1) as f32;
+            let unevenness_nm = UNSURE_BEYOND * collector.unevenness_nm;
+            let periods =
+                drivetrain.counts_per_worm_turn as f32 / corrected.width_counts.max(1) as f32;
             variance += unevenness_nm * unevenness_nm * 0.25 * periods;
         }
-        let free = self.free(drivetrain.closing_rad(past.counts));
-        let [weight_nm, per_rad] = growth.weight;
+        let free = self.free(drivetrain.closing_rad(corrected.counts));
+        let [weight_nm, per_rad] = collector.weight;
         let weight_nm = weight_nm
-            + per_rad * drivetrain.rotation_rad(growth.curve.origin_counts(), past.counts);
+            + per_rad * drivetrain.rotation_rad(collector.curve.origin_counts(), corrected.counts);
         Point {
-            time_s: past.time_us.wrapping_sub(growth.onset_us) as i64 as f32 * 1e-6,
-            excess_nm: efficiency * (residual_nm - growth.level_nm),
+            time_s: corrected.time_us.wrapping_sub(collector.onset_us) as i64 as f32 * 1e-6,
+            excess_nm: efficiency * (residual_nm - collector.level_nm),
             free_nm: free.map_or(0.0, |free| free.torque_nm) + weight_nm,
             variance_nm2: efficiency * efficiency * variance,
-            width_counts: past.width_counts as f32,
+            width_counts: corrected.width_counts as f32,
             ..Point::EMPTY
         }
     }
 
-    pub(super) fn prior(&self, growth: &Growth<H::Reading>) -> Prior<X> {
-        let settings = &self.settings;
-        let [joint_nm, joint_sigma_nm] = settings.joint_friction_nm;
-        let held_nm = HELD_SHARE * growth.held_nm;
-        Prior {
-            place: match self.directive {
-                Directive::Calibrate { phalanx, k_m } => Place::Known {
-                    phalanx,
-                    k_m,
-                    sigma_m: PIN_SIGMA_M,
-                    radius_m: settings.pin_radius_m + settings.half_thickness_m,
-                },
-                Directive::CalibrateCable => Place::Stop,
-                _ => Place::Anywhere,
-            },
-            half_thickness_m: settings.half_thickness_m,
-            friction: settings.contact_friction,
-            joint_nm: [
-                joint_nm + growth.held_nm,
-                sqrt(joint_sigma_nm * joint_sigma_nm + held_nm * held_nm),
-            ],
-            weight_nm: growth.weight[0],
-            onset_rad: growth.onset_rad,
-            calibration: self.calibration,
-            noise: growth.noise,
-            series: PhantomData,
-        }
-    }
-
-    /// The curve as the locator has it.
-    pub(super) fn data<'a>(&'a self, curve: &Curve, points: &'a [Point]) -> Data<'a> {
-        Data {
-            points,
-            origin_rad: self.drivetrain.closing_rad(curve.origin_counts()),
-            drivetrain: &self.drivetrain,
-        }
-    }
-
     fn begin_round(&self, contact: &mut Contact<F, H::Reading, X>, last: bool) -> bool {
-        let prior = self.prior(&contact.growth);
+        let prior = self.prior(&contact.collector);
         let Contact {
-            growth: Growth { curve, .. },
+            collector: CurveCollector { curve, .. },
             locator,
             ..
         } = contact;
@@ -374,9 +367,9 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     // A symbol of its own, so that its instructions can be counted on the chip.
     #[inline(never)]
     fn step(&self, contact: &mut Contact<F, H::Reading, X>) -> bool {
-        let prior = self.prior(&contact.growth);
+        let prior = self.prior(&contact.collector);
         let Contact {
-            growth: Growth { curve, .. },
+            collector: CurveCollector { curve, .. },
             locator,
             ..
         } = contact;

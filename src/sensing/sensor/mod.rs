@@ -10,31 +10,32 @@
 //! | motion over | the locator's last rounds, a few points a sample; then the last word | `contact` |
 //! | contact at a known place, or with the stop | the calibration | `calibrate` |
 
+mod beside;
 mod calibrate;
 mod contact;
-mod known;
 mod record;
 mod report;
 mod search;
+mod state;
 mod weight;
 
 use crate::finger::Mechanics;
-use crate::sensing::block::{Block, Gate, Step};
+use crate::joint_sensor::{JointSensor, NoJointSensor};
+use crate::sensing::block::{Block, BlockAverager, BlockUpdate};
 use crate::sensing::friction::Friction;
-use crate::sensing::joint::{JointSensor, NoHall};
-use crate::sensing::location::{Cable, Series};
+use crate::sensing::location::{Cable, SeriesElement};
 use crate::sensing::{Calibration, Directive, Drive, Drivetrain, Event, Sample, Settings};
 use contact::Contact;
-use known::Known;
 use record::Learning;
 pub use search::Suspicion;
-use search::{Found, Search};
+use search::{Search, SearchOutcome};
+use state::SensorState;
 
 /// The current stage. Never two at a time: they share their memory.
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "there is no heap to put one on")]
-enum Work<F: Mechanics, R, X: Series> {
-    Nothing,
+enum Stage<F: Mechanics, R, X: SeriesElement> {
+    Idle,
     /// The finger closes, and nothing has been felt.
     Searching(Search<R>),
     /// A contact is being judged.
@@ -63,20 +64,20 @@ enum Work<F: Mechanics, R, X: Series> {
 /// assert_eq!(sensor.update(&sample), None);
 /// ```
 ///
-/// `H` is [`NoHall`] or [`Hall`](crate::sensing::Hall); `X` is [`Cable`] or [`Rigid`](crate::sensing::Rigid).
-// In this order for the reach of instructions, as in `Known`.
+/// `H` is [`NoJointSensor`] or [`HallSensor`](crate::sensing::HallSensor); `X` is [`Cable`] or [`Rigid`](crate::sensing::Rigid).
+// Fields in this order for the reason given at `SensorState`.
 #[derive(Clone, Debug)]
 #[repr(C)]
-pub struct Sensor<F: Mechanics, H: JointSensor = NoHall, X: Series = Cable> {
-    gate: Gate,
+pub struct Sensor<F: Mechanics, H: JointSensor = NoJointSensor, X: SeriesElement = Cable> {
+    averager: BlockAverager,
     /// The contact of this closing has been judged, or what was found was no contact.
     done: bool,
-    known: Known<F, H, X>,
-    work: Work<F, H::Reading, X>,
+    state: SensorState<F, H, X>,
+    stage: Stage<F, H::Reading, X>,
     learning: Learning,
 }
 
-impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
+impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
     /// A sensor without friction record.
     pub fn new(
         finger: F,
@@ -85,9 +86,9 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
         calibration: Calibration,
     ) -> Self {
         Self {
-            known: Known::new(finger, drivetrain, settings, calibration),
-            gate: Gate::default(),
-            work: Work::Nothing,
+            state: SensorState::new(finger, drivetrain, settings, calibration),
+            averager: BlockAverager::default(),
+            stage: Stage::Idle,
             learning: Learning::default(),
             done: false,
         }
@@ -95,51 +96,51 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
 
     /// The finger.
     pub fn finger(&self) -> &F {
-        &self.known.finger
+        &self.state.finger
     }
 
     /// The settings.
     pub fn settings(&self) -> &Settings {
-        &self.known.settings
+        &self.state.settings
     }
 
     /// Other settings, from the next closing on.
     pub fn set_settings(&mut self, settings: Settings) {
-        self.known.settings = settings;
+        self.state.settings = settings;
     }
 
     /// Nominal efficiency of the drivetrain, 0 to 1, from the next closing on; anything else is ignored.
     pub fn set_efficiency(&mut self, efficiency: f32) {
         if efficiency > 0.0 && efficiency <= 1.0 {
-            self.known.drivetrain.efficiency = efficiency;
+            self.state.drivetrain.efficiency = efficiency;
         }
     }
 
     /// How near the search for a contact is to a decision; `None` while it does not search.
     pub fn suspicion(&self) -> Option<Suspicion> {
-        match &self.work {
-            Work::Searching(search) => search.suspicion(),
+        match &self.stage {
+            Stage::Searching(search) => search.suspicion(),
             _ => None,
         }
     }
 
     /// Change of theta_2 since contact, as the last word on a contact took it into account.
     pub fn joint_change(&self) -> H::Reading {
-        self.known.joint_change
+        self.state.joint_change
     }
 
     /// The friction record.
     pub fn friction(&self) -> Option<&Friction> {
-        self.known.friction.as_ref()
+        self.state.friction.as_ref()
     }
 
     /// Takes a record of the same zero. One that is not valid is ignored, and said so by `false`.
     pub fn set_friction(&mut self, friction: Friction) -> bool {
         let valid = friction.is_valid();
         if valid {
-            self.known.friction = Some(friction);
-            self.known.shift_counts = Some(0);
-            self.known.shift_sigma_counts = 0.0;
+            self.state.friction = Some(friction);
+            self.state.shift_counts = Some(0);
+            self.state.shift_sigma_counts = 0.0;
         }
         valid
     }
@@ -149,26 +150,26 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
     pub fn restore_friction(&mut self, friction: Friction) -> bool {
         let valid = self.set_friction(friction);
         if valid {
-            self.known.shift_counts = None;
+            self.state.shift_counts = None;
         }
         valid
     }
 
     /// The encoder's zero is another one from now on: the first closing aligns the record, as after a restart.
     pub fn realign(&mut self) {
-        self.known.shift_counts = None;
+        self.state.shift_counts = None;
     }
 
     /// What is known of torque factor and cable.
     pub fn calibration(&self) -> &Calibration {
-        &self.known.calibration
+        &self.state.calibration
     }
 
     /// Takes a calibration that was kept, or the nominal one. One that is not valid is ignored, and said so by `false`.
     pub fn set_calibration(&mut self, calibration: Calibration) -> bool {
         let valid = calibration.is_valid();
         if valid {
-            self.known.calibration = calibration;
+            self.state.calibration = calibration;
         }
         valid
     }
@@ -176,25 +177,25 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
     /// What the samples from now on are good for. A contact under way is judged with the samples so far; the same directive
     /// again restarts the stage.
     pub fn direct(&mut self, directive: Directive) {
-        let known = &mut self.known;
+        let state = &mut self.state;
         if matches!(directive, Directive::RecordFriction) {
-            let empty = Friction::empty(known.travel_counts(), &known.drivetrain);
+            let empty = Friction::empty(state.travel_counts(), &state.drivetrain);
             self.learning.begin(empty);
         } else {
-            self.learning.end_recording(known);
+            self.learning.end_recording(state);
         }
         if matches!(directive, Directive::Rest)
-            && let Work::Contact(contact) = &mut self.work
+            && let Stage::Contact(contact) = &mut self.stage
         {
             // The last word is still to be said, under the old directive; nothing but that comes after.
             contact.end();
             return;
         }
-        known.directive = directive;
-        known.last_residual = None;
-        known.stale_told = false;
+        state.directive = directive;
+        state.last_residual = None;
+        state.stale_told = false;
         self.done = false;
-        self.work = Work::Nothing;
+        self.stage = Stage::Idle;
     }
 
     /// Takes a sample; returns at most one event. Typically some hundred instructions; after every block of a contact, and
@@ -202,77 +203,80 @@ impl<F: Mechanics, H: JointSensor, X: Series> Sensor<F, H, X> {
     // A symbol of its own, so that its instructions can be counted on the chip.
     #[inline(never)]
     pub fn update(&mut self, sample: &Sample<H::Reading>) -> Option<Event> {
-        self.known.reading = sample.joint;
-        self.known.position_counts = sample.position_counts;
-        let known = &self.known;
-        match self.gate.push(sample, &known.drivetrain, &known.settings) {
-            Step::Pending => {}
-            Step::Block(block) => self.take(&block),
-            Step::Ended => self.end_run(),
+        self.state.reading = sample.joint;
+        self.state.position_counts = sample.position_counts;
+        let state = &self.state;
+        match self
+            .averager
+            .push(sample, &state.drivetrain, &state.settings)
+        {
+            BlockUpdate::Pending => {}
+            BlockUpdate::Block(block) => self.take(&block),
+            BlockUpdate::Ended => self.end_run(),
         }
         self.judge();
-        let searching = matches!(self.work, Work::Searching(_) | Work::Contact(_));
-        self.learning.step(&mut self.known, searching);
-        self.known.events.pop_front()
+        let searching = matches!(self.stage, Stage::Searching(_) | Stage::Contact(_));
+        self.learning.step(&mut self.state, searching);
+        self.state.events.pop_front()
     }
 
     fn take(&mut self, block: &Block) {
-        match self.known.directive {
+        match self.state.directive {
             Directive::Rest => {}
             Directive::RecordFriction => self.learning.record(block),
             // What comes after the finger has opened is another closing.
             _ if block.drive != Drive::Closing => self.done = false,
-            _ if self.done => self.known.remember(block),
+            _ if self.done => self.state.remember(block),
             _ => self.feel(block),
         }
     }
 
     /// A block of a closing.
     fn feel(&mut self, block: &Block) {
-        let known = &mut self.known;
-        if let Work::Nothing = self.work {
-            Search::begin(&mut self.work);
+        let state = &mut self.state;
+        if let Stage::Idle = self.stage {
+            Search::begin(&mut self.stage);
         }
-        let Some(past) = known.past(block) else {
+        let Some(corrected) = state.corrected(block) else {
             return;
         };
-        if let Work::Searching(_) = self.work {
-            self.learning.watch(known, block, &past);
+        if let Stage::Searching(_) = self.stage {
+            self.learning.watch(state, block, &corrected);
         }
-        if let Work::Contact(_) = self.work {
-            known.remember(block);
+        if let Stage::Contact(_) = self.stage {
+            state.remember(block);
         }
-        match &mut self.work {
-            Work::Contact(contact) => known.press(contact, &past),
-            Work::Searching(search) => match known.search(search, block, past) {
-                Found::Nothing => {}
-                Found::Over => {
+        match &mut self.stage {
+            Stage::Contact(contact) => state.press(contact, &corrected),
+            Stage::Searching(search) => match state.search(search, block, corrected) {
+                SearchOutcome::Nothing => {}
+                SearchOutcome::Over => {
                     self.learning.forget();
                     self.done = true;
                 }
-                Found::Contact(found) => {
-                    self.learning.cut(known, &found.onset);
+                SearchOutcome::Contact(found) => {
+                    self.learning.cut(state, &found.onset);
                     self.begin_contact(block, &found);
                 }
             },
-            Work::Nothing => {}
+            Stage::Idle => {}
         }
     }
 
     fn end_run(&mut self) {
-        if let Work::Searching(search) = &self.work
+        if let Stage::Searching(search) = &self.stage
             && let Some(suspect) = search.suspect()
         {
-            self.learning.cut(&self.known, &suspect);
+            self.learning.cut(&self.state, &suspect);
         }
-        self.learning.end_run(&self.known);
+        self.learning.end_run(&self.state);
         // A closing that was unusual has said so.
-        let free = matches!(self.work, Work::Searching(_)) && !self.done;
-        self.known.conclude_closing(free);
-        match &mut self.work {
-            Work::Nothing => {}
-            Work::Searching(_) => self.work = Work::Nothing,
-            Work::Contact(contact) => contact.end(),
+        let free = matches!(self.stage, Stage::Searching(_)) && !self.done;
+        self.state.conclude_closing(free);
+        match &mut self.stage {
+            Stage::Idle => {}
+            Stage::Searching(_) => self.stage = Stage::Idle,
+            Stage::Contact(contact) => contact.end(),
         }
     }
 }

@@ -1,14 +1,14 @@
 //! Records free motion: on demand, and from the free part of every closing since.
 
-use super::known::Known;
-use super::search::Past;
+use super::search::CorrectedBlock;
+use super::state::SensorState;
 use crate::finger::Mechanics;
+use crate::joint_sensor::JointSensor;
 use crate::numeric::Bounded;
 use crate::sensing::block::Block;
 use crate::sensing::detector::Onset;
 use crate::sensing::friction::{Assessment, Friction, Pass};
-use crate::sensing::joint::JointSensor;
-use crate::sensing::location::Series;
+use crate::sensing::location::SeriesElement;
 use crate::sensing::{Drive, Event};
 
 /// Share of the travel that a recording must cover.
@@ -52,7 +52,9 @@ impl Learning {
             return;
         };
         let known_nm = match block.drive {
-            Drive::Closing => draft.at(block.counts).map_or(0.0, |known| known.torque_nm),
+            Drive::Closing => draft
+                .at(block.counts)
+                .map_or(0.0, |recorded| recorded.torque_nm),
             _ => 0.0,
         };
         collect(
@@ -66,18 +68,18 @@ impl Learning {
     }
 
     /// A block of a closing in which nothing has been felt.
-    pub(super) fn watch<F: Mechanics, H: JointSensor, X: Series>(
+    pub(super) fn watch<F: Mechanics, H: JointSensor, X: SeriesElement>(
         &mut self,
-        known: &Known<F, H, X>,
+        state: &SensorState<F, H, X>,
         block: &Block,
-        past: &Past<H::Reading>,
+        corrected: &CorrectedBlock<H::Reading>,
     ) {
-        let (Some(friction), Some(shift_counts)) = (&known.friction, known.shift_counts) else {
+        let (Some(friction), Some(shift_counts)) = (&state.friction, state.shift_counts) else {
             return;
         };
         let counts = block.counts.wrapping_add(shift_counts);
-        if past.beyond_counts == 0.0 {
-            let known_nm = block.drive_torque_nm - past.residual_nm;
+        if corrected.beyond_counts == 0.0 {
+            let known_nm = block.drive_torque_nm - corrected.residual_nm;
             collect(
                 &mut self.pass,
                 &mut self.ended,
@@ -90,15 +92,15 @@ impl Learning {
     }
 
     /// What came after an onset was no free motion.
-    pub(super) fn cut<F: Mechanics, H: JointSensor, X: Series>(
+    pub(super) fn cut<F: Mechanics, H: JointSensor, X: SeriesElement>(
         &mut self,
-        known: &Known<F, H, X>,
+        state: &SensorState<F, H, X>,
         onset: &Onset,
     ) {
-        let margin = MARGIN_BLOCKS * known.drivetrain.counts_per_turn as f32;
+        let margin = MARGIN_BLOCKS * state.drivetrain.counts_per_turn as f32;
         let counts = onset.counts - margin.at_least(2.0 * onset.sigma_counts);
-        let shift_counts = known.shift_counts.unwrap_or(0);
-        if let (Some(pass), Some(friction)) = (&mut self.pass, &known.friction) {
+        let shift_counts = state.shift_counts.unwrap_or(0);
+        if let (Some(pass), Some(friction)) = (&mut self.pass, &state.friction) {
             pass.cut(friction, (counts as i32).wrapping_add(shift_counts));
         }
     }
@@ -109,24 +111,27 @@ impl Learning {
     }
 
     /// The motion ended or turned round.
-    pub(super) fn end_run<F: Mechanics, H: JointSensor, X: Series>(
+    pub(super) fn end_run<F: Mechanics, H: JointSensor, X: SeriesElement>(
         &mut self,
-        known: &Known<F, H, X>,
+        state: &SensorState<F, H, X>,
     ) {
         self.ended = true;
         if self.draft.is_some() {
-            self.assess(known);
+            self.assess(state);
         }
     }
 
     /// Begins to assess the run that ended.
     #[inline(never)]
-    fn assess<F: Mechanics, H: JointSensor, X: Series>(&mut self, known: &Known<F, H, X>) {
+    fn assess<F: Mechanics, H: JointSensor, X: SeriesElement>(
+        &mut self,
+        state: &SensorState<F, H, X>,
+    ) {
         self.ended = false;
         let record = self.draft.as_mut();
         if let (Some(pass), Some(record)) = (
             self.pass.take(),
-            record.as_deref().or(known.friction.as_ref()),
+            record.as_deref().or(state.friction.as_ref()),
         ) {
             self.assessment = Assessment::new(pass, record);
             self.pause = SAMPLES_PER_STEP;
@@ -137,26 +142,29 @@ impl Learning {
     }
 
     /// A record was being made, and no more motion belongs to it.
-    pub(super) fn end_recording<F: Mechanics, H: JointSensor, X: Series>(
+    pub(super) fn end_recording<F: Mechanics, H: JointSensor, X: SeriesElement>(
         &mut self,
-        known: &mut Known<F, H, X>,
+        state: &mut SensorState<F, H, X>,
     ) {
         if self.draft.is_none() || self.wanted {
             return;
         }
         if self.pass.is_some() && self.assessment.is_none() {
-            self.assess(known);
+            self.assess(state);
         }
         self.pass = None;
         self.wanted = true;
         if !self.assessment.as_ref().is_some_and(Assessment::is_closing) {
-            self.hand_over(known);
+            self.hand_over(state);
         }
     }
 
     /// The record is made: keeps it, if it is good enough, and says so or not.
     #[inline(never)]
-    fn hand_over<F: Mechanics, H: JointSensor, X: Series>(&mut self, known: &mut Known<F, H, X>) {
+    fn hand_over<F: Mechanics, H: JointSensor, X: SeriesElement>(
+        &mut self,
+        state: &mut SensorState<F, H, X>,
+    ) {
         self.wanted = false;
         let Some(draft) = self.draft.take() else {
             return;
@@ -167,12 +175,12 @@ impl Learning {
             && let Some(closing_nm) = draft.mean_nm()
         {
             let opening_nm = draft.opening_nm;
-            let residual_nm = draft.noise_nm(&known.drivetrain);
+            let residual_nm = draft.noise_nm(&state.drivetrain);
             let wander = draft.wander(draft.speed_rad_per_s);
-            known.friction = Some(draft);
-            known.shift_counts = Some(0);
-            known.shift_sigma_counts = 0.0;
-            known.tell(Event::FrictionRecorded {
+            state.friction = Some(draft);
+            state.shift_counts = Some(0);
+            state.shift_sigma_counts = 0.0;
+            state.tell(Event::FrictionRecorded {
                 closing_nm,
                 opening_nm,
                 residual_nm,
@@ -182,18 +190,18 @@ impl Learning {
             });
         } else {
             self.assessment = None;
-            known.tell(Event::FrictionNotRecorded { coverage });
+            state.tell(Event::FrictionNotRecorded { coverage });
         }
     }
 
     /// Goes on learning, a little with every sample; `busy` while the record is in use.
-    pub(super) fn step<F: Mechanics, H: JointSensor, X: Series>(
+    pub(super) fn step<F: Mechanics, H: JointSensor, X: SeriesElement>(
         &mut self,
-        known: &mut Known<F, H, X>,
+        state: &mut SensorState<F, H, X>,
         busy: bool,
     ) {
         if self.ended && !busy && self.assessment.is_none() {
-            self.assess(known);
+            self.assess(state);
         }
         let Some(assessment) = &mut self.assessment else {
             return;
@@ -207,7 +215,7 @@ impl Learning {
             return;
         }
         self.pause = SAMPLES_PER_STEP - 1;
-        let Some(record) = self.draft.as_mut().or(known.friction.as_mut()) else {
+        let Some(record) = self.draft.as_mut().or(state.friction.as_mut()) else {
             self.assessment = None;
             return;
         };
@@ -215,7 +223,7 @@ impl Learning {
             assessment.teach(record);
             self.assessment = None;
             if self.wanted {
-                self.hand_over(known);
+                self.hand_over(state);
             }
         }
     }

@@ -1,10 +1,10 @@
 //! What is reported of a contact: a location, an ambiguity, a reason why not; and whether it is news.
 
 use super::contact::Contact;
-use super::known::Known;
+use super::state::SensorState;
 use crate::finger::Mechanics;
-use crate::sensing::joint::JointSensor;
-use crate::sensing::location::Series;
+use crate::joint_sensor::JointSensor;
+use crate::sensing::location::SeriesElement;
 use crate::sensing::locator::{self, Estimate, Prior, Verdict};
 use crate::sensing::{Event, NotLocated, Refusal};
 
@@ -23,12 +23,12 @@ pub(super) enum Reported {
     Ambiguous,
 }
 
-impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
+impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     /// Says what is new at the end of a round; `last` is the last word.
     pub(super) fn report(&mut self, contact: &mut Contact<F, H::Reading, X>, last: bool) {
-        let prior = self.prior(&contact.growth);
+        let prior = self.prior(&contact.collector);
         // To the end of the curve, which is what was fitted: the finger may have moved on.
-        self.joint_change = H::change(contact.growth.reading, contact.growth.waiting.reading);
+        self.joint_change = H::change(contact.collector.reading, contact.collector.waiting.reading);
         let change_rad = H::rad(self.joint_change);
         let verdict = contact.locator.verdict(&prior, |estimate| {
             change_rad.map_or(0.0, |measured| {
@@ -68,7 +68,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             }
             Verdict::Nowhere(why) => {
                 let sure =
-                    contact.growth.torque_nm >= SURE_PROXIMAL * self.settings.torque_limit_nm;
+                    contact.collector.torque_nm >= SURE_PROXIMAL * self.settings.torque_limit_nm;
                 if last {
                     self.tell_nowhere(contact, why);
                 } else if why == NotLocated::Proximal && sure {
@@ -92,7 +92,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
     fn tell_nowhere(&mut self, contact: &Contact<F, H::Reading, X>, why: NotLocated) {
         self.tell(Event::NotLocated {
             why,
-            torque_nm: contact.growth.torque_nm,
+            torque_nm: contact.collector.torque_nm,
         });
     }
 
@@ -110,7 +110,7 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
             p_phalanx,
             ..
         } = estimate;
-        let data = self.data(&contact.growth.curve, contact.growth.curve.points());
+        let data = self.data(&contact.collector.curve, contact.collector.curve.points());
         let state = contact.locator.state(
             estimate,
             &self.finger,
@@ -121,7 +121,9 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         );
         let (mut k_c, mut force_n, mut force_sigma_n) = (f32::INFINITY, f32::NAN, f32::NAN);
         if let Some(state) = state {
-            (force_n, force_sigma_n) = (state.force.force_n, state.force.sigma_n);
+            if !contact.collector.is_lost() {
+                (force_n, force_sigma_n) = (state.force.force_n, state.force.sigma_n);
+            }
             let free = &state.onset;
             k_c = self
                 .finger

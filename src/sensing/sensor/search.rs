@@ -1,15 +1,15 @@
 //! The closing before a contact: runs the detector on what the friction record leaves of each block.
 
-use super::Work;
-use super::known::Known;
+use super::Stage;
+use super::state::SensorState;
 use crate::finger::Mechanics;
+use crate::joint_sensor::JointSensor;
 use crate::numeric::{Bounded, sqrt};
 use crate::sensing::Event;
 use crate::sensing::block::Block;
 use crate::sensing::detector::{self, Detector, Finding, Onset, Residual, Test};
 use crate::sensing::friction::{Aligned, Alignment, Wander};
-use crate::sensing::joint::JointSensor;
-use crate::sensing::location::Series;
+use crate::sensing::location::SeriesElement;
 use heapless::Deque;
 
 /// Blocks kept, so that the curve starts at the onset and not at its detection.
@@ -20,9 +20,9 @@ const LEAST_SLOPE: f32 = 0.5;
 /// Logarithm of the likelihood ratio from which on a motion is not recorded as free.
 const SUSPICIOUS: f32 = 3.0;
 
-/// A block as it is remembered.
+/// A block with the recorded friction taken off.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Past<R> {
+pub(super) struct CorrectedBlock<R> {
     pub(super) time_us: u64,
     pub(super) counts: i32,
     pub(super) width_counts: u32,
@@ -37,7 +37,7 @@ pub(super) struct Past<R> {
     pub(super) reading: R,
 }
 
-impl<R> Past<R> {
+impl<R> CorrectedBlock<R> {
     /// Without what only the curve needs.
     pub(super) fn residual(&self) -> Residual {
         Residual {
@@ -64,7 +64,7 @@ pub struct Suspicion {
 /// A search under way.
 #[derive(Clone, Debug)]
 pub(super) struct Search<R> {
-    pub(super) history: Deque<Past<R>, HISTORY>,
+    pub(super) history: Deque<CorrectedBlock<R>, HISTORY>,
     detector: Option<Detector>,
     /// While a record of before a restart waits for it.
     alignment: Alignment,
@@ -100,47 +100,47 @@ impl<R> Search<R> {
     /// Becomes the current stage.
     // Not inlined: so it does not take room in the frame from which everything else is called.
     #[inline(never)]
-    pub(super) fn begin<F: Mechanics, X: Series>(work: &mut Work<F, R, X>) {
-        *work = Work::Searching(Self::default());
+    pub(super) fn begin<F: Mechanics, X: SeriesElement>(stage: &mut Stage<F, R, X>) {
+        *stage = Stage::Searching(Self::default());
     }
 }
 
-/// What a block of a search showed.
+/// What a block means for the search.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Found {
+pub(super) enum SearchOutcome {
     Nothing,
-    /// This closing gives no contact; why has been reported.
+    /// The search is over without a contact; the reason has been reported.
     Over,
-    Contact(Begun),
+    Contact(Detection),
 }
 
-/// A contact as the search has it.
+/// A detected contact.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Begun {
+pub(super) struct Detection {
     pub(super) onset: Onset,
     /// Noise of the residual besides its white share.
     pub(super) wander: Wander,
 }
 
-impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
-    /// A block with the residual of the record.
-    pub(super) fn past(&self, block: &Block) -> Option<Past<H::Reading>> {
+impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
+    /// Takes the recorded friction off a block.
+    pub(super) fn corrected(&self, block: &Block) -> Option<CorrectedBlock<H::Reading>> {
         let friction = self.friction.as_ref()?;
         let counts = block.counts.wrapping_add(self.shift_counts.unwrap_or(0));
         // A contact at the very end of the travel is a contact: the search goes on beyond the record.
-        let known = friction.beyond(counts)?;
-        Some(Past {
+        let recorded = friction.beyond(counts)?;
+        Some(CorrectedBlock {
             time_us: block.time_us,
             counts: block.counts,
             width_counts: block.width_counts,
-            residual_nm: block.drive_torque_nm - known.torque_nm,
-            variance_nm2: friction.white_nm2(block.duration_s) + known.variance_nm2,
-            beyond_counts: known.beyond_counts,
+            residual_nm: block.drive_torque_nm - recorded.torque_nm,
+            variance_nm2: friction.white_nm2(block.duration_s) + recorded.variance_nm2,
+            beyond_counts: recorded.beyond_counts,
             inertia_nm: block.inertia_nm,
             overspeed: block.overspeed,
             reading: self.reading,
         })
-        .filter(|past| past.residual_nm.is_finite())
+        .filter(|corrected| corrected.residual_nm.is_finite())
     }
 
     /// Nothing felt yet.
@@ -148,9 +148,9 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
         &mut self,
         search: &mut Search<H::Reading>,
         block: &Block,
-        past: Past<H::Reading>,
-    ) -> Found {
-        let residual = past.residual();
+        corrected: CorrectedBlock<H::Reading>,
+    ) -> SearchOutcome {
+        let residual = corrected.residual();
         let theta_a_rad = self.drivetrain.closing_rad(block.counts);
         if let Some(free) = self.free(theta_a_rad) {
             self.posture = free.configuration;
@@ -171,21 +171,21 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
                     // Whatever is there, it could not be located: the finger opens, and friction is recorded first.
                     self.tell(Event::FrictionStale { misfit_nm });
                     self.tell(Event::FrictionNotRecorded { coverage: 0.0 });
-                    return Found::Over;
+                    return SearchOutcome::Over;
                 }
             }
-            return Found::Nothing;
+            return SearchOutcome::Nothing;
         }
         self.last_residual = Some((theta_a_rad, residual.torque_nm));
         if search.history.is_full() {
             search.history.pop_front();
         }
-        let _ = search.history.push_back(past);
+        let _ = search.history.push_back(corrected);
         if search.detector.is_none() {
             self.set_detector(search, block);
         }
         let Some(detector) = &mut search.detector else {
-            return Found::Nothing;
+            return SearchOutcome::Nothing;
         };
         let finding = detector.push(&residual);
         match finding {
@@ -205,16 +205,16 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
                 if let Some(k_a) = self.k_a(theta_a_rad, fallen_nm) {
                     self.tell_unusual(&k_a);
                 }
-                return Found::Over;
+                return SearchOutcome::Over;
             }
             Finding::Contact(onset) => {
-                return Found::Contact(Begun {
+                return SearchOutcome::Contact(Detection {
                     onset,
                     wander: *detector.wander(),
                 });
             }
         }
-        Found::Nothing
+        SearchOutcome::Nothing
     }
 
     // Not inlined: the detector is long, and should not lie in the frame from which everything else is called.
@@ -273,9 +273,9 @@ impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
 
     /// A block of a closing that has been judged: the global stiffness at its end is still to be told.
     pub(super) fn remember(&mut self, block: &Block) {
-        if let (Some(_), Some(past)) = (self.last_residual, self.past(block)) {
+        if let (Some(_), Some(corrected)) = (self.last_residual, self.corrected(block)) {
             let theta_a_rad = self.drivetrain.closing_rad(block.counts);
-            self.last_residual = Some((theta_a_rad, past.residual_nm));
+            self.last_residual = Some((theta_a_rad, corrected.residual_nm));
         }
     }
 

@@ -1,9 +1,9 @@
 //! The finger's weight as the friction record shows it.
 
-use super::known::Known;
+use super::state::SensorState;
 use crate::finger::Mechanics;
-use crate::sensing::joint::JointSensor;
-use crate::sensing::location::Series;
+use crate::joint_sensor::JointSensor;
+use crate::sensing::location::SeriesElement;
 
 /// Torque of the finger's weight for what closing takes more than opening: half, a worm's friction cancels, less what the
 /// gearhead takes of it (docs/MECHANICS.md#real-fingers).
@@ -11,7 +11,7 @@ const WEIGHT_SHARE: f32 = 0.4;
 /// Less is no weight but friction that is not the same both ways, newton metre (R, chosen).
 const LEAST_WEIGHT_NM: f32 = 0.5e-3;
 
-impl<F: Mechanics, H: JointSensor, X: Series> Known<F, H, X> {
+impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     /// Torque of the finger's weight at a position and its derivative by the angle, and the torque with which a spring then
     /// holds joint 2; nothing of a finger whose weight cannot be told from the springs.
     #[inline(never)]

@@ -1,10 +1,10 @@
 use super::{drivetrain, settings};
-use crate::sensing::block::{Block, Gate, Step};
+use crate::sensing::block::{Block, BlockAverager, BlockUpdate};
 use crate::sensing::{Drive, Sample};
 
 /// Runs a motion of `milliseconds` at 30 counts a millisecond and collects its blocks.
 fn blocks(
-    gate: &mut Gate,
+    averager: &mut BlockAverager,
     start: (u64, i32),
     milliseconds: u64,
     drive: Drive,
@@ -25,7 +25,7 @@ fn blocks(
             drive,
             joint: (),
         };
-        if let Step::Block(block) = gate.push(&sample, &drivetrain(), &settings()) {
+        if let BlockUpdate::Block(block) = averager.push(&sample, &drivetrain(), &settings()) {
             found.push(block);
         }
     }
@@ -38,7 +38,13 @@ fn a_block_is_one_turn_of_the_motor_and_averages_what_repeats_with_it() {
         let turn = std::f32::consts::TAU * counts.rem_euclid(1000) as f32 / 1000.0;
         0.02 + 0.01 * turn.cos() + 0.005 * (2.0 * turn).sin()
     };
-    let found = blocks(&mut Gate::default(), (0, 0), 1500, Drive::Closing, ripple);
+    let found = blocks(
+        &mut BlockAverager::default(),
+        (0, 0),
+        1500,
+        Drive::Closing,
+        ripple,
+    );
     assert!(found.len() > 20);
     for pair in found.windows(2) {
         assert_eq!(pair[1].counts - pair[0].counts, 1000);
@@ -55,22 +61,28 @@ fn a_block_is_one_turn_of_the_motor_and_averages_what_repeats_with_it() {
 
 #[test]
 fn nothing_of_a_start_a_reversal_or_the_dead_band_becomes_a_block() {
-    let mut gate = Gate::default();
-    let first = blocks(&mut gate, (0, 0), 500, Drive::Closing, |_| 0.02);
+    let mut averager = BlockAverager::default();
+    let first = blocks(&mut averager, (0, 0), 500, Drive::Closing, |_| 0.02);
     // 0.08 rad are 8000 counts; then a block for the speed before.
     assert!((9000..11_000).contains(&(first[0].counts - 500)));
-    let back = blocks(&mut gate, (500_000, 15_000), 500, Drive::Opening, |_| -0.02);
+    let back = blocks(
+        &mut averager,
+        (500_000, 15_000),
+        500,
+        Drive::Opening,
+        |_| -0.02,
+    );
     assert!((9000..11_000).contains(&(15_000 - (back[0].counts + 500))));
     assert!(back.iter().all(|b| b.drive == Drive::Opening));
     assert!(back.iter().all(|b| (b.drive_torque_nm + 0.2).abs() < 1e-3));
-    let rest = blocks(&mut gate, (1_000_000, 0), 50, Drive::Idle, |_| 0.0);
+    let rest = blocks(&mut averager, (1_000_000, 0), 50, Drive::Idle, |_| 0.0);
     assert!(rest.is_empty());
     // Gears with more play than that are waited for.
     let loose = crate::sensing::Drivetrain {
         backlash_rad: 0.1,
         ..drivetrain()
     };
-    let mut gate = Gate::default();
+    let mut averager = BlockAverager::default();
     for i in 0..600 {
         let sample = Sample {
             time_us: 1000 * i,
@@ -79,7 +91,7 @@ fn nothing_of_a_start_a_reversal_or_the_dead_band_becomes_a_block() {
             drive: Drive::Closing,
             joint: (),
         };
-        if let Step::Block(block) = gate.push(&sample, &loose, &settings()) {
+        if let BlockUpdate::Block(block) = averager.push(&sample, &loose, &settings()) {
             assert!(block.counts >= 15_000 + 1000, "{block:?}");
         }
     }
@@ -87,7 +99,7 @@ fn nothing_of_a_start_a_reversal_or_the_dead_band_becomes_a_block() {
 
 /// Blocks of a closing whose position is a function of the milliseconds.
 fn closing(milliseconds: u64, counts: impl Fn(u64) -> i32) -> Vec<Block> {
-    let mut gate = Gate::default();
+    let mut averager = BlockAverager::default();
     let samples = (0..milliseconds).map(|i| Sample {
         time_us: 1000 * i,
         position_counts: counts(i),
@@ -97,8 +109,8 @@ fn closing(milliseconds: u64, counts: impl Fn(u64) -> i32) -> Vec<Block> {
     });
     samples
         .filter_map(
-            |sample| match gate.push(&sample, &drivetrain(), &settings()) {
-                Step::Block(block) => Some(block),
+            |sample| match averager.push(&sample, &drivetrain(), &settings()) {
+                BlockUpdate::Block(block) => Some(block),
                 _ => None,
             },
         )
@@ -133,7 +145,7 @@ fn any_steady_speed_gives_blocks_and_one_that_slows_down_none() {
 #[test]
 fn a_slight_change_of_speed_is_accounted_for() {
     // From 30 to 31.5 counts a millisecond within a second: 0.015 rad/s2 of 0.01 kg m2.
-    let mut gate = Gate::default();
+    let mut averager = BlockAverager::default();
     let mut last = None;
     for i in 0..1000u64 {
         let seconds = i as f64 * 1e-3;
@@ -144,7 +156,7 @@ fn a_slight_change_of_speed_is_accounted_for() {
             drive: Drive::Closing,
             joint: (),
         };
-        if let Step::Block(block) = gate.push(&sample, &drivetrain(), &settings()) {
+        if let BlockUpdate::Block(block) = averager.push(&sample, &drivetrain(), &settings()) {
             last = Some(block);
         }
     }
@@ -155,9 +167,9 @@ fn a_slight_change_of_speed_is_accounted_for() {
 
 #[test]
 fn gaps_repetitions_nonsense_and_wrapping_do_no_harm() {
-    let mut gate = Gate::default();
+    let mut averager = BlockAverager::default();
     let near_end = i32::MAX - 6000;
-    let before = blocks(&mut gate, (0, near_end), 400, Drive::Closing, |_| 0.02);
+    let before = blocks(&mut averager, (0, near_end), 400, Drive::Closing, |_| 0.02);
     assert!(
         before
             .windows(2)
@@ -173,16 +185,18 @@ fn gaps_repetitions_nonsense_and_wrapping_do_no_harm() {
             joint: (),
         };
         assert_eq!(
-            gate.push(&sample, &drivetrain(), &settings()),
-            Step::Pending
+            averager.push(&sample, &drivetrain(), &settings()),
+            BlockUpdate::Pending
         );
     }
     // After a gap of 20 ms a block starts again; the first only tells the speed.
     let start = near_end.wrapping_add(12_000 + 600);
-    let after = blocks(&mut gate, (420_000, start), 100, Drive::Closing, |_| 0.02);
+    let after = blocks(&mut averager, (420_000, start), 100, Drive::Closing, |_| {
+        0.02
+    });
     assert!(after[0].counts.wrapping_sub(start) >= 1500);
     let nan = blocks(
-        &mut gate,
+        &mut averager,
         (520_000, start + 3000),
         200,
         Drive::Closing,
@@ -190,7 +204,7 @@ fn gaps_repetitions_nonsense_and_wrapping_do_no_harm() {
     );
     assert!(nan.is_empty());
     let sound = blocks(
-        &mut gate,
+        &mut averager,
         (720_000, start + 9000),
         200,
         Drive::Closing,

@@ -9,7 +9,8 @@ fn sensor() -> Sensor<<P70 as Scene>::Finger> {
     Sensor::new(finger, drivetrain, P70::settings(), P70::UNCALIBRATED)
 }
 
-/// Every number that an event carries, except a radius that the curve does not determine it.
+/// Every number that an event carries, except a radius that the curve does not determine, and the force of a contact that
+/// is lost.
 fn numbers(event: &Event) -> Vec<f32> {
     match *event {
         Event::FrictionRecorded {
@@ -44,12 +45,7 @@ fn numbers(event: &Event) -> Vec<f32> {
             torque_nm,
             ..
         } => vec![theta_a_rad, torque_nm],
-        Event::Located {
-            k_m,
-            sigma_m,
-            force_n,
-            ..
-        } => vec![k_m, sigma_m, force_n],
+        Event::Located { k_m, sigma_m, .. } => vec![k_m, sigma_m],
         Event::Ambiguous { k_m, sigma_m, .. } => [k_m, sigma_m].concat(),
         Event::NotLocated { torque_nm, .. } => vec![torque_nm],
         Event::Calibrated { calibration } => {
@@ -205,6 +201,38 @@ fn a_softer_finger_is_unusual_and_no_contact() {
     };
     assert_eq!(k_a_free_nm_per_rad, 0.0);
     assert!(k_a_nm_per_rad < 0.0);
+}
+
+#[test]
+fn of_a_contact_that_is_lost_no_force_is_told() {
+    let closing = |end_rad: f32| {
+        let (mut sensor, mut time_us) = recorded();
+        sensor.direct(Directive::Watch);
+        let drivetrain = P70::drivetrain(sensor.finger());
+        let per_nm = 1.0 / (drivetrain.torque_per_ampere_nm * drivetrain.efficiency);
+        // About as a contact in the middle of the distal phalanx; it slides off at 1.15 rad.
+        let told = motion(&mut sensor, &mut time_us, (0.0, end_rad), |angle| {
+            let contact_nm = 0.6 * (angle - 0.8).max(0.0);
+            friction_a(angle)
+                + if angle < 1.15 {
+                    per_nm * contact_nm
+                } else {
+                    0.0
+                }
+        });
+        let last = told.iter().rev().find_map(|event| match *event {
+            Event::Located {
+                force_n,
+                settled: true,
+                ..
+            } => Some(force_n),
+            _ => None,
+        });
+        last.unwrap_or_else(|| panic!("{told:?}"))
+    };
+    let held_n = closing(1.14);
+    assert!(held_n > 0.5 && held_n < 20.0, "{held_n}");
+    assert!(closing(1.3).is_nan());
 }
 
 /// A finger with springs at both joints, whose free motion takes torque.

@@ -5,7 +5,7 @@ use super::super::measure::{FileReport, Limit};
 use super::super::table::{FileError, Row, Table};
 use super::{NATURAL, number, relative};
 use palpate::finger::{Configuration, Contact, Finger, Mechanics, Path};
-use palpate::sensing::location::{NoJointSensor, Rigid};
+use palpate::sensing::location::Rigid;
 use palpate::sensing::step;
 
 /// Relative change of an input that tells how much the compliance depends on it.
@@ -126,7 +126,7 @@ where
                 rotation_rad: row.f32("dtheta_a")?,
                 radius_m: 0.0,
             };
-            let places = step::places(&built, &at, torque, &step, &Rigid, &NoJointSensor);
+            let places = step::places(&built, &at, torque, &step, &Rigid, None);
             let best = places
                 .iter()
                 .filter(|place| place.phalanx == phalanx)

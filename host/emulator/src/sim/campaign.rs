@@ -5,11 +5,13 @@
 //! stored record changes, and the grasp after `clear` works. A fault that the phase lets nobody see (an encoder's broken wire
 //! while the motor stands) may be found later or not at all; the stated time counts where it can be seen at once.
 
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::fault::{FAULTS, Fault};
-use super::judge::{control, stored};
+use super::judge::{WATCH, control, names, stored};
 use super::script::{Script, Step};
 use super::session::{Session, Settings, end_of};
 use crate::rtt::Reader;
@@ -83,13 +85,13 @@ pub struct Aftermath {
 /// Every fault at every phase, or those of these names.
 #[must_use]
 pub fn matrix(seed: u64, names: &[&str]) -> Vec<Case> {
-    let mut random = Random(seed);
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
     let cells = FAULTS
         .iter()
         .flat_map(|fault| PHASES.iter().map(move |phase| (fault, *phase)));
     cells
         .map(|(fault, phase)| Case {
-            faults: vec![(fault, When::Phase(phase, 10 + random.below(150)))],
+            faults: vec![(fault, When::Phase(phase, random.random_range(10..160)))],
             seed,
         })
         .filter(|case| names.is_empty() || names.contains(&case.faults[0].0.name))
@@ -99,37 +101,23 @@ pub fn matrix(seed: u64, names: &[&str]) -> Vec<Case> {
 /// Pairs of different faults at random times of a grasp of 9 s.
 #[must_use]
 pub fn pairs(count: usize, seed: u64) -> Vec<Case> {
-    let mut random = Random(seed);
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
     // A log that nobody reads is no second fault: it hides the first one's name.
     let faults: Vec<&'static Fault> = FAULTS.iter().filter(|f| !f.reported.is_empty()).collect();
-    let count_of = u32::try_from(faults.len()).unwrap_or(1);
-    let when = |random: &mut Random| When::At(0.15 + 1e-3 * f64::from(random.below(9000)));
+    let when = |random: &mut Pcg64Mcg| When::At(random.random_range(0.15..9.15));
     (0..count)
         .map(|_| {
-            let first = random.below(count_of);
-            let second = (first + 1 + random.below(count_of - 1)) % count_of;
+            let first = random.random_range(0..faults.len());
+            let second = (first + random.random_range(1..faults.len())) % faults.len();
             Case {
                 faults: vec![
-                    (faults[first as usize], when(&mut random)),
-                    (faults[second as usize], when(&mut random)),
+                    (faults[first], when(&mut random)),
+                    (faults[second], when(&mut random)),
                 ],
-                seed: seed + u64::from(random.below(1000)),
+                seed: seed + random.random_range(0..1000),
             }
         })
         .collect()
-}
-
-/// Splitmix64: the same numbers on every machine.
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, limit: u32) -> u32 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        u32::try_from((z ^ (z >> 31)) % u64::from(limit)).unwrap_or(0)
-    }
 }
 
 /// Flash of a finger that has recorded its friction and kept it, so that a run grasps at once.
@@ -196,8 +184,6 @@ fn seen_at_once(fault: &Fault, phase: &str) -> bool {
     }
 }
 
-/// How long nothing may move after a fault has been reported.
-const WATCH: Ticks = 500 * TICKS_PER_MS;
 /// Longest grasp.
 const GRASP: Ticks = 45_000 * TICKS_PER_MS;
 
@@ -276,7 +262,7 @@ fn follow(
 
 /// Name, bridge and time.
 fn judge(session: &Session<'_>, injected: &[(&Fault, Ticks)], aftermath: &mut Aftermath) {
-    aftermath.reported = session.faults.iter().map(|fault| fault.1.clone()).collect();
+    aftermath.reported = names(&session.faults);
     let world = session.machine.world();
     let Some(name) = aftermath.reported.first() else {
         let unseen = |(fault, _): &(&Fault, Ticks)| !seen_at_once(fault, &aftermath.phase);

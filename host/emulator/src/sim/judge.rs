@@ -57,7 +57,7 @@ const CONTROL: u16 = 16 + 18;
 pub const CONTROL_INSTRUCTIONS: u64 = 600;
 
 /// How long nothing may move after a fault has been reported.
-const WATCH: Ticks = 500 * TICKS_PER_MS;
+pub(super) const WATCH: Ticks = 500 * TICKS_PER_MS;
 
 /// Injects one fault into a run and judges what the chip does. No fault: the run has to end well.
 ///
@@ -107,10 +107,7 @@ pub fn judge(
     if !was_on && at_s >= MOVING_S {
         failures.push("the motor was not driven when the fault came".to_owned());
     }
-    let reported: Vec<String> = session.faults[before..]
-        .iter()
-        .map(|fault| fault.1.clone())
-        .collect();
+    let reported = names(&session.faults[before..]);
     match reported.first() {
         None => failures.push("no fault was reported".to_owned()),
         Some(name) if !fault.reported.contains(&name.as_str()) => {
@@ -142,6 +139,11 @@ pub(super) fn control(session: &Session<'_>, failures: &mut Vec<String>) -> Call
     calls
 }
 
+/// Names of reported faults, in their order.
+pub(super) fn names(faults: &[(u32, String)]) -> Vec<String> {
+    faults.iter().map(|(_, name)| name.clone()).collect()
+}
+
 /// The pages that hold records: the last 16 KiB.
 pub(super) fn stored(session: &Session<'_>) -> Vec<u8> {
     let flash = session.machine.flash();
@@ -158,7 +160,7 @@ fn undisturbed(mut session: Session<'_>, lasting_s: Option<f64>) -> Result<Judge
         }
     }
     session.finish()?;
-    let reported: Vec<String> = session.faults.iter().map(|fault| fault.1.clone()).collect();
+    let reported = names(&session.faults);
     let mut failures = Vec::new();
     if !reported.is_empty() {
         failures.push(format!("reported {}", reported.join(", ")));

@@ -5,7 +5,7 @@
 
 use palpate::finger::Mechanics;
 use palpate::sample::{Drive, Sample};
-use palpate::sensing::{Directive, Event, NoHall, Sensor, Series, Settings};
+use palpate::sensing::{Directive, Event, NoJointSensor, Sensor, SeriesElement, Settings};
 
 use crate::trace::PERIOD_US;
 
@@ -152,8 +152,8 @@ impl Speeds {
 
 /// Replays samples by the protocol, and hands what the sensing says of them to `hear`, with its time. `false`: there was
 /// no second closing.
-pub fn follow<F: Mechanics, X: Series>(
-    sensor: &mut Sensor<F, NoHall, X>,
+pub fn follow<F: Mechanics, X: SeriesElement>(
+    sensor: &mut Sensor<F, NoJointSensor, X>,
     samples: &[Sample],
     speeds: &Speeds,
     purpose: Directive,

@@ -156,7 +156,7 @@ fn line<S: Simulated>(recording: &Recording, calibration: Calibration) -> (Line,
     let finger = S::MECHANISM;
     let drivetrain = S::drivetrain(&finger);
     let speeds = Speeds::of(&recording.samples, &S::settings(), drivetrain.rad_per_count);
-    let mut sensor: Sensor<S::Finger, palpate::sensing::NoHall, S::Series> =
+    let mut sensor: Sensor<S::Finger, palpate::sensing::NoJointSensor, S::Series> =
         Sensor::new(finger, drivetrain, speeds.closing, calibration);
     let truth: &Truth = &recording.truth;
     let purpose = match (truth.class, truth.nominal_k_m) {

@@ -11,13 +11,13 @@ use palpate::app::storage::record::{Record, scene_id};
 use palpate::drive::Fault;
 use palpate::drive::sequence::State;
 use palpate::scene::Scene;
-use palpate::sensing::{Directive, Event, JointSensor};
+use palpate::sensing::{Directive, Event, Followed, JointSensor};
 
-use super::{Replay, Source, Told};
+use super::{Fields, Replay, Source, Told, fields, followed_fields};
 use crate::trace::Streamed;
 
 /// Lines that say what the sensing found.
-const EVENTS: [&str; 11] = [
+const EVENTS: [&str; 13] = [
     "friction-recorded",
     "friction-not-recorded",
     "friction-stale",
@@ -29,6 +29,8 @@ const EVENTS: [&str; 11] = [
     "not-located",
     "calibrated",
     "calibration-refused",
+    "second-contact",
+    "grasp",
 ];
 
 /// What the firmware said live against what was said again.
@@ -48,7 +50,7 @@ pub fn again<S: Scene>(stream: &[Streamed]) -> (Replay, Comparison) {
         purpose: Directive::Watch,
         kept: Vec::new(),
     };
-    let mut told = Vec::new();
+    let (mut told, mut followed) = (Vec::new(), Vec::new());
     let mut live = Vec::new();
     let mut said = Vec::new();
     for (index, row) in stream.iter().enumerate() {
@@ -60,21 +62,50 @@ pub fn again<S: Scene>(stream: &[Streamed]) -> (Replay, Comparison) {
                 live.push((index, line.as_str()));
             }
         }
-        let joint = <S::Joint as JointSensor>::reading(row.sample.joint);
-        if let Some(event) = following.sensing.sample(&row.sample.with_joint(joint)) {
-            said.push((index + 1, event));
-            told.push(Told {
-                time_us: row.sample.time_us,
-                event,
-            });
+        let joint = <S::Joint as JointSensor>::recorded(row.sample.joint);
+        let sample = row.sample.with_joint(joint);
+        let event = following.sensing.sample(&sample);
+        let after = following.sensing.follow(&sample, event.as_ref());
+        let time_us = sample.time_us;
+        if let Some(event) = event {
+            said.push((index + 1, Said::Event(event)));
+            told.push(Told { time_us, event });
+        }
+        if let Some(event) = after {
+            said.push((index + 1, Said::After(event)));
+            followed.push((time_us, event));
         }
     }
     let replay = Replay {
         friction: Source::Live,
         told,
+        followed,
         calibration: *following.sensing.calibration(),
     };
     (replay, compare(&live, &said, stream.len()))
+}
+
+/// What was said again.
+#[derive(Clone, Copy, Debug)]
+enum Said {
+    Event(Event),
+    After(Followed),
+}
+
+impl Said {
+    fn write(&self, log: &mut impl log::Log) {
+        match self {
+            Self::Event(event) => log::event(log, event),
+            Self::After(event) => log::followed(log, event),
+        }
+    }
+
+    fn fields(&self) -> Fields {
+        match self {
+            Self::Event(event) => fields(event),
+            Self::After(event) => followed_fields(event),
+        }
+    }
 }
 
 /// The sensing, led as the firmware led it.
@@ -150,7 +181,7 @@ impl<S: Scene> Following<S> {
 }
 
 /// Compares in order; what the last sample led to is no longer in the recording.
-fn compare(live: &[(usize, &str)], said: &[(usize, Event)], rows: usize) -> Comparison {
+fn compare(live: &[(usize, &str)], said: &[(usize, Said)], rows: usize) -> Comparison {
     let said: Vec<_> = said.iter().filter(|(row, _)| *row < rows).collect();
     let mut differences = Vec::new();
     for index in 0..live.len().max(said.len()) {
@@ -161,12 +192,12 @@ fn compare(live: &[(usize, &str)], said: &[(usize, Event)], rows: usize) -> Comp
                 }
                 format!(
                     "live '{line}' at row {at}, again '{}' at row {row}",
-                    super::line(event)
+                    super::line(&event.fields())
                 )
             }
             (Some((at, line)), None) => format!("live '{line}' at row {at}, not said again"),
             (None, Some((row, event))) => {
-                format!("not live, again '{}' at row {row}", super::line(event))
+                format!("not live, again '{}' at row {row}", super::line(&event.fields()))
             }
             (None, None) => continue,
         };
@@ -179,7 +210,7 @@ fn compare(live: &[(usize, &str)], said: &[(usize, Event)], rows: usize) -> Comp
 }
 
 /// Whether a line is what an event would be logged as, to the last digit.
-fn same(line: &str, event: &Event) -> bool {
+fn same(line: &str, said: &Said) -> bool {
     let live = log::parse(line);
     let mut equal = false;
     let compare = |form: &'static log::Line, values: &[Value<'_>]| {
@@ -195,7 +226,7 @@ fn same(line: &str, event: &Event) -> bool {
                 }
             });
     };
-    log::event(&mut log::Fields(compare), event);
+    said.write(&mut log::Fields(compare));
     equal
 }
 
@@ -203,11 +234,11 @@ fn same(line: &str, event: &Event) -> bool {
 mod tests {
     use super::*;
 
-    const TOUCH: Event = Event::Touch {
+    const TOUCH: Said = Said::Event(Event::Touch {
         time_us: 7,
         theta_a_rad: 0.5,
         torque_nm: 0.25,
-    };
+    });
 
     #[test]
     fn every_event_is_a_line_of_the_log() {

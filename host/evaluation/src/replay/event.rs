@@ -1,15 +1,14 @@
 //! Events as the firmware's log has them.
 
 use palpate::app::log;
-use palpate::sensing::Event;
+use palpate::sensing::{Event, Followed};
 use serde_json::{Map, Value, json};
 
-/// An event as name and fields, as the firmware's log has them; null what is not known.
-#[must_use]
-pub fn fields(event: &Event) -> (&'static str, Map<String, Value>) {
+/// Name and fields of what is written to a log; null what is not known.
+fn written(write: impl FnOnce(&mut dyn FnMut(&'static log::Line, &[log::Value<'_>]))) -> Fields {
     let mut name = "";
     let mut map = Map::new();
-    let write = |line: &'static log::Line, values: &[log::Value<'_>]| {
+    write(&mut |line, values| {
         name = line.name();
         let values = values.iter().map(|value| match *value {
             log::Value::Number(number) if number.is_finite() => {
@@ -21,16 +20,29 @@ pub fn fields(event: &Event) -> (&'static str, Map<String, Value>) {
             log::Value::Text(text) => json!(text),
         });
         map.extend(line.keys.iter().map(ToString::to_string).zip(values));
-    };
-    log::event(&mut log::Fields(write), event);
+    });
     (name, map)
+}
+
+/// Name and fields of an event.
+pub type Fields = (&'static str, Map<String, Value>);
+
+/// An event as name and fields, as the firmware's log has them; null what is not known.
+#[must_use]
+pub fn fields(event: &Event) -> Fields {
+    written(|line| log::event(&mut log::Fields(line), event))
+}
+
+/// The same of what follows the first contact.
+#[must_use]
+pub fn followed_fields(event: &Followed) -> Fields {
+    written(|line| log::followed(&mut log::Fields(line), event))
 }
 
 /// An event as a log line: `name key=value key=value`.
 #[must_use]
-pub fn line(event: &Event) -> String {
-    let (name, fields) = fields(event);
-    let mut out = name.to_owned();
+pub fn line((name, fields): &Fields) -> String {
+    let mut out = (*name).to_owned();
     for (key, value) in fields.iter().filter(|(_, value)| !value.is_null()) {
         match value {
             Value::String(text) => out.push_str(&format!(" {key}={text}")),

@@ -15,13 +15,15 @@ mod event;
 mod find;
 
 pub use again::{Comparison, again};
-pub use event::{fields, line};
+pub use event::{Fields, fields, followed_fields, line};
 pub use find::{NoFreeClosing, Stretch};
 
 use palpate::finger::Mechanics;
 use palpate::sample::{Drive, Sample};
 use palpate::scene::Scene;
-use palpate::sensing::{Calibration, Directive, Event, NoHall, Sensor, Series};
+use palpate::sensing::{
+    AfterContact, Calibration, Directive, Event, Followed, NoJointSensor, Sensor, SeriesElement,
+};
 
 use crate::recordings::protocol::{FLUSH, Speeds};
 use crate::trace::PERIOD_US;
@@ -90,8 +92,23 @@ pub struct Replay {
     pub friction: Source,
     /// What the sensing said.
     pub told: Vec<Told>,
+    /// What it said after the first contact, in scenes with that option, with the time from the recording's begin.
+    pub followed: Vec<(u64, Followed)>,
     /// The calibration in force after it.
     pub calibration: Calibration,
+}
+
+impl Replay {
+    /// Everything that was said in the order of time: microseconds from the recording's begin, name and fields.
+    #[must_use]
+    pub fn lines(&self) -> Vec<(u64, Fields)> {
+        let told = (self.told.iter()).map(|told| (told.time_us, fields(&told.event)));
+        let followed =
+            (self.followed.iter()).map(|(time_us, event)| (*time_us, followed_fields(event)));
+        let mut lines: Vec<_> = told.chain(followed).collect();
+        lines.sort_by_key(|(time_us, _)| *time_us);
+        lines
+    }
 }
 
 /// What is known before a recording is replayed.
@@ -110,7 +127,7 @@ pub fn replay<S: Scene>(samples: &[Sample], before: &Beforehand, purpose: Direct
     let drivetrain = S::drivetrain(&finger);
     let source = before.friction.unwrap_or(samples);
     let speeds = Speeds::of(source, &S::settings(), drivetrain.rad_per_count);
-    let mut sensor: Sensor<S::Finger, NoHall, S::Series> =
+    let mut sensor: Sensor<S::Finger, NoJointSensor, S::Series> =
         Sensor::new(finger, drivetrain, speeds.closing, before.calibration);
     let travel = f64::from(S::TRAVEL_RAD / drivetrain.rad_per_count);
     let found = match before.friction {
@@ -125,8 +142,17 @@ pub fn replay<S: Scene>(samples: &[Sample], before: &Beforehand, purpose: Direct
         _ => 0,
     };
     sensor.direct(purpose);
-    let mut told = Vec::new();
+    let mut after = S::After::default();
+    after.direct(purpose);
+    let (mut told, mut followed) = (Vec::new(), Vec::new());
     let mut last_us = None;
+    let mut take_after =
+        |sensor: &mut Sensor<_, _, _>, sample: &Sample, before: usize, told: &[Told]| {
+            let told = told.get(before).map(|told| &told.event);
+            if let Some(event) = after.sample(sensor, sample, told) {
+                followed.push((sample.time_us, event));
+            }
+        };
     for sample in &samples[from..] {
         // The sensing judges what it has when the drive stops; across a gap nothing is known.
         let gap = last_us.is_some_and(|last: u64| sample.time_us > last + PERIOD_US);
@@ -134,20 +160,27 @@ pub fn replay<S: Scene>(samples: &[Sample], before: &Beforehand, purpose: Direct
             drive: Drive::Idle,
             ..*sample
         };
-        take(&mut sensor, if gap { &idle } else { sample }, &mut told);
+        let (sample, before) = (if gap { &idle } else { sample }, told.len());
+        take(&mut sensor, sample, &mut told);
+        take_after(&mut sensor, sample, before, &told);
         last_us = Some(sample.time_us);
     }
-    flush(&mut sensor, samples, &mut told);
+    for idle in after_end(samples) {
+        let before = told.len();
+        take(&mut sensor, &idle, &mut told);
+        take_after(&mut sensor, &idle, before, &told);
+    }
     Replay {
         friction,
         told,
+        followed,
         calibration: *sensor.calibration(),
     }
 }
 
 /// Learns friction from a free closing in the recording itself.
-fn within<F: Mechanics, X: Series>(
-    sensor: &mut Sensor<F, NoHall, X>,
+fn within<F: Mechanics, X: SeriesElement>(
+    sensor: &mut Sensor<F, NoJointSensor, X>,
     samples: &[Sample],
     speeds: &Speeds,
     travel_counts: f64,
@@ -163,8 +196,8 @@ fn within<F: Mechanics, X: Series>(
     Ok(Source::Within(stretch))
 }
 
-fn take<F: Mechanics, X: Series>(
-    sensor: &mut Sensor<F, NoHall, X>,
+fn take<F: Mechanics, X: SeriesElement>(
+    sensor: &mut Sensor<F, NoJointSensor, X>,
     sample: &Sample,
     told: &mut Vec<Told>,
 ) {
@@ -176,27 +209,34 @@ fn take<F: Mechanics, X: Series>(
     }
 }
 
-fn flush<F: Mechanics, X: Series>(
-    sensor: &mut Sensor<F, NoHall, X>,
+fn flush<F: Mechanics, X: SeriesElement>(
+    sensor: &mut Sensor<F, NoJointSensor, X>,
     samples: &[Sample],
     told: &mut Vec<Told>,
 ) {
-    let Some(last) = samples.last() else { return };
-    for step in 1..=FLUSH {
-        let idle = Sample {
-            time_us: last.time_us + step * PERIOD_US,
-            drive: Drive::Idle,
-            current_a: 0.0,
-            ..*last
-        };
+    for idle in after_end(samples) {
         take(sensor, &idle, told);
     }
 }
 
+/// Samples of a motor at rest after the recording's end: what the sensing judges comes with them.
+fn after_end(samples: &[Sample]) -> impl Iterator<Item = Sample> + use<> {
+    let last = samples.last().copied();
+    (1..=FLUSH).filter_map(move |step| {
+        let last = last?;
+        Some(Sample {
+            time_us: last.time_us + step * PERIOD_US,
+            drive: Drive::Idle,
+            current_a: 0.0,
+            ..last
+        })
+    })
+}
+
 /// Lets the sensor record friction. An opening may have another speed than the closings: the sensing is told that speed while
 /// it lasts.
-fn learn<F: Mechanics, X: Series>(
-    sensor: &mut Sensor<F, NoHall, X>,
+fn learn<F: Mechanics, X: SeriesElement>(
+    sensor: &mut Sensor<F, NoJointSensor, X>,
     samples: &[Sample],
     speeds: &Speeds,
 ) -> Result<(), NoFriction> {

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! A grasp while the clock passes 2^32 us, 71 minutes after power-on: whoever keeps the lower half of a time would stumble there.
+//!
+//! Nobody waits 71 minutes: the clock's driver counts periods of 2^15 us in a word of RAM, and a flash image in which that word
+//! starts with a large number makes the chip believe that it has been on for so long. The timer itself, 16 bits at 1 MHz, wraps
+//! fifteen times a second in every test, and the encoder's counter several times in every closing.
+//!
+//! The image comes from `PALPATE_ELF` (`cargo xtask test` sets it); without it these tests say so and pass.
+
+use palpate_emulator::Firmware;
+use palpate_emulator::sim::{Object, Script, Session, Settings, end_of};
+
+/// Period of the driver's count, second.
+const PERIOD_S: f64 = 32_768e-6;
+/// Periods until the boundary.
+const BOUNDARY: u32 = 1 << (32 - 15);
+/// Size of the driver's state in words.
+const DRIVER_WORDS: u32 = 6;
+
+fn settings(flash: Vec<u8>) -> Settings {
+    let mut settings = Settings {
+        object: Some(Object::default()),
+        script: Script::parse("record-friction; close; open"),
+        ..Settings::default()
+    };
+    settings.setup.flash = Some(flash);
+    settings
+}
+
+/// Where the driver's count of periods lies: the word of its state that has counted them a second after power-on.
+fn period_word(firmware: &Firmware) -> u32 {
+    let driver = firmware
+        .symbol_with("time_driver6driver6DRIVER")
+        .expect("embassy's clock");
+    let settings = Settings {
+        script: Script(Vec::new()),
+        ..Settings::default()
+    };
+    let mut session = Session::start(firmware, settings, None).expect("a sound start");
+    while session.machine.time_s() < 1.0 {
+        session.millisecond().expect("a sound run");
+    }
+    let counted = |address: &u32| {
+        let started = (0.9 / PERIOD_S) as u32..=(1.0 / PERIOD_S) as u32;
+        session
+            .machine
+            .word(*address)
+            .is_some_and(|word| started.contains(&word))
+    };
+    let words: Vec<u32> = (0..DRIVER_WORDS)
+        .map(|word| driver + 4 * word)
+        .filter(counted)
+        .collect();
+    assert_eq!(words.len(), 1, "{words:x?}");
+    words[0]
+}
+
+/// Flash of a chip whose clock passes the boundary so long after power-on, to a period or two.
+fn image(firmware: &Firmware, word: u32, seconds: f64) -> Vec<u8> {
+    let settings = Settings::default();
+    let session = Session::start(firmware, settings, None).expect("a sound start");
+    let mut image = session.machine.flash().to_vec();
+    let symbol = |name| firmware.symbol(name).expect("of cortex-m-rt");
+    let at = (symbol("__sidata") - 0x0800_0000 + word - symbol("__sdata")) as usize;
+    // An even number: the counter starts in its lower half.
+    let periods = (BOUNDARY - (seconds / PERIOD_S) as u32) & !1;
+    image[at..at + 4].copy_from_slice(&periods.to_le_bytes());
+    image
+}
+
+/// The log's words, but for the times.
+fn words(session: &Session<'_>) -> Vec<String> {
+    let words = session
+        .lines
+        .iter()
+        .flat_map(|line| line.message.split(' '));
+    words
+        .filter(|word| !word.starts_with("time_us="))
+        .map(str::to_owned)
+        .collect()
+}
+
+/// The same word, or the same key with numbers that differ by no more than 5 %: a start with another time takes some
+/// microseconds more or less, and the noise is drawn at other instants.
+fn alike(a: &str, b: &str) -> bool {
+    let number = |word: &str| {
+        let (key, value) = word.split_once('=')?;
+        Some((key.to_owned(), value.parse::<f64>().ok()?))
+    };
+    match (number(a), number(b)) {
+        (Some((key, a)), Some((same, b))) => {
+            key == same && (a.is_nan() && b.is_nan() || (a - b).abs() <= 0.05 * b.abs())
+        }
+        _ => a == b,
+    }
+}
+
+#[test]
+fn a_grasp_goes_on_while_the_lower_half_of_the_time_wraps() {
+    let Some(path) = std::env::var_os("PALPATE_ELF") else {
+        eprintln!("PALPATE_ELF is not set: nothing tested");
+        return;
+    };
+    let firmware = Firmware::load(path.as_ref()).expect("the image loads");
+    let word = period_word(&firmware);
+    let run = |flash| {
+        let session = end_of(&firmware, settings(flash)).expect("a sound run");
+        assert!(session.completed(), "{:?}", session.faults);
+        session
+    };
+    let usual = run(image(&firmware, word, PERIOD_S * f64::from(BOUNDARY)));
+    let end_s = usual.machine.time_s();
+    // In homing, in the recording of friction, in the closing, and about where the contact is probed.
+    for share in [0.05, 0.3, 0.7, 0.8] {
+        let session = run(image(&firmware, word, share * end_s));
+        let wrapped = session.machine.word(word).is_some_and(|p| p > BOUNDARY);
+        assert!(wrapped, "the boundary was not passed: nothing tested");
+        let (told, wanted) = (words(&session), words(&usual));
+        assert_eq!(told.len(), wanted.len(), "at {share} of the run: {told:?}");
+        for (word, wanted) in told.iter().zip(&wanted) {
+            assert!(
+                alike(word, wanted),
+                "at {share} of the run: {word} for {wanted}"
+            );
+        }
+    }
+}

@@ -1,0 +1,188 @@
+//! The motions of an identification: pulses and coasting, closing over a turn of the worm and opening back.
+
+use super::Identified;
+use super::estimator::{Estimator, Phase};
+use crate::drive::config::CheckedConfig;
+use crate::drive::demand::{OffsetState, Setpoint, Status};
+
+/// Currents of the pulses, as shares of the drive's limit: two of them tell resistance from a lost voltage.
+const PULSES: [f32; 2] = [0.6, 0.3];
+/// Speed that ends a pulse, as a share of the drive's limit: the loops then do not bound the current.
+const FAST: f32 = 0.7;
+/// Longest pulse and longest coasting, milliseconds.
+const PULSE_MS: u32 = 80;
+const COAST_MS: u32 = 300;
+/// From the demand to a settled current, milliseconds: two until it is carried out, 1.5 to wake, five for the current's slope.
+const SETTLED_MS: u32 = 9;
+/// From the demand until the bridge is off throughout a sample, milliseconds.
+const OFF_MS: u32 = 4;
+/// Way of the input link, radian: a turn of the worm and a little.
+const WAY_RAD: f32 = 0.33;
+/// A motor that makes fewer counts in a millisecond stands, or is about to.
+const STANDING: i32 = 4;
+/// Longest measurement of the offset, and of all, milliseconds.
+const OFFSET_MS: u32 = 420;
+const ALL_MS: u32 = 20_000;
+
+/// Why nothing was identified.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NotIdentified {
+    /// A pulse did not move the motor.
+    Blocked,
+    /// The motion took too long.
+    TimedOut,
+    /// What was measured makes no motor.
+    Implausible,
+}
+
+impl NotIdentified {
+    /// Reason in the answer.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Blocked => "blocked",
+            Self::TimedOut => "timed-out",
+            Self::Implausible => "implausible",
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Motion {
+    Offset,
+    Pulse,
+    Coast,
+}
+
+/// An identification under way.
+#[derive(Clone, Debug)]
+pub struct Identification {
+    estimator: Estimator,
+    limit_a: f32,
+    fast_counts_per_s: f32,
+    way_counts: i32,
+    motion: Motion,
+    /// Milliseconds since the motion began, and in all.
+    ms: u32,
+    all_ms: u32,
+    /// Pulses so far.
+    pulses: u8,
+    opening: bool,
+    /// Where all began, where this motion began, where the last millisecond ended.
+    start_counts: i32,
+    from_counts: i32,
+    last_counts: i32,
+}
+
+impl Identification {
+    /// For a drive whose motor stands with room to close; friction is told at `closing_rad_per_s` of the input link.
+    pub fn new(drive: &CheckedConfig, closing_rad_per_s: f32, status: &Status) -> Self {
+        let (limits, scale) = (&drive.config().limits, drive.scale());
+        Self {
+            estimator: Estimator::new(drive, closing_rad_per_s),
+            limit_a: limits.current_a,
+            fast_counts_per_s: FAST * scale.counts_per_s(limits.speed_rad_per_s),
+            way_counts: scale.counts(WAY_RAD),
+            motion: Motion::Offset,
+            ms: 0,
+            all_ms: 0,
+            pulses: 0,
+            opening: false,
+            start_counts: status.position_counts,
+            from_counts: 0,
+            last_counts: 0,
+        }
+    }
+
+    /// One step, every millisecond: what the motor shall do, or what was found.
+    ///
+    /// # Errors
+    /// Why nothing was.
+    // Not inlined: the executor's future does not hold its variables.
+    #[inline(never)]
+    pub fn advance(&mut self, status: &Status) -> Result<Step, NotIdentified> {
+        self.all_ms += 1;
+        if self.all_ms > ALL_MS {
+            return Err(NotIdentified::TimedOut);
+        }
+        let moved = status.position_counts.wrapping_sub(self.last_counts);
+        self.last_counts = status.position_counts;
+        let stands = moved.abs() < STANDING;
+        let phase = match self.motion {
+            Motion::Pulse if self.ms > SETTLED_MS && !stands => Some(Phase::Driven),
+            Motion::Coast if self.ms > OFF_MS && !stands => Some(Phase::Coasting),
+            _ => None,
+        };
+        self.estimator.take(phase, status);
+        self.ms += 1;
+        let ended = match self.motion {
+            // The state of an earlier measurement stands until this one has begun.
+            Motion::Offset => self.ms > 20 && status.offset == OffsetState::Known,
+            Motion::Pulse => {
+                self.ms > PULSE_MS || status.speed_counts_per_s.abs() > self.fast_counts_per_s
+            }
+            Motion::Coast => self.ms > OFF_MS && stands,
+        };
+        if ended {
+            let way = status.position_counts.wrapping_sub(self.start_counts);
+            if self.motion == Motion::Coast {
+                if self.last_counts.wrapping_sub(self.from_counts).abs() < 10 * STANDING {
+                    return Err(NotIdentified::Blocked);
+                }
+                if self.opening && way <= 0 {
+                    let identified = self.estimator.identified();
+                    return if identified.is_valid() {
+                        Ok(Step::Done(identified))
+                    } else {
+                        Err(NotIdentified::Implausible)
+                    };
+                }
+                self.opening |= way >= self.way_counts;
+            }
+            self.motion = if self.motion == Motion::Pulse {
+                Motion::Coast
+            } else {
+                self.pulses = self.pulses.wrapping_add(1);
+                self.from_counts = status.position_counts;
+                Motion::Pulse
+            };
+            self.ms = 0;
+        } else if self.ms > self.motion.longest_ms() {
+            return Err(NotIdentified::TimedOut);
+        }
+        Ok(Step::Ask(self.setpoint()))
+    }
+
+    fn setpoint(&self) -> Setpoint {
+        match self.motion {
+            Motion::Offset => Setpoint::MeasureOffset,
+            Motion::Coast => Setpoint::Off,
+            Motion::Pulse => {
+                let [strong, weak] = PULSES;
+                let share = if self.pulses % 2 == 1 { strong } else { weak };
+                let sign = if self.opening { -1.0 } else { 1.0 };
+                Setpoint::Current {
+                    a: sign * share * self.limit_a,
+                }
+            }
+        }
+    }
+}
+
+impl Motion {
+    fn longest_ms(self) -> u32 {
+        match self {
+            Self::Offset => OFFSET_MS,
+            Self::Pulse => PULSE_MS,
+            Self::Coast => COAST_MS,
+        }
+    }
+}
+
+/// What a step of an identification decided.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Step {
+    /// What the motor shall do until the next step.
+    Ask(Setpoint),
+    /// All is measured.
+    Done(Identified),
+}

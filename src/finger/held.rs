@@ -1,0 +1,228 @@
+//! A finger that touches with two phalanges: which one the second is, where, and the forces as far as statics determines them
+//! (docs/MECHANICS.md#two-contacts). The questions are the same for two and three phalanges ([`HoldsTwice`]).
+
+use super::preshape::dot;
+use super::statics::contact_arms;
+use super::two_contacts::cross;
+use super::{
+    BaseJoint, Candidate, Configuration, Contact, Finger, Free, JointStep, MAX_PHALANGES,
+    Mechanics, Pressed, SecondMeasured, Transmission,
+};
+use crate::numeric::{Bounded, exp};
+
+/// Nearer than this to the closing stop of a joint, radian, a stiffer finger stands at the stop.
+const STOP_MARGIN_RAD: f32 = 0.03;
+/// Density of a normal variable at its mean, in units of its deviation.
+const NORMAL_PEAK: f32 = 0.399;
+
+/// The finger when a second contact begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TwoContacts<C> {
+    /// The first contact, where it is by now.
+    pub first: Contact,
+    /// Phalanx of the second contact.
+    pub phalanx: u8,
+    /// Its distance from the phalanx's joint, metre; NaN where the stiffness does not depend on it.
+    pub k_m: f32,
+    /// Standard deviation of `k_m`; NaN as that.
+    pub sigma_m: f32,
+    /// Posture then.
+    pub configuration: C,
+    /// Torque at the input link then, newton metre.
+    pub torque_nm: f32,
+    /// Change of the joints' angles for a unit of torque from then on, radian per newton metre: zero with two phalanges.
+    pub turning_per_nm: [f32; MAX_PHALANGES],
+}
+
+/// What statics determines of two contacts, at one torque. NaN where it does not.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeldForces {
+    /// f k of the contact on the last phalanx about its own joint, newton metre.
+    pub distal_moment_nm: f32,
+    /// Its force, newton: needs its place.
+    pub distal_force_n: f32,
+    /// Of a two-phalanx finger, f k of the proximal contact about joint 1, newton metre: needs the distal place.
+    pub proximal_moment_nm: f32,
+}
+
+impl HeldForces {
+    /// Nothing is known.
+    pub const UNKNOWN: Self = Self {
+        distal_moment_nm: f32::NAN,
+        distal_force_n: f32::NAN,
+        proximal_moment_nm: f32::NAN,
+    };
+}
+
+/// Why a stiffer finger is not told as two contacts in a posture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoSecondContact {
+    /// A joint stands at its closing stop: that is what makes it stiffer.
+    AtStop,
+    /// The first contact leads to no posture at that torque, or nothing on the finger is so stiff.
+    Unexplained,
+}
+
+/// What sensing asks of a finger that touches with two phalanges.
+pub trait HoldsTwice: Mechanics {
+    /// Phalanx and place of a second contact from the stiffness that it leaves. The first one was made in the free posture
+    /// `at`.
+    ///
+    /// # Errors
+    /// Why there are no two contacts in a posture.
+    fn second_contact(
+        &self,
+        at: &Free<Self::Configuration>,
+        first: Contact,
+        measured: &SecondMeasured,
+    ) -> Result<TwoContacts<Self::Configuration>, NoSecondContact>;
+
+    /// Forces at a torque not much above that of the second contact.
+    fn held_forces(&self, held: &TwoContacts<Self::Configuration>, torque_nm: f32) -> HeldForces;
+}
+
+impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
+    /// The finger on its first contact after a rise of torque.
+    fn pressed_on(
+        &self,
+        at: &Free<Configuration<N>>,
+        first: Contact,
+        rise_nm: f32,
+    ) -> Result<(Pressed<N>, Configuration<N>), NoSecondContact> {
+        let led = || {
+            let mut path = self.start(&at.configuration, at.torque_nm, first)?;
+            self.continue_to(&mut path, rise_nm)?;
+            let pressed = self.pressed(&path)?;
+            Some((pressed, Configuration::of(pressed.joints_rad)?))
+        };
+        let (pressed, configuration) = led().ok_or(NoSecondContact::Unexplained)?;
+        let ranges = self.parameters.range_rad.iter();
+        let mut beyond_first = pressed.joints_rad.iter().zip(ranges).skip(1);
+        if beyond_first.any(|(rad, [_, stop_rad])| *rad > stop_rad - STOP_MARGIN_RAD) {
+            return Err(NoSecondContact::AtStop);
+        }
+        Ok((pressed, configuration))
+    }
+}
+
+impl<T: Transmission<2>, B: BaseJoint> HoldsTwice for Finger<2, T, B> {
+    fn second_contact(
+        &self,
+        at: &Free<Configuration<2>>,
+        first: Contact,
+        measured: &SecondMeasured,
+    ) -> Result<TwoContacts<Configuration<2>>, NoSecondContact> {
+        let (pressed, configuration) = self.pressed_on(at, first, measured.rise_nm)?;
+        Ok(TwoContacts {
+            first: Contact {
+                k_m: pressed.k_now_m,
+                ..first
+            },
+            phalanx: if first.phalanx == 1 { 2 } else { 1 },
+            k_m: f32::NAN,
+            sigma_m: f32::NAN,
+            configuration,
+            torque_nm: at.torque_nm + measured.rise_nm,
+            turning_per_nm: [0.0; MAX_PHALANGES],
+        })
+    }
+
+    fn held_forces(&self, held: &TwoContacts<Configuration<2>>, torque_nm: f32) -> HeldForces {
+        let distal = (held.first.phalanx == 2).then_some(held.first.k_m);
+        let known = self.held_by_both(&held.configuration, torque_nm, distal);
+        known.map_or(HeldForces::UNKNOWN, |known| HeldForces {
+            distal_moment_nm: known.distal_moment_nm,
+            distal_force_n: known.distal_force_n.unwrap_or(f32::NAN),
+            proximal_moment_nm: known.proximal_moment_nm.unwrap_or(f32::NAN),
+        })
+    }
+}
+
+impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
+    /// The phalanges compete by how likely the measured compliance is with a contact anywhere on each; where the place does
+    /// not change the compliance, by how far the measured one is from it.
+    fn second_contact(
+        &self,
+        at: &Free<Configuration<3>>,
+        first: Contact,
+        measured: &SecondMeasured,
+    ) -> Result<TwoContacts<Configuration<3>>, NoSecondContact> {
+        let (pressed, configuration) = self.pressed_on(at, first, measured.rise_nm)?;
+        let mut best = (0.0, 0, f32::NAN, f32::NAN);
+        let places = self.second_places(&at.configuration, at.torque_nm, first, measured);
+        for found in places.iter().flatten() {
+            let Candidate { phalanx, k_m, .. } = found.place;
+            // The likelihood's integral along the phalanx, about this place; in units of the compliance's deviation.
+            let length_m = self.phalanx_length_m(phalanx).unwrap_or(f32::MAX);
+            let likely = found.sigma_m / length_m;
+            if likely > best.0 && pressed.second_presses(phalanx, k_m) {
+                best = (likely, phalanx, k_m, found.sigma_m);
+            }
+        }
+        let without_place = if first.phalanx == 1 { 2 } else { 1 };
+        let [middle_m, ..] = self.parameters.lengths_m.map(|length| 0.5 * length);
+        if let Some(expected) = pressed.second_compliance(without_place, middle_m) {
+            let off = (measured.compliance_rad_per_nm - expected)
+                / measured
+                    .compliance_sigma_rad_per_nm
+                    .at_least(f32::MIN_POSITIVE);
+            let likely = NORMAL_PEAK * exp(-0.5 * (off * off).at_most(100.0));
+            if likely > best.0 {
+                best = (likely, without_place, f32::NAN, f32::NAN);
+            }
+        }
+        let (likely, phalanx, k_m, sigma_m) = best;
+        // Where the place does not matter any place leaves the same motion.
+        let k_any_m = if k_m.is_finite() { k_m } else { middle_m };
+        let turning_per_nm = pressed.turning_per_nm(phalanx, k_any_m);
+        let turning_per_nm = turning_per_nm
+            .filter(|_| likely > 0.0)
+            .ok_or(NoSecondContact::Unexplained)?;
+        Ok(TwoContacts {
+            first: Contact {
+                k_m: pressed.k_now_m,
+                ..first
+            },
+            phalanx,
+            k_m,
+            sigma_m,
+            configuration,
+            torque_nm: at.torque_nm + measured.rise_nm,
+            turning_per_nm,
+        })
+    }
+
+    fn held_forces(&self, held: &TwoContacts<Configuration<3>>, torque_nm: f32) -> HeldForces {
+        let distal_k_m = if held.first.phalanx == 3 {
+            held.first.k_m
+        } else if held.phalanx == 3 {
+            held.k_m
+        } else {
+            return HeldForces::UNKNOWN;
+        };
+        let rise_nm = torque_nm - held.torque_nm;
+        let turned = held.turning_per_nm.map(|turning| turning * rise_nm);
+        let at = held.configuration.advanced(&JointStep::of(turned));
+        let torques = (self.transmission.factors(&at))
+            .and_then(|gear| self.equivalent_torques_nm(&gear, &at, torque_nm));
+        torques.map_or(HeldForces::UNKNOWN, |[_, _, tau_3]| HeldForces {
+            distal_moment_nm: tau_3,
+            distal_force_n: tau_3 / distal_k_m,
+            proximal_moment_nm: f32::NAN,
+        })
+    }
+}
+
+impl Pressed<3> {
+    /// How the joints turn with the torque when a second contact holds too: along v = p_a x p_b.
+    fn turning_per_nm(&self, phalanx: u8, k_m: f32) -> Option<[f32; 3]> {
+        let tip = usize::from(phalanx).checked_sub(1)?;
+        let second = contact_arms(&self.lengths_m, &self.turn, tip, k_m);
+        let v = cross(&self.arms_m, &second);
+        let energy: f32 = (self.stiffness_nm_per_rad.iter().zip(v))
+            .map(|(row, v_row)| v_row * dot(row, &v))
+            .sum();
+        let share = dot(&self.x, &v) / energy;
+        share.is_finite().then(|| v.map(|v| share * v))
+    }
+}

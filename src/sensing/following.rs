@@ -1,0 +1,407 @@
+//! What follows the first contact of a closing: a second one, and how the object is held at its end.
+//!
+//! Chosen by type: [`FirstContactOnly`] carries nothing, [`Follow`] listens beside the [`Sensor`]. It cuts blocks of its own
+//! from the same samples, takes the sensor's friction record off and searches them for an [`Elbow`]. A second contact is told
+//! after the sensor's last word on the first, because its phalanx and the posture follow from that.
+
+use core::fmt::Debug;
+
+use crate::finger::{
+    Contact, HeldForces, HoldsTwice, Mechanics, NoSecondContact, SecondMeasured, TwoContacts,
+};
+use crate::joint_sensor::JointSensor;
+use crate::numeric::{Bounded, sqrt};
+use crate::sensing::block::{Block, BlockAverager, BlockUpdate};
+use crate::sensing::location::SeriesElement;
+use crate::sensing::second::{Elbow, SecondContact};
+use crate::sensing::{Directive, Drive, Event, NotLocated, Sample, Sensor};
+
+/// Share of the torque limit at which a closing is judged for good, as for the first contact.
+const ENOUGH: f32 = 0.95;
+/// Without a block of steady motion for so long the finger stands, microseconds.
+const STANDS_US: u64 = 250_000;
+
+/// How an object is held at the end of a closing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Grip {
+    /// One contact was felt.
+    Single,
+    /// Two, and the finger still gives way between them.
+    TwoContacts,
+    /// Two, and nothing but the cable gives way: the object is held between the phalanges, or against the palm.
+    Enveloped,
+}
+
+/// An event after the first contact. Lengths in metre, torques at the input link in newton metre, NaN where not known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Followed {
+    /// A second contact.
+    SecondContact {
+        /// Phalanx of it; 0 where the first contact does not tell.
+        phalanx: u8,
+        /// Place from the phalanx's joint, on three phalanges.
+        k_m: f32,
+        /// Standard deviation of `k_m`.
+        sigma_m: f32,
+        /// Angle of the input link then, radian, the cable's twist included.
+        theta_a_rad: f32,
+        /// Torque above friction then.
+        torque_nm: f32,
+        /// Stiffness of finger and cable afterwards, newton metre per radian.
+        stiffness_nm_per_rad: f32,
+        /// Its standard deviation.
+        stiffness_sigma_nm_per_rad: f32,
+    },
+    /// The closing is over: how the object is held. The last word on a grasp.
+    Grasp {
+        /// How.
+        grip: Grip,
+        /// Torque above friction at the end.
+        torque_nm: f32,
+        /// What statics determines of two contacts at that torque.
+        forces: HeldForces,
+    },
+}
+
+/// What comes after the first contact: [`FirstContactOnly`] or [`Follow`].
+pub trait AfterContact<F: Mechanics>: Clone + Debug + Default {
+    /// Whether anything does: the closing then goes on after the first contact is judged.
+    const FOLLOWS: bool;
+
+    /// What the samples from now on are good for; call after the sensor's own.
+    fn direct(&mut self, directive: Directive);
+
+    /// Takes a sample that the sensor has taken, and what that told; returns at most one event.
+    fn sample<H: JointSensor, X: SeriesElement>(
+        &mut self,
+        sensor: &mut Sensor<F, H, X>,
+        sample: &Sample<H::Reading>,
+        told: Option<&Event>,
+    ) -> Option<Followed>;
+}
+
+/// Nothing: what the sensor says of the first contact is the last word. No size.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FirstContactOnly;
+
+impl<F: Mechanics> AfterContact<F> for FirstContactOnly {
+    const FOLLOWS: bool = false;
+
+    fn direct(&mut self, _: Directive) {}
+
+    fn sample<H: JointSensor, X: SeriesElement>(
+        &mut self,
+        _: &mut Sensor<F, H, X>,
+        _: &Sample<H::Reading>,
+        _: Option<&Event>,
+    ) -> Option<Followed> {
+        None
+    }
+}
+
+/// The first contact as the sensor's last word has it.
+#[derive(Clone, Copy, Debug)]
+enum First {
+    /// The last word is still to come.
+    Awaited,
+    /// A contact without a place.
+    Unplaced,
+    /// Where, and the deviation.
+    At(Contact, f32),
+}
+
+/// A closing in contact.
+#[derive(Clone, Debug)]
+struct Closing<C> {
+    search: SecondContact,
+    /// Angle of the input link at the onset, radian.
+    onset_rad: f32,
+    /// What the record's level was off by at the onset, newton metre at the input link.
+    level_nm: f32,
+    /// When the last block was, its torque above friction, and with what the springs of the free finger take.
+    last_us: u64,
+    excess_nm: f32,
+    torque_nm: f32,
+    elbow: Option<Elbow>,
+    /// Nothing more is looked for: the elbow was found, or the finger stands.
+    is_over: bool,
+    first: First,
+    grip: Grip,
+    held: Option<TwoContacts<C>>,
+}
+
+/// Looks for a second contact of a finger that [holds twice](HoldsTwice), and tells how the object is held.
+#[derive(Clone, Debug)]
+pub struct Follow<F: Mechanics> {
+    averager: BlockAverager,
+    watches: bool,
+    /// Torque above the record in the last two blocks, newton metre at the input link.
+    before_nm: [f32; 2],
+    closing: Option<Closing<F::Configuration>>,
+}
+
+impl<F: Mechanics> Default for Follow<F> {
+    fn default() -> Self {
+        Self {
+            averager: BlockAverager::default(),
+            watches: false,
+            before_nm: [f32::NAN; 2],
+            closing: None,
+        }
+    }
+}
+
+impl<F: HoldsTwice + Clone + Debug> AfterContact<F> for Follow<F> {
+    const FOLLOWS: bool = true;
+
+    fn direct(&mut self, directive: Directive) {
+        self.watches = matches!(directive, Directive::Watch);
+        if self.watches {
+            self.before_nm = [f32::NAN; 2];
+            self.closing = None;
+        } else if let Some(closing) = &mut self.closing {
+            // The last word is still to be said.
+            closing.is_over = true;
+        }
+    }
+
+    #[inline(never)]
+    fn sample<H: JointSensor, X: SeriesElement>(
+        &mut self,
+        sensor: &mut Sensor<F, H, X>,
+        sample: &Sample<H::Reading>,
+        told: Option<&Event>,
+    ) -> Option<Followed> {
+        let step = (self.averager).push(sample, sensor.drivetrain(), sensor.settings());
+        if let BlockUpdate::Block(block) = step
+            && self.watches
+            && block.drive == Drive::Closing
+        {
+            self.take(sensor, &block);
+        }
+        if let Some(event) = told {
+            self.hear(sensor, sample.time_us, event);
+        }
+        self.judge(sensor, sample.time_us)
+    }
+}
+
+impl<F: HoldsTwice + Clone + Debug> Follow<F> {
+    /// A block of a closing.
+    fn take<H: JointSensor, X: SeriesElement>(
+        &mut self,
+        sensor: &mut Sensor<F, H, X>,
+        block: &Block,
+    ) {
+        let Some(residual) = sensor.residual(block) else {
+            return;
+        };
+        let efficiency = sensor.drivetrain().efficiency;
+        let above_nm = efficiency * residual.torque_nm;
+        let [_, last_nm] = self.before_nm;
+        self.before_nm = [last_nm, above_nm];
+        let Some(closing) = &mut self.closing else {
+            return;
+        };
+        let angle_rad = sensor.drivetrain().closing_rad(block.counts);
+        let free_nm = sensor.free_at(angle_rad).map_or(0.0, |free| free.torque_nm);
+        let factor = sensor.calibration().torque_factor;
+        closing.last_us = block.time_us;
+        closing.excess_nm = above_nm - closing.level_nm;
+        closing.torque_nm = factor * closing.excess_nm + free_nm;
+        if closing.is_over {
+            return;
+        }
+        if sensor.is_at_stop(angle_rad, closing.excess_nm) {
+            closing.is_over = true;
+        } else {
+            let share = factor * efficiency;
+            let variance_nm2 = share * share * residual.variance_nm2;
+            closing.elbow = (closing.search).push(angle_rad, closing.torque_nm, variance_nm2);
+            closing.is_over = closing.elbow.is_some()
+                || closing.excess_nm >= ENOUGH * sensor.settings().torque_limit_nm;
+        }
+        if closing.is_over {
+            sensor.conclude();
+        }
+    }
+
+    /// What the sensor tells of the first contact.
+    fn hear<H: JointSensor, X: SeriesElement>(
+        &mut self,
+        sensor: &Sensor<F, H, X>,
+        now_us: u64,
+        event: &Event,
+    ) {
+        let settings = sensor.settings();
+        let first = match *event {
+            Event::Touch {
+                theta_a_rad,
+                torque_nm,
+                ..
+            } if self.watches => {
+                // The sensor tells the torque of the block before the last.
+                let [before_nm, _] = self.before_nm;
+                self.closing = Some(Closing {
+                    search: SecondContact::new(f32::INFINITY),
+                    onset_rad: theta_a_rad,
+                    level_nm: before_nm - torque_nm,
+                    last_us: now_us,
+                    excess_nm: torque_nm,
+                    torque_nm,
+                    elbow: None,
+                    is_over: false,
+                    first: First::Awaited,
+                    grip: Grip::Single,
+                    held: None,
+                });
+                return;
+            }
+            Event::Located {
+                phalanx,
+                k_m,
+                sigma_m,
+                radius_m,
+                settled: true,
+                ..
+            } => {
+                let nominal_m = settings.half_thickness_m + settings.pin_radius_m;
+                let contact = Contact {
+                    phalanx,
+                    k_m,
+                    radius_m: if radius_m.is_finite() {
+                        radius_m
+                    } else {
+                        nominal_m
+                    },
+                };
+                First::At(contact, sigma_m)
+            }
+            Event::NotLocated {
+                why: NotLocated::Proximal,
+                ..
+            } => {
+                let length_m = sensor.finger().phalanx_length_m(1).unwrap_or(f32::NAN);
+                let contact = Contact {
+                    phalanx: 1,
+                    // Joint 1 stands wherever the contact is.
+                    k_m: 0.5 * length_m,
+                    radius_m: 0.0,
+                };
+                First::At(contact, 0.0)
+            }
+            Event::Ambiguous { settled: true, .. } | Event::NotLocated { .. } => First::Unplaced,
+            _ => return,
+        };
+        if let Some(closing) = &mut self.closing {
+            closing.first = first;
+        }
+    }
+
+    /// Says what is due.
+    fn judge<H: JointSensor, X: SeriesElement>(
+        &mut self,
+        sensor: &mut Sensor<F, H, X>,
+        now_us: u64,
+    ) -> Option<Followed> {
+        let closing = self.closing.as_mut()?;
+        if !closing.is_over {
+            if now_us.saturating_sub(closing.last_us) > STANDS_US {
+                closing.is_over = true;
+                sensor.conclude();
+            }
+            return None;
+        }
+        if matches!(closing.first, First::Awaited) {
+            return None;
+        }
+        if let Some(elbow) = closing.elbow.take()
+            && let Some(second) = closing.second_contact(sensor, &elbow)
+        {
+            return Some(second);
+        }
+        let forces = (closing.held.as_ref()).map_or(HeldForces::UNKNOWN, |held| {
+            sensor.finger().held_forces(held, closing.torque_nm)
+        });
+        let over = Followed::Grasp {
+            grip: closing.grip,
+            torque_nm: closing.excess_nm,
+            forces,
+        };
+        self.closing = None;
+        Some(over)
+    }
+}
+
+impl<C: Copy> Closing<C> {
+    /// Whether an elbow is a second contact, and what is known of it.
+    fn second_contact<F, H: JointSensor, X: SeriesElement>(
+        &mut self,
+        sensor: &Sensor<F, H, X>,
+        elbow: &Elbow,
+    ) -> Option<Followed>
+    where
+        F: HoldsTwice + Mechanics<Configuration = C>,
+    {
+        let calibration = sensor.calibration();
+        let (cable, cable_sigma) = if X::FLEXIBLE {
+            (
+                calibration.cable_rad_per_nm,
+                calibration.cable_sigma_rad_per_nm,
+            )
+        } else {
+            (0.0, 0.0)
+        };
+        // What is not known of the torque is not known of the slope.
+        let slope_sigma = calibration.torque_factor_sigma * elbow.after_nm_per_rad;
+        let elbow = Elbow {
+            after_sigma_nm_per_rad: sqrt(
+                elbow.after_sigma_nm_per_rad * elbow.after_sigma_nm_per_rad
+                    + slope_sigma * slope_sigma,
+            ),
+            ..*elbow
+        };
+        let (compliance_rad_per_nm, compliance_sigma_rad_per_nm) =
+            elbow.compliance(cable, cable_sigma);
+        let is_rigid = elbow.is_rigid(cable, cable_sigma);
+        // With two phalanges both in contact nothing is left to move.
+        if !is_rigid && F::PHALANGES == 2 {
+            return None;
+        }
+        let held = match self.first {
+            First::At(contact, first_sigma_m) => {
+                let free = sensor.free_at(self.onset_rad)?;
+                let measured = SecondMeasured {
+                    rise_nm: (elbow.torque_nm - free.torque_nm).at_least(0.0),
+                    compliance_rad_per_nm,
+                    compliance_sigma_rad_per_nm,
+                    first_sigma_m,
+                };
+                match sensor.finger().second_contact(&free, contact, &measured) {
+                    Ok(held) => Some(held),
+                    Err(NoSecondContact::AtStop) => return None,
+                    Err(NoSecondContact::Unexplained) => None,
+                }
+            }
+            First::Awaited | First::Unplaced => None,
+        };
+        self.grip = if is_rigid {
+            Grip::Enveloped
+        } else {
+            Grip::TwoContacts
+        };
+        self.held = held;
+        let (phalanx, k_m, sigma_m) = held.map_or((0, f32::NAN, f32::NAN), |held| {
+            (held.phalanx, held.k_m, held.sigma_m)
+        });
+        Some(Followed::SecondContact {
+            phalanx,
+            k_m,
+            sigma_m,
+            theta_a_rad: elbow.theta_a_rad,
+            torque_nm: elbow.torque_nm,
+            stiffness_nm_per_rad: elbow.after_nm_per_rad,
+            stiffness_sigma_nm_per_rad: elbow.after_sigma_nm_per_rad,
+        })
+    }
+}

@@ -1,0 +1,41 @@
+//! What a program beside the sensor asks it: the record's share of a block, the free finger, an early end of a contact.
+
+use super::{Sensor, Stage};
+use crate::finger::{Free, Mechanics};
+use crate::joint_sensor::JointSensor;
+use crate::sensing::Drivetrain;
+use crate::sensing::block::Block;
+use crate::sensing::detector::Residual;
+use crate::sensing::location::SeriesElement;
+
+impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
+    /// The drivetrain.
+    pub fn drivetrain(&self) -> &Drivetrain {
+        &self.state.drivetrain
+    }
+
+    /// What the friction record leaves of a block's torque; `None` without a record, or too far beyond it.
+    pub fn residual(&self, block: &Block) -> Option<Residual> {
+        self.state
+            .corrected(block)
+            .map(|corrected| corrected.residual())
+    }
+
+    /// Posture and torque of the free finger at a measured angle, the cable's twist included.
+    pub fn free_at(&self, measured_rad: f32) -> Option<Free<F::Configuration>> {
+        self.state.free(measured_rad)
+    }
+
+    /// Whether the input link, behind the cable, is at the closing stop: there the cable alone gives way. `excess_nm` is the
+    /// torque above friction.
+    pub fn is_at_stop(&self, measured_rad: f32, excess_nm: f32) -> bool {
+        self.state.is_at_stop(measured_rad, excess_nm)
+    }
+
+    /// No more of this contact is to be judged: the last word on it follows.
+    pub fn conclude(&mut self) {
+        if let Stage::Contact(contact) = &mut self.stage {
+            contact.end();
+        }
+    }
+}

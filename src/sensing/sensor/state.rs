@@ -1,0 +1,141 @@
+//! State that every stage of the sensor shares: finger, drivetrain, friction record, calibration, and the events to report.
+
+use super::contact::CurveCollector;
+use crate::finger::{Free, Mechanics};
+use crate::joint_sensor::JointSensor;
+use crate::numeric::sqrt;
+use crate::sensing::curve::{Curve, Point};
+use crate::sensing::location::SeriesElement;
+use crate::sensing::locator::{self, Data, Place, Prior};
+use crate::sensing::{Calibration, Directive, Drivetrain, Event, Friction, Settings};
+use core::marker::PhantomData;
+use heapless::Deque;
+
+/// What is not known of how a spring is held by the weight, as a share.
+const HELD_SHARE: f32 = 0.3;
+/// How well a pin is placed by hand or by a gauge, metre (R, chosen).
+const PIN_SIGMA_M: f32 = 0.3e-3;
+
+/// See the module documentation.
+// Fields in this order because a load with an immediate offset reaches only the first bytes: what every block needs comes
+// first, tables last.
+#[derive(Clone, Debug)]
+#[repr(C)]
+pub(super) struct SensorState<F: Mechanics, H: JointSensor, X: SeriesElement> {
+    pub(super) finger: F,
+    pub(super) drivetrain: Drivetrain,
+    pub(super) settings: Settings,
+    pub(super) calibration: Calibration,
+    pub(super) directive: Directive,
+    /// Whether this closing has already reported that the friction record no longer fits.
+    pub(super) stale_told: bool,
+    /// The free finger's posture at the last block: start value of the next solution.
+    pub(super) posture: F::Configuration,
+    pub(super) reading: H::Reading,
+    /// Encoder position of the last sample.
+    pub(super) position_counts: i32,
+    /// Change of theta_2 since contact, as the last verdict took it into account.
+    pub(super) joint_change: H::Reading,
+    pub(super) events: Deque<Event, 4>,
+    pub(super) friction: Option<Friction>,
+    /// Add this to an encoder position to get the record's, counts; `None` while a record from before a restart is not aligned.
+    pub(super) shift_counts: Option<i32>,
+    /// Its standard deviation, counts.
+    pub(super) shift_sigma_counts: f32,
+    /// Angle of the input link at the last block of a closing, radian, and the residual torque there, newton metre.
+    pub(super) last_residual: Option<(f32, f32)>,
+    series: PhantomData<X>,
+}
+
+impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
+    pub(super) fn new(
+        finger: F,
+        drivetrain: Drivetrain,
+        settings: Settings,
+        calibration: Calibration,
+    ) -> Self {
+        let posture = finger.rest();
+        Self {
+            finger,
+            drivetrain,
+            settings,
+            calibration,
+            directive: Directive::Rest,
+            friction: None,
+            shift_counts: Some(0),
+            shift_sigma_counts: 0.0,
+            last_residual: None,
+            stale_told: false,
+            posture,
+            reading: H::Reading::default(),
+            position_counts: 0,
+            joint_change: H::Reading::default(),
+            events: Deque::new(),
+            series: PhantomData,
+        }
+    }
+
+    /// Whether the finger is driven against the closing stop, to calibrate the cable.
+    pub(super) fn presses_stop(&self) -> bool {
+        matches!(self.directive, Directive::CalibrateCable)
+    }
+
+    pub(super) fn travel_counts(&self) -> i32 {
+        // The cast saturates if a setting is absurd.
+        (self.settings.travel_rad / self.drivetrain.rad_per_count) as i32
+    }
+
+    pub(super) fn tell(&mut self, event: Event) {
+        // Four wait at most: a touch, a location, staleness and a calibration. A fifth would repeat one of them.
+        let _ = self.events.push_back(event);
+    }
+
+    /// Posture and torque of the free finger at a measured angle.
+    pub(super) fn free(&self, measured_rad: f32) -> Option<Free<F::Configuration>> {
+        locator::free_behind_cable::<F, X>(
+            &self.finger,
+            measured_rad,
+            &self.calibration,
+            &self.posture,
+        )
+    }
+
+    /// What the locator assumes of a contact before it fits the curve.
+    pub(super) fn prior(&self, collector: &CurveCollector<H::Reading>) -> Prior<X> {
+        let settings = &self.settings;
+        let [joint_nm, joint_sigma_nm] = settings.joint_friction_nm;
+        let held_nm = HELD_SHARE * collector.held_nm;
+        Prior {
+            place: match self.directive {
+                Directive::Calibrate { phalanx, k_m } => Place::Known {
+                    phalanx,
+                    k_m,
+                    sigma_m: PIN_SIGMA_M,
+                    radius_m: settings.pin_radius_m + settings.half_thickness_m,
+                },
+                Directive::CalibrateCable => Place::Stop,
+                _ => Place::Anywhere,
+            },
+            half_thickness_m: settings.half_thickness_m,
+            friction: settings.contact_friction,
+            joint_nm: [
+                joint_nm + collector.held_nm,
+                sqrt(joint_sigma_nm * joint_sigma_nm + held_nm * held_nm),
+            ],
+            weight_nm: collector.weight[0],
+            onset_rad: collector.onset_rad,
+            calibration: self.calibration,
+            noise: collector.noise,
+            series: PhantomData,
+        }
+    }
+
+    /// The curve as the locator has it.
+    pub(super) fn data<'a>(&'a self, curve: &Curve, points: &'a [Point]) -> Data<'a> {
+        Data {
+            points,
+            origin_rad: self.drivetrain.closing_rad(curve.origin_counts()),
+            drivetrain: &self.drivetrain,
+        }
+    }
+}
