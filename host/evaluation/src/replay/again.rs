@@ -197,7 +197,10 @@ fn compare(live: &[(usize, &str)], said: &[(usize, Said)], rows: usize) -> Compa
             }
             (Some((at, line)), None) => format!("live '{line}' at row {at}, not said again"),
             (None, Some((row, event))) => {
-                format!("not live, again '{}' at row {row}", super::line(&event.fields()))
+                format!(
+                    "not live, again '{}' at row {row}",
+                    super::line(&event.fields())
+                )
             }
             (None, None) => continue,
         };
