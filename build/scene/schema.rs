@@ -52,7 +52,8 @@ use Kind::{Flag, Number, PerPhalanx, PerPulley, PerStage, Text, Words};
 #[rustfmt::skip]
 pub(super) const KEYS: &[Key] = &[
     must("title", Text),
-    must("finger.length_m", PerPhalanx(1e-3, 10.0)),
+    // From a miniature gripper to a harvesting hand; millimetres or a lost zero (0.8 for 0.08) fall outside.
+    must("finger.length_m", PerPhalanx(5e-3, 0.5)),
     must("finger.spring_nm_per_rad", PerPhalanx(0.0, 1e3)),
     must("finger.rest_deg", PerPhalanx(-90.0, 180.0)),
     must("finger.joint_min_deg", PerPhalanx(-180.0, 180.0)),

@@ -4,12 +4,12 @@
 //! | module | what it does |
 //! |---|---|
 //! | [`cortex`] | the core: instruction engine, exceptions, interrupt controller, instruction counts |
-//! | [`chip`] | a file a peripheral; an access nobody modelled is an error with a name |
+//! | [`chip`] | one file per peripheral; an access that is not modelled is an error that names it |
 //! | [`world`] | the plant at the pins |
 //! | [`firmware`], [`rtt`], [`log`] | the image, the debug probe's ring buffers, decoded log lines |
-//! | [`machine`] | all of it, run in virtual time |
+//! | [`machine`] | all parts together, run in virtual time |
 //! | [`sim`] | simulated grasps: object, script, verdict, trace |
-//! | [`clients`] | tools of others: RTT over TCP, a port for GDB |
+//! | [`clients`] | standard tools: RTT over TCP, a port for GDB |
 //!
 //! Nothing here was checked against silicon. Time has the granularity of a straight run of instructions, and
 //! [`time::CYCLES_PER_INSTRUCTION`] is assumed; instruction counts are exact.
@@ -32,7 +32,7 @@ pub use machine::{Machine, Pause, Setup};
 
 use std::path::PathBuf;
 
-/// Why an emulation could not go on.
+/// Why an emulation cannot continue.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file cannot be read.
@@ -62,7 +62,7 @@ pub enum Error {
         /// What is wrong.
         why: String,
     },
-    /// The firmware did something whose outcome is not modelled.
+    /// The firmware did something whose result is not modelled.
     #[error("at {time_s:.6} s, {place}: {misuse}")]
     Misuse {
         /// What.

@@ -9,7 +9,7 @@ use crate::monitor;
 use crate::mujoco;
 use crate::new_scene;
 use crate::own_finger;
-use crate::process::{Failure, Outcome, cargo, run, step};
+use crate::process::{Failure, Outcome, cargo, run, step, target_dir};
 
 /// Takes `--name VALUE` or `--name=VALUE` out of the arguments.
 pub fn take(arguments: &mut Vec<String>, name: &str) -> Outcome<Option<String>> {
@@ -256,6 +256,7 @@ pub fn check(arguments: &[String]) -> Outcome {
         ..Build::default()
     }
     .clippy()?;
+    fuzz_targets()?;
     // As the lints: of the same features, so that dependencies are checked once.
     step(
         "documentation, host",
@@ -281,6 +282,21 @@ pub fn check(arguments: &[String]) -> Outcome {
     sizes(&images)?;
     let elfs: Vec<PathBuf> = images.into_iter().map(|(_, elf)| elf).collect();
     reach(&elfs)
+}
+
+/// Lints the fuzz targets, a workspace of their own. Fuzzing needs a nightly toolchain, this does not.
+fn fuzz_targets() -> Outcome {
+    let manifest = ["clippy", "--manifest-path", "fuzz/Cargo.toml"];
+    let folder = target_dir().join("fuzz");
+    step(
+        "lints, fuzz targets",
+        cargo(manifest)
+            .arg("--target-dir")
+            .arg(folder)
+            // A library of one's own, which nothing links here: libFuzzer's would ask for a C++ compiler.
+            .env("CUSTOM_LIBFUZZER_PATH", "none/libfuzzer.a")
+            .args(LINTS),
+    )
 }
 
 /// Proves of images that their control interrupt cannot panic, allocate or log.

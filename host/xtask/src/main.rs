@@ -144,7 +144,7 @@ const COMMANDS: &[Command] = &[
     Command {
         name: "check",
         arguments: "",
-        summary: "formatting, lints, documentation, a new user's finger, size, no panic in the control interrupt",
+        summary: "formatting, lints (fuzz targets too), documentation, a new user's finger, size, no panic in the control interrupt",
         example: "check",
         run: commands::check,
     },

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! `faults`: every fault into the running firmware, as a table.
+//! `faults`: injects every fault into the running firmware and prints a table.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -46,7 +46,7 @@ pub struct Options {
     json: bool,
 }
 
-/// A run with or without a fault, and what came of it.
+/// A run with or without a fault, with its result.
 type Row = (Option<Injected>, Result<Judgement, Error>);
 
 /// Runs them all.
@@ -161,7 +161,7 @@ struct Printer {
 const PERIOD_CYCLES: f64 = 8500.0;
 
 impl Printer {
-    /// What the control interrupt costs at worst, over all runs.
+    /// Worst case of the control interrupt over all runs.
     fn print_control(&self) {
         let worst = self.control.max;
         let share = |cycles: u64| 100.0 * cycles as f64 / PERIOD_CYCLES;

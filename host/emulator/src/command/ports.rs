@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! The ports that a run was asked to open.
+//! Ports for clients of a run.
 
 use palpate_emulator::Error;
 use palpate_emulator::clients::gdb::GdbServer;
@@ -8,7 +8,7 @@ use palpate_emulator::clients::rtt::RttServer;
 use palpate_emulator::clients::serial::Serial;
 use palpate_emulator::sim::Session;
 
-/// Those in use.
+/// Open ports.
 pub struct Ports<'f> {
     rtt: Option<RttServer>,
     gdb: Option<GdbServer<'f>>,
@@ -17,7 +17,7 @@ pub struct Ports<'f> {
 }
 
 impl<'f> Ports<'f> {
-    /// Opens them, and says where they are.
+    /// Opens the requested ports and prints their addresses.
     pub fn open(rtt: Option<u16>, gdb: Option<u16>, serial: bool) -> Result<Self, Error> {
         let ports = Self {
             rtt: rtt.map(RttServer::listen).transpose()?,

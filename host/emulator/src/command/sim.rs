@@ -153,7 +153,7 @@ fn parameters(options: &Options) -> Result<Parameters, Error> {
         .of(&options.scene)?)
 }
 
-/// What the user does: the guided calibration, the commands, or the button.
+/// The user's script: the guided calibration, the commands, or the button.
 fn script(options: &Options) -> Script {
     let mut script = match &options.commands {
         _ if !options.calibrate.is_empty() => Script::calibration(&options.calibrate),
@@ -168,7 +168,7 @@ fn script(options: &Options) -> Script {
     script
 }
 
-/// Flash contents of an earlier run, if there was one.
+/// Flash contents of an earlier run, if the file exists.
 fn flash(path: Option<&Path>) -> Result<Option<Vec<u8>>, Error> {
     match path {
         Some(path) if path.exists() => {
@@ -312,7 +312,7 @@ impl Pace {
         }
     }
 
-    /// Counts from now on: what was held does not hurry afterwards.
+    /// Restarts the pace, so that time in which the core was halted is not caught up.
     fn restart(&mut self, time_s: f64) {
         (self.from, self.from_s) = (Instant::now(), time_s);
     }
@@ -344,7 +344,7 @@ impl Typed {
         Self { lines, open: true }
     }
 
-    /// Standard input has not ended.
+    /// Whether standard input is still open.
     fn open(&self) -> bool {
         self.open
     }
@@ -364,7 +364,7 @@ impl Typed {
     }
 }
 
-/// The fault, once, when its time has come.
+/// The fault, once, when it is due.
 fn due(fault: &mut Option<Injected>, time_s: f64) -> Option<Injected> {
     fault.take_if(|fault| fault.at_s <= time_s)
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! Exception entry and return, which the engine leaves to its host.
+//! Exception entry and return, which the engine does not implement.
 
 use unicorn_engine::{RegisterARM as R, uc_error};
 
@@ -12,7 +12,7 @@ const CORE_FRAME: [R; 8] = [R::R0, R::R1, R::R2, R::R3, R::R12, R::LR, R::PC, R:
 const FP_FRAME: [R; 8] = [R::D0, R::D1, R::D2, R::D3, R::D4, R::D5, R::D6, R::D7];
 const FPCA: u32 = 4;
 const SPSEL: u32 = 2;
-/// Bit of the stacked xPSR: four bytes were left free to align the frame.
+/// Bit of the stacked xPSR: the frame was aligned by four bytes.
 const ALIGNED: u32 = 1 << 9;
 const THUMB: u32 = 1 << 24;
 
@@ -205,7 +205,7 @@ impl Engine {
         self.escalate(number)
     }
 
-    /// Takes a fault exception, escalated to HardFault where it is disabled or not urgent enough.
+    /// Takes a fault exception, escalated to HardFault if it is disabled or its priority is too low.
     pub(crate) fn escalate(&mut self, number: u16) -> Result<(), uc_error> {
         let masked = self.register(R::PRIMASK)? & 1 != 0;
         let faultmask = self.register(R::FAULTMASK)? & 1 != 0;
@@ -243,7 +243,7 @@ impl Engine {
         core.scs[CFSR] |= 1 << 12;
         core.scs[HFSR] |= 1 << 30;
         if entered == exception::HARD_FAULT || core.nvic.preemption(entered) < 0 {
-            // The chip would run the handler until it touches the stack; the vector is taken all the same.
+            // The chip would run the handler until it accesses the stack, so the vector is taken anyway.
             return Ok(());
         }
         // The failing exception stays pending; HardFault comes first.

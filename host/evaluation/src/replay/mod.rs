@@ -25,7 +25,7 @@ use palpate::sensing::{
     AfterContact, Calibration, Directive, Event, Followed, NoJointSensor, Sensor, SeriesElement,
 };
 
-use crate::recordings::protocol::{FLUSH, Speeds};
+use crate::recordings::protocol::{Speeds, idle_after};
 use crate::trace::PERIOD_US;
 
 /// Where the recording of friction was found.
@@ -165,7 +165,7 @@ pub fn replay<S: Scene>(samples: &[Sample], before: &Beforehand, purpose: Direct
         take_after(&mut sensor, sample, before, &told);
         last_us = Some(sample.time_us);
     }
-    for idle in after_end(samples) {
+    for idle in idle_after(samples) {
         let before = told.len();
         take(&mut sensor, &idle, &mut told);
         take_after(&mut sensor, &idle, before, &told);
@@ -214,23 +214,9 @@ fn flush<F: Mechanics, X: SeriesElement>(
     samples: &[Sample],
     told: &mut Vec<Told>,
 ) {
-    for idle in after_end(samples) {
+    for idle in idle_after(samples) {
         take(sensor, &idle, told);
     }
-}
-
-/// Samples of a motor at rest after the recording's end: what the sensing judges comes with them.
-fn after_end(samples: &[Sample]) -> impl Iterator<Item = Sample> + use<> {
-    let last = samples.last().copied();
-    (1..=FLUSH).filter_map(move |step| {
-        let last = last?;
-        Some(Sample {
-            time_us: last.time_us + step * PERIOD_US,
-            drive: Drive::Idle,
-            current_a: 0.0,
-            ..last
-        })
-    })
 }
 
 /// Lets the sensor record friction. An opening may have another speed than the closings: the sensing is told that speed while
