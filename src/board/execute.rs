@@ -14,7 +14,9 @@ use palpate::app::log::{self, Log};
 use palpate::app::storage::record::{self, Record};
 use palpate::app::storage::store::{Found, Writer};
 use palpate::drive::Fault;
+use palpate::drive::identify::Identified;
 use palpate::drive::sequence::{Notice, Refused};
+use palpate::scene::Scene;
 
 use super::Shared;
 use super::console::{self, Parsed};
@@ -37,6 +39,8 @@ pub enum Loaded {
     Restored {
         /// What the user has set.
         overrides: Overrides,
+        /// What was identified of the motor.
+        identified: Option<Identified>,
         /// Whether friction is known.
         notice: Notice,
     },
@@ -51,9 +55,12 @@ pub fn load(storage: &mut Storage, sensing: &Shared<ContactSensing<Active>>) -> 
         Found::Nothing => (Loaded::Nothing, "none"),
         Found::Unreadable => (Loaded::Nothing, "unreadable"),
         Found::Record { bytes, newest } => {
-            let restored = Record::decode(bytes, SCENE_ID, |record| Loaded::Restored {
-                overrides: *record.overrides,
-                notice: sensing.lock(|sensing| sensing.borrow_mut().restore(record)),
+            let restored = Record::decode::<{ Active::IDENTIFIES }, _>(bytes, SCENE_ID, |record| {
+                Loaded::Restored {
+                    overrides: *record.overrides,
+                    identified: record.identified.copied(),
+                    notice: sensing.lock(|sensing| sensing.borrow_mut().restore(record)),
+                }
             });
             match restored {
                 Ok(restored) => (restored, if newest { "loaded" } else { "older" }),
@@ -101,6 +108,10 @@ pub async fn execute(
         }
         if action == Action::SelfTest {
             application.selftest(&mut port, &mut answer).await;
+        }
+        #[cfg(identify)]
+        if action == Action::Identify {
+            application.identify(&mut port, &mut answer).await;
         }
         let mut row = 0;
         loop {
@@ -151,7 +162,7 @@ impl Application {
                 self.status(answer);
                 ""
             }
-            Action::SelfTest => "",
+            Action::SelfTest | Action::Identify => "",
             Action::Help | Action::Show | Action::Save | Action::Factory => {
                 self.list(answer, action, 0);
                 ""
@@ -164,15 +175,17 @@ impl Application {
     /// Encodes what is to be kept.
     #[inline(never)]
     fn encode(self, put: &mut dyn FnMut(u8)) {
-        let overrides = self
-            .coordinator
-            .lock(|coordinator| *coordinator.borrow().overrides());
+        let (overrides, identified) = self.coordinator.lock(|coordinator| {
+            let coordinator = coordinator.borrow();
+            (*coordinator.overrides(), coordinator.identified().copied())
+        });
         self.sensing.lock(|sensing| {
             let sensing = sensing.borrow();
             let record = Record {
                 overrides: &overrides,
                 calibration: sensing.calibration(),
                 friction: sensing.sensor().friction(),
+                identified: identified.as_ref(),
             };
             record.encode(SCENE_ID, put);
         });
@@ -251,6 +264,7 @@ fn refuse(answer: &mut Answer, refused: Refused) {
         Refused::Busy(state) => (state.name(), " is going on: stop first"),
         Refused::NoFault => ("no fault", " is latched"),
         Refused::NoFriction => ("no friction", " is recorded: record-friction first"),
+        Refused::NotFitted => ("identify", " is not in this scene: set identify.fitted"),
         Refused::NoCable => ("no cable", " is in this scene: use a pin"),
     };
     let _ = write!(answer, "refused: {what}{why}");

@@ -8,7 +8,7 @@ use clap::Args;
 use palpate::sample::{Drive, Sample};
 use palpate::scene::Scene;
 use palpate::sensing::{Directive, Event};
-use palpate_evaluation::replay::{self, Beforehand, Comparison, Source};
+use palpate_evaluation::replay::{self, Comparison, Preparation, Source};
 use palpate_evaluation::trace::Streamed;
 use palpate_evaluation::{recordings, trace};
 use serde_json::{Value, json};
@@ -260,14 +260,14 @@ fn all<S: Scene>(options: &Options) -> Result<(), Box<dyn Error>> {
             },
             None => Directive::CalibrateCable,
         };
-        let before = Beforehand {
+        let before = Preparation {
             // A recording that calibrates holds its own free motion, or else that of --friction serves.
             friction: None,
             calibration,
         };
         let mut found = replay::replay::<S>(&recorded, &before, purpose);
         if matches!(found.friction, Source::None(_)) && record.is_some() {
-            let before = Beforehand {
+            let before = Preparation {
                 friction: record.as_deref(),
                 calibration,
             };
@@ -284,7 +284,7 @@ fn all<S: Scene>(options: &Options) -> Result<(), Box<dyn Error>> {
         }
     }
     let recorded = samples(&options.file, options)?;
-    let before = Beforehand {
+    let before = Preparation {
         friction: record.as_deref(),
         calibration,
     };

@@ -5,7 +5,7 @@ use crate::parameters::Parameters;
 
 /// Result of a step of the bridge.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Step {
+pub(crate) struct BridgeOutput {
     /// Mean winding current over the step, ampere, closing positive.
     pub mean_a: f64,
     /// Current drawn from the supply, ampere.
@@ -74,14 +74,14 @@ impl Bridge {
         back_emf_v: f64,
         short: f64,
         dt: f64,
-    ) -> Step {
+    ) -> BridgeOutput {
         let motor = &self.parameters.motor;
         self.awake_for = if pins.awake { self.awake_for + dt } else { 0.0 };
         let low = pins.awake && supply_v < self.parameters.bridge.undervoltage_v;
         let duty = pins.drive();
-        let mut step = Step {
+        let mut step = BridgeOutput {
             fault: low,
-            ..Step::default()
+            ..BridgeOutput::default()
         };
         if self.ready(supply_v) {
             let copper = motor.resistance_ohm * short;

@@ -64,7 +64,7 @@ const ERASE: Ticks = 22_020 * TICKS_PER_US;
 
 /// State that a power cut leaves of the interrupted operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cut {
+pub enum PowerCut {
     /// The operation had not begun.
     Before,
     /// A double word with some of its bits programmed, a page with some of its bits erased.
@@ -99,7 +99,7 @@ pub(crate) struct Flash {
     /// Operations carried out since power-on of the emulator.
     pub(crate) operations: Vec<Operation>,
     /// Index of the operation at which the power fails, and the state that it leaves.
-    pub(crate) cut: Option<(usize, Cut)>,
+    pub(crate) cut: Option<(usize, PowerCut)>,
     /// The cut has happened.
     pub(crate) power_lost: bool,
     /// On the chip a write against the controller's rules raises a bus fault; here it sets an error flag.
@@ -299,12 +299,12 @@ impl Flash {
         self.changed.push((start, data.len()));
         let cut = self.cut.filter(|&(at, _)| at == index).map(|(_, cut)| cut);
         self.power_lost |= cut.is_some();
-        if cut == Some(Cut::Before) {
+        if cut == Some(PowerCut::Before) {
             return;
         }
         for (position, (cell, &new)) in self.image[start..].iter_mut().zip(data).enumerate() {
             let double_word = (start + position) as u32 & !7;
-            if cut == Some(Cut::During) {
+            if cut == Some(PowerCut::During) {
                 // About half of the changing bits reach their value, in a fixed pattern.
                 let reached = scramble(index as u64, position as u64);
                 *cell = match operation {

@@ -23,7 +23,7 @@ mod timer;
 mod uart;
 
 pub use bank::Misuse;
-pub use flash::{Cut, FLASH_SIZE, Operation, PAGE_SIZE};
+pub use flash::{FLASH_SIZE, Operation, PAGE_SIZE, PowerCut};
 pub use quirks::Quirks;
 pub use rcc::ResetCause;
 

@@ -33,7 +33,7 @@ impl Passage {
 
 /// Stacking failed: no memory below the stack pointer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Unstackable;
+pub(crate) struct StackingFailed;
 
 impl Engine {
     /// Starts from the vector table, as after a reset.
@@ -71,7 +71,7 @@ impl Engine {
     }
 
     /// Enters an exception at the present program counter.
-    pub(crate) fn enter(&mut self, number: u16) -> Result<Result<(), Unstackable>, uc_error> {
+    pub(crate) fn enter(&mut self, number: u16) -> Result<Result<(), StackingFailed>, uc_error> {
         let control = self.register(R::CONTROL)?;
         let status = self.register(R::XPSR)?;
         let handler = status & 0x1FF != 0;
@@ -124,11 +124,14 @@ impl Engine {
             .enter(number, ENTRY.least, cycles + FLASH_WAIT);
         chip.core.event = true;
         chip.now += u64::from(cycles) * chip.clocks().bus;
-        Ok(if stacked { Ok(()) } else { Err(Unstackable) })
+        Ok(if stacked { Ok(()) } else { Err(StackingFailed) })
     }
 
     /// Leaves the running exception with this EXC_RETURN value.
-    pub(crate) fn leave(&mut self, exc_return: u32) -> Result<Result<(), Unstackable>, uc_error> {
+    pub(crate) fn leave(
+        &mut self,
+        exc_return: u32,
+    ) -> Result<Result<(), StackingFailed>, uc_error> {
         let number = (self.register(R::XPSR)? & 0x1FF) as u16;
         let floating = exc_return & 0x10 == 0;
         let process = exc_return & 0xF == 0xD;
@@ -140,7 +143,7 @@ impl Engine {
         let size = if floating { 0x68 } else { 0x20 };
         let mut bytes = [0; 0x68];
         if self.read_into(frame, &mut bytes[..size]).is_none() {
-            return Ok(Err(Unstackable));
+            return Ok(Err(StackingFailed));
         }
         let word = |n: usize| {
             u32::from_le_bytes([

@@ -6,7 +6,7 @@ mod run;
 use palpate_plant::Plant;
 
 use crate::Error;
-use crate::chip::{Chip, Cut, Operation, Quirks, ResetCause};
+use crate::chip::{Chip, Operation, PowerCut, Quirks, ResetCause};
 use crate::cortex::account::Account;
 use crate::cortex::{Engine, Map};
 use crate::firmware::{Firmware, place};
@@ -320,7 +320,7 @@ impl<'f> Machine<'f> {
     }
 
     /// Makes the power fail at the flash operation with this index in [`Machine::flash_operations`].
-    pub fn cut_power_at(&mut self, operation: usize, cut: Cut) {
+    pub fn cut_power_at(&mut self, operation: usize, cut: PowerCut) {
         self.chip_mut().flash.cut = Some((operation, cut));
     }
 

@@ -13,7 +13,7 @@ use palpate::drive::sequence::State;
 use palpate::scene::Scene;
 use palpate::sensing::{Directive, Event, Followed, JointSensor};
 
-use super::{Fields, Replay, Source, Told, fields, followed_fields};
+use super::{Fields, Replay, Source, TimedEvent, fields, followed_fields};
 use crate::trace::Streamed;
 
 /// Lines that say what the sensing found.
@@ -69,7 +69,7 @@ pub fn again<S: Scene>(stream: &[Streamed]) -> (Replay, Comparison) {
         let time_us = sample.time_us;
         if let Some(event) = event {
             said.push((index + 1, Said::Event(event)));
-            told.push(Told { time_us, event });
+            told.push(TimedEvent { time_us, event });
         }
         if let Some(event) = after {
             said.push((index + 1, Said::After(event)));
@@ -169,14 +169,11 @@ impl<S: Scene> Following<S> {
         }
         self.kept
             .extend(words.filter_map(|word| word.parse::<u8>().ok()));
-        // As long as pieces are missing it is refused.
+        // As long as pieces are missing it is refused; what was identified may follow a whole record.
         let sensing = &mut self.sensing;
-        let taken = Record::decode(&self.kept, scene_id::<S>(), |record| {
+        let _ = Record::decode::<true, _>(&self.kept, scene_id::<S>(), |record| {
             sensing.restore(record);
         });
-        if taken.is_ok() {
-            self.kept.clear();
-        }
     }
 }
 

@@ -16,7 +16,7 @@ mod find;
 
 pub use again::{Comparison, again};
 pub use event::{Fields, fields, followed_fields, line};
-pub use find::{NoFreeClosing, Stretch};
+pub use find::{MotionSegment, NoFreeClosing};
 
 use palpate::finger::Mechanics;
 use palpate::sample::{Drive, Sample};
@@ -36,7 +36,7 @@ pub enum Source {
     /// A recording of its own.
     Separate,
     /// A free closing (and what opening followed) in the recording itself.
-    Within(Stretch),
+    Within(MotionSegment),
     /// Nowhere: contacts cannot be told from friction.
     None(NoFriction),
 }
@@ -78,7 +78,7 @@ impl std::fmt::Display for NoFriction {
 
 /// An event with its time.
 #[derive(Clone, Debug)]
-pub struct Told {
+pub struct TimedEvent {
     /// Microseconds from the recording's begin.
     pub time_us: u64,
     /// What was said.
@@ -91,7 +91,7 @@ pub struct Replay {
     /// Where friction was learned.
     pub friction: Source,
     /// What the sensing said.
-    pub told: Vec<Told>,
+    pub told: Vec<TimedEvent>,
     /// What it said after the first contact, in scenes with that option, with the time from the recording's begin.
     pub followed: Vec<(u64, Followed)>,
     /// The calibration in force after it.
@@ -113,7 +113,7 @@ impl Replay {
 
 /// What is known before a recording is replayed.
 #[derive(Clone, Debug)]
-pub struct Beforehand<'a> {
+pub struct Preparation<'a> {
     /// Recording of a free closing and opening, instead of one searched in the recording.
     pub friction: Option<&'a [Sample]>,
     /// Torque factor and cable.
@@ -122,7 +122,7 @@ pub struct Beforehand<'a> {
 
 /// Replays `samples`; `purpose` is what its closings are for, [`Directive::Watch`] but for calibrations.
 #[must_use]
-pub fn replay<S: Scene>(samples: &[Sample], before: &Beforehand, purpose: Directive) -> Replay {
+pub fn replay<S: Scene>(samples: &[Sample], before: &Preparation, purpose: Directive) -> Replay {
     let finger = S::MECHANISM;
     let drivetrain = S::drivetrain(&finger);
     let source = before.friction.unwrap_or(samples);
@@ -147,7 +147,7 @@ pub fn replay<S: Scene>(samples: &[Sample], before: &Beforehand, purpose: Direct
     let (mut told, mut followed) = (Vec::new(), Vec::new());
     let mut last_us = None;
     let mut take_after =
-        |sensor: &mut Sensor<_, _, _>, sample: &Sample, before: usize, told: &[Told]| {
+        |sensor: &mut Sensor<_, _, _>, sample: &Sample, before: usize, told: &[TimedEvent]| {
             let told = told.get(before).map(|told| &told.event);
             if let Some(event) = after.sample(sensor, sample, told) {
                 followed.push((sample.time_us, event));
@@ -199,10 +199,10 @@ fn within<F: Mechanics, X: SeriesElement>(
 fn take<F: Mechanics, X: SeriesElement>(
     sensor: &mut Sensor<F, NoJointSensor, X>,
     sample: &Sample,
-    told: &mut Vec<Told>,
+    told: &mut Vec<TimedEvent>,
 ) {
     if let Some(event) = sensor.update(sample) {
-        told.push(Told {
+        told.push(TimedEvent {
             time_us: sample.time_us,
             event,
         });
@@ -212,7 +212,7 @@ fn take<F: Mechanics, X: SeriesElement>(
 fn flush<F: Mechanics, X: SeriesElement>(
     sensor: &mut Sensor<F, NoJointSensor, X>,
     samples: &[Sample],
-    told: &mut Vec<Told>,
+    told: &mut Vec<TimedEvent>,
 ) {
     for idle in idle_after(samples) {
         take(sensor, &idle, told);
