@@ -4,7 +4,7 @@ use palpate::app::console::command::Verb;
 use palpate::app::console::settings::Setting;
 use palpate::app::identify::Report;
 use palpate::app::log::{self, LINES, Parsed};
-use palpate::app::selftest::{Step, Wanted};
+use palpate::app::selftest::{ExpectedRange, SelfTestStep};
 use palpate::drive::Fault;
 use palpate::drive::identify::{Identified, Quantity};
 use palpate::scene::Scene;
@@ -115,10 +115,10 @@ fn the_manual_s_transcripts_have_the_firmware_s_lines() {
         line.expect("a line of the log").keys
     };
     let steps = transcript("selftest");
-    assert_eq!(steps.len(), Step::ALL.len());
+    assert_eq!(steps.len(), SelfTestStep::ALL.len());
     let limits = P70::DRIVE.limits;
-    for (told, step) in steps.iter().zip(Step::ALL) {
-        let wanted = Wanted::of(step, limits.supply_min_v, limits.supply_max_v, false);
+    for (told, step) in steps.iter().zip(SelfTestStep::ALL) {
+        let wanted = ExpectedRange::of(step, limits.supply_min_v, limits.supply_max_v, false);
         for key in keys("selftest") {
             assert!(told.field(key).is_some(), "{step:?} {key}");
         }
