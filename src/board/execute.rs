@@ -28,6 +28,9 @@ use super::trace;
 /// The scene that a record must be of.
 const SCENE_ID: u32 = record::scene_id::<Active>();
 
+/// Bytes of a record told at once: in an answer there is room for their digits.
+const PIECE_BYTES: usize = 24;
+
 /// What was found in flash at start.
 pub enum Loaded {
     /// Nothing was ever saved, or nothing is left of it; the log says which.
@@ -87,12 +90,13 @@ pub async fn execute(
 ) {
     let mut answer = Answer::new();
     loop {
-        let parsed = console::next().await;
+        let parsed = console::next(&mut port).await;
         answer.clear();
         let action = application.command(&mut answer, parsed);
         if matches!(action, Action::Save | Action::Factory) {
             let saves = action == Action::Save;
-            let encode = |writer: &mut Writer<'_, _>| application.encode(writer);
+            let encode =
+                |writer: &mut Writer<'_, _>| application.encode(&mut |byte| writer.push(byte));
             let done = match storage.replace(saves.then_some(encode)).await {
                 Ok(()) if saves => answer.push_str("saved"),
                 Ok(()) => answer.push_str("forgotten"),
@@ -170,7 +174,7 @@ impl Application {
 
     /// Encodes what is to be kept.
     #[inline(never)]
-    fn encode(self, writer: &mut Writer<'_, storage::Region>) {
+    fn encode(self, put: &mut dyn FnMut(u8)) {
         let (overrides, identified) = self
             .coordinator
             .with(|coordinator| (*coordinator.overrides(), coordinator.identified().copied()));
@@ -181,11 +185,25 @@ impl Application {
                 friction: sensing.sensor().friction(),
                 identified: identified.as_ref(),
             };
-            record.encode(SCENE_ID, |byte| writer.push(byte));
+            record.encode(SCENE_ID, put);
         });
     }
 
-    /// A row of what `help` and `show` list; false, and nothing written, after the last one.
+    /// A piece of what `save` would keep, its bytes as numbers behind the piece's own, so that a recording tells what was known
+    /// when it began; false after the last one.
+    fn kept(self, answer: &mut Answer, piece: usize) -> bool {
+        let _ = write!(answer, "kept {}", piece as i32);
+        let (mut place, from) = (0, piece * PIECE_BYTES);
+        self.encode(&mut |byte| {
+            if (from..from + PIECE_BYTES).contains(&place) {
+                let _ = write!(answer, " {}", i32::from(byte));
+            }
+            place += 1;
+        });
+        from < place
+    }
+
+    /// A row of what `help` and `show` list and of what `trace on` tells; false, and nothing written, after the last one.
     #[inline(never)]
     fn list(self, answer: &mut Answer, action: Action, row: usize) -> bool {
         let _ = match action {
@@ -212,6 +230,7 @@ impl Application {
                 let value = Decimal(range.to_user(value_si));
                 write!(answer, "{name} {value} {unit} ({range})")
             }
+            Action::Trace(every) if every > 0 => return self.kept(answer, row - 1),
             _ => return false,
         };
         true

@@ -206,14 +206,14 @@ mod tests {
 
     /// What a record borrows.
     #[derive(Clone, Debug, PartialEq)]
-    struct Kept {
+    struct StoredRecord {
         overrides: Overrides,
         calibration: Calibration,
         friction: Option<Friction>,
         identified: Option<Identified>,
     }
 
-    impl Kept {
+    impl StoredRecord {
         fn of(record: &Record<'_>) -> Self {
             Self {
                 overrides: *record.overrides,
@@ -233,8 +233,8 @@ mod tests {
         }
     }
 
-    fn empty() -> Kept {
-        Kept {
+    fn empty() -> StoredRecord {
+        StoredRecord {
             overrides: Overrides::default(),
             calibration: P70::UNCALIBRATED,
             friction: None,
@@ -242,7 +242,7 @@ mod tests {
         }
     }
 
-    fn record() -> Kept {
+    fn record() -> StoredRecord {
         let mut overrides = Overrides::default();
         overrides.set(Setting::HoldForce, 2.5).expect("in range");
         let drivetrain = P70::drivetrain(&P70::MECHANISM);
@@ -259,7 +259,7 @@ mod tests {
         let mut calibration = P70::UNCALIBRATED;
         calibration.torque_factor = 0.9;
         calibration.contacts = 2;
-        Kept {
+        StoredRecord {
             overrides,
             calibration,
             friction: Some(friction),
@@ -272,14 +272,14 @@ mod tests {
         }
     }
 
-    fn encoded(kept: &Kept) -> Vec<u8> {
+    fn encoded(kept: &StoredRecord) -> Vec<u8> {
         let mut bytes = Vec::new();
         kept.record().encode(ID, |byte| bytes.push(byte));
         bytes
     }
 
-    fn decoded(bytes: &[u8]) -> Result<Kept, RecordError> {
-        Record::decode::<true, _>(bytes, ID, Kept::of)
+    fn decoded(bytes: &[u8]) -> Result<StoredRecord, RecordError> {
+        Record::decode::<true, _>(bytes, ID, StoredRecord::of)
     }
 
     #[test]
@@ -308,7 +308,7 @@ mod tests {
                 let identified = None;
                 assert_eq!(
                     read,
-                    Ok(Kept {
+                    Ok(StoredRecord {
                         identified,
                         ..record()
                     })
@@ -326,12 +326,15 @@ mod tests {
     #[test]
     fn a_firmware_that_identifies_nothing_reads_the_rest() {
         let identified = None;
-        let without = Ok(Kept {
+        let without = Ok(StoredRecord {
             identified,
             ..record()
         });
         let bytes = encoded(&record());
-        assert_eq!(Record::decode::<false, _>(&bytes, ID, Kept::of), without);
+        assert_eq!(
+            Record::decode::<false, _>(&bytes, ID, StoredRecord::of),
+            without
+        );
         let mut nonsense = bytes;
         let value = nonsense.len() - 40;
         nonsense[value..value + 4].copy_from_slice(&f32::NAN.to_le_bytes());
