@@ -21,6 +21,8 @@ use crate::sample::{Drive, Sample};
 
 /// The period of a sample in which the thermal model advances by the sample before: one with no slow detector.
 const HEAT_PERIOD: u8 = FREE_SLOT + 1;
+/// The one in which the current loop takes the resistance that follows from it.
+const WARM_PERIOD: u8 = HEAT_PERIOD + SLOTS;
 // The last period of a sample, which completes it, leaves the slow detectors out.
 const _: () = assert!((PERIODS_PER_SAMPLE - 1) % SLOTS == FREE_SLOT);
 const SAMPLE_S: f32 = 1.0 / SAMPLE_HZ as f32;
@@ -266,6 +268,7 @@ impl Controller {
             speed_along: if blind { 0.0 } else { along },
         }) {
             HEAT_PERIOD => self.heat(),
+            WARM_PERIOD => self.current.warm(self.winding.relative_resistance()),
             PERIODS_PER_SAMPLE => self.complete_sample(observed.applied_v),
             _ => {}
         }

@@ -20,6 +20,7 @@ const BRIDGE_TRIM_V: f32 = 0.3;
 /// State of the current loop.
 #[derive(Clone, Debug)]
 pub struct CurrentLoop {
+    cold_ohm: f32,
     resistance_ohm: f32,
     integral_v_per_a: f32,
     emf_v_per_speed: f32,
@@ -31,12 +32,18 @@ impl CurrentLoop {
     /// For a motor whose back-EMF is `emf_v_per_speed` volt per count a period.
     pub fn new(config: &Config, emf_v_per_speed: f32) -> Self {
         Self {
+            cold_ohm: config.motor.resistance_ohm,
             resistance_ohm: config.motor.resistance_ohm,
             integral_v_per_a: INTEGRAL_GAIN * config.motor.resistance_ohm,
             emf_v_per_speed,
             duty_limit: config.limits.duty,
             integral_v: 0.0,
         }
+    }
+
+    /// Follows the winding's temperature: its resistance relative to the configuration's.
+    pub fn warm(&mut self, relative_resistance: f32) {
+        self.resistance_ohm = self.cold_ohm * relative_resistance;
     }
 
     /// Clears the integral: the bridge was off.
@@ -138,6 +145,21 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// In brake and while the direction changes nothing is measured: the voltage is then as good as the model.
+    #[test]
+    fn without_a_reading_a_warm_winding_gets_the_voltage_that_it_needs() {
+        let config = p70();
+        let mut control = CurrentLoop::new(&config, 1.09);
+        let warm = 1.0 + 0.00393 * 60.0;
+        let current_a = |control: &mut CurrentLoop| {
+            let (fraction, _) = step(control, 0.1, None, 0.0, 12.0);
+            fraction * 12.0 / (35.0 * warm)
+        };
+        assert!(current_a(&mut control) < 0.085, "cold model");
+        control.warm(warm);
+        assert!((current_a(&mut control) - 0.1).abs() < 1e-4);
     }
 
     #[test]

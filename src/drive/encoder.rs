@@ -3,8 +3,8 @@
 use super::convert::PERIOD_S;
 use super::io::EncoderCount;
 
-/// Natural frequency of the speed observer, radian per second: 150 Hz, six times the speed loop's bandwidth, so that it
-/// costs the loop about 10 degrees of phase. At the creeping speed of 3 counts a period the rounding to whole counts is
+/// Natural frequency of the speed observer, radian per second: 150 Hz, three times the speed loop's bandwidth: it costs
+/// the loop 30 degrees of phase and leaves 45. At the creeping speed of 3 counts a period the rounding to whole counts is
 /// then some 0.1 % of the speed.
 const OBSERVER_RAD_PER_S: f32 = 942.0;
 /// Observer gains for a damping of 0.7: on the position error, and on the speed.

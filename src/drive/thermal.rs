@@ -91,12 +91,16 @@ impl Winding {
 
     /// Advances by `seconds`, much less than the winding's time constant, with this mean square of the current.
     pub fn advance(&mut self, mean_square_a2: f32, seconds: f32) {
-        let hot = 1.0 + COPPER_PER_K * (self.celsius() - COLD_C);
-        let heat_w = mean_square_a2 * self.resistance_ohm * hot;
+        let heat_w = mean_square_a2 * self.resistance_ohm * self.relative_resistance();
         let to_housing_w = (self.winding_rise_k - self.housing_rise_k) * self.winding_w_per_k;
         let to_ambient_w = self.housing_rise_k * self.housing_w_per_k;
         self.winding_rise_k += (heat_w - to_housing_w) * self.winding_k_per_j * seconds;
         self.housing_rise_k += (to_housing_w - to_ambient_w) * self.housing_k_per_j * seconds;
+    }
+
+    /// Resistance of the winding at its temperature, relative to that of the configuration.
+    pub fn relative_resistance(&self) -> f32 {
+        1.0 + COPPER_PER_K * (self.celsius() - COLD_C)
     }
 
     /// Winding temperature, degree Celsius.
