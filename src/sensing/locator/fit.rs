@@ -7,9 +7,9 @@
 use super::model::{Hold, Model};
 use super::noise::{Row, Whitening};
 use super::prior::{
-    BEND, CABLE, FACTOR, FRICTION, K, LEAST_SHARE, ONSET, Place, Prior, Scaling, UNKNOWNS,
+    BEND, CABLE, FACTOR, FRICTION, K, LEAST_SHARE, ONSET, Place, Prior, Scaling, UNKNOWNS, strain,
 };
-use super::{Data, LEAST_POINTS, onset};
+use super::{Data, LEAST_POINTS, Learned, onset};
 use crate::finger::Mechanics;
 use crate::numeric::{Bounded, ln, sqrt};
 use crate::sensing::normal::Normal;
@@ -51,6 +51,8 @@ pub(super) struct Fitted {
     pub(super) chi_square: f32,
     /// Change of the angle of joint 2 since the contact at the end of the curve, radian.
     pub(super) joint_2_rad: f32,
+    /// The contact slides off its phalanx before the curve ends.
+    pub(super) leaves: bool,
 }
 
 /// A fit under way.
@@ -62,6 +64,7 @@ pub(super) struct Fit<F: Mechanics, X: SeriesElement> {
     cost: f32,
     chi_square: f32,
     joint_2_rad: f32,
+    leaves: bool,
     normal: Normal<UNKNOWNS, X>,
     damping: f32,
     passes: u8,
@@ -102,6 +105,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             cost: f32::INFINITY,
             chi_square: f32::INFINITY,
             joint_2_rad: 0.0,
+            leaves: false,
             normal: Normal::EMPTY,
             damping: 0.0,
             passes: 0,
@@ -152,6 +156,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
                 self.x = self.trial;
                 self.chi_square = pass.squares;
                 self.joint_2_rad = pass.model.end().joints_rad[1];
+                self.leaves = pass.model.has_ended();
                 self.normal = pass.normal;
                 self.damping *= 0.2;
                 if self.damping < 1e-3 {
@@ -241,17 +246,27 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             ln_evidence,
             chi_square: self.chi_square,
             joint_2_rad: self.joint_2_rad,
+            leaves: self.leaves,
         })
     }
 
-    /// What a fit at a known place, or at the stop, teaches: torque factor and cable, with their covariance; the squares of
-    /// the residuals beside it.
-    pub(super) fn learned(&mut self, prior: &Prior<X>) -> Option<(Calibration, f32)> {
+    /// What a fit at a known place, or at the stop, teaches: torque factor and cable, with their covariance; its misfit is
+    /// the sum of the squared residuals.
+    pub(super) fn learned(&mut self, prior: &Prior<X>) -> Option<Learned> {
         let scaling = Scaling::of(prior, self.hypothesis.length_m);
         let values = scaling.values(&self.x);
         let factor = self.normal.factor(0.0)?;
         let by_factor = factor.covariance(FACTOR);
         let before = &prior.calibration;
+        let strain = match prior.place {
+            Place::Known { .. } => {
+                let learns_factor = before.contacts == 0;
+                strain(&self.x, learns_factor, |unknown| {
+                    factor.covariance(unknown)[unknown]
+                })
+            }
+            _ => 1.0,
+        };
         let ff = by_factor[FACTOR].at_least(0.0);
         let mut learned = Calibration {
             torque_factor: values[FACTOR],
@@ -277,7 +292,11 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
                 0.0
             };
         }
-        Some((learned, self.chi_square))
+        Some(Learned {
+            calibration: learned,
+            misfit: self.chi_square,
+            strain,
+        })
     }
 
     /// Begins a pass where the trial stands, if there is such a contact.

@@ -57,6 +57,17 @@ const SHARES: [f32; 5] = [1.0, 0.6, 0.35, 0.2, 0.12];
 /// Starts of a thorough search on one side of a phalanx's stiffest place, as shares of it.
 const STARTS: [f32; 2] = [0.2, 0.75];
 
+/// What a contact at a known place, or the closing stop, teaches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Learned {
+    /// Torque factor and cable with their deviations, as far as the model and the priors hold.
+    pub calibration: Calibration,
+    /// Mean square residual, in variances.
+    pub misfit: f32,
+    /// How far the rest of what is known had to give way for it, as a variance ratio, at least 1.
+    pub strain: f32,
+}
+
 /// The curve with what turns its numbers into a model's.
 #[derive(Clone, Copy, Debug)]
 pub struct Data<'a> {
@@ -224,9 +235,10 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     }
 
     /// What a fit at a known place or at the stop teaches, with its mean square residual.
-    pub fn learned(&mut self, prior: &Prior<X>) -> Option<(Calibration, f32)> {
-        let (calibration, chi_square) = self.fit.as_mut()?.learned(prior)?;
-        Some((calibration, chi_square / self.number as f32))
+    pub fn learned(&mut self, prior: &Prior<X>) -> Option<Learned> {
+        let mut learned = self.fit.as_mut()?.learned(prior)?;
+        learned.misfit /= self.number as f32;
+        Some(learned)
     }
 
     /// Whether a pass over the curve has begun, and is not at its end.

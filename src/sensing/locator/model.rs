@@ -136,6 +136,11 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         })
     }
 
+    /// Whether the contact has slid off its phalanx.
+    pub(super) fn has_ended(&self) -> bool {
+        self.ended
+    }
+
     /// The end of the path so far.
     pub(super) fn end(&self) -> &PathPoint {
         &self.last

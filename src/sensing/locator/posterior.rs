@@ -138,6 +138,25 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         self.chi_square() <= points + MISFIT_SIGMAS * sqrt(2.0 * points)
     }
 
+    /// Whether the likeliest contact slides off its phalanx before the curve ends, while one on another phalanx would not:
+    /// beyond the end of its path a hypothesis bears with any torque, and wins where a second contact or a last bad block
+    /// spoils the others. The beginning of the curve decides then.
+    pub fn leans_on_its_end(&self) -> bool {
+        let mut best: Option<(&Track, &Fitted)> = None;
+        for track in &self.tracks {
+            for fitted in track.fits.iter().flatten() {
+                if best.is_none_or(|(_, old)| fitted.ln_evidence > old.ln_evidence) {
+                    best = Some((track, fitted));
+                }
+            }
+        }
+        best.is_some_and(|(likeliest, fitted)| {
+            let stays = |track: &Track| track.fits.iter().flatten().any(|other| !other.leaves);
+            let others = |track: &&Track| track.phalanx > 1 && track.phalanx != likeliest.phalanx;
+            fitted.leaves && self.tracks.iter().filter(others).any(stays)
+        })
+    }
+
     /// Mean square residual of the likeliest hypothesis, in variances; at least 1.
     fn spread(&self) -> f32 {
         (self.chi_square() / self.number as f32)

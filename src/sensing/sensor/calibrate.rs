@@ -6,6 +6,7 @@ use crate::finger::Mechanics;
 use crate::joint_sensor::JointSensor;
 use crate::numeric::sqrt;
 use crate::sensing::location::SeriesElement;
+use crate::sensing::locator::Learned;
 use crate::sensing::{Calibration, Directive, Event, Refusal};
 
 /// How much the closing stop may yield, radian per newton metre (R, chosen): it counts as cable.
@@ -35,11 +36,15 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
                 return Err(Refusal::NoSuchPlace);
             }
         }
-        let (found, misfit) = contact
+        let Learned {
+            calibration,
+            misfit,
+            strain,
+        } = contact
             .locator
             .learned(&self.prior(&contact.collector))
             .ok_or(Refusal::Misfit)?;
-        self.calibration.with_contact(&found, misfit)
+        self.calibration.with_contact(&calibration, misfit, strain)
     }
 
     // A symbol of its own: its absence shows that a scene without a cable does not carry this.
@@ -48,7 +53,11 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         &self,
         contact: &mut Contact<F, H::Reading, X>,
     ) -> Result<Calibration, Refusal> {
-        let (mut found, misfit) = contact
+        let Learned {
+            calibration: mut found,
+            misfit,
+            ..
+        } = contact
             .locator
             .learned(&self.prior(&contact.collector))
             .ok_or(Refusal::Misfit)?;
