@@ -260,10 +260,8 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         let before = &prior.calibration;
         let strain = match prior.place {
             Place::Known { .. } => {
-                let learns_factor = before.contacts == 0;
-                strain(&self.x, learns_factor, |unknown| {
-                    factor.covariance(unknown)[unknown]
-                })
+                let variance = |unknown: usize| factor.covariance(unknown)[unknown];
+                strain(&self.x, before.contacts == 0, variance)
             }
             _ => 1.0,
         };

@@ -251,13 +251,13 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
 
     /// Contact force where the path has been followed to, newton.
     pub(super) fn force_n(&self) -> f32 {
-        (self.last.force_n + self.values[FRICTION] * self.force_by_friction_n()) * self.share()
+        self.last.force_n * self.share() + self.values[FRICTION] * self.force_by_friction_n()
     }
 
     /// Its derivative by the coefficient of contact friction, newton.
     pub(super) fn force_by_friction_n(&self) -> f32 {
-        self.last.force_by_friction_n
-            + self.half_thickness_m * self.last.force_by_friction_and_thickness_n_per_m
+        let per_m = self.last.force_by_friction_and_thickness_n_per_m;
+        (self.last.force_by_friction_n + self.half_thickness_m * per_m) * self.share()
     }
 
     /// What the force may be off, newton: beyond the end of its path a contact may hold on to the tip, its force going on with

@@ -251,7 +251,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         let moved_n = other.map_or(0.0, |other| other.force.force_n - force_n);
         let [springs, sigma] = springs(&prior.calibration);
         let spring_n = sigma * force_n;
-        let path_n2 = self.spread() * (moved_n * moved_n + beyond_n * beyond_n);
+        let path_n2 = moved_n * moved_n + beyond_n * beyond_n;
         let sigma_n = sqrt(path_n2 * springs * springs + spring_n * spring_n);
         state.force = Force {
             force_n: springs * force_n,
