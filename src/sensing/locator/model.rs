@@ -6,9 +6,9 @@
 //! angle = o + rotation(T - T_c; k, R) + c ((T - T_c) / f + g L - s B)
 //!
 //! holds along the contact path, o, T_c being angle and torque at the onset, c the cable's twist for a nominal torque, g the
-//! share of it that creeps, L the torque as the creep feels it, s the cable's stiffening and B what a unit of that takes
-//! off the twist, nothing at the torque at which c is given. The path is followed to a torque near the one sought, the
-//! measured increments added to what was predicted before, and corrected by its slope there. Before the onset y is zero.
+//! share of it that creeps, L the torque delayed by the creep's time constant, s the cable's stiffening and B the decrease of the
+//! twist per unit of s, zero at the torque at which c is given. The path is followed to a torque near the solution (the previous
+//! prediction plus the measured increment) and corrected by its slope there. Before the onset y is zero.
 
 use super::prior::{BEND, CABLE, FACTOR, FRICTION, JOINT, K, ONSET, UNKNOWNS, Values};
 use crate::finger::{Contact, Free, Mechanics, PathPoint};
@@ -18,16 +18,16 @@ use crate::sensing::curve::Point;
 use crate::sensing::{Drivetrain, SeriesElement};
 use core::marker::PhantomData;
 
-/// Least rise of the torque that a path is followed to, newton metre: its derivatives vanish at the onset.
+/// Smallest torque rise to which a path is followed, newton metre: its derivatives vanish at the onset.
 const LEAST_RISE_NM: f32 = 5e-4;
-/// How far from what was measured the path may be followed, as a share of it and newton metre.
+/// Largest distance of the path's end from the measured torque, as a share of it and in newton metre.
 const STRAY_SHARE: f32 = 0.5;
 const STRAY_NM: f32 = 0.02;
-/// Deviation of a measured angle from any model, radian: four counts of the encoder's periodic error and as much again.
+/// Standard deviation of a measured angle from any model, radian: four counts of the encoder's periodic error, and as much again.
 const ANGLE_SIGMA_RAD: f32 = 4e-5;
-/// What a prediction beyond the end of the path may be off, as a share of what it is beyond.
+/// Error of a prediction beyond the end of the path, as a share of the distance from it.
 const BEYOND_SHARE: f32 = 0.2;
-/// What a force may be off there, as a share of what the torque would add.
+/// Error of a force there, as a share of what the torque would add.
 const BEYOND_FORCE: f32 = 0.5;
 
 /// What holds the input link.
@@ -48,7 +48,7 @@ pub(super) struct Prediction {
     pub(super) excess_nm: f32,
     /// Its derivatives by the physical unknowns.
     pub(super) slopes: [f32; UNKNOWNS],
-    /// What it may be off by, as a variance.
+    /// Its variance.
     pub(super) variance_nm2: f32,
 }
 
@@ -58,7 +58,7 @@ const NOTHING: Prediction = Prediction {
     variance_nm2: 0.0,
 };
 
-/// Prediction along one curve. It borrows nothing: a pass over a curve is interrupted between two points.
+/// Prediction along one curve. It borrows nothing, because a pass over a curve is interrupted between points.
 #[derive(Clone, Debug)]
 pub(super) struct Model<F: Mechanics, X> {
     values: Values,
@@ -71,12 +71,12 @@ pub(super) struct Model<F: Mechanics, X> {
     contact_nm: f32,
     /// Derivative of `contact_nm` by the measured angle of the onset.
     contact_by_onset: f32,
-    /// Measured and predicted excess at the point before.
+    /// Measured and predicted excess at the previous point.
     before_nm: [f32; 2],
     /// The last point of the path.
     last: PathPoint,
     last_torque_nm: f32,
-    /// Torque that was last sought.
+    /// Torque of the last prediction.
     torque_nm: f32,
     ended: bool,
     series: PhantomData<X>,
@@ -151,7 +151,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         let angle_rad = self.origin_rad + point.counts * self.rad_per_count;
         let past_rad = angle_rad - self.values[ONSET];
         let half_rad = 0.5 * point.width_counts * self.rad_per_count;
-        // Before the contact, whatever was measured.
+        // Before the contact.
         if past_rad <= -half_rad {
             self.before_nm = [point.excess_nm, 0.0];
             return Some(NOTHING);
@@ -177,7 +177,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         Some(prediction)
     }
 
-    /// The contact path at an angle beyond the onset; `near_nm` is about what will come of it.
+    /// The contact path at an angle beyond the onset; `near_nm` is an approximation of the result.
     fn on_path(
         &mut self,
         finger: &F,
@@ -198,7 +198,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
                     self.last = last;
                     self.last_torque_nm = torque_nm;
                 }
-                // The contact has slid to the tip: there the finger goes on about as it did.
+                // The contact has slid to the tip: the curve is continued with its last slope.
                 None if self.last_torque_nm > 0.0 => self.ended = true,
                 None => return None,
             }
@@ -249,7 +249,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         })
     }
 
-    /// Contact force where the path has been followed to, newton.
+    /// Contact force at the end of the path, newton.
     pub(super) fn force_n(&self) -> f32 {
         self.last.force_n * self.share() + self.values[FRICTION] * self.force_by_friction_n()
     }
@@ -260,8 +260,8 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         (self.last.force_by_friction_n + self.half_thickness_m * per_m) * self.share()
     }
 
-    /// What the force may be off, newton: beyond the end of its path a contact may hold on to the tip, its force going on with
-    /// the torque, or slide over it.
+    /// Error of the force, newton: beyond the end of the path the contact may stay at the tip, with a force that grows with the
+    /// torque, or slide over it.
     pub(super) fn force_sigma_n(&self) -> f32 {
         BEYOND_FORCE * self.last.force_n * (self.share() - 1.0).at_least(0.0)
     }

@@ -9,16 +9,16 @@ use crate::numeric::{Bounded, exp, ln, sqrt};
 use crate::sensing::curve::Point;
 use crate::sensing::{Calibration, NotLocated, SeriesElement};
 
-/// Probability below which another phalanx, or another place on the same, is not worth a word.
+/// Probability below which a second phalanx, or a second place on the same, is not reported.
 const UNLIKELY: f32 = 0.05;
-/// Points of the curve from one to the next that a path is followed to where its end alone is asked for.
+/// Stride over the curve's points where only the end of a path is needed.
 const STRIDE: usize = 6;
-/// Nearer to the joint than this share of the phalanx, a contact is one on the joint.
+/// Nearer to the joint than this share of the phalanx, a contact counts as one on the joint.
 const JOINT_SHARE: f32 = 0.02;
-/// Deviations of a chi square beyond which a curve is not that of the hypothesis.
+/// Deviations of chi square above which a hypothesis does not explain the curve.
 const MISFIT_SIGMAS: f32 = 3.0;
 
-/// What the fits of a place say together.
+/// Result of all fits of one place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// Phalanx.
@@ -42,16 +42,16 @@ pub struct Estimate {
     best_radius_m: f32,
 }
 
-/// What the hypotheses say together.
+/// Result of all hypotheses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Verdict {
-    /// Too early.
+    /// Too few points so far.
     Undecided,
     /// One place.
     At(Estimate),
     /// Two places, the likelier first.
     Either([Estimate; 2]),
-    /// A contact without a place.
+    /// A contact that cannot be located.
     Nowhere(NotLocated),
 }
 
@@ -64,7 +64,7 @@ pub struct Force {
     pub sigma_n: f32,
 }
 
-/// A hypothesis as the verdict weighs it.
+/// A hypothesis with its weight in the verdict.
 #[derive(Clone, Copy)]
 struct Weighed {
     estimate: Estimate,
@@ -72,9 +72,8 @@ struct Weighed {
 }
 
 impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
-    /// The verdict at the end of a round. `bonus` is what else is known of each hypothesis (a joint's sensor), as a logarithm
-    /// of odds.
-    // Not inlined: what it says is written where it stays.
+    /// The verdict at the end of a round. `bonus` is further evidence on a hypothesis (a joint sensor), as a logarithm of odds.
+    // Not inlined: the result is written directly to its place.
     #[inline(never)]
     pub fn verdict(&self, prior: &Prior<X>, bonus: impl Fn(&Estimate) -> f32) -> Verdict {
         if self.under_way || self.number == 0 {
@@ -87,7 +86,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
                 continue;
             };
             new.ln_evidence += bonus(&new.estimate);
-            // Two starts that met in one minimum are one explanation.
+            // Two starts that ended in one minimum are one hypothesis.
             let same = weighed
                 .iter_mut()
                 .find(|old| old.estimate.is_as(&new.estimate));
@@ -99,7 +98,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
                 }
             }
         }
-        // The likeliest of all, or of all but one.
+        // The likeliest of all, optionally without one.
         let likeliest = |but: Option<&Weighed>| {
             (weighed.iter())
                 .filter(|of| !but.is_some_and(|but| core::ptr::eq(but, *of)))
@@ -190,7 +189,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         }
     }
 
-    /// Posture and angles of an estimate at a measured angle: what the path says.
+    /// Posture and force of an estimate at a measured angle, from the contact path.
     pub fn state(
         &self,
         estimate: &Estimate,
@@ -220,7 +219,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
                 hold,
                 &onset,
             )?;
-            // Along the curve as far as that angle; in strides, for nothing is compared with the points between.
+            // Along the curve up to that angle, in strides, because the points between are not compared with anything.
             let along = |point: &&Point| point.blocks > 0 && data.rad(point) <= measured_rad;
             let mut last = data.points.first()?;
             for (index, point) in data.points.iter().filter(along).enumerate() {
@@ -261,14 +260,14 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     }
 }
 
-/// Variance of the springs' stiffness from the scene's, as a share: 10 %, uniform (R). A location does not ask for it, a
+/// Variance of the springs' stiffness from the scene's, as a share: 10 %, uniform (R). A location does not depend on it, a
 /// force does.
 const SPRING_VARIANCE: f32 = 0.0034;
-/// Share of it in the variance of the torque factor before any calibration, efficiency over stiffness: what a calibration
-/// finds of the factor is so far the springs'.
+/// Share of it in the variance of the torque factor (efficiency over stiffness) before any calibration: this share of a
+/// calibrated deviation is attributed to the springs.
 const SPRING_SHARE: f32 = 0.25;
 
-/// The springs' stiffness over the scene's, by what is known of the torque factor, with its standard deviation.
+/// The springs' stiffness over the scene's, estimated from the torque factor, with its standard deviation.
 fn springs(calibration: &Calibration) -> [f32; 2] {
     let mean = exp(-SPRING_SHARE * ln(calibration.torque_factor));
     let sigma = calibration.torque_factor_sigma;
@@ -289,7 +288,7 @@ pub struct State<C> {
 }
 
 impl Track {
-    /// All radii together; `spread` is by how much the residuals exceed what was expected, as a variance ratio.
+    /// Combines all radii; `spread` is the ratio of the residuals' variance to the expected one.
     fn weigh<X: SeriesElement>(&self, prior: &Prior<X>, spread: f32) -> Option<Weighed> {
         let mut best: Option<(&Fitted, usize)> = None;
         for (index, fitted) in self.fits.iter().enumerate() {
@@ -305,7 +304,7 @@ impl Track {
         for (index, fitted) in self.fits.iter().enumerate() {
             let Some(fitted) = fitted else { continue };
             let weight = exp((fitted.ln_evidence - best.ln_evidence) / spread);
-            // About the best, so that nothing cancels.
+            // Relative to the best, so that nothing cancels.
             let place_m = self.length_m * (fitted.x[K] - best.x[K]);
             let radius_m = RADII_M[index] - RADII_M[best_index];
             total += weight;
@@ -342,7 +341,7 @@ impl Track {
         })
     }
 
-    /// How far the place moves from one radius to the next about this one, in lengths of the phalanx.
+    /// Change of the place from one radius to the next around this one, in lengths of the phalanx.
     fn step(&self, index: usize) -> f32 {
         let fitted = |index: usize| self.fits.get(index).and_then(Option::as_ref);
         let place = |other: Option<&Fitted>| other.or(fitted(index)).map_or(0.0, |f| f.x[K]);
@@ -357,7 +356,7 @@ impl Track {
     }
 }
 
-/// A fit stands for the radii up to half way to its neighbours: their standard deviation, as a share of a step.
+/// A fit represents the radii half way to its neighbours: their standard deviation, as a share of a step.
 const CELL: f32 = 0.289;
 /// Logarithm of the ratio of one radius to the next, each plus 3 mm.
 const RATIO: f32 = 0.646;
@@ -369,16 +368,16 @@ impl Estimate {
         self.phalanx <= 1 || (self.phalanx == 2 && self.k_m < JOINT_SHARE * self.length_m)
     }
 
-    /// Whether both are one place within their deviations.
+    /// Whether both are the same place within their deviations.
     fn is_as(&self, other: &Self) -> bool {
         self.phalanx == other.phalanx
             && (self.k_m - other.k_m).abs() < self.k_sigma_m + other.k_sigma_m
     }
 }
 
-/// Logarithm of the likelihood of a joint's measured change, given what a hypothesis says, up to a constant.
+/// Logarithm of the likelihood of a measured change of a joint, given a hypothesis' prediction, up to a constant.
 pub fn ln_likelihood(measured_rad: f32, expected_rad: f32, sigma_rad: f32) -> f32 {
     let deviation = (measured_rad - expected_rad) / sigma_rad.at_least(f32::MIN_POSITIVE);
-    // A sensor that is broken must not decide alone.
+    // Bounded, so that a broken sensor does not decide alone.
     -ln(1.0 + 0.5 * deviation * deviation) * 4.0
 }
