@@ -18,6 +18,11 @@ use crate::sensing::{Directive, Drive, Event, NotLocated, Sample, Sensor};
 
 /// Share of the torque limit at which a closing is judged for good, as for the first contact.
 const ENOUGH: f32 = 0.95;
+/// Share of the torque limit from which on an elbow is a second contact, and not the onset of the first (chosen): twice as far
+/// as friction wanders.
+const LEAST_SHARE: f32 = 0.03;
+/// Within so many deviations a place on phalanx 2 may be its joint.
+const AT_JOINT_SIGMAS: f32 = 2.5;
 /// Without a block of steady motion for so long the finger stands, microseconds.
 const STANDS_US: u64 = 250_000;
 
@@ -113,7 +118,6 @@ enum First {
 /// A closing in contact.
 #[derive(Clone, Debug)]
 struct Closing<C> {
-    search: SecondContact,
     /// Angle of the input link at the onset, radian.
     onset_rad: f32,
     /// What the record's level was off by at the onset, newton metre at the input link.
@@ -135,8 +139,9 @@ struct Closing<C> {
 pub struct Follow<F: Mechanics> {
     averager: BlockAverager,
     watches: bool,
-    /// Torque above the record in the last two blocks, newton metre at the input link.
+    /// Torque above the record in the last two blocks before contact, newton metre at the input link.
     before_nm: [f32; 2],
+    search: SecondContact,
     closing: Option<Closing<F::Configuration>>,
 }
 
@@ -146,6 +151,7 @@ impl<F: Mechanics> Default for Follow<F> {
             averager: BlockAverager::default(),
             watches: false,
             before_nm: [f32::NAN; 2],
+            search: SecondContact::default(),
             closing: None,
         }
     }
@@ -158,10 +164,11 @@ impl<F: HoldsTwice + Clone + Debug> AfterContact<F> for Follow<F> {
         self.watches = matches!(directive, Directive::Watch);
         if self.watches {
             self.before_nm = [f32::NAN; 2];
+            self.search = SecondContact::default();
             self.closing = None;
         } else if let Some(closing) = &mut self.closing {
             // The last word is still to be said.
-            closing.is_over = true;
+            closing.end(&mut self.search);
         }
     }
 
@@ -200,28 +207,36 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
         let above_nm = efficiency * residual.torque_nm;
         let [_, last_nm] = self.before_nm;
         self.before_nm = [last_nm, above_nm];
-        let Some(closing) = &mut self.closing else {
-            return;
-        };
         let angle_rad = sensor.drivetrain().closing_rad(block.counts);
         let free_nm = sensor.free_at(angle_rad).map_or(0.0, |free| free.torque_nm);
         let factor = sensor.calibration().torque_factor;
+        let Some(closing) = &mut self.closing else {
+            self.search.note(angle_rad, factor * above_nm + free_nm);
+            return;
+        };
         closing.last_us = block.time_us;
         closing.excess_nm = above_nm - closing.level_nm;
         closing.torque_nm = factor * closing.excess_nm + free_nm;
         if closing.is_over {
             return;
         }
-        if sensor.is_at_stop(angle_rad, closing.excess_nm) {
-            closing.is_over = true;
-        } else {
+        let limit_nm = sensor.settings().torque_limit_nm;
+        let onset_nm = sensor
+            .free_at(closing.onset_rad)
+            .map_or(0.0, |free| free.torque_nm);
+        let least_nm = onset_nm + LEAST_SHARE * limit_nm;
+        (self.search).begin(closing.onset_rad, factor * closing.level_nm, least_nm);
+        // From the end of the travel on the motor holds, with a current of its own that shows no torque of the finger.
+        let way_rad = sensor.drivetrain().rotation_rad(0, block.counts);
+        let is_at_end = way_rad >= sensor.settings().travel_rad
+            || sensor.is_at_stop(angle_rad, closing.excess_nm);
+        if !is_at_end {
             let share = factor * efficiency;
             let variance_nm2 = share * share * residual.variance_nm2;
-            closing.elbow = (closing.search).push(angle_rad, closing.torque_nm, variance_nm2);
-            closing.is_over = closing.elbow.is_some()
-                || closing.excess_nm >= ENOUGH * sensor.settings().torque_limit_nm;
+            closing.elbow = (self.search).push(angle_rad, closing.torque_nm, variance_nm2);
         }
-        if closing.is_over {
+        if is_at_end || closing.elbow.is_some() || closing.excess_nm >= ENOUGH * limit_nm {
+            closing.end(&mut self.search);
             sensor.conclude();
         }
     }
@@ -243,7 +258,6 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
                 // The sensor tells the torque of the block before the last.
                 let [before_nm, _] = self.before_nm;
                 self.closing = Some(Closing {
-                    search: SecondContact::new(f32::INFINITY),
                     onset_rad: theta_a_rad,
                     level_nm: before_nm - torque_nm,
                     last_us: now_us,
@@ -257,6 +271,14 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
                 });
                 return;
             }
+            // A place on the very joint is as soft as one anywhere on the phalanx before it.
+            Event::Located {
+                phalanx: 2,
+                k_m,
+                sigma_m,
+                settled: true,
+                ..
+            } if k_m < AT_JOINT_SIGMAS * sigma_m => proximal(sensor),
             Event::Located {
                 phalanx,
                 k_m,
@@ -280,16 +302,7 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
             Event::NotLocated {
                 why: NotLocated::Proximal,
                 ..
-            } => {
-                let length_m = sensor.finger().phalanx_length_m(1).unwrap_or(f32::NAN);
-                let contact = Contact {
-                    phalanx: 1,
-                    // Joint 1 stands wherever the contact is.
-                    k_m: 0.5 * length_m,
-                    radius_m: 0.0,
-                };
-                First::At(contact, 0.0)
-            }
+            } => proximal(sensor),
             Event::Ambiguous { settled: true, .. } | Event::NotLocated { .. } => First::Unplaced,
             _ => return,
         };
@@ -307,7 +320,7 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
         let closing = self.closing.as_mut()?;
         if !closing.is_over {
             if now_us.saturating_sub(closing.last_us) > STANDS_US {
-                closing.is_over = true;
+                closing.end(&mut self.search);
                 sensor.conclude();
             }
             return None;
@@ -333,7 +346,24 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
     }
 }
 
+/// A contact somewhere on phalanx 1: joint 1 stands wherever it is.
+fn proximal<F: Mechanics, H: JointSensor, X: SeriesElement>(sensor: &Sensor<F, H, X>) -> First {
+    let length_m = sensor.finger().phalanx_length_m(1).unwrap_or(f32::NAN);
+    let contact = Contact {
+        phalanx: 1,
+        k_m: 0.5 * length_m,
+        radius_m: 0.0,
+    };
+    First::At(contact, 0.0)
+}
+
 impl<C: Copy> Closing<C> {
+    /// No more is to come: what the blocks show counts.
+    fn end(&mut self, search: &mut SecondContact) {
+        self.is_over = true;
+        self.elbow = self.elbow.or_else(|| search.finish());
+    }
+
     /// Whether an elbow is a second contact, and what is known of it.
     fn second_contact<F, H: JointSensor, X: SeriesElement>(
         &mut self,
