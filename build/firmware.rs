@@ -19,6 +19,11 @@ pub fn prepare() {
     let name = env::var("PALPATE_SCENE").unwrap_or_else(|_| scene::list::DEFAULT.to_owned());
     match scene::load(&folder, &name) {
         Ok(scene) => {
+            // Tasks keep the states of what they never await, too: a constant cannot leave them out.
+            println!("cargo::rustc-check-cfg=cfg(identify)");
+            if scene.flag("identify.fitted") {
+                println!("cargo::rustc-cfg=identify");
+            }
             let active = generate::type_name(&name);
             let text = format!(
                 "{}\n/// The scene that this firmware is built for.\npub type Active = {active};\n",

@@ -258,6 +258,8 @@ impl palpate::scene::Scene for {name} {{
     ));
     section(&format!(
         "    const HOLD_FORCE_N: f32 = {};
+    const FRICTION_NM: f32 = {};
+    const IDENTIFIES: bool = {};
     const ANGLE_SENSOR: palpate::joint_sensor::AngleSensor = palpate::joint_sensor::AngleSensor {{
         zero_v: {},
         volt_per_rad: {},
@@ -286,6 +288,8 @@ const _: &palpate::drive::config::CheckedConfig = &<{name} as palpate::scene::Sc
 const _: &<{name} as palpate::scene::Scene>::Finger = &<{name} as palpate::scene::Scene>::MECHANISM;
 ",
         of("motion.hold_force_n"),
+        of("motor.friction_nm"),
+        scene.flag("identify.fitted"),
         of("hall.zero_v"),
         of("hall.sensitivity_v_per_rad"),
         of("hall.min_rad"),

@@ -2,36 +2,22 @@
 //!
 //! FREE.csv is a free closing and opening of the finger, GRASP.csv a closing on an object; each has a head with at least the
 //! columns `time_s`, `encoder_counts` (from the opening stop) and `current_a` (closing positive), a row a millisecond. The
-//! drivetrain below is that of the prototype: yours has other numbers. (`cargo xtask replay` does more: it resamples,
-//! finds the free closing by itself and reads the drivetrain from a scene.)
+//! drivetrain in `prototype/mod.rs` is that of the paper's finger: yours has other numbers. (`cargo xtask replay` does more: it
+//! resamples, finds the free closing by itself and reads the drivetrain from a scene.)
 
 use std::error::Error;
 
-use palpate::finger::{Assembly, Finger, Levers, Linkage, Mechanics, Parameters, Springless};
-use palpate::sensing::{Calibration, Directive, Drive, Drivetrain, Sample, Sensor, Settings};
+mod prototype;
 
-type Prototype = Finger<2, Linkage<1>, Springless>;
+use palpate::sensing::{Directive, Drive, Sample, Sensor, Settings};
+use prototype::{Prototype, UNCALIBRATED, drivetrain};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [free, grasp] = arguments.as_slice() else {
         return Err("usage: sense_recording FREE.csv GRASP.csv".into());
     };
-    let finger = Prototype::constant(
-        Parameters {
-            lengths_m: [0.090, 0.070],
-            stiffness_nm_per_rad: [0.0, 0.05],
-            rest_rad: [0.0, 0.0],
-            range_rad: [[-0.5, 2.6], [0.0, 2.0]],
-        },
-        [Levers {
-            driving_m: 0.060,
-            coupler_m: 0.104,
-            driven_m: 0.030,
-            offset_rad: 120.0_f32.to_radians(),
-            assembly: Assembly::Clockwise,
-        }],
-    )?;
+    let finger = prototype::finger()?;
     let mut sensor: Sensor<Prototype> = Sensor::new(
         finger,
         drivetrain(&finger),
@@ -57,40 +43,6 @@ fn run(sensor: &mut Sensor<Prototype>, samples: &[Sample]) {
         && let Some(event) = sensor.update(last)
     {
         println!("{:9.3} s  {event:?}", last.time_us as f64 * 1e-6);
-    }
-}
-
-/// Nothing was calibrated: the torque factor is known to 12 %, the cable (1.2 N m/rad) to 30 %.
-const UNCALIBRATED: Calibration = Calibration {
-    torque_factor: 1.0,
-    torque_factor_sigma: 0.115,
-    cable_rad_per_nm: 1.0 / 1.2,
-    cable_sigma_rad_per_nm: 0.25,
-    correlation: 0.0,
-    stiffening_per_nm: 0.0,
-    stiffening_sigma_per_nm: 0.3,
-    contacts: 0,
-    presses: 0,
-};
-
-/// A motor of 8.9 mN m/A with 1024 counts a turn behind a gearhead of 64:1 and a worm of 20:1.
-fn drivetrain(finger: &Prototype) -> Drivetrain {
-    let reduction = 64.0 * 20.0;
-    let rad_per_count = core::f32::consts::TAU / (1024.0 * reduction);
-    Drivetrain {
-        rad_per_count,
-        counts_per_turn: 1024,
-        counts_per_worm_turn: 64 * 1024,
-        creep: 0.05,
-        creep_s: 5.0,
-        opening_stop_rad: finger.input_angle_rad(&finger.rest()),
-        torque_per_ampere_nm: 8.9e-3 * reduction,
-        efficiency: 0.33,
-        inertia_kg_m2: 1e-8 * reduction * reduction,
-        inertia_share: 0.115,
-        viscous_nm_s_per_rad: 2.3e-8 * reduction * reduction,
-        efficiency_per_speed: 0.07,
-        backlash_rad: 1456.0 * rad_per_count,
     }
 }
 

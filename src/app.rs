@@ -3,6 +3,7 @@
 
 pub mod console;
 pub mod grasp;
+pub mod identify;
 pub mod log;
 pub mod selftest;
 pub mod storage;

@@ -2,7 +2,7 @@
 
 use palpate::finger::{
     Assembly, Class, Configuration, Contact, Finger, FourBar, Levers, Linkage, Mechanics,
-    Parameter, Parameters, Tendon,
+    Parameter, Parameters, PathPoint, Tendon,
 };
 use palpate::numeric::Rotation;
 
@@ -91,6 +91,22 @@ fn without_a_spring_joint_1_follows() {
     assert_eq!(finger.free_at_torque(0.01, &finger.rest()), None);
 }
 
+/// The path of a contact on phalanx 2, at a place and with a radius (metre), after a rise of the torque from none.
+fn risen<const N: usize, F: Mechanics<Configuration = Configuration<N>>>(
+    finger: &F,
+    at: &Configuration<N>,
+    (k_m, radius_m): (f32, f32),
+    rise_nm: f32,
+) -> PathPoint {
+    let contact = Contact {
+        phalanx: 2,
+        k_m,
+        radius_m,
+    };
+    let mut path = finger.path(at, 0.0, contact).expect("it presses");
+    finger.follow(&mut path, rise_nm).expect("a small rise")
+}
+
 /// Follows a path in small rises until it is lost; the last point.
 fn follow_to_the_end<const N: usize, F: Mechanics<Configuration = Configuration<N>>>(
     finger: &F,
@@ -174,18 +190,7 @@ fn either_side_of_e2() {
             // k is told by the root of C: an ulp of e_2 is what remains.
             assert!(nearest <= 2e-6 * 0.09, "{off} {opens}: {answer:?}");
             assert_eq!(answer.class(), Class::AmbiguousSame);
-            let mut path = finger
-                .path(
-                    &at,
-                    0.0,
-                    Contact {
-                        phalanx: 2,
-                        k_m,
-                        radius_m: 0.0,
-                    },
-                )
-                .expect("it presses");
-            let point = finger.follow(&mut path, 0.01).expect("a small rise");
+            let point = risen(&finger, &at, (k_m, 0.0), 0.01);
             assert_eq!(point.joints_rad[1] < 0.0, opens, "{point:?}");
         }
     }
@@ -328,20 +333,7 @@ fn extreme_stiffness_ratios() {
                     .any(|c| (c.k_m - k_m).abs() < 1e-5),
                 "{k1} {k2} {share}: {answer:?}"
             );
-            let mut path = finger
-                .path(
-                    &at,
-                    0.0,
-                    Contact {
-                        phalanx: 2,
-                        k_m,
-                        radius_m: 0.05,
-                    },
-                )
-                .expect("it presses");
-            let point = finger
-                .follow(&mut path, 1e-3 * k1.min(k2))
-                .expect("a small rise");
+            let point = risen(&finger, &at, (k_m, 0.05), 1e-3 * k1.min(k2));
             let tangent = c * 1e-3 * k1.min(k2);
             assert!(
                 (point.rotation_rad / tangent - 1.0).abs() < 1e-2,

@@ -2,8 +2,13 @@
 
 use palpate::app::console::command::Verb;
 use palpate::app::console::settings::Setting;
-use palpate::app::log::LINES;
+use palpate::app::identify::Report;
+use palpate::app::log::{self, LINES, Parsed};
+use palpate::app::selftest::{ExpectedRange, SelfTestStep};
 use palpate::drive::Fault;
+use palpate::drive::identify::{Identified, Quantity};
+use palpate::scene::Scene;
+use palpate_scenes::{P70, P70Shunt};
 
 const REPORT: &str = include_str!("../docs/report/README.md");
 const RESULTS: &str = include_str!("../docs/RESULTS.md");
@@ -94,6 +99,46 @@ fn the_manual_lists_every_log_line_with_its_keys() {
             rows.iter().any(|row| row.contains(&call)),
             "docs/MANUAL.md lacks the line {call}"
         );
+    }
+}
+
+/// The transcripts are what the commands print today: line for line, key for key, what is wanted and in which unit.
+#[test]
+fn the_manual_s_transcripts_have_the_firmware_s_lines() {
+    let transcript = |name: &str| -> Vec<Parsed<'_>> {
+        let lines = MANUAL.lines().map(str::trim_start);
+        let parsed = lines.filter(|line| line.starts_with(&format!("{name} ")));
+        parsed.map(log::parse).collect()
+    };
+    let keys = |name: &str| {
+        let line = LINES.iter().find(|line| line.name() == name);
+        line.expect("a line of the log").keys
+    };
+    let steps = transcript("selftest");
+    assert_eq!(steps.len(), SelfTestStep::ALL.len());
+    let limits = P70::DRIVE.limits;
+    for (told, step) in steps.iter().zip(SelfTestStep::ALL) {
+        let wanted = ExpectedRange::of(step, limits.supply_min_v, limits.supply_max_v, false);
+        for key in keys("selftest") {
+            assert!(told.field(key).is_some(), "{step:?} {key}");
+        }
+        assert_eq!(told.field("step"), Some(step.name()));
+        assert_eq!(told.field("want"), Some(wanted.to_string().as_str()));
+    }
+    let quantities = transcript("identify");
+    assert_eq!(quantities.len(), Quantity::ALL.len());
+    for (told, quantity) in quantities.iter().zip(Quantity::ALL) {
+        let report = Report::of::<P70Shunt>(quantity, &Identified::default());
+        for key in keys("identify") {
+            assert!(told.field(key).is_some(), "{quantity:?} {key}");
+        }
+        assert_eq!(told.field("quantity"), Some(report.name));
+        assert_eq!(told.field("unit"), Some(report.unit));
+        let datasheet: f32 = told
+            .field("datasheet")
+            .and_then(|n| n.parse().ok())
+            .expect("a number");
+        assert!((datasheet / report.datasheet - 1.0).abs() < 1e-5);
     }
 }
 

@@ -52,7 +52,8 @@ use Kind::{Flag, Number, PerPhalanx, PerPulley, PerStage, Text, Words};
 #[rustfmt::skip]
 pub(super) const KEYS: &[Key] = &[
     must("title", Text),
-    must("finger.length_m", PerPhalanx(1e-3, 10.0)),
+    // From a miniature gripper to a harvesting hand; millimetres or a lost zero (0.8 for 0.08) fall outside.
+    must("finger.length_m", PerPhalanx(5e-3, 0.5)),
     must("finger.spring_nm_per_rad", PerPhalanx(0.0, 1e3)),
     must("finger.rest_deg", PerPhalanx(-90.0, 180.0)),
     must("finger.joint_min_deg", PerPhalanx(-180.0, 180.0)),
@@ -67,6 +68,7 @@ pub(super) const KEYS: &[Key] = &[
     must("motor.resistance_ohm", Number(0.1, 500.0)),
     must("motor.rotor_inertia_kg_m2", Number(1e-10, 1e-3)),
     must("motor.viscous_nm_s_per_rad", Number(0.0, 1e-4)),
+    must("motor.friction_nm", Number(1e-9, 1.0)),
     must("motor.winding_limit_c", Number(40.0, 155.0)),
     must("motor.ambient_c", Number(-20.0, 145.0)),
     must("motor.winding_thermal_resistance_k_per_w", Number(0.1, 200.0)),
@@ -92,6 +94,7 @@ pub(super) const KEYS: &[Key] = &[
     must("shunt.fitted", Flag),
     must("shunt.shunt_ohm", Number(1e-4, 10.0)),
     must("shunt.gain_v_per_v", Number(1.0, 1000.0)),
+    must("identify.fitted", Flag),
     must("supply.divider", Number(0.01, 1.0)),
     must("hall.fitted", Flag),
     must("hall.zero_v", Number(-20.0, 20.0)),

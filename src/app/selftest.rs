@@ -1,6 +1,6 @@
 //! The self-test of a board: what each step measures, what it must be, and what to look at where it is not.
 //!
-//! The steps run in the order of [`Step::ALL`]; the first that fails ends the test, so that the motor moves only where
+//! The steps run in the order of [`SelfTestStep::ALL`]; the first that fails ends the test, so that the motor moves only where
 //! everything before is as it should be. The motion itself belongs to the board's task.
 
 mod measurement;
@@ -14,7 +14,7 @@ use crate::drive::Fault;
 
 /// A step of the self-test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Step {
+pub enum SelfTestStep {
     /// The supply is within the limits.
     Supply,
     /// The bridge wakes up: nFAULT is high.
@@ -33,7 +33,7 @@ pub enum Step {
     Travel,
 }
 
-impl Step {
+impl SelfTestStep {
     /// Every step, in the order in which they run.
     pub const ALL: [Self; 8] = [
         Self::Supply,
@@ -98,30 +98,30 @@ pub const TRAVEL_RAD_PER_S: f32 = 0.1;
 
 /// The values that a step may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wanted {
+pub struct ExpectedRange {
     /// The step.
-    pub step: Step,
+    pub step: SelfTestStep,
     /// Smallest value, in the step's unit.
     pub min: f32,
     /// Largest value, in the step's unit.
     pub max: f32,
 }
 
-impl Wanted {
+impl ExpectedRange {
     /// For a board whose supply must lie within these limits, volt, and whose current sense may be signed.
-    pub fn of(step: Step, supply_min_v: f32, supply_max_v: f32, signed: bool) -> Self {
+    pub fn of(step: SelfTestStep, supply_min_v: f32, supply_max_v: f32, signed: bool) -> Self {
         let driven_ma = DRIVEN_A * 1e3;
         let (min, max) = match step {
-            Step::Wake | Step::BreakInput => (1.0, 1.0),
-            Step::Supply => (supply_min_v, supply_max_v),
+            SelfTestStep::Wake | SelfTestStep::BreakInput => (1.0, 1.0),
+            SelfTestStep::Supply => (supply_min_v, supply_max_v),
             // Zero is no offset but a negative one, which the unsigned converter cannot see.
-            Step::Offset => (if signed { -15.0 } else { 0.2 }, 15.0),
+            SelfTestStep::Offset => (if signed { -15.0 } else { 0.2 }, 15.0),
             // Without any noise nothing is connected. 0.5 mA rms and more in a control period is what the detection
             // threshold is made for; a sample averages twenty.
-            Step::Noise => (0.001, 1.0),
-            Step::Current => (0.5 * driven_ma, 1.5 * driven_ma),
-            Step::Encoder => (0.5 * ENCODER_COUNTS as f32, 10.0 * ENCODER_COUNTS as f32),
-            Step::Travel => (0.8e3 * TRAVEL_RAD, 1.2e3 * TRAVEL_RAD),
+            SelfTestStep::Noise => (0.001, 1.0),
+            SelfTestStep::Current => (0.5 * driven_ma, 1.5 * driven_ma),
+            SelfTestStep::Encoder => (0.5 * ENCODER_COUNTS as f32, 10.0 * ENCODER_COUNTS as f32),
+            SelfTestStep::Travel => (0.8e3 * TRAVEL_RAD, 1.2e3 * TRAVEL_RAD),
         };
         Self { step, min, max }
     }
@@ -133,7 +133,7 @@ impl Wanted {
     }
 }
 
-impl fmt::Display for Wanted {
+impl fmt::Display for ExpectedRange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (min, max) = (Decimal(self.min), Decimal(self.max));
         let unit = self.step.unit();
@@ -146,24 +146,31 @@ impl fmt::Display for Wanted {
 }
 
 /// What to look at where a step failed with this value, and perhaps a fault.
-pub fn remedy(step: Step, value: f32, wanted: &Wanted, fault: Option<Fault>) -> &'static str {
+pub fn remedy(
+    step: SelfTestStep,
+    value: f32,
+    wanted: &ExpectedRange,
+    fault: Option<Fault>,
+) -> &'static str {
     let low = value < wanted.min;
     match (step, fault) {
-        (_, Some(Fault::SupplyLow | Fault::SupplyHigh)) | (Step::Supply, _) => {
+        (_, Some(Fault::SupplyLow | Fault::SupplyHigh)) | (SelfTestStep::Supply, _) => {
             "check the supply and the divider at A5; set supply-min and supply-max to the supply in use"
         }
-        (Step::Wake, _) => {
+        (SelfTestStep::Wake, _) => {
             "nFAULT stays low: is the bridge supplied, nSLEEP at D4, nFAULT at D6, no short at the outputs?"
         }
-        (Step::BreakInput, _) => {
+        (SelfTestStep::BreakInput, _) => {
             "nFAULT is held high: remove a pull-up of its own (the chip has one) or a short to 3.3 V"
         }
-        (Step::Offset, None) if low => {
+        (SelfTestStep::Offset, None) if low => {
             "the offset reads zero, it may be negative: fit the resistor that lifts the sense, check the wire at A1"
         }
-        (Step::Offset, _) => "the offset is too large: check ground and the sense resistor at A1",
-        (Step::Noise, _) if low => "no noise at all: is the sense connected to A1?",
-        (Step::Noise, _) => "keep the motor's wires away from A1, fit the capacitor at A1",
+        (SelfTestStep::Offset, _) => {
+            "the offset is too large: check ground and the sense resistor at A1"
+        }
+        (SelfTestStep::Noise, _) if low => "no noise at all: is the sense connected to A1?",
+        (SelfTestStep::Noise, _) => "keep the motor's wires away from A1, fit the capacitor at A1",
         (_, Some(Fault::EncoderReversed)) => {
             "the encoder counts against the motor: swap the motor's wires or the encoder's A and B"
         }
@@ -173,17 +180,17 @@ pub fn remedy(step: Step, value: f32, wanted: &Wanted, fault: Option<Fault>) -> 
         (_, Some(Fault::SenseStuck)) => {
             "no current is read: check the sense wire at A1, the motor's wires, EN at D7"
         }
-        (Step::Current, _) if low => {
+        (SelfTestStep::Current, _) if low => {
             "too little current flows: check the motor's wires and EN at D7"
         }
-        (Step::Current, _) => "more current is read than driven: check the sense resistor",
-        (Step::Encoder, _) if value < -wanted.min => {
+        (SelfTestStep::Current, _) => "more current is read than driven: check the sense resistor",
+        (SelfTestStep::Encoder, _) if value < -wanted.min => {
             "the encoder counts against the motor: swap the motor's wires or the encoder's A and B"
         }
-        (Step::Encoder, _) => {
+        (SelfTestStep::Encoder, _) => {
             "the motor does not turn, or the encoder does not count: check the encoder's supply, A at D12 and B at D11; free the finger"
         }
-        (Step::Travel, _) => "the motion is too stiff: free the finger and the drivetrain",
+        (SelfTestStep::Travel, _) => "the motion is too stiff: free the finger and the drivetrain",
     }
 }
 
@@ -191,13 +198,13 @@ pub fn remedy(step: Step, value: f32, wanted: &Wanted, fault: Option<Fault>) -> 
 mod tests {
     use super::*;
 
-    fn wanted(step: Step) -> Wanted {
-        Wanted::of(step, 10.0, 14.0, false)
+    fn wanted(step: SelfTestStep) -> ExpectedRange {
+        ExpectedRange::of(step, 10.0, 14.0, false)
     }
 
     #[test]
     fn each_step_says_what_it_wants_in_its_unit() {
-        let texts = Step::ALL.map(|step| wanted(step).to_string());
+        let texts = SelfTestStep::ALL.map(|step| wanted(step).to_string());
         assert_eq!(
             texts,
             [
@@ -215,7 +222,7 @@ mod tests {
 
     #[test]
     fn both_ends_pass_and_what_lies_beyond_or_is_no_number_fails() {
-        for step in Step::ALL {
+        for step in SelfTestStep::ALL {
             let wanted = wanted(step);
             assert!(wanted.contains(wanted.min) && wanted.contains(wanted.max));
             for value in [wanted.min - 0.1, wanted.max + 0.1, f32::NAN] {
@@ -227,8 +234,8 @@ mod tests {
 
     #[test]
     fn a_reversed_encoder_and_a_dead_one_have_different_remedies() {
-        let wanted = wanted(Step::Encoder);
-        let of = |value, fault| remedy(Step::Encoder, value, &wanted, fault);
+        let wanted = wanted(SelfTestStep::Encoder);
+        let of = |value, fault| remedy(SelfTestStep::Encoder, value, &wanted, fault);
         assert_eq!(of(-1000.0, None), of(0.0, Some(Fault::EncoderReversed)));
         assert_ne!(of(-1000.0, None), of(0.0, None));
         assert_ne!(of(0.0, None), of(0.0, Some(Fault::EncoderStuck)));

@@ -14,7 +14,9 @@ use palpate::app::log::{self, Log};
 use palpate::app::storage::record::{self, Record};
 use palpate::app::storage::store::{Found, Writer};
 use palpate::drive::Fault;
+use palpate::drive::identify::Identified;
 use palpate::drive::sequence::{Notice, Refused};
+use palpate::scene::Scene;
 
 use super::Shared;
 use super::console::{self, Parsed};
@@ -26,6 +28,9 @@ use super::trace;
 /// The scene that a record must be of.
 const SCENE_ID: u32 = record::scene_id::<Active>();
 
+/// Bytes of a record told at once: in an answer there is room for their digits.
+const PIECE_BYTES: usize = 24;
+
 /// What was found in flash at start.
 pub enum Loaded {
     /// Nothing was ever saved, or nothing is left of it; the log says which.
@@ -34,6 +39,8 @@ pub enum Loaded {
     Restored {
         /// What the user has set.
         overrides: Overrides,
+        /// What was identified of the motor.
+        identified: Option<Identified>,
         /// Whether friction is known.
         notice: Notice,
     },
@@ -48,9 +55,12 @@ pub fn load(storage: &mut Storage, sensing: &Shared<ContactSensing<Active>>) -> 
         Found::Nothing => (Loaded::Nothing, "none"),
         Found::Unreadable => (Loaded::Nothing, "unreadable"),
         Found::Record { bytes, newest } => {
-            let restored = Record::decode(bytes, SCENE_ID, |record| Loaded::Restored {
-                overrides: *record.overrides,
-                notice: sensing.lock(|sensing| sensing.borrow_mut().restore(record)),
+            let restored = Record::decode::<{ Active::IDENTIFIES }, _>(bytes, SCENE_ID, |record| {
+                Loaded::Restored {
+                    overrides: *record.overrides,
+                    identified: record.identified.copied(),
+                    notice: sensing.lock(|sensing| sensing.borrow_mut().restore(record)),
+                }
             });
             match restored {
                 Ok(restored) => (restored, if newest { "loaded" } else { "older" }),
@@ -80,12 +90,13 @@ pub async fn execute(
 ) {
     let mut answer = Answer::new();
     loop {
-        let parsed = console::next().await;
+        let parsed = console::next(&mut port).await;
         answer.clear();
         let action = application.command(&mut answer, parsed);
         if matches!(action, Action::Save | Action::Factory) {
             let saves = action == Action::Save;
-            let encode = |writer: &mut Writer<'_, _>| application.encode(writer);
+            let encode =
+                |writer: &mut Writer<'_, _>| application.encode(&mut |byte| writer.push(byte));
             let done = match storage.replace(saves.then_some(encode)).await {
                 Ok(()) if saves => answer.push_str("saved"),
                 Ok(()) => answer.push_str("forgotten"),
@@ -97,6 +108,10 @@ pub async fn execute(
         }
         if action == Action::SelfTest {
             application.selftest(&mut port, &mut answer).await;
+        }
+        #[cfg(identify)]
+        if action == Action::Identify {
+            application.identify(&mut port, &mut answer).await;
         }
         let mut row = 0;
         loop {
@@ -147,7 +162,7 @@ impl Application {
                 self.status(answer);
                 ""
             }
-            Action::SelfTest => "",
+            Action::SelfTest | Action::Identify => "",
             Action::Help | Action::Show | Action::Save | Action::Factory => {
                 self.list(answer, action, 0);
                 ""
@@ -159,22 +174,38 @@ impl Application {
 
     /// Encodes what is to be kept.
     #[inline(never)]
-    fn encode(self, writer: &mut Writer<'_, storage::Region>) {
-        let overrides = self
-            .coordinator
-            .lock(|coordinator| *coordinator.borrow().overrides());
+    fn encode(self, put: &mut dyn FnMut(u8)) {
+        let (overrides, identified) = self.coordinator.lock(|coordinator| {
+            let coordinator = coordinator.borrow();
+            (*coordinator.overrides(), coordinator.identified().copied())
+        });
         self.sensing.lock(|sensing| {
             let sensing = sensing.borrow();
             let record = Record {
                 overrides: &overrides,
                 calibration: sensing.calibration(),
                 friction: sensing.sensor().friction(),
+                identified: identified.as_ref(),
             };
-            record.encode(SCENE_ID, |byte| writer.push(byte));
+            record.encode(SCENE_ID, put);
         });
     }
 
-    /// A row of what `help` and `show` list; false, and nothing written, after the last one.
+    /// A piece of what `save` would keep, its bytes as numbers behind the piece's own, so that a recording tells what was known
+    /// when it began; false after the last one.
+    fn kept(self, answer: &mut Answer, piece: usize) -> bool {
+        let _ = write!(answer, "kept {}", piece as i32);
+        let (mut place, from) = (0, piece * PIECE_BYTES);
+        self.encode(&mut |byte| {
+            if (from..from + PIECE_BYTES).contains(&place) {
+                let _ = write!(answer, " {}", i32::from(byte));
+            }
+            place += 1;
+        });
+        from < place
+    }
+
+    /// A row of what `help` and `show` list and of what `trace on` tells; false, and nothing written, after the last one.
     #[inline(never)]
     fn list(self, answer: &mut Answer, action: Action, row: usize) -> bool {
         let _ = match action {
@@ -201,6 +232,7 @@ impl Application {
                 let value = Decimal(range.to_user(value_si));
                 write!(answer, "{name} {value} {unit} ({range})")
             }
+            Action::Trace(every) if every > 0 => return self.kept(answer, row - 1),
             _ => return false,
         };
         true
@@ -232,6 +264,7 @@ fn refuse(answer: &mut Answer, refused: Refused) {
         Refused::Busy(state) => (state.name(), " is going on: stop first"),
         Refused::NoFault => ("no fault", " is latched"),
         Refused::NoFriction => ("no friction", " is recorded: record-friction first"),
+        Refused::NotFitted => ("identify", " is not in this scene: set identify.fitted"),
         Refused::NoCable => ("no cable", " is in this scene: use a pin"),
     };
     let _ = write!(answer, "refused: {what}{why}");

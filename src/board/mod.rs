@@ -17,6 +17,8 @@ mod control;
 mod crash;
 mod encoder;
 mod execute;
+#[cfg(identify)]
+mod identify;
 mod indicator;
 #[cfg(feature = "fault-injection")]
 mod inject;
@@ -48,6 +50,7 @@ use palpate::app::grasp::sensing::ContactSensing;
 use palpate::app::log::Log;
 use palpate::app::storage::store::Store;
 use palpate::drive::config::{CheckedConfig, OutOfRange};
+use palpate::drive::identify::Identified;
 use palpate::drive::sequence::Notice;
 use palpate::drive::{Controller, Fault};
 use palpate::joint_sensor::JointSensor;
@@ -128,14 +131,16 @@ fn start(spawner: Spawner) {
     let Some(sensing) = sensing() else { return };
     let mut storage = Store::new(storage::Region::new(p.FLASH));
     let mut overrides = Overrides::default();
+    let mut identified = None;
     match execute::load(&mut storage, sensing) {
         Loaded::Nothing => {}
         Loaded::Unusable => fault = fault.or(Some(Fault::BadRecord)),
         Loaded::Restored {
             overrides: set,
+            identified: measured,
             notice,
         } => {
-            overrides = set;
+            (overrides, identified) = (set, measured);
             // There is room for this one, and for the one below.
             let _ = tasks::NOTICES.try_send(notice);
         }
@@ -145,7 +150,8 @@ fn start(spawner: Spawner) {
         encoder,
         sampling,
     };
-    let Some((samples, coordinator)) = launch(chip, reset, overrides, &mut fault) else {
+    let Some((samples, coordinator)) = launch(chip, reset, overrides, identified, &mut fault)
+    else {
         return;
     };
     if let Some(fault) = fault {
@@ -182,11 +188,12 @@ fn launch(
     chip: control::Chip,
     reset: Reset,
     set: Overrides,
+    identified: Option<Identified>,
     fault: &mut Option<Fault>,
 ) -> Option<(control::Samples, &'static Shared<Coordinator<Active>>)> {
     static COORDINATOR: StaticCell<Shared<Coordinator<Active>>> = StaticCell::new();
     let joint = Active::joint_sensor().inspect_err(bad_configuration).ok()?;
-    let (drive, set) = match drive::<Active>(&set) {
+    let (drive, set) = match drive::<Active>(&set, identified.as_ref()) {
         Ok(drive) => (drive, set),
         Err(wrong) => {
             bad_configuration(&wrong);
@@ -194,7 +201,11 @@ fn launch(
             (Active::CHECKED, Overrides::default())
         }
     };
-    let coordinator = COORDINATOR.try_init(Mutex::new(RefCell::new(Coordinator::new(set))))?;
+    let mut coordinator = Coordinator::new(set);
+    if let Some(identified) = identified {
+        coordinator.set_identified(identified);
+    }
+    let coordinator = COORDINATOR.try_init(Mutex::new(RefCell::new(coordinator)))?;
     let controller = controller(&drive, reset);
     let samples = control::start(chip, controller, joint)?;
     Some((samples, coordinator))

@@ -9,7 +9,9 @@ use crate::scene::Active;
 use palpate::app::console::settings::Setting;
 use palpate::app::console::text::{Answer, Decimal};
 use palpate::app::log::Log;
-use palpate::app::selftest::{Measurement, SETTLE_MS, Step, TRAVEL_RAD, Wanted, remedy};
+use palpate::app::selftest::{
+    ExpectedRange, Measurement, SETTLE_MS, SelfTestStep, TRAVEL_RAD, remedy,
+};
 use palpate::drive::{Setpoint, Status};
 use palpate::scene::Scene;
 
@@ -33,7 +35,7 @@ impl Application {
     }
 
     /// The first step that failed.
-    async fn steps(self, port: &mut BufferedUartTx<'static>) -> Option<Step> {
+    async fn steps(self, port: &mut BufferedUartTx<'static>) -> Option<SelfTestStep> {
         let limit = |setting| {
             self.coordinator
                 .lock(|coordinator| coordinator.borrow().value(setting))
@@ -41,17 +43,17 @@ impl Application {
         let (supply_min_v, supply_max_v) = (limit(Setting::SupplyMin), limit(Setting::SupplyMax));
         let signed = Active::CHECKED.config().sense.signed;
         let mut measurement = Measurement::new(Active::CHECKED.scale().counts(TRAVEL_RAD));
-        for step in Step::ALL {
+        for step in SelfTestStep::ALL {
             let value = self.measure(step, &mut measurement).await;
             let value = value.unwrap_or(f32::NAN);
             let mut told = step;
-            let mut wanted = Wanted::of(step, supply_min_v, supply_max_v, signed);
+            let mut wanted = ExpectedRange::of(step, supply_min_v, supply_max_v, signed);
             let passed = wanted.contains(value);
             if !passed {
                 // A fault may belong to another step than the one in which it was detected.
                 let fault = control::status().fault;
-                told = fault.and_then(Step::of_fault).unwrap_or(step);
-                wanted = Wanted::of(told, supply_min_v, supply_max_v, signed);
+                told = fault.and_then(SelfTestStep::of_fault).unwrap_or(step);
+                wanted = ExpectedRange::of(told, supply_min_v, supply_max_v, signed);
             }
             self.report_step(port, told, value, &wanted, passed).await;
             if !passed {
@@ -64,9 +66,9 @@ impl Application {
     async fn report_step(
         self,
         port: &mut BufferedUartTx<'static>,
-        step: Step,
+        step: SelfTestStep,
         value: f32,
-        wanted: &Wanted,
+        wanted: &ExpectedRange,
         passed: bool,
     ) {
         let fault = control::status().fault;
@@ -104,7 +106,11 @@ impl Application {
     }
 
     /// Carries a step out; its value.
-    async fn measure(self, step: Step, measurement: &mut Measurement) -> Result<f32, Ended> {
+    async fn measure(
+        self,
+        step: SelfTestStep,
+        measurement: &mut Measurement,
+    ) -> Result<f32, Ended> {
         for _ in 0..Measurement::asks(step) {
             let (setpoint, most_ms) = measurement.ask(step, &control::status());
             let asked = self
@@ -122,9 +128,11 @@ impl Application {
         }
         Ok(match step {
             // Whether nFAULT is high once the bridge is awake.
-            Step::Wake => level(self.ask(Setpoint::Off).is_ok() && bridge::fault_pin_is_high()),
+            SelfTestStep::Wake => {
+                level(self.ask(Setpoint::Off).is_ok() && bridge::fault_pin_is_high())
+            }
             // Whether a low nFAULT cuts the outputs, with the bridge asleep.
-            Step::BreakInput => {
+            SelfTestStep::BreakInput => {
                 let _pause = control::pause();
                 level(bridge::is_off() && bridge::break_cuts_outputs())
             }

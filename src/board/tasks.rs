@@ -16,13 +16,13 @@ use super::Joint;
 use crate::scene::Active;
 use palpate::app::console::command::Command;
 use palpate::app::console::text::Answer;
-use palpate::app::grasp::sensing::{followed_notice, notice};
+use palpate::app::grasp::sensing::{SensingRequest, followed_notice, notice};
 use palpate::app::log::{self, LimitReport, Log};
 use palpate::drive::sequence::{MotionResult, Notice, State, StepOutput};
 use palpate::drive::thermal::Temperatures;
 use palpate::drive::{Fault, OffsetState, Status};
 use palpate::scene::Reading;
-use palpate::sensing::{Event, JointSensor, Side};
+use palpate::sensing::{Directive, Event, JointSensor, Side};
 
 use super::control::{self, Samples};
 use super::execute::Application;
@@ -153,6 +153,7 @@ pub async fn sequence(mut led: Led, mut button: Button, application: Application
         });
         control::demand(step.motion.demand);
         if let Some(request) = step.request {
+            report_purpose(&request);
             sensing.lock(|sensing| sensing.borrow_mut().request(request));
         }
         if let Some((_, to)) = step.motion.changed {
@@ -169,6 +170,16 @@ pub async fn sequence(mut led: Led, mut button: Button, application: Application
         led.tick();
         watchdog::report(Reporter::Sequence);
     }
+}
+
+/// Logs that a closing calibrates: the motion's states do not tell, and a recording must.
+fn report_purpose(request: &SensingRequest) {
+    let pin_m = match *request {
+        SensingRequest::Direct(Directive::Calibrate { k_m, .. }) => k_m,
+        SensingRequest::Direct(Directive::CalibrateCable) => f32::NAN,
+        _ => return,
+    };
+    Telemetry.calibrating(pin_m);
 }
 
 /// Logs what a step of the sequence decided.

@@ -23,8 +23,6 @@ pub struct Period {
     pub signed_a: f32,
     /// Current that flows by sense or model, ampere: what heats the winding.
     pub flowing_a: f32,
-    /// Motor voltage applied, volt, closing positive.
-    pub applied_v: f32,
     /// The drive closes the finger; otherwise it opens it.
     pub closing: bool,
     /// Speed in the direction of the drive, counts a period; 0 where the sense cannot tell.
@@ -39,7 +37,6 @@ pub struct Average {
     driven: i8,
     sum_a: f32,
     sum_squares_a2: f32,
-    sum_v: f32,
     /// Limits reached in any of its periods.
     pub limited: LimitsReached,
 }
@@ -51,8 +48,6 @@ pub struct Averaged {
     pub current_a: f32,
     /// Mean square of the current that flows, ampere squared.
     pub mean_square_a2: f32,
-    /// Mean voltage applied to the motor, volt, closing positive.
-    pub applied_v: f32,
     /// What the bridge did: closing or opening only where every period did.
     pub drive: Drive,
 }
@@ -70,7 +65,6 @@ impl Average {
         self.periods += 1;
         self.sum_a += period.signed_a;
         self.sum_squares_a2 += period.flowing_a * period.flowing_a;
-        self.sum_v += period.applied_v;
         if period.speed_along > MOVING {
             self.driven += if period.closing { 1 } else { -1 };
         }
@@ -84,7 +78,6 @@ impl Average {
         Averaged {
             current_a: self.sum_a * PER_SAMPLE,
             mean_square_a2: self.sum_squares_a2 * PER_SAMPLE,
-            applied_v: self.sum_v * PER_SAMPLE,
             drive: match self.driven {
                 ALL_CLOSING => Drive::Closing,
                 ALL_OPENING => Drive::Opening,
@@ -109,7 +102,6 @@ mod tests {
         Period {
             signed_a: 0.02,
             flowing_a: 0.03,
-            applied_v: 1.5,
             closing,
             speed_along,
         }
@@ -130,10 +122,8 @@ mod tests {
     fn means_are_those_of_the_periods() {
         let averaged = averaged((0..20).map(|n| Period {
             signed_a: 0.001 * n as f32,
-            applied_v: 0.1 * n as f32,
             ..moving(true, 1.0)
         }));
-        assert!((averaged.applied_v - 0.95).abs() < 1e-5);
         assert!((averaged.current_a - 0.0095).abs() < 1e-7);
         assert!((averaged.mean_square_a2 - 9e-4).abs() < 1e-9);
     }

@@ -120,6 +120,22 @@ impl Limits {
     }
 }
 
+impl Motor {
+    /// Checks what may be measured.
+    const fn check(&self) -> Result<(), OutOfRange> {
+        check(&[
+            (
+                "torque_constant_nm_per_a",
+                self.torque_constant_nm_per_a,
+                1e-4,
+                1.0,
+            ),
+            ("resistance_ohm", self.resistance_ohm, 0.1, 500.0),
+            ("rotor_inertia_kg_m2", self.rotor_inertia_kg_m2, 1e-10, 1e-3),
+        ])
+    }
+}
+
 impl Config {
     /// Checks every value against what the drive's arithmetic and this board can do.
     const fn check(&self) -> Result<(), OutOfRange> {
@@ -138,19 +154,6 @@ impl Config {
         // Positions are wrapping 32-bit counts: a quarter of their range leaves room for every difference.
         let reach_rad = 5e8 / counts_per_rad;
         let checked = check(&[
-            (
-                "torque_constant_nm_per_a",
-                motor.torque_constant_nm_per_a,
-                1e-4,
-                1.0,
-            ),
-            ("resistance_ohm", motor.resistance_ohm, 0.1, 500.0),
-            (
-                "rotor_inertia_kg_m2",
-                motor.rotor_inertia_kg_m2,
-                1e-10,
-                1e-3,
-            ),
             ("limit_c", thermal.limit_c, 40.0, 155.0),
             (
                 "ambient_c",
@@ -197,9 +200,9 @@ impl Config {
             ("position_max_rad", limits.position_max_rad, 0.0, reach_rad),
             ("overtravel_rad", limits.overtravel_rad, 1e-3, reach_rad),
         ]);
-        match checked {
-            Ok(()) => limits.check_set(sense),
-            wrong => wrong,
+        match (checked, motor.check()) {
+            (Ok(()), Ok(())) => limits.check_set(sense),
+            (Ok(()), wrong) | (wrong, _) => wrong,
         }
     }
 }
@@ -242,6 +245,17 @@ impl CheckedConfig {
         limits.supply_min_v = supply_min_v;
         limits.supply_max_v = supply_max_v;
         limits.check_set(&self.config.sense)?;
+        Ok(self)
+    }
+
+    /// The same with another motor.
+    ///
+    /// # Errors
+    /// The first of its values that is out of range.
+    pub fn with_motor(mut self, motor: Motor) -> Result<Self, OutOfRange> {
+        self.config.motor = motor;
+        self.config.motor.check()?;
+        self.scale = Scale::of(&self.config);
         Ok(self)
     }
 

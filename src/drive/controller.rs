@@ -262,12 +262,11 @@ impl Controller {
         match self.average.add(Period {
             signed_a,
             flowing_a,
-            applied_v: observed.applied_v,
             closing,
             speed_along: if blind { 0.0 } else { along },
         }) {
             HEAT_PERIOD => self.heat(),
-            PERIODS_PER_SAMPLE => self.complete_sample(),
+            PERIODS_PER_SAMPLE => self.complete_sample(observed.applied_v),
             _ => {}
         }
     }
@@ -288,7 +287,7 @@ impl Controller {
     }
 
     /// Completes the sample.
-    fn complete_sample(&mut self) {
+    fn complete_sample(&mut self, applied_v: f32) {
         let average = core::mem::take(&mut self.average);
         let averaged = average.averaged();
         self.drive = averaged.drive;
@@ -298,7 +297,7 @@ impl Controller {
         self.mean_square_a2 = averaged.mean_square_a2;
         self.status.current_a = averaged.current_a;
         self.status.supply_v = self.supply_v;
-        self.status.applied_v = averaged.applied_v;
+        self.status.applied_v = applied_v;
         self.status.limited = average.limited;
         self.completed = true;
     }

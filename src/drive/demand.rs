@@ -96,7 +96,7 @@ pub struct Status {
     pub speed_counts_per_s: f32,
     /// Motor current averaged over the last sample period (1 ms), ampere, closing positive, offset removed.
     pub current_a: f32,
-    /// Motor voltage applied, averaged over the last sample period, volt, closing positive.
+    /// Motor voltage applied in the last control period of the sample, volt, closing positive.
     pub applied_v: f32,
     /// Supply voltage, volt.
     pub supply_v: f32,

@@ -71,6 +71,12 @@ pub trait Scene {
     /// The drivetrain as the sensing sees it, but for the angle of the opening stop, which follows from the finger.
     const DRIVETRAIN: Drivetrain;
 
+    /// Torque at the motor that friction takes without load at the closing speed, newton metre.
+    const FRICTION_NM: f32;
+
+    /// The firmware can identify its motor and uses what it found.
+    const IDENTIFIES: bool;
+
     /// Contact force that holding aims at, newton.
     const HOLD_FORCE_N: f32;
 

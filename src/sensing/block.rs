@@ -1,53 +1,53 @@
-//! Averages samples into blocks of one motor turn in steady motion, the unit of every estimate.
+//! Averages samples over blocks of one motor turn of steady motion. Every estimate is made from blocks.
 //!
-//! What repeats with the motor's turn is by far the largest disturbance: the commutator's ripple in the current, and the
-//! encoder's periodic error, which the speed loop turns into current. Over exactly one turn both average out, so a block
-//! is cut by counts, within a sample where need be, and not by time (simulated: a tenth of the noise of blocks of 8 ms).
-//! Blocks begin at the same positions in every motion, multiples of a turn: what is left of the ripple repeats, and is
+//! The largest disturbances repeat with every turn of the motor: the commutator's ripple in the current, and the
+//! encoder's periodic error, which the speed loop turns into current. Both average out over exactly one turn, so a block
+//! ends at a count, if necessary within a sample, and not at a time (simulated: a tenth of the noise of blocks of 8 ms).
+//! Blocks begin at the same positions in every motion, multiples of a turn, so that the remaining ripple repeats and is
 //! recorded with the friction.
 //!
 //! The worm is self-locking and its friction depends on load and speed: the current shows the load only while the motor
-//! turns steadily in the drive direction. Whatever belongs to a start, a reversal, the dead band after it or a change of
-//! speed never becomes a block.
+//! turns steadily in the drive direction. Samples of a start, a reversal, the dead band after it or a change of speed are
+//! dropped.
 
 use crate::numeric::Bounded;
 use crate::sensing::{Drive, Drivetrain, Sample, Settings};
 
-/// Way after a reversal that is not used, in nominal backlashes: gears wear.
+/// Travel after a reversal that is not used, in nominal backlashes: more than one, because gears wear.
 const DEAD_BAND: f32 = 1.5;
-/// Blocks at the beginning of a run whose mean speed is that of the run.
+/// Number of blocks at the beginning of a run that determine its speed.
 const REFERENCE_BLOCKS: u8 = 8;
-/// So many faster blocks in a row, and the run has another speed.
+/// After this many faster blocks in a row the run's speed is determined anew.
 const FASTER_BLOCKS: u8 = 8;
-/// A longer time without a sample breaks a block.
+/// A longer time without a sample discards the block, microseconds.
 const GAP_US: u64 = 5_000;
 
-/// Means over a stretch of steady motion.
+/// Means over one block of steady motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Block {
     /// End of the block, microseconds since boot.
     pub time_us: u64,
-    /// Whether it closed or opened; never [`Drive::Idle`].
+    /// Direction; never [`Drive::Idle`].
     pub drive: Drive,
-    /// Encoder position half way, counts.
+    /// Encoder position in the middle of the block, counts.
     pub counts: i32,
-    /// Way made, counts, without sign.
+    /// Distance travelled, counts, without sign.
     pub width_counts: u32,
-    /// How long it took, second.
+    /// Duration, second.
     pub duration_s: f32,
-    /// Torque of the motor at the input link if nothing were lost, less what changed the speed and what another than the
-    /// nominal speed costs, newton metre.
+    /// Torque of the motor at the input link without losses, newton metre; inertia and the viscous friction of a deviation from
+    /// the nominal speed are already subtracted.
     pub drive_torque_nm: f32,
-    /// Of it, what was taken for the change of speed since the block before, newton metre.
+    /// Inertia torque that was subtracted, from the change of speed since the previous block, newton metre.
     pub inertia_nm: f32,
-    /// Speed above the nominal one, as a share of it.
+    /// Deviation from the nominal speed, as a share of it.
     pub overspeed: f32,
 }
 
-/// What a sample led to.
+/// Result of a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BlockUpdate {
-    /// Nothing yet.
+    /// The block is not complete.
     Pending,
     /// A block of steady motion.
     Block(Block),
@@ -67,13 +67,13 @@ struct Last {
 struct Run {
     drive: Drive,
     start_counts: i32,
-    /// The dead band has to be crossed first.
+    /// Whether the run began with a reversal, so that the dead band must be crossed first.
     reversed: bool,
-    /// The gears are in touch.
+    /// Whether the backlash has been crossed.
     taken_up: bool,
-    /// Speed along it over the block before, if that was its neighbour.
+    /// Speed over the previous block, if that one was adjacent.
     speed_rad_per_s: Option<f32>,
-    /// Mean speed of the run's first blocks, and how many they were.
+    /// Mean speed of the run's first blocks; `blocks` is their number.
     steady_rad_per_s: f32,
     blocks: u8,
     /// Faster blocks in a row.
@@ -81,8 +81,8 @@ struct Run {
 }
 
 impl Run {
-    /// Whether a block belongs to the run's steady motion. The first blocks say what its speed is. A run that was slow when
-    /// it began gets another speed; one that slows down later does so under a load, and worms rub differently then.
+    /// Whether a block belongs to the run's steady motion. The first blocks determine the speed. A run that was slow at its
+    /// beginning gets a new speed; one that slows down later is loaded, and the friction of a worm is different then.
     fn is_steady(&mut self, speed_rad_per_s: f32, tolerance: f32) -> bool {
         let ratio = speed_rad_per_s / self.steady_rad_per_s;
         if self.blocks == 0 || self.faster >= FASTER_BLOCKS {
@@ -115,25 +115,25 @@ struct Sums {
 }
 
 impl Sums {
-    /// Adds a share of a sample.
+    /// Adds a part of a sample.
     fn add(&mut self, share: f32, elapsed_us: f32, current_a: f32) {
         self.duration_us += share * elapsed_us;
         self.ampere_us += share * elapsed_us * current_a;
     }
 }
 
-/// Sorts samples into blocks.
+/// Averages samples into blocks.
 #[derive(Clone, Debug, Default)]
 pub struct BlockAverager {
     last: Option<Last>,
     run: Option<Run>,
-    /// Direction in which the gears were last in touch.
+    /// Direction in which the gears last had contact.
     in_touch: Option<Drive>,
     sums: Option<Sums>,
 }
 
 impl BlockAverager {
-    /// Takes a sample. A repeated or late one is ignored, as is a current that is not a number.
+    /// Takes a sample. A sample with a repeated or earlier time is ignored, and so is one whose current is NaN.
     pub fn push<J>(
         &mut self,
         sample: &Sample<J>,
@@ -175,7 +175,7 @@ impl BlockAverager {
             self.breach();
             return BlockUpdate::Pending;
         }
-        // Exact: no more than the gap.
+        // The difference is at most the gap, so f32 holds it exactly.
         let elapsed_us = elapsed_us as u32 as f32;
         self.collect(
             now,
@@ -245,7 +245,7 @@ impl BlockAverager {
             sums.add(1.0, elapsed_us, current_a);
             return BlockUpdate::Pending;
         }
-        // The turn is complete within this sample; `after` is at least a turn and `before` less.
+        // The turn ends within this sample: `after` is at least a turn, `before` is less.
         let before = forward(sums.start_counts, last.counts);
         let share =
             (turn_counts.saturating_sub(before)) as f32 / (after.saturating_sub(before)) as f32;
@@ -260,7 +260,7 @@ impl BlockAverager {
             ampere_us: 0.0,
         };
         next.add(1.0 - share, elapsed_us, current_a);
-        // More than two turns in a sample is a jump of the counter, not a motion.
+        // More than two turns in a sample is a jump of the counter, not motion.
         self.sums = (after < turn_counts.saturating_mul(2)).then_some(next);
         let duration_s = done.duration_us * 1e-6;
         let speed_rad_per_s = turn_counts as f32 * drivetrain.rad_per_count / duration_s;

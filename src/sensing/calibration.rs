@@ -1,10 +1,9 @@
 //! Learns torque factor and cable from contacts at known places and from the closing stop.
 //!
-//! A motor torque determines the load at the input link only up to the gears' efficiency eta, and the finger's compliance
-//! is in proportion to 1/K_2: only the ratio eta/K_2 matters for a location (docs/MECHANICS.md#beyond-the-paper). It
-//! is kept as a factor f on the
-//! nominal ratio. The cable in series adds a twist in proportion to the torque; it is kept per newton metre *as computed
-//! with the nominal efficiency*, so that pressing against the closing stop measures it whatever the efficiency is.
+//! A motor torque determines the load at the input link only up to the gears' efficiency eta, and the finger's compliance is in
+//! proportion to 1/K_2: only the ratio eta/K_2 matters for a location (docs/MECHANICS.md#beyond-the-paper). It is kept as a
+//! factor f on the nominal ratio. The cable in series adds a twist in proportion to the torque; it is kept per newton metre *as
+//! computed with the nominal efficiency*, so that pressing against the closing stop measures it whatever the efficiency is.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +12,7 @@ use crate::numeric::{Bounded, sqrt};
 /// Nominal torque at which the cable's twist is given: the middle of a probing, newton metre.
 pub(super) const MIDDLE_NM: f32 = 0.17;
 
-/// Torque factor and cable, with what is not known of them. Plain data, stored unchanged.
+/// Torque factor and cable with their uncertainty. Plain data, stored unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
     /// f: eta/K_2 divided by its nominal value, > 0.
@@ -38,7 +37,7 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// Whether every value is finite and in its range, as it must be after it was read from a memory.
+    /// Whether every value is finite and in its range; to be checked after reading it from flash.
     pub fn is_valid(&self) -> bool {
         (0.05..=20.0).contains(&self.torque_factor)
             && (0.0..=1.0).contains(&self.torque_factor_sigma)
@@ -49,13 +48,13 @@ impl Calibration {
             && (0.0..=100.0).contains(&self.stiffening_sigma_per_nm)
     }
 
-    /// Takes what a fit at a known place found, if it is credible and adds information. `misfit` is the mean square
+    /// Adopts the result of a fit at a known place if it is credible and adds information. `misfit` is the mean square
     /// residual in variances.
     ///
     /// # Errors
-    /// Why not; nothing is changed then.
+    /// The reason why it is refused; nothing is changed then.
     pub fn with_contact(&self, found: &Self, misfit: f32) -> Result<Self, Refusal> {
-        // Written so that a NaN fails.
+        // In this form a NaN is refused too.
         if !(found.is_valid() && misfit <= MISFIT) {
             return Err(Refusal::Misfit);
         }
@@ -66,7 +65,7 @@ impl Calibration {
         {
             return Err(Refusal::Implausible);
         }
-        // What was left unexplained makes the result as much less sure.
+        // Residuals larger than expected increase the deviations in proportion.
         let swell = sqrt(misfit.at_least(1.0));
         let learned = Self {
             torque_factor_sigma: (swell * found.torque_factor_sigma)
@@ -74,7 +73,7 @@ impl Calibration {
             cable_sigma_rad_per_nm: (swell * found.cable_sigma_rad_per_nm)
                 .at_most(self.cable_sigma_rad_per_nm),
             contacts: self.contacts.saturating_add(1),
-            // A pin tells of the finger's own bend at the same time.
+            // A pin determines both at the same time.
             stiffening_per_nm: self.stiffening_per_nm,
             stiffening_sigma_per_nm: self.stiffening_sigma_per_nm,
             presses: self.presses,
@@ -83,7 +82,7 @@ impl Calibration {
         self.unless_uninformative(learned)
     }
 
-    /// Takes what a fit of a press against the closing stop found, where the finger is rigid, as [`Calibration::with_contact`].
+    /// Adopts the result of a press against the closing stop, where the finger is rigid, as [`Calibration::with_contact`].
     ///
     /// # Errors
     /// Why not; nothing is changed then.
@@ -99,7 +98,7 @@ impl Calibration {
         })
     }
 
-    /// What was learned, if it adds to what is known.
+    /// The new calibration, if it reduces the uncertainty.
     fn unless_uninformative(&self, learned: Self) -> Result<Self, Refusal> {
         if self.ignorance() < INFORMATIVE * learned.ignorance() {
             return Err(Refusal::Uninformative);
@@ -107,7 +106,7 @@ impl Calibration {
         Ok(learned)
     }
 
-    /// What is not known: the area of the ellipse of one deviation, each axis floored where nothing more is to be gained.
+    /// Remaining uncertainty: area of the one-sigma ellipse. Each axis has a floor, below which more certainty is of no use.
     fn ignorance(&self) -> f32 {
         let cable_floor = 1e-3 * self.cable_rad_per_nm + 1e-6;
         self.torque_factor_sigma.at_least(1e-3)
@@ -115,19 +114,19 @@ impl Calibration {
             * self.independence().at_least(0.02)
     }
 
-    /// Share of the cable's deviation that does not go with the factor.
-    // Not inlined: cold, and wanted in several places.
+    /// Share of the cable's deviation that is not correlated with the factor.
+    // Not inlined: rarely called, from several places.
     #[inline(never)]
     pub(super) fn independence(&self) -> f32 {
         sqrt((1.0 - self.correlation * self.correlation).at_least(0.0))
     }
 }
 
-/// Mean square residual, in variances, above which a curve is not what it is said to be.
+/// Mean square residual, in variances, above which the curve is not that of the stated contact.
 const MISFIT: f32 = 4.0;
-/// Shift, in deviations, that is taken for a mistake.
+/// A larger change, in standard deviations, is taken as a mistake of the user.
 const IMPLAUSIBLE: f32 = 4.0;
-/// By how much a calibration must shrink what is not known.
+/// Factor by which a calibration must reduce the uncertainty.
 const INFORMATIVE: f32 = 1.02;
 
 /// Why a calibration is refused.
@@ -139,10 +138,10 @@ pub enum Refusal {
     TooFewSamples,
     /// No such place on the finger.
     NoSuchPlace,
-    /// The curve is not that of a contact there, or of a stop: is the place right, does anything else touch?
+    /// The curve does not fit a contact there or at the stop: check the place, and whether anything else touches the finger.
     Misfit,
-    /// So far from what was expected that a wrong place is more likely.
+    /// The result is so far from the expected values that a wrong place is more likely.
     Implausible,
-    /// It determines neither factor nor cable better than they are known: choose another place.
+    /// It improves neither factor nor cable: choose another place.
     Uninformative,
 }

@@ -1,20 +1,22 @@
-//! The torque-angle curve about and since contact, in fixed memory: means over a geometrically growing number of blocks.
+//! The torque-angle curve from shortly before the contact on, in fixed memory: means over a geometrically growing number of
+//! blocks.
 //!
-//! Bins divide the angle, which is measured almost without noise; bins over the torque would sort its noise and so bend
-//! the curve. Near the onset, where the curve has its corner, a bin is a block; further on it is up to eight of them, over which a curve hardly bends.
+//! Bins divide the angle, which is measured almost without noise: bins over the torque would sort points by their noise and so
+//! bend the curve. Near the onset, where the slope changes, a bin is one block; later it is up to eight blocks, over which the
+//! curve hardly bends.
 
 use crate::numeric::{Bounded, sqrt};
 
-/// Bins before the contact: they show friction's level and wander.
+/// Bins before the contact: they show level and wander of the friction.
 const BEFORE: usize = 4;
 /// Room for all points.
 pub const POINTS: usize = BEFORE + 40;
 /// Bins after which their width doubles.
 const SAME_WIDTH: usize = 6;
-/// How often it does, at most.
+/// How often the width may double.
 const MOST_DOUBLINGS: usize = 3;
 
-/// Least variance that a point weighs by: a micronewton metre squared, far below any noise.
+/// Smallest variance of a point: a micronewton metre squared, far below any noise.
 const LEAST_VARIANCE_NM2: f32 = 1e-12;
 
 /// Mean over a bin.
@@ -28,18 +30,18 @@ pub struct Point {
     pub excess_nm: f32,
     /// Torque of the free finger at that angle, newton metre.
     pub free_nm: f32,
-    /// The excess as the cable's creep feels it, delayed by its time constant, newton metre.
+    /// The excess delayed by the time constant of the cable's creep, newton metre.
     pub late_nm: f32,
     /// Variance of the excess from the noise of its blocks, newton metre squared.
     pub variance_nm2: f32,
-    /// Way over which the mean is taken, counts.
+    /// Distance over which the mean is taken, counts.
     pub width_counts: f32,
     /// Blocks in the bin; 0 for none.
     pub blocks: u16,
 }
 
 impl Point {
-    /// Nothing. A constant, as arrays of it are: they are filled, where a value would be copied in a loop.
+    /// An empty point. A constant because arrays of it become a fill; a value would be copied in a loop.
     pub const EMPTY: Self = Self {
         counts: 0.0,
         time_s: 0.0,
@@ -51,7 +53,7 @@ impl Point {
         blocks: 0,
     };
 
-    /// Takes another bin in.
+    /// Merges another bin.
     #[inline(never)]
     fn join(&mut self, other: &Self) {
         let blocks = self.blocks.saturating_add(other.blocks);
@@ -71,14 +73,13 @@ impl Point {
     }
 
     fn is_finite(&self) -> bool {
-        // Not finite as soon as one of them is not.
+        // The sum is not finite if any of them is not.
         let sum = self.excess_nm + self.free_nm + self.late_nm + self.variance_nm2 + self.time_s;
         sum.is_finite()
     }
 }
 
-/// The curve. A point that is complete does not change any more: work on the points so far may continue
-/// while others join.
+/// The curve. A complete point does not change any more, so a fit of the points so far may go on while new ones are added.
 #[derive(Clone, Debug)]
 pub struct Curve {
     origin_counts: i32,
@@ -88,7 +89,7 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// An empty curve from a position on.
+    /// An empty curve whose angles count from a position.
     pub fn new(origin_counts: i32) -> Self {
         Self {
             origin_counts,
@@ -97,12 +98,12 @@ impl Curve {
         }
     }
 
-    /// Where the curve's angles count from.
+    /// Encoder position from which the curve's angles count.
     pub fn origin_counts(&self) -> i32 {
         self.origin_counts
     }
 
-    /// Takes a block from before the origin, the `index`-th of `number`. One that is not a number is ignored.
+    /// Adds a block from before the origin, the `index`-th of `number`. A block with NaN is ignored.
     pub fn push_before(&mut self, index: usize, number: usize, counts: i32, block: Point) {
         let block = self.placed(counts, block);
         let index = index * BEFORE / number.max(1);
@@ -114,8 +115,8 @@ impl Curve {
         }
     }
 
-    /// Takes the means of a block at a position at or after the origin, by rising angle. One before, one that is not a number,
-    /// and what comes when all bins are full, is ignored.
+    /// Adds a block at or after the origin; positions must rise. Ignored are an earlier block, one with NaN, and every block once
+    /// all bins are full.
     pub fn push(&mut self, counts: i32, block: Point) {
         let block = self.placed(counts, block);
         if block.counts < 0.0 || !block.is_finite() {
@@ -146,7 +147,7 @@ impl Curve {
         self.points.get(..self.filling).unwrap_or(&self.points)
     }
 
-    /// All points, the one that is being filled too.
+    /// All points, including the one that is being filled.
     pub fn points(&self) -> &[Point] {
         let filled = self.points.get(self.filling).is_some_and(|p| p.blocks > 0);
         let number = self.filling + usize::from(filled);
@@ -163,11 +164,11 @@ pub struct Slope {
     pub sigma_counts_per_nm: f32,
 }
 
-/// Straight line through the points since the origin up to a share of the largest excess, the cable's creep of a share `creep`
-/// taken as part of the torque. Three points at least are taken. None where there are fewer, or the torque does not rise.
+/// Straight line through the points from the origin up to a share of the largest excess, with the cable's creep (share `creep`)
+/// taken as part of the torque. Uses at least three points; None if there are fewer, or if the torque does not rise.
 ///
-/// The torque is regressed on the angle, which is the one without noise, and the slope inverted: the other way round the
-/// noise would flatten it.
+/// The torque is regressed on the angle, which has no noise, and the slope inverted: regressing the angle on the noisy torque
+/// would flatten it.
 pub fn slope(points: &[Point], share: f32, creep: f32) -> Option<Slope> {
     let since = |p: &&Point| p.time_s >= 0.0 && p.blocks > 0;
     let torque = |p: &Point| p.excess_nm + p.free_nm + creep * p.late_nm;
@@ -176,7 +177,7 @@ pub fn slope(points: &[Point], share: f32, creep: f32) -> Option<Slope> {
     for p in points.iter().filter(since) {
         top_nm = p.excess_nm.at_least(top_nm);
     }
-    // How many points are taken, and where they end.
+    // Number of points used, and where they end.
     let (mut number, mut end) = (0, 0);
     let mut steep = false;
     let (mut sum, mut x, mut y) = (0.0, 0.0, 0.0);
@@ -193,7 +194,7 @@ pub fn slope(points: &[Point], share: f32, creep: f32) -> Option<Slope> {
     if number < 3 {
         return None;
     }
-    // Again about the mean, where nothing cancels.
+    // A second pass about the mean, so that nothing cancels.
     let (x, y) = (x / sum, y / sum);
     let (mut xx, mut xy) = (0.0, 0.0);
     for p in points.iter().take(end).filter(since) {
@@ -201,7 +202,7 @@ pub fn slope(points: &[Point], share: f32, creep: f32) -> Option<Slope> {
         xy += weight(p) * (p.counts - x) * (torque(p) - y);
     }
     let counts_per_nm = xx / xy;
-    // Written so that a NaN fails.
+    // In this form a NaN fails too.
     if !(counts_per_nm > 0.0 && counts_per_nm < f32::INFINITY) {
         return None;
     }

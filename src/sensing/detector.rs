@@ -1,33 +1,32 @@
-//! Decides whether a contact has begun: a generalised likelihood ratio of a ramp in the residual that friction leaves.
+//! Decides whether a contact has begun: generalised likelihood ratio test for a ramp in the residual torque.
 //!
-//! A free closing leaves a residual that wanders: an Ornstein-Uhlenbeck process, a level, a drift ([`Wander`]) and white
-//! noise. A Kalman filter of these three states makes white innovations e with variance S of it. A contact adds a ramp over
-//! the angle, from an onset that is not known and with a slope that is not known either but is at least half that of the
-//! softest contact of the finger. What a ramp of slope 1 from a certain onset would add to an innovation, g, follows from
-//! the filter's gains alone (Willsky and Jones, IEEE Trans. Automatic Control 21, 1976). With c = sum g e / S and
-//! d = sum g^2 / S since the onset, the logarithm of the likelihood ratio is b c - b^2 d / 2, largest for the slope
-//! b = max(c / d, b_least). Every block begins an onset of its own, the last [`ONSETS`] are followed; a contact is decided
-//! when the largest of them exceeds the threshold.
+//! In a free closing the residual wanders: an Ornstein-Uhlenbeck process, a level, a drift ([`Wander`]) and white noise. A Kalman
+//! filter with these three states turns it into white innovations e of variance S. A contact adds a ramp over the angle, from an
+//! onset that is not known and with a slope that is not known either but is at least half that of the softest contact of the
+//! finger. What a ramp of slope 1 from a certain onset would add to an innovation, g, follows from the filter's gains alone
+//! (Willsky and Jones, IEEE Trans. Automatic Control 21, 1976). With c = sum g e / S and d = sum g^2 / S since the onset, the
+//! logarithm of the likelihood ratio is b c - b^2 d / 2, largest for the slope b = max(c / d, b_least). Every block is a possible
+//! onset, the last [`ONSETS`] are followed; a contact is decided when the largest of these logarithms exceeds the threshold.
 //!
-//! An innovation beyond what the model can mean gets a larger variance: it takes two blocks at least to decide.
+//! An innovation far outside the model gets a larger variance, so that a decision takes at least two blocks.
 //!
-//! The same with -b finds what is softer than a free finger: no weaker evidence is enough for that.
+//! The same test with -b finds a finger that is softer than free; its threshold is the same.
 
 use crate::numeric::{Bounded, exp, ln, sqrt};
 use crate::sensing::friction::Wander;
 use core::f32::consts::PI;
 
-/// Onsets followed: the blocks between the onset and its decision at most.
+/// Onsets followed, which is the largest number of blocks between an onset and its decision.
 pub const ONSETS: usize = 60;
-/// Independent chances of a false contact that a block brings: measured with closings drawn from the model (docs/MANUAL.md).
+/// Number of independent tests that a block stands for, measured with closings drawn from the model (docs/MANUAL.md).
 const CHANCES_PER_BLOCK: f32 = 4.0;
-/// No torque of a motor is larger, newton metre.
+/// Larger than any motor torque, newton metre.
 const LARGE_NM: f32 = 1e6;
-/// By how much the evidence of a single block stays below the threshold: a bad one decides nothing.
+/// The evidence of a single block stays this far below the threshold, so that one outlier decides nothing.
 const SHORT_OF_DECISION: f32 = 3.0;
-/// A level further off than this share of the friction asks for a new record.
+/// If the level is off by more than this share of the friction, a new record is needed.
 const STALE_SHARE: f32 = 0.25;
-/// As does a mean square innovation of this many variances.
+/// The same for a mean square innovation of this many variances.
 const STALE_SQUARE: f32 = 3.0;
 /// Blocks over which that mean square is taken.
 const STALE_BLOCKS: u16 = 100;
@@ -35,7 +34,7 @@ const STALE_BLOCKS: u16 = 100;
 /// Logarithm of the likelihood ratio at which a contact is decided, for a number of false contacts per thousand free
 /// closings of some number of blocks.
 ///
-/// A likelihood ratio of one slope exceeds its threshold t by chance as a normal variable exceeds sqrt(2 t).
+/// The ratio of one slope exceeds a threshold t by chance as often as a normal variable exceeds sqrt(2 t).
 pub fn threshold(false_contacts_per_thousand: f32, blocks_per_closing: f32) -> f32 {
     let per_closing = 1e-3 * false_contacts_per_thousand.at_least(1e-6).at_most(100.0);
     let blocks = blocks_per_closing.at_least(1.0).at_most(1e6);
@@ -48,14 +47,14 @@ pub fn threshold(false_contacts_per_thousand: f32, blocks_per_closing: f32) -> f
     t
 }
 
-/// The torque of a block that the record does not explain.
+/// Torque of a block that the friction record does not explain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Residual {
     /// End of the block, microseconds since boot.
     pub time_us: u64,
     /// Middle of the block, counts from the opening stop.
     pub counts: i32,
-    /// Way made, counts, without sign.
+    /// Distance travelled, counts, without sign.
     pub width_counts: u32,
     /// Torque of the motor less friction and what the rotor's inertia took, newton metre.
     pub torque_nm: f32,
@@ -63,7 +62,7 @@ pub struct Residual {
     pub variance_nm2: f32,
 }
 
-/// A change of the residual, as the detector has it.
+/// A change of the residual that the detector follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Onset {
     /// Blocks since it began, the last one included.
@@ -76,33 +75,33 @@ pub struct Onset {
     pub slope_nm_per_count: f32,
     /// Logarithm of its likelihood ratio.
     pub ln_ratio: f32,
-    /// What friction without it would have left by now, newton metre, and its variance.
+    /// Residual that friction alone would have left by now, newton metre, with its variance.
     pub level_nm: f32,
     /// See `level_nm`.
     pub level_variance_nm2: f32,
 }
 
-/// Result of a block.
+/// Result of the test after a block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Finding {
-    /// No more than friction.
+    /// Friction explains the residual.
     Free,
     /// A contact.
     Contact(Onset),
-    /// Less than friction.
+    /// The residual falls: the finger is softer than free.
     Softer(Onset),
     /// The record no longer fits.
     Stale {
-        /// How far off it is, newton metre.
+        /// By how much, newton metre.
         misfit_nm: f32,
     },
 }
 
-/// A ramp of slope 1 from a certain onset on.
+/// A ramp of slope 1 that begins at one onset.
 #[derive(Clone, Copy, Debug)]
 struct Ramp {
     onset_counts: i32,
-    /// What it has added to the filter's states.
+    /// Its contribution to the filter's states.
     states: [f32; STATES],
     /// Sums of g e / S and g^2 / S.
     correlation: f32,
@@ -135,13 +134,13 @@ pub struct Detector {
     covariance: Covariance,
     last_us: Option<u64>,
     ramps: [Ramp; ONSETS],
-    /// Ramps begun; the next one takes the place of that index modulo their number.
+    /// Number of ramps begun; the next one replaces the ramp at this index modulo their number.
     begun: usize,
     /// Variance of the last innovation, newton metre squared.
     variance_nm2: f32,
     square_sum: f32,
     square_count: u16,
-    /// Of the likeliest contact, at the last block.
+    /// Logarithm of the likelihood ratio of the likeliest contact at the last block.
     ln_ratio: f32,
 }
 
@@ -178,7 +177,7 @@ impl Detector {
         &self.wander
     }
 
-    /// What the filter takes as friction's share of the residual by now, newton metre, and its variance.
+    /// The filter's estimate of the friction in the residual, newton metre, with its variance.
     pub fn level(&self) -> (f32, f32) {
         let p = &self.covariance;
         let variance = p[0][0] + 2.0 * p[0][1] + p[1][1];
@@ -195,7 +194,7 @@ impl Detector {
         (self.ln_ratio, self.test.threshold)
     }
 
-    /// Takes the residual of the next block. What is not a number is left out.
+    /// Takes the residual of the next block; NaN is ignored.
     pub fn push(&mut self, block: &Residual) -> Finding {
         if !(block.torque_nm.is_finite() && block.variance_nm2 > 0.0 && block.variance_nm2 < 1e6) {
             return Finding::Free;
@@ -204,7 +203,7 @@ impl Detector {
             .last_us
             .replace(block.time_us)
             .map_or(0, |last| block.time_us.saturating_sub(last));
-        // A closing does not take an hour.
+        // Wraps after an hour, and a closing takes seconds.
         self.predict(elapsed_us.min(3_600_000_000) as u32 as f32 * 1e-6);
         let half = (block.width_counts / 2) as i32;
         if let Some(ramp) = self.ramps.get_mut(self.begun % ONSETS) {
@@ -220,7 +219,7 @@ impl Detector {
         let gains: [f32; STATES] = core::array::from_fn(|i| p[i][0] + p[i][1]);
         let innovation = block.torque_nm - self.states[0] - self.states[1];
         let innovation = innovation.at_least(-LARGE_NM).at_most(LARGE_NM);
-        // What the model cannot mean had a larger variance: it takes two blocks at least to decide.
+        // An outlier gets a larger variance: a decision takes at least two blocks.
         let evidence = (self.test.threshold - SHORT_OF_DECISION).at_least(1.0);
         let least = innovation * innovation / (2.0 * evidence);
         let expected = gains[0] + gains[1] + block.variance_nm2;
@@ -239,7 +238,7 @@ impl Detector {
         self.find(innovation * innovation / expected)
     }
 
-    /// Lets time pass.
+    /// Predicts the filter's states.
     fn predict(&mut self, elapsed_s: f32) {
         let phi = self.wander.correlation(elapsed_s);
         for ramp in self.ramps.iter_mut().take(self.begun) {
@@ -311,7 +310,7 @@ impl Detector {
         found
     }
 
-    /// What is known of the ramp at an index, whose likelihood ratio is the largest.
+    /// Details of the ramp at an index, which has the largest likelihood ratio.
     #[inline(never)]
     fn onset(&self, index: usize, sign: f32) -> Onset {
         let best = self.ramps[index % ONSETS];
@@ -324,7 +323,7 @@ impl Detector {
             mean += weight * beside;
             square += weight * beside * beside;
         }
-        // The best itself has a weight of 1.
+        // The best one has a weight of 1.
         mean /= sum;
         let slope = sign * self.slope(&best, sign);
         let (level_nm, level_variance_nm2) = self.level();
@@ -348,7 +347,7 @@ impl Detector {
                 misfit_nm: level_nm,
             };
         }
-        // A large value may be the beginning of a contact.
+        // A large innovation may be the beginning of a contact, so it does not count here.
         self.square_sum += square.at_most(4.0 * STALE_SQUARE);
         self.square_count += 1;
         if self.square_count < STALE_BLOCKS {

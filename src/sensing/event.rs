@@ -5,7 +5,7 @@ use crate::sensing::calibration::{Calibration, Refusal};
 /// Why a contact was felt but not located.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NotLocated {
-    /// As soft as a contact on the proximal phalanx, anywhere on it: its place cannot be known
+    /// As soft as a contact on the proximal phalanx, where the stiffness does not depend on the place
     /// (docs/MECHANICS.md#contact-stiffness).
     Proximal,
     /// Softer than the finger without contact: back contact or a failing mechanism.
@@ -14,11 +14,11 @@ pub enum NotLocated {
     Gap,
     /// Stiffer than any place on the finger.
     TooStiff,
-    /// No contact anywhere bends the curve like that: two contacts, an object that yields or slips.
+    /// The curve fits no single contact: there are two, or the object yields or slips.
     Unexplained,
-    /// The finger's stiffness does not depend on the place: no curve determines it.
+    /// The finger's stiffness hardly depends on the place in this posture.
     Unobservable,
-    /// The finger stopped, or torque ran out, before there was enough to judge.
+    /// The motion ended, or the torque limit was reached, before there were enough points.
     TooFewSamples,
 }
 
@@ -31,21 +31,21 @@ pub enum Event {
         closing_nm: f32,
         /// Mean friction torque while opening, negative.
         opening_nm: f32,
-        /// Standard deviation of what the table leaves unexplained.
+        /// Standard deviation of the residual.
         residual_nm: f32,
-        /// Share of the travel that the table covers, 0 to 1.
+        /// Share of the travel that was recorded, 0 to 1.
         coverage: f32,
-        /// How far friction wanders between two closings, standard deviation.
+        /// Standard deviation of the wander of friction between two closings.
         wander_nm: f32,
         /// Time constant of the wander, second.
         wander_s: f32,
     },
-    /// A free motion left too little of it to record: a larger travel, or a steadier speed, is needed.
+    /// Too little of the motion could be used: a larger travel or a steadier speed is needed.
     FrictionNotRecorded {
         /// Share of the travel that was covered, 0 to 1.
         coverage: f32,
     },
-    /// The record no longer fits what a free motion shows: record again.
+    /// Friction has changed since it was recorded: record again.
     FrictionStale {
         /// Mean misfit.
         misfit_nm: f32,
@@ -54,12 +54,12 @@ pub enum Event {
     Unusual {
         /// Measured global stiffness K_a (7), newton metre per radian.
         k_a_nm_per_rad: f32,
-        /// Standard deviation of it, from how far the friction may be off.
+        /// Its standard deviation, from the uncertainty of friction.
         k_a_sigma_nm_per_rad: f32,
-        /// The same, expected without contact.
+        /// Global stiffness expected without contact.
         k_a_free_nm_per_rad: f32,
     },
-    /// A closing is over, with or without a contact: global stiffness from rest to its end.
+    /// A closing has ended, with or without a contact: global stiffness from rest to its end.
     Stiffness {
         /// Measured global stiffness K_a (7), newton metre per radian.
         k_a_nm_per_rad: f32,
@@ -70,14 +70,14 @@ pub enum Event {
     },
     /// Contact begins.
     Touch {
-        /// When it was decided, microseconds since boot.
+        /// Time of the decision, microseconds since boot.
         time_us: u64,
         /// Input-link angle at the onset of contact, radian from the opening stop.
         theta_a_rad: f32,
         /// Torque above friction when the contact was decided.
         torque_nm: f32,
     },
-    /// A contact is located; sent again as it is refined.
+    /// A contact is located; repeated when the location improves.
     Located {
         /// Phalanx in contact, 2 for the second.
         phalanx: u8,
@@ -89,7 +89,7 @@ pub enum Event {
         sigma_m: f32,
         /// Instantaneous stiffness of the finger at contact K_c (8), newton metre per radian.
         k_c_nm_per_rad: f32,
-        /// Contact force now (1), newton.
+        /// Contact force now (1), newton; NaN once the contact is lost: the finger has slid off, or the object gave way.
         force_n: f32,
         /// Standard deviation of `force_n`.
         force_sigma_n: f32,
@@ -98,35 +98,35 @@ pub enum Event {
         radius_m: f32,
         /// Standard deviation of `radius_m`.
         radius_sigma_m: f32,
-        /// No further torque will improve it, or the wanted deviation is reached.
+        /// Final: more torque would not improve it, or the wanted deviation is reached.
         settled: bool,
     },
     /// Two places explain the same curve.
     Ambiguous {
         /// Candidate phalanges, the likelier first.
         phalanx: [u8; 2],
-        /// Their probabilities, each of all that touches that phalanx.
+        /// Their probabilities.
         p_phalanx: [f32; 2],
         /// Candidate locations, metre.
         k_m: [f32; 2],
         /// Their standard deviations, metre.
         sigma_m: [f32; 2],
-        /// No further torque will improve it.
+        /// Final: more torque would not improve it.
         settled: bool,
     },
-    /// A contact without a location. Final.
+    /// A contact that cannot be located. Final.
     NotLocated {
         /// Why.
         why: NotLocated,
-        /// Torque above friction when it was given up.
+        /// Torque above friction at the end.
         torque_nm: f32,
     },
-    /// A contact at a known place was used.
+    /// Torque factor or cable was calibrated.
     Calibrated {
-        /// What is known now.
+        /// The new calibration.
         calibration: Calibration,
     },
-    /// A calibration was refused; the one before stands.
+    /// A calibration was refused; the previous one stays.
     CalibrationRefused {
         /// Why.
         why: Refusal,

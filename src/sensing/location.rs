@@ -12,14 +12,14 @@ const CABLE_RANGE: [f32; 2] = [1e-6, 1e9];
 /// What lies between the actuator and the input link: it adds to every measured compliance, C_measured = C + 1/K_t
 /// (docs/MECHANICS.md#contact-stiffness).
 pub trait SeriesElement: Copy + core::fmt::Debug {
-    /// Whether it gives way at all: only then is there a cable to fit and to calibrate.
+    /// Whether it is elastic: only then is there a cable to fit and to calibrate.
     const FLEXIBLE: bool;
 
     /// 1/K_t, radian per newton metre.
     fn compliance_rad_per_nm(&self) -> f32;
 }
 
-/// Nothing that gives way; no size.
+/// A rigid connection; no size.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Rigid;
 
@@ -84,7 +84,7 @@ pub fn places<M: Mechanics>(
     side: Option<Side>,
 ) -> Inverse {
     let own = measured_rad_per_nm - series.compliance_rad_per_nm();
-    // `max` would turn a NaN into a rigid finger.
+    // Not `max`, which would turn a NaN into a rigid finger.
     let own = if own < 0.0 { 0.0 } else { own };
     finger
         .locate(at, torque_nm, own)

@@ -1,7 +1,7 @@
 //! Weighted least squares with priors: normal equations of a few whitened unknowns, by Cholesky.
 //!
 //! Unknowns are whitened: in units of their prior deviation from their prior mean. A prior then adds 1 to the diagonal,
-//! which bounds the condition and lets f32 do; an unknown that a hypothesis lacks simply stays at 0.
+//! which bounds the condition number so that f32 suffices; an unknown that a hypothesis lacks stays at 0.
 
 use crate::numeric::{ln, sqrt};
 use crate::sensing::location::{Cable, SeriesElement};
@@ -12,7 +12,7 @@ const CABLES: usize = 2;
 
 /// Normal equations of `P` unknowns (two fewer where `X` has no cable) about a point, and the Cholesky factor of their matrix.
 ///
-/// The matrix is symmetric: it lies on and below the diagonal, which leaves what is above for the factor.
+/// The matrix is symmetric and stored on and below the diagonal; the factor is stored above.
 #[derive(Clone, Copy, Debug)]
 pub struct Normal<const P: usize, X: SeriesElement = Cable> {
     matrix: [[f32; P]; P],
@@ -31,7 +31,7 @@ impl<const P: usize, X: SeriesElement> Normal<P, X> {
         series: PhantomData,
     };
 
-    /// How many of them there are: without a cable the last two are not.
+    /// Number of unknowns: without a cable the last two are missing.
     const USED: usize = if X::FLEXIBLE { P } else { P - CABLES };
 
     /// Adds a residual (measured less model) with the model's derivatives and the inverse of its variance.
@@ -60,7 +60,7 @@ impl<const P: usize, X: SeriesElement> Normal<P, X> {
         }
     }
 
-    /// Takes an unknown out: the others are solved for while it stays.
+    /// Fixes an unknown: the others are solved for.
     pub fn hold(&mut self, unknown: usize) {
         for row in 0..P {
             if row != unknown {
@@ -71,7 +71,7 @@ impl<const P: usize, X: SeriesElement> Normal<P, X> {
         self.right[unknown] = 0.0;
     }
 
-    /// By how much a step lowers the sum of squares, as far as that is a parabola.
+    /// Predicted decrease of the sum of squares by a step (quadratic model).
     pub fn promise(&self, step: &[f32; P]) -> f32 {
         let mut gain = 0.0;
         for row in 0..Self::USED {

@@ -1,10 +1,11 @@
 //! A second contact: where the slope of torque over angle jumps after the first (docs/MECHANICS.md#two-contacts).
 //!
-//! Passive and by itself: it takes the blocks of a closing that a [`Sensor`](super::Sensor) has told a touch of.
+//! Independent of the [`Sensor`](super::Sensor): it takes the blocks of a closing after the sensor has reported a touch.
 //! [`Follow`](super::Follow) does so in a scene with that option.
 //!
-//! A single contact bends the curve smoothly, a second one at an elbow. Over the last blocks since the first contact a parabola
-//! (a line, while they are few) is compared with one that has a hinge. Worm and wandering friction bend the curve too, but slowly and by far less than a second contact.
+//! With a single contact the slope of the curve changes smoothly, at a second one it jumps. Over the last blocks since the first
+//! contact a parabola (a line, while they are few) is compared with one plus a hinge. Worm and wandering friction bend the curve
+//! too, but slowly and far less.
 
 use crate::numeric::{Bounded, solve, sqrt};
 use heapless::Deque;
@@ -18,12 +19,12 @@ const BENDS_FROM: usize = 12;
 const AFTER: [usize; 4] = [3, 4, 6, 8];
 /// Terms of the curve: constant, slope, curvature, hinge.
 const TERMS: usize = 4;
-/// The slope must grow by this factor (chosen): a single contact's own grows too, but over several windows. A first contact
-/// that leaves two thirds of the cable's stiffness shows a second one by just as much.
+/// The slope must grow by this factor (chosen): that of a single contact grows too, but over several windows. If the first
+/// contact leaves two thirds of the cable's stiffness, a second one changes the slope by exactly this factor.
 const LEAST_RATIO: f32 = 1.5;
-/// And by so many deviations of the hinge.
+/// And by this many standard deviations of the hinge.
 const LEAST_SIGMAS: f32 = 8.0;
-/// After the cable's stiffness, as a share of it, the finger counts as rigid: held between phalanges.
+/// Within this share of the cable's stiffness the finger counts as rigid.
 const RIGID_SHARE: f32 = 0.25;
 /// Each of the last two blocks must rise by this share of the slope after the hinge: a drive that goes over to another current
 /// makes a step, and no slope.

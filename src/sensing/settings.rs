@@ -6,17 +6,18 @@ pub struct Settings {
     /// The one steady speed of the input link at which friction is recorded and contacts are felt, radian per second.
     /// The worm's friction depends on speed.
     pub speed_rad_per_s: f32,
-    /// A block whose speed is further from that of its run than this share enters no estimate.
+    /// Blocks whose speed differs from that of their run by more than this share are not used.
     pub speed_tolerance: f32,
-    /// Way of the input link after a start that enters no estimate, radian: the drivetrain does not run steadily before.
+    /// Travel of the input link after a start that is not used, radian: the drivetrain does not run steadily yet.
     pub settle_rad: f32,
-    /// Angle of the input link that a free finger may travel from the opening stop, radian: short of the closing stop.
+    /// Travel of a free closing from the opening stop, radian; ends short of the closing stop.
     pub travel_rad: f32,
-    /// False contacts per thousand free closings, 1e-6 to 100: the detector's threshold follows from it. Fewer cost delay.
+    /// False contacts per thousand free closings, 1e-6 to 100: the detector's threshold follows from it. A smaller value delays
+    /// detection.
     pub false_contacts_per_thousand: f32,
     /// Standard deviation of the location at which probing may end, metre.
     pub wanted_sigma_m: f32,
-    /// Torque at the input link above which probing does not go, newton metre.
+    /// Largest torque at the input link while probing, newton metre.
     pub torque_limit_nm: f32,
     /// Angle of the input link from the opening stop to the closing stop, radian.
     pub closing_stop_rad: f32,
@@ -34,9 +35,9 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             speed_rad_per_s: 0.3,
-            // A stiff contact takes a tenth of the speed; beyond twice that the friction is another.
+            // A stiff contact slows the motor by a tenth; at twice that the friction changes.
             speed_tolerance: 0.2,
-            // In recordings of a physics engine every false contact of an earlier detector began within it.
+            // In recordings of a physics engine every false contact of an earlier detector began within this distance.
             settle_rad: 0.08,
             travel_rad: 1.5,
             false_contacts_per_thousand: 0.01,
@@ -54,15 +55,15 @@ impl Default for Settings {
     }
 }
 
-/// What the samples that follow are good for. The sequence gives it; a replay has it from the command line.
+/// Use of the samples that follow. Given by the sequence, in a replay by the command line.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Directive {
-    /// Nothing is to be learned from the motion.
+    /// Ignore the motion.
     #[default]
     Rest,
     /// The finger moves freely, closing and opening: record friction. Ends with the next directive.
     RecordFriction,
-    /// The finger closes on what may be there: find the contact and its place.
+    /// The finger closes, perhaps on an object: detect a contact and locate it.
     Watch,
     /// As `Watch`, on a contact at a known place: calibrate.
     Calibrate {

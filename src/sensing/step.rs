@@ -6,16 +6,15 @@ use crate::numeric::Bounded;
 use crate::sensing::location::{SeriesElement, supports};
 use heapless::Vec;
 
-/// Places from which the search starts besides those of the secant, as shares of the stretch on either side of the
-/// phalanx's stiffest place.
+/// Additional starting places of the search, as shares of either side of the phalanx's stiffest place.
 const START_SHARES: [f32; 3] = [0.05, 0.5, 0.95];
-/// Two answers this near, as a share of the phalanx's length, are one.
+/// Two answers nearer than this share of the phalanx's length are the same.
 const SAME_SHARE: f32 = 1e-4;
 
-/// Rounding of a rotation, as a share of the joints' changes that add up to it.
+/// Rounding error of a rotation, as a share of the largest change of a joint.
 const ROUNDING: f32 = 2e-6;
 
-/// Most places that one step is explained by: two on each phalanx beyond the first.
+/// Largest number of places that one step can have: two on each phalanx beyond the first.
 pub const MAX_PLACES: usize = 4;
 
 /// One finite step after contact, as measured: differences, never absolute values.
@@ -50,33 +49,21 @@ pub fn places<M: Mechanics>(
     let mut found: Vec<Candidate, MAX_PLACES> = Vec::new();
     let secant = finger.locate(at, torque_nm, rotation_rad / rise_nm);
     let mut try_from = |phalanx: u8, k_m: f32, length: f32| {
-        let Some(guess) = finger.path(
-            at,
-            torque_nm,
-            Contact {
+        let path = |k_m: f32| {
+            let contact = Contact {
                 phalanx,
                 k_m,
                 radius_m,
-            },
-        ) else {
-            return;
+            };
+            finger.path(at, torque_nm, contact)
         };
+        let Some(guess) = path(k_m) else { return };
         let Some((k_m, _)) = finger.place(&guess, rise_nm, rotation_rad) else {
             return;
         };
         // Newton's method may end on a branch that no rising torque leads to: the path from the place found must turn the
         // input link as measured.
-        let followed = finger
-            .path(
-                at,
-                torque_nm,
-                Contact {
-                    phalanx,
-                    k_m,
-                    radius_m,
-                },
-            )
-            .and_then(|mut path| finger.follow(&mut path, rise_nm));
+        let followed = path(k_m).and_then(|mut path| finger.follow(&mut path, rise_nm));
         let Some(point) = followed else { return };
         let most = point
             .joints_rad
@@ -123,7 +110,7 @@ pub fn places<M: Mechanics>(
     }
     let mut allowed = Vec::new();
     for candidate in found.iter().filter(|candidate| supports(side, candidate)) {
-        // As long as the list that it comes from.
+        // Has the capacity of `found`.
         let _ = allowed.push(*candidate);
     }
     if allowed.is_empty() { found } else { allowed }

@@ -5,7 +5,7 @@ use palpate::sensing::location::{Cable, SeriesElement};
 use palpate::sensing::step;
 use proptest::prelude::*;
 
-use super::setup::{AnyFinger, Pressed, preshaped, pressed, presses};
+use super::setup::{AnyFinger, preshaped, presses, risen};
 
 /// Forward then inverse returns the place, by both solvers; every candidate presses and lies on its phalanx.
 pub fn round_trip<const N: usize>(
@@ -122,14 +122,9 @@ pub fn step_round_trip<const N: usize>(
     share: f32,
     contact: Contact,
 ) -> Result<(), TestCaseError> {
-    let Pressed {
-        posture,
-        torque_nm: torque,
-        length_m: length,
-        contact,
-        mut path,
-        ..
-    } = pressed(finger, share, contact)?;
+    let (start, rise_nm, point) = risen(finger, share, contact, 0.15)?;
+    let (posture, torque) = (start.posture, start.torque_nm);
+    let (length, contact) = (start.length_m, start.contact);
     let peak = finger
         .stiffest_m(&posture, torque, contact.phalanx)
         .unwrap_or(f32::INFINITY);
@@ -137,10 +132,6 @@ pub fn step_round_trip<const N: usize>(
     if (contact.k_m - peak).abs() < if N == 3 { 0.1 } else { 0.02 } * length {
         return Err(TestCaseError::reject("the stiffest place"));
     }
-    let rise_nm = 0.15 * finger.parameters().stiffness_nm_per_rad[N - 1];
-    let Some(point) = finger.follow(&mut path, rise_nm) else {
-        return Err(TestCaseError::reject("slides off"));
-    };
     let cable = Cable::new(4.0).expect("in range");
     let rotation_rad = point.rotation_rad + rise_nm * cable.compliance_rad_per_nm();
     let measured = step::Measured {

@@ -3,7 +3,7 @@
 use palpate::finger::Contact;
 use proptest::prelude::*;
 
-use super::setup::{AnyFinger, Pressed, pressed};
+use super::setup::{AnyFinger, Pressed, pressed, risen};
 
 /// The contact path does as much work at the input as the springs take up: friction there is none.
 pub fn energy<const N: usize>(
@@ -69,18 +69,9 @@ pub fn touches<const N: usize>(
     share: f32,
     contact: Contact,
 ) -> Result<(), TestCaseError> {
-    let Pressed {
-        posture,
-        length_m: length,
-        contact,
-        mut path,
-        ..
-    } = pressed(finger, share, contact)?;
+    let (start, _, point) = risen(finger, share, contact, 0.2)?;
+    let (posture, length, contact) = (start.posture, start.length_m, start.contact);
     let on = usize::from(contact.phalanx);
-    let rise = 0.2 * finger.parameters().stiffness_nm_per_rad[N - 1];
-    let Some(point) = finger.follow(&mut path, rise) else {
-        return Err(TestCaseError::reject("slides off"));
-    };
     // Centre of the cylinder for a contact at k: joint, along the phalanx, along its normal.
     let centre = |change: &dyn Fn(usize) -> f64, k: f64| {
         let (mut x, mut y, mut angle) = (0.0, 0.0, 0.0);

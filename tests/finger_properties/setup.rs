@@ -1,6 +1,8 @@
 //! What the properties start from.
 
-use palpate::finger::{Configuration, Contact, Finger, Mechanics, Parameters, Transmission};
+use palpate::finger::{
+    Configuration, Contact, Finger, Mechanics, Parameters, PathPoint, Transmission,
+};
 use proptest::prelude::*;
 
 /// A finger of `N` phalanges, whatever its transmission.
@@ -64,6 +66,22 @@ pub fn pressed<const N: usize, F: AnyFinger<N>>(
             path,
         }),
         None => Err(TestCaseError::reject("does not press there")),
+    }
+}
+
+/// The same after a rise of the torque, a share of the last spring; rejects a contact that slides off. Returns the rise, newton
+/// metre, and the point of the path.
+pub fn risen<const N: usize, F: AnyFinger<N>>(
+    finger: &F,
+    share: f32,
+    contact: Contact,
+    rise_share: f32,
+) -> Result<(Pressed<N, F::Path>, f32, PathPoint), TestCaseError> {
+    let mut start = pressed(finger, share, contact)?;
+    let rise_nm = rise_share * finger.parameters().stiffness_nm_per_rad[N - 1];
+    match finger.follow(&mut start.path, rise_nm) {
+        Some(point) => Ok((start, rise_nm, point)),
+        None => Err(TestCaseError::reject("slides off")),
     }
 }
 

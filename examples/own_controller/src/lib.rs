@@ -6,10 +6,11 @@
 //! bring more than four functions.
 #![no_std]
 
-use palpate::finger::{Assembly, Finger, Levers, Linkage, Mechanics, Parameters, Springless};
-use palpate::sensing::{
-    Calibration, Directive, Drive, Drivetrain, Event, Sample, Sensor, Settings,
-};
+#[path = "../../prototype/mod.rs"]
+pub mod prototype;
+
+use palpate::sensing::{Directive, Drive, Event, Sample, Sensor, Settings};
+use prototype::{Prototype, UNCALIBRATED, drivetrain};
 
 /// What the controller must be able to do.
 pub trait Board {
@@ -22,9 +23,6 @@ pub trait Board {
     /// Microseconds since start.
     fn time_us(&mut self) -> u64;
 }
-
-/// The finger: two phalanges and a linkage, as in the paper.
-pub type Prototype = Finger<2, Linkage<1>, Springless>;
 
 /// Duty of a closing and of an opening.
 const DUTY: f32 = 0.3;
@@ -64,26 +62,12 @@ pub struct Gripper {
 }
 
 impl Gripper {
-    /// For the finger and drivetrain below: put yours there. The finger stands at its opening stop, its encoder at zero.
+    /// For the finger and drivetrain of [`prototype`]: put yours there. The finger stands at its opening stop, its encoder at zero.
     ///
     /// # Errors
     /// The linkage does not close in its range.
     pub fn new() -> Result<Self, palpate::finger::ConfigError> {
-        let finger = Prototype::constant(
-            Parameters {
-                lengths_m: [0.090, 0.070],
-                stiffness_nm_per_rad: [0.0, 0.05],
-                rest_rad: [0.0, 0.0],
-                range_rad: [[-0.5, 2.6], [0.0, 2.0]],
-            },
-            [Levers {
-                driving_m: 0.060,
-                coupler_m: 0.104,
-                driven_m: 0.030,
-                offset_rad: 120.0_f32.to_radians(),
-                assembly: Assembly::Clockwise,
-            }],
-        )?;
+        let finger = prototype::finger()?;
         let drivetrain = drivetrain(&finger);
         let settings = Settings::default();
         let counts = |angle_rad: f32| (angle_rad / drivetrain.rad_per_count) as i32;
@@ -158,40 +142,6 @@ fn located(event: Option<&Event>) -> bool {
                 | Event::NotLocated { .. }
         )
     )
-}
-
-/// Nothing was calibrated: the torque factor is known to 12 %, the cable (1.2 N m/rad) to 30 %.
-const UNCALIBRATED: Calibration = Calibration {
-    torque_factor: 1.0,
-    torque_factor_sigma: 0.115,
-    cable_rad_per_nm: 1.0 / 1.2,
-    cable_sigma_rad_per_nm: 0.25,
-    correlation: 0.0,
-    stiffening_per_nm: 0.0,
-    stiffening_sigma_per_nm: 0.3,
-    contacts: 0,
-    presses: 0,
-};
-
-/// A motor of 8.9 mN m/A with 1024 counts a turn behind a gearhead of 64:1 and a worm of 20:1.
-fn drivetrain(finger: &Prototype) -> Drivetrain {
-    let reduction = 64.0 * 20.0;
-    let rad_per_count = core::f32::consts::TAU / (1024.0 * reduction);
-    Drivetrain {
-        rad_per_count,
-        counts_per_turn: 1024,
-        counts_per_worm_turn: 64 * 1024,
-        creep: 0.05,
-        creep_s: 5.0,
-        opening_stop_rad: finger.input_angle_rad(&finger.rest()),
-        torque_per_ampere_nm: 8.9e-3 * reduction,
-        efficiency: 0.33,
-        inertia_kg_m2: 1e-8 * reduction * reduction,
-        inertia_share: 0.115,
-        viscous_nm_s_per_rad: 2.3e-8 * reduction * reduction,
-        efficiency_per_speed: 0.07,
-        backlash_rad: 1456.0 * rad_per_count,
-    }
 }
 
 #[cfg(test)]

@@ -133,7 +133,7 @@ impl Firmware {
     }
 }
 
-/// Copies what the file wants in flash to where it is loaded, not to where it runs.
+/// Copies segments to their load addresses in flash, not to where they run.
 fn load_segments(data: &[u8], image: &mut [u8]) -> Result<(), String> {
     use object::read::elf::{FileHeader, ProgramHeader};
     let header =

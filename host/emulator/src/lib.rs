@@ -4,12 +4,12 @@
 //! | module | what it does |
 //! |---|---|
 //! | [`cortex`] | the core: instruction engine, exceptions, interrupt controller, instruction counts |
-//! | [`chip`] | a file a peripheral; an access nobody modelled is an error with a name |
+//! | [`chip`] | one file per peripheral; an access that is not modelled is an error that names it |
 //! | [`world`] | the plant at the pins |
 //! | [`firmware`], [`rtt`], [`log`] | the image, the debug probe's ring buffers, decoded log lines |
-//! | [`machine`] | all of it, run in virtual time |
+//! | [`machine`] | all parts together, run in virtual time |
 //! | [`sim`] | simulated grasps: object, script, verdict, trace |
-//! | [`clients`] | tools of others: RTT over TCP, a port for GDB |
+//! | [`clients`] | standard tools: RTT over TCP, a port for GDB |
 //!
 //! Nothing here was checked against silicon. Time has the granularity of a straight run of instructions, and
 //! [`time::CYCLES_PER_INSTRUCTION`] is assumed; instruction counts are exact.
@@ -32,11 +32,11 @@ pub use machine::{Machine, Pause, Setup};
 
 use std::path::PathBuf;
 
-/// Why an emulation could not go on.
+/// Why an emulation cannot continue.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file cannot be read.
-    #[error("cannot read {}: {source}", path.display())]
+    #[error("cannot read {}: {source}; is the path right?", path.display())]
     Read {
         /// The file.
         path: PathBuf,
@@ -44,7 +44,7 @@ pub enum Error {
         source: std::io::Error,
     },
     /// A file cannot be written.
-    #[error("cannot write {}: {source}", path.display())]
+    #[error("cannot write {}: {source}; does the folder exist, and may you write there?", path.display())]
     Write {
         /// The file.
         path: PathBuf,
@@ -62,7 +62,7 @@ pub enum Error {
         /// What is wrong.
         why: String,
     },
-    /// The firmware did something whose outcome is not modelled.
+    /// The firmware did something whose result is not modelled.
     #[error("at {time_s:.6} s, {place}: {misuse}")]
     Misuse {
         /// What.
@@ -73,10 +73,12 @@ pub enum Error {
         time_s: f64,
     },
     /// No function has this in its name.
-    #[error("no function of the firmware has '{0}' in its name")]
+    #[error("no function of the firmware has '{0}' in its name; `nm --demangle ELF` lists them")]
     NoFunction(String),
     /// The instruction engine failed.
-    #[error("instruction engine: {0:?}")]
+    #[error(
+        "instruction engine: {0:?}; this is a defect of the emulator, please report the call that led to it"
+    )]
     Engine(unicorn_engine::uc_error),
     /// A port for clients cannot be opened.
     #[error("cannot listen on port {port} of this machine: {source}; choose another")]
@@ -86,8 +88,11 @@ pub enum Error {
         /// Why.
         source: std::io::Error,
     },
+    /// A pair of terminals for the serial port cannot be opened.
+    #[error("cannot open a terminal for the serial port: {0}; --rtt-port gives the log over TCP")]
+    Serial(String),
     /// A trace cannot be written.
-    #[error("cannot write the trace: {0}")]
+    #[error("cannot write the trace: {0}; is there room on the disk?")]
     Trace(std::io::Error),
     /// The simulated world refused its parameters.
     #[error("plant: {0}")]

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! Log lines: decoded with the firmware's own tables, printed as a probe would, read as events.
+//! Log lines: decoded with the firmware's tables, printed as by a debug probe, parsed as events.
 
 use defmt_decoder::{DecodeError, StreamDecoder};
 use palpate::app::log::{Parsed, parse};
@@ -9,7 +9,7 @@ use crate::firmware::Firmware;
 /// One decoded log line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
-    /// When the reader fetched it, in virtual seconds.
+    /// Virtual time at which it was read, second.
     pub fetched_s: f64,
     /// Time stamp of the firmware as it prints it; empty if it has none.
     pub timestamp: String,
@@ -22,13 +22,13 @@ pub struct Line {
 }
 
 impl Line {
-    /// Seconds since boot by the firmware's own clock, or when it was fetched if it prints none.
+    /// Seconds since boot by the firmware's clock, or the time at which it was read if it prints none.
     #[must_use]
     pub fn time_s(&self) -> f64 {
         self.timestamp.parse().unwrap_or(self.fetched_s)
     }
 
-    /// The line read as `name key=value ...`.
+    /// The line parsed as `name key=value ...`.
     #[must_use]
     pub fn event(&self) -> Event<'_> {
         Event::parse(&self.message)
@@ -49,7 +49,7 @@ impl std::fmt::Display for Line {
     }
 }
 
-/// A line taken apart by the firmware's own grammar.
+/// A line parsed by the firmware's own grammar.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Event<'a> {
     /// Words before the first field.
@@ -58,7 +58,7 @@ pub struct Event<'a> {
 }
 
 impl<'a> Event<'a> {
-    /// Takes a line apart.
+    /// Parses a line.
     #[must_use]
     pub fn parse(line: &'a str) -> Self {
         let parsed = parse(line);

@@ -11,7 +11,7 @@ pub enum Reader {
     Attached,
     /// Attached, but fetches at most this many bytes at a poll.
     Slow(u32),
-    /// No probe: nobody reads, and the channel keeps the mode the firmware gave it.
+    /// No probe: nothing is read, and the channel keeps the mode that the firmware set.
     Absent,
 }
 
@@ -71,7 +71,7 @@ impl Rtt {
         valid.then_some(channel)
     }
 
-    /// Fetches what the firmware has logged since the last poll.
+    /// Reads what the firmware has logged since the last poll.
     pub(crate) fn poll(&self, engine: &mut Engine) -> Vec<u8> {
         let most = match self.reader {
             Reader::Attached => u32::MAX,
@@ -90,7 +90,7 @@ impl Rtt {
         self.take(engine, channel, most)
     }
 
-    /// What a reader would still find after the run, without touching the channel's mode.
+    /// Bytes left in the channel after the run; does not change its mode.
     pub(crate) fn rest(&self, engine: &mut Engine) -> Vec<u8> {
         match self.channel(engine, false) {
             Some(channel) if self.reader != Reader::Absent => self.take(engine, channel, u32::MAX),
@@ -115,7 +115,7 @@ impl Rtt {
         bytes
     }
 
-    /// Puts bytes into the down channel; returns how many fitted.
+    /// Writes bytes into the down channel; returns how many fitted.
     pub(crate) fn send(&self, engine: &mut Engine, bytes: &[u8]) -> usize {
         let Some(channel) = self.channel(engine, true) else {
             return 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! Virtual time: one unit in which every clock of the chip has a whole period.
+//! Virtual time, in a unit in which the period of every clock of the chip is a whole number.
 
 /// Virtual time since power-on, in units of 1 / [`TICKS_PER_S`] s.
 pub type Ticks = u64;
@@ -13,8 +13,8 @@ pub const TICKS_PER_MS: u64 = TICKS_PER_S / 1_000;
 
 /// Core cycles charged for one executed instruction, as a fraction: 1.5.
 ///
-/// An assumption, the only one of the kind: the core's table says one cycle for most instructions, two for a load,
-/// two to four for a taken branch, and flash wait states come on top. Instruction counts do not depend on it.
+/// This is an assumption: the core's table gives one cycle for most instructions, two for a load,
+/// two to four for a taken branch, plus flash wait states. Instruction counts do not depend on it.
 pub const CYCLES_PER_INSTRUCTION: (u64, u64) = (3, 2);
 
 /// Virtual time in seconds.
@@ -23,13 +23,13 @@ pub fn seconds(ticks: Ticks) -> f64 {
     ticks as f64 / TICKS_PER_S as f64
 }
 
-/// The tick at or after `seconds`; negative and not-a-number give 0, beyond the end of time gives the end.
+/// The tick at or after `seconds`; 0 for negative values and NaN, saturates at the largest time.
 #[must_use]
 pub fn ticks(seconds: f64) -> Ticks {
     (seconds * TICKS_PER_S as f64).ceil() as Ticks
 }
 
-/// Period of a clock in ticks, or `None` where it has no whole number of them.
+/// Period of a clock in ticks, or `None` if it is not a whole number.
 #[must_use]
 pub fn period(hertz: u64) -> Option<Ticks> {
     (hertz != 0 && TICKS_PER_S.is_multiple_of(hertz)).then(|| TICKS_PER_S / hertz)

@@ -5,10 +5,10 @@ use palpate_plant::{Pins, Plant};
 
 use crate::time::{self, Ticks};
 
-/// A failure between the plant's voltages and the chip's readings; wires of the encoder fail in the plant itself.
+/// Faults between the plant's voltages and the chip's pins; faults of the encoder's wires are in the plant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Wires {
-    /// The converter gives this voltage for the motor current, whatever flows.
+    /// The motor current reads as this voltage, independent of the current.
     pub current_v: Option<f64>,
     /// nFAULT pulled low.
     pub fault_low: bool,
@@ -24,15 +24,15 @@ pub struct World {
     pub(crate) pins: Pins,
     synced: Ticks,
     pub(crate) wires: Wires,
-    /// nFAULT is low for so long after the bridge was woken.
+    /// Time for which nFAULT is low after the bridge was woken.
     wake_fault: Ticks,
     awake_since: Option<Ticks>,
-    /// When the bridge was last switched off, and when it was last switched on.
+    /// Times at which the bridge was last switched off and on.
     off_since: Option<Ticks>,
     on_since: Option<Ticks>,
 }
 
-/// The bridge is awake and its timer drives it, if only to brake.
+/// Whether the bridge is awake and driven, which includes braking.
 fn powered(pins: &Pins) -> bool {
     pins.awake && pins.outputs_enabled
 }
@@ -51,7 +51,7 @@ impl World {
         }
     }
 
-    /// Brings the world up to now with the pins as they were.
+    /// Steps the world up to now with the previous pins.
     pub(crate) fn sync(&mut self, now: Ticks) {
         if now > self.synced {
             if let Some(plant) = &mut self.plant {
@@ -61,7 +61,7 @@ impl World {
         }
     }
 
-    /// New pins from now on.
+    /// Sets the pins from now on.
     pub(crate) fn set_pins(&mut self, pins: Pins, now: Ticks) {
         if pins == self.pins {
             return;
@@ -79,25 +79,25 @@ impl World {
         self.pins = pins;
     }
 
-    /// What the chip asks of the bridge.
+    /// The chip's outputs to the bridge.
     #[must_use]
     pub fn pins(&self) -> &Pins {
         &self.pins
     }
 
-    /// The bridge is awake and its timer drives it.
+    /// Whether the bridge is awake and driven.
     #[must_use]
     pub fn bridge_on(&self) -> bool {
         powered(&self.pins)
     }
 
-    /// When the bridge was last switched off; later than the last time it was switched on if it is off now.
+    /// Time at which the bridge was last switched off; later than the time of switching on if it is off now.
     #[must_use]
     pub fn bridge_off_since(&self) -> Option<Ticks> {
         self.off_since
     }
 
-    /// When the bridge was last switched on.
+    /// Time at which the bridge was last switched on.
     #[must_use]
     pub fn bridge_on_since(&self) -> Option<Ticks> {
         self.on_since

@@ -63,6 +63,14 @@ fn run_until<'f, T>(
     client.join().expect("the client ends well")
 }
 
+/// The same with a client of RTT.
+fn run_with<T>(session: &mut Session<'_>, client: JoinHandle<T>, server: &mut RttServer) -> T {
+    run_until(session, client, |session| {
+        server.serve(&mut session.machine);
+        true
+    })
+}
+
 #[test]
 fn a_reader_of_rtt_decodes_the_log_and_types_a_command() {
     let Some((path, firmware)) = image() else {
@@ -91,10 +99,7 @@ fn a_reader_of_rtt_decodes_the_log_and_types_a_command() {
         lines
     });
     let mut session = session(&firmware);
-    let lines = run_until(&mut session, client, |session| {
-        server.serve(&mut session.machine);
-        true
-    });
+    let lines = run_with(&mut session, client, &mut server);
     assert!(lines[0].starts_with("boot version="), "{lines:?}");
     let own: Vec<&str> = session
         .lines
@@ -137,10 +142,7 @@ fn defmt_print_decodes_the_stream() {
         found
     });
     let mut session = session(&firmware);
-    let found = run_until(&mut session, client, |session| {
-        server.serve(&mut session.machine);
-        true
-    });
+    let found = run_with(&mut session, client, &mut server);
     assert!(found.is_some_and(|line| line.contains("INFO")));
 }
 

@@ -144,7 +144,7 @@ fn a_sound_board_passes_every_step_and_the_finger_moves_by_a_few_degrees() {
         said.log
     );
     let names: Vec<&str> = said.steps.iter().map(|step| step[0].as_str()).collect();
-    let all = palpate::app::selftest::Step::ALL.map(|step| step.name());
+    let all = palpate::app::selftest::SelfTestStep::ALL.map(|step| step.name());
     assert_eq!(names, all);
     assert!((2.0..4.0).contains(&said.moved_deg), "{}", said.moved_deg);
 }

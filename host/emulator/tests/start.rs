@@ -4,7 +4,7 @@
 //!
 //! The image comes from `PALPATE_ELF` (`cargo xtask test` sets it); without it these tests say so and pass.
 
-use palpate_emulator::chip::Cut;
+use palpate_emulator::chip::PowerCut;
 use palpate_emulator::sim::{Script, Session, Settings};
 
 use palpate_emulator::{Firmware, Quirks, ResetCause};
@@ -131,7 +131,7 @@ fn a_torn_word_of_flash_ends_neither_in_a_bridge_fault_nor_in_a_reset() {
         let mut session = session(&firmware, quirks);
         // The first word of the record: the page is erased before it.
         let done = session.machine.flash_operations().len();
-        session.machine.cut_power_at(done + 1, Cut::During);
+        session.machine.cut_power_at(done + 1, PowerCut::During);
         session.machine.command("save\n");
         let mut waited = 0;
         while session.millisecond().is_ok() && !session.machine.power_lost() && waited < 1000 {

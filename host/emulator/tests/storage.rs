@@ -4,7 +4,7 @@
 //!
 //! The image comes from `PALPATE_ELF` (`cargo xtask test` sets it); without it these tests say so and pass.
 
-use palpate_emulator::chip::{Cut, FLASH_SIZE, Operation};
+use palpate_emulator::chip::{FLASH_SIZE, Operation, PowerCut};
 use palpate_emulator::log::Line;
 use palpate_emulator::sim::{Script, Settings, end_of};
 use palpate_emulator::time::{TICKS_PER_MS, Ticks};
@@ -151,7 +151,7 @@ fn a_power_cut_at_any_flash_operation_of_a_save_leaves_a_whole_record() {
     let (mut old, mut serial, mut cuts) = (board.value(), 0, 0);
     let (mut olds, mut news) = (0, 0);
     'operations: for operation in 0.. {
-        for cut in [Cut::Before, Cut::During, Cut::After] {
+        for cut in [PowerCut::Before, PowerCut::During, PowerCut::After] {
             serial += 1;
             let new = 1.0 + f64::from(serial) * 1e-3;
             board.set(new);
@@ -181,7 +181,7 @@ fn a_power_cut_at_any_flash_operation_of_a_save_leaves_a_whole_record() {
                     break;
                 }
                 let at = board.operations();
-                board.machine.cut_power_at(at, Cut::During);
+                board.machine.cut_power_at(at, PowerCut::During);
                 assert!(!board.save(), "the power did not go");
                 let operations = board.machine.flash_operations();
                 assert!(matches!(operations.get(at), Some(Operation::Erase(_))));
@@ -208,7 +208,8 @@ fn records_survive_many_saves_with_power_cuts_among_them() {
         board.set(next);
         // A record of settings alone takes some ten operations: now and then the save is over.
         let at = board.operations() + (random >> 24) as usize % 12;
-        let cut = [Cut::Before, Cut::During, Cut::After][(random >> 16) as usize % 3];
+        let cut =
+            [PowerCut::Before, PowerCut::During, PowerCut::After][(random >> 16) as usize % 3];
         board.machine.cut_power_at(at, cut);
         let saved = board.save();
         cuts += usize::from(!saved);

@@ -2,7 +2,7 @@
 
 use palpate::scene::Scene;
 use palpate::sensing::{Directive, Event};
-use palpate_evaluation::replay::{Beforehand, NoFriction, Replay, Source, replay};
+use palpate_evaluation::replay::{NoFriction, Preparation, Replay, Source, replay};
 use palpate_evaluation::trace::{read, resample};
 use palpate_plant::{Grasp, Parameters, Shape};
 use palpate_scenes::P70;
@@ -19,7 +19,7 @@ fn csv(rows: &[Row]) -> String {
 
 fn replayed(file: &str) -> Replay {
     let (rows, _) = read(file.as_bytes()).expect("the file is well formed");
-    let before = Beforehand {
+    let before = Preparation {
         friction: None,
         calibration: P70::UNCALIBRATED,
     };
@@ -146,7 +146,7 @@ fn recordings_of_a_press_and_of_a_pin_calibrate() {
         ("w1_pin21.csv.gz", pin),
     ];
     for (name, purpose) in steps {
-        let before = Beforehand {
+        let before = Preparation {
             friction: None,
             calibration,
         };

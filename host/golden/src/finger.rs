@@ -24,6 +24,19 @@ pub struct FourBar {
 }
 
 impl FourBar {
+    /// Four bars on a ground link; the columns' names are those of the files.
+    pub fn of(ground: Real, column: impl Fn(&str) -> Real) -> Self {
+        let [drive, coupler, driven, offset, mode] = ["a", "b", "c", "psi", "mode"].map(column);
+        Self {
+            ground,
+            drive,
+            coupler,
+            driven,
+            offset,
+            mode,
+        }
+    }
+
     /// End of the driven lever, with the joint turned by `v`.
     fn driven_end(&self, v: &Real) -> (Real, Real) {
         let (sine, cosine) = (v - &self.offset).sin_cos();

@@ -95,20 +95,58 @@ pub fn stiffness(row: &Row) -> Values {
     values
 }
 
+/// A contact at the end of the free motion, and how far the torque rises then: the inputs of a row.
+pub(crate) struct FirstContact {
+    pub finger: Finger,
+    /// Torque at contact.
+    pub torque: Real,
+    /// By how much the torque rises.
+    pub rise: Real,
+    /// Posture at contact.
+    pub theta: Vector,
+    pub phalanx: usize,
+    /// Place on the phalanx.
+    pub k: Real,
+    pub contact: Contact,
+}
+
+impl FirstContact {
+    pub(crate) fn of(row: &Row) -> Self {
+        let finger = row.finger();
+        let torque = row.real("T_c");
+        let theta = posture(row, &finger, &torque);
+        let (phalanx, k) = (row.phalanx("phal"), row.real("k"));
+        let contact = Contact {
+            phalanx,
+            point: finger.point(&theta, phalanx, &k),
+        };
+        Self {
+            finger,
+            torque,
+            rise: row.real("dT"),
+            theta,
+            phalanx,
+            k,
+            contact,
+        }
+    }
+}
+
 /// `contact_*`.
 ///
 /// # Panics
 /// The finger has no posture at this torque, or leaves the contact.
 #[must_use]
 pub fn step(row: &Row) -> Values {
-    let finger = row.finger();
-    let (torque, rise) = (row.real("T_c"), row.real("dT"));
-    let theta = posture(row, &finger, &torque);
-    let (phalanx, k) = (row.phalanx("phal"), row.real("k"));
-    let contact = Contact {
+    let FirstContact {
+        finger,
+        torque,
+        rise,
+        theta,
         phalanx,
-        point: finger.point(&theta, phalanx, &k),
-    };
+        k,
+        contact,
+    } = FirstContact::of(row);
     let after = |rise: &Real| {
         pressed(&finger, &torque, rise, &contact, &theta).expect("a posture after the step")
     };

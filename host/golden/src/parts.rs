@@ -55,16 +55,8 @@ pub fn forces(row: &Row) -> Values {
 /// `fourbar`.
 #[must_use]
 pub fn four_bar(row: &Row) -> Values {
-    let [ground, drive, coupler, driven, offset, mode, v] =
-        ["g", "a", "b", "c", "psi", "mode", "v"].map(|name| row.real(name));
-    let bars = FourBar {
-        ground,
-        drive,
-        coupler,
-        driven,
-        offset,
-        mode,
-    };
+    let bars = FourBar::of(row.real("g"), |name| row.real(name));
+    let v = row.real("v");
     let lever = bars.lever(&v);
     let rotation = bars.rotation(&v);
     let mut values = Values::new();

@@ -1,8 +1,8 @@
 //! Files about more than one contact or more than one motor: `second`, `actuated`.
 
-use crate::equilibrium::{Contact, Linear, arms, pressed};
+use crate::equilibrium::{Linear, arms, pressed};
 use crate::finger::{Finger, hessian};
-use crate::forward::posture;
+use crate::forward::FirstContact;
 use crate::linear::{Vector, border, dot, solve};
 use crate::real::Real;
 use crate::table::Row;
@@ -17,30 +17,24 @@ use crate::value::Values;
 /// The finger has no posture at this torque, or leaves the contact.
 #[must_use]
 pub fn second(row: &Row) -> Values {
-    let finger = row.finger();
-    let (torque, rise) = (row.real("T_c"), row.real("dT"));
-    let theta = posture(row, &finger, &torque);
-    let (phalanx, k) = (row.phalanx("phal"), row.real("k"));
-    let contact = Contact {
-        phalanx,
-        point: finger.point(&theta, phalanx, &k),
-    };
-    let after = pressed(&finger, &torque, &rise, &contact, &theta).expect("a posture");
+    let first = FirstContact::of(row);
+    let (finger, theta, contact) = (first.finger, first.theta, first.contact);
+    let after = pressed(&finger, &first.torque, &first.rise, &contact, &theta).expect("a posture");
     let at = &after.theta;
-    let now = &torque + &rise;
+    let now = &first.torque + &first.rise;
     let mut linear = Linear::at(&finger, &now, at);
-    let gap = |theta: &[Real]| finger.seen_from(theta, phalanx, &contact.point).1;
+    let gap = |theta: &[Real]| finger.seen_from(theta, first.phalanx, &contact.point).1;
     let curvature = hessian(at, gap);
     for (line, curved) in linear.stiffness.iter_mut().zip(&curvature) {
         for (entry, curved) in line.iter_mut().zip(curved) {
             *entry = &*entry - &after.force * curved;
         }
     }
-    let place = finger.seen_from(at, phalanx, &contact.point).0;
-    let first = arms(&finger, at, phalanx, &place);
-    let alone = linear.held(&first).expect("a contact");
+    let place = finger.seen_from(at, first.phalanx, &contact.point).0;
+    let pressing = arms(&finger, at, first.phalanx, &place);
+    let alone = linear.held(&pressing).expect("a contact");
     let next = arms(&finger, at, row.phalanx("phal_b"), &row.real("k_b"));
-    let both = bordered_by_two(&linear, &first, &next);
+    let both = bordered_by_two(&linear, &pressing, &next);
     let mut values = Values::new();
     values.joints("th", "", &theta);
     values.joints("th", "_after", at);

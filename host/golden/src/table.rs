@@ -145,17 +145,9 @@ impl<'a> Row<'a> {
                     [2 * stage - 1, 2 * stage].map(|index| self.real(&format!("r{index}")));
                 return Stage::Tendon(driven / driving);
             }
-            let [drive, coupler, driven, offset, mode] =
-                ["a", "b", "c", "psi", "mode"].map(|name| self.real(&format!("{name}{stage}")));
             let ground = lengths[stage - 1].clone();
-            Stage::linkage(FourBar {
-                ground,
-                drive,
-                coupler,
-                driven,
-                offset,
-                mode,
-            })
+            let bar = |name: &str| self.real(&format!("{name}{stage}"));
+            Stage::linkage(FourBar::of(ground, bar))
         });
         let stages = stages.collect();
         Finger {

@@ -177,19 +177,27 @@ mod tests {
 
     use super::*;
 
+    /// Name, code, and how many halfwords at its end are data.
+    type Function<'a> = (&'a str, &'a [u16], u32);
+
     const RETURN: u16 = 0x4770;
     const NOP: u16 = 0xBF00;
     const UNDEFINED: u16 = 0xDE00;
     const CALL_R3: u16 = 0x4798;
 
-    /// `bl` from one address forward to another.
-    fn call(from: u32, to: u32) -> [u16; 2] {
+    /// A function at one address that calls one at a higher address (`bl`) and returns.
+    fn calling(from: u32, to: u32) -> [u16; 3] {
         let halfwords = u16::try_from((to - (from + 4)) / 2).expect("near");
-        [0xF000, 0xF800 | halfwords]
+        [0xF000, 0xF800 | halfwords, RETURN]
+    }
+
+    /// A handler of three halfwords, and the function that it calls at address 6.
+    fn with_callee(handler: &[u16; 3]) -> [Function<'_>; 2] {
+        [("ADC1_2", handler, 0), ("compute", &[NOP, RETURN], 0)]
     }
 
     /// An image of these functions, one after the other from address 0, each with the last `data` halfwords marked as data.
-    fn image(functions: &[(&str, &[u16], u32)]) -> Image {
+    fn image(functions: &[Function<'_>]) -> Image {
         let mut object = Object::new(BinaryFormat::Elf, Architecture::Arm, Endianness::Little);
         let text = object.section_id(StandardSection::Text);
         let symbol = |object: &mut Object<'_>, name: &str, value, size, kind| {
@@ -222,7 +230,7 @@ mod tests {
     /// Where [`image`] puts functions.
     const EVERYWHERE: Range<u32> = 0..u32::MAX;
 
-    fn wrong(functions: &[(&str, &[u16], u32)]) -> Vec<Violation> {
+    fn wrong(functions: &[Function<'_>]) -> Vec<Violation> {
         let reach = image(functions)
             .reach("ADC1_2", &EVERYWHERE)
             .expect("there is a handler");
@@ -231,13 +239,10 @@ mod tests {
 
     #[test]
     fn a_handler_that_only_computes_passes() {
-        let [high, low] = call(0, 6);
-        let functions: &[(&str, &[u16], u32)] = &[
-            ("ADC1_2", &[high, low, RETURN], 0),
-            ("compute", &[NOP, RETURN], 0),
-            ("core9panicking5panic", &[UNDEFINED], 0),
-        ];
-        let reach = image(functions)
+        let handler = calling(0, 6);
+        let mut functions = Vec::from(with_callee(&handler));
+        functions.push(("core9panicking5panic", &[UNDEFINED], 0));
+        let reach = image(&functions)
             .reach("ADC1_2", &EVERYWHERE)
             .expect("a handler");
         assert_eq!(reach.violations, []);
@@ -246,11 +251,9 @@ mod tests {
 
     #[test]
     fn a_panic_is_found_behind_another_function() {
-        let to_compute = call(0, 6);
-        let to_panic = call(6, 12);
         let found = wrong(&[
-            ("ADC1_2", &[to_compute[0], to_compute[1], RETURN], 0),
-            ("compute", &[to_panic[0], to_panic[1], RETURN], 0),
+            ("ADC1_2", &calling(0, 6), 0),
+            ("compute", &calling(6, 12), 0),
             ("_ZN4core9panicking5panic17h0E", &[UNDEFINED], 0),
         ]);
         assert_eq!(found.len(), 1, "{found:?}");
@@ -266,8 +269,7 @@ mod tests {
             ("_RNvNtCs0_4core3fmt5write", "formats text"),
             ("__rust_alloc", "allocates"),
         ] {
-            let [high, low] = call(0, 6);
-            let found = wrong(&[("ADC1_2", &[high, low, RETURN], 0), (name, &[RETURN], 0)]);
+            let found = wrong(&[("ADC1_2", &calling(0, 6), 0), (name, &[RETURN], 0)]);
             assert_eq!(found.len(), 1, "{name}");
             assert_eq!(found[0].what, what, "{name}");
         }
@@ -284,8 +286,7 @@ mod tests {
 
     #[test]
     fn constants_are_no_instructions() {
-        let functions: &[(&str, &[u16], u32)] =
-            &[("ADC1_2", &[NOP, RETURN, UNDEFINED, CALL_R3], 2)];
+        let functions: &[Function<'_>] = &[("ADC1_2", &[NOP, RETURN, UNDEFINED, CALL_R3], 2)];
         assert_eq!(wrong(functions), []);
         assert_eq!(wrong(&[("ADC1_2", functions[0].1, 0)]).len(), 2);
     }
@@ -301,12 +302,9 @@ mod tests {
 
     #[test]
     fn a_function_in_another_memory_is_refused() {
-        let [high, low] = call(0, 6);
-        let functions: &[(&str, &[u16], u32)] = &[
-            ("ADC1_2", &[high, low, RETURN], 0),
-            ("compute", &[NOP, RETURN], 0),
-        ];
-        let reach = |home: Range<u32>| image(functions).reach("ADC1_2", &home).expect("a handler");
+        let handler = calling(0, 6);
+        let functions = with_callee(&handler);
+        let reach = |home: Range<u32>| image(&functions).reach("ADC1_2", &home).expect("a handler");
         assert_eq!(reach(0..10).violations, []);
         let [far] = &reach(0..6).violations[..] else {
             panic!("one function lies beyond");

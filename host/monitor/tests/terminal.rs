@@ -101,26 +101,36 @@ impl Drop for Terminal {
     }
 }
 
-fn log(name: &str) -> PathBuf {
-    let path = std::env::temp_dir().join(format!("palpate-{name}-{}.log", std::process::id()));
-    std::fs::write(&path, LOG).expect("a temporary file");
-    path
+/// A file with a log, removed with the value.
+struct LogFile(PathBuf);
+
+impl Drop for LogFile {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.0);
+    }
 }
 
-fn watch(log: &std::path::Path, more: &str) -> String {
+/// A terminal, and a log for the monitor to show in it; `None` without tmux.
+fn open(name: &str) -> Option<(Terminal, LogFile)> {
+    let terminal = Terminal::open(name)?;
+    let path = std::env::temp_dir().join(format!("palpate-{name}-{}.log", std::process::id()));
+    std::fs::write(&path, LOG).expect("a temporary file");
+    Some((terminal, LogFile(path)))
+}
+
+fn watch(log: &LogFile, more: &str) -> String {
     format!(
         "{} watch --speed 0 --from {} {more}",
         env!("CARGO_BIN_EXE_palpate-monitor"),
-        log.display()
+        log.0.display()
     )
 }
 
 #[test]
 fn keys_are_answered_on_eighty_by_twenty_four_and_the_terminal_comes_back() {
-    let Some(terminal) = Terminal::open("keys") else {
+    let Some((terminal, log)) = open("keys") else {
         return;
     };
-    let log = log("keys");
     terminal.type_line(&watch(&log, ""));
     // Every part is there.
     terminal.shows(&[
@@ -161,15 +171,13 @@ fn keys_are_answered_on_eighty_by_twenty_four_and_the_terminal_comes_back() {
     }
     terminal.keys(&["q"]);
     terminal.is_as_before();
-    std::fs::remove_file(log).expect("the file is there");
 }
 
 #[test]
 fn without_colour_no_colour_is_sent() {
-    let Some(terminal) = Terminal::open("plain") else {
+    let Some((terminal, log)) = open("plain") else {
         return;
     };
-    let log = log("plain");
     terminal.type_line(&format!("NO_COLOR=1 {}", watch(&log, "")));
     terminal.shows(&["phalanx 2 30.5"]);
     let plain = terminal.screen(true);
@@ -189,17 +197,14 @@ fn without_colour_no_colour_is_sent() {
     terminal.type_line(&format!("unset NO_COLOR; clear; {}", watch(&log, "")));
     terminal.shows(&["phalanx 2 30.5"]);
     assert!(coloured(&terminal.screen(true)));
-    std::fs::remove_file(log).expect("the file is there");
 }
 
 #[test]
 fn the_terminal_comes_back_after_a_panic() {
-    let Some(terminal) = Terminal::open("panic") else {
+    let Some((terminal, log)) = open("panic") else {
         return;
     };
-    let log = log("panic");
     terminal.type_line(&format!("RUST_BACKTRACE=0 {}", watch(&log, "--fail")));
     terminal.shows(&["as asked for"]);
     terminal.is_as_before();
-    std::fs::remove_file(log).expect("the file is there");
 }

@@ -14,12 +14,7 @@ fn main() {
         let object = Grasp::touching(2, 0.03, 0.4, Shape::Cylinder { diameter_m: 0.02 });
         let mut plant =
             palpate_mujoco::plant(&parameters, &object, 1).expect("the defaults are valid");
-        let pins = Pins {
-            outputs_enabled: true,
-            awake: true,
-            duty: 0.5,
-            closing: true,
-        };
+        let pins = Pins::closing(0.5);
         let start = Instant::now();
         while plant.time_s() < SECONDS {
             plant.step(&pins, 50e-6);

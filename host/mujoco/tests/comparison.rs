@@ -17,6 +17,9 @@ const OWN_STEP_S: f64 = 1e-4;
 
 const CYLINDER: Shape = Shape::Cylinder { diameter_m: 0.020 };
 
+/// Angle of the input link, radian, and torque at it, newton metre.
+type Load = (f64, f64);
+
 /// Both fingers, held by the same cable.
 struct Pair {
     own: Quasistatic,
@@ -76,6 +79,23 @@ struct Worst {
 }
 
 impl Worst {
+    /// Compares torques, and stiffnesses since the last state; returns what the next state is compared with.
+    fn note_load(
+        &mut self,
+        cable_nm_per_rad: f64,
+        last: Option<[Load; 2]>,
+        states: [&FingerState; 2],
+    ) -> [Load; 2] {
+        let [own, mujoco] = states;
+        let torque = share(own.torque_nm, mujoco.torque_nm, own.torque_nm);
+        Self::note(&mut self.torque, torque);
+        let now = states.map(|state| (state.theta_a_rad, state.torque_nm));
+        if let Some(last) = last {
+            Self::note(&mut self.stiffness, deviation(cable_nm_per_rad, last, now));
+        }
+        now
+    }
+
     fn note(worst: &mut f64, found: f64) {
         assert!(found.is_finite());
         *worst = worst.max(found);
@@ -143,26 +163,18 @@ fn stops_are_as_stiff() {
         };
         let mut worst = Worst::default();
         let cable = pair.stiffness_nm_per_rad;
-        let mut last: Option<[(f64, f64); 2]> = None;
+        let mut last: Option<[Load; 2]> = None;
         for torque_nm in [0.2, 0.4] {
             let stop = Parameters::default().mechanism.stop_stiffness_nm_per_rad;
             let [own, mujoco] = pair.at(travel + torque_nm / cable + torque_nm / stop);
-            Worst::note(
-                &mut worst.torque,
-                share(own.torque_nm, mujoco.torque_nm, own.torque_nm),
-            );
-            let now = [own, mujoco].map(|state| (state.theta_a_rad, state.torque_nm));
-            if let Some(last) = last {
-                Worst::note(&mut worst.stiffness, deviation(cable, last, now));
-            }
-            last = Some(now);
+            last = Some(worst.note_load(cable, last, [own, mujoco]));
         }
         worst.check(&format!("{scene} on its closing stop"));
     }
 }
 
 /// Deviation of the compliance between two states, the finger's with the cable's, which is what a motor feels.
-fn deviation(cable_nm_per_rad: f64, from: [(f64, f64); 2], to: [(f64, f64); 2]) -> f64 {
+fn deviation(cable_nm_per_rad: f64, from: [Load; 2], to: [Load; 2]) -> f64 {
     let cable = 1.0 / cable_nm_per_rad;
     let compliance = [0, 1].map(|i| (to[i].0 - from[i].0) / (to[i].1 - from[i].1) + cable);
     share(compliance[0], compliance[1], compliance[0])
@@ -175,7 +187,7 @@ fn compare(scene: &str, grasp: &Grasp, what: &str) {
     pair.place(grasp).expect("clear of the open finger");
     let mut worst = Worst::default();
     let cable = pair.stiffness_nm_per_rad;
-    let mut last: Option<[(f64, f64); 2]> = None;
+    let mut last: Option<[Load; 2]> = None;
     let mut pressed = 0;
     for step in 2..=32 {
         let [own, mujoco] = pair.at(0.05 * f64::from(step));
@@ -210,15 +222,7 @@ fn compare(scene: &str, grasp: &Grasp, what: &str) {
         if phalanges[0].len() == 1 {
             Worst::note(&mut worst.place, share(centre(own), centre(mujoco), 0.07));
         }
-        Worst::note(
-            &mut worst.torque,
-            share(own.torque_nm, mujoco.torque_nm, own.torque_nm),
-        );
-        let now = [own, mujoco].map(|state| (state.theta_a_rad, state.torque_nm));
-        if let Some(last) = last {
-            Worst::note(&mut worst.stiffness, deviation(cable, last, now));
-        }
-        last = Some(now);
+        last = Some(worst.note_load(cable, last, [own, mujoco]));
     }
     assert!(pressed >= 2, "{what}: {pressed} states with contact");
     worst.check(&format!("{scene} {what}, {pressed} states"));

@@ -5,6 +5,15 @@ use palpate_plant::{CableEnd, Engine, Grasp, Mechanics, Parameters, Shape, World
 
 const CYLINDER: Shape = Shape::Cylinder { diameter_m: 0.020 };
 
+/// The cable's end without backlash.
+fn cable_end(parameters: &Parameters, rad: f64) -> CableEnd {
+    CableEnd {
+        low_rad: rad,
+        high_rad: rad,
+        stiffness_nm_per_rad: parameters.cable_stiffness_nm_per_rad(),
+    }
+}
+
 /// Closes on a cylinder that is held in some way, in gravity or without.
 fn closed_on(mount: Mount, gravity_m_per_s2: f64, end_rad: f64, held_steps: u32) -> MujocoFinger {
     let mut parameters = Parameters::default();
@@ -15,11 +24,7 @@ fn closed_on(mount: Mount, gravity_m_per_s2: f64, end_rad: f64, held_steps: u32)
         object_kg: 0.05,
     };
     let mut finger = MujocoFinger::new(&parameters, &surroundings).expect("a valid model");
-    let end = |rad: f64| CableEnd {
-        low_rad: rad,
-        high_rad: rad,
-        stiffness_nm_per_rad: parameters.cable_stiffness_nm_per_rad(),
-    };
+    let end = |rad: f64| cable_end(&parameters, rad);
     let grasp = Grasp::touching(2, 0.04, 0.8, CYLINDER);
     finger.settle(&end(0.05));
     finger.place(&grasp).expect("clear of the open finger");
@@ -113,11 +118,7 @@ fn a_sliding_contact_with_friction_stays_in_touch() {
         parameters.contact.friction = friction;
         let mut finger =
             MujocoFinger::new(&parameters, &Surroundings::default()).expect("a valid model");
-        let end = |rad: f64| CableEnd {
-            low_rad: rad,
-            high_rad: rad,
-            stiffness_nm_per_rad: parameters.cable_stiffness_nm_per_rad(),
-        };
+        let end = |rad: f64| cable_end(&parameters, rad);
         finger.settle(&end(0.06));
         finger
             .place(&Grasp::touching(

@@ -15,12 +15,7 @@ fn main() -> Result<(), palpate_plant::Error> {
                 &Grasp::touching(2, 0.03, theta_1, shape),
                 1,
             )?;
-            let pins = Pins {
-                outputs_enabled: true,
-                awake: true,
-                duty: 0.5,
-                closing: true,
-            };
+            let pins = Pins::closing(0.5);
             let start = Instant::now();
             for _ in 0..60_000 {
                 plant.step(&pins, 50e-6);

@@ -3,14 +3,14 @@
 use crate::Pins;
 use crate::parameters::Parameters;
 
-/// What the bridge did in a step.
+/// Result of a step of the bridge.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Step {
+pub(crate) struct BridgeOutput {
     /// Mean winding current over the step, ampere, closing positive.
     pub mean_a: f64,
     /// Current drawn from the supply, ampere.
     pub drawn_a: f64,
-    /// Its chopping limited the current, or its supply is too low.
+    /// Whether its chopping limited the current or its supply is too low.
     pub fault: bool,
 }
 
@@ -60,7 +60,7 @@ impl Bridge {
         1.0 + self.parameters.motor.magnet_temperature_coefficient_per_k * self.housing_rise
     }
 
-    /// Outputs follow EN and PH: awake for long enough and supplied.
+    /// Whether outputs follow EN and PH: awake for long enough and supplied.
     fn ready(&self, supply_v: f64) -> bool {
         self.awake_for >= self.parameters.bridge.wake_s
             && supply_v >= self.parameters.bridge.undervoltage_v
@@ -74,14 +74,14 @@ impl Bridge {
         back_emf_v: f64,
         short: f64,
         dt: f64,
-    ) -> Step {
+    ) -> BridgeOutput {
         let motor = &self.parameters.motor;
         self.awake_for = if pins.awake { self.awake_for + dt } else { 0.0 };
         let low = pins.awake && supply_v < self.parameters.bridge.undervoltage_v;
         let duty = pins.drive();
-        let mut step = Step {
+        let mut step = BridgeOutput {
             fault: low,
-            ..Step::default()
+            ..BridgeOutput::default()
         };
         if self.ready(supply_v) {
             let copper = motor.resistance_ohm * short;
@@ -139,9 +139,8 @@ impl Bridge {
         self.housing_rise += dt * (flow - lost) / housing_j_per_k;
     }
 
-    /// Motor current as the sense output shows it on average over the window of a control period, ampere without noise;
-    /// unsigned, and nothing of a bridge that is off. A current that opposes the drive shows only in the off part of the
-    /// PWM, while the low sides carry it round.
+    /// Mean motor current at the sense output over the window of a control period, ampere without noise; unsigned, zero while the
+    /// bridge is off. A current that opposes the drive shows only in the off part of the PWM, while the low sides carry it round.
     pub fn sensed_a(&self, pins: &Pins, supply_v: f64) -> f64 {
         let Parameters { sense, bridge, .. } = &self.parameters;
         let duty = pins.drive();
@@ -155,12 +154,12 @@ impl Bridge {
         }
         let full_scale_a = sense.full_scale_v / (sense.resistor_ohm * sense.mirror_a_per_a);
         let bent = sense.nonlinearity * magnitude / full_scale_a;
-        // The mirror follows each edge late; the shorter the on-time, the more of it is missed.
+        // The mirror follows each edge with a delay, so a larger share of a short on-time is missed.
         let late = sense.settling_s * bridge.pwm_hz * off;
         magnitude * (1.0 + bent) * (1.0 - late).max(0.0)
     }
 
-    /// Whether the sense amplifier is on: its offset shows.
+    /// Whether the sense amplifier is on, so that its offset is measured.
     pub fn senses(&self, supply_v: f64) -> bool {
         self.ready(supply_v)
     }

@@ -5,10 +5,10 @@ use crate::parameters::Parameters;
 
 #[derive(Clone, Copy, Debug)]
 struct Creep {
-    /// In the end, relative to the elastic twist.
+    /// Final creep, relative to the elastic twist.
     share: f64,
     time_s: f64,
-    /// So far, radian.
+    /// Present creep, radian.
     twist: f64,
 }
 
@@ -49,7 +49,7 @@ impl Cable {
     fn twist(&self, torque: f64) -> f64 {
         let magnitude = torque.abs();
         let share = self.stiffening * magnitude;
-        // ln(1 + s T) / s, which goes over to T without stiffening.
+        // ln(1 + s T) / s, which tends to T without stiffening.
         let twist = if share > 1e-9 {
             share.ln_1p() / self.stiffening
         } else {
@@ -69,7 +69,7 @@ impl Cable {
         }
     }
 
-    /// Lets it creep under a torque.
+    /// Advances the creep under a torque.
     pub fn creep(&mut self, torque: f64, dt: f64) {
         let elastic = self.twist(torque);
         for creep in &mut self.creep {
@@ -77,8 +77,7 @@ impl Cable {
         }
     }
 
-    /// What the finger feels around a torque, with the drivetrain's end at `middle` of a dead band: the straight line
-    /// through that torque with the stiffness there.
+    /// Linearised cable around a torque, with the drivetrain's end in the `middle` of a dead band.
     pub fn end(&self, middle: f64, half_backlash: f64, torque: f64) -> CableEnd {
         let tangent = self.tangent(torque);
         let middle = middle - self.creep.iter().map(|creep| creep.twist).sum::<f64>();
@@ -106,7 +105,7 @@ mod tests {
         for torque in [-0.35, -0.01, 0.02, 0.35] {
             let slope = (cable.twist(torque + 1e-6) - cable.twist(torque - 1e-6)) / 2e-6;
             assert!((slope * cable.tangent(torque) - 1.0).abs() < 1e-6);
-            // The line that the finger is given goes through the torque at its own twist.
+            // The line passes through the torque at its own twist.
             let end = cable.end(0.0, 0.003, torque);
             let flank = 0.003 * torque.signum();
             let found = end.torque_nm(-flank - cable.twist(torque));

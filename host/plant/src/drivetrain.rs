@@ -1,4 +1,4 @@
-//! Rotor, gearhead and worm: inertia, friction by their own laws, backlash.
+//! Rotor, gearhead and worm: inertia, friction, backlash.
 //!
 //! The rotor is the only mass. The worm turns only where a flank of the gearhead's backlash pushes it (its friction
 //! holds it otherwise), and pushes the wheel only across its own backlash; wheel and cable have no mass. The friction
@@ -15,7 +15,7 @@ fn worm_friction(worm: &Worm, speed: f64) -> f64 {
     let running = worm.friction_running
         * (-worm.friction_speed_factor * speed.powf(worm.friction_speed_exponent)).exp();
     let stuck = worm.friction_static - worm.friction_running;
-    // Rounds to nothing a few tens of stribeck speeds on.
+    // Underflows at some tens of Stribeck speeds, which is correct.
     if speed > 30.0 * worm.stribeck_speed_m_per_s {
         running
     } else {
@@ -31,7 +31,7 @@ fn screw(worm: &Worm, tan_lead: f64, load: f64, way: f64, friction: f64) -> f64 
     load / worm.ratio * (tan_lead + along) / ((1.0 - tan_lead * along) * tan_lead)
 }
 
-/// Efficiency of the worm while closing against a load, at a speed of the wheel: for judging parameters.
+/// Efficiency of the worm while closing against a load, at a speed of the wheel; for checks of parameters.
 #[must_use]
 pub fn worm_efficiency(parameters: &Parameters, wheel_rad_per_s: f64) -> f64 {
     let worm = &parameters.worm;
@@ -58,7 +58,7 @@ pub(crate) struct Drivetrain {
     ripple_phase: f64,
     friction: Friction,
     wander: Wander,
-    /// How far it has run itself warm, 0 to 1.
+    /// Warm-up by running, 0 to 1.
     warmth: f64,
     transmission: Transmission,
     /// Motor shaft, radian, from where it stood at power-on.
@@ -104,12 +104,12 @@ impl Drivetrain {
         }
     }
 
-    /// Wheel angle that the worm stands for, without the worm's backlash, radian.
+    /// Wheel angle that corresponds to the worm, without its backlash, radian.
     fn wheel(&self) -> f64 {
         self.worm_angle / self.worm.ratio
     }
 
-    /// The same with the errors of the transmission: where the cable's end is.
+    /// The same with the transmission's errors: position of the cable's end.
     pub fn output(&self) -> f64 {
         self.wheel() + self.transmission.error(self.worm_angle, self.wheel())
     }
@@ -119,8 +119,8 @@ impl Drivetrain {
         0.5 * self.inertia * self.speed * self.speed
     }
 
-    /// Torque at the rotor that a load at the wheel asks for when it turns in direction `way`, and whether the load
-    /// drives the worm itself (only a worm that is not self-locking).
+    /// Torque at the rotor that is needed against a load at the wheel in direction `way`, and whether the load drives the worm
+    /// (only one that is not self-locking).
     fn reflected(&self, load: f64, way: f64, friction: f64) -> (f64, bool) {
         let at_worm = screw(&self.worm, self.tan_lead, load, way, friction) / self.gear_ratio;
         if at_worm * way < 0.0 {
@@ -170,7 +170,7 @@ impl Drivetrain {
         let resisting = reflected + way * drag;
         let speed = (self.speed + dt / self.inertia * (torque - resisting))
             / (1.0 + dt * self.viscous / self.inertia);
-        // Friction stops the rotor, it does not throw it back.
+        // Friction stops the rotor but does not reverse it.
         self.speed = if speed * way < 0.0 { 0.0 } else { speed };
         let change = self.speed * dt;
         self.rotor += change;
@@ -183,7 +183,7 @@ impl Drivetrain {
             .clamp(output - self.gear_play, output + self.gear_play);
     }
 
-    /// Turns in units of a full turn, for what repeats once a turn of the motor.
+    /// Motor angle in turns, for periodic disturbances.
     pub fn phase(&self) -> f64 {
         self.rotor.rem_euclid(TAU)
     }

@@ -6,14 +6,14 @@ use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::TAU;
 
-/// What is wrong with the encoder's wires.
+/// Fault of the encoder's wires.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EncoderFault {
-    /// Phase A reads low for ever.
+    /// Phase A stays low.
     pub a_cut: bool,
-    /// Phase B reads low for ever.
+    /// Phase B stays low.
     pub b_cut: bool,
-    /// A and B changed over.
+    /// A and B are exchanged.
     pub swapped: bool,
     /// Rate of false edges on both phases, per second.
     pub storm_edges_per_s: f64,
@@ -46,12 +46,12 @@ pub(crate) struct QuadratureEncoder {
     counts_per_rad: f64,
     periodic: f64,
     phase: f64,
-    /// Error that does not repeat, counts over motor turns.
+    /// Non-periodic error, counts over motor turns.
     random: Wander,
     rotor: f64,
     /// Edges of the true disc.
     disc: i64,
-    /// What a counter on the wires has counted.
+    /// Count of a counter on the wires.
     pub count: i64,
     noise: (bool, bool),
     wires: (bool, bool),
@@ -92,7 +92,7 @@ impl QuadratureEncoder {
         self.wires
     }
 
-    /// Lets the error that does not repeat change over the way to the rotor's angle.
+    /// Advances the non-periodic error to the rotor's angle.
     pub fn wander(&mut self, rotor: f64, random: &mut Pcg64Mcg) {
         self.random.advance((rotor - self.rotor) / TAU, random);
         self.rotor = rotor;
@@ -130,7 +130,7 @@ impl QuadratureEncoder {
         self.settle(fault);
     }
 
-    /// Brings the wires to what disc and faults make of them and counts the edge, if it is one.
+    /// Sets the wires' levels from disc and faults, and counts an edge if there is one.
     fn settle(&mut self, fault: &EncoderFault) {
         let (a, b) = levels(self.disc);
         let mut wires = (
@@ -143,7 +143,7 @@ impl QuadratureEncoder {
         self.count += match (quarter(wires) - quarter(self.wires)).rem_euclid(4) {
             1 => 1,
             3 => -1,
-            // Two levels at once: the counter cannot tell the direction and ignores it.
+            // Both levels change at once: the counter cannot determine the direction and ignores it.
             _ => 0,
         };
         self.wires = wires;

@@ -14,14 +14,14 @@ pub enum Error {
         /// The keys that exist there.
         expected: String,
     },
-    /// A value of another kind than the default's.
+    /// A value of another type than the default's.
     #[error("`{key}` is {found}, expected {expected}")]
     WrongType {
         /// Full path of the key.
         key: String,
-        /// Kind that is there.
+        /// Type found.
         found: &'static str,
-        /// Kind that is needed.
+        /// Type needed.
         expected: &'static str,
     },
     /// A number outside its range, or not a number.
@@ -41,9 +41,9 @@ pub enum Error {
     WrongLength {
         /// Full path of the key.
         key: String,
-        /// How many are there.
+        /// Number of values found.
         found: usize,
-        /// How many are needed.
+        /// Number of values needed.
         expected: usize,
     },
     /// A finger has both pulleys and levers, or neither.
@@ -64,16 +64,16 @@ pub enum Error {
         /// Joint angle, degree.
         angle_deg: f64,
     },
-    /// Another engine than this crate's cannot be used, or refuses the model.
+    /// An engine of another crate is not available or refuses the model.
     #[error("{0}")]
     Engine(String),
-    /// The wanted place of contact is not on the finger or never reached.
+    /// The given contact is not on the finger or never reached.
     #[error("no such contact: {0}")]
     Contact(String),
 }
 
 impl Error {
-    /// An object is placed where the finger stands, this deep in it (metre).
+    /// The object overlaps the finger by this depth (metre).
     #[must_use]
     pub fn overlap(depth_m: f64) -> Self {
         Self::Contact(format!(

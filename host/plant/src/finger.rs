@@ -1,6 +1,6 @@
 //! The finger: joints, springs, stops, transmission and contacts, brought to balance step by step.
 //!
-//! Its own inertia is small compared with the drivetrain's as seen at the input link, so each joint follows
+//! The finger's inertia is small compared with the drivetrain's at the input link, so each joint follows
 //! `damping * speed = springs + stops + cable + contacts`, solved implicitly; everything that can only push (cable
 //! flank, stop, contact) is a stiff one-sided spring, and which of them push is found by iteration in each step.
 
@@ -15,14 +15,14 @@ use crate::{Contact, Error};
 use balance::Pusher;
 use stage::Stage;
 
-/// Most phalanges.
+/// Largest number of phalanges.
 pub(crate) const MAX: usize = 3;
 /// What holds the input link during a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Hold {
     /// A cable whose other end would put the input link between `low` and `high` without force.
     Cable { low: f64, high: f64, stiffness: f64 },
-    /// A given torque (for tests and for the placing of objects).
+    /// A given torque, for tests and for placing objects.
     Torque(f64),
 }
 
@@ -37,9 +37,9 @@ pub(crate) struct Finger {
     high: [f64; MAX],
     /// Opening and closing stop of the input link.
     pub stops: [f64; 2],
-    /// Stops of the input link are there (they can be broken off).
+    /// Whether the input link has its stops (a fault can remove them).
     pub stopped: bool,
-    /// Joint 1 has lost its stops as well: nothing ends the motion.
+    /// Whether joint 1 has lost its stops as well, so that nothing ends a motion.
     pub runs_on: bool,
     stages: [Stage; 2],
     half_thickness: f64,
@@ -50,7 +50,7 @@ pub(crate) struct Finger {
     creep_speed: f64,
     joint_friction: f64,
     capstan_share: f64,
-    /// Gravity on a metre of a phalanx, newton per metre.
+    /// Weight per length of a phalanx, newton per metre.
     weight: Point,
     pub angle: [f64; MAX],
     speed: [f64; MAX],
@@ -101,12 +101,12 @@ impl Finger {
             .for_each(|k| *k *= 1.0 + mechanism.spring_error);
         let mut rest = list(&finger.rest_deg, f64::to_radians);
         if spring[0] == 0.0 {
-            // Without a spring, nothing defines where joint 1 rests; it opens until theta_1 is zero.
+            // Without a spring joint 1 has no rest angle; it starts at theta_1 = 0.
             rest[0] = 0.0;
         }
         let low = list(&finger.joint_min_deg, f64::to_radians);
         for i in 1..count {
-            // Only where the spring holds its joint at the stop is there something to preload it against.
+            // A spring can be preloaded only if its joint rests at the stop.
             if (rest[i] - low[i]).abs() < 1e-6 {
                 rest[i] -= mechanism.preload_deg.to_radians();
             }
@@ -180,7 +180,7 @@ impl Finger {
         (joint, along)
     }
 
-    /// What gravity does at each joint, newton metre, closing positive.
+    /// Torque of gravity at each joint, newton metre, closing positive.
     fn weight_torques(&self) -> [f64; MAX] {
         let mut torques = [0.0; MAX];
         if self.weight == [0.0; 2] {
@@ -218,7 +218,7 @@ impl Finger {
         least
     }
 
-    /// An object in the place that `grasp` wants.
+    /// The object at the position that `grasp` describes.
     pub fn body(&self, grasp: &Grasp) -> Result<Body, Error> {
         match grasp {
             Grasp::Free => Ok(Body::Nothing),
@@ -236,7 +236,7 @@ impl Finger {
         }
     }
 
-    /// The object of a wanted first contact: against the finger in its free posture at `theta_1`.
+    /// Places the object against the finger in its free posture at `theta_1`.
     pub fn met(
         &self,
         phalanx: u8,
@@ -268,7 +268,7 @@ impl Finger {
         if self.weight == [0.0; 2] {
             free.settle(&Body::Nothing, Hold::Torque(sprung));
         } else {
-            // Joint 1 is held there; the input link's torque is what its spring and the weight on it then ask for.
+            // Joint 1 is fixed there; its spring and the weight determine the torque at the input link.
             (free.spring[0], free.rest[0]) = (1e7, theta_1);
             for _ in 0..4 {
                 let torque = sprung - free.weight_torques()[0];

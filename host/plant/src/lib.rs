@@ -1,18 +1,18 @@
 //! The simulated world: an underactuated finger, its drivetrain, bridge and sensors, and an object in its way.
 //!
-//! All of it is f64 and its own physics; it knows nothing of the library that it is there to judge. [`Plant`] is stepped
-//! by the levels on the bridge's [`Pins`] and answers with what a chip could measure; [`Plant::truth`] tells the rest.
-//! Simulated: nothing here was checked against a real finger.
+//! Computes in f64 with its own physics and imports nothing of the library that it tests. [`Plant`] is stepped with the levels on
+//! the bridge's [`Pins`] and returns what a chip can measure; [`Plant::truth`] gives the hidden state. Simulated: nothing here
+//! was checked against a real finger.
 //!
 //! | module | what it models |
 //! |---|---|
 //! | `bridge` | H-bridge, winding, its temperature, unsigned current sense |
-//! | `drivetrain` | rotor, gearhead, worm: friction by the screw's laws, self-locking, backlash |
-//! | `transmission`, `wander` | angle errors of worm, wheel and gears, hysteresis; what never repeats |
+//! | `drivetrain` | rotor, gearhead, worm: friction of a screw, self-locking, backlash |
+//! | `transmission`, `wander` | angle errors of worm, wheel and gears, hysteresis; non-periodic errors |
 //! | `cable` | stiffening, creep |
-//! | `encoder` | disc, wires and what can break in them |
+//! | `encoder` | disc, wires and their faults |
 //! | `finger`, `linkage` | joints, springs, stops, tendon or four-bar transmission by loop closure, contact |
-//! | `mechanics` | what the drivetrain needs of finger and object, so that another engine may compute them |
+//! | `mechanics` | interface to finger and object, so that another engine can compute them |
 //! | `object` | cylinders and convex polygons, thick phalanges |
 
 mod bridge;

@@ -14,7 +14,7 @@ pub(crate) struct Fourbar {
 }
 
 impl Fourbar {
-    /// The coupler's misfit, its derivative by the lever angle, and by the joint angle.
+    /// Closure error of the coupler, with its derivatives by lever angle and joint angle.
     fn misfit(&self, gamma: f64, angle: f64) -> (f64, f64, f64) {
         let (sin_g, cos_g) = gamma.sin_cos();
         let (sin_d, cos_d) = (angle - self.offset).sin_cos();
@@ -26,7 +26,7 @@ impl Fourbar {
         (misfit, by_gamma, by_angle)
     }
 
-    /// Lever angle for a joint angle, from scratch: on the half turn that the mode names the misfit is monotone.
+    /// Lever angle for a joint angle without a start value: on the half turn given by the mode the closure error is monotone.
     pub fn assemble(&self, angle: f64) -> Option<f64> {
         let (sin_d, cos_d) = (angle - self.offset).sin_cos();
         let line = (self.driven * sin_d).atan2(self.ground + self.driven * cos_d);
@@ -45,9 +45,9 @@ impl Fourbar {
         Some(0.5 * (near + far))
     }
 
-    /// Follows the lever from a nearby `gamma` to a joint angle; returns lever angle and its derivative.
+    /// Lever angle and its derivative for a joint angle, from a nearby start value `gamma`.
     ///
-    /// Near a dead point, where no lever angle closes the loop, the nearest one is kept.
+    /// Near a dead point, where no lever angle closes the loop, returns the closest one.
     pub fn follow(&self, mut gamma: f64, angle: f64) -> (f64, f64) {
         let mut slope = 0.0;
         for _ in 0..8 {

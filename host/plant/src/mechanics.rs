@@ -1,7 +1,7 @@
-//! The load on the cable: finger and object, whichever engine computes them.
+//! Interface to finger and object, which different engines can compute.
 //!
-//! The drivetrain knows of them only where the cable's other end stands and how hard the cable pulls. [`Quasistatic`]
-//! is this crate's own engine; another one implements [`Mechanics`] and goes into [`crate::Plant::with_mechanics`].
+//! The drivetrain only needs the position of the cable's end and its torque. [`Quasistatic`] is this crate's engine; another one
+//! implements [`Mechanics`] and is passed to [`crate::Plant::with_mechanics`].
 
 use crate::finger::{Finger, Hold, MAX};
 use crate::object::{Body, Grasp};
@@ -9,8 +9,8 @@ use crate::parameters::Parameters;
 use crate::{Contact, Error};
 use std::fmt::Debug;
 
-/// Where the drivetrain holds the cable: between `low_rad` and `high_rad` of the input link it is slack, which is the
-/// worm's backlash; beyond, it pulls back by its stiffness.
+/// Position of the drivetrain's end of the cable. Between `low_rad` and `high_rad` of the input link the cable is slack (the
+/// worm's backlash); beyond, it acts by its stiffness.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CableEnd {
     /// Below this angle of the input link the cable pulls it towards closing, radian.
@@ -31,7 +31,7 @@ impl CableEnd {
     }
 }
 
-/// What the drivetrain, the sensors and the truth read of the finger.
+/// State of the finger for drivetrain, sensors and truth.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FingerState {
     /// How many phalanges the finger has; joints beyond are zero.
@@ -53,16 +53,16 @@ pub trait Mechanics: Debug + Send + Sync {
     /// The state after the last step.
     fn state(&self) -> &FingerState;
 
-    /// Puts another object there, or takes it away.
+    /// Replaces or removes the object.
     ///
     /// # Errors
-    /// The object cannot be there, or overlaps the finger where it stands now; the old one then stays.
+    /// The object cannot be there, or overlaps the finger; the previous one then stays.
     fn place(&mut self, grasp: &Grasp) -> Result<(), Error>;
 
-    /// Breaks off the stops of the input link and of joint 1, or puts them back.
+    /// Removes or restores the stops of input link and joint 1.
     fn break_stops(&mut self, missing: bool);
 
-    /// Lets `dt_s` seconds pass while the drivetrain holds the cable there.
+    /// Steps by `dt_s` seconds with the cable's end at this position.
     fn step(&mut self, end: &CableEnd, dt_s: f64);
 
     /// Lets the finger come to rest.
@@ -71,7 +71,7 @@ pub trait Mechanics: Debug + Send + Sync {
     /// Energy of the finger's motion, springs, stops and contacts (not of the cable), joule.
     fn energy_j(&self) -> f64;
 
-    /// A copy that goes its own way.
+    /// An independent copy.
     fn boxed_clone(&self) -> Box<dyn Mechanics>;
 }
 
@@ -81,7 +81,7 @@ impl Clone for Box<dyn Mechanics> {
     }
 }
 
-/// The crate's own engine: a finger without mass, in balance at every step.
+/// This crate's engine: a finger without mass, in equilibrium at every step.
 #[derive(Clone, Debug)]
 pub struct Quasistatic {
     finger: Finger,
@@ -167,8 +167,7 @@ impl Mechanics for Quasistatic {
     }
 }
 
-/// Where an object lies that is placed by `grasp`, for other engines: wanted contacts are put against this crate's
-/// finger in its free posture.
+/// Position of an object for other engines: a given contact is placed against this crate's finger in its free posture.
 ///
 /// # Errors
 /// The object cannot be there.

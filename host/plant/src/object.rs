@@ -79,7 +79,7 @@ impl Shape {
                     );
                     let (u, v) = (sub(b, a), sub(c, b));
                     let turn = u[0] * v[1] - u[1] * v[0];
-                    // `is_nan` too: NaN compares false.
+                    // `is_nan` as well, because comparisons with NaN are false.
                     if turn.is_nan() || turn <= 0.0 {
                         return Err(Error::Contact(format!(
                             "polygon is not convex counterclockwise at corner {i}"
@@ -106,13 +106,13 @@ impl Shape {
     }
 }
 
-/// Where the object is.
+/// Placement of the object.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub enum Grasp {
     /// Nothing to grasp.
     #[default]
     Free,
-    /// So that the freely closing finger touches it at a wanted place; see [`Grasp::touching`].
+    /// Placed so that the free finger touches it at a given place; see [`Grasp::touching`].
     Touching {
         /// Phalanx, from 1.
         phalanx: u8,
@@ -123,11 +123,11 @@ pub enum Grasp {
         /// Object.
         shape: Shape,
     },
-    /// Anywhere.
+    /// At a given position.
     At {
         /// Origin of the object's frame, metre.
         origin_m: Point,
-        /// Turned by this, counterclockwise, radian.
+        /// Rotation, counterclockwise, radian.
         angle_rad: f64,
         /// Object.
         shape: Shape,
@@ -136,7 +136,7 @@ pub enum Grasp {
 
 impl Grasp {
     /// An object that the free finger meets with phalanx `phalanx` (from 1) at `k_m` from its joint when joint 1 stands
-    /// at `theta_1_rad`. A large object may be met earlier by another phalanx: [`crate::Truth`] tells.
+    /// at `theta_1_rad`. Another phalanx may touch a large object earlier: see [`crate::Truth`].
     #[must_use]
     pub fn touching(phalanx: u8, k_m: f64, theta_1_rad: f64, shape: Shape) -> Self {
         Self::Touching {
@@ -151,7 +151,7 @@ impl Grasp {
 /// An object in its place.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Body {
-    /// Nothing there.
+    /// No object.
     Nothing,
     /// A cylinder across the plane of motion.
     Disc {

@@ -1,21 +1,32 @@
-//! Inputs from outside: the chip's levels, and faults.
+//! Inputs of the plant: levels from the chip, and injected faults.
 
 use crate::EncoderFault;
 
-/// What the chip puts on the bridge's pins.
+/// Levels that the chip applies to the bridge.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pins {
-    /// The timer drives EN; else EN is pulled low.
+    /// Whether the timer drives EN; otherwise EN is low.
     pub outputs_enabled: bool,
     /// nSLEEP.
     pub awake: bool,
-    /// Share of time that EN is high, 0 to 1; beyond, it is clamped.
+    /// Share of time in which EN is high, clamped to 0 to 1.
     pub duty: f64,
     /// PH.
     pub closing: bool,
 }
 
 impl Pins {
+    /// A bridge that is awake and closes the finger.
+    #[must_use]
+    pub fn closing(duty: f64) -> Self {
+        Self {
+            outputs_enabled: true,
+            awake: true,
+            duty,
+            closing: true,
+        }
+    }
+
     /// Share of the supply voltage at the motor, closing positive.
     pub(crate) fn drive(&self) -> f64 {
         if !self.outputs_enabled || self.duty.is_nan() {
@@ -26,20 +37,20 @@ impl Pins {
     }
 }
 
-/// What is broken; all of it can change from one step to the next.
+/// Injected faults; they can change from one step to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Faults {
-    /// Wires of the encoder.
+    /// Fault of the encoder's wires.
     pub encoder: EncoderFault,
-    /// The rotor does not turn.
+    /// Whether the rotor is blocked.
     pub rotor_locked: bool,
     /// Supply voltage instead of the parameter's.
     pub supply_v: Option<f64>,
-    /// Further offset of the current sense, ampere at the motor.
+    /// Additional offset of the current sense, ampere at the motor.
     pub sense_offset_a: f64,
-    /// Share of the winding that is left by a short circuit, above 0; 1 is healthy.
+    /// Share of the winding resistance that a short circuit leaves, > 0; 1 without a fault.
     pub winding_left: f64,
-    /// The stops of the input link are broken off, and those of joint 1: nothing ends the motion.
+    /// Whether the stops of input link and joint 1 are missing, so that nothing ends a motion.
     pub stops_missing: bool,
 }
 

@@ -1,4 +1,4 @@
-//! The world put together, stepped by the levels on the pins.
+//! The whole world, stepped with the levels on the pins.
 
 use crate::bridge::Bridge;
 use crate::cable::Cable;
@@ -12,9 +12,9 @@ use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 
-/// Longest step of the integration, second; longer ones are cut into equal parts.
+/// Longest integration step, second; longer ones are divided into equal parts.
 pub const MAX_STEP_S: f64 = 50e-6;
-/// What makes the seed of what wanders another one.
+/// Changes the seed for the generator of wander.
 const WANDERING: u64 = 0x0077_616e_6465_7273;
 
 /// Finger, drivetrain, bridge, sensors and object.
@@ -26,12 +26,12 @@ pub struct Plant {
     bridge: Bridge,
     encoder: QuadratureEncoder,
     random: Pcg64Mcg,
-    /// What wanders has random numbers of its own, so that a world without wander has the noise that it had.
+    /// Wander has a separate generator, so that it does not change other noise.
     wandering: Pcg64Mcg,
     /// Faults to inject.
     pub faults: Faults,
     time: f64,
-    /// Input-link angle at which the drivetrain's own zero lies.
+    /// Input-link angle at the drivetrain's zero.
     origin: f64,
     half_backlash: f64,
     cable: Cable,
@@ -94,7 +94,7 @@ impl Plant {
         let half_backlash = 0.5 * parameters.worm.backlash_counts / parameters.counts_per_rad();
         let mut wandering = Pcg64Mcg::seed_from_u64(seed ^ WANDERING);
         let drivetrain = Drivetrain::new(parameters, gear_play, &mut wandering);
-        // A sprung finger hangs on the closing flank, a loose one rests anywhere between the flanks.
+        // A finger with a spring at joint 1 rests on the closing flank, one without anywhere between the flanks.
         let finger = mechanics.state();
         let sprung = finger.torque_nm > 1e-9;
         let flank = if sprung {
@@ -131,10 +131,10 @@ impl Plant {
         Ok(plant)
     }
 
-    /// Puts another object there, or takes it away ([`Grasp::Free`]), and forgets the first contact.
+    /// Replaces or removes ([`Grasp::Free`]) the object and forgets the first contact.
     ///
     /// # Errors
-    /// The object cannot be there, or overlaps the finger where it stands now; the old one then stays.
+    /// The object cannot be there, or overlaps the finger; the previous one then stays.
     pub fn place(&mut self, grasp: &Grasp) -> Result<(), Error> {
         self.mechanics.place(grasp)?;
         self.first = None;
@@ -147,7 +147,7 @@ impl Plant {
         self.wandering = Pcg64Mcg::seed_from_u64(seed ^ WANDERING);
     }
 
-    /// Lets `dt_s` seconds pass with these levels on the pins.
+    /// Steps by `dt_s` seconds with these levels on the pins.
     pub fn step(&mut self, pins: &Pins, dt_s: f64) {
         self.pins = *pins;
         self.bridge_fault = false;
@@ -214,7 +214,7 @@ impl Plant {
         }
     }
 
-    /// Draws the noise of this instant, so that reading twice gives the same.
+    /// Draws the noise of this instant once, so that repeated reads agree.
     fn measure(&mut self) {
         let mut noise = |rms: f64| -> f64 {
             let normal: f64 = StandardNormal.sample(&mut self.random);
@@ -259,7 +259,7 @@ impl Plant {
         self.time
     }
 
-    /// What a four-edge quadrature counter on the encoder's wires has counted since [`Plant::new`], closing positive.
+    /// Count of a four-edge quadrature counter on the encoder's wires since [`Plant::new`], closing positive.
     #[must_use]
     pub fn encoder_count(&self) -> i64 {
         self.encoder.count
@@ -277,7 +277,7 @@ impl Plant {
         self.sense_v
     }
 
-    /// Current that the sense shows, ampere: with the sign of the drive, or with its own where a shunt tells it.
+    /// Measured current, ampere: with the sign of the drive, or with its own sign if a shunt measures it.
     #[must_use]
     pub fn sensed_a(&self) -> f64 {
         let sense = &self.parameters.sense;
@@ -301,7 +301,7 @@ impl Plant {
         self.hall_v
     }
 
-    /// nFAULT was low in the last step: chopping, or too low a supply while awake.
+    /// Whether nFAULT was low in the last step: chopping, or a low supply while awake.
     #[must_use]
     pub fn fault_pin_low(&self) -> bool {
         self.bridge_fault
@@ -319,7 +319,7 @@ impl Plant {
         self.bridge.winding_c()
     }
 
-    /// What nobody on the chip can know.
+    /// The hidden state.
     #[must_use]
     pub fn truth(&self) -> Truth {
         let finger = self.mechanics.state();

@@ -1,4 +1,4 @@
-//! Errors between worm and wheel: periodic ones of worm, wheel and gearhead, one that never repeats, and hysteresis.
+//! Errors between worm and wheel: periodic ones of worm, wheel and gearhead, a non-periodic one, and hysteresis.
 
 use crate::parameters;
 use crate::wander::Wander;
@@ -12,7 +12,7 @@ pub(crate) struct Transmission {
     worm_phase: f64,
     wheel_phase: f64,
     random: Wander,
-    /// Where the hysteresis stands: 1 after a long way closing, -1 opening.
+    /// State of the hysteresis: 1 after a long closing motion, -1 after opening.
     turned: f64,
 }
 
@@ -31,19 +31,19 @@ impl Transmission {
         }
     }
 
-    /// Moves on by a way of the worm (radian) that turned the wheel by `wheel`.
+    /// Advances by a rotation of the worm (radian) that turned the wheel by `wheel`.
     pub fn advance(&mut self, worm: f64, wheel: f64, random: &mut Pcg64Mcg) {
         self.random.advance(worm, random);
         let share = (wheel.abs() / self.parameters.hysteresis_rad).min(1.0);
         self.turned += share * (wheel.signum() - self.turned);
     }
 
-    /// Load at the wheel with what hysteresis adds against the motion.
+    /// Load at the wheel including hysteresis.
     pub fn loaded(&self, load: f64) -> f64 {
         load + self.parameters.hysteresis_share * load.abs() * self.turned
     }
 
-    /// Error of the wheel's angle, radian, where worm and wheel stand.
+    /// Error of the wheel's angle at the present position of worm and wheel, radian.
     pub fn error(&self, worm: f64, wheel: f64) -> f64 {
         let p = &self.parameters;
         p.worm_error_rad * (worm - self.worm_phase).cos()

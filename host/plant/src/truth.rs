@@ -11,16 +11,16 @@ pub struct Contact {
     pub k_m: f64,
     /// Normal force, newton.
     pub force_n: f64,
-    /// On the dorsal side.
+    /// Whether it is on the dorsal side.
     pub back: bool,
 }
 
-/// The moment an object was first touched.
+/// First contact with an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FirstContact {
-    /// When, second since the plant was made.
+    /// Time since the plant was made, second.
     pub time_s: f64,
-    /// Where, and the force at the end of that step.
+    /// Place, and force at the end of that step.
     pub contact: Contact,
     /// Joint angles then, radian.
     pub joint_rad: [f64; 3],
@@ -57,7 +57,7 @@ pub struct Truth {
     pub supply_v: f64,
     /// Winding temperature, degree Celsius.
     pub winding_c: f64,
-    /// What was commanded in the last step.
+    /// Levels on the pins in the last step.
     pub pins: Pins,
     /// Where the finger presses on the object now.
     pub contacts: Vec<Contact>,
@@ -68,7 +68,7 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// The contact that presses hardest.
+    /// The contact with the largest force.
     #[must_use]
     pub fn strongest(&self) -> Option<&Contact> {
         self.contacts

@@ -3,18 +3,18 @@
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 
-/// Configuration and state. Without rms nothing is drawn, so that a world without wander has the noise that it had.
+/// Configuration and state. With an rms of zero no random number is drawn, so that other noise does not change.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Wander {
     rms: f64,
     scale: f64,
-    /// Passed since the value was last drawn.
+    /// Time or distance since the last draw.
     passed: f64,
     value: f64,
 }
 
 impl Wander {
-    /// `scale`: time or way over which it forgets, in the unit of [`Wander::advance`]. It starts anywhere within its spread.
+    /// `scale`: correlation time or distance, in the unit of [`Wander::advance`]. The first value is drawn from its distribution.
     pub fn new(rms: f64, scale: f64, random: &mut Pcg64Mcg) -> Self {
         let mut new = Self {
             rms,
@@ -28,7 +28,7 @@ impl Wander {
         new
     }
 
-    /// Lets time or way pass; drawn again whenever a fiftieth of the scale has passed.
+    /// Advances time or distance; the value is drawn again after each fiftieth of the scale.
     pub fn advance(&mut self, passed: f64, random: &mut Pcg64Mcg) {
         if self.rms <= 0.0 {
             return;
@@ -43,7 +43,7 @@ impl Wander {
         self.passed = 0.0;
     }
 
-    /// The value now.
+    /// The present value.
     pub fn value(&self) -> f64 {
         self.value
     }
@@ -70,7 +70,7 @@ mod tests {
         };
         let variance = mean_product(0);
         assert!((variance.sqrt() / 0.03 - 1.0).abs() < 0.05, "{variance}");
-        // After one scale, 40 steps, 1/e is left.
+        // After one scale, 40 steps, the correlation is 1/e.
         let left = mean_product(40) / variance;
         assert!((left - (-1.0f64).exp()).abs() < 0.05, "{left}");
     }

@@ -19,7 +19,7 @@ impl World {
     /// A world by its name (one of [`world_names`]) or from a file, with `@mujoco` behind it for another engine.
     ///
     /// # Errors
-    /// What cannot be read or is not valid, and the names that there are.
+    /// A file that cannot be read or is not valid; names the existing worlds.
     pub fn named(name: &str) -> Result<Self, String> {
         let (world, engine) = name.split_once('@').unwrap_or((name, "plant"));
         let told = |error: Error| format!("world '{world}': {error}");

@@ -39,7 +39,15 @@ fn a_value_out_of_range_is_named_with_its_range() {
         ),
         (
             "finger.length_m = [0.09, 70]",
-            "`finger.length_m[1]` = 70 is out of range, allowed 0.001 to 10",
+            "`finger.length_m[1]` = 70 is out of range, allowed 0.005 to 0.5",
+        ),
+        (
+            "finger.length_m = [0.9, 0.07]",
+            "`finger.length_m[0]` = 0.9 is out of range, allowed 0.005 to 0.5",
+        ),
+        (
+            "finger.length_m = [0.09, 0.004]",
+            "`finger.length_m[1]` = 0.004 is out of range, allowed 0.005 to 0.5",
         ),
         (
             "finger.spring_nm_per_rad = [0, 0]",

@@ -19,6 +19,7 @@ fn restarted(parameters: &Parameters, seed: u64) -> Simulation<P70> {
     assert_eq!(before.prepare().unwrap().fault, None);
     let (overrides, sensing) = (Overrides::default(), &before.slow().sensing);
     let record = Record {
+        identified: None,
         overrides: &overrides,
         calibration: sensing.calibration(),
         friction: sensing.sensor().friction(),

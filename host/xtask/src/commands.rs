@@ -9,7 +9,7 @@ use crate::monitor;
 use crate::mujoco;
 use crate::new_scene;
 use crate::own_finger;
-use crate::process::{Failure, Outcome, cargo, run, step};
+use crate::process::{Failure, Outcome, cargo, run, step, target_dir};
 
 /// Takes `--name VALUE` or `--name=VALUE` out of the arguments.
 pub fn take(arguments: &mut Vec<String>, name: &str) -> Outcome<Option<String>> {
@@ -72,10 +72,15 @@ fn emulate(subcommand: &str, elf: &Path, arguments: &[String]) -> Outcome {
 pub fn sim(arguments: &[String]) -> Outcome {
     let mut rest = arguments.to_vec();
     let scene = scene(&mut rest)?;
-    let features = rest
-        .iter()
-        .any(|word| word.starts_with("--fault"))
-        .then(|| "fault-injection".to_owned());
+    let asks = |option: &str| rest.iter().any(|word| word.starts_with(option));
+    let features: Vec<&str> = [
+        ("--fault", "fault-injection"),
+        ("--serial", monitor::SERIAL_LOG),
+    ]
+    .into_iter()
+    .filter_map(|(option, feature)| asks(option).then_some(feature))
+    .collect();
+    let features = (!features.is_empty()).then(|| features.join(","));
     let build = Build {
         scene: scene.clone(),
         features,
@@ -108,6 +113,7 @@ pub fn flash(arguments: &[String]) -> Outcome {
     let mut rest = arguments.to_vec();
     let build = Build {
         scene: scene(&mut rest)?,
+        features: take(&mut rest, "--features")?,
         ..Build::default()
     };
     none_left(&rest)?;
@@ -250,6 +256,7 @@ pub fn check(arguments: &[String]) -> Outcome {
         ..Build::default()
     }
     .clippy()?;
+    fuzz_targets()?;
     // As the lints: of the same features, so that dependencies are checked once.
     step(
         "documentation, host",
@@ -277,6 +284,21 @@ pub fn check(arguments: &[String]) -> Outcome {
     reach(&elfs)
 }
 
+/// Lints the fuzz targets, a workspace of their own. Fuzzing needs a nightly toolchain, this does not.
+fn fuzz_targets() -> Outcome {
+    let manifest = ["clippy", "--manifest-path", "fuzz/Cargo.toml"];
+    let folder = target_dir().join("fuzz");
+    step(
+        "lints, fuzz targets",
+        cargo(manifest)
+            .arg("--target-dir")
+            .arg(folder)
+            // A library of one's own, which nothing links here: libFuzzer's would ask for a C++ compiler.
+            .env("CUSTOM_LIBFUZZER_PATH", "none/libfuzzer.a")
+            .args(LINTS),
+    )
+}
+
 /// Proves of images that their control interrupt cannot panic, allocate or log.
 fn reach(images: &[PathBuf]) -> Outcome {
     step(
@@ -297,11 +319,16 @@ pub fn test(arguments: &[String]) -> Outcome {
         ..default
     }
     .elf()?;
+    let serial = Build {
+        features: Some(monitor::SERIAL_LOG.to_owned()),
+        ..Build::of_scene(list::DEFAULT)
+    }
+    .elf()?;
     let hall = Build::of_scene("tendon2-hall").elf()?;
     let rigid = Build::of_scene("p70-rigid").elf()?;
     let shunt = Build::of_scene("p70-shunt").elf()?;
     let second = Build::of_scene("p70-grasp").elf()?;
-    reach(&[&elf, &faulty, &hall, &rigid, &shunt].map(Clone::clone))?;
+    reach(&[&elf, &faulty, &serial, &hall, &rigid, &shunt].map(Clone::clone))?;
     step(
         "tests of the library",
         &mut cargo(["test", "--package", "palpate"]),
@@ -311,6 +338,7 @@ pub fn test(arguments: &[String]) -> Outcome {
         host::workspace("test", library.as_deref())
             .env("PALPATE_ELF", &elf)
             .env("PALPATE_FAULT_ELF", &faulty)
+            .env("PALPATE_SERIAL_ELF", &serial)
             .env("PALPATE_HALL_ELF", &hall)
             .env("PALPATE_RIGID_ELF", &rigid)
             .env("PALPATE_GRASP_ELF", &second)

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::firmware::list;
+use crate::own_scene;
 use crate::process::{Failure, Outcome, root, target_dir};
 
 const NAME: &str = "own";
@@ -33,8 +34,7 @@ impl Drop for Folder {
 pub fn check() -> Outcome {
     eprintln!("==> a new user's finger: new scene, wrong value, firmware, simulation, replay");
     let folder = Folder(target_dir().join("own-finger"));
-    let made = prepare(&folder.0);
-    made.map_err(|error| Failure::new(format!("{}: {error}", folder.0.display())))?;
+    prepare(&folder.0)?;
     let call = |words: &[&str]| Call::new(&folder.0, words);
 
     call(&["new-scene", NAME, "--from", list::DEFAULT]).succeeds()?;
@@ -56,18 +56,13 @@ pub fn check() -> Outcome {
 }
 
 /// A folder with the default scene and what all scenes share, so that a file of the user's is never touched.
-fn prepare(folder: &Path) -> std::io::Result<()> {
-    let scenes = root().join("scenes");
+fn prepare(folder: &Path) -> Outcome {
     if folder.exists() {
-        std::fs::remove_dir_all(folder)?;
-    }
-    std::fs::create_dir_all(folder.join("common"))?;
-    for entry in std::fs::read_dir(scenes.join("common"))? {
-        let entry = entry?;
-        std::fs::copy(entry.path(), folder.join("common").join(entry.file_name()))?;
+        let told = |error| Failure::new(format!("{}: {error}", folder.display()));
+        std::fs::remove_dir_all(folder).map_err(told)?;
     }
     let default = format!("{}.toml", list::DEFAULT);
-    std::fs::copy(scenes.join(&default), folder.join(&default)).map(drop)
+    own_scene::copy_folder(&root().join("scenes"), folder, |name| name == default)
 }
 
 /// Writes another value behind a key, as an editor would.

@@ -52,9 +52,6 @@ pub fn adopt(arguments: &[String]) -> Outcome<Vec<String>> {
 
 /// The name of a scene's file, and the folder that has it where the usual one does not.
 fn copied(file: &Path, usual: &Path, copy: &Path) -> Outcome<(String, Option<PathBuf>)> {
-    let told = |path: &Path, error: std::io::Error| {
-        Failure::new(format!("scene file {}: {error}", path.display()))
-    };
     let text = fs::read(file).map_err(|error| told(file, error))?;
     let name = file.file_stem().unwrap_or_default().to_string_lossy();
     let known = usual.join(format!("{name}.toml"));
@@ -69,15 +66,7 @@ fn copied(file: &Path, usual: &Path, copy: &Path) -> Outcome<(String, Option<Pat
         }
         Err(_) => {}
     }
-    for inner in ["", "common"] {
-        let (from, to) = (usual.join(inner), copy.join(inner));
-        fs::create_dir_all(&to).map_err(|error| told(&to, error))?;
-        for path in files(&from).map_err(|error| told(&from, error))? {
-            let to = to.join(path.file_name().unwrap_or_default());
-            let bytes = fs::read(&path).map_err(|error| told(&path, error))?;
-            update(&to, &bytes).map_err(|error| told(&to, error))?;
-        }
-    }
+    copy_folder(usual, copy, |_| true)?;
     let own = copy.join(format!("{name}.toml"));
     update(&own, &text).map_err(|error| told(&own, error))?;
     // An earlier call's own scene would still be there.
@@ -87,6 +76,32 @@ fn copied(file: &Path, usual: &Path, copy: &Path) -> Outcome<(String, Option<Pat
         }
     }
     Ok((name.into_owned(), Some(copy.to_path_buf())))
+}
+
+/// Copies a folder of scenes: what they share, and the scenes whose file names are wanted. Files that are already as they should
+/// be keep their time.
+///
+/// # Errors
+/// A file that cannot be read or written.
+pub fn copy_folder(from: &Path, to: &Path, wanted: impl Fn(&str) -> bool) -> Outcome {
+    for inner in ["", "common"] {
+        let (from, to) = (from.join(inner), to.join(inner));
+        fs::create_dir_all(&to).map_err(|error| told(&to, error))?;
+        for path in files(&from).map_err(|error| told(&from, error))? {
+            let name = path.file_name().unwrap_or_default();
+            if inner.is_empty() && !wanted(&name.to_string_lossy()) {
+                continue;
+            }
+            let to = to.join(name);
+            let bytes = fs::read(&path).map_err(|error| told(&path, error))?;
+            update(&to, &bytes).map_err(|error| told(&to, error))?;
+        }
+    }
+    Ok(())
+}
+
+fn told(path: &Path, error: std::io::Error) -> Failure {
+    Failure::new(format!("scene file {}: {error}", path.display()))
 }
 
 /// The files of a folder, without its folders.

@@ -17,6 +17,8 @@ pub enum Command {
     Status,
     /// Check wiring and motor, step by step.
     SelfTest,
+    /// Measure the motor.
+    Identify,
     /// A whole grasp: what is missing of offset, homing and friction record, then close, probe, hold, open.
     Run,
     /// Open against the stop and make that the zero of the encoder.
@@ -89,6 +91,8 @@ verbs! {
     Status "status" "", "state, position, current, supply, temperature, fault";
     SelfTest "selftest" "",
         "check wiring, sensors and motor, a line for each step; the motor moves a few degrees";
+    Identify "identify" "",
+        "measure resistance, torque constant, inertia, friction and dead time of the motor in a free motion";
     Run "run" "", "a whole grasp: home, record friction if needed, close, probe, hold, open";
     Home "home" "", "open against the stop and make it the zero";
     RecordFriction "record-friction" "",
@@ -226,6 +230,7 @@ impl Verb {
             Self::Help => Command::Help,
             Self::Status => Command::Status,
             Self::SelfTest => Command::SelfTest,
+            Self::Identify => Command::Identify,
             Self::Run => Command::Run,
             Self::Home => Command::Home,
             Self::RecordFriction => Command::RecordFriction,

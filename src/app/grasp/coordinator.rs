@@ -7,7 +7,9 @@ use super::hold::ForceHold;
 use super::sensing::SensingRequest;
 use crate::app::console::command::{Calibrate, Command};
 use crate::app::console::settings::{Overrides, Setting};
+use crate::app::identify;
 use crate::drive::config::{CheckedConfig, OutOfRange};
+use crate::drive::identify::Identified;
 use crate::drive::sequence::{Motion, Notice, Refused, Request, Sequence, State, StepOutput};
 use crate::drive::{Fault, Setpoint, Status};
 use crate::scene::Scene;
@@ -27,6 +29,8 @@ pub enum Action {
     Show,
     /// Run the self-test, which moves the motor by [`Coordinator::set_test`].
     SelfTest,
+    /// Identify the motor, moving it by [`Coordinator::set_test`].
+    Identify,
     /// A setting changed; `at_restart`: it acts after `save` and a restart, because the control interrupt's limits are fixed
     /// while it runs.
     Set {
@@ -43,7 +47,7 @@ pub enum Action {
 
 /// Result of one step of the motion half.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step {
+pub struct CoordinatorOutput {
     /// What the sequence decided.
     pub motion: StepOutput,
     /// For the sensing half.
@@ -60,22 +64,30 @@ pub struct Coordinator<S: Scene> {
     /// A request that does not follow from a change of state.
     pending: Option<SensingRequest>,
     hold: ForceHold,
-    /// What the self-test asks of the motor, while it runs.
+    /// What the self-test or the identification asks of the motor, while it runs.
     test: Option<Setpoint>,
+    identified: Option<Identified>,
     scene: PhantomData<S>,
 }
 
-/// The drive with what the user has set: what the controller is built from at start.
+/// The drive with what the user has set and what was identified: what the controller is built from at start.
 ///
 /// # Errors
 /// The first value that no longer fits the scene.
-pub fn drive<S: Scene>(overrides: &Overrides) -> Result<CheckedConfig, OutOfRange> {
+pub fn drive<S: Scene>(
+    overrides: &Overrides,
+    identified: Option<&Identified>,
+) -> Result<CheckedConfig, OutOfRange> {
     let value = |setting| value::<S>(overrides, setting);
-    S::CHECKED.with_limits(
+    let drive = S::CHECKED.with_limits(
         value(Setting::CurrentLimit),
         value(Setting::SupplyMin),
         value(Setting::SupplyMax),
-    )
+    )?;
+    match identified {
+        Some(identified) if S::IDENTIFIES => identify::drive::<S>(drive, identified),
+        _ => Ok(drive),
+    }
 }
 
 impl<S: Scene> Coordinator<S> {
@@ -88,6 +100,7 @@ impl<S: Scene> Coordinator<S> {
             pending: None,
             hold: ForceHold::default(),
             test: None,
+            identified: None,
             scene: PhantomData,
         }
     }
@@ -112,8 +125,8 @@ impl<S: Scene> Coordinator<S> {
         value::<S>(&self.overrides, setting)
     }
 
-    /// What the self-test asks of the motor from the next step on. False, and nothing is asked, where it was stopped or a fault
-    /// has ended it.
+    /// What the self-test or the identification asks of the motor from the next step on. False, and nothing is asked, where it was
+    /// stopped or a fault has ended it.
     pub fn set_test(&mut self, setpoint: Setpoint) -> bool {
         if self.test.is_some() {
             self.test = Some(setpoint);
@@ -121,7 +134,17 @@ impl<S: Scene> Coordinator<S> {
         self.test.is_some()
     }
 
-    /// The self-test is over.
+    /// What was identified of the motor, now or before the record was kept.
+    pub fn identified(&self) -> Option<&Identified> {
+        self.identified.as_ref().filter(|_| S::IDENTIFIES)
+    }
+
+    /// Keeps what was identified.
+    pub fn set_identified(&mut self, identified: Identified) {
+        self.identified = Some(identified);
+    }
+
+    /// The self-test, or the identification, is over.
     pub fn end_test(&mut self) {
         self.test = None;
     }
@@ -136,10 +159,13 @@ impl<S: Scene> Coordinator<S> {
             Command::Status => return Ok(Action::Status),
             Command::Show => return Ok(Action::Show),
             Command::Trace(every) => return Ok(Action::Trace(every)),
-            Command::SelfTest => return self.begin_test(),
+            Command::SelfTest => return self.begin_test(Action::SelfTest),
+            Command::Identify if !S::IDENTIFIES => return Err(Refused::NotFitted),
+            Command::Identify => return self.begin_test(Action::Identify),
             Command::Save => return self.resting().map(|()| Action::Save),
             Command::Factory => {
                 self.resting()?;
+                self.identified = None;
                 self.adjust(Overrides::default());
                 return Ok(Action::Factory);
             }
@@ -207,7 +233,12 @@ impl<S: Scene> Coordinator<S> {
     }
 
     /// One step, about once a millisecond.
-    pub fn advance(&mut self, now_us: u64, status: &Status, notice: Option<Notice>) -> Step {
+    pub fn advance(
+        &mut self,
+        now_us: u64,
+        status: &Status,
+        notice: Option<Notice>,
+    ) -> CoordinatorOutput {
         let mut motion = self.sequence.advance(now_us, status, notice);
         if self.sequence.state() != State::Idle {
             self.test = None;
@@ -223,30 +254,18 @@ impl<S: Scene> Coordinator<S> {
         }
         let request = motion
             .changed
-            .and_then(|(_, to)| self.directive(to))
+            .and_then(|(_, to)| directive(to, self.purpose))
             .map(SensingRequest::Direct);
         let request = request.or_else(|| self.pending.take());
-        Step { motion, request }
+        CoordinatorOutput { motion, request }
     }
 
-    /// What a state that begins means for the sensing; `None` where the directive stays.
-    fn directive(&self, entered: State) -> Option<Directive> {
-        match entered {
-            State::RecordClosing => Some(Directive::RecordFriction),
-            State::Close => Some(self.purpose),
-            State::RecordOpening | State::Probe | State::Hold => None,
-            State::Idle | State::CalibrateOffset | State::Home | State::Open | State::Fault => {
-                Some(Directive::Rest)
-            }
-        }
-    }
-
-    fn begin_test(&mut self) -> Result<Action, Refused> {
+    fn begin_test(&mut self, action: Action) -> Result<Action, Refused> {
         match (self.sequence.fault(), self.sequence.state()) {
             (Some(fault), _) => Err(Refused::Faulted(fault)),
             (None, State::Idle) => {
                 self.test = Some(Setpoint::Off);
-                Ok(Action::SelfTest)
+                Ok(action)
             }
             (None, state) => Err(Refused::Busy(state)),
         }
@@ -282,6 +301,18 @@ impl<S: Scene> Coordinator<S> {
         self.overrides = overrides;
         self.sequence.set_motion(motion::<S>(&overrides));
         self.pending = Some(SensingRequest::Adjust(overrides));
+    }
+}
+
+/// What a state that begins means for the sensing, given what the next closing is for; `None` where the directive stays.
+pub fn directive(entered: State, purpose: Directive) -> Option<Directive> {
+    match entered {
+        State::RecordClosing => Some(Directive::RecordFriction),
+        State::Close => Some(purpose),
+        State::RecordOpening | State::Probe | State::Hold => None,
+        State::Idle | State::CalibrateOffset | State::Home | State::Open | State::Fault => {
+            Some(Directive::Rest)
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::guide::Hint;
 use crate::app::console::settings::{Overrides, Setting};
+use crate::app::identify;
 use crate::app::storage::record::Record;
 use crate::drive::sequence::Notice;
 use crate::scene::{Reading, SampleOf, Scene};
@@ -25,6 +26,8 @@ pub enum SensingRequest {
 #[derive(Clone, Debug)]
 pub struct ContactSensing<S: Scene> {
     sensor: Sensor<S::Finger, S::Joint, S::Series>,
+    /// What is assumed before anything is calibrated.
+    uncalibrated: Calibration,
     after: S::After,
 }
 
@@ -42,6 +45,7 @@ impl<S: Scene> ContactSensing<S> {
         let sensor = Sensor::new(finger, drivetrain, S::settings(), S::UNCALIBRATED);
         Self {
             sensor,
+            uncalibrated: S::UNCALIBRATED,
             after: S::After::default(),
         }
     }
@@ -55,7 +59,7 @@ impl<S: Scene> ContactSensing<S> {
             }
             SensingRequest::Adjust(overrides) => self.adjust(&overrides),
             SensingRequest::ForgetCalibration => {
-                self.sensor.set_calibration(S::UNCALIBRATED);
+                self.sensor.set_calibration(self.uncalibrated);
             }
             SensingRequest::Realign => self.sensor.realign(),
         }
@@ -90,7 +94,17 @@ impl<S: Scene> ContactSensing<S> {
     /// Takes over a record. Tells the motion half whether friction is known.
     pub fn restore(&mut self, record: &Record<'_>) -> Notice {
         self.adjust(record.overrides);
-        self.sensor.set_calibration(*record.calibration);
+        let mut calibration = *record.calibration;
+        if S::IDENTIFIES
+            && let Some(identified) = record.identified
+        {
+            self.uncalibrated = identify::uncalibrated::<S>(identified);
+            if calibration.contacts == 0 {
+                calibration.torque_factor = self.uncalibrated.torque_factor;
+                calibration.torque_factor_sigma = self.uncalibrated.torque_factor_sigma;
+            }
+        }
+        self.sensor.set_calibration(calibration);
         let known = (record.friction)
             .is_some_and(|friction| self.sensor.restore_friction(friction.clone()));
         if known {

@@ -1,6 +1,6 @@
 //! What the motor is asked for in each step of the self-test, and what is made of the answers.
 
-use super::{DRIVEN_A, ENCODER_COUNTS, Step, TRAVEL_RAD, TRAVEL_RAD_PER_S};
+use super::{DRIVEN_A, ENCODER_COUNTS, SelfTestStep, TRAVEL_RAD, TRAVEL_RAD_PER_S};
 use crate::drive::{OffsetState, Setpoint, Status};
 use crate::numeric::{Bounded, sqrt};
 
@@ -54,27 +54,29 @@ impl Measurement {
     }
 
     /// How often a step asks, one time after the other.
-    pub fn asks(step: Step) -> u8 {
+    pub fn asks(step: SelfTestStep) -> u8 {
         match step {
             // It is a value of the step before.
-            Step::Encoder => 0,
+            SelfTestStep::Encoder => 0,
             // There and back.
-            Step::Travel => 2,
+            SelfTestStep::Travel => 2,
             _ => 1,
         }
     }
 
     /// Begins to ask: what for, and for how many milliseconds at most.
-    pub fn ask(&mut self, step: Step, status: &Status) -> (Setpoint, u32) {
+    pub fn ask(&mut self, step: SelfTestStep, status: &Status) -> (Setpoint, u32) {
         self.start_counts = status.position_counts;
         (self.sum_ma, self.squares_ma2, self.samples) = (0.0, 0.0, 0);
         match step {
-            Step::Supply | Step::BreakInput | Step::Encoder => (Setpoint::Off, SETTLE_MS),
-            Step::Wake => (Setpoint::Brake, SETTLE_MS),
-            Step::Offset => (Setpoint::MeasureOffset, OFFSET_MS),
-            Step::Noise => (Setpoint::Brake, NOISE_MS),
-            Step::Current => (Setpoint::Current { a: DRIVEN_A }, ENCODER_MS),
-            Step::Travel => {
+            SelfTestStep::Supply | SelfTestStep::BreakInput | SelfTestStep::Encoder => {
+                (Setpoint::Off, SETTLE_MS)
+            }
+            SelfTestStep::Wake => (Setpoint::Brake, SETTLE_MS),
+            SelfTestStep::Offset => (Setpoint::MeasureOffset, OFFSET_MS),
+            SelfTestStep::Noise => (Setpoint::Brake, NOISE_MS),
+            SelfTestStep::Current => (Setpoint::Current { a: DRIVEN_A }, ENCODER_MS),
+            SelfTestStep::Travel => {
                 let back = self.target_counts != 0;
                 self.there_counts = self.moved_counts;
                 self.target_counts = if back {
@@ -94,26 +96,26 @@ impl Measurement {
     }
 
     /// Takes the status a millisecond later, after `ms` others; whether there is no more to ask for.
-    pub fn take(&mut self, step: Step, ms: u32, status: &Status) -> bool {
+    pub fn take(&mut self, step: SelfTestStep, ms: u32, status: &Status) -> bool {
         let current_ma = status.current_a * 1e3;
         match step {
             // The state of an earlier measurement stands until this one has begun.
-            Step::Offset if ms >= SETTLE_MS && status.offset == OffsetState::Known => {
+            SelfTestStep::Offset if ms >= SETTLE_MS && status.offset == OffsetState::Known => {
                 self.offset_ma = status.offset_a * 1e3;
                 true
             }
-            Step::Noise => {
+            SelfTestStep::Noise => {
                 self.add(current_ma);
                 false
             }
-            Step::Current => {
+            SelfTestStep::Current => {
                 self.moved_counts = status.position_counts.wrapping_sub(self.start_counts);
                 if ms >= RISEN_MS {
                     self.add(current_ma);
                 }
                 self.moved_counts.abs() >= ENCODER_COUNTS && self.samples >= LEAST_SAMPLES
             }
-            Step::Travel => {
+            SelfTestStep::Travel => {
                 self.moved_counts = status.position_counts.wrapping_sub(self.start_counts);
                 self.moved_counts.abs() >= self.target_counts.abs()
             }
@@ -122,27 +124,27 @@ impl Measurement {
     }
 
     /// Whether the motor is left to stand still after a step's motion.
-    pub fn moves(step: Step) -> bool {
-        matches!(step, Step::Current | Step::Travel)
+    pub fn moves(step: SelfTestStep) -> bool {
+        matches!(step, SelfTestStep::Current | SelfTestStep::Travel)
     }
 
     /// The step's value, in its unit; not a number where it was not measured. Those of the bridge's pins are not measured
     /// here.
-    pub fn value(&self, step: Step, status: &Status) -> f32 {
+    pub fn value(&self, step: SelfTestStep, status: &Status) -> f32 {
         let mean_ma = self.sum_ma / self.samples as f32;
         match step {
-            Step::Supply => status.supply_v,
-            Step::Offset => self.offset_ma,
-            Step::Noise => {
+            SelfTestStep::Supply => status.supply_v,
+            SelfTestStep::Offset => self.offset_ma,
+            SelfTestStep::Noise => {
                 let variance = self.squares_ma2 / self.samples as f32 - mean_ma * mean_ma;
                 sqrt(variance.at_least(0.0))
             }
-            Step::Current => mean_ma,
-            Step::Encoder => self.moved_counts as f32,
-            Step::Travel => {
+            SelfTestStep::Current => mean_ma,
+            SelfTestStep::Encoder => self.moved_counts as f32,
+            SelfTestStep::Travel => {
                 1e3 * TRAVEL_RAD * (self.there_counts as f32 / self.travel_counts as f32)
             }
-            Step::Wake | Step::BreakInput => f32::NAN,
+            SelfTestStep::Wake | SelfTestStep::BreakInput => f32::NAN,
         }
     }
 
@@ -160,7 +162,7 @@ mod tests {
     /// The value of a step whose status is `status(ms)`, and how long each ask took.
     fn measured(
         measurement: &mut Measurement,
-        step: Step,
+        step: SelfTestStep,
         status: impl Fn(u8, u32) -> Status,
     ) -> (f32, Vec<u32>) {
         let mut took = Vec::new();
@@ -191,11 +193,11 @@ mod tests {
             offset_a: if ms < 200 { 9.0 } else { 3e-3 },
             ..Status::default()
         };
-        let (value, took) = measured(&mut Measurement::new(1000), Step::Offset, status);
+        let (value, took) = measured(&mut Measurement::new(1000), SelfTestStep::Offset, status);
         assert!((value - 3.0).abs() < 1e-5, "{value}");
         assert_eq!(took, [200]);
         let never = |_, _| Status::default();
-        let (value, _) = measured(&mut Measurement::new(1000), Step::Offset, never);
+        let (value, _) = measured(&mut Measurement::new(1000), SelfTestStep::Offset, never);
         assert!(value.is_nan());
     }
 
@@ -205,7 +207,7 @@ mod tests {
             current_a: if ms % 2 == 0 { 1.5e-3 } else { 0.5e-3 },
             ..Status::default()
         };
-        let (value, took) = measured(&mut Measurement::new(1000), Step::Noise, status);
+        let (value, took) = measured(&mut Measurement::new(1000), SelfTestStep::Noise, status);
         assert!((value - 0.5).abs() < 1e-3, "{value}");
         assert_eq!(took, [NOISE_MS]);
     }
@@ -218,10 +220,10 @@ mod tests {
             ..Status::default()
         };
         let mut measurement = Measurement::new(1000);
-        let (value, took) = measured(&mut measurement, Step::Current, status);
+        let (value, took) = measured(&mut measurement, SelfTestStep::Current, status);
         assert!((value - 40.0).abs() < 1e-3, "{value}");
         assert_eq!(took, [20]);
-        let (counts, took) = measured(&mut measurement, Step::Encoder, status);
+        let (counts, took) = measured(&mut measurement, SelfTestStep::Encoder, status);
         assert_eq!((counts, took.len()), (1000.0, 0));
     }
 
@@ -239,7 +241,7 @@ mod tests {
                 ..Status::default()
             };
             let mut measurement = Measurement::new(sense * 1000);
-            let (value, took) = measured(&mut measurement, Step::Travel, status);
+            let (value, took) = measured(&mut measurement, SelfTestStep::Travel, status);
             assert!((value - 1e3 * TRAVEL_RAD).abs() < 1e-3, "{value}");
             assert_eq!(took, [250, 250]);
         }

@@ -9,11 +9,15 @@ use postcard::ser_flavors::Flavor;
 use serde::{Deserialize, Serialize};
 
 use crate::app::console::settings::Overrides;
+use crate::drive::identify::Identified;
 use crate::scene::Scene;
 use crate::sensing::{Calibration, Friction};
 
 /// Layout of the record. Raise it whenever what is kept changes its meaning or its shape.
 pub const VERSION: u8 = 4;
+
+/// What was identified as it is stored: numbers of four bytes.
+const IDENTIFIED_BYTES: usize = size_of::<Identified>();
 
 const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
 
@@ -26,6 +30,9 @@ pub struct Record<'a> {
     pub calibration: &'a Calibration,
     /// The friction record.
     pub friction: Option<&'a Friction>,
+    /// What was identified of the motor; a record ends before it where nothing was.
+    #[serde(skip)]
+    pub identified: Option<&'a Identified>,
 }
 
 /// Why a record is not used.
@@ -62,14 +69,17 @@ impl Record<'_> {
         put(VERSION);
         scene.to_le_bytes().into_iter().for_each(&mut put);
         // None of the types is of unknown length, and `put` takes every byte: nothing can fail.
-        let _ = postcard::serialize_with_flavor(self, Bytes(put));
+        let _ = postcard::serialize_with_flavor(self, Bytes(&mut put));
+        if let Some(identified) = self.identified {
+            let _ = postcard::serialize_with_flavor(identified, Bytes(put));
+        }
     }
 
-    /// Reads a record and hands it over.
+    /// Reads a record and hands it over; with what was identified, or, in a firmware that does not use it, without.
     ///
     /// # Errors
     /// Why it must not be used.
-    pub fn decode<R>(
+    pub fn decode<const IDENTIFIED: bool, R>(
         bytes: &[u8],
         scene: u32,
         take: impl FnOnce(&Record<'_>) -> R,
@@ -86,13 +96,24 @@ impl Record<'_> {
         // One after the other, as they were written: the friction record stays where it was read to.
         let (overrides, bytes) = next(bytes)?;
         let (calibration, bytes) = next(bytes)?;
-        let (friction, []) = &next::<Option<Friction>>(bytes)? else {
-            return Err(RecordError::Damaged);
+        let (friction, bytes) = &next::<Option<Friction>>(bytes)?;
+        let identified = match bytes.len() {
+            0 => None,
+            IDENTIFIED_BYTES if IDENTIFIED => {
+                let (identified, _) = next::<Identified>(bytes)?;
+                if !identified.is_valid() {
+                    return Err(RecordError::Implausible);
+                }
+                Some(identified)
+            }
+            IDENTIFIED_BYTES => None,
+            _ => return Err(RecordError::Damaged),
         };
         let record = Record {
             overrides: &overrides,
             calibration: &calibration,
             friction: friction.as_ref(),
+            identified: identified.as_ref(),
         };
         if record.is_plausible() {
             Ok(take(&record))
@@ -163,6 +184,7 @@ mod tests {
     use super::*;
     use crate::app::console::settings::Setting;
     use crate::app::storage::store::RECORD_MAX;
+    use crate::drive::identify::Estimate;
     use crate::scene::P70;
     use proptest::prelude::*;
 
@@ -170,18 +192,20 @@ mod tests {
 
     /// What a record borrows.
     #[derive(Clone, Debug, PartialEq)]
-    struct Kept {
+    struct StoredRecord {
         overrides: Overrides,
         calibration: Calibration,
         friction: Option<Friction>,
+        identified: Option<Identified>,
     }
 
-    impl Kept {
+    impl StoredRecord {
         fn of(record: &Record<'_>) -> Self {
             Self {
                 overrides: *record.overrides,
                 calibration: *record.calibration,
                 friction: record.friction.cloned(),
+                identified: record.identified.copied(),
             }
         }
 
@@ -190,19 +214,21 @@ mod tests {
                 overrides: &self.overrides,
                 calibration: &self.calibration,
                 friction: self.friction.as_ref(),
+                identified: self.identified.as_ref(),
             }
         }
     }
 
-    fn empty() -> Kept {
-        Kept {
+    fn empty() -> StoredRecord {
+        StoredRecord {
             overrides: Overrides::default(),
             calibration: P70::UNCALIBRATED,
             friction: None,
+            identified: None,
         }
     }
 
-    fn record() -> Kept {
+    fn record() -> StoredRecord {
         let mut overrides = Overrides::default();
         overrides.set(Setting::HoldForce, 2.5).expect("in range");
         let drivetrain = P70::drivetrain(&P70::MECHANISM);
@@ -219,21 +245,27 @@ mod tests {
         let mut calibration = P70::UNCALIBRATED;
         calibration.torque_factor = 0.9;
         calibration.contacts = 2;
-        Kept {
+        StoredRecord {
             overrides,
             calibration,
             friction: Some(friction),
+            identified: Some(Identified {
+                estimates: [Estimate {
+                    value: 35.0,
+                    sigma: 1.0,
+                }; 5],
+            }),
         }
     }
 
-    fn encoded(kept: &Kept) -> Vec<u8> {
+    fn encoded(kept: &StoredRecord) -> Vec<u8> {
         let mut bytes = Vec::new();
         kept.record().encode(ID, |byte| bytes.push(byte));
         bytes
     }
 
-    fn decoded(bytes: &[u8]) -> Result<Kept, RecordError> {
-        Record::decode(bytes, ID, Kept::of)
+    fn decoded(bytes: &[u8]) -> Result<StoredRecord, RecordError> {
+        Record::decode::<true, _>(bytes, ID, StoredRecord::of)
     }
 
     #[test]
@@ -254,8 +286,22 @@ mod tests {
     #[test]
     fn every_truncation_and_every_excess_is_noticed() {
         let bytes = encoded(&record());
+        // Without what was identified it is a record of before that was kept.
+        let before = bytes.len() - 5 * 8;
         for length in 0..bytes.len() {
-            assert!(decoded(&bytes[..length]).is_err(), "{length}");
+            let read = decoded(&bytes[..length]);
+            if length == before {
+                let identified = None;
+                assert_eq!(
+                    read,
+                    Ok(StoredRecord {
+                        identified,
+                        ..record()
+                    })
+                );
+            } else {
+                assert!(read.is_err(), "{length}");
+            }
         }
         assert_eq!(
             decoded(&[&bytes[..], &[0]].concat()),
@@ -264,10 +310,28 @@ mod tests {
     }
 
     #[test]
+    fn a_firmware_that_identifies_nothing_reads_the_rest() {
+        let identified = None;
+        let without = Ok(StoredRecord {
+            identified,
+            ..record()
+        });
+        let bytes = encoded(&record());
+        assert_eq!(
+            Record::decode::<false, _>(&bytes, ID, StoredRecord::of),
+            without
+        );
+        let mut nonsense = bytes;
+        let value = nonsense.len() - 40;
+        nonsense[value..value + 4].copy_from_slice(&f32::NAN.to_le_bytes());
+        assert_eq!(decoded(&nonsense), Err(RecordError::Implausible));
+    }
+
+    #[test]
     fn a_foreign_scene_another_layout_and_nonsense_are_told_apart() {
         let bytes = encoded(&record());
         assert_eq!(
-            Record::decode(&bytes, ID ^ 1, |_| ()),
+            Record::decode::<true, _>(&bytes, ID ^ 1, |_| ()),
             Err(RecordError::OtherScene)
         );
         let mut newer = bytes;

@@ -24,8 +24,8 @@ const CORRELATED: f32 = 4.0;
 const FRICTION_PLACE: f32 = 0.08;
 /// Voltage that the sense's late and bent response leaves in the intercept, standard deviation (R).
 const INTERCEPT_V: f32 = 0.03;
-/// A voltage is paired with a reading of up to a period before it acts: what the mean of that makes, and its standard deviation.
-const DELAY_S: f32 = 0.5 * PERIOD_S;
+/// A voltage acts up to a period after it is decided, and is taken half a period early: what is left, standard deviation.
+const DELAY_SIGMA_S: f32 = 0.5 * PERIOD_S;
 
 /// What the bridge did throughout a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,6 +42,8 @@ struct Observed {
     phase: Phase,
     current: f32,
     speed: f32,
+    /// At the sample's end.
+    voltage: f32,
 }
 
 /// Sizes of one: what unknowns and samples are scaled by.
@@ -124,18 +126,20 @@ impl Estimator {
             phase,
             current: sign * status.current_a / self.unit.a,
             speed: rad_per_s / self.unit.rad_per_s,
+            voltage: sign * status.applied_v / self.unit.v,
         };
-        if phase == Phase::Driven {
-            (self.winding_c, self.supply_v) = (status.winding_c, status.supply_v);
-            let voltage = sign * status.applied_v / self.unit.v;
-            self.electrical
-                .add(&[now.current, now.speed, 1.0, 0.0], voltage);
-        }
         if let Some(before) = before.filter(|before| before.phase == phase) {
             let acceleration =
                 (now.speed - before.speed) * (1e3 * self.unit.rad_per_s / self.unit.rad_per_s2);
             let (current, driven) = match phase {
-                Phase::Driven => (0.5 * (now.current + before.current), 1.0),
+                Phase::Driven => {
+                    (self.winding_c, self.supply_v) = (status.winding_c, status.supply_v);
+                    // The loops let the voltage rise evenly within a sample.
+                    let voltage = 0.5 * (now.voltage + before.voltage);
+                    self.electrical
+                        .add(&[now.current, now.speed, 1.0, 0.0], voltage);
+                    (0.5 * (now.current + before.current), 1.0)
+                }
                 Phase::Coasting => (0.0, 0.0),
             };
             let speed = 0.5 * (now.speed + before.speed);
@@ -171,10 +175,8 @@ impl Estimator {
         // The acceleration without current, beyond friction's: what the sense leaves out.
         let hidden = step / per_current;
         let hidden2 = mechanical([-hidden, 1.0, 0.0, 0.0]) / square(per_current);
-        // Speed rises while the voltage waits: in the fit it looks like resistance and like intercept.
-        let delay_v = k * DELAY_S * unit.rad_per_s2;
-        let total_ohm = (ohm * unit.v - delay_v * per_current) / unit.a;
-        let lost_v = intercept * unit.v - delay_v * (step - still) - total_ohm * hidden * unit.a;
+        let total_ohm = ohm * unit.v / unit.a;
+        let lost_v = intercept * unit.v - total_ohm * hidden * unit.a;
         let lost_v2 = square(unit.v) * electrical([-hidden, 0.0, 1.0, 0.0])
             + square(total_ohm * unit.a) * hidden2
             + square(INTERCEPT_V);
@@ -186,7 +188,8 @@ impl Estimator {
         let cold_ohm = (total_ohm - SWITCHES_OHM) / growth;
         let cold_ohm2 = square(unit.v / unit.a) * electrical([1.0, 0.0, 0.0, 0.0])
             + square(SWITCHES_SIGMA_OHM)
-            + square(delay_v * per_current / unit.a)
+            // Speed rises with the current while a voltage waits: that looks like resistance.
+            + square(k * DELAY_SIGMA_S * unit.rad_per_s2 * per_current / unit.a)
             + square(cold_ohm) * (gain2 + square(SUPPLY_GAIN) + square(COPPER_PER_K * half_k));
 
         let estimate = |value, variance| Estimate {

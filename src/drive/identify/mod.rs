@@ -9,7 +9,7 @@ mod procedure;
 
 use serde::{Deserialize, Serialize};
 
-pub use procedure::{Identification, NotIdentified, Step};
+pub use procedure::{FREE_WAY_RAD, Identification, NotIdentified, Step};
 
 /// What is identified.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

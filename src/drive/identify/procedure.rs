@@ -18,6 +18,8 @@ const SETTLED_MS: u32 = 9;
 const OFF_MS: u32 = 4;
 /// Way of the input link, radian: a turn of the worm and a little.
 const WAY_RAD: f32 = 0.33;
+/// Way that must be free to close into, radian: what the last pulse adds to that when friction is low.
+pub const FREE_WAY_RAD: f32 = 0.6;
 /// A motor that makes fewer counts in a millisecond stands, or is about to.
 const STANDING: i32 = 4;
 /// Longest measurement of the offset, and of all, milliseconds.

@@ -54,6 +54,8 @@ pub enum Refused {
     NoFriction,
     /// There is no cable to calibrate in this drivetrain.
     NoCable,
+    /// This firmware cannot identify its motor.
+    NotFitted,
 }
 
 /// How a motion ended.

@@ -1,14 +1,14 @@
 //! Aligns a friction record that was taken with another zero of the encoder.
 //!
-//! A restart finds a new zero at the opening stop, some milliradians from the old one, and friction is periodic with
-//! the turn of the worm: the record must be shifted by the difference of the zeros, or leaves a residual that looks like a
-//! contact or like less than friction. The first free motion of a closing shows by how much. Some shifts are tried side by side: a Kalman
-//! filter whitens what each of them leaves of a wander and a level (a level that is off is no shift), and the squares and
-//! the homings' spread make its posterior. Where friction is even, nothing bends the squares, and the spread keeps the
-//! shift small. How sure it is enters the noise model of the closing that follows.
+//! A restart finds a new zero at the opening stop, some milliradians from the old one, and friction is periodic with the turn of
+//! the worm: without a shift by the difference of the zeros the record leaves a residual that looks like a contact or like a soft
+//! finger. The first free motion of a closing determines the shift. Several shifts are compared: for each, a Kalman filter with
+//! the states wander and level whitens the residual (the level is a state because an offset is no shift), and the squares
+//! together with the spread of homings give its posterior. Where friction is even the squares do not depend on the shift, and the
+//! spread keeps it small. Its deviation enters the noise model of the closing that follows.
 //!
-//! A motion that no shift explains is no free one, or the record is unusable: that shows after some blocks, long before the
-//! motor has pressed hard.
+//! If no shift explains the motion, it is not free or the record is unusable; this shows after some blocks, long before the
+//! motor presses hard.
 
 use super::Friction;
 use super::wander::Wander;
@@ -16,25 +16,25 @@ use crate::numeric::{Bounded, exp, sqrt};
 use crate::sensing::Drivetrain;
 use crate::sensing::block::Block;
 
-/// Farthest shift tried, radian: two homings on the same stop differ by less than 25 mrad.
+/// Largest shift compared, radian: two homings on the same stop differ by less than 25 mrad.
 const REACH_RAD: f32 = 0.03;
-/// Shifts tried.
+/// Number of shifts compared.
 const SHIFTS: usize = 25;
 /// Standard deviation of the difference of two homings, radian (R, chosen: a third of what they differ by at most).
 const SPREAD_RAD: f32 = 0.008;
 /// Free motion that is compared, radian: most of a turn of the worm (0.3 rad).
 const WAY_RAD: f32 = 0.2;
-/// Squares of so many variances a block, and as many blocks more, are no free motion, or none that the record knows. Free
-/// motion has one a block.
+/// Sum of squares in variances a block, plus as many blocks more, above which the motion is not free or does not fit the record.
+/// A free motion has one variance a block.
 const UNLIKE: f32 = 4.0;
 const MORE_BLOCKS: f32 = 6.0;
 
-/// What the motion so far shows.
+/// Result of the blocks so far.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Aligned {
-    /// Too little yet.
+    /// Too few blocks.
     Pending,
-    /// A position on the new zero's scale and `counts` more make one on the record's.
+    /// Add `counts` to a position to get the record's.
     By {
         /// Mean of the posterior, counts.
         counts: i32,
@@ -43,12 +43,12 @@ pub enum Aligned {
     },
     /// The record fits at no shift.
     Nowhere {
-        /// Standard deviation of what is left at the best one, newton metre.
+        /// Standard deviation of the residual at the best shift, newton metre.
         misfit_nm: f32,
     },
 }
 
-/// What a shift leaves.
+/// Filter of the residual at one shift.
 #[derive(Clone, Copy, Debug)]
 struct Left {
     /// Wander and level, newton metre.
@@ -96,7 +96,7 @@ fn shift_counts(index: f32, drivetrain: &Drivetrain) -> i32 {
 }
 
 impl Alignment {
-    /// Takes a block of a closing. One that the record does not reach at every shift is left out.
+    /// Takes a block of a closing. A block that lies outside the record at any shift is ignored.
     #[inline(never)]
     pub fn push(&mut self, friction: &Friction, block: &Block, drivetrain: &Drivetrain) -> Aligned {
         let at = |index: usize| {
@@ -104,7 +104,7 @@ impl Alignment {
             let known = friction.at(block.counts.wrapping_add(shift));
             known.map(|known| known.torque_nm)
         };
-        // Between the first shift and the last there is no gap in a record.
+        // A record has no gap, so the first and last shift suffice.
         let known = at(0).is_some() && at(SHIFTS - 1).is_some();
         if !(known && block.drive_torque_nm.is_finite()) {
             return Aligned::Pending;
@@ -124,7 +124,7 @@ impl Alignment {
         let stationary = wander.rms_nm * wander.rms_nm;
         let [a, b, d] = self.covariance;
         let (a, b) = (stationary + phi * phi * (a - stationary), phi * b);
-        // The record's own noise is in it: as noisy as the motion that it was taken from.
+        // Includes the record's own noise, which is that of the motion it was taken from.
         let noise_nm2 = 2.0 * friction.white_nm2(block.duration_s);
         let variance = a + 2.0 * b + d + noise_nm2;
         let gains = [(a + b) / variance, (b + d) / variance];
@@ -151,7 +151,7 @@ impl Alignment {
     }
 
     fn judge(&self, variance: f32, blocks: f32, over: bool, drivetrain: &Drivetrain) -> Aligned {
-        // Twice the negative logarithm of the posterior, but for a constant.
+        // Minus twice the logarithm of the posterior, up to a constant.
         let cost = |index: usize| {
             let spreads = shift_rad(index as f32) / SPREAD_RAD;
             let left = self.left.get(index)?;
@@ -160,7 +160,7 @@ impl Alignment {
         let least = (0..SHIFTS)
             .filter_map(cost)
             .fold(f32::INFINITY, |least, cost| least.at_most(cost));
-        // Written so that a NaN counts as well.
+        // In this form a NaN counts as well.
         let explained = least <= UNLIKE * (blocks + MORE_BLOCKS);
         if !explained {
             return Aligned::Nowhere {
@@ -179,7 +179,7 @@ impl Alignment {
         }
         // The likeliest has a weight of 1.
         mean /= sum;
-        // What lies between two shifts is spread evenly.
+        // Variance within a step of the grid: uniform between two shifts.
         let variance = (square / sum - mean * mean).at_least(0.0) + 1.0 / 12.0;
         let step_counts = REACH_RAD / (SHIFTS / 2) as f32 / drivetrain.rad_per_count;
         Aligned::By {

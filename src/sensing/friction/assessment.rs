@@ -1,10 +1,10 @@
 //! Learns from a pass of free motion: the likelihood of each kind of wander, and a better record.
 //!
-//! The bins of a pass are taken as a smooth curve over the position, harmonics of the worm, an Ornstein-Uhlenbeck process
-//! in time and white noise. Curve and harmonics are marginalised with a flat prior, the size of the white noise takes its
+//! The bins of a pass are modelled as a smooth curve over the position, harmonics of the worm, an Ornstein-Uhlenbeck process
+//! in time and white noise. Curve and harmonics are marginalised with a flat prior, the variance of the white noise gets its
 //! likeliest value (restricted maximum likelihood): a scalar Kalman filter whitens the bins and each regressor, and a
-//! Cholesky factor of their products gives the rest. The white noise of single blocks, from their second differences,
-//! enters as data of its own. One point of the grid is a step, so that no step is long.
+//! Cholesky factor of their products gives the likelihood. The white noise of single blocks, from their second differences,
+//! enters as additional data. A step evaluates one point of the grid, to keep steps short.
 
 use super::Friction;
 use super::bins::BINS;
@@ -18,19 +18,19 @@ use crate::sensing::Drive;
 const CURVE: usize = 5;
 /// Regressors.
 const COLUMNS: usize = CURVE + 2 * HARMONICS;
-/// With the values themselves as the last column.
+/// Columns: the regressors, and the values as the last one.
 const ALL: usize = COLUMNS + 1;
-/// Fewest bins that a pass must fill to be of use.
+/// Smallest number of bins that a pass must fill.
 pub const LEAST_BINS: usize = 40;
-/// Way that a pass must cover for the worm's harmonics to be distinguished from the curve, turns of the worm.
+/// Turns of the worm that a pass must cover so that harmonics can be distinguished from the curve.
 const LEAST_TURNS: f32 = 1.5;
-/// A record is the mean of so many passes at most: what is new counts at least one over this.
+/// Largest number of passes in the record's mean: a new pass has at least a weight of one over this.
 const PASSES_MAX: u8 = 8;
-/// Share of a pass's mean deviation by which the record's level follows.
+/// Share of a pass's mean deviation by which the record's level is corrected.
 const LEVEL_GAIN: f32 = 0.5;
-/// Least share of the mean friction that the noise of a block is taken to be: one quiet pass is no proof.
+/// Smallest noise of a block, as a share of the mean friction: one quiet pass proves little.
 const LEAST_NOISE: f32 = 1e-3;
-/// A pivot below this share of its column is none.
+/// A pivot below this share of its column counts as zero.
 const SINGULAR: f32 = 1e-5;
 
 /// Products of the columns, lower triangle.
@@ -42,7 +42,7 @@ pub struct Assessment {
     pass: Pass,
     /// First and last bin.
     ends: (usize, usize),
-    /// What has been taken off the pass.
+    /// Curve and harmonics that were subtracted from the pass.
     coefficients: [f32; COLUMNS],
     has_worm: bool,
     next: usize,
@@ -52,7 +52,7 @@ pub struct Assessment {
 }
 
 impl Assessment {
-    /// Begins with a pass. None where it is too short to be of use.
+    /// Begins the assessment of a pass; None if it is too short.
     pub fn new(pass: Pass, record: &Friction) -> Option<Self> {
         let ends = pass.bins.ends()?;
         let (first, last) = ends;
@@ -71,7 +71,7 @@ impl Assessment {
             .then_some(assessment)
     }
 
-    /// Whether it closed.
+    /// Whether it is a closing.
     pub fn is_closing(&self) -> bool {
         self.pass.drive == Drive::Closing
     }
@@ -84,7 +84,7 @@ impl Assessment {
             let (ln_likelihood, white_nm2) = self
                 .likelihood(record, Hypothesis::of(index))
                 .unwrap_or((f32::NAN, f32::NAN));
-            // A point that cannot be judged spoils the grid: `Evidence::add` leaves such a pass out.
+            // A NaN here makes `Evidence::add` ignore the pass.
             self.evidence.ln_likelihood[index] = ln_likelihood;
             self.white_nm2[index] = white_nm2;
             self.next += 1;
@@ -92,7 +92,7 @@ impl Assessment {
         self.next >= RATES * TIMES
     }
 
-    /// Tells a record what is known before the first step.
+    /// Gives a new record what is known before the first step.
     pub fn introduce(&self, record: &mut Friction) {
         if !self.is_closing() {
             record.opening_nm = -self.coefficients[0];
@@ -100,7 +100,7 @@ impl Assessment {
         }
     }
 
-    /// Straight line through what the record has more than this opening, by least squares over their common bins.
+    /// Straight line through the difference of record and opening, by least squares over their common bins.
     fn asymmetry_nm(&self, record: &Friction) -> [f32; 2] {
         let (mut n, mut x1, mut xx, mut y1, mut xy) = (0.0, 0.0, 0.0, 0.0, 0.0);
         let (first, last) = self.ends;
@@ -151,8 +151,8 @@ impl Assessment {
         columns
     }
 
-    /// Takes curve and harmonics off the bins by ordinary least squares: what is left is small, so that single precision is
-    /// enough for the likelihoods, which do not depend on it.
+    /// Subtracts curve and harmonics from the bins by ordinary least squares. The likelihoods do not change by that, and the
+    /// small remainders make single precision sufficient.
     fn take_off(&mut self, record: &Friction) -> bool {
         let mean = self.pass.bins.mean().unwrap_or(0.0);
         let mut products: Products = [[0.0; ALL]; ALL];
@@ -189,10 +189,10 @@ impl Assessment {
         self.coefficients.iter().all(|value| value.is_finite())
     }
 
-    /// Logarithm of the restricted likelihood, but for a constant, and the likeliest white noise of a block.
+    /// Logarithm of the restricted likelihood, up to a constant, and the likeliest white noise of a block.
     fn likelihood(&self, record: &Friction, point: Hypothesis) -> Option<(f32, f32)> {
         let block_s = self.pass.block_s();
-        // All variances as multiples of the white noise's in a block.
+        // All variances in units of a block's white noise.
         let growth = point.rate_per_s2 * block_s * block_s;
         let stationary = 0.5 * growth * point.time_s / block_s;
         let blocks_per_bin = self.blocks_per_bin();
@@ -204,7 +204,7 @@ impl Assessment {
         let mut filled = 0.0f32;
         let mut before: Option<usize> = None;
         for step in 0..BINS {
-            // In time's order.
+            // In order of time.
             let index = if self.is_closing() {
                 step
             } else {
@@ -251,7 +251,7 @@ impl Assessment {
             }
         }
         let left = products[COLUMNS][COLUMNS];
-        // Second differences see a third of the growth of a block.
+        // Second differences contain a third of the wander's growth over a block.
         let (white_nm2, freedoms) = self.pass.white_nm2();
         let seen = 1.0 + growth / 3.0;
         let sum = left * left + freedoms * white_nm2 / seen;
@@ -275,8 +275,8 @@ impl Assessment {
         sum as f32 / self.pass.filled().max(1) as f32
     }
 
-    /// Puts what the pass taught into the record, when the last step is done.
-    // Not inlined: what it needs of the stack is seldom needed.
+    /// Updates the record after the last step.
+    // Not inlined: its stack frame is rarely needed.
     #[inline(never)]
     pub fn teach(&self, record: &mut Friction) {
         record.evidence.add(&self.evidence);
@@ -309,7 +309,7 @@ impl Assessment {
         for (known, new) in record.worm_nm.iter_mut().zip(&worm) {
             *known += share * new;
         }
-        // The level of all moves together: a pass that ended early leaves no step.
+        // The level of all bins is corrected together, so that a pass that ended early leaves no step in the curve.
         let level = if is_first { 0.0 } else { self.coefficients[0] };
         let shift = LEVEL_GAIN * level;
         for index in 0..BINS {
@@ -349,8 +349,8 @@ fn accumulate(products: &mut Products, row: &[f32; ALL]) {
     }
 }
 
-/// Cholesky's factor in place of the lower triangle. A column that depends on those before, or is zero, gets a pivot of 0
-/// and takes no part. False where a number is none.
+/// Cholesky factor in place of the lower triangle. A column that is zero or depends on earlier ones gets a pivot of 0 and is left
+/// out. False if a value is NaN.
 fn factor(products: &mut Products) -> bool {
     for i in 0..ALL {
         let own = products[i][i];

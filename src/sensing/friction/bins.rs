@@ -1,4 +1,4 @@
-//! A value in each of the bins that divide the travel, and how often it was measured.
+//! Means over the bins that divide the travel, with the number of measurements in each.
 
 use serde::{Deserialize, Serialize};
 use serde_big_array::BigArray;
@@ -13,19 +13,19 @@ pub struct Bins {
     /// Mean in each bin.
     #[serde(with = "BigArray")]
     pub mean: [f32; BINS],
-    /// Measurements that went into it; 0 marks a bin without a value.
+    /// Number of measurements in each; 0 marks a bin without a value.
     #[serde(with = "BigArray")]
     pub count: [u8; BINS],
 }
 
 impl Bins {
-    /// Without any value.
+    /// Bins without a value.
     pub const EMPTY: Self = Self {
         mean: [0.0; BINS],
         count: [0; BINS],
     };
 
-    /// The value of a bin; None where there is none.
+    /// Mean of a bin; None if it has no value.
     pub fn get(&self, index: usize) -> Option<f32> {
         match (self.mean.get(index), self.count.get(index)) {
             (Some(&mean), Some(&count)) if count > 0 => Some(mean),
@@ -33,7 +33,7 @@ impl Bins {
         }
     }
 
-    /// Averages a measurement into a bin.
+    /// Adds a measurement to a bin's mean.
     pub(super) fn add(&mut self, index: usize, value: f32) {
         let slots = (self.mean.get_mut(index), self.count.get_mut(index));
         if let (Some(mean), Some(count)) = slots {

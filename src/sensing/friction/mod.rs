@@ -1,9 +1,9 @@
 //! Friction of the unloaded drivetrain over the angle of the input link, how well it repeats, and how it wanders.
 //!
-//! All torques here are motor torques seen from the input link as if nothing were lost: what the motor spends on a free
-//! motion, the springs of the finger included where it has one at joint 1.
+//! All torques here are motor torques at the input link without losses: what the motor needs for a free motion, including the
+//! finger's springs if joint 1 has one.
 //!
-//! A free motion fills a [`Pass`]; an [`Assessment`] learns from it what the wander is like ([`Evidence`]) and improves the
+//! A free motion fills a [`Pass`]; an [`Assessment`] estimates the wander from it ([`Evidence`]) and improves the
 //! record ([`Friction`]).
 
 mod alignment;

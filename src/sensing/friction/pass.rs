@@ -1,20 +1,20 @@
-//! One motion in one direction, up to where it was free.
+//! Bins of one free motion in one direction.
 
 use super::Friction;
 use super::bins::{BINS, Bins};
 use crate::sensing::Drive;
 use crate::sensing::block::Block;
 
-/// Blocks at the end that are left out: the motion came to its end there, or was about to.
+/// Blocks at the end that are not used, because the motion was ending.
 const HELD: usize = 2;
 
-/// What a free motion showed, bin by bin: the torque less that of the record.
+/// A free motion, bin by bin: torque minus that of the record.
 #[derive(Clone, Debug)]
 pub struct Pass {
     pub(super) drive: Drive,
-    /// Torque along the motion less the record's, newton metre; a bin counts its blocks.
+    /// Torque in the direction of motion minus the record's, newton metre; a bin counts its blocks.
     pub(super) bins: Bins,
-    /// Sum and number of squared second differences of neighbouring blocks: white noise without what is slow.
+    /// Sum and number of squared second differences of adjacent blocks: white noise without slow changes.
     square_sum_nm2: f32,
     squares: u16,
     duration_s: f32,
@@ -26,7 +26,7 @@ pub struct Pass {
 }
 
 impl Pass {
-    /// Nothing yet, in some direction.
+    /// An empty pass in one direction.
     pub const fn new(drive: Drive) -> Self {
         Self {
             drive,
@@ -41,7 +41,7 @@ impl Pass {
         }
     }
 
-    /// Takes a block at a position of the record, which explains `known_nm` of its torque while closing.
+    /// Takes a block at a position of the record; `known_nm` is the record's torque there while closing.
     pub fn push(&mut self, record: &Friction, counts: i32, block: &Block, known_nm: f32) {
         let sign = if self.drive == Drive::Opening {
             -1.0
@@ -86,7 +86,7 @@ impl Pass {
         self.last = [Some((counts, torque_nm)), self.last[0]];
     }
 
-    /// Forgets what was measured from a position on: a contact may have begun there.
+    /// Drops what was measured beyond a position, where a contact may have begun.
     pub fn cut(&mut self, record: &Friction, counts: i32) {
         self.held = [None; HELD];
         let from = record.index(counts.max(0)).unwrap_or(BINS);
@@ -116,7 +116,7 @@ impl Pass {
     }
 
     /// Variance of the white noise of a block by second differences, newton metre squared, and the degrees of freedom that
-    /// it stands on: neighbouring differences share blocks, which leaves 18 of 35.
+    /// of that estimate: adjacent differences share blocks, which leaves 18 of 35.
     pub(super) fn white_nm2(&self) -> (f32, f32) {
         let squares = f32::from(self.squares);
         let mean = self.square_sum_nm2 / f32::from(self.squares.max(1));

@@ -1,4 +1,4 @@
-//! The record of free motion, and what it says about a position.
+//! The friction record: torque of a free motion over the position.
 
 use super::bins::{BINS, Bins};
 use super::harmonics::{self, HARMONICS};
@@ -8,17 +8,17 @@ use crate::sensing::Drivetrain;
 use serde::{Deserialize, Serialize};
 use serde_big_array::BigArray;
 
-/// Half the way over which the curve is smoothed, radian. What changes within less is either the worm's, which has terms of
-/// its own, or noise.
+/// Half the width over which the curve is smoothed, radian. Faster changes are noise, or belong to the worm, which has terms of
+/// its own.
 const SMOOTHING_RAD: f32 = 0.12;
-/// Beyond the last bin the curve is continued for so many turns of the worm at most.
+/// Largest extrapolation beyond the last bin, turns of the worm.
 const BEYOND_TURNS: f32 = 4.0;
 
 /// Free motion as it was recorded: friction torque of the motor, the free torque of the finger included, over the angle of
 /// the input link. Plain data: valid after a restart with another zero, once aligned.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Friction {
-    /// Travel that the record is for, counts from the opening stop.
+    /// Recorded travel, counts from the opening stop.
     pub travel_counts: i32,
     /// Width of a bin, counts: whole turns of the motor.
     pub bin_counts: u32,
@@ -26,21 +26,22 @@ pub struct Friction {
     pub worm_counts: u32,
     /// Rotation of the input link per count, radian.
     pub rad_per_count: f32,
-    /// Speed that it was recorded at, radian per second.
+    /// Speed of the recording, radian per second.
     pub speed_rad_per_s: f32,
-    /// Torque while closing, newton metre, without the worm's share; a bin counts its passes.
+    /// Torque while closing, newton metre, without the worm's harmonics; a bin counts its passes.
     pub closing_nm: Bins,
-    /// The worm's share: amplitudes of cosine and sine of its angle and of its multiples, newton metre.
+    /// The worm's harmonics: amplitudes of cosine and sine of its angle and of multiples of it, newton metre.
     #[serde(with = "BigArray")]
     pub worm_nm: [f32; 2 * HARMONICS],
     /// Mean torque while opening, newton metre, negative; 0 before it is known.
     pub opening_nm: f32,
-    /// By how much the torque while closing exceeds that of opening, along the motion: at the beginning of the travel, and
-    /// its growth over all of it, newton metre; 0 before it is known. Friction takes the same in both directions.
+    /// Torque of closing minus that of opening, each in its direction of motion: value at the beginning of the travel, and growth
+    /// over the whole travel, newton metre; 0 before it is known. Friction is the same in both directions, weight and springs are
+    /// not.
     pub asymmetry_nm: [f32; 2],
     /// White noise of a block's torque: variance times the duration of the block, newton metre squared second.
     pub white_nm2_s: f32,
-    /// Evidence of free passes about the wander.
+    /// Evidence from free passes on the wander.
     pub evidence: Evidence,
 }
 
@@ -49,7 +50,7 @@ pub struct Friction {
 pub struct Estimate {
     /// Torque while closing, newton metre.
     pub torque_nm: f32,
-    /// Of it, what is not the worm's share, newton metre.
+    /// The same without the worm's harmonics, newton metre.
     pub smooth_nm: f32,
     /// Variance of the torque from the noise of the record, newton metre squared.
     pub variance_nm2: f32,
@@ -58,7 +59,7 @@ pub struct Estimate {
 }
 
 impl Friction {
-    /// Without any value, for no finger.
+    /// An empty record for no finger.
     pub const EMPTY: Self = Self {
         travel_counts: 1,
         bin_counts: 1,
@@ -73,7 +74,7 @@ impl Friction {
         evidence: Evidence::NONE,
     };
 
-    /// Without any value, for a travel.
+    /// An empty record for a travel.
     pub fn empty(travel_counts: i32, drivetrain: &Drivetrain) -> Self {
         let turn = drivetrain.counts_per_turn.max(1);
         let travel = travel_counts.max(1).unsigned_abs();
@@ -87,7 +88,7 @@ impl Friction {
         }
     }
 
-    /// Whether every value is finite and in its range, as it must be after it was read from a memory.
+    /// Whether every value is finite and in its range; to be checked after reading it from flash.
     pub fn is_valid(&self) -> bool {
         self.travel_counts > 0
             && self.bin_counts > 0
@@ -123,7 +124,7 @@ impl Friction {
         self.closing_nm.mean()
     }
 
-    /// Passes that the record is the mean of.
+    /// Number of passes in the record's mean.
     pub fn passes(&self) -> u8 {
         self.closing_nm.count.iter().fold(0, |most, &n| most.max(n))
     }
@@ -134,7 +135,7 @@ impl Friction {
         begin_nm + growth_nm * (counts as f32 / self.travel_counts as f32)
     }
 
-    /// White noise of a block of some duration, newton metre squared.
+    /// Variance of the white noise of a block of a duration, newton metre squared.
     pub fn white_nm2(&self, duration_s: f32) -> f32 {
         (self.white_nm2_s / duration_s.at_least(1e-6)).at_least(f32::MIN_POSITIVE)
     }
@@ -145,7 +146,7 @@ impl Friction {
         sqrt(self.white_nm2(turn_rad / self.speed_rad_per_s))
     }
 
-    /// What has wandered since at some speed, radian per second.
+    /// The wander since the recording, for a motion at a speed (radian per second).
     pub fn wander(&self, speed_rad_per_s: f32) -> Wander {
         let ratio = speed_rad_per_s / self.speed_rad_per_s;
         Wander::new(
@@ -157,8 +158,8 @@ impl Friction {
         )
     }
 
-    /// Standard deviation of what a shift of the record would leave, newton metre per count: of the worm's share, which is
-    /// steeper than the rest.
+    /// Standard deviation of the residual that a shift of the record would leave, newton metre per count. It is that of the
+    /// worm's harmonics, the steepest part.
     pub fn steepness_nm_per_count(&self) -> f32 {
         let squares = self
             .worm_nm
@@ -177,7 +178,7 @@ impl Friction {
         sqrt(0.5 * squares.sum::<f32>()) * core::f32::consts::TAU / turn
     }
 
-    /// The record at a position. None outside the travel and where nothing was recorded.
+    /// The record at a position. None outside the travel or where nothing was recorded.
     pub fn at(&self, counts: i32) -> Option<Estimate> {
         self.index(counts)?;
         let (first, last) = self.closing_nm.ends()?;
@@ -190,8 +191,8 @@ impl Friction {
         self.smooth(position)
     }
 
-    /// As [`Friction::at`]; beyond the end of the record it goes on with the worm's share, drifting as it did over the last
-    /// turn of the worm: what springs of the finger add goes on as well.
+    /// As [`Friction::at`], but extrapolates beyond the end of the record: the worm's harmonics repeat, and the trend of the last
+    /// turn of the worm continues, since springs of the finger go on adding torque.
     pub fn beyond(&self, counts: i32) -> Option<Estimate> {
         if let Some(found) = self.at(counts) {
             return Some(found);
@@ -203,7 +204,7 @@ impl Friction {
         let turn = self.worm_counts.max(self.bin_counts) as f32;
         let excess = (position - high).at_most(BEYOND_TURNS * turn);
         if excess <= 0.0 {
-            // Before the record's beginning the motion was not steady yet.
+            // Before the beginning of the record the motion was not steady.
             return None;
         }
         let before = self.smooth((high - turn).at_least(low))?;
@@ -215,12 +216,12 @@ impl Friction {
         found.torque_nm.is_finite().then_some(found)
     }
 
-    /// Quadratic through the bins about a position, by weighted least squares, plus the worm's share.
+    /// Quadratic through the bins around a position, by weighted least squares, plus the worm's harmonics.
     #[inline(never)]
     fn smooth(&self, position: f32) -> Option<Estimate> {
         let (first, last) = self.closing_nm.ends()?;
         let bin = self.bin_counts as f32;
-        // In bins, from the first bin's beginning; beyond the ends the curve keeps its value there.
+        // In bins from the beginning of the first bin; beyond the ends the curve stays constant.
         let place = (position / bin).at_least(first as f32 + 0.5);
         let place = place.at_most(last as f32 + 0.5);
         let half = (SMOOTHING_RAD / (self.rad_per_count * bin)).at_least(2.5);
@@ -246,14 +247,14 @@ impl Friction {
                 power *= x;
             }
         }
-        // The two columns: the values' polynomial, and what the value at the place gives each bin.
+        // The two right-hand sides: the polynomial of the values, and the weight of each bin in the value at the place.
         let normal = [[s[0], s[1], s[2]], [s[1], s[2], s[3]], [s[2], s[3], s[4]]];
         let flat =
             || Some(([t[0] / s[0], 0.0, 0.0], [1.0 / s[0], 0.0, 0.0])).filter(|_| s[0] > 0.0);
         let (value, leverage) = solve(normal, [t, [1.0, 0.0, 0.0]])
             .map(|[value, leverage]| (value, leverage))
             .or_else(flat)?;
-        // Weights fall from 1: bounded by the leverage itself.
+        // Weights are at most 1, so the leverage bounds the sum.
         let bin_s = bin * self.rad_per_count / self.speed_rad_per_s;
         let passes = self.closing_nm.count.get(place as usize).copied();
         let passes = f32::from(passes.unwrap_or(0).max(1));

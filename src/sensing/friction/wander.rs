@@ -1,13 +1,13 @@
-//! Size and rate of the friction's wander, which a record cannot contain.
+//! Wander of friction: what changes between two motions and no record can contain.
 //!
-//! Friction is taken as what the record says plus an Ornstein-Uhlenbeck process in time plus white noise of the
+//! Friction is modelled as the record plus an Ornstein-Uhlenbeck process in time plus white noise of the
 //! measurement. Size and time constant come from free motion alone, by marginal likelihood over a grid
 //! ([`Assessment`](super::Assessment)); each free pass adds its logarithms to the grid. A short record determines the rate at
-//! which the wander grows well and its time constant hardly at all: the detection of a contact needs the first only.
+//! which the wander grows well and its time constant hardly at all; the detection of a contact needs only the rate.
 
 use crate::numeric::{Bounded, exp, ln, sqrt};
 use serde::{Deserialize, Serialize};
-// In a loop, where serde's own arrays would be read element by element.
+// serde-big-array reads in a loop; serde's own arrays would be read element by element, which costs flash.
 use serde_big_array::BigArray;
 
 /// Rates of growth in the grid.
@@ -20,9 +20,9 @@ const LEAST_RATE: f32 = 0.5;
 const RATE_STEP: f32 = 4.0;
 /// Time constants of the grid, second.
 const TIME_S: [f32; TIMES] = [0.5, 2.0, 8.0];
-/// Share of what was known that still counts after another pass: friction changes with wear and temperature.
+/// Weight of earlier evidence after another pass: friction changes with wear and temperature.
 const MEMORY: f32 = 0.9;
-/// How far the level may have moved since the record, as a share of the friction (chosen: a warm-up of 5 % and a sense
+/// Deviation of the level since the recording, as a share of the friction (chosen: a warm-up of 5 % and a sense
 /// offset of 1 mA in a no-load current of some 14 mA).
 const LEVEL_SHARE: f32 = 0.1;
 /// Drift within a closing, as a share of the friction per second (chosen: 5 % of warm-up within some ten seconds).
@@ -52,7 +52,7 @@ impl Hypothesis {
     }
 }
 
-/// What free motion has shown of the wander: logarithms of the likelihood over the grid.
+/// Evidence from free motion on the wander: logarithms of the likelihood over the grid.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
     /// Logarithm of the likelihood of each point but for a constant, the time constants one after the other.
@@ -61,7 +61,7 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    /// Nothing is known: every point is as likely.
+    /// No evidence: every point is equally likely.
     pub const NONE: Self = Self {
         ln_likelihood: [0.0; RATES * TIMES],
     };
@@ -71,14 +71,14 @@ impl Evidence {
         self.ln_likelihood.iter().all(|value| value.is_finite())
     }
 
-    /// Adds the evidence of another pass. One that is not finite is left out.
+    /// Adds the evidence of another pass; it is ignored if any value is not finite.
     pub fn add(&mut self, pass: &Self) {
         if !pass.is_valid() {
             return;
         }
         let most = pass.most();
         for (value, new) in self.ln_likelihood.iter_mut().zip(&pass.ln_likelihood) {
-            // Differences only count: kept small, so that none is lost to rounding.
+            // Only differences matter: the largest is kept at zero, so that rounding loses none.
             *value = MEMORY * *value + (new - most).at_least(-1e3);
         }
     }
@@ -98,7 +98,7 @@ impl Evidence {
     }
 
     /// Posterior mean of the rate (a rate taken too low makes false alarms, one taken too high costs milliseconds), and
-    /// geometric mean of the time constant; each point of the grid as likely before.
+    /// geometric mean of the time constant; the prior is flat over the grid.
     pub fn mean(&self) -> Hypothesis {
         let most = self.most();
         let (mut sum, mut rate, mut ln_time) = (0.0, 0.0, 0.0);
@@ -117,10 +117,10 @@ impl Evidence {
     }
 }
 
-/// Friction that has wandered since it was recorded: the noise model of those who judge a residual.
+/// Wander of friction since it was recorded: the noise model of a residual.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wander {
-    /// Standard deviation of the Ornstein-Uhlenbeck share of a residual (of this closing and of the record's passes
+    /// Standard deviation of the Ornstein-Uhlenbeck part of a residual (of this closing and of the record's passes
     /// together), newton metre of motor torque.
     pub rms_nm: f32,
     /// Its time constant, second, > 0.
@@ -132,8 +132,8 @@ pub struct Wander {
 }
 
 impl Wander {
-    /// From the evidence of free motion: `white_nm2_s` is the variance of the white noise times the duration of its block,
-    /// `friction_nm` the mean friction, `passes` those in the record, `speed_ratio` the speed now over the record's.
+    /// Builds the noise model from evidence: `white_nm2_s` is the variance of the white noise times the duration of its block,
+    /// `friction_nm` the mean friction, `passes` the number in the record, `speed_ratio` the present speed over the record's.
     pub fn new(
         evidence: &Evidence,
         white_nm2_s: f32,
@@ -145,7 +145,7 @@ impl Wander {
             rate_per_s2,
             time_s,
         } = evidence.mean();
-        // The record's own wander is in it, once over the number of its passes.
+        // The record's own wander adds one over the number of its passes.
         let both = 1.0 + 1.0 / f32::from(passes.max(1));
         let variance = 0.5 * rate_per_s2 * white_nm2_s * time_s * both;
         // Stribeck's curve: friction may change by half the change of speed, as shares of themselves (chosen).
@@ -164,8 +164,8 @@ impl Wander {
     }
 }
 
-/// exp(-x) for x >= 0 by a fraction, within 1 % up to x = 0.5 and never negative: two divisions cheaper than the function,
-/// for steps that are a small part of the time constant.
+/// exp(-x) for x >= 0 by a rational function, within 1 % up to x = 0.5 and never negative; cheaper than the function, for steps
+/// that are a small part of the time constant.
 pub(super) fn correlation(x: f32) -> f32 {
     ((1.0 - 0.5 * x) / (1.0 + 0.5 * x)).at_least(0.0)
 }

@@ -1,8 +1,8 @@
-//! One fit: a hypothesis with its contact radius held, the other unknowns by Gauss, Newton, Levenberg and Marquardt.
+//! One fit: a hypothesis with a fixed contact radius; the other unknowns by Levenberg-Marquardt.
 //!
-//! Each trial is one pass over the curve, a few points at a time: samples wait meanwhile. A pass that is better becomes the
-//! place from where the next one is tried; one that is not shortens the step. The fit has converged when the step that looks
-//! best promises no more than [`ENOUGH`] of the cost, or nothing close by is better.
+//! Each trial is one pass over the curve, a few points at a time, because samples must not wait. If a pass is better, the next
+//! step starts from its unknowns; if not, the step is shortened. The fit has converged when the predicted gain of a step is at
+//! most [`ENOUGH`], or when no shortened step is better.
 
 use super::model::{Hold, Model};
 use super::noise::{Row, Whitening};
@@ -15,17 +15,17 @@ use crate::numeric::{Bounded, ln, sqrt};
 use crate::sensing::normal::Normal;
 use crate::sensing::{Calibration, SeriesElement};
 
-/// Least gain of a step, in units of the cost (twice the logarithm of a likelihood), that is worth making it.
+/// Smallest gain worth a step, in units of the cost (minus twice the logarithm of the likelihood).
 const ENOUGH: f32 = 0.02;
-/// Passes after which a fit stays where it is.
+/// Largest number of passes.
 const MOST_PASSES: u8 = 24;
-/// Points of the curve in one step: some 70,000 instructions.
+/// Points of the curve per call: some 70,000 instructions.
 const POINTS_A_STEP: usize = 8;
-/// Damping of the first shortened step, and that beyond which nothing close by is better.
+/// Damping of the first shortened step, and damping at which the fit gives up.
 const FIRST_DAMPING: f32 = 0.02;
 const MOST_DAMPING: f32 = 30.0;
 
-/// What a fit explains the curve by.
+/// What kind of contact a fit assumes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Hypothesis {
     pub(super) hold: Hold,
@@ -38,14 +38,14 @@ impl Hypothesis {
     }
 }
 
-/// Where a fit ended.
+/// Result of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Fitted {
     /// Unknowns in units of their prior.
     pub(super) x: [f32; UNKNOWNS],
-    /// Standard deviation of the location, metre; 0 without one.
+    /// Standard deviation of the location, metre; 0 if it has none.
     pub(super) k_sigma_m: f32,
-    /// Logarithm of how well it explains the curve, all values of its unknowns together (Laplace's approximation).
+    /// Logarithm of the evidence, integrated over the unknowns (Laplace's approximation).
     pub(super) ln_evidence: f32,
     /// Sum of the squared whitened residuals.
     pub(super) chi_square: f32,
@@ -65,16 +65,16 @@ pub(super) struct Fit<F: Mechanics, X: SeriesElement> {
     normal: Normal<UNKNOWNS, X>,
     damping: f32,
     passes: u8,
-    /// The pass where the trial stands, once it has begun.
+    /// The pass at the trial's unknowns, once it has begun.
     pass: Option<Pass<F, X>>,
 }
 
-/// What a step led to.
+/// State of a fit after a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Progress {
     UnderWay,
     Converged,
-    /// Nothing like it explains the curve.
+    /// No contact of this kind explains the curve.
     Failed,
 }
 
@@ -93,7 +93,7 @@ struct Pass<F: Mechanics, X: SeriesElement> {
 }
 
 impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
-    /// From some values of the unknowns.
+    /// A fit that starts from given unknowns.
     pub(super) fn new(hypothesis: Hypothesis, x: [f32; UNKNOWNS]) -> Self {
         Self {
             hypothesis,
@@ -109,12 +109,12 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         }
     }
 
-    /// Whether a pass has begun, and is not at its end.
+    /// Whether a pass has begun and is not complete.
     pub(super) fn is_within_pass(&self) -> bool {
         self.pass.is_some()
     }
 
-    /// Some points more of a pass over the curve; after the last one, the next trial from what it shows.
+    /// Evaluates some more points of a pass over the curve; after the last one, computes the next trial.
     // A symbol of its own, so that its instructions can be counted on the chip.
     #[inline(never)]
     pub(super) fn step(
@@ -137,11 +137,11 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         progress
     }
 
-    /// Where a pass that is over (`complete`: to the end of the curve) leaves the fit.
+    /// Evaluates a finished pass (`complete`: it reached the end of the curve).
     fn judge(&mut self, complete: bool, prior: &Prior<X>, scaling: &Scaling) -> Progress {
         self.passes = self.passes.saturating_add(1);
         let mut gained = f32::INFINITY;
-        // A shortened step that gains little says nothing about the one that is not.
+        // Small gain of a shortened step does not mean convergence: the full step may gain more.
         let whole = self.damping == 0.0;
         let penalty = self.penalty(prior);
         match &self.pass {
@@ -169,7 +169,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         Progress::UnderWay
     }
 
-    /// No path from where the fit starts: nearer to the middle of the phalanx there may be one.
+    /// No contact path at the starting place: nearer to the middle of the phalanx there may be one.
     fn retreat(&mut self) -> Progress {
         if !self.hypothesis.has_place() || self.passes >= MOST_PASSES / 2 {
             return Progress::Failed;
@@ -178,7 +178,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         Progress::UnderWay
     }
 
-    /// The priors' share of the cost where the trial stands.
+    /// Contribution of the priors to the cost at the trial's unknowns.
     fn penalty(&self, prior: &Prior<X>) -> f32 {
         let mut penalty = 0.0;
         for (unknown, x) in self.trial.iter().enumerate() {
@@ -189,10 +189,10 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         penalty
     }
 
-    /// Moves the trial by the step that looks best; false if that promises nothing.
+    /// Moves the trial by the best step; false if its predicted gain is too small.
     fn advance(&mut self, scaling: &Scaling) -> bool {
         let mut held = [false; UNKNOWNS];
-        // A bound that is met takes its unknown out; the others are solved again.
+        // An unknown that meets its bound is fixed there; the others are solved again.
         for _ in 0..=2 {
             let mut normal = self.normal;
             for unknown in (0..UNKNOWNS).filter(|unknown| held[*unknown]) {
@@ -244,8 +244,8 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         })
     }
 
-    /// What a fit at a known place, or at the stop, teaches: torque factor and cable, with their covariance; the squares of
-    /// the residuals beside it.
+    /// Calibration from a fit at a known place or at the stop: torque factor and cable with their covariance, and the sum of
+    /// squared residuals.
     pub(super) fn learned(&mut self, prior: &Prior<X>) -> Option<(Calibration, f32)> {
         let scaling = Scaling::of(prior, self.hypothesis.length_m);
         let values = scaling.values(&self.x);
@@ -280,7 +280,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         Some((learned, self.chi_square))
     }
 
-    /// Begins a pass where the trial stands, if there is such a contact.
+    /// Begins a pass at the trial's unknowns, if there is such a contact.
     #[inline(never)]
     fn begin(
         &mut self,
@@ -307,7 +307,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             let (pull, weight) = if unknown != K || matches!(prior.place, Place::Known { .. }) {
                 (self.trial[unknown], 1.0)
             } else if self.hypothesis.has_place() {
-                // A uniform prior says nothing about the slope.
+                // A uniform prior adds no gradient.
                 (0.0, 1e-3)
             } else {
                 (0.0, 1.0)
@@ -325,7 +325,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         });
     }
 
-    /// The next points of the pass: converged when that was the last one, failed where there is no such path.
+    /// Evaluates the next points: converged after the last one, failed if there is no contact path.
     #[inline(never)]
     fn go_on(&mut self, finger: &F, data: &Data, scaling: &Scaling) -> Progress {
         let onset_rad = scaling.values(&self.trial)[ONSET];

@@ -1,22 +1,22 @@
 //! Locates the contact and estimates its radius: the whole torque-angle curve against the finger's exact path
 //! (docs/MECHANICS.md#finite-torque-step, docs/MECHANICS.md#estimation-from-recordings).
 //!
-//! A hypothesis is a phalanx, on one side of its stiffest place. For each of some contact radii the location is fitted
-//! together with all that is not known of the contact and the drivetrain, each with a prior: the onset, contact friction,
-//! torque factor, friction or preload of the joints, the cable's twist and its creep. Residuals are correlated as friction
-//! and efficiency make them ([`Noise`]). The fits at all radii together, weighted by their evidence, are the posterior: its
-//! mean and deviation are the location's, and its integral over a phalanx is that phalanx's probability. A contact on the
-//! proximal phalanx, which has no place, competes with them.
+//! A hypothesis is a phalanx, on one side of its stiffest place. For each of several contact radii the location is fitted
+//! together with the other unknowns of contact and drivetrain, each with a prior: the onset, contact friction, torque factor,
+//! friction or preload of the joints, the cable's twist and its creep. Residuals are correlated by friction and efficiency
+//! ([`Noise`]). The fits at all radii together, weighted by their evidence, are the posterior: its mean and deviation are the
+//! location's, and its integral over a phalanx is that phalanx's probability. A contact on the proximal phalanx, which has no
+//! place, competes with them.
 //!
 //! | module | responsible for |
 //! |---|---|
-//! | `prior` | what is known before, and the unknowns |
+//! | `prior` | unknowns and their priors |
 //! | `model` | the torque predicted at the measured angles, with its derivatives |
 //! | `noise` | the part of a residual that earlier points predict |
 //! | `onset` | the free finger where a contact begins |
 //! | `fit` | one fit: passes over the curve, a few points at a time |
 //! | `starts` | hypotheses and where their fits begin: the finger's inverse, and beside it |
-//! | `posterior` | the verdict |
+//! | `posterior` | verdict: fits weighted by their evidence |
 
 mod fit;
 mod model;
@@ -40,24 +40,24 @@ use crate::sensing::{Calibration, Drivetrain, SeriesElement};
 use fit::{Fit, Fitted, Hypothesis, Progress};
 use model::{Hold, Model};
 
-/// Fewest points that make a fit.
+/// Smallest number of points for a fit.
 pub const LEAST_POINTS: usize = 5;
 /// Radii of the object for which a location is fitted, metre: evenly spaced in the logarithm of the radius plus 3 mm, which
-/// is what little is known of them before (chosen).
+/// is the prior (chosen).
 const RADII_M: [f32; 5] = [0.001, 0.0045, 0.012, 0.025, 0.05];
-/// Order in which they are fitted, and the one whose result each begins with.
+/// Order in which they are fitted, each with the radius whose result is its starting point.
 const ORDER: [(usize, usize); 5] = [(1, 1), (0, 1), (2, 1), (3, 2), (4, 3)];
-/// Less likely than the best by this logarithm, a radius and those beyond it are left out.
+/// A radius less likely than the best by this logarithm is skipped, with those beyond it.
 const HOPELESS: f32 = 10.0;
-/// Most hypotheses at a time: two places on each of two phalanges, and the proximal one.
+/// Largest number of hypotheses: two places on each of two phalanges, and a proximal contact.
 const MOST: usize = 5;
-/// Shares of the rise to which a curve is cut when no hypothesis explains the whole: second contacts, faces and soft objects
-/// spoil the later part (docs/MECHANICS.md#estimation-from-recordings).
+/// Shares of the rise to which the curve is shortened when no hypothesis explains all of it: second contacts, flat faces and soft
+/// objects change the later part (docs/MECHANICS.md#estimation-from-recordings).
 const SHARES: [f32; 5] = [1.0, 0.6, 0.35, 0.2, 0.12];
-/// Starts of a thorough search on one side of a phalanx's stiffest place, as shares of it.
+/// Starting places of a thorough search, as shares of one side of a phalanx's stiffest place.
 const STARTS: [f32; 2] = [0.2, 0.75];
 
-/// The curve with what turns its numbers into a model's.
+/// The curve in the form that the model needs.
 #[derive(Clone, Copy, Debug)]
 pub struct Data<'a> {
     /// Points, by rising angle.
@@ -80,12 +80,12 @@ impl Data<'_> {
     }
 }
 
-/// A hypothesis, with what its fits have found.
+/// A hypothesis with the results of its fits.
 #[derive(Clone, Debug)]
 struct Track {
     phalanx: u8,
     length_m: f32,
-    /// Where the finger's inverse puts it, in lengths of the phalanx.
+    /// Location by the finger's inverse, in lengths of the phalanx.
     candidate: f32,
     /// Its side of the stiffest place, in lengths of the phalanx.
     side: [f32; 2],
@@ -95,24 +95,24 @@ struct Track {
 /// All hypotheses.
 type Tracks = heapless::Vec<Track, MOST>;
 
-/// The competition. It goes in rounds: within one, every hypothesis is fitted to the same points, or their evidence could
+/// Fits all hypotheses in rounds. Within a round every hypothesis is fitted to the same points, otherwise their evidence could
 /// not be compared.
 #[derive(Clone, Debug)]
 pub struct Locator<F: Mechanics, X: SeriesElement> {
     tracks: Tracks,
-    /// How many of the curve's points belong to this round.
+    /// Number of points of this round.
     number: usize,
     fit: Option<Fit<F, X>>,
-    /// The hypothesis whose turn it is, the radius in [`ORDER`], and the start.
+    /// Current hypothesis, index into [`ORDER`], and start.
     track: usize,
     order: usize,
     start: usize,
-    /// Whether fits of this round begin at several places.
+    /// Whether this round starts each fit at several places.
     thorough: bool,
     /// Index into [`SHARES`].
     share: usize,
     under_way: bool,
-    /// What the slope says, for a contact that no hypothesis explains.
+    /// Reason from the slope alone, for a contact that no hypothesis explains.
     class: Class,
 }
 
@@ -139,8 +139,8 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         self.under_way
     }
 
-    /// Begins a round on the points so far; false if that is too little. The last one is thorough in any case.
-    /// Until the round is over the points that it began with must stay as they are; others may join.
+    /// Begins a round on the points so far; false if there are too few. The last round is thorough.
+    /// Until the round is over its points must not change; new ones may be added.
     pub fn begin(
         &mut self,
         finger: &F,
@@ -182,7 +182,8 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         }
     }
 
-    /// The next points of a pass over the curve, some 70,000 instructions. True when that ends the round: then there is a verdict.
+    /// Evaluates the next points of a pass over the curve, some 70,000 instructions. True at the end of the round: then there is
+    /// a verdict.
     pub fn step(
         &mut self,
         finger: &F,
@@ -209,7 +210,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             Progress::Converged => fit.fitted(),
             _ => None,
         };
-        // A place that is known is fitted once, and its fit stays for what it teaches.
+        // A known place is fitted once; the fit is kept for the calibration.
         if !matches!(prior.place, Place::Anywhere) {
             self.under_way = false;
             return true;
@@ -223,24 +224,24 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         !self.under_way
     }
 
-    /// What a fit at a known place or at the stop teaches, with its mean square residual.
+    /// Calibration from a fit at a known place or at the stop, with its mean square residual.
     pub fn learned(&mut self, prior: &Prior<X>) -> Option<(Calibration, f32)> {
         let (calibration, chi_square) = self.fit.as_mut()?.learned(prior)?;
         Some((calibration, chi_square / self.number as f32))
     }
 
-    /// Whether a pass over the curve has begun, and is not at its end.
+    /// Whether a pass over the curve has begun and is not complete.
     pub fn is_within_pass(&self) -> bool {
         self.fit.as_ref().is_some_and(Fit::is_within_pass)
     }
 
-    /// Leaves the round under way.
+    /// Abandons the current round.
     pub fn stop(&mut self) {
         self.under_way = false;
         self.fit = None;
     }
 
-    /// A shorter piece of the curve, from its beginning; false if there is none.
+    /// Shortens the curve at its end; false if it cannot be shortened further.
     pub fn shorten(&mut self) -> bool {
         let shorter = self.share + 1 < SHARES.len();
         self.share += usize::from(shorter);
@@ -266,7 +267,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         }
     }
 
-    /// The next start, radius or hypothesis.
+    /// Moves on to the next start, radius or hypothesis.
     fn go_on(&mut self, prior: &Prior<X>) {
         let Some(track) = self.tracks.get_mut(self.track) else {
             return;
@@ -303,7 +304,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         }
     }
 
-    /// The fit whose turn it is.
+    /// Begins the current fit.
     fn next_fit(&self, prior: &Prior<X>) -> Option<Fit<F, X>> {
         let track = self.tracks.get(self.track)?;
         let (radius, from) = ORDER[self.order];
@@ -313,7 +314,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             length_m: track.length_m,
         };
         let before = match (self.start, self.order, self.thorough) {
-            // What the last round found, or the neighbour in this one.
+            // Starts from the result of the last round, or of the neighbouring radius.
             (0, 0, _) | (0, _, false) => track.fits[radius].as_ref(),
             _ => None,
         };

@@ -6,9 +6,9 @@
 //! angle = o + rotation(T - T_c; k, R) + c ((T - T_c) / f + g L - s B)
 //!
 //! holds along the contact path, o, T_c being angle and torque at the onset, c the cable's twist for a nominal torque, g the
-//! share of it that creeps, L the torque as the creep feels it, s the cable's stiffening and B what a unit of that takes
-//! off the twist, nothing at the torque at which c is given. The path is followed to a torque near the one sought, the
-//! measured increments added to what was predicted before, and corrected by its slope there. Before the onset y is zero.
+//! share of it that creeps, L the torque delayed by the creep's time constant, s the cable's stiffening and B the decrease of the
+//! twist per unit of s, zero at the torque at which c is given. The path is followed to a torque near the solution (the previous
+//! prediction plus the measured increment) and corrected by its slope there. Before the onset y is zero.
 
 use super::prior::{BEND, CABLE, FACTOR, FRICTION, JOINT, K, ONSET, UNKNOWNS, Values};
 use crate::finger::{Contact, Free, Mechanics, PathPoint};
@@ -18,16 +18,16 @@ use crate::sensing::curve::Point;
 use crate::sensing::{Drivetrain, SeriesElement};
 use core::marker::PhantomData;
 
-/// Least rise of the torque that a path is followed to, newton metre: its derivatives vanish at the onset.
+/// Smallest torque rise to which a path is followed, newton metre: its derivatives vanish at the onset.
 const LEAST_RISE_NM: f32 = 5e-4;
-/// How far from what was measured the path may be followed, as a share of it and newton metre.
+/// Largest distance of the path's end from the measured torque, as a share of it and in newton metre.
 const STRAY_SHARE: f32 = 0.5;
 const STRAY_NM: f32 = 0.02;
-/// Deviation of a measured angle from any model, radian: four counts of the encoder's periodic error and as much again.
+/// Standard deviation of a measured angle from any model, radian: four counts of the encoder's periodic error, and as much again.
 const ANGLE_SIGMA_RAD: f32 = 4e-5;
-/// What a prediction beyond the end of the path may be off, as a share of what it is beyond.
+/// Error of a prediction beyond the end of the path, as a share of the distance from it.
 const BEYOND_SHARE: f32 = 0.2;
-/// What a force may be off there, as a share of what the torque would add.
+/// Error of a force there, as a share of what the torque would add.
 const BEYOND_FORCE: f32 = 0.5;
 
 /// What holds the input link.
@@ -48,7 +48,7 @@ pub(super) struct Prediction {
     pub(super) excess_nm: f32,
     /// Its derivatives by the physical unknowns.
     pub(super) slopes: [f32; UNKNOWNS],
-    /// What it may be off by, as a variance.
+    /// Its variance.
     pub(super) variance_nm2: f32,
 }
 
@@ -58,7 +58,7 @@ const NOTHING: Prediction = Prediction {
     variance_nm2: 0.0,
 };
 
-/// Prediction along one curve. It borrows nothing: a pass over a curve is interrupted between two points.
+/// Prediction along one curve. It borrows nothing, because a pass over a curve is interrupted between points.
 #[derive(Clone, Debug)]
 pub(super) struct Model<F: Mechanics, X> {
     values: Values,
@@ -71,12 +71,12 @@ pub(super) struct Model<F: Mechanics, X> {
     contact_nm: f32,
     /// Derivative of `contact_nm` by the measured angle of the onset.
     contact_by_onset: f32,
-    /// Measured and predicted excess at the point before.
+    /// Measured and predicted excess at the previous point.
     before_nm: [f32; 2],
     /// The last point of the path.
     last: PathPoint,
     last_torque_nm: f32,
-    /// Torque that was last sought.
+    /// Torque of the last prediction.
     torque_nm: f32,
     ended: bool,
     series: PhantomData<X>,
@@ -146,7 +146,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         let angle_rad = self.origin_rad + point.counts * self.rad_per_count;
         let past_rad = angle_rad - self.values[ONSET];
         let half_rad = 0.5 * point.width_counts * self.rad_per_count;
-        // Before the contact, whatever was measured.
+        // Before the contact.
         if past_rad <= -half_rad {
             self.before_nm = [point.excess_nm, 0.0];
             return Some(NOTHING);
@@ -172,7 +172,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         Some(prediction)
     }
 
-    /// The contact path at an angle beyond the onset; `near_nm` is about what will come of it.
+    /// The contact path at an angle beyond the onset; `near_nm` is an approximation of the result.
     fn on_path(
         &mut self,
         finger: &F,
@@ -193,7 +193,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
                     self.last = last;
                     self.last_torque_nm = torque_nm;
                 }
-                // The contact has slid to the tip: there the finger goes on about as it did.
+                // The contact has slid to the tip: the curve is continued with its last slope.
                 None if self.last_torque_nm > 0.0 => self.ended = true,
                 None => return None,
             }
@@ -244,23 +244,28 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         })
     }
 
-    /// Contact force where the path has been followed to, newton.
+    /// Contact force at the end of the path, newton.
     pub(super) fn force_n(&self) -> f32 {
-        let rubbing_n = self.last.force_by_friction_n
-            + self.half_thickness_m * self.last.force_by_friction_and_thickness_n_per_m;
-        let force_n = self.last.force_n + self.values[FRICTION] * rubbing_n;
-        force_n * self.share()
+        (self.last.force_n + self.values[FRICTION] * self.force_by_friction_n()) * self.share()
     }
 
-    /// What the force may be off, newton: beyond the end of its path a contact may hold on to the tip, its force going on with
-    /// the torque, or slide over it.
+    /// Its derivative by the coefficient of contact friction, newton.
+    pub(super) fn force_by_friction_n(&self) -> f32 {
+        self.last.force_by_friction_n
+            + self.half_thickness_m * self.last.force_by_friction_and_thickness_n_per_m
+    }
+
+    /// Error of the force, newton: beyond the end of the path the contact may stay at the tip, with a force that grows with the
+    /// torque, or slide over it.
     pub(super) fn force_sigma_n(&self) -> f32 {
         BEYOND_FORCE * self.last.force_n * (self.share() - 1.0).at_least(0.0)
     }
 
-    /// Torque over that at the end of the path.
+    /// Rise of the torque since the onset over that at the end of the path: a contact begins without force whatever torque
+    /// holds the free finger.
     fn share(&self) -> f32 {
-        (self.torque_nm / self.last_torque_nm).at_least(0.0)
+        let rise_nm = self.torque_nm - self.contact_nm;
+        (rise_nm / (self.last_torque_nm - self.contact_nm)).at_least(0.0)
     }
 
     /// Follows the path to a measured angle after the last point: the end is where the finger is then.
@@ -289,112 +294,4 @@ impl Prediction {
 }
 
 #[cfg(all(test, feature = "firmware"))]
-mod tests {
-    use super::*;
-    use crate::scene::{Linkage3, P70, Scene, Tendon2};
-    use crate::sensing::Cable;
-
-    /// What is predicted at one angle, with the free finger of the onset's angle.
-    fn predicted<F: Mechanics>(
-        finger: &F,
-        drivetrain: &Drivetrain,
-        values: &Values,
-        hold: Hold,
-        point: &Point,
-    ) -> Prediction {
-        // As the fit has it: by the calibration, whatever the unknowns are.
-        let twist = 0.7 / 0.95;
-        let mut onset = finger.free_at_angle(values[ONSET], &finger.rest()).unwrap();
-        for _ in 0..20 {
-            let angle_rad = values[ONSET] - twist * onset.torque_nm;
-            onset = finger
-                .free_at_angle(angle_rad, &onset.configuration)
-                .unwrap();
-        }
-        let mut model =
-            Model::<F, Cable>::new(finger, (0.0, drivetrain), values, 0.006, hold, &onset).unwrap();
-        // As near to the prediction as the measured value of a curve is.
-        let mut found = NOTHING;
-        for _ in 0..4 {
-            let near = Point {
-                excess_nm: found.excess_nm,
-                ..*point
-            };
-            model.before_nm = [found.excess_nm; 2];
-            found = model.next(finger, &near).unwrap();
-        }
-        found
-    }
-
-    fn check<F: Mechanics>(
-        finger: &F,
-        drivetrain: &Drivetrain,
-        onset_rad: f32,
-        (phalanx, k_m): (u8, f32),
-        within: f32,
-    ) {
-        let mut values = [0.0; UNKNOWNS];
-        values[K] = k_m;
-        values[ONSET] = onset_rad;
-        values[FRICTION] = 0.1;
-        values[FACTOR] = 0.95;
-        values[JOINT] = 1e-4;
-        values[CABLE] = 0.7;
-        values[BEND] = 0.2;
-        let steps = [2e-4, 1e-3, 0.01, 0.005, 1e-4, 0.01, 0.02];
-        for (past_rad, late_nm) in [(0.05, 0.0), (0.12, 0.02)] {
-            let point = Point {
-                counts: (onset_rad + past_rad) / drivetrain.rad_per_count,
-                late_nm,
-                free_nm: finger
-                    .free_at_angle(onset_rad + past_rad, &finger.rest())
-                    .map_or(0.0, |free| free.torque_nm),
-                blocks: 1,
-                ..Point::EMPTY
-            };
-            let hold = Hold::Contact {
-                phalanx,
-                radius_m: 0.014,
-            };
-            let here = predicted(finger, drivetrain, &values, hold, &point);
-            for (unknown, step) in steps.into_iter().enumerate() {
-                let beside = |sign: f32| {
-                    let mut moved = values;
-                    moved[unknown] += sign * step;
-                    predicted(finger, drivetrain, &moved, hold, &point).excess_nm
-                };
-                let difference = (beside(1.0) - beside(-1.0)) / (2.0 * step);
-                let slope = here.slopes[unknown];
-                // Both in newton metre for a step.
-                let off_nm = (slope - difference).abs() * step;
-                let size_nm = difference.abs() * step;
-                assert!(
-                    off_nm <= within * size_nm + 2e-6,
-                    "{phalanx} {k_m} {past_rad} unknown {unknown}: {slope} {difference}"
-                );
-            }
-        }
-    }
-
-    #[test]
-    fn derivatives_agree_with_differences() {
-        let finger = P70::MECHANISM;
-        let drivetrain = P70::drivetrain(&finger);
-        for k_m in [0.01, 0.03, 0.05] {
-            check(&finger, &drivetrain, 0.8, (2, k_m), 0.06);
-        }
-        // With springs the onset moves the posture and the free finger's torque too.
-        let finger = Tendon2::MECHANISM;
-        let rest_rad = finger.input_angle_rad(&finger.rest());
-        let drivetrain = Tendon2::drivetrain(&finger);
-        for k_m in [0.015, 0.03] {
-            check(&finger, &drivetrain, rest_rad + 0.4, (2, k_m), 0.15);
-        }
-        let finger = Linkage3::MECHANISM;
-        let rest_rad = finger.input_angle_rad(&finger.rest());
-        let drivetrain = Linkage3::drivetrain(&finger);
-        for place in [(2, 0.03), (3, 0.02)] {
-            check(&finger, &drivetrain, rest_rad + 0.3, place, 0.15);
-        }
-    }
-}
+mod tests;

@@ -1,5 +1,4 @@
-//! Noise of a residual that is correlated along the curve, taken off step by step: a Kalman filter of what friction and
-//! efficiency do.
+//! Noise of residuals that is correlated along the curve: a Kalman filter of friction and efficiency predicts it, point by point.
 //!
 //! The excess torque of a point is the finger's plus
 //!
@@ -9,8 +8,8 @@
 //!   and phase are not known, and what is left of it, correlated over a third of a turn;
 //! - white noise: that of the blocks, of the impact of the contact, and of the load.
 //!
-//! The filter predicts the sum from the points before; what a point differs by is independent of them. The derivatives of
-//! the model go through the same filter, so that least squares on what it leaves are generalised least squares.
+//! The filter predicts this sum from the previous points; the innovations are independent. The derivatives of the model go
+//! through the same filter, so that least squares of the innovations are generalised least squares.
 
 use super::prior::UNKNOWNS;
 use crate::numeric::{Bounded, exp, sin_cos};
@@ -18,7 +17,7 @@ use crate::sensing::Drivetrain;
 use crate::sensing::curve::Point;
 use core::f32::consts::TAU;
 
-/// States: level, trend, wander, two of the wave, the rest of it.
+/// States: level, trend, wander, two of the wave, remainder.
 const STATES: usize = 6;
 const LEVEL: usize = 0;
 const TREND: usize = 1;
@@ -30,18 +29,18 @@ const REST: usize = 5;
 /// Amplitude of the efficiency's wave over a turn of the worm, standard deviation, as a share of the load
 /// (docs/MECHANICS.md#estimation-from-recordings: 1 %; a little more, because it is taken from recordings).
 const WAVE_SHARE: f32 = 0.012;
-/// What of the efficiency's change is no such wave, as a share of the load (R, chosen).
+/// Standard deviation of the remainder, as a share of the load (R, chosen).
 const REST_SHARE: f32 = 0.004;
-/// Way over which that is correlated, as a share of a turn of the worm.
+/// Distance over which it is correlated, as a share of a turn of the worm.
 const REST_TURNS: f32 = 0.3;
 /// White noise of the efficiency, as a share of the load (docs/MECHANICS.md#estimation-from-recordings).
 const WHITE_SHARE: f32 = 0.003;
-/// A contact bounces: torque of it for a speed at contact, newton metre second per radian, and how long it takes to fade,
+/// A contact bounces: torque per speed at contact, newton metre second per radian, and its decay time,
 /// second (docs/MECHANICS.md#estimation-from-recordings: 5 mN m at 0.3 rad/s, gone after 0.1 s).
 const IMPACT_NM_S_PER_RAD: f32 = 5e-3 / 0.3;
 const IMPACT_S: f32 = 0.04;
 
-/// What is known of the noise before the curve.
+/// Prior of the noise at the beginning of the curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
     /// Wander of the friction, newton metre at the input link, standard deviation.
@@ -61,11 +60,11 @@ pub struct Noise {
 pub(super) struct Row {
     pub(super) residual: f32,
     pub(super) slopes: [f32; UNKNOWNS],
-    /// Variance of the residual, less what the filter takes care of; afterwards all that the points before leave open.
+    /// Variance of the residual without the filter's states; afterwards that of the innovation.
     pub(super) variance: f32,
 }
 
-/// The filter under way along one curve.
+/// State of the filter along one curve.
 #[derive(Clone, Debug)]
 pub(super) struct Whitening {
     noise: Noise,
@@ -73,7 +72,7 @@ pub(super) struct Whitening {
     variance: [[f32; STATES]; STATES],
     residual: [f32; STATES],
     slopes: [[f32; STATES]; UNKNOWNS],
-    /// Time and angle of the point before.
+    /// Time and angle of the previous point.
     before: Option<(f32, f32)>,
 }
 
@@ -106,8 +105,8 @@ impl Whitening {
         }
     }
 
-    /// Subtracts from a row what earlier points predict, and learns from what is left; `past_rad` is how far beyond the onset
-    /// the point ends.
+    /// Subtracts the prediction of earlier points from a row and updates the states with the innovation; `past_rad` is the angle
+    /// from the onset to the end of the point.
     pub(super) fn whiten(&mut self, point: &Point, past_rad: f32, row: &mut Row) {
         let turns = point.counts * self.worm_per_count;
         if let Some((time_s, before)) = self.before.replace((point.time_s, turns)) {
@@ -126,7 +125,7 @@ impl Whitening {
         let white = WHITE_SHARE * load;
         row.variance +=
             point.variance_nm2 + white * white / f32::from(point.blocks.max(1)) + impact * impact;
-        // Covariance of each state with what is seen.
+        // Covariance of each state with the measurement.
         let mut with = [0.0; STATES];
         for (with, variance) in with.iter_mut().zip(&self.variance) {
             *with = dot(variance, &seen);
@@ -144,7 +143,7 @@ impl Whitening {
         }
     }
 
-    /// How much of the impact is left at an angle beyond the onset, 0 to 1.
+    /// Share of the impact that remains at an angle beyond the onset, 0 to 1.
     fn bounce(&self, past_rad: f32) -> f32 {
         if past_rad < 0.0 {
             return 0.0;
@@ -152,7 +151,7 @@ impl Whitening {
         exp(-past_rad / (self.noise.speed_rad_per_s * IMPACT_S).at_least(f32::MIN_POSITIVE))
     }
 
-    /// Lets a state forget towards its own variance.
+    /// Lets a state decay towards its stationary variance.
     fn fade(&mut self, state: usize, fading: f32, variance: f32) {
         for other in 0..STATES {
             self.variance[state][other] *= fading;
@@ -170,7 +169,7 @@ fn dot(a: &[f32; STATES], b: &[f32; STATES]) -> f32 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// What the states do not predict of a value; they learn from it.
+/// Innovation of a value; updates the states.
 fn update(
     state: &mut [f32; STATES],
     value: f32,

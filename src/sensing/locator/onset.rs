@@ -4,7 +4,7 @@ use super::prior::Prior;
 use crate::finger::{Free, Mechanics};
 use crate::sensing::{Calibration, SeriesElement};
 
-/// The free finger at an angle measured before the cable, its weight included.
+/// The free finger at an angle measured on the actuator's side of the cable, with its weight.
 pub(super) fn at<F: Mechanics, X: SeriesElement>(
     finger: &F,
     measured_rad: f32,
@@ -22,9 +22,9 @@ pub(super) fn at<F: Mechanics, X: SeriesElement>(
     )
 }
 
-/// Posture and torque of the free finger at an angle measured before the cable: the torque that holds the finger twists
-/// it, if there is a cable. `near` is where the search starts.
-// Several kilobyte, wanted in several places.
+/// Posture and torque of the free finger at an angle measured on the actuator's side of the cable, which the torque twists.
+/// `near` is the start value.
+// Not inlined: several kilobytes, called from several places.
 #[inline(never)]
 pub fn free_behind_cable<F: Mechanics, X: SeriesElement>(
     finger: &F,
@@ -37,7 +37,7 @@ pub fn free_behind_cable<F: Mechanics, X: SeriesElement>(
         return Some(free);
     }
     let twist_rad_per_nm = calibration.cable_rad_per_nm / calibration.torque_factor;
-    // The twist is small compared with the angle: each round takes the error down by the cable's share of the compliance.
+    // The twist is small compared with the angle: each iteration reduces the error by the cable's share of the compliance.
     for _ in 0..3 {
         if free.torque_nm == 0.0 {
             break;

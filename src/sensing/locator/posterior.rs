@@ -9,16 +9,16 @@ use crate::numeric::{Bounded, exp, ln, sqrt};
 use crate::sensing::curve::Point;
 use crate::sensing::{Calibration, NotLocated, SeriesElement};
 
-/// Probability below which another phalanx, or another place on the same, is not worth a word.
+/// Probability below which a second phalanx, or a second place on the same, is not reported.
 const UNLIKELY: f32 = 0.05;
-/// Points of the curve from one to the next that a path is followed to where its end alone is asked for.
+/// Stride over the curve's points where only the end of a path is needed.
 const STRIDE: usize = 6;
-/// Nearer to the joint than this share of the phalanx, a contact is one on the joint.
+/// Nearer to the joint than this share of the phalanx, a contact counts as one on the joint.
 const JOINT_SHARE: f32 = 0.02;
-/// Deviations of a chi square beyond which a curve is not that of the hypothesis.
+/// Deviations of chi square above which a hypothesis does not explain the curve.
 const MISFIT_SIGMAS: f32 = 3.0;
 
-/// What the fits of a place say together.
+/// Result of all fits of one place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// Phalanx.
@@ -42,16 +42,16 @@ pub struct Estimate {
     best_radius_m: f32,
 }
 
-/// What the hypotheses say together.
+/// Result of all hypotheses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Verdict {
-    /// Too early.
+    /// Too few points so far.
     Undecided,
     /// One place.
     At(Estimate),
     /// Two places, the likelier first.
     Either([Estimate; 2]),
-    /// A contact without a place.
+    /// A contact that cannot be located.
     Nowhere(NotLocated),
 }
 
@@ -64,7 +64,7 @@ pub struct Force {
     pub sigma_n: f32,
 }
 
-/// A hypothesis as the verdict weighs it.
+/// A hypothesis with its weight in the verdict.
 #[derive(Clone, Copy)]
 struct Weighed {
     estimate: Estimate,
@@ -72,9 +72,8 @@ struct Weighed {
 }
 
 impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
-    /// The verdict at the end of a round. `bonus` is what else is known of each hypothesis (a joint's sensor), as a logarithm
-    /// of odds.
-    // Not inlined: what it says is written where it stays.
+    /// The verdict at the end of a round. `bonus` is further evidence on a hypothesis (a joint sensor), as a logarithm of odds.
+    // Not inlined: the result is written directly to its place.
     #[inline(never)]
     pub fn verdict(&self, prior: &Prior<X>, bonus: impl Fn(&Estimate) -> f32) -> Verdict {
         if self.under_way || self.number == 0 {
@@ -87,7 +86,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
                 continue;
             };
             new.ln_evidence += bonus(&new.estimate);
-            // Two starts that met in one minimum are one explanation.
+            // Two starts that ended in one minimum are one hypothesis.
             let same = weighed
                 .iter_mut()
                 .find(|old| old.estimate.is_as(&new.estimate));
@@ -99,7 +98,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
                 }
             }
         }
-        // The likeliest of all, or of all but one.
+        // The likeliest of all, optionally without one.
         let likeliest = |but: Option<&Weighed>| {
             (weighed.iter())
                 .filter(|of| !but.is_some_and(|but| core::ptr::eq(but, *of)))
@@ -171,7 +170,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         }
     }
 
-    /// Posture and angles of an estimate at a measured angle: what the path says.
+    /// Posture and force of an estimate at a measured angle, from the contact path.
     pub fn state(
         &self,
         estimate: &Estimate,
@@ -201,7 +200,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
                 hold,
                 &onset,
             )?;
-            // Along the curve as far as that angle; in strides, for nothing is compared with the points between.
+            // Along the curve up to that angle, in strides, because the points between are not compared with anything.
             let along = |point: &&Point| point.blocks > 0 && data.rad(point) <= measured_rad;
             let mut last = data.points.first()?;
             for (index, point) in data.points.iter().filter(along).enumerate() {
@@ -211,10 +210,12 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
                 last = point;
             }
             model.follow_to(finger, measured_rad, last)?;
+            let beyond_n = model.force_sigma_n();
+            let rubbing_n = prior.friction[1] * model.force_by_friction_n();
             Some(State {
                 force: Force {
                     force_n: model.force_n(),
-                    sigma_n: model.force_sigma_n(),
+                    sigma_n: sqrt(beyond_n * beyond_n + rubbing_n * rubbing_n),
                 },
                 onset,
                 joints_rad: model.end().joints_rad,
@@ -230,7 +231,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         let moved_n = other.map_or(0.0, |other| other.force.force_n - force_n);
         let [springs, sigma] = springs(&prior.calibration);
         let spring_n = sigma * force_n;
-        let path_n2 = moved_n * moved_n + beyond_n * beyond_n;
+        let path_n2 = self.spread() * (moved_n * moved_n + beyond_n * beyond_n);
         let sigma_n = sqrt(path_n2 * springs * springs + spring_n * spring_n);
         state.force = Force {
             force_n: springs * force_n,
@@ -240,14 +241,14 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     }
 }
 
-/// Variance of the springs' stiffness from the scene's, as a share: 10 %, uniform (R). A location does not ask for it, a
+/// Variance of the springs' stiffness from the scene's, as a share: 10 %, uniform (R). A location does not depend on it, a
 /// force does.
 const SPRING_VARIANCE: f32 = 0.0034;
-/// Share of it in the variance of the torque factor before any calibration, efficiency over stiffness: what a calibration
-/// finds of the factor is so far the springs'.
+/// Share of it in the variance of the torque factor (efficiency over stiffness) before any calibration: this share of a
+/// calibrated deviation is attributed to the springs.
 const SPRING_SHARE: f32 = 0.25;
 
-/// The springs' stiffness over the scene's, by what is known of the torque factor, with its standard deviation.
+/// The springs' stiffness over the scene's, estimated from the torque factor, with its standard deviation.
 fn springs(calibration: &Calibration) -> [f32; 2] {
     let mean = exp(-SPRING_SHARE * ln(calibration.torque_factor));
     let sigma = calibration.torque_factor_sigma;
@@ -268,7 +269,7 @@ pub struct State<C> {
 }
 
 impl Track {
-    /// All radii together; `spread` is by how much the residuals exceed what was expected, as a variance ratio.
+    /// Combines all radii; `spread` is the ratio of the residuals' variance to the expected one.
     fn weigh<X: SeriesElement>(&self, prior: &Prior<X>, spread: f32) -> Option<Weighed> {
         let mut best: Option<(&Fitted, usize)> = None;
         for (index, fitted) in self.fits.iter().enumerate() {
@@ -284,7 +285,7 @@ impl Track {
         for (index, fitted) in self.fits.iter().enumerate() {
             let Some(fitted) = fitted else { continue };
             let weight = exp((fitted.ln_evidence - best.ln_evidence) / spread);
-            // About the best, so that nothing cancels.
+            // Relative to the best, so that nothing cancels.
             let place_m = self.length_m * (fitted.x[K] - best.x[K]);
             let radius_m = RADII_M[index] - RADII_M[best_index];
             total += weight;
@@ -321,7 +322,7 @@ impl Track {
         })
     }
 
-    /// How far the place moves from one radius to the next about this one, in lengths of the phalanx.
+    /// Change of the place from one radius to the next around this one, in lengths of the phalanx.
     fn step(&self, index: usize) -> f32 {
         let fitted = |index: usize| self.fits.get(index).and_then(Option::as_ref);
         let place = |other: Option<&Fitted>| other.or(fitted(index)).map_or(0.0, |f| f.x[K]);
@@ -336,7 +337,7 @@ impl Track {
     }
 }
 
-/// A fit stands for the radii up to half way to its neighbours: their standard deviation, as a share of a step.
+/// A fit represents the radii half way to its neighbours: their standard deviation, as a share of a step.
 const CELL: f32 = 0.289;
 /// Logarithm of the ratio of one radius to the next, each plus 3 mm.
 const RATIO: f32 = 0.646;
@@ -348,16 +349,16 @@ impl Estimate {
         self.phalanx <= 1 || (self.phalanx == 2 && self.k_m < JOINT_SHARE * self.length_m)
     }
 
-    /// Whether both are one place within their deviations.
+    /// Whether both are the same place within their deviations.
     fn is_as(&self, other: &Self) -> bool {
         self.phalanx == other.phalanx
             && (self.k_m - other.k_m).abs() < self.k_sigma_m + other.k_sigma_m
     }
 }
 
-/// Logarithm of the likelihood of a joint's measured change, given what a hypothesis says, up to a constant.
+/// Logarithm of the likelihood of a measured change of a joint, given a hypothesis' prediction, up to a constant.
 pub fn ln_likelihood(measured_rad: f32, expected_rad: f32, sigma_rad: f32) -> f32 {
     let deviation = (measured_rad - expected_rad) / sigma_rad.at_least(f32::MIN_POSITIVE);
-    // A sensor that is broken must not decide alone.
+    // Bounded, so that a broken sensor does not decide alone.
     -ln(1.0 + 0.5 * deviation * deviation) * 4.0
 }

@@ -7,7 +7,7 @@ use core::marker::PhantomData;
 
 /// Number of unknowns: those of the cable are the last two.
 pub(super) const UNKNOWNS: usize = 7;
-/// Location, in lengths of the phalanx (or in deviations from where it is known to be).
+/// Location, in lengths of the phalanx (at a known place: in deviations from it).
 pub(super) const K: usize = 0;
 /// Measured angle of the input link at the onset.
 pub(super) const ONSET: usize = 1;
@@ -22,13 +22,13 @@ pub(super) const CABLE: usize = 5;
 /// Growth of its stiffness with the torque.
 pub(super) const BEND: usize = 6;
 
-/// Nearer to the joint than this share of its phalanx no contact is thought of.
+/// Smallest location, as a share of the phalanx.
 pub(super) const LEAST_SHARE: f32 = 0.007;
-/// Deviations from its mean beyond which an unknown does not go.
+/// Bound of an unknown, in deviations from its mean.
 const MOST_DEVIATIONS: f32 = 6.0;
-/// Least factor thought of, as a share of what is known.
+/// Smallest torque factor, as a share of its mean.
 const LEAST_FACTOR: f32 = 0.2;
-/// Least twist of the cable thought of, as a share of what is known.
+/// Smallest twist of the cable, as a share of its mean.
 const LEAST_CABLE: f32 = 0.1;
 
 /// Where a contact may be.
@@ -51,8 +51,8 @@ pub enum Place {
     Stop,
 }
 
-/// What is known before the fit, the same for every hypothesis. `X` is what lies in series with the finger: with
-/// [`Rigid`](crate::sensing::Rigid) there is no cable to fit, and what is said of one here is not looked at.
+/// Prior of the unknowns, the same for every hypothesis. `X` is what lies in series with the finger: with
+/// [`Rigid`](crate::sensing::Rigid) there is no cable to fit, and the values of a cable are ignored.
 #[derive(Clone, Copy, Debug)]
 pub struct Prior<X: SeriesElement> {
     /// Location.
@@ -78,8 +78,8 @@ pub struct Prior<X: SeriesElement> {
 /// Physical values of the unknowns, each in its place.
 pub(super) type Values = [f32; UNKNOWNS];
 
-/// What turns unknowns in units of their prior into physical values: value = mean + deviation x, and the cable's by the
-/// factor's, with which it is correlated.
+/// Converts unknowns in units of their prior into physical values: value = mean + deviation x; the cable's mean depends on the
+/// factor, with which it is correlated.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scaling {
     pub(super) mean: Values,
@@ -90,7 +90,7 @@ pub(super) struct Scaling {
 }
 
 impl Scaling {
-    /// By what is known before, for a phalanx of some length.
+    /// Scaling by the prior, for a phalanx of a length.
     pub(super) fn of<X: SeriesElement>(prior: &Prior<X>, length_m: f32) -> Self {
         let (mut mean, mut deviation) = ([0.0; UNKNOWNS], [0.0; UNKNOWNS]);
         let mut lowest = [-MOST_DEVIATIONS; UNKNOWNS];
@@ -143,7 +143,7 @@ impl Scaling {
         values
     }
 
-    /// Keeps an unknown where it means something; true where it had left that.
+    /// Clamps an unknown to its physical range; true if it was outside.
     pub(super) fn hold(&self, x: &mut [f32; UNKNOWNS], unknown: usize) -> bool {
         let held = x[unknown]
             .at_least(self.lowest[unknown])

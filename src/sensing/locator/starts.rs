@@ -6,19 +6,19 @@ use crate::finger::{Class, Mechanics};
 use crate::numeric::{Bounded, clamp};
 use crate::sensing::{SeriesElement, curve};
 
-/// Share of the rise over which the slope is taken: where the curve is steeper, it is no tangent at the contact.
+/// Share of the rise over which the slope is taken: further on the curve is no longer close to its tangent.
 const FIRST_SHARE: f32 = 0.4;
-/// Nearer than this to the end of a side, in lengths of the phalanx, no fit begins.
+/// Smallest distance of a start from the end of a side, in lengths of the phalanx.
 const MARGIN: f32 = 0.03;
-/// A stiffest place nearer to the end of the phalanx than this does not make two sides.
+/// If the stiffest place is nearer than this to the end of the phalanx, there is only one side.
 const LEAST_SIDE: f32 = 0.04;
 
-// Not inlined: wanted in several places, and a track is long.
+// Not inlined: called from several places, with a large stack frame.
 #[inline(never)]
 fn add(tracks: &mut Tracks, phalanx: u8, length_m: f32, side: [f32; 2], candidate: f32) {
     let [low, high] = side;
     let margin = MARGIN.at_most(0.4 * (high - low));
-    // There is room for the most that a finger has.
+    // The capacity is the largest number that a finger has.
     let _ = tracks.push(Track {
         phalanx,
         length_m,
@@ -28,7 +28,7 @@ fn add(tracks: &mut Tracks, phalanx: u8, length_m: f32, side: [f32; 2], candidat
     });
 }
 
-/// Sets the hypotheses for a curve; what its slope alone says.
+/// Sets the hypotheses for a curve; returns the verdict of its slope alone.
 #[inline(never)]
 pub(super) fn find<F: Mechanics, X: SeriesElement>(
     tracks: &mut Tracks,

@@ -8,14 +8,14 @@ use crate::numeric::sqrt;
 use crate::sensing::location::SeriesElement;
 use crate::sensing::{Calibration, Directive, Event, Refusal};
 
-/// How much the closing stop may yield, radian per newton metre (R, chosen): it counts as cable.
+/// Standard deviation of the closing stop's compliance, radian per newton metre (R, chosen); a fit attributes it to the cable.
 const STOP_YIELD_RAD_PER_NM: f32 = 4e-3;
-/// What a press does not tell of the cable, as a share of its twist: it stiffens with the load, and creeps otherwise than
-/// the nominal one (R, chosen).
+/// Model error of the cable in a press, as a share of its twist: it stiffens with the load, and its creep differs from the
+/// nominal one (R, chosen).
 const PRESS_SHARE: f32 = 0.02;
 
 impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
-    /// What the curve of a contact at a known place, or with the stop, teaches.
+    /// Calibration from the curve of a contact at a known place or with the stop.
     pub(super) fn learn(
         &self,
         contact: &mut Contact<F, H::Reading, X>,
@@ -42,7 +42,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         self.calibration.with_contact(&found, misfit)
     }
 
-    // A symbol of its own: its absence shows that a scene without a cable does not carry this.
+    // Not inlined, so that its symbol shows whether a scene carries it: one without a cable must not.
     #[inline(never)]
     fn learn_from_press(
         &self,

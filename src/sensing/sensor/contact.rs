@@ -13,20 +13,20 @@ use crate::sensing::location::SeriesElement;
 use crate::sensing::locator::{Locator, Noise};
 use crate::sensing::{Directive, Event};
 
-/// Least deviation of the onset, radian: a tenth of a second of motion.
+/// Smallest standard deviation of the onset, radian: a tenth of a second of motion.
 const ONSET_SIGMA_RAD: f32 = 0.03;
-/// Blocks before the detected onset with which the curve begins: the onset is sought there too.
+/// Blocks before the detected onset at which the curve begins: the true onset may be earlier.
 const LEAD: usize = 4;
-/// A contact is lost when the torque falls by this share of itself and this many deviations of a block.
+/// A contact is lost when the torque falls by this share of itself plus this many deviations of a block.
 const LOST_SHARE: f32 = 0.03;
 const LOST_SIGMAS: f32 = 8.0;
-/// The same, little by little: the contact slides over the tip, or its object gives way.
+/// The same for a slow decrease: the contact slides over the tip, or its object gives way.
 const FADED_SHARE: f32 = 0.1;
-/// Share of the torque limit at which a contact is judged for good: the finger closes on meanwhile.
+/// Share of the torque limit at which the final rounds begin: the finger goes on closing meanwhile.
 const ENOUGH: f32 = 0.95;
-/// Nearer to the closing stop, radian, a contact's curve ends: there the cable alone gives way.
+/// Distance from the closing stop at which a contact's curve ends, radian: beyond, only the cable gives way.
 const STOP_MARGIN_RAD: f32 = 0.01;
-/// Error of the friction beyond the record, continued periodically, as a share of its unevenness within (R, chosen).
+/// Error of friction extrapolated beyond the record, as a share of its unevenness (R, chosen).
 const UNSURE_BEYOND: f32 = 0.15;
 
 /// A contact under way.
@@ -35,7 +35,7 @@ pub(super) struct Contact<F: Mechanics, R, X: SeriesElement> {
     pub(super) collector: CurveCollector<R>,
     pub(super) locator: Locator<F, X>,
     pub(super) reported: Reported,
-    /// Whether the locator has a pass to make, or to end.
+    /// Whether the locator has a pass to begin or to continue.
     pass_due: bool,
 }
 
@@ -44,10 +44,10 @@ pub(super) struct Contact<F: Mechanics, R, X: SeriesElement> {
 pub(super) struct CurveCollector<R> {
     pub(super) curve: Curve,
     phase: CurvePhase,
-    /// What the record's level was off by at the onset, newton metre of motor torque.
+    /// Error of the record's level at the onset, newton metre of motor torque.
     level_nm: f32,
     pub(super) noise: Noise,
-    /// How uneven the friction is over the travel, newton metre of motor torque.
+    /// Unevenness of friction over the travel, newton metre of motor torque.
     unevenness_nm: f32,
     pub(super) onset_rad: [f32; 2],
     onset_us: u64,
@@ -55,32 +55,41 @@ pub(super) struct CurveCollector<R> {
     pub(super) reading: R,
     /// Torque of the finger's weight at the input link, at the curve's origin and by its angle, newton metre and per radian.
     pub(super) weight: [f32; 2],
-    /// With it a spring holds joint 2 against its stop, newton metre.
+    /// Torque with which a spring holds joint 2 against its stop, newton metre.
     pub(super) held_nm: f32,
     /// Torque above friction at the last block.
     pub(super) torque_nm: f32,
     /// The largest of it so far.
     top_nm: f32,
-    /// The torque as the cable's creep feels it, and when it was last brought up to date.
+    /// Blocks in a row whose torque had fallen.
+    fallen: u8,
+    /// The torque delayed by the cable's creep, and time of its last update.
     late_nm: f32,
     late_us: u64,
-    /// The last block: it joins the curve when its neighbour has given its acceleration.
+    /// The last block: it is added to the curve when the next one has determined its acceleration.
     pub(super) waiting: CorrectedBlock<R>,
 }
 
-/// How far a contact has come.
+impl<R> CurveCollector<R> {
+    /// The contact is lost: no path says what force acts since. One block may be that in which the motor is stopped.
+    pub(super) fn is_lost(&self) -> bool {
+        self.fallen >= 2
+    }
+}
+
+/// Phase of a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum CurvePhase {
     /// The curve grows.
     Growing,
-    /// As before, but the finger stands at its stop: the curve does not.
+    /// The finger stands at its stop: the curve does not grow any more.
     AtStop,
-    /// No more is to come; the last word is due.
+    /// The curve is complete; the final verdict is due.
     Ending,
 }
 
 impl<F: Mechanics, R, X: SeriesElement> Contact<F, R, X> {
-    /// No more is to come.
+    /// Ends the curve: the final rounds follow.
     pub(super) fn end(&mut self) {
         if self.collector.phase != CurvePhase::Ending {
             self.collector.phase = CurvePhase::Ending;
@@ -90,9 +99,8 @@ impl<F: Mechanics, R, X: SeriesElement> Contact<F, R, X> {
 }
 
 impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
-    /// A contact is decided: it becomes the current stage.
-    // Not inlined: the curve lies on the stack while the search that it comes from makes room, and should not for the other
-    // users of the caller's frame.
+    /// Makes a detected contact the current stage.
+    // Not inlined: the curve is built on the stack before it replaces the search, and should not enlarge the caller's frame.
     #[inline(never)]
     pub(super) fn begin_contact(&mut self, block: &Block, detection: &Detection) {
         let Stage::Searching(search) = &self.stage else {
@@ -128,8 +136,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         });
     }
 
-    /// At every sample of a contact: some points of the locator's pass. While the curve grows one pass is made after each
-    /// block; after the motion one after the other, in the last rounds, then the last word is said.
+    /// Called with every sample: evaluates some points of the locator's pass. While the curve grows, one pass follows each block;
+    /// after the motion passes follow each other in the final rounds, then the final verdict is reported.
     pub(super) fn judge(&mut self) {
         let state = &mut self.state;
         let Stage::Contact(contact) = &mut self.stage else {
@@ -146,7 +154,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             return;
         }
         if !contact.locator.is_under_way() && !state.begin_round(contact, true) {
-            // Too little to judge.
+            // Too few points.
             state.give_up(contact);
         } else if !state.step(contact) {
             return;
@@ -202,6 +210,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             held_nm,
             torque_nm: 0.0,
             top_nm: 0.0,
+            fallen: 0,
             late_nm: 0.0,
             late_us: first.time_us,
             waiting: *first,
@@ -214,10 +223,13 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         contact: &mut Contact<F, H::Reading, X>,
         corrected: &CorrectedBlock<H::Reading>,
     ) {
-        if contact.collector.phase == CurvePhase::Ending {
+        let collector = &mut contact.collector;
+        let fallen = self.has_fallen(collector, corrected);
+        collector.fallen = u8::from(fallen) * collector.fallen.saturating_add(1);
+        if collector.phase == CurvePhase::Ending {
             return;
         }
-        if self.is_lost(&contact.collector, corrected) {
+        if fallen {
             contact.end();
             return;
         }
@@ -244,7 +256,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     }
 
     /// Whether the torque has fallen: the finger slid off, or the object gave way. What comes after is another contact.
-    fn is_lost(
+    fn has_fallen(
         &self,
         collector: &CurveCollector<H::Reading>,
         corrected: &CorrectedBlock<H::Reading>,
@@ -259,8 +271,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             || faded_nm > FADED_SHARE * collector.top_nm + noise_nm
     }
 
-    /// Adds a block to the curve: the one before it, that is. A block's own acceleration is half that since the block
-    /// before and half that to the one after.
+    /// Adds the previous block to the curve. The acceleration of a block is the mean of the changes from the block before and to
+    /// the block after, so that it is complete only now.
     fn collect(
         &self,
         collector: &mut CurveCollector<H::Reading>,
@@ -268,7 +280,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     ) {
         let corrected = core::mem::replace(&mut collector.waiting, *next);
         let mut point = self.point(collector, &corrected, next.inertia_nm);
-        // A closing does not take an hour.
+        // Wraps after an hour, and a closing takes seconds.
         let elapsed_s = corrected.time_us.wrapping_sub(collector.late_us) as u32 as f32 * 1e-6;
         collector.late_us = corrected.time_us;
         collector.late_nm += (elapsed_s / self.drivetrain.creep_s).at_most(1.0)
@@ -313,7 +325,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         let inertia_nm = drivetrain.inertia_share * 0.5 * (corrected.inertia_nm + next_nm);
         let mut variance = corrected.variance_nm2 + inertia_nm * inertia_nm;
         if corrected.beyond_counts > 0.0 {
-            // Wrong for a good part of a period in the same direction.
+            // The error has the same sign for a good part of a period.
             let unevenness_nm = UNSURE_BEYOND * collector.unevenness_nm;
             let periods =
                 drivetrain.counts_per_worm_turn as f32 / corrected.width_counts.max(1) as f32;
@@ -340,7 +352,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             locator,
             ..
         } = contact;
-        // A point that is being filled would change while the round goes on.
+        // The last point is still being filled and would change during the round.
         let points = if last {
             curve.points()
         } else {
@@ -351,7 +363,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     }
 
     /// A step of the locator; true at the end of a round.
-    // A symbol of its own, so that its instructions can be counted on the chip.
+    // Not inlined, so that its instructions can be counted on the chip.
     #[inline(never)]
     fn step(&self, contact: &mut Contact<F, H::Reading, X>) -> bool {
         let prior = self.prior(&contact.collector);

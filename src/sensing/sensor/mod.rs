@@ -31,12 +31,12 @@ pub use search::Suspicion;
 use search::{Search, SearchOutcome};
 use state::SensorState;
 
-/// The current stage. Never two at a time: they share their memory.
+/// The current stage. An enum because stages exclude each other and so share memory.
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "there is no heap to put one on")]
 enum Stage<F: Mechanics, R, X: SeriesElement> {
     Idle,
-    /// The finger closes, and nothing has been felt.
+    /// The finger closes without a contact so far.
     Searching(Search<R>),
     /// A contact is being judged.
     Contact(Contact<F, R, X>),
@@ -70,7 +70,7 @@ enum Stage<F: Mechanics, R, X: SeriesElement> {
 #[repr(C)]
 pub struct Sensor<F: Mechanics, H: JointSensor = NoJointSensor, X: SeriesElement = Cable> {
     averager: BlockAverager,
-    /// The contact of this closing has been judged, or what was found was no contact.
+    /// Whether this closing has its result: the rest of it is not searched.
     done: bool,
     state: SensorState<F, H, X>,
     stage: Stage<F, H::Reading, X>,
@@ -134,7 +134,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         self.state.friction.as_ref()
     }
 
-    /// Takes a record of the same zero. One that is not valid is ignored, and said so by `false`.
+    /// Takes a record of the same zero. Returns false for an invalid one, which is ignored.
     pub fn set_friction(&mut self, friction: Friction) -> bool {
         let valid = friction.is_valid();
         if valid {
@@ -145,8 +145,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         valid
     }
 
-    /// Takes a record that was kept over a restart, which found another zero: the first closing aligns it, and feels nothing
-    /// until it has. One that is not valid is ignored, and said so by `false`.
+    /// Takes a record from before a restart, whose zero was another one: the first closing aligns it and detects no contact until
+    /// that is done. Returns false for an invalid one, which is ignored.
     pub fn restore_friction(&mut self, friction: Friction) -> bool {
         let valid = self.set_friction(friction);
         if valid {
@@ -155,17 +155,17 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         valid
     }
 
-    /// The encoder's zero is another one from now on: the first closing aligns the record, as after a restart.
+    /// To be called when the encoder's zero changes: the next closing aligns the record, as after a restart.
     pub fn realign(&mut self) {
         self.state.shift_counts = None;
     }
 
-    /// What is known of torque factor and cable.
+    /// Torque factor and cable.
     pub fn calibration(&self) -> &Calibration {
         &self.state.calibration
     }
 
-    /// Takes a calibration that was kept, or the nominal one. One that is not valid is ignored, and said so by `false`.
+    /// Takes a stored or nominal calibration. Returns false for an invalid one, which is ignored.
     pub fn set_calibration(&mut self, calibration: Calibration) -> bool {
         let valid = calibration.is_valid();
         if valid {
@@ -174,8 +174,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         valid
     }
 
-    /// What the samples from now on are good for. A contact under way is judged with the samples so far; the same directive
-    /// again restarts the stage.
+    /// Sets the use of the following samples. A contact in progress is evaluated with the samples so far; repeating a directive
+    /// restarts the stage.
     pub fn direct(&mut self, directive: Directive) {
         let state = &mut self.state;
         if matches!(directive, Directive::RecordFriction) {
@@ -187,7 +187,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         if matches!(directive, Directive::Rest)
             && let Stage::Contact(contact) = &mut self.stage
         {
-            // The last word is still to be said, under the old directive; nothing but that comes after.
+            // The final verdict is still due, under the old directive; after it the sensor rests.
             contact.end();
             return;
         }
@@ -198,9 +198,9 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         self.stage = Stage::Idle;
     }
 
-    /// Takes a sample; returns at most one event. Typically some hundred instructions; after every block of a contact, and
-    /// after its end for some hundreds of samples, some points of a fit's pass over the curve.
-    // A symbol of its own, so that its instructions can be counted on the chip.
+    /// Takes a sample; returns at most one event. Typically takes some hundred instructions; after every block of a contact, and
+    /// for some hundreds of samples after its end, also some points of a fit's pass over the curve.
+    // Not inlined, so that its instructions can be counted on the chip.
     #[inline(never)]
     pub fn update(&mut self, sample: &Sample<H::Reading>) -> Option<Event> {
         self.state.reading = sample.joint;
@@ -224,7 +224,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         match self.state.directive {
             Directive::Rest => {}
             Directive::RecordFriction => self.learning.record(block),
-            // What comes after the finger has opened is another closing.
+            // Opening ends a closing: the next one is searched again.
             _ if block.drive != Drive::Closing => self.done = false,
             _ if self.done => self.state.remember(block),
             _ => self.feel(block),
@@ -270,7 +270,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             self.learning.cut(&self.state, &suspect);
         }
         self.learning.end_run(&self.state);
-        // A closing that was unusual has said so.
+        // An unusual closing has been reported already.
         let free = matches!(self.stage, Stage::Searching(_)) && !self.done;
         self.state.conclude_closing(free);
         match &mut self.stage {

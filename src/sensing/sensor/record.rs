@@ -13,31 +13,31 @@ use crate::sensing::{Drive, Event};
 
 /// Share of the travel that a recording must cover.
 const COVERAGE: f32 = 0.6;
-/// Samples between two steps of an assessment: they must leave time for everything else.
+/// Samples between two steps of an assessment, so that steps leave time for everything else.
 const SAMPLES_PER_STEP: u8 = 4;
-/// Blocks before a contact's onset that are not taken for free motion.
+/// Blocks before a contact's onset that do not count as free motion.
 const MARGIN_BLOCKS: f32 = 3.0;
 
-/// What is being learned about friction.
+/// Learns friction from free motion.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Learning {
-    /// The run under way, or the one that has just ended.
+    /// The current run, or the one that has just ended.
     pass: Option<Pass>,
-    /// The run of `pass` is over.
+    /// Whether the run of `pass` has ended.
     ended: bool,
-    /// A pass before it.
+    /// Assessment of an earlier pass.
     assessment: Option<Assessment>,
     /// Samples until its next step.
     pause: u8,
     /// The record that is being made.
     draft: Option<Friction>,
-    /// It is wanted as soon as the assessment is done.
+    /// Whether the record is to be handed over at the end of the assessment.
     wanted: bool,
 }
 
 impl Learning {
     /// Begins a new record.
-    // Not inlined: the record is written where it stays.
+    // Not inlined: the record is written directly to its place.
     #[inline(never)]
     pub(super) fn begin(&mut self, empty: Friction) {
         *self = Self {
@@ -67,7 +67,7 @@ impl Learning {
         );
     }
 
-    /// A block of a closing in which nothing has been felt.
+    /// A block of a closing without a contact so far.
     pub(super) fn watch<F: Mechanics, H: JointSensor, X: SeriesElement>(
         &mut self,
         state: &SensorState<F, H, X>,
@@ -91,7 +91,7 @@ impl Learning {
         }
     }
 
-    /// What came after an onset was no free motion.
+    /// Drops the blocks after an onset: they were no free motion.
     pub(super) fn cut<F: Mechanics, H: JointSensor, X: SeriesElement>(
         &mut self,
         state: &SensorState<F, H, X>,
@@ -105,7 +105,7 @@ impl Learning {
         }
     }
 
-    /// Nothing is to be learned of the motion under way.
+    /// Drops the current motion.
     pub(super) fn forget(&mut self) {
         self.pass = None;
     }
@@ -141,7 +141,7 @@ impl Learning {
         }
     }
 
-    /// A record was being made, and no more motion belongs to it.
+    /// Ends a recording.
     pub(super) fn end_recording<F: Mechanics, H: JointSensor, X: SeriesElement>(
         &mut self,
         state: &mut SensorState<F, H, X>,
@@ -159,7 +159,7 @@ impl Learning {
         }
     }
 
-    /// The record is made: keeps it, if it is good enough, and says so or not.
+    /// Adopts the finished record if it is good enough, and reports the result.
     #[inline(never)]
     fn hand_over<F: Mechanics, H: JointSensor, X: SeriesElement>(
         &mut self,
@@ -194,7 +194,7 @@ impl Learning {
         }
     }
 
-    /// Goes on learning, a little with every sample; `busy` while the record is in use.
+    /// Continues the assessment, one step at a time; `busy` while the record is in use.
     pub(super) fn step<F: Mechanics, H: JointSensor, X: SeriesElement>(
         &mut self,
         state: &mut SensorState<F, H, X>,
@@ -206,7 +206,7 @@ impl Learning {
         let Some(assessment) = &mut self.assessment else {
             return;
         };
-        // An opening teaches nothing that a search under way uses.
+        // A search uses nothing that the assessment of an opening changes.
         if busy && assessment.is_closing() {
             return;
         }
@@ -229,7 +229,7 @@ impl Learning {
     }
 }
 
-/// Puts a block into the pass of its run.
+/// Adds a block to the pass of its run.
 fn collect(
     pass: &mut Option<Pass>,
     ended: &mut bool,

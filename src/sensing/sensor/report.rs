@@ -1,4 +1,4 @@
-//! What is reported of a contact: a location, an ambiguity, a reason why not; and whether it is news.
+//! Reports a contact: a location, an ambiguity or a reason why not, if it differs from the last report.
 
 use super::contact::Contact;
 use super::state::SensorState;
@@ -8,14 +8,14 @@ use crate::sensing::location::SeriesElement;
 use crate::sensing::locator::{self, Estimate, Prior, Verdict};
 use crate::sensing::{Event, NotLocated, Refusal};
 
-/// Deviation of k, as a share of the phalanx, from which on no location is reported: the curve does not depend on the place.
+/// Deviation of k, as a share of the phalanx, above which no location is reported: the curve hardly depends on the place.
 const VAGUE: f32 = 0.25;
 /// A location is reported again when its deviation has shrunk by this factor.
 const SHARPER: f32 = 0.75;
-/// Share of the torque limit from which on a proximal contact is reported: before it may be one near the joint.
+/// Share of the torque limit above which a proximal contact is reported: below, it may be a contact near the joint.
 const SURE_PROXIMAL: f32 = 0.5;
 
-/// What was said last.
+/// The last report.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Reported {
     Nothing,
@@ -24,10 +24,10 @@ pub(super) enum Reported {
 }
 
 impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
-    /// Says what is new at the end of a round; `last` is the last word.
+    /// Reports the verdict at the end of a round if it is new; `last` makes it final.
     pub(super) fn report(&mut self, contact: &mut Contact<F, H::Reading, X>, last: bool) {
         let prior = self.prior(&contact.collector);
-        // To the end of the curve, which is what was fitted: the finger may have moved on.
+        // Up to the end of the curve, which was fitted: the finger may have moved on.
         self.joint_change = H::change(contact.collector.reading, contact.collector.waiting.reading);
         let change_rad = H::rad(self.joint_change);
         let verdict = contact.locator.verdict(&prior, |estimate| {
@@ -80,7 +80,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         }
     }
 
-    /// There is too little to say anything.
+    /// Reports that there were too few samples.
     pub(super) fn give_up(&mut self, contact: &Contact<F, H::Reading, X>) {
         if self.is_calibrating() {
             self.tell_calibration(Err(Refusal::TooFewSamples));
@@ -121,7 +121,9 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         );
         let (mut k_c, mut force_n, mut force_sigma_n) = (f32::INFINITY, f32::NAN, f32::NAN);
         if let Some(state) = state {
-            (force_n, force_sigma_n) = (state.force.force_n, state.force.sigma_n);
+            if !contact.collector.is_lost() {
+                (force_n, force_sigma_n) = (state.force.force_n, state.force.sigma_n);
+            }
             let free = &state.onset;
             k_c = self
                 .finger
@@ -133,7 +135,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             k_m,
             sigma_m,
         };
-        // Half of itself or more: the curve does not determine it.
+        // With a deviation of half of itself or more the curve does not determine the radius.
         let (radius_m, radius_sigma_m) = if estimate.radius_sigma_m < 0.5 * estimate.radius_m {
             (estimate.radius_m, estimate.radius_sigma_m)
         } else {

@@ -1,4 +1,4 @@
-//! The closing before a contact: runs the detector on what the friction record leaves of each block.
+//! Stage of a closing before a contact: runs the detector on the residual torque of each block.
 
 use super::Stage;
 use super::state::SensorState;
@@ -12,12 +12,12 @@ use crate::sensing::friction::{Aligned, Alignment, Wander};
 use crate::sensing::location::SeriesElement;
 use heapless::Deque;
 
-/// Blocks kept, so that the curve starts at the onset and not at its detection.
+/// Number of blocks kept, so that the curve starts at the onset and not at its detection.
 pub(super) const HISTORY: usize = detector::ONSETS;
-/// Share of the slope of the softest contact that a contact's is taken to be at least.
+/// Smallest slope of a contact, as a share of that of the softest contact.
 const LEAST_SLOPE: f32 = 0.5;
 
-/// Logarithm of the likelihood ratio from which on a motion is not recorded as free.
+/// Logarithm of the likelihood ratio above which a motion is not learned as free.
 const SUSPICIOUS: f32 = 3.0;
 
 /// A block with the recorded friction taken off.
@@ -27,9 +27,9 @@ pub(super) struct CorrectedBlock<R> {
     pub(super) counts: i32,
     pub(super) width_counts: u32,
     pub(super) residual_nm: f32,
-    /// Variance of its white share, newton metre squared.
+    /// Variance of its white noise, newton metre squared.
     pub(super) variance_nm2: f32,
-    /// How far beyond the friction record, counts.
+    /// Distance beyond the friction record, counts.
     pub(super) beyond_counts: f32,
     /// As in [`Block`].
     pub(super) inertia_nm: f32,
@@ -38,7 +38,7 @@ pub(super) struct CorrectedBlock<R> {
 }
 
 impl<R> CorrectedBlock<R> {
-    /// Without what only the curve needs.
+    /// The part that the detector needs.
     pub(super) fn residual(&self) -> Residual {
         Residual {
             time_us: self.time_us,
@@ -61,12 +61,12 @@ pub struct Suspicion {
     pub threshold: f32,
 }
 
-/// A search under way.
+/// State of a search.
 #[derive(Clone, Debug)]
 pub(super) struct Search<R> {
     pub(super) history: Deque<CorrectedBlock<R>, HISTORY>,
     detector: Option<Detector>,
-    /// While a record of before a restart waits for it.
+    /// In use while a record from before a restart is not aligned.
     alignment: Alignment,
 }
 
@@ -81,13 +81,13 @@ impl<R> Default for Search<R> {
 }
 
 impl<R> Search<R> {
-    /// What may be the beginning of a contact, although that is not decided.
+    /// A possible contact that is not decided yet.
     pub(super) fn suspect(&self) -> Option<Onset> {
         let suspect = self.detector.as_ref()?.suspect()?;
         (suspect.ln_ratio > SUSPICIOUS).then_some(suspect)
     }
 
-    /// What the detector last saw, and how near it is to a decision.
+    /// Last residual of the detector, and how near it is to a decision.
     pub(super) fn suspicion(&self) -> Option<Suspicion> {
         let (ln_ratio, threshold) = self.detector.as_ref()?.evidence();
         Some(Suspicion {
@@ -97,8 +97,8 @@ impl<R> Search<R> {
         })
     }
 
-    /// Becomes the current stage.
-    // Not inlined: so it does not take room in the frame from which everything else is called.
+    /// Makes a new search the current stage.
+    // Not inlined, so that it does not enlarge the stack frame from which everything else is called.
     #[inline(never)]
     pub(super) fn begin<F: Mechanics, X: SeriesElement>(stage: &mut Stage<F, R, X>) {
         *stage = Stage::Searching(Self::default());
@@ -118,7 +118,7 @@ pub(super) enum SearchOutcome {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Detection {
     pub(super) onset: Onset,
-    /// Noise of the residual besides its white share.
+    /// Noise of the residual besides its white noise.
     pub(super) wander: Wander,
 }
 
@@ -127,7 +127,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     pub(super) fn corrected(&self, block: &Block) -> Option<CorrectedBlock<H::Reading>> {
         let friction = self.friction.as_ref()?;
         let counts = block.counts.wrapping_add(self.shift_counts.unwrap_or(0));
-        // A contact at the very end of the travel is a contact: the search goes on beyond the record.
+        // The record is extrapolated, because a contact may begin at the very end of the travel.
         let recorded = friction.beyond(counts)?;
         Some(CorrectedBlock {
             time_us: block.time_us,
@@ -143,7 +143,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         .filter(|corrected| corrected.residual_nm.is_finite())
     }
 
-    /// Nothing felt yet.
+    /// Takes a block of a closing without a contact so far.
     pub(super) fn search(
         &mut self,
         search: &mut Search<H::Reading>,
@@ -168,7 +168,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
                     self.shift_sigma_counts = sigma_counts;
                 }
                 Aligned::Nowhere { misfit_nm } => {
-                    // Whatever is there, it could not be located: the finger opens, and friction is recorded first.
+                    // A contact could not be located without friction: the finger opens, and friction is recorded again.
                     self.tell(Event::FrictionStale { misfit_nm });
                     self.tell(Event::FrictionNotRecorded { coverage: 0.0 });
                     return SearchOutcome::Over;
@@ -217,23 +217,23 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         SearchOutcome::Nothing
     }
 
-    // Not inlined: the detector is long, and should not lie in the frame from which everything else is called.
+    // Not inlined: the detector is large and should not enlarge the stack frame from which everything else is called.
     #[inline(never)]
     fn set_detector(&self, search: &mut Search<H::Reading>, block: &Block) {
         search.detector = self.detector(block);
     }
 
-    /// A detector for the friction recorded.
+    /// A detector for the recorded friction.
     fn detector(&self, block: &Block) -> Option<Detector> {
         let friction = self.friction.as_ref()?;
         let blocks = friction.travel_counts as f32 / block.width_counts.max(1) as f32;
         let way_rad = block.width_counts as f32 * self.drivetrain.rad_per_count;
         let softest = self.softest_contact_nm_per_rad()?;
-        // As the motor sees it.
+        // From the finger's torque to the motor's.
         let scale = self.drivetrain.rad_per_count
             / (self.drivetrain.efficiency * self.calibration.torque_factor);
         let least_slope_nm_per_count = LEAST_SLOPE * softest * scale;
-        // A spring that loses its hold takes no more than the finger's own stiffness away.
+        // A spring that loses its hold reduces the stiffness by at most the finger's own.
         let own = (self.free(self.drivetrain.closing_rad(block.counts)))
             .and_then(|free| self.finger.expected_k_a(&free))
             .filter(|own| *own > 0.0)
@@ -245,7 +245,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             friction_nm: friction.mean_nm()?,
         };
         let mut wander = friction.wander(way_rad / block.duration_s);
-        // A wrong shift leaves a residual periodic with the worm, about as slowly as friction wanders.
+        // An error of the shift leaves a residual that is periodic with the worm and varies about as slowly as the wander.
         let shifted_nm = friction.steepness_nm_per_count() * self.shift_sigma_counts;
         wander.rms_nm = sqrt(wander.rms_nm * wander.rms_nm + shifted_nm * shifted_nm);
         Some(Detector::new(test, wander))
@@ -271,7 +271,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         (excess > 0.0 && excess.is_finite()).then_some(excess)
     }
 
-    /// A block of a closing that has been judged: the global stiffness at its end is still to be told.
+    /// Takes a block of a closing whose contact has been decided: the global stiffness at its end is still to be reported.
     pub(super) fn remember(&mut self, block: &Block) {
         if let (Some(_), Some(corrected)) = (self.last_residual, self.corrected(block)) {
             let theta_a_rad = self.drivetrain.closing_rad(block.counts);
@@ -279,9 +279,9 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         }
     }
 
-    /// A closing is over, of which `free` says that no contact was felt: global stiffness from rest to its last block. Where
-    /// it lies below that of a free finger by more than the friction may be off, something pulls from behind, or a spring has
-    /// lost its hold (Fig. 8).
+    /// Ends a closing and reports the global stiffness from rest to its last block; `free` means without a contact. If it lies
+    /// below that of a free finger by more than the uncertainty of friction, something pushes on the back or a spring has lost
+    /// its hold (Fig. 8).
     pub(super) fn conclude_closing(&mut self, free: bool) {
         let Some((theta_a_rad, residual_nm)) = self.last_residual.take() else {
             return;
@@ -312,7 +312,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         });
     }
 
-    /// K_a (7) at an angle, from what the record leaves of the motor's torque there. None at rest.
+    /// K_a (7) at an angle from the residual torque there. None at rest.
     fn k_a(&self, theta_a_rad: f32, residual_nm: f32) -> Option<GlobalStiffness> {
         let rest_rad = self.finger.input_angle_rad(&self.finger.rest());
         let free_nm_per_rad = self

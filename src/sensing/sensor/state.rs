@@ -11,9 +11,9 @@ use crate::sensing::{Calibration, Directive, Drivetrain, Event, Friction, Settin
 use core::marker::PhantomData;
 use heapless::Deque;
 
-/// What is not known of how a spring is held by the weight, as a share.
+/// Standard deviation of the torque with which a spring holds a joint under the finger's weight, as a share.
 const HELD_SHARE: f32 = 0.3;
-/// How well a pin is placed by hand or by a gauge, metre (R, chosen).
+/// Standard deviation of a pin's place, by hand or by a gauge, metre (R, chosen).
 const PIN_SIGMA_M: f32 = 0.3e-3;
 
 /// See the module documentation.
@@ -86,7 +86,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     }
 
     pub(super) fn tell(&mut self, event: Event) {
-        // Four wait at most: a touch, a location, staleness and a calibration. A fifth would repeat one of them.
+        // At most four are queued: a touch, a location, staleness and a calibration. A fifth would repeat one of them.
         let _ = self.events.push_back(event);
     }
 
@@ -130,7 +130,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         }
     }
 
-    /// The curve as the locator has it.
+    /// The curve in the form that the locator needs.
     pub(super) fn data<'a>(&'a self, curve: &Curve, points: &'a [Point]) -> Data<'a> {
         Data {
             points,

@@ -1,19 +1,19 @@
-//! The finger's weight as the friction record shows it.
+//! The finger's weight, from the difference between closing and opening in the friction record.
 
 use super::state::SensorState;
 use crate::finger::Mechanics;
 use crate::joint_sensor::JointSensor;
 use crate::sensing::location::SeriesElement;
 
-/// Torque of the finger's weight for what closing takes more than opening: half, a worm's friction cancels, less what the
-/// gearhead takes of it (docs/MECHANICS.md#real-fingers).
+/// Torque of the finger's weight over the difference between closing and opening: half of it, because a worm's friction cancels,
+/// less the gearhead's losses (docs/MECHANICS.md#real-fingers).
 const WEIGHT_SHARE: f32 = 0.4;
-/// Less is no weight but friction that is not the same both ways, newton metre (R, chosen).
+/// A smaller value is attributed to friction that differs between directions, newton metre (R, chosen).
 const LEAST_WEIGHT_NM: f32 = 0.5e-3;
 
 impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
-    /// Torque of the finger's weight at a position and its derivative by the angle, and the torque with which a spring then
-    /// holds joint 2; nothing of a finger whose weight cannot be told from the springs.
+    /// Torque of the finger's weight at a position with its derivative by the angle, and the torque with which a spring then
+    /// holds joint 2; zero for a finger whose weight cannot be distinguished from its springs.
     #[inline(never)]
     pub(super) fn weight(&self, counts: i32) -> ([f32; 2], f32) {
         const NONE: ([f32; 2], f32) = ([0.0; 2], 0.0);

@@ -156,7 +156,7 @@ impl Adc {
                 "the voltage regulator is off or the ADC in deep power-down",
             ));
         }
-        // Calibration ends at once: its time is not modelled.
+        // Calibration completes immediately: its duration is not modelled.
         if value & ADEN != 0 && old & ADEN == 0 {
             new |= ADEN;
             self.bank[ISR] |= ADRDY;
@@ -246,7 +246,7 @@ impl Adc {
         self.running.map(|running| running.done)
     }
 
-    /// Ends the conversion that is due; `volts` gives the voltage at a channel, the same for every sample of an instant.
+    /// Completes the due conversion; `volts` gives the voltage at a channel, the same for every sample of one instant.
     pub(crate) fn finish(&mut self, now: Ticks, adc_clock: Ticks, volts: impl FnOnce(u32) -> f64) {
         let Some(Running { group, rank, done }) = self.running.filter(|r| r.done <= now) else {
             return;
@@ -304,7 +304,7 @@ impl Adc {
     }
 }
 
-/// 12 bits over the reference voltage.
+/// Code of 12 bits for a voltage.
 fn code(volts: f64) -> u32 {
     (volts / VREF_V * 4096.0).floor().clamp(0.0, 4095.0) as u32
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! A bank of 32-bit registers that knows the names of its members: everything else is an error.
+//! A bank of 32-bit registers with names: an access to any other offset is an error.
 
 use crate::time::Ticks;
 
-/// The firmware did something to the chip that this emulator refuses to guess the outcome of.
+/// An operation of the firmware whose result is not modelled. The emulator stops instead of guessing.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Misuse {
-    /// No peripheral lives there.
+    /// No peripheral at this address.
     #[error(
         "{address:#010x} belongs to no modelled peripheral: model it in src/chip before using it"
     )]
@@ -14,7 +14,7 @@ pub enum Misuse {
         /// The address accessed.
         address: u32,
     },
-    /// The core runs code from RAM, which the emulator maps for data alone but for the CCM SRAM at its own address.
+    /// The core runs code from RAM, which the emulator maps for data only, except for the CCM SRAM at its own address.
     #[error(
         "code at {address:#010x} in RAM: only code in flash and in CCM SRAM at 0x1000_0000 is modelled"
     )]
@@ -50,7 +50,7 @@ pub enum Misuse {
         /// Bytes accessed.
         size: usize,
     },
-    /// A function of the peripheral that is not modelled was switched on.
+    /// A function of the peripheral that is not modelled was enabled.
     #[error("{peripheral}.{register} = {value:#010x}: {what}")]
     Unsupported {
         /// Name of the peripheral.
@@ -59,7 +59,7 @@ pub enum Misuse {
         register: &'static str,
         /// The value written.
         value: u32,
-        /// What is missing, or what the chip forbids.
+        /// What is not modelled, or what the chip forbids.
         what: &'static str,
     },
 }
@@ -132,7 +132,7 @@ impl Bank {
     }
 }
 
-/// By offset; only for offsets of the bank's own table.
+/// Index of an offset, which must be in the bank's table.
 impl std::ops::Index<u32> for Bank {
     type Output = u32;
     #[inline]
@@ -150,7 +150,7 @@ impl std::ops::IndexMut<u32> for Bank {
     }
 }
 
-/// The clocks as a peripheral sees them.
+/// Time and clocks that a peripheral needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Clocks {
     /// Now.

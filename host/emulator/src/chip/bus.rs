@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! Loads and stores of the core: which peripheral answers, and what it does to the others.
+//! Loads and stores of the core: selects the peripheral and applies side effects on others.
 
 use super::map::{self, Device};
 use super::{Chip, ENCODER, Misuse, pwr, tim1};
 use crate::cortex::nvic::exception;
 use crate::time::{TICKS_PER_US, Ticks};
 
-/// How long a fault handler may touch what has no clock.
+/// Time for which a fault handler may access peripherals without a clock.
 const PATIENCE: Ticks = 1000 * TICKS_PER_US;
 impl Chip {
     /// Period of the ADC's clock; `None` while it has none.
@@ -74,8 +74,7 @@ impl Chip {
         let Some((device, offset)) = self.clocked(address & !3)? else {
             return Ok(());
         };
-        // The registers of timers are 16 bits wide, or may be written as if they were; the data registers of serial
-        // ports take bytes.
+        // Timers accept 16-bit accesses, data registers of serial ports accept bytes.
         let narrow = match device {
             Device::Tim1 | Device::Timer(_) => size == 2,
             Device::Uart(_) => true,
@@ -91,7 +90,7 @@ impl Chip {
         let clocks = self.clocks();
         match device {
             Device::Rcc => {
-                // Their clock may change, or a reset.
+                // A store here may change their clock or reset them.
                 self.timers_next = None;
                 if let Some((register, bits)) = self.rcc.write(offset, value)? {
                     self.reset_devices(register, bits);
@@ -143,7 +142,7 @@ impl Chip {
         Ok(())
     }
 
-    /// What a store may have changed beyond the register: pins, interrupt lines, the time of the next event.
+    /// Applies side effects of a store: pins, interrupt lines, time of the next event.
     fn follow(&mut self, device: Device, offset: u32) {
         if matches!(
             device,
@@ -158,7 +157,7 @@ impl Chip {
             self.apply_system_break();
         }
         self.update_line(device);
-        // Most stores of the control interrupt move no event: compare values, pins, the break register.
+        // Most stores of the control interrupt change no event: compare values, pins, the break register.
         let untimed = match device {
             Device::Gpio(_) | Device::Syscfg | Device::Exti => true,
             Device::Tim1 => !tim1::moves_events(offset),
@@ -201,7 +200,7 @@ impl Chip {
         }
     }
 
-    /// Misuse that was forgiven for a while, and no longer is.
+    /// Reports misuse that was tolerated for a while, once its time is over.
     pub(super) fn check_patience(&mut self) {
         if let Some((misuse, since)) = &self.unclocked
             && self.now > since + PATIENCE
@@ -227,7 +226,7 @@ impl Chip {
         Ok((device, offset))
     }
 
-    /// What the flash can follow.
+    /// Checks that the wait states suffice for the clock.
     fn check_wait_states(&self) -> Result<(), Misuse> {
         let hertz = self.bus_hertz();
         if hertz > 34_000_000 * (u64::from(self.flash.latency()) + 1) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! CORDIC co-processor: sine and cosine of a unit vector in q1.31, by the precision that the reference manual documents, not
-//! by its circuit.
+//! CORDIC co-processor: sine and cosine of a unit vector in q1.31, with the precision of the reference manual instead of a model
+//! of the circuit.
 //!
-//! With 6 cycles the manual promises a residual error of at most 2^-19. What the low bits really are is not published; here
-//! the exact value is rounded down to a multiple of 2^-19, so that a user of the model meets the promised error and no less.
-//! A read waits for the result on the chip; here it takes no time.
+//! With 6 cycles the manual gives a residual error of at most 2^-19. The low bits are not published; here the exact value is
+//! rounded down to a multiple of 2^-19, so that users of the model see an error of the documented size.
+//! On the chip a read waits for the result; here it takes no time.
 
 use super::bank::{Bank, Misuse};
 
@@ -12,7 +12,7 @@ const CSR: u32 = 0x00;
 const WDATA: u32 = 0x04;
 const RDATA: u32 = 0x08;
 
-/// CSR.RRDY: a result is there.
+/// CSR.RRDY: a result is ready.
 const READY: u32 = 1 << 31;
 /// CSR: function cosine, 6 cycles, no scale, two results, one argument, words of 32 bits.
 const COSINE_SINE: u32 = 6 << 4 | 1 << 19;
@@ -27,7 +27,7 @@ pub(super) struct Cordic {
     results: Vec<u32>,
 }
 
-/// In q1.31, rounded down to what is promised; 1 has no representation.
+/// In q1.31, rounded down to the documented precision; 1 has no representation.
 fn promised(value: f64) -> u32 {
     let exact = value * f64::from(1u32 << 31);
     let kept = (exact / BELOW as f64).floor() as i64 * BELOW;

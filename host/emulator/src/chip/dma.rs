@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! DMA and DMAMUX: registers are there because the hardware abstraction layer clears them; a channel that is switched
-//! on is an error, as no transfer is modelled.
+//! DMA and DMAMUX: the registers exist because the hardware abstraction layer clears them; enabling a channel is an error,
+//! because transfers are not modelled.
 
 use super::bank::{Bank, Misuse, Register};
 

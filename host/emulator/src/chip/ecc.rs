@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! The flash's error-correcting code: one wrong bit of a double word is corrected, more are an NMI when it is read.
+//! The flash's error-correcting code: one wrong bit of a double word is corrected, more raise an NMI when it is read.
 
 use std::collections::BTreeMap;
 
@@ -11,13 +11,13 @@ pub(crate) struct Ecc {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Damage {
-    /// This bit is wrong in the cells; reads give the right one.
+    /// This bit is wrong in the cells; reads correct it.
     Corrected(u32),
-    /// More bits are wrong, or the operation that wrote them was cut short.
+    /// Several bits are wrong, or the operation that wrote them was interrupted.
     Bad,
 }
 
-/// What reading a double word shows.
+/// Result of reading a double word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Reading {
     Good,
@@ -26,16 +26,16 @@ pub(crate) enum Reading {
 }
 
 impl Ecc {
-    /// Some double word would not read right.
+    /// Whether any double word has a wrong bit.
     pub(crate) fn any(&self) -> bool {
         !self.damage.is_empty()
     }
 
-    /// A cell changes by itself: which bits of the double word now read wrong, as seen from its first bit.
+    /// Flips one cell of a double word, counted from its first bit.
     pub(crate) fn flip(&mut self, double_word: u32, bit: u32) -> Vec<u32> {
         match self.damage.insert(double_word, Damage::Corrected(bit)) {
             None => Vec::new(),
-            // The same bit again is right again.
+            // Flipping the same bit again repairs it.
             Some(Damage::Corrected(other)) if other == bit => {
                 self.damage.remove(&double_word);
                 Vec::new()
@@ -51,12 +51,12 @@ impl Ecc {
         }
     }
 
-    /// An operation on it was cut short.
+    /// Marks a double word whose operation was interrupted.
     pub(crate) fn spoil(&mut self, double_word: u32) {
         self.damage.insert(double_word, Damage::Bad);
     }
 
-    /// It was written or erased as a whole.
+    /// Clears the damage of a double word that was completely written or erased.
     pub(crate) fn renew(&mut self, double_word: u32) {
         self.damage.remove(&double_word);
     }

@@ -77,7 +77,7 @@ impl Chip {
         })
     }
 
-    /// Recomputes when the next thing happens by itself.
+    /// Recomputes the time of the next event.
     pub(crate) fn reschedule(&mut self) {
         let clocks = self.clocks();
         let timers = self.timers_next();
@@ -96,7 +96,7 @@ impl Chip {
         self.deadline = soonest.min(self.next_idle_step).min(self.limit);
     }
 
-    /// Carries out everything due up to now, in order of time.
+    /// Carries out all due events in order of time.
     pub(crate) fn advance(&mut self) {
         let reached = self.now;
         loop {
@@ -114,7 +114,7 @@ impl Chip {
         self.now = reached.max(self.now);
     }
 
-    /// Everything due at this moment.
+    /// Carries out the events of one moment.
     fn happen(&mut self) {
         let clocks = self.clocks();
         let now = self.now;
@@ -168,7 +168,7 @@ impl Chip {
         self.update_line(Device::Tim1);
     }
 
-    /// One conversion ends.
+    /// A conversion completes.
     fn convert(&mut self, n: usize) {
         let Some(clock) = self.adc_clock() else {
             return;

@@ -30,7 +30,7 @@ const REGISTERS: &[Register] = &[
 #[derive(Debug)]
 pub(crate) struct Exti {
     bank: Bank,
-    /// Last level of each of the 16 pin lines; `None` while none is armed and nobody looks.
+    /// Last level of each of the 16 pin lines; `None` while no line is armed.
     level: Option<u16>,
 }
 
@@ -67,7 +67,7 @@ impl Exti {
         Ok(())
     }
 
-    /// Some pin line is armed.
+    /// Whether any pin line is armed.
     pub(crate) fn armed(&self) -> bool {
         (self.bank[RTSR1] | self.bank[FTSR1]) & 0xFFFF != 0
     }
@@ -80,7 +80,7 @@ impl Exti {
         self.bank[PR1] |= (rising | falling) & self.bank[IMR1];
     }
 
-    /// Nobody looks at the pins any more.
+    /// Forgets the levels, because no line is armed any more.
     pub(crate) fn ignore(&mut self) {
         self.level = None;
     }

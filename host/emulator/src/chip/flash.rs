@@ -62,9 +62,9 @@ const ECCD: u32 = 1 << 31;
 const PROGRAM: Ticks = 82 * TICKS_PER_US;
 const ERASE: Ticks = 22_020 * TICKS_PER_US;
 
-/// What a power cut leaves of the operation it hits.
+/// State that a power cut leaves of the interrupted operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cut {
+pub enum PowerCut {
     /// The operation had not begun.
     Before,
     /// A double word with some of its bits programmed, a page with some of its bits erased.
@@ -98,11 +98,11 @@ pub(crate) struct Flash {
     busy_until: Ticks,
     /// Operations carried out since power-on of the emulator.
     pub(crate) operations: Vec<Operation>,
-    /// Index of the operation at which the power goes, and what it leaves.
-    pub(crate) cut: Option<(usize, Cut)>,
+    /// Index of the operation at which the power fails, and the state that it leaves.
+    pub(crate) cut: Option<(usize, PowerCut)>,
     /// The cut has happened.
     pub(crate) power_lost: bool,
-    /// A write the core made outside the controller's rules raises a bus fault on the chip; here it is an error flag.
+    /// On the chip a write against the controller's rules raises a bus fault; here it sets an error flag.
     locked_until_reset: bool,
 }
 
@@ -135,7 +135,7 @@ impl Flash {
         self.locked_until_reset = false;
     }
 
-    /// Two wrong bits were read and are not acknowledged.
+    /// Whether an uncorrectable error is not acknowledged yet.
     pub(crate) fn double_error(&self) -> bool {
         self.bank[ECCR] & ECCD != 0
     }
@@ -214,7 +214,7 @@ impl Flash {
                 "a mass erase would erase the running firmware",
             ));
         }
-        // Flags of an earlier failure keep the next operation from starting.
+        // Error flags that are still set prevent the next operation.
         if value & PER == 0 || value & PG != 0 || self.bank[SR] & ERRORS != 0 {
             self.bank[SR] |= PGSERR;
             return Ok(0);
@@ -242,7 +242,7 @@ impl Flash {
 
     /// A store of the core into the flash's address range. Returns how long the core stalls.
     pub(crate) fn store(&mut self, offset: u32, size: usize, value: u32, now: Ticks) -> Ticks {
-        // Whatever happens, the core's view has to be put right: the engine has already written there.
+        // The engine has already written there, so the core's view must be refreshed in any case.
         self.changed.push((offset as usize & !7, 8));
         let flags = if self.bank[CR] & (LOCK | PG) != PG || self.bank[SR] & ERRORS != 0 {
             PGSERR
@@ -282,7 +282,7 @@ impl Flash {
         let erased = self.image[start..start + 8]
             .iter()
             .all(|&byte| byte == 0xFF);
-        // The error-correcting code covers the double word: only all-zero may be written over old data.
+        // Because of the error-correcting code only zero may be written over old data.
         if !erased && data != [0; 8] {
             self.bank[SR] |= PROGERR | OPERR;
             return 0;
@@ -292,20 +292,20 @@ impl Flash {
         PROGRAM
     }
 
-    /// Carries out one operation, unless the power goes at this one.
+    /// Carries out one operation, unless the power fails at this one.
     fn perform(&mut self, operation: Operation, start: usize, data: &[u8]) {
         let index = self.operations.len();
         self.operations.push(operation);
         self.changed.push((start, data.len()));
         let cut = self.cut.filter(|&(at, _)| at == index).map(|(_, cut)| cut);
         self.power_lost |= cut.is_some();
-        if cut == Some(Cut::Before) {
+        if cut == Some(PowerCut::Before) {
             return;
         }
         for (position, (cell, &new)) in self.image[start..].iter_mut().zip(data).enumerate() {
             let double_word = (start + position) as u32 & !7;
-            if cut == Some(Cut::During) {
-                // Half of the bits in transition got there, in a fixed pattern.
+            if cut == Some(PowerCut::During) {
+                // About half of the changing bits reach their value, in a fixed pattern.
                 let reached = scramble(index as u64, position as u64);
                 *cell = match operation {
                     Operation::Program(_) => *cell & (new | !reached),
@@ -332,7 +332,7 @@ impl Flash {
         self.changed.push((double_word, 8));
     }
 
-    /// The core loads from this offset. True if that is a non-maskable interrupt.
+    /// A load of the core from this offset; true if it raises a non-maskable interrupt.
     pub(crate) fn load(&mut self, offset: u32) -> bool {
         let double_word = offset & !7;
         let flag = match self.ecc.read(double_word) {
@@ -359,7 +359,7 @@ impl Flash {
         Some(u16::from_le_bytes([bytes[0], bytes[1]]))
     }
 
-    /// Some double word would not read right.
+    /// Whether any double word has a wrong bit.
     pub(crate) fn is_damaged(&self) -> bool {
         self.ecc.any()
     }
@@ -374,7 +374,7 @@ impl Flash {
     }
 }
 
-/// A fixed hash: which bits of a cut operation got there.
+/// A fixed hash that selects the bits which an interrupted operation has changed.
 fn scramble(a: u64, b: u64) -> u8 {
     let mut x = a.wrapping_mul(0x9E37_79B9_7F4A_7C15)
         ^ b.wrapping_add(1).wrapping_mul(0xBF58_476D_1CE4_E5B9);

@@ -48,7 +48,7 @@ pub(crate) enum Mode {
 #[derive(Debug)]
 pub(crate) struct Gpio {
     bank: Bank,
-    /// Pins that something outside drives, and to what.
+    /// Pins that are driven from outside, with their levels.
     driven: u16,
     level: u16,
 }
@@ -67,7 +67,7 @@ impl Gpio {
         }
     }
 
-    /// Reset of the port: the world outside stays as it is.
+    /// Resets the port; levels from outside stay.
     pub(crate) fn reset(&mut self) {
         self.bank.reset();
     }
@@ -99,7 +99,7 @@ impl Gpio {
         }
     }
 
-    /// Level of a pin as its input stage sees it; analogue pins read low.
+    /// Input level of a pin; analogue pins read low.
     pub(crate) fn input(&self, pin: u8) -> bool {
         let bit = 1u16 << pin;
         match self.mode(pin) {
@@ -122,7 +122,7 @@ impl Gpio {
         (self.bank[ODR] & output | outside & !output) & !analog & 0xFFFF
     }
 
-    /// What the pin drives as a general-purpose output; low if it is none.
+    /// Level of a general-purpose output; low if the pin is none.
     pub(crate) fn output(&self, pin: u8) -> bool {
         self.mode(pin) == Mode::Output && self.bank[ODR] >> pin & 1 != 0
     }
@@ -146,7 +146,7 @@ impl Gpio {
     }
 }
 
-/// Bits 0, 2, 4 to 30, put together.
+/// Packs bits 0, 2, 4 to 30.
 fn even_bits(word: u32) -> u32 {
     let mut bits = word & 0x5555_5555;
     bits = (bits | bits >> 1) & 0x3333_3333;

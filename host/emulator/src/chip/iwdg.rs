@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! IWDG: the watchdog with a clock of its own.
+//! IWDG: the independent watchdog, which has its own oscillator.
 
 use super::bank::{Bank, Misuse, Register};
 use crate::time::{TICKS_PER_S, Ticks};
@@ -22,7 +22,7 @@ const REGISTERS: &[Register] = &[
 pub(crate) struct Iwdg {
     bank: Bank,
     unlocked: bool,
-    /// When the counter was last reloaded.
+    /// Time of the last reload.
     reloaded: Option<Ticks>,
     /// The oscillator, 32 kHz nominal, 29.5 to 34 kHz over temperature and supply.
     pub(crate) lsi_hz: u64,
@@ -86,7 +86,7 @@ impl Iwdg {
             .is_some_and(|since| left(since) > u64::from(self.bank[WINR]))
     }
 
-    /// When it resets the chip.
+    /// Time at which it resets the chip.
     pub(crate) fn next_event(&self) -> Option<Ticks> {
         let since = self.reloaded?;
         if self.bitten {

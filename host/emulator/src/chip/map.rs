@@ -101,7 +101,7 @@ pub(super) fn locate(address: u32) -> Option<(u32, Device, Option<Gate>)> {
         .filter(|d| address - d.0 < 0x400)
 }
 
-/// Names of the registers most often met with their clock off.
+/// Names of registers that are often accessed without their clock, for messages.
 pub(super) fn register_name(device: Device, offset: u32) -> &'static str {
     let registers = match device {
         Device::Timer(_) | Device::Tim1 => timer::REGISTERS,

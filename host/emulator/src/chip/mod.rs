@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! The STM32G431RB around its core: which peripheral lives where, what they do to each other, what happens next.
+//! The STM32G431RB around its core: address map, connections between peripherals, events in time.
 
 mod adc;
 mod bank;
@@ -23,7 +23,7 @@ mod timer;
 mod uart;
 
 pub use bank::Misuse;
-pub use flash::{Cut, FLASH_SIZE, Operation, PAGE_SIZE};
+pub use flash::{FLASH_SIZE, Operation, PAGE_SIZE, PowerCut};
 pub use quirks::Quirks;
 pub use rcc::ResetCause;
 
@@ -34,7 +34,7 @@ use crate::time::{TICKS_PER_US, Ticks};
 use crate::world::World;
 use palpate_plant::Plant;
 
-/// Longest step of the world while the PWM timer does not set the pace.
+/// Longest step of the world while the PWM timer does not run.
 const IDLE_STEP: Ticks = 50 * TICKS_PER_US;
 
 /// General-purpose and basic timers: name, 32 bits wide, interrupt.
@@ -56,7 +56,7 @@ const ENCODER: usize = 1;
 pub struct Chip {
     /// Virtual time since power-on.
     pub(crate) now: Ticks,
-    /// The core's private peripherals and the emulation's books.
+    /// The core's private peripherals and the instruction accounts.
     pub(crate) core: Core,
     rcc: rcc::Rcc,
     pwr: pwr::Pwr,
@@ -79,12 +79,12 @@ pub struct Chip {
     pub(crate) world: World,
     fault_pin_held_high: bool,
     next_idle_step: Ticks,
-    /// An access to a peripheral without clock, forgiven if the chip is reset soon: a fault handler switches the bridge
-    /// off before it knows what is on.
+    /// An access to a peripheral without clock, tolerated if the chip is reset soon: a fault handler switches the bridge off
+    /// before it knows which clocks are on.
     unclocked: Option<(Misuse, Ticks)>,
-    /// The next moment at which something happens by itself.
+    /// Time of the next event.
     pub(crate) deadline: Ticks,
-    /// An end set from outside.
+    /// Limit set from outside.
     pub(crate) limit: Ticks,
     pub(crate) reset_request: Option<ResetCause>,
     /// Oscillator of the watchdog.
@@ -136,7 +136,7 @@ impl Chip {
         chip
     }
 
-    /// Puts everything but the RAM into its reset state.
+    /// Resets everything but the RAM.
     pub(crate) fn reset(&mut self, cause: ResetCause) {
         self.reset_request = None;
         self.unclocked = None;
@@ -183,7 +183,7 @@ impl Chip {
         std::mem::take(&mut self.uarts[0].sent)
     }
 
-    /// Triggers of the ADC that came while it was still converting.
+    /// Number of ADC triggers during a conversion.
     #[must_use]
     pub fn missed_triggers(&self) -> u64 {
         self.adc.iter().map(|adc| adc.missed_triggers).sum()

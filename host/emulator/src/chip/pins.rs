@@ -40,7 +40,7 @@ impl Chip {
         self.apply_pins();
     }
 
-    /// nFAULT is low for a moment.
+    /// Pulls nFAULT low for a moment.
     pub(crate) fn pulse_fault_pin(&mut self, length: Ticks) {
         self.sync_world();
         if self.ports[NFAULT.0].mode(NFAULT.1) == Mode::Alternate(12) {
@@ -50,7 +50,7 @@ impl Chip {
         self.update_lines();
     }
 
-    /// The core has locked up: only a reset starts it again.
+    /// Locks the core up; only a reset starts it again.
     #[must_use]
     pub fn locked_up(&self) -> bool {
         self.core.locked_up
@@ -62,7 +62,7 @@ impl Chip {
         self.tim1.main_output()
     }
 
-    /// What the pins now ask of the bridge, and what the break input sees.
+    /// Updates the bridge's inputs and the break input from the pins.
     pub(super) fn apply_pins(&mut self) {
         let (port, number) = NFAULT;
         let low = self.world.fault_low();
@@ -90,7 +90,7 @@ impl Chip {
         self.world.set_pins(pins, self.now);
     }
 
-    /// Input levels to the edge detectors.
+    /// Passes input levels to the edge detectors.
     pub(super) fn sense_pins(&mut self) {
         if !self.exti.armed() {
             self.exti.ignore();
@@ -106,7 +106,7 @@ impl Chip {
         self.exti.sense(levels);
     }
 
-    /// A wire was changed from outside.
+    /// To be called after a wire was changed from outside.
     pub(crate) fn rewired(&mut self) {
         self.sync_world();
         self.apply_pins();
@@ -115,7 +115,7 @@ impl Chip {
         self.reschedule();
     }
 
-    /// The encoder's wires reach the timer.
+    /// Whether the encoder's pins are connected to the timer.
     #[must_use]
     pub(super) fn encoder_connected(&self) -> bool {
         PHASES

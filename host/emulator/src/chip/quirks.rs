@@ -7,13 +7,13 @@ pub struct Quirks {
     /// nFAULT is low for this long after the bridge was woken. The DRV8876 wakes within 1 ms (t_WAKE, SLVSDS7B); that its
     /// charge pump holds the pin low meanwhile is an assumption, taken from sibling parts that say so (DRV81545, SLVSHI4A).
     pub wake_fault_s: f64,
-    /// nFAULT is tied to the supply of the logic: no one can pull it low.
+    /// nFAULT is shorted to the logic supply, so nothing can pull it low.
     pub fault_pin_held_high: bool,
     /// The crystal does not start.
     pub crystal_dead: bool,
     /// FLASH_SR holds a sequence error after every reset, as seen on this family (RIOT issue 22151).
     pub stale_flash_flags: bool,
-    /// ECCR tells a wrong address of a bad double word.
+    /// ECCR reports a wrong address for a bad double word.
     pub wrong_ecc_address: bool,
 }
 

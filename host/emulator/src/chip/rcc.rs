@@ -122,7 +122,7 @@ impl Rcc {
     pub(crate) fn write(&mut self, offset: u32, value: u32) -> Result<Option<Gate>, Misuse> {
         self.bank.write(offset, value)?;
         match offset {
-            // Oscillators are ready at once or never: start-up times are not modelled.
+            // Oscillators are ready immediately or never: start-up times are not modelled.
             CR => {
                 let crystal = u32::from(!self.crystal_dead) & value >> 16;
                 let ready = (value >> 8 & 1) << 10 | crystal << 17 | (value >> 24 & 1) << 25;

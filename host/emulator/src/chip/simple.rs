@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! Peripherals whose registers only need to keep what was written.
+//! Peripherals without modelled behaviour: registers keep what was written.
 
 use super::bank::{Bank, Misuse, Register};
 
@@ -30,7 +30,7 @@ pub(crate) const DBGMCU: &[Register] = &[
     (0x10, "APB2FZR", 0),
 ];
 
-/// Keeps what was written.
+/// A register bank that keeps what was written.
 #[derive(Debug)]
 pub(crate) struct Plain {
     pub(crate) bank: Bank,

@@ -79,9 +79,9 @@ pub(crate) struct Tim1 {
     /// Start of the counting cycle.
     origin: Ticks,
     next_update: Option<Ticks>,
-    /// The break input pin asks for a break; `None`: the pin is not connected to the timer.
+    /// Whether the break input is active; `None` while the pin is not connected to the timer.
     break_pin: Option<bool>,
-    /// The core has locked up, or flash has two wrong bits, and SYSCFG lets that break.
+    /// Whether a system break is active: lockup of the core or an uncorrectable flash error, if SYSCFG enables it.
     pub(crate) system_break: bool,
 }
 
@@ -110,7 +110,7 @@ impl Tim1 {
         self.bank[CR1] & 0x60 != 0
     }
 
-    /// From one overflow or underflow to the next.
+    /// Time from one overflow or underflow to the next.
     fn half_cycle(&self, clocks: Clocks) -> Ticks {
         let counts = u64::from(self.shadow.reload) + u64::from(!self.centre_aligned());
         counts.max(1) * (u64::from(self.shadow.prescaler) + 1) * clocks.bus
@@ -169,7 +169,7 @@ impl Tim1 {
         self.apply_break();
     }
 
-    /// The break pin is active for so long.
+    /// Applies a pulse of this length to the break pin.
     pub(crate) fn pulse_break_pin(&mut self, length: Ticks, clocks: Clocks) {
         if length >= self.break_filter(clocks) && self.bank[BDTR] & BKE != 0 {
             self.bank[BDTR] &= !MOE;
@@ -201,7 +201,7 @@ impl Tim1 {
         divider * samples * clocks.bus
     }
 
-    /// Asynchronous: no clock, no instruction.
+    /// Acts asynchronously: needs neither clock nor instruction.
     pub(crate) fn apply_break(&mut self) {
         if self.break_active() {
             self.bank[BDTR] &= !MOE;
@@ -311,7 +311,7 @@ impl Tim1 {
                 } else {
                     value
                 };
-                // A system break's flag has to be cleared first (RM0440, TIMx_SR).
+                // The flag of a system break must be cleared first (RM0440, TIMx_SR).
                 if self.bank[SR] & SBIF != 0 {
                     self.bank[BDTR] &= !MOE;
                 }

@@ -50,12 +50,12 @@ pub(crate) struct Timer {
     mask: u32,
     /// Prescaler in force; the register is its preload.
     prescaler: u32,
-    /// Counter value at `origin`, as an ever-growing position while it counts.
+    /// Counter value at `origin`, as a position that does not wrap.
     base: u64,
     origin: Ticks,
     /// Position up to which flags have been raised.
     settled: u64,
-    /// Quadrature edges counted by the world outside, x4, and where the counter was zero.
+    /// Quadrature edges of the world (x4), and their number at a counter value of zero.
     pub(crate) edges: i64,
     edges_zero: i64,
     /// The next event, with the bus period that it was computed for; forgotten whenever a register may have changed.
@@ -131,7 +131,7 @@ impl Timer {
         self.origin = clocks.now;
     }
 
-    /// Raises the flags of everything that happened up to now.
+    /// Raises the flags of all events up to now.
     pub(crate) fn settle(&mut self, clocks: Clocks) {
         self.next.set(None);
         let (from, to) = (self.settled, self.position(clocks));
@@ -178,7 +178,7 @@ impl Timer {
         match offset {
             SR => self.bank[SR] &= value,
             EGR => {
-                // Bit 0, UG: everything buffered is taken over and the counter restarts.
+                // Bit 0, UG: buffered values take effect and the counter restarts.
                 if value & 1 != 0 {
                     self.prescaler = self.bank[PSC];
                     self.rebase(0, clocks);

@@ -88,7 +88,7 @@ impl Uart {
         10 * if self.low_power { bit / 256 } else { bit }
     }
 
-    /// Bytes from outside, one after the other at the line's speed.
+    /// Receives bytes from outside, one after the other at the line's speed.
     pub(crate) fn receive(&mut self, bytes: &[u8], clocks: Clocks) {
         self.incoming.extend(bytes);
         self.listen(clocks);
@@ -116,7 +116,7 @@ impl Uart {
         if self.bank[CR1] & FIFOEN != 0 { 8 } else { 1 }
     }
 
-    /// Flags that follow the queues.
+    /// Flags that follow from the queues.
     fn update(&mut self) {
         let room = self.waiting.len() < self.depth();
         let idle = self.waiting.is_empty() && self.shifting.is_none();
@@ -130,7 +130,7 @@ impl Uart {
     pub(crate) fn write(&mut self, offset: u32, value: u32, clocks: Clocks) -> Result<(), Misuse> {
         match offset {
             ISR => {}
-            // Bits 5 and 7 stand for other flags than those that stand there in ISR.
+            // In ICR bits 5 and 7 belong to other flags than in ISR.
             ICR => self.bank[ISR] &= !(value & 0x0012_3B5F),
             RQR => {
                 if value & 8 != 0 {
@@ -219,7 +219,7 @@ impl Uart {
 
     pub(crate) fn interrupt(&self) -> bool {
         let (status, enable) = (self.bank[ISR], self.bank[CR1]);
-        // The enable bits of TXE, TC, RXNE and IDLE stand where their flags do.
+        // The enable bits of TXE, TC, RXNE and IDLE have the positions of their flags.
         let direct = status & enable & (TXE | TC | RXNE | IDLE) != 0;
         let overrun = status & ORE != 0 && (enable & RXNE != 0 || self.bank[CR3] & 1 != 0);
         direct || overrun

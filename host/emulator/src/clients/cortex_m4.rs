@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! The core as GDB's target description has it: M profile with both stack pointers, single-precision floating point.
+//! The core in GDB's terms: M profile with both stack pointers and single-precision floating point.
 
 use gdbstub::arch::{Arch, Registers};
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! A port for GDB. A debugger that connects holds the core; while it is held, time stands still for chip and world, so that
-//! no watchdog bites and no finger runs away.
+//! GDB server. Connecting halts the core; while it is halted, time stops for chip and world, so that no watchdog resets and the
+//! finger does not move.
 
 use std::net::{TcpListener, TcpStream};
 
@@ -26,7 +26,7 @@ impl<'f> GdbServer<'f> {
     /// Listens on a port, 0 for any that is free.
     ///
     /// # Errors
-    /// The port cannot be had.
+    /// The port cannot be opened.
     pub fn listen(port: u16) -> Result<Self, Error> {
         Ok(Self {
             listener: listen(port)?,
@@ -40,11 +40,11 @@ impl<'f> GdbServer<'f> {
         port_of(&self.listener)
     }
 
-    /// Serves the debugger; true while it lets the core run. Call once a millisecond of simulated time, and now and then
-    /// while the core is held.
+    /// Serves the debugger; true while the core may run. Call it once a millisecond of simulated time, and regularly while the
+    /// core is halted.
     ///
     /// # Errors
-    /// The instruction engine fails. What goes wrong on the wire ends the connection only, and the core runs on.
+    /// The instruction engine fails. Errors of the connection only close it, and the core runs on.
     pub fn serve(&mut self, session: &mut Session<'f>) -> Result<bool, Error> {
         let held = session.held.take();
         let machine = &mut session.machine;
@@ -72,7 +72,7 @@ impl<'f> GdbServer<'f> {
     }
 }
 
-/// Tells the debugger that the core is held.
+/// Reports to the debugger that the core is halted.
 fn stopped<'f>(stub: Stub<'f>, machine: &mut Machine<'f>, held: Option<bool>) -> Served<'f> {
     match (stub, held) {
         (GdbStubStateMachine::Running(stub), Some(true)) => {
@@ -85,7 +85,7 @@ fn stopped<'f>(stub: Stub<'f>, machine: &mut Machine<'f>, held: Option<bool>) ->
     }
 }
 
-/// Takes what has come over the wire; `None` once that is gone.
+/// Receives bytes; `None` when the connection is closed.
 fn exchange<'f>(
     mut stub: Stub<'f>,
     machine: &mut Machine<'f>,
@@ -111,10 +111,10 @@ fn exchange<'f>(
     }
 }
 
-/// A byte that has come, if one has.
+/// A received byte, if there is one.
 fn next(stream: &mut TcpStream) -> std::io::Result<Option<u8>> {
     let waiting = ConnectionExt::peek(stream)?;
-    // What is written later must not fail because the wire is busy.
+    // Later writes must not fail because the connection is busy.
     stream.set_nonblocking(false)?;
     if waiting.is_none() {
         return Ok(None);

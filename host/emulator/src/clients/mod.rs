@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! Ports for tools that know nothing of this emulator: the log's bytes over TCP, as a debug probe's server passes RTT on
-//! ([`rtt`]), and GDB's remote protocol ([`gdb`]). Both listen on this machine alone.
+//! Ports for standard tools: the log's bytes over TCP like the RTT server of a debug probe ([`rtt`]), GDB's remote protocol
+//! ([`gdb`]), and the serial port as a terminal ([`serial`]). All are open to the local machine only.
 
 mod cortex_m4;
 pub mod gdb;
 pub mod rtt;
+#[cfg(unix)]
+pub mod serial;
 mod target;
 
 use std::net::{Ipv4Addr, TcpListener};
 
 use crate::Error;
 
-/// Listens without waiting; port 0 for any that is free.
+/// Listens without blocking; port 0 selects a free one.
 fn listen(port: u16) -> Result<TcpListener, Error> {
     let opened = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).and_then(|listener| {
         listener.set_nonblocking(true)?;
@@ -20,7 +22,7 @@ fn listen(port: u16) -> Result<TcpListener, Error> {
     opened.map_err(|source| Error::Port { port, source })
 }
 
-/// The port that a listener got.
+/// The port of a listener.
 fn port_of(listener: &TcpListener) -> u16 {
     listener.local_addr().map_or(0, |address| address.port())
 }

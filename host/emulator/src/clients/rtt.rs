@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! RTT over TCP: the log's bytes to every client as the firmware wrote them, and a client's bytes into the down channel.
 //!
-//! A client that comes late first gets what has been kept, whole records. One that does not read is let go when too much
-//! waits for it: the chip never waits.
+//! A client that connects late first gets the stored records. A client that does not read is disconnected when too many bytes
+//! are pending: the chip never waits.
 
 use std::collections::VecDeque;
 use std::io::{ErrorKind, Read, Write};
@@ -11,9 +11,9 @@ use std::net::{TcpListener, TcpStream};
 use super::{listen, port_of};
 use crate::{Error, Machine};
 
-/// Bytes kept for clients that come late: some thousand records.
+/// Bytes stored for clients that connect late: some thousand records.
 const KEPT: usize = 64 * 1024;
-/// Bytes that may wait for a client.
+/// Largest number of bytes pending for a client.
 const WAITING: usize = 1024 * 1024;
 
 /// The server.
@@ -34,7 +34,7 @@ impl RttServer {
     /// Listens on a port, 0 for any that is free.
     ///
     /// # Errors
-    /// The port cannot be had.
+    /// The port cannot be opened.
     pub fn listen(port: u16) -> Result<Self, Error> {
         Ok(Self {
             listener: listen(port)?,
@@ -50,7 +50,7 @@ impl RttServer {
         port_of(&self.listener)
     }
 
-    /// Passes on what there is, in both directions. Call once a millisecond of simulated time.
+    /// Passes bytes on in both directions. Call it once a millisecond of simulated time.
     pub fn serve(&mut self, machine: &mut Machine<'_>) {
         machine.tap_log();
         let bytes = machine.take_log_bytes();
@@ -83,7 +83,7 @@ impl RttServer {
 }
 
 impl Client {
-    /// False once it is gone.
+    /// False when the connection is closed.
     fn exchange(&mut self, machine: &mut Machine<'_>) -> bool {
         if self.waiting.len() > WAITING {
             return false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! What GDB asks of the machine.
+//! GDB's requests to the machine: registers, memory, breakpoints, single steps.
 
 use gdbstub::common::Signal;
 use gdbstub::target::ext::base::BaseOps;
@@ -96,7 +96,7 @@ impl Breakpoints for Machine<'_> {
     }
 }
 
-// Neither kind changes an instruction in memory, and there is no comparator to run out of: both are the same here.
+// Software and hardware breakpoints are the same here: neither changes memory, and their number is not limited.
 
 impl SwBreakpoint for Machine<'_> {
     fn add_sw_breakpoint(&mut self, address: u32, _size: usize) -> TargetResult<bool, Self> {

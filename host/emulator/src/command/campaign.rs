@@ -9,15 +9,15 @@ use palpate_emulator::sim::{CONTROL_INSTRUCTIONS, FAULTS, Settings};
 use palpate_emulator::{Error, Firmware};
 use serde_json::json;
 
-/// What is to be run.
+/// Which cases to run.
 pub struct Plan {
     /// Every fault at every phase, or those of these names.
     pub matrix: Option<Vec<&'static str>>,
-    /// Of these each so many-th.
+    /// Only every n-th of them.
     pub every: usize,
     /// Number of random pairs.
     pub pairs: usize,
-    /// Of cases and noise.
+    /// Seed of cases and noise.
     pub seed: u64,
     /// One JSON object a line.
     pub json: bool,
@@ -35,7 +35,7 @@ struct Row {
     second_grasps: u32,
 }
 
-/// Runs the plan; failures are told as they come.
+/// Runs the cases; prints failures as they occur.
 ///
 /// # Errors
 /// As [`campaign::run`].
@@ -46,9 +46,12 @@ pub fn run(firmware: &Firmware, settings: &Settings, plan: &Plan) -> Result<Exit
         cases.extend(cells.into_iter().step_by(plan.every));
     }
     cases.extend(campaign::pairs(plan.pairs, plan.seed));
+    let bar = super::progress::bar(cases.len(), "runs");
     let results = campaign::run(firmware, settings, &cases, |case, aftermath| {
-        tell(case, aftermath, plan.json);
+        bar.suspend(|| tell(case, aftermath, plan.json));
+        bar.inc(1);
     })?;
+    bar.finish_and_clear();
     let mut rows: BTreeMap<&str, Row> = BTreeMap::new();
     let (mut failed, mut instructions) = (0, 0);
     for (case, aftermath) in cases.iter().zip(&results) {

@@ -40,19 +40,16 @@ impl Row<'_> {
     }
 
     fn text(&self) -> String {
-        let Calls {
-            count,
-            total,
-            min_instructions,
-            max,
-        } = self.calls;
+        let calls = self.calls;
         format!(
-            "{:<10} {count:>9} {min_instructions:>8} {:>10.1} {:>8} {:>9} to {:<9} {}",
+            "{:<10} {:>9} {:>8} {:>10.1} {:>8} {:>9} to {:<9} {}",
             self.kind,
-            self.mean(total.instructions),
-            max.instructions,
-            max.cycles_low,
-            max.cycles_high,
+            calls.count,
+            calls.min_instructions,
+            self.mean(calls.total.instructions),
+            calls.max.instructions,
+            calls.max.cycles_low,
+            calls.max.cycles_high,
             self.name,
         )
     }
@@ -72,7 +69,7 @@ pub fn print(machine: &Machine<'_>, as_json: bool) {
             name: name.clone(),
             calls,
         };
-        // Where nothing was set apart the two are the same.
+        // Without functions set apart both are the same.
         let without = (watched.without.count != watched.all.count).then_some(&watched.without);
         [
             Some(row("function", &watched.all)),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! `faults`: every fault into the running firmware, as a table.
+//! `faults`: injects every fault into the running firmware and prints a table.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -7,6 +7,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Args;
+use indicatif::ProgressBar;
 use palpate_emulator::cortex::account::Calls;
 use palpate_emulator::firmware::default_path;
 use palpate_emulator::sim::{
@@ -45,7 +46,7 @@ pub struct Options {
     json: bool,
 }
 
-/// A run with or without a fault, and what came of it.
+/// A run with or without a fault, with its result.
 type Row = (Option<Injected>, Result<Judgement, Error>);
 
 /// Runs them all.
@@ -109,6 +110,7 @@ fn parallel(firmware: &Firmware, options: &Options, runs: &[Option<Injected>]) -
         next: 0,
         passed: true,
         control: Calls::default(),
+        progress: super::progress::bar(runs.len(), "runs"),
     });
     let workers = std::thread::available_parallelism()
         .map_or(1, usize::from)
@@ -130,6 +132,7 @@ fn parallel(firmware: &Firmware, options: &Options, runs: &[Option<Injected>]) -
         }
     });
     printer.into_inner().is_ok_and(|printer| {
+        printer.progress.finish_and_clear();
         printer.print_control();
         printer.passed && printer.next == runs.len()
     })
@@ -151,13 +154,14 @@ struct Printer {
     passed: bool,
     /// The longest control interrupt of all runs.
     control: Calls,
+    progress: ProgressBar,
 }
 
 /// Cycles of one control period, 50 us at 170 MHz.
 const PERIOD_CYCLES: f64 = 8500.0;
 
 impl Printer {
-    /// What the control interrupt costs at worst, over all runs.
+    /// Worst case of the control interrupt over all runs.
     fn print_control(&self) {
         let worst = self.control.max;
         let share = |cycles: u64| 100.0 * cycles as f64 / PERIOD_CYCLES;
@@ -181,9 +185,10 @@ impl Printer {
 
     fn take(&mut self, index: usize, row: Row) {
         self.rows[index] = Some(row);
+        self.progress.inc(1);
         while let Some(row) = self.rows.get_mut(self.next).and_then(Option::take) {
             self.next += 1;
-            self.print(&row);
+            self.progress.clone().suspend(|| self.print(&row));
         }
     }
 

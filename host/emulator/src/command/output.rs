@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! What `sim` prints: the log, aligned and on a terminal in colour; JSON for programs; how far it is; the summary.
+//! Output of `sim`: the log, aligned and on a terminal in colour; JSON for programs; progress; the summary.
 
 use std::fs::File;
 use std::io::{BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use anstyle::{AnsiColor, Style};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use palpate_emulator::Error;
 use palpate_emulator::log::Line;
 use palpate_emulator::sim::{Calibration, Session, Summary, event_json};
@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 /// Cells of the drawn phalanx.
 const CELLS: usize = 60;
 
-/// What is printed.
+/// Form of the output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
     /// Log and summary, for people.
@@ -28,10 +28,10 @@ pub enum Form {
     Json,
 }
 
-/// Where a run's output goes.
+/// Output of a run.
 pub struct Output {
     form: Form,
-    /// A file for the JSON lines, besides.
+    /// An additional file for the JSON lines.
     events: Option<(PathBuf, BufWriter<File>)>,
     printed: usize,
     progress: ProgressBar,
@@ -49,17 +49,11 @@ impl Output {
             }
             None => None,
         };
-        // Draws on a terminal alone.
-        let progress = ProgressBar::new_spinner();
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
-            progress.set_style(style);
-        }
-        progress.enable_steady_tick(Duration::from_millis(200));
         Ok(Self {
             form,
             events,
             printed: 0,
-            progress,
+            progress: super::progress::spinner(),
         })
     }
 
@@ -74,7 +68,7 @@ impl Output {
                     self.write(&truth)?;
                 }
             }
-            // The samples and settings that a page asked for are of no use to a reader.
+            // Samples and settings are for a page only, not for a reader.
             let asked_for = self.events.is_some() && matches!(line.event().name, "sample")
                 || line.message.starts_with("answer") && self.events.is_some();
             if self.form == Form::Text && !asked_for {
@@ -87,7 +81,7 @@ impl Output {
             self.progress.suspend(|| eprintln!("chip: {note}"));
         }
         let emulated_s = session.machine.time_s();
-        // Once in so many milliseconds: the text costs more than a millisecond of simulation.
+        // Not every millisecond: writing the text takes longer than simulating a millisecond.
         if ((1e3 * emulated_s) as u64).is_multiple_of(100) {
             let faster = emulated_s / start.elapsed().as_secs_f64();
             let state = &session.state;
@@ -98,12 +92,12 @@ impl Output {
         Ok(())
     }
 
-    /// Takes the progress off the terminal.
+    /// Clears the progress from the terminal.
     pub fn end_progress(&self) {
         self.progress.finish_and_clear();
     }
 
-    /// What it came to.
+    /// Prints the result.
     pub fn conclude(
         &mut self,
         summary: &Summary,
@@ -137,7 +131,7 @@ impl Output {
         Ok(())
     }
 
-    /// A JSON line, where they are wanted.
+    /// Writes a JSON line, if requested.
     fn write(&mut self, object: &Value) -> Result<(), Error> {
         if self.form == Form::Json {
             println!("{object}");
@@ -152,7 +146,7 @@ impl Output {
     }
 }
 
-/// Where the finger really touches now.
+/// The true contact.
 fn truth(session: &Session<'_>) -> Option<Value> {
     let truth = session.machine.plant()?.truth();
     let contact = truth.first_contact.as_ref()?.contact;
@@ -174,7 +168,7 @@ fn style(level: &str) -> Style {
     }
 }
 
-/// A line with its columns aligned; colours are taken out again where the output takes none.
+/// A line with aligned columns; colours are removed if the output has none.
 fn coloured(line: &Line) -> String {
     let (level, dim) = (style(&line.level), Style::new().dimmed());
     let name = if line.level.is_empty() {

@@ -107,6 +107,9 @@ pub struct Options {
     /// Lets GDB in: `target remote :PORT`
     #[arg(long, value_name = "PORT")]
     gdb_port: Option<u16>,
+    /// Opens a terminal that is the board's serial port, and prints its name; the firmware's log goes there too
+    #[arg(long)]
+    serial: bool,
 }
 
 impl Options {
@@ -150,7 +153,7 @@ fn parameters(options: &Options) -> Result<Parameters, Error> {
         .of(&options.scene)?)
 }
 
-/// What the user does: the guided calibration, the commands, or the button.
+/// The user's script: the guided calibration, the commands, or the button.
 fn script(options: &Options) -> Script {
     let mut script = match &options.commands {
         _ if !options.calibrate.is_empty() => Script::calibration(&options.calibrate),
@@ -165,7 +168,7 @@ fn script(options: &Options) -> Script {
     script
 }
 
-/// Flash contents of an earlier run, if there was one.
+/// Flash contents of an earlier run, if the file exists.
 fn flash(path: Option<&Path>) -> Result<Option<Vec<u8>>, Error> {
     match path {
         Some(path) if path.exists() => {
@@ -229,7 +232,7 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
     let start = Instant::now();
     let world = settings.parameters.clone();
     let mut output = Output::new(options.form(), options.events.as_deref())?;
-    let mut ports = Ports::open(options.rtt_port, options.gdb_port)?;
+    let mut ports = Ports::open(options.rtt_port, options.gdb_port, options.serial)?;
     let mut session = Session::start(&firmware, settings, trace)?;
     let mut pace = options.speed.map(Pace::new);
     let mut result = Ok(());
@@ -309,7 +312,7 @@ impl Pace {
         }
     }
 
-    /// Counts from now on: what was held does not hurry afterwards.
+    /// Restarts the pace, so that time in which the core was halted is not caught up.
     fn restart(&mut self, time_s: f64) {
         (self.from, self.from_s) = (Instant::now(), time_s);
     }
@@ -341,7 +344,7 @@ impl Typed {
         Self { lines, open: true }
     }
 
-    /// Standard input has not ended.
+    /// Whether standard input is still open.
     fn open(&self) -> bool {
         self.open
     }
@@ -361,7 +364,7 @@ impl Typed {
     }
 }
 
-/// The fault, once, when its time has come.
+/// The fault, once, when it is due.
 fn due(fault: &mut Option<Injected>, time_s: f64) -> Option<Injected> {
     fault.take_if(|fault| fault.at_s <= time_s)
 }

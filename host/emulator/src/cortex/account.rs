@@ -8,7 +8,7 @@ use super::decode::Block;
 /// Executed instructions and their estimated cycles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cost {
-    /// Executed instructions: exact, those skipped by an IT condition included.
+    /// Executed instructions, exact; includes those skipped by an IT condition.
     pub instructions: u64,
     /// Cycles by the core's table at zero wait states.
     pub cycles_low: u64,
@@ -39,7 +39,7 @@ impl Cost {
     }
 }
 
-/// Calls of one exception handler or function; its own work and that of its callees, without what preempted it.
+/// Calls of one exception handler or function: its own instructions and those of its callees, without exceptions that preempt it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Calls {
     /// Finished calls.
@@ -52,12 +52,12 @@ pub struct Calls {
     pub max: Cost,
 }
 
-/// Calls of a watched function: all of them, and apart those in which no other watched function set apart ran.
+/// Calls of a watched function: all, and separately those in which no watched function set apart ran.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Watched {
     /// All.
     pub all: Calls,
-    /// Those without a function set apart inside.
+    /// Those in which no function set apart ran.
     pub without: Calls,
 }
 
@@ -78,7 +78,7 @@ impl Calls {
     }
 }
 
-/// A function being executed: it ends where its caller goes on, in the same context, with its stack given back.
+/// A running function. It ends when its caller continues in the same context with the same stack pointer.
 #[derive(Clone, Copy, Debug)]
 struct Frame {
     watch: u16,
@@ -86,19 +86,19 @@ struct Frame {
     stack: u32,
     depth: usize,
     start: Cost,
-    /// A function set apart ran inside.
+    /// Whether a function set apart ran inside.
     with_apart: bool,
 }
 
-/// The books.
+/// Counts of all contexts.
 #[derive(Debug)]
 pub struct Account {
-    /// What the innermost context executed so far.
+    /// Instructions of the innermost context so far.
     own: Cost,
-    /// What thread mode (first) and the exceptions on top of it executed before they were preempted, and the number of the
-    /// exception that then came.
+    /// Instructions that thread mode (first) and the preempted exceptions executed, each with the number of the exception that
+    /// preempted it.
     preempted: Vec<(u16, Cost)>,
-    /// What contexts that have ended executed.
+    /// Instructions of contexts that have ended.
     ended: Cost,
     frames: Vec<Frame>,
     exceptions: BTreeMap<u16, Calls>,
@@ -120,8 +120,8 @@ impl Account {
         }
     }
 
-    /// Starts watching a function; the number goes into its first block. Watched functions around one that is `apart` keep
-    /// books of their calls without it.
+    /// Starts watching a function; its number is stored with its first block. Watched functions that call one that is `apart`
+    /// count their calls without it separately.
     pub(crate) fn watch(&mut self, name: String, apart: bool) -> u16 {
         self.functions.push((name, Watched::default()));
         self.apart.push(apart);
@@ -133,12 +133,12 @@ impl Account {
         self.own.add(block);
     }
 
-    /// Takes back what a fault in mid-block kept from being executed.
+    /// Subtracts the instructions that a fault within a block prevented.
     pub(crate) fn refund(&mut self, instructions: u32) {
         self.own.instructions -= u64::from(instructions);
     }
 
-    /// Where the innermost watched function returns to.
+    /// Return address of the innermost watched function.
     pub(crate) fn awaited_return(&self) -> Option<u32> {
         self.frames.last().map(|frame| frame.return_to)
     }
@@ -160,7 +160,7 @@ impl Account {
         });
     }
 
-    /// The address where the innermost watched function returns to is about to run.
+    /// Called when that address is about to run.
     pub(crate) fn returned(&mut self, stack: u32) {
         let (depth, now) = self.here();
         while let Some(frame) = self.frames.last().copied() {
@@ -182,14 +182,14 @@ impl Account {
         (self.preempted.len(), self.own)
     }
 
-    /// Enters an exception, in this many cycles at the least and at the most: they are the exception's own.
+    /// Enters an exception; the cycles of the entry (lower and upper bound) count as its own.
     pub(crate) fn enter(&mut self, exception: u16, cycles_low: u32, cycles_high: u32) {
         self.preempted
             .push((exception, std::mem::take(&mut self.own)));
         self.pass(cycles_low, cycles_high);
     }
 
-    /// Leaves it, in this many.
+    /// Leaves an exception, with the cycles of the return.
     pub(crate) fn leave(&mut self, cycles_low: u32, cycles_high: u32) {
         self.pass(cycles_low, cycles_high);
         if let Some((exception, before)) = self.preempted.pop() {
@@ -209,7 +209,7 @@ impl Account {
         });
     }
 
-    /// A reset ends every context without counting it as a call; thread mode goes on.
+    /// On a reset all contexts end without counting as calls; thread mode continues.
     pub(crate) fn reset(&mut self) {
         while let Some((_, before)) = self.preempted.pop() {
             let cost = std::mem::replace(&mut self.own, before);
@@ -277,7 +277,7 @@ mod tests {
             .map(|(_, calls)| calls.all.total.instructions)
             .collect();
         assert_eq!(calls, [18, 3]);
-        // Again without the inner function: that call alone is the outer one's own.
+        // A call without the inner function: only this one counts as the outer function's own.
         account.call(outer, 0x0800_0101, 0x2000_1000);
         account.charge(&block(7));
         account.returned(0x2000_1000);

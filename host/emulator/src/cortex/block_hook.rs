@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! What the engine calls before every block: stops where something is due, and keeps time and books.
+//! Callback before every translated block: stops when an event is due, advances time and counts instructions.
 //!
-//! The engine's own wrapper of callbacks costs as much as all that is done here, so this hook is installed without it.
+//! The hook is installed without the engine's wrapper, which would take as long as everything done here.
 
 use std::ffi::c_void;
 
@@ -23,7 +23,7 @@ impl BlockHook {
     pub(super) fn install(uc: &Uc<'static>) -> Result<Box<Self>, uc_error> {
         let hook = Box::new(Self { uc: uc.clone() });
         let mut number = 0;
-        // An end before the beginning: every address.
+        // An end below the beginning means every address.
         let (begin, end) = (1u64, 0u64);
         // SAFETY: the callback has the type that hooks of blocks are called with; what it is given is the hook's own heap
         // block, which `Engine` keeps as long as it runs anything.
@@ -54,7 +54,7 @@ extern "C" fn called(_: *mut uc_engine, address: u64, size: u32, hook: *mut c_vo
     on_block(&mut hook.uc, address as u32, size);
 }
 
-/// Before every block: stop if something is due, else charge the block.
+/// Before every block: stop if an event is due, otherwise count the block.
 #[inline]
 fn on_block(uc: &mut Uc<'_>, address: u32, size: u32) {
     let chip = uc.get_data_mut();
@@ -73,7 +73,7 @@ fn on_block(uc: &mut Uc<'_>, address: u32, size: u32) {
     let bus = chip.clocks().bus;
     let core = &mut chip.core;
     let returns = core.account.awaited_return() == Some(address);
-    // By reference: this runs before every few instructions of the chip.
+    // By reference, for speed: this runs every few instructions.
     let instructions = match core.blocks.slot(address) {
         Some(block) if block.size == size && block.watch == 0 && !returns => {
             core.account.charge(block);
@@ -85,13 +85,13 @@ fn on_block(uc: &mut Uc<'_>, address: u32, size: u32) {
     chip.now += ticks(instructions, bus);
 }
 
-/// Virtual time of so many instructions.
+/// Virtual time of a number of instructions.
 fn ticks(instructions: u32, bus: u64) -> u64 {
     let (numerator, denominator) = CYCLES_PER_INSTRUCTION;
     u64::from(instructions) * bus * numerator / denominator
 }
 
-/// A block that has not run before, that a watched function begins, or that one returns to.
+/// Handles a new block, one that begins a watched function, or one to which a watched function returns.
 #[cold]
 fn unusual(uc: &mut Uc<'_>, address: u32, size: u32, returns: bool) {
     let register = |uc: &Uc<'_>, register| uc.reg_read(register).unwrap_or(0) as u32;
@@ -138,7 +138,7 @@ fn learn(uc: &mut Uc<'_>, address: u32, size: u32, watch: u16) -> Block {
     block
 }
 
-/// The mask registers let the pending exception through.
+/// Whether the mask registers allow the pending exception.
 pub(super) fn takes_exception(uc: &Uc<'_>) -> bool {
     let Some((_, priority)) = uc.get_data().core.nvic.candidate() else {
         return false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! Cache of decoded blocks, kept in step with the code that the firmware copies into CCM SRAM.
+//! Cache of decoded blocks; consistent with the code that the firmware copies into CCM SRAM.
 
 use super::Map;
 use super::decode::{Block, Memory};
@@ -9,7 +9,7 @@ use super::decode::{Block, Memory};
 pub struct Blocks {
     flash: Vec<Block>,
     ccm: Vec<Block>,
-    /// The CCM SRAM was written since its blocks were decoded.
+    /// Whether the CCM SRAM was written after its blocks were decoded.
     ccm_changed: bool,
 }
 
@@ -22,7 +22,7 @@ impl Blocks {
         }
     }
 
-    /// The slot of a start address; `None` where no code runs.
+    /// Index of a start address; `None` outside code memory.
     pub(crate) fn slot(&mut self, address: u32) -> Option<&mut Block> {
         let (blocks, start) = match Memory::at(address) {
             Memory::Flash => (&mut self.flash, Map::FLASH),
@@ -31,17 +31,17 @@ impl Blocks {
         blocks.get_mut((address.wrapping_sub(start) / 2) as usize)
     }
 
-    /// The contents of the CCM SRAM change.
+    /// Marks the CCM SRAM as changed.
     pub(crate) fn change_ccm(&mut self) {
         self.ccm_changed = true;
     }
 
-    /// Whether what is kept of the code at this address may be that of an earlier content.
+    /// Whether the cached block at this address may be outdated.
     pub(crate) fn is_stale(&self, address: u32) -> bool {
         self.ccm_changed && Memory::at(address) == Memory::Ccm
     }
 
-    /// Forgets what was decoded in CCM SRAM if its contents have changed; what is watched stays so. Whether they have.
+    /// Drops blocks in CCM SRAM if it has changed, and returns whether it has; watched functions stay watched.
     pub(crate) fn forget_stale(&mut self) -> bool {
         if !std::mem::take(&mut self.ccm_changed) {
             return false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! What a debugger asks of the core: breakpoints, single steps, registers. Time stands still while the core is held, for the
-//! chip and for the world at its pins.
+//! Debugging of the core: breakpoints, single steps, registers. While the core is halted, time stops for the chip and for the
+//! world.
 
 use std::collections::BTreeMap;
 
@@ -9,16 +9,16 @@ use unicorn_engine::{RegisterARM, UcHookId, Unicorn, uc_error};
 use super::{Engine, Map, Trap};
 use crate::chip::Chip;
 
-/// What the hooks of breakpoints and steps know of each other.
+/// State that the hooks of breakpoints and steps share.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Resumed {
-    /// The instruction that the core was let go from: its own breakpoint does not hold it again.
+    /// The instruction at which the core was resumed: its breakpoint does not halt it again.
     from: Option<u32>,
-    /// It is held again before the instruction after that.
+    /// Whether the core halts again before the next instruction.
     step: bool,
 }
 
-/// Hooks by the address that they stand at.
+/// Hooks by address.
 #[derive(Default)]
 pub(super) struct Breakpoints {
     at: BTreeMap<u32, UcHookId>,
@@ -78,7 +78,7 @@ const DOUBLE: [RegisterARM; 16] = [
 ];
 
 impl Engine {
-    /// Holds the core before the instruction at an address from now on.
+    /// Sets a breakpoint.
     pub(crate) fn set_breakpoint(&mut self, address: u32) -> Result<(), uc_error> {
         let address = address & !1;
         if self.breakpoints.at.contains_key(&address) {
@@ -90,11 +90,11 @@ impl Engine {
                 before(uc, address as u32, false);
             })?;
         self.breakpoints.at.insert(address, hook);
-        // What was translated before does not call it.
+        // Blocks that are already translated do not call the hook.
         self.uc.ctl_flush_tb()
     }
 
-    /// Takes a breakpoint away; false if there was none.
+    /// Removes a breakpoint; false if there was none.
     pub(crate) fn clear_breakpoint(&mut self, address: u32) -> Result<bool, uc_error> {
         let Some(hook) = self.breakpoints.at.remove(&(address & !1)) else {
             return Ok(false);
@@ -104,7 +104,7 @@ impl Engine {
         Ok(true)
     }
 
-    /// Takes all of them away.
+    /// Removes all breakpoints.
     pub(crate) fn clear_breakpoints(&mut self) -> Result<(), uc_error> {
         let all: Vec<u32> = self.breakpoints.at.keys().copied().collect();
         for address in all {
@@ -115,7 +115,7 @@ impl Engine {
         Ok(())
     }
 
-    /// Lets the core go; after one instruction it is held again if `step` says so.
+    /// Resumes the core; with `step` it halts after one instruction.
     pub(crate) fn resume(&mut self, step: bool) -> Result<(), uc_error> {
         let from = self.register(RegisterARM::PC)? & !1;
         self.chip_mut().core.resumed = Resumed {
@@ -131,7 +131,7 @@ impl Engine {
             self.breakpoints.step = Some(everywhere);
             self.uc.ctl_flush_tb()?;
         } else if !step && let Some(hook) = self.breakpoints.step.take() {
-            // A hook before every instruction makes all of them slow.
+            // A hook before every instruction slows all of them down, so it exists only while stepping.
             self.uc.remove_hook(hook)?;
             self.uc.ctl_flush_tb()?;
         }
@@ -178,8 +178,8 @@ impl Engine {
         Ok(())
     }
 
-    /// Memory as a debugger may look at it without a side effect: flash and RAM, no register of a peripheral. The bytes up
-    /// to the first that is not there.
+    /// Reads memory without side effects: flash and RAM, no peripheral registers. Returns the bytes up to the first unmapped
+    /// address.
     pub(crate) fn peek(&self, address: u32, into: &mut [u8]) -> usize {
         let end = [
             (0, Map::FLASH_SIZE),
@@ -199,11 +199,11 @@ impl Engine {
     }
 }
 
-/// Before an instruction with a breakpoint, or before every one while the core is stepped.
+/// Called before an instruction with a breakpoint, and before every one while stepping.
 fn before(uc: &mut Unicorn<'_, Chip>, address: u32, stepping: bool) {
     let core = &mut uc.get_data_mut().core;
     if core.resumed.from == Some(address) {
-        // Both hooks may stand here: the step's alone forgets where the core was let go while it is stepped.
+        // Both hooks may be called here: while stepping only that of the step clears the resume address.
         if stepping || !core.resumed.step {
             core.resumed.from = None;
         }

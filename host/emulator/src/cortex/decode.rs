@@ -2,8 +2,8 @@
 //! Cost of a translated block, decoded once and cached.
 //!
 //! The engine calls back once a block; the number of instructions in it follows from the Thumb encoding alone.
-//! Cycles are a bracket: the core's table for zero wait states below; above what it leaves open at its most expensive (refill of
-//! the pipeline, division), and what fetching from flash waits for.
+//! Cycles are given as bounds. Lower: the core's table at zero wait states. Upper: its most expensive case (pipeline refill,
+//! division), plus wait states of fetches from flash.
 
 use super::Map;
 
@@ -16,8 +16,8 @@ pub struct Block {
     pub instructions: u32,
     /// Cycles by the core's table, no wait states, division at its shortest.
     pub cycles_low: u32,
-    /// Cycles at most: refill of the pipeline after a branch 3, division 12; from flash, as if nothing were ever cached, 4
-    /// more for each line of 8 bytes, taken branch and literal. The CCM SRAM answers fetches and literals without waiting.
+    /// Upper bound of cycles: pipeline refill after a branch 3, division 12; from flash, as if nothing were cached, 4 more for
+    /// each line of 8 bytes, taken branch and literal. The CCM SRAM has no wait states.
     pub cycles_high: u32,
     /// Contains SEV.
     pub sends_event: bool,
@@ -35,7 +35,7 @@ pub enum Memory {
 }
 
 impl Memory {
-    /// Where an address is fetched from; what is not CCM SRAM can only be flash.
+    /// Memory of an address; everything but CCM SRAM is flash.
     pub(crate) fn at(address: u32) -> Self {
         if address.wrapping_sub(Map::CCM) < Map::CCM_SIZE {
             Self::Ccm
@@ -102,9 +102,9 @@ const FLASH_LINE: u32 = 8;
 /// What an instruction costs by the core's table.
 struct Cost {
     cycles: u32,
-    /// Cycles more at the most.
+    /// Additional cycles of the upper bound.
     more: u32,
-    /// It fetches out of sequence, a branch's target or a literal: waits again where fetching waits.
+    /// Whether it fetches out of sequence (target of a branch, literal), which costs wait states again.
     fetches: bool,
 }
 
@@ -125,7 +125,7 @@ const fn branch(cycles: u32) -> Cost {
     }
 }
 
-/// A conditional branch: at the least it is not taken.
+/// A conditional branch: the lower bound is that of a branch not taken.
 const CONDITIONAL: Cost = Cost {
     cycles: 1,
     more: 3,
@@ -307,7 +307,7 @@ mod tests {
 
     #[test]
     fn flash_makes_fetches_wait_and_ccm_does_not() {
-        // The most that one instruction costs, from CCM SRAM and from flash.
+        // Upper bound of one instruction, from CCM SRAM and from flash.
         let table: [(&[u16], u32, u32); 9] = [
             (&[0x1840], 1, 5),           // adds r0,r0,r1: a line
             (&[0x6808], 2, 6),           // ldr r0,[r1]: a line, its datum is not known to be there

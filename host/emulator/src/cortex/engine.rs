@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! The instruction engine with its memories, wrapped so that the rest of the crate sees no callback.
+//! The instruction engine with its memories; hides its callbacks from the rest of the crate.
 
 use unicorn_engine::{Arch, ArmCpuModel, Mode, Prot, RegisterARM, Unicorn, uc_error};
 
@@ -11,7 +11,7 @@ use super::memory::Ram;
 use super::{Map, Trap};
 use crate::chip::{Chip, Misuse};
 
-/// Why the engine came back.
+/// Why the engine stopped.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Exit {
     /// A deadline, or an exception to take.
@@ -20,14 +20,14 @@ pub(crate) enum Exit {
     Trap(Trap),
 }
 
-/// The engine and everything it calls back into.
+/// The engine and the data of its callbacks.
 pub(crate) struct Engine {
     pub(super) uc: Unicorn<'static, Chip>,
     /// Dropped after the engine, which holds a pointer to it.
     _block_hook: Box<BlockHook>,
     /// Dropped after the engine, which holds a pointer into it.
     ram: Ram,
-    /// Loads from the records are looked at, because some of them are damaged.
+    /// Whether loads from the records are hooked, because some of them are damaged.
     watches_records: bool,
     pub(super) breakpoints: Breakpoints,
 }
@@ -97,7 +97,7 @@ impl Engine {
         })
     }
 
-    /// Takes back the instructions of a block that a fault or a breakpoint cut short.
+    /// Subtracts the instructions of a block that a fault or a breakpoint interrupted.
     fn refund(&mut self) -> Result<(), uc_error> {
         let pc = self.register(RegisterARM::PC)?;
         let core = &self.chip().core;
@@ -176,14 +176,14 @@ impl Engine {
         self.refresh_changed()
     }
 
-    /// Shows the core the whole flash.
+    /// Copies the whole flash into the core's memory.
     fn refresh_flash(&mut self) -> Result<(), uc_error> {
         let image = self.chip().flash.image.clone();
         self.uc.mem_write(0, &image)?;
         self.uc.mem_write(Map::FLASH.into(), &image)
     }
 
-    /// Shows the core what the flash controller changed, and what was stored where code runs.
+    /// Copies changes of the flash controller into the core's memory, and applies changes of code.
     pub(crate) fn refresh_changed(&mut self) -> Result<(), uc_error> {
         if !self.watches_records && self.chip().flash.is_damaged() {
             self.watches_records = true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! Exception entry and return, which the engine leaves to its host.
+//! Exception entry and return, which the engine does not implement.
 
 use unicorn_engine::{RegisterARM as R, uc_error};
 
@@ -12,7 +12,7 @@ const CORE_FRAME: [R; 8] = [R::R0, R::R1, R::R2, R::R3, R::R12, R::LR, R::PC, R:
 const FP_FRAME: [R; 8] = [R::D0, R::D1, R::D2, R::D3, R::D4, R::D5, R::D6, R::D7];
 const FPCA: u32 = 4;
 const SPSEL: u32 = 2;
-/// Bit of the stacked xPSR: four bytes were left free to align the frame.
+/// Bit of the stacked xPSR: the frame was aligned by four bytes.
 const ALIGNED: u32 = 1 << 9;
 const THUMB: u32 = 1 << 24;
 
@@ -33,7 +33,7 @@ impl Passage {
 
 /// Stacking failed: no memory below the stack pointer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Unstackable;
+pub(crate) struct StackingFailed;
 
 impl Engine {
     /// Starts from the vector table, as after a reset.
@@ -71,7 +71,7 @@ impl Engine {
     }
 
     /// Enters an exception at the present program counter.
-    pub(crate) fn enter(&mut self, number: u16) -> Result<Result<(), Unstackable>, uc_error> {
+    pub(crate) fn enter(&mut self, number: u16) -> Result<Result<(), StackingFailed>, uc_error> {
         let control = self.register(R::CONTROL)?;
         let status = self.register(R::XPSR)?;
         let handler = status & 0x1FF != 0;
@@ -124,11 +124,14 @@ impl Engine {
             .enter(number, ENTRY.least, cycles + FLASH_WAIT);
         chip.core.event = true;
         chip.now += u64::from(cycles) * chip.clocks().bus;
-        Ok(if stacked { Ok(()) } else { Err(Unstackable) })
+        Ok(if stacked { Ok(()) } else { Err(StackingFailed) })
     }
 
     /// Leaves the running exception with this EXC_RETURN value.
-    pub(crate) fn leave(&mut self, exc_return: u32) -> Result<Result<(), Unstackable>, uc_error> {
+    pub(crate) fn leave(
+        &mut self,
+        exc_return: u32,
+    ) -> Result<Result<(), StackingFailed>, uc_error> {
         let number = (self.register(R::XPSR)? & 0x1FF) as u16;
         let floating = exc_return & 0x10 == 0;
         let process = exc_return & 0xF == 0xD;
@@ -140,7 +143,7 @@ impl Engine {
         let size = if floating { 0x68 } else { 0x20 };
         let mut bytes = [0; 0x68];
         if self.read_into(frame, &mut bytes[..size]).is_none() {
-            return Ok(Err(Unstackable));
+            return Ok(Err(StackingFailed));
         }
         let word = |n: usize| {
             u32::from_le_bytes([
@@ -205,7 +208,7 @@ impl Engine {
         self.escalate(number)
     }
 
-    /// Takes a fault exception, escalated to HardFault where it is disabled or not urgent enough.
+    /// Takes a fault exception, escalated to HardFault if it is disabled or its priority is too low.
     pub(crate) fn escalate(&mut self, number: u16) -> Result<(), uc_error> {
         let masked = self.register(R::PRIMASK)? & 1 != 0;
         let faultmask = self.register(R::FAULTMASK)? & 1 != 0;
@@ -243,7 +246,7 @@ impl Engine {
         core.scs[CFSR] |= 1 << 12;
         core.scs[HFSR] |= 1 << 30;
         if entered == exception::HARD_FAULT || core.nvic.preemption(entered) < 0 {
-            // The chip would run the handler until it touches the stack; the vector is taken all the same.
+            // The chip would run the handler until it accesses the stack, so the vector is taken anyway.
             return Ok(());
         }
         // The failing exception stays pending; HardFault comes first.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! What the instruction engine calls back: registers, flash and CCM stores, loads to watch, traps. Blocks: `block_hook`.
+//! Callbacks of the instruction engine: registers, stores to flash and CCM, watched loads, traps. Blocks: `block_hook`.
 
 use unicorn_engine::{HookType, MemType, Prot, RegisterARM, TlbEntry, TlbType, Unicorn, uc_error};
 
@@ -13,7 +13,7 @@ const RECORDS_SIZE: u32 = 16 * 1024;
 
 pub(super) type Uc<'a> = Unicorn<'a, Chip>;
 
-/// Installs all that every run needs.
+/// Installs the hooks of every run.
 pub(super) fn install(uc: &mut Unicorn<'static, Chip>, ram: &Ram) -> Result<(), uc_error> {
     map_registers(uc)?;
     map_pages(uc)?;
@@ -115,40 +115,45 @@ fn watch_stores(uc: &mut Unicorn<'static, Chip>, ram: &Ram) -> Result<(), uc_err
     }
     for base in [0, Map::FLASH] {
         let (from, to) = (base.into(), (base + Map::FLASH_SIZE - 1).into());
-        uc.add_mem_hook(
-            HookType::MEM_WRITE_PROT,
-            from,
-            to,
-            move |uc: &mut Uc<'_>, _, address, size, value| {
-                forget_it_state(uc);
-                uc.get_data_mut()
-                    .store_flash(address as u32 - base, size, value as u32);
-                true
-            },
-        )?;
+        hook_refused_stores(uc, from, to, move |uc, address, size, value| {
+            let chip = uc.get_data_mut();
+            chip.store_flash(address - base, size, value as u32);
+        })?;
     }
     let code = ram.clone();
-    // What the engine and the books keep of code must follow its changes. Only the firmware's start stores here, so
-    // that stores may be as slow as refused ones; a hook of stores would make those to every address slow.
+    // Translated and decoded code must follow its changes. Only the start of the firmware stores here, so these stores may be
+    // slow; a hook of stores would slow down those to every address.
     let (from, to) = (Map::CCM.into(), (ccm_end - 1).into());
+    hook_refused_stores(uc, from, to, move |uc, address, size, value| {
+        uc.get_data_mut().core.blocks.change_ccm();
+        let bytes = value.to_le_bytes();
+        // A store of the core is never wider than these, and the hook's range is RAM.
+        let _ = code.write(address, &bytes[..size.min(bytes.len())]);
+    })
+}
+
+/// Calls `store` with address, size and value for every store to a range that the engine has mapped read-only.
+fn hook_refused_stores(
+    uc: &mut Unicorn<'static, Chip>,
+    from: u64,
+    to: u64,
+    store: impl Fn(&mut Uc<'_>, u32, usize, i64) + 'static,
+) -> Result<(), uc_error> {
     uc.add_mem_hook(
         HookType::MEM_WRITE_PROT,
         from,
         to,
         move |uc: &mut Uc<'_>, _, address, size, value| {
             forget_it_state(uc);
-            uc.get_data_mut().core.blocks.change_ccm();
-            let bytes = value.to_le_bytes();
-            // A store of the core is never wider than these, and the hook's range is RAM.
-            let _ = code.write(address as u32, &bytes[..size.min(bytes.len())]);
+            store(uc, address as u32, size, value);
             true
         },
     )?;
     Ok(())
 }
 
-/// From now on, loads of damaged double words of the records are noticed. With a hook of loads all of them are slow,
-/// wherever they go: only a flash that has been damaged is worth that.
+/// Detects loads of damaged double words of the records from now on. A hook of loads slows all of them down, so it is installed
+/// only when flash has been damaged.
 pub(super) fn watch_records(uc: &mut Unicorn<'static, Chip>) -> Result<(), uc_error> {
     let records = Map::FLASH + Map::FLASH_SIZE - RECORDS_SIZE;
     let (from, to) = (records.into(), (records + RECORDS_SIZE - 1).into());
@@ -162,7 +167,7 @@ pub(super) fn watch_records(uc: &mut Unicorn<'static, Chip>) -> Result<(), uc_er
             true
         },
     )?;
-    // What was translated before does not call it.
+    // Blocks that are already translated do not call the hook.
     uc.ctl_flush_tb()
 }
 

@@ -21,9 +21,9 @@ impl Ram {
         }
     }
 
-    /// Maps the RAM at its own address and its last part, once more, at that of the CCM SRAM, where alone code may run: a
-    /// page that may hold code makes every store to it slow. The engine notices changed code where it is stored at the address
-    /// it runs from, not through the alias.
+    /// Maps the RAM at its own address, and its last part again at that of the CCM SRAM. Code may run only there, because stores
+    /// to a page with code are slow. The engine detects changed code if it is stored at the address it runs from, not through the
+    /// alias.
     #[allow(unsafe_code)]
     pub(super) fn map<D>(&self, engine: &mut Unicorn<'_, D>) -> Result<(), uc_error> {
         let data = Prot::READ | Prot::WRITE;

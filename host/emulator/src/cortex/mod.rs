@@ -30,13 +30,13 @@ pub(crate) struct Map;
 impl Map {
     pub(crate) const FLASH: u32 = 0x0800_0000;
     pub(crate) const FLASH_SIZE: u32 = crate::chip::FLASH_SIZE as u32;
-    /// SRAM1, SRAM2 and the alias of the CCM SRAM, one behind the other.
+    /// SRAM1, SRAM2 and the alias of the CCM SRAM, contiguous.
     pub(crate) const RAM: u32 = 0x2000_0000;
     pub(crate) const RAM_SIZE: u32 = 32 * 1024;
     /// The CCM SRAM at its own address.
     pub(crate) const CCM: u32 = 0x1000_0000;
     pub(crate) const CCM_SIZE: u32 = 10 * 1024;
-    /// Where in the RAM the CCM SRAM appears as well.
+    /// Offset in the RAM of the alias of the CCM SRAM.
     pub(crate) const CCM_ALIAS: u32 = 0x5800;
     /// System memory with the unique identity and the flash size.
     pub(crate) const SYSTEM: u32 = 0x1FFF_0000;
@@ -54,7 +54,7 @@ impl Map {
     }
 }
 
-/// Something the core did that the run loop must deal with.
+/// Event of the core that the run loop must handle.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Trap {
     /// An exception handler returned with this value in the program counter.
@@ -63,13 +63,13 @@ pub(crate) enum Trap {
     Breakpoint,
     WaitForEvent,
     Undefined,
-    /// No memory answers at this address.
+    /// No memory at this address.
     Bus {
         address: u32,
         fetch: bool,
     },
     Misuse(Misuse),
-    /// A debugger holds the core before an instruction: a breakpoint, or a step that is done.
+    /// The core is halted before an instruction: a breakpoint, or the end of a step.
     Held {
         stepping: bool,
     },
@@ -82,7 +82,7 @@ pub struct Core {
     pub(crate) systick: systick::SysTick,
     scs: Bank,
     dwt: Bank,
-    /// The books.
+    /// Instruction counts.
     pub(crate) account: Account,
     blocks: Blocks,
     /// Start and length in bytes of the block that runs or was about to run.
@@ -95,7 +95,7 @@ pub struct Core {
     pub(crate) resumed: debug::Resumed,
     /// CYCCNT counts executed instructions exactly.
     pub(crate) count_instructions: bool,
-    /// Instructions of the running block that come after the load being carried out.
+    /// Instructions of the running block after the current load.
     instructions_ahead: u64,
     /// Level of nFAULT when the pins were last looked at.
     pub(crate) fault_was_low: bool,
@@ -133,7 +133,7 @@ impl Core {
         self.trap = None;
     }
 
-    /// Instructions executed before the load being carried out.
+    /// Instructions executed before the current load.
     fn exact_instructions(&self) -> u64 {
         self.account.total().instructions - self.instructions_ahead
     }

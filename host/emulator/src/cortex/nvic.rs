@@ -52,7 +52,7 @@ impl Nvic {
         }
     }
 
-    /// The pending exception that would preempt what runs, if no mask register forbids it, and its priority.
+    /// The pending exception that would preempt the running code if no mask register prevents it, with its priority.
     pub(crate) fn candidate(&self) -> Option<(u16, i16)> {
         self.candidate
     }
@@ -61,7 +61,7 @@ impl Nvic {
         self.pending >> exception & 1 != 0
     }
 
-    /// Level of an interrupt line of a peripheral. A line that rises makes its interrupt pending.
+    /// Sets the level of a peripheral's interrupt line. A rising line makes its interrupt pending.
     pub(crate) fn set_line(&mut self, interrupt: u16, high: bool) {
         let bit = 1u128 << (exception::EXTERNAL + interrupt);
         if high && self.lines & bit == 0 {
@@ -102,7 +102,7 @@ impl Nvic {
         self.update();
     }
 
-    /// Ends an exception; a line still high makes it pending again. False if it was not active.
+    /// Ends an exception; if its line is still high it becomes pending again. False if it was not active.
     pub(crate) fn leave(&mut self, exception: u16) -> bool {
         let bit = 1u128 << exception;
         let was = self.active & bit != 0;
@@ -145,7 +145,7 @@ impl Nvic {
         }
     }
 
-    /// Priority of what runs, the mask registers left out.
+    /// Priority of the running code, without mask registers.
     pub(crate) fn running(&self) -> i16 {
         bits(self.active)
             .map(|e| self.preemption(e))

@@ -92,7 +92,7 @@ impl Chip {
         Ok((self.cycle_counter() as u32).wrapping_sub(self.core.dwt[0x4]))
     }
 
-    /// What CYCCNT counts: core cycles, or executed instructions in a benchmark.
+    /// Value of CYCCNT: core cycles, or executed instructions in a benchmark.
     fn cycle_counter(&self) -> u64 {
         if self.core.count_instructions {
             self.core.exact_instructions()

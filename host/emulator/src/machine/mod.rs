@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! The chip with firmware in it: set-up, power, pins, log and what can be read from outside.
+//! The chip with its firmware: set-up, power, pins, log and access from outside.
 
 mod run;
 
 use palpate_plant::Plant;
 
 use crate::Error;
-use crate::chip::{Chip, Cut, Operation, Quirks, ResetCause};
+use crate::chip::{Chip, Operation, PowerCut, Quirks, ResetCause};
 use crate::cortex::account::Account;
 use crate::cortex::{Engine, Map};
 use crate::firmware::{Firmware, place};
@@ -22,7 +22,7 @@ pub struct Setup {
     pub reader: Reader,
     /// Contents of the flash left by an earlier run, instead of a freshly programmed chip.
     pub flash: Option<Vec<u8>>,
-    /// What real parts do that a model of their registers alone would not.
+    /// Behaviour of real parts beyond their registers.
     pub quirks: Quirks,
     /// Frequency of the watchdog's oscillator: 32 kHz nominal, 29.5 to 34 kHz over temperature and supply.
     pub lsi_hz: u64,
@@ -52,17 +52,17 @@ impl Default for Setup {
 /// Why the machine paused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pause {
-    /// The wanted time has come.
+    /// The requested time is reached.
     Time,
     /// The chip was reset and starts again.
     Reset(ResetCause),
-    /// The power went at the flash operation set by [`Machine::cut_power_at`].
+    /// The power failed at the flash operation set by [`Machine::cut_power_at`].
     PowerLost,
     /// The firmware ended itself by a semihosting exit with this code.
     Exit(u32),
-    /// A debugger holds the core: at a breakpoint, or after a step.
+    /// The core is halted at a breakpoint or after a step.
     Held {
-        /// The step is done; otherwise it is a breakpoint.
+        /// Whether it was a step; otherwise a breakpoint.
         stepping: bool,
     },
 }
@@ -72,9 +72,9 @@ pub enum Pause {
 pub struct Stack {
     /// `process` or `main`.
     pub name: &'static str,
-    /// Bytes it may use.
+    /// Size, bytes.
     pub size: usize,
-    /// Bytes it has used at most.
+    /// Largest use, bytes.
     pub used: usize,
 }
 
@@ -202,7 +202,7 @@ impl<'f> Machine<'f> {
         self.engine.chip_mut()
     }
 
-    /// The books: who executed how many instructions.
+    /// Instruction counts.
     #[must_use]
     pub fn account(&self) -> &Account {
         &self.chip().core.account
@@ -214,12 +214,12 @@ impl<'f> Machine<'f> {
         self.chip().world.plant()
     }
 
-    /// The simulated world, to break something in it.
+    /// The simulated world, for injecting faults.
     pub fn plant_mut(&mut self) -> Option<&mut Plant> {
         self.chip_mut().world.plant_mut()
     }
 
-    /// What is wrong between world and chip.
+    /// Faults between world and chip.
     pub fn rewire(&mut self, change: impl FnOnce(&mut Wires)) {
         let chip = self.chip_mut();
         change(&mut chip.world.wires);
@@ -263,12 +263,12 @@ impl<'f> Machine<'f> {
         self.tap.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
-    /// What a debugger does.
+    /// Access for a debugger.
     pub(crate) fn engine_mut(&mut self) -> &mut Engine {
         &mut self.engine
     }
 
-    /// Queues bytes for the log's down channel; they go as the firmware makes room.
+    /// Queues bytes for the log's down channel; they are passed on as the firmware makes room.
     pub fn command(&mut self, text: &str) {
         self.outbox.extend(text.as_bytes());
     }
@@ -278,7 +278,7 @@ impl<'f> Machine<'f> {
         self.chip_mut().serial_in(text.as_bytes());
     }
 
-    /// What the firmware sent over the serial port since the last call.
+    /// Bytes that the firmware sent over the serial port since the last call.
     pub fn serial_output(&mut self) -> Vec<u8> {
         self.chip_mut().serial_out()
     }
@@ -288,7 +288,7 @@ impl<'f> Machine<'f> {
         std::mem::take(&mut self.lines)
     }
 
-    /// What the chip did that the firmware's log does not show (faults, lockup, resets), since the last call.
+    /// Events of the chip that the firmware's log does not show (faults, lockup, resets), since the last call.
     pub fn take_notes(&mut self) -> Vec<String> {
         std::mem::take(&mut self.notes)
     }
@@ -319,12 +319,12 @@ impl<'f> Machine<'f> {
         &self.chip().flash.operations
     }
 
-    /// Lets the power fail at the flash operation with this index in [`Machine::flash_operations`].
-    pub fn cut_power_at(&mut self, operation: usize, cut: Cut) {
+    /// Makes the power fail at the flash operation with this index in [`Machine::flash_operations`].
+    pub fn cut_power_at(&mut self, operation: usize, cut: PowerCut) {
         self.chip_mut().flash.cut = Some((operation, cut));
     }
 
-    /// The power went at the operation set by [`Machine::cut_power_at`].
+    /// Whether the power has failed at the operation set by [`Machine::cut_power_at`].
     #[must_use]
     pub fn power_lost(&self) -> bool {
         self.chip().flash.power_lost
@@ -367,12 +367,12 @@ impl<'f> Machine<'f> {
         .collect()
     }
 
-    /// Where the core is, for messages.
+    /// Current place of the core, for messages.
     #[must_use]
     pub fn position(&self) -> String {
         place(self.firmware, self.chip().core.block_address)
     }
 }
 
-/// What untouched RAM holds.
+/// Pattern of unused RAM.
 const UNTOUCHED: u8 = 0xA7;

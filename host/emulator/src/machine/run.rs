@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! The run loop: lets the core run from one due event to the next, takes exceptions, deals with what stops the core.
+//! The run loop: runs the core from one event to the next, takes exceptions, handles stops of the core.
 
 use unicorn_engine::RegisterARM;
 
@@ -12,7 +12,7 @@ impl Machine<'_> {
     /// Runs up to a moment of virtual time.
     ///
     /// # Errors
-    /// The firmware misuses the chip in a way that the emulator does not guess about, or the engine fails.
+    /// The firmware does something that is not modelled, or the engine fails.
     pub fn run_until(&mut self, end: Ticks) -> Result<Pause, Error> {
         loop {
             let limit = end.min(self.next_poll);
@@ -102,7 +102,7 @@ impl Machine<'_> {
         }
     }
 
-    /// Deals with what stopped the core; an exit code if the firmware ended itself.
+    /// Handles a stop of the core; returns an exit code if the firmware ended itself.
     fn handle(&mut self, trap: Trap) -> Result<Option<u32>, Error> {
         match trap {
             Trap::WaitForEvent => self.sleep = Sleep::ForEvent,
@@ -132,7 +132,7 @@ impl Machine<'_> {
                 }
             }
             Trap::Misuse(misuse) => return Err(self.misuse(misuse)),
-            // The run loop returns with it.
+            // Returned by the run loop.
             Trap::Held { .. } => {}
         }
         Ok(None)
@@ -160,7 +160,7 @@ impl Machine<'_> {
         }
     }
 
-    /// Ends the run: fetches what is left of the log.
+    /// Ends the run: reads the rest of the log.
     pub fn finish(&mut self) {
         self.poll(true);
     }

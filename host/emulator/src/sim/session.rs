@@ -49,6 +49,8 @@ const PRESS: Ticks = 100 * TICKS_PER_MS;
 const PAUSE: Ticks = 50 * TICKS_PER_MS;
 /// Longest wait for an answer.
 const ANSWER: Ticks = 3000 * TICKS_PER_MS;
+/// The same where the self-test or the identification moves the motor first.
+const TEST: Ticks = 20_000 * TICKS_PER_MS;
 
 /// Resets after which the firmware will not come up any more.
 const RESET_LOOP: usize = 10;
@@ -196,9 +198,9 @@ impl<'f> Session<'f> {
 
     fn hear(&mut self, line: &Line) -> Result<(), Error> {
         let event = line.event();
-        // Samples never end by themselves: they do not put off the end of an answer.
+        // Other lines may come before an answer.
         if let Progress::Answering(_) = self.progress
-            && event.name != "sample"
+            && event.name == "answer"
         {
             self.progress = Progress::Answering(self.machine.now() + PAUSE);
         }
@@ -273,10 +275,12 @@ impl<'f> Session<'f> {
             return;
         };
         self.next += 1;
-        self.progress = if step.moves() {
-            Progress::Moving
-        } else {
-            Progress::Answering(now + ANSWER)
+        self.progress = match step {
+            _ if step.moves() => Progress::Moving,
+            Step::Command(line) if line == "selftest" || line == "identify" => {
+                Progress::Answering(now + TEST)
+            }
+            _ => Progress::Answering(now + ANSWER),
         };
         match step {
             Step::Button => {

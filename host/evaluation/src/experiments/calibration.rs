@@ -26,14 +26,14 @@ const CONTACTS: usize = 6;
 
 /// What a calibration is about: the values of the simulated world, in the terms of [`Calibration`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct True {
+pub struct TrueValues {
     /// Efficiency over spring stiffness, as a factor on the scene's.
     pub torque_factor: f64,
     /// Elastic twist of the cable per newton metre computed with the scene's values.
     pub cable_rad_per_nm: f64,
 }
 
-impl True {
+impl TrueValues {
     /// From the plant's own parameters, at the speed at which the finger closes.
     #[must_use]
     pub fn of(parameters: &Parameters) -> Self {
@@ -65,7 +65,7 @@ pub struct Finger {
     /// Of its hidden values.
     pub seed: u64,
     /// Them.
-    pub truth: True,
+    pub truth: TrueValues,
     /// What the guided sequence found.
     pub found: Calibration,
     /// Steps of the sequence that were refused.
@@ -93,7 +93,7 @@ impl Finger {
         }
         Ok(Self {
             seed,
-            truth: True::of(parameters),
+            truth: TrueValues::of(parameters),
             found: session.calibrated,
             refused: session.refused.len(),
             contacts,
@@ -298,14 +298,14 @@ mod tests {
     #[test]
     fn the_true_values_follow_the_hidden_ones() {
         let base = Parameters::default();
-        let nominal = True::of(&base);
+        let nominal = TrueValues::of(&base);
         // The scene's nominal efficiency is a round number, the plant's follows from its worm.
         assert!((nominal.torque_factor - 1.0).abs() < 0.1, "{nominal:?}");
         let mut other = base.clone();
         other.motor.torque_constant_nm_per_a *= 1.1;
         other.mechanism.spring_error = 0.25;
         other.cable.stiffness_n_per_m *= 2.0;
-        let found = True::of(&other);
+        let found = TrueValues::of(&other);
         let ratio = found.torque_factor / nominal.torque_factor;
         assert!((ratio - 1.1 / 1.25).abs() < 1e-9, "{ratio}");
         let ratio = found.cable_rad_per_nm / nominal.cable_rad_per_nm;

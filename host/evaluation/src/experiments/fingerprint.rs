@@ -24,11 +24,7 @@ const SOURCES: &[&str] = &[
 /// Root of the checkout.
 #[must_use]
 pub fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .ancestors()
-        .nth(2)
-        .map(Path::to_path_buf)
-        .unwrap_or_default()
+    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
 }
 
 fn files(at: &Path, found: &mut Vec<PathBuf>) -> std::io::Result<()> {

@@ -3,7 +3,7 @@
 use palpate::sample::Sample;
 
 use super::place::invert;
-use super::turns::{Turn, steady};
+use super::turns::{MotorTurn, steady};
 use super::{Model, Verdict};
 
 /// Margin of the threshold over the largest torque of the free closing.
@@ -35,7 +35,7 @@ pub fn friction_threshold(model: &Model, free_closing: &[Sample]) -> Option<f64>
 }
 
 /// Mean torque and angle of some turns.
-fn level(turns: &[Turn]) -> Option<(f64, f64)> {
+fn level(turns: &[MotorTurn]) -> Option<(f64, f64)> {
     let count = turns.len() as f64;
     (count > 0.0).then(|| {
         let torque = turns.iter().map(|turn| turn.torque_nm).sum::<f64>() / count;

@@ -13,7 +13,7 @@ const PAUSE_US: u64 = 40_000;
 
 /// Torque and angle over a turn.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Turn {
+pub(super) struct MotorTurn {
     /// End of the turn.
     pub time_us: u64,
     /// Mean torque, newton metre, as computed from the current.
@@ -28,7 +28,7 @@ pub(super) struct Turn {
 }
 
 /// Whole turns in the closing direction, cut within a sample where need be.
-fn whole(model: &Model, samples: &[Sample]) -> Vec<Turn> {
+fn whole(model: &Model, samples: &[Sample]) -> Vec<MotorTurn> {
     let mut turns = Vec::new();
     // Begin of the turn, counts; time and current-time so far.
     let mut open: Option<(f64, f64, f64)> = None;
@@ -61,7 +61,7 @@ fn whole(model: &Model, samples: &[Sample]) -> Vec<Turn> {
             ampere_us += share * elapsed_us * f64::from(sample.current_a);
             let torque_nm = ampere_us / time_us * model.torque_nm_per_a;
             let angle_rad = (begin + 0.5 * model.counts_per_turn) / model.counts_per_rad;
-            turns.push(Turn {
+            turns.push(MotorTurn {
                 time_us: sample.time_us,
                 torque_nm,
                 excess_nm: torque_nm - model.free_torque(angle_rad),
@@ -81,7 +81,7 @@ fn whole(model: &Model, samples: &[Sample]) -> Vec<Turn> {
 }
 
 /// The steady turns of a closing.
-pub(super) fn steady(model: &Model, samples: &[Sample]) -> Vec<Turn> {
+pub(super) fn steady(model: &Model, samples: &[Sample]) -> Vec<MotorTurn> {
     let mut turns = whole(model, samples);
     let mut durations: Vec<f64> = turns.iter().map(|turn| turn.duration_us).collect();
     durations.sort_by(f64::total_cmp);

@@ -150,6 +150,19 @@ impl Speeds {
     }
 }
 
+/// Samples of a motor at rest after the last sample: the sensor ends with them what it has begun.
+pub fn idle_after(samples: &[Sample]) -> impl Iterator<Item = Sample> {
+    let last = samples.last().copied();
+    last.into_iter().flat_map(|last| {
+        (1..=FLUSH).map(move |step| Sample {
+            time_us: last.time_us + step * PERIOD_US,
+            drive: Drive::Idle,
+            current_a: 0.0,
+            ..last
+        })
+    })
+}
+
 /// Replays samples by the protocol, and hands what the sensing says of them to `hear`, with its time. `false`: there was
 /// no second closing.
 pub fn follow<F: Mechanics, X: SeriesElement>(
@@ -169,17 +182,9 @@ pub fn follow<F: Mechanics, X: SeriesElement>(
             hear(sample.time_us, &event);
         }
     }
-    if let Some(last) = samples.last() {
-        for step in 1..=FLUSH {
-            let idle = Sample {
-                time_us: last.time_us + step * PERIOD_US,
-                drive: Drive::Idle,
-                current_a: 0.0,
-                ..*last
-            };
-            if let Some(event) = sensor.update(&idle) {
-                hear(idle.time_us, &event);
-            }
+    for idle in idle_after(samples) {
+        if let Some(event) = sensor.update(&idle) {
+            hear(idle.time_us, &event);
         }
     }
     protocol.is_complete()

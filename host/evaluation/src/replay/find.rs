@@ -16,7 +16,7 @@ const FREE_RISE: std::ops::Range<f64> = 0.5..1.5;
 
 /// A stretch of samples, by index.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Stretch {
+pub struct MotionSegment {
     /// First sample.
     pub from: usize,
     /// After the last sample.
@@ -24,8 +24,8 @@ pub struct Stretch {
 }
 
 /// Stretches driven in one direction.
-fn stretches(samples: &[Sample], drive: Drive) -> Vec<Stretch> {
-    let mut found: Vec<Stretch> = Vec::new();
+fn stretches(samples: &[Sample], drive: Drive) -> Vec<MotionSegment> {
+    let mut found: Vec<MotionSegment> = Vec::new();
     for (index, sample) in samples.iter().enumerate() {
         if sample.drive != drive {
             continue;
@@ -39,7 +39,7 @@ fn stretches(samples: &[Sample], drive: Drive) -> Vec<Stretch> {
             {
                 last.to = index + 1;
             }
-            _ => found.push(Stretch {
+            _ => found.push(MotionSegment {
                 from: index,
                 to: index + 1,
             }),
@@ -48,13 +48,13 @@ fn stretches(samples: &[Sample], drive: Drive) -> Vec<Stretch> {
     found
 }
 
-fn travel(samples: &[Sample], stretch: &Stretch) -> f64 {
+fn travel(samples: &[Sample], stretch: &MotionSegment) -> f64 {
     let (first, last) = (&samples[stretch.from], &samples[stretch.to - 1]);
     f64::from(last.position_counts.wrapping_sub(first.position_counts))
 }
 
 /// Mean current over the last quarter of a stretch, over that of its second quarter: a contact makes it rise.
-fn rise(samples: &[Sample], stretch: &Stretch) -> f64 {
+fn rise(samples: &[Sample], stretch: &MotionSegment) -> f64 {
     let length = stretch.to - stretch.from;
     let mean = |from: usize, to: usize| {
         let part = &samples[stretch.from + from..stretch.from + to];
@@ -108,7 +108,10 @@ impl std::fmt::Display for NoFreeClosing {
 ///
 /// # Errors
 /// Why there is none.
-pub fn free_closing(samples: &[Sample], travel_counts: f64) -> Result<Stretch, NoFreeClosing> {
+pub fn free_closing(
+    samples: &[Sample],
+    travel_counts: f64,
+) -> Result<MotionSegment, NoFreeClosing> {
     let least_counts = LEAST_SHARE * travel_counts;
     let closings = stretches(samples, Drive::Closing);
     let longest = closings
@@ -145,7 +148,7 @@ pub fn free_closing(samples: &[Sample], travel_counts: f64) -> Result<Stretch, N
 
 /// With the opening that follows, so that friction is known both ways.
 #[must_use]
-pub fn with_opening(samples: &[Sample], closing: &Stretch) -> Stretch {
+pub fn with_opening(samples: &[Sample], closing: &MotionSegment) -> MotionSegment {
     let opening = stretches(samples, Drive::Opening)
         .into_iter()
         .find(|stretch| stretch.from >= closing.to);
@@ -157,7 +160,7 @@ pub fn with_opening(samples: &[Sample], closing: &Stretch) -> Stretch {
         (Some(opening), _) => opening.to,
         (None, _) => closing.to,
     };
-    Stretch {
+    MotionSegment {
         from: closing.from,
         to,
     }

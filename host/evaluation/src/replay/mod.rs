@@ -1,18 +1,22 @@
 //! The sensing on a recording: what the firmware would have said.
 //!
-//! Passive: nothing is known of how the recording was made. Friction comes from a recording of a free motion, or from a
+//! A recording that the firmware streamed tells what each sample was for, and the same events come out of it (`again`). Any
+//! other is watched passively: nothing is known of how the recording was made. Friction comes from a recording of a free motion, or from a
 //! free closing that the recording itself contains; torque factor and cable from recordings of a press and of pins.
 //!
 //! | module | what it does |
 //! |---|---|
+//! | `again` | the same events from what the firmware streamed |
 //! | `find` | free motion in a recording |
 //! | `event` | events as text and JSON |
 
+mod again;
 mod event;
 mod find;
 
+pub use again::{Comparison, again};
 pub use event::{Fields, fields, followed_fields, line};
-pub use find::{NoFreeClosing, Stretch};
+pub use find::{MotionSegment, NoFreeClosing};
 
 use palpate::finger::Mechanics;
 use palpate::sample::{Drive, Sample};
@@ -21,16 +25,18 @@ use palpate::sensing::{
     AfterContact, Calibration, Directive, Event, Followed, NoJointSensor, Sensor, SeriesElement,
 };
 
-use crate::recordings::protocol::{FLUSH, Speeds};
+use crate::recordings::protocol::{Speeds, idle_after};
 use crate::trace::PERIOD_US;
 
 /// Where the recording of friction was found.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Source {
+    /// What the firmware itself knew or recorded.
+    Live,
     /// A recording of its own.
     Separate,
     /// A free closing (and what opening followed) in the recording itself.
-    Within(Stretch),
+    Within(MotionSegment),
     /// Nowhere: contacts cannot be told from friction.
     None(NoFriction),
 }
@@ -72,7 +78,7 @@ impl std::fmt::Display for NoFriction {
 
 /// An event with its time.
 #[derive(Clone, Debug)]
-pub struct Told {
+pub struct TimedEvent {
     /// Microseconds from the recording's begin.
     pub time_us: u64,
     /// What was said.
@@ -85,7 +91,7 @@ pub struct Replay {
     /// Where friction was learned.
     pub friction: Source,
     /// What the sensing said.
-    pub told: Vec<Told>,
+    pub told: Vec<TimedEvent>,
     /// What it said after the first contact, in scenes with that option, with the time from the recording's begin.
     pub followed: Vec<(u64, Followed)>,
     /// The calibration in force after it.
@@ -107,7 +113,7 @@ impl Replay {
 
 /// What is known before a recording is replayed.
 #[derive(Clone, Debug)]
-pub struct Beforehand<'a> {
+pub struct Preparation<'a> {
     /// Recording of a free closing and opening, instead of one searched in the recording.
     pub friction: Option<&'a [Sample]>,
     /// Torque factor and cable.
@@ -116,7 +122,7 @@ pub struct Beforehand<'a> {
 
 /// Replays `samples`; `purpose` is what its closings are for, [`Directive::Watch`] but for calibrations.
 #[must_use]
-pub fn replay<S: Scene>(samples: &[Sample], before: &Beforehand, purpose: Directive) -> Replay {
+pub fn replay<S: Scene>(samples: &[Sample], before: &Preparation, purpose: Directive) -> Replay {
     let finger = S::MECHANISM;
     let drivetrain = S::drivetrain(&finger);
     let source = before.friction.unwrap_or(samples);
@@ -141,7 +147,7 @@ pub fn replay<S: Scene>(samples: &[Sample], before: &Beforehand, purpose: Direct
     let (mut told, mut followed) = (Vec::new(), Vec::new());
     let mut last_us = None;
     let mut take_after =
-        |sensor: &mut Sensor<_, _, _>, sample: &Sample, before: usize, told: &[Told]| {
+        |sensor: &mut Sensor<_, _, _>, sample: &Sample, before: usize, told: &[TimedEvent]| {
             let told = told.get(before).map(|told| &told.event);
             if let Some(event) = after.sample(sensor, sample, told) {
                 followed.push((sample.time_us, event));
@@ -159,7 +165,7 @@ pub fn replay<S: Scene>(samples: &[Sample], before: &Beforehand, purpose: Direct
         take_after(&mut sensor, sample, before, &told);
         last_us = Some(sample.time_us);
     }
-    for idle in after_end(samples) {
+    for idle in idle_after(samples) {
         let before = told.len();
         take(&mut sensor, &idle, &mut told);
         take_after(&mut sensor, &idle, before, &told);
@@ -193,10 +199,10 @@ fn within<F: Mechanics, X: SeriesElement>(
 fn take<F: Mechanics, X: SeriesElement>(
     sensor: &mut Sensor<F, NoJointSensor, X>,
     sample: &Sample,
-    told: &mut Vec<Told>,
+    told: &mut Vec<TimedEvent>,
 ) {
     if let Some(event) = sensor.update(sample) {
-        told.push(Told {
+        told.push(TimedEvent {
             time_us: sample.time_us,
             event,
         });
@@ -206,25 +212,11 @@ fn take<F: Mechanics, X: SeriesElement>(
 fn flush<F: Mechanics, X: SeriesElement>(
     sensor: &mut Sensor<F, NoJointSensor, X>,
     samples: &[Sample],
-    told: &mut Vec<Told>,
+    told: &mut Vec<TimedEvent>,
 ) {
-    for idle in after_end(samples) {
+    for idle in idle_after(samples) {
         take(sensor, &idle, told);
     }
-}
-
-/// Samples of a motor at rest after the recording's end: what the sensing judges comes with them.
-fn after_end(samples: &[Sample]) -> impl Iterator<Item = Sample> + use<> {
-    let last = samples.last().copied();
-    (1..=FLUSH).filter_map(move |step| {
-        let last = last?;
-        Some(Sample {
-            time_us: last.time_us + step * PERIOD_US,
-            drive: Drive::Idle,
-            current_a: 0.0,
-            ..last
-        })
-    })
 }
 
 /// Lets the sensor record friction. An opening may have another speed than the closings: the sensing is told that speed while

@@ -1,10 +1,10 @@
-//! One implicit step: collects possible contacts, finds the active ones, and moves the joints into balance.
+//! One implicit step: collects possible contacts, finds the active ones, and moves the joints into equilibrium.
 
 use super::{Finger, Hold, MAX};
 use crate::Contact;
 use crate::object::{Body, dot};
 
-/// Beyond this gap (metre or radian) nothing can come into touch within a step.
+/// Beyond this gap (metre or radian) no contact can occur within a step.
 const FAR: f64 = 0.02;
 /// Below this speed a joint with friction counts as sticking, radian per second.
 const JOINT_CREEP_RAD_PER_S: f64 = 1e-4;
@@ -35,7 +35,7 @@ enum Source {
 }
 
 impl Pusher {
-    /// Elastic energy, joule; the cable keeps its own account.
+    /// Elastic energy, joule, without the cable's.
     pub fn energy(&self) -> f64 {
         match self.source {
             Source::Closing | Source::Opening => 0.0,
@@ -182,7 +182,7 @@ impl Finger {
             }
         }
         for i in 0..self.count {
-            // A dead point of a linkage must not be jumped over in one step.
+            // A step must not jump over a dead point of a linkage.
             let change = change[i].clamp(-0.05, 0.05);
             self.angle[i] += change;
             self.speed[i] = change / dt;
@@ -191,7 +191,7 @@ impl Finger {
         self.read(hold);
     }
 
-    /// Coulomb friction of the joints, and of a tendon on their pulleys, as a viscous one that would have given the right
+    /// Coulomb friction of the joints, and of a tendon on their pulleys, as the viscous friction that would have given the right
     /// torque in the last step.
     fn rub_joints(&self, matrix: &mut [[f64; MAX]; MAX], dt: f64) {
         for (i, row) in matrix.iter_mut().enumerate().take(self.count) {
@@ -202,7 +202,7 @@ impl Finger {
         }
     }
 
-    /// Coulomb friction as a viscous one that would have given the right force in the last step.
+    /// Coulomb friction as the viscous friction that would have given the right force in the last step.
     fn rub(&self, matrix: &mut [[f64; MAX]; MAX], dt: f64) {
         for pusher in &self.pushers {
             let Source::Contact {

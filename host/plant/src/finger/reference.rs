@@ -1,4 +1,4 @@
-//! The finger against reference values that an independent model computed (see the headers of the files).
+//! Compares the finger with reference values of an independent model (see the headers of the files).
 
 use super::{Finger, Hold};
 use crate::object::Body;

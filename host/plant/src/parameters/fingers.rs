@@ -40,7 +40,7 @@ pub struct FingerParameters {
 }
 
 impl FingerParameters {
-    /// What is made to a length and never exactly: phalanges, pulleys, levers and couplers.
+    /// Lengths that are subject to tolerances: phalanges, pulleys, levers and couplers.
     pub(super) fn lengths_mut(&mut self) -> impl Iterator<Item = &mut f64> {
         self.length_m
             .iter_mut()

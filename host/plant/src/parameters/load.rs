@@ -10,7 +10,7 @@ include!(concat!(env!("OUT_DIR"), "/scenes.rs"));
 /// per radian.
 const SHAFT_NM_PER_RAD: f64 = 4e3;
 
-/// Keys of a scene that the plant knows by another name; those of the other sections below have the same name in both.
+/// Keys of a scene with another name in a world; those of the sections below have the same name in both.
 const RENAMED: &[(&str, &str)] = &[
     ("travel.stop_rad", "finger.travel_rad"),
     ("linkage.driving_m", "finger.lever_m"),
@@ -68,18 +68,18 @@ pub fn default_scene() -> &'static str {
     SCENES[0].0
 }
 
-/// What a file says of a world, whatever scene stands in it.
+/// A world without its scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct World {
     overlay: Table,
     /// What computes finger and object.
     pub engine: Engine,
-    /// How the object is held, where that is not as the file says.
+    /// How the object is held, if not as in the file.
     pub mount: Option<ObjectMount>,
 }
 
 impl World {
-    /// Reads a TOML text; what it does not mention keeps the value of `default.toml` or of the scene.
+    /// Reads a TOML text; keys that it does not contain keep the value of `default.toml` or of the scene.
     ///
     /// # Errors
     /// [`Error`]: not TOML, an unknown key, a value of the wrong kind or out of its range (in the default scene).
@@ -92,10 +92,10 @@ impl World {
         Ok(world)
     }
 
-    /// This world with a scene in it.
+    /// Parameters of a scene in this world.
     ///
     /// # Errors
-    /// [`Error`]: no such scene, or a value that does not go with it.
+    /// [`Error`]: no such scene, or a value that does not fit it.
     pub fn of(&self, scene: &str) -> Result<Parameters, Error> {
         let Some((name, text)) = SCENES.iter().find(|(name, _)| *name == scene) else {
             return Err(Error::UnknownKey {
@@ -133,9 +133,9 @@ impl Parameters {
     }
 }
 
-/// Lays a scene's nominal values over the world's.
+/// Overrides values of the world by nominal values of a scene.
 fn nominal(world: &mut Table, scene: &Table) {
-    // A finger has one transmission; of the other it has nothing.
+    // A finger has one kind of transmission; the values of the other kind are removed.
     for key in [
         "pulley_m",
         "lever_m",
@@ -172,7 +172,7 @@ fn nominal(world: &mut Table, scene: &Table) {
         let volt_per_a = number("shunt.shunt_ohm")
             .zip(number("shunt.gain_v_per_v"))
             .map(|(ohm, gain)| ohm * gain);
-        // The amplifier stands in the middle of the converter's reference.
+        // The amplifier's zero is half the converter's reference.
         let zero_v = number("sense.reference_v").map(|volt| 0.5 * volt);
         for (key, value) in [("shunt_v_per_a", volt_per_a), ("shunt_zero_v", zero_v)] {
             if let Some(value) = value {
@@ -210,7 +210,7 @@ fn set(table: &mut Table, key: &str, value: Value) {
     }
 }
 
-/// Numbers as numbers with a point, so that a file may write either.
+/// Converts integers to floating point, so that a file may write either.
 fn float(value: Value) -> Value {
     match value {
         #[expect(

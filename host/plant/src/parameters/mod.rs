@@ -1,5 +1,4 @@
-//! Every number of the simulated world: the nominal values of a scene, what `default.toml` adds to them, and what a user's
-//! file replaces.
+//! Parameters of the simulated world: nominal values of a scene, additions of `default.toml`, replacements of a user's file.
 
 mod fingers;
 mod load;
@@ -18,7 +17,7 @@ pub use sections::{
 use crate::Error;
 use serde::Deserialize;
 
-/// What the default world adds to a scene, with the source of every value.
+/// Values that the default world adds to a scene, each with its source.
 pub const DEFAULT_TOML: &str = include_str!("../../default.toml");
 
 /// Checks one number; NaN is out of every range.

@@ -13,7 +13,7 @@ pub enum ObjectMount {
     Fixed,
     /// On springs along both axes of the plane.
     Spring,
-    /// It slides and turns in the plane; gravity acts on it as on the finger.
+    /// Free in the plane; gravity acts on it as on the finger.
     Free,
 }
 

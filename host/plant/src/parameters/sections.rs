@@ -1,10 +1,10 @@
-//! The tables of a world, one a part of the machine, with the range of every number.
+//! Tables of a world, one per part of the machine, with the range of every number.
 
 use super::within;
 use crate::Error;
 use serde::Deserialize;
 
-/// One table of plain numbers: the struct, and for each field the range that a file must keep.
+/// Defines a table of numbers: the struct, and for each field its permitted range.
 macro_rules! section {
     ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident in $min:expr, $max:expr;)* }) => {
         $(#[$doc])*
@@ -115,11 +115,11 @@ section! {
         stiffness_n_per_m in 10.0, 1e10;
         /// Radius of both pulleys, metre.
         pulley_radius_m in 1e-3, 0.2;
-        /// Creep strain in the end, relative to the elastic strain.
+        /// Final creep strain, relative to the elastic strain.
         creep_fraction in 0.0, 1.0;
         /// Time constant of creep, second.
         creep_time_s in 0.01, 1e4;
-        /// Further creep strain, that takes longer, relative to the elastic strain.
+        /// Additional, slower creep strain, relative to the elastic strain.
         slow_creep_fraction in 0.0, 1.0;
         /// Its time constant, second.
         slow_creep_time_s in 0.01, 1e5;
@@ -137,9 +137,9 @@ section! {
         periodic_error_counts in 0.0, 100.0;
         /// Its phase, degree.
         periodic_phase_deg in -360.0, 360.0;
-        /// Error that does not repeat, rms, counts.
+        /// Non-periodic error, rms, counts.
         random_error_counts in 0.0, 100.0;
-        /// Motor turns over which it changes.
+        /// Its correlation distance, motor turns.
         random_error_revs in 1e-3, 100.0;
     }
 }
@@ -169,9 +169,9 @@ section! {
         full_scale_v in 0.5, 10.0;
         /// Change of the mirror's gain from no current to full scale, relative.
         nonlinearity in -0.2, 0.2;
-        /// Time that the mirror takes to follow an edge of the PWM, second: that much of every on-time is not seen.
+        /// Delay of the mirror after an edge of the PWM, second: this part of every on-time is not measured.
         settling_s in 0.0, 5e-6;
-        /// Share of a current opposing the drive that is seen: it flows through the sense in the off part of the PWM.
+        /// Share of a current against the drive that is measured: it flows through the sense in the off part of the PWM.
         opposing_share in 0.0, 1.0;
     }
 }
@@ -233,7 +233,7 @@ section! {
 }
 
 section! {
-    /// What all fingers have in common.
+    /// Parameters common to all fingers.
     Mechanism {
         /// Viscous damping of each joint, newton metre second per radian.
         damping_nm_s_per_rad in 1e-6, 1.0;
@@ -255,7 +255,7 @@ section! {
         gravity_m_per_s2 in 0.0, 10.0;
         /// Direction of gravity from the x axis (phalanx 1 where theta_1 is zero), counterclockwise, degree.
         mounting_deg in -360.0, 360.0;
-        /// How far the lengths of a finger that is drawn may be off, metre.
+        /// Tolerance of the lengths of a randomly drawn finger, metre.
         geometry_m in 0.0, 1e-3;
         /// Mass of a phalanx, even over its length, kilogram per metre.
         linear_density_kg_per_m in 0.0, 10.0;
@@ -263,21 +263,21 @@ section! {
 }
 
 section! {
-    /// How the friction of motor, gearhead and worm changes while the finger works.
+    /// Changes of the friction of motor, gearhead and worm during operation.
     Friction {
         /// Wander, an Ornstein-Uhlenbeck process, rms, as a share of the friction.
         wander_share in 0.0, 0.5;
         /// Its time constant, second.
         wander_time_s in 0.01, 1e4;
-        /// Change in the end of running for long, as a share of the friction.
+        /// Final change by warm-up, as a share of the friction.
         warm_up_share in -0.9, 1.0;
-        /// Time constant of that, second.
+        /// Its time constant, second.
         warm_up_time_s in 0.1, 1e5;
     }
 }
 
 section! {
-    /// Angle errors between worm and wheel, and what the wheel loses to the cable's own friction.
+    /// Angle errors between worm and wheel, and hysteresis by the cable's friction.
     Transmission {
         /// Error once a turn of the worm, amplitude, radian of the wheel.
         worm_error_rad in 0.0, 0.1;
@@ -293,11 +293,11 @@ section! {
         gear_error_per_worm_rev in 0.1, 1000.0;
         /// Error that never repeats, an Ornstein-Uhlenbeck process over the way, rms, radian of the wheel.
         random_error_rad in 0.0, 0.1;
-        /// Turns of the worm over which that changes.
+        /// Its correlation distance, turns of the worm.
         random_error_worm_revs in 1e-3, 1e3;
-        /// Share of the load that hysteresis takes, against the motion.
+        /// Hysteresis as a share of the load, against the motion.
         hysteresis_share in 0.0, 0.5;
-        /// Way after a reversal in which it turns round, radian of the wheel.
+        /// Distance after a reversal over which it changes sign, radian of the wheel.
         hysteresis_rad in 1e-5, 1.0;
     }
 }

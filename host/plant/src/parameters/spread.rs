@@ -5,13 +5,13 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 impl Parameters {
-    /// A plant of its own: every hidden value drawn from its spread around `self`, the same for the same seed.
+    /// A random plant: every hidden value is drawn from its spread around `self`, reproducibly by the seed.
     ///
-    /// Relative, uniform: winding resistance and rotor inertia 20 %, torque constant and springs 10 %, gearhead
-    /// efficiency 10 %, worm friction 15 %, motor friction 30 %. Absolute: gearhead drag 0.03-0.15 mNm, cable 1.5-10
-    /// kN/m (log-uniform), creep 3-7 %, sense offset 7 mA, drift 1 mA, gain 5 %, phases anywhere. What the ideal world
-    /// lacks: half to one and a half times the world's value, and the times of wander and warming a third to three times;
-    /// warm-up and nonlinearity of either sign; gravity in any direction; lengths by up to the world's `geometry_m`.
+    /// Relative, uniform: winding resistance and rotor inertia 20 %, torque constant and springs 10 %, gearhead efficiency 10 %,
+    /// worm friction 15 %, motor friction 30 %. Absolute: gearhead drag 0.03-0.15 mNm, cable 1.5-10 kN/m (log-uniform), creep 3-7
+    /// %, sense offset 7 mA, drift 1 mA, gain 5 %, phases anywhere. Effects that the ideal world lacks: half to one and a half
+    /// times the world's value, and time constants of wander and warm-up a third to three times; warm-up and nonlinearity of
+    /// either sign; gravity in any direction; lengths by up to the world's `geometry_m`.
     #[must_use]
     pub fn randomised(&self, seed: u64) -> Self {
         let mut random = Pcg64Mcg::seed_from_u64(seed);
@@ -53,7 +53,7 @@ impl Parameters {
         p
     }
 
-    /// Draws what the ideal world lacks; what is zero stays zero.
+    /// Draws effects that the ideal world lacks; a value of zero stays zero.
     fn disagree(&mut self, random: &mut Pcg64Mcg) {
         let p = self;
         for value in [

@@ -17,6 +17,7 @@ fn every_command_at_rest_is_accepted_or_says_what_is_missing() {
         (Command::Help, Ok(Action::Help)),
         (Command::Status, Ok(Action::Status)),
         (Command::SelfTest, Ok(Action::SelfTest)),
+        (Command::Identify, Err(Refused::NotFitted)),
         (Command::Run, Ok(Action::Accepted)),
         (Command::Home, Ok(Action::Accepted)),
         (Command::RecordFriction, Ok(Action::Accepted)),
@@ -115,7 +116,7 @@ fn a_setting_reaches_motion_sensing_and_the_next_start() {
     coordinator
         .command(Command::Set(Setting::CurrentLimit, 0.05))
         .expect("at rest");
-    let drive = drive::<P70>(coordinator.overrides()).expect("within the scene's trips");
+    let drive = drive::<P70>(coordinator.overrides(), None).expect("within the scene's trips");
     assert_eq!(drive.config().limits.current_a, 0.05);
     motion::<P70>(coordinator.overrides())
         .validate(&drive.config().limits)
@@ -136,7 +137,7 @@ fn every_setting_has_a_default_within_its_range_and_both_ends_make_a_valid_drive
             overrides
                 .set(setting, range.to_si(end).expect("in range"))
                 .expect("in range");
-            let limits = drive::<P70>(&overrides).expect(name).config().limits;
+            let limits = drive::<P70>(&overrides, None).expect(name).config().limits;
             let motion = motion::<P70>(&overrides);
             assert_eq!(motion.validate(&limits), Ok(()), "{name} {end}");
         }
@@ -151,7 +152,7 @@ fn a_calibration_watches_the_pin_and_the_next_run_does_not() {
         .command(Command::Calibrate(Calibrate::At { k_m: 0.04 }))
         .expect("friction is known");
     assert_eq!(
-        coordinator.directive(State::Close),
+        directive(State::Close, coordinator.purpose),
         Some(Directive::Calibrate {
             phalanx: 2,
             k_m: 0.04
@@ -160,7 +161,10 @@ fn a_calibration_watches_the_pin_and_the_next_run_does_not() {
     coordinator.command(Command::Stop).expect("always");
     coordinator.advance(1, &Status::default(), None);
     coordinator.command(Command::Run).expect("at rest");
-    assert_eq!(coordinator.directive(State::Close), Some(Directive::Watch));
+    assert_eq!(
+        directive(State::Close, coordinator.purpose),
+        Some(Directive::Watch)
+    );
 }
 
 #[test]

@@ -66,13 +66,7 @@ fn every_injected_fault_is_found_in_time_and_under_its_name() {
                 simulation.millisecond(None);
                 assert_eq!(simulation.outputs, Outputs::Off, "{wrong:?}");
             }
-            simulation
-                .sequence
-                .request(Request::Clear)
-                .expect("a fault to clear");
-            for _ in 0..5 {
-                simulation.millisecond(None);
-            }
+            simulation.clear();
             assert_eq!(
                 (simulation.sequence.state(), simulation.sequence.fault()),
                 (State::Idle, None),

@@ -86,6 +86,24 @@ impl Simulation {
         self.done
     }
 
+    /// Runs a request and demands how it ends.
+    #[track_caller]
+    fn ends(&mut self, request: Request, expected: MotionResult) {
+        let result = self.run(request, 60);
+        let why = (&self.log, self.sequence.fault());
+        assert_eq!(result, Some(expected), "{why:?}");
+    }
+
+    /// Clears a fault.
+    #[track_caller]
+    fn clear(&mut self) {
+        let request = self.sequence.request(Request::Clear);
+        request.expect("a fault to clear");
+        for _ in 0..5 {
+            self.millisecond(None);
+        }
+    }
+
     fn states(&self) -> Vec<State> {
         self.log.iter().map(|&(_, to)| to).collect()
     }

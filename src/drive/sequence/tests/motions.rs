@@ -6,13 +6,7 @@ use super::*;
 fn a_run_without_object_records_closes_and_opens() {
     use State::*;
     let mut simulation = Simulation::new(1);
-    assert_eq!(
-        simulation.run(Request::Run, 60),
-        Some(MotionResult::NoContact),
-        "{:?} {:?}",
-        simulation.log,
-        simulation.sequence.fault()
-    );
+    simulation.ends(Request::Run, MotionResult::NoContact);
     assert_eq!(
         simulation.states(),
         [
@@ -26,10 +20,7 @@ fn a_run_without_object_records_closes_and_opens() {
         ]
     );
     simulation.log.clear();
-    assert_eq!(
-        simulation.run(Request::Run, 60),
-        Some(MotionResult::NoContact)
-    );
+    simulation.ends(Request::Run, MotionResult::NoContact);
     assert_eq!(
         simulation.states(),
         [CalibrateOffset, Home, Close, Open, Idle],
@@ -43,13 +34,7 @@ fn a_run_with_object_probes_and_holds() {
     let mut simulation = Simulation::new(2);
     simulation.bench.object_rad = 0.8;
     simulation.sequence.friction_known = true;
-    assert_eq!(
-        simulation.run(Request::Run, 60),
-        Some(MotionResult::Contact),
-        "{:?} {:?}",
-        simulation.log,
-        simulation.sequence.fault()
-    );
+    simulation.ends(Request::Run, MotionResult::Contact);
     assert_eq!(
         simulation.states(),
         [CalibrateOffset, Home, Close, Probe, Hold, Open, Idle]
@@ -62,12 +47,7 @@ fn homing_finds_the_stop_and_not_the_windup() {
     for (seed, start_rad) in [(1, 0.02), (2, 0.5), (3, 1.4)] {
         let mut simulation = Simulation::new(seed);
         simulation.bench.angle = start_rad * 1280.0;
-        assert_eq!(
-            simulation.run(Request::Home, 60),
-            Some(MotionResult::Complete),
-            "{:?}",
-            simulation.sequence.fault()
-        );
+        simulation.ends(Request::Home, MotionResult::Complete);
         let zero_rad = simulation.bench.link_rad()
             - f64::from(
                 simulation
@@ -90,17 +70,11 @@ fn the_zero_stays_with_the_friction_record_unless_counts_were_lost() {
     };
     // Where the encoder counts from, which only a new zero changes.
     let zeros = |simulation: &Simulation| simulation.demand.zero_at_counts;
-    assert_eq!(
-        simulation.run(Request::RecordFriction, 60),
-        Some(MotionResult::Complete)
-    );
+    simulation.ends(Request::RecordFriction, MotionResult::Complete);
     let first_rad = zero_rad(&simulation);
     assert_ne!(zeros(&simulation), 0);
     for _ in 0..2 {
-        assert_eq!(
-            simulation.run(Request::Home, 60),
-            Some(MotionResult::Complete)
-        );
+        simulation.ends(Request::Home, MotionResult::Complete);
         assert_eq!(zeros(&simulation), 0, "the zero of the record");
     }
     for lost_counts in [-12_000i32, 12_000] {
@@ -117,20 +91,14 @@ fn the_zero_stays_with_the_friction_record_unless_counts_were_lost() {
         simulation.millisecond(None);
         let off_rad = zero_rad(&simulation) - first_rad;
         assert!(off_rad.abs() > 0.03, "{lost_counts}: {off_rad} rad");
-        assert_eq!(
-            simulation.run(Request::Home, 60),
-            Some(MotionResult::Complete)
-        );
+        simulation.ends(Request::Home, MotionResult::Complete);
         assert_ne!(zeros(&simulation), 0, "{lost_counts}");
         let off_rad = zero_rad(&simulation) - first_rad;
         assert!(off_rad.abs() < 0.025, "{lost_counts}: {off_rad} rad");
     }
     // Without a record there is nothing for the zero to fit.
     simulation.sequence.forget_friction();
-    assert_eq!(
-        simulation.run(Request::Home, 60),
-        Some(MotionResult::Complete)
-    );
+    simulation.ends(Request::Home, MotionResult::Complete);
     assert_ne!(zeros(&simulation), 0);
 }
 
@@ -139,13 +107,7 @@ fn pressing_ends_at_the_closing_stop() {
     use State::*;
     let mut simulation = Simulation::new(3);
     simulation.sequence.friction_known = true;
-    assert_eq!(
-        simulation.run(Request::Press, 60),
-        Some(MotionResult::Complete),
-        "{:?} {:?}",
-        simulation.log,
-        simulation.sequence.fault()
-    );
+    simulation.ends(Request::Press, MotionResult::Complete);
     assert_eq!(
         simulation.states(),
         [CalibrateOffset, Home, Close, Open, Idle]
@@ -155,20 +117,11 @@ fn pressing_ends_at_the_closing_stop() {
 #[test]
 fn pressing_on_a_soft_cable_ends_at_the_position_limit() {
     let mut simulation = Simulation::new(3);
-    assert_eq!(
-        simulation.run(Request::Home, 60),
-        Some(MotionResult::Complete)
-    );
+    simulation.ends(Request::Home, MotionResult::Complete);
     // As if the cable wound up without end: the torque never reaches the current limit.
     simulation.bench.wrong = Defect::NoStop;
     simulation.sequence.friction_known = true;
-    assert_eq!(
-        simulation.run(Request::Press, 60),
-        Some(MotionResult::Complete),
-        "{:?} {:?}",
-        simulation.log,
-        simulation.sequence.fault()
-    );
+    simulation.ends(Request::Press, MotionResult::Complete);
 }
 
 #[test]
@@ -176,15 +129,9 @@ fn close_keeps_the_grip_and_open_lets_go() {
     let mut simulation = Simulation::new(4);
     simulation.bench.object_rad = 0.5;
     simulation.sequence.friction_known = true;
-    assert_eq!(
-        simulation.run(Request::Close, 60),
-        Some(MotionResult::Contact)
-    );
+    simulation.ends(Request::Close, MotionResult::Contact);
     assert!(simulation.bench.link_rad() > 0.5);
-    assert_eq!(
-        simulation.run(Request::Open, 60),
-        Some(MotionResult::Complete)
-    );
+    simulation.ends(Request::Open, MotionResult::Complete);
     assert!(simulation.bench.link_rad() < 0.07);
 }
 
@@ -195,42 +142,20 @@ fn a_worm_that_settled_under_load_is_broken_away() {
         let mut simulation = Simulation::new(seed);
         simulation.bench.object_rad = 0.5;
         simulation.sequence.friction_known = true;
-        assert_eq!(
-            simulation.run(Request::Close, 60),
-            Some(MotionResult::Contact),
-            "{:?} {:?}",
-            simulation.log,
-            simulation.sequence.fault()
-        );
+        simulation.ends(Request::Close, MotionResult::Contact);
         let mut motion = motion();
         motion.free_current_a = 0.06;
         simulation.sequence.set_motion(motion);
         simulation
     };
     let mut simulation = pressed(5);
-    assert_eq!(
-        simulation.run(Request::Open, 60),
-        Some(MotionResult::Complete),
-        "{:?}",
-        simulation.sequence.fault()
-    );
+    simulation.ends(Request::Open, MotionResult::Complete);
     assert!(simulation.bench.link_rad() < 0.07);
 
     // After a fault the position counts for nothing: homing has to start from the object.
     let mut simulation = pressed(6);
     simulation.millisecond(Some(Notice::Fault(Fault::QueueOverflow)));
-    simulation
-        .sequence
-        .request(Request::Clear)
-        .expect("accepted");
-    while simulation.sequence.state() == State::Fault {
-        simulation.millisecond(None);
-    }
-    assert_eq!(
-        simulation.run(Request::Home, 60),
-        Some(MotionResult::Complete),
-        "{:?}",
-        simulation.sequence.fault()
-    );
+    simulation.clear();
+    simulation.ends(Request::Home, MotionResult::Complete);
     assert!(simulation.bench.link_rad() < 0.07);
 }

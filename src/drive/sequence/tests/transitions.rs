@@ -107,13 +107,7 @@ fn the_table_is_what_really_happens_no_more_no_less() {
     // Clearing.
     let mut simulation = Simulation::new(9);
     simulation.millisecond(Some(Notice::Fault(Fault::BadRecord)));
-    simulation
-        .sequence
-        .request(Request::Clear)
-        .expect("a fault to clear");
-    for _ in 0..5 {
-        simulation.millisecond(None);
-    }
+    simulation.clear();
     seen.extend(simulation.log.iter().map(|&(a, b)| (a.name(), b.name())));
     let table: std::collections::BTreeSet<_> = State::ALL
         .iter()

@@ -92,9 +92,9 @@ fn a_bad_double_word_tells_when_it_is_read() {
 #[test]
 fn a_cut_operation_is_undone_half_done_or_done() {
     for (cut, expected) in [
-        (Cut::Before, Some(0x55)),
-        (Cut::During, None),
-        (Cut::After, Some(0xFF)),
+        (PowerCut::Before, Some(0x55)),
+        (PowerCut::During, None),
+        (PowerCut::After, Some(0xFF)),
     ] {
         let mut flash = unlocked();
         flash.image.fill(0x55);

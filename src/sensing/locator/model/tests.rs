@@ -1,0 +1,161 @@
+use super::*;
+use crate::scene::{Linkage3, P70, Scene, Tendon2};
+use crate::sensing::Cable;
+
+/// What is predicted at one angle, with the free finger of the onset's angle.
+fn predicted<F: Mechanics>(
+    finger: &F,
+    drivetrain: &Drivetrain,
+    values: &Values,
+    hold: Hold,
+    point: &Point,
+) -> Prediction {
+    // As the fit has it: by the calibration, whatever the unknowns are.
+    let twist = 0.7 / 0.95;
+    let mut onset = finger.free_at_angle(values[ONSET], &finger.rest()).unwrap();
+    for _ in 0..20 {
+        let angle_rad = values[ONSET] - twist * onset.torque_nm;
+        onset = finger
+            .free_at_angle(angle_rad, &onset.configuration)
+            .unwrap();
+    }
+    let mut model =
+        Model::<F, Cable>::new(finger, (0.0, drivetrain), values, 0.006, hold, &onset).unwrap();
+    // As near to the prediction as the measured value of a curve is.
+    let mut found = NOTHING;
+    for _ in 0..4 {
+        let near = Point {
+            excess_nm: found.excess_nm,
+            ..*point
+        };
+        model.before_nm = [found.excess_nm; 2];
+        found = model.next(finger, &near).unwrap();
+    }
+    found
+}
+
+fn check<F: Mechanics>(
+    finger: &F,
+    drivetrain: &Drivetrain,
+    onset_rad: f32,
+    (phalanx, k_m): (u8, f32),
+    within: f32,
+) {
+    let mut values = [0.0; UNKNOWNS];
+    values[K] = k_m;
+    values[ONSET] = onset_rad;
+    values[FRICTION] = 0.1;
+    values[FACTOR] = 0.95;
+    values[JOINT] = 1e-4;
+    values[CABLE] = 0.7;
+    values[BEND] = 0.2;
+    let steps = [2e-4, 1e-3, 0.01, 0.005, 1e-4, 0.01, 0.02];
+    for (past_rad, late_nm) in [(0.05, 0.0), (0.12, 0.02)] {
+        let point = Point {
+            counts: (onset_rad + past_rad) / drivetrain.rad_per_count,
+            late_nm,
+            free_nm: finger
+                .free_at_angle(onset_rad + past_rad, &finger.rest())
+                .map_or(0.0, |free| free.torque_nm),
+            blocks: 1,
+            ..Point::EMPTY
+        };
+        let hold = Hold::Contact {
+            phalanx,
+            radius_m: 0.014,
+        };
+        let here = predicted(finger, drivetrain, &values, hold, &point);
+        for (unknown, step) in steps.into_iter().enumerate() {
+            let beside = |sign: f32| {
+                let mut moved = values;
+                moved[unknown] += sign * step;
+                predicted(finger, drivetrain, &moved, hold, &point).excess_nm
+            };
+            let difference = (beside(1.0) - beside(-1.0)) / (2.0 * step);
+            let slope = here.slopes[unknown];
+            // Both in newton metre for a step.
+            let off_nm = (slope - difference).abs() * step;
+            let size_nm = difference.abs() * step;
+            assert!(
+                off_nm <= within * size_nm + 2e-6,
+                "{phalanx} {k_m} {past_rad} unknown {unknown}: {slope} {difference}"
+            );
+        }
+    }
+}
+
+#[test]
+fn derivatives_agree_with_differences() {
+    let finger = P70::MECHANISM;
+    let drivetrain = P70::drivetrain(&finger);
+    for k_m in [0.01, 0.03, 0.05] {
+        check(&finger, &drivetrain, 0.8, (2, k_m), 0.06);
+    }
+    // With springs the onset moves the posture and the free finger's torque too.
+    let finger = Tendon2::MECHANISM;
+    let rest_rad = finger.input_angle_rad(&finger.rest());
+    let drivetrain = Tendon2::drivetrain(&finger);
+    for k_m in [0.015, 0.03] {
+        check(&finger, &drivetrain, rest_rad + 0.4, (2, k_m), 0.15);
+    }
+    let finger = Linkage3::MECHANISM;
+    let rest_rad = finger.input_angle_rad(&finger.rest());
+    let drivetrain = Linkage3::drivetrain(&finger);
+    for place in [(2, 0.03), (3, 0.02)] {
+        check(&finger, &drivetrain, rest_rad + 0.3, place, 0.15);
+    }
+}
+
+/// A contact that has slid to the tip of a finger whose springs take torque before the contact, too.
+#[test]
+fn beyond_the_end_of_a_path_the_force_goes_on_as_it_rose() {
+    let finger = Tendon2::MECHANISM;
+    let drivetrain = Tendon2::drivetrain(&finger);
+    let onset_rad = finger.input_angle_rad(&finger.rest()) + 0.6;
+    let onset = finger.free_at_angle(onset_rad, &finger.rest()).unwrap();
+    assert!(onset.torque_nm > 0.02, "{}", onset.torque_nm);
+    let length_m = finger.phalanx_length_m(2).unwrap();
+    let mut values = [0.0; UNKNOWNS];
+    values[ONSET] = onset_rad;
+    values[FACTOR] = 1.0;
+    for share in [0.9, 0.95, 0.98] {
+        values[K] = share * length_m;
+        let hold = Hold::Contact {
+            phalanx: 2,
+            radius_m: 0.014,
+        };
+        let mut model =
+            Model::<_, Cable>::new(&finger, (0.0, &drivetrain), &values, 0.006, hold, &onset)
+                .unwrap();
+        let mut told = Vec::new();
+        let mut excess_nm = 0.0;
+        for i in 1..400 {
+            let past_rad = 1e-3 * i as f32;
+            let point = Point {
+                counts: (onset_rad + past_rad) / drivetrain.rad_per_count,
+                excess_nm,
+                free_nm: onset.torque_nm,
+                blocks: 1,
+                ..Point::EMPTY
+            };
+            let predicted_nm = model.next(&finger, &point).unwrap().excess_nm;
+            told.push((excess_nm, model.force_n(), model.ended));
+            // As the path has it, and from its end on steadily.
+            excess_nm = if model.ended {
+                excess_nm + 8e-4
+            } else {
+                predicted_nm
+            };
+        }
+        let end = told.iter().position(|(_, _, ended)| *ended).unwrap();
+        assert!(end > 0 && end < 200, "{share}: {end}");
+        let (rise_nm, force_n, _) = told[end - 1];
+        let (all_nm, last_n, _) = told[told.len() - 1];
+        // Without force at the onset, the force is about in proportion to the rise.
+        let expected_n = force_n * all_nm / rise_nm;
+        assert!(
+            (last_n / expected_n - 1.0).abs() < 0.15,
+            "{share}: {force_n} N at {rise_nm}, {last_n} N at {all_nm}, not {expected_n}"
+        );
+    }
+}
