@@ -328,7 +328,7 @@ pub fn test(arguments: &[String]) -> Outcome {
     let rigid = Build::of_scene("p70-rigid").elf()?;
     let shunt = Build::of_scene("p70-shunt").elf()?;
     let second = Build::of_scene("p70-grasp").elf()?;
-    reach(&[&elf, &faulty, &serial, &hall, &rigid, &shunt].map(Clone::clone))?;
+    reach(&[&elf, &faulty, &serial, &hall, &rigid, &shunt, &second].map(Clone::clone))?;
     step(
         "tests of the library",
         &mut cargo(["test", "--package", "palpate"]),
