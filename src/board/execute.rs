@@ -18,9 +18,9 @@ use palpate::drive::identify::Identified;
 use palpate::drive::sequence::{Notice, Refused};
 use palpate::scene::Scene;
 
-use super::Shared;
 use super::console::{self, Parsed};
 use super::control;
+use super::shared::Shared;
 use super::storage::{self, Storage};
 use super::telemetry::Telemetry;
 use super::trace;
@@ -59,7 +59,7 @@ pub fn load(storage: &mut Storage, sensing: &Shared<ContactSensing<Active>>) -> 
                 Loaded::Restored {
                     overrides: *record.overrides,
                     identified: record.identified.copied(),
-                    notice: sensing.lock(|sensing| sensing.borrow_mut().restore(record)),
+                    notice: sensing.with(|sensing| sensing.restore(record)),
                 }
             });
             match restored {
@@ -140,7 +140,7 @@ impl Application {
             Ok(command) => {
                 let accepted = self
                     .coordinator
-                    .lock(|coordinator| coordinator.borrow_mut().command(command));
+                    .with(|coordinator| coordinator.command(command));
                 match accepted {
                     Ok(action) => action,
                     Err(refused) => {
@@ -175,12 +175,10 @@ impl Application {
     /// Encodes what is to be kept.
     #[inline(never)]
     fn encode(self, put: &mut dyn FnMut(u8)) {
-        let (overrides, identified) = self.coordinator.lock(|coordinator| {
-            let coordinator = coordinator.borrow();
-            (*coordinator.overrides(), coordinator.identified().copied())
-        });
-        self.sensing.lock(|sensing| {
-            let sensing = sensing.borrow();
+        let (overrides, identified) = self
+            .coordinator
+            .with(|coordinator| (*coordinator.overrides(), coordinator.identified().copied()));
+        self.sensing.with(|sensing| {
             let record = Record {
                 overrides: &overrides,
                 calibration: sensing.calibration(),
@@ -227,7 +225,7 @@ impl Application {
                 };
                 let value_si = self
                     .coordinator
-                    .lock(|coordinator| coordinator.borrow().value(setting));
+                    .with(|coordinator| coordinator.value(setting));
                 let (name, range, unit) = (setting.name(), setting.range(), setting.unit());
                 let value = Decimal(range.to_user(value_si));
                 write!(answer, "{name} {value} {unit} ({range})")
@@ -240,10 +238,9 @@ impl Application {
 
     fn status(self, answer: &mut Answer) {
         let status = control::status();
-        let (state, fault) = self.coordinator.lock(|coordinator| {
-            let coordinator = coordinator.borrow();
-            (coordinator.state(), coordinator.fault())
-        });
+        let (state, fault) = self
+            .coordinator
+            .with(|coordinator| (coordinator.state(), coordinator.fault()));
         log::status(&mut Telemetry, state, fault, &status);
         let _ = write!(
             answer,

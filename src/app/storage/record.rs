@@ -66,12 +66,13 @@ impl RecordError {
 impl Record<'_> {
     /// Writes the record, byte by byte.
     pub fn encode(&self, scene: u32, mut put: impl FnMut(u8)) {
-        put(VERSION);
-        scene.to_le_bytes().into_iter().for_each(&mut put);
+        let mut bytes = Bytes(&mut put);
+        bytes.put(&[VERSION]);
+        bytes.put(&scene.to_le_bytes());
         // None of the types is of unknown length, and `put` takes every byte: nothing can fail.
         let _ = postcard::serialize_with_flavor(self, Bytes(&mut put));
         if let Some(identified) = self.identified {
-            let _ = postcard::serialize_with_flavor(identified, Bytes(put));
+            let _ = postcard::serialize_with_flavor(identified, Bytes(&mut put));
         }
     }
 
@@ -136,13 +137,26 @@ fn next<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Result<(T, &'a [u8]), Record
 }
 
 /// Takes the serialized bytes one by one.
-struct Bytes<F>(F);
+struct Bytes<'a>(&'a mut dyn FnMut(u8));
 
-impl<F: FnMut(u8)> Flavor for Bytes<F> {
+impl Bytes<'_> {
+    // Not inlined: wanted for every field, of which there are some thirty.
+    #[inline(never)]
+    fn put(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|byte| (self.0)(*byte));
+    }
+}
+
+impl Flavor for Bytes<'_> {
     type Output = ();
 
     fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
-        (self.0)(byte);
+        self.put(&[byte]);
+        Ok(())
+    }
+
+    fn try_extend(&mut self, bytes: &[u8]) -> postcard::Result<()> {
+        self.put(bytes);
         Ok(())
     }
 
