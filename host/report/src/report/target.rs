@@ -51,7 +51,10 @@ fn at_least(what: impl Into<String>, measured: f64, wanted: f64, unit: &'static 
 
 /// Targets that are known to be missed, by how their name begins. One that is met must leave this list, or `--check` fails:
 /// a miss is never forgotten, and never comes back unseen.
-const KNOWN_MISSES: &[&str] = &[];
+const KNOWN_MISSES: &[&str] = &[
+    // 32 bytes too much, with identification and the following of contacts in the code that all scenes share.
+    "p70: flash",
+];
 
 impl Target {
     /// Whether it is known to be missed.
