@@ -31,6 +31,9 @@ pub trait JointSensor: Copy + core::fmt::Debug {
     /// Angle of a stored code.
     fn reading(&self, code: Self::Code) -> Self::Reading;
 
+    /// The reading whose angle a recording tells, radian; without a sensor it is ignored.
+    fn recorded(angle_rad: Option<f32>) -> Self::Reading;
+
     /// Change of theta_2 between two readings.
     fn change(from: Self::Reading, to: Self::Reading) -> Self::Reading;
 
@@ -112,6 +115,8 @@ impl JointSensor for NoJointSensor {
 
     fn reading(&self, (): ()) {}
 
+    fn recorded(_: Option<f32>) {}
+
     fn change((): (), (): ()) {}
 
     fn rad((): ()) -> Option<f32> {
@@ -168,6 +173,10 @@ impl JointSensor for HallSensor {
     fn reading(&self, code: u16) -> Option<f32> {
         let plausible = code >= self.lowest && code <= self.highest;
         plausible.then(|| (f32::from(code) - self.zero_code) * self.rad_per_code)
+    }
+
+    fn recorded(angle_rad: Option<f32>) -> Option<f32> {
+        angle_rad
     }
 
     fn change(from: Option<f32>, to: Option<f32>) -> Option<f32> {

@@ -2,7 +2,7 @@
 
 mod flash;
 
-use flash::{Bench, Cut, Flash, Kept, Random};
+use flash::{Bench, Cut, Flash, Random, StoredRecord};
 use palpate::app::storage::store::{PAGE, PAGES, RECORD_MAX, StoreError, WORD};
 
 /// Length of a record with a friction table, and of one without.
@@ -46,21 +46,21 @@ fn every_cut(flash: &Flash, mut action: impl FnMut(Flash) -> bool) -> usize {
 }
 
 /// What a power cut during a save may leave: the old record or the new one. Then the next save must succeed.
-fn old_or_new(mut flash: Flash, old: &Kept, new: &[u8], length: usize) -> bool {
+fn old_or_new(mut flash: Flash, old: &StoredRecord, new: &[u8], length: usize) -> bool {
     flash.power_on();
     let mut bench = Bench::new(flash);
     let found = bench.load();
     assert_eq!(bench.flash().operations, 0, "looking changes nothing");
-    let is_new = found == Kept::Record(new.to_vec(), true);
+    let is_new = found == StoredRecord::Record(new.to_vec(), true);
     let is_old = match (old, &found) {
-        (Kept::Record(old, _), Kept::Record(found, _)) => old == found,
-        (Kept::Nothing, Kept::Nothing | Kept::Unreadable) => true,
+        (StoredRecord::Record(old, _), StoredRecord::Record(found, _)) => old == found,
+        (StoredRecord::Nothing, StoredRecord::Nothing | StoredRecord::Unreadable) => true,
         _ => false,
     };
     assert!(is_new || is_old, "{found:?}");
     let next = record(u64::MAX, length);
     bench.save(&next).unwrap();
-    assert_eq!(bench.load(), Kept::Record(next, true));
+    assert_eq!(bench.load(), StoredRecord::Record(next, true));
     is_new
 }
 
@@ -91,7 +91,7 @@ fn a_power_cut_at_any_operation_of_a_save_leaves_the_old_record_or_the_new() {
 
 #[test]
 fn a_power_cut_in_the_save_after_one_that_was_cut_short_loses_nothing_either() {
-    let old = Kept::Record(record(8, SHORT), true);
+    let old = StoredRecord::Record(record(8, SHORT), true);
     let (first, second) = (record(9, SHORT), record(10, SHORT));
     every_cut(&filled(9, SHORT), |flash| {
         let mut bench = Bench::new(flash);
@@ -100,8 +100,8 @@ fn a_power_cut_in_the_save_after_one_that_was_cut_short_loses_nothing_either() {
         torn.power_on();
         let before = Bench::new(torn.clone()).load();
         assert!(
-            before == Kept::Record(first.clone(), true)
-                || matches!((&before, &old), (Kept::Record(found, _), Kept::Record(old, _)) if found == old)
+            before == StoredRecord::Record(first.clone(), true)
+                || matches!((&before, &old), (StoredRecord::Record(found, _), StoredRecord::Record(old, _)) if found == old)
         );
         every_cut(&torn, |flash| {
             let mut bench = Bench::new(flash);
@@ -117,7 +117,7 @@ fn a_power_cut_in_the_save_after_one_that_was_cut_short_loses_nothing_either() {
 fn a_thousand_saves_with_the_power_cut_at_random() {
     let mut random = Random(42);
     let mut flash = Flash::blank();
-    let mut last = Kept::Nothing;
+    let mut last = StoredRecord::Nothing;
     let mut cuts = 0;
     for n in 0..1000 {
         let length = if random.next().is_multiple_of(3) {
@@ -139,10 +139,10 @@ fn a_thousand_saves_with_the_power_cut_at_random() {
         flash.power_on();
         let mut bench = Bench::new(flash);
         let found = bench.load();
-        let is_new = matches!(&found, Kept::Record(bytes, _) if *bytes == new);
+        let is_new = matches!(&found, StoredRecord::Record(bytes, _) if *bytes == new);
         let is_old = match (&last, &found) {
-            (Kept::Record(old, _), Kept::Record(bytes, _)) => old == bytes,
-            (Kept::Nothing, Kept::Nothing | Kept::Unreadable) => true,
+            (StoredRecord::Record(old, _), StoredRecord::Record(bytes, _)) => old == bytes,
+            (StoredRecord::Nothing, StoredRecord::Nothing | StoredRecord::Unreadable) => true,
             _ => false,
         };
         assert!(is_new || (is_old && !saved), "save {n}: {found:?}");
@@ -168,12 +168,12 @@ fn a_power_cut_while_forgetting_leaves_the_record_or_nothing() {
                 flash.power_on();
                 let mut bench = Bench::new(flash);
                 match bench.load() {
-                    Kept::Nothing => gone += 1,
-                    Kept::Record(bytes, _) if bytes == old && !forgot => kept += 1,
+                    StoredRecord::Nothing => gone += 1,
+                    StoredRecord::Record(bytes, _) if bytes == old && !forgot => kept += 1,
                     other => panic!("{other:?}"),
                 }
                 bench.save(&old).unwrap();
-                assert_eq!(bench.load(), Kept::Record(old.clone(), true));
+                assert_eq!(bench.load(), StoredRecord::Record(old.clone(), true));
                 forgot
             });
             assert!(kept > 0 && gone > 0);
@@ -191,10 +191,10 @@ fn a_single_flipped_bit_is_never_used() {
         let mut damaged = flash.clone();
         damaged.flip(bit);
         match Bench::new(damaged).load() {
-            Kept::Record(bytes, true) => assert_eq!(bytes, last, "bit {bit}"),
-            Kept::Record(bytes, false) if bytes == before => older += 1,
+            StoredRecord::Record(bytes, true) => assert_eq!(bytes, last, "bit {bit}"),
+            StoredRecord::Record(bytes, false) if bytes == before => older += 1,
             // Behind the record something seems to have begun.
-            Kept::Record(bytes, false) => {
+            StoredRecord::Record(bytes, false) => {
                 assert!(bytes == last && bit >= 5 * PAGE * 8, "bit {bit}");
             }
             other => panic!("bit {bit}: {other:?}"),
@@ -220,18 +220,18 @@ fn whatever_bits_are_flipped_a_record_is_whole_or_reported_and_the_next_save_wor
         }
         let mut bench = Bench::new(flash);
         match bench.load() {
-            Kept::Record(bytes, newest) => {
+            StoredRecord::Record(bytes, newest) => {
                 let n = u64::from_le_bytes(bytes[..8].try_into().unwrap());
                 assert!(n < saves && bytes == record(n, length), "run {run}");
                 assert!(!newest || n == saves - 1, "run {run}, {flips} bits");
                 *(if newest { &mut last } else { &mut older }) += 1;
             }
-            Kept::Nothing => panic!("run {run}"),
-            Kept::Unreadable => unreadable += 1,
+            StoredRecord::Nothing => panic!("run {run}"),
+            StoredRecord::Unreadable => unreadable += 1,
         }
         let next = record(u64::MAX, length);
         bench.save(&next).unwrap();
-        assert_eq!(bench.load(), Kept::Record(next, true), "run {run}");
+        assert_eq!(bench.load(), StoredRecord::Record(next, true), "run {run}");
     }
     println!("last {last}, older {older}, unreadable {unreadable}");
     assert!(last > 100 && older > 100 && unreadable > 100);
@@ -250,7 +250,7 @@ fn a_word_that_reads_as_erased_and_is_not_does_not_stop_a_save() {
             let mut bench = Bench::new(weak);
             let new = record(3, length);
             bench.save(&new).unwrap();
-            assert_eq!(bench.load(), Kept::Record(new, true), "word {word}");
+            assert_eq!(bench.load(), StoredRecord::Record(new, true), "word {word}");
         }
     }
 }
@@ -272,7 +272,7 @@ fn wear_is_level() {
 #[test]
 fn what_does_not_fit_is_said_and_harms_nothing() {
     let mut bench = Bench::new(filled(4, LONG));
-    let last = Kept::Record(record(3, LONG), true);
+    let last = StoredRecord::Record(record(3, LONG), true);
     for length in [RECORD_MAX + 1, PAGE, 5000] {
         assert_eq!(
             bench.save(&vec![1; length]),
@@ -283,10 +283,10 @@ fn what_does_not_fit_is_said_and_harms_nothing() {
     }
     let longest = vec![1; RECORD_MAX];
     bench.save(&longest).unwrap();
-    assert_eq!(bench.load(), Kept::Record(longest, true));
+    assert_eq!(bench.load(), StoredRecord::Record(longest, true));
     assert_eq!(
         Bench::new(Flash::blank()).load(),
-        Kept::Nothing,
+        StoredRecord::Nothing,
         "never saved"
     );
 }
@@ -300,7 +300,7 @@ fn a_page_that_is_worn_out_is_passed_over() {
     for n in 3..30 {
         bench.save(&record(n, LONG)).unwrap();
         match bench.load() {
-            Kept::Record(bytes, _) => assert_eq!(bytes, record(n, LONG)),
+            StoredRecord::Record(bytes, _) => assert_eq!(bytes, record(n, LONG)),
             other => panic!("save {n}: {other:?}"),
         }
     }
@@ -313,7 +313,7 @@ fn forgetting_passes_over_a_page_that_is_worn_out() {
         flash.stuck = Some(stuck);
         let mut bench = Bench::new(flash);
         bench.forget().unwrap();
-        assert_eq!(bench.load(), Kept::Nothing, "page {stuck}");
+        assert_eq!(bench.load(), StoredRecord::Nothing, "page {stuck}");
     }
 }
 
@@ -346,7 +346,7 @@ fn saves_that_never_end_lose_nothing() {
             flash.power_on();
             let mut bench = Bench::new(flash);
             match bench.load() {
-                Kept::Record(bytes, _) if bytes == new || bytes == last => last = bytes,
+                StoredRecord::Record(bytes, _) if bytes == new || bytes == last => last = bytes,
                 other => panic!("seed {seed}, save {n}: {other:?}"),
             }
             flash = bench.flash();

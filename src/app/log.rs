@@ -56,6 +56,8 @@ macro_rules! log_lines {
             /// A step of the self-test: what was measured, what it must be, and what to look at where it is not.
             selftest info "selftest step={=str} result={=str} value={=f32} want={=str} remedy={=str}"
                 (step: &str, result: &str, value: f32, want: &str, remedy: &str);
+            /// The next closing calibrates: on a pin at this distance from the joint of the distal phalanx, or NaN on the stop.
+            calibrating info "calibrating pin_m={=f32}" (pin_m: f32);
             /// A quantity of the motor: measured, with its deviation, and what the scene says.
             identify info "identify quantity={=str} value={=f32} sigma={=f32} datasheet={=f32} unit={=str} deviation_percent={=f32} result={=str}"
                 (quantity: &str, value: f32, sigma: f32, datasheet: f32, unit: &str, deviation_percent: f32, result: &str);

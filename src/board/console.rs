@@ -42,8 +42,23 @@ pub fn ignored() -> u32 {
 }
 
 /// The next line.
-pub async fn next() -> Parsed {
+#[cfg(not(feature = "serial-log"))]
+pub async fn next(_port: &mut BufferedUartTx<'static>) -> Parsed {
     LINES.receive().await
+}
+
+/// The next line. Until it comes, the log goes out over the serial port, a buffer at a time, so that a command does not wait
+/// longer than for an answer.
+#[cfg(feature = "serial-log")]
+pub async fn next(port: &mut BufferedUartTx<'static>) -> Parsed {
+    loop {
+        if let Ok(parsed) = LINES.try_receive() {
+            return parsed;
+        }
+        if !send(port, "").await {
+            embassy_time::Timer::after(POLL).await;
+        }
+    }
 }
 
 /// Lines from one sender.
@@ -111,6 +126,7 @@ pub async fn answer(port: &mut BufferedUartTx<'static>, line: &str) {
 }
 
 /// Sends text over the serial port.
+#[cfg(not(feature = "serial-log"))]
 pub async fn send(port: &mut BufferedUartTx<'static>, text: &str) {
     for chunk in text.as_bytes().chunks(SEND_BYTES) {
         // Into an empty buffer: a write that finds too little room is never woken (embassy-stm32 0.6.0). The port drains
@@ -118,4 +134,15 @@ pub async fn send(port: &mut BufferedUartTx<'static>, text: &str) {
         let _ = port.flush().await;
         let _ = port.write_all(chunk).await;
     }
+}
+
+/// Sends a piece of the log instead, which has the same text; false where there is none.
+#[cfg(feature = "serial-log")]
+pub async fn send(port: &mut BufferedUartTx<'static>, _text: &str) -> bool {
+    let chunk = rtt::serial::chunk(SEND_BYTES);
+    // Into an empty buffer, as above.
+    let _ = port.flush().await;
+    let _ = port.write_all(chunk).await;
+    rtt::serial::sent(chunk.len());
+    !chunk.is_empty()
 }

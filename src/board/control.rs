@@ -90,7 +90,10 @@ impl Samples {
 /// Tells the controller what is wanted from the next control period on.
 pub fn demand(demand: Demand) {
     CONTROL.lock(|control| {
-        if let Some(control) = control.borrow_mut().as_mut() {
+        // No one holds it while interrupts are masked, here and below: the alternatives are there so that nothing can panic.
+        if let Ok(mut control) = control.try_borrow_mut()
+            && let Some(control) = control.as_mut()
+        {
             control.demand = demand;
         }
     });
@@ -99,9 +102,11 @@ pub fn demand(demand: Demand) {
 /// The state of the motor.
 pub fn status() -> Status {
     CONTROL.lock(|control| {
-        let control = control.borrow();
-        let status = control.as_ref().map(|control| *control.controller.status());
-        status.unwrap_or_default()
+        let control = control.try_borrow();
+        let control = control.as_deref().ok().and_then(Option::as_ref);
+        control
+            .map(|control| *control.controller.status())
+            .unwrap_or_default()
     })
 }
 
@@ -120,15 +125,17 @@ pub fn start(chip: Chip, controller: Controller, joint: Joint) -> Option<Samples
     static QUEUE: StaticCell<Queue<Sample, QUEUE_SAMPLES>> = StaticCell::new();
     let (samples, queue) = QUEUE.try_init(Queue::new())?.split();
     CONTROL.lock(|control| {
-        *control.borrow_mut() = Some(Control {
-            bridge: chip.bridge,
-            encoder: chip.encoder,
-            _sampling: chip.sampling,
-            controller,
-            demand: Demand::REST,
-            samples,
-            overrun: false,
-        });
+        if let Ok(mut control) = control.try_borrow_mut() {
+            *control = Some(Control {
+                bridge: chip.bridge,
+                encoder: chip.encoder,
+                _sampling: chip.sampling,
+                controller,
+                demand: Demand::REST,
+                samples,
+                overrun: false,
+            });
+        }
     });
     interrupt::ADC1_2.set_priority(Priority::P0);
     interrupt::FMAC.set_priority(Priority::P6);
@@ -166,7 +173,6 @@ impl Drop for Pause {
 fn ADC1_2() {
     let (current, supply) = sampling::read();
     CONTROL.lock(|control| {
-        // No one holds it while interrupts are masked: the alternatives are there because a panic must not be.
         if let Ok(mut control) = control.try_borrow_mut()
             && let Some(control) = control.as_mut()
         {

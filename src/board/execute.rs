@@ -18,15 +18,18 @@ use palpate::drive::identify::Identified;
 use palpate::drive::sequence::{Notice, Refused};
 use palpate::scene::Scene;
 
-use super::Shared;
 use super::console::{self, Parsed};
 use super::control;
+use super::shared::Shared;
 use super::storage::{self, Storage};
 use super::telemetry::Telemetry;
 use super::trace;
 
 /// The scene that a record must be of.
 const SCENE_ID: u32 = record::scene_id::<Active>();
+
+/// Bytes of a record told at once: in an answer there is room for their digits.
+const PIECE_BYTES: usize = 24;
 
 /// What was found in flash at start.
 pub enum Loaded {
@@ -56,7 +59,7 @@ pub fn load(storage: &mut Storage, sensing: &Shared<ContactSensing<Active>>) -> 
                 Loaded::Restored {
                     overrides: *record.overrides,
                     identified: record.identified.copied(),
-                    notice: sensing.lock(|sensing| sensing.borrow_mut().restore(record)),
+                    notice: sensing.with(|sensing| sensing.restore(record)),
                 }
             });
             match restored {
@@ -87,12 +90,13 @@ pub async fn execute(
 ) {
     let mut answer = Answer::new();
     loop {
-        let parsed = console::next().await;
+        let parsed = console::next(&mut port).await;
         answer.clear();
         let action = application.command(&mut answer, parsed);
         if matches!(action, Action::Save | Action::Factory) {
             let saves = action == Action::Save;
-            let encode = |writer: &mut Writer<'_, _>| application.encode(writer);
+            let encode =
+                |writer: &mut Writer<'_, _>| application.encode(&mut |byte| writer.push(byte));
             let done = match storage.replace(saves.then_some(encode)).await {
                 Ok(()) if saves => answer.push_str("saved"),
                 Ok(()) => answer.push_str("forgotten"),
@@ -136,7 +140,7 @@ impl Application {
             Ok(command) => {
                 let accepted = self
                     .coordinator
-                    .lock(|coordinator| coordinator.borrow_mut().command(command));
+                    .with(|coordinator| coordinator.command(command));
                 match accepted {
                     Ok(action) => action,
                     Err(refused) => {
@@ -170,24 +174,36 @@ impl Application {
 
     /// Encodes what is to be kept.
     #[inline(never)]
-    fn encode(self, writer: &mut Writer<'_, storage::Region>) {
-        let (overrides, identified) = self.coordinator.lock(|coordinator| {
-            let coordinator = coordinator.borrow();
-            (*coordinator.overrides(), coordinator.identified().copied())
-        });
-        self.sensing.lock(|sensing| {
-            let sensing = sensing.borrow();
+    fn encode(self, put: &mut dyn FnMut(u8)) {
+        let (overrides, identified) = self
+            .coordinator
+            .with(|coordinator| (*coordinator.overrides(), coordinator.identified().copied()));
+        self.sensing.with(|sensing| {
             let record = Record {
                 overrides: &overrides,
                 calibration: sensing.calibration(),
                 friction: sensing.sensor().friction(),
                 identified: identified.as_ref(),
             };
-            record.encode(SCENE_ID, |byte| writer.push(byte));
+            record.encode(SCENE_ID, put);
         });
     }
 
-    /// A row of what `help` and `show` list; false, and nothing written, after the last one.
+    /// A piece of what `save` would keep, its bytes as numbers behind the piece's own, so that a recording tells what was known
+    /// when it began; false after the last one.
+    fn kept(self, answer: &mut Answer, piece: usize) -> bool {
+        let _ = write!(answer, "kept {}", piece as i32);
+        let (mut place, from) = (0, piece * PIECE_BYTES);
+        self.encode(&mut |byte| {
+            if (from..from + PIECE_BYTES).contains(&place) {
+                let _ = write!(answer, " {}", i32::from(byte));
+            }
+            place += 1;
+        });
+        from < place
+    }
+
+    /// A row of what `help` and `show` list and of what `trace on` tells; false, and nothing written, after the last one.
     #[inline(never)]
     fn list(self, answer: &mut Answer, action: Action, row: usize) -> bool {
         let _ = match action {
@@ -209,11 +225,12 @@ impl Application {
                 };
                 let value_si = self
                     .coordinator
-                    .lock(|coordinator| coordinator.borrow().value(setting));
+                    .with(|coordinator| coordinator.value(setting));
                 let (name, range, unit) = (setting.name(), setting.range(), setting.unit());
                 let value = Decimal(range.to_user(value_si));
                 write!(answer, "{name} {value} {unit} ({range})")
             }
+            Action::Trace(every) if every > 0 => return self.kept(answer, row - 1),
             _ => return false,
         };
         true
@@ -221,10 +238,9 @@ impl Application {
 
     fn status(self, answer: &mut Answer) {
         let status = control::status();
-        let (state, fault) = self.coordinator.lock(|coordinator| {
-            let coordinator = coordinator.borrow();
-            (coordinator.state(), coordinator.fault())
-        });
+        let (state, fault) = self
+            .coordinator
+            .with(|coordinator| (coordinator.state(), coordinator.fault()));
         log::status(&mut Telemetry, state, fault, &status);
         let _ = write!(
             answer,

@@ -21,8 +21,7 @@ impl Application {
     /// Identifies the motor; each quantity is reported on both sides, the result is the answer.
     pub async fn identify(self, port: &mut BufferedUartTx<'static>, answer: &mut Answer) {
         let found = self.motions().await;
-        self.coordinator
-            .lock(|coordinator| coordinator.borrow_mut().end_test());
+        self.coordinator.with(|coordinator| coordinator.end_test());
         let identified = match found {
             Ok(identified) => identified,
             Err(why) => {
@@ -58,7 +57,7 @@ impl Application {
             console::send(port, &text).await;
         }
         self.coordinator
-            .lock(|coordinator| coordinator.borrow_mut().set_identified(identified));
+            .with(|coordinator| coordinator.set_identified(identified));
         let _ = answer.push_str("identified; takes effect after save and a restart");
     }
 
@@ -72,7 +71,7 @@ impl Application {
         }
         let closing_rad_per_s = self
             .coordinator
-            .lock(|coordinator| coordinator.borrow().value(Setting::ClosingSpeed));
+            .with(|coordinator| coordinator.value(Setting::ClosingSpeed));
         let mut identification = Identification::new(&Active::CHECKED, closing_rad_per_s, &status);
         let mut ticker = Ticker::every(Duration::from_millis(1));
         loop {
@@ -84,7 +83,7 @@ impl Application {
             // A fault ends the test with the sequence's next step; the controller has switched off already.
             let asked = self
                 .coordinator
-                .lock(|coordinator| coordinator.borrow_mut().set_test(setpoint));
+                .with(|coordinator| coordinator.set_test(setpoint));
             if control::status().fault.is_some() || !asked {
                 return Err("stopped");
             }

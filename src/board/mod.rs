@@ -28,6 +28,7 @@ mod rtt;
 mod sampling;
 mod selftest;
 mod serial;
+mod shared;
 mod storage;
 mod tasks;
 mod telemetry;
@@ -35,12 +36,8 @@ mod thermal;
 mod trace;
 mod watchdog;
 
-use core::cell::RefCell;
-
 use embassy_executor::{Executor, SpawnError, SpawnToken, Spawner};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
-use embassy_sync::blocking_mutex::Mutex;
-use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 use static_cell::StaticCell;
 
 use crate::scene::Active;
@@ -58,13 +55,11 @@ use palpate::scene::Scene;
 
 use execute::{Application, Loaded};
 use reset::Reset;
+use shared::Shared;
 use telemetry::Telemetry;
 
 /// What measures joint 2 in this firmware's scene.
 type Joint = <Active as Scene>::Joint;
-
-/// State that several tasks share, for the length of a call, never across an await. Tasks run in thread mode, one at a time.
-type Shared<T> = Mutex<ThreadModeRawMutex, RefCell<T>>;
 
 /// Runs after RAM is set up, on the main stack: moves thread mode to the process stack (`memory.x` says why).
 #[cortex_m_rt::entry]
@@ -177,7 +172,7 @@ fn start(spawner: Spawner) {
 fn sensing() -> Option<&'static Shared<ContactSensing<Active>>> {
     static SENSING: StaticCell<Shared<ContactSensing<Active>>> = StaticCell::new();
     SENSING
-        .try_init(Mutex::new(RefCell::new(ContactSensing::new())))
+        .try_init(Shared::new(ContactSensing::new()))
         .map(|sensing| &*sensing)
 }
 
@@ -205,7 +200,7 @@ fn launch(
     if let Some(identified) = identified {
         coordinator.set_identified(identified);
     }
-    let coordinator = COORDINATOR.try_init(Mutex::new(RefCell::new(coordinator)))?;
+    let coordinator = COORDINATOR.try_init(Shared::new(coordinator))?;
     let controller = controller(&drive, reset);
     let samples = control::start(chip, controller, joint)?;
     Some((samples, coordinator))

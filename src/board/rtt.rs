@@ -112,6 +112,37 @@ pub fn dropped() -> u32 {
     DROPPED.load(Ordering::Relaxed)
 }
 
+/// The serial port as a second reader of the up buffer (feature `serial-log`). It is the one that records must not overtake: a
+/// probe beside it that reads slower loses some.
+#[cfg(feature = "serial-log")]
+pub mod serial {
+    use super::{CONTROL_BLOCK, Ordering, UP, UP_BYTES};
+    use core::sync::atomic::AtomicUsize;
+
+    /// How far it has read.
+    static READ: AtomicUsize = AtomicUsize::new(0);
+
+    /// How far it has read.
+    pub(super) fn read() -> usize {
+        READ.load(Ordering::Relaxed)
+    }
+
+    /// The next bytes, at most `most`; they stay until they are [`sent`].
+    pub fn chunk(most: usize) -> &'static [u8] {
+        let (from, write) = (read(), CONTROL_BLOCK.up.write.get() % UP_BYTES);
+        let end = if write < from { UP_BYTES } else { write };
+        let length = (end - from).min(most);
+        // SAFETY: from `from` to `end` lie published records inside the buffer, which the writer leaves alone until the
+        // cursor has passed them; the host only reads here.
+        unsafe { core::slice::from_raw_parts(UP.0.get().cast::<u8>().add(from), length) }
+    }
+
+    /// That many bytes of the chunk are sent.
+    pub fn sent(count: usize) {
+        READ.store((read() + count) % UP_BYTES, Ordering::Relaxed);
+    }
+}
+
 /// Reads one command byte sent by the host, if there is one.
 pub fn read_byte() -> Option<u8> {
     let channel = &CONTROL_BLOCK.down;
@@ -161,6 +192,15 @@ static STAGING: Staging = Staging(UnsafeCell::new(Stage {
     },
 }));
 
+/// How far the reader has got that decides what room there is.
+fn reader() -> usize {
+    #[cfg(feature = "serial-log")]
+    let read = serial::read();
+    #[cfg(not(feature = "serial-log"))]
+    let read = CONTROL_BLOCK.up.read.get() % UP_BYTES;
+    read
+}
+
 fn in_thread_mode() -> bool {
     SCB::vect_active() == VectActive::ThreadMode
 }
@@ -203,7 +243,7 @@ unsafe impl defmt::Logger for Logger {
         let staging = unsafe { &mut *STAGING.0.get() };
         staging.room = Room {
             cursor: CONTROL_BLOCK.up.write.get() % UP_BYTES,
-            read: CONTROL_BLOCK.up.read.get() % UP_BYTES,
+            read: reader(),
             overflow: false,
         };
         let room = &mut staging.room;

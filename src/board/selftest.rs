@@ -26,8 +26,7 @@ impl Application {
     /// Runs the self-test; each step is reported on both sides, the result is the answer.
     pub async fn selftest(self, port: &mut BufferedUartTx<'static>, answer: &mut Answer) {
         let failed = self.steps(port).await;
-        self.coordinator
-            .lock(|coordinator| coordinator.borrow_mut().end_test());
+        self.coordinator.with(|coordinator| coordinator.end_test());
         let _ = match failed {
             None => write!(answer, "selftest passed"),
             Some(step) => write!(answer, "selftest failed at {}", step.name()),
@@ -38,7 +37,7 @@ impl Application {
     async fn steps(self, port: &mut BufferedUartTx<'static>) -> Option<SelfTestStep> {
         let limit = |setting| {
             self.coordinator
-                .lock(|coordinator| coordinator.borrow().value(setting))
+                .with(|coordinator| coordinator.value(setting))
         };
         let (supply_min_v, supply_max_v) = (limit(Setting::SupplyMin), limit(Setting::SupplyMax));
         let signed = Active::CHECKED.config().sense.signed;
@@ -97,7 +96,7 @@ impl Application {
     fn ask(self, setpoint: Setpoint) -> Result<(), Ended> {
         let asked = self
             .coordinator
-            .lock(|coordinator| coordinator.borrow_mut().set_test(setpoint));
+            .with(|coordinator| coordinator.set_test(setpoint));
         // A fault ends the test with the sequence's next step; the controller has switched off already.
         match control::status().fault {
             None if asked => Ok(()),

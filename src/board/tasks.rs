@@ -16,13 +16,13 @@ use super::Joint;
 use crate::scene::Active;
 use palpate::app::console::command::Command;
 use palpate::app::console::text::Answer;
-use palpate::app::grasp::sensing::{followed_notice, notice};
+use palpate::app::grasp::sensing::{SensingRequest, followed_notice, notice};
 use palpate::app::log::{self, LimitReport, Log};
 use palpate::drive::sequence::{MotionResult, Notice, State, StepOutput};
 use palpate::drive::thermal::Temperatures;
 use palpate::drive::{Fault, OffsetState, Status};
 use palpate::scene::Reading;
-use palpate::sensing::{Event, JointSensor, Side};
+use palpate::sensing::{Directive, Event, JointSensor, Side};
 
 use super::control::{self, Samples};
 use super::execute::Application;
@@ -56,13 +56,12 @@ pub async fn sense(mut samples: Samples, application: Application) {
             if Joint::FITTED {
                 reads = joint_reads(reads, sample.joint);
             }
-            let (event, followed) = sensing.lock(|sensing| {
-                let mut sensing = sensing.borrow_mut();
+            let (event, followed) = sensing.with(|sensing| {
                 let event = sensing.sample(&sample);
                 (event, sensing.follow(&sample, event.as_ref()))
             });
             if trace::due() {
-                let suspicion = sensing.lock(|sensing| sensing.borrow().sensor().suspicion());
+                let suspicion = sensing.with(|sensing| sensing.sensor().suspicion());
                 trace::sample(&sample, Joint::rad(sample.joint), suspicion);
             }
             // Nothing of an event is kept while the notice waits: it would lie in the task's memory.
@@ -70,7 +69,7 @@ pub async fn sense(mut samples: Samples, application: Application) {
             if let Some(event) = event {
                 application.report(&event);
                 let status = control::status();
-                coordinator.lock(|coordinator| coordinator.borrow_mut().event(&event, &status));
+                coordinator.with(|coordinator| coordinator.event(&event, &status));
                 told = notice::<Active>(&event);
             }
             if let Some(followed) = followed {
@@ -92,11 +91,11 @@ impl Application {
     fn report(self, event: &Event) {
         log::event(&mut Telemetry, event);
         if Joint::FITTED && matches!(event, Event::Located { .. } | Event::Ambiguous { .. }) {
-            let change = self.sensing.lock(|sensing| sensing.borrow().joint_change());
+            let change = self.sensing.with(|sensing| sensing.joint_change());
             let change_rad = Joint::rad(change).unwrap_or(f32::NAN);
             telemetry::branch(change_rad * 1e3, side(Joint::side(change)));
         }
-        let hint = self.sensing.lock(|sensing| sensing.borrow().hint(event));
+        let hint = self.sensing.with(|sensing| sensing.hint(event));
         if let Some(hint) = hint {
             let mut text = Answer::new();
             // Every hint fits.
@@ -138,8 +137,7 @@ pub async fn sequence(mut led: Led, mut button: Button, application: Application
         let status = control::status();
         let pressed = button.pressed();
         let notice = NOTICES.try_receive().ok();
-        let (state, step) = coordinator.lock(|coordinator| {
-            let mut coordinator = coordinator.borrow_mut();
+        let (state, step) = coordinator.with(|coordinator| {
             if console::stop_requested() {
                 // Never refused.
                 let _ = coordinator.command(Command::Stop);
@@ -153,7 +151,8 @@ pub async fn sequence(mut led: Led, mut button: Button, application: Application
         });
         control::demand(step.motion.demand);
         if let Some(request) = step.request {
-            sensing.lock(|sensing| sensing.borrow_mut().request(request));
+            report_purpose(&request);
+            sensing.with(|sensing| sensing.request(request));
         }
         if let Some((_, to)) = step.motion.changed {
             led.show(to);
@@ -169,6 +168,16 @@ pub async fn sequence(mut led: Led, mut button: Button, application: Application
         led.tick();
         watchdog::report(Reporter::Sequence);
     }
+}
+
+/// Logs that a closing calibrates: the motion's states do not tell, and a recording must.
+fn report_purpose(request: &SensingRequest) {
+    let pin_m = match *request {
+        SensingRequest::Direct(Directive::Calibrate { k_m, .. }) => k_m,
+        SensingRequest::Direct(Directive::CalibrateCable) => f32::NAN,
+        _ => return,
+    };
+    Telemetry.calibrating(pin_m);
 }
 
 /// Logs what a step of the sequence decided.

@@ -47,9 +47,7 @@ pub(super) trait QuadraticContact {
 
     /// The one stationary point of C(k) where a closing finger presses; `None` where C(k) has none.
     fn stiffest_m(&self) -> Option<f32> {
-        let (l0, l1) = self.slope();
-        let k = -l0 / l1;
-        k.is_finite().then_some(k)
+        stationary(self.slope())
     }
 
     /// The compliance misses that of the stiffest place by no more than rounding: that place is the double root.
@@ -59,9 +57,9 @@ pub(super) trait QuadraticContact {
         missing >= 0.0 && missing <= ROUNDING * softness
     }
 
-    /// softness - C energy as a quadratic, and the place that it is expanded about.
+    /// softness - C energy as a quadratic, and the place that it is expanded about; `stiffest` is the stationary point.
     #[inline]
-    fn expanded(&self, compliance: f32) -> (f32, Quadratic) {
+    fn expanded(&self, compliance: f32, stiffest: Option<f32>) -> (f32, Quadratic) {
         let quadratic = self.residual(compliance, 0.0);
         // Near a double root the discriminant cancels; counted from the peak between the roots it does not.
         let [q0, q1, q2] = quadratic;
@@ -69,7 +67,7 @@ pub(super) trait QuadraticContact {
         let nearly_double = |peak: &f32| {
             q1 * q1 - q0 * q2 < NEAR_DOUBLE * q1 * q1 && (peak - middle).abs() < 0.5 * middle.abs()
         };
-        match self.stiffest_m().filter(nearly_double) {
+        match stiffest.filter(nearly_double) {
             Some(peak) => (peak, self.residual(compliance, peak)),
             None => (0.0, quadratic),
         }
@@ -78,11 +76,10 @@ pub(super) trait QuadraticContact {
     /// Both roots in closed form, whether on the phalanx or not, sorted by the side of the stiffest place.
     fn closed(&self, compliance: f32) -> Roots {
         let (l0, l1) = self.slope();
-        let (about, quadratic) = self.expanded(compliance);
+        let stiffest = stationary((l0, l1));
+        let (about, quadratic) = self.expanded(compliance, stiffest);
         let Some([a, b]) = roots(quadratic) else {
-            let peak = self
-                .stiffest_m()
-                .filter(|peak| self.grazes(compliance, *peak));
+            let peak = stiffest.filter(|peak| self.grazes(compliance, *peak));
             return Roots {
                 near_m: peak.filter(|k| *k > 0.0 && self.presses(*k)),
                 far_m: None,
@@ -105,9 +102,9 @@ pub(super) trait QuadraticContact {
         }
     }
 
-    /// The places where a closing finger presses, out of [0, `length_m`]; `None` where there are none.
-    fn pressing_range(&self, length_m: f32) -> Option<(f32, f32)> {
-        let [at_joint, slope] = self.pressing();
+    /// The places where a closing finger presses, out of [0, `length_m`], by what is positive there; `None` where there are
+    /// none.
+    fn pressing_range([at_joint, slope]: [f32; 2], length_m: f32) -> Option<(f32, f32)> {
         let border = -at_joint / slope;
         let (low, high) = match (at_joint > 0.0, slope > 0.0) {
             (true, true) => (0.0, length_m),
@@ -122,23 +119,26 @@ pub(super) trait QuadraticContact {
     /// Both roots on a phalanx of length `length_m` by bisection, one either side of the stiffest place: what the firmware
     /// asks. There softness - C energy, a quadratic in k, changes sign once, and nothing is divided by what vanishes.
     fn bisected(&self, compliance: f32, length_m: f32) -> Roots {
-        let Some((low, high)) = self.pressing_range(length_m) else {
+        // Each once: pressing and slope are half of the cost beside the halvings.
+        let pressing = self.pressing();
+        let Some((low, high)) = Self::pressing_range(pressing, length_m) else {
             return Roots::default();
         };
         if !(0.0..f32::MAX).contains(&compliance) {
             return Roots::default();
         }
-        let (about, [q0, q1, q2]) = self.expanded(compliance);
+        let (l0, l1) = self.slope();
+        let stiffest = stationary((l0, l1));
+        let (about, [q0, q1, q2]) = self.expanded(compliance, stiffest);
         let excess = |k: f32| q0 + (k - about) * (2.0 * q1 + (k - about) * q2);
         let place = |inside: f32, outside: f32| {
             // Counted from the stiffer end.
             let u = outside - about;
             let (slope, bound) = (2.0 * (q1 + u * q2), -(q0 + u * (2.0 * q1 + u * q2)));
             let k = (outside + bisect_quadratic(inside - outside, slope, q2, bound)).at_most(high);
-            (k > low && self.presses(k)).then_some(k)
+            (k > low && pressing[0] + pressing[1] * k > 0.0).then_some(k)
         };
         let (at_low, at_high) = (excess(low), excess(high));
-        let stiffest = self.stiffest_m();
         if let Some(peak) = stiffest.filter(|peak| *peak > low && *peak < high) {
             if excess(peak) >= 0.0 {
                 // No place is so stiff; within rounding the stiffest one is.
@@ -163,7 +163,6 @@ pub(super) trait QuadraticContact {
         } else {
             None
         };
-        let (l0, l1) = self.slope();
         if l0 + l1 * 0.5 * (low + high) < 0.0 {
             Roots {
                 near_m: None,
@@ -191,4 +190,10 @@ fn roots([q0, q1, q2]: Quadratic) -> Option<[f32; 2]> {
 pub(super) fn roots_of([q0, q1, q2]: Quadratic, square: f32) -> [f32; 2] {
     let large = -(q1 + sqrt(square).copysign(q1));
     [large / q2, q0 / large]
+}
+
+/// Where dC/dk = -(l0 + l1 k) is zero.
+fn stationary((l0, l1): (f32, f32)) -> Option<f32> {
+    let k = -l0 / l1;
+    k.is_finite().then_some(k)
 }

@@ -169,7 +169,27 @@ impl TwoJointContact {
             let (a, b) = factors(y);
             a * b - constant
         };
-        let mut search = |is_near: bool, inside: f32, outside: f32| {
+        // An end as stiff as asked is itself the place, but not the joint.
+        let (low_is_softer, high_is_softer) = (excess(from) > 0.0, excess(to) >= 0.0);
+        let low_is_near = rest >= 0.0;
+        // Either side that has a root: whether that is the near one, and where the finger is softer and stiffer than asked.
+        let sides = if from < rigid && rigid < to {
+            [
+                low_is_softer.then_some((low_is_near, from, rigid)),
+                high_is_softer.then_some((!low_is_near, to, rigid)),
+            ]
+        } else {
+            let is_near = low_is_near == (rigid >= to);
+            match (low_is_softer, high_is_softer) {
+                (true, false) => [Some((is_near, from, to)), None],
+                (false, true) => [Some((is_near, to, from)), None],
+                _ => [None; 2],
+            }
+        };
+        for side in sides {
+            let Some((is_near, inside, outside)) = side else {
+                continue;
+            };
             let vanishing = level / if is_near { steep } else { flat };
             let is_between = (vanishing - inside) * (outside - vanishing) > 0.0;
             let origin = if is_between { vanishing } else { outside };
@@ -183,24 +203,6 @@ impl TwoJointContact {
             } else {
                 roots.far_m = root;
             }
-        };
-        // An end as stiff as asked is itself the place, but not the joint.
-        let (low_is_softer, high_is_softer) = (excess(from) > 0.0, excess(to) >= 0.0);
-        let low_is_near = rest >= 0.0;
-        if from < rigid && rigid < to {
-            if low_is_softer {
-                search(low_is_near, from, rigid);
-            }
-            if high_is_softer {
-                search(!low_is_near, to, rigid);
-            }
-        } else if low_is_softer != high_is_softer {
-            let (inside, outside) = if low_is_softer {
-                (from, to)
-            } else {
-                (to, from)
-            };
-            search(low_is_near == (rigid >= to), inside, outside);
         }
         roots
     }

@@ -62,13 +62,18 @@ impl<const P: usize, X: SeriesElement> Normal<P, X> {
 
     /// Fixes an unknown: the others are solved for.
     pub fn hold(&mut self, unknown: usize) {
-        for row in 0..P {
-            if row != unknown {
-                self.matrix[row.max(unknown)][row.min(unknown)] = 0.0;
+        for (row, cells) in self.matrix.iter_mut().enumerate() {
+            for (column, cell) in cells.iter_mut().enumerate() {
+                if row == unknown && column == unknown {
+                    *cell = 1.0;
+                } else if row == unknown || column == unknown {
+                    *cell = 0.0;
+                }
             }
         }
-        self.matrix[unknown][unknown] = 1.0;
-        self.right[unknown] = 0.0;
+        if let Some(right) = self.right.get_mut(unknown) {
+            *right = 0.0;
+        }
     }
 
     /// Predicted decrease of the sum of squares by a step (quadratic model).

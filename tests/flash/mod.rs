@@ -224,7 +224,7 @@ impl Memory for Flash {
 
 /// What is found.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Kept {
+pub enum StoredRecord {
     Nothing,
     Unreadable,
     Record(Vec<u8>, bool),
@@ -248,11 +248,11 @@ impl Bench {
         })))
     }
 
-    pub fn load(&mut self) -> Kept {
+    pub fn load(&mut self) -> StoredRecord {
         self.0.load(|found| match found {
-            Found::Nothing => Kept::Nothing,
-            Found::Unreadable => Kept::Unreadable,
-            Found::Record { bytes, newest } => Kept::Record(bytes.to_vec(), newest),
+            Found::Nothing => StoredRecord::Nothing,
+            Found::Unreadable => StoredRecord::Unreadable,
+            Found::Record { bytes, newest } => StoredRecord::Record(bytes.to_vec(), newest),
         })
     }
 

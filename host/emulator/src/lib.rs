@@ -36,7 +36,7 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file cannot be read.
-    #[error("cannot read {}: {source}", path.display())]
+    #[error("cannot read {}: {source}; is the path right?", path.display())]
     Read {
         /// The file.
         path: PathBuf,
@@ -44,7 +44,7 @@ pub enum Error {
         source: std::io::Error,
     },
     /// A file cannot be written.
-    #[error("cannot write {}: {source}", path.display())]
+    #[error("cannot write {}: {source}; does the folder exist, and may you write there?", path.display())]
     Write {
         /// The file.
         path: PathBuf,
@@ -73,10 +73,12 @@ pub enum Error {
         time_s: f64,
     },
     /// No function has this in its name.
-    #[error("no function of the firmware has '{0}' in its name")]
+    #[error("no function of the firmware has '{0}' in its name; `nm --demangle ELF` lists them")]
     NoFunction(String),
     /// The instruction engine failed.
-    #[error("instruction engine: {0:?}")]
+    #[error(
+        "instruction engine: {0:?}; this is a defect of the emulator, please report the call that led to it"
+    )]
     Engine(unicorn_engine::uc_error),
     /// A port for clients cannot be opened.
     #[error("cannot listen on port {port} of this machine: {source}; choose another")]
@@ -86,8 +88,11 @@ pub enum Error {
         /// Why.
         source: std::io::Error,
     },
+    /// A pair of terminals for the serial port cannot be opened.
+    #[error("cannot open a terminal for the serial port: {0}; --rtt-port gives the log over TCP")]
+    Serial(String),
     /// A trace cannot be written.
-    #[error("cannot write the trace: {0}")]
+    #[error("cannot write the trace: {0}; is there room on the disk?")]
     Trace(std::io::Error),
     /// The simulated world refused its parameters.
     #[error("plant: {0}")]

@@ -200,7 +200,7 @@ fn experiments(options: &Experiments) -> Outcome {
     if calibration_wanted {
         calibration(&plan, options.json);
     } else if rows.is_empty() {
-        return Err("nothing could be simulated".into());
+        return Err("no experiment ran: does --only begin the name of one, and does the world suit the finger?".into());
     }
     Ok(())
 }
@@ -244,11 +244,18 @@ fn write(seed: u64, quick: bool) -> Outcome {
 }
 
 fn figures(directory: &Path, plan: &job::Plan) -> Outcome {
+    let bar = run::bar(3, "groups of figures");
     for (what, difference) in figures::mechanics(directory)? {
-        println!("K_c, {what}: library f32 against f64 at most {difference:.1e} relative");
+        bar.suspend(|| {
+            println!("K_c, {what}: library f32 against f64 at most {difference:.1e} relative");
+        });
     }
+    bar.inc(1);
     figures::simulated(directory, plan)?;
-    figures::calibration(directory, &calibration::study(plan).0)?;
+    bar.inc(1);
+    let study = bar.suspend(|| calibration::study(plan).0);
+    figures::calibration(directory, &study)?;
+    bar.finish_and_clear();
     println!("figures are in {}", directory.display());
     Ok(())
 }
@@ -278,8 +285,25 @@ fn main() -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("{error}");
+            eprintln!("error: {error}");
             ExitCode::FAILURE
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_command_has_examples_in_its_help() {
+        for command in Arguments::command().get_subcommands() {
+            let help = command.get_after_help().map(ToString::to_string);
+            assert!(
+                command.is_hide_set() || help.is_some_and(|help| help.contains("Example")),
+                "{}",
+                command.get_name()
+            );
         }
     }
 }

@@ -8,7 +8,8 @@ use clap::Args;
 use palpate::sample::{Drive, Sample};
 use palpate::scene::Scene;
 use palpate::sensing::{Directive, Event};
-use palpate_evaluation::replay::{self, Preparation, Source};
+use palpate_evaluation::replay::{self, Comparison, Preparation, Source};
+use palpate_evaluation::trace::Streamed;
 use palpate_evaluation::{recordings, trace};
 use serde_json::{Value, json};
 
@@ -120,6 +121,7 @@ fn samples(file: &Path, options: &Options) -> Result<Vec<Sample>, Box<dyn Error>
 fn tell(found: &replay::Replay, recorded: &[Sample], options: &Options) {
     let second = |index: usize| recorded.get(index).map_or(0.0, |s| s.time_us as f64 * 1e-6);
     let (source, stretch, why) = match &found.friction {
+        Source::Live => ("live", None, None),
         Source::Separate => ("file", None, None),
         Source::Within(at) => (
             "free-closing",
@@ -202,8 +204,47 @@ fn truth_beside(recording: &Path) -> Option<(u64, f64)> {
     ))
 }
 
+/// What was said live against what was said again, where the recording tells.
+fn tell_comparison(compared: &Comparison, options: &Options) {
+    let equal = compared.differences.is_empty();
+    if options.json {
+        println!(
+            "{}",
+            json!({"type": "live", "events": compared.live, "equal": equal, "differences": compared.differences})
+        );
+    } else {
+        println!("live events={} equal={equal}", compared.live);
+    }
+    for difference in &compared.differences {
+        eprintln!("{difference}");
+    }
+    if !equal {
+        eprintln!(
+            "the events differ from the live ones: was this scene's firmware recorded (--scene), by this version, from \
+             before its first motion since the last start or `set`?"
+        );
+    }
+}
+
+/// The recording as the firmware streamed it, where it did and nothing else is to be assumed.
+fn streamed(options: &Options) -> Result<Option<Vec<Streamed>>, Box<dyn Error>> {
+    if options.friction.is_some() || !options.calibrate.is_empty() || options.zero_counts != 0 {
+        return Ok(None);
+    }
+    let file = &options.file;
+    let stream = trace::stream(recordings::open(file)?);
+    Ok(stream.map_err(|error| format!("{}: {error}", file.display()))?)
+}
+
 /// Replays what calibrates, in its order, then the recording.
 fn all<S: Scene>(options: &Options) -> Result<(), Box<dyn Error>> {
+    if let Some(stream) = streamed(options)? {
+        let recorded: Vec<Sample> = (stream.iter().map(|row| row.sample.with_joint(()))).collect();
+        let (found, compared) = replay::again::<S>(&stream);
+        tell(&found, &recorded, options);
+        tell_comparison(&compared, options);
+        return leave_events(&found, &recorded, options);
+    }
     let record = options
         .friction
         .as_deref()
@@ -249,8 +290,17 @@ fn all<S: Scene>(options: &Options) -> Result<(), Box<dyn Error>> {
     };
     let found = replay::replay::<S>(&recorded, &before, Directive::Watch);
     tell(&found, &recorded, options);
+    leave_events(&found, &recorded, options)
+}
+
+/// Writes what a page is made of, where it is asked for.
+fn leave_events(
+    found: &replay::Replay,
+    recorded: &[Sample],
+    options: &Options,
+) -> Result<(), Box<dyn Error>> {
     if let Some(path) = &options.events {
-        let lines: Vec<String> = page_lines(&found, &recorded, options)
+        let lines: Vec<String> = page_lines(found, recorded, options)
             .iter()
             .map(|line| format!("{line}\n"))
             .collect();

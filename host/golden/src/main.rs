@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
+use indicatif::ProgressBar;
 use palpate_golden::table::Table;
 use palpate_golden::{compare, generate, sample};
 
@@ -13,7 +14,8 @@ const ROUNDING: f64 = 4.5e-16;
 #[derive(Parser)]
 #[command(
     name = "palpate-golden",
-    about = "Recomputes the reference files from positions and energy, with 77 digits"
+    about = "Recomputes the reference files from positions and energy, with 77 digits",
+    after_help = "Examples:\n  cargo xtask golden --generator --rows 3\n  cargo xtask golden --generator --only kc --all"
 )]
 struct Arguments {
     /// Folder of the reference files.
@@ -80,11 +82,16 @@ fn run(arguments: &Arguments) -> Result<bool, String> {
         ));
     }
     let mut agree = true;
+    // Draws on a terminal alone.
+    let bar = ProgressBar::new(files.len() as u64);
+    bar.tick();
     for file in files {
         let table = Table::read(&file)?;
         if let Some(directory) = &arguments.generate {
             let name = file.file_name().unwrap_or_default().to_string_lossy();
-            write(directory, &name, &generate(&table))?;
+            let text = generate(&table);
+            bar.suspend(|| write(directory, &name, &text))?;
+            bar.inc(1);
             continue;
         }
         let count = if arguments.all {
@@ -94,7 +101,8 @@ fn run(arguments: &Arguments) -> Result<bool, String> {
         };
         let found = compare(&table, sample(&table, count));
         agree &= found.worst.deviation <= ROUNDING;
-        println!(
+        bar.inc(1);
+        bar.suspend(|| println!(
             "compared file={} rows={} cells={} equal={} largest_relative={:.1e} row={} column={}",
             table.name,
             found.rows,
@@ -103,8 +111,9 @@ fn run(arguments: &Arguments) -> Result<bool, String> {
             found.worst.deviation,
             found.worst.row,
             found.worst.column
-        );
+        ));
     }
+    bar.finish_and_clear();
     Ok(agree)
 }
 

@@ -8,11 +8,10 @@ use std::time::{Duration, Instant};
 use clap::{Args, CommandFactory, Parser};
 use palpate_monitor::page::Story;
 use palpate_monitor::recording::Recording;
+use palpate_monitor::scenes;
 use palpate_monitor::source::{Failure, From, Source};
 use palpate_monitor::stream::Message;
 use palpate_monitor::watch::Watch;
-
-mod scenes;
 
 /// A live view of a finger, and recordings of it
 #[derive(Parser)]
@@ -43,8 +42,13 @@ enum Command {
 
 #[derive(Args)]
 struct SourceOptions {
-    /// `sim` or `emulator` (the firmware on the emulated chip), `probe` (a board, through probe-rs), a serial port, or a file of log lines
-    #[arg(long, default_value = "sim", value_name = "sim|probe|PORT|FILE")]
+    /// `sim` or `emulator` (the firmware on the emulated chip), `probe` (a board, by probe-rs as a library), `tcp:HOST:PORT` (a
+    /// server of RTT), a serial port, or a file of log lines
+    #[arg(
+        long,
+        default_value = "sim",
+        value_name = "sim|probe|tcp:HOST:PORT|PORT|FILE"
+    )]
     from: String,
     /// Finger to draw until the firmware names its own
     #[arg(long, value_name = "NAME")]
@@ -90,10 +94,13 @@ struct RecordOptions {
     /// Ends after so many seconds of the recording; without it when the source ends
     #[arg(long, value_name = "S", value_parser = pace)]
     seconds: Option<f64>,
-    /// Command lines to send first, separated by semicolons
-    #[arg(long, value_name = "COMMANDS", default_value = "trace on;run")]
-    commands: String,
+    /// Command lines to send first, separated by semicolons [default: trace on;run, over a serial port trace on 5;run]
+    #[arg(long, value_name = "COMMANDS")]
+    commands: Option<String>,
 }
+
+/// How long a recording goes on after the motion, for what the sensing still has to say.
+const LAST_WORD_S: f64 = 0.5;
 
 #[derive(Args)]
 struct PageOptions {
@@ -115,25 +122,37 @@ fn pace(text: &str) -> Result<f64, String> {
 }
 
 impl SourceOptions {
-    fn from(&self) -> From {
-        match self.from.as_str() {
+    fn from(&self) -> Result<From, String> {
+        let image = || {
+            let missing = "name the firmware's image with --elf; `cargo xtask monitor` builds it";
+            self.elf.clone().ok_or_else(|| missing.to_owned())
+        };
+        Ok(match self.from.as_str() {
             "sim" | "emulator" => From::Program {
                 call: self.emulation(),
                 remedy: "`cargo xtask monitor` builds it",
             },
-            "probe" => From::Program {
-                call: ["probe-rs", "run", "--chip", "STM32G431RBTx"]
-                    .map(str::to_owned)
-                    .into_iter()
-                    .chain(self.elf.iter().map(|elf| elf.display().to_string()))
-                    .collect(),
-                remedy: "install it: cargo install probe-rs-tools --locked",
-            },
-            name if name.starts_with("/dev/") || name.starts_with("COM") => {
-                From::Port(name.to_owned())
+            #[cfg(feature = "probe")]
+            "probe" => From::Probe { elf: image()? },
+            #[cfg(not(feature = "probe"))]
+            "probe" => {
+                return Err(
+                    "this program was built without its feature `probe`; `cargo xtask monitor --from probe` builds it with"
+                        .to_owned(),
+                );
             }
-            file => From::File(file.into()),
-        }
+            name if is_port(name) => From::Port {
+                name: name.to_owned(),
+                elf: self.elf.clone(),
+            },
+            other => match other.strip_prefix("tcp:") {
+                Some(address) => From::Tcp {
+                    address: address.to_owned(),
+                    elf: image()?,
+                },
+                None => From::File(other.into()),
+            },
+        })
     }
 
     fn emulation(&self) -> Vec<String> {
@@ -166,16 +185,30 @@ impl SourceOptions {
         call
     }
 
-    fn open(&self) -> Result<Source, Failure> {
-        Source::open(&self.from(), self.speed)
+    fn open(&self) -> Result<Source, String> {
+        Source::open(&self.from()?, self.speed).map_err(|error: Failure| error.to_string())
     }
+
+    /// Command lines that start a recording: over a serial port every fifth sample, as many as 115200 baud carry.
+    fn recording_commands(&self) -> &'static str {
+        if is_port(&self.from) {
+            "trace on 5;run"
+        } else {
+            "trace on;run"
+        }
+    }
+}
+
+/// Whether a source is a serial port by its name.
+fn is_port(name: &str) -> bool {
+    name.starts_with("/dev/") || name.starts_with("COM")
 }
 
 fn watch(options: &WatchOptions) -> Result<(), String> {
     if !std::io::stdout().is_terminal() {
         return Err("the monitor needs a terminal; `record` works without one".to_owned());
     }
-    let source = options.source.open().map_err(|error| error.to_string())?;
+    let source = options.source.open()?;
     let colour = !options.no_colour && std::env::var_os("NO_COLOR").is_none();
     let mut watch = Watch::new(
         source,
@@ -194,24 +227,30 @@ fn watch(options: &WatchOptions) -> Result<(), String> {
 }
 
 fn record(options: &RecordOptions) -> Result<(), String> {
-    let source = options.source.open().map_err(|error| error.to_string())?;
+    let source = options.source.open()?;
     let cannot =
         |error: std::io::Error| format!("cannot write {}: {error}", options.file.display());
     let mut recording = Recording::create(&options.file).map_err(cannot)?;
-    for line in options.commands.split(';').map(str::trim) {
+    let commands = options.commands.as_deref();
+    let commands = commands.unwrap_or_else(|| options.source.recording_commands());
+    for line in commands.split(';').map(str::trim) {
         if !line.is_empty() {
             source.command(line);
         }
     }
     let (mut first_s, mut shown) = (None, Instant::now());
     let mut lost = 0;
+    let mut done_s = None;
     let terminal = std::io::stderr().is_terminal();
     while let Ok(message) = source.messages.recv() {
+        recording.take(&message).map_err(cannot)?;
         match message {
             Message::Sample(sample) => {
-                recording.sample(&sample).map_err(cannot)?;
                 let since_s = sample.time_s - *first_s.get_or_insert(sample.time_s);
-                if options.seconds.is_some_and(|seconds| since_s >= seconds) {
+                let over = |from_s: f64| sample.time_s - from_s >= LAST_WORD_S;
+                if options.seconds.is_some_and(|seconds| since_s >= seconds)
+                    || done_s.is_some_and(over)
+                {
                     break;
                 }
                 if terminal && shown.elapsed() > Duration::from_millis(200) {
@@ -230,7 +269,7 @@ fn record(options: &RecordOptions) -> Result<(), String> {
                 }
                 eprintln!("{:10.3} {}", event.time_s.unwrap_or_default(), event.text());
                 if event.name == "sequence done" && options.seconds.is_none() {
-                    break;
+                    done_s = event.time_s.or(done_s);
                 }
             }
             Message::Note(text) => eprintln!("{text}"),
@@ -288,6 +327,23 @@ fn main() -> ExitCode {
         Err(error) => {
             eprintln!("error: {error}");
             ExitCode::FAILURE
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_command_has_examples_in_its_help() {
+        for command in Command::command().get_subcommands() {
+            let help = command.get_after_help().map(ToString::to_string);
+            assert!(
+                command.is_hide_set() || help.is_some_and(|help| help.contains("Example")),
+                "{}",
+                command.get_name()
+            );
         }
     }
 }

@@ -27,7 +27,7 @@ impl Story {
             Message::Event(event) if event.name.starts_with("answer") => {
                 let text = event.text();
                 let answer = text.trim_start_matches("answer").trim();
-                if answer != "ok" {
+                if answer != "ok" && !answer.starts_with("kept") {
                     self.settings.push(answer.to_owned());
                 }
             }

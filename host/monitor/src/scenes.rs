@@ -1,10 +1,11 @@
 //! The fingers that can be drawn: those of `scenes/`.
 
+use crate::posture::{Drawn, Scales, SceneFinger};
 use palpate::finger::Mechanics;
 use palpate::scene::Scene;
-use palpate_monitor::posture::{Drawn, Scales, SceneFinger};
 
 /// The finger of a scene by its name.
+#[must_use]
 pub fn finger(scene: &str) -> Option<Box<dyn Drawn>> {
     palpate_scenes::for_scene!(scene, |S| drawn::<S>())
 }

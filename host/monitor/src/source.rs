@@ -1,4 +1,4 @@
-//! Sources of lines and targets of commands: a simulation, a serial port, a file, or a probe.
+//! Sources of lines and targets of commands: a simulation, a probe, a server of RTT, a serial port, or a file.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use thiserror::Error;
 
 use crate::stream::{Message, parse};
+use crate::wire::{self, Wire};
 
 /// Messages that wait to be shown; a faster source waits for the screen.
 const WAITING: usize = 4_096;
@@ -20,7 +21,9 @@ const BAUD: u32 = 115_200;
 #[derive(Debug, Error)]
 pub enum Failure {
     /// A file cannot be read.
-    #[error("cannot read {path}: {source}")]
+    #[error(
+        "cannot read {path}: {source}; --from takes sim, probe, tcp:HOST:PORT, a serial port or a file of log lines"
+    )]
     File {
         /// Which.
         path: PathBuf,
@@ -37,6 +40,24 @@ pub enum Failure {
         /// Why.
         source: serialport::Error,
     },
+    /// A server of RTT does not answer.
+    #[error(
+        "cannot connect to {address}: {source}; `cargo xtask sim --keep-running --rtt-port PORT` opens one"
+    )]
+    Tcp {
+        /// Where.
+        address: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A probe does not give access to the firmware.
+    #[error(
+        "probe: {0}; is the board connected, and is this firmware on it (`cargo xtask flash`)?"
+    )]
+    Probe(std::io::Error),
+    /// The image by which the log is read.
+    #[error("{0}")]
+    Image(String),
     /// A program cannot be started.
     #[error("cannot start {program}: {source}; {remedy}")]
     Program {
@@ -52,7 +73,7 @@ pub enum Failure {
 /// What is watched.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum From {
-    /// A program that prints the stream and reads commands: the emulator, or probe-rs.
+    /// A program that prints the stream and reads commands: the emulator.
     Program {
         /// Its path and arguments.
         call: Vec<String>,
@@ -60,7 +81,25 @@ pub enum From {
         remedy: &'static str,
     },
     /// A serial port.
-    Port(String),
+    Port {
+        /// Its name.
+        name: String,
+        /// The image whose log comes as frames; lines of text without it.
+        elf: Option<PathBuf>,
+    },
+    /// A server of RTT.
+    Tcp {
+        /// HOST:PORT.
+        address: String,
+        /// The image whose log it is.
+        elf: PathBuf,
+    },
+    /// A debug probe.
+    #[cfg(feature = "probe")]
+    Probe {
+        /// The image that runs.
+        elf: PathBuf,
+    },
     /// A file of lines, shown at the pace of its times.
     File(PathBuf),
 }
@@ -82,7 +121,20 @@ impl Source {
     pub fn open(from: &From, speed: f64) -> Result<Self, Failure> {
         match from {
             From::Program { call, remedy } => Self::program(call, remedy),
-            From::Port(name) => Self::port(name),
+            From::Port { name, elf } => Self::port(name, elf.as_deref()),
+            From::Tcp { address, elf } => {
+                let connected = wire::Tcp::connect(address);
+                let wire = connected.map_err(|source| Failure::Tcp {
+                    address: address.clone(),
+                    source,
+                })?;
+                Self::wired(wire, elf)
+            }
+            #[cfg(feature = "probe")]
+            From::Probe { elf } => Self::wired(
+                wire::probe::Probe::attach(elf).map_err(Failure::Probe)?,
+                elf,
+            ),
             From::File(path) => Self::file(path, speed),
         }
     }
@@ -123,15 +175,31 @@ impl Source {
         })
     }
 
-    fn port(name: &str) -> Result<Self, Failure> {
+    /// Frames over a wire, read by the table of an image.
+    fn wired(wire: impl Wire + 'static, elf: &Path) -> Result<Self, Failure> {
+        let table = wire::table(elf).map_err(Failure::Image)?;
+        let (sender, messages) = sync_channel(WAITING);
+        let (commands, lines) = channel();
+        thread::spawn(move || wire::run(wire, &table, &sender, &lines));
+        Ok(Self {
+            messages,
+            commands: Some(commands),
+            child: None,
+        })
+    }
+
+    fn port(name: &str, elf: Option<&Path>) -> Result<Self, Failure> {
         let failed = |source| Failure::Port {
             name: name.to_owned(),
             source,
         };
         let port = serialport::new(name, BAUD)
-            .timeout(Duration::from_millis(100))
+            .timeout(Duration::from_millis(10))
             .open()
             .map_err(failed)?;
+        if let Some(elf) = elf {
+            return Self::wired(wire::Serial(port), elf);
+        }
         let writer = port.try_clone().map_err(failed)?;
         let (sender, messages) = sync_channel(WAITING);
         thread::spawn(move || read_lines(Patient(port), &sender));
@@ -276,7 +344,7 @@ mod tests {
 
         let (mut chip, port) = TTYPort::pair().expect("a pair of terminals");
         let name = port.name().expect("its name");
-        let source = Source::open(&From::Port(name), 1.0).expect("the port");
+        let source = Source::open(&From::Port { name, elf: None }, 1.0).expect("the port");
         chip.write_all(b"1.5 INFO  state name=close from=idle\r\n")
             .expect("room");
         let first = source.messages.recv_timeout(Duration::from_secs(10));

@@ -174,7 +174,9 @@ impl State {
                 self.cable_rad_per_nm = event.number("cable_mrad_per_nm").map(|value| 1e-3 * value);
             }
             "log" => {
-                self.dropped += event.number("dropped").unwrap_or_default().max(0.0) as u64;
+                // The firmware tells the total since it started.
+                let total = event.number("dropped").unwrap_or_default();
+                self.dropped = total.max(0.0) as u64;
             }
             "touch" => {
                 self.contact = Some(Contact {
@@ -185,7 +187,13 @@ impl State {
             "located" | "ambiguous" | "not-located" => self.judged(&event),
             _ => {}
         }
-        self.line(event.time_s, event.level, event.text());
+        // For a recording, not for a reader.
+        let level = if event.name.starts_with("answer kept") {
+            Level::Debug
+        } else {
+            event.level
+        };
+        self.line(event.time_s, level, event.text());
     }
 
     /// A word on the contact.

@@ -104,6 +104,8 @@ pub struct Sample {
     pub duty: f64,
     /// Supply, volt, where it is known.
     pub supply_v: Option<f64>,
+    /// Angle of joint 2, radian, where it is measured.
+    pub joint_rad: Option<f64>,
     /// Torque that friction leaves unexplained, newton metre, while a contact is searched.
     pub residual_nm: Option<f64>,
     /// Evidence of a contact (logarithm of its likelihood ratio), and what it must exceed.
@@ -148,6 +150,7 @@ fn sample_of(event: &Event) -> Sample {
         current_a: number("current_a").unwrap_or_default(),
         duty: number("drive").unwrap_or_default(),
         supply_v: number("supply_v"),
+        joint_rad: number("joint_rad"),
         residual_nm: number("residual_mnm").map(|mnm| 1e-3 * mnm),
         evidence: number("evidence").zip(number("threshold")),
     }

@@ -13,7 +13,7 @@ use crate::recording::Recording;
 use crate::screen::{Focus, View, draw};
 use crate::source::Source;
 use crate::state::State;
-use crate::stream::{Level, Message};
+use crate::stream::Level;
 
 /// Longest wait for a key; a frame follows.
 const FRAME: Duration = Duration::from_millis(40);
@@ -92,9 +92,8 @@ impl Watch {
         for _ in 0..BATCH {
             match self.source.messages.try_recv() {
                 Ok(message) => {
-                    if let (Message::Sample(sample), Some(recording)) =
-                        (&message, &mut self.recording)
-                        && let Err(error) = recording.sample(sample)
+                    if let Some(recording) = &mut self.recording
+                        && let Err(error) = recording.take(&message)
                     {
                         self.state
                             .note(Level::Error, format!("the recording ended: {error}"));

@@ -15,10 +15,13 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     /// The library against a folder of reference files.
+    #[command(after_help = "Example:\n  cargo xtask golden tests/data/golden --json")]
     Golden(golden::Arguments),
     /// Speed against error of every candidate method.
+    #[command(after_help = "Examples:\n  cargo xtask report\n  cargo xtask report --check")]
     Report(report::Arguments),
     /// Flash and RAM of firmware images, and what they must not carry.
+    #[command(after_help = "Example:\n  cargo xtask size")]
     Size(size::Arguments),
     /// What a run of the target's tests printed, on a board or on the emulated chip.
     Target(target::Arguments),
@@ -37,6 +40,24 @@ fn main() -> ExitCode {
         Err(error) => {
             eprintln!("palpate-report: {error:#}");
             ExitCode::from(2)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn every_command_has_examples_in_its_help() {
+        for command in Arguments::command().get_subcommands() {
+            let help = command.get_after_help().map(ToString::to_string);
+            assert!(
+                command.is_hide_set() || help.is_some_and(|help| help.contains("Example")),
+                "{}",
+                command.get_name()
+            );
         }
     }
 }

@@ -73,10 +73,15 @@ fn emulate(subcommand: &str, elf: &Path, arguments: &[String]) -> Outcome {
 pub fn sim(arguments: &[String]) -> Outcome {
     let mut rest = arguments.to_vec();
     let scene = scene(&mut rest)?;
-    let features = rest
-        .iter()
-        .any(|word| word.starts_with("--fault"))
-        .then(|| "fault-injection".to_owned());
+    let asks = |option: &str| rest.iter().any(|word| word.starts_with(option));
+    let features: Vec<&str> = [
+        ("--fault", "fault-injection"),
+        ("--serial", monitor::SERIAL_LOG),
+    ]
+    .into_iter()
+    .filter_map(|(option, feature)| asks(option).then_some(feature))
+    .collect();
+    let features = (!features.is_empty()).then(|| features.join(","));
     let build = Build {
         scene: scene.clone(),
         features,
@@ -109,6 +114,7 @@ pub fn flash(arguments: &[String]) -> Outcome {
     let mut rest = arguments.to_vec();
     let build = Build {
         scene: scene(&mut rest)?,
+        features: take(&mut rest, "--features")?,
         ..Build::default()
     };
     none_left(&rest)?;
@@ -318,11 +324,16 @@ pub fn test(arguments: &[String]) -> Outcome {
         ..default
     }
     .elf()?;
+    let serial = Build {
+        features: Some(monitor::SERIAL_LOG.to_owned()),
+        ..Build::of_scene(list::DEFAULT)
+    }
+    .elf()?;
     let hall = Build::of_scene("tendon2-hall").elf()?;
     let rigid = Build::of_scene("p70-rigid").elf()?;
     let shunt = Build::of_scene("p70-shunt").elf()?;
     let second = Build::of_scene("p70-grasp").elf()?;
-    reach(&[&elf, &faulty, &hall, &rigid, &shunt].map(Clone::clone))?;
+    reach(&[&elf, &faulty, &serial, &hall, &rigid, &shunt].map(Clone::clone))?;
     step(
         "tests of the library",
         &mut cargo(["test", "--package", "palpate"]),
@@ -332,6 +343,7 @@ pub fn test(arguments: &[String]) -> Outcome {
         host::workspace("test", library.as_deref())
             .env("PALPATE_ELF", &elf)
             .env("PALPATE_FAULT_ELF", &faulty)
+            .env("PALPATE_SERIAL_ELF", &serial)
             .env("PALPATE_HALL_ELF", &hall)
             .env("PALPATE_RIGID_ELF", &rigid)
             .env("PALPATE_GRASP_ELF", &second)

@@ -29,8 +29,17 @@ pub fn workspace(subcommand: &str, library: Option<&Path>) -> Command {
 
 /// A host program, built; `arguments` are those of its user, who may ask for a world that needs MuJoCo.
 pub fn program(package: &str, arguments: &[String]) -> Outcome<Command> {
+    program_with(package, None, arguments)
+}
+
+/// The same with a feature that only this call wants, as `package/feature`.
+pub fn program_with(
+    package: &str,
+    feature: Option<&str>,
+    arguments: &[String],
+) -> Outcome<Command> {
     let library = mujoco::library_for(arguments)?;
-    build(package, library.as_deref())?;
+    build(package, feature, library.as_deref())?;
     let mut command = Command::new(target_dir().join(PROFILE).join(package));
     command.current_dir(root());
     if let Some(folder) = &library {
@@ -47,8 +56,11 @@ pub fn emulator(subcommand: &str, elf: &Path, arguments: &[String]) -> Outcome<C
     Ok(command)
 }
 
-fn build(package: &str, library: Option<&Path>) -> Outcome {
+fn build(package: &str, feature: Option<&str>, library: Option<&Path>) -> Outcome {
     let mut command = workspace("build", library);
+    if let Some(feature) = feature {
+        command.args(["--features", feature]);
+    }
     step(
         &format!("building {package}"),
         command.args(["--bin", package]),

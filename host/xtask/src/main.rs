@@ -47,7 +47,7 @@ const COMMANDS: &[Command] = &[
     },
     Command {
         name: "flash",
-        arguments: "[--scene S]",
+        arguments: "[--scene S] [--features F]",
         summary: "build the firmware, flash a connected NUCLEO-G431RB and show its log",
         example: "flash --scene tendon2",
         run: commands::flash,
@@ -184,7 +184,14 @@ const PASS_HELP: &[&str] = &[
     "replay",
     "recordings",
     "report",
+    "monitor",
+    "record",
+    "figures",
+    "golden",
 ];
+
+/// Exit status of a call that cannot be understood.
+const WRONG_CALL: u8 = 2;
 
 fn asks_for_help(arguments: &[String]) -> bool {
     arguments
@@ -210,7 +217,7 @@ fn main() -> ExitCode {
     }
     let Some(command) = COMMANDS.iter().find(|command| command.name == name) else {
         eprintln!("xtask: there is no command '{name}'; `cargo xtask` lists them");
-        return ExitCode::from(2);
+        return ExitCode::from(WRONG_CALL);
     };
     if asks_for_help(rest) && !PASS_HELP.contains(&command.name) {
         help(command);
@@ -221,8 +228,30 @@ fn main() -> ExitCode {
         Err(failure) => {
             if !failure.message.is_empty() {
                 eprintln!("xtask {name}: {}", failure.message);
+                if failure.code == WRONG_CALL {
+                    eprintln!("`cargo xtask {name} --help` shows what it takes");
+                }
             }
             ExitCode::from(failure.code)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_command_has_an_example_of_itself() {
+        for command in COMMANDS {
+            let first = command.example.split_whitespace().next();
+            assert_eq!(first, Some(command.name));
+        }
+        for name in PASS_HELP {
+            assert!(
+                COMMANDS.iter().any(|command| command.name == *name),
+                "{name}"
+            );
         }
     }
 }

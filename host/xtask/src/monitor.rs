@@ -8,6 +8,9 @@ use crate::process::{Outcome, run, target_dir};
 
 const PACKAGE: &str = "palpate-monitor";
 
+/// The firmware's feature that sends the log over the serial port.
+pub const SERIAL_LOG: &str = "serial-log";
+
 /// `monitor`: the finger, live in the terminal.
 pub fn monitor(arguments: &[String]) -> Outcome {
     live("watch", arguments)
@@ -26,9 +29,14 @@ fn live(subcommand: &str, arguments: &[String]) -> Outcome {
         .any(|word| matches!(word.as_str(), "--help" | "-h"));
     let from = take(&mut arguments.to_vec(), "--from")?.unwrap_or_else(|| "sim".to_owned());
     let simulated = matches!(from.as_str(), "sim" | "emulator");
-    if !help && (simulated || from == "probe") {
+    let serial = from.starts_with("/dev/") || from.starts_with("COM");
+    let framed = serial || from == "probe" || from.starts_with("tcp:");
+    let given = arguments.iter().any(|word| word.starts_with("--elf"));
+    if !help && !given && (simulated || framed) {
         let build = Build {
             scene: take(&mut arguments.to_vec(), "--scene")?,
+            // The image that sends its log there.
+            features: serial.then(|| SERIAL_LOG.to_owned()),
             ..Build::default()
         };
         words.extend(["--elf".to_owned(), build.elf()?.display().to_string()]);
@@ -40,7 +48,8 @@ fn live(subcommand: &str, arguments: &[String]) -> Outcome {
         words.extend(["--emulator".to_owned(), program]);
     }
     words.extend_from_slice(arguments);
-    run(host::program(PACKAGE, arguments)?.args(words))
+    let probe = (from == "probe").then_some("palpate-monitor/probe");
+    run(host::program_with(PACKAGE, probe, arguments)?.args(words))
 }
 
 /// Runs a command; with `--html FILE` it leaves its events, of which a page is made.

@@ -17,13 +17,10 @@ const FOLDER: &str = "MUJOCO_DYNAMIC_LINK_DIR";
 /// The file that is linked.
 const LINKED: &str = "libmujoco.so";
 
-/// Whether a call asks for the engine: `--engine mujoco`, `--engine=mujoco`, a world's name with `@mujoco`, or the tables of the
-/// documents, which compare the engines.
+/// Whether a call asks for the engine: `--engine mujoco`, `--engine=mujoco`, or a world's name with `@mujoco`.
 pub fn asked(arguments: &[String]) -> bool {
     let named = |pair: &[String]| pair[0] == "--engine" && pair[1] == "mujoco";
-    let has = |word: &str| arguments.iter().any(|argument| argument == word);
     arguments.windows(2).any(named)
-        || has("experiments") && has("--write")
         || arguments
             .iter()
             .any(|word| word == "--engine=mujoco" || word.ends_with("@mujoco"))
@@ -125,10 +122,9 @@ mod tests {
     }
 
     #[test]
-    fn the_engine_is_asked_for() {
+    fn the_engine_is_asked_for_in_three_spellings() {
         assert!(asks("--engine mujoco") && asks("--free --engine=mujoco --json"));
         assert!(asks("--world workshop@mujoco"));
-        assert!(asks("experiments --quick --write") && !asks("report --write"));
         assert!(!asks("--engine plant") && !asks("--world bench") && !asks("mujoco"));
     }
 }

@@ -189,9 +189,7 @@ impl Command {
         let Some(name) = words.next() else {
             return Ok(None);
         };
-        let verb = Verb::ALL
-            .iter()
-            .find(|verb| verb.name().as_bytes().eq_ignore_ascii_case(name));
+        let verb = Verb::ALL.iter().find(|verb| same(name, verb.name()));
         let verb = verb.ok_or(CommandError::Unknown)?;
         let command = verb.read(&mut words)?;
         // A stop with words behind it is still a stop.
@@ -253,10 +251,10 @@ fn calibrate(words: &mut Words<'_>) -> Result<Calibrate, CommandError> {
         what: "the pin's place in mm, or cable, or forget",
     };
     let word = words.next().ok_or(EXPECTED)?;
-    if word.eq_ignore_ascii_case(b"cable") {
+    if same(word, "cable") {
         return Ok(Calibrate::Cable);
     }
-    if word.eq_ignore_ascii_case(b"forget") {
+    if same(word, "forget") {
         return Ok(Calibrate::Forget);
     }
     let k_mm = with_unit(word, "mm", words).ok_or(EXPECTED)?;
@@ -272,10 +270,10 @@ fn trace(words: &mut Words<'_>) -> Result<Command, CommandError> {
         what: "on, on with a whole number from 1 to 1000, or off",
     };
     let word = words.next().ok_or(EXPECTED)?;
-    if word.eq_ignore_ascii_case(b"off") {
+    if same(word, "off") {
         return Ok(Command::Trace(0));
     }
-    if !word.eq_ignore_ascii_case(b"on") {
+    if !same(word, "on") {
         return Err(EXPECTED);
     }
     let every = match words.next() {
@@ -310,13 +308,20 @@ fn set(words: &mut Words<'_>) -> Result<Command, CommandError> {
 
 /// A number, with its unit joined to it, behind it, or left out.
 fn with_unit(word: &[u8], unit: &str, rest: &mut Words<'_>) -> Option<f32> {
-    let unit = unit.as_bytes();
-    if let Some(bare) = word.strip_suffix(unit) {
+    if let Some(bare) = word.strip_suffix(unit.as_bytes()) {
         return number(bare);
     }
     let value = number(word)?;
-    let behind = rest.next().unwrap_or(unit);
-    behind.eq_ignore_ascii_case(unit).then_some(value)
+    rest.next()
+        .is_none_or(|behind| same(behind, unit))
+        .then_some(value)
+}
+
+/// Whether a word is this one; case does not matter.
+// Not inlined: wanted in seven places.
+#[inline(never)]
+fn same(word: &[u8], this: &str) -> bool {
+    word.eq_ignore_ascii_case(this.as_bytes())
 }
 
 #[cfg(test)]

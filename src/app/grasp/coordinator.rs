@@ -254,22 +254,10 @@ impl<S: Scene> Coordinator<S> {
         }
         let request = motion
             .changed
-            .and_then(|(_, to)| self.directive(to))
+            .and_then(|(_, to)| directive(to, self.purpose))
             .map(SensingRequest::Direct);
         let request = request.or_else(|| self.pending.take());
         CoordinatorOutput { motion, request }
-    }
-
-    /// What a state that begins means for the sensing; `None` where the directive stays.
-    fn directive(&self, entered: State) -> Option<Directive> {
-        match entered {
-            State::RecordClosing => Some(Directive::RecordFriction),
-            State::Close => Some(self.purpose),
-            State::RecordOpening | State::Probe | State::Hold => None,
-            State::Idle | State::CalibrateOffset | State::Home | State::Open | State::Fault => {
-                Some(Directive::Rest)
-            }
-        }
     }
 
     fn begin_test(&mut self, action: Action) -> Result<Action, Refused> {
@@ -313,6 +301,18 @@ impl<S: Scene> Coordinator<S> {
         self.overrides = overrides;
         self.sequence.set_motion(motion::<S>(&overrides));
         self.pending = Some(SensingRequest::Adjust(overrides));
+    }
+}
+
+/// What a state that begins means for the sensing, given what the next closing is for; `None` where the directive stays.
+pub fn directive(entered: State, purpose: Directive) -> Option<Directive> {
+    match entered {
+        State::RecordClosing => Some(Directive::RecordFriction),
+        State::Close => Some(purpose),
+        State::RecordOpening | State::Probe | State::Hold => None,
+        State::Idle | State::CalibrateOffset | State::Home | State::Open | State::Fault => {
+            Some(Directive::Rest)
+        }
     }
 }
 

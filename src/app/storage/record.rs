@@ -66,12 +66,13 @@ impl RecordError {
 impl Record<'_> {
     /// Writes the record, byte by byte.
     pub fn encode(&self, scene: u32, mut put: impl FnMut(u8)) {
-        put(VERSION);
-        scene.to_le_bytes().into_iter().for_each(&mut put);
+        let mut bytes = Bytes(&mut put);
+        bytes.put(&[VERSION]);
+        bytes.put(&scene.to_le_bytes());
         // None of the types is of unknown length, and `put` takes every byte: nothing can fail.
         let _ = postcard::serialize_with_flavor(self, Bytes(&mut put));
         if let Some(identified) = self.identified {
-            let _ = postcard::serialize_with_flavor(identified, Bytes(put));
+            let _ = postcard::serialize_with_flavor(identified, Bytes(&mut put));
         }
     }
 
@@ -136,13 +137,26 @@ fn next<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Result<(T, &'a [u8]), Record
 }
 
 /// Takes the serialized bytes one by one.
-struct Bytes<F>(F);
+struct Bytes<'a>(&'a mut dyn FnMut(u8));
 
-impl<F: FnMut(u8)> Flavor for Bytes<F> {
+impl Bytes<'_> {
+    // Not inlined: wanted for every field, of which there are some thirty.
+    #[inline(never)]
+    fn put(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|byte| (self.0)(*byte));
+    }
+}
+
+impl Flavor for Bytes<'_> {
     type Output = ();
 
     fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
-        (self.0)(byte);
+        self.put(&[byte]);
+        Ok(())
+    }
+
+    fn try_extend(&mut self, bytes: &[u8]) -> postcard::Result<()> {
+        self.put(bytes);
         Ok(())
     }
 
@@ -192,14 +206,14 @@ mod tests {
 
     /// What a record borrows.
     #[derive(Clone, Debug, PartialEq)]
-    struct Kept {
+    struct StoredRecord {
         overrides: Overrides,
         calibration: Calibration,
         friction: Option<Friction>,
         identified: Option<Identified>,
     }
 
-    impl Kept {
+    impl StoredRecord {
         fn of(record: &Record<'_>) -> Self {
             Self {
                 overrides: *record.overrides,
@@ -219,8 +233,8 @@ mod tests {
         }
     }
 
-    fn empty() -> Kept {
-        Kept {
+    fn empty() -> StoredRecord {
+        StoredRecord {
             overrides: Overrides::default(),
             calibration: P70::UNCALIBRATED,
             friction: None,
@@ -228,7 +242,7 @@ mod tests {
         }
     }
 
-    fn record() -> Kept {
+    fn record() -> StoredRecord {
         let mut overrides = Overrides::default();
         overrides.set(Setting::HoldForce, 2.5).expect("in range");
         let drivetrain = P70::drivetrain(&P70::MECHANISM);
@@ -245,7 +259,7 @@ mod tests {
         let mut calibration = P70::UNCALIBRATED;
         calibration.torque_factor = 0.9;
         calibration.contacts = 2;
-        Kept {
+        StoredRecord {
             overrides,
             calibration,
             friction: Some(friction),
@@ -258,14 +272,14 @@ mod tests {
         }
     }
 
-    fn encoded(kept: &Kept) -> Vec<u8> {
+    fn encoded(kept: &StoredRecord) -> Vec<u8> {
         let mut bytes = Vec::new();
         kept.record().encode(ID, |byte| bytes.push(byte));
         bytes
     }
 
-    fn decoded(bytes: &[u8]) -> Result<Kept, RecordError> {
-        Record::decode::<true, _>(bytes, ID, Kept::of)
+    fn decoded(bytes: &[u8]) -> Result<StoredRecord, RecordError> {
+        Record::decode::<true, _>(bytes, ID, StoredRecord::of)
     }
 
     #[test]
@@ -294,7 +308,7 @@ mod tests {
                 let identified = None;
                 assert_eq!(
                     read,
-                    Ok(Kept {
+                    Ok(StoredRecord {
                         identified,
                         ..record()
                     })
@@ -312,12 +326,15 @@ mod tests {
     #[test]
     fn a_firmware_that_identifies_nothing_reads_the_rest() {
         let identified = None;
-        let without = Ok(Kept {
+        let without = Ok(StoredRecord {
             identified,
             ..record()
         });
         let bytes = encoded(&record());
-        assert_eq!(Record::decode::<false, _>(&bytes, ID, Kept::of), without);
+        assert_eq!(
+            Record::decode::<false, _>(&bytes, ID, StoredRecord::of),
+            without
+        );
         let mut nonsense = bytes;
         let value = nonsense.len() - 40;
         nonsense[value..value + 4].copy_from_slice(&f32::NAN.to_le_bytes());

@@ -85,8 +85,12 @@ impl Assessment {
                 .likelihood(record, Hypothesis::of(index))
                 .unwrap_or((f32::NAN, f32::NAN));
             // A NaN here makes `Evidence::add` ignore the pass.
-            self.evidence.ln_likelihood[index] = ln_likelihood;
-            self.white_nm2[index] = white_nm2;
+            if let Some(slot) = self.evidence.ln_likelihood.get_mut(index) {
+                *slot = ln_likelihood;
+            }
+            if let Some(slot) = self.white_nm2.get_mut(index) {
+                *slot = white_nm2;
+            }
             self.next += 1;
         }
         self.next >= RATES * TIMES
@@ -171,8 +175,8 @@ impl Assessment {
         let mut coefficients = products[COLUMNS];
         for i in (0..COLUMNS).rev() {
             let mut sum = coefficients[i];
-            for (k, row) in products.iter().enumerate().take(COLUMNS).skip(i + 1) {
-                sum -= row[i] * coefficients[k];
+            for k in i + 1..COLUMNS {
+                sum -= products[k][i] * coefficients[k];
             }
             let pivot = products[i][i];
             coefficients[i] = if pivot > 0.0 { sum / pivot } else { 0.0 };
@@ -341,10 +345,19 @@ fn dot(a: &[f32], b: &[f32]) -> f32 {
 
 /// Adds a row's products with itself.
 fn accumulate(products: &mut Products, row: &[f32; ALL]) {
-    for (i, line) in products.iter_mut().enumerate() {
-        let own = row[i];
-        for (sum, other) in line[..=i].iter_mut().zip(row) {
-            *sum += own * other;
+    // The hottest loop of the assessment, therefore two lines and two columns at a time; what of that lies above the diagonal is
+    // not looked at.
+    const { assert!(ALL.is_multiple_of(2)) };
+    let (pairs, lines) = (row.as_chunks::<2>().0, products.as_chunks_mut::<2>().0);
+    for (i, ([one, two], own)) in lines.iter_mut().zip(pairs).enumerate() {
+        let ones = one.as_chunks_mut::<2>().0.iter_mut();
+        let twos = two.as_chunks_mut::<2>().0.iter_mut();
+        let others = pairs.get(..=i).unwrap_or_default();
+        for ((one, two), other) in ones.zip(twos).zip(others) {
+            one[0] += own[0] * other[0];
+            one[1] += own[0] * other[1];
+            two[0] += own[1] * other[0];
+            two[1] += own[1] * other[1];
         }
     }
 }

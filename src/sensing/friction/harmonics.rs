@@ -15,8 +15,8 @@ pub(super) fn waves(counts: f32, worm_counts: u32) -> [f32; 2 * HARMONICS] {
     let (sin, cos) = sin_cos(TAU * (turns - turns as i32 as f32));
     let mut waves = [0.0; 2 * HARMONICS];
     let (mut real, mut imaginary) = (cos, sin);
-    for pair in waves.chunks_exact_mut(2) {
-        pair.copy_from_slice(&[real, imaginary]);
+    for pair in waves.as_chunks_mut().0 {
+        *pair = [real, imaginary];
         (real, imaginary) = (real * cos - imaginary * sin, real * sin + imaginary * cos);
     }
     waves

@@ -80,16 +80,12 @@ impl Whitening {
     pub(super) fn new(noise: &Noise, drivetrain: &Drivetrain) -> Self {
         let mut variance = [[0.0; STATES]; STATES];
         let wave = 0.5 * WAVE_SHARE * WAVE_SHARE;
-        for (state, initial) in [
-            (LEVEL, noise.level_nm * noise.level_nm),
-            (TREND, noise.trend_nm_per_s * noise.trend_nm_per_s),
-            (WANDER, noise.wander_nm * noise.wander_nm),
-            (COSINE, wave),
-            (SINE, wave),
-            (REST, REST_SHARE * REST_SHARE),
-        ] {
-            variance[state][state] = initial;
-        }
+        variance[LEVEL][LEVEL] = noise.level_nm * noise.level_nm;
+        variance[TREND][TREND] = noise.trend_nm_per_s * noise.trend_nm_per_s;
+        variance[WANDER][WANDER] = noise.wander_nm * noise.wander_nm;
+        variance[COSINE][COSINE] = wave;
+        variance[SINE][SINE] = wave;
+        variance[REST][REST] = REST_SHARE * REST_SHARE;
         let worm_counts = drivetrain.counts_per_worm_turn;
         Self {
             noise: *noise,
@@ -112,11 +108,8 @@ impl Whitening {
         if let Some((time_s, before)) = self.before.replace((point.time_s, turns)) {
             let fading = exp((time_s - point.time_s) / self.noise.wander_s);
             self.fade(WANDER, fading, self.noise.wander_nm * self.noise.wander_nm);
-            self.fade(
-                REST,
-                exp((before - turns) / REST_TURNS),
-                REST_SHARE * REST_SHARE,
-            );
+            let fading = exp((before - turns) / REST_TURNS);
+            self.fade(REST, fading, REST_SHARE * REST_SHARE);
         }
         let load = point.excess_nm.at_least(0.0);
         let (sin, cos) = sin_cos(TAU * (turns - (turns as i32) as f32));
@@ -153,23 +146,38 @@ impl Whitening {
 
     /// Lets a state decay towards its stationary variance.
     fn fade(&mut self, state: usize, fading: f32, variance: f32) {
-        for other in 0..STATES {
-            self.variance[state][other] *= fading;
-            self.variance[other][state] *= fading;
+        let fade = |value: Option<&mut f32>| {
+            if let Some(value) = value {
+                *value *= fading;
+            }
+        };
+        for row in &mut self.variance {
+            fade(row.get_mut(state));
         }
-        self.variance[state][state] += (1.0 - fading * fading) * variance;
-        self.residual[state] *= fading;
+        if let Some(row) = self.variance.get_mut(state) {
+            for value in &mut *row {
+                *value *= fading;
+            }
+            if let Some(own) = row.get_mut(state) {
+                *own += (1.0 - fading * fading) * variance;
+            }
+        }
+        fade(self.residual.get_mut(state));
         for slopes in &mut self.slopes {
-            slopes[state] *= fading;
+            fade(slopes.get_mut(state));
         }
     }
 }
 
+// Here and below one state after the other instead of a loop, which would cost as much again: a fit comes by some ten times
+// a point.
+#[inline(always)]
 fn dot(a: &[f32; STATES], b: &[f32; STATES]) -> f32 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5]
 }
 
 /// Innovation of a value; updates the states.
+#[inline(never)]
 fn update(
     state: &mut [f32; STATES],
     value: f32,
@@ -177,8 +185,12 @@ fn update(
     gain: &[f32; STATES],
 ) -> f32 {
     let left = value - dot(state, seen);
-    for (state, gain) in state.iter_mut().zip(gain) {
-        *state += gain * left;
-    }
+    let [level, trend, wander, cosine, sine, rest] = state;
+    *level += gain[LEVEL] * left;
+    *trend += gain[TREND] * left;
+    *wander += gain[WANDER] * left;
+    *cosine += gain[COSINE] * left;
+    *sine += gain[SINE] * left;
+    *rest += gain[REST] * left;
     left
 }

@@ -145,9 +145,11 @@ impl Scaling {
 
     /// Clamps an unknown to its physical range; true if it was outside.
     pub(super) fn hold(&self, x: &mut [f32; UNKNOWNS], unknown: usize) -> bool {
-        let held = x[unknown]
-            .at_least(self.lowest[unknown])
-            .at_most(self.highest[unknown]);
-        core::mem::replace(&mut x[unknown], held) != held
+        let bounds = (self.lowest.get(unknown), self.highest.get(unknown));
+        let (Some(x), (Some(lowest), Some(highest))) = (x.get_mut(unknown), bounds) else {
+            return false;
+        };
+        let held = x.at_least(*lowest).at_most(*highest);
+        core::mem::replace(x, held) != held
     }
 }

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! Ports for standard tools: the log's bytes over TCP like the RTT server of a debug probe ([`rtt`]), and GDB's remote protocol
-//! ([`gdb`]). Both listen on the local machine only.
+//! Ports for standard tools: the log's bytes over TCP like the RTT server of a debug probe ([`rtt`]), GDB's remote protocol
+//! ([`gdb`]), and the serial port as a terminal ([`serial`]). All are open to the local machine only.
 
 mod cortex_m4;
 pub mod gdb;
 pub mod rtt;
+#[cfg(unix)]
+pub mod serial;
 mod target;
 
 use std::net::{Ipv4Addr, TcpListener};

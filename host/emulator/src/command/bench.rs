@@ -46,17 +46,21 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
     let mut machine = Machine::new(&firmware, None, &setup)?;
     let end = ticks(options.max_s);
     let mut result = None;
+    let progress = super::progress::spinner();
     while result.is_none() && machine.now() < end {
         let pause = machine.run_until(machine.now() + TICKS_PER_MS)?;
         if pause != Pause::Time {
             machine.finish();
         }
+        progress.set_message(format!("{:.1} s simulated", machine.time_s()));
         for line in machine.take_lines() {
-            if options.json {
-                println!("{}", event_json(&line));
-            } else {
-                println!("{line}");
-            }
+            progress.suspend(|| {
+                if options.json {
+                    println!("{}", event_json(&line));
+                } else {
+                    println!("{line}");
+                }
+            });
             if line.message.starts_with(&options.until) {
                 result = Some(ExitCode::SUCCESS);
             }
@@ -71,6 +75,7 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
             _ => result = Some(ExitCode::FAILURE),
         }
     }
+    progress.finish_and_clear();
     super::counts::print(&machine, options.json);
     Ok(result.unwrap_or_else(|| {
         eprintln!(

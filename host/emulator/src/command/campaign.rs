@@ -46,9 +46,12 @@ pub fn run(firmware: &Firmware, settings: &Settings, plan: &Plan) -> Result<Exit
         cases.extend(cells.into_iter().step_by(plan.every));
     }
     cases.extend(campaign::pairs(plan.pairs, plan.seed));
+    let bar = super::progress::bar(cases.len(), "runs");
     let results = campaign::run(firmware, settings, &cases, |case, aftermath| {
-        tell(case, aftermath, plan.json);
+        bar.suspend(|| tell(case, aftermath, plan.json));
+        bar.inc(1);
     })?;
+    bar.finish_and_clear();
     let mut rows: BTreeMap<&str, Row> = BTreeMap::new();
     let (mut failed, mut instructions) = (0, 0);
     for (case, aftermath) in cases.iter().zip(&results) {

@@ -7,6 +7,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Args;
+use indicatif::ProgressBar;
 use palpate_emulator::cortex::account::Calls;
 use palpate_emulator::firmware::default_path;
 use palpate_emulator::sim::{
@@ -109,6 +110,7 @@ fn parallel(firmware: &Firmware, options: &Options, runs: &[Option<Injected>]) -
         next: 0,
         passed: true,
         control: Calls::default(),
+        progress: super::progress::bar(runs.len(), "runs"),
     });
     let workers = std::thread::available_parallelism()
         .map_or(1, usize::from)
@@ -130,6 +132,7 @@ fn parallel(firmware: &Firmware, options: &Options, runs: &[Option<Injected>]) -
         }
     });
     printer.into_inner().is_ok_and(|printer| {
+        printer.progress.finish_and_clear();
         printer.print_control();
         printer.passed && printer.next == runs.len()
     })
@@ -151,6 +154,7 @@ struct Printer {
     passed: bool,
     /// The longest control interrupt of all runs.
     control: Calls,
+    progress: ProgressBar,
 }
 
 /// Cycles of one control period, 50 us at 170 MHz.
@@ -181,9 +185,10 @@ impl Printer {
 
     fn take(&mut self, index: usize, row: Row) {
         self.rows[index] = Some(row);
+        self.progress.inc(1);
         while let Some(row) = self.rows.get_mut(self.next).and_then(Option::take) {
             self.next += 1;
-            self.print(&row);
+            self.progress.clone().suspend(|| self.print(&row));
         }
     }
 

@@ -4,10 +4,10 @@
 use std::fs::File;
 use std::io::{BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use anstyle::{AnsiColor, Style};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use palpate_emulator::Error;
 use palpate_emulator::log::Line;
 use palpate_emulator::sim::{Calibration, Session, Summary, event_json};
@@ -49,17 +49,11 @@ impl Output {
             }
             None => None,
         };
-        // Progress is drawn only on a terminal.
-        let progress = ProgressBar::new_spinner();
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
-            progress.set_style(style);
-        }
-        progress.enable_steady_tick(Duration::from_millis(200));
         Ok(Self {
             form,
             events,
             printed: 0,
-            progress,
+            progress: super::progress::spinner(),
         })
     }
 

@@ -107,6 +107,9 @@ pub struct Options {
     /// Lets GDB in: `target remote :PORT`
     #[arg(long, value_name = "PORT")]
     gdb_port: Option<u16>,
+    /// Opens a terminal that is the board's serial port, and prints its name; the firmware's log goes there too
+    #[arg(long)]
+    serial: bool,
 }
 
 impl Options {
@@ -229,7 +232,7 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
     let start = Instant::now();
     let world = settings.parameters.clone();
     let mut output = Output::new(options.form(), options.events.as_deref())?;
-    let mut ports = Ports::open(options.rtt_port, options.gdb_port)?;
+    let mut ports = Ports::open(options.rtt_port, options.gdb_port, options.serial)?;
     let mut session = Session::start(&firmware, settings, trace)?;
     let mut pace = options.speed.map(Pace::new);
     let mut result = Ok(());

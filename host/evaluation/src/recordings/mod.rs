@@ -50,8 +50,10 @@ pub struct Recording {
 /// # Errors
 /// What cannot be read, with the file's name.
 pub fn open(file: &Path) -> Result<Box<dyn std::io::Read>, String> {
-    let opened =
-        std::fs::File::open(file).map_err(|error| format!("{}: {error}", file.display()))?;
+    let opened = std::fs::File::open(file).map_err(|error| {
+        let file = file.display();
+        format!("cannot read {file}: {error}; `cargo xtask record FILE.csv` makes a recording")
+    })?;
     let buffered = std::io::BufReader::new(opened);
     Ok(if file.extension().is_some_and(|ending| ending == "gz") {
         Box::new(flate2::read::MultiGzDecoder::new(buffered))
@@ -86,7 +88,10 @@ fn read(directory: &Path, name: &str) -> Result<Recording, String> {
 
 /// Names of a folder's recordings, world by world: the worlds and the names sorted, within a world what calibrates first.
 fn names(directory: &Path) -> Result<Vec<(String, Vec<String>)>, String> {
-    let failed = |error: std::io::Error| format!("{}: {error}", directory.display());
+    let failed = |error: std::io::Error| {
+        let folder = directory.display();
+        format!("cannot read {folder}: {error}; name a folder of NAME.csv.gz and NAME.json")
+    };
     let mut found = std::collections::BTreeMap::<String, Vec<String>>::new();
     for entry in std::fs::read_dir(directory).map_err(failed)? {
         let file = entry.map_err(failed)?.file_name();

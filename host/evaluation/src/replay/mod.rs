@@ -1,16 +1,20 @@
 //! The sensing on a recording: what the firmware would have said.
 //!
-//! Passive: nothing is known of how the recording was made. Friction comes from a recording of a free motion, or from a
+//! A recording that the firmware streamed tells what each sample was for, and the same events come out of it (`again`). Any
+//! other is watched passively: nothing is known of how the recording was made. Friction comes from a recording of a free motion, or from a
 //! free closing that the recording itself contains; torque factor and cable from recordings of a press and of pins.
 //!
 //! | module | what it does |
 //! |---|---|
+//! | `again` | the same events from what the firmware streamed |
 //! | `find` | free motion in a recording |
 //! | `event` | events as text and JSON |
 
+mod again;
 mod event;
 mod find;
 
+pub use again::{Comparison, again};
 pub use event::{Fields, fields, followed_fields, line};
 pub use find::{MotionSegment, NoFreeClosing};
 
@@ -27,6 +31,8 @@ use crate::trace::PERIOD_US;
 /// Where the recording of friction was found.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Source {
+    /// What the firmware itself knew or recorded.
+    Live,
     /// A recording of its own.
     Separate,
     /// A free closing (and what opening followed) in the recording itself.

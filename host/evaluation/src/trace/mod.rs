@@ -2,9 +2,11 @@
 
 mod read;
 mod resample;
+mod stream;
 
 pub use read::{Findings, ReadError, read};
 pub use resample::{Gap, PERIOD_US, Resampled, resample};
+pub use stream::{Streamed, stream};
 
 /// One row of a recording, motor side.
 #[derive(Clone, Copy, Debug, PartialEq)]

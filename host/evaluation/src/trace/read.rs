@@ -84,14 +84,15 @@ pub struct Findings {
     pub sign_from_duty: bool,
 }
 
-struct Columns {
-    time: usize,
-    counts: usize,
-    current: usize,
-    duty: Option<usize>,
+/// Where the columns stand.
+pub(super) struct Columns {
+    pub(super) time: usize,
+    pub(super) counts: usize,
+    pub(super) current: usize,
+    pub(super) duty: Option<usize>,
 }
 
-fn columns(header: &csv::StringRecord) -> Result<Columns, ReadError> {
+pub(super) fn columns(header: &csv::StringRecord) -> Result<Columns, ReadError> {
     let find = |name: &'static str| {
         let mut at = header
             .iter()
@@ -113,10 +114,10 @@ fn columns(header: &csv::StringRecord) -> Result<Columns, ReadError> {
     })
 }
 
-fn number(
+/// A field as a finite number of at most `largest`.
+pub(super) fn field(
     record: &csv::StringRecord,
     index: usize,
-    line: u64,
     column: &'static str,
     largest: f64,
     expected: &'static str,
@@ -125,11 +126,31 @@ fn number(
     match text.parse::<f64>() {
         Ok(value) if value.abs() <= largest => Ok(value),
         _ => Err(ReadError::Field {
-            line,
+            line: record.position().map_or(0, csv::Position::line),
             column,
             text: text.chars().take(40).collect(),
             expected,
         }),
+    }
+}
+
+/// A reader that skips comments.
+pub(super) fn reader<R: Read>(input: R) -> csv::Reader<R> {
+    csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .flexible(true)
+        .from_reader(input)
+}
+
+/// A line that is no CSV.
+pub(super) fn malformed(error: csv::Error) -> ReadError {
+    ReadError::Line {
+        line: error.position().map_or(1, csv::Position::line),
+        what: match error.kind() {
+            csv::ErrorKind::Utf8 { .. } => "not UTF-8 text".to_owned(),
+            csv::ErrorKind::Io(error) => error.to_string(),
+            _ => error.to_string(),
+        },
     }
 }
 
@@ -138,27 +159,14 @@ fn number(
 /// # Errors
 /// [`ReadError`], with line and column where there is one.
 pub fn read(input: impl Read) -> Result<(Vec<Row>, Findings), ReadError> {
-    let mut reader = csv::ReaderBuilder::new()
-        .comment(Some(b'#'))
-        .flexible(true)
-        .from_reader(input);
-    let malformed = |error: csv::Error| ReadError::Line {
-        line: error.position().map_or(1, csv::Position::line),
-        what: match error.kind() {
-            csv::ErrorKind::Utf8 { .. } => "not UTF-8 text".to_owned(),
-            csv::ErrorKind::Io(error) => error.to_string(),
-            _ => error.to_string(),
-        },
-    };
+    let mut reader = reader(input);
     let columns = columns(&reader.headers().map_err(malformed)?.clone())?;
     let mut findings = Findings::default();
     let mut rows: Vec<Row> = Vec::new();
     let mut record = csv::StringRecord::new();
     while reader.read_record(&mut record).map_err(malformed)? {
-        let line = record.position().map_or(0, csv::Position::line);
-        let field = |index, column, largest, expected| {
-            number(&record, index, line, column, largest, expected)
-        };
+        let field =
+            |index, column, largest, expected| field(&record, index, column, largest, expected);
         let row = Row {
             time_s: field(columns.time, "time_s", LARGEST_TIME_S, "a time in seconds")?,
             #[expect(clippy::cast_possible_truncation, reason = "bounded above")]

@@ -21,8 +21,10 @@ mod target;
 mod whole;
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use anyhow::{Context, Result};
+use indicatif::ProgressBar;
 use palpate_bench::candidate::Role;
 
 use crate::size;
@@ -130,15 +132,25 @@ struct Report {
 
 impl Report {
     fn gather(arguments: &Arguments) -> Result<Self> {
+        // Draws on a terminal alone.
+        let progress = ProgressBar::new_spinner();
+        progress.enable_steady_tick(Duration::from_millis(200));
+        progress.set_message("errors of every candidate");
+        let rows = join(arguments)?;
+        let grasp = arguments.grasp.as_deref().map(whole::read).transpose()?;
+        let sizes = size::rows(&arguments.image)?;
+        progress.set_message("delays");
+        let delays = if arguments.delays {
+            delay::rows()?
+        } else {
+            Vec::new()
+        };
+        progress.finish_and_clear();
         Ok(Self {
-            rows: join(arguments)?,
-            grasp: arguments.grasp.as_deref().map(whole::read).transpose()?,
-            sizes: size::rows(&arguments.image)?,
-            delays: if arguments.delays {
-                delay::rows()?
-            } else {
-                Vec::new()
-            },
+            rows,
+            grasp,
+            sizes,
+            delays,
         })
     }
 

@@ -152,7 +152,7 @@ fn a_calibration_watches_the_pin_and_the_next_run_does_not() {
         .command(Command::Calibrate(Calibrate::At { k_m: 0.04 }))
         .expect("friction is known");
     assert_eq!(
-        coordinator.directive(State::Close),
+        directive(State::Close, coordinator.purpose),
         Some(Directive::Calibrate {
             phalanx: 2,
             k_m: 0.04
@@ -161,7 +161,10 @@ fn a_calibration_watches_the_pin_and_the_next_run_does_not() {
     coordinator.command(Command::Stop).expect("always");
     coordinator.advance(1, &Status::default(), None);
     coordinator.command(Command::Run).expect("at rest");
-    assert_eq!(coordinator.directive(State::Close), Some(Directive::Watch));
+    assert_eq!(
+        directive(State::Close, coordinator.purpose),
+        Some(Directive::Watch)
+    );
 }
 
 #[test]
