@@ -62,6 +62,44 @@ fn round_trip(name: &str, session: &Session<'_>) -> (usize, Vec<&'static str>, C
     (rows.len(), names.collect(), compared)
 }
 
+/// What the log of a normal first grasp may hold, each with what its reader learns or does.
+const NORMAL: [(&str, &str); 13] = [
+    ("boot", "which firmware, for which finger"),
+    ("reset", "why it started"),
+    (
+        "record",
+        "whether friction and calibration are known from before",
+    ),
+    ("state", "what the finger is doing"),
+    ("offset", "whether the current sense is sound"),
+    ("friction-recorded", "how much friction, how well known"),
+    ("hint", "what to do next to calibrate"),
+    ("touch", "when and where contact began"),
+    ("located", "the result"),
+    ("stiffness", "how stiff the grasp is"),
+    ("sequence done", "how the motion ended"),
+    ("answer", "what became of a command"),
+    ("sample", "asked for by trace"),
+];
+
+/// No line that a reader can neither learn from nor act on, and no warning where nothing is wrong.
+fn has_no_useless_line(session: &Session<'_>) {
+    for line in &session.lines {
+        let name = line.event().name;
+        let known = NORMAL.iter().any(|(normal, _)| {
+            name.strip_prefix(normal)
+                .is_some_and(|rest| rest.is_empty() || rest.starts_with(' '))
+        });
+        assert!(known && line.level == "info", "{line}");
+    }
+    // A place is told while it is refined, not at every sample.
+    let located = session
+        .lines
+        .iter()
+        .filter(|line| line.event().name == "located");
+    assert!(located.count() <= 6);
+}
+
 fn image() -> Option<Firmware> {
     let path = std::env::var_os("PALPATE_ELF");
     if path.is_none() {
@@ -74,6 +112,7 @@ fn image() -> Option<Firmware> {
 fn a_recorded_grasp_is_replayed_to_what_was_said_live() {
     let Some(firmware) = image() else { return };
     let session = session(&firmware, "trace on; run", None);
+    has_no_useless_line(&session);
     let (rows, said, compared) = round_trip("run", &session);
     println!("{rows} rows, {said:?}, {compared:?}");
     assert!(rows > 15_000, "{rows}");

@@ -96,8 +96,8 @@ pub fn sim(arguments: &[String]) -> Outcome {
     })
 }
 
-/// `build`: the ELF alone.
-pub fn build(arguments: &[String]) -> Outcome {
+/// The firmware that `[--scene S] [--features F]` asks for.
+fn image(arguments: &[String]) -> Outcome<PathBuf> {
     let mut rest = arguments.to_vec();
     let build = Build {
         scene: scene(&mut rest)?,
@@ -105,20 +105,18 @@ pub fn build(arguments: &[String]) -> Outcome {
         ..Build::default()
     };
     none_left(&rest)?;
-    println!("{}", build.elf()?.display());
+    build.elf()
+}
+
+/// `build`: the ELF alone.
+pub fn build(arguments: &[String]) -> Outcome {
+    println!("{}", image(arguments)?.display());
     Ok(())
 }
 
 /// `flash`: onto a board, with its log.
 pub fn flash(arguments: &[String]) -> Outcome {
-    let mut rest = arguments.to_vec();
-    let build = Build {
-        scene: scene(&mut rest)?,
-        features: take(&mut rest, "--features")?,
-        ..Build::default()
-    };
-    none_left(&rest)?;
-    let elf = build.elf()?;
+    let elf = image(arguments)?;
     if machine::find("probe-rs").is_none() {
         return Err(Failure::new(format!(
             "the firmware is built ({}), but probe-rs is not installed: cargo install probe-rs-tools --locked",

@@ -57,6 +57,17 @@ const SHARES: [f32; 5] = [1.0, 0.6, 0.35, 0.2, 0.12];
 /// Starting places of a thorough search, as shares of one side of a phalanx's stiffest place.
 const STARTS: [f32; 2] = [0.2, 0.75];
 
+/// Calibration from a contact at a known place or from the closing stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Learned {
+    /// Torque factor and cable with their deviations, as far as the model and the priors hold.
+    pub calibration: Calibration,
+    /// Mean square residual, in variances.
+    pub misfit: f32,
+    /// How far the rest of what is known had to give way for it, as a variance ratio, at least 1.
+    pub strain: f32,
+}
+
 /// The curve in the form that the model needs.
 #[derive(Clone, Copy, Debug)]
 pub struct Data<'a> {
@@ -224,10 +235,11 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         !self.under_way
     }
 
-    /// Calibration from a fit at a known place or at the stop, with its mean square residual.
-    pub fn learned(&mut self, prior: &Prior<X>) -> Option<(Calibration, f32)> {
-        let (calibration, chi_square) = self.fit.as_mut()?.learned(prior)?;
-        Some((calibration, chi_square / self.number as f32))
+    /// What a fit at a known place or at the stop teaches, with its mean square residual.
+    pub fn learned(&mut self, prior: &Prior<X>) -> Option<Learned> {
+        let mut learned = self.fit.as_mut()?.learned(prior)?;
+        learned.misfit /= self.number as f32;
+        Some(learned)
     }
 
     /// Whether a pass over the curve has begun and is not complete.

@@ -137,6 +137,25 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         self.chi_square() <= points + MISFIT_SIGMAS * sqrt(2.0 * points)
     }
 
+    /// Whether the likeliest contact slides off its phalanx before the curve ends, while one on another phalanx would not:
+    /// beyond the end of its path a hypothesis bears with any torque, and wins where a second contact or a last bad block
+    /// spoils the others. The beginning of the curve decides then.
+    pub fn leans_on_its_end(&self) -> bool {
+        let mut best: Option<(&Track, &Fitted)> = None;
+        for track in &self.tracks {
+            for fitted in track.fits.iter().flatten() {
+                if best.is_none_or(|(_, old)| fitted.ln_evidence > old.ln_evidence) {
+                    best = Some((track, fitted));
+                }
+            }
+        }
+        best.is_some_and(|(likeliest, fitted)| {
+            let stays = |track: &Track| track.fits.iter().flatten().any(|other| !other.leaves);
+            let others = |track: &&Track| track.phalanx > 1 && track.phalanx != likeliest.phalanx;
+            fitted.leaves && self.tracks.iter().filter(others).any(stays)
+        })
+    }
+
     /// Mean square residual of the likeliest hypothesis, in variances; at least 1.
     fn spread(&self) -> f32 {
         (self.chi_square() / self.number as f32)
@@ -231,7 +250,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         let moved_n = other.map_or(0.0, |other| other.force.force_n - force_n);
         let [springs, sigma] = springs(&prior.calibration);
         let spring_n = sigma * force_n;
-        let path_n2 = self.spread() * (moved_n * moved_n + beyond_n * beyond_n);
+        let path_n2 = moved_n * moved_n + beyond_n * beyond_n;
         let sigma_n = sqrt(path_n2 * springs * springs + spring_n * spring_n);
         state.force = Force {
             force_n: springs * force_n,

@@ -147,7 +147,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             if contact.pass_due {
                 let over = state.step(contact);
                 contact.pass_due = contact.locator.is_within_pass();
-                if over && contact.locator.explains() {
+                if over && contact.locator.explains() && !contact.locator.leans_on_its_end() {
                     state.report(contact, false);
                 }
             }
@@ -162,7 +162,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             let learned = state.learn(contact);
             state.tell_calibration(learned);
         } else {
-            let explained = contact.locator.explains();
+            let explained = contact.locator.explains() && !contact.locator.leans_on_its_end();
             if !explained && contact.locator.shorten() {
                 return;
             }

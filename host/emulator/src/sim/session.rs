@@ -200,7 +200,7 @@ impl<'f> Session<'f> {
         let event = line.event();
         // Other lines may come before an answer.
         if let Progress::Answering(_) = self.progress
-            && event.name == "answer"
+            && event.name.starts_with("answer")
         {
             self.progress = Progress::Answering(self.machine.now() + PAUSE);
         }
