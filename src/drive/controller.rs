@@ -1,7 +1,6 @@
 //! The control interrupt's work as a pure function: inputs and demand to outputs, 20,000 times a second.
 //!
-//! On the chip it runs from a memory of its own (`memory.x`), where no function of another memory may be called: nothing here
-//! panics, and nothing longer than 24 bytes is copied, which would be a call of `memcpy`.
+//! On the chip it runs from CCM SRAM (`memory.x`) and must call nothing outside: no panic, no copy above 24 bytes (`memcpy`).
 
 use super::average::{Average, PERIODS_PER_SAMPLE, Period, SAMPLE_HZ};
 use super::config::CheckedConfig;

@@ -49,11 +49,11 @@ impl Calibration {
     }
 
     /// Adopts the result of a fit at a known place if it is credible and adds information. `misfit` is the mean square
-    /// residual in variances.
+    /// residual in variances, `strain` how far it contradicts what else is known ([`Learned`](super::locator::Learned)).
     ///
     /// # Errors
     /// The reason why it is refused; nothing is changed then.
-    pub fn with_contact(&self, found: &Self, misfit: f32) -> Result<Self, Refusal> {
+    pub fn with_contact(&self, found: &Self, misfit: f32, strain: f32) -> Result<Self, Refusal> {
         // In this form a NaN is refused too.
         if !(found.is_valid() && misfit <= MISFIT) {
             return Err(Refusal::Misfit);
@@ -62,6 +62,7 @@ impl Calibration {
         let cable_shift = (found.cable_rad_per_nm - self.cable_rad_per_nm).abs();
         if factor_shift > IMPLAUSIBLE * self.torque_factor_sigma
             || cable_shift > IMPLAUSIBLE * self.cable_sigma_rad_per_nm
+            || strain > IMPLAUSIBLE * IMPLAUSIBLE
         {
             return Err(Refusal::Implausible);
         }
@@ -79,7 +80,16 @@ impl Calibration {
             presses: self.presses,
             ..*found
         };
-        self.unless_uninformative(learned)
+        let learned = self.unless_uninformative(learned)?;
+        // A contradiction is news, but the compromise is as much less sure.
+        let swell = sqrt(strain);
+        Ok(Self {
+            torque_factor_sigma: (swell * learned.torque_factor_sigma)
+                .at_most(self.torque_factor_sigma),
+            cable_sigma_rad_per_nm: (swell * learned.cable_sigma_rad_per_nm)
+                .at_most(self.cable_sigma_rad_per_nm),
+            ..learned
+        })
     }
 
     /// Adopts the result of a press against the closing stop, where the finger is rigid, as [`Calibration::with_contact`].
@@ -87,7 +97,7 @@ impl Calibration {
     /// # Errors
     /// Why not; nothing is changed then.
     pub fn with_press(&self, found: &Self, misfit: f32) -> Result<Self, Refusal> {
-        let learned = self.with_contact(found, misfit)?;
+        let learned = self.with_contact(found, misfit, 1.0)?;
         Ok(Self {
             contacts: self.contacts,
             presses: self.presses.saturating_add(1),

@@ -10,6 +10,7 @@ use crate::mujoco;
 use crate::new_scene;
 use crate::own_finger;
 use crate::process::{Failure, Outcome, cargo, run, step, target_dir};
+use crate::target;
 
 /// Takes `--name VALUE` or `--name=VALUE` out of the arguments.
 pub fn take(arguments: &mut Vec<String>, name: &str) -> Outcome<Option<String>> {
@@ -95,8 +96,8 @@ pub fn sim(arguments: &[String]) -> Outcome {
     })
 }
 
-/// `build`: the ELF alone.
-pub fn build(arguments: &[String]) -> Outcome {
+/// The firmware that `[--scene S] [--features F]` asks for.
+fn image(arguments: &[String]) -> Outcome<PathBuf> {
     let mut rest = arguments.to_vec();
     let build = Build {
         scene: scene(&mut rest)?,
@@ -104,20 +105,18 @@ pub fn build(arguments: &[String]) -> Outcome {
         ..Build::default()
     };
     none_left(&rest)?;
-    println!("{}", build.elf()?.display());
+    build.elf()
+}
+
+/// `build`: the ELF alone.
+pub fn build(arguments: &[String]) -> Outcome {
+    println!("{}", image(arguments)?.display());
     Ok(())
 }
 
 /// `flash`: onto a board, with its log.
 pub fn flash(arguments: &[String]) -> Outcome {
-    let mut rest = arguments.to_vec();
-    let build = Build {
-        scene: scene(&mut rest)?,
-        features: take(&mut rest, "--features")?,
-        ..Build::default()
-    };
-    none_left(&rest)?;
-    let elf = build.elf()?;
+    let elf = image(arguments)?;
     if machine::find("probe-rs").is_none() {
         return Err(Failure::new(format!(
             "the firmware is built ({}), but probe-rs is not installed: cargo install probe-rs-tools --locked",
@@ -309,7 +308,11 @@ fn reach(images: &[PathBuf]) -> Outcome {
 
 /// `test`: everything that can be tested here.
 pub fn test(arguments: &[String]) -> Outcome {
-    none_left(arguments)?;
+    match arguments {
+        [word] if word == "--board" => return target::test(true),
+        [word] if word == "--target" => return target::test(false),
+        _ => none_left(arguments)?,
+    }
     machine::emulator_packages()?;
     let library = mujoco::library_if_possible();
     let default = Build::of_scene(list::DEFAULT);
@@ -345,7 +348,8 @@ pub fn test(arguments: &[String]) -> Outcome {
             .env("PALPATE_SHUNT_ELF", &shunt)
             .env("PALPATE_GRASPS", "1000")
             .env("PALPATE_ENDURANCE_S", "4400"),
-    )
+    )?;
+    target::test(false)
 }
 
 #[cfg(test)]

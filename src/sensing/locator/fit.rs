@@ -4,16 +4,18 @@
 //! step starts from its unknowns; if not, the step is shortened. The fit has converged when the predicted gain of a step is at
 //! most [`ENOUGH`], or when no shortened step is better.
 
+mod learned;
+
 use super::model::{Hold, Model};
 use super::noise::{Row, Whitening};
 use super::prior::{
-    BEND, CABLE, FACTOR, FRICTION, K, LEAST_SHARE, ONSET, Place, Prior, Scaling, UNKNOWNS,
+    CABLE, FACTOR, FRICTION, K, LEAST_SHARE, ONSET, Place, Prior, Scaling, UNKNOWNS,
 };
 use super::{Data, LEAST_POINTS, onset};
 use crate::finger::Mechanics;
 use crate::numeric::{Bounded, ln, sqrt};
+use crate::sensing::SeriesElement;
 use crate::sensing::normal::Normal;
-use crate::sensing::{Calibration, SeriesElement};
 
 /// Smallest gain worth a step, in units of the cost (minus twice the logarithm of the likelihood).
 const ENOUGH: f32 = 0.02;
@@ -51,6 +53,8 @@ pub(super) struct Fitted {
     pub(super) chi_square: f32,
     /// Change of the angle of joint 2 since the contact at the end of the curve, radian.
     pub(super) joint_2_rad: f32,
+    /// The contact slides off its phalanx before the curve ends.
+    pub(super) leaves: bool,
 }
 
 /// A fit under way.
@@ -62,6 +66,7 @@ pub(super) struct Fit<F: Mechanics, X: SeriesElement> {
     cost: f32,
     chi_square: f32,
     joint_2_rad: f32,
+    leaves: bool,
     normal: Normal<UNKNOWNS, X>,
     damping: f32,
     passes: u8,
@@ -102,6 +107,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             cost: f32::INFINITY,
             chi_square: f32::INFINITY,
             joint_2_rad: 0.0,
+            leaves: false,
             normal: Normal::EMPTY,
             damping: 0.0,
             passes: 0,
@@ -152,6 +158,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
                 self.x = self.trial;
                 self.chi_square = pass.squares;
                 self.joint_2_rad = pass.model.end().joints_rad[1];
+                self.leaves = pass.model.has_ended();
                 self.normal = pass.normal;
                 self.damping *= 0.2;
                 if self.damping < 1e-3 {
@@ -241,43 +248,8 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             ln_evidence,
             chi_square: self.chi_square,
             joint_2_rad: self.joint_2_rad,
+            leaves: self.leaves,
         })
-    }
-
-    /// Calibration from a fit at a known place or at the stop: torque factor and cable with their covariance, and the sum of
-    /// squared residuals.
-    pub(super) fn learned(&mut self, prior: &Prior<X>) -> Option<(Calibration, f32)> {
-        let scaling = Scaling::of(prior, self.hypothesis.length_m);
-        let values = scaling.values(&self.x);
-        let factor = self.normal.factor(0.0)?;
-        let by_factor = factor.covariance(FACTOR);
-        let before = &prior.calibration;
-        let ff = by_factor[FACTOR].at_least(0.0);
-        let mut learned = Calibration {
-            torque_factor: values[FACTOR],
-            // Kept relative to the new value.
-            torque_factor_sigma: before.torque_factor_sigma * sqrt(ff) * before.torque_factor
-                / values[FACTOR],
-            ..*before
-        };
-        if X::FLEXIBLE {
-            let (fc, cc) = (by_factor[CABLE], factor.covariance(CABLE)[CABLE]);
-            let (rest, r) = (before.independence(), before.correlation);
-            let variance = r * r * ff + 2.0 * r * rest * fc + rest * rest * cc;
-            let deviation = sqrt(variance.at_least(f32::MIN_POSITIVE));
-            let correlation = (r * ff + rest * fc) / (sqrt(ff) * deviation);
-            learned.cable_rad_per_nm = values[CABLE].at_least(0.0);
-            learned.stiffening_per_nm = values[BEND].at_least(0.0);
-            learned.stiffening_sigma_per_nm =
-                before.stiffening_sigma_per_nm * sqrt(factor.covariance(BEND)[BEND].at_least(0.0));
-            learned.cable_sigma_rad_per_nm = before.cable_sigma_rad_per_nm * deviation;
-            learned.correlation = if correlation.is_finite() {
-                correlation.clamp(-0.999, 0.999)
-            } else {
-                0.0
-            };
-        }
-        Some((learned, self.chi_square))
     }
 
     /// Begins a pass at the trial's unknowns, if there is such a contact.

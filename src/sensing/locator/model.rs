@@ -136,6 +136,11 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         })
     }
 
+    /// Whether the contact has slid off its phalanx.
+    pub(super) fn has_ended(&self) -> bool {
+        self.ended
+    }
+
     /// The end of the path so far.
     pub(super) fn end(&self) -> &PathPoint {
         &self.last
@@ -246,13 +251,13 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
 
     /// Contact force at the end of the path, newton.
     pub(super) fn force_n(&self) -> f32 {
-        (self.last.force_n + self.values[FRICTION] * self.force_by_friction_n()) * self.share()
+        self.last.force_n * self.share() + self.values[FRICTION] * self.force_by_friction_n()
     }
 
     /// Its derivative by the coefficient of contact friction, newton.
     pub(super) fn force_by_friction_n(&self) -> f32 {
-        self.last.force_by_friction_n
-            + self.half_thickness_m * self.last.force_by_friction_and_thickness_n_per_m
+        let per_m = self.last.force_by_friction_and_thickness_n_per_m;
+        (self.last.force_by_friction_n + self.half_thickness_m * per_m) * self.share()
     }
 
     /// Error of the force, newton: beyond the end of the path the contact may stay at the tip, with a force that grows with the

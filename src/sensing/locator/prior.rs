@@ -153,3 +153,22 @@ impl Scaling {
         core::mem::replace(x, held) != held
     }
 }
+
+/// How far a fit at a known place had to go from what is known, as a variance ratio of at least 1. What it is not to learn
+/// (its place, contact friction, the joints, the cable that a press has measured, the factor once a pin has told it) should
+/// move by as much as the curve determines it: 1 less its variance in units of the prior's. More says that the priors, or the
+/// model, are not this finger's; one more value as large as expected keeps a few of them from saying so by chance.
+pub(super) fn strain(
+    x: &[f32; UNKNOWNS],
+    learns_factor: bool,
+    variance: impl Fn(usize) -> f32,
+) -> f32 {
+    let (mut moved, mut expected) = (1.0, 1.0);
+    for (unknown, x) in x.iter().enumerate() {
+        if !(learns_factor && unknown == FACTOR) {
+            moved += x * x;
+            expected += (1.0 - variance(unknown)).at_least(0.0);
+        }
+    }
+    (moved / expected).at_least(1.0)
+}

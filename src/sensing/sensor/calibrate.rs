@@ -6,6 +6,7 @@ use crate::finger::Mechanics;
 use crate::joint_sensor::JointSensor;
 use crate::numeric::sqrt;
 use crate::sensing::location::SeriesElement;
+use crate::sensing::locator::Learned;
 use crate::sensing::{Calibration, Directive, Event, Refusal};
 
 /// Standard deviation of the closing stop's compliance, radian per newton metre (R, chosen); a fit attributes it to the cable.
@@ -35,11 +36,15 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
                 return Err(Refusal::NoSuchPlace);
             }
         }
-        let (found, misfit) = contact
+        let Learned {
+            calibration,
+            misfit,
+            strain,
+        } = contact
             .locator
             .learned(&self.prior(&contact.collector))
             .ok_or(Refusal::Misfit)?;
-        self.calibration.with_contact(&found, misfit)
+        self.calibration.with_contact(&calibration, misfit, strain)
     }
 
     // Not inlined, so that its symbol shows whether a scene carries it: one without a cable must not.
@@ -48,7 +53,11 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         &self,
         contact: &mut Contact<F, H::Reading, X>,
     ) -> Result<Calibration, Refusal> {
-        let (mut found, misfit) = contact
+        let Learned {
+            calibration: mut found,
+            misfit,
+            ..
+        } = contact
             .locator
             .learned(&self.prior(&contact.collector))
             .ok_or(Refusal::Misfit)?;

@@ -147,7 +147,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             if contact.pass_due {
                 let over = state.step(contact);
                 contact.pass_due = contact.locator.is_within_pass();
-                if over && contact.locator.explains() {
+                if over && contact.locator.explains() && !contact.locator.leans_on_its_end() {
                     state.report(contact, false);
                 }
             }
@@ -162,7 +162,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             let learned = state.learn(contact);
             state.tell_calibration(learned);
         } else {
-            let explained = contact.locator.explains();
+            let explained = contact.locator.explains() && !contact.locator.leans_on_its_end();
             if !explained && contact.locator.shorten() {
                 return;
             }
@@ -336,7 +336,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         let weight_nm = weight_nm
             + per_rad * drivetrain.rotation_rad(collector.curve.origin_counts(), corrected.counts);
         Point {
-            time_s: corrected.time_us.wrapping_sub(collector.onset_us) as i64 as f32 * 1e-6,
+            // A curve is shorter than half an hour.
+            time_s: corrected.time_us.wrapping_sub(collector.onset_us) as i32 as f32 * 1e-6,
             excess_nm: efficiency * (residual_nm - collector.level_nm),
             free_nm: free.map_or(0.0, |free| free.torque_nm) + weight_nm,
             variance_nm2: efficiency * efficiency * variance,

@@ -40,7 +40,7 @@ fn how_much_the_cable_stiffens_is_learned_from_a_press_alone() {
     let stiffening = |c: &Calibration| (c.stiffening_per_nm, c.stiffening_sigma_per_nm);
     let pressed = START.with_press(&found, 4.0).unwrap();
     assert_eq!(stiffening(&pressed), (0.4, 0.2));
-    let touched = START.with_contact(&found, 1.0).unwrap();
+    let touched = START.with_contact(&found, 1.0, 1.0).unwrap();
     assert_eq!(stiffening(&touched), (0.0, 0.3));
 }
 
@@ -63,19 +63,28 @@ fn what_cannot_be_or_tells_nothing_is_refused() {
         torque_factor_sigma: 0.02,
         ..START
     };
-    let after = START.with_contact(&found, 1.0).unwrap();
+    let after = START.with_contact(&found, 1.0, 1.0).unwrap();
     assert_eq!((after.torque_factor, after.contacts), (1.08, 1));
     // What the fit left unexplained makes it less sure, but never less than before.
-    let unsure = START.with_contact(&found, 4.0).unwrap();
+    let unsure = START.with_contact(&found, 4.0, 1.0).unwrap();
     assert!((unsure.torque_factor_sigma - 0.04).abs() < 1e-6);
-    assert_eq!(START.with_contact(&found, 5.0), Err(Refusal::Misfit));
-    assert_eq!(START.with_contact(&found, f32::NAN), Err(Refusal::Misfit));
-    assert_eq!(START.with_contact(&START, 1.0), Err(Refusal::Uninformative));
+    assert_eq!(START.with_contact(&found, 5.0, 1.0), Err(Refusal::Misfit));
+    assert_eq!(
+        START.with_contact(&found, f32::NAN, 1.0),
+        Err(Refusal::Misfit)
+    );
+    assert_eq!(
+        START.with_contact(&START, 1.0, 1.0),
+        Err(Refusal::Uninformative)
+    );
     let far = Calibration {
         torque_factor: 1.6,
         ..found
     };
-    assert_eq!(START.with_contact(&far, 1.0), Err(Refusal::Implausible));
+    assert_eq!(
+        START.with_contact(&far, 1.0, 1.0),
+        Err(Refusal::Implausible)
+    );
 }
 
 #[test]

@@ -11,6 +11,8 @@ mod friction;
 #[cfg(feature = "firmware")]
 mod locator;
 #[cfg(feature = "firmware")]
+mod pins;
+#[cfg(feature = "firmware")]
 mod sensor;
 
 use crate::sensing::{Drivetrain, Settings};

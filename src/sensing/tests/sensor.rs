@@ -45,7 +45,21 @@ fn numbers(event: &Event) -> Vec<f32> {
             torque_nm,
             ..
         } => vec![theta_a_rad, torque_nm],
-        Event::Located { k_m, sigma_m, .. } => vec![k_m, sigma_m],
+        Event::Located {
+            k_m,
+            sigma_m,
+            force_n,
+            force_sigma_n,
+            ..
+        } => {
+            let lost = force_n.is_nan() && force_sigma_n.is_nan();
+            let force = if lost {
+                [0.0; 2]
+            } else {
+                [force_n, force_sigma_n]
+            };
+            vec![k_m, sigma_m, force[0], force[1]]
+        }
         Event::Ambiguous { k_m, sigma_m, .. } => [k_m, sigma_m].concat(),
         Event::NotLocated { torque_nm, .. } => vec![torque_nm],
         Event::Calibrated { calibration } => {
