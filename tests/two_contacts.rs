@@ -1,7 +1,8 @@
 //! A second contact: honest deviations of its place, and the forces that statics still tells with two phalanges.
 
 use palpate::finger::{
-    ActuatedFinger, Contact, Finger, Mechanics, Parameters, SecondMeasured, Tendon,
+    ActuatedFinger, Contact, Finger, Free, HoldsTwice, Mechanics, NoSecondContact, Parameters,
+    SecondMeasured, Tendon,
 };
 use palpate::scene::Scene;
 use palpate_scenes::{P70, Tendon3};
@@ -193,4 +194,57 @@ fn actuators_together_place_a_contact() {
     };
     assert!(ActuatedFinger::new(without).is_err());
     let _: Finger<3, Tendon<3>> = Finger::new(without, [0.01; 4]).expect("one motor needs none");
+}
+
+/// What sensing asks of three phalanges: the phalanx and the place behind a well-known stiffness, the distal moment that belongs to
+/// it, and no answer where two phalanges would do.
+#[test]
+fn the_second_phalanx_is_named_where_the_stiffness_tells() {
+    let finger = Tendon3::MECHANISM;
+    let (torque, rise) = (0.03, 0.02);
+    let configuration = finger
+        .free_at_torque(torque, &finger.rest())
+        .expect("a posture");
+    let at = Free {
+        configuration,
+        torque_nm: torque,
+    };
+    let first = Contact {
+        phalanx: 2,
+        k_m: 0.030,
+        radius_m: 0.006,
+    };
+    let mut path = finger.path(&configuration, torque, first).expect("presses");
+    finger.follow(&mut path, rise).expect("stays");
+    let pressed = finger.pressed(&path).expect("stable");
+    let (truth_m, without_place) = (0.030, pressed.second_compliance(1, 0.04).expect("stable"));
+    let truth = pressed.second_compliance(3, truth_m).expect("a place");
+    let measured = |compliance: f32, share: f32| SecondMeasured {
+        rise_nm: rise,
+        compliance_rad_per_nm: compliance,
+        compliance_sigma_rad_per_nm: share * compliance,
+        first_sigma_m: 0.1e-3,
+    };
+    let found = finger
+        .second_contact(&at, first, &measured(truth, 0.005))
+        .expect("a second contact");
+    assert_eq!(found.phalanx, 3);
+    assert!(
+        (found.k_m - truth_m).abs() < 2.0 * found.sigma_m,
+        "{found:?}"
+    );
+    // Where it began nothing presses yet; later the distal contact does.
+    let begun = finger.held_forces(&found, torque + rise);
+    let later = finger.held_forces(&found, torque + rise + 0.01);
+    assert!(begun.distal_moment_nm.abs() < 1e-4, "{begun:?}");
+    assert!(
+        later.distal_moment_nm > 1e-4 && later.distal_force_n > 0.0,
+        "{later:?}"
+    );
+    let other = finger
+        .second_contact(&at, first, &measured(without_place, 0.005))
+        .expect("a second contact");
+    assert!(other.phalanx == 1 && other.k_m.is_nan(), "{other:?}");
+    let vague = finger.second_contact(&at, first, &measured(truth, 3.0));
+    assert_eq!(vague, Err(NoSecondContact::Unexplained));
 }

@@ -7,6 +7,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod arithmetic;
 pub mod candidate;
 pub mod function;
 pub mod published;

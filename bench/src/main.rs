@@ -1,4 +1,5 @@
-//! On the chip: runs every candidate over the same inputs and prints what each call costs, by the core's cycle counter.
+//! On the chip: runs every candidate over the same inputs and prints what each call costs, by the core's cycle counter. With the
+//! feature `target-tests` it is another program, which tests the chip: see `target.rs`.
 //!
 //! On a board these are cycles. The emulated core counts them as instructions, exactly; `cargo xtask report` says which.
 #![cfg_attr(target_os = "none", no_std)]
@@ -14,7 +15,24 @@ fn main() -> std::process::ExitCode {
 #[path = "../../src/board/clock.rs"]
 mod clock;
 
-#[cfg(target_os = "none")]
+#[cfg(all(target_os = "none", feature = "target-tests"))]
+#[path = "../../src/board/bridge.rs"]
+#[allow(dead_code, reason = "the firmware's; the tests use a part")]
+mod bridge;
+
+#[cfg(all(target_os = "none", feature = "target-tests"))]
+#[path = "../../src/board/reset.rs"]
+#[allow(dead_code, reason = "the firmware's; the tests use a part")]
+mod reset;
+
+#[cfg(all(target_os = "none", feature = "target-tests"))]
+#[path = "../../src/board/ccm.rs"]
+mod ccm;
+
+#[cfg(all(target_os = "none", feature = "target-tests"))]
+mod target;
+
+#[cfg(all(target_os = "none", not(feature = "target-tests")))]
 mod chip {
     use core::hint::black_box;
 

@@ -12,6 +12,8 @@ use crate::numeric::{Bounded, exp};
 
 /// Nearer than this to the closing stop of a joint, radian, a stiffer finger stands at the stop.
 const STOP_MARGIN_RAD: f32 = 0.03;
+/// Odds from which on a phalanx is named (chosen).
+const DECISIVE_ODDS: f32 = 4.0;
 /// Density of a normal variable at its mean, in units of its deviation.
 const NORMAL_PEAK: f32 = 0.399;
 
@@ -154,7 +156,7 @@ impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
             let Candidate { phalanx, k_m, .. } = found.place;
             // The likelihood's integral along the phalanx, about this place; in units of the compliance's deviation.
             let length_m = self.phalanx_length_m(phalanx).unwrap_or(f32::MAX);
-            let likely = found.sigma_m / length_m;
+            let likely = (found.sigma_m / length_m).at_most(NORMAL_PEAK);
             if likely > best.0 && pressed.second_presses(phalanx, k_m) {
                 best = (likely, phalanx, k_m, found.sigma_m);
             }
@@ -167,6 +169,10 @@ impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
                     .compliance_sigma_rad_per_nm
                     .at_least(f32::MIN_POSITIVE);
             let likely = NORMAL_PEAK * exp(-0.5 * (off * off).at_most(100.0));
+            if best.0 > 0.0 && likely.at_least(best.0) < DECISIVE_ODDS * likely.at_most(best.0) {
+                // Either would do: that is no answer.
+                return Err(NoSecondContact::Unexplained);
+            }
             if likely > best.0 {
                 best = (likely, without_place, f32::NAN, f32::NAN);
             }

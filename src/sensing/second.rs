@@ -3,16 +3,20 @@
 //! Independent of the [`Sensor`](super::Sensor): it takes the blocks of a closing after the sensor has reported a touch.
 //! [`Follow`](super::Follow) does so in a scene with that option.
 //!
-//! With a single contact the slope of the curve changes smoothly, at a second one it jumps. Over the last blocks a parabola is
-//! compared with a parabola plus a hinge. Worm and wandering friction bend the curve too, but slowly and far less.
+//! With a single contact the slope of the curve changes smoothly, at a second one it jumps. Over the last blocks since the first
+//! contact a parabola (a line, while they are few) is compared with one plus a hinge. Worm and wandering friction bend the curve
+//! too, but slowly and far less.
 
 use crate::numeric::{Bounded, solve, sqrt};
 use heapless::Deque;
 
-/// Blocks before the hinge and after it. Motor turns of P70 are 5 mrad: some 80 and 40 mrad of the input link.
-const BEFORE: usize = 16;
-const AFTER: usize = 8;
-const WINDOW: usize = BEFORE + AFTER;
+/// Blocks of the curve at most. Motor turns of P70 are 5 mrad: some 120 mrad of the input link.
+const WINDOW: usize = 24;
+/// Blocks before the hinge at least, and from how many on the curve may bend by itself: fewer do not show a curvature.
+const LEAST_BEFORE: usize = 4;
+const BENDS_FROM: usize = 12;
+/// Blocks after the hinge with which one is sought. What is found with few may be the best when the motion ends.
+const AFTER: [usize; 4] = [3, 4, 6, 8];
 /// Terms of the curve: constant, slope, curvature, hinge.
 const TERMS: usize = 4;
 /// The slope must grow by this factor (chosen): that of a single contact grows too, but over several windows. If the first
@@ -22,6 +26,9 @@ const LEAST_RATIO: f32 = 1.5;
 const LEAST_SIGMAS: f32 = 8.0;
 /// Within this share of the cable's stiffness the finger counts as rigid.
 const RIGID_SHARE: f32 = 0.25;
+/// Each of the last two blocks must rise by this share of the slope after the hinge: a drive that goes over to another current
+/// makes a step, and no slope.
+const STEADY_SHARE: f32 = 0.4;
 
 /// A second contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,81 +70,104 @@ impl Elbow {
 /// ```
 /// use palpate::sensing::second::SecondContact;
 ///
-/// // A first contact of 0.2 N m/rad; from 1.2 rad on something else holds, and only the cable of 1.2 N m/rad gives way.
-/// let mut search = SecondContact::new(2.0);
+/// // A first contact of 0.2 N m/rad at 0.6 rad, felt at 0.65; from 1.2 rad on something else holds, and only the cable of
+/// // 1.2 N m/rad gives way.
+/// let mut search = SecondContact::default();
 /// let elbow = (0..200).find_map(|block| {
-///     let theta_a_rad = 0.7 + 0.005 * block as f32;
-///     let torque_nm = 0.2 * (theta_a_rad - 0.6) + (theta_a_rad - 1.2).max(0.0);
+///     let theta_a_rad = 0.5 + 0.005 * block as f32;
+///     let torque_nm = 0.2 * (theta_a_rad - 0.6).max(0.0) + (theta_a_rad - 1.2).max(0.0);
+///     if theta_a_rad < 0.65 {
+///         search.note(theta_a_rad, torque_nm);
+///         return None;
+///     }
+///     search.begin(0.6, 0.0, 0.01);
 ///     search.push(theta_a_rad, torque_nm, 1e-7)
 /// });
 /// let elbow = elbow.expect("a second contact");
 /// assert!((elbow.theta_a_rad - 1.2).abs() < 0.01 && elbow.is_rigid(1.0 / 1.2, 0.05));
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct SecondContact {
     points: Deque<[f32; 2], WINDOW>,
-    /// Angle from which on the stop holds, radian.
-    stop_rad: f32,
+    /// A second contact's torque at least; none before the first contact.
+    least_nm: Option<f32>,
     /// The likeliest so far, with its deviations from a smooth curve.
     best: Option<(Elbow, f32)>,
     is_told: bool,
 }
 
 impl SecondContact {
-    /// From a touch on. Beyond `stop_rad`, the closing stop as the cable's twist included has it, the cable alone gives way
-    /// whatever is touched, and nothing is told.
-    pub fn new(stop_rad: f32) -> Self {
-        Self {
-            points: Deque::new(),
-            stop_rad,
-            best: None,
-            is_told: false,
-        }
-    }
-
-    /// Takes a block of the closing: angle of the input link with the cable's twist, torque above friction, and the variance
-    /// of its white noise. Returns the second contact, once, when the blocks after it fit an elbow no better any more.
-    pub fn push(&mut self, theta_a_rad: f32, torque_nm: f32, variance_nm2: f32) -> Option<Elbow> {
-        let usable = theta_a_rad < self.stop_rad && torque_nm.is_finite();
-        if self.is_told || !usable {
-            return None;
-        }
+    /// Remembers a block of a closing in which nothing is felt yet: a contact is felt some blocks after it began.
+    pub fn note(&mut self, theta_a_rad: f32, torque_nm: f32) {
         if self.points.is_full() {
             self.points.pop_front();
         }
         // There is room now.
         let _ = self.points.push_back([theta_a_rad, torque_nm]);
-        let found = self.hinge(variance_nm2);
-        match (found, self.best) {
-            (Some((elbow, sigmas)), best) if best.is_none_or(|(_, most)| sigmas > most) => {
-                self.best = Some((elbow, sigmas));
-                None
+    }
+
+    /// A contact is felt that began at `onset_rad`, where the torque was `level_nm`; once a closing, later calls change
+    /// nothing. Below `least_nm` above that the first contact's own onset bends the curve.
+    pub fn begin(&mut self, onset_rad: f32, level_nm: f32, least_nm: f32) {
+        if self.least_nm.replace(least_nm).is_some() {
+            return;
+        }
+        for _ in 0..self.points.len() {
+            if let Some([theta, torque]) = self.points.pop_front()
+                && theta >= onset_rad
+            {
+                self.note(theta, torque - level_nm);
             }
-            (_, Some((elbow, _))) => {
-                self.is_told = true;
-                Some(elbow)
-            }
-            _ => None,
         }
     }
 
-    /// The elbow that the window shows, with its size in deviations; `None` where there is none or too few blocks.
-    fn hinge(&self, variance_nm2: f32) -> Option<(Elbow, f32)> {
-        if !self.points.is_full() {
+    /// Takes a block of the closing in contact: angle of the input link with the cable's twist, torque above friction, and
+    /// the variance of its white noise. Returns the second contact, once, when the blocks after it fit an elbow no better any
+    /// more.
+    pub fn push(&mut self, theta_a_rad: f32, torque_nm: f32, variance_nm2: f32) -> Option<Elbow> {
+        if self.is_told || !torque_nm.is_finite() {
+            return None;
+        }
+        self.note(theta_a_rad, torque_nm);
+        let mut is_better = false;
+        for after in AFTER {
+            if let Some((elbow, sigmas)) = self.hinge(after, variance_nm2)
+                && self.best.is_none_or(|(_, most)| sigmas > most)
+            {
+                self.best = Some((elbow, sigmas));
+                is_better = true;
+            }
+        }
+        if is_better { None } else { self.finish() }
+    }
+
+    /// The motion is over, and no more blocks come: the second contact that they show, if it was not told.
+    pub fn finish(&mut self) -> Option<Elbow> {
+        let (elbow, _) = self.best.filter(|_| !self.is_told)?;
+        self.is_told = true;
+        Some(elbow)
+    }
+
+    /// The elbow that the blocks show with so many after it, with its size in deviations; `None` where there is none or too
+    /// few blocks before it.
+    fn hinge(&self, after: usize, variance_nm2: f32) -> Option<(Elbow, f32)> {
+        let before = self.points.len().checked_sub(after)?;
+        if before < LEAST_BEFORE {
             return None;
         }
         let [from, _] = *self.points.front()?;
         let [to, _] = *self.points.back()?;
-        let [at, level] = *self.points.iter().nth(BEFORE)?;
+        let [at, level] = *self.points.iter().nth(before)?;
         let scale = to - from;
         let closes = scale > 0.0;
         if !closes {
             return None;
         }
+        let bends = before >= BENDS_FROM;
         // About the hinge and in units of the window: the terms have one size.
         let terms = |theta: f32| {
             let u = (theta - at) / scale;
-            [1.0, u, u * u, u.at_least(0.0)]
+            [1.0, u, if bends { u * u } else { 0.0 }, u.at_least(0.0)]
         };
         let (mut normal, mut right) = ([[0.0f32; TERMS]; TERMS], [0.0f32; TERMS]);
         for [theta, torque] in &self.points {
@@ -151,6 +181,10 @@ impl SecondContact {
                 *sum += a * (torque - level);
             }
         }
+        if !bends {
+            // The term is not there: its coefficient is 0.
+            normal[2][2] = 1.0;
+        }
         let unit = |term: usize| core::array::from_fn(|i| if i == term { 1.0 } else { 0.0 });
         let [fit, by_slope, by_hinge] = solve(normal, [right, unit(1), unit(3)])?;
         let squares: f32 = (self.points.iter())
@@ -160,20 +194,29 @@ impl SecondContact {
                 off * off
             })
             .sum();
+        let spare = self.points.len() + usize::from(!bends) - TERMS;
         // What scatters, or what is known to: the larger.
-        let variance = (squares / (WINDOW - TERMS) as f32).at_least(variance_nm2);
+        let variance = (squares / spare as f32).at_least(variance_nm2);
         let [offset, slope, _, hinge] = fit;
         let sigmas = hinge / sqrt(variance * by_hinge[3]);
-        let after = slope + hinge;
+        let rises = slope + hinge;
         let after_variance = by_slope[1] + 2.0 * by_slope[3] + by_hinge[3];
         let elbow = Elbow {
             theta_a_rad: at,
             torque_nm: level + offset,
             before_nm_per_rad: slope / scale,
-            after_nm_per_rad: after / scale,
+            after_nm_per_rad: rises / scale,
             after_sigma_nm_per_rad: sqrt(variance * after_variance) / scale,
         };
-        let is_elbow = sigmas > LEAST_SIGMAS && slope > 0.0 && after > LEAST_RATIO * slope;
-        is_elbow.then_some((elbow, sigmas))
+        let is_elbow = sigmas > LEAST_SIGMAS
+            && slope > 0.0
+            && rises > LEAST_RATIO * slope
+            && elbow.torque_nm > self.least_nm?;
+        let is_steady = (self.points.iter().zip(self.points.iter().skip(1)))
+            .skip(self.points.len() - 3)
+            .all(|([a, below], [b, above])| {
+                above - below > STEADY_SHARE * elbow.after_nm_per_rad * (b - a)
+            });
+        (is_elbow && is_steady).then_some((elbow, sigmas))
     }
 }

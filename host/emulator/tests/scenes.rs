@@ -8,7 +8,7 @@ use palpate_emulator::Firmware;
 use palpate_emulator::sim::{
     CONTROL_INSTRUCTIONS, Object, Script, Session, Settings, Summary, Verdict, end_of,
 };
-use palpate_plant::Parameters;
+use palpate_plant::{Grasp, Parameters};
 
 fn image(variable: &str) -> Option<Firmware> {
     let Some(path) = std::env::var_os(variable) else {
@@ -180,6 +180,54 @@ fn held(firmware: &Firmware, contact_mm: f64, diameter_mm: f64) -> (String, Opti
     let grip = told("grasp").and_then(|event| event.field("grip").map(str::to_owned));
     let second = told("second-contact").and_then(|event| event.field("phalanx").map(str::to_owned));
     (grip.expect("a last word"), second)
+}
+
+/// What is taken away while the finger closes on is lost, and the closing ends at once.
+#[test]
+fn a_contact_that_lets_go_is_told_as_lost() {
+    let Some(firmware) = image("PALPATE_GRASP_ELF") else {
+        return;
+    };
+    let settings = Settings {
+        parameters: Parameters::of("p70-grasp").expect("one of the scenes"),
+        script: Script::parse("record-friction; close"),
+        object: Some(Object {
+            phalanx: 1,
+            contact_mm: 50.0,
+            diameter_mm: 10.0,
+            theta_1_deg: 30.0,
+        }),
+        ..Settings::default()
+    };
+    let mut session = Session::start(&firmware, settings, None).expect("a session");
+    let mut taken_s = None;
+    while !session.over() {
+        session.millisecond().expect("no misuse");
+        let told = |session: &Session<'_>, name: &str| {
+            let mut lines = session.lines.iter().map(|line| line.event());
+            lines.any(|event| event.name == name)
+        };
+        // Some tenths of a second later, with a torque that can fall.
+        let touched = told(&session, "touch");
+        let now_s = session.machine.time_s();
+        let since_s = *taken_s.get_or_insert(if touched { now_s } else { f64::INFINITY });
+        if !touched {
+            taken_s = None;
+        } else if (0.3..0.302).contains(&(now_s - since_s))
+            && let Some(plant) = session.machine.plant_mut()
+        {
+            plant.place(&Grasp::Free).expect("nothing fits anywhere");
+        }
+    }
+    session.finish().expect("the log");
+    let grasps: Vec<_> = session
+        .lines
+        .iter()
+        .map(|line| line.event())
+        .filter(|event| event.name == "grasp")
+        .collect();
+    assert_eq!(grasps.len(), 1, "{grasps:?}");
+    assert_eq!(grasps[0].field("grip"), Some("lost"), "{grasps:?}");
 }
 
 /// A large cylinder is met by both phalanges, a small one by the first alone.

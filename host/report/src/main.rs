@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use palpate_report::{golden, report, size};
+use palpate_report::{golden, report, size, target};
 
 #[derive(Parser)]
 #[command(about = "Reference data, speed against error, what an ELF weighs")]
@@ -23,6 +23,8 @@ enum Command {
     /// Flash and RAM of firmware images, and what they must not carry.
     #[command(after_help = "Example:\n  cargo xtask size")]
     Size(size::Arguments),
+    /// What a run of the target's tests printed, on a board or on the emulated chip.
+    Target(target::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -30,6 +32,7 @@ fn main() -> ExitCode {
         Command::Golden(arguments) => golden::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
         Command::Size(arguments) => size::run(&arguments),
+        Command::Target(arguments) => target::run(&arguments),
     };
     match outcome {
         Ok(true) => ExitCode::SUCCESS,

@@ -127,8 +127,8 @@ const FEATURES: &[(&str, &str)] = &[
     ("sensing::location::Rigid", "sensing::location::Rigid"),
     ("sensing::location::Cable", "sensing::location::Cable"),
     ("::learn_from_press", "sensing::location::Cable"),
-    ("sensing::following::", "sensing::following::Follow<"),
-    ("finger::held::", "sensing::following::Follow<"),
+    ("following::watch::", "following::watch::Follow<"),
+    ("finger::held::", "following::watch::Follow<"),
 ];
 
 /// The types that a scene is made of; of an image that is no scene, nothing is expected or refused.

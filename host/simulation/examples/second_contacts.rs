@@ -3,18 +3,26 @@
 
 use palpate::sensing::{Followed, Grip};
 use palpate_plant::{Contact, Grasp, Shape, World};
-use palpate_simulation::{Error, Simulated, Simulation};
+use palpate_simulation::{Error, Outcome, Row, Simulated, Simulation};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 /// A phalanx presses on the object, newton: less is a graze.
 const PRESSES_N: f64 = 0.2;
 
+/// Samples most of which show two phalanges in contact.
+const PRESSES_MS: usize = 20;
+/// Motor turns after the second contact without which it came as the motion ended.
+const LEAST_TURNS: f64 = 4.0;
+
 /// What a run of grasps came to.
 #[derive(Default)]
 struct Score {
     power: u32,
     told: u32,
+    late: u32,
+    late_told: u32,
+    faults: u32,
     enveloped: u32,
     phalanx_right: u32,
     grazed: u32,
@@ -42,6 +50,19 @@ fn drawn(phalanges: usize, lengths_m: &[f64], random: &mut Pcg64Mcg) -> Grasp {
     Grasp::touching(phalanx as u8, k_m, theta_1_rad, shape)
 }
 
+/// Turns that the motor made from when two phalanges pressed, bounces left out, to where closing ends. Beyond that the motor holds
+/// with a current of its own and shows no torque.
+fn turns_after_second(outcome: &Outcome, counts_per_turn: f64, travel_counts: f64) -> f64 {
+    let pressing = |row: &Row| row.true_pressing.count_ones() > 1;
+    let began = (outcome.trace.windows(PRESSES_MS))
+        .find(|rows| rows.iter().filter(|row| pressing(row)).count() > PRESSES_MS / 2);
+    let first = began.and_then(|rows| rows.first());
+    let last = outcome.trace.iter().map(|row| row.encoder_counts).max();
+    let last = last.map(|last| f64::from(last).min(travel_counts));
+    let way = first.zip(last);
+    way.map_or(0.0, |(first, last)| last - f64::from(first.encoder_counts)) / counts_per_turn
+}
+
 fn score<S: Simulated>(
     world: &World,
     fingers: u64,
@@ -49,9 +70,11 @@ fn score<S: Simulated>(
     calibrated: bool,
 ) -> Result<Score, Error> {
     let mut score = Score::default();
-    for seed in 1..=fingers {
+    'fingers: for seed in 1..=fingers {
         let parameters = world.of(S::NAME)?.randomised(seed);
         let lengths_m = parameters.finger.length_m.clone();
+        let drivetrain = S::drivetrain(&S::MECHANISM);
+        let travel_counts = f64::from(S::TRAVEL_RAD / drivetrain.rad_per_count);
         let mut random = Pcg64Mcg::seed_from_u64(seed);
         let mut simulation = Simulation::<S>::new(&parameters, seed)?;
         let prepared = simulation.prepare()?;
@@ -64,6 +87,7 @@ fn score<S: Simulated>(
                 simulation.calibrate(last as u8, k_m as f32, 0.8)?;
             }
         }
+        simulation.traced = true;
         for _ in 0..grasps {
             let grasp = drawn(lengths_m.len(), &lengths_m, &mut random);
             let Ok(outcome) = simulation.close(&grasp) else {
@@ -76,16 +100,26 @@ fn score<S: Simulated>(
             let second: Option<&Contact> = others()
                 .filter(|c| c.force_n > PRESSES_N)
                 .max_by(|a, b| a.force_n.total_cmp(&b.force_n));
+            let turns =
+                turns_after_second(&outcome, parameters.encoder.counts_per_rev, travel_counts);
             let told = outcome.second_contact();
             let grip = outcome.grip();
             println!(
-                "  first {first}, second {:?}: {:?}, {:?}, {told:?}, fault {:?}",
+                "  first {first}, second {:?}, {turns:.1} turns: {:?}, {:?}, {told:?}, fault {:?}",
                 second.map(|c| (c.phalanx, 1e3 * c.k_m, c.force_n)),
                 outcome.verdict,
                 grip,
                 outcome.fault
             );
+            if outcome.fault.is_some() {
+                score.faults += 1;
+                continue 'fingers;
+            }
             match (second, told) {
+                (Some(_), told) if turns < LEAST_TURNS => {
+                    score.late += 1;
+                    score.late_told += u32::from(told.is_some());
+                }
                 (Some(truth), told) => {
                     score.power += 1;
                     score.told += u32::from(told.is_some());
@@ -130,14 +164,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         palpate_scenes::for_scene!(scene, |S| score::<S>(&world, fingers, grasps, calibrated))
             .ok_or("no such scene")??;
     println!(
-        "{} of {} second contacts told ({} with the right phalanx, {} enveloped); {} told in {} single contacts; {} grazed",
+        "{} of {} second contacts told ({} with the right phalanx, {} enveloped); {} told in {} single contacts; {} grazed, {} of {} told that came as the motion ended; {} fingers with a fault",
         score.told,
         score.power,
         score.phalanx_right,
         score.enveloped,
         score.false_ones,
         score.single,
-        score.grazed
+        score.grazed,
+        score.late_told,
+        score.late,
+        score.faults
     );
     if !score.places.is_empty() {
         let count = score.places.len() as f64;

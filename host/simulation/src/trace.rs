@@ -30,6 +30,8 @@ pub struct Row {
     pub true_k_m: f64,
     /// Its force, newton.
     pub true_force_n: f64,
+    /// Phalanges that press on the object, a bit each, the first the lowest; not in the table.
+    pub true_pressing: u8,
 }
 
 /// Names of the columns of [`Row::csv`].
@@ -53,6 +55,8 @@ impl Row {
             true_phalanx: contact.map_or(0, |c| c.phalanx),
             true_k_m: contact.map_or(0.0, |c| c.k_m),
             true_force_n: contact.map_or(0.0, |c| c.force_n),
+            true_pressing: (truth.contacts.iter())
+                .fold(0, |pressing, contact| pressing | 1 << (contact.phalanx - 1)),
         }
     }
 

@@ -10,6 +10,7 @@ use crate::mujoco;
 use crate::new_scene;
 use crate::own_finger;
 use crate::process::{Failure, Outcome, cargo, run, step, target_dir};
+use crate::target;
 
 /// Takes `--name VALUE` or `--name=VALUE` out of the arguments.
 pub fn take(arguments: &mut Vec<String>, name: &str) -> Outcome<Option<String>> {
@@ -307,7 +308,11 @@ fn reach(images: &[PathBuf]) -> Outcome {
 
 /// `test`: everything that can be tested here.
 pub fn test(arguments: &[String]) -> Outcome {
-    none_left(arguments)?;
+    match arguments {
+        [word] if word == "--board" => return target::test(true),
+        [word] if word == "--target" => return target::test(false),
+        _ => none_left(arguments)?,
+    }
     machine::emulator_packages()?;
     let library = mujoco::library_if_possible();
     let default = Build::of_scene(list::DEFAULT);
@@ -326,7 +331,7 @@ pub fn test(arguments: &[String]) -> Outcome {
     let rigid = Build::of_scene("p70-rigid").elf()?;
     let shunt = Build::of_scene("p70-shunt").elf()?;
     let second = Build::of_scene("p70-grasp").elf()?;
-    reach(&[&elf, &faulty, &serial, &hall, &rigid, &shunt].map(Clone::clone))?;
+    reach(&[&elf, &faulty, &serial, &hall, &rigid, &shunt, &second].map(Clone::clone))?;
     step(
         "tests of the library",
         &mut cargo(["test", "--package", "palpate"]),
@@ -343,7 +348,8 @@ pub fn test(arguments: &[String]) -> Outcome {
             .env("PALPATE_SHUNT_ELF", &shunt)
             .env("PALPATE_GRASPS", "1000")
             .env("PALPATE_ENDURANCE_S", "4400"),
-    )
+    )?;
+    target::test(false)
 }
 
 #[cfg(test)]

@@ -14,6 +14,7 @@ mod own_finger;
 mod own_scene;
 mod process;
 mod report;
+mod target;
 mod wiring;
 
 use std::process::ExitCode;
@@ -38,8 +39,9 @@ const COMMANDS: &[Command] = &[
     },
     Command {
         name: "test",
-        arguments: "",
-        summary: "every test that can run here: library, host programs, emulated firmware",
+        arguments: "[--board | --target]",
+        summary: "every test that can run here: library, host programs, emulated firmware; --board: the chip's own on a connected \
+                  board, --target: the same on the emulated chip",
         example: "test",
         run: commands::test,
     },

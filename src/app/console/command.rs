@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::settings::{Range, Setting};
-use super::text::{Decimal, number};
+use super::text::{Decimal, number, same};
 
 /// Longest line that is understood, bytes, without its end.
 pub const LINE_MAX: usize = 64;
@@ -315,13 +315,6 @@ fn with_unit(word: &[u8], unit: &str, rest: &mut Words<'_>) -> Option<f32> {
     rest.next()
         .is_none_or(|behind| same(behind, unit))
         .then_some(value)
-}
-
-/// Whether a word is this one; case does not matter.
-// Not inlined: wanted in seven places.
-#[inline(never)]
-fn same(word: &[u8], this: &str) -> bool {
-    word.eq_ignore_ascii_case(this.as_bytes())
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use core::fmt;
 use serde::{Deserialize, Serialize};
 use serde_big_array::BigArray;
 
-use super::text::Decimal;
+use super::text::{Decimal, same};
 
 /// The values that a setting may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,7 +91,7 @@ impl Setting {
     pub fn by_name(name: &[u8]) -> Option<Self> {
         Self::ALL
             .into_iter()
-            .find(|setting| setting.name().as_bytes().eq_ignore_ascii_case(name))
+            .find(|setting| same(name, setting.name()))
     }
 }
 

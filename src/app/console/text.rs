@@ -86,6 +86,13 @@ pub fn number(text: &[u8]) -> Option<f32> {
     Some(if negative { -magnitude } else { magnitude })
 }
 
+/// Whether a word is this one; case does not matter.
+// Not inlined: wanted in eight places.
+#[inline(never)]
+pub(super) fn same(word: &[u8], this: &str) -> bool {
+    word.eq_ignore_ascii_case(this.as_bytes())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

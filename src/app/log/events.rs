@@ -42,6 +42,7 @@ impl Grip {
     /// Name in the log.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Lost => "lost",
             Self::Single => "single",
             Self::TwoContacts => "two-contacts",
             Self::Enveloped => "enveloped",

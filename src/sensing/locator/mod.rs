@@ -45,6 +45,11 @@ pub const LEAST_POINTS: usize = 5;
 /// Radii of the object for which a location is fitted, metre: evenly spaced in the logarithm of the radius plus 3 mm, which
 /// is the prior (chosen).
 const RADII_M: [f32; 5] = [0.001, 0.0045, 0.012, 0.025, 0.05];
+/// One of them.
+fn radius_m(index: usize) -> f32 {
+    RADII_M.get(index).copied().unwrap_or_default()
+}
+
 /// Order in which they are fitted, each with the radius whose result is its starting point.
 const ORDER: [(usize, usize); 5] = [(1, 1), (0, 1), (2, 1), (3, 2), (4, 3)];
 /// A radius less likely than the best by this logarithm is skipped, with those beyond it.
@@ -261,11 +266,10 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     }
 
     fn keep(&mut self, fitted: Option<Fitted>) {
-        let (radius, _) = ORDER[self.order];
-        let Some(kept) = self
-            .tracks
-            .get_mut(self.track)
-            .and_then(|track| track.fits.get_mut(radius))
+        let track = self.tracks.get_mut(self.track);
+        let Some(kept) = track
+            .zip(ORDER.get(self.order))
+            .and_then(|(track, (radius, _))| track.fits.get_mut(*radius))
         else {
             return;
         };
@@ -297,29 +301,33 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         self.start = 0;
         loop {
             self.order += 1;
-            if self.order >= ORDER.len() || !has_place || !matches!(prior.place, Place::Anywhere) {
+            let next = ORDER
+                .get(self.order)
+                .filter(|_| has_place && matches!(prior.place, Place::Anywhere));
+            let Some(&(radius, from)) = next else {
                 self.order = 0;
                 self.track += 1;
                 return;
-            }
-            let (radius, from) = ORDER[self.order];
+            };
             let best = (track.fits.iter().flatten())
                 .map(|fitted| fitted.ln_evidence)
-                .fold(f32::NEG_INFINITY, f32::max);
-            let hopeful = track.fits[from]
-                .as_ref()
+                .fold(f32::NEG_INFINITY, |best, own| own.at_least(best));
+            let hopeful = track
+                .fit(from)
                 .is_some_and(|fitted| fitted.ln_evidence > best - HOPELESS);
             if hopeful {
                 return;
             }
-            track.fits[radius] = None;
+            if let Some(fit) = track.fits.get_mut(radius) {
+                *fit = None;
+            }
         }
     }
 
     /// Begins the current fit.
     fn next_fit(&self, prior: &Prior<X>) -> Option<Fit<F, X>> {
         let track = self.tracks.get(self.track)?;
-        let (radius, from) = ORDER[self.order];
+        let &(radius, from) = ORDER.get(self.order)?;
         let hold = track.hold(radius, prior);
         let hypothesis = Hypothesis {
             hold,
@@ -327,10 +335,10 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         };
         let before = match (self.start, self.order, self.thorough) {
             // Starts from the result of the last round, or of the neighbouring radius.
-            (0, 0, _) | (0, _, false) => track.fits[radius].as_ref(),
+            (0, 0, _) | (0, _, false) => track.fit(radius),
             _ => None,
         };
-        let neighbour = track.fits[from].as_ref().filter(|_| self.order > 0);
+        let neighbour = track.fit(from).filter(|_| self.order > 0);
         let x = match before.or(neighbour) {
             Some(fitted) => fitted.x,
             None => {
@@ -353,8 +361,13 @@ impl Track {
             (Place::Anywhere, 0 | 1) => Hold::Proximal,
             (Place::Anywhere, phalanx) => Hold::Contact {
                 phalanx,
-                radius_m: RADII_M[radius] + prior.half_thickness_m,
+                radius_m: radius_m(radius) + prior.half_thickness_m,
             },
         }
+    }
+
+    /// The fit with a radius, where there is one.
+    fn fit(&self, radius: usize) -> Option<&Fitted> {
+        self.fits.get(radius)?.as_ref()
     }
 }

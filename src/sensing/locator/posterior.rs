@@ -3,7 +3,7 @@
 use super::fit::Fitted;
 use super::model::Hold;
 use super::prior::{K, ONSET, Scaling};
-use super::{Data, Free, Locator, Model, Prior, RADII_M, Track, onset};
+use super::{Data, Free, Locator, Model, Prior, RADII_M, Track, onset, radius_m};
 use crate::finger::{Class, MAX_PHALANGES, Mechanics};
 use crate::numeric::{Bounded, exp, ln, sqrt};
 use crate::sensing::curve::Point;
@@ -306,15 +306,15 @@ impl Track {
             let weight = exp((fitted.ln_evidence - best.ln_evidence) / spread);
             // Relative to the best, so that nothing cancels.
             let place_m = self.length_m * (fitted.x[K] - best.x[K]);
-            let radius_m = RADII_M[index] - RADII_M[best_index];
+            let beside_m = radius_m(index) - radius_m(best_index);
             total += weight;
             k += weight * place_m;
             let sigma_m = fitted.k_sigma_m;
             let within_m = CELL * self.length_m * self.step(index);
             kk += weight * (place_m * place_m + spread * sigma_m * sigma_m + within_m * within_m);
-            r += weight * radius_m;
-            let half_m = CELL * RATIO * (RADII_M[index] + 0.003);
-            rr += weight * (radius_m * radius_m + half_m * half_m);
+            r += weight * beside_m;
+            let half_m = CELL * RATIO * (radius_m(index) + 0.003);
+            rr += weight * (beside_m * beside_m + half_m * half_m);
         }
         let (k, r) = (k / total, r / total);
         let variance = |squares: f32, mean: f32| (squares / total - mean * mean).at_least(0.0);
@@ -328,11 +328,11 @@ impl Track {
                 0.0
             },
             k_sigma_m: sqrt(variance(kk, k)),
-            radius_m: RADII_M[best_index] + r + prior.half_thickness_m,
+            radius_m: radius_m(best_index) + r + prior.half_thickness_m,
             radius_sigma_m: sqrt(variance(rr, r)),
             joint_2_rad: best.joint_2_rad,
             best: *best,
-            best_radius_m: RADII_M[best_index] + prior.half_thickness_m,
+            best_radius_m: radius_m(best_index) + prior.half_thickness_m,
         };
         let radii = if has_place { RADII_M.len() as f32 } else { 1.0 };
         Some(Weighed {
@@ -343,7 +343,7 @@ impl Track {
 
     /// Change of the place from one radius to the next around this one, in lengths of the phalanx.
     fn step(&self, index: usize) -> f32 {
-        let fitted = |index: usize| self.fits.get(index).and_then(Option::as_ref);
+        let fitted = |index: usize| self.fit(index);
         let place = |other: Option<&Fitted>| other.or(fitted(index)).map_or(0.0, |f| f.x[K]);
         let below = fitted(index.wrapping_sub(1));
         let above = fitted(index + 1);

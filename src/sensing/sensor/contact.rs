@@ -336,7 +336,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         let weight_nm = weight_nm
             + per_rad * drivetrain.rotation_rad(collector.curve.origin_counts(), corrected.counts);
         Point {
-            time_s: corrected.time_us.wrapping_sub(collector.onset_us) as i64 as f32 * 1e-6,
+            // A curve is shorter than half an hour.
+            time_s: corrected.time_us.wrapping_sub(collector.onset_us) as i32 as f32 * 1e-6,
             excess_nm: efficiency * (residual_nm - collector.level_nm),
             free_nm: free.map_or(0.0, |free| free.torque_nm) + weight_nm,
             variance_nm2: efficiency * efficiency * variance,

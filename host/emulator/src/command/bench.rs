@@ -27,6 +27,9 @@ pub struct Options {
     /// The run ends with the first log line that begins with this, or with a semihosting exit
     #[arg(long, value_name = "TEXT", default_value = "bench done")]
     until: String,
+    /// A reset is part of the run
+    #[arg(long)]
+    resets: bool,
     /// Simulated seconds after which the run is given up
     #[arg(long, value_name = "S", default_value_t = 600.0)]
     max_s: f64,
@@ -68,6 +71,7 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
         match pause {
             Pause::Exit(0) => result = Some(ExitCode::SUCCESS),
             Pause::Time => {}
+            Pause::Reset(_) if options.resets => {}
             _ => result = Some(ExitCode::FAILURE),
         }
     }

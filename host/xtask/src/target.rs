@@ -1,0 +1,92 @@
+//! Tests of the chip itself, the same image on a connected board and on the emulated chip.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::firmware::Build;
+use crate::host;
+use crate::machine;
+use crate::process::{Failure, Outcome, output, run, step, target_dir};
+
+/// What probe-rs calls the chip.
+const CHIP: &str = "STM32G431RBTx";
+
+/// Builds the tests, runs them on a board (or else on the emulated chip), and judges what they printed.
+pub fn test(board: bool) -> Outcome {
+    if board {
+        probe()?;
+    }
+    let elf = Build {
+        package: Some("palpate-bench"),
+        features: Some("target-tests".to_owned()),
+        ..Build::default()
+    }
+    .elf()?;
+    let (mut command, what) = if board {
+        let mut command = Command::new("probe-rs");
+        command.args(["run", "--chip", CHIP]).arg(&elf);
+        (command, "tests on the connected board")
+    } else {
+        let mut command = host::emulator("bench", &elf, &[])?;
+        command.args(["--until", "target done", "--max-s", "60", "--resets"]);
+        (command, "tests of the target on the emulated chip")
+    };
+    let log = keep(&mut command, what)?;
+    let words = ["target".to_owned(), log.display().to_string()];
+    run(host::program("palpate-report", &words)?.args(words))
+}
+
+/// Runs the tests; what they printed.
+fn keep(command: &mut Command, what: &str) -> Outcome<PathBuf> {
+    let path = target_dir().join("target-tests.log");
+    let cannot = |error| Failure::new(format!("cannot write {}: {error}", path.display()));
+    command.stdout(File::create(&path).map_err(cannot)?);
+    // A run that failed has lines that say where.
+    if let Err(failure) = step(what, command) {
+        print(&path);
+        return Err(failure);
+    }
+    Ok(path)
+}
+
+fn print(path: &Path) {
+    if let Ok(log) = std::fs::read_to_string(path) {
+        eprint!("{log}");
+    }
+}
+
+/// A debug probe is connected.
+fn probe() -> Outcome {
+    if machine::find("probe-rs").is_none() {
+        return Err(Failure::new(
+            "probe-rs is not installed: cargo install probe-rs-tools --locked",
+        ));
+    }
+    let listed = output("probe-rs", &["list"]).unwrap_or_default();
+    if connected(&listed) {
+        return Ok(());
+    }
+    Err(Failure::new(
+        "no debug probe is connected: connect the NUCLEO-G431RB's ST-LINK by USB; `probe-rs list` must show it",
+    ))
+}
+
+/// Whether `probe-rs list` shows a probe: one a line, with a number in brackets.
+fn connected(listed: &str) -> bool {
+    listed.lines().any(|line| line.starts_with("[0]"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::connected;
+
+    #[test]
+    fn a_probe_is_a_line_with_a_number() {
+        assert!(!connected(""));
+        assert!(!connected("No debug probes were found.\n"));
+        let one =
+            "The following debug probes were found:\n[0]: STLink V3 -- 0483:374e:0031 (ST-LINK)\n";
+        assert!(connected(one));
+    }
+}
