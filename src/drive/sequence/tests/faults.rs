@@ -10,7 +10,7 @@ fn every_injected_fault_is_found_in_time_and_under_its_name() {
         (
             Defect::Short,
             &[Fault::OverCurrent, Fault::EncoderStuck],
-            400,
+            220,
         ),
         (Defect::SupplyLow, &[Fault::SupplyLow], 2),
         (Defect::SupplyHigh, &[Fault::SupplyHigh], 2),
