@@ -186,8 +186,9 @@ impl TwoJointContact {
                 _ => [None; 2],
             }
         };
-        for side in sides {
-            let Some((is_near, inside, outside)) = side else {
+        // By reference: an array's own iterator moves it first.
+        for side in &sides {
+            let Some((is_near, inside, outside)) = *side else {
                 continue;
             };
             let vanishing = level / if is_near { steep } else { flat };
