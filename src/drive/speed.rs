@@ -5,12 +5,12 @@ use super::convert::{PERIOD_S, Scale};
 use super::demand::LimitsReached;
 use super::limit::limit_magnitude;
 
-/// Bandwidth, radian per second: 53 Hz. No higher than needed, because sensing takes the current for the torque: the
-/// encoder's unevenness once a motor turn must not become current.
-const BANDWIDTH_RAD_PER_S: f32 = 330.0;
-/// The integral's corner, a quarter of the bandwidth. A load that rises by r A/s slows the motor by r k / (J bandwidth corner):
-/// the stiffest cable (10 kN/m, 0.32 A/s at 0.3 rad/s) by 2.7 % of its speed.
-const INTEGRAL_RAD_PER_S: f32 = 85.0;
+/// Bandwidth, radian per second: 25 Hz. Low, because sensing takes the current for the torque: the
+/// encoder's unevenness once a motor turn must not become current. High enough to hold the worm, whose friction falls
+/// with speed, in steady motion.
+const BANDWIDTH_RAD_PER_S: f32 = 157.0;
+/// The integral's corner, a fifth of the bandwidth.
+const INTEGRAL_RAD_PER_S: f32 = 31.4;
 
 /// State of the speed loop. Speeds in counts a control period.
 #[derive(Clone, Debug)]

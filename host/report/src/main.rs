@@ -24,6 +24,7 @@ enum Command {
     #[command(after_help = "Example:\n  cargo xtask size")]
     Size(size::Arguments),
     /// What a run of the target's tests printed, on a board or on the emulated chip.
+    #[command(after_help = "Example:\n  cargo xtask test --target")]
     Target(target::Arguments),
 }
 
