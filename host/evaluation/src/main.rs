@@ -223,7 +223,7 @@ fn calibration(plan: &job::Plan, json: bool) {
 }
 
 /// Worlds whose tables stand in the documents, the one that the headline comes from first.
-const WRITTEN: [&str; 3] = ["workshop", "workshop@mujoco", "ideal"];
+const WRITTEN: [&str; 2] = ["workshop", "ideal"];
 
 /// The tables into the documents, with the fingerprint of the code that made them.
 fn write(seed: u64, quick: bool) -> Outcome {
