@@ -1,7 +1,7 @@
 //! What follows the first contact of a closing: a second one, and how the object is held at its end.
 //!
 //! Chosen by type: [`FirstContactOnly`] carries nothing, [`Follow`] listens beside the [`Sensor`]. It cuts blocks of its own
-//! from the same samples, takes the sensor's friction record off and searches them for an [`Elbow`]. A second contact is told
+//! from the same samples, takes the sensor's friction record off and searches them for an elbow. A second contact is told
 //! after the sensor's last word on the first, because its phalanx and the posture follow from that.
 
 mod watch;

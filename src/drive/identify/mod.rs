@@ -2,7 +2,7 @@
 //!
 //! Short pulses of two currents spin the motor up, between them it coasts to a stop with the bridge off: closing over one turn
 //! of the worm, then opening back. Nothing but the drivetrain is moved, with less than the drive's limits. The
-//! [equations](estimator) are in docs/MECHANICS.md#identification-of-the-motor.
+//! equations are in docs/MECHANICS.md#identification-of-the-motor.
 
 mod estimator;
 mod procedure;
