@@ -273,47 +273,11 @@ impl CheckedConfig {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::scene::{P70, Scene};
 
-    /// The paper's prototype: RE10 12 V, 64:1 and 20:1, DRV8876.
-    pub(crate) fn p70() -> Config {
-        Config {
-            motor: Motor {
-                torque_constant_nm_per_a: 8.9e-3,
-                resistance_ohm: 35.0,
-                rotor_inertia_kg_m2: 1e-8,
-                thermal: Thermal {
-                    limit_c: 85.0,
-                    ambient_c: 25.0,
-                    winding_k_per_w: 12.0,
-                    housing_k_per_w: 30.0,
-                    winding_s: 4.0,
-                    housing_s: 150.0,
-                },
-            },
-            drivetrain: Gearing {
-                counts_per_motor_rev: 1024.0,
-                reduction: 1280.0,
-            },
-            sense: AnalogInputs {
-                reference_v: 3.3,
-                volt_per_a: 6.8,
-                zero_v: 0.0,
-                signed: false,
-                supply_divider: 100.0 / 18.0,
-            },
-            limits: Limits {
-                current_a: 0.12,
-                current_trip_a: 0.25,
-                duty: 0.95,
-                speed_rad_per_s: 0.8,
-                acceleration_rad_per_s2: 10.0,
-                position_min_rad: -0.4,
-                position_max_rad: 2.0,
-                overtravel_rad: 0.1,
-                supply_min_v: 8.0,
-                supply_max_v: 16.0,
-            },
-        }
+    /// The drive of the default scene.
+    pub(crate) const fn p70() -> Config {
+        <P70 as Scene>::DRIVE
     }
 
     #[test]

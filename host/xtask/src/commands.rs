@@ -6,11 +6,8 @@ use crate::firmware::{Build, every_scene, list, scenes};
 use crate::host;
 use crate::machine;
 use crate::monitor;
-use crate::mujoco;
 use crate::new_scene;
-use crate::own_finger;
-use crate::process::{Failure, Outcome, cargo, run, step, target_dir};
-use crate::target;
+use crate::process::{Failure, Outcome, run, step};
 
 /// Takes `--name VALUE` or `--name=VALUE` out of the arguments.
 pub fn take(arguments: &mut Vec<String>, name: &str) -> Outcome<Option<String>> {
@@ -47,7 +44,8 @@ fn scene(arguments: &mut Vec<String>) -> Outcome<Option<String>> {
     )))
 }
 
-fn none_left(arguments: &[String]) -> Outcome {
+/// No argument is left over.
+pub fn none_left(arguments: &[String]) -> Outcome {
     match arguments.first() {
         Some(word) => Err(Failure::usage(format!("unexpected '{word}'"))),
         None => Ok(()),
@@ -146,7 +144,8 @@ pub fn size(arguments: &[String]) -> Outcome {
     sizes(&every_scene()?)
 }
 
-fn sizes(images: &[(String, PathBuf)]) -> Outcome {
+/// What images of scenes take.
+pub fn sizes(images: &[(String, PathBuf)]) -> Outcome {
     let mut words = vec!["size".to_owned()];
     for (scene, elf) in images {
         words.push(format!("{scene}={}", elf.display()));
@@ -230,126 +229,12 @@ pub fn setup(arguments: &[String]) -> Outcome {
     Ok(())
 }
 
-/// What turns a lint into a failure, in everything that is compiled.
-const LINTS: [&str; 4] = ["--all-targets", "--", "-D", "warnings"];
-
-/// `check`: what a reviewer should not have to say.
-pub fn check(arguments: &[String]) -> Outcome {
-    none_left(arguments)?;
-    machine::emulator_packages()?;
-    step("formatting", &mut cargo(["fmt", "--all", "--check"]))?;
-    let library = mujoco::library_if_possible();
-    step(
-        "lints, host",
-        host::workspace("clippy", library.as_deref()).args(LINTS),
-    )?;
-    step(
-        "lints, library",
-        cargo(["clippy", "--profile", "host", "--package", "palpate"]).args(LINTS),
-    )?;
-    Build::default().clippy()?;
-    // What a firmware of another controller would write still compiles for such a chip.
-    Build {
-        package: Some("palpate-own-controller"),
-        library: true,
-        ..Build::default()
-    }
-    .clippy()?;
-    fuzz_targets()?;
-    // As the lints: of the same features, so that dependencies are checked once.
-    step(
-        "documentation, host",
-        host::workspace("doc", library.as_deref())
-            .arg("--no-deps")
-            .env("RUSTDOCFLAGS", "-D warnings"),
-    )?;
-    step(
-        "documentation, library",
-        cargo([
-            "doc",
-            "--profile",
-            "host",
-            "--package",
-            "palpate",
-            "--no-deps",
-        ])
-        .env("RUSTDOCFLAGS", "-D warnings"),
-    )?;
-    // Before the scenes of the project, so that what these are compiled into is compiled for them last.
-    own_finger::check()?;
-    let images = every_scene()?;
-    sizes(&images)?;
-    let elfs: Vec<PathBuf> = images.into_iter().map(|(_, elf)| elf).collect();
-    reach(&elfs)
-}
-
-/// Lints the fuzz targets, a workspace of their own. Fuzzing needs a nightly toolchain, this does not.
-fn fuzz_targets() -> Outcome {
-    let manifest = ["clippy", "--manifest-path", "fuzz/Cargo.toml"];
-    let folder = target_dir().join("fuzz");
-    step(
-        "lints, fuzz targets",
-        cargo(manifest)
-            .arg("--target-dir")
-            .arg(folder)
-            // A library of one's own, which nothing links here: libFuzzer's would ask for a C++ compiler.
-            .env("CUSTOM_LIBFUZZER_PATH", "none/libfuzzer.a")
-            .args(LINTS),
-    )
-}
-
 /// Proves of images that their control interrupt cannot panic, allocate or log.
-fn reach(images: &[PathBuf]) -> Outcome {
+pub fn reach(images: &[PathBuf]) -> Outcome {
     step(
         "what the control interrupt can reach",
         host::program("palpate-reach", &[])?.args(images),
     )
-}
-
-/// `test`: everything that can be tested here.
-pub fn test(arguments: &[String]) -> Outcome {
-    match arguments {
-        [word] if word == "--board" => return target::test(true),
-        [word] if word == "--target" => return target::test(false),
-        _ => none_left(arguments)?,
-    }
-    machine::emulator_packages()?;
-    let library = mujoco::library_if_possible();
-    let default = Build::of_scene(list::DEFAULT);
-    let elf = default.elf()?;
-    let faulty = Build {
-        features: Some("fault-injection".to_owned()),
-        ..default
-    }
-    .elf()?;
-    let serial = Build {
-        features: Some(monitor::SERIAL_LOG.to_owned()),
-        ..Build::of_scene(list::DEFAULT)
-    }
-    .elf()?;
-    let hall = Build::of_scene("tendon2-hall").elf()?;
-    let rigid = Build::of_scene("p70-rigid").elf()?;
-    let shunt = Build::of_scene("p70-shunt").elf()?;
-    let second = Build::of_scene("p70-grasp").elf()?;
-    reach(&[&elf, &faulty, &serial, &hall, &rigid, &shunt, &second].map(Clone::clone))?;
-    step(
-        "tests of the library",
-        &mut cargo(["test", "--package", "palpate"]),
-    )?;
-    step(
-        "tests of the host programs and of the emulated firmware",
-        host::workspace("test", library.as_deref())
-            .env("PALPATE_ELF", &elf)
-            .env("PALPATE_FAULT_ELF", &faulty)
-            .env("PALPATE_SERIAL_ELF", &serial)
-            .env("PALPATE_HALL_ELF", &hall)
-            .env("PALPATE_RIGID_ELF", &rigid)
-            .env("PALPATE_GRASP_ELF", &second)
-            .env("PALPATE_SHUNT_ELF", &shunt)
-            .env("PALPATE_GRASPS", "1000")
-            .env("PALPATE_ENDURANCE_S", "4400"),
-    )?;
-    target::test(false)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 //! It stays free of dependencies, so that the first command on a new machine starts within seconds; what needs
 //! a crate lives in the program that the command starts.
 
+mod check;
 mod commands;
 mod firmware;
 mod host;
@@ -15,6 +16,7 @@ mod own_scene;
 mod process;
 mod report;
 mod target;
+mod test;
 mod wiring;
 
 use std::process::ExitCode;
@@ -43,7 +45,7 @@ const COMMANDS: &[Command] = &[
         summary: "every test that can run here: library, host programs, emulated firmware; --board: the chip's own on a connected \
                   board, --target: the same on the emulated chip",
         example: "test",
-        run: commands::test,
+        run: test::test,
     },
     Command {
         name: "flash",
@@ -148,7 +150,7 @@ const COMMANDS: &[Command] = &[
         arguments: "",
         summary: "formatting, lints (fuzz targets too), documentation, a new user's finger, size, no panic in the control interrupt",
         example: "check",
-        run: commands::check,
+        run: check::check,
     },
     Command {
         name: "completions",

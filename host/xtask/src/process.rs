@@ -1,8 +1,13 @@
 //! Running other programs.
 
+use std::cell::Cell;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::time::Instant;
+
+/// A step that took at least this long says so.
+const WORTH_TELLING_S: u64 = 5;
 
 /// Why a command ended badly: exit status and what to tell (empty where the program itself has told it).
 #[derive(Debug)]
@@ -70,8 +75,35 @@ pub fn cargo<I: AsRef<OsStr>>(arguments: impl IntoIterator<Item = I>) -> Command
     command
 }
 
+thread_local! {
+    /// Whether this thread works behind another one, whose output is not to be mixed with that of this one.
+    static BEHIND: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Runs steps that keep one core busy, builds for the chip, behind others; cargo is quiet in them. A failure of either is told when
+/// both have ended.
+pub fn together<A: Send, B>(
+    behind: impl FnOnce() -> Outcome<A> + Send,
+    front: impl FnOnce() -> Outcome<B>,
+) -> Outcome<(A, B)> {
+    std::thread::scope(|scope| {
+        let behind = scope.spawn(|| {
+            BEHIND.set(true);
+            behind()
+        });
+        let front = front();
+        let behind = behind
+            .join()
+            .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        Ok((behind?, front?))
+    })
+}
+
 /// Runs a program to its end; its own exit status is passed on.
 pub fn run(command: &mut Command) -> Outcome {
+    if BEHIND.get() {
+        command.env("CARGO_TERM_QUIET", "true");
+    }
     let status = command
         .status()
         .map_err(|error| cannot_start(command, &error))?;
@@ -88,13 +120,19 @@ pub fn run(command: &mut Command) -> Outcome {
     })
 }
 
-/// Runs a step whose failure needs a word about what failed.
+/// Runs a step whose failure needs a word about what failed; tells how long a long one took.
 pub fn step(what: &str, command: &mut Command) -> Outcome {
     eprintln!("==> {what}");
+    let start = Instant::now();
     run(command).map_err(|failure| Failure {
         message: format!("{what}: failed"),
         ..failure
-    })
+    })?;
+    let seconds = start.elapsed().as_secs();
+    if seconds >= WORTH_TELLING_S {
+        eprintln!("==> {what}: {seconds} s");
+    }
+    Ok(())
 }
 
 /// What a program prints, or nothing where it fails or does not exist.

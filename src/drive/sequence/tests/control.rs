@@ -19,9 +19,10 @@ fn position_is_limited_before_it_trips() {
         assert_eq!(simulation.controller.status().fault, None);
     }
     assert!(limited);
-    // 2.0 rad is the limit: the motor stopped there.
+    // The motor stopped there.
+    let limit_rad = f64::from(p70().limits.position_max_rad);
     assert!(
-        (simulation.bench.link_rad() - 2.0).abs() < 0.03,
+        (simulation.bench.link_rad() - limit_rad).abs() < 0.03,
         "{}",
         simulation.bench.link_rad()
     );
@@ -32,7 +33,7 @@ fn position_is_limited_before_it_trips() {
         simulation.outputs = simulation.controller.step(&inputs, &simulation.demand);
     }
     assert!(
-        (simulation.bench.link_rad() - 2.0).abs() < 0.03,
+        (simulation.bench.link_rad() - limit_rad).abs() < 0.03,
         "{}",
         simulation.bench.link_rad()
     );
