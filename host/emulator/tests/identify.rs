@@ -4,10 +4,13 @@
 //! The images come from `PALPATE_SHUNT_ELF`, a scene with the command, and `PALPATE_ELF`, one without (`cargo xtask test` sets
 //! them). Without one its test says so and passes.
 
+use palpate::app::storage::record::{Record, scene_id};
 use palpate::drive::identify::Quantity;
+use palpate::scene::Scene;
 use palpate_emulator::Firmware;
 use palpate_emulator::sim::{Script, Session, Settings};
 use palpate_plant::Parameters;
+use palpate_scenes::P70Shunt;
 
 fn image(variable: &str) -> Option<Firmware> {
     let Some(path) = std::env::var_os(variable) else {
@@ -105,6 +108,60 @@ fn every_quantity_is_the_motor_s_and_is_kept() {
     );
     let answer = ask(&mut session, "identify", 100);
     assert!(answer.contains("identify failed: home first"), "{answer}");
+}
+
+/// What `save` would keep: the torque factor that the sensing has, and whether there is a motor that was identified.
+fn kept(session: &mut Session<'_>) -> (f32, bool) {
+    let seen = session.lines.len();
+    session.machine.command("trace on 1000\n");
+    run(session, 300, |_| false);
+    session.machine.command("trace off\n");
+    run(session, 50, |_| false);
+    let pieces = session.lines[seen..]
+        .iter()
+        .filter_map(|line| line.message.strip_prefix("answer kept "));
+    let bytes: Vec<u8> = pieces
+        // The piece's number comes first.
+        .flat_map(|piece| piece.split_whitespace().skip(1))
+        .map(|byte| byte.parse().expect("a byte"))
+        .collect();
+    Record::decode::<true, _>(&bytes, scene_id::<P70Shunt>(), |record| {
+        let factor = record.calibration.torque_factor;
+        (factor, record.identified.is_some())
+    })
+    .expect("a whole record")
+}
+
+#[test]
+fn factory_forgets_the_motor_in_sensing_drive_and_flash() {
+    let Some(firmware) = image("PALPATE_SHUNT_ELF") else {
+        return;
+    };
+    let nominal = P70Shunt::UNCALIBRATED.torque_factor;
+    let mut session = homed(&firmware);
+    assert_eq!(kept(&mut session), (nominal, false));
+    let answer = ask(&mut session, "identify", 20_000);
+    assert!(answer.contains("identified"), "{answer}");
+    assert!(ask(&mut session, "save", 500).contains("saved"));
+    session.machine.power_cycle().expect("the engine works");
+    run(&mut session, 300, |_| false);
+    // The sensing has taken the measured torque constant over.
+    let (factor, identified) = kept(&mut session);
+    assert!(identified && factor != nominal, "{factor}");
+
+    assert!(ask(&mut session, "factory", 3000).contains("forgotten"));
+    run(&mut session, 10, |_| false);
+    assert_eq!(kept(&mut session), (nominal, false), "before a restart");
+    assert!(ask(&mut session, "save", 500).contains("saved"));
+    session.machine.power_cycle().expect("the engine works");
+    let seen = session.lines.len();
+    run(&mut session, 300, |_| false);
+    let said = |text: &str| {
+        let mut lines = session.lines[seen..].iter();
+        lines.any(|line| line.message.contains(text))
+    };
+    assert!(said("state=loaded") && !said("bad-configuration"));
+    assert_eq!(kept(&mut session), (nominal, false), "after a restart");
 }
 
 #[test]

@@ -14,8 +14,9 @@ const PLANTS: u64 = 100;
 struct Command {
     identification: Option<Identification>,
     ended: Option<Result<Identified, NotIdentified>>,
-    /// Largest way from the start, counts.
+    /// Largest ways from the start closing and opening, counts.
     moved: i32,
+    opened: i32,
     start: Option<i32>,
 }
 
@@ -25,6 +26,7 @@ impl SlowLoop for Command {
     fn sample(&mut self, _: &SampleOf<P70>, status: &Status) -> Demand {
         let start = *self.start.get_or_insert(status.position_counts);
         self.moved = self.moved.max(status.position_counts - start);
+        self.opened = self.opened.max(start - status.position_counts);
         let closing = P70::MOTION.closing_rad_per_s;
         let identification = self
             .identification
@@ -54,6 +56,7 @@ fn run(parameters: &Parameters, seed: u64, prepare: impl FnOnce(&mut Plant)) -> 
         identification: None,
         ended: None,
         moved: 0,
+        opened: 0,
         start: None,
     };
     let joint = P70::joint_sensor().expect("no sensor");
@@ -63,6 +66,10 @@ fn run(parameters: &Parameters, seed: u64, prepare: impl FnOnce(&mut Plant)) -> 
         if machine.slow.ended.is_some() || machine.controller.status().fault.is_some() {
             break;
         }
+    }
+    // With the bridge off whatever still turns would go on.
+    for _ in 0..500 {
+        machine.until_sample();
     }
     machine
 }
@@ -92,12 +99,13 @@ fn random_motors_are_identified_within_the_stated_deviations() {
         let Some(Ok(identified)) = machine.slow.ended else {
             panic!("{seed}: {:?} {fault:?}", machine.slow.ended);
         };
-        // A turn of the worm, and what the last pulse and its coasting add.
+        // A turn of the worm, and what the last pulse and its coasting add; never back beyond the start.
         assert!(
             (68_000..120_000).contains(&machine.slow.moved),
             "{}",
             machine.slow.moved
         );
+        assert!(machine.slow.opened <= 0, "{seed}: {}", machine.slow.opened);
         let truth = truth(&parameters);
         for (i, quantity) in Quantity::ALL.into_iter().enumerate() {
             let estimate = identified.of(quantity);
@@ -122,6 +130,39 @@ fn random_motors_are_identified_within_the_stated_deviations() {
         assert!(mean2 < 1.3, "{quantity:?}: mean z^2 {mean2}");
         assert!(within as f64 >= 0.95 * n, "{quantity:?}: {within} of {n}");
     }
+}
+
+/// Homing leaves a finger 0.03 rad from its opening stop; here it stands on it. Friction is down to a third of the least that a
+/// random motor has, so that a pulse and its coasting are as long as the way back.
+#[test]
+fn a_finger_beside_its_stop_is_never_driven_into_it() {
+    let world = World::named("workshop").expect("a named world");
+    let nominal = world.of(P70::NAME).expect("valid");
+    let mut longest_rad = 0.0f64;
+    for seed in 0..60 {
+        let mut parameters = nominal.randomised(seed);
+        let share = 1.0 / (1.0 + f64::from(u32::try_from(seed % 4).expect("small")));
+        parameters.mechanism.start_above_stop_rad = 0.0;
+        parameters.motor.coulomb_nm *= share;
+        parameters.gearhead.drag_nm *= share;
+        let machine = run(&parameters, seed, |_| {});
+        let truth = machine.board.plant.truth();
+        let left_rad = truth.theta_a_rad - truth.opening_stop_rad;
+        let slow = &machine.slow;
+        println!(
+            "plant={seed} friction_share={share:.2} closed={} opened={} left_rad={:.3} identified={:?}",
+            slow.moved,
+            slow.opened,
+            left_rad,
+            slow.ended.as_ref().map(Result::is_ok)
+        );
+        assert!(slow.opened <= 0, "{seed}: {} counts", slow.opened);
+        assert!(machine.controller.status().fault.is_none(), "{seed}");
+        assert!(slow.moved > 0, "{seed}: it did not move");
+        longest_rad = longest_rad.max(left_rad);
+    }
+    // What is left is room for another pulse, which would have led into the stop.
+    assert!(longest_rad > 0.1, "{longest_rad}");
 }
 
 #[test]

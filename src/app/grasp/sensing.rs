@@ -13,7 +13,8 @@ use crate::sensing::{AfterContact, Calibration, Directive, Event, Followed, Sens
 pub enum SensingRequest {
     /// What the samples from now on are used for.
     Direct(Directive),
-    /// Settings changed.
+    /// Settings changed. None is set after `factory` alone, which forgets what was identified, too; what contacts have calibrated
+    /// stays.
     Adjust(Overrides),
     /// Back to the scene's calibration.
     ForgetCalibration,
@@ -57,7 +58,13 @@ impl<S: Scene> ContactSensing<S> {
                 self.sensor.direct(directive);
                 self.after.direct(directive);
             }
-            SensingRequest::Adjust(overrides) => self.adjust(&overrides),
+            SensingRequest::Adjust(overrides) => {
+                self.adjust(&overrides);
+                if S::IDENTIFIES && overrides == Overrides::default() {
+                    let calibration = self.assume(S::UNCALIBRATED, *self.calibration());
+                    self.sensor.set_calibration(calibration);
+                }
+            }
             SensingRequest::ForgetCalibration => {
                 self.sensor.set_calibration(self.uncalibrated);
             }
@@ -98,11 +105,7 @@ impl<S: Scene> ContactSensing<S> {
         if S::IDENTIFIES
             && let Some(identified) = record.identified
         {
-            self.uncalibrated = identify::uncalibrated::<S>(identified);
-            if calibration.contacts == 0 {
-                calibration.torque_factor = self.uncalibrated.torque_factor;
-                calibration.torque_factor_sigma = self.uncalibrated.torque_factor_sigma;
-            }
+            calibration = self.assume(identify::uncalibrated::<S>(identified), calibration);
         }
         self.sensor.set_calibration(calibration);
         let known = (record.friction)
@@ -112,6 +115,16 @@ impl<S: Scene> ContactSensing<S> {
         } else {
             Notice::FrictionUnknown
         }
+    }
+
+    /// Takes what is to be assumed before a contact calibrates; the calibration with it, where it stems from no contact.
+    fn assume(&mut self, uncalibrated: Calibration, mut calibration: Calibration) -> Calibration {
+        self.uncalibrated = uncalibrated;
+        if calibration.contacts == 0 {
+            calibration.torque_factor = uncalibrated.torque_factor;
+            calibration.torque_factor_sigma = uncalibrated.torque_factor_sigma;
+        }
+        calibration
     }
 
     /// The calibration in force.

@@ -106,13 +106,10 @@ impl Estimator {
         }
     }
 
-    /// Takes the status of a sample throughout which the bridge did the same; `None` where it did not.
+    /// Takes the status of a new sample throughout which the bridge did the same; `None` where it did not.
     pub fn take(&mut self, phase: Option<Phase>, status: &Status) {
         let elapsed_us = status.time_us.wrapping_sub(self.time_us);
         let counts = status.position_counts.wrapping_sub(self.position_counts);
-        if elapsed_us == 0 {
-            return;
-        }
         (self.time_us, self.position_counts) = (status.time_us, status.position_counts);
         let before = self.before.take();
         // Averages are those of the last millisecond: the way must be, too.

@@ -1,11 +1,14 @@
 //! Identification of the motor: what the data sheet says of it, measured in place.
 //!
 //! Short pulses of two currents spin the motor up, between them it coasts to a stop with the bridge off: closing over one turn
-//! of the worm, then opening back. Nothing but the drivetrain is moved, with less than the drive's limits. The
-//! equations are in docs/MECHANICS.md#identification-of-the-motor.
+//! of the worm, then opening until another pulse could lead back beyond where all began. Nothing but the drivetrain and a free
+//! finger is moved, never against a stop, with less than the drive's limits. The equations are in
+//! docs/MECHANICS.md#identification-of-the-motor.
 
 mod estimator;
 mod procedure;
+#[cfg(test)]
+mod tests;
 
 use serde::{Deserialize, Serialize};
 
@@ -66,8 +69,8 @@ impl Identified {
 
     /// Whether every value is finite and its deviation positive: what a stored one must be.
     pub fn is_valid(&self) -> bool {
-        self.estimates
-            .iter()
-            .all(|estimate| estimate.value.is_finite() && (0.0..1e9).contains(&estimate.sigma))
+        self.estimates.iter().all(|estimate| {
+            estimate.value.is_finite() && estimate.sigma > 0.0 && estimate.sigma < 1e9
+        })
     }
 }
