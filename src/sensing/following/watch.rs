@@ -318,9 +318,10 @@ impl<C: Copy> Closing<C> {
     {
         let calibration = sensor.calibration();
         let (cable, cable_sigma) = if X::FLEXIBLE {
+            // Kept for a nominal torque.
             (
-                calibration.cable_rad_per_nm,
-                calibration.cable_sigma_rad_per_nm,
+                calibration.cable_rad_per_nm / calibration.torque_factor,
+                calibration.cable_sigma_rad_per_nm / calibration.torque_factor,
             )
         } else {
             (0.0, 0.0)
