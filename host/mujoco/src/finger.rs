@@ -289,6 +289,13 @@ impl Mechanics for MujocoFinger {
         Ok(())
     }
 
+    fn shift(&mut self, by_m: [f64; 2]) -> Result<(), Error> {
+        let body = self.body.shifted(by_m);
+        self.data = self.rebuilt(&body, self.stopped, false)?;
+        self.body = body;
+        Ok(())
+    }
+
     fn break_stops(&mut self, missing: bool) {
         if self.stopped != missing {
             return;

@@ -4,7 +4,7 @@
 //! implements [`Mechanics`] and is passed to [`crate::Plant::with_mechanics`].
 
 use crate::finger::{Finger, Hold, MAX};
-use crate::object::{Body, Grasp};
+use crate::object::{Body, Grasp, Point};
 use crate::parameters::Parameters;
 use crate::{Contact, Error};
 use std::fmt::Debug;
@@ -58,6 +58,12 @@ pub trait Mechanics: Debug + Send + Sync {
     /// # Errors
     /// The object cannot be there, or overlaps the finger; the previous one then stays.
     fn place(&mut self, grasp: &Grasp) -> Result<(), Error>;
+
+    /// Moves the object by a distance, metre, in contact or not: into the finger it presses.
+    ///
+    /// # Errors
+    /// The object cannot be there.
+    fn shift(&mut self, by_m: Point) -> Result<(), Error>;
 
     /// Removes or restores the stops of input link and joint 1.
     fn break_stops(&mut self, missing: bool);
@@ -140,6 +146,11 @@ impl Mechanics for Quasistatic {
             return Err(Error::overlap(-clearance));
         }
         self.body = body;
+        Ok(())
+    }
+
+    fn shift(&mut self, by_m: Point) -> Result<(), Error> {
+        self.body = self.body.shifted(by_m);
         Ok(())
     }
 

@@ -201,6 +201,22 @@ impl Body {
         Self::placed(shape, origin, angle)
     }
 
+    /// The same elsewhere.
+    #[must_use]
+    pub fn shifted(&self, by: Point) -> Self {
+        let shift = |at: &Point| [at[0] + by[0], at[1] + by[1]];
+        match self {
+            Self::Nothing => Self::Nothing,
+            Self::Disc { centre, radius } => Self::Disc {
+                centre: shift(centre),
+                radius: *radius,
+            },
+            Self::Polygon { corners } => Self::Polygon {
+                corners: corners.iter().map(shift).collect(),
+            },
+        }
+    }
+
     /// Reports every pair of nearby features of this body and a phalanx from `joint` along the unit vector `along` over
     /// `length`, with rounded ends of radius `half_thickness`.
     pub(crate) fn approach(

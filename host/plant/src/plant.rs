@@ -141,6 +141,14 @@ impl Plant {
         Ok(())
     }
 
+    /// Moves the object, in contact or not: it gives way, or presses the finger.
+    ///
+    /// # Errors
+    /// The engine cannot have it there.
+    pub fn shift(&mut self, by_m: [f64; 2]) -> Result<(), Error> {
+        self.mechanics.shift(by_m)
+    }
+
     /// Restarts the noise from another seed; nothing else changes.
     pub fn reseed(&mut self, seed: u64) {
         self.random = Pcg64Mcg::seed_from_u64(seed);

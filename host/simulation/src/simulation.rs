@@ -128,8 +128,21 @@ impl<S: Simulated> Simulation<S> {
     /// # Errors
     /// The object cannot be there; the sequence refused.
     pub fn close(&mut self, grasp: &Grasp) -> Result<Outcome, Error> {
+        self.close_while(grasp, |_, _| {})
+    }
+
+    /// The same while something else happens: `meanwhile` is called after every sample, with the world and where the sequence
+    /// is.
+    ///
+    /// # Errors
+    /// As [`close`](Self::close).
+    pub fn close_while(
+        &mut self,
+        grasp: &Grasp,
+        meanwhile: impl FnMut(&mut Plant, State),
+    ) -> Result<Outcome, Error> {
         self.machine.board.plant.place(grasp)?;
-        self.motion(Request::Close, Directive::Watch)
+        self.motion_while(Request::Close, Directive::Watch, meanwhile)
     }
 
     /// Takes the object out of the hand, then opens. (An object that has slipped past the fingertip would jam the opening
@@ -169,6 +182,15 @@ impl<S: Simulated> Simulation<S> {
     /// # Errors
     /// The sequence refused.
     pub fn motion(&mut self, request: Request, closing: Directive) -> Result<Outcome, Error> {
+        self.motion_while(request, closing, |_, _| {})
+    }
+
+    fn motion_while(
+        &mut self,
+        request: Request,
+        closing: Directive,
+        mut meanwhile: impl FnMut(&mut Plant, State),
+    ) -> Result<Outcome, Error> {
         let machine = &mut self.machine;
         machine.slow.events.clear();
         machine.slow.followed.clear();
@@ -184,6 +206,7 @@ impl<S: Simulated> Simulation<S> {
         let mut resting = false;
         while left > 0 {
             let sample = machine.until_sample();
+            meanwhile(&mut machine.board.plant, machine.slow.state());
             if self.traced {
                 let truth = machine.board.plant.truth();
                 trace.push(Row::new(&sample, machine.outputs(), &truth));
