@@ -71,10 +71,15 @@ pub fn rust(scene: &Scene) -> String {
     } else {
         "NoJointSensor"
     };
-    let after = if scene.flag("options.second_contact") {
-        "Follow<Self::Finger>"
+    let follows = if scene.flag("options.second_contact") {
+        "palpate::sensing::Follow<Self::Finger>"
     } else {
-        "FirstContactOnly"
+        "palpate::sensing::FirstContactOnly"
+    };
+    let after = if scene.flag("options.contact_changes") {
+        format!("palpate::sensing::Changes<{follows}>")
+    } else {
+        follows.to_owned()
     };
     let (series, cable, creep, stiffening_sigma) = if scene.flag("cable.fitted") {
         let radius_m = scene.number("cable.pulley_radius_m");
@@ -121,7 +126,7 @@ impl palpate::scene::Scene for {name} {{
     type Finger = {finger};
     type Joint = palpate::sensing::{joint};
     type Series = palpate::sensing::{series};
-    type After = palpate::sensing::{after};
+    type After = {after};
     const MECHANISM: Self::Finger = {mechanism};",
         scene.name
     ));

@@ -134,6 +134,7 @@ pub(super) const KEYS: &[Key] = &[
     must("sensing.cable_stiffening_sigma_per_nm", Number(0.0, 10.0)),
     must("sensing.inertia_sigma", Number(0.0, 1.0)),
     must("options.second_contact", Flag),
+    must("options.contact_changes", Flag),
     may("linkage.driving_m", PerStage(1e-4, 10.0)),
     may("linkage.coupler_m", PerStage(1e-4, 10.0)),
     may("linkage.driven_m", PerStage(1e-4, 10.0)),

@@ -92,6 +92,12 @@ macro_rules! log_lines {
             /// scenes with that option.
             grasp info "grasp grip={=str} torque_mnm={=f32} distal_moment_mnm={=f32} distal_force_n={=f32} proximal_moment_mnm={=f32}"
                 (grip: &str, torque_mnm: f32, distal_moment_mnm: f32, distal_force_n: f32, proximal_moment_mnm: f32);
+            /// Where the first contact is when the closing is over. In scenes with that option.
+            moved info "moved phalanx={=u8} k_mm={=f32} sigma_mm={=f32} torque_mnm={=f32}"
+                (phalanx: u8, k_mm: f32, sigma_mm: f32, torque_mnm: f32);
+            /// The contact slipped, was lost, or was pushed from outside. In scenes with that option.
+            contact_change warn "contact-change what={=str} from_mnm={=f32} to_mnm={=f32}"
+                (what: &str, from_mnm: f32, to_mnm: f32);
             /// Torque factor and cable, as known now.
             calibrated info "calibrated torque_factor={=f32} torque_factor_sigma={=f32} cable_mrad_per_nm={=f32} cable_sigma_mrad_per_nm={=f32} correlation={=f32} stiffening_per_nm={=f32} stiffening_sigma_per_nm={=f32} contacts={=u8} presses={=u8}"
                 (torque_factor: f32, torque_factor_sigma: f32, cable_mrad_per_nm: f32, cable_sigma_mrad_per_nm: f32, correlation: f32, stiffening_per_nm: f32, stiffening_sigma_per_nm: f32, contacts: u8, presses: u8);

@@ -48,6 +48,18 @@ impl Calibration {
             && (0.0..=100.0).contains(&self.stiffening_sigma_per_nm)
     }
 
+    /// The cable's twist under a nominal torque, and its standard deviation, radian.
+    pub fn twist_rad(&self, nominal_nm: f32) -> [f32; 2] {
+        let bent_nm2 = nominal_nm * (0.5 * nominal_nm - MIDDLE_NM);
+        let bent_by = self.cable_rad_per_nm * bent_nm2;
+        let stiff_sigma_rad = bent_by * self.stiffening_sigma_per_nm;
+        let cable_sigma_rad = self.cable_sigma_rad_per_nm * nominal_nm;
+        [
+            self.cable_rad_per_nm * nominal_nm - bent_by * self.stiffening_per_nm,
+            sqrt(cable_sigma_rad * cable_sigma_rad + stiff_sigma_rad * stiff_sigma_rad),
+        ]
+    }
+
     /// Adopts the result of a fit at a known place if it is credible and adds information. `misfit` is the mean square
     /// residual in variances, `strain` how far it contradicts what else is known ([`Learned`](super::locator::Learned)).
     ///

@@ -1,11 +1,17 @@
-//! What follows the first contact of a closing: a second one, and how the object is held at its end.
+//! What follows the first contact of a closing: a second one, how the object is held at its end, what becomes of it then.
 //!
-//! Chosen by type: [`FirstContactOnly`] carries nothing, [`Follow`] listens beside the [`Sensor`]. It cuts blocks of its own
+//! Chosen by type: [`FirstContactOnly`] carries nothing, [`Follow`] listens beside the [`Sensor`], and [`Changes`] around either. It cuts blocks of its own
 //! from the same samples, takes the sensor's friction record off and searches them for an elbow. A second contact is told
 //! after the sensor's last word on the first, because its phalanx and the posture follow from that.
 
+mod changes;
+mod rise;
+mod rolled;
+mod stand;
+mod turn;
 mod watch;
 
+pub use changes::Changes;
 pub use watch::Follow;
 
 use core::fmt::Debug;
@@ -26,6 +32,18 @@ pub enum Grip {
     TwoContacts,
     /// Two, and nothing but the cable gives way: the object is held between the phalanges, or against the palm.
     Enveloped,
+}
+
+/// What becomes of a contact that was felt (docs/MECHANICS.md#held-contacts).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// The object gave way, or the phalanx slid on it: some of the torque is gone, and some is left. The place is not known
+    /// any more.
+    Slipped,
+    /// Nothing presses any more.
+    Lost,
+    /// The torque rose faster than the cable alone can make it: something pushed the object, or the finger.
+    Pushed,
 }
 
 /// An event after the first contact. Lengths in metre, torques at the input link in newton metre, NaN where not known.
@@ -56,6 +74,26 @@ pub enum Followed {
         torque_nm: f32,
         /// What statics determines of two contacts at that torque.
         forces: HeldForces,
+    },
+    /// Where the first contact has come to as the finger closed on: it slides and rolls on an object that stands still.
+    Moved {
+        /// Phalanx of it.
+        phalanx: u8,
+        /// Place from the phalanx's joint now.
+        k_m: f32,
+        /// Standard deviation of `k_m`.
+        sigma_m: f32,
+        /// Torque above friction now.
+        torque_nm: f32,
+    },
+    /// The contact changed at once.
+    Changed {
+        /// How.
+        change: Change,
+        /// Torque above friction before; not known while the finger stands.
+        from_nm: f32,
+        /// And after.
+        to_nm: f32,
     },
 }
 

@@ -28,7 +28,7 @@ pub use crate::sample::{self, Drive, Sample};
 pub use calibration::{Calibration, Refusal};
 pub use drivetrain::Drivetrain;
 pub use event::{Event, NotLocated};
-pub use following::{AfterContact, FirstContactOnly, Follow, Followed, Grip};
+pub use following::{AfterContact, Change, Changes, FirstContactOnly, Follow, Followed, Grip};
 pub use friction::Friction;
 pub use location::{Cable, Rigid, SeriesElement};
 pub use sensor::{Sensor, Suspicion};

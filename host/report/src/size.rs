@@ -129,6 +129,7 @@ const FEATURES: &[(&str, &str)] = &[
     ("::learn_from_press", "sensing::location::Cable"),
     ("following::watch::", "following::watch::Follow<"),
     ("finger::held::", "following::watch::Follow<"),
+    ("following::changes::", "following::changes::Changes<"),
 ];
 
 /// The types that a scene is made of; of an image that is no scene, nothing is expected or refused.

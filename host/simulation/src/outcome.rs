@@ -81,7 +81,7 @@ impl Outcome {
     pub fn grip(&self) -> Option<Grip> {
         self.followed.iter().find_map(|(_, event)| match event {
             Followed::Grasp { grip, .. } => Some(*grip),
-            Followed::SecondContact { .. } => None,
+            _ => None,
         })
     }
 

@@ -4,7 +4,7 @@ use super::Log;
 use crate::drive::Status;
 use crate::drive::fault::Fault;
 use crate::drive::sequence::State;
-use crate::sensing::{Calibration, Event, Followed, Grip, NotLocated, Refusal};
+use crate::sensing::{Calibration, Change, Event, Followed, Grip, NotLocated, Refusal};
 
 /// Metre to millimetre, newton metre to millinewton metre, radian to milliradian, ampere to milliampere.
 pub(super) const MILLI: f32 = 1e3;
@@ -46,6 +46,17 @@ impl Grip {
             Self::Single => "single",
             Self::TwoContacts => "two-contacts",
             Self::Enveloped => "enveloped",
+        }
+    }
+}
+
+impl Change {
+    /// Name in the log.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Slipped => "slipped",
+            Self::Lost => "lost",
+            Self::Pushed => "pushed",
         }
     }
 }
@@ -162,6 +173,17 @@ pub fn followed(log: &mut impl Log, event: &Followed) {
             forces.distal_force_n,
             forces.proximal_moment_nm * MILLI,
         ),
+        Followed::Moved {
+            phalanx,
+            k_m,
+            sigma_m,
+            torque_nm,
+        } => log.moved(phalanx, k_m * MILLI, sigma_m * MILLI, torque_nm * MILLI),
+        Followed::Changed {
+            change,
+            from_nm,
+            to_nm,
+        } => log.contact_change(change.name(), from_nm * MILLI, to_nm * MILLI),
     }
 }
 

@@ -17,7 +17,7 @@ use super::{Fields, Replay, Source, TimedEvent, fields, followed_fields};
 use crate::trace::Streamed;
 
 /// Lines that say what the sensing found.
-const EVENTS: [&str; 13] = [
+const EVENTS: [&str; 15] = [
     "friction-recorded",
     "friction-not-recorded",
     "friction-stale",
@@ -31,6 +31,8 @@ const EVENTS: [&str; 13] = [
     "calibration-refused",
     "second-contact",
     "grasp",
+    "moved",
+    "contact-change",
 ];
 
 /// What the firmware said live against what was said again.
