@@ -5,7 +5,7 @@ mod command;
 
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser};
+use clap::Parser;
 
 /// Runs the firmware image on an emulated STM32G431RB against a simulated finger.
 #[derive(Parser)]
@@ -28,7 +28,7 @@ enum Command {
     #[command(hide = true)]
     Completions {
         /// Shell
-        shell: clap_complete::Shell,
+        shell: palpate_cli::Shell,
     },
 }
 
@@ -38,13 +38,7 @@ fn main() -> ExitCode {
         Command::Bench(options) => command::bench::run(&options),
         Command::Faults(options) => command::faults::run(&options),
         Command::Completions { shell } => {
-            let mut command = Command::command();
-            clap_complete::generate(
-                shell,
-                &mut command,
-                "palpate-emulator",
-                &mut std::io::stdout(),
-            );
+            palpate_cli::complete::<Command>(shell);
             Ok(ExitCode::SUCCESS)
         }
     };

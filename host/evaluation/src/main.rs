@@ -4,7 +4,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand};
 use palpate_evaluation::experiments::{
     ablation, calibration, catalogue, document, fingerprint, job, result, run, sensitivity,
 };
@@ -45,7 +45,7 @@ enum Command {
     #[command(hide = true)]
     Completions {
         /// Shell.
-        shell: clap_complete::Shell,
+        shell: palpate_cli::Shell,
     },
     /// Draw the figures as SVG.
     #[command(after_help = "Example:\n  cargo xtask figures docs/figures")]
@@ -244,7 +244,7 @@ fn write(seed: u64, quick: bool) -> Outcome {
 }
 
 fn figures(directory: &Path, plan: &job::Plan) -> Outcome {
-    let bar = run::bar(3, "groups of figures");
+    let bar = palpate_cli::progress::bar(3, "groups of figures");
     for (what, difference) in figures::mechanics(directory)? {
         bar.suspend(|| {
             println!("K_c, {what}: library f32 against f64 at most {difference:.1e} relative");
@@ -272,13 +272,7 @@ fn main() -> ExitCode {
             seed,
         } => plan(&world, engine, seed, false).and_then(|plan| figures(&directory, &plan)),
         Command::Completions { shell } => {
-            let mut command = Arguments::command();
-            clap_complete::generate(
-                shell,
-                &mut command,
-                "palpate-evaluation",
-                &mut std::io::stdout(),
-            );
+            palpate_cli::complete::<Arguments>(shell);
             Ok(())
         }
     };
@@ -297,13 +291,6 @@ mod tests {
 
     #[test]
     fn every_command_has_examples_in_its_help() {
-        for command in Arguments::command().get_subcommands() {
-            let help = command.get_after_help().map(ToString::to_string);
-            assert!(
-                command.is_hide_set() || help.is_some_and(|help| help.contains("Example")),
-                "{}",
-                command.get_name()
-            );
-        }
+        assert_eq!(palpate_cli::without_example::<Arguments>(), [""; 0]);
     }
 }

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
-use indicatif::ProgressBar;
 use palpate_golden::table::Table;
 use palpate_golden::{compare, generate, sample};
 
@@ -82,9 +81,7 @@ fn run(arguments: &Arguments) -> Result<bool, String> {
         ));
     }
     let mut agree = true;
-    // Draws on a terminal alone.
-    let bar = ProgressBar::new(files.len() as u64);
-    bar.tick();
+    let bar = palpate_cli::progress::bar(files.len(), "files");
     for file in files {
         let table = Table::read(&file)?;
         if let Some(directory) = &arguments.generate {

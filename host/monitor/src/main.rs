@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use clap::{Args, CommandFactory, Parser};
+use clap::{Args, Parser};
 use palpate_monitor::page::Story;
 use palpate_monitor::recording::Recording;
 use palpate_monitor::scenes;
@@ -36,7 +36,7 @@ enum Command {
     #[command(hide = true)]
     Completions {
         /// Shell
-        shell: clap_complete::Shell,
+        shell: palpate_cli::Shell,
     },
 }
 
@@ -312,13 +312,7 @@ fn main() -> ExitCode {
         Command::Record(options) => record(&options),
         Command::Page(options) => page(&options),
         Command::Completions { shell } => {
-            let mut command = Command::command();
-            clap_complete::generate(
-                shell,
-                &mut command,
-                "palpate-monitor",
-                &mut std::io::stdout(),
-            );
+            palpate_cli::complete::<Command>(shell);
             Ok(())
         }
     };
@@ -337,13 +331,6 @@ mod tests {
 
     #[test]
     fn every_command_has_examples_in_its_help() {
-        for command in Command::command().get_subcommands() {
-            let help = command.get_after_help().map(ToString::to_string);
-            assert!(
-                command.is_hide_set() || help.is_some_and(|help| help.contains("Example")),
-                "{}",
-                command.get_name()
-            );
-        }
+        assert_eq!(palpate_cli::without_example::<Command>(), [""; 0]);
     }
 }

@@ -48,17 +48,9 @@ fn main() -> ExitCode {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn every_command_has_examples_in_its_help() {
-        for command in Arguments::command().get_subcommands() {
-            let help = command.get_after_help().map(ToString::to_string);
-            assert!(
-                command.is_hide_set() || help.is_some_and(|help| help.contains("Example")),
-                "{}",
-                command.get_name()
-            );
-        }
+        assert_eq!(palpate_cli::without_example::<Arguments>(), [""; 0]);
     }
 }

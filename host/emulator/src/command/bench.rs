@@ -46,7 +46,7 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
     let mut machine = Machine::new(&firmware, None, &setup)?;
     let end = ticks(options.max_s);
     let mut result = None;
-    let progress = super::progress::spinner();
+    let progress = palpate_cli::progress::spinner();
     while result.is_none() && machine.now() < end {
         let pause = machine.run_until(machine.now() + TICKS_PER_MS)?;
         if pause != Pause::Time {

@@ -46,7 +46,7 @@ pub fn run(firmware: &Firmware, settings: &Settings, plan: &Plan) -> Result<Exit
         cases.extend(cells.into_iter().step_by(plan.every));
     }
     cases.extend(campaign::pairs(plan.pairs, plan.seed));
-    let bar = super::progress::bar(cases.len(), "runs");
+    let bar = palpate_cli::progress::bar(cases.len(), "runs");
     let results = campaign::run(firmware, settings, &cases, |case, aftermath| {
         bar.suspend(|| tell(case, aftermath, plan.json));
         bar.inc(1);

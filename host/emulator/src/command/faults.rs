@@ -7,7 +7,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Args;
-use indicatif::ProgressBar;
+use palpate_cli::progress::{self, ProgressBar};
 use palpate_emulator::cortex::account::Calls;
 use palpate_emulator::firmware::default_path;
 use palpate_emulator::sim::{
@@ -110,7 +110,7 @@ fn parallel(firmware: &Firmware, options: &Options, runs: &[Option<Injected>]) -
         next: 0,
         passed: true,
         control: Calls::default(),
-        progress: super::progress::bar(runs.len(), "runs"),
+        progress: progress::bar(runs.len(), "runs"),
     });
     let workers = std::thread::available_parallelism()
         .map_or(1, usize::from)

@@ -7,7 +7,6 @@ mod counts;
 pub mod faults;
 mod output;
 mod ports;
-mod progress;
 pub mod sim;
 
 use std::process::ExitCode;

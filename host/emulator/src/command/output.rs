@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anstyle::{AnsiColor, Style};
-use indicatif::ProgressBar;
+use palpate_cli::progress::{self, ProgressBar};
 use palpate_emulator::Error;
 use palpate_emulator::log::Line;
 use palpate_emulator::sim::{Calibration, Session, Summary, event_json};
@@ -53,7 +53,7 @@ impl Output {
             form,
             events,
             printed: 0,
-            progress: super::progress::spinner(),
+            progress: progress::spinner(),
         })
     }
 

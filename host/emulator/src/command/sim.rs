@@ -66,9 +66,11 @@ pub struct Options {
     /// Prints the summary alone
     #[arg(long, conflicts_with = "json")]
     quiet: bool,
-    /// Writes the events as with --json, with the samples that the firmware then streams and its settings: what a page about
-    /// the grasp is made of (`cargo xtask sim --html`)
-    #[arg(long, value_name = "FILE")]
+    /// Writes one page about the grasp, with pictures, that can be sent
+    #[arg(long = "html", id = "html", value_name = "FILE.html", value_parser = palpate_cli::by_xtask)]
+    _html: Option<PathBuf>,
+    /// Writes the events as with --json, with the samples that the firmware then streams and its settings: what --html is made of
+    #[arg(long, hide = true, value_name = "FILE")]
     events: Option<PathBuf>,
     /// Typed instead of pressing the button, separated by semicolons, each when the motion before it has ended
     #[arg(long, value_name = "COMMANDS")]

@@ -1,8 +1,8 @@
 //! Accuracy of the guided calibration on fingers with hidden values, and its effect on locations.
 
-use indicatif::ProgressBar;
 use palpate::scene::Scene;
 use palpate::sensing::Calibration;
+use palpate_cli::progress::bar;
 use palpate_document::table::head;
 use palpate_plant::{Parameters, worm_efficiency};
 use palpate_scenes::P70;
@@ -141,7 +141,7 @@ impl Finger {
 #[must_use]
 pub fn study(plan: &Plan) -> (Vec<Finger>, Vec<(u64, Failure)>) {
     let fingers = if plan.quick { 10 } else { 100 };
-    let bar = ProgressBar::new(fingers);
+    let bar = bar(fingers as usize, "fingers calibrated");
     let done: Vec<_> = (0..fingers)
         .into_par_iter()
         .map(|index| {

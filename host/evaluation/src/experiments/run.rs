@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use indicatif::{ProgressBar, ProgressStyle};
+use palpate_cli::progress::bar;
 use rayon::prelude::*;
 
 use super::job::{Entry, Job};
@@ -10,18 +10,6 @@ use super::live::Failure;
 use super::result::{Method, Place, Row};
 use crate::paper::STEPS_NM;
 use crate::score::Trial;
-
-/// A bar that counts to `total`; silent where standard error is no terminal.
-#[must_use]
-pub fn bar(total: usize, what: &str) -> ProgressBar {
-    let bar = ProgressBar::new(total as u64);
-    let style =
-        ProgressStyle::with_template(&format!("{{bar:30}} {{pos}}/{{len}} {what}, {{eta}} left"));
-    if let Ok(style) = style {
-        bar.set_style(style);
-    }
-    bar
-}
 
 /// Work that could not be done, or not to its end.
 #[derive(Debug)]

@@ -14,7 +14,8 @@ use palpate::sample::Sample;
 use palpate_simulation::Simulated;
 use rayon::prelude::*;
 
-use crate::experiments::run::bar;
+use palpate_cli::progress::bar;
+
 use crate::trace;
 
 pub use show::{json, text};

@@ -1,8 +1,8 @@
 //! One world of a folder: the calibration, then every recording with it.
 
-use indicatif::ProgressBar;
 use palpate::finger::Mechanics;
 use palpate::sensing::{Calibration, Directive, Event, Refusal, Sensor};
+use palpate_cli::progress::ProgressBar;
 use palpate_simulation::Simulated;
 use rayon::prelude::*;
 

@@ -21,10 +21,8 @@ mod target;
 mod whole;
 
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use anyhow::{Context, Result};
-use indicatif::ProgressBar;
 use palpate_bench::candidate::Role;
 
 use crate::size;
@@ -132,9 +130,7 @@ struct Report {
 
 impl Report {
     fn gather(arguments: &Arguments) -> Result<Self> {
-        // Draws on a terminal alone.
-        let progress = ProgressBar::new_spinner();
-        progress.enable_steady_tick(Duration::from_millis(200));
+        let progress = palpate_cli::progress::spinner();
         progress.set_message("errors of every candidate");
         let rows = join(arguments)?;
         let grasp = arguments.grasp.as_deref().map(whole::read).transpose()?;
