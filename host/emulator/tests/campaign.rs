@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! Faults at every phase of a grasp and in pairs: the first cause named, the bridge off, nothing kept is lost, and the next grasp
 //! works. A sample of what `cargo xtask faults --matrix --pairs 1000` runs.
-//!
-//! The image, built with the feature `fault-injection`, comes from `PALPATE_FAULT_ELF` (`cargo xtask test` sets it);
-//! without it these tests say so and pass.
 
-use palpate_emulator::Firmware;
+mod support;
+
 use palpate_emulator::sim::campaign::{self, Case};
 use palpate_emulator::sim::{Object, Settings};
 
@@ -16,19 +14,11 @@ const CELLS: usize = 15;
 const PAIRS: usize = 8;
 
 fn passes(cases: &[Case]) {
-    let Some(path) = std::env::var_os("PALPATE_FAULT_ELF") else {
-        eprintln!("PALPATE_FAULT_ELF is not set: nothing tested");
+    let Some(firmware) = support::image(support::FAULTY) else {
         return;
     };
-    let firmware = Firmware::load(path.as_ref()).expect("the image loads");
-    let object = Object {
-        phalanx: 2,
-        contact_mm: 30.0,
-        diameter_mm: 10.0,
-        theta_1_deg: 45.0,
-    };
     let settings = Settings {
-        object: Some(object),
+        object: Some(Object::default()),
         max_s: 120.0,
         ..Settings::default()
     };

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! Tools of others at the emulated chip: a reader of RTT over TCP, and a debugger.
 //!
-//! Where `defmt-print` or a GDB for Arm is on the path it is used itself; the same is done without them, by the crate that
-//! `defmt-print` is made of and by a few packets of the remote protocol. The image comes from `PALPATE_ELF` (`cargo xtask test`
-//! sets it); without it these tests say so and pass.
+//! `cargo xtask test` gets `defmt-print` and a GDB for Arm, and names them in `PALPATE_DEFMT_PRINT` and `PALPATE_GDB`; without these
+//! they are looked for on the path. The same is tested without either, by the crate that `defmt-print` is made of and by a few
+//! packets of the remote protocol.
 
+mod support;
+
+use std::ffi::OsString;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::PathBuf;
@@ -16,17 +19,13 @@ use palpate_emulator::Firmware;
 use palpate_emulator::clients::gdb::GdbServer;
 use palpate_emulator::clients::rtt::RttServer;
 use palpate_emulator::sim::{Script, Session, Settings};
+use support::firmware;
 
 /// A client that has not finished by then never will.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 fn image() -> Option<(PathBuf, Firmware)> {
-    let Some(path) = std::env::var_os("PALPATE_ELF") else {
-        eprintln!("PALPATE_ELF is not set: nothing tested");
-        return None;
-    };
-    let firmware = Firmware::load(path.as_ref()).expect("the image loads");
-    Some((path.into(), firmware))
+    Some((support::path(support::DEFAULT)?, firmware()?))
 }
 
 fn session(firmware: &Firmware) -> Session<'_> {
@@ -37,12 +36,26 @@ fn session(firmware: &Firmware) -> Session<'_> {
     Session::start(firmware, settings, None).expect("a chip")
 }
 
-fn on_path(programs: &[&'static str]) -> Option<&'static str> {
-    programs.iter().copied().find(|program| {
+/// A program that a variable of the environment names, or one of these on the path; the one that is named must run.
+fn program(variable: &str, on_path: &[&str], remedy: &str) -> Option<OsString> {
+    let runs = |program: &OsString| {
         let mut version = Command::new(program);
         version.arg("--version").stdout(Stdio::null());
         version.status().is_ok_and(|status| status.success())
-    })
+    };
+    if let Some(named) = std::env::var_os(variable) {
+        assert!(
+            runs(&named),
+            "{variable} names {}, which does not run",
+            named.display()
+        );
+        return Some(named);
+    }
+    let found = on_path.iter().map(OsString::from).find(runs);
+    if found.is_none() {
+        eprintln!("none of {on_path:?} is on the path: nothing tested ({remedy})");
+    }
+    found
 }
 
 /// Runs the chip until a client has finished, and hands over what that found.
@@ -118,8 +131,8 @@ fn defmt_print_decodes_the_stream() {
     let Some((path, firmware)) = image() else {
         return;
     };
-    let Some(program) = on_path(&["defmt-print"]) else {
-        eprintln!("defmt-print is not on the path: cargo install defmt-print");
+    let remedy = "cargo install defmt-print --locked";
+    let Some(program) = program("PALPATE_DEFMT_PRINT", &["defmt-print"], remedy) else {
         return;
     };
     let mut server = RttServer::listen(0).expect("a free port");
@@ -151,8 +164,8 @@ fn gdb_sets_a_breakpoint_reads_steps_and_goes_on() {
     let Some((path, firmware)) = image() else {
         return;
     };
-    let Some(gdb) = on_path(&["gdb-multiarch", "arm-none-eabi-gdb"]) else {
-        eprintln!("no GDB for Arm is on the path: apt-get install gdb-multiarch");
+    let debuggers = ["gdb-multiarch", "arm-none-eabi-gdb"];
+    let Some(gdb) = program("PALPATE_GDB", &debuggers, "apt-get install gdb-multiarch") else {
         return;
     };
     let mut server = GdbServer::listen(0).expect("a free port");

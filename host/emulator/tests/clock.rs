@@ -6,11 +6,12 @@
 //! Nobody waits 71 minutes: the clock's driver counts periods of 2^15 us in a word of RAM, and a flash image in which that word
 //! starts with a large number makes the chip believe that it has been on for so long. The timer itself, 16 bits at 1 MHz, wraps
 //! fifteen times a second in every test, and the encoder's counter several times in every closing.
-//!
-//! The image comes from `PALPATE_ELF` (`cargo xtask test` sets it); without it these tests say so and pass.
+
+mod support;
 
 use palpate_emulator::Firmware;
 use palpate_emulator::sim::{Object, Script, Session, Settings, end_of};
+use support::firmware;
 
 /// Period of the driver's count, second.
 const PERIOD_S: f64 = 32_768e-6;
@@ -99,11 +100,7 @@ fn alike(a: &str, b: &str) -> bool {
 
 #[test]
 fn a_grasp_goes_on_while_the_lower_half_of_the_time_wraps() {
-    let Some(path) = std::env::var_os("PALPATE_ELF") else {
-        eprintln!("PALPATE_ELF is not set: nothing tested");
-        return;
-    };
-    let firmware = Firmware::load(path.as_ref()).expect("the image loads");
+    let Some(firmware) = firmware() else { return };
     let word = period_word(&firmware);
     let run = |flash| {
         let session = end_of(&firmware, settings(flash)).expect("a sound run");

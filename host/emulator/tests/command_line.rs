@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! The program as its user meets it: help with examples, colour on a terminal and nowhere else.
-//!
-//! The image comes from `PALPATE_ELF` (`cargo xtask test` sets it); without it the test of the colours says so and passes.
 #![cfg(unix)]
+
+mod support;
 
 use std::io::Read;
 use std::process::{Command, Stdio};
@@ -28,10 +28,7 @@ fn every_command_has_examples_in_its_help() {
 
 /// A short run that says a few lines.
 fn sim() -> Option<Command> {
-    let Some(elf) = std::env::var_os("PALPATE_ELF") else {
-        eprintln!("PALPATE_ELF is not set: nothing tested");
-        return None;
-    };
+    let elf = support::path(support::DEFAULT)?;
     let mut call = Command::new(PROGRAM);
     call.args(["sim", "--commands", "status", "--elf"])
         .arg(elf)

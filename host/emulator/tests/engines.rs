@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! The unmodified image against a finger and an object that MuJoCo computes: it feels the contact where that world has it,
-//! and an emulated run stays the same from one time to the next. Needs the feature `mujoco` and `PALPATE_ELF`.
+//! and an emulated run stays the same from one time to the next. Needs the feature `mujoco`.
 
 #![cfg(feature = "mujoco")]
+
+mod support;
 
 use palpate_emulator::Firmware;
 use palpate_emulator::sim::{Object, Settings, Summary, Verdict, end_of};
 use palpate_plant::{Engine, Parameters};
+use support::firmware;
 
 /// Of the length of phalanx 2, 70 mm: what an uncalibrated finger may be off by.
 const SHARE: f64 = 0.1;
@@ -30,11 +33,7 @@ fn told(firmware: &Firmware, seed: u64) -> (Summary, Vec<String>) {
 
 #[test]
 fn the_image_locates_a_contact_in_the_other_engine() {
-    let Some(path) = std::env::var_os("PALPATE_ELF") else {
-        eprintln!("PALPATE_ELF is not set: nothing tested");
-        return;
-    };
-    let firmware = Firmware::load(path.as_ref()).expect("the image loads");
+    let Some(firmware) = firmware() else { return };
     let (summary, lines) = told(&firmware, 1);
     println!("{summary:?}");
     assert_eq!(summary.verdict, Verdict::Located, "{summary:?}");

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! Faults injected into the running firmware: the bridge off in time, the right name, nothing moves again.
-//!
-//! The image, built with the feature `fault-injection`, comes from `PALPATE_FAULT_ELF` (`cargo xtask test` sets it);
-//! without it these tests say so and pass.
 
-use palpate_emulator::Firmware;
+mod support;
+
 use palpate_emulator::sim::{FAULTS, Injected, Object, Settings, judge};
 
 fn settings() -> Settings {
@@ -17,11 +15,9 @@ fn settings() -> Settings {
 
 /// Judges every fault whose name passes.
 fn judges(wanted: impl Fn(&str) -> bool) {
-    let Some(path) = std::env::var_os("PALPATE_FAULT_ELF") else {
-        eprintln!("PALPATE_FAULT_ELF is not set: nothing tested");
+    let Some(firmware) = support::image(support::FAULTY) else {
         return;
     };
-    let firmware = Firmware::load(path.as_ref()).expect("the image loads");
     let mut judged = 0;
     for fault in FAULTS.iter().filter(|fault| wanted(fault.name)) {
         let injected = Injected {

@@ -1,21 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! The firmware image on the emulated chip, with the simulated finger in its default state.
-//!
-//! The image comes from `PALPATE_ELF` (`cargo xtask test` sets it); without it these tests say so and pass.
+
+mod support;
 
 use palpate_emulator::sim::{Object, Script, Session, Settings, Summary, Verdict, end_of};
 use palpate_emulator::{Firmware, Pause, ResetCause};
+use support::firmware;
 
 /// Five per cent of the distal phalanx.
 const LOCATED_MM: f64 = 3.5;
-
-fn firmware() -> Option<Firmware> {
-    let Some(path) = std::env::var_os("PALPATE_ELF") else {
-        eprintln!("PALPATE_ELF is not set: nothing tested");
-        return None;
-    };
-    Some(Firmware::load(path.as_ref()).expect("the image loads"))
-}
 
 fn settings(phalanx: u8, contact_mm: f64) -> Settings {
     let object = Object {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! `identify` on the emulated chip: what it reports is the motor's, it is kept, and it can be stopped.
-//!
-//! The images come from `PALPATE_SHUNT_ELF`, a scene with the command, and `PALPATE_ELF`, one without (`cargo xtask test` sets
-//! them). Without one its test says so and passes.
+
+mod support;
 
 use palpate::app::storage::record::{Record, scene_id};
 use palpate::drive::identify::Quantity;
@@ -11,14 +10,7 @@ use palpate_emulator::Firmware;
 use palpate_emulator::sim::{Script, Session, Settings};
 use palpate_plant::Parameters;
 use palpate_scenes::P70Shunt;
-
-fn image(variable: &str) -> Option<Firmware> {
-    let Some(path) = std::env::var_os(variable) else {
-        eprintln!("{variable} is not set: nothing tested");
-        return None;
-    };
-    Some(Firmware::load(path.as_ref()).expect("the image loads"))
-}
+use support::firmware;
 
 fn session<'f>(firmware: &'f Firmware, scene: &str) -> Session<'f> {
     let settings = Settings {
@@ -62,7 +54,7 @@ fn homed<'f>(firmware: &'f Firmware) -> Session<'f> {
 
 #[test]
 fn every_quantity_is_the_motor_s_and_is_kept() {
-    let Some(firmware) = image("PALPATE_SHUNT_ELF") else {
+    let Some(firmware) = support::image(support::SHUNT) else {
         return;
     };
     let mut session = homed(&firmware);
@@ -134,7 +126,7 @@ fn kept(session: &mut Session<'_>) -> (f32, bool) {
 
 #[test]
 fn factory_forgets_the_motor_in_sensing_drive_and_flash() {
-    let Some(firmware) = image("PALPATE_SHUNT_ELF") else {
+    let Some(firmware) = support::image(support::SHUNT) else {
         return;
     };
     let nominal = P70Shunt::UNCALIBRATED.torque_factor;
@@ -166,7 +158,7 @@ fn factory_forgets_the_motor_in_sensing_drive_and_flash() {
 
 #[test]
 fn stop_ends_it_with_the_bridge_off() {
-    let Some(firmware) = image("PALPATE_SHUNT_ELF") else {
+    let Some(firmware) = support::image(support::SHUNT) else {
         return;
     };
     let mut session = homed(&firmware);
@@ -191,9 +183,7 @@ fn stop_ends_it_with_the_bridge_off() {
 
 #[test]
 fn a_scene_without_it_says_so() {
-    let Some(firmware) = image("PALPATE_ELF") else {
-        return;
-    };
+    let Some(firmware) = firmware() else { return };
     let mut session = session(&firmware, "p70");
     let answer = ask(&mut session, "identify", 100);
     assert!(answer.contains("set identify.fitted"), "{answer}");

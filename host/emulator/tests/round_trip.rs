@@ -3,26 +3,32 @@
 //!
 //! Nothing is lost on the way: a sample a millisecond, each with all its digits, and between them the lines that tell what the
 //! sensing was asked to do. So every event comes again with the same sample and the same digits.
-//!
-//! The image comes from `PALPATE_ELF` (`cargo xtask test` sets it); without it this test says so and passes.
 
+mod support;
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use palpate::scene::Scene;
 use palpate_emulator::Firmware;
 use palpate_emulator::sim::{Object, Script, Session, Settings, end_of};
-use palpate_evaluation::replay::{Comparison, again};
+use palpate_evaluation::replay::{Comparison, again, fields, followed_fields};
 use palpate_evaluation::trace::stream;
 use palpate_monitor::recording::Recording;
 use palpate_monitor::stream::{Message, parse};
-use palpate_scenes::P70;
+use palpate_plant::Parameters;
+use palpate_scenes::{P70, P70Grasp, Tendon2Hall};
+use support::firmware;
 
-/// Runs a script on the chip, from flash contents of before; none without an image.
-fn session<'f>(firmware: &'f Firmware, commands: &str, flash: Option<Vec<u8>>) -> Session<'f> {
+/// Runs a script on the chip of scene `S`, from flash contents of before.
+fn session<'f, S: Scene>(
+    firmware: &'f Firmware,
+    object: Object,
+    commands: &str,
+    flash: Option<Vec<u8>>,
+) -> Session<'f> {
     let mut settings = Settings {
-        object: Some(Object {
-            phalanx: 2,
-            contact_mm: 30.0,
-            diameter_mm: 10.0,
-            theta_1_deg: 45.0,
-        }),
+        parameters: Parameters::of(S::NAME).expect("one of the scenes"),
+        object: Some(object),
         script: Script::parse(commands),
         ..Settings::default()
     };
@@ -36,9 +42,21 @@ fn session<'f>(firmware: &'f Firmware, commands: &str, flash: Option<Vec<u8>>) -
     session
 }
 
-/// Records what a session logged as `cargo xtask record` does, and replays the file.
-fn round_trip(name: &str, session: &Session<'_>) -> (usize, Vec<&'static str>, Comparison) {
-    let file = format!("palpate-round-{name}-{}.csv", std::process::id());
+/// What came of a recording.
+#[derive(Debug)]
+struct Trip {
+    rows: usize,
+    /// Names of the events, of the first contact and then of what followed it.
+    said: Vec<&'static str>,
+    compared: Comparison,
+}
+
+/// Records what a session logged as `cargo xtask record` does, and replays the file: with every sample in it, and every event
+/// as it was said live.
+fn round_trip<S: Scene>(session: &Session<'_>) -> Trip {
+    static RECORDED: AtomicUsize = AtomicUsize::new(0);
+    let number = RECORDED.fetch_add(1, Ordering::Relaxed);
+    let file = format!("palpate-round-{number}-{}.csv", std::process::id());
     let file = std::env::temp_dir().join(file);
     let mut recording = Recording::create(&file).expect("a temporary file");
     for line in &session.lines {
@@ -54,12 +72,30 @@ fn round_trip(name: &str, session: &Session<'_>) -> (usize, Vec<&'static str>, C
     let rows = stream(opened).expect("replay reads it");
     let rows = rows.expect("every millisecond has its sample");
     std::fs::remove_file(&file).expect("the file is there");
-    let (found, compared) = again::<P70>(&rows);
-    let names = found
-        .told
+    let (found, compared) = again::<S>(&rows);
+    let first = found.told.iter().map(|told| fields(&told.event).0);
+    let followed = found
+        .followed
         .iter()
-        .map(|told| palpate_evaluation::replay::fields(&told.event).0);
-    (rows.len(), names.collect(), compared)
+        .map(|(_, event)| followed_fields(event).0);
+    let trip = Trip {
+        rows: rows.len(),
+        said: first.chain(followed).collect(),
+        compared,
+    };
+    println!("{trip:?}");
+    assert_eq!(trip.compared.live, trip.said.len());
+    assert_eq!(trip.compared.differences, [""; 0]);
+    trip
+}
+
+impl Trip {
+    /// It is about what it should be about.
+    fn has(&self, events: &[&str]) {
+        for name in events {
+            assert!(self.said.contains(name), "{name}: {:?}", self.said);
+        }
+    }
 }
 
 /// What the log of a normal first grasp may hold, each with what its reader learns or does.
@@ -100,41 +136,62 @@ fn has_no_useless_line(session: &Session<'_>) {
     assert!(located.count() <= 6);
 }
 
-fn image() -> Option<Firmware> {
-    let path = std::env::var_os("PALPATE_ELF");
-    if path.is_none() {
-        eprintln!("PALPATE_ELF is not set: nothing tested");
-    }
-    path.map(|path| Firmware::load(path.as_ref()).expect("the image loads"))
-}
-
 #[test]
 fn a_recorded_grasp_is_replayed_to_what_was_said_live() {
-    let Some(firmware) = image() else { return };
-    let session = session(&firmware, "trace on; run", None);
+    let Some(firmware) = firmware() else { return };
+    let session = session::<P70>(&firmware, Object::default(), "trace on; run", None);
     has_no_useless_line(&session);
-    let (rows, said, compared) = round_trip("run", &session);
-    println!("{rows} rows, {said:?}, {compared:?}");
-    assert!(rows > 15_000, "{rows}");
-    for name in ["friction-recorded", "touch", "located", "stiffness"] {
-        assert!(said.contains(&name), "{name}: {said:?}");
-    }
-    assert_eq!(compared.live, said.len());
-    assert_eq!(compared.differences, [""; 0]);
+    let trip = round_trip::<P70>(&session);
+    assert!(trip.rows > 15_000, "{}", trip.rows);
+    trip.has(&["friction-recorded", "touch", "located", "stiffness"]);
 }
 
 #[test]
 fn what_was_kept_and_what_a_closing_is_for_are_in_the_recording() {
-    let Some(firmware) = image() else { return };
-    let before = session(&firmware, "record-friction; calibrate cable; save", None);
+    let Some(firmware) = firmware() else { return };
+    let run = |commands, flash| session::<P70>(&firmware, Object::default(), commands, flash);
+    let before = run("record-friction; calibrate cable; save", None);
     let flash = before.machine.flash().to_vec();
-    let session = session(&firmware, "trace on; calibrate 21; run", Some(flash));
-    let (_, said, compared) = round_trip("kept", &session);
-    println!("{said:?}, {compared:?}");
-    assert!(!said.contains(&"friction-recorded"), "{said:?}");
-    for name in ["touch", "located", "calibrated"] {
-        assert!(said.contains(&name), "{name}: {said:?}");
-    }
-    assert_eq!(compared.live, said.len());
-    assert_eq!(compared.differences, [""; 0]);
+    let trip = round_trip::<P70>(&run("trace on; calibrate 21; run", Some(flash)));
+    assert!(!trip.said.contains(&"friction-recorded"), "{:?}", trip.said);
+    trip.has(&["touch", "located", "calibrated"]);
+}
+
+/// The angle of joint 2, which decides between two places, is in the recording with all its digits.
+#[test]
+fn the_sensor_of_joint_2_is_in_the_recording() {
+    let Some(firmware) = support::image(support::HALL) else {
+        return;
+    };
+    let object = Object {
+        theta_1_deg: 95.0,
+        ..Object::default()
+    };
+    let session = session::<Tendon2Hall>(&firmware, object, "trace on; run", None);
+    let samples = session.lines.iter().map(|line| line.event());
+    let samples = samples.filter(|event| event.name == "sample");
+    let (with, all) = samples.fold((0, 0), |(with, all), event| {
+        (
+            with + usize::from(event.number("joint_rad").is_some()),
+            all + 1,
+        )
+    });
+    assert!(with > 0 && with == all, "{with} of {all}");
+    round_trip::<Tendon2Hall>(&session).has(&["friction-recorded", "touch", "located"]);
+}
+
+/// A cylinder that both phalanges meet.
+#[test]
+fn a_second_contact_is_replayed_as_well() {
+    let Some(firmware) = support::image(support::GRASP) else {
+        return;
+    };
+    let object = Object {
+        phalanx: 1,
+        contact_mm: 70.0,
+        diameter_mm: 70.0,
+        theta_1_deg: 40.0,
+    };
+    let session = session::<P70Grasp>(&firmware, object, "trace on; run", None);
+    round_trip::<P70Grasp>(&session).has(&["touch", "second-contact", "grasp"]);
 }

@@ -5,8 +5,8 @@
 //! is stepped where its peripherals look, so that the noise is drawn at other instants, and the chip's tasks start a few
 //! periods apart. So each event has a stated tolerance: friction 2 %, the onset of the touch 15 mrad (a block or two), its delay 15 ms, a place
 //! within twice what both claim together, their claims within a quarter.
-//!
-//! The image comes from `PALPATE_ELF` (`cargo xtask test` sets it); without it these tests say so and pass.
+
+mod support;
 
 use palpate::sensing::{Event, NotLocated};
 use palpate_emulator::Firmware;
@@ -14,6 +14,7 @@ use palpate_emulator::sim::{Object, Script, Session, Settings, end_of};
 use palpate_plant::{FirstContact, Grasp, Parameters};
 use palpate_scenes::P70;
 use palpate_simulation::{Outcome, Simulation};
+use support::firmware;
 
 const FRICTION_SHARE: f64 = 0.02;
 const ONSET_MRAD: f64 = 15.0;
@@ -146,11 +147,7 @@ fn object(phalanx: u8, contact_mm: f64, diameter_mm: f64) -> Option<Object> {
 }
 
 fn agree(object: Option<Object>, seed: u64) {
-    let Some(path) = std::env::var_os("PALPATE_ELF") else {
-        eprintln!("PALPATE_ELF is not set: nothing tested");
-        return;
-    };
-    let firmware = Firmware::load(path.as_ref()).expect("the image loads");
+    let Some(firmware) = firmware() else { return };
     let (chip, fast) = (emulated(&firmware, object, seed), simulated(object, seed));
     let both = format!("emulated {chip:?}\nsimulated {fast:?}");
     println!("{both}");

@@ -1,22 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! Images of other scenes on the emulated chip: what they have in addition to the default scene works.
-//!
-//! The images come from `PALPATE_HALL_ELF` (scene `tendon2-hall`), `PALPATE_RIGID_ELF` (`p70-rigid`), `PALPATE_SHUNT_ELF`
-//! (`p70-shunt`) and `PALPATE_GRASP_ELF` (`p70-grasp`); `cargo xtask test` sets them. Without one its test says so and passes.
+
+mod support;
 
 use palpate_emulator::Firmware;
 use palpate_emulator::sim::{
     CONTROL_INSTRUCTIONS, Object, Script, Session, Settings, Summary, Verdict, end_of,
 };
 use palpate_plant::{Grasp, Parameters};
-
-fn image(variable: &str) -> Option<Firmware> {
-    let Some(path) = std::env::var_os(variable) else {
-        eprintln!("{variable} is not set: nothing tested");
-        return None;
-    };
-    Some(Firmware::load(path.as_ref()).expect("the image loads"))
-}
 
 /// A grasp; control stays within its bounds whatever a scene adds to it.
 fn grasp<'f>(
@@ -52,7 +43,7 @@ fn grasp<'f>(
 /// from the pin through ADC2 to the verdict, says which.
 #[test]
 fn joint_2_is_read_and_decides_the_side() {
-    let Some(firmware) = image("PALPATE_HALL_ELF") else {
+    let Some(firmware) = support::image(support::HALL) else {
         return;
     };
     let session = grasp(&firmware, "tendon2-hall", Script::button(), (95.0, 30.0));
@@ -85,7 +76,7 @@ fn joint_2_is_read_and_decides_the_side() {
 /// The same finger without a cable: a contact is placed, and the guided calibration sends nobody to the closing stop.
 #[test]
 fn without_a_cable_there_is_none_to_calibrate() {
-    let Some(firmware) = image("PALPATE_RIGID_ELF") else {
+    let Some(firmware) = support::image(support::RIGID) else {
         return;
     };
     let session = grasp(&firmware, "p70-rigid", Script::button(), (45.0, 30.0));
@@ -110,7 +101,7 @@ fn without_a_cable_there_is_none_to_calibrate() {
 /// takes an offset of either sign.
 #[test]
 fn a_signed_current_is_read_with_its_sign() {
-    let Some(firmware) = image("PALPATE_SHUNT_ELF") else {
+    let Some(firmware) = support::image(support::SHUNT) else {
         return;
     };
     let session = grasp(&firmware, "p70-shunt", Script::button(), (45.0, 30.0));
@@ -185,7 +176,7 @@ fn held(firmware: &Firmware, contact_mm: f64, diameter_mm: f64) -> (String, Opti
 /// What is taken away while the finger closes on is lost, and the closing ends at once.
 #[test]
 fn a_contact_that_lets_go_is_told_as_lost() {
-    let Some(firmware) = image("PALPATE_GRASP_ELF") else {
+    let Some(firmware) = support::image(support::GRASP) else {
         return;
     };
     let settings = Settings {
@@ -233,7 +224,7 @@ fn a_contact_that_lets_go_is_told_as_lost() {
 /// A large cylinder is met by both phalanges, a small one by the first alone.
 #[test]
 fn a_second_contact_is_told_of_a_power_grasp_only() {
-    let Some(firmware) = image("PALPATE_GRASP_ELF") else {
+    let Some(firmware) = support::image(support::GRASP) else {
         return;
     };
     let power = held(&firmware, 70.0, 70.0);

@@ -1,20 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! The self-test on the emulated chip: it passes on a sound board, moves the finger by a few degrees at most, and names what is
 //! wrong where something is.
-//!
-//! The image comes from `PALPATE_ELF` (`cargo xtask test` sets it); without it these tests say so and pass.
+
+mod support;
 
 use palpate_emulator::sim::{Script, Session, Settings};
 use palpate_emulator::{Firmware, Quirks};
 use palpate_plant::Faults;
-
-fn firmware() -> Option<Firmware> {
-    let Some(path) = std::env::var_os("PALPATE_ELF") else {
-        eprintln!("PALPATE_ELF is not set: nothing tested");
-        return None;
-    };
-    Some(Firmware::load(path.as_ref()).expect("the image loads"))
-}
+use support::firmware;
 
 /// What may be wrong with a board.
 enum Wrong {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! A board without a probe: the log and the trace over its serial port, commands back, through a terminal of this machine.
-//!
-//! The image, built with the feature `serial-log`, comes from `PALPATE_SERIAL_ELF` (`cargo xtask test` sets it); without it this
-//! test says so and passes.
 #![cfg(unix)]
+
+mod support;
 
 use palpate_emulator::Firmware;
 use palpate_emulator::clients::serial::Serial;
@@ -26,15 +25,14 @@ fn texts(messages: &[Message]) -> Vec<String> {
 
 #[test]
 fn log_and_trace_come_over_the_serial_port_and_commands_go_back() {
-    let Some(elf) = std::env::var_os("PALPATE_SERIAL_ELF") else {
-        eprintln!("PALPATE_SERIAL_ELF is not set: nothing tested");
+    let Some(elf) = support::path(support::SERIAL) else {
         return;
     };
-    let firmware = Firmware::load(elf.as_ref()).expect("the image loads");
+    let firmware = Firmware::load(&elf).expect("the image loads");
     let mut serial = Serial::open().expect("a pair of terminals");
     let from = From::Port {
         name: serial.name(),
-        elf: Some(elf.into()),
+        elf: Some(elf),
     };
     let source = Source::open(&from, 1.0).expect("the port");
     let settings = Settings {

@@ -1,21 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! Start and arming on parts that behave as real ones do: a bridge that wakes slowly, stale flags, torn words of flash, a crystal
 //! that does not start, noise on the fault pin.
-//!
-//! The image comes from `PALPATE_ELF` (`cargo xtask test` sets it); without it these tests say so and pass.
+
+mod support;
 
 use palpate_emulator::chip::PowerCut;
 use palpate_emulator::sim::{Script, Session, Settings};
 
 use palpate_emulator::{Firmware, Quirks, ResetCause};
-
-fn firmware() -> Option<Firmware> {
-    let Some(path) = std::env::var_os("PALPATE_ELF") else {
-        eprintln!("PALPATE_ELF is not set: nothing tested");
-        return None;
-    };
-    Some(Firmware::load(path.as_ref()).expect("the image loads"))
-}
+use support::firmware;
 
 /// A session with nothing to do, and these parts.
 fn session(firmware: &Firmware, quirks: Quirks) -> Session<'_> {

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! The power goes, and bits flip, while the firmware keeps a record in flash: afterwards it has the old record or the new
 //! one, whole, never something else.
-//!
-//! The image comes from `PALPATE_ELF` (`cargo xtask test` sets it); without it these tests say so and pass.
+
+mod support;
 
 use palpate_emulator::chip::{FLASH_SIZE, Operation, PowerCut};
 use palpate_emulator::log::Line;
 use palpate_emulator::sim::{Script, Settings, end_of};
 use palpate_emulator::time::{TICKS_PER_MS, Ticks};
 use palpate_emulator::{Firmware, Machine, Pause, Setup};
+use support::firmware;
 
 /// Flash pages that hold records.
 const RECORDS: usize = FLASH_SIZE - 16 * 1024;
@@ -16,14 +17,6 @@ const RECORDS: usize = FLASH_SIZE - 16 * 1024;
 const BOOT: Ticks = 100 * TICKS_PER_MS;
 /// Longest time to an answer: a save takes some 60 ms.
 const ANSWER: Ticks = 500 * TICKS_PER_MS;
-
-fn firmware() -> Option<Firmware> {
-    let Some(path) = std::env::var_os("PALPATE_ELF") else {
-        eprintln!("PALPATE_ELF is not set: nothing tested");
-        return None;
-    };
-    Some(Firmware::load(path.as_ref()).expect("the image loads"))
-}
 
 /// A chip on a bare board with a record in its flash.
 struct Board<'f> {
