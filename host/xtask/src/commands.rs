@@ -8,6 +8,7 @@ use crate::machine;
 use crate::monitor;
 use crate::new_scene;
 use crate::process::{Failure, Outcome, run, step};
+use crate::tools;
 
 /// Takes `--name VALUE` or `--name=VALUE` out of the arguments.
 pub fn take(arguments: &mut Vec<String>, name: &str) -> Outcome<Option<String>> {
@@ -206,25 +207,12 @@ pub fn figures(arguments: &[String]) -> Outcome {
     evaluate("figures", arguments)
 }
 
-/// `completions`: of the host programs, for a shell.
-pub fn completions(arguments: &[String]) -> Outcome {
-    let Some((_shell, [])) = arguments.split_first() else {
-        return Err(Failure::usage(
-            "completions needs a shell: bash, zsh, fish, elvish or powershell",
-        ));
-    };
-    let words = [&["completions".to_owned()], arguments].concat();
-    for package in ["palpate-emulator", "palpate-monitor", "palpate-evaluation"] {
-        host_program(package, &words)?;
-    }
-    Ok(())
-}
-
 /// `setup`: get what is lacking, and nothing else.
 pub fn setup(arguments: &[String]) -> Outcome {
     none_left(arguments)?;
     machine::emulator_packages()?;
     machine::firmware_toolchain()?;
+    tools::get();
     println!("this machine has what the firmware and the emulator need");
     Ok(())
 }

@@ -5,6 +5,7 @@
 
 mod check;
 mod commands;
+mod completions;
 mod firmware;
 mod host;
 mod machine;
@@ -17,6 +18,7 @@ mod process;
 mod report;
 mod target;
 mod test;
+mod tools;
 mod wiring;
 
 use std::process::ExitCode;
@@ -155,9 +157,9 @@ const COMMANDS: &[Command] = &[
     Command {
         name: "completions",
         arguments: "bash|zsh|fish|elvish|powershell",
-        summary: "print completions of the host programs for a shell",
+        summary: "print completions for a shell: bash completes cargo xtask itself, others the programs in target/host",
         example: "completions bash > ~/.local/share/bash-completion/completions/palpate",
-        run: commands::completions,
+        run: completions,
     },
     Command {
         name: "setup",
@@ -167,6 +169,11 @@ const COMMANDS: &[Command] = &[
         run: commands::setup,
     },
 ];
+
+fn completions(arguments: &[String]) -> process::Outcome {
+    let names: Vec<&str> = COMMANDS.iter().map(|command| command.name).collect();
+    completions::print(&names, arguments)
+}
 
 fn usage() {
     println!("cargo xtask COMMAND\n");

@@ -11,6 +11,7 @@ use crate::monitor;
 use crate::mujoco;
 use crate::process::{Outcome, cargo, step, together};
 use crate::target;
+use crate::tools;
 
 /// The images that tests run on the emulated chip: the variable that names the ELF, the scene, a feature beside the default.
 const IMAGES: [(&str, &str, Option<&str>); 7] = [
@@ -38,7 +39,8 @@ pub fn test(arguments: &[String]) -> Outcome {
     let library = mujoco::library_if_possible();
     let host_tests = || host::workspace("test", library.as_deref());
     // The firmware's one optimised unit keeps one core busy; the other compiles the tests.
-    let (images, ()) = together(images, || {
+    let prepare = || Ok((images()?, tools::get()));
+    let ((images, tools), ()) = together(prepare, || {
         step(
             "compiling the tests of the library",
             library_tests().arg("--no-run"),
@@ -55,10 +57,14 @@ pub fn test(arguments: &[String]) -> Outcome {
         "tests of the host programs and of the emulated firmware",
         host_tests()
             .envs(images)
+            .envs(tools.found.iter().map(|(variable, path)| (variable, path)))
             .env("PALPATE_GRASPS", "1000")
             .env("PALPATE_ENDURANCE_S", "4400"),
     )?;
-    target::test(false)
+    target::test(false)?;
+    // Again, where it is read.
+    tools.warn();
+    Ok(())
 }
 
 fn library_tests() -> Command {
