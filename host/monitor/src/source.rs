@@ -51,10 +51,9 @@ pub enum Failure {
         source: std::io::Error,
     },
     /// A probe does not give access to the firmware.
-    #[error(
-        "probe: {0}; is the board connected, and is this firmware on it (`cargo xtask flash`)?"
-    )]
-    Probe(std::io::Error),
+    #[cfg(feature = "probe")]
+    #[error(transparent)]
+    Probe(#[from] wire::probe::Failure),
     /// The image by which the log is read.
     #[error("{0}")]
     Image(String),
@@ -131,10 +130,7 @@ impl Source {
                 Self::wired(wire, elf)
             }
             #[cfg(feature = "probe")]
-            From::Probe { elf } => Self::wired(
-                wire::probe::Probe::attach(elf).map_err(Failure::Probe)?,
-                elf,
-            ),
+            From::Probe { elf } => Self::wired(wire::probe::Probe::attach(elf)?, elf),
             From::File(path) => Self::file(path, speed),
         }
     }

@@ -2,16 +2,88 @@
 //!
 //! It attaches to the firmware that runs, and neither halts nor resets it.
 
+use std::fmt::Display;
 use std::io::{Error, Result};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
 
-use probe_rs::rtt::{Rtt, ScanRegion, find_rtt_control_block_in_raw_file};
-use probe_rs::{Session, SessionConfig};
+use probe_rs::probe::list::Lister;
+use probe_rs::rtt::{Rtt, ScanRegion, find_rtt_control_block_in_raw_file, try_attach_to_rtt};
+use probe_rs::{MemoryInterface, Permissions, Session};
 
 use super::Wire;
 
 /// The chip as probe-rs knows it.
 const CHIP: &str = "STM32G431RBTx";
+/// Where a chip of this family tells what it is (DBGMCU_IDCODE), and the number of a G431 or G441 (RM0440, 47.6.1).
+const IDENTITY: u64 = 0xE004_2000;
+const DEVICE: u32 = 0x468;
+/// The number's bits; above them is the revision.
+const DEVICE_BITS: u32 = 0xFFF;
+/// A firmware that has just started has set up its log by then.
+const STARTED: Duration = Duration::from_secs(1);
+
+/// Why a probe gives no log, and what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// Nothing is connected, or nothing that this user may see.
+    #[error(
+        "no debug probe is connected: connect the board's ST-LINK by USB; where it is, this user may not see it \
+         (https://probe.rs/docs/getting-started/probe-setup says how to allow it)"
+    )]
+    NoProbe,
+    /// It is not clear which.
+    #[error("more than one debug probe is connected ({0}): disconnect all but the board's")]
+    Several(String),
+    /// Another program has it, or it is not allowed.
+    #[error(
+        "the probe cannot be opened: {0}; end other programs that use it (probe-rs, a debugger), and see that this user may use it"
+    )]
+    Closed(probe_rs::probe::DebugProbeError),
+    /// The probe finds no chip.
+    #[error(
+        "the probe does not reach the chip: {0}; is the board powered, are the jumpers of its ST-LINK in place?"
+    )]
+    NoChip(Box<probe_rs::Error>),
+    /// Another chip.
+    #[error(
+        "the chip behind the probe is no STM32G431: its device number is {0:#05x}, not {DEVICE:#05x}; is this the NUCLEO-G431RB?"
+    )]
+    OtherChip(u32),
+    /// The image has no log, or cannot be read.
+    #[error("{}: {why}; `cargo xtask build` makes an image", path.display())]
+    Image {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        why: String,
+    },
+    /// No ring buffer where the image has it.
+    #[error(
+        "the chip runs without this image's log: {0}; `cargo xtask flash` puts the firmware on it"
+    )]
+    NoLog(probe_rs::rtt::Error),
+}
+
+/// The only one of the probes.
+fn only<T: Display>(mut probes: Vec<T>) -> std::result::Result<T, Failure> {
+    match probes.len() {
+        0 => Err(Failure::NoProbe),
+        1 => Ok(probes.remove(0)),
+        _ => {
+            let names: Vec<String> = probes.iter().map(ToString::to_string).collect();
+            Err(Failure::Several(names.join(", ")))
+        }
+    }
+}
+
+/// Whether a chip that says so of itself is the one that the firmware is made for.
+fn is_the_chip(identity: u32) -> std::result::Result<(), Failure> {
+    match identity & DEVICE_BITS {
+        DEVICE => Ok(()),
+        other => Err(Failure::OtherChip(other)),
+    }
+}
 
 /// An attached chip.
 pub struct Probe {
@@ -20,19 +92,28 @@ pub struct Probe {
 }
 
 impl Probe {
-    /// Attaches to the first probe found, and to the log of the image `elf`.
+    /// Attaches to the only probe, and to the log of the image `elf`.
     ///
     /// # Errors
-    /// No probe, no chip behind it, or no log in its memory.
-    pub fn attach(elf: &Path) -> Result<Self> {
-        let image = std::fs::read(elf)?;
-        let block = find_rtt_control_block_in_raw_file(&image).map_err(Error::other)?;
-        let region = block.map_or(ScanRegion::Ram, ScanRegion::Exact);
-        let mut session =
-            Session::auto_attach(CHIP, SessionConfig::default()).map_err(Error::other)?;
+    /// [`Failure`]: no probe, another chip behind it, or no log in its memory.
+    pub fn attach(elf: &Path) -> std::result::Result<Self, Failure> {
+        let image = |why: String| Failure::Image {
+            path: elf.to_owned(),
+            why,
+        };
+        let data = std::fs::read(elf).map_err(|error| image(error.to_string()))?;
+        let block = find_rtt_control_block_in_raw_file(&data)
+            .map_err(|error| image(error.to_string()))?
+            .ok_or_else(|| image("no log in this image".to_owned()))?;
+        let probe = only(Lister::new().list_all())?;
+        let probe = probe.open().map_err(Failure::Closed)?;
+        let chip = |error: probe_rs::Error| Failure::NoChip(Box::new(error));
+        let mut session = probe.attach(CHIP, Permissions::default()).map_err(chip)?;
         let rtt = {
-            let mut core = session.core(0).map_err(Error::other)?;
-            Rtt::attach_region(&mut core, &region).map_err(Error::other)?
+            let mut core = session.core(0).map_err(chip)?;
+            is_the_chip(core.read_word_32(IDENTITY).map_err(chip)?)?;
+            try_attach_to_rtt(&mut core, STARTED, &ScanRegion::Exact(block))
+                .map_err(Failure::NoLog)?
         };
         Ok(Self { session, rtt })
     }
@@ -56,5 +137,48 @@ impl Wire for Probe {
             left = left.get(count..).unwrap_or_default();
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is told ends with what to do.
+    fn told<T>(refused: std::result::Result<T, Failure>) -> String {
+        refused
+            .err()
+            .map_or_else(String::new, |failure| failure.to_string())
+    }
+
+    #[test]
+    fn one_probe_is_taken_and_none_or_two_are_refused() {
+        assert_eq!(only(vec!["ST-LINK"]).ok(), Some("ST-LINK"));
+        assert!(told(only(Vec::<String>::new())).contains("connect the board's ST-LINK"));
+        let two = told(only(vec!["ST-LINK", "J-Link"]));
+        assert!(
+            two.contains("ST-LINK, J-Link") && two.contains("disconnect"),
+            "{two}"
+        );
+    }
+
+    #[test]
+    fn another_chip_is_named() {
+        // Revision and device of a G431, then of a G474.
+        assert!(is_the_chip(0x2001_6468).is_ok());
+        let other = told(is_the_chip(0x2003_6469));
+        assert!(
+            other.contains("0x469") && other.contains("NUCLEO-G431RB"),
+            "{other}"
+        );
+    }
+
+    #[test]
+    fn a_file_that_is_no_image_is_refused_before_a_probe_is_looked_for() {
+        let none = told(Probe::attach(Path::new("no/such/image")));
+        assert!(
+            none.contains("no/such/image") && none.contains("cargo xtask build"),
+            "{none}"
+        );
     }
 }
