@@ -1,11 +1,11 @@
 //! The monitor in a real terminal: tmux sends the keys and reads the screen. Without tmux these tests say so and pass.
 
-use std::path::PathBuf;
-use std::process::{Command, Output};
-use std::time::{Duration, Instant};
+mod tmux;
 
-/// What cannot be seen by then will not be.
-const PATIENCE: Duration = Duration::from_secs(30);
+use std::path::PathBuf;
+use std::time::Duration;
+
+use tmux::Terminal;
 
 const LOG: &str = "\
 0.1 INFO  boot version=0.1.0 scene=p70
@@ -17,89 +17,6 @@ const LOG: &str = "\
 2.4 WARN  friction-stale misfit_mnm=1.5
 2.5 INFO  located phalanx=2 k_mm=30.5 sigma_mm=0.6 force_n=0.8 radius_mm=11 settled=true p_phalanx=1
 ";
-
-/// A terminal of its own, gone with the value.
-struct Terminal {
-    socket: String,
-}
-
-impl Terminal {
-    /// A shell at 80 by 24; `None` without tmux.
-    fn open(name: &str) -> Option<Self> {
-        let version = Command::new("tmux").arg("-V").output();
-        if !version.is_ok_and(|output| output.status.success()) {
-            eprintln!("tmux is not on the path: apt-get install tmux");
-            return None;
-        }
-        let socket = format!("palpate-{name}-{}", std::process::id());
-        let terminal = Self { socket };
-        terminal.tmux(&["new-session", "-d", "-x", "80", "-y", "24", "sh"]);
-        Some(terminal)
-    }
-
-    fn tmux(&self, words: &[&str]) -> Output {
-        Command::new("tmux")
-            .args(["-L", &self.socket, "-f", "/dev/null"])
-            .args(words)
-            .env_remove("TMUX")
-            .output()
-            .expect("tmux runs")
-    }
-
-    fn type_line(&self, line: &str) {
-        self.tmux(&["send-keys", "-l", line]);
-        self.keys(&["Enter"]);
-    }
-
-    fn keys(&self, keys: &[&str]) {
-        self.tmux(&[&["send-keys"], keys].concat());
-    }
-
-    /// The screen, with its escape sequences if wanted.
-    fn screen(&self, escapes: bool) -> String {
-        let words: &[&str] = if escapes {
-            &["capture-pane", "-p", "-e"]
-        } else {
-            &["capture-pane", "-p"]
-        };
-        String::from_utf8_lossy(&self.tmux(words).stdout).into_owned()
-    }
-
-    /// The screen once it shows every text.
-    fn shows(&self, texts: &[&str]) -> String {
-        let start = Instant::now();
-        loop {
-            let screen = self.screen(false);
-            if texts.iter().all(|text| screen.contains(text)) {
-                return screen;
-            }
-            assert!(start.elapsed() < PATIENCE, "no {texts:?} on\n{screen}");
-            std::thread::sleep(Duration::from_millis(50));
-        }
-    }
-
-    /// The shell is there again: main screen, lines edited and echoed.
-    fn is_as_before(&self) {
-        // Of two words, so that the line that is typed does not show it.
-        self.type_line(
-            "clear; stty -a | tr ' ' '\\n' | grep -x -e icanon -e echo | sort; echo all' 'done",
-        );
-        let screen = self.shows(&["all done"]);
-        let modes: Vec<&str> = screen.lines().map(str::trim).collect();
-        assert!(
-            modes.contains(&"icanon") && modes.contains(&"echo"),
-            "{screen}"
-        );
-        let alternate = self.tmux(&["display-message", "-p", "#{alternate_on}"]);
-        assert_eq!(String::from_utf8_lossy(&alternate.stdout).trim(), "0");
-    }
-}
-
-impl Drop for Terminal {
-    fn drop(&mut self) {
-        self.tmux(&["kill-server"]);
-    }
-}
 
 /// A file with a log, removed with the value.
 struct LogFile(PathBuf);

@@ -1,0 +1,154 @@
+//! `--from tcp:HOST:PORT` of monitor and record, at an emulator that is left running with its RTT port open.
+//!
+//! `cargo xtask test` names the image in `PALPATE_ELF` and builds the emulator beside the monitor; without one of them these tests say
+//! so and pass.
+
+mod tmux;
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::thread;
+
+use tmux::Terminal;
+
+const MONITOR: &str = env!("CARGO_BIN_EXE_palpate-monitor");
+
+/// An emulated chip that waits for commands; gone with the value.
+struct Emulator {
+    child: Child,
+    elf: PathBuf,
+    port: String,
+}
+
+impl Emulator {
+    fn start() -> Option<Self> {
+        let Some(elf) = std::env::var_os("PALPATE_ELF") else {
+            eprintln!("PALPATE_ELF is not set: nothing tested");
+            return None;
+        };
+        let program = Path::new(MONITOR).with_file_name("palpate-emulator");
+        if !program.exists() {
+            eprintln!("{} is not built: nothing tested", program.display());
+            return None;
+        }
+        let mut child = Command::new(program)
+            .args(["sim", "--keep-running", "--rtt-port", "0"])
+            .args(["--commands", "status", "--elf"])
+            .arg(&elf)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the emulator starts");
+        let mut told = BufReader::new(child.stderr.take().expect("its messages")).lines();
+        let port = told
+            .by_ref()
+            .map_while(Result::ok)
+            .find_map(|line| {
+                let (_, rest) = line.split_once("rtt: port ")?;
+                Some(rest.split(';').next()?.to_owned())
+            })
+            .expect("the emulator names its port");
+        // What it says further is read and forgotten, so that it never waits for a reader.
+        thread::spawn(move || told.for_each(drop));
+        Some(Self {
+            child,
+            elf: elf.into(),
+            port,
+        })
+    }
+
+    /// What leads a program to it.
+    fn source(&self) -> [String; 4] {
+        [
+            "--from".to_owned(),
+            format!("tcp:127.0.0.1:{}", self.port),
+            "--elf".to_owned(),
+            self.elf.display().to_string(),
+        ]
+    }
+}
+
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        // It may have ended by itself.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn record(file: &Path, source: &[String]) -> Output {
+    Command::new(MONITOR)
+        .arg("record")
+        .arg(file)
+        .args(source)
+        .args(["--commands", "trace on;home", "--seconds", "1"])
+        .output()
+        .expect("the program starts")
+}
+
+#[test]
+fn a_recording_comes_over_tcp() {
+    let Some(emulator) = Emulator::start() else {
+        return;
+    };
+    let file = std::env::temp_dir().join(format!("palpate-tcp-{}.csv", std::process::id()));
+    let recorded = record(&file, &emulator.source());
+    assert!(recorded.status.success(), "{recorded:?}");
+    let text = std::fs::read_to_string(&file).expect("the recording");
+    std::fs::remove_file(&file).expect("the file is there");
+    let times: Vec<f64> = text
+        .lines()
+        .skip(1)
+        .map(|row| row.split(',').next().expect("a column"))
+        .map(|time_s| time_s.parse().expect("a number"))
+        .collect();
+    assert!(times.len() > 1_000, "{} samples", times.len());
+    // One a millisecond, none missing.
+    let even = |pair: &[f64]| (pair[1] - pair[0] - 1e-3).abs() < 1e-6;
+    assert!(times.windows(2).all(even));
+    // From the first line on, though it came late, and with the answers to its commands.
+    for part in ["boot version=", "scene=p70", "answer ok", "state name=home"] {
+        assert!(text.contains(part), "{part}");
+    }
+}
+
+#[test]
+fn the_monitor_watches_and_commands_over_tcp() {
+    let Some(mut emulator) = Emulator::start() else {
+        return;
+    };
+    let Some(terminal) = Terminal::open("tcp") else {
+        return;
+    };
+    let source = emulator.source().join(" ");
+    terminal.type_line(&format!("{MONITOR} watch {source}"));
+    terminal.shows(&["p70", "boot version=", "finger, "]);
+    terminal.keys(&[":", "h", "e", "l", "p", "Enter"]);
+    terminal.shows(&["answer trace"]);
+    terminal.keys(&["Escape"]);
+    // The server goes: that is told, and the monitor stays to be read.
+    emulator.child.kill().expect("it is still there");
+    terminal.shows(&["source ended", "the server has hung up"]);
+    terminal.keys(&["q"]);
+    terminal.is_as_before();
+}
+
+#[test]
+fn a_port_where_nobody_listens_is_named_with_what_opens_one() {
+    let elf = std::env::current_exe().expect("a file");
+    let source = ["--from", "tcp:127.0.0.1:1", "--elf"].map(str::to_owned);
+    let source = [&source[..], &[elf.display().to_string()]].concat();
+    let file = std::env::temp_dir().join("palpate-tcp-none.csv");
+    let refused = record(&file, &source);
+    let told = String::from_utf8_lossy(&refused.stderr);
+    assert!(!refused.status.success());
+    for part in ["127.0.0.1:1", "--keep-running", "--rtt-port"] {
+        assert!(told.contains(part), "{part}: {told}");
+    }
+    assert!(
+        !file.exists(),
+        "nothing is left of a recording that never began"
+    );
+}
