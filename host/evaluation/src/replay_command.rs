@@ -1,11 +1,13 @@
 //! `replay`: the sensing on a recording.
 
+mod page;
+
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::Args;
-use palpate::sample::{Drive, Sample};
+use palpate::sample::Sample;
 use palpate::scene::Scene;
 use palpate::sensing::{Directive, Event};
 use palpate_evaluation::replay::{self, Comparison, Preparation, Source};
@@ -36,8 +38,11 @@ pub struct Options {
     /// One JSON object a line instead of text.
     #[arg(long)]
     json: bool,
-    /// Write events and samples as JSON lines, of which a page is made (`cargo xtask replay FILE --html PAGE`).
-    #[arg(long, value_name = "FILE")]
+    /// Write one page about the grasp, with pictures, that can be sent.
+    #[arg(long = "html", id = "html", value_name = "FILE.html", value_parser = palpate_cli::by_xtask)]
+    _html: Option<PathBuf>,
+    /// Write events and samples as JSON lines: what --html is made of.
+    #[arg(long, hide = true, value_name = "FILE")]
     events: Option<PathBuf>,
 }
 
@@ -162,48 +167,6 @@ fn event_json((name, mut fields): replay::Fields, time_s: f64) -> Value {
     Value::Object(fields)
 }
 
-/// Every so many samples of a recording are written for a page.
-const PAGE_SAMPLES: usize = 2;
-
-/// The lines of a page: the scene, then samples and events in the order of their times, then the truth if it lies beside the
-/// recording (`NAME.json` beside `NAME.csv.gz`).
-fn page_lines(found: &replay::Replay, recorded: &[Sample], options: &Options) -> Vec<Value> {
-    let mut lines = vec![json!({"type": "event", "name": "boot", "scene": options.scene})];
-    let mut told = found.lines().into_iter().peekable();
-    for sample in recorded.iter().step_by(PAGE_SAMPLES) {
-        while let Some((time_us, fields)) = told.next_if(|told| told.0 <= sample.time_us) {
-            lines.push(event_json(fields, time_us as f64 * 1e-6));
-        }
-        let drive = match sample.drive {
-            Drive::Closing => 1,
-            Drive::Opening => -1,
-            Drive::Idle => 0,
-        };
-        lines.push(json!({
-            "type": "event", "name": "sample", "time_us": sample.time_us, "counts": sample.position_counts,
-            "current_a": sample.current_a, "drive": drive,
-        }));
-    }
-    lines.extend(told.map(|(time_us, fields)| event_json(fields, time_us as f64 * 1e-6)));
-    if let Some((phalanx, k_mm)) = truth_beside(&options.file) {
-        lines.push(json!({"type": "truth", "phalanx": phalanx, "k_mm": k_mm, "force_n": 0.0}));
-    }
-    lines
-}
-
-/// Where a recording's contact began, told by the file beside it.
-fn truth_beside(recording: &Path) -> Option<(u64, f64)> {
-    let name = recording.file_name()?.to_str()?;
-    let name = name.strip_suffix(".gz").unwrap_or(name);
-    let beside = recording.with_file_name(format!("{}.json", name.strip_suffix(".csv")?));
-    let truth: Value = serde_json::from_str(&std::fs::read_to_string(beside).ok()?).ok()?;
-    let contact = truth.get("contact")?;
-    Some((
-        contact.get("phalanx_first")?.as_u64()?,
-        contact.get("k_first_mm")?.as_f64()?,
-    ))
-}
-
 /// What was said live against what was said again, where the recording tells.
 fn tell_comparison(compared: &Comparison, options: &Options) {
     let equal = compared.differences.is_empty();
@@ -243,7 +206,7 @@ fn all<S: Scene>(options: &Options) -> Result<(), Box<dyn Error>> {
         let (found, compared) = replay::again::<S>(&stream);
         tell(&found, &recorded, options);
         tell_comparison(&compared, options);
-        return leave_events(&found, &recorded, options);
+        return page::leave(&found, &recorded, options);
     }
     let record = options
         .friction
@@ -290,24 +253,7 @@ fn all<S: Scene>(options: &Options) -> Result<(), Box<dyn Error>> {
     };
     let found = replay::replay::<S>(&recorded, &before, Directive::Watch);
     tell(&found, &recorded, options);
-    leave_events(&found, &recorded, options)
-}
-
-/// Writes what a page is made of, where it is asked for.
-fn leave_events(
-    found: &replay::Replay,
-    recorded: &[Sample],
-    options: &Options,
-) -> Result<(), Box<dyn Error>> {
-    if let Some(path) = &options.events {
-        let lines: Vec<String> = page_lines(found, recorded, options)
-            .iter()
-            .map(|line| format!("{line}\n"))
-            .collect();
-        std::fs::write(path, lines.concat())
-            .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
-    }
-    Ok(())
+    page::leave(&found, &recorded, options)
 }
 
 /// Runs the command.

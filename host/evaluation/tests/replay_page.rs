@@ -58,9 +58,11 @@ fn a_recording_becomes_a_page() {
     assert!(html.contains("Contact on phalanx 2, <b>3"), "{html}");
     assert!(html.contains("mm off"), "against the truth beside it");
     assert!(
-        html.matches("<svg").count() >= 3,
-        "finger, curve, posterior"
+        html.matches("<svg").count() == 4,
+        "finger, curve, evidence, posterior"
     );
     assert!(html.contains("<td>located</td>"));
-    assert!(!html.contains("http"), "no network");
+    assert!(html.contains("closing-speed 0."), "settings: {html}");
+    assert!(html.contains("Not calibrated"), "{html}");
+    assert!(!html.contains("://"), "no network");
 }

@@ -91,6 +91,18 @@ fn the_manual_shows_the_page() {
     stands("page.html", &page());
 }
 
+/// It can be sent to somebody without a network: it names nothing that would have to be fetched, and forbids it.
+#[test]
+fn the_page_refers_to_nothing_outside() {
+    let page = page().to_lowercase();
+    for reference in [
+        "://", "src=", "href=", "url(", "@import", "<link", "<script", "<iframe", "<object", "<img",
+    ] {
+        assert!(!page.contains(reference), "{reference}");
+    }
+    assert!(page.contains("content=\"default-src 'none'; style-src 'unsafe-inline'\""));
+}
+
 #[test]
 fn a_browser_shows_the_page_by_day_by_night_and_on_paper() {
     let file = std::env::temp_dir().join(format!("palpate-page-{}.html", std::process::id()));

@@ -30,9 +30,12 @@ impl Drop for Folder {
     }
 }
 
-/// Makes a finger, refuses a wrong value of it, builds its firmware, simulates it, and replays the recording of that.
+/// Makes a finger, refuses a wrong value of it, builds its firmware, simulates it, and replays the recording of that; a page about
+/// each.
 pub fn check() -> Outcome {
-    eprintln!("==> a new user's finger: new scene, wrong value, firmware, simulation, replay");
+    eprintln!(
+        "==> a new user's finger: new scene, wrong value, firmware, simulation, replay, pages"
+    );
     let folder = Folder(target_dir().join("own-finger"));
     prepare(&folder.0)?;
     let call = |words: &[&str]| Call::new(&folder.0, words);
@@ -46,13 +49,35 @@ pub fn check() -> Outcome {
     refuses_a_wrong_value(&file, &build)?;
     build.succeeds()?;
 
-    let trace = folder.0.join("recording.csv");
+    let [trace, page] = ["recording.csv", "page.html"].map(|name| folder.0.join(name));
     let (trace, contact) = (trace.to_string_lossy(), CONTACT_MM.to_string());
+    let html = ["--html", &page.to_string_lossy()];
     let at = ["--contact-mm", &contact, "--json", "--trace", &trace];
-    let simulated = call(&[&["sim", "--scene", NAME], &at[..]].concat());
+    let simulated = call(&[&["sim", "--scene", NAME], &at[..], &html].concat());
     is_located("the simulation", &simulated.succeeds()?)?;
-    let replayed = call(&["replay", &trace, "--scene", NAME, "--json"]);
-    is_located("the replay of its recording", &replayed.succeeds()?)
+    is_page(&page, "The truth is phalanx 2")?;
+    let replayed = call(&[&["replay", &trace, "--scene", NAME, "--json"], &html[..]].concat());
+    is_located("the replay of its recording", &replayed.succeeds()?)?;
+    is_page(&page, "<td>located</td>")
+}
+
+/// A page tells the contact with its pictures, and something that only this one has; it is gone then, so that it cannot stand for the
+/// next.
+fn is_page(file: &Path, own: &str) -> Outcome {
+    let failed = |what: String| Failure::new(format!("{}: {what}", file.display()));
+    let html = std::fs::read_to_string(file).map_err(|error| failed(error.to_string()))?;
+    for part in [
+        "<!doctype html>",
+        "Contact on phalanx 2",
+        "<svg",
+        own,
+        "</html>",
+    ] {
+        if !html.contains(part) {
+            return Err(failed(format!("the page has no '{part}'")));
+        }
+    }
+    std::fs::remove_file(file).map_err(|error| failed(error.to_string()))
 }
 
 /// A folder with the default scene and what all scenes share, so that a file of the user's is never touched.
@@ -180,6 +205,16 @@ mod tests {
             text.replace("length_m = [0.09]", "length_m = [0.08]")
         );
         assert_eq!(with(text, "width_m", "1"), None);
+    }
+
+    #[test]
+    fn a_page_that_tells_nothing_is_none() {
+        let file = std::env::temp_dir().join(format!("own-page-{}.html", std::process::id()));
+        assert!(is_page(&file, "").is_err());
+        let page = "<!doctype html>Contact on phalanx 2<svg>own</html>";
+        std::fs::write(&file, page).expect("a temporary file");
+        assert!(is_page(&file, "another").is_err());
+        assert!(is_page(&file, "own").is_ok() && !file.exists());
     }
 
     #[test]

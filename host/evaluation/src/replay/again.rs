@@ -13,7 +13,7 @@ use palpate::drive::sequence::State;
 use palpate::scene::Scene;
 use palpate::sensing::{Directive, Event, Followed, JointSensor};
 
-use super::{Fields, Replay, Source, TimedEvent, fields, followed_fields};
+use super::{Fields, Replay, Source, TimedEvent, fields, followed_fields, note};
 use crate::trace::Streamed;
 
 /// Lines that say what the sensing found.
@@ -52,7 +52,7 @@ pub fn again<S: Scene>(stream: &[Streamed]) -> (Replay, Comparison) {
         purpose: Directive::Watch,
         kept: Vec::new(),
     };
-    let (mut told, mut followed) = (Vec::new(), Vec::new());
+    let (mut told, mut followed, mut evidence) = (Vec::new(), Vec::new(), Vec::new());
     let mut live = Vec::new();
     let mut said = Vec::new();
     for (index, row) in stream.iter().enumerate() {
@@ -69,6 +69,11 @@ pub fn again<S: Scene>(stream: &[Streamed]) -> (Replay, Comparison) {
         let event = following.sensing.sample(&sample);
         let after = following.sensing.follow(&sample, event.as_ref());
         let time_us = sample.time_us;
+        note(
+            &mut evidence,
+            time_us,
+            following.sensing.sensor().suspicion(),
+        );
         if let Some(event) = event {
             said.push((index + 1, Said::Event(event)));
             told.push(TimedEvent { time_us, event });
@@ -82,6 +87,8 @@ pub fn again<S: Scene>(stream: &[Streamed]) -> (Replay, Comparison) {
         friction: Source::Live,
         told,
         followed,
+        evidence,
+        settings: *following.sensing.sensor().settings(),
         calibration: *following.sensing.calibration(),
     };
     (replay, compare(&live, &said, stream.len()))

@@ -23,6 +23,7 @@ use palpate::sample::{Drive, Sample};
 use palpate::scene::Scene;
 use palpate::sensing::{
     AfterContact, Calibration, Directive, Event, Followed, NoJointSensor, Sensor, SeriesElement,
+    Settings, Suspicion,
 };
 
 use crate::recordings::protocol::{Speeds, idle_after};
@@ -94,8 +95,21 @@ pub struct Replay {
     pub told: Vec<TimedEvent>,
     /// What it said after the first contact, in scenes with that option, with the time from the recording's begin.
     pub followed: Vec<(u64, Followed)>,
+    /// How near the search for a contact was to a decision, with the time from the recording's begin, wherever it changed.
+    pub evidence: Vec<(u64, Suspicion)>,
+    /// The settings in force.
+    pub settings: Settings,
     /// The calibration in force after it.
     pub calibration: Calibration,
+}
+
+/// Keeps what the search makes of a sample, if it is something else than of the sample before.
+fn note(evidence: &mut Vec<(u64, Suspicion)>, time_us: u64, found: Option<Suspicion>) {
+    if let Some(found) = found
+        && evidence.last().is_none_or(|last| last.1 != found)
+    {
+        evidence.push((time_us, found));
+    }
 }
 
 impl Replay {
@@ -144,7 +158,7 @@ pub fn replay<S: Scene>(samples: &[Sample], before: &Preparation, purpose: Direc
     sensor.direct(purpose);
     let mut after = S::After::default();
     after.direct(purpose);
-    let (mut told, mut followed) = (Vec::new(), Vec::new());
+    let (mut told, mut followed, mut evidence) = (Vec::new(), Vec::new(), Vec::new());
     let mut last_us = None;
     let mut take_after =
         |sensor: &mut Sensor<_, _, _>, sample: &Sample, before: usize, told: &[TimedEvent]| {
@@ -163,6 +177,7 @@ pub fn replay<S: Scene>(samples: &[Sample], before: &Preparation, purpose: Direc
         let (sample, before) = (if gap { &idle } else { sample }, told.len());
         take(&mut sensor, sample, &mut told);
         take_after(&mut sensor, sample, before, &told);
+        note(&mut evidence, sample.time_us, sensor.suspicion());
         last_us = Some(sample.time_us);
     }
     for idle in idle_after(samples) {
@@ -174,6 +189,8 @@ pub fn replay<S: Scene>(samples: &[Sample], before: &Preparation, purpose: Direc
         friction,
         told,
         followed,
+        evidence,
+        settings: *sensor.settings(),
         calibration: *sensor.calibration(),
     }
 }
