@@ -67,7 +67,9 @@ fn bash(commands: &[&str]) -> String {
     let mut cases = String::new();
     for (program, calls) in PROGRAMS {
         for (here, there) in *calls {
-            cases += &format!("        {here}) program={program} command={there} ;;\n");
+            // The name of the program's function in bash, see host/cli.
+            let name = program.replace('-', "_");
+            cases += &format!("        {here}) program={name} command={there} ;;\n");
         }
     }
     BASH.replace("COMMANDS", &commands.join(" "))
@@ -84,7 +86,7 @@ mod tests {
         let quoted: Vec<String> = words.iter().map(|word| format!("'{word}'")).collect();
         let script = format!(
             "_before() {{ COMPREPLY=(build); }}\ncomplete -F _before cargo\n\
-             _palpate-monitor() {{ COMPREPLY=(\"$1:${{COMP_WORDS[1]}}:$2:$3\"); }}\n{}\n\
+             _palpate_monitor() {{ COMPREPLY=(\"$1:${{COMP_WORDS[1]}}:$2:$3\"); }}\n{}\n\
              COMP_WORDS=({})\nCOMP_CWORD={}\n_palpate_xtask cargo\necho \"${{COMPREPLY[*]}}\"",
             bash(&["sim", "size", "test"]),
             quoted.join(" "),
@@ -103,7 +105,7 @@ mod tests {
         };
         assert_eq!(commands, "sim size");
         let monitor = offered(&["cargo", "xtask", "monitor", "--from", "si"]);
-        assert_eq!(monitor.as_deref(), Some("palpate-monitor:watch:si:--from"));
+        assert_eq!(monitor.as_deref(), Some("palpate_monitor:watch:si:--from"));
         let nothing = offered(&["cargo", "xtask", "test", "--"]);
         assert_eq!(nothing.as_deref(), Some(""));
         // Cargo's own completions are still there.

@@ -1,6 +1,7 @@
 //! Installs what the machine lacks: the project's two commands must do all the set-up on a fresh Debian
 //! machine that has rustup, and say clearly what to install elsewhere.
 
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -208,6 +209,15 @@ pub fn find(program: &str) -> Option<PathBuf> {
         .find(|file| file.is_file())
 }
 
+/// Where an installer tells how far it is: on a terminal, and not on the output of a command that asked for it.
+pub fn progress() -> Stdio {
+    if std::io::stderr().is_terminal() {
+        Stdio::from(std::io::stderr())
+    } else {
+        Stdio::null()
+    }
+}
+
 /// Installs Debian packages; elsewhere says what to install and stops.
 pub fn install(packages: &[&str], purpose: &str) -> Outcome {
     if packages.is_empty() {
@@ -239,7 +249,7 @@ pub fn install(packages: &[&str], purpose: &str) -> Outcome {
         let status = Command::new(words[0])
             .args(&words[1..])
             .env("DEBIAN_FRONTEND", "noninteractive")
-            .stdout(Stdio::null())
+            .stdout(progress())
             .status();
         if !matches!(status, Ok(status) if status.success()) {
             return Err(Failure::new(format!(

@@ -76,8 +76,10 @@ pub fn library() -> Outcome<PathBuf> {
     step(
         &format!("fetching {package} with pip, for its library"),
         Command::new("python3")
-            .args(["-m", "pip", "download", "--quiet", "--no-deps"])
-            .args(["--only-binary", ":all:", "--dest", &place, &package]),
+            .args(["-m", "pip", "download", "--no-deps"])
+            .args(["--only-binary", ":all:", "--dest", &place, &package])
+            // How far it is; standard output belongs to what comes after.
+            .stdout(machine::progress()),
     )?;
     let name = format!("libmujoco.so.{VERSION}");
     step(
