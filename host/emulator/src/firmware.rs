@@ -44,7 +44,7 @@ impl Firmware {
         })?;
         let bad = |why: String| Error::Elf {
             path: path.to_owned(),
-            why,
+            why: format!("{why}; `cargo xtask build` makes an image and prints its path"),
         };
         let elf = object::File::parse(&*data).map_err(|e| bad(e.to_string()))?;
         if elf.architecture() != object::Architecture::Arm {

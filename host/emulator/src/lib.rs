@@ -54,6 +54,9 @@ pub enum Error {
     /// No such simulated world.
     #[error("{0}")]
     World(String),
+    /// The call asks for what cannot be.
+    #[error("{0}")]
+    Call(String),
     /// Not a firmware image for this chip.
     #[error("{}: {why}", path.display())]
     Elf {

@@ -26,6 +26,34 @@ fn every_command_has_examples_in_its_help() {
     }
 }
 
+/// What cannot be is refused before anything runs, with what to do.
+#[test]
+fn wrong_calls_end_with_what_to_do() {
+    let busy = std::net::TcpListener::bind("127.0.0.1:0").expect("a free port");
+    let port = busy.local_addr().expect("its address").port().to_string();
+    let calls: [(&[&str], &str); 5] = [
+        (&["--rtt-port", &port], "choose another"),
+        (&["--gdb-port", &port], "choose another"),
+        (&["--calibrate", "500"], "--calibrate takes places on it"),
+        (&["--world", "nowhere"], "none of ideal"),
+        (&["--html", "page.html"], "cargo xtask"),
+    ];
+    for (words, remedy) in calls {
+        let Some(elf) = support::path(support::DEFAULT) else {
+            return;
+        };
+        let mut call = Command::new(PROGRAM);
+        call.args(["sim", "--elf"]).arg(elf).args(words);
+        let refused = call.output().expect("the program starts");
+        let told = String::from_utf8_lossy(&refused.stderr);
+        assert!(!refused.status.success(), "{words:?}");
+        assert!(
+            told.contains(remedy) && refused.stdout.is_empty(),
+            "{words:?}: {told}"
+        );
+    }
+}
+
 /// A short run that says a few lines.
 fn sim() -> Option<Command> {
     let elf = support::path(support::DEFAULT)?;

@@ -1,7 +1,7 @@
 //! `palpate-monitor`: the live view, and recording without it.
 
 use std::io::{IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
@@ -228,8 +228,7 @@ fn watch(options: &WatchOptions) -> Result<(), String> {
 
 fn record(options: &RecordOptions) -> Result<(), String> {
     let source = options.source.open()?;
-    let cannot =
-        |error: std::io::Error| format!("cannot write {}: {error}", options.file.display());
+    let cannot = |error: std::io::Error| cannot_write(&options.file, &error);
     let mut recording = Recording::create(&options.file).map_err(cannot)?;
     let commands = options.commands.as_deref();
     let commands = commands.unwrap_or_else(|| options.source.recording_commands());
@@ -278,10 +277,12 @@ fn record(options: &RecordOptions) -> Result<(), String> {
     }
     let rows = recording.finish().map_err(cannot)?;
     if rows == 0 {
-        return Err(format!(
-            "no sample came: does the firmware stream them (`trace on`)? {} is empty",
-            options.file.display()
-        ));
+        // Nothing is left that looks like a recording; one that cannot be removed has its head alone.
+        let _ = std::fs::remove_file(&options.file);
+        return Err(
+            "no sample came, so no file is left: what the source said stands above; the firmware streams samples after `trace on`"
+                .to_owned(),
+        );
     }
     if lost > 0 {
         eprintln!(
@@ -290,6 +291,11 @@ fn record(options: &RecordOptions) -> Result<(), String> {
     }
     println!("{rows} samples in {}", options.file.display());
     Ok(())
+}
+
+fn cannot_write(file: &Path, error: &std::io::Error) -> String {
+    let file = file.display();
+    format!("cannot write {file}: {error}; does the folder exist, and may you write there?")
 }
 
 fn page(options: &PageOptions) -> Result<(), String> {
@@ -301,7 +307,7 @@ fn page(options: &PageOptions) -> Result<(), String> {
     }
     let finger = story.scene().and_then(scenes::finger);
     std::fs::write(&options.out, story.html(&options.title, finger))
-        .map_err(|error| format!("cannot write {}: {error}", options.out.display()))?;
+        .map_err(|error| cannot_write(&options.out, &error))?;
     println!("{}", options.out.display());
     Ok(())
 }

@@ -22,7 +22,7 @@ const BAUD: u32 = 115_200;
 pub enum Failure {
     /// A file cannot be read.
     #[error(
-        "cannot read {path}: {source}; --from takes sim, probe, tcp:HOST:PORT, a serial port or a file of log lines"
+        "cannot read {path}: {source}; is the path right? --from takes sim, probe, tcp:HOST:PORT, a serial port or a file of log lines"
     )]
     File {
         /// Which.

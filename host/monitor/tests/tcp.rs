@@ -135,6 +135,23 @@ fn the_monitor_watches_and_commands_over_tcp() {
     terminal.is_as_before();
 }
 
+/// A source that ends without a sample leaves no file that looks like a recording.
+#[test]
+fn a_recording_without_a_sample_is_none() {
+    let file = std::env::temp_dir().join(format!("palpate-none-{}.csv", std::process::id()));
+    let log = file.with_extension("log");
+    std::fs::write(&log, "1.0 INFO  boot version=0.1.0 scene=p70\n").expect("a temporary file");
+    let source = ["--speed", "0", "--from", &log.to_string_lossy()].map(str::to_owned);
+    let refused = record(&file, &source);
+    std::fs::remove_file(&log).expect("the file is there");
+    let told = String::from_utf8_lossy(&refused.stderr);
+    assert!(
+        !refused.status.success() && told.contains("trace on"),
+        "{told}"
+    );
+    assert!(!file.exists());
+}
+
 #[test]
 fn a_port_where_nobody_listens_is_named_with_what_opens_one() {
     let elf = std::env::current_exe().expect("a file");

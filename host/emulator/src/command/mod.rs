@@ -19,6 +19,8 @@ pub fn exit_code(error: &Error) -> ExitCode {
         Error::Read { .. }
         | Error::Write { .. }
         | Error::Elf { .. }
+        | Error::World(_)
+        | Error::Call(_)
         | Error::Plant(_)
         | Error::NoFunction(_) => ExitCode::from(2),
         _ => ExitCode::FAILURE,

@@ -179,7 +179,10 @@ fn flash(path: Option<&Path>) -> Result<Option<Vec<u8>>, Error> {
                 source,
             })?;
             if image.len() != FLASH_SIZE {
-                let why = format!("{} bytes, a flash image has {FLASH_SIZE}", image.len());
+                let why = format!(
+                    "{} bytes, a flash image has {FLASH_SIZE}; --flash takes a file that an earlier run kept, or one that does not exist yet",
+                    image.len()
+                );
                 return Err(Error::Elf {
                     path: path.to_owned(),
                     why,
@@ -205,6 +208,18 @@ fn settings(options: &Options) -> Result<Settings, Error> {
         diameter_mm: options.object_mm,
         theta_1_deg: options.theta1_deg,
     };
+    let length_mm = 1e3
+        * parameters
+            .finger
+            .length_m
+            .last()
+            .copied()
+            .unwrap_or_default();
+    if let Some(place) = options.calibrate.iter().find(|place| **place >= length_mm) {
+        return Err(Error::Call(format!(
+            "no pin can stand at {place} mm: the last phalanx has {length_mm} mm; --calibrate takes places on it"
+        )));
+    }
     Ok(Settings {
         parameters,
         object: (!options.free).then_some(object),

@@ -65,8 +65,12 @@ pub fn open(file: &Path) -> Result<Box<dyn std::io::Read>, String> {
 
 fn read(directory: &Path, name: &str) -> Result<Recording, String> {
     let json = directory.join(format!("{name}.json"));
-    let text =
-        std::fs::read_to_string(&json).map_err(|error| format!("{}: {error}", json.display()))?;
+    let text = std::fs::read_to_string(&json).map_err(|error| {
+        format!(
+            "{}: {error}; it tells the truth of the recording beside it",
+            json.display()
+        )
+    })?;
     let truth: Truth =
         serde_json::from_str(&text).map_err(|error| format!("{}: {error}", json.display()))?;
     let packed = directory.join(format!("{name}.csv.gz"));
