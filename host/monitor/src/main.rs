@@ -19,7 +19,7 @@ use palpate_monitor::watch::Watch;
 enum Command {
     /// Show the finger in the terminal
     #[command(
-        after_help = "Examples:\n  cargo xtask monitor\n  cargo xtask monitor --from /dev/ttyACM0\n  cargo xtask monitor --from grasp.log --speed 2"
+        after_help = "Examples:\n  cargo xtask monitor\n  cargo xtask monitor --from /dev/ttyACM0\n  cargo xtask monitor --from grasp.csv --speed 2"
     )]
     Watch(WatchOptions),
     /// Write samples to a file that `cargo xtask replay` reads
@@ -43,7 +43,7 @@ enum Command {
 #[derive(Args)]
 struct SourceOptions {
     /// `sim` or `emulator` (the firmware on the emulated chip), `probe` (a board, by probe-rs as a library), `tcp:HOST:PORT` (a
-    /// server of RTT), a serial port, or a file of log lines
+    /// server of RTT), a serial port, a recording, or a file of log lines
     #[arg(
         long,
         default_value = "sim",

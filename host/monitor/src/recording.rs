@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use crate::stream::{Event, Message, Sample};
+use crate::stream::{Event, Message, Sample, parse};
 
 /// Columns, as `replay` names them.
 const HEADER: &str = "time_s,encoder_counts,current_a,duty,joint_rad,log";
@@ -100,6 +100,72 @@ impl Recording {
     pub fn finish(mut self) -> std::io::Result<u64> {
         self.file.flush()?;
         Ok(self.rows)
+    }
+}
+
+/// Reads a recording, row by row: what [`Recording`] took comes out again.
+#[derive(Debug)]
+pub struct Rows {
+    /// Places of time, counts and current.
+    needed: [usize; 3],
+    duty: Option<usize>,
+    joint: Option<usize>,
+    log: Option<usize>,
+}
+
+impl Rows {
+    /// By a file's first line; `None` where that is not the head of a recording.
+    #[must_use]
+    pub fn of(head: &str) -> Option<Self> {
+        let at = |name: &str| head.split(',').position(|column| column.trim() == name);
+        Some(Self {
+            needed: [at("time_s")?, at("encoder_counts")?, at("current_a")?],
+            duty: at("duty"),
+            joint: at("joint_rad"),
+            log: at("log"),
+        })
+    }
+
+    /// The log lines before a sample, then the sample; nothing where a number is none.
+    #[must_use]
+    pub fn messages(&self, row: &str) -> Vec<Message> {
+        // Only the last column, the log, may hold a comma.
+        let cells: Vec<&str> = row
+            .splitn(self.log.map_or(usize::MAX, |at| at + 1), ',')
+            .collect();
+        let number = |at: usize| cells.get(at)?.trim().parse::<f64>().ok();
+        let [Some(time_s), Some(counts), Some(current_a)] = self.needed.map(number) else {
+            return Vec::new();
+        };
+        let log = self
+            .log
+            .and_then(|at| cells.get(at))
+            .copied()
+            .unwrap_or_default();
+        let log = log.trim();
+        let quoted = log.strip_prefix('"').and_then(|log| log.strip_suffix('"'));
+        let log = quoted.unwrap_or(log).replace("\"\"", "\"");
+        let lines = log
+            .split(SEPARATOR)
+            .filter_map(parse)
+            .map(|message| match message {
+                // The column has the text alone: what came with a sample was said at its time.
+                Message::Event(event) => Message::Event(Event {
+                    time_s: event.time_s.or(Some(time_s)),
+                    ..event
+                }),
+                other => other,
+            });
+        let sample = Sample {
+            time_s,
+            counts,
+            current_a,
+            // The sign of the current tells the direction as well as a file without it allows.
+            duty: self.duty.and_then(number).unwrap_or(current_a.signum()),
+            joint_rad: self.joint.and_then(number),
+            ..Sample::default()
+        };
+        lines.chain([Message::Sample(sample)]).collect()
     }
 }
 

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use thiserror::Error;
 
+use crate::recording::Rows;
 use crate::stream::{Message, parse};
 use crate::wire::{self, Wire};
 
@@ -22,7 +23,7 @@ const BAUD: u32 = 115_200;
 pub enum Failure {
     /// A file cannot be read.
     #[error(
-        "cannot read {path}: {source}; is the path right? --from takes sim, probe, tcp:HOST:PORT, a serial port or a file of log lines"
+        "cannot read {path}: {source}; is the path right? --from takes sim, probe, tcp:HOST:PORT, a serial port, a recording or a file of log lines"
     )]
     File {
         /// Which.
@@ -99,7 +100,7 @@ pub enum From {
         /// The image that runs.
         elf: PathBuf,
     },
-    /// A file of lines, shown at the pace of its times.
+    /// A file of log lines or a recording, shown at the pace of its times.
     File(PathBuf),
 }
 
@@ -214,11 +215,17 @@ impl Source {
         let (sender, messages) = sync_channel(WAITING);
         thread::spawn(move || {
             let start = Instant::now();
-            for message in BufReader::new(file)
+            let mut lines = BufReader::new(file)
                 .lines()
                 .map_while(Result::ok)
-                .filter_map(|line| parse(&line))
-            {
+                .peekable();
+            let rows = lines.peek().and_then(|head| Rows::of(head));
+            let head = usize::from(rows.is_some());
+            let messages = lines.skip(head).flat_map(|line| match &rows {
+                Some(rows) => rows.messages(&line),
+                None => parse(&line).into_iter().collect(),
+            });
+            for message in messages {
                 if let Some(time_s) = time_of(&message).filter(|_| speed > 0.0) {
                     let due = Duration::from_secs_f64((time_s / speed).clamp(0.0, 1e6));
                     thread::sleep(due.saturating_sub(start.elapsed()));

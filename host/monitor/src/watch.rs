@@ -125,7 +125,10 @@ impl Watch {
         }
         match (self.view.focus, key.code) {
             (_, KeyCode::Esc) => self.view.focus = Focus::Keys,
-            (_, KeyCode::PageUp) => self.view.back += PAGE,
+            (_, KeyCode::PageUp) => {
+                self.view.back =
+                    (self.view.back + PAGE).min(self.state.log.len().saturating_sub(1));
+            }
             (_, KeyCode::PageDown) => self.view.back = self.view.back.saturating_sub(PAGE),
             (Focus::Command, _) => {
                 if let Some(line) = self.command.key(key) {
