@@ -1,6 +1,6 @@
 //! The finger in the engine, stepped by the drivetrain's cable.
 
-use crate::model::{Description, STEP_S};
+use crate::model::{Description, usual_step_s};
 use crate::stiffness::Stiffness;
 use crate::surroundings::Surroundings;
 use mujoco_rs::prelude::{MjData, MjModel};
@@ -61,8 +61,21 @@ impl MujocoFinger {
     /// # Errors
     /// A parameter out of range, a four-bar that does not close, a model that the engine refuses.
     pub fn new(parameters: &Parameters, surroundings: &Surroundings) -> Result<Self, Error> {
+        let step_s = usual_step_s(parameters, surroundings);
+        Self::with_step(parameters, surroundings, step_s)
+    }
+
+    /// The same with another step of the engine than the usual one, second: to see what a step's length does.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_step(
+        parameters: &Parameters,
+        surroundings: &Surroundings,
+        step_s: f64,
+    ) -> Result<Self, Error> {
         parameters.validate()?;
-        let description = Description::new(parameters, surroundings)?;
+        let description = Description::new(parameters, surroundings, step_s)?;
         let stiffness = Stiffness {
             stop_nm_per_rad: parameters.mechanism.stop_stiffness_nm_per_rad,
             contact_n_per_m: parameters.contact.stiffness_n_per_m,
@@ -149,16 +162,19 @@ impl MujocoFinger {
             .sum()
     }
 
-    /// Torque of the cable now; `speed` of its other end, radian per second.
+    /// Torque of the cable now; `speed` of its other end, radian per second. Between two steps the input link goes on as fast as
+    /// it went.
     fn cable_nm(&self, end: &CableEnd, speed: f64) -> f64 {
-        let torque = end.torque_nm(self.along_input(self.data.qpos()));
+        let input_speed = self.along_input(self.data.qvel());
+        let torque =
+            end.torque_nm(self.along_input(self.data.qpos()) + input_speed * self.owed_s.max(0.0));
         if torque == 0.0 {
             return 0.0;
         }
         let damping = 2.0
             * CABLE_DAMPING_RATIO
             * (end.stiffness_nm_per_rad * self.description.inertia()).sqrt();
-        torque + damping * (speed - self.along_input(self.data.qvel()))
+        torque + damping * (speed - input_speed)
     }
 
     fn advance(&mut self, torque: f64) {
@@ -316,12 +332,18 @@ impl Mechanics for MujocoFinger {
         let speed = self.end_speed;
         self.last_end = Some(*end);
         self.owed_s += dt_s;
-        while self.owed_s > STEP_S * (1.0 - 1e-9) {
-            self.owed_s -= STEP_S;
+        let step_s = self.description.step_s;
+        let due = self.owed_s > step_s * (1.0 - 1e-9);
+        while self.owed_s > step_s * (1.0 - 1e-9) {
+            self.owed_s -= step_s;
             self.advance(self.cable_nm(end, speed));
         }
         let torque = self.cable_nm(end, speed);
-        self.read(torque);
+        if due {
+            self.read(torque);
+        } else {
+            self.state.torque_nm = torque;
+        }
     }
 
     fn settle(&mut self, end: &CableEnd) {

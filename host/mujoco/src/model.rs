@@ -10,8 +10,12 @@ use crate::surroundings::{Mount, Surroundings};
 use palpate_plant::{Body, Error, FingerParameters, Parameters};
 use std::fmt::Write;
 
-/// Steps of the engine, second: the control period.
-pub(crate) const STEP_S: f64 = 50e-6;
+/// Steps of the engine, second: four control periods, or one where the cable's own vibration is too fast for more (no cable fitted)
+/// or the object moves.
+/// A step of the engine costs ten times one of all the rest; what its length costs in accuracy stands in `tests/step.rs`.
+const STEPS_S: [f64; 2] = [200e-6, 50e-6];
+/// Largest angle of the cable's vibration in a step, radian.
+const CABLE_RAD: f64 = 0.1;
 /// Mass of a lever or coupler of a linkage, kilogram (chosen: thin steel).
 const ROD_KG: f64 = 5e-4;
 /// Least mass of a phalanx: the engine has no bodies without, kilogram per metre.
@@ -39,13 +43,42 @@ pub(crate) struct Description {
     damping: f64,
     friction: f64,
     surroundings: Surroundings,
+    /// Step of the engine, second.
+    pub step_s: f64,
     pub stages: Vec<Stage>,
     /// theta_a at the opening and closing stop.
     pub stops: [f64; 2],
 }
 
+/// The longest of the [`STEPS_S`] that cable and object allow.
+pub(crate) fn usual_step_s(parameters: &Parameters, surroundings: &Surroundings) -> f64 {
+    let inertia = inertia(
+        parameters
+            .mechanism
+            .linear_density_kg_per_m
+            .max(LEAST_KG_PER_M),
+        &parameters.finger,
+    );
+    let per_s = (parameters.cable_stiffness_nm_per_rad() / inertia).sqrt();
+    let [long, short] = STEPS_S;
+    if long * per_s < CABLE_RAD && surroundings.mount == Mount::Fixed {
+        long
+    } else {
+        short
+    }
+}
+
+/// Inertia of the straight finger about joint 1, kilogram square metre.
+fn inertia(kg_per_m: f64, finger: &FingerParameters) -> f64 {
+    kg_per_m * finger.length_m.iter().sum::<f64>().powi(3) / 3.0
+}
+
 impl Description {
-    pub fn new(parameters: &Parameters, surroundings: &Surroundings) -> Result<Self, Error> {
+    pub fn new(
+        parameters: &Parameters,
+        surroundings: &Surroundings,
+        step_s: f64,
+    ) -> Result<Self, Error> {
         let finger = parameters.finger.clone();
         let mechanism = &parameters.mechanism;
         let radians = |list: &[f64]| -> Vec<f64> { list.iter().map(|d| d.to_radians()).collect() };
@@ -84,6 +117,7 @@ impl Description {
             damping: mechanism.damping_nm_s_per_rad,
             friction: parameters.contact.friction,
             surroundings: surroundings.clone(),
+            step_s,
             stages: (0..2).filter_map(|i| Stage::of(&finger, i)).collect(),
             stops: [0.0, finger.travel_rad],
             finger,
@@ -103,7 +137,7 @@ impl Description {
 
     /// Inertia of the straight finger about joint 1, kilogram square metre.
     pub fn inertia(&self) -> f64 {
-        self.density * self.finger.length_m.iter().sum::<f64>().powi(3) / 3.0
+        inertia(self.density, &self.finger)
     }
 
     /// Coefficients of theta_a in the joint angles, of a finger with tendons.
@@ -152,7 +186,7 @@ impl Description {
     /// comes to rest soon.
     pub fn xml(&self, object: &Body, stopped: bool, calm: bool) -> Result<String, Error> {
         let mut text = String::new();
-        let [x, y] = self.gravity;
+        let ([x, y], step_s) = (self.gravity, self.step_s);
         let damping = if calm {
             self.damping.max(5e-3)
         } else {
@@ -162,7 +196,7 @@ impl Description {
             &mut text,
             format_args!(
                 r#"<mujoco><compiler angle="radian" balanceinertia="true"/>
-<option timestep="{STEP_S}" gravity="{x} {y} 0" integrator="Euler" cone="elliptic" tolerance="1e-14" iterations="50">
+<option timestep="{step_s}" gravity="{x} {y} 0" integrator="Euler" cone="elliptic" tolerance="1e-14" iterations="50">
 <flag energy="enable" multiccd="enable" autoreset="disable" island="disable"/></option>
 <default><geom contype="0" conaffinity="0" mass="{ROD_KG}"/>
 <joint type="hinge" axis="0 0 1" solimplimit="{IMPEDANCE} {IMPEDANCE} 1" limited="false"/>

@@ -10,6 +10,9 @@ use mujoco_rs::prelude::MjModel;
 /// Impedance of stops and contacts; constant, so that the force is linear in the depth.
 pub(crate) const IMPEDANCE: f64 = 0.9;
 
+/// Stiffest constraint in the engine's measure, per square second (chosen: what the shortest step takes with ease).
+const STIFFEST_PER_S2: f64 = 8e7;
+
 /// Of the constraints that push.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stiffness {
@@ -19,8 +22,9 @@ pub(crate) struct Stiffness {
 
 /// Stiffness and damping as the engine takes them: negative, per unit of inverse weight.
 fn reference(stiffness: f64, inverse_weight: f64, step_s: f64) -> [f64; 2] {
-    // Beyond this the explicit part of a step would overshoot.
-    let scaled = (stiffness * inverse_weight * (1.0 - IMPEDANCE)).min(0.2 / (step_s * step_s));
+    // Beyond 0.5 the explicit part of a step would overshoot.
+    let most = STIFFEST_PER_S2.min(0.5 / (step_s * step_s));
+    let scaled = (stiffness * inverse_weight * (1.0 - IMPEDANCE)).min(most);
     // Critical: with less, a contact rings with the regularisation as its mass.
     [-scaled, -2.0 * scaled.sqrt()]
 }
