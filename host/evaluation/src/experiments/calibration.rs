@@ -85,6 +85,7 @@ impl Finger {
                 phalanx: 2,
                 k_m: 0.070 * random.random_range(0.05..0.95),
                 theta_1_rad: random.random_range(0.25..1.1),
+                any_first: true,
             })?;
             contacts.push([
                 session.ours(&case, &session.nominal)?,

@@ -46,6 +46,7 @@ pub fn proximal(plan: &Plan) -> Vec<Job> {
                     phalanx: 1,
                     k_m: random.random_range(0.030..0.080),
                     theta_1_rad: random.random_range(0.3..0.9),
+                    any_first: false,
                 },
             )
         })
@@ -64,6 +65,7 @@ pub fn distal_wanted(object: &Object, row: usize, random: &mut Pcg64Mcg) -> Want
         phalanx: 2,
         k_m: (share * length_m).clamp(half.max(0.005), (length_m - half).max(half)),
         theta_1_rad: random.random_range(0.35..1.0),
+        any_first: true,
     }
 }
 
@@ -101,6 +103,7 @@ pub fn preshape(plan: &Plan) -> Vec<Job> {
                     phalanx: 2,
                     k_m: PRESHAPE_PLACES_M[index],
                     theta_1_rad,
+                    any_first: true,
                 },
             )
         })
@@ -151,6 +154,7 @@ pub fn random(plan: &Plan) -> Vec<Job> {
                         phalanx,
                         k_m: length_m * random.random_range(0.05..0.95),
                         theta_1_rad: random.random_range(0.25..1.1),
+                        any_first: true,
                     }
                 },
             )
@@ -244,6 +248,7 @@ fn scene<S: Simulated + 'static>(
                 k_m: length_m * random.random_range(0.1..0.9),
                 // Past the rest angle of the springs, with way left for the probing.
                 theta_1_rad: random.random_range(0.65..0.95),
+                any_first: true,
             }
         },
     )

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use palpate_document::section::{Markers, SectionError};
 
+use super::calibration::Summary;
 use super::result::{Place, Row, headline, markdown};
 
 /// Documents that hold tables, from the root of the checkout.
@@ -25,9 +26,10 @@ fn places(rows: &[Row]) -> Vec<&Place> {
     places
 }
 
-/// What goes between the markers of each document: all tables, world by world, and the headline table of the README.
+/// What goes between the markers of each document: all tables, world by world with what its guided calibrations came to, and the
+/// headline table of the README.
 #[must_use]
-pub fn bodies(rows: &[Row]) -> [(&'static str, String); 2] {
+pub fn bodies(rows: &[Row], calibrations: &[(Place, Summary)]) -> [(&'static str, String); 2] {
     let paper = |row: &Row| {
         ["proximal", "distal", "preshape", "free", "random"].contains(&row.experiment.as_str())
     };
@@ -36,23 +38,34 @@ pub fn bodies(rows: &[Row]) -> [(&'static str, String); 2] {
     let ablation = |row: &Row| row.experiment.starts_with("ablation");
     let mut all = String::new();
     for place in places(rows) {
-        let pick = |keep: &dyn Fn(&Row) -> bool| -> String {
-            let kept = rows.iter().filter(|row| row.place == *place && keep(row));
-            markdown(&kept.cloned().collect::<Vec<_>>())
-        };
         let Place { world, engine } = place;
-        all += &format!(
-            "### World {world}, engine {engine}: the paper's experiments, prototype\n\n{}\n\
-             ### World {world}, engine {engine}: other fingers\n\n{}\n\
-             ### World {world}, engine {engine}: where the difference comes from\n\n\
-             The distal grasps again; each line adds one thing to the line above.\n\n{}\n\
-             ### World {world}, engine {engine}: sensitivity\n\n\
-             20 distal contacts at each level, after the guided calibration.\n\n{}\n",
-            pick(&paper),
-            pick(&other),
-            pick(&ablation),
-            pick(&|row| !paper(row) && !other(row) && !ablation(row)),
+        let mut part = |title: &str, keep: &dyn Fn(&Row) -> bool| {
+            let kept = rows.iter().filter(|row| row.place == *place && keep(row));
+            let kept: Vec<Row> = kept.cloned().collect();
+            if !kept.is_empty() {
+                all += &format!(
+                    "### World {world}, engine {engine}: {title}\n\n{}\n",
+                    markdown(&kept)
+                );
+            }
+        };
+        part("the paper's experiments, prototype", &paper);
+        part("other fingers", &other);
+        part(
+            "where the difference comes from\n\n\
+             The distal grasps again; each line adds one thing to the line above.",
+            &ablation,
         );
+        part(
+            "sensitivity\n\n20 distal contacts at each level, after the guided calibration.",
+            &|row| !paper(row) && !other(row) && !ablation(row),
+        );
+        for (_, summary) in calibrations.iter().filter(|(other, _)| other == place) {
+            all += &format!(
+                "### World {world}, engine {engine}: calibration\n\n{}\n",
+                summary.markdown()
+            );
+        }
     }
     let short: Vec<Row> = rows.iter().filter(|row| paper(row)).cloned().collect();
     [(DOCUMENTS[0], all), (DOCUMENTS[1], headline(&short))]
@@ -84,6 +97,48 @@ pub fn described(path: &Path) -> Result<Option<String>, SectionError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::experiments::result::Method;
+    use crate::score::Trial;
+
+    #[test]
+    fn a_world_has_the_tables_that_were_run_and_no_others() {
+        let place = |engine: &str| Place {
+            world: "workshop".into(),
+            engine: engine.into(),
+        };
+        let row = |engine: &str, name: &str| {
+            Row::of(
+                &place(engine),
+                name,
+                Method::Ours,
+                true,
+                &[Trial::default()],
+            )
+        };
+        let rows = [
+            row("plant", "free"),
+            row("plant", "speed 0.1 rad/s"),
+            row("mujoco", "free"),
+        ];
+        let calibrations = [(place("mujoco"), Summary::of(&[]))];
+        let [(_, results), (_, readme)] = bodies(&rows, &calibrations);
+        let headings: Vec<_> = results
+            .lines()
+            .filter_map(|line| line.strip_prefix("### World workshop, engine "))
+            .collect();
+        assert_eq!(
+            headings,
+            [
+                "plant: the paper's experiments, prototype",
+                "plant: sensitivity",
+                "mujoco: the paper's experiments, prototype",
+                "mujoco: calibration",
+            ]
+        );
+        assert!(readme.contains("| workshop | free |"));
+        assert!(readme.contains("| workshop, MuJoCo | free |"));
+        assert!(!readme.contains("speed"));
+    }
 
     #[test]
     fn a_table_is_replaced_and_its_fingerprint_found() {

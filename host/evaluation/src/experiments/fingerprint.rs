@@ -15,6 +15,7 @@ const SOURCES: &[&str] = &[
     "host/plant/src",
     "host/plant/default.toml",
     "host/plant/worlds",
+    "host/mujoco/src",
     "host/simulation/src",
     "host/evaluation/src/experiments",
     "host/evaluation/src/paper",

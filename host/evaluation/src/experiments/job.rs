@@ -160,6 +160,8 @@ pub struct Wanted {
     pub k_m: f64,
     /// Posture, radian.
     pub theta_1_rad: f64,
+    /// Whether another phalanx may meet the object first; an experiment about one phalanx puts the object elsewhere then.
+    pub any_first: bool,
 }
 
 /// Closes on the first wanted contact that can be made.
@@ -178,8 +180,13 @@ pub fn closing<S: Simulated>(
             wanted.k_m,
             wanted.theta_1_rad,
         )?;
-        if let Some(case) = case {
-            return Ok(case);
+        let other = |case: &Case| {
+            case.truth
+                .is_some_and(|truth| truth.phalanx != wanted.phalanx)
+        };
+        match case {
+            Some(case) if wanted.any_first || !other(&case) => return Ok(case),
+            _ => {}
         }
     }
     Err(Failure::Missing("place for the object"))

@@ -110,6 +110,7 @@ fn run(level: &Level, seed: u64, found: &mut Vec<Entry>) -> Result<(), Failure> 
             phalanx: 2,
             k_m: 0.070 * (0.1 + 0.8 * (index as f64 + 0.5) / CONTACTS as f64),
             theta_1_rad: random.random_range(0.35..1.0),
+            any_first: true,
         })?;
         for (method, calibrated, trial) in session.all(&case)? {
             if calibrated {

@@ -43,6 +43,7 @@ fn touch(session: &mut Session<P70>, k_m: f64, theta_1_rad: f64) -> Result<Case,
         phalanx: 2,
         k_m,
         theta_1_rad,
+        any_first: true,
     })
 }
 
