@@ -141,7 +141,7 @@ impl Finger {
 /// Fingers with hidden values of their own, calibrated and tried. The second list: what could not be done.
 #[must_use]
 pub fn study(plan: &Plan) -> (Vec<Finger>, Vec<(u64, Failure)>) {
-    let fingers = if plan.quick { 10 } else { 100 };
+    let fingers = plan.fingers(10, 100);
     let bar = bar(fingers as usize, "fingers calibrated");
     let done: Vec<_> = (0..fingers)
         .into_par_iter()

@@ -110,11 +110,10 @@ pub fn preshape(plan: &Plan) -> Vec<Job> {
         .collect()
 }
 
-/// (d) free closings: 100 on each of 10 fingers.
+/// (d) free closings: 100 on each of 10 fingers, in MuJoCo of 5.
 #[must_use]
 pub fn free(plan: &Plan) -> Vec<Job> {
-    let fingers = if plan.quick { 1 } else { 10 };
-    (0..fingers)
+    (0..plan.fingers(1, 10))
         .map(|finger| {
             let (parameters, seed) = (plan.parameters.clone(), plan.seed + 100 + finger);
             let run = move |found: &mut Vec<Entry>| {
@@ -134,11 +133,10 @@ pub fn free(plan: &Plan) -> Vec<Job> {
         .collect()
 }
 
-/// (e) random contacts over phalanx and posture, 20 on each of 100 fingers drawn from the spreads.
+/// (e) random contacts over phalanx and posture, 20 on each of 100 fingers (in MuJoCo 50) drawn from the spreads.
 #[must_use]
 pub fn random(plan: &Plan) -> Vec<Job> {
-    let fingers = if plan.quick { 10 } else { 100 };
-    (0..fingers)
+    (0..plan.fingers(10, 100))
         .map(|finger| {
             let seed = plan.seed + 1000 + finger;
             job::<P70>(
@@ -205,7 +203,7 @@ const OTHERS: [Other; 3] = [
 /// (f) the other fingers, as far as the folder of scenes has them: nominal ones, and ones drawn from the spreads.
 #[must_use]
 pub fn scenes(plan: &Plan) -> Vec<Job> {
-    let drawn = if plan.quick { 3 } else { 12 };
+    let drawn = plan.fingers(3, 12);
     let rounds = (0..3)
         .map(|finger| (finger, false))
         .chain((0..drawn).map(|finger| (finger, true)));

@@ -1,6 +1,6 @@
 //! The pieces of work that experiments are made of: one finger and its closings.
 
-use palpate_plant::{Parameters, World};
+use palpate_plant::{Engine, Parameters, World};
 use palpate_simulation::Simulated;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
@@ -59,6 +59,16 @@ impl Plan {
     /// A value of the world that does not go with the scene.
     pub fn of(&self, scene: &str) -> Result<Parameters, palpate_plant::Error> {
         self.world.of(scene)
+    }
+
+    /// How many fingers an experiment takes: `full`, half of them where MuJoCo takes its time, or `quick`.
+    #[must_use]
+    pub fn fingers(&self, quick: u64, full: u64) -> u64 {
+        match (self.quick, self.world.engine) {
+            (true, _) => quick,
+            (false, Engine::Plant) => full,
+            (false, Engine::Mujoco) => full / 2,
+        }
     }
 }
 
