@@ -42,7 +42,8 @@ const TEST_CYCLES: u32 = 1700;
 /// period: five PWM periods.
 const REPETITION: u16 = (2 * PWM_HZ / CONTROL_HZ - 1) as u16;
 
-/// Whether the bridge was on, in RAM that survives a reset: a reset by a dip of the supply leaves no other trace.
+/// Whether the bridge was on or a fault latched, in RAM that survives a reset: a reset by a dip of the supply leaves no other
+/// trace, and nothing may move before `clear` then.
 #[unsafe(link_section = ".uninit.live")]
 static LIVE: MaybeUninit<AtomicU32> = MaybeUninit::uninit();
 const LIVE_MARK: u32 = 0x11FE_B41D;
@@ -52,9 +53,15 @@ fn live() -> &'static AtomicU32 {
     unsafe { LIVE.assume_init_ref() }
 }
 
-/// Whether the last run ended with the bridge on. Call once, before the bridge is set up.
-pub fn take_was_live() -> bool {
-    live().swap(0, Ordering::Relaxed) == LIVE_MARK
+/// Keeps whether a reset from now on has to be cleared before anything moves: before the bridge is switched on, and as long as it
+/// is on or a fault is latched.
+pub fn keep_live(is_live: bool) {
+    live().store(if is_live { LIVE_MARK } else { 0 }, Ordering::Relaxed);
+}
+
+/// Whether the last run ended so. Ask before the sequence runs, which keeps its own.
+pub fn was_live() -> bool {
+    live().load(Ordering::Relaxed) == LIVE_MARK
 }
 
 /// The bridge, armed or not. It belongs to the control interrupt.
@@ -135,7 +142,8 @@ impl Bridge {
                 off();
                 self.armed = false;
             }
-            Outputs::Wake => self.wake(),
+            // The timer's outputs stay off.
+            Outputs::Wake => write(GPIOB, SLEEP_PIN, true),
             Outputs::Brake => {
                 TIM1.ccr(0).write(|w| w.set_ccr(0));
                 self.arm();
@@ -147,12 +155,6 @@ impl Bridge {
                 self.arm();
             }
         }
-    }
-
-    /// Wakes the bridge, with the timer's outputs off.
-    fn wake(&mut self) {
-        live().store(LIVE_MARK, Ordering::Relaxed);
-        write(GPIOB, SLEEP_PIN, true);
     }
 
     /// Enables the timer's outputs, once: a break that comes later stays in force until the controller has asked for
@@ -178,7 +180,6 @@ pub fn off() {
     TIM1.bdtr().modify(|w| w.set_moe(false));
     TIM1.ccr(0).write(|w| w.set_ccr(0));
     write(GPIOB, SLEEP_PIN, false);
-    live().store(0, Ordering::Relaxed);
 }
 
 /// Outputs disabled and bridge asleep, as the registers have it.

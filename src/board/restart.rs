@@ -13,7 +13,7 @@ pub fn report() -> (Reset, Option<Fault>) {
     let reset = reset::take();
     let missing = watchdog::take_reports();
     let crash = crash::take();
-    let was_live = bridge::take_was_live();
+    let was_live = bridge::was_live();
     Telemetry.reset(reset.name());
     let fault = match (reset, crash) {
         (Reset::Software, Some(crash)) => {

@@ -20,7 +20,7 @@ use palpate::app::grasp::sensing::{SensingRequest, followed_notice, notice};
 use palpate::app::log::{self, LimitReport, Log};
 use palpate::drive::sequence::{MotionResult, Notice, State, StepOutput};
 use palpate::drive::thermal::Temperatures;
-use palpate::drive::{Fault, OffsetState, Status};
+use palpate::drive::{Fault, OffsetState, Setpoint, Status};
 use palpate::scene::Reading;
 use palpate::sensing::{Directive, Event, JointSensor, Side};
 
@@ -29,7 +29,7 @@ use super::execute::Application;
 use super::indicator::{Button, Led};
 use super::telemetry::{self, Telemetry};
 use super::watchdog::{self, Reporter};
-use super::{console, rtt, thermal, trace};
+use super::{bridge, console, rtt, thermal, trace};
 
 /// How often both are called.
 const PERIOD: Duration = Duration::from_millis(1);
@@ -149,6 +149,8 @@ pub async fn sequence(mut led: Led, mut button: Button, application: Application
             let step = coordinator.advance(Instant::now().as_micros(), &status, notice);
             (coordinator.state(), step)
         });
+        let rests = matches!(step.motion.demand.setpoint, Setpoint::Off);
+        bridge::keep_live(!rests || state == State::Fault);
         control::demand(step.motion.demand);
         if let Some(request) = step.request {
             report_purpose(&request);

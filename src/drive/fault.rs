@@ -158,7 +158,7 @@ faults! {
         "Report it; a deeper call chain than any tested.";
     23 BrownOut "brown-out", "reset flags",
         1 "hardware, no instruction executed",
-        "The chip's own supply dipped while the motor was in motion.",
+        "The chip's own supply dipped in a motion or while a fault was latched.",
         "Check the 3.3 V supply and the board's capacitors.";
     24 IllegalTransition "illegal-transition", "sequence",
         2_000 "as travel-limit",

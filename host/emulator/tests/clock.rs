@@ -4,13 +4,15 @@
 //! `host/simulation/tests/endurance.rs` takes that past the same boundary.
 //!
 //! Nobody waits 71 minutes: the clock's driver counts periods of 2^15 us in a word of RAM, and a flash image in which that word
-//! starts with a large number makes the chip believe that it has been on for so long. The timer itself, 16 bits at 1 MHz, wraps
-//! fifteen times a second in every test, and the encoder's counter several times in every closing.
+//! starts with a large number makes the chip believe that it has been on for so long. The timer itself, of which the driver uses
+//! 16 bits at 1 MHz, and the encoder's counter wrap in every phase that lasts long enough: here they are counted.
 
 mod support;
 
+use std::collections::BTreeMap;
+
 use palpate_emulator::Firmware;
-use palpate_emulator::sim::{Object, Script, Session, Settings, end_of};
+use palpate_emulator::sim::{Object, Script, Session, Settings};
 use support::firmware;
 
 /// Period of the driver's count, second.
@@ -71,6 +73,36 @@ fn image(firmware: &Firmware, word: u32, seconds: f64) -> Vec<u8> {
     image
 }
 
+/// Wraps of 16-bit counters in a phase.
+#[derive(Debug, Default)]
+struct Wraps {
+    clock: u32,
+    encoder: u32,
+}
+
+/// Runs to the end, and counts the wraps in each phase.
+fn run(firmware: &Firmware, flash: Vec<u8>) -> (Session<'_>, BTreeMap<String, Wraps>) {
+    let mut session = Session::start(firmware, settings(flash), None).expect("a sound start");
+    let turns = |session: &Session<'_>| {
+        let plant = session.machine.plant().expect("there is one");
+        // The driver's timer and the encoder's begin with the firmware's start, some milliseconds after power-on.
+        let clock = (session.machine.time_s() * 1e6) as i64 >> 16;
+        (clock, plant.encoder_count() >> 16)
+    };
+    let mut wraps = BTreeMap::<String, Wraps>::new();
+    while !session.over() {
+        let before = turns(&session);
+        session.millisecond().expect("a sound run");
+        let after = turns(&session);
+        let phase = wraps.entry(session.state.clone()).or_default();
+        phase.clock += u32::from(after.0 != before.0);
+        phase.encoder += u32::from(after.1 != before.1);
+    }
+    session.finish().expect("a sound run");
+    assert!(session.completed(), "{:?}", session.faults);
+    (session, wraps)
+}
+
 /// The log's words, but for the times.
 fn words(session: &Session<'_>) -> Vec<String> {
     let words = session
@@ -102,16 +134,22 @@ fn alike(a: &str, b: &str) -> bool {
 fn a_grasp_goes_on_while_the_lower_half_of_the_time_wraps() {
     let Some(firmware) = firmware() else { return };
     let word = period_word(&firmware);
-    let run = |flash| {
-        let session = end_of(&firmware, settings(flash)).expect("a sound run");
-        assert!(session.completed(), "{:?}", session.faults);
-        session
-    };
-    let usual = run(image(&firmware, word, PERIOD_S * f64::from(BOUNDARY)));
+    let (usual, wraps) = run(
+        &firmware,
+        image(&firmware, word, PERIOD_S * f64::from(BOUNDARY)),
+    );
+    println!("{wraps:?}");
+    for phase in ["home", "record-closing", "record-opening", "close", "open"] {
+        let Wraps { clock, encoder } = wraps[phase];
+        assert!(clock > 0 && encoder > 0, "{phase}: {clock} {encoder}");
+    }
+    for phase in ["calibrate-offset", "probe", "hold"] {
+        assert!(wraps[phase].clock > 0, "{phase}");
+    }
     let end_s = usual.machine.time_s();
     // In homing, in the recording of friction, in the closing, and about where the contact is probed.
     for share in [0.05, 0.3, 0.7, 0.8] {
-        let session = run(image(&firmware, word, share * end_s));
+        let (session, _) = run(&firmware, image(&firmware, word, share * end_s));
         let wrapped = session.machine.word(word).is_some_and(|p| p > BOUNDARY);
         assert!(wrapped, "the boundary was not passed: nothing tested");
         let (told, wanted) = (words(&session), words(&usual));

@@ -14,9 +14,14 @@ use crate::target;
 use crate::tools;
 
 /// The images that tests run on the emulated chip: the variable that names the ELF, the scene, a feature beside the default.
-const IMAGES: [(&str, &str, Option<&str>); 7] = [
+const IMAGES: [(&str, &str, Option<&str>); 8] = [
     ("PALPATE_ELF", list::DEFAULT, None),
     ("PALPATE_FAULT_ELF", list::DEFAULT, Some("fault-injection")),
+    (
+        "PALPATE_FAULT_TENDON3_ELF",
+        "tendon3",
+        Some("fault-injection"),
+    ),
     (
         "PALPATE_SERIAL_ELF",
         list::DEFAULT,

@@ -33,6 +33,8 @@ struct Row {
     later: u32,
     unseen: u32,
     second_grasps: u32,
+    located: u32,
+    place_mm: f64,
 }
 
 /// Runs the cases; prints failures as they occur.
@@ -63,6 +65,10 @@ pub fn run(firmware: &Firmware, settings: &Settings, plan: &Plan) -> Result<Exit
         row.runs += 1;
         row.failed += u32::from(!aftermath.failures.is_empty());
         row.second_grasps += u32::from(aftermath.grasps > 1);
+        if let Some((off_mm, _)) = aftermath.place_mm {
+            row.located += 1;
+            row.place_mm = row.place_mm.max(off_mm);
+        }
         match aftermath.off_us {
             Some(us) if aftermath.timed => {
                 row.timed += 1;
@@ -92,6 +98,10 @@ fn tell(case: &Case, aftermath: &Aftermath, json: bool) {
                 "type": "case", "faults": case.name(), "phase": aftermath.phase, "reported": aftermath.reported,
                 "off_us": aftermath.off_us, "timed": aftermath.timed, "grasps": aftermath.grasps,
                 "instructions": aftermath.instructions, "failures": aftermath.failures,
+                "place_off_mm": aftermath.place_mm.map(|(off_mm, _)| off_mm),
+                "place_sigma_mm": aftermath.place_mm.map(|(_, sigma_mm)| sigma_mm),
+                // Of a run that failed.
+                "log": aftermath.log,
             })
         );
     } else if !aftermath.failures.is_empty() {
@@ -110,16 +120,24 @@ fn tell(case: &Case, aftermath: &Aftermath, json: bool) {
 
 fn table(rows: &BTreeMap<&str, Row>, results: &[Aftermath], failed: u32, instructions: u64) {
     println!(
-        "| fault | runs | seen at once | bridge off at worst, us | limit, us | seen later | not seen | second grasp | failed |"
+        "| fault | runs | seen at once | bridge off at worst, us | limit, us | seen later | not seen | second grasp | located | place off at worst, mm | failed |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|");
     for (name, row) in rows {
         let limit_us = FAULTS.iter().find(|fault| fault.name == *name);
         let limit =
             limit_us.map_or_else(|| "-".to_owned(), |fault| format!("{:.0}", fault.limit_us));
         println!(
-            "| `{name}` | {} | {} | {:.0} | {limit} | {} | {} | {} | {} |",
-            row.runs, row.timed, row.worst_us, row.later, row.unseen, row.second_grasps, row.failed
+            "| `{name}` | {} | {} | {:.0} | {limit} | {} | {} | {} | {} | {:.1} | {} |",
+            row.runs,
+            row.timed,
+            row.worst_us,
+            row.later,
+            row.unseen,
+            row.second_grasps,
+            row.located,
+            row.place_mm,
+            row.failed
         );
     }
     println!(

@@ -11,7 +11,9 @@ use palpate_emulator::Firmware;
 pub const DEFAULT: &str = "PALPATE_ELF";
 /// The same, built with the feature `fault-injection`.
 pub const FAULTY: &str = "PALPATE_FAULT_ELF";
-/// The same, built with the feature `serial-log`.
+/// The scene `tendon3`, built with it.
+pub const FAULTY_TENDON3: &str = "PALPATE_FAULT_TENDON3_ELF";
+/// The default scene, built with the feature `serial-log`.
 pub const SERIAL: &str = "PALPATE_SERIAL_ELF";
 /// The scene `tendon2-hall`: a sensor at joint 2.
 pub const HALL: &str = "PALPATE_HALL_ELF";
