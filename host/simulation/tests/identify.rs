@@ -165,6 +165,31 @@ fn a_finger_beside_its_stop_is_never_driven_into_it() {
     assert!(longest_rad > 0.1, "{longest_rad}");
 }
 
+/// The drag without load lies before the gaps: their width changes what the motor feels by no more than where along the worm's
+/// uneven turn it is felt.
+#[test]
+fn backlash_is_not_seen_from_the_motor_of_a_free_finger() {
+    let world = World::named("workshop").expect("a named world");
+    let nominal = world.of(P70::NAME).expect("valid");
+    let identified = |width: f64| {
+        let mut parameters = nominal.clone();
+        parameters.gearhead.backlash_counts *= width;
+        parameters.worm.backlash_counts *= width;
+        let machine = run(&parameters, 1, |_| {});
+        machine.slow.ended.expect("ended").expect("identified")
+    };
+    let reference = identified(1.0);
+    for width in [0.0, 0.5, 2.0, 4.0] {
+        let other = identified(width);
+        for quantity in Quantity::ALL {
+            let (one, other) = (reference.of(quantity), other.of(quantity));
+            let apart = (other.value - one.value) / one.sigma;
+            println!("width={width} quantity={quantity:?} apart={apart:.3}");
+            assert!(apart.abs() < 0.5, "{width} {quantity:?}: {apart}");
+        }
+    }
+}
+
 #[test]
 fn a_blocked_motor_ends_it_at_once() {
     let parameters = World::default().of(P70::NAME).expect("valid");
