@@ -3,6 +3,7 @@
 //! [`run`] takes a [`Scenario`] from power-on to an [`Outcome`]; a [`Simulation`] goes on from grasp to grasp. Deterministic: the
 //! same parameters and seed give the same events. Simulated: nothing here ran on a real finger.
 
+pub mod between;
 mod board;
 mod machine;
 mod outcome;
