@@ -4,6 +4,7 @@ use core::fmt;
 
 use super::settings::{Range, Setting};
 use super::text::{Decimal, number, same};
+use crate::name_list::nth;
 
 /// Longest line that is understood, bytes, without its end.
 pub const LINE_MAX: usize = 64;
@@ -68,7 +69,7 @@ const PLACE: Range = Range {
     max: 500.0,
 };
 
-/// Declares the verbs once: the enum and the table that `help` prints come from the same lines.
+/// Declares the verbs once: the enum and what `help` prints come from the same lines.
 macro_rules! verbs {
     ($($verb:ident $name:literal $usage:literal, $summary:literal;)*) => {
         /// What a command begins with.
@@ -80,8 +81,21 @@ macro_rules! verbs {
         impl Verb {
             /// Every verb, in the order of the enum.
             pub const ALL: &[Self] = &[$(Self::$verb,)*];
-            /// Name, usage and summary of each, in the same order.
-            const TABLE: &[[&str; 3]] = &[$([$name, $usage, $summary],)*];
+
+            /// What a user types.
+            pub fn name(self) -> &'static str {
+                nth(concat!($($name, "\n",)*), self as u8)
+            }
+
+            /// What follows it; empty where nothing does.
+            pub fn usage(self) -> &'static str {
+                nth(concat!($($usage, "\n",)*), self as u8)
+            }
+
+            /// What it does.
+            pub fn summary(self) -> &'static str {
+                nth(concat!($($summary, "\n",)*), self as u8)
+            }
         }
     };
 }
@@ -202,26 +216,6 @@ impl Command {
 }
 
 impl Verb {
-    const fn column(self, column: usize) -> &'static str {
-        // One row for each verb, of three columns: the index cannot fail.
-        Self::TABLE[self as usize][column]
-    }
-
-    /// What a user types.
-    pub fn name(self) -> &'static str {
-        self.column(0)
-    }
-
-    /// What follows it; empty where nothing does.
-    pub fn usage(self) -> &'static str {
-        self.column(1)
-    }
-
-    /// What it does.
-    pub fn summary(self) -> &'static str {
-        self.column(2)
-    }
-
     /// The command, with what follows its first word.
     fn read(self, words: &mut Words<'_>) -> Result<Command, CommandError> {
         Ok(match self {

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use serde_big_array::BigArray;
 
 use super::text::{Decimal, same};
+use crate::name_list::nth;
 
 /// The values that a setting may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,10 +34,18 @@ macro_rules! settings {
         impl Setting {
             /// Every setting, in the order of the enum.
             pub const ALL: [Self; [$($name),*].len()] = [$(Self::$setting),*];
+
+            /// What a user types.
+            pub fn name(self) -> &'static str {
+                nth(concat!($($name, "\n",)*), self as u8)
+            }
+
+            /// The user's unit.
+            pub fn unit(self) -> &'static str {
+                nth(concat!($($unit, "\n",)*), self as u8)
+            }
         }
 
-        /// What a user types, and the user's units, in the same order.
-        const NAMES: [(&str, &str); Setting::ALL.len()] = [$(($name, $unit)),*];
         /// The units' sizes and the allowed values, in the same order.
         const RANGES: [Range; Setting::ALL.len()] = [
             $(Range { unit_si: $unit_si, min: $min, max: $max }),*
@@ -71,19 +80,9 @@ settings! {
 }
 
 impl Setting {
-    /// What a user types.
-    pub const fn name(self) -> &'static str {
-        // The discriminant is below the table's length, here and below: the index cannot fail.
-        NAMES[self as usize].0
-    }
-
-    /// The user's unit.
-    pub const fn unit(self) -> &'static str {
-        NAMES[self as usize].1
-    }
-
     /// The values that it may have.
     pub const fn range(self) -> &'static Range {
+        // The discriminant is below the table's length: the index cannot fail.
         &RANGES[self as usize]
     }
 

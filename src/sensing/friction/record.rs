@@ -59,21 +59,6 @@ pub struct Estimate {
 }
 
 impl Friction {
-    /// An empty record for no finger.
-    pub const EMPTY: Self = Self {
-        travel_counts: 1,
-        bin_counts: 1,
-        worm_counts: 0,
-        rad_per_count: 0.0,
-        speed_rad_per_s: 0.0,
-        closing_nm: Bins::EMPTY,
-        worm_nm: [0.0; 2 * HARMONICS],
-        opening_nm: 0.0,
-        asymmetry_nm: [0.0; 2],
-        white_nm2_s: 0.0,
-        evidence: Evidence::NONE,
-    };
-
     /// An empty record for a travel.
     pub fn empty(travel_counts: i32, drivetrain: &Drivetrain) -> Self {
         let turn = drivetrain.counts_per_turn.max(1);
@@ -84,7 +69,13 @@ impl Friction {
             bin_counts: turns.saturating_mul(turn),
             worm_counts: drivetrain.counts_per_worm_turn,
             rad_per_count: drivetrain.rad_per_count,
-            ..Self::EMPTY
+            speed_rad_per_s: 0.0,
+            closing_nm: Bins::EMPTY,
+            worm_nm: [0.0; 2 * HARMONICS],
+            opening_nm: 0.0,
+            asymmetry_nm: [0.0; 2],
+            white_nm2_s: 0.0,
+            evidence: Evidence::NONE,
         }
     }
 
