@@ -130,9 +130,10 @@ pub async fn answer(port: &mut BufferedUartTx<'static>, line: &str) {
 pub async fn send(port: &mut BufferedUartTx<'static>, text: &str) {
     for chunk in text.as_bytes().chunks(SEND_BYTES) {
         // Into an empty buffer: a write that finds too little room is never woken (embassy-stm32 0.6.0). The port drains
-        // whether someone listens or not, and its driver has no other error than a chunk longer than the buffer.
+        // whether someone listens or not, and its driver has no other error than a chunk longer than the buffer: it takes all
+        // of it or nothing.
         let _ = port.flush().await;
-        let _ = port.write_all(chunk).await;
+        let _ = port.write(chunk).await;
     }
 }
 
@@ -140,9 +141,13 @@ pub async fn send(port: &mut BufferedUartTx<'static>, text: &str) {
 #[cfg(feature = "serial-log")]
 pub async fn send(port: &mut BufferedUartTx<'static>, _text: &str) -> bool {
     let chunk = rtt::serial::chunk(SEND_BYTES);
+    // The driver would wait for the end of sending nothing.
+    if chunk.is_empty() {
+        return false;
+    }
     // Into an empty buffer, as above.
     let _ = port.flush().await;
-    let _ = port.write_all(chunk).await;
+    let _ = port.write(chunk).await;
     rtt::serial::sent(chunk.len());
-    !chunk.is_empty()
+    true
 }

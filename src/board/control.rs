@@ -41,11 +41,19 @@ type Sample = palpate::sample::Sample<<Joint as JointSensor>::Code>;
 const QUEUE_SAMPLES: usize = 16;
 
 /// What the interrupt works with. Inside the interrupt the lock costs two instructions: nothing can preempt it anyway.
-static CONTROL: Mutex<CriticalSectionRawMutex, RefCell<Option<Control>>> =
-    Mutex::new(RefCell::new(None));
+static CONTROL: Mutex<CriticalSectionRawMutex, RefCell<Slot>> =
+    Mutex::new(RefCell::new(Slot::Empty));
 static SAMPLED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 /// Samples that found the queue full; wraps.
 static LOST: AtomicU32 = AtomicU32::new(0);
+
+/// Empty until [`start`]. An `Option` would say that within [`Control`], by a value that is not zero, and all of it would have
+/// an initial value in flash.
+#[repr(u8)]
+enum Slot {
+    Empty,
+    Filled(Control),
+}
 
 /// What belongs to the interrupt.
 struct Control {
@@ -92,7 +100,7 @@ pub fn demand(demand: Demand) {
     CONTROL.lock(|control| {
         // No one holds it while interrupts are masked, here and below: the alternatives are there so that nothing can panic.
         if let Ok(mut control) = control.try_borrow_mut()
-            && let Some(control) = control.as_mut()
+            && let Slot::Filled(control) = &mut *control
         {
             control.demand = demand;
         }
@@ -101,12 +109,9 @@ pub fn demand(demand: Demand) {
 
 /// The state of the motor.
 pub fn status() -> Status {
-    CONTROL.lock(|control| {
-        let control = control.try_borrow();
-        let control = control.as_deref().ok().and_then(Option::as_ref);
-        control
-            .map(|control| *control.controller.status())
-            .unwrap_or_default()
+    CONTROL.lock(|control| match control.try_borrow().as_deref() {
+        Ok(Slot::Filled(control)) => *control.controller.status(),
+        _ => Status::default(),
     })
 }
 
@@ -126,7 +131,7 @@ pub fn start(chip: Chip, controller: Controller, joint: Joint) -> Option<Samples
     let (samples, queue) = QUEUE.try_init(Queue::new())?.split();
     CONTROL.lock(|control| {
         if let Ok(mut control) = control.try_borrow_mut() {
-            *control = Some(Control {
+            *control = Slot::Filled(Control {
                 bridge: chip.bridge,
                 encoder: chip.encoder,
                 _sampling: chip.sampling,
@@ -174,7 +179,7 @@ fn ADC1_2() {
     let (current, supply) = sampling::read();
     CONTROL.lock(|control| {
         if let Ok(mut control) = control.try_borrow_mut()
-            && let Some(control) = control.as_mut()
+            && let Slot::Filled(control) = &mut *control
         {
             let inputs = Inputs {
                 current,
