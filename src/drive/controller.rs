@@ -10,7 +10,7 @@ use super::demand::{Demand, OffsetState, Setpoint, Status};
 use super::encoder::Encoder;
 use super::fault::Fault;
 use super::io::{CONTROL_HZ, Inputs, Outputs};
-use super::limit::{Travel, limit_magnitude};
+use super::limit::{Travel, inward, limit_magnitude};
 use super::offset::{OffsetMeter, OffsetReading};
 use super::protect::{BridgeState, FREE_SLOT, PeriodState, Protection, SLOTS};
 use super::speed::SpeedLoop;
@@ -339,7 +339,7 @@ impl Controller {
                     self.in_speed = true;
                     self.speed.preset(speed, self.reference_a);
                 }
-                let (wanted, suppressed) = self.inward(counts_per_s * PERIOD_S);
+                let (wanted, suppressed) = inward(counts_per_s * PERIOD_S, self.beyond_counts);
                 let limit_a = clamp(current_limit_a, 0.0, self.current_limit_a);
                 if suppressed {
                     self.average.limited.position = true;
@@ -376,19 +376,9 @@ impl Controller {
         self.current.reset();
     }
 
-    /// A wanted motion (speed or current), suppressed if it leads out of the travel.
-    fn inward(&self, wanted: f32) -> (f32, bool) {
-        if self.beyond_counts == 0 {
-            return (wanted, false);
-        }
-        let beyond = self.beyond_counts;
-        let outward = (beyond > 0 && wanted > 0.0) || (beyond < 0 && wanted < 0.0);
-        (if outward { 0.0 } else { wanted }, outward)
-    }
-
     /// Current reference on its way to a demanded current, within the limits of current, speed, travel and slew.
     fn slewed(&mut self, demanded_a: f32, speed: f32) -> f32 {
-        let (inward_a, suppressed) = self.inward(demanded_a);
+        let (inward_a, suppressed) = inward(demanded_a, self.beyond_counts);
         let (allowed_a, current_limited) = limit_magnitude(inward_a, self.current_limit_a);
         let (down_a, up_a) = self.speed.current_bounds_a(speed);
         let bounded_a = clamp(allowed_a, down_a, up_a);

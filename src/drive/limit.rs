@@ -37,9 +37,20 @@ impl Travel {
     }
 }
 
+/// A wanted motion (speed or current, closing positive) so many counts beyond the travel, and whether it was suppressed because
+/// it leads further out.
+pub fn inward(wanted: f32, beyond_counts: i32) -> (f32, bool) {
+    // The usual case, in the control interrupt: one comparison.
+    if beyond_counts == 0 {
+        return (wanted, false);
+    }
+    let outward = (beyond_counts > 0 && wanted > 0.0) || (beyond_counts < 0 && wanted < 0.0);
+    (if outward { 0.0 } else { wanted }, outward)
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{Travel, limit_magnitude};
+    use super::{Travel, inward, limit_magnitude};
     use crate::numeric::clamp;
     use proptest::prelude::*;
 
@@ -60,6 +71,15 @@ mod tests {
         };
         for (position, beyond) in [(-11, -1), (-10, 0), (0, 0), (100, 0), (107, 7)] {
             assert_eq!(travel.beyond_counts(position), beyond);
+        }
+    }
+
+    #[test]
+    fn beyond_the_travel_only_the_way_back_is_left() {
+        for wanted in [-2.0, 0.0, 2.0] {
+            assert_eq!(inward(wanted, 0), (wanted, false));
+            assert_eq!(inward(wanted, 7), (wanted.min(0.0), wanted > 0.0));
+            assert_eq!(inward(wanted, -7), (wanted.max(0.0), wanted < 0.0));
         }
     }
 
