@@ -31,6 +31,16 @@ pub struct Settings {
     pub joint_friction_nm: [f32; 2],
 }
 
+/// Share of the torque limit at which the last word on a contact is due: the finger goes on closing meanwhile.
+const ENOUGH: f32 = 0.95;
+
+impl Settings {
+    /// Torque above friction at which the last word on a contact, or on how the object is held, is due, newton metre.
+    pub fn enough_nm(&self) -> f32 {
+        ENOUGH * self.torque_limit_nm
+    }
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Self {

@@ -13,8 +13,6 @@ use crate::sensing::location::SeriesElement;
 use crate::sensing::second::{Elbow, SecondContact};
 use crate::sensing::{Directive, Drive, Event, NotLocated, Sample, Sensor};
 
-/// Share of the torque limit at which a closing is judged for good, as for the first contact.
-const ENOUGH: f32 = 0.95;
 /// Share of the torque limit from which on an elbow is a second contact, and not the onset of the first (chosen): twice as far
 /// as friction wanders.
 const LEAST_SHARE: f32 = 0.03;
@@ -146,7 +144,8 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
         if closing.is_over {
             return;
         }
-        let limit_nm = sensor.settings().torque_limit_nm;
+        let settings = sensor.settings();
+        let (limit_nm, enough_nm) = (settings.torque_limit_nm, settings.enough_nm());
         let onset_nm = sensor
             .free_at(closing.onset_rad)
             .map_or(0.0, |free| free.torque_nm);
@@ -168,7 +167,7 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
             sensor.conclude();
             return;
         }
-        if is_at_end || closing.elbow.is_some() || closing.excess_nm >= ENOUGH * limit_nm {
+        if is_at_end || closing.elbow.is_some() || closing.excess_nm >= enough_nm {
             closing.end(&mut self.search);
             sensor.conclude();
         }

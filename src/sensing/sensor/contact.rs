@@ -22,8 +22,6 @@ const LOST_SHARE: f32 = 0.03;
 const LOST_SIGMAS: f32 = 8.0;
 /// The same for a slow decrease: the contact slides over the tip, or its object gives way.
 const FADED_SHARE: f32 = 0.1;
-/// Share of the torque limit at which the final rounds begin: the finger goes on closing meanwhile.
-const ENOUGH: f32 = 0.95;
 /// Distance from the closing stop at which a contact's curve ends, radian: beyond, only the cable gives way.
 const STOP_MARGIN_RAD: f32 = 0.01;
 /// Error of friction extrapolated beyond the record, as a share of its unevenness (R, chosen).
@@ -237,7 +235,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         if self.is_calibrating() {
             return;
         }
-        if contact.collector.torque_nm >= ENOUGH * self.settings.torque_limit_nm {
+        if contact.collector.torque_nm >= self.settings.enough_nm() {
             contact.end();
             return;
         }
