@@ -8,10 +8,9 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::inverse::PostureStiffness;
-use super::preshape::dot;
 use super::quadratic::{Quadratic, QuadraticContact};
 use super::statics::contact_arms;
-use crate::numeric::sqrt;
+use crate::numeric::{dot, sqrt};
 use core::array::from_fn;
 
 /// R of H' = R R^T over joints 2 to N: upper triangular, its first row and column unused.

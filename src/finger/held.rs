@@ -1,14 +1,13 @@
 //! A finger that touches with two phalanges: which one the second is, where, and the forces as far as statics determines them
 //! (docs/MECHANICS.md#two-contacts). The questions are the same for two and three phalanges ([`HoldsTwice`]).
 
-use super::preshape::dot;
 use super::statics::contact_arms;
 use super::two_contacts::cross;
 use super::{
     BaseJoint, Candidate, Configuration, Contact, Finger, Free, JointStep, MAX_PHALANGES,
     Mechanics, Pressed, SecondMeasured, Transmission,
 };
-use crate::numeric::{Bounded, exp};
+use crate::numeric::{Bounded, dot, exp};
 
 /// Nearer than this to the closing stop of a joint, radian, a stiffer finger stands at the stop.
 const STOP_MARGIN_RAD: f32 = 0.03;

@@ -4,7 +4,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::{BaseJoint, Configuration, Finger, Free, JointStep, Transmission, TransmissionFactors};
-use crate::numeric::{Bounded, solve};
+use crate::numeric::{Bounded, dot, solve};
 
 /// Newton steps: from the last sample two are enough, from rest ten.
 const STEPS: u8 = 24;
@@ -234,10 +234,6 @@ fn stride<const N: usize>(
         rad[i] += change[i] * share;
     }
     Some((Configuration::of(rad)?, largest, share))
-}
-
-pub(crate) fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
 #[cfg(all(test, feature = "firmware"))]

@@ -5,13 +5,12 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::mechanics::Candidates;
-use super::preshape::dot;
 use super::quadratic::{Quadratic, QuadraticContact};
 use super::statics::contact_arms;
 use super::{
     BaseJoint, Candidate, Configuration, Contact, Finger, Mechanics, Pressed, Transmission,
 };
-use crate::numeric::{Bounded, sqrt};
+use crate::numeric::{Bounded, dot, sqrt};
 use core::array::from_fn;
 
 /// A second contact, told from the stiffness that the motor feels after it.

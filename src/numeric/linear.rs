@@ -1,7 +1,12 @@
-//! Systems of a few linear equations.
+//! Scalar products, and systems of a few linear equations.
 
 // Indices are those of the matrix; loops over 0..N need no bounds check.
 #![allow(clippy::needless_range_loop)]
+
+/// Scalar product, summed in the order of the elements.
+pub fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
 
 /// Solves `a x = b` for several right-hand sides at once.
 ///

@@ -1,5 +1,7 @@
 //! Recursive least squares of a few unknowns.
 
+use super::dot;
+
 /// Variance of every unknown before the first equation. The caller scales unknowns to some size of one.
 const UNKNOWN: f32 = 1e4;
 
@@ -79,14 +81,6 @@ impl<const N: usize> Default for LeastSquares<N> {
     fn default() -> Self {
         Self::new()
     }
-}
-
-fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
-    let mut sum = 0.0;
-    for (a, b) in a.iter().zip(b) {
-        sum += a * b;
-    }
-    sum
 }
 
 #[cfg(test)]

@@ -15,11 +15,10 @@ mod linearization;
 mod newton;
 mod response;
 
-use super::preshape::dot;
 use super::{
     BaseJoint, Configuration, Contact, Finger, JointStep, MAX_PHALANGES, PathPoint, Transmission,
 };
-use crate::numeric::Bounded;
+use crate::numeric::{Bounded, dot};
 use newton::{PathState, Unknown};
 use response::Responses;
 

@@ -5,8 +5,7 @@
 
 use super::linearization::Linearization;
 use super::newton::Unknown;
-use crate::finger::preshape::dot;
-use crate::numeric::{solve, solve_in_place};
+use crate::numeric::{dot, solve, solve_in_place};
 use core::array::from_fn;
 
 /// Most loads at a time.
