@@ -42,7 +42,7 @@ fn sources(at: &Path, found: &mut Vec<PathBuf>) {
 
 /// The text without comments and without the unit tests at its end.
 fn code(text: &str) -> String {
-    let text = text.split("\nmod tests {").next().unwrap_or_default();
+    let text = text.split("mod tests {").next().unwrap_or_default();
     let lines = text
         .lines()
         .filter(|line| !line.trim_start().starts_with("//"));

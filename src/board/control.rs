@@ -50,6 +50,10 @@ static LOST: AtomicU32 = AtomicU32::new(0);
 /// Empty until [`start`]. An `Option` would say that within [`Control`], by a value that is not zero, and all of it would have
 /// an initial value in flash.
 #[repr(u8)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "one static, filled once and for good"
+)]
 enum Slot {
     Empty,
     Filled(Control),
