@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use palpate_monitor::page::Story;
+use palpate_monitor::page::GraspPage;
 use palpate_monitor::{scenes, stream};
 use palpate_plant::{Grasp, Parameters, Shape};
 use palpate_scenes::P70;
@@ -47,13 +47,13 @@ fn a_recording_becomes_a_page() {
     let printed = String::from_utf8_lossy(&replay.stdout);
     assert!(printed.contains("located phalanx=2"), "{printed}");
 
-    let mut story = Story::default();
+    let mut page = GraspPage::default();
     let lines = std::fs::read_to_string(&events).expect("the events");
     for message in lines.lines().filter_map(stream::parse) {
-        story.take(message);
+        page.take(message);
     }
-    let finger = story.scene().and_then(scenes::finger);
-    let html = story.html("A recorded grasp", finger);
+    let finger = page.scene().and_then(scenes::finger);
+    let html = page.html("A recorded grasp", finger);
     std::fs::remove_dir_all(&folder).expect("the folder is there");
     assert!(html.contains("Contact on phalanx 2, <b>3"), "{html}");
     assert!(html.contains("mm off"), "against the truth beside it");

@@ -1,7 +1,7 @@
 //! What is drawn of a grasp, for screen and page alike: the finger as strokes in its plane, and curves over common axes. Each
 //! of the two only chooses colours and turns metres into cells or pixels.
 
-use crate::posture::{Drawn, Points, Touch};
+use crate::posture::{FingerView, Points, Touch};
 use crate::state::{Place, State};
 
 /// Half the thickness of a phalanx, metre, as drawn.
@@ -69,7 +69,7 @@ pub struct Series {
 
 /// Where the contact is believed to be.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Belief {
+pub struct LocationDensity {
     /// Density, and the truth as an upright line.
     pub series: Vec<Series>,
     /// Ends of the axis, millimetre.
@@ -96,7 +96,7 @@ pub fn range(values: impl Iterator<Item = f64>, otherwise: (f64, f64)) -> (f64, 
 }
 
 /// The contact as the mechanics wants it, from the last word on it.
-pub fn touch_of(state: &State, finger: &dyn Drawn) -> Option<Touch> {
+pub fn touch_of(state: &State, finger: &dyn FingerView) -> Option<Touch> {
     let contact = state.contact.as_ref()?;
     let place = contact.places.first()?;
     let nominal = finger.scales().cable_rad_per_nm;
@@ -110,7 +110,7 @@ pub fn touch_of(state: &State, finger: &dyn Drawn) -> Option<Touch> {
 }
 
 /// The finger at an input angle, along the contact's path as far as there is one.
-pub fn points_at(state: &State, finger: &mut dyn Drawn, theta_a_rad: f64) -> Option<Points> {
+pub fn points_at(state: &State, finger: &mut dyn FingerView, theta_a_rad: f64) -> Option<Points> {
     let touch = touch_of(state, finger);
     finger
         .points(theta_a_rad, touch)
@@ -207,7 +207,7 @@ pub const TORQUE_AXES: &str = "motor torque, mN m, against angle, deg";
 
 /// Motor torque at the input link (nominal) while closing, in millinewton metre, against its angle in degrees, with the
 /// recorded friction and what it leaves unexplained, and the curve that the estimate predicts.
-pub fn torque(state: &State, finger: &dyn Drawn) -> Vec<Series> {
+pub fn torque(state: &State, finger: &dyn FingerView) -> Vec<Series> {
     let scales = finger.scales();
     let measured: Vec<(f64, f64)> = state
         .samples
@@ -280,7 +280,7 @@ pub const EVIDENCE_AXES: &str =
     "evidence of a contact (logarithm of its likelihood ratio) against the input link's angle, deg";
 
 /// How the evidence of a contact grew until it exceeded its threshold; empty where the samples do not tell.
-pub fn evidence(state: &State, finger: &dyn Drawn) -> Vec<Series> {
+pub fn evidence(state: &State, finger: &dyn FingerView) -> Vec<Series> {
     let scale = finger.scales().rad_per_count;
     let told: Vec<(f64, (f64, f64))> = state
         .samples
@@ -301,7 +301,7 @@ pub fn evidence(state: &State, finger: &dyn Drawn) -> Vec<Series> {
 
 /// Belief in the contact location, as the reported places and deviations give it: a normal density for each. On one phalanx
 /// it is counted from that one's joint, otherwise from the first joint along the finger. `None` without a place.
-pub fn belief(state: &State, finger: &dyn Drawn) -> Option<Belief> {
+pub fn belief(state: &State, finger: &dyn FingerView) -> Option<LocationDensity> {
     let places = &state.contact.as_ref()?.places;
     let first = places.first()?;
     let lengths_mm: Vec<f64> = finger.lengths_m().iter().map(|m| 1e3 * m).collect();
@@ -365,7 +365,7 @@ pub fn belief(state: &State, finger: &dyn Drawn) -> Option<Belief> {
     } else {
         "from the first joint, mm".to_owned()
     };
-    Some(Belief {
+    Some(LocationDensity {
         series,
         range_mm: (low, high),
         axis,

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use clap::{Args, Parser};
-use palpate_monitor::page::Story;
+use palpate_monitor::page::GraspPage;
 use palpate_monitor::recording::Recording;
 use palpate_monitor::scenes;
 use palpate_monitor::source::{Failure, From, Source};
@@ -301,12 +301,12 @@ fn cannot_write(file: &Path, error: &std::io::Error) -> String {
 fn page(options: &PageOptions) -> Result<(), String> {
     let from = From::File(options.lines.clone());
     let source = Source::open(&from, 0.0).map_err(|error| error.to_string())?;
-    let mut story = Story::default();
+    let mut page = GraspPage::default();
     while let Ok(message) = source.messages.recv() {
-        story.take(message);
+        page.take(message);
     }
-    let finger = story.scene().and_then(scenes::finger);
-    std::fs::write(&options.out, story.html(&options.title, finger))
+    let finger = page.scene().and_then(scenes::finger);
+    std::fs::write(&options.out, page.html(&options.title, finger))
         .map_err(|error| cannot_write(&options.out, &error))?;
     println!("{}", options.out.display());
     Ok(())

@@ -5,14 +5,14 @@ mod drawing;
 use std::fmt::Write;
 
 use crate::figure;
-use crate::posture::Drawn;
+use crate::posture::FingerView;
 use crate::state::State;
 use crate::stream::{Event, Level, Message};
 use drawing::{plot, posture};
 
 /// What a page tells, gathered from a stream.
 #[derive(Debug, Default)]
-pub struct Story {
+pub struct GraspPage {
     state: State,
     events: Vec<Event>,
     /// Answers to `show`: a setting a line.
@@ -20,7 +20,7 @@ pub struct Story {
     summary: Option<serde_json::Map<String, serde_json::Value>>,
 }
 
-impl Story {
+impl GraspPage {
     /// Takes a message of the stream.
     pub fn take(&mut self, message: Message) {
         match &message {
@@ -52,7 +52,7 @@ impl Story {
 
     /// The page, as HTML.
     #[must_use]
-    pub fn html(&self, title: &str, mut finger: Option<Box<dyn Drawn>>) -> String {
+    pub fn html(&self, title: &str, mut finger: Option<Box<dyn FingerView>>) -> String {
         // A browser that obeys the policy fetches nothing: what is to be seen is in the page.
         let mut page = format!(
             "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n\
@@ -156,7 +156,7 @@ impl Story {
         format!("<p>The truth is phalanx {phalanx:.0}, {k_mm:.2} mm.{error}</p>\n")
     }
 
-    fn figures(&self, finger: &mut (dyn Drawn + 'static)) -> Vec<(String, String)> {
+    fn figures(&self, finger: &mut (dyn FingerView + 'static)) -> Vec<(String, String)> {
         let rad_per_count = finger.scales().rad_per_count;
         let touch = figure::touch_of(&self.state, finger);
         let last_rad = self
@@ -297,17 +297,17 @@ mod tests {
     use super::*;
     use crate::stream::parse;
 
-    fn story(lines: &[&str]) -> Story {
-        let mut story = Story::default();
+    fn page(lines: &[&str]) -> GraspPage {
+        let mut page = GraspPage::default();
         for line in lines {
-            story.take(parse(line).expect("a line"));
+            page.take(parse(line).expect("a line"));
         }
-        story
+        page
     }
 
     #[test]
     fn a_page_tells_place_and_truth() {
-        let html = story(&[
+        let html = page(&[
             "0.1 [INFO ] boot version=1 scene=p70",
             "2.1 [INFO ] located phalanx=2 k_mm=30.52 sigma_mm=0.61 force_n=0.8 settled=true",
             r#"{"type":"summary","verdict":"located","phalanx":2,"k_mm":30.52,"true_phalanx":2,"true_k_mm":30.0}"#,
@@ -319,7 +319,7 @@ mod tests {
 
     #[test]
     fn what_comes_from_outside_is_no_markup() {
-        let html = story(&["<script>alert(1)</script> key=<b>"]).html("<i>", None);
+        let html = page(&["<script>alert(1)</script> key=<b>"]).html("<i>", None);
         assert!(!html.contains("<script>") && !html.contains("<b>") && !html.contains("<i>"));
     }
 }

@@ -8,7 +8,7 @@ use palpate::finger::{Contact, Mechanics};
 pub type Points = Vec<[f64; 2]>;
 
 /// A finger that can be drawn.
-pub trait Drawn {
+pub trait FingerView {
     /// Its points at an input angle (radian from the opening stop), `touch` being a contact and the input angle at which it
     /// began. `None` where the finger cannot be so.
     fn points(&mut self, theta_a_rad: f64, touch: Option<Touch>) -> Option<Points>;
@@ -113,7 +113,7 @@ impl<F: Mechanics> SceneFinger<F> {
     }
 }
 
-impl<F: Mechanics> Drawn for SceneFinger<F> {
+impl<F: Mechanics> FingerView for SceneFinger<F> {
     fn points(&mut self, theta_a_rad: f64, touch: Option<Touch>) -> Option<Points> {
         let Some(touch) = touch.filter(|touch| theta_a_rad > touch.theta_a_rad) else {
             let (at, _) = self.free(theta_a_rad, &self.near)?;

@@ -1,16 +1,16 @@
 //! The fingers that can be drawn: those of `scenes/`.
 
-use crate::posture::{Drawn, Scales, SceneFinger};
+use crate::posture::{FingerView, Scales, SceneFinger};
 use palpate::finger::Mechanics;
 use palpate::scene::Scene;
 
 /// The finger of a scene by its name.
 #[must_use]
-pub fn finger(scene: &str) -> Option<Box<dyn Drawn>> {
+pub fn finger(scene: &str) -> Option<Box<dyn FingerView>> {
     palpate_scenes::for_scene!(scene, |S| drawn::<S>())
 }
 
-fn drawn<S: Scene>() -> Box<dyn Drawn>
+fn drawn<S: Scene>() -> Box<dyn FingerView>
 where
     S::Finger: 'static,
     <S::Finger as Mechanics>::Configuration: 'static,

@@ -11,7 +11,7 @@ use ratatui::widgets::{Block, Paragraph};
 
 use crate::command_line::CommandLine;
 use crate::figure::Role;
-use crate::posture::Drawn;
+use crate::posture::FingerView;
 use crate::state::State;
 use crate::stream::Level;
 
@@ -80,7 +80,7 @@ pub fn draw(
     state: &State,
     view: &View,
     command: &CommandLine,
-    finger: Option<&mut (dyn Drawn + 'static)>,
+    finger: Option<&mut (dyn FingerView + 'static)>,
 ) {
     let [head, body, log, foot] = Layout::vertical([
         Constraint::Length(1),

@@ -8,7 +8,7 @@ use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 use crate::command_line::CommandLine;
-use crate::posture::Drawn;
+use crate::posture::FingerView;
 use crate::recording::Recording;
 use crate::screen::{Focus, View, draw};
 use crate::source::Source;
@@ -23,7 +23,7 @@ const BATCH: usize = 2_000;
 const PAGE: usize = 5;
 
 /// Finds the finger of a scene by its name.
-pub type FingerOf = fn(&str) -> Option<Box<dyn Drawn>>;
+pub type FingerOf = fn(&str) -> Option<Box<dyn FingerView>>;
 
 /// A monitor at work.
 pub struct Watch {
@@ -31,7 +31,7 @@ pub struct Watch {
     state: State,
     view: View,
     command: CommandLine,
-    finger: Option<Box<dyn Drawn>>,
+    finger: Option<Box<dyn FingerView>>,
     finger_of: FingerOf,
     drawn_scene: Option<String>,
     recording: Option<Recording>,

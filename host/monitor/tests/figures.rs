@@ -8,7 +8,7 @@ mod browser;
 use std::path::{Path, PathBuf};
 
 use palpate_monitor::command_line::CommandLine;
-use palpate_monitor::page::Story;
+use palpate_monitor::page::GraspPage;
 use palpate_monitor::screen::{Focus, View, draw};
 use palpate_monitor::state::State;
 use palpate_monitor::stream::{Level, Message, parse};
@@ -80,10 +80,10 @@ fn the_manual_shows_the_monitor() {
 }
 
 fn page() -> String {
-    let mut story = Story::default();
-    messages().for_each(|message| story.take(message));
-    let finger = story.scene().and_then(scenes::finger);
-    story.html(TITLE, finger)
+    let mut page = GraspPage::default();
+    messages().for_each(|message| page.take(message));
+    let finger = page.scene().and_then(scenes::finger);
+    page.html(TITLE, finger)
 }
 
 #[test]

@@ -6,7 +6,7 @@ use crate::state::Contact;
 
 struct Straight;
 
-impl Drawn for Straight {
+impl FingerView for Straight {
     fn points(&mut self, _: f64, _: Option<Touch>) -> Option<Points> {
         Some(vec![[0.0, 0.0], [0.09, 0.0], [0.16, 0.0]])
     }

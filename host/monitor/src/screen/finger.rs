@@ -9,7 +9,7 @@ use ratatui::widgets::canvas::{Canvas, Circle, Line};
 
 use super::View;
 use crate::figure;
-use crate::posture::Drawn;
+use crate::posture::FingerView;
 use crate::state::State;
 
 /// A terminal's cell is about twice as high as wide.
@@ -20,7 +20,7 @@ pub(super) fn draw(
     area: Rect,
     state: &State,
     view: &View,
-    finger: &mut (dyn Drawn + 'static),
+    finger: &mut (dyn FingerView + 'static),
 ) {
     let theta_a_rad = state
         .samples

@@ -7,7 +7,7 @@ use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType, LegendPosition, P
 
 use super::View;
 use crate::figure::{self, Series, range};
-use crate::posture::Drawn;
+use crate::posture::FingerView;
 use crate::state::State;
 
 /// Points drawn of a series at most; more would not be told apart.
@@ -19,7 +19,7 @@ pub(super) fn curve(
     area: Rect,
     state: &State,
     view: &View,
-    finger: &(dyn Drawn + 'static),
+    finger: &(dyn FingerView + 'static),
 ) {
     let series = thinned(figure::torque(state, finger));
     let all = || series.iter().flat_map(|series| series.points.iter());
@@ -39,7 +39,7 @@ pub(super) fn posterior(
     area: Rect,
     state: &State,
     view: &View,
-    finger: &(dyn Drawn + 'static),
+    finger: &(dyn FingerView + 'static),
 ) {
     let Some(belief) = figure::belief(state, finger) else {
         let text = Paragraph::new("no contact located yet")

@@ -69,6 +69,12 @@ impl Terminal {
 
     /// The shell is there again: main screen, lines edited and echoed.
     pub fn is_as_before(&self) {
+        // What is typed before the monitor has ended goes to the monitor.
+        let start = Instant::now();
+        while self.is_alternate() {
+            assert!(start.elapsed() < PATIENCE, "still on the other screen");
+            std::thread::sleep(Duration::from_millis(50));
+        }
         // Of two words, so that the line that is typed does not show it.
         self.type_line(
             "clear; stty -a | tr ' ' '\\n' | grep -x -e icanon -e echo | sort; echo all' 'done",
@@ -79,8 +85,12 @@ impl Terminal {
             modes.contains(&"icanon") && modes.contains(&"echo"),
             "{screen}"
         );
-        let alternate = self.tmux(&["display-message", "-p", "#{alternate_on}"]);
-        assert_eq!(String::from_utf8_lossy(&alternate.stdout).trim(), "0");
+    }
+
+    /// A program shows the terminal's other screen.
+    fn is_alternate(&self) -> bool {
+        let answer = self.tmux(&["display-message", "-p", "#{alternate_on}"]);
+        String::from_utf8_lossy(&answer.stdout).trim() != "0"
     }
 }
 
