@@ -1,6 +1,7 @@
 //! The paper's experiments next to the paper's own algorithm, recordings replayed, figures.
 
 pub mod experiments;
+pub mod false_contacts;
 pub mod figures;
 pub mod paper;
 pub mod recordings;

@@ -8,7 +8,7 @@ use clap::{Args, Parser, Subcommand};
 use palpate_evaluation::experiments::{
     ablation, calibration, catalogue, document, fingerprint, job, result, run, sensitivity,
 };
-use palpate_evaluation::{figures, recordings};
+use palpate_evaluation::{false_contacts, figures, recordings};
 use palpate_plant::{Engine, ObjectMount, World};
 
 mod replay_command;
@@ -41,6 +41,11 @@ enum Command {
     /// The sensing on a folder of recordings whose truth is known.
     #[command(after_help = "Example:\n  cargo xtask recordings FOLDER --uncalibrated --only w0")]
     Recordings(Recordings),
+    /// What each choice of the setting `sensitivity` costs: false contacts in free closings against delay.
+    #[command(
+        after_help = "Example:\n  cargo xtask false-contacts --world workshop --closings 200"
+    )]
+    FalseContacts(FalseContacts),
     /// Print the completions of a shell.
     #[command(hide = true)]
     Completions {
@@ -91,6 +96,25 @@ struct Experiments {
     /// Write the tables into docs/RESULTS.md and README.md.
     #[arg(long, conflicts_with_all = ["world", "mount", "json"])]
     write: bool,
+}
+
+#[derive(Args)]
+struct FalseContacts {
+    /// A simulated world: ideal, bench, workshop, harsh, or a file; may be given several times. All four without it.
+    #[arg(long)]
+    world: Vec<String>,
+    /// What computes finger and object: plant, or mujoco.
+    #[arg(long)]
+    engine: Option<Engine>,
+    /// Free closings in each world.
+    #[arg(long, default_value_t = 1000)]
+    closings: usize,
+    /// Seed of everything that is drawn at random.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// One JSON object a line instead of a table.
+    #[arg(long)]
+    json: bool,
 }
 
 #[derive(Args)]
@@ -146,6 +170,34 @@ fn recordings(options: &Recordings) -> Outcome {
         }
     } else {
         print!("{}", recordings::text(&worlds));
+    }
+    Ok(())
+}
+
+/// Named worlds, from the estimator's own assumptions to the worst.
+const WORLDS: [&str; 4] = ["ideal", "bench", "workshop", "harsh"];
+
+fn false_contacts(options: &FalseContacts) -> Outcome {
+    let worlds: Vec<&str> = if options.world.is_empty() {
+        WORLDS.to_vec()
+    } else {
+        options.world.iter().map(String::as_str).collect()
+    };
+    let mut all = Vec::new();
+    for world in worlds {
+        let plan = plan(world, options.engine, options.seed, false)?;
+        let (rows, failed) = false_contacts::study(&plan, options.closings);
+        for failure in failed {
+            eprintln!("{world}, a finger: {failure}");
+        }
+        all.extend(rows);
+    }
+    if options.json {
+        for row in &all {
+            println!("{}", serde_json::to_string(row)?);
+        }
+    } else {
+        print!("{}", false_contacts::markdown(&all));
     }
     Ok(())
 }
@@ -279,6 +331,7 @@ fn main() -> ExitCode {
         Command::Experiments(options) => experiments(&options),
         Command::Replay(options) => replay_command::run(&options),
         Command::Recordings(options) => recordings(&options),
+        Command::FalseContacts(options) => false_contacts(&options),
         Command::Figures {
             directory,
             world,

@@ -202,6 +202,11 @@ pub fn recordings(arguments: &[String]) -> Outcome {
     evaluate("recordings", arguments)
 }
 
+/// `false-contacts`: what each choice of the sensitivity costs.
+pub fn false_contacts(arguments: &[String]) -> Outcome {
+    evaluate("false-contacts", arguments)
+}
+
 /// `figures`: pictures of the above.
 pub fn figures(arguments: &[String]) -> Outcome {
     evaluate("figures", arguments)

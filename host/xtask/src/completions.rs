@@ -12,6 +12,7 @@ const PROGRAMS: &[(&str, &[(&str, &str)])] = &[
             ("experiments", "experiments"),
             ("replay", "replay"),
             ("recordings", "recordings"),
+            ("false-contacts", "false-contacts"),
             ("figures", "figures"),
         ],
     ),

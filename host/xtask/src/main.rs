@@ -113,6 +113,13 @@ const COMMANDS: &[Command] = &[
         run: commands::recordings,
     },
     Command {
+        name: "false-contacts",
+        arguments: "[--world W] [--closings N] [--json]",
+        summary: "what each choice of the setting sensitivity costs: false contacts against delay (simulated)",
+        example: "false-contacts --world workshop --closings 200",
+        run: commands::false_contacts,
+    },
+    Command {
         name: "monitor",
         arguments: "[--from sim|probe|PORT|FILE] [--scene S] [--world W]",
         summary: "show the finger live in the terminal, with a command line",
@@ -192,6 +199,7 @@ const PASS_HELP: &[&str] = &[
     "experiments",
     "replay",
     "recordings",
+    "false-contacts",
     "report",
     "monitor",
     "record",

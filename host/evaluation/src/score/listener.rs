@@ -25,6 +25,7 @@ impl Listener {
                 k_m,
                 sigma_m,
                 force_n,
+                force_sigma_n,
                 ..
             } => {
                 self.trial.verdict = Verdict::Located {
@@ -35,6 +36,7 @@ impl Listener {
                 self.trial.force = Some(Force {
                     time_s,
                     told_n: f64::from(force_n),
+                    sigma_n: f64::from(force_sigma_n),
                     true_n: true_force_n(time_s, phalanx),
                 });
             }

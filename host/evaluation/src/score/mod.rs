@@ -84,6 +84,8 @@ pub struct Force {
     pub time_s: f64,
     /// What was told, newton.
     pub told_n: f64,
+    /// Its claimed standard deviation, newton; NaN where none is claimed.
+    pub sigma_n: f64,
     /// The truth at that instant, newton; NaN where it is not known.
     pub true_n: f64,
 }

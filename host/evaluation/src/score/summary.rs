@@ -78,7 +78,9 @@ pub struct Scores {
     pub free: usize,
     /// Of them: nothing was said of a contact or of softness.
     pub free_clean: usize,
-    /// Touches in a thousand closings without contact.
+    /// Touches in closings without contact.
+    pub free_touched: usize,
+    /// The same in a thousand.
     pub false_alarms_per_1000: Option<f64>,
     /// Contacts with a touch before the contact.
     pub early: usize,
@@ -92,12 +94,18 @@ pub struct Scores {
     pub delay_max_ms: Option<f64>,
     /// Median time from first contact to its decision, of every contact that was felt and not early, millisecond.
     pub touch_delay_ms: Option<f64>,
+    /// The same, 90 %.
+    pub touch_delay_90_ms: Option<f64>,
     /// Median error of the contact force against the truth at the instant when it is told, percent of the truth.
     pub force_err_pct: Option<f64>,
     /// The same, mean.
     pub force_err_mean_pct: Option<f64>,
     /// The same, 95 %.
     pub force_err_95_pct: Option<f64>,
+    /// True forces within two claimed deviations, percent.
+    pub force_within2_pct: Option<f64>,
+    /// Mean of (error / claimed deviation)^2 of the force.
+    pub force_z2_mean: Option<f64>,
 }
 
 impl Scores {
@@ -128,12 +136,18 @@ impl Scores {
             let force = trial.force.filter(|force| force.true_n > 0.0)?;
             Some(100.0 * (force.told_n / force.true_n - 1.0).abs())
         });
-        let inside =
-            |deviations: f64| percent(z.iter().filter(|z| **z <= deviations).count(), z.len());
+        let force_z = all(&|trial| {
+            let force = trial.force.filter(|force| force.true_n > 0.0)?;
+            Some((force.told_n - force.true_n).abs() / force.sigma_n)
+        });
+        let inside = |z: &[f64], deviations: f64| {
+            percent(z.iter().filter(|z| **z <= deviations).count(), z.len())
+        };
         let free = count(&|t| t.truth.is_none());
+        let free_touched = count(&|t| t.truth.is_none() && t.touched_s.is_some());
         let spread = mean_and_deviation(&errors_pct);
         let mean = |values: &[f64]| mean_and_deviation(values).map(|(mean, _)| mean);
-        let squares: Vec<f64> = z.iter().map(|z| z * z).collect();
+        let mean_square = |z: &[f64]| mean(&z.iter().map(|z| z * z).collect::<Vec<_>>());
         Self {
             closings: trials.len(),
             distal: count(&|t| on(t) > 1),
@@ -148,29 +162,29 @@ impl Scores {
             err_95_pct: quantile(&errors_pct, 0.95),
             err_max_pct: quantile(&errors_pct, 1.0),
             err_mean_mm: mean(&errors_mm),
-            within1_pct: inside(1.0),
-            within2_pct: inside(2.0),
-            z2_mean: mean(&squares),
+            within1_pct: inside(&z, 1.0),
+            within2_pct: inside(&z, 2.0),
+            z2_mean: mean_square(&z),
             proximal: count(&|t| on(t) == 1),
             proximal_named: count(&|t| {
                 on(t) == 1 && t.verdict == super::Verdict::Proximal && !t.is_early()
             }),
             free,
             free_clean: count(&|t| t.truth.is_none() && t.is_clean()),
-            false_alarms_per_1000: percent(
-                count(&|t| t.truth.is_none() && t.touched_s.is_some()),
-                free,
-            )
-            .map(|share| 10.0 * share),
+            free_touched,
+            false_alarms_per_1000: percent(free_touched, free).map(|share| 10.0 * share),
             early: count(&|t| t.truth.is_some() && t.is_early()),
             unusual: count(&|t| t.unusual),
             delay_ms: median(&delays),
             delay_90_ms: quantile(&delays, 0.9),
             delay_max_ms: quantile(&delays, 1.0),
             touch_delay_ms: median(&felt),
+            touch_delay_90_ms: quantile(&felt, 0.9),
             force_err_pct: median(&forces),
             force_err_mean_pct: mean(&forces),
             force_err_95_pct: quantile(&forces, 0.95),
+            force_within2_pct: inside(&force_z, 2.0),
+            force_z2_mean: mean_square(&force_z),
         }
     }
 }
