@@ -230,7 +230,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             }
             model.follow_to(finger, measured_rad, last)?;
             let beyond_n = model.force_sigma_n();
-            let rubbing_n = prior.friction[1] * model.force_by_friction_n();
+            let rubbing_n = RUBBING * model.force_by_friction_n();
             Some(State {
                 force: Force {
                     force_n: model.force_n(),
@@ -260,6 +260,10 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     }
 }
 
+/// Standard deviation of contact friction for a force: handbooks have 0.04 to 0.67 for engineering plastics (V2, CRC Handbook of
+/// Materials Science). For a place the prior's counts: what rubs alike on pins and objects went into the torque factor with the
+/// pins. Nothing calibrates a force.
+const RUBBING: f32 = 0.2;
 /// Variance of the springs' stiffness from the scene's, as a share: 10 %, uniform (R). A location does not depend on it, a
 /// force does.
 const SPRING_VARIANCE: f32 = 0.0034;
@@ -267,12 +271,12 @@ const SPRING_VARIANCE: f32 = 0.0034;
 /// calibrated deviation is attributed to the springs.
 const SPRING_SHARE: f32 = 0.25;
 
-/// The springs' stiffness over the scene's, estimated from the torque factor, with its standard deviation.
+/// The springs' stiffness over the scene's, estimated from the torque factor f, with the standard deviation of a force by it: a
+/// force with the scene's springs is in proportion to f, with the estimated ones to the power of f that is not theirs.
 fn springs(calibration: &Calibration) -> [f32; 2] {
     let mean = exp(-SPRING_SHARE * ln(calibration.torque_factor));
-    let sigma = calibration.torque_factor_sigma;
-    let variance =
-        (1.0 - SPRING_SHARE) * SPRING_VARIANCE + SPRING_SHARE * SPRING_SHARE * sigma * sigma;
+    let sigma = (1.0 - SPRING_SHARE) * calibration.torque_factor_sigma;
+    let variance = (1.0 - SPRING_SHARE) * SPRING_VARIANCE + sigma * sigma;
     [mean, mean * sqrt(variance)]
 }
 
