@@ -1,5 +1,6 @@
 //! The paper's experiments next to the paper's own algorithm, recordings replayed, figures.
 
+pub mod bound;
 pub mod experiments;
 pub mod false_contacts;
 pub mod figures;

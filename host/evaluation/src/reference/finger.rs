@@ -28,7 +28,7 @@ pub enum Stage {
 impl Stage {
     /// Angle of the lever before, from the rest of the joint, on a ground link of this length; NaN where the
     /// four-bar does not close.
-    fn lever(self, joint_rad: f64, ground: f64) -> f64 {
+    pub(super) fn lever(self, joint_rad: f64, ground: f64) -> f64 {
         match self {
             Self::Tendon { ratio } => ratio * joint_rad,
             Self::Linkage {

@@ -5,9 +5,15 @@
 //! docs/MECHANICS.md#transmission); no equation of the paper after (4) is used.
 
 mod finger;
+mod measured;
+mod posterior;
+mod rolling;
 mod stiffness;
 
 pub use finger::{Finger, Stage};
+pub use measured::{BESIDE, Curve, Noise, Place, Priors, Sample, predicted};
+pub use posterior::Posterior;
+pub use rolling::{Rolled, Rolling, Touch};
 pub use stiffness::{ClosurePoint, contact_curve, free_posture, tangent_compliance};
 
 /// The paper's Table I: three phalanges, tendon. Lengths in units of the proximal phalanx, torque in units of K.

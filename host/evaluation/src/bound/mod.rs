@@ -1,0 +1,249 @@
+//! What the data hold: contacts drawn from everything that the locator assumes, given to the locator and to the exact
+//! posterior ([`crate::reference::Posterior`]). No estimator that knows as little does better than the posterior.
+//!
+//! An uncalibrated finger does not know its torque factor, efficiency over spring stiffness. Pressing on the closing stop and
+//! releasing would tell the worm's share of it, back-EMF the torque constant's; the springs and the gearhead remain.
+
+pub mod drawn;
+
+use palpate::finger::Mechanics;
+use palpate::scene::Scene;
+use palpate::sensing::locator::{Data, Locator, Verdict};
+use palpate::sensing::{Cable, Calibration};
+use palpate_document::table::head;
+use palpate_scenes::P70;
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::reference::{Posterior, Rolling};
+use crate::score::{Contact, Scores, Trial, Verdict as Word};
+use drawn::{Drawn, REFERENCE_NOISE, contact, drivetrain, rolling};
+
+/// Standard deviations of what makes up the torque factor, as shares: uniform spreads of 10 % of torque constant, spring and
+/// gearhead, 9 % of the worm, 5 % of the current sense (scenes/common/defaults.toml).
+const UNIFORM: f64 = 0.577;
+const CONSTANT: f64 = 0.10 * UNIFORM;
+const SPRING: f64 = 0.10 * UNIFORM;
+const GEARHEAD: f64 = 0.10 * UNIFORM;
+const WORM: f64 = 0.09 * UNIFORM;
+const SENSE: f64 = 0.05 * UNIFORM;
+
+/// How much of a finger is known.
+#[derive(Clone, Debug)]
+pub struct Knowledge {
+    /// In words.
+    pub name: &'static str,
+    /// In numbers.
+    pub calibration: Calibration,
+}
+
+/// From nothing but the data sheets to the guided calibration.
+#[must_use]
+pub fn levels() -> Vec<Knowledge> {
+    let sheet = P70::UNCALIBRATED;
+    let pressed = Calibration {
+        // As a press on the stop leaves it (src/sensing/sensor/calibrate.rs).
+        cable_sigma_rad_per_nm: 0.02 * sheet.cable_rad_per_nm + 4e-3,
+        stiffening_sigma_per_nm: 0.1,
+        correlation: 0.0,
+        ..sheet
+    };
+    let of = |shares: &[f64]| Calibration {
+        torque_factor_sigma: shares.iter().map(|s| s * s).sum::<f64>().sqrt() as f32,
+        ..pressed
+    };
+    let all = [CONSTANT, SPRING, GEARHEAD, WORM, SENSE];
+    let level = |name, calibration| Knowledge { name, calibration };
+    vec![
+        level("data sheets", sheet),
+        level("and the cable, by a press on the stop", of(&all)),
+        level(
+            "and the worm's efficiency",
+            of(&[CONSTANT, SPRING, GEARHEAD, SENSE]),
+        ),
+        level(
+            "and torque constant and current sense",
+            of(&[SPRING, GEARHEAD]),
+        ),
+        level(
+            "and the gearhead's efficiency: all but the spring",
+            of(&[SPRING]),
+        ),
+        level("torque factor to 1.5 %, by pins", of(&[0.015])),
+    ]
+}
+
+/// What the library says of a drawn contact.
+#[must_use]
+pub fn located(drawn: &Drawn) -> Verdict {
+    let finger = P70::MECHANISM;
+    let drivetrain = drivetrain();
+    let data = Data {
+        points: drawn.bins.points(),
+        origin_rad: drivetrain.closing_rad(drawn.bins.origin_counts()),
+        drivetrain: &drivetrain,
+    };
+    let (prior, near) = (&drawn.prior, finger.rest());
+    let mut locator = Locator::<_, Cable>::default();
+    while locator.begin(&finger, &data, prior, &near, true) {
+        while !locator.step(&finger, &data, prior, &near) {}
+        let explained = locator.explains() && !locator.leans_on_its_end();
+        if explained || !locator.shorten() {
+            break;
+        }
+    }
+    locator.verdict(prior, |_| 0.0)
+}
+
+/// What the exact posterior says of it.
+#[must_use]
+pub fn exact(rolling: &Rolling, drawn: &Drawn) -> Option<Posterior> {
+    Posterior::of(rolling, &drawn.curve, &REFERENCE_NOISE, &drawn.priors)
+}
+
+/// One contact with what was said of it: locator and exact posterior.
+#[derive(Clone, Debug)]
+pub struct Judged {
+    /// The contact.
+    pub drawn: Drawn,
+    /// The library.
+    pub located: Verdict,
+    /// The reference.
+    pub exact: Option<Posterior>,
+}
+
+impl Judged {
+    fn contact(&self) -> Contact {
+        Contact {
+            phalanx: 2,
+            k_m: self.drawn.truth.k_m,
+            length_m: rolling().distal_m,
+            time_s: 0.0,
+        }
+    }
+
+    fn trial(&self, verdict: Word) -> Trial {
+        Trial {
+            truth: Some(self.contact()),
+            touched_s: Some(0.0),
+            verdict,
+            ..Trial::default()
+        }
+    }
+
+    /// Scores' form of the library's verdict.
+    #[must_use]
+    pub fn ours(&self) -> Trial {
+        let located = |estimate: &palpate::sensing::locator::Estimate| Word::Located {
+            phalanx: estimate.phalanx,
+            k_m: estimate.k_m.into(),
+            sigma_m: estimate.k_sigma_m.into(),
+        };
+        self.trial(match &self.located {
+            Verdict::At(estimate) | Verdict::Either([estimate, _]) => located(estimate),
+            Verdict::Undecided | Verdict::Nowhere(_) => Word::NotLocated,
+        })
+    }
+
+    /// Scores' form of the exact posterior.
+    #[must_use]
+    pub fn theirs(&self) -> Trial {
+        self.trial(self.exact.map_or(Word::NotLocated, |found| Word::Located {
+            phalanx: 2,
+            k_m: found.k_m,
+            sigma_m: found.sigma_m,
+        }))
+    }
+}
+
+/// Contacts drawn with this much known, judged by both.
+#[must_use]
+pub fn judged(calibration: &Calibration, contacts: u64, seed: u64) -> Vec<Judged> {
+    let rolling = rolling();
+    (0..contacts)
+        .into_par_iter()
+        .map(|index| {
+            let mut random = Pcg64Mcg::seed_from_u64((seed << 32) + index);
+            let drawn = loop {
+                if let Some(drawn) = contact(&rolling, calibration, &mut random) {
+                    break drawn;
+                }
+            };
+            Judged {
+                located: located(&drawn),
+                exact: exact(&rolling, &drawn),
+                drawn,
+            }
+        })
+        .collect()
+}
+
+/// A level of knowledge with the figures of both.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// What is known.
+    pub known: &'static str,
+    /// Standard deviation of the torque factor, percent.
+    pub factor_pct: f64,
+    /// Mean claimed deviation of the exact posterior, percent of the phalanx.
+    pub exact_sigma_pct: f64,
+    /// The exact posterior.
+    pub exact: Scores,
+    /// The library.
+    pub ours: Scores,
+}
+
+/// Every level of knowledge.
+#[must_use]
+pub fn study(contacts: u64, seed: u64) -> Vec<Row> {
+    levels()
+        .into_iter()
+        .map(|level| {
+            let all = judged(&level.calibration, contacts, seed);
+            let ours: Vec<Trial> = all.iter().map(Judged::ours).collect();
+            let theirs: Vec<Trial> = all.iter().map(Judged::theirs).collect();
+            let sigmas: Vec<f64> = all
+                .iter()
+                .filter_map(|one| Some(one.exact?.sigma_m))
+                .collect();
+            let mean_m = sigmas.iter().sum::<f64>() / sigmas.len().max(1) as f64;
+            Row {
+                known: level.name,
+                factor_pct: 100.0 * f64::from(level.calibration.torque_factor_sigma),
+                exact_sigma_pct: 100.0 * mean_m / rolling().distal_m,
+                exact: Scores::of(&theirs),
+                ours: Scores::of(&ours),
+            }
+        })
+        .collect()
+}
+
+/// A table for the manual.
+#[must_use]
+pub fn markdown(rows: &[Row]) -> String {
+    let mut out = head(
+        "known | torque factor, % | bound: error, % | claimed, % | within 2σ, % | ours: located | error, mean ± sd, % \
+         | within 2σ, %",
+    );
+    let figure = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.2}"));
+    let whole = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.0}"));
+    for row in rows {
+        let line = format!(
+            "| {} | {:.1} | {} | {:.2} | {} | {}/{} | {} ± {} | {} |\n",
+            row.known,
+            row.factor_pct,
+            figure(row.exact.err_mean_pct),
+            row.exact_sigma_pct,
+            whole(row.exact.within2_pct),
+            row.ours.located,
+            row.ours.distal,
+            figure(row.ours.err_mean_pct),
+            figure(row.ours.err_sd_pct),
+            whole(row.ours.within2_pct),
+        );
+        out.push_str(&line);
+    }
+    out
+}
