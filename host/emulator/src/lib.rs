@@ -3,7 +3,7 @@
 //!
 //! | module | what it does |
 //! |---|---|
-//! | [`cortex`] | the core: instruction engine, exceptions, interrupt controller, instruction counts |
+//! | [`cortex`] | the core: instructions, exceptions, interrupt controller, instruction counts |
 //! | [`chip`] | one file per peripheral; an access that is not modelled is an error that names it |
 //! | [`world`] | the plant at the pins |
 //! | [`firmware`], [`rtt`], [`log`] | the image, the debug probe's ring buffers, decoded log lines |
@@ -13,7 +13,7 @@
 //!
 //! Nothing here was checked against silicon. Time has the granularity of a straight run of instructions, and
 //! [`time::CYCLES_PER_INSTRUCTION`] is assumed; instruction counts are exact.
-#![deny(unsafe_code)]
+#![forbid(unsafe_code)]
 
 pub mod chip;
 pub mod clients;
@@ -78,11 +78,6 @@ pub enum Error {
     /// No function has this in its name.
     #[error("no function of the firmware has '{0}' in its name; `nm --demangle ELF` lists them")]
     NoFunction(String),
-    /// The instruction engine failed.
-    #[error(
-        "instruction engine: {0:?}; this is a defect of the emulator, please report the call that led to it"
-    )]
-    Engine(unicorn_engine::uc_error),
     /// A port for clients cannot be opened.
     #[error("cannot listen on port {port} of this machine: {source}; choose another")]
     Port {
@@ -100,10 +95,4 @@ pub enum Error {
     /// The simulated world refused its parameters.
     #[error("plant: {0}")]
     Plant(#[from] palpate_plant::Error),
-}
-
-impl From<unicorn_engine::uc_error> for Error {
-    fn from(error: unicorn_engine::uc_error) -> Self {
-        Self::Engine(error)
-    }
 }

@@ -67,7 +67,7 @@ impl<'f> GdbServer<'f> {
             }
             Err(failure) => eprintln!("gdb: {failure}; the connection is closed"),
         }
-        machine.engine_mut().clear_breakpoints()?;
+        machine.engine_mut().clear_breakpoints();
         Ok(true)
     }
 }

@@ -17,10 +17,6 @@ use super::cortex_m4::CortexM4;
 use crate::cortex::debug::CoreRegisters;
 use crate::{Error, Machine, ResetCause};
 
-fn fatal(error: impl Into<Error>) -> TargetError<Error> {
-    TargetError::Fatal(error.into())
-}
-
 impl Target for Machine<'_> {
     type Arch = CortexM4;
     type Error = Error;
@@ -40,14 +36,13 @@ impl Target for Machine<'_> {
 
 impl SingleThreadBase for Machine<'_> {
     fn read_registers(&mut self, registers: &mut CoreRegisters) -> TargetResult<(), Self> {
-        *registers = self.engine_mut().core_registers().map_err(fatal)?;
+        *registers = self.engine_mut().core_registers();
         Ok(())
     }
 
     fn write_registers(&mut self, registers: &CoreRegisters) -> TargetResult<(), Self> {
-        self.engine_mut()
-            .set_core_registers(registers)
-            .map_err(fatal)
+        self.engine_mut().set_core_registers(registers);
+        Ok(())
     }
 
     fn read_addrs(&mut self, address: u32, into: &mut [u8]) -> TargetResult<usize, Self> {
@@ -72,7 +67,8 @@ impl SingleThreadBase for Machine<'_> {
 
 impl SingleThreadResume for Machine<'_> {
     fn resume(&mut self, _signal: Option<Signal>) -> Result<(), Error> {
-        Ok(self.engine_mut().resume(false)?)
+        self.engine_mut().resume(false);
+        Ok(())
     }
 
     fn support_single_step(&mut self) -> Option<SingleThreadSingleStepOps<'_, Self>> {
@@ -82,7 +78,8 @@ impl SingleThreadResume for Machine<'_> {
 
 impl SingleThreadSingleStep for Machine<'_> {
     fn step(&mut self, _signal: Option<Signal>) -> Result<(), Error> {
-        Ok(self.engine_mut().resume(true)?)
+        self.engine_mut().resume(true);
+        Ok(())
     }
 }
 
@@ -100,12 +97,12 @@ impl Breakpoints for Machine<'_> {
 
 impl SwBreakpoint for Machine<'_> {
     fn add_sw_breakpoint(&mut self, address: u32, _size: usize) -> TargetResult<bool, Self> {
-        self.engine_mut().set_breakpoint(address).map_err(fatal)?;
+        self.engine_mut().set_breakpoint(address);
         Ok(true)
     }
 
     fn remove_sw_breakpoint(&mut self, address: u32, _size: usize) -> TargetResult<bool, Self> {
-        self.engine_mut().clear_breakpoint(address).map_err(fatal)
+        Ok(self.engine_mut().clear_breakpoint(address))
     }
 }
 

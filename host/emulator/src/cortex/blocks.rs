@@ -1,69 +1,159 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! Cache of decoded blocks; consistent with the code that the firmware copies into CCM SRAM.
+//! Cache of translated blocks.
+
+use std::collections::{BTreeMap, HashMap};
 
 use super::Map;
-use super::decode::{Block, Memory};
+use super::translate::{Code, PAGE};
 
-/// Decoded blocks by start address.
-#[derive(Debug)]
-pub struct Blocks {
-    flash: Vec<Block>,
-    ccm: Vec<Block>,
-    /// Whether the CCM SRAM was written after its blocks were decoded.
-    ccm_changed: bool,
+type Slot = Option<Box<Code>>;
+
+/// Translated blocks by start address.
+pub(super) struct Blocks {
+    flash: Vec<Slot>,
+    /// The flash at its second address, from zero.
+    alias: Vec<Slot>,
+    ccm: Vec<Slot>,
+    /// Those that start within an IT block: by address and state.
+    in_it: HashMap<(u32, u8), Box<Code>>,
+    /// Numbers of watched functions by address.
+    watched: BTreeMap<u32, u16>,
+}
+
+fn empty(bytes: u32) -> Vec<Slot> {
+    std::iter::repeat_with(|| None)
+        .take((bytes / 2) as usize)
+        .collect()
 }
 
 impl Blocks {
-    pub(crate) fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self {
-            flash: vec![Block::default(); (Map::FLASH_SIZE / 2) as usize],
-            ccm: vec![Block::default(); (Map::CCM_SIZE / 2) as usize],
-            ccm_changed: false,
+            flash: empty(Map::FLASH_SIZE),
+            alias: empty(Map::FLASH_SIZE),
+            ccm: empty(Map::CCM_SIZE),
+            in_it: HashMap::new(),
+            watched: BTreeMap::new(),
         }
     }
 
-    /// Index of a start address; `None` outside code memory.
-    pub(crate) fn slot(&mut self, address: u32) -> Option<&mut Block> {
-        let (blocks, start) = match Memory::at(address) {
-            Memory::Flash => (&mut self.flash, Map::FLASH),
-            Memory::Ccm => (&mut self.ccm, Map::CCM),
+    /// The block that starts at an address in an IT state, if it was translated.
+    #[inline(always)]
+    pub(super) fn find(&self, address: u32, it: u8) -> Option<&Code> {
+        if it != 0 {
+            return self.in_it.get(&(address, it)).map(|code| &**code);
+        }
+        let offset = address.wrapping_sub(Map::FLASH);
+        if offset < Map::FLASH_SIZE {
+            return self.flash.get((offset / 2) as usize)?.as_deref();
+        }
+        let offset = address.wrapping_sub(Map::CCM);
+        let slots = if offset < Map::CCM_SIZE {
+            &self.ccm
+        } else {
+            &self.alias
         };
-        blocks.get_mut((address.wrapping_sub(start) / 2) as usize)
+        let offset = if offset < Map::CCM_SIZE {
+            offset
+        } else {
+            address
+        };
+        slots.get((offset / 2) as usize)?.as_deref()
     }
 
-    /// Marks the CCM SRAM as changed.
-    pub(crate) fn change_ccm(&mut self) {
-        self.ccm_changed = true;
+    fn slot(&mut self, address: u32) -> Option<&mut Slot> {
+        let (slots, start) = if address.wrapping_sub(Map::FLASH) < Map::FLASH_SIZE {
+            (&mut self.flash, Map::FLASH)
+        } else if address.wrapping_sub(Map::CCM) < Map::CCM_SIZE {
+            (&mut self.ccm, Map::CCM)
+        } else {
+            (&mut self.alias, 0)
+        };
+        slots.get_mut(((address - start) / 2) as usize)
     }
 
-    /// Whether the cached block at this address may be outdated.
-    pub(crate) fn is_stale(&self, address: u32) -> bool {
-        self.ccm_changed && Memory::at(address) == Memory::Ccm
-    }
-
-    /// Drops blocks in CCM SRAM if it has changed, and returns whether it has; watched functions stay watched.
-    pub(crate) fn forget_stale(&mut self) -> bool {
-        if !std::mem::take(&mut self.ccm_changed) {
-            return false;
+    /// Keeps a block that starts in this IT state.
+    pub(super) fn keep(&mut self, mut code: Code, it: u8) {
+        let start = code.start;
+        code.cost.watch = self.watched.get(&start).copied().unwrap_or(0);
+        if it != 0 {
+            self.in_it.insert((start, it), Box::new(code));
+        } else if let Some(slot) = self.slot(start) {
+            *slot = Some(Box::new(code));
         }
-        for block in &mut self.ccm {
-            *block = Block {
-                watch: block.watch,
-                ..Block::default()
-            };
+    }
+
+    /// Marks a watched function.
+    pub(super) fn watch(&mut self, address: u32, number: u16) {
+        self.watched.insert(address, number);
+        if let Some(Some(code)) = self.slot(address) {
+            code.cost.watch = number;
         }
-        true
+    }
+
+    /// Drops the blocks in CCM SRAM.
+    pub(super) fn forget_ccm(&mut self) {
+        self.ccm.fill_with(|| None);
+        self.in_it.clear();
+    }
+
+    /// Drops blocks that may reach into a range of the flash.
+    pub(super) fn forget_flash(&mut self, start: usize, length: usize) {
+        let first = start.saturating_sub(PAGE as usize + 2) / 2;
+        let end = (start + length).div_ceil(2);
+        for slots in [&mut self.flash, &mut self.alias] {
+            let end = end.min(slots.len());
+            if let Some(changed) = slots.get_mut(first..end) {
+                changed.fill_with(|| None);
+            }
+        }
+        self.in_it.clear();
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::translate::translate;
     use super::*;
 
+    fn at(start: u32) -> Code {
+        // bx lr
+        translate(start, 0, false, &|_| Some(0x4770)).expect("code")
+    }
+
     #[test]
-    fn a_slot_exists_where_code_runs() {
+    fn blocks_are_kept_where_code_runs() {
         let mut blocks = Blocks::new();
-        assert!(blocks.slot(Map::CCM).is_some() && blocks.slot(Map::FLASH).is_some());
-        assert!(blocks.slot(Map::CCM + Map::CCM_SIZE).is_none());
+        for start in [
+            0x100,
+            Map::CCM,
+            Map::FLASH,
+            Map::FLASH + Map::FLASH_SIZE - 2,
+        ] {
+            assert!(blocks.find(start, 0).is_none());
+            blocks.keep(at(start), 0);
+            assert_eq!(blocks.find(start, 0).map(|code| code.start), Some(start));
+        }
+        blocks.keep(at(Map::CCM + Map::CCM_SIZE), 0);
+        assert!(blocks.find(Map::CCM + Map::CCM_SIZE, 0).is_none());
+    }
+
+    #[test]
+    fn changed_code_is_dropped_and_watched_functions_stay_watched() {
+        let mut blocks = Blocks::new();
+        blocks.watch(Map::CCM, 3);
+        let (before, after) = (Map::FLASH + 0x1000, Map::FLASH + 0x4000);
+        for start in [Map::CCM, before, after] {
+            blocks.keep(at(start), 0);
+        }
+        blocks.forget_flash(0x1100, 8);
+        assert!(blocks.find(before, 0).is_none() && blocks.find(after, 0).is_some());
+        blocks.forget_ccm();
+        assert!(blocks.find(Map::CCM, 0).is_none());
+        blocks.keep(at(Map::CCM), 0);
+        assert_eq!(
+            blocks.find(Map::CCM, 0).map(|code| code.cost.watch),
+            Some(3)
+        );
     }
 }

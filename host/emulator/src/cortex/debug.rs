@@ -2,27 +2,34 @@
 //! Debugging of the core: breakpoints, single steps, registers. While the core is halted, time stops for the chip and for the
 //! world.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 
-use unicorn_engine::{RegisterARM, UcHookId, Unicorn, uc_error};
+use super::{Engine, Map};
 
-use super::{Engine, Map, Trap};
-use crate::chip::Chip;
-
-/// State that the hooks of breakpoints and steps share.
+/// Where the core was resumed, and how far it runs.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Resumed {
     /// The instruction at which the core was resumed: its breakpoint does not halt it again.
-    from: Option<u32>,
+    pub(super) from: Option<u32>,
     /// Whether the core halts again before the next instruction.
-    step: bool,
+    pub(super) step: bool,
 }
 
-/// Hooks by address.
+impl Resumed {
+    /// A block has been run: what comes next is no longer where the core was resumed.
+    pub(super) fn leave(&mut self) {
+        self.from = None;
+    }
+}
+
+/// Addresses before which the core is halted.
 #[derive(Default)]
-pub(super) struct Breakpoints {
-    at: BTreeMap<u32, UcHookId>,
-    step: Option<UcHookId>,
+pub(super) struct Breakpoints(BTreeSet<u32>);
+
+impl Breakpoints {
+    pub(super) fn at(&self, address: u32) -> bool {
+        self.0.contains(&address)
+    }
 }
 
 /// The registers that a debugger shows, in the order of its target description.
@@ -38,144 +45,76 @@ pub struct CoreRegisters {
     pub fpscr: u32,
 }
 
-const CORE: [RegisterARM; 17] = [
-    RegisterARM::R0,
-    RegisterARM::R1,
-    RegisterARM::R2,
-    RegisterARM::R3,
-    RegisterARM::R4,
-    RegisterARM::R5,
-    RegisterARM::R6,
-    RegisterARM::R7,
-    RegisterARM::R8,
-    RegisterARM::R9,
-    RegisterARM::R10,
-    RegisterARM::R11,
-    RegisterARM::R12,
-    RegisterARM::SP,
-    RegisterARM::LR,
-    RegisterARM::PC,
-    RegisterARM::XPSR,
-];
-const STACKS: [RegisterARM; 2] = [RegisterARM::MSP, RegisterARM::PSP];
-const DOUBLE: [RegisterARM; 16] = [
-    RegisterARM::D0,
-    RegisterARM::D1,
-    RegisterARM::D2,
-    RegisterARM::D3,
-    RegisterARM::D4,
-    RegisterARM::D5,
-    RegisterARM::D6,
-    RegisterARM::D7,
-    RegisterARM::D8,
-    RegisterARM::D9,
-    RegisterARM::D10,
-    RegisterARM::D11,
-    RegisterARM::D12,
-    RegisterARM::D13,
-    RegisterARM::D14,
-    RegisterARM::D15,
-];
-
 impl Engine {
     /// Sets a breakpoint.
-    pub(crate) fn set_breakpoint(&mut self, address: u32) -> Result<(), uc_error> {
-        let address = address & !1;
-        if self.breakpoints.at.contains_key(&address) {
-            return Ok(());
-        }
-        let hook = self
-            .uc
-            .add_code_hook(address.into(), address.into(), |uc, address, _| {
-                before(uc, address as u32, false);
-            })?;
-        self.breakpoints.at.insert(address, hook);
-        // Blocks that are already translated do not call the hook.
-        self.uc.ctl_flush_tb()
+    pub(crate) fn set_breakpoint(&mut self, address: u32) {
+        self.breakpoints.0.insert(address & !1);
     }
 
     /// Removes a breakpoint; false if there was none.
-    pub(crate) fn clear_breakpoint(&mut self, address: u32) -> Result<bool, uc_error> {
-        let Some(hook) = self.breakpoints.at.remove(&(address & !1)) else {
-            return Ok(false);
-        };
-        self.uc.remove_hook(hook)?;
-        self.uc.ctl_flush_tb()?;
-        Ok(true)
+    pub(crate) fn clear_breakpoint(&mut self, address: u32) -> bool {
+        self.breakpoints.0.remove(&(address & !1))
     }
 
     /// Removes all breakpoints.
-    pub(crate) fn clear_breakpoints(&mut self) -> Result<(), uc_error> {
-        let all: Vec<u32> = self.breakpoints.at.keys().copied().collect();
-        for address in all {
-            self.clear_breakpoint(address)?;
-        }
-        self.resume(false)?;
+    pub(crate) fn clear_breakpoints(&mut self) {
+        self.breakpoints.0.clear();
         self.chip_mut().core.resumed = Resumed::default();
-        Ok(())
     }
 
     /// Resumes the core; with `step` it halts after one instruction.
-    pub(crate) fn resume(&mut self, step: bool) -> Result<(), uc_error> {
-        let from = self.register(RegisterARM::PC)? & !1;
-        self.chip_mut().core.resumed = Resumed {
-            from: Some(from),
-            step,
-        };
-        if step && self.breakpoints.step.is_none() {
-            let everywhere = self
-                .uc
-                .add_code_hook(0, u32::MAX.into(), |uc, address, _| {
-                    before(uc, address as u32, true);
-                })?;
-            self.breakpoints.step = Some(everywhere);
-            self.uc.ctl_flush_tb()?;
-        } else if !step && let Some(hook) = self.breakpoints.step.take() {
-            // A hook before every instruction slows all of them down, so it exists only while stepping.
-            self.uc.remove_hook(hook)?;
-            self.uc.ctl_flush_tb()?;
-        }
-        Ok(())
+    pub(crate) fn resume(&mut self, step: bool) {
+        let from = Some(self.registers.pc);
+        self.chip_mut().core.resumed = Resumed { from, step };
+    }
+
+    /// Whether the core must look at every instruction.
+    pub(super) fn is_watched(&self) -> bool {
+        self.chip().core.resumed.step || !self.breakpoints.0.is_empty()
     }
 
     /// The registers.
-    pub(crate) fn core_registers(&self) -> Result<CoreRegisters, uc_error> {
-        let mut all = CoreRegisters::default();
-        for (value, register) in all.core.iter_mut().zip(CORE) {
-            *value = self.register(register)?;
+    pub(crate) fn core_registers(&self) -> CoreRegisters {
+        let registers = &self.registers;
+        CoreRegisters {
+            core: std::array::from_fn(|n| {
+                if n == 16 {
+                    registers.xpsr()
+                } else {
+                    registers.get(n)
+                }
+            }),
+            stacks: registers.stacks(),
+            double: std::array::from_fn(|n| registers.double(n)),
+            fpscr: registers.fpu.status(),
         }
-        for (value, register) in all.stacks.iter_mut().zip(STACKS) {
-            *value = self.register(register)?;
-        }
-        for (value, register) in all.double.iter_mut().zip(DOUBLE) {
-            *value = self.wide_register(register)?;
-        }
-        all.fpscr = self.register(RegisterARM::FPSCR)?;
-        Ok(all)
     }
 
     /// Changes those registers that differ.
-    pub(crate) fn set_core_registers(&mut self, wanted: &CoreRegisters) -> Result<(), uc_error> {
-        let now = self.core_registers()?;
-        let words = CORE.into_iter().zip(wanted.core.into_iter().zip(now.core));
-        let stacks = STACKS
-            .into_iter()
-            .zip(wanted.stacks.into_iter().zip(now.stacks));
-        let status = [(RegisterARM::FPSCR, (wanted.fpscr, now.fpscr))];
-        for (register, (wanted, now)) in words.chain(stacks).chain(status) {
-            if wanted != now {
-                self.set_register(register, wanted)?;
+    pub(crate) fn set_core_registers(&mut self, wanted: &CoreRegisters) {
+        let now = self.core_registers();
+        let registers = &mut self.registers;
+        for (n, (&wanted, now)) in wanted.core.iter().zip(now.core).enumerate() {
+            match n {
+                _ if wanted == now => {}
+                16 => registers.set_xpsr(wanted),
+                n => registers.set(n, wanted),
             }
         }
-        for (register, (wanted, now)) in DOUBLE
-            .into_iter()
-            .zip(wanted.double.into_iter().zip(now.double))
-        {
+        if wanted.stacks[0] != now.stacks[0] {
+            registers.set_main_stack(wanted.stacks[0]);
+        }
+        if wanted.stacks[1] != now.stacks[1] {
+            registers.set_process_stack(wanted.stacks[1]);
+        }
+        for (n, (&wanted, now)) in wanted.double.iter().zip(now.double).enumerate() {
             if wanted != now {
-                self.set_wide_register(register, wanted)?;
+                registers.set_double(n, wanted);
             }
         }
-        Ok(())
+        if wanted.fpscr != now.fpscr {
+            registers.fpu.set_status(wanted.fpscr);
+        }
     }
 
     /// Reads memory without side effects: flash and RAM, no peripheral registers. Returns the bytes up to the first unmapped
@@ -197,19 +136,4 @@ impl Engine {
             length
         })
     }
-}
-
-/// Called before an instruction with a breakpoint, and before every one while stepping.
-fn before(uc: &mut Unicorn<'_, Chip>, address: u32, stepping: bool) {
-    let core = &mut uc.get_data_mut().core;
-    if core.resumed.from == Some(address) {
-        // Both hooks may be called here: while stepping only that of the step clears the resume address.
-        if stepping || !core.resumed.step {
-            core.resumed.from = None;
-        }
-        return;
-    }
-    core.trap.get_or_insert(Trap::Held { stepping });
-    // The result says only that the engine is not running, which a hook of its own rules out.
-    let _ = uc.emu_stop();
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! Cost of a translated block, decoded once and cached.
 //!
-//! The engine calls back once a block; the number of instructions in it follows from the Thumb encoding alone.
+//! Counted once a block; the number of instructions in it follows from the Thumb encoding alone.
 //! Cycles are given as bounds. Lower: the core's table at zero wait states. Upper: its most expensive case (pipeline refill,
 //! division), plus wait states of fetches from flash.
 
@@ -10,7 +10,7 @@ use super::Map;
 /// Cost of one straight run of instructions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Block {
-    /// Length in bytes: the engine may cut the same start into blocks of several lengths.
+    /// Length in bytes.
     pub size: u32,
     /// Instructions, those skipped by an IT condition included.
     pub instructions: u32,
@@ -85,15 +85,7 @@ pub fn decode(code: &[u8], memory: Memory) -> Block {
     block
 }
 
-/// Instructions in the first `bytes` of a block.
-#[must_use]
-pub fn count(code: &[u8]) -> u32 {
-    decode(code, Memory::Ccm).instructions
-}
-
-pub(crate) const WFE: u16 = 0xBF20;
-pub(crate) const WFI: u16 = 0xBF30;
-pub(crate) const SEV: u16 = 0xBF40;
+const SEV: u16 = 0xBF40;
 
 /// Wait states of the flash at 170 MHz, and the bytes that one access brings.
 pub(super) const FLASH_WAIT: u32 = 4;
@@ -341,6 +333,6 @@ mod tests {
     #[test]
     fn finds_the_event() {
         assert!(decode(&code(&[0xBF00, SEV]), Memory::Flash).sends_event);
-        assert!(!decode(&code(&[WFE, WFI]), Memory::Flash).sends_event);
+        assert!(!decode(&code(&[0xBF20, 0xBF30]), Memory::Flash).sends_event);
     }
 }

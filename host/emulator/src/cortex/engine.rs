@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! The instruction engine with its memories; hides its callbacks from the rest of the crate.
+//! The core with its memories: runs translated blocks from one event to the next.
 
-use unicorn_engine::{Arch, ArmCpuModel, Mode, Prot, RegisterARM, Unicorn, uc_error};
-
-use super::block_hook::{self, BlockHook};
+use super::access::Bus;
+use super::blocks::Blocks;
 use super::debug::Breakpoints;
-use super::decode;
-use super::hooks;
-use super::memory::Ram;
+use super::decode::Block;
+use super::execute::Ended;
+use super::memory::{Memory, flash_offset};
+use super::state::Registers;
+use super::translate::{NoCode, translate};
 use super::{Map, Trap};
 use crate::chip::{Chip, Misuse};
+use crate::time::CYCLES_PER_INSTRUCTION;
 
 /// Why the engine stopped.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -20,119 +22,148 @@ pub(crate) enum Exit {
     Trap(Trap),
 }
 
-/// The engine and the data of its callbacks.
+/// The core, its memories and the chip around it.
 pub(crate) struct Engine {
-    pub(super) uc: Unicorn<'static, Chip>,
-    /// Dropped after the engine, which holds a pointer to it.
-    _block_hook: Box<BlockHook>,
-    /// Dropped after the engine, which holds a pointer into it.
-    ram: Ram,
-    /// Whether loads from the records are hooked, because some of them are damaged.
-    watches_records: bool,
+    pub(super) registers: Registers,
+    pub(super) memory: Memory,
+    chip: Chip,
+    blocks: Blocks,
+    /// Blocks with an operation for every instruction, for breakpoints and steps.
+    steps: Blocks,
     pub(super) breakpoints: Breakpoints,
 }
 
 impl Engine {
-    pub(crate) fn new(chip: Chip) -> Result<Self, uc_error> {
-        let mut uc = Unicorn::new_with_data(Arch::ARM, Mode::THUMB | Mode::MCLASS, chip)?;
-        uc.ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32)?;
-        // The CCM SRAM's size is no multiple of the default page.
-        uc.ctl_set_page_size(1024)?;
-        let ram = Ram::new();
-        ram.map(&mut uc)?;
-        let code = Prot::READ | Prot::EXEC;
-        uc.mem_map(0, Map::FLASH_SIZE.into(), code)?;
-        uc.mem_map(Map::FLASH.into(), Map::FLASH_SIZE.into(), code)?;
-        uc.mem_map(Map::SYSTEM.into(), Map::SYSTEM_SIZE.into(), Prot::READ)?;
-        // Unique identity and flash size in KiB.
-        uc.mem_write(0x1FFF_7590, b"EMULATED\0\0\0\0")?;
-        uc.mem_write(0x1FFF_75E0, &128u16.to_le_bytes())?;
-        hooks::install(&mut uc, &ram)?;
-        let block_hook = BlockHook::install(&uc)?;
-        let mut engine = Self {
-            uc,
-            _block_hook: block_hook,
-            ram,
-            watches_records: false,
+    pub(crate) fn new(chip: Chip) -> Self {
+        Self {
+            registers: Registers::new(),
+            memory: Memory::new(),
+            chip,
+            blocks: Blocks::new(),
+            steps: Blocks::new(),
             breakpoints: Breakpoints::default(),
-        };
-        engine.refresh_flash()?;
-        Ok(engine)
+        }
     }
 
-    /// Makes CYCCNT count executed instructions exactly, at the price of slower loads.
-    pub(crate) fn count_instructions(&mut self) -> Result<(), uc_error> {
-        self.chip_mut().core.count_instructions = true;
-        hooks::count_instructions(&mut self.uc)
+    /// Makes CYCCNT count executed instructions exactly.
+    pub(crate) fn count_instructions(&mut self) {
+        self.chip.core.count_instructions = true;
     }
 
     pub(crate) fn chip(&self) -> &Chip {
-        self.uc.get_data()
+        &self.chip
     }
 
     pub(crate) fn chip_mut(&mut self) -> &mut Chip {
-        self.uc.get_data_mut()
+        &mut self.chip
+    }
+
+    pub(crate) fn registers(&self) -> &Registers {
+        &self.registers
     }
 
     /// Runs from the program counter until something is due.
-    pub(crate) fn run(&mut self) -> Result<Exit, uc_error> {
-        let pc = self.register(RegisterARM::PC)?;
-        let result = self.uc.emu_start(u64::from(pc | 1), 0, 0, 0);
-        if let Some(trap) = self.chip_mut().core.trap.take() {
-            if matches!(trap, Trap::Bus { .. } | Trap::Undefined | Trap::Held { .. }) {
-                self.refund()?;
+    pub(crate) fn run(&mut self) -> Exit {
+        let held = self.is_watched();
+        loop {
+            let (pc, it) = (self.registers.pc, self.registers.it);
+            self.chip.core.block_address = pc;
+            if self.stops() {
+                break;
             }
-            return Ok(Exit::Trap(trap));
+            let blocks = if held { &self.steps } else { &self.blocks };
+            let Some(code) = blocks.find(pc, it) else {
+                match self.translate(held) {
+                    Ok(()) => continue,
+                    Err(trap) => return Exit::Trap(trap),
+                }
+            };
+            charge(&mut self.chip, &self.registers, &code.cost, pc);
+            let mut bus = Bus {
+                registers: &mut self.registers,
+                memory: &mut self.memory,
+                chip: &mut self.chip,
+            };
+            let ended = if held {
+                let ended = bus.execute_held(code, &|address| self.breakpoints.at(address));
+                bus.chip.core.resumed.leave();
+                ended
+            } else {
+                bus.execute(code)
+            };
+            match ended {
+                Ended::Next => {}
+                Ended::WaitForInterrupt => return Exit::WaitForInterrupt,
+                Ended::Trap => break,
+            }
         }
-        if result == Err(uc_error::FETCH_PROT) {
-            return Ok(Exit::Trap(Trap::Misuse(Misuse::CodeInRam {
-                address: self.register(RegisterARM::PC)?,
-            })));
+        match self.chip.core.trap.take() {
+            Some(trap) => Exit::Trap(trap),
+            None => Exit::Due,
         }
-        result?;
-        let pc = self.register(RegisterARM::PC)?;
-        Ok(match self.halfword(pc.wrapping_sub(2)) {
-            Some(decode::WFI) if pc != self.chip().core.block_address => Exit::WaitForInterrupt,
-            _ => Exit::Due,
-        })
     }
 
-    /// Subtracts the instructions of a block that a fault or a breakpoint interrupted.
-    fn refund(&mut self) -> Result<(), uc_error> {
-        let pc = self.register(RegisterARM::PC)?;
-        let core = &self.chip().core;
-        let (start, size) = (core.block_address, core.block_size);
-        let Some(code) = self.read(start, size as usize) else {
-            return Ok(());
-        };
-        let executed = pc.wrapping_sub(start).min(size) as usize;
-        let refund = decode::count(&code) - decode::count(&code[..executed]);
-        self.chip_mut().core.account.refund(refund);
+    /// Whether something is due before the next block.
+    #[inline(always)]
+    fn stops(&self) -> bool {
+        let chip = &self.chip;
+        chip.now >= chip.deadline
+            || chip
+                .core
+                .nvic
+                .candidate()
+                .is_some_and(|(_, priority)| self.allows(priority))
+            || chip.core.trap.is_some()
+            || chip.reset_request.is_some()
+            || !chip.flash.changed.is_empty()
+            || self.memory.code_changed
+    }
+
+    /// Whether the mask registers allow an exception of this priority.
+    fn allows(&self, priority: i16) -> bool {
+        let registers = &self.registers;
+        let base = i16::from(registers.basepri);
+        let masked = registers.faultmask && priority >= -1
+            || registers.primask && priority >= 0
+            || base != 0 && priority >= base;
+        !masked
+    }
+
+    /// Translates the block at the program counter.
+    fn translate(&mut self, steps: bool) -> Result<(), Trap> {
+        let (pc, it) = (self.registers.pc, self.registers.it);
+        let fetch = |address| self.fetch(address);
+        let code = translate(pc, it, steps, &fetch).map_err(|NoCode { address }| {
+            if address.wrapping_sub(Map::RAM) < Map::RAM_SIZE
+                || self.memory.system(address, 2).is_some()
+            {
+                Trap::Misuse(Misuse::CodeInRam { address })
+            } else {
+                Trap::Bus {
+                    address,
+                    fetch: true,
+                }
+            }
+        })?;
+        if code.start.wrapping_sub(Map::CCM) < Map::CCM_SIZE {
+            self.memory.holds_code(code.start, code.end);
+        }
+        (if steps {
+            &mut self.steps
+        } else {
+            &mut self.blocks
+        })
+        .keep(code, it);
         Ok(())
     }
 
-    pub(crate) fn register(&self, register: RegisterARM) -> Result<u32, uc_error> {
-        self.uc.reg_read(register).map(|value| value as u32)
-    }
-
-    pub(crate) fn set_register(
-        &mut self,
-        register: RegisterARM,
-        value: u32,
-    ) -> Result<(), uc_error> {
-        self.uc.reg_write(register, value.into())
-    }
-
-    pub(super) fn wide_register(&self, register: RegisterARM) -> Result<u64, uc_error> {
-        self.uc.reg_read(register)
-    }
-
-    pub(super) fn set_wide_register(
-        &mut self,
-        register: RegisterARM,
-        value: u64,
-    ) -> Result<(), uc_error> {
-        self.uc.reg_write(register, value)
+    /// A halfword of code: from flash or CCM SRAM.
+    fn fetch(&self, address: u32) -> Option<u16> {
+        if let Some(offset) = flash_offset(address) {
+            return self.chip.flash.halfword(Map::FLASH + offset);
+        }
+        let in_ccm = address.wrapping_sub(Map::CCM) < Map::CCM_SIZE;
+        in_ccm.then(|| self.memory.load(address).map(u16::from_le_bytes))?
     }
 
     /// Memory as the core sees it; `None` if part of it is not there.
@@ -143,10 +174,21 @@ impl Engine {
     }
 
     pub(super) fn read_into(&self, address: u32, bytes: &mut [u8]) -> Option<()> {
-        match self.ram.read(address, bytes) {
-            Some(()) => Some(()),
-            None => self.uc.mem_read(address.into(), bytes).ok(),
+        if self.memory.read(address, bytes).is_some() {
+            return Some(());
         }
+        let found = match flash_offset(address) {
+            Some(offset) => {
+                let start = offset as usize;
+                self.chip
+                    .flash
+                    .image
+                    .get(start..start.checked_add(bytes.len())?)
+            }
+            None => self.memory.system(address, bytes.len()),
+        };
+        bytes.copy_from_slice(found?);
+        Some(())
     }
 
     pub(crate) fn word(&self, address: u32) -> Option<u32> {
@@ -155,64 +197,59 @@ impl Engine {
         Some(u32::from_le_bytes(bytes))
     }
 
-    fn halfword(&self, address: u32) -> Option<u16> {
-        if let Some(code) = self.chip().flash.halfword(address) {
-            return Some(code);
-        }
-        let mut bytes = [0; 2];
-        self.read_into(address, &mut bytes)?;
-        Some(u16::from_le_bytes(bytes))
-    }
-
     /// Writes RAM as a debugger would. False if it is not RAM.
     pub(crate) fn write(&mut self, address: u32, bytes: &[u8]) -> bool {
-        self.ram.write(address, bytes).is_some()
+        self.memory.write(address, bytes).is_some()
     }
 
     /// Fills the RAM with `byte`, code included.
-    pub(crate) fn forget_ram(&mut self, byte: u8) -> Result<(), uc_error> {
+    pub(crate) fn forget_ram(&mut self, byte: u8) {
         self.write(Map::RAM, &vec![byte; Map::RAM_SIZE as usize]);
-        self.chip_mut().core.blocks.change_ccm();
-        self.refresh_changed()
+        self.refresh_changed();
     }
 
-    /// Copies the whole flash into the core's memory.
-    fn refresh_flash(&mut self) -> Result<(), uc_error> {
-        let image = self.chip().flash.image.clone();
-        self.uc.mem_write(0, &image)?;
-        self.uc.mem_write(Map::FLASH.into(), &image)
-    }
-
-    /// Copies changes of the flash controller into the core's memory, and applies changes of code.
-    pub(crate) fn refresh_changed(&mut self) -> Result<(), uc_error> {
-        if !self.watches_records && self.chip().flash.is_damaged() {
-            self.watches_records = true;
-            hooks::watch_records(&mut self.uc)?;
+    /// Drops translated code that has changed.
+    pub(crate) fn refresh_changed(&mut self) {
+        if self.memory.code_changed {
+            self.memory.forget_code();
+            self.blocks.forget_ccm();
+            self.steps.forget_ccm();
         }
-        if self.chip_mut().core.blocks.forget_stale() {
-            self.uc.ctl_flush_tb()?;
+        for (start, length) in std::mem::take(&mut self.chip.flash.changed) {
+            self.blocks.forget_flash(start, length);
+            self.steps.forget_flash(start, length);
         }
-        for (start, length) in std::mem::take(&mut self.chip_mut().flash.changed) {
-            let bytes = self.chip().flash.image[start..start + length].to_vec();
-            self.uc.mem_write(start as u64, &bytes)?;
-            self.uc
-                .mem_write(u64::from(Map::FLASH) + start as u64, &bytes)?;
-        }
-        Ok(())
     }
 
     /// Watches a function from now on; see [`Account::watch`](super::account::Account::watch).
     pub(crate) fn watch(&mut self, address: u32, name: String, apart: bool) {
-        let core = &mut self.chip_mut().core;
-        let number = core.account.watch(name, apart);
-        if let Some(slot) = core.blocks.slot(address & !1) {
-            slot.watch = number;
+        let number = self.chip.core.account.watch(name, apart);
+        for blocks in [&mut self.blocks, &mut self.steps] {
+            blocks.watch(address & !1, number);
         }
     }
 
     /// The exception to take now, if any.
     pub(crate) fn takes(&self) -> Option<u16> {
-        let candidate = self.chip().core.nvic.candidate()?;
-        block_hook::takes_exception(&self.uc).then_some(candidate.0)
+        let (exception, priority) = self.chip.core.nvic.candidate()?;
+        self.allows(priority).then_some(exception)
     }
+}
+
+/// Counts a block before it runs, and advances time.
+#[inline]
+fn charge(chip: &mut Chip, registers: &Registers, cost: &Block, pc: u32) {
+    let bus = chip.clocks().bus;
+    let core = &mut chip.core;
+    let (link, stack) = (registers.r[14], registers.r[13]);
+    if core.account.awaited_return() == Some(pc) {
+        core.account.returned(stack);
+    }
+    if cost.watch != 0 {
+        core.account.call(cost.watch, link, stack);
+    }
+    core.account.charge(cost);
+    core.event |= cost.sends_event;
+    let (numerator, denominator) = CYCLES_PER_INSTRUCTION;
+    chip.now += u64::from(cost.instructions) * bus * numerator / denominator;
 }

@@ -1,20 +1,16 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! Exception entry and return, which the engine does not implement.
-
-use unicorn_engine::{RegisterARM as R, uc_error};
+//! Exception entry and return.
 
 use super::decode::FLASH_WAIT;
 use super::nvic::exception;
+use super::state::{FPCA, SPSEL};
 use super::system::{BFAR, CFSR, HFSR, VTOR};
 use super::{Engine, Map, Trap};
 
-const CORE_FRAME: [R; 8] = [R::R0, R::R1, R::R2, R::R3, R::R12, R::LR, R::PC, R::XPSR];
-const FP_FRAME: [R; 8] = [R::D0, R::D1, R::D2, R::D3, R::D4, R::D5, R::D6, R::D7];
-const FPCA: u32 = 4;
-const SPSEL: u32 = 2;
+/// r0 to r3, r12, lr.
+const CORE_FRAME: [usize; 6] = [0, 1, 2, 3, 12, 14];
 /// Bit of the stacked xPSR: the frame was aligned by four bytes.
 const ALIGNED: u32 = 1 << 9;
-const THUMB: u32 = 1 << 24;
 
 /// Cycles of an exception's entry or return.
 struct Passage {
@@ -37,72 +33,34 @@ pub(crate) struct StackingFailed;
 
 impl Engine {
     /// Starts from the vector table, as after a reset.
-    pub(crate) fn start(&mut self) -> Result<(), uc_error> {
+    pub(crate) fn start(&mut self) {
         let table = Map::FLASH;
-        let (stack, entry) = (
-            self.word(table).unwrap_or(0),
-            self.word(table + 4).unwrap_or(0),
-        );
-        for register in [
-            R::R0,
-            R::R1,
-            R::R2,
-            R::R3,
-            R::R4,
-            R::R5,
-            R::R6,
-            R::R7,
-            R::R8,
-            R::R9,
-            R::R10,
-            R::R11,
-            R::R12,
-        ] {
-            self.set_register(register, 0)?;
-        }
-        self.set_register(R::XPSR, THUMB)?;
-        for register in [R::CONTROL, R::PRIMASK, R::BASEPRI, R::FAULTMASK, R::PSP] {
-            self.set_register(register, 0)?;
-        }
-        self.set_register(R::MSP, stack & !3)?;
-        self.set_register(R::LR, u32::MAX)?;
-        self.set_register(R::FPSCR, 0)?;
-        self.set_register(R::PC, entry | 1)
+        let stack = self.word(table).unwrap_or(0);
+        let entry = self.word(table + 4).unwrap_or(0);
+        self.registers.reset(stack, entry);
     }
 
     /// Enters an exception at the present program counter.
-    pub(crate) fn enter(&mut self, number: u16) -> Result<Result<(), StackingFailed>, uc_error> {
-        let control = self.register(R::CONTROL)?;
-        let status = self.register(R::XPSR)?;
-        let handler = status & 0x1FF != 0;
-        let floating = control & FPCA != 0;
-        let process = !handler && control & SPSEL != 0;
-        let before = self.register(R::SP)?;
+    pub(crate) fn enter(&mut self, number: u16) -> Result<(), StackingFailed> {
+        let registers = &self.registers;
+        let status = registers.xpsr();
+        let handler = registers.exception != 0;
+        let floating = registers.control & FPCA != 0;
+        let process = !handler && registers.control & SPSEL != 0;
+        let before = registers.r[13];
         let size = if floating { 0x68 } else { 0x20 };
         let aligned = before & 4 != 0;
         let frame = (before & !7).wrapping_sub(size);
-        let mut bytes = [0; 0x68];
-        let (words, _) = bytes.as_chunks_mut::<4>();
+        let mut words = [0; 0x1A];
         for (word, register) in words.iter_mut().zip(CORE_FRAME) {
-            let value = match register {
-                R::PC => self.register(register)? & !1,
-                R::XPSR => status & !ALIGNED | if aligned { ALIGNED } else { 0 } | THUMB,
-                _ => self.register(register)?,
-            };
-            *word = value.to_le_bytes();
+            *word = registers.get(register);
         }
-        if floating {
-            let (pairs, _) = bytes[0x20..].as_chunks_mut::<8>();
-            for (pair, register) in pairs.iter_mut().zip(FP_FRAME) {
-                *pair = self.wide_register(register)?.to_le_bytes();
-            }
-            bytes[0x60..0x64].copy_from_slice(&self.register(R::FPSCR)?.to_le_bytes());
-        }
-        let stacked = self.write(frame, &bytes[..size as usize]);
-        self.set_register(R::SP, frame)?;
-        let flags = status & 0xF80F_0000;
-        self.set_register(R::XPSR, flags | THUMB | u32::from(number))?;
-        self.set_register(R::CONTROL, control & !(FPCA | SPSEL))?;
+        words[6] = registers.pc;
+        words[7] = status & !ALIGNED | if aligned { ALIGNED } else { 0 };
+        words[8..24].copy_from_slice(&registers.fpu.s[..16]);
+        words[24] = registers.fpu.status();
+        let bytes = words.map(u32::to_le_bytes);
+        let stacked = self.write(frame, &bytes.as_flattened()[..size as usize]);
         let mode = if handler {
             0x1
         } else if process {
@@ -110,11 +68,15 @@ impl Engine {
         } else {
             0x9
         };
-        let link = 0xFFFF_FFE0 | if floating { 0 } else { 0x10 } | mode;
-        self.set_register(R::LR, link)?;
         let table = self.chip().core.scs[VTOR];
         let vector = self.word(table + 4 * u32::from(number)).unwrap_or(0);
-        self.set_register(R::PC, vector | 1)?;
+        let registers = &mut self.registers;
+        registers.r[13] = frame;
+        registers.it = 0;
+        registers.set_mode(number, registers.control & !FPCA);
+        registers.control &= !SPSEL;
+        registers.r[14] = 0xFFFF_FFE0 | if floating { 0 } else { 0x10 } | mode;
+        registers.pc = vector & !1;
         let chip = self.chip_mut();
         chip.core.nvic.enter(number);
         let cycles = ENTRY.cycles(floating);
@@ -124,72 +86,62 @@ impl Engine {
             .enter(number, ENTRY.least, cycles + FLASH_WAIT);
         chip.core.event = true;
         chip.now += u64::from(cycles) * chip.clocks().bus;
-        Ok(if stacked { Ok(()) } else { Err(StackingFailed) })
+        if stacked { Ok(()) } else { Err(StackingFailed) }
     }
 
     /// Leaves the running exception with this EXC_RETURN value.
-    pub(crate) fn leave(
-        &mut self,
-        exc_return: u32,
-    ) -> Result<Result<(), StackingFailed>, uc_error> {
-        let number = (self.register(R::XPSR)? & 0x1FF) as u16;
+    pub(crate) fn leave(&mut self, exc_return: u32) -> Result<(), StackingFailed> {
+        let number = self.registers.exception;
         let floating = exc_return & 0x10 == 0;
         let process = exc_return & 0xF == 0xD;
+        let [_, process_stack] = self.registers.stacks();
         let frame = if process {
-            self.register(R::PSP)?
+            process_stack
         } else {
-            self.register(R::SP)?
+            self.registers.r[13]
         };
         let size = if floating { 0x68 } else { 0x20 };
-        let mut bytes = [0; 0x68];
-        if self.read_into(frame, &mut bytes[..size]).is_none() {
-            return Ok(Err(StackingFailed));
+        let mut bytes = [[0; 4]; 0x1A];
+        let frame_bytes = &mut bytes.as_flattened_mut()[..size as usize];
+        if self.read_into(frame, frame_bytes).is_none() {
+            return Err(StackingFailed);
         }
-        let word = |n: usize| {
-            u32::from_le_bytes([
-                bytes[4 * n],
-                bytes[4 * n + 1],
-                bytes[4 * n + 2],
-                bytes[4 * n + 3],
-            ])
-        };
+        let words = bytes.map(u32::from_le_bytes);
+        let registers = &mut self.registers;
         if number != exception::NMI {
-            self.set_register(R::FAULTMASK, 0)?;
+            registers.faultmask = false;
         }
-        let xpsr = word(7);
-        let after = frame + size as u32 + if xpsr & ALIGNED != 0 { 4 } else { 0 };
-        if !process {
-            self.set_register(R::SP, after)?;
-        }
-        self.set_register(R::XPSR, xpsr & !ALIGNED)?;
-        let control = self.register(R::CONTROL)? & !(FPCA | SPSEL);
-        let control = control | if floating { FPCA } else { 0 } | if process { SPSEL } else { 0 };
-        self.set_register(R::CONTROL, control)?;
+        let xpsr = words[7];
+        let after = frame + size + if xpsr & ALIGNED != 0 { 4 } else { 0 };
         if process {
-            self.set_register(R::PSP, after)?;
+            registers.set_process_stack(after);
+        } else {
+            registers.r[13] = after;
         }
-        for (n, register) in CORE_FRAME.into_iter().enumerate().take(6) {
-            self.set_register(register, word(n))?;
+        registers.set_xpsr(xpsr & !ALIGNED);
+        let control = registers.control & !(FPCA | SPSEL)
+            | if floating { FPCA } else { 0 }
+            | if process { SPSEL } else { 0 };
+        registers.set_mode(registers.exception, control);
+        for (register, word) in CORE_FRAME.into_iter().zip(words) {
+            registers.set(register, word);
         }
         if floating {
-            for (n, register) in FP_FRAME.into_iter().enumerate() {
-                let value = u64::from(word(8 + 2 * n)) | u64::from(word(9 + 2 * n)) << 32;
-                self.set_wide_register(register, value)?;
-            }
-            self.set_register(R::FPSCR, word(24))?;
+            registers.fpu.s[..16].copy_from_slice(&words[8..24]);
+            registers.fpu.set_status(words[24]);
         }
-        self.set_register(R::PC, word(6) | 1)?;
+        registers.pc = words[6] & !1;
         let chip = self.chip_mut();
         chip.core.nvic.leave(number);
         let cycles = RETURN.cycles(floating);
         chip.core.account.leave(RETURN.least, cycles);
         chip.core.event = true;
         chip.now += u64::from(cycles) * chip.clocks().bus;
-        Ok(Ok(()))
+        Ok(())
     }
 
     /// A fault of the running code: status bits, then its handler, or HardFault, or lockup.
-    pub(crate) fn fault(&mut self, trap: &Trap) -> Result<(), uc_error> {
+    pub(crate) fn fault(&mut self, trap: &Trap) {
         const PRECISE: u32 = 1 << 9 | 1 << 15;
         let (number, status) = match trap {
             Trap::Bus { fetch: true, .. } => (exception::BUS_FAULT, 1 << 8),
@@ -205,13 +157,12 @@ impl Engine {
         {
             core.scs[BFAR] = *address;
         }
-        self.escalate(number)
+        self.escalate(number);
     }
 
     /// Takes a fault exception, escalated to HardFault if it is disabled or its priority is too low.
-    pub(crate) fn escalate(&mut self, number: u16) -> Result<(), uc_error> {
-        let masked = self.register(R::PRIMASK)? & 1 != 0;
-        let faultmask = self.register(R::FAULTMASK)? & 1 != 0;
+    pub(crate) fn escalate(&mut self, number: u16) {
+        let (masked, faultmask) = (self.registers.primask, self.registers.faultmask);
         let core = &mut self.chip_mut().core;
         let running = if faultmask {
             -1
@@ -232,27 +183,25 @@ impl Engine {
         };
         if core.nvic.preemption(number) >= running {
             self.chip_mut().lock_up();
-            return Ok(());
+            return;
         }
-        if self.enter(number)?.is_err() {
-            self.unstacked(number)?;
+        if self.enter(number).is_err() {
+            self.unstacked(number);
         }
-        Ok(())
     }
 
     /// Stacking for exception `entered` failed: the stack has left the RAM.
-    pub(crate) fn unstacked(&mut self, entered: u16) -> Result<(), uc_error> {
+    pub(crate) fn unstacked(&mut self, entered: u16) {
         let core = &mut self.chip_mut().core;
         core.scs[CFSR] |= 1 << 12;
         core.scs[HFSR] |= 1 << 30;
         if entered == exception::HARD_FAULT || core.nvic.preemption(entered) < 0 {
             // The chip would run the handler until it accesses the stack, so the vector is taken anyway.
-            return Ok(());
+            return;
         }
         // The failing exception stays pending; HardFault comes first.
-        if self.enter(exception::HARD_FAULT)?.is_err() {
+        if self.enter(exception::HARD_FAULT).is_err() {
             self.chip_mut().core.scs[CFSR] |= 1 << 12;
         }
-        Ok(())
     }
 }

@@ -1,81 +1,124 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! The RAM, which the engine sees at two addresses: the only place that needs `unsafe`.
-
-use std::cell::UnsafeCell;
-use std::rc::Rc;
-
-use unicorn_engine::{Prot, Unicorn, uc_error};
+//! The memories as the core sees them: RAM at its addresses, flash at two, system memory.
 
 use super::Map;
 
-/// Host memory behind the chip's RAM. One handle to it must outlive the engine it is mapped into.
-#[derive(Clone)]
-pub(super) struct Ram {
-    words: Rc<[UnsafeCell<u64>]>,
+/// RAM and system memory. The flash belongs to its controller.
+pub(super) struct Memory {
+    ram: Box<[u8; Map::RAM_SIZE as usize]>,
+    system: Vec<u8>,
+    /// Part of the RAM, as offsets, that code was translated from.
+    code: (u32, u32),
+    /// That part was written since.
+    pub(super) code_changed: bool,
 }
 
-impl Ram {
+impl Memory {
     pub(super) fn new() -> Self {
+        let mut system = vec![0; Map::SYSTEM_SIZE as usize];
+        // Unique identity and flash size in KiB.
+        system[0x7590..0x759C].copy_from_slice(b"EMULATED\0\0\0\0");
+        system[0x75E0..0x75E2].copy_from_slice(&128u16.to_le_bytes());
         Self {
-            words: (0..Map::RAM_SIZE / 8).map(|_| UnsafeCell::new(0)).collect(),
+            ram: Box::new([0; Map::RAM_SIZE as usize]),
+            system,
+            code: (0, 0),
+            code_changed: false,
         }
     }
 
-    /// Maps the RAM at its own address, and its last part again at that of the CCM SRAM. Code may run only there, because stores
-    /// to a page with code are slow. The engine detects changed code if it is stored at the address it runs from, not through the
-    /// alias.
-    #[allow(unsafe_code)]
-    pub(super) fn map<D>(&self, engine: &mut Unicorn<'_, D>) -> Result<(), uc_error> {
-        let data = Prot::READ | Prot::WRITE;
-        let alias = &self.words[Map::CCM_ALIAS as usize / 8..];
-        // SAFETY: both ranges lie within `words`, whose heap block does not move and lives as long as the engine,
-        // because `Engine` owns both and drops the engine first. The cells allow writes from outside.
-        unsafe {
-            engine.mem_map_ptr(
-                Map::RAM.into(),
-                Map::RAM_SIZE.into(),
-                data,
-                self.words[0].get().cast(),
-            )?;
-            engine.mem_map_ptr(
-                Map::CCM.into(),
-                Map::CCM_SIZE.into(),
-                Prot::READ | Prot::EXEC,
-                alias[0].get().cast(),
-            )
+    /// Notes that code was translated from this range of the CCM SRAM.
+    pub(super) fn holds_code(&mut self, start: u32, end: u32) {
+        let (from, to) = (
+            Map::CCM_ALIAS + (start - Map::CCM),
+            Map::CCM_ALIAS + (end - Map::CCM),
+        );
+        self.code = match self.code {
+            (0, 0) => (from, to),
+            (low, high) => (low.min(from), high.max(to)),
+        };
+    }
+
+    /// Forgets which part holds code.
+    pub(super) fn forget_code(&mut self) {
+        self.code = (0, 0);
+        self.code_changed = false;
+    }
+
+    /// Offset in the RAM if `N` bytes at an address lie in it.
+    #[inline(always)]
+    fn offset<const N: usize>(address: u32) -> Option<usize> {
+        let offset = address.wrapping_sub(Map::RAM);
+        if offset <= Map::RAM_SIZE - N as u32 {
+            return Some(offset as usize);
+        }
+        let offset = address.wrapping_sub(Map::CCM);
+        (offset <= Map::CCM_SIZE - N as u32).then_some((offset + Map::CCM_ALIAS) as usize)
+    }
+
+    /// Bytes of the RAM; `None` if they lie elsewhere.
+    #[inline(always)]
+    pub(super) fn load<const N: usize>(&self, address: u32) -> Option<[u8; N]> {
+        let offset = Self::offset::<N>(address)?;
+        self.ram.get(offset..)?.first_chunk().copied()
+    }
+
+    /// Stores into the RAM; `None` if it is elsewhere.
+    #[inline(always)]
+    pub(super) fn store<const N: usize>(&mut self, address: u32, bytes: [u8; N]) -> Option<()> {
+        let offset = Self::offset::<N>(address)?;
+        *self.ram.get_mut(offset..)?.first_chunk_mut()? = bytes;
+        self.note(offset as u32, N as u32);
+        Some(())
+    }
+
+    #[inline(always)]
+    fn note(&mut self, offset: u32, length: u32) {
+        let (low, high) = self.code;
+        if offset < high && offset + length > low {
+            self.code_changed = true;
         }
     }
 
-    /// Where a range of the chip's addresses lies in the host memory; `None` if part of it is not RAM.
-    fn place(&self, address: u32, length: usize) -> Option<*mut u8> {
+    /// Where a range of addresses lies in the RAM; `None` if part of it is not RAM.
+    fn place(address: u32, length: usize) -> Option<std::ops::Range<usize>> {
         let start = Map::ram_offset(address)? as usize;
         let end = if address >= Map::RAM {
             Map::RAM_SIZE
         } else {
             Map::CCM_ALIAS + Map::CCM_SIZE
         } as usize;
-        let inside = start.checked_add(length).is_some_and(|to| to <= end);
-        inside.then(|| self.words[0].get().cast::<u8>().wrapping_add(start))
+        let to = start.checked_add(length)?;
+        (to <= end).then_some(start..to)
     }
 
     /// Copies out of the RAM; `None` if part of the range is not RAM.
-    #[allow(unsafe_code)]
     pub(super) fn read(&self, address: u32, into: &mut [u8]) -> Option<()> {
-        let place = self.place(address, into.len())?;
-        // SAFETY: `place` has checked that the range lies within the heap block; the engine runs on this thread alone,
-        // so nothing writes meanwhile; a slice of the caller cannot overlap it.
-        unsafe { std::ptr::copy_nonoverlapping(place, into.as_mut_ptr(), into.len()) };
+        into.copy_from_slice(self.ram.get(Self::place(address, into.len())?)?);
         Some(())
     }
 
     /// Copies into the RAM; `None` if part of the range is not RAM.
-    #[allow(unsafe_code)]
-    pub(super) fn write(&self, address: u32, bytes: &[u8]) -> Option<()> {
-        let place = self.place(address, bytes.len())?;
-        // SAFETY: as in `read`.
-        unsafe { std::ptr::copy_nonoverlapping(bytes.as_ptr(), place, bytes.len()) };
+    pub(super) fn write(&mut self, address: u32, bytes: &[u8]) -> Option<()> {
+        let place = Self::place(address, bytes.len())?;
+        let start = place.start as u32;
+        self.ram.get_mut(place)?.copy_from_slice(bytes);
+        self.note(start, bytes.len() as u32);
         Some(())
     }
+
+    /// Bytes of the system memory; `None` if part of the range lies elsewhere.
+    pub(super) fn system(&self, address: u32, length: usize) -> Option<&[u8]> {
+        let start = address.checked_sub(Map::SYSTEM)? as usize;
+        self.system.get(start..start.checked_add(length)?)
+    }
+}
+
+/// Offset in the flash of an address in either of its two ranges.
+#[inline]
+pub(super) fn flash_offset(address: u32) -> Option<u32> {
+    let offset = address & !Map::FLASH;
+    (offset < Map::FLASH_SIZE).then_some(offset)
 }
 
 #[cfg(test)]
@@ -84,13 +127,36 @@ mod tests {
 
     #[test]
     fn one_memory_at_two_addresses() {
-        let ram = Ram::new();
-        let mut byte = [0];
+        let mut ram = Memory::new();
         assert_eq!(ram.write(Map::CCM, &[7]), Some(()));
+        let mut byte = [0];
         assert_eq!(ram.read(Map::RAM + Map::CCM_ALIAS, &mut byte), Some(()));
         assert_eq!(byte, [7]);
         assert_eq!(ram.write(Map::RAM + Map::RAM_SIZE - 1, &[1, 2]), None);
         assert_eq!(ram.write(Map::CCM + Map::CCM_SIZE, &[1]), None);
         assert_eq!(ram.read(Map::RAM - 1, &mut byte), None);
+        assert_eq!(ram.load::<4>(Map::RAM + Map::RAM_SIZE - 3), None);
+        assert_eq!(ram.store(Map::CCM + 4, [1, 2]), Some(()));
+        assert_eq!(ram.load(Map::RAM + Map::CCM_ALIAS + 4), Some([1, 2]));
+    }
+
+    #[test]
+    fn a_store_over_code_is_noticed_at_both_addresses() {
+        for base in [Map::CCM, Map::RAM + Map::CCM_ALIAS] {
+            let mut ram = Memory::new();
+            ram.holds_code(Map::CCM + 0x100, Map::CCM + 0x104);
+            for (offset, noticed) in [(0xFC, false), (0x104, false), (0xFE, true)] {
+                ram.store(base + offset, [0; 4]);
+                assert_eq!(ram.code_changed, noticed, "{offset:#x}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_flash_is_at_two_addresses() {
+        assert_eq!(flash_offset(Map::FLASH + 4), Some(4));
+        assert_eq!(flash_offset(4), Some(4));
+        assert_eq!(flash_offset(Map::FLASH_SIZE), None);
+        assert_eq!(flash_offset(Map::RAM), None);
     }
 }

@@ -1,19 +1,34 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! The Cortex-M4F: the engine runs its instructions, this module adds what the engine lacks.
+//! The Cortex-M4F: instructions, exceptions, interrupt controller, instruction counts.
+//!
+//! Straight runs of instructions are translated once into operations with resolved operands (`translate` and the modules that it
+//! calls, by encoding) and then executed from a cache (`blocks`, `execute`).
 
+mod access;
 pub mod account;
-mod block_hook;
+mod alu;
 mod blocks;
+mod data32;
 pub(crate) mod debug;
 pub mod decode;
+mod dsp;
 mod engine;
 mod exception;
-mod hooks;
+mod execute;
+mod float;
 mod memory;
 mod names;
 pub(crate) mod nvic;
+mod op;
+#[cfg(feature = "reference")]
+pub mod reference;
+mod state;
 mod system;
 mod systick;
+mod thumb16;
+mod thumb32;
+mod translate;
+mod vfp;
 
 pub use names::exception_name;
 
@@ -21,7 +36,6 @@ pub(crate) use engine::{Engine, Exit};
 
 use crate::chip::{Bank, Misuse};
 use account::Account;
-use blocks::Blocks;
 use nvic::Nvic;
 
 /// The memories.
@@ -62,7 +76,11 @@ pub(crate) enum Trap {
     Supervisor,
     Breakpoint,
     WaitForEvent,
-    Undefined,
+    /// An instruction that does not exist or is not implemented, or no Thumb state.
+    Undefined {
+        /// The first halfword above the second, if it has two.
+        encoding: Option<u32>,
+    },
     /// No memory at this address.
     Bus {
         address: u32,
@@ -84,10 +102,8 @@ pub struct Core {
     dwt: Bank,
     /// Instruction counts.
     pub(crate) account: Account,
-    blocks: Blocks,
-    /// Start and length in bytes of the block that runs or was about to run.
+    /// Start of the block that runs or was about to run.
     pub(crate) block_address: u32,
-    block_size: u32,
     /// Set by SEV and by exception entry and return; consumed by WFE.
     pub(crate) event: bool,
     pub(crate) locked_up: bool,
@@ -95,7 +111,7 @@ pub struct Core {
     pub(crate) resumed: debug::Resumed,
     /// CYCCNT counts executed instructions exactly.
     pub(crate) count_instructions: bool,
-    /// Instructions of the running block after the current load.
+    /// Instructions of the running block from the current load on.
     instructions_ahead: u64,
     /// Level of nFAULT when the pins were last looked at.
     pub(crate) fault_was_low: bool,
@@ -109,9 +125,7 @@ impl Core {
             scs: Bank::new("SCS", system::SCS),
             dwt: Bank::new("DWT", system::DWT),
             account: Account::new(),
-            blocks: Blocks::new(),
             block_address: 0,
-            block_size: 0,
             event: false,
             locked_up: false,
             trap: None,

@@ -11,6 +11,7 @@ pub(super) const BFAR: u32 = 0xD38;
 const AIRCR: u32 = 0xD0C;
 const SHCSR: u32 = 0xD24;
 pub(super) const VTOR: u32 = 0xD08;
+pub(super) const FPDSCR: u32 = 0xF3C;
 const DFSR: u32 = 0xD30;
 const MPU_CTRL: u32 = 0xD94;
 
@@ -45,7 +46,7 @@ pub(super) const SCS: &[Register] = &[
     (0xDFC, "DEMCR", 0),
     (0xF34, "FPCCR", 0xC000_0000),
     (0xF38, "FPCAR", 0),
-    (0xF3C, "FPDSCR", 0),
+    (FPDSCR, "FPDSCR", 0),
 ];
 
 /// DWT from 0xE000_1000.
@@ -214,7 +215,7 @@ impl Chip {
         Ok(())
     }
 
-    /// The firmware has switched the floating-point unit on; the engine runs it regardless.
+    /// The firmware has switched the floating-point unit on; its instructions run regardless.
     #[must_use]
     pub fn fpu_enabled(&self) -> bool {
         self.core.scs[CPACR] >> 20 & 0xF == 0xF

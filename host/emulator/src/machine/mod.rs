@@ -113,9 +113,9 @@ impl<'f> Machine<'f> {
             .flash
             .clone()
             .unwrap_or_else(|| firmware.image.clone());
-        let mut engine = Engine::new(Chip::new(image, plant, setup.lsi_hz, setup.quirks))?;
+        let mut engine = Engine::new(Chip::new(image, plant, setup.lsi_hz, setup.quirks));
         if setup.count_instructions {
-            engine.count_instructions()?;
+            engine.count_instructions();
         }
         for part in &setup.watch {
             let mut any = false;
@@ -140,14 +140,14 @@ impl<'f> Machine<'f> {
             notes: Vec::new(),
             tap: None,
         };
-        machine.forget_ram()?;
-        machine.engine.start()?;
+        machine.forget_ram();
+        machine.engine.start();
         Ok(machine)
     }
 
     /// Fills the RAM with a pattern, as power-on leaves it: neither zero nor an old value.
-    fn forget_ram(&mut self) -> Result<(), Error> {
-        Ok(self.engine.forget_ram(UNTOUCHED)?)
+    fn forget_ram(&mut self) {
+        self.engine.forget_ram(UNTOUCHED);
     }
 
     /// Switches the power off and on again. The flash keeps its contents, the RAM does not.
@@ -157,7 +157,7 @@ impl<'f> Machine<'f> {
     pub fn power_cycle(&mut self) -> Result<(), Error> {
         self.chip_mut().flash.power_lost = false;
         self.chip_mut().flash.cut = None;
-        self.forget_ram()?;
+        self.forget_ram();
         self.restart(ResetCause::PowerOn)
     }
 
@@ -173,10 +173,10 @@ impl<'f> Machine<'f> {
         self.poll(true);
         self.note(&format!("reset ({cause:?})"));
         self.chip_mut().reset(cause);
-        self.engine.refresh_changed()?;
+        self.engine.refresh_changed();
         self.sleep = Sleep::No;
         self.log.restart();
-        self.engine.start()?;
+        self.engine.start();
         Ok(())
     }
 
@@ -336,7 +336,8 @@ impl<'f> Machine<'f> {
     /// The engine fails.
     pub fn flip_flash_bit(&mut self, bit: usize) -> Result<(), Error> {
         self.chip_mut().flash.flip(bit);
-        Ok(self.engine.refresh_changed()?)
+        self.engine.refresh_changed();
+        Ok(())
     }
 
     /// Deepest use of the stacks since power-on, from the untouched pattern below: the process stack of a firmware that

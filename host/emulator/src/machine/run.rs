@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! The run loop: runs the core from one event to the next, takes exceptions, handles stops of the core.
 
-use unicorn_engine::RegisterARM;
-
 use super::{Machine, POLL, Pause, Sleep};
 use crate::cortex::{Exit, Trap};
 use crate::time::Ticks;
@@ -55,7 +53,7 @@ impl Machine<'_> {
     fn go(&mut self) -> Result<Pause, Error> {
         loop {
             self.chip_mut().advance();
-            self.engine.refresh_changed()?;
+            self.engine.refresh_changed();
             let chip = self.engine.chip_mut();
             if chip.flash.power_lost {
                 return Ok(Pause::PowerLost);
@@ -73,8 +71,8 @@ impl Machine<'_> {
             }
             if let Some(exception) = self.engine.takes() {
                 self.sleep = Sleep::No;
-                if self.engine.enter(exception)?.is_err() {
-                    self.engine.unstacked(exception)?;
+                if self.engine.enter(exception).is_err() {
+                    self.engine.unstacked(exception);
                 }
                 continue;
             }
@@ -89,7 +87,7 @@ impl Machine<'_> {
                 }
             }
             self.sleep = Sleep::No;
-            match self.engine.run()? {
+            match self.engine.run() {
                 Exit::Due => {}
                 Exit::WaitForInterrupt => self.sleep = Sleep::ForInterrupt,
                 Exit::Trap(Trap::Held { stepping }) => return Ok(Pause::Held { stepping }),
@@ -107,26 +105,30 @@ impl Machine<'_> {
         match trap {
             Trap::WaitForEvent => self.sleep = Sleep::ForEvent,
             Trap::Return(value) => {
-                if self.engine.leave(value)?.is_err() {
+                if self.engine.leave(value).is_err() {
                     self.engine.fault(&Trap::Bus {
                         address: 0,
                         fetch: false,
-                    })?;
+                    });
                 }
             }
             Trap::Supervisor => self
                 .engine
-                .escalate(crate::cortex::nvic::exception::SV_CALL)?,
-            Trap::Breakpoint => return self.breakpoint(),
-            Trap::Bus { .. } | Trap::Undefined => {
-                let stack = self.engine.register(RegisterARM::SP)?;
+                .escalate(crate::cortex::nvic::exception::SV_CALL),
+            Trap::Breakpoint => return Ok(self.breakpoint()),
+            Trap::Bus { .. } | Trap::Undefined { .. } => {
+                let stack = self.engine.registers().get(13);
                 self.note(&match trap {
                     Trap::Bus { address, .. } => {
                         format!("bus error at {address:#010x}, stack at {stack:#010x}")
                     }
-                    _ => format!("undefined instruction, stack at {stack:#010x}"),
+                    Trap::Undefined { encoding: Some(encoding) } => {
+                        let pc = self.engine.registers().get(15);
+                        format!("undefined instruction {encoding:#06x} at {pc:#010x}, stack at {stack:#010x}")
+                    }
+                    _ => format!("branch out of Thumb state, stack at {stack:#010x}"),
                 });
-                self.engine.fault(&trap)?;
+                self.engine.fault(&trap);
                 if self.chip().core.locked_up {
                     self.note("lockup");
                 }
@@ -139,17 +141,17 @@ impl Machine<'_> {
     }
 
     /// Semihosting exit, else a debug event, which without a debugger is a hard fault.
-    fn breakpoint(&mut self) -> Result<Option<u32>, Error> {
+    fn breakpoint(&mut self) -> Option<u32> {
         const SEMIHOSTING: u32 = 0xAB;
-        let pc = self.engine.register(RegisterARM::PC)?;
+        let pc = self.engine.registers().get(15);
         let immediate = self.engine.word(pc & !1).map_or(0, |word| word & 0xFF);
-        let operation = self.engine.register(RegisterARM::R0)?;
+        let operation = self.engine.registers().get(0);
         if immediate == SEMIHOSTING && matches!(operation, 0x18 | 0x20) {
-            let reason = self.engine.register(RegisterARM::R1)?;
-            return Ok(Some(u32::from(reason != 0x2_0026)));
+            let reason = self.engine.registers().get(1);
+            return Some(u32::from(reason != 0x2_0026));
         }
-        self.engine.fault(&Trap::Breakpoint)?;
-        Ok(None)
+        self.engine.fault(&Trap::Breakpoint);
+        None
     }
 
     fn misuse(&self, misuse: Misuse) -> Error {

@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! Translates straight runs of instructions into operations.
+//!
+//! A block ends where the flow of control or the masks of interrupts may change, and at the end of a page: events and exceptions
+//! are looked for between blocks only, and time advances by whole blocks.
+
+use super::decode::{self, Block, Memory};
+use super::op::{Alu, BASE, NOWHERE, Op, PC, Rare, Shift, Width};
+
+/// Blocks do not go beyond the page in which they start, bytes.
+pub(super) const PAGE: u32 = 1024;
+
+/// Whether an instruction is the last of its block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ends {
+    No,
+    Yes,
+}
+
+/// Instruction that an operation belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Place {
+    /// Its address, from the start of the block.
+    pub(super) offset: u16,
+    /// Instructions of the block before it.
+    pub(super) index: u16,
+    /// IT state before it.
+    pub(super) it: u8,
+}
+
+/// A translated block.
+#[derive(Clone, Debug)]
+pub(super) struct Code {
+    pub(super) start: u32,
+    /// Address behind it.
+    pub(super) end: u32,
+    /// IT state behind it.
+    pub(super) it_after: u8,
+    pub(super) cost: Block,
+    pub(super) ops: Box<[Op]>,
+    /// Of each operation.
+    pub(super) places: Box<[Place]>,
+}
+
+/// What cannot be fetched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct NoCode {
+    pub(super) address: u32,
+}
+
+/// Builds one block.
+pub(super) struct Translator<'a> {
+    fetch: &'a dyn Fn(u32) -> Option<u16>,
+    /// Every instruction gets an operation, so that the core can be halted before it.
+    steps: bool,
+    start: u32,
+    address: u32,
+    /// IT state of the instruction.
+    it: u8,
+    /// State that IT sets.
+    it_begins: Option<u8>,
+    /// The floating-point context exists from here on.
+    in_context: bool,
+    /// Instructions before this one.
+    index: u16,
+    ops: Vec<Op>,
+    places: Vec<Place>,
+}
+
+/// Translates the block at `start`, which begins in this IT state.
+pub(super) fn translate(
+    start: u32,
+    it: u8,
+    steps: bool,
+    fetch: &dyn Fn(u32) -> Option<u16>,
+) -> Result<Code, NoCode> {
+    let translator = Translator {
+        fetch,
+        steps,
+        start,
+        address: start,
+        it,
+        it_begins: None,
+        in_context: false,
+        index: 0,
+        ops: Vec::new(),
+        places: Vec::new(),
+    };
+    translator.run()
+}
+
+impl Translator<'_> {
+    fn run(mut self) -> Result<Code, NoCode> {
+        let mut code = Vec::new();
+        loop {
+            let fetched = match self.instruction() {
+                Ok(fetched) => fetched,
+                // The fault comes when the block that starts there is to run.
+                Err(_) if self.index != 0 => break,
+                Err(no_code) => return Err(no_code),
+            };
+            let size = if fetched > 0xFFFF { 4 } else { 2 };
+            let halfwords = if size == 4 {
+                vec![(fetched >> 16) as u16, fetched as u16]
+            } else {
+                vec![fetched as u16]
+            };
+            code.extend(halfwords.iter().flat_map(|half| half.to_le_bytes()));
+            let ends = self.one(fetched);
+            self.address = self.address.wrapping_add(size);
+            self.index += 1;
+            if ends == Ends::Yes || self.page_ends() {
+                break;
+            }
+        }
+        let cost = decode::decode(&code, Memory::at(self.start));
+        Ok(Code {
+            start: self.start,
+            end: self.address,
+            it_after: self.it,
+            cost,
+            ops: self.ops.into_boxed_slice(),
+            places: self.places.into_boxed_slice(),
+        })
+    }
+
+    /// The instruction at the address: its first halfword above if it has two.
+    fn instruction(&self) -> Result<u32, NoCode> {
+        let fetch = |address| (self.fetch)(address).ok_or(NoCode { address });
+        let first = fetch(self.address)?;
+        if decode::length(first) == 2 {
+            return Ok(first.into());
+        }
+        let second = fetch(self.address.wrapping_add(2))?;
+        Ok(u32::from(first) << 16 | u32::from(second))
+    }
+
+    /// Whether the next instruction lies in the next page, or reaches into it.
+    fn page_ends(&self) -> bool {
+        let used = self.address.wrapping_sub(self.start & !(PAGE - 1));
+        used >= PAGE
+            || used >= PAGE - 3
+                && (self.fetch)(self.address).is_none_or(|half| decode::length(half) == 4)
+    }
+
+    fn one(&mut self, op: u32) -> Ends {
+        let condition = self.it >> 4;
+        let before = self.ops.len();
+        // BKPT has no condition.
+        let conditional = self.it & 0xF != 0 && condition < 14 && op & 0xFFFF_FF00 != 0xBE00;
+        if conditional {
+            self.emit(Op::If { condition, skip: 0 });
+        }
+        let ends = if op > 0xFFFF {
+            self.wide(op)
+        } else {
+            self.narrow(op as u16)
+        };
+        let emitted = self.ops.len() - before;
+        if conditional && emitted == 1 {
+            self.ops.pop();
+            self.places.pop();
+        } else if conditional && let Some(Op::If { skip, .. }) = self.ops.get_mut(before) {
+            *skip = (emitted - 1) as u8;
+        }
+        if self.steps && self.ops.len() == before {
+            self.emit(Op::Nop);
+        }
+        self.it = match self.it_begins.take() {
+            Some(it) => it,
+            None if self.it & 7 == 0 => 0,
+            None => self.it & 0xE0 | self.it << 1 & 0x1F,
+        };
+        ends
+    }
+
+    pub(super) fn begin_it(&mut self, it: u8) {
+        self.it_begins = Some(it);
+    }
+
+    pub(super) fn emit(&mut self, op: Op) {
+        self.ops.push(op);
+        let offset = self.address.wrapping_sub(self.start) as u16;
+        self.places.push(Place {
+            offset,
+            index: self.index,
+            it: self.it,
+        });
+    }
+
+    /// The program counter as instructions read it.
+    pub(super) fn pc(&self) -> u32 {
+        self.address.wrapping_add(4)
+    }
+
+    /// The program counter as a base of literals.
+    pub(super) fn literal_base(&self) -> u32 {
+        self.pc() & !3
+    }
+
+    /// Whether a data operation of 16 bits sets flags.
+    pub(super) fn flags(&self) -> bool {
+        self.it & 0xF == 0
+    }
+
+    /// Base register of an access; the program counter becomes a constant.
+    pub(super) fn base(&mut self, n: u8) -> u8 {
+        if n != PC {
+            return n;
+        }
+        self.emit(Op::SetBase {
+            value: self.literal_base(),
+        });
+        BASE
+    }
+
+    /// A floating-point instruction follows, which creates a context if there is none.
+    pub(super) fn need_context(&mut self) {
+        if !self.in_context {
+            self.emit(Op::Context);
+            // A conditional one may be left out.
+            self.in_context = self.flags();
+        }
+    }
+
+    pub(super) fn undefined(&mut self, encoding: u32) -> Ends {
+        self.emit(Op::Undefined { encoding });
+        Ends::Yes
+    }
+
+    pub(super) fn rare(&mut self, op: Rare, d: u8, n: u8, m: u8, a: u8, x: u8) {
+        self.emit(Op::Rare { op, d, n, m, a, x });
+    }
+
+    pub(super) fn load(&mut self, width: Width, t: u8, n: u8, offset: u32) {
+        self.emit(match width {
+            Width::Word => Op::Ldr { t, n, offset },
+            Width::Byte => Op::Ldrb { t, n, offset },
+            _ => Op::Load {
+                width,
+                t,
+                n,
+                offset,
+            },
+        });
+    }
+
+    pub(super) fn store(&mut self, width: Width, t: u8, n: u8, offset: u32) {
+        self.emit(match width {
+            Width::Word => Op::Str { t, n, offset },
+            Width::Byte => Op::Strb { t, n, offset },
+            _ => Op::Store {
+                width,
+                t,
+                n,
+                offset,
+            },
+        });
+    }
+
+    /// A register and a constant.
+    pub(super) fn constant(&mut self, op: Alu, d: u8, n: u8, imm: u32, flags: bool) {
+        self.emit(match (op, flags) {
+            (Alu::Mov, false) => Op::MovImm { d, imm },
+            (Alu::Mov, true) => Op::MovsImm { d, imm },
+            (Alu::Add, false) => Op::AddImm { d, n, imm },
+            (Alu::Sub, false) => Op::AddImm {
+                d,
+                n,
+                imm: imm.wrapping_neg(),
+            },
+            (Alu::And, false) => Op::AndImm { d, n, imm },
+            (Alu::Bic, false) => Op::AndImm { d, n, imm: !imm },
+            (Alu::Orr, false) => Op::OrrImm { d, n, imm },
+            (Alu::Mvn, false) => Op::MovImm { d, imm: !imm },
+            (Alu::Add, true) => Op::AddsImm { d, n, imm },
+            (Alu::Sub, true) if d == NOWHERE => Op::CmpImm { n, imm },
+            (Alu::Sub, true) => Op::SubsImm { d, n, imm },
+            (_, false) => Op::AluImm { op, d, n, imm },
+            (_, true) => Op::AluImmS { op, d, n, imm },
+        });
+    }
+
+    /// Two registers, the second shifted as encoded.
+    pub(super) fn shifted(
+        &mut self,
+        op: Alu,
+        d: u8,
+        n: u8,
+        m: u8,
+        (shift, amount): (Shift, u8),
+        flags: bool,
+    ) {
+        let (shift, amount) = match (shift, amount) {
+            (Shift::Lsl, 0) => (Shift::None, 0),
+            (Shift::Lsr | Shift::Asr, 0) => (shift, 32),
+            (Shift::Ror, 0) => (Shift::Rrx, 0),
+            other => other,
+        };
+        self.emit(match (op, shift, flags) {
+            (Alu::Mov, Shift::None, false) => Op::Mov { d, m },
+            (Alu::Mov, Shift::Lsl, false) => Op::LslImm { d, m, amount },
+            (Alu::Mov, Shift::Lsr, false) if amount < 32 => Op::LsrImm { d, m, amount },
+            (Alu::Mov, Shift::Asr, false) => Op::AsrImm {
+                d,
+                m,
+                amount: amount.min(31),
+            },
+            (Alu::Add, Shift::None, false) => Op::Add { d, n, m },
+            (Alu::Add, Shift::Lsl, false) => Op::AddShifted { d, n, m, amount },
+            (Alu::Sub, Shift::None, false) => Op::Sub { d, n, m },
+            (Alu::Sub, Shift::None, true) if d == NOWHERE => Op::Cmp { n, m },
+            (Alu::And, Shift::None, false) => Op::And { d, n, m },
+            (Alu::Orr, Shift::None, false) => Op::Orr { d, n, m },
+            (_, _, false) => Op::Alu {
+                op,
+                d,
+                n,
+                m,
+                shift,
+                amount,
+            },
+            (_, _, true) => Op::AluS {
+                op,
+                d,
+                n,
+                m,
+                shift,
+                amount,
+            },
+        });
+    }
+}
