@@ -90,7 +90,7 @@ impl Translator<'_> {
             Alu::And | Alu::Bic | Alu::Orr | Alu::Orn | Alu::Eor | Alu::Mov | Alu::Mvn
         );
         if let (true, true, Some(set)) = (flags, logical, carry) {
-            self.emit(Op::Carry { set });
+            self.emit(Op::Carry(set));
         }
         Ends::No
     }
@@ -107,8 +107,8 @@ impl Translator<'_> {
         if d == PC || n == PC && !matches!(kind, 0 | 4 | 10 | 12 | 22) {
             return self.undefined(op);
         }
-        let bitwise = kind >= 16 && op & 0x0400_0020 != 0;
-        if bitwise {
+        let wrong = kind >= 16 && op & 0x0400_0020 != 0;
+        if wrong {
             return self.undefined(op);
         }
         let halves = op >> 21 & 1 != 0 && lsb == 0;
@@ -120,35 +120,23 @@ impl Translator<'_> {
                     imm12.wrapping_neg()
                 };
                 let imm = self.literal_base().wrapping_add(offset);
-                self.emit(Op::MovImm { d, imm });
+                self.emit(Op::MovImm(d, imm));
             }
             0 => self.constant(Alu::Add, d, n, imm12, false),
             10 => self.constant(Alu::Sub, d, n, imm12, false),
-            4 => self.emit(Op::MovImm { d, imm: imm16 }),
-            12 => self.emit(Op::Movt {
-                d,
-                imm: imm16 as u16,
-            }),
+            4 => self.emit(Op::MovImm(d, imm16)),
+            12 => self.emit(Op::Movt(d, imm16 as u16)),
+            18 | 26 if halves && bits > 15 => return self.undefined(op),
             18 if halves => self.rare(Rare::Ssat16, d, n, 0, field(op, 0, 4) + 1, 0),
             26 if halves => self.rare(Rare::Usat16, d, n, 0, field(op, 0, 4), 0),
             // Bit 5 of the shift: to the right.
             16 | 18 => self.rare(Rare::Ssat, d, n, 0, bits + 1, lsb | field(op, 21, 1) << 5),
             24 | 26 => self.rare(Rare::Usat, d, n, 0, bits, lsb | field(op, 21, 1) << 5),
             20 if lsb + bits < 32 => self.rare(Rare::Sbfx, d, n, 0, lsb, bits + 1),
-            28 if lsb + bits < 32 => self.emit(Op::Ubfx {
-                d,
-                n,
-                lsb,
-                width: bits + 1,
-            }),
+            28 if lsb + bits < 32 => self.emit(Op::Ubfx(d, n, lsb, bits + 1)),
             22 if bits >= lsb => {
                 let n = if n == PC { NOWHERE } else { n };
-                self.emit(Op::Bfi {
-                    d,
-                    n,
-                    lsb,
-                    width: bits + 1 - lsb,
-                });
+                self.emit(Op::Bfi(d, n, lsb, bits + 1 - lsb));
             }
             _ => return self.undefined(op),
         }

@@ -131,542 +131,231 @@ pub(super) enum Conversion {
 pub(super) enum Op {
     Nop,
     /// Unless the condition holds, the next `skip` operations are left out.
-    If {
-        condition: u8,
-        skip: u8,
-    },
+    /// condition, skip
+    If(u8, u8),
     /// Sets the carry after a logical operation with a rotated constant.
-    Carry {
-        set: bool,
-    },
+    /// set
+    Carry(bool),
     /// Value of the program counter as a base address.
-    SetBase {
-        value: u32,
-    },
+    /// value
+    SetBase(u32),
 
-    MovImm {
-        d: u8,
-        imm: u32,
-    },
+    /// d, imm
+    MovImm(u8, u32),
     /// Sets N and Z too.
-    MovsImm {
-        d: u8,
-        imm: u32,
-    },
-    Mov {
-        d: u8,
-        m: u8,
-    },
-    Movt {
-        d: u8,
-        imm: u16,
-    },
-    AddImm {
-        d: u8,
-        n: u8,
-        imm: u32,
-    },
-    Add {
-        d: u8,
-        n: u8,
-        m: u8,
-    },
-    Sub {
-        d: u8,
-        n: u8,
-        m: u8,
-    },
-    AddsImm {
-        d: u8,
-        n: u8,
-        imm: u32,
-    },
-    SubsImm {
-        d: u8,
-        n: u8,
-        imm: u32,
-    },
-    CmpImm {
-        n: u8,
-        imm: u32,
-    },
-    Cmp {
-        n: u8,
-        m: u8,
-    },
-    AndImm {
-        d: u8,
-        n: u8,
-        imm: u32,
-    },
-    And {
-        d: u8,
-        n: u8,
-        m: u8,
-    },
-    OrrImm {
-        d: u8,
-        n: u8,
-        imm: u32,
-    },
-    Orr {
-        d: u8,
-        n: u8,
-        m: u8,
-    },
-    LslImm {
-        d: u8,
-        m: u8,
-        amount: u8,
-    },
-    LsrImm {
-        d: u8,
-        m: u8,
-        amount: u8,
-    },
-    AsrImm {
-        d: u8,
-        m: u8,
-        amount: u8,
-    },
-    AddShifted {
-        d: u8,
-        n: u8,
-        m: u8,
-        amount: u8,
-    },
+    /// d, imm
+    MovsImm(u8, u32),
+    /// d, m
+    Mov(u8, u8),
+    /// d, imm
+    Movt(u8, u16),
+    /// d, n, imm
+    AddImm(u8, u8, u32),
+    /// d, n, m
+    Add(u8, u8, u8),
+    /// d, n, m
+    Sub(u8, u8, u8),
+    /// d, n, imm
+    AddsImm(u8, u8, u32),
+    /// d, n, imm
+    SubsImm(u8, u8, u32),
+    /// n, imm
+    CmpImm(u8, u32),
+    /// n, m
+    Cmp(u8, u8),
+    /// d, n, imm
+    AndImm(u8, u8, u32),
+    /// d, n, m
+    And(u8, u8, u8),
+    /// d, n, imm
+    OrrImm(u8, u8, u32),
+    /// d, n, m
+    Orr(u8, u8, u8),
+    /// d, m, amount
+    LslImm(u8, u8, u8),
+    /// d, m, amount
+    LsrImm(u8, u8, u8),
+    /// d, m, amount
+    AsrImm(u8, u8, u8),
+    /// d, n, m, amount
+    AddShifted(u8, u8, u8, u8),
     /// Without flags.
-    Alu {
-        op: Alu,
-        d: u8,
-        n: u8,
-        m: u8,
-        shift: Shift,
-        amount: u8,
-    },
+    /// op, d, n, m, shift, amount
+    Alu(Alu, u8, u8, u8, Shift, u8),
     /// With flags.
-    AluS {
-        op: Alu,
-        d: u8,
-        n: u8,
-        m: u8,
-        shift: Shift,
-        amount: u8,
-    },
-    AluImm {
-        op: Alu,
-        d: u8,
-        n: u8,
-        imm: u32,
-    },
-    AluImmS {
-        op: Alu,
-        d: u8,
-        n: u8,
-        imm: u32,
-    },
+    /// op, d, n, m, shift, amount
+    AluS(Alu, u8, u8, u8, Shift, u8),
+    /// op, d, n, imm
+    AluImm(Alu, u8, u8, u32),
+    /// op, d, n, imm
+    AluImmS(Alu, u8, u8, u32),
     /// Shift by a register.
-    ShiftBy {
-        shift: Shift,
-        d: u8,
-        n: u8,
-        m: u8,
-        flags: bool,
-    },
-    Uxtb {
-        d: u8,
-        m: u8,
-    },
-    Uxth {
-        d: u8,
-        m: u8,
-    },
-    Ubfx {
-        d: u8,
-        n: u8,
-        lsb: u8,
-        width: u8,
-    },
+    /// shift, d, n, m, flags
+    ShiftBy(Shift, u8, u8, u8, bool),
+    /// d, m
+    Uxtb(u8, u8),
+    /// d, m
+    Uxth(u8, u8),
+    /// d, n, lsb, width
+    Ubfx(u8, u8, u8, u8),
     /// `n` inserts zeros if it is [`NOWHERE`].
-    Bfi {
-        d: u8,
-        n: u8,
-        lsb: u8,
-        width: u8,
-    },
-    Mul {
-        d: u8,
-        n: u8,
-        m: u8,
-    },
-    Muls {
-        d: u8,
-        n: u8,
-        m: u8,
-    },
-    Mla {
-        d: u8,
-        n: u8,
-        m: u8,
-        a: u8,
-    },
-    Mls {
-        d: u8,
-        n: u8,
-        m: u8,
-        a: u8,
-    },
-    Umull {
-        low: u8,
-        high: u8,
-        n: u8,
-        m: u8,
-    },
-    Smull {
-        low: u8,
-        high: u8,
-        n: u8,
-        m: u8,
-    },
-    Udiv {
-        d: u8,
-        n: u8,
-        m: u8,
-    },
-    Sdiv {
-        d: u8,
-        n: u8,
-        m: u8,
-    },
-    Rare {
-        op: Rare,
-        d: u8,
-        n: u8,
-        m: u8,
-        a: u8,
-        x: u8,
-    },
+    /// d, n, lsb, width
+    Bfi(u8, u8, u8, u8),
+    /// d, n, m
+    Mul(u8, u8, u8),
+    /// d, n, m
+    Muls(u8, u8, u8),
+    /// d, n, m, a
+    Mla(u8, u8, u8, u8),
+    /// d, n, m, a
+    Mls(u8, u8, u8, u8),
+    /// low, high, n, m
+    Umull(u8, u8, u8, u8),
+    /// low, high, n, m
+    Smull(u8, u8, u8, u8),
+    /// d, n, m
+    Udiv(u8, u8, u8),
+    /// d, n, m
+    Sdiv(u8, u8, u8),
+    /// op, d, n, m, a, x
+    Rare(Rare, u8, u8, u8, u8, u8),
 
-    Ldr {
-        t: u8,
-        n: u8,
-        offset: u32,
-    },
-    Str {
-        t: u8,
-        n: u8,
-        offset: u32,
-    },
-    Ldrb {
-        t: u8,
-        n: u8,
-        offset: u32,
-    },
-    Strb {
-        t: u8,
-        n: u8,
-        offset: u32,
-    },
-    LdrLiteral {
-        t: u8,
-        address: u32,
-    },
-    Load {
-        width: Width,
-        t: u8,
-        n: u8,
-        offset: u32,
-    },
-    Store {
-        width: Width,
-        t: u8,
-        n: u8,
-        offset: u32,
-    },
-    LoadIndexed {
-        width: Width,
-        t: u8,
-        n: u8,
-        m: u8,
-        shift: u8,
-    },
-    StoreIndexed {
-        width: Width,
-        t: u8,
-        n: u8,
-        m: u8,
-        shift: u8,
-    },
+    /// t, n, offset
+    Ldr(u8, u8, u32),
+    /// t, n, offset
+    Str(u8, u8, u32),
+    /// t, n, offset
+    Ldrb(u8, u8, u32),
+    /// t, n, offset
+    Strb(u8, u8, u32),
+    /// t, address
+    LdrLiteral(u8, u32),
+    /// width, t, n, offset
+    Load(Width, u8, u8, u32),
+    /// width, t, n, offset
+    Store(Width, u8, u8, u32),
+    /// width, t, n, m, shift
+    LoadIndexed(Width, u8, u8, u8, u8),
+    /// width, t, n, m, shift
+    StoreIndexed(Width, u8, u8, u8, u8),
     /// With write-back, before (`pre`) or after the access.
-    LoadUpdate {
-        width: Width,
-        t: u8,
-        n: u8,
-        pre: bool,
-        offset: i16,
-    },
-    StoreUpdate {
-        width: Width,
-        t: u8,
-        n: u8,
-        pre: bool,
-        offset: i16,
-    },
-    Ldrd {
-        t: u8,
-        t2: u8,
-        n: u8,
-        offset: u32,
-    },
-    Strd {
-        t: u8,
-        t2: u8,
-        n: u8,
-        offset: u32,
-    },
-    LdrdUpdate {
-        t: u8,
-        t2: u8,
-        n: u8,
-        pre: bool,
-        offset: i16,
-    },
-    StrdUpdate {
-        t: u8,
-        t2: u8,
-        n: u8,
-        pre: bool,
-        offset: i16,
-    },
-    Ldm {
-        n: u8,
-        down: bool,
-        update: bool,
-        list: u16,
-    },
-    Stm {
-        n: u8,
-        down: bool,
-        update: bool,
-        list: u16,
-    },
-    Ldrex {
-        width: Width,
-        t: u8,
-        n: u8,
-        offset: u32,
-    },
-    Strex {
-        width: Width,
-        d: u8,
-        t: u8,
-        n: u8,
-        offset: u16,
-    },
+    /// width, t, n, pre, offset
+    LoadUpdate(Width, u8, u8, bool, i16),
+    /// width, t, n, pre, offset
+    StoreUpdate(Width, u8, u8, bool, i16),
+    /// t, t2, n, offset
+    Ldrd(u8, u8, u8, u32),
+    /// t, t2, n, offset
+    Strd(u8, u8, u8, u32),
+    /// t, t2, n, pre, offset
+    LdrdUpdate(u8, u8, u8, bool, i16),
+    /// t, t2, n, pre, offset
+    StrdUpdate(u8, u8, u8, bool, i16),
+    /// n, down, update, list
+    Ldm(u8, bool, bool, u16),
+    /// n, down, update, list
+    Stm(u8, bool, bool, u16),
+    /// width, t, n, offset
+    Ldrex(Width, u8, u8, u32),
+    /// width, d, t, n, offset
+    Strex(Width, u8, u8, u8, u16),
     Clrex,
 
-    Branch {
-        target: u32,
-    },
-    BranchIf {
-        condition: u8,
-        target: u32,
-    },
-    BranchZero {
-        n: u8,
-        target: u32,
-    },
-    BranchNotZero {
-        n: u8,
-        target: u32,
-    },
-    Call {
-        target: u32,
-    },
-    CallRegister {
-        m: u8,
-    },
+    /// target
+    Branch(u32),
+    /// condition, target
+    BranchIf(u8, u32),
+    /// n, target
+    BranchZero(u8, u32),
+    /// n, target
+    BranchNotZero(u8, u32),
+    /// target
+    Call(u32),
+    /// m
+    CallRegister(u8),
     /// Exchanges state, and returns from exceptions.
-    Exchange {
-        m: u8,
-    },
-    Jump {
-        m: u8,
-    },
+    /// m
+    Exchange(u8),
+    /// m
+    Jump(u8),
     /// Entry `m` of a table of bytes or halfwords.
-    Table {
-        n: u8,
-        m: u8,
-        half: bool,
-        from: u32,
-    },
+    /// n, m, half, from
+    Table(u8, u8, bool, u32),
 
-    ReadSpecial {
-        d: u8,
-        special: u8,
-    },
-    WriteSpecial {
-        n: u8,
-        mask: u8,
-        special: u8,
-    },
-    ChangeMasks {
-        disable: bool,
-        primask: bool,
-        faultmask: bool,
-    },
+    /// d, special
+    ReadSpecial(u8, u8),
+    /// n, mask, special
+    WriteSpecial(u8, u8, u8),
+    /// disable, primask, faultmask
+    ChangeMasks(bool, bool, bool),
     Supervisor,
     Breakpoint,
-    Undefined {
-        encoding: u32,
-    },
+    /// encoding
+    Undefined(u32),
     WaitForInterrupt,
     WaitForEvent,
 
     /// The next operations need a floating-point context.
     Context,
-    Vldr {
-        d: u8,
-        n: u8,
-        offset: u32,
-    },
-    Vstr {
-        d: u8,
-        n: u8,
-        offset: u32,
-    },
-    VldrLiteral {
-        d: u8,
-        address: u32,
-    },
-    Vldm {
-        n: u8,
-        first: u8,
-        count: u8,
-        down: bool,
-        update: bool,
-        extra: bool,
-    },
-    Vstm {
-        n: u8,
-        first: u8,
-        count: u8,
-        down: bool,
-        update: bool,
-        extra: bool,
-    },
+    /// d, n, offset
+    Vldr(u8, u8, u32),
+    /// d, n, offset
+    Vstr(u8, u8, u32),
+    /// d, address
+    VldrLiteral(u8, u32),
+    /// n, first, count, down, update, extra
+    Vldm(u8, u8, u8, bool, bool, bool),
+    /// n, first, count, down, update, extra
+    Vstm(u8, u8, u8, bool, bool, bool),
     /// From and to core registers.
-    VmovToS {
-        d: u8,
-        t: u8,
-    },
-    VmovToR {
-        t: u8,
-        n: u8,
-    },
-    VmovPairToS {
-        d: u8,
-        t: u8,
-        t2: u8,
-    },
-    VmovPairToR {
-        d: u8,
-        t: u8,
-        t2: u8,
-    },
-    VmovImm {
-        d: u8,
-        imm: u32,
-    },
-    Vmov {
-        d: u8,
-        m: u8,
-    },
-    Vabs {
-        d: u8,
-        m: u8,
-    },
-    Vneg {
-        d: u8,
-        m: u8,
-    },
-    Vsqrt {
-        d: u8,
-        m: u8,
-    },
-    Vadd {
-        d: u8,
-        n: u8,
-        m: u8,
-    },
-    Vsub {
-        d: u8,
-        n: u8,
-        m: u8,
-    },
-    Vmul {
-        d: u8,
-        n: u8,
-        m: u8,
-    },
-    Vnmul {
-        d: u8,
-        n: u8,
-        m: u8,
-    },
-    Vdiv {
-        d: u8,
-        n: u8,
-        m: u8,
-    },
-    Vmla {
-        d: u8,
-        n: u8,
-        m: u8,
-    },
-    Vmls {
-        d: u8,
-        n: u8,
-        m: u8,
-    },
-    Vnmla {
-        d: u8,
-        n: u8,
-        m: u8,
-    },
-    Vnmls {
-        d: u8,
-        n: u8,
-        m: u8,
-    },
+    /// d, t
+    VmovToS(u8, u8),
+    /// t, n
+    VmovToR(u8, u8),
+    /// d, t, t2
+    VmovPairToS(u8, u8, u8),
+    /// d, t, t2
+    VmovPairToR(u8, u8, u8),
+    /// d, imm
+    VmovImm(u8, u32),
+    /// d, m
+    Vmov(u8, u8),
+    /// d, m
+    Vabs(u8, u8),
+    /// d, m
+    Vneg(u8, u8),
+    /// d, m
+    Vsqrt(u8, u8),
+    /// d, n, m
+    Vadd(u8, u8, u8),
+    /// d, n, m
+    Vsub(u8, u8, u8),
+    /// d, n, m
+    Vmul(u8, u8, u8),
+    /// d, n, m
+    Vnmul(u8, u8, u8),
+    /// d, n, m
+    Vdiv(u8, u8, u8),
+    /// d, n, m
+    Vmla(u8, u8, u8),
+    /// d, n, m
+    Vmls(u8, u8, u8),
+    /// d, n, m
+    Vnmla(u8, u8, u8),
+    /// d, n, m
+    Vnmls(u8, u8, u8),
     /// Fused; the sign of the addend, of the first factor.
-    Vfma {
-        d: u8,
-        n: u8,
-        m: u8,
-        negate: bool,
-        negate_first: bool,
-    },
-    Vcmp {
-        d: u8,
-        m: u8,
-        signals: bool,
-    },
-    VcmpZero {
-        d: u8,
-        signals: bool,
-    },
-    Vcvt {
-        kind: Conversion,
-        d: u8,
-        m: u8,
-        fraction: u8,
-    },
+    /// d, n, m, negate, negate_first
+    Vfma(u8, u8, u8, bool, bool),
+    /// d, m, signals
+    Vcmp(u8, u8, bool),
+    /// d, signals
+    VcmpZero(u8, bool),
+    /// kind, d, m, fraction
+    Vcvt(Conversion, u8, u8, u8),
     VmrsFlags,
-    Vmrs {
-        t: u8,
-    },
-    Vmsr {
-        t: u8,
-    },
+    /// t
+    Vmrs(u8),
+    /// t
+    Vmsr(u8),
 }

@@ -34,7 +34,7 @@ impl Translator<'_> {
             0b01000 => return self.high(op),
             0b01001 => {
                 let address = self.literal_base().wrapping_add(imm8 * 4);
-                self.emit(Op::LdrLiteral { t: middle, address });
+                self.emit(Op::LdrLiteral(middle, address));
             }
             0b01010 | 0b01011 => self.indexed(op >> 9 & 7, low, next, third),
             0b01100 => self.store(Width::Word, low, next, imm5 * 4),
@@ -47,31 +47,21 @@ impl Translator<'_> {
             0b10011 => self.load(Width::Word, middle, SP, imm8 * 4),
             0b10100 => {
                 let imm = self.literal_base().wrapping_add(imm8 * 4);
-                self.emit(Op::MovImm { d: middle, imm });
+                self.emit(Op::MovImm(middle, imm));
             }
             0b10101 => self.constant(Alu::Add, middle, SP, imm8 * 4, false),
             0b10110 | 0b10111 => return self.miscellaneous(op),
-            0b11000 => self.emit(Op::Stm {
-                n: middle,
-                down: false,
-                update: true,
-                list: op & 0xFF,
-            }),
+            0b11000 => self.emit(Op::Stm(middle, false, true, op & 0xFF)),
             0b11001 => {
                 let list = op & 0xFF;
                 let update = list >> middle & 1 == 0;
-                self.emit(Op::Ldm {
-                    n: middle,
-                    down: false,
-                    update,
-                    list,
-                });
+                self.emit(Op::Ldm(middle, false, update, list));
             }
             0b11010 | 0b11011 => return self.conditional(op, imm8),
             _ => {
                 let offset = i32::from((op << 5) as i16 >> 4);
                 let target = self.pc().wrapping_add_signed(offset);
-                self.emit(Op::Branch { target });
+                self.emit(Op::Branch(target));
                 return Ends::Yes;
             }
         }
@@ -88,10 +78,7 @@ impl Translator<'_> {
             condition => {
                 let offset = i32::from(imm8 as u8 as i8) * 2;
                 let target = self.pc().wrapping_add_signed(offset);
-                self.emit(Op::BranchIf {
-                    condition: condition as u8,
-                    target,
-                });
+                self.emit(Op::BranchIf(condition as u8, target));
                 Ends::Yes
             }
         }
@@ -103,43 +90,19 @@ impl Translator<'_> {
         match kind {
             0 => self.plain(Alu::And, d, d, m),
             1 => self.plain(Alu::Eor, d, d, m),
-            2 => self.emit(Op::ShiftBy {
-                shift: Shift::Lsl,
-                d,
-                n: d,
-                m,
-                flags,
-            }),
-            3 => self.emit(Op::ShiftBy {
-                shift: Shift::Lsr,
-                d,
-                n: d,
-                m,
-                flags,
-            }),
-            4 => self.emit(Op::ShiftBy {
-                shift: Shift::Asr,
-                d,
-                n: d,
-                m,
-                flags,
-            }),
+            2 => self.emit(Op::ShiftBy(Shift::Lsl, d, d, m, flags)),
+            3 => self.emit(Op::ShiftBy(Shift::Lsr, d, d, m, flags)),
+            4 => self.emit(Op::ShiftBy(Shift::Asr, d, d, m, flags)),
             5 => self.plain(Alu::Adc, d, d, m),
             6 => self.plain(Alu::Sbc, d, d, m),
-            7 => self.emit(Op::ShiftBy {
-                shift: Shift::Ror,
-                d,
-                n: d,
-                m,
-                flags,
-            }),
+            7 => self.emit(Op::ShiftBy(Shift::Ror, d, d, m, flags)),
             8 => self.shifted(Alu::And, NOWHERE, d, m, (Shift::None, 0), true),
             9 => self.constant(Alu::Rsb, d, m, 0, flags),
-            10 => self.emit(Op::Cmp { n: d, m }),
+            10 => self.emit(Op::Cmp(d, m)),
             11 => self.shifted(Alu::Add, NOWHERE, d, m, (Shift::None, 0), true),
             12 => self.plain(Alu::Orr, d, d, m),
-            13 if flags => self.emit(Op::Muls { d, n: d, m }),
-            13 => self.emit(Op::Mul { d, n: d, m }),
+            13 if flags => self.emit(Op::Muls(d, d, m)),
+            13 => self.emit(Op::Mul(d, d, m)),
             14 => self.plain(Alu::Bic, d, d, m),
             _ => self.plain(Alu::Mvn, d, 0, m),
         }
@@ -158,37 +121,37 @@ impl Translator<'_> {
             0 if m == PC => {
                 let imm = self.pc();
                 let n = self.source(d);
-                self.emit(Op::AddImm { d, n, imm });
+                self.emit(Op::AddImm(d, n, imm));
             }
             0 if d == PC => {
-                self.emit(Op::SetBase { value: self.pc() });
-                self.emit(Op::Add { d, n: BASE, m });
+                self.emit(Op::SetBase(self.pc()));
+                self.emit(Op::Add(d, BASE, m));
             }
-            0 => self.emit(Op::Add { d, n: d, m }),
+            0 => self.emit(Op::Add(d, d, m)),
             1 if d == PC || m == PC => return self.undefined(op.into()),
             1 => {
-                self.emit(Op::Cmp { n: d, m });
+                self.emit(Op::Cmp(d, m));
                 return Ends::No;
             }
             2 if m == PC => {
                 let imm = self.pc();
-                self.emit(Op::MovImm { d, imm });
+                self.emit(Op::MovImm(d, imm));
             }
-            2 => self.emit(Op::Mov { d, m }),
+            2 => self.emit(Op::Mov(d, m)),
             _ => {
                 if m == PC || op & 7 != 0 {
                     return self.undefined(op.into());
                 }
                 self.emit(if op & 0x80 == 0 {
-                    Op::Exchange { m }
+                    Op::Exchange(m)
                 } else {
-                    Op::CallRegister { m }
+                    Op::CallRegister(m)
                 });
                 return Ends::Yes;
             }
         }
         if d == PC {
-            self.emit(Op::Jump { m: PC });
+            self.emit(Op::Jump(PC));
             return Ends::Yes;
         }
         Ends::No
@@ -198,7 +161,7 @@ impl Translator<'_> {
     pub(super) fn source(&mut self, n: u8) -> u8 {
         if n == PC {
             let value = self.pc();
-            self.emit(Op::SetBase { value });
+            self.emit(Op::SetBase(value));
             return BASE;
         }
         n
@@ -216,21 +179,9 @@ impl Translator<'_> {
             _ => (Width::SignedHalf, true),
         };
         self.emit(if load {
-            Op::LoadIndexed {
-                width,
-                t,
-                n,
-                m,
-                shift: 0,
-            }
+            Op::LoadIndexed(width, t, n, m, 0)
         } else {
-            Op::StoreIndexed {
-                width,
-                t,
-                n,
-                m,
-                shift: 0,
-            }
+            Op::StoreIndexed(width, t, n, m, 0)
         });
     }
 
@@ -245,40 +196,31 @@ impl Translator<'_> {
                 } else {
                     bytes.wrapping_neg()
                 };
-                self.emit(Op::AddImm { d: SP, n: SP, imm });
+                self.emit(Op::AddImm(SP, SP, imm));
             }
             0x1 | 0x3 | 0x9 | 0xB => {
                 let offset = u32::from(op >> 3 & 0x40 | op >> 2 & 0x3E);
                 let target = self.pc().wrapping_add(offset);
                 self.emit(if op & 0x800 == 0 {
-                    Op::BranchZero { n: low, target }
+                    Op::BranchZero(low, target)
                 } else {
-                    Op::BranchNotZero { n: low, target }
+                    Op::BranchNotZero(low, target)
                 });
                 return Ends::Yes;
             }
             0x2 => match op >> 6 & 3 {
                 0 => self.rare(Rare::Sxtah, low, NOWHERE, m, 0, 0),
                 1 => self.rare(Rare::Sxtab, low, NOWHERE, m, 0, 0),
-                2 => self.emit(Op::Uxth { d: low, m }),
-                _ => self.emit(Op::Uxtb { d: low, m }),
+                2 => self.emit(Op::Uxth(low, m)),
+                _ => self.emit(Op::Uxtb(low, m)),
             },
             0x4 | 0x5 => {
                 let list = op & 0xFF | (op & 0x100) << 6;
-                self.emit(Op::Stm {
-                    n: SP,
-                    down: true,
-                    update: true,
-                    list,
-                });
+                self.emit(Op::Stm(SP, true, true, list));
             }
             0x6 if op & 0xFFE8 == 0xB660 => {
                 let (primask, faultmask) = (op & 2 != 0, op & 1 != 0);
-                self.emit(Op::ChangeMasks {
-                    disable: op & 0x10 != 0,
-                    primask,
-                    faultmask,
-                });
+                self.emit(Op::ChangeMasks(op & 0x10 != 0, primask, faultmask));
                 return Ends::Yes;
             }
             0xA => match op >> 6 & 3 {
@@ -287,21 +229,11 @@ impl Translator<'_> {
                 3 => self.rare(Rare::Revsh, low, 0, m, 0, 0),
                 _ => return self.undefined(op.into()),
             },
-            0xC => self.emit(Op::Ldm {
-                n: SP,
-                down: false,
-                update: true,
-                list: op & 0xFF,
-            }),
+            0xC => self.emit(Op::Ldm(SP, false, true, op & 0xFF)),
             0xD => {
                 let list = op & 0xFF | 1 << PC;
-                self.emit(Op::Ldm {
-                    n: SP,
-                    down: false,
-                    update: true,
-                    list,
-                });
-                self.emit(Op::Exchange { m: PC });
+                self.emit(Op::Ldm(SP, false, true, list));
+                self.emit(Op::Exchange(PC));
                 return Ends::Yes;
             }
             0xE => {
@@ -331,7 +263,7 @@ impl Translator<'_> {
 
     pub(super) fn call(&mut self, target: u32) -> Ends {
         debug_assert!(LR == 14);
-        self.emit(Op::Call { target });
+        self.emit(Op::Call(target));
         Ends::Yes
     }
 }

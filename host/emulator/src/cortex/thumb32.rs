@@ -40,10 +40,7 @@ impl Translator<'_> {
                     sign << 20 | j2 << 19 | j1 << 18 | (op >> 16 & 0x3F) << 12 | (op & 0x7FF) << 1;
                 let offset = (offset << 11) as i32 >> 11;
                 let target = self.pc().wrapping_add_signed(offset);
-                self.emit(Op::BranchIf {
-                    condition: field(op, 22, 4),
-                    target,
-                });
+                self.emit(Op::BranchIf(field(op, 22, 4), target));
                 Ends::Yes
             }
             kind @ (1 | 5) => {
@@ -55,7 +52,7 @@ impl Translator<'_> {
                 if kind == 5 {
                     return self.call(target);
                 }
-                self.emit(Op::Branch { target });
+                self.emit(Op::Branch(target));
                 Ends::Yes
             }
             _ => self.undefined(op),
@@ -69,11 +66,7 @@ impl Translator<'_> {
         match op >> 20 & 0x7F {
             0x38 if op >> 16 & 0xF != 0xF && op & 0x300 == 0 => {
                 let n = field(op, 16, 4);
-                self.emit(Op::WriteSpecial {
-                    n,
-                    mask: field(op, 8, 4),
-                    special: op as u8,
-                });
+                self.emit(Op::WriteSpecial(n, field(op, 8, 4), op as u8));
                 return Ends::Yes;
             }
             0x3A if op & 0x0700 == 0 => return self.hint((op & 0xF).min(15) as u8, 0),
@@ -86,10 +79,7 @@ impl Translator<'_> {
             },
             0x3E if op >> 16 & 0xF == 0xF && op >> 8 & 0xF != 0xF => {
                 let d = field(op, 8, 4);
-                self.emit(Op::ReadSpecial {
-                    d,
-                    special: op as u8,
-                });
+                self.emit(Op::ReadSpecial(d, op as u8));
             }
             _ => return self.undefined(op),
         }
@@ -107,13 +97,7 @@ impl Translator<'_> {
         }
         if first < 8 && second == 0 {
             let shift = [Shift::Lsl, Shift::Lsr, Shift::Asr, Shift::Ror][(first >> 1) as usize];
-            self.emit(Op::ShiftBy {
-                shift,
-                d,
-                n,
-                m,
-                flags: first & 1 != 0,
-            });
+            self.emit(Op::ShiftBy(shift, d, n, m, first & 1 != 0));
             return Ends::No;
         }
         if first < 6 && second & 8 != 0 {
@@ -127,8 +111,8 @@ impl Translator<'_> {
             ][first as usize];
             let rotation = 8 * (second & 3) as u8;
             match (kind, n == PC && rotation == 0) {
-                (Rare::Uxtah, true) => self.emit(Op::Uxth { d, m }),
-                (Rare::Uxtab, true) => self.emit(Op::Uxtb { d, m }),
+                (Rare::Uxtah, true) => self.emit(Op::Uxth(d, m)),
+                (Rare::Uxtab, true) => self.emit(Op::Uxtb(d, m)),
                 _ => {
                     let n = if n == PC { NOWHERE } else { n };
                     self.rare(kind, d, n, m, rotation, 0);
@@ -171,15 +155,15 @@ impl Translator<'_> {
         }
         let kind = match (op >> 20 & 7, second) {
             (0, 0) if adds => {
-                self.emit(Op::Mla { d, n, m, a });
+                self.emit(Op::Mla(d, n, m, a));
                 return Ends::No;
             }
             (0, 0) => {
-                self.emit(Op::Mul { d, n, m });
+                self.emit(Op::Mul(d, n, m));
                 return Ends::No;
             }
             (0, 1) if adds => {
-                self.emit(Op::Mls { d, n, m, a });
+                self.emit(Op::Mls(d, n, m, a));
                 return Ends::No;
             }
             (1, _) if adds => Rare::Smla,
@@ -215,19 +199,19 @@ impl Translator<'_> {
         }
         let kind = match (op >> 20 & 7, second) {
             (0, 0) => {
-                self.emit(Op::Smull { low, high, n, m });
+                self.emit(Op::Smull(low, high, n, m));
                 return Ends::No;
             }
             (2, 0) => {
-                self.emit(Op::Umull { low, high, n, m });
+                self.emit(Op::Umull(low, high, n, m));
                 return Ends::No;
             }
             (1, 0xF) => {
-                self.emit(Op::Sdiv { d: high, n, m });
+                self.emit(Op::Sdiv(high, n, m));
                 return Ends::No;
             }
             (3, 0xF) => {
-                self.emit(Op::Udiv { d: high, n, m });
+                self.emit(Op::Udiv(high, n, m));
                 return Ends::No;
             }
             (4, 0) => Rare::Smlal,
@@ -265,7 +249,7 @@ impl Translator<'_> {
             let address = self.literal_base().wrapping_add(offset);
             match (preload, width) {
                 (true, _) => {}
-                (false, Width::Word) => self.emit(Op::LdrLiteral { t, address }),
+                (false, Width::Word) => self.emit(Op::LdrLiteral(t, address)),
                 _ => {
                     let n = self.base(n);
                     self.load(width, t, n, offset);
@@ -288,46 +272,22 @@ impl Translator<'_> {
                 (true, false, false) => self.store(width, t, n, i32::from(offset) as u32),
                 (_, true, _) if t == PC && width != Width::Word => return self.undefined(op),
                 // Unprivileged access is the same here: no memory protection.
-                (_, true, true) => self.emit(Op::LoadUpdate {
-                    width,
-                    t,
-                    n,
-                    pre,
-                    offset,
-                }),
-                (_, true, false) => self.emit(Op::StoreUpdate {
-                    width,
-                    t,
-                    n,
-                    pre,
-                    offset,
-                }),
+                (_, true, true) => self.emit(Op::LoadUpdate(width, t, n, pre, offset)),
+                (_, true, false) => self.emit(Op::StoreUpdate(width, t, n, pre, offset)),
             }
         } else if op & 0x7C0 == 0 {
             let (m, shift) = (field(op, 0, 4), field(op, 4, 2));
             match (preload, load) {
                 _ if m == PC => return self.undefined(op),
                 (true, _) => {}
-                (_, true) => self.emit(Op::LoadIndexed {
-                    width,
-                    t,
-                    n,
-                    m,
-                    shift,
-                }),
-                (_, false) => self.emit(Op::StoreIndexed {
-                    width,
-                    t,
-                    n,
-                    m,
-                    shift,
-                }),
+                (_, true) => self.emit(Op::LoadIndexed(width, t, n, m, shift)),
+                (_, false) => self.emit(Op::StoreIndexed(width, t, n, m, shift)),
             }
         } else {
             return self.undefined(op);
         }
         if load && t == PC && !preload {
-            self.emit(Op::Exchange { m: PC });
+            self.emit(Op::Exchange(PC));
             return Ends::Yes;
         }
         Ends::No
@@ -349,22 +309,12 @@ impl Translator<'_> {
             return self.undefined(op);
         }
         if !load {
-            self.emit(Op::Stm {
-                n,
-                down,
-                update,
-                list,
-            });
+            self.emit(Op::Stm(n, down, update, list));
             return Ends::No;
         }
-        self.emit(Op::Ldm {
-            n,
-            down,
-            update,
-            list,
-        });
+        self.emit(Op::Ldm(n, down, update, list));
         if list >> PC & 1 != 0 {
-            self.emit(Op::Exchange { m: PC });
+            self.emit(Op::Exchange(PC));
             return Ends::Yes;
         }
         Ends::No
@@ -394,26 +344,22 @@ impl Translator<'_> {
             let offset = i32::from(signed) as u32;
             let n = self.base(n);
             self.emit(match (update, load) {
-                (false, true) => Op::Ldrd { t, t2, n, offset },
-                (false, false) => Op::Strd { t, t2, n, offset },
-                (true, true) => Op::LdrdUpdate {
-                    t,
-                    t2,
-                    n,
-                    pre,
-                    offset: signed,
-                },
-                (true, false) => Op::StrdUpdate {
-                    t,
-                    t2,
-                    n,
-                    pre,
-                    offset: signed,
-                },
+                (false, true) => Op::Ldrd(t, t2, n, offset),
+                (false, false) => Op::Strd(t, t2, n, offset),
+                (true, true) => Op::LdrdUpdate(t, t2, n, pre, signed),
+                (true, false) => Op::StrdUpdate(t, t2, n, pre, signed),
             });
             return Ends::No;
         }
-        if !table && (n == PC || t == PC) || table && m == PC {
+        // Fields that name no register are all ones; the result of a store is neither address nor value.
+        let (word, bytes) = (!up, up && !table);
+        let result = if word { t2 } else { m };
+        let wrong = !table && (n == PC || t == PC)
+            || table && m == PC
+            || load && (word || bytes) && t2 != PC
+            || bytes && (t2 != PC || load && m != PC)
+            || !load && (result == PC || result == n || result == t);
+        if wrong {
             return self.undefined(op);
         }
         let width = match field(op, 4, 4) {
@@ -422,41 +368,14 @@ impl Translator<'_> {
             _ => None,
         };
         match (up, load, width) {
-            (false, false, _) => self.emit(Op::Strex {
-                width: Width::Word,
-                d: t2,
-                t,
-                n,
-                offset: imm as u16,
-            }),
-            (false, true, _) => self.emit(Op::Ldrex {
-                width: Width::Word,
-                t,
-                n,
-                offset: imm,
-            }),
-            (true, false, Some(width)) => self.emit(Op::Strex {
-                width,
-                d: m,
-                t,
-                n,
-                offset: 0,
-            }),
-            (true, true, Some(width)) => self.emit(Op::Ldrex {
-                width,
-                t,
-                n,
-                offset: 0,
-            }),
+            (false, false, _) => self.emit(Op::Strex(Width::Word, t2, t, n, imm as u16)),
+            (false, true, _) => self.emit(Op::Ldrex(Width::Word, t, n, imm)),
+            (true, false, Some(width)) => self.emit(Op::Strex(width, m, t, n, 0)),
+            (true, true, Some(width)) => self.emit(Op::Ldrex(width, t, n, 0)),
             (true, true, None) if table => {
                 // Unlike that of literals, the base of a table is not aligned.
                 let n = self.source(n);
-                self.emit(Op::Table {
-                    n,
-                    m,
-                    half: op & 0x10 != 0,
-                    from: self.pc(),
-                });
+                self.emit(Op::Table(n, m, op & 0x10 != 0, self.pc()));
                 return Ends::Yes;
             }
             _ => return self.undefined(op),

@@ -149,7 +149,7 @@ impl Translator<'_> {
         // BKPT has no condition.
         let conditional = self.it & 0xF != 0 && condition < 14 && op & 0xFFFF_FF00 != 0xBE00;
         if conditional {
-            self.emit(Op::If { condition, skip: 0 });
+            self.emit(Op::If(condition, 0));
         }
         let ends = if op > 0xFFFF {
             self.wide(op)
@@ -160,7 +160,7 @@ impl Translator<'_> {
         if conditional && emitted == 1 {
             self.ops.pop();
             self.places.pop();
-        } else if conditional && let Some(Op::If { skip, .. }) = self.ops.get_mut(before) {
+        } else if conditional && let Some(Op::If(_, skip)) = self.ops.get_mut(before) {
             *skip = (emitted - 1) as u8;
         }
         if self.steps && self.ops.len() == before {
@@ -208,9 +208,7 @@ impl Translator<'_> {
         if n != PC {
             return n;
         }
-        self.emit(Op::SetBase {
-            value: self.literal_base(),
-        });
+        self.emit(Op::SetBase(self.literal_base()));
         BASE
     }
 
@@ -224,60 +222,46 @@ impl Translator<'_> {
     }
 
     pub(super) fn undefined(&mut self, encoding: u32) -> Ends {
-        self.emit(Op::Undefined { encoding });
+        self.emit(Op::Undefined(encoding));
         Ends::Yes
     }
 
     pub(super) fn rare(&mut self, op: Rare, d: u8, n: u8, m: u8, a: u8, x: u8) {
-        self.emit(Op::Rare { op, d, n, m, a, x });
+        self.emit(Op::Rare(op, d, n, m, a, x));
     }
 
     pub(super) fn load(&mut self, width: Width, t: u8, n: u8, offset: u32) {
         self.emit(match width {
-            Width::Word => Op::Ldr { t, n, offset },
-            Width::Byte => Op::Ldrb { t, n, offset },
-            _ => Op::Load {
-                width,
-                t,
-                n,
-                offset,
-            },
+            Width::Word => Op::Ldr(t, n, offset),
+            Width::Byte => Op::Ldrb(t, n, offset),
+            _ => Op::Load(width, t, n, offset),
         });
     }
 
     pub(super) fn store(&mut self, width: Width, t: u8, n: u8, offset: u32) {
         self.emit(match width {
-            Width::Word => Op::Str { t, n, offset },
-            Width::Byte => Op::Strb { t, n, offset },
-            _ => Op::Store {
-                width,
-                t,
-                n,
-                offset,
-            },
+            Width::Word => Op::Str(t, n, offset),
+            Width::Byte => Op::Strb(t, n, offset),
+            _ => Op::Store(width, t, n, offset),
         });
     }
 
     /// A register and a constant.
     pub(super) fn constant(&mut self, op: Alu, d: u8, n: u8, imm: u32, flags: bool) {
         self.emit(match (op, flags) {
-            (Alu::Mov, false) => Op::MovImm { d, imm },
-            (Alu::Mov, true) => Op::MovsImm { d, imm },
-            (Alu::Add, false) => Op::AddImm { d, n, imm },
-            (Alu::Sub, false) => Op::AddImm {
-                d,
-                n,
-                imm: imm.wrapping_neg(),
-            },
-            (Alu::And, false) => Op::AndImm { d, n, imm },
-            (Alu::Bic, false) => Op::AndImm { d, n, imm: !imm },
-            (Alu::Orr, false) => Op::OrrImm { d, n, imm },
-            (Alu::Mvn, false) => Op::MovImm { d, imm: !imm },
-            (Alu::Add, true) => Op::AddsImm { d, n, imm },
-            (Alu::Sub, true) if d == NOWHERE => Op::CmpImm { n, imm },
-            (Alu::Sub, true) => Op::SubsImm { d, n, imm },
-            (_, false) => Op::AluImm { op, d, n, imm },
-            (_, true) => Op::AluImmS { op, d, n, imm },
+            (Alu::Mov, false) => Op::MovImm(d, imm),
+            (Alu::Mov, true) => Op::MovsImm(d, imm),
+            (Alu::Add, false) => Op::AddImm(d, n, imm),
+            (Alu::Sub, false) => Op::AddImm(d, n, imm.wrapping_neg()),
+            (Alu::And, false) => Op::AndImm(d, n, imm),
+            (Alu::Bic, false) => Op::AndImm(d, n, !imm),
+            (Alu::Orr, false) => Op::OrrImm(d, n, imm),
+            (Alu::Mvn, false) => Op::MovImm(d, !imm),
+            (Alu::Add, true) => Op::AddsImm(d, n, imm),
+            (Alu::Sub, true) if d == NOWHERE => Op::CmpImm(n, imm),
+            (Alu::Sub, true) => Op::SubsImm(d, n, imm),
+            (_, false) => Op::AluImm(op, d, n, imm),
+            (_, true) => Op::AluImmS(op, d, n, imm),
         });
     }
 
@@ -298,36 +282,18 @@ impl Translator<'_> {
             other => other,
         };
         self.emit(match (op, shift, flags) {
-            (Alu::Mov, Shift::None, false) => Op::Mov { d, m },
-            (Alu::Mov, Shift::Lsl, false) => Op::LslImm { d, m, amount },
-            (Alu::Mov, Shift::Lsr, false) if amount < 32 => Op::LsrImm { d, m, amount },
-            (Alu::Mov, Shift::Asr, false) => Op::AsrImm {
-                d,
-                m,
-                amount: amount.min(31),
-            },
-            (Alu::Add, Shift::None, false) => Op::Add { d, n, m },
-            (Alu::Add, Shift::Lsl, false) => Op::AddShifted { d, n, m, amount },
-            (Alu::Sub, Shift::None, false) => Op::Sub { d, n, m },
-            (Alu::Sub, Shift::None, true) if d == NOWHERE => Op::Cmp { n, m },
-            (Alu::And, Shift::None, false) => Op::And { d, n, m },
-            (Alu::Orr, Shift::None, false) => Op::Orr { d, n, m },
-            (_, _, false) => Op::Alu {
-                op,
-                d,
-                n,
-                m,
-                shift,
-                amount,
-            },
-            (_, _, true) => Op::AluS {
-                op,
-                d,
-                n,
-                m,
-                shift,
-                amount,
-            },
+            (Alu::Mov, Shift::None, false) => Op::Mov(d, m),
+            (Alu::Mov, Shift::Lsl, false) => Op::LslImm(d, m, amount),
+            (Alu::Mov, Shift::Lsr, false) if amount < 32 => Op::LsrImm(d, m, amount),
+            (Alu::Mov, Shift::Asr, false) => Op::AsrImm(d, m, amount.min(31)),
+            (Alu::Add, Shift::None, false) => Op::Add(d, n, m),
+            (Alu::Add, Shift::Lsl, false) => Op::AddShifted(d, n, m, amount),
+            (Alu::Sub, Shift::None, false) => Op::Sub(d, n, m),
+            (Alu::Sub, Shift::None, true) if d == NOWHERE => Op::Cmp(n, m),
+            (Alu::And, Shift::None, false) => Op::And(d, n, m),
+            (Alu::Orr, Shift::None, false) => Op::Orr(d, n, m),
+            (_, _, false) => Op::Alu(op, d, n, m, shift, amount),
+            (_, _, true) => Op::AluS(op, d, n, m, shift, amount),
         });
     }
 }

@@ -73,9 +73,9 @@ impl Translator<'_> {
                     return false;
                 }
                 self.in_context(if load {
-                    Op::VmovPairToR { d: m, t, t2 }
+                    Op::VmovPairToR(m, t, t2)
                 } else {
-                    Op::VmovPairToS { d: m, t, t2 }
+                    Op::VmovPairToS(m, t, t2)
                 })
             }
             (true, _, false) => {
@@ -90,7 +90,7 @@ impl Translator<'_> {
                 self.need_context();
                 if n == PC && !double {
                     let address = self.literal_base().wrapping_add(offset);
-                    self.emit(Op::VldrLiteral { d, address });
+                    self.emit(Op::VldrLiteral(d, address));
                     return true;
                 }
                 let n = self.base(n);
@@ -98,9 +98,9 @@ impl Translator<'_> {
                     let offset = offset.wrapping_add(4 * u32::from(word));
                     let d = d + word;
                     self.emit(if load {
-                        Op::Vldr { d, n, offset }
+                        Op::Vldr(d, n, offset)
                     } else {
-                        Op::Vstr { d, n, offset }
+                        Op::Vstr(d, n, offset)
                     });
                 }
                 true
@@ -114,23 +114,9 @@ impl Translator<'_> {
                 let extra = double && words & 1 != 0;
                 let (first, count) = (d, count as u8);
                 self.in_context(if load {
-                    Op::Vldm {
-                        n,
-                        first,
-                        count,
-                        down: pre,
-                        update,
-                        extra,
-                    }
+                    Op::Vldm(n, first, count, pre, update, extra)
                 } else {
-                    Op::Vstm {
-                        n,
-                        first,
-                        count,
-                        down: pre,
-                        update,
-                        extra,
-                    }
+                    Op::Vstm(n, first, count, pre, update, extra)
                 })
             }
             _ => false,
@@ -148,27 +134,21 @@ impl Translator<'_> {
                 return false;
             }
             return self.in_context(if load {
-                Op::VmovToR { t, n }
+                Op::VmovToR(t, n)
             } else {
-                Op::VmovToS { d: n, t }
+                Op::VmovToS(n, t)
             });
         }
-        if op & 0x6F != 0 {
+        if op & 0x6F != 0 || kind == 7 && op & 0x80 != 0 {
             return false;
         }
         match (kind, load) {
             (0, _) if t == PC => false,
-            (0, true) => self.in_context(Op::VmovToR {
-                t,
-                n: single(op, 16, 7),
-            }),
-            (0, false) => self.in_context(Op::VmovToS {
-                d: single(op, 16, 7),
-                t,
-            }),
+            (0, true) => self.in_context(Op::VmovToR(t, single(op, 16, 7))),
+            (0, false) => self.in_context(Op::VmovToS(single(op, 16, 7), t)),
             (7, true) if op >> 16 & 0xF == 1 && t == PC => self.in_context(Op::VmrsFlags),
-            (7, true) if op >> 16 & 0xF == 1 => self.in_context(Op::Vmrs { t }),
-            (7, false) if op >> 16 & 0xF == 1 && t != PC => self.in_context(Op::Vmsr { t }),
+            (7, true) if op >> 16 & 0xF == 1 => self.in_context(Op::Vmrs(t)),
+            (7, false) if op >> 16 & 0xF == 1 && t != PC => self.in_context(Op::Vmsr(t)),
             _ => false,
         }
     }
@@ -176,31 +156,24 @@ impl Translator<'_> {
     fn arithmetic(&mut self, op: u32) -> bool {
         let (d, n, m) = (single(op, 12, 22), single(op, 16, 7), single(op, 0, 5));
         let second = op & 0x40 != 0;
-        let fused = |negate, negate_first| Op::Vfma {
-            d,
-            n,
-            m,
-            negate,
-            negate_first,
-        };
+        let fused = |negate, negate_first| Op::Vfma(d, n, m, negate, negate_first);
         let translated = match (op >> 20 & 0xB, second) {
-            (0x0, false) => Op::Vmla { d, n, m },
-            (0x0, true) => Op::Vmls { d, n, m },
-            (0x1, false) => Op::Vnmls { d, n, m },
-            (0x1, true) => Op::Vnmla { d, n, m },
-            (0x2, false) => Op::Vmul { d, n, m },
-            (0x2, true) => Op::Vnmul { d, n, m },
-            (0x3, false) => Op::Vadd { d, n, m },
-            (0x3, true) => Op::Vsub { d, n, m },
-            (0x8, false) => Op::Vdiv { d, n, m },
+            (0x0, false) => Op::Vmla(d, n, m),
+            (0x0, true) => Op::Vmls(d, n, m),
+            (0x1, false) => Op::Vnmls(d, n, m),
+            (0x1, true) => Op::Vnmla(d, n, m),
+            (0x2, false) => Op::Vmul(d, n, m),
+            (0x2, true) => Op::Vnmul(d, n, m),
+            (0x3, false) => Op::Vadd(d, n, m),
+            (0x3, true) => Op::Vsub(d, n, m),
+            (0x8, false) => Op::Vdiv(d, n, m),
             (0x9, false) => fused(true, false),
             (0x9, true) => fused(true, true),
             (0xA, false) => fused(false, false),
             (0xA, true) => fused(false, true),
-            (0xB, false) if op & 0xA0 == 0 => Op::VmovImm {
-                d,
-                imm: expand(field(op, 16, 4) << 4 | field(op, 0, 4)),
-            },
+            (0xB, false) if op & 0xA0 == 0 => {
+                Op::VmovImm(d, expand(field(op, 16, 4) << 4 | field(op, 0, 4)))
+            }
             (0xB, true) => return self.one_operand(op, d, m),
             _ => return false,
         };
@@ -209,19 +182,14 @@ impl Translator<'_> {
 
     fn one_operand(&mut self, op: u32, d: u8, m: u8) -> bool {
         let top = op & 0x80 != 0;
-        let cvt = |kind| Op::Vcvt {
-            kind,
-            d,
-            m,
-            fraction: 0,
-        };
+        let cvt = |kind| Op::Vcvt(kind, d, m, 0);
         let translated = match (op >> 16 & 0xF, top) {
-            (0, false) => Op::Vmov { d, m },
-            (0, true) => Op::Vabs { d, m },
-            (1, false) => Op::Vneg { d, m },
-            (1, true) => Op::Vsqrt { d, m },
-            (4, signals) => Op::Vcmp { d, m, signals },
-            (5, signals) if op & 0x2F == 0 => Op::VcmpZero { d, signals },
+            (0, false) => Op::Vmov(d, m),
+            (0, true) => Op::Vabs(d, m),
+            (1, false) => Op::Vneg(d, m),
+            (1, true) => Op::Vsqrt(d, m),
+            (4, signals) => Op::Vcmp(d, m, signals),
+            (5, signals) if op & 0x2F == 0 => Op::VcmpZero(d, signals),
             (8, true) => cvt(Conversion::FromSigned),
             (8, false) => cvt(Conversion::FromUnsigned),
             (12, true) => cvt(Conversion::ToUnsigned),
@@ -245,12 +213,7 @@ impl Translator<'_> {
                     (true, false, false) => Conversion::ToSigned16,
                     (true, false, true) => Conversion::ToUnsigned16,
                 };
-                Op::Vcvt {
-                    kind,
-                    d,
-                    m: d,
-                    fraction: size - bits,
-                }
+                Op::Vcvt(kind, d, d, size - bits)
             }
             _ => return false,
         };
