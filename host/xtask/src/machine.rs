@@ -151,54 +151,10 @@ pub fn debian_clippy() -> Outcome<PathBuf> {
     Ok(driver)
 }
 
-/// What the emulator's engine needs to build: a C compiler, cmake, libclang.
+/// What host programs need to link: a C compiler.
 pub fn emulator_packages() -> Outcome {
-    let mut packages = Vec::new();
-    for (program, package) in [
-        ("cc", "gcc"),
-        ("make", "make"),
-        ("cmake", "cmake"),
-        ("pkg-config", "pkg-config"),
-    ] {
-        if find(program).is_none() {
-            packages.push(package);
-        }
-    }
-    if !has_libclang() {
-        packages.push("libclang-dev");
-    }
-    install(&packages, "the emulator's build")
-}
-
-fn has_libclang() -> bool {
-    if std::env::var_os("LIBCLANG_PATH").is_some() {
-        return true;
-    }
-    let is_libclang =
-        |name: &str| name.starts_with("libclang.so") || name.starts_with("libclang-1");
-    let holds = |folder: &Path| {
-        std::fs::read_dir(folder).is_ok_and(|mut entries| {
-            entries.any(|entry| {
-                entry.is_ok_and(|entry| is_libclang(&entry.file_name().to_string_lossy()))
-            })
-        })
-    };
-    let mut folders = vec![
-        PathBuf::from("/usr/lib"),
-        PathBuf::from("/usr/lib64"),
-        PathBuf::from("/usr/local/lib"),
-    ];
-    for parent in ["/usr/lib", "/opt/homebrew/opt"] {
-        for entry in std::fs::read_dir(parent).into_iter().flatten().flatten() {
-            let name = entry.file_name().to_string_lossy().into_owned();
-            if name.starts_with("llvm") {
-                folders.push(entry.path().join("lib"));
-            } else if name.ends_with("-linux-gnu") {
-                folders.push(entry.path());
-            }
-        }
-    }
-    folders.iter().any(|folder| holds(folder))
+    let missing = find("cc").is_none().then_some("gcc");
+    install(missing.as_slice(), "linking host programs")
 }
 
 /// A program on the path.

@@ -107,7 +107,7 @@ impl Translator<'_> {
             }
             (false, true, _) | (true, false, true) => {
                 let count = if double { words & !1 } else { words };
-                if n == PC || words == 0 || u32::from(d) + count > 32 || count > 32 {
+                if n == PC || count == 0 || u32::from(d) + count > 32 || count > 32 {
                     return false;
                 }
                 // FLDMX and FSTMX count one word more for the base.
