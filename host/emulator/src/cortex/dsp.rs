@@ -111,7 +111,7 @@ impl Registers {
         let rotated = vm.rotate_right(a.into());
         let (both, difference) = (product(0) + product(1), product(0) - product(1));
         let halves = i64::from(half(vn, top >> 1)) * i64::from(half(vm, top));
-        let by_half = sn * i64::from(half(vm, top)) >> 16;
+        let by_half = (sn * i64::from(half(vm, top))) >> 16;
         let round = if x & 1 != 0 { 0x8000_0000 } else { 0 };
         let by_bytes = |value: u32| (value & 0xFF) | (value >> 16 & 0xFF) << 16;
         let signed_bytes = |value: u32| {

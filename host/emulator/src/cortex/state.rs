@@ -180,12 +180,12 @@ impl Registers {
     /// A double-precision register, as the debugger shows them.
     pub(crate) fn double(&self, n: usize) -> u64 {
         let s = &self.fpu.s;
-        u64::from(s[2 * n & 31]) | u64::from(s[(2 * n + 1) & 31]) << 32
+        u64::from(s[(2 * n) & 31]) | u64::from(s[(2 * n + 1) & 31]) << 32
     }
 
     pub(super) fn set_double(&mut self, n: usize, value: u64) {
         let s = &mut self.fpu.s;
-        (s[2 * n & 31], s[(2 * n + 1) & 31]) = (value as u32, (value >> 32) as u32);
+        (s[(2 * n) & 31], s[(2 * n + 1) & 31]) = (value as u32, (value >> 32) as u32);
     }
 
     /// MRS.

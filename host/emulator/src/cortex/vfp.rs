@@ -31,7 +31,7 @@ impl Translator<'_> {
         if op & 0xFE00_0000 == 0xEC00_0000 {
             self.transfers(op)
         } else if op & 0xFF00_0010 == 0xEE00_0010 {
-            self.to_and_from_core(op)
+            self.core_transfers(op)
         } else if op & 0xFF00_0110 == 0xEE00_0000 {
             self.arithmetic(op)
         } else {
@@ -123,7 +123,7 @@ impl Translator<'_> {
         }
     }
 
-    fn to_and_from_core(&mut self, op: u32) -> bool {
+    fn core_transfers(&mut self, op: u32) -> bool {
         let t = field(op, 12, 4);
         let load = op >> 20 & 1 != 0;
         let kind = op >> 21 & 7;

@@ -99,10 +99,10 @@ impl Bus<'_> {
             Op::Uxtb(d, m) => r!(d) = r!(m) & 0xFF,
             Op::Uxth(d, m) => r!(d) = r!(m) & 0xFFFF,
             Op::Ubfx(d, n, lsb, width) => {
-                r!(d) = r!(n) >> (lsb & 31) & u32::MAX >> (32 - u32::from(width) & 31)
+                r!(d) = r!(n) >> (lsb & 31) & u32::MAX >> ((32 - u32::from(width)) & 31)
             }
             Op::Bfi(d, n, lsb, width) => {
-                let mask = (u32::MAX >> (32 - u32::from(width) & 31)) << (lsb & 31);
+                let mask = (u32::MAX >> ((32 - u32::from(width)) & 31)) << (lsb & 31);
                 let bits = if n == NOWHERE { 0 } else { r!(n) << (lsb & 31) };
                 r!(d) = r!(d) & !mask | bits & mask;
             }

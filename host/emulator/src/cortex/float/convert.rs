@@ -12,10 +12,10 @@ impl Fpu {
         const I32: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
         const U32: (i64, i64) = (0, u32::MAX as i64);
         let (rounded, limits) = match kind {
-            Conversion::FromSigned => return self.of_integer((a as i32).into(), fraction),
-            Conversion::FromUnsigned => return self.of_integer(a.into(), fraction),
-            Conversion::FromSigned16 => return self.of_integer((a as i16).into(), fraction),
-            Conversion::FromUnsigned16 => return self.of_integer((a as u16).into(), fraction),
+            Conversion::FromSigned => return self.float_of((a as i32).into(), fraction),
+            Conversion::FromUnsigned => return self.float_of(a.into(), fraction),
+            Conversion::FromSigned16 => return self.float_of((a as i16).into(), fraction),
+            Conversion::FromUnsigned16 => return self.float_of((a as u16).into(), fraction),
             Conversion::ToSigned => (false, I32),
             Conversion::ToUnsigned => (false, U32),
             Conversion::ToSignedRounded => (true, I32),
@@ -23,11 +23,11 @@ impl Fpu {
             Conversion::ToSigned16 => (false, I16),
             Conversion::ToUnsigned16 => (false, U16),
         };
-        self.to_integer(a, fraction, rounded, limits) as u32
+        self.integer_of(a, fraction, rounded, limits) as u32
     }
 
     /// An integer or fixed-point number to floating point. The unit rounds fixed point to nearest in every mode.
-    fn of_integer(&mut self, value: i64, fraction: u8) -> u32 {
+    fn float_of(&mut self, value: i64, fraction: u8) -> u32 {
         let exact = value as f64 / (1u64 << fraction) as f64;
         if exact == 0.0 {
             return 0;
@@ -42,7 +42,7 @@ impl Fpu {
     }
 
     /// To an integer or fixed-point number between the limits: towards zero, or in the present mode.
-    fn to_integer(&mut self, a: u32, fraction: u8, rounded: bool, limits: (i64, i64)) -> i64 {
+    fn integer_of(&mut self, a: u32, fraction: u8, rounded: bool, limits: (i64, i64)) -> i64 {
         let a = self.operand(a);
         if is_nan(a) {
             self.raise(INVALID);
