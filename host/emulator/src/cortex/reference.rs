@@ -260,13 +260,14 @@ impl Both {
 fn is_open(encoding: u32) -> bool {
     let high = |low: u32| matches!(encoding >> low & 0xF, 13 | 15);
     // Instructions of later architectures, half precision, which the core does not have; BLX of an address; more
-    // bits of fraction than there are bits.
+    // bits of fraction than there are bits; registers of the floating-point unit other than FPSCR.
     let later = encoding & 0xFF10_0000 == 0xF900_0000
         || encoding & 0xFFE0_0000 == 0xE8C0_0000
         || encoding & 0xF800_D000 == 0xF000_C000
         || encoding & 0xFFBA_0E50 == 0xEEB2_0A40
         || encoding & 0xFFBA_0ED0 == 0xEEBA_0A40
-        || encoding & 0xFF60_70D0 == 0xF320_0010;
+        || encoding & 0xFF60_70D0 == 0xF320_0010
+        || encoding & 0xFFE0_0FFF == 0xEEE0_0A10;
     if encoding > 0xFFFF {
         later || high(0) || high(8) || high(12) || high(16)
     } else {

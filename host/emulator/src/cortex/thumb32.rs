@@ -69,7 +69,8 @@ impl Translator<'_> {
                 self.emit(Op::WriteSpecial(n, field(op, 8, 4), op as u8));
                 return Ends::Yes;
             }
-            0x3A if op & 0x0700 == 0 => return self.hint((op & 0xF).min(15) as u8, 0),
+            // Further hints are no operations.
+            0x3A if op & 0x000F_2F00 == 0x000F_0000 => return self.hint(op as u8, 0),
             0x3B => match op >> 4 & 0xF {
                 2 => self.emit(Op::Clrex),
                 // Barriers: accesses are in order.
