@@ -103,20 +103,28 @@ fn run(firmware: &Firmware, flash: Vec<u8>) -> (Session<'_>, BTreeMap<String, Wr
     (session, wraps)
 }
 
-/// The log's words, but for the times.
+/// The log's words, but for the times; of several lines of a kind in a row, the last. How often a contact is told before its last
+/// word depends on how many samples a round of the locator took.
 fn words(session: &Session<'_>) -> Vec<String> {
-    let words = session
+    let kind = |message: &str| message.split(' ').next().map(str::to_owned);
+    let messages: Vec<&str> = session
         .lines
         .iter()
-        .flat_map(|line| line.message.split(' '));
-    words
+        .map(|line| line.message.as_str())
+        .collect();
+    let last = messages.iter().enumerate().filter(|&(at, message)| {
+        messages
+            .get(at + 1)
+            .is_none_or(|next| kind(next) != kind(message))
+    });
+    last.flat_map(|(_, message)| message.split(' '))
         .filter(|word| !word.starts_with("time_us="))
         .map(str::to_owned)
         .collect()
 }
 
-/// The same word, or the same key with numbers that differ by no more than 5 %: a start with another time takes some
-/// microseconds more or less, and the noise is drawn at other instants.
+/// The same word, or the same key with numbers that differ by no more than 5 %, deviations 50 %: a start with another time takes
+/// some microseconds more or less, and the noise is drawn at other instants.
 fn alike(a: &str, b: &str) -> bool {
     let number = |word: &str| {
         let (key, value) = word.split_once('=')?;
@@ -124,7 +132,8 @@ fn alike(a: &str, b: &str) -> bool {
     };
     match (number(a), number(b)) {
         (Some((key, a)), Some((same, b))) => {
-            key == same && (a.is_nan() && b.is_nan() || (a - b).abs() <= 0.05 * b.abs())
+            let most = if key.contains("sigma") { 0.5 } else { 0.05 };
+            key == same && (a.is_nan() && b.is_nan() || (a - b).abs() <= most * b.abs())
         }
         _ => a == b,
     }
