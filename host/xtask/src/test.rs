@@ -61,6 +61,7 @@ pub fn test(arguments: &[String]) -> Outcome {
     step(
         "tests of the host programs and of the emulated firmware",
         host_tests()
+            .arg("--no-fail-fast")
             .envs(images)
             .envs(tools.found.iter().map(|(variable, path)| (variable, path)))
             .env("PALPATE_GRASPS", "1000")
