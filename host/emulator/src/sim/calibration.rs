@@ -10,6 +10,11 @@ use crate::log::Line;
 const NOMINAL_EFFICIENCY: f64 = 0.33;
 /// Speed at which the finger closes, radian per second: the worm's friction depends on it.
 const SPEED_RAD_PER_S: f64 = 0.3;
+/// Middle of a probing: current, duty and torque at the input link, where curves of the sense and of the cable are taken for
+/// straight.
+const MIDDLE_A: f64 = 0.06;
+const MIDDLE_DUTY: f64 = 0.4;
+const MIDDLE_NM: f64 = 0.17;
 
 /// A value that was found, with its claimed deviation, and the true one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,11 +72,16 @@ impl Calibration {
         let nominal = Parameters::of(&parameters.scene).ok()?;
         let constant =
             parameters.motor.torque_constant_nm_per_a / nominal.motor.torque_constant_nm_per_a;
-        let efficiency =
-            parameters.gearhead.efficiency * worm_efficiency(parameters, SPEED_RAD_PER_S);
+        let efficiency = parameters.gearhead.efficiency
+            * worm_efficiency(parameters, SPEED_RAD_PER_S)
+            / (1.0 + parameters.transmission.hysteresis_share);
+        let sense = &parameters.sense;
+        let full_scale_a = sense.full_scale_v / (sense.resistor_ohm * sense.mirror_a_per_a);
+        let late = sense.settling_s * parameters.bridge.pwm_hz * (1.0 - MIDDLE_DUTY);
+        let bent = sense.nonlinearity * MIDDLE_A / full_scale_a;
+        let current = (1.0 + sense.gain_error + bent) * (1.0 - late);
         // Torque at the input link for one that the firmware computes from the current it measures.
-        let torque =
-            constant * efficiency / NOMINAL_EFFICIENCY / (1.0 + parameters.sense.gain_error);
+        let torque = constant * efficiency / NOMINAL_EFFICIENCY / current;
         let value = event.number("torque_factor")?;
         Some(Self {
             torque_factor: Found {
@@ -83,7 +93,9 @@ impl Calibration {
             cable_mrad_per_nm: Found {
                 value: event.number("cable_mrad_per_nm")?,
                 sigma: event.number("cable_sigma_mrad_per_nm")?,
-                truth: 1e3 * torque / parameters.cable_stiffness_nm_per_rad(),
+                truth: 1e3 * torque
+                    / parameters.cable_stiffness_nm_per_rad()
+                    / (1.0 + parameters.cable.stiffening_per_nm * MIDDLE_NM),
             },
         })
     }
