@@ -2,7 +2,7 @@
 //! Operations that blocks of instructions are translated into: operands resolved, eight bytes each.
 //!
 //! Why own code: no library of the kind is fast enough. The engine used before (Unicorn, with floating point in software) ran a
-//! grasp 4 times faster than real time, interpreters on crates.io run fewer instructions than the chip does.
+//! grasp 4 times faster than real time, published interpreters run fewer instructions than the chip does.
 
 /// No destination: the result goes to a register that nothing reads.
 pub(super) const NOWHERE: u8 = 16;
