@@ -60,5 +60,5 @@ pub use path::{Path, Pressed};
 pub use tendon::Tendon;
 pub use three_joint::ThreeJointContact;
 pub use transmission::{Transmission, TransmissionFactors};
-pub use two_contacts::{SecondMeasured, SecondPlace, TwoHeld};
+pub use two_contacts::{SecondMeasured, SecondPlace, TwoContactForces};
 pub use two_joint::{Roots, TwoJointContact};

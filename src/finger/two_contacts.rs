@@ -304,7 +304,7 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
 
 /// Contact forces of a two-phalanx finger that touches with both phalanges, as far as statics determines them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TwoHeld {
+pub struct TwoContactForces {
     /// f_2 k_2, moment of the distal contact about joint 2, newton metre: known whatever the places are.
     pub distal_moment_nm: f32,
     /// Force of the distal contact, newton: its place gives it, else not below `distal_moment_nm` / l_2.
@@ -325,7 +325,7 @@ impl<T: Transmission<2>, B: BaseJoint> Finger<2, T, B> {
         at: &Configuration<2>,
         torque_nm: f32,
         distal_k_m: Option<f32>,
-    ) -> Option<TwoHeld> {
+    ) -> Option<TwoContactForces> {
         let gear = self.transmission.factors(at)?;
         let [tau_1, tau_2] = self.equivalent_torques_nm(&gear, at, torque_nm)?;
         let [l1, l2] = self.parameters.lengths_m;
@@ -334,7 +334,7 @@ impl<T: Transmission<2>, B: BaseJoint> Finger<2, T, B> {
         }
         let [_, theta_2] = at.turn();
         let distal_force_n = distal_k_m.map(|k| tau_2 / k);
-        Some(TwoHeld {
+        Some(TwoContactForces {
             distal_moment_nm: tau_2,
             distal_force_n,
             proximal_moment_nm: distal_force_n.map(|f| tau_1 - tau_2 - f * l1 * theta_2.cos),

@@ -1,8 +1,9 @@
 //! What follows the first contact of a closing: a second one, how the object is held at its end, what becomes of it then.
 //!
-//! Chosen by type: [`FirstContactOnly`] carries nothing, [`Follow`] listens beside the [`Sensor`], and [`Changes`] around either. It cuts blocks of its own
-//! from the same samples, takes the sensor's friction record off and searches them for an elbow. A second contact is told
-//! after the sensor's last word on the first, because its phalanx and the posture follow from that.
+//! Chosen by type: [`FirstContactOnly`] carries nothing, [`Follow`] listens beside the [`Sensor`], and [`Changes`] wraps either
+//! to watch what becomes of a contact. Both cut blocks of their own from the sensor's samples and take its friction record off;
+//! [`Follow`] searches them for a change of slope. A second contact is told after the sensor's last word on the first, because
+//! its phalanx and the posture follow from that.
 
 mod changes;
 mod rise;
@@ -97,7 +98,7 @@ pub enum Followed {
     },
 }
 
-/// What comes after the first contact: [`FirstContactOnly`] or [`Follow`].
+/// What comes after the first contact: [`FirstContactOnly`], [`Follow`], or [`Changes`] around one of them.
 pub trait AfterContact<F: Mechanics>: Clone + Debug + Default {
     /// Whether anything does: the closing then goes on after the first contact is judged.
     const FOLLOWS: bool;

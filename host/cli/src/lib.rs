@@ -1,12 +1,25 @@
-//! What the host programs share at the command line: how far they are ([`progress`]), completions, help with examples.
+//! What the host programs share at the command line: how far they are ([`progress`]), their end, completions, help with examples.
 
 pub mod progress;
 
+use std::fmt::Display;
 use std::io::Write;
 use std::path::PathBuf;
+use std::process::ExitCode;
 
 use clap::CommandFactory;
 pub use clap_complete::Shell;
+
+/// How a program ends; an error is told first.
+pub fn end<E: Display>(outcome: Result<(), E>) -> ExitCode {
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
 
 /// Prints the completions of a program for a shell.
 pub fn complete<P: CommandFactory>(shell: Shell) {

@@ -7,7 +7,7 @@ use crate::time::{self, Ticks};
 
 /// Faults between the plant's voltages and the chip's pins; faults of the encoder's wires are in the plant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Wires {
+pub struct WiringFaults {
     /// The motor current reads as this voltage, independent of the current.
     pub current_v: Option<f64>,
     /// nFAULT pulled low.
@@ -23,7 +23,7 @@ pub struct World {
     plant: Option<Plant>,
     pub(crate) pins: Pins,
     synced: Ticks,
-    pub(crate) wires: Wires,
+    pub(crate) wires: WiringFaults,
     /// Time for which nFAULT is low after the bridge was woken.
     wake_fault: Ticks,
     awake_since: Option<Ticks>,
@@ -43,7 +43,7 @@ impl World {
             plant,
             pins: Pins::default(),
             synced: 0,
-            wires: Wires::default(),
+            wires: WiringFaults::default(),
             wake_fault: time::ticks(wake_fault_s),
             awake_since: None,
             off_since: None,

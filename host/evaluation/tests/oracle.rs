@@ -3,7 +3,7 @@
 //!
 //! Curves are drawn from what the locator assumes, so both must be right about the truth, and agree about each curve.
 
-use palpate::sensing::locator::Verdict;
+use palpate::sensing::locator::LocatorResult;
 use palpate_evaluation::bound::{Judged, judged, levels};
 use palpate_evaluation::score::{Scores, quantile};
 
@@ -15,7 +15,7 @@ fn curves() -> u64 {
 
 /// Both about the same curve: the difference of their places in deviations, and the ratio of the deviations.
 fn compared(one: &Judged) -> Option<(f64, f64)> {
-    let (Verdict::At(ours) | Verdict::Either([ours, _])) = one.located else {
+    let (LocatorResult::At(ours) | LocatorResult::Either([ours, _])) = one.located else {
         return None;
     };
     let exact = one.exact?;

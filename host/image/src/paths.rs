@@ -1,6 +1,6 @@
 //! Text in an image that tells of the machine that built it.
 
-/// Parts of paths below which compilers keep sources and users their files.
+/// Parts of paths below which compilers keep sources and users their files: what is searched for, on whatever machine.
 const MACHINE_FOLDERS: &[&str] = &[
     "registry/src/",
     "rustlib/src/",

@@ -313,7 +313,7 @@ fn page(options: &PageOptions) -> Result<(), String> {
 }
 
 fn main() -> ExitCode {
-    let result = match Command::parse() {
+    let outcome = match Command::parse() {
         Command::Watch(options) => watch(&options),
         Command::Record(options) => record(&options),
         Command::Page(options) => page(&options),
@@ -322,13 +322,7 @@ fn main() -> ExitCode {
             Ok(())
         }
     };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    palpate_cli::end(outcome)
 }
 
 #[cfg(test)]

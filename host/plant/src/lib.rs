@@ -44,5 +44,5 @@ pub use parameters::{
 };
 pub use pins::{Faults, Pins};
 pub use plant::{MAX_STEP_S, Plant};
-pub use truth::{Contact, FirstContact, Truth};
+pub use truth::{Contact, FirstContact, TrueCalibration, Truth};
 pub use worlds::world_names;

@@ -1,6 +1,51 @@
 //! The truth, known to the simulation only.
 
-use crate::Pins;
+use crate::{Parameters, Pins, worm_efficiency};
+
+/// Middle of a probing: current, duty and torque at the input link, where curves of the sense and of the cable are taken for
+/// straight.
+const MIDDLE_A: f64 = 0.06;
+const MIDDLE_DUTY: f64 = 0.4;
+const MIDDLE_NM: f64 = 0.17;
+
+/// What a calibration is about, in the terms of the library's `Calibration`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrueCalibration {
+    /// Efficiency over spring stiffness, as a factor on the scene's.
+    pub torque_factor: f64,
+    /// Elastic twist of the cable, radian per newton metre computed with the scene's values.
+    pub cable_rad_per_nm: f64,
+}
+
+impl TrueCalibration {
+    /// Of a world, for a scene that counts on an efficiency and a torque constant, at the speed of the input link at which the
+    /// finger closes: the worm's friction depends on it.
+    #[must_use]
+    pub fn of(
+        parameters: &Parameters,
+        efficiency: f64,
+        torque_constant_nm_per_a: f64,
+        closing_rad_per_s: f64,
+    ) -> Self {
+        let constant = parameters.motor.torque_constant_nm_per_a / torque_constant_nm_per_a;
+        let sense = &parameters.sense;
+        let full_scale_a = sense.full_scale_v / (sense.resistor_ohm * sense.mirror_a_per_a);
+        let late = sense.settling_s * parameters.bridge.pwm_hz * (1.0 - MIDDLE_DUTY);
+        let bent = sense.nonlinearity * MIDDLE_A / full_scale_a;
+        let current = (1.0 + sense.gain_error + bent) * (1.0 - late);
+        let passed_on = parameters.gearhead.efficiency
+            * worm_efficiency(parameters, closing_rad_per_s)
+            / (1.0 + parameters.transmission.hysteresis_share);
+        // Torque at the input link for one computed from the measured current with the scene's values.
+        let torque = constant * passed_on / efficiency / current;
+        Self {
+            torque_factor: torque / (1.0 + parameters.mechanism.spring_error),
+            cable_rad_per_nm: torque
+                / parameters.cable_stiffness_nm_per_rad()
+                / (1.0 + parameters.cable.stiffening_per_nm * MIDDLE_NM),
+        }
+    }
+}
 
 /// One point where the finger presses on the object.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,5 +119,32 @@ impl Truth {
         self.contacts
             .iter()
             .max_by(|a, b| a.force_n.total_cmp(&b.force_n))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(parameters: &Parameters) -> TrueCalibration {
+        let constant = Parameters::default().motor.torque_constant_nm_per_a;
+        TrueCalibration::of(parameters, 0.33, constant, 0.3)
+    }
+
+    #[test]
+    fn the_true_calibration_follows_the_hidden_values() {
+        let base = Parameters::default();
+        let nominal = of(&base);
+        // The efficiency that scenes count on is a round number, the plant's follows from its worm.
+        assert!((nominal.torque_factor - 1.0).abs() < 0.1, "{nominal:?}");
+        let mut other = base.clone();
+        other.motor.torque_constant_nm_per_a *= 1.1;
+        other.mechanism.spring_error = 0.25;
+        other.cable.stiffness_n_per_m *= 2.0;
+        let found = of(&other);
+        let ratio = found.torque_factor / nominal.torque_factor;
+        assert!((ratio - 1.1 / 1.25).abs() < 1e-9, "{ratio}");
+        let ratio = found.cable_rad_per_nm / nominal.cable_rad_per_nm;
+        assert!((ratio - 1.1 / 2.0).abs() < 1e-9, "{ratio}");
     }
 }

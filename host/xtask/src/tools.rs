@@ -65,7 +65,8 @@ fn defmt_print() -> Outcome<PathBuf> {
     }
     let mut call = cargo(["install", DEFMT_PRINT, "--locked"]);
     call.args(["--version", DEFMT_PRINT_VERSION])
-        // Not optimised: it is built in half the time, and prints some lines.
+        // Neither optimised nor for a debugger: it is built in half the time, and prints some lines.
+        .env("CARGO_PROFILE_DEV_DEBUG", "0")
         .args(["--debug", "--root"])
         .arg(&folder)
         .arg("--target-dir")

@@ -96,8 +96,8 @@ impl Assessment {
         self.next >= RATES * TIMES
     }
 
-    /// Gives a new record what is known before the first step.
-    pub fn introduce(&self, record: &mut Friction) {
+    /// Gives a new record what is known before the first step of [`Self::update`].
+    pub fn prepare(&self, record: &mut Friction) {
         if !self.is_closing() {
             record.opening_nm = -self.coefficients[0];
             record.asymmetry_nm = self.asymmetry_nm(record);
@@ -282,7 +282,7 @@ impl Assessment {
     /// Updates the record after the last step.
     // Not inlined: its stack frame is rarely needed.
     #[inline(never)]
-    pub fn teach(&self, record: &mut Friction) {
+    pub fn update(&self, record: &mut Friction) {
         record.evidence.add(&self.evidence);
         let passes = record.passes().min(PASSES_MAX - 1);
         let share = 1.0 / (f32::from(passes) + 1.0);
@@ -298,7 +298,7 @@ impl Assessment {
             record.white_nm2_s += share * (white_nm2_s - record.white_nm2_s);
         }
         if !self.is_closing() {
-            self.introduce(record);
+            self.prepare(record);
             return;
         }
         self.improve(record, passes, share);

@@ -30,7 +30,7 @@ mod tests;
 
 pub use noise::Noise;
 pub use onset::free_behind_cable;
-pub use posterior::{Estimate, Verdict, ln_likelihood};
+pub use posterior::{Estimate, LocatorResult, ln_likelihood};
 pub use prior::{Place, Prior};
 
 use crate::finger::{Class, Free, Mechanics};

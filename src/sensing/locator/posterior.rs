@@ -44,7 +44,7 @@ pub struct Estimate {
 
 /// Result of all hypotheses.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Verdict {
+pub enum LocatorResult {
     /// Too few points so far.
     Undecided,
     /// One place.
@@ -75,9 +75,9 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     /// The verdict at the end of a round. `bonus` is further evidence on a hypothesis (a joint sensor), as a logarithm of odds.
     // Not inlined: the result is written directly to its place.
     #[inline(never)]
-    pub fn verdict(&self, prior: &Prior<X>, bonus: impl Fn(&Estimate) -> f32) -> Verdict {
+    pub fn verdict(&self, prior: &Prior<X>, bonus: impl Fn(&Estimate) -> f32) -> LocatorResult {
         if self.under_way || self.number == 0 {
-            return Verdict::Undecided;
+            return LocatorResult::Undecided;
         }
         let spread = self.spread();
         let mut weighed: heapless::Vec<Weighed, { super::MOST }> = heapless::Vec::new();
@@ -105,10 +105,10 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
                 .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))
         };
         let Some(first) = likeliest(None).filter(|_| self.explains()) else {
-            return Verdict::Nowhere(self.unexplained());
+            return LocatorResult::Nowhere(self.unexplained());
         };
         if first.estimate.is_without_place() {
-            return Verdict::Nowhere(NotLocated::Proximal);
+            return LocatorResult::Nowhere(NotLocated::Proximal);
         }
         let odds = |of: &Weighed| exp(of.ln_evidence - first.ln_evidence);
         let told = |of: &Weighed| {
@@ -125,9 +125,9 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         };
         match likeliest(Some(first)) {
             Some(rival) if rival.estimate.phalanx > 1 && odds(rival) > UNLIKELY => {
-                Verdict::Either([first, rival].map(told))
+                LocatorResult::Either([first, rival].map(told))
             }
-            _ => Verdict::At(told(first)),
+            _ => LocatorResult::At(told(first)),
         }
     }
 

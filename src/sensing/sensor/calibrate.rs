@@ -68,13 +68,13 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         self.calibration.with_press(&found, misfit)
     }
 
-    pub(super) fn tell_calibration(&mut self, learned: Result<Calibration, Refusal>) {
+    pub(super) fn emit_calibration(&mut self, learned: Result<Calibration, Refusal>) {
         match learned {
             Ok(calibration) => {
                 self.calibration = calibration;
-                self.tell(Event::Calibrated { calibration });
+                self.emit(Event::Calibrated { calibration });
             }
-            Err(why) => self.tell(Event::CalibrationRefused { why }),
+            Err(why) => self.emit(Event::CalibrationRefused { why }),
         }
     }
 }

@@ -121,7 +121,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
                 state.collect(&mut collector, corrected);
             }
         }
-        state.tell(Event::Touch {
+        state.emit(Event::Touch {
             time_us: block.time_us,
             theta_a_rad: collector.onset_rad[0],
             torque_nm: collector.torque_nm,
@@ -158,7 +158,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             return;
         } else if state.is_calibrating() {
             let learned = state.learn(contact);
-            state.tell_calibration(learned);
+            state.emit_calibration(learned);
         } else {
             let explained = contact.locator.explains() && !contact.locator.leans_on_its_end();
             if !explained && contact.locator.shorten() {

@@ -227,12 +227,12 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             // Opening ends a closing: the next one is searched again.
             _ if block.drive != Drive::Closing => self.done = false,
             _ if self.done => self.state.remember(block),
-            _ => self.feel(block),
+            _ => self.search_closing(block),
         }
     }
 
     /// A block of a closing.
-    fn feel(&mut self, block: &Block) {
+    fn search_closing(&mut self, block: &Block) {
         let state = &mut self.state;
         if let Stage::Idle = self.stage {
             Search::begin(&mut self.stage);

@@ -137,7 +137,7 @@ impl Learning {
             self.pause = SAMPLES_PER_STEP;
         }
         if let (Some(assessment), Some(draft)) = (&self.assessment, record) {
-            assessment.introduce(draft);
+            assessment.prepare(draft);
         }
     }
 
@@ -180,7 +180,7 @@ impl Learning {
             state.friction = Some(draft);
             state.shift_counts = Some(0);
             state.shift_sigma_counts = 0.0;
-            state.tell(Event::FrictionRecorded {
+            state.emit(Event::FrictionRecorded {
                 closing_nm,
                 opening_nm,
                 residual_nm,
@@ -190,7 +190,7 @@ impl Learning {
             });
         } else {
             self.assessment = None;
-            state.tell(Event::FrictionNotRecorded { coverage });
+            state.emit(Event::FrictionNotRecorded { coverage });
         }
     }
 
@@ -220,7 +220,7 @@ impl Learning {
             return;
         };
         if assessment.step(record) {
-            assessment.teach(record);
+            assessment.update(record);
             self.assessment = None;
             if self.wanted {
                 self.hand_over(state);

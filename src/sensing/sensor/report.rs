@@ -5,7 +5,7 @@ use super::state::SensorState;
 use crate::finger::Mechanics;
 use crate::joint_sensor::JointSensor;
 use crate::sensing::location::SeriesElement;
-use crate::sensing::locator::{self, Estimate, Prior, Verdict};
+use crate::sensing::locator::{self, Estimate, LocatorResult, Prior};
 use crate::sensing::{Event, NotLocated, Refusal};
 
 /// Deviation of k, as a share of the phalanx, above which no location is reported: the curve hardly depends on the place.
@@ -36,12 +36,12 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             })
         });
         match verdict {
-            Verdict::At(estimate) if estimate.k_sigma_m >= VAGUE * estimate.length_m => {
+            LocatorResult::At(estimate) if estimate.k_sigma_m >= VAGUE * estimate.length_m => {
                 if last {
-                    self.tell_nowhere(contact, NotLocated::Unobservable);
+                    self.emit_nowhere(contact, NotLocated::Unobservable);
                 }
             }
-            Verdict::At(estimate) => {
+            LocatorResult::At(estimate) => {
                 let sigma_m = estimate.k_sigma_m;
                 let news = match contact.reported {
                     Reported::Located {
@@ -58,45 +58,45 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
                 if sigma_m <= self.settings.wanted_sigma_m && !last {
                     contact.end();
                 } else if news || last {
-                    self.tell_located(contact, &prior, &estimate, last);
+                    self.emit_located(contact, &prior, &estimate, last);
                 }
             }
-            Verdict::Either(estimates) => {
+            LocatorResult::Either(estimates) => {
                 if last || !matches!(contact.reported, Reported::Ambiguous) {
-                    self.tell_ambiguous(contact, &estimates, last);
+                    self.emit_ambiguous(contact, &estimates, last);
                 }
             }
-            Verdict::Nowhere(why) => {
+            LocatorResult::Nowhere(why) => {
                 let sure =
                     contact.collector.torque_nm >= SURE_PROXIMAL * self.settings.torque_limit_nm;
                 if last {
-                    self.tell_nowhere(contact, why);
+                    self.emit_nowhere(contact, why);
                 } else if why == NotLocated::Proximal && sure {
                     contact.end();
                 }
             }
-            Verdict::Undecided if last => self.give_up(contact),
-            Verdict::Undecided => {}
+            LocatorResult::Undecided if last => self.give_up(contact),
+            LocatorResult::Undecided => {}
         }
     }
 
     /// Reports that there were too few samples.
     pub(super) fn give_up(&mut self, contact: &Contact<F, H::Reading, X>) {
         if self.is_calibrating() {
-            self.tell_calibration(Err(Refusal::TooFewSamples));
+            self.emit_calibration(Err(Refusal::TooFewSamples));
         } else {
-            self.tell_nowhere(contact, NotLocated::TooFewSamples);
+            self.emit_nowhere(contact, NotLocated::TooFewSamples);
         }
     }
 
-    fn tell_nowhere(&mut self, contact: &Contact<F, H::Reading, X>, why: NotLocated) {
-        self.tell(Event::NotLocated {
+    fn emit_nowhere(&mut self, contact: &Contact<F, H::Reading, X>, why: NotLocated) {
+        self.emit(Event::NotLocated {
             why,
             torque_nm: contact.collector.torque_nm,
         });
     }
 
-    fn tell_located(
+    fn emit_located(
         &mut self,
         contact: &mut Contact<F, H::Reading, X>,
         prior: &Prior<X>,
@@ -141,7 +141,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         } else {
             (f32::NAN, f32::NAN)
         };
-        self.tell(Event::Located {
+        self.emit(Event::Located {
             phalanx,
             p_phalanx,
             k_m,
@@ -155,7 +155,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         });
     }
 
-    fn tell_ambiguous(
+    fn emit_ambiguous(
         &mut self,
         contact: &mut Contact<F, H::Reading, X>,
         estimates: &[Estimate; 2],
@@ -163,7 +163,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     ) {
         contact.reported = Reported::Ambiguous;
         let [likelier, other] = estimates;
-        self.tell(Event::Ambiguous {
+        self.emit(Event::Ambiguous {
             phalanx: [likelier.phalanx, other.phalanx],
             p_phalanx: [likelier.p_phalanx, other.p_phalanx],
             k_m: [likelier.k_m, other.k_m],

@@ -169,8 +169,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
                 }
                 Aligned::Nowhere { misfit_nm } => {
                     // A contact could not be located without friction: the finger opens, and friction is recorded again.
-                    self.tell(Event::FrictionStale { misfit_nm });
-                    self.tell(Event::FrictionNotRecorded { coverage: 0.0 });
+                    self.emit(Event::FrictionStale { misfit_nm });
+                    self.emit(Event::FrictionNotRecorded { coverage: 0.0 });
                     return SearchOutcome::Over;
                 }
             }
@@ -193,7 +193,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             Finding::Stale { misfit_nm } => {
                 if !self.stale_told && !self.presses_stop() {
                     self.stale_told = true;
-                    self.tell(Event::FrictionStale { misfit_nm });
+                    self.emit(Event::FrictionStale { misfit_nm });
                 }
             }
             // Beyond the record, on the way to the stop, friction may well be less.
@@ -203,7 +203,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             Finding::Softer(onset) => {
                 let fallen_nm = residual.torque_nm - onset.level_nm;
                 if let Some(k_a) = self.k_a(theta_a_rad, fallen_nm) {
-                    self.tell_unusual(&k_a);
+                    self.emit_unusual(&k_a);
                 }
                 return SearchOutcome::Over;
             }
@@ -295,17 +295,17 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         let threshold = detector::threshold(self.settings.false_contacts_per_thousand, blocks);
         let below = (k_a.free_nm_per_rad - k_a.nm_per_rad) / k_a.sigma_nm_per_rad;
         if free && below > 0.0 && below * below > 2.0 * threshold {
-            self.tell_unusual(&k_a);
+            self.emit_unusual(&k_a);
         }
-        self.tell(Event::Stiffness {
+        self.emit(Event::Stiffness {
             k_a_nm_per_rad: k_a.nm_per_rad,
             k_a_sigma_nm_per_rad: k_a.sigma_nm_per_rad,
             k_a_free_nm_per_rad: k_a.free_nm_per_rad,
         });
     }
 
-    fn tell_unusual(&mut self, k_a: &GlobalStiffness) {
-        self.tell(Event::Unusual {
+    fn emit_unusual(&mut self, k_a: &GlobalStiffness) {
+        self.emit(Event::Unusual {
             k_a_nm_per_rad: k_a.nm_per_rad,
             k_a_sigma_nm_per_rad: k_a.sigma_nm_per_rad,
             k_a_free_nm_per_rad: k_a.free_nm_per_rad,

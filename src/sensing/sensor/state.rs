@@ -85,7 +85,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         (self.settings.travel_rad / self.drivetrain.rad_per_count) as i32
     }
 
-    pub(super) fn tell(&mut self, event: Event) {
+    pub(super) fn emit(&mut self, event: Event) {
         // At most four are queued: a touch, a location, staleness and a calibration. A fifth would repeat one of them.
         let _ = self.events.push_back(event);
     }

@@ -158,5 +158,5 @@ impl Life {
 pub fn assess(pass: Pass, record: &mut Friction) {
     let mut assessment = Assessment::new(pass, record).expect("long enough");
     while !assessment.step(record) {}
-    assessment.teach(record);
+    assessment.update(record);
 }

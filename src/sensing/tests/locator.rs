@@ -2,7 +2,7 @@ use super::{Noise as Random, drivetrain};
 use crate::finger::{Contact, Mechanics};
 use crate::scene::{Linkage3, P70, Scene, Tendon2};
 use crate::sensing::curve::Point;
-use crate::sensing::locator::{Data, Estimate, Locator, Noise, Place, Prior, Verdict};
+use crate::sensing::locator::{Data, Estimate, Locator, LocatorResult, Noise, Place, Prior};
 use crate::sensing::{Cable, Calibration, NotLocated};
 use core::marker::PhantomData;
 
@@ -160,7 +160,7 @@ pub(super) fn locate<F: Mechanics>(
     locator
 }
 
-fn judged<F: Mechanics>(finger: &F, onset_rad: f32, points: &[Point]) -> Verdict {
+fn judged<F: Mechanics>(finger: &F, onset_rad: f32, points: &[Point]) -> LocatorResult {
     let prior = prior(onset_rad);
     locate(finger, onset_rad, points, &prior).verdict(&prior, |_| 0.0)
 }
@@ -180,7 +180,7 @@ fn places_are_found_within_the_deviation_claimed() {
         };
         let points = curve(&finger, 0.8, contact, &mut random);
         let verdict = judged(&finger, 0.8, &points);
-        let Verdict::At(estimate @ Estimate { phalanx: 2, .. }) = verdict else {
+        let LocatorResult::At(estimate @ Estimate { phalanx: 2, .. }) = verdict else {
             panic!("{i}: {contact:?} {verdict:?}");
         };
         assert!(estimate.p_phalanx > 0.95, "{estimate:?}");
@@ -208,15 +208,15 @@ fn a_proximal_contact_has_no_place() {
         };
         let points = curve(&finger, 0.5, contact, &mut random);
         let verdict = judged(&finger, 0.5, &points);
-        assert_eq!(verdict, Verdict::Nowhere(NotLocated::Proximal));
+        assert_eq!(verdict, LocatorResult::Nowhere(NotLocated::Proximal));
     }
 }
 
 #[test]
 fn sprung_fingers_work_the_same() {
     let mut random = Random(29);
-    let check = |found: Verdict, k_m: f32| {
-        let Verdict::At(estimate @ Estimate { phalanx: 2, .. }) = found else {
+    let check = |found: LocatorResult, k_m: f32| {
+        let LocatorResult::At(estimate @ Estimate { phalanx: 2, .. }) = found else {
             panic!("{k_m}: {found:?}");
         };
         assert!(
@@ -299,8 +299,8 @@ fn three_phalanges_tell_the_phalanx_and_how_sure_that_is() {
             estimate.phalanx == phalanx && (estimate.k_m - k_m).abs() < 3.0 * estimate.k_sigma_m
         };
         let right = match &verdict {
-            Verdict::At(estimate) => near(estimate),
-            Verdict::Either(both) => {
+            LocatorResult::At(estimate) => near(estimate),
+            LocatorResult::Either(both) => {
                 let sum: f32 = both.iter().map(|e| e.p_phalanx).sum();
                 assert!(sum > 0.5, "{both:?}");
                 both.iter().any(near)
@@ -326,13 +326,16 @@ fn a_curve_of_nonsense_ends_in_no_place() {
         })
         .collect();
     let verdict = judged(&finger, 0.8, &zigzag);
-    assert!(matches!(verdict, Verdict::Nowhere(_)), "{verdict:?}");
+    assert!(matches!(verdict, LocatorResult::Nowhere(_)), "{verdict:?}");
     let verdict = judged(&finger, f32::NAN, &zigzag);
     assert!(
-        matches!(verdict, Verdict::Nowhere(_) | Verdict::Undecided),
+        matches!(
+            verdict,
+            LocatorResult::Nowhere(_) | LocatorResult::Undecided
+        ),
         "{verdict:?}"
     );
-    assert_eq!(judged(&finger, 0.8, &[]), Verdict::Undecided);
+    assert_eq!(judged(&finger, 0.8, &[]), LocatorResult::Undecided);
 }
 
 #[test]
@@ -359,7 +362,7 @@ fn the_force_is_that_of_the_present_angle() {
         let mut locator = Locator::default();
         assert!(locator.begin(finger, &data, &prior, &near, true));
         while !locator.step(finger, &data, &prior, &near) {}
-        let Verdict::At(estimate) = locator.verdict(&prior, |_| 0.0) else {
+        let LocatorResult::At(estimate) = locator.verdict(&prior, |_| 0.0) else {
             panic!("{k_m}");
         };
         // Half way up the curve, and at its end.

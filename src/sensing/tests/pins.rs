@@ -4,7 +4,7 @@ use super::Noise as Random;
 use super::locator::{CALIBRATION, HALF_THICKNESS_M, curve, locate, prior};
 use crate::finger::{Contact, Mechanics};
 use crate::scene::{P70, Scene, Tendon2};
-use crate::sensing::locator::{Estimate, Place, Prior, Verdict};
+use crate::sensing::locator::{Estimate, LocatorResult, Place, Prior};
 use crate::sensing::{Cable, Calibration, Refusal};
 
 /// What a pin at `true_m` teaches who is told that it is at `told_m`.
@@ -133,7 +133,7 @@ fn where_the_stiffness_does_not_depend_on_the_place_it_is_not_claimed() {
                 .collect();
             let prior: Prior<Cable> = prior(measured_rad);
             let verdict = locate(&finger, measured_rad, &points, &prior).verdict(&prior, |_| 0.0);
-            let Verdict::At(estimate @ Estimate { phalanx: 2, .. }) = verdict else {
+            let LocatorResult::At(estimate @ Estimate { phalanx: 2, .. }) = verdict else {
                 continue;
             };
             // So vague a place is told as unobservable by the sensor.

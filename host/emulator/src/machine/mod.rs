@@ -13,7 +13,7 @@ use crate::firmware::{Firmware, place};
 use crate::log::{Line, Log};
 use crate::rtt::{Reader, Rtt};
 use crate::time::{self, TICKS_PER_MS, Ticks};
-use crate::world::{Wires, World};
+use crate::world::{WiringFaults, World};
 
 /// How the machine is set up.
 #[derive(Clone, Debug)]
@@ -220,7 +220,7 @@ impl<'f> Machine<'f> {
     }
 
     /// Faults between world and chip.
-    pub fn rewire(&mut self, change: impl FnOnce(&mut Wires)) {
+    pub fn rewire(&mut self, change: impl FnOnce(&mut WiringFaults)) {
         let chip = self.chip_mut();
         change(&mut chip.world.wires);
         chip.rewired();

@@ -1,21 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! Compares a calibration's result with the values of the simulated world.
 
-use palpate_plant::{Parameters, worm_efficiency};
+use palpate_plant::{Parameters, TrueCalibration};
 use serde_json::{Value, json};
 
 use crate::log::Line;
 
 /// What the firmware computes with before it is calibrated; `show` lists it.
 const NOMINAL_EFFICIENCY: f64 = 0.33;
-/// Speed at which the finger closes, radian per second: the worm's friction depends on it.
+/// Speed at which the finger closes, radian per second.
 const SPEED_RAD_PER_S: f64 = 0.3;
-/// Middle of a probing: current, duty and torque at the input link, where curves of the sense and of the cable are taken for
-/// straight.
-const MIDDLE_A: f64 = 0.06;
-const MIDDLE_DUTY: f64 = 0.4;
-const MIDDLE_NM: f64 = 0.17;
-
 /// A value that was found, with its claimed deviation, and the true one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found {
@@ -70,32 +64,24 @@ impl Calibration {
             .find(|line| line.event().name == "calibrated")?;
         let event = line.event();
         let nominal = Parameters::of(&parameters.scene).ok()?;
-        let constant =
-            parameters.motor.torque_constant_nm_per_a / nominal.motor.torque_constant_nm_per_a;
-        let efficiency = parameters.gearhead.efficiency
-            * worm_efficiency(parameters, SPEED_RAD_PER_S)
-            / (1.0 + parameters.transmission.hysteresis_share);
-        let sense = &parameters.sense;
-        let full_scale_a = sense.full_scale_v / (sense.resistor_ohm * sense.mirror_a_per_a);
-        let late = sense.settling_s * parameters.bridge.pwm_hz * (1.0 - MIDDLE_DUTY);
-        let bent = sense.nonlinearity * MIDDLE_A / full_scale_a;
-        let current = (1.0 + sense.gain_error + bent) * (1.0 - late);
-        // Torque at the input link for one that the firmware computes from the current it measures.
-        let torque = constant * efficiency / NOMINAL_EFFICIENCY / current;
+        let truth = TrueCalibration::of(
+            parameters,
+            NOMINAL_EFFICIENCY,
+            nominal.motor.torque_constant_nm_per_a,
+            SPEED_RAD_PER_S,
+        );
         let value = event.number("torque_factor")?;
         Some(Self {
             torque_factor: Found {
                 value,
                 // The deviation is one of the logarithm.
                 sigma: value * event.number("torque_factor_sigma")?,
-                truth: torque / (1.0 + parameters.mechanism.spring_error),
+                truth: truth.torque_factor,
             },
             cable_mrad_per_nm: Found {
                 value: event.number("cable_mrad_per_nm")?,
                 sigma: event.number("cable_sigma_mrad_per_nm")?,
-                truth: 1e3 * torque
-                    / parameters.cable_stiffness_nm_per_rad()
-                    / (1.0 + parameters.cable.stiffening_per_nm * MIDDLE_NM),
+                truth: 1e3 * truth.cable_rad_per_nm,
             },
         })
     }

@@ -5,7 +5,7 @@ use palpate_plant::Faults;
 
 use crate::ResetCause;
 use crate::rtt::Reader;
-use crate::world::Wires;
+use crate::world::WiringFaults;
 
 /// How a fault gets in.
 #[derive(Clone, Copy, Debug)]
@@ -13,7 +13,7 @@ pub(super) enum Injection {
     /// Something breaks in finger, motor or encoder.
     Plant(fn(&mut Faults)),
     /// Something breaks between plant and chip; given the present current sense voltage.
-    Wires(fn(&mut Wires, f64)),
+    Wiring(fn(&mut WiringFaults, f64)),
     /// The firmware is told to fail: needs the feature `fault-injection`.
     Command(&'static str),
     /// The chip is reset.
@@ -69,7 +69,7 @@ pub const FAULTS: &[Fault] = &[
         limit_us: NEXT_PERIODS_US,
         at_s: MOVING_S,
         // 350 mA at 6.8 V/A: above every limit, below full scale.
-        injection: Injection::Wires(|wires, _| wires.current_v = Some(2.38)),
+        injection: Injection::Wiring(|wires, _| wires.current_v = Some(2.38)),
     },
     Fault {
         name: "fault-pin",
@@ -77,7 +77,7 @@ pub const FAULTS: &[Fault] = &[
         reported: &["bridge"],
         limit_us: 1.0,
         at_s: MOVING_S,
-        injection: Injection::Wires(|wires, _| wires.fault_low = true),
+        injection: Injection::Wiring(|wires, _| wires.fault_low = true),
     },
     Fault {
         name: "supply-collapse",
@@ -144,7 +144,7 @@ pub const FAULTS: &[Fault] = &[
         reported: &["sense-stuck"],
         limit_us: SILENCE_US,
         at_s: MOVING_S,
-        injection: Injection::Wires(|wires, _| wires.current_v = Some(0.0)),
+        injection: Injection::Wiring(|wires, _| wires.current_v = Some(0.0)),
     },
     Fault {
         name: "adc-stuck-full",
@@ -152,7 +152,7 @@ pub const FAULTS: &[Fault] = &[
         reported: &["sense-saturated", "over-current"],
         limit_us: NEXT_PERIODS_US,
         at_s: MOVING_S,
-        injection: Injection::Wires(|wires, _| wires.current_v = Some(3.3)),
+        injection: Injection::Wiring(|wires, _| wires.current_v = Some(3.3)),
     },
     Fault {
         name: "adc-stuck-last",
@@ -160,7 +160,7 @@ pub const FAULTS: &[Fault] = &[
         reported: &["sense-stuck"],
         limit_us: 5_000.0,
         at_s: MOVING_S,
-        injection: Injection::Wires(|wires, volts| wires.current_v = Some(volts)),
+        injection: Injection::Wiring(|wires, volts| wires.current_v = Some(volts)),
     },
     Fault {
         name: "sense-offset",

@@ -20,7 +20,7 @@ impl Session<'_> {
                     change(&mut plant.faults);
                 }
             }
-            Injection::Wires(change) => {
+            Injection::Wiring(change) => {
                 let volts = self
                     .machine
                     .plant()

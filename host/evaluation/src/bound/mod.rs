@@ -8,7 +8,7 @@ pub mod drawn;
 
 use palpate::finger::Mechanics;
 use palpate::scene::Scene;
-use palpate::sensing::locator::{Data, Locator, Verdict};
+use palpate::sensing::locator::{Data, Locator, LocatorResult};
 use palpate::sensing::{Cable, Calibration};
 use palpate_document::table::head;
 use palpate_scenes::P70;
@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::reference::{Posterior, Rolling};
-use crate::score::{Contact, Scores, Trial, Verdict as Word};
+use crate::score::{Contact, Scores, Trial, Verdict};
 use drawn::{Drawn, REFERENCE_NOISE, contact, drivetrain, rolling};
 
 /// Standard deviations of what makes up the torque factor, as shares: uniform spreads of 10 % of torque constant, spring and
@@ -77,7 +77,7 @@ pub fn levels() -> Vec<Knowledge> {
 
 /// What the library says of a drawn contact.
 #[must_use]
-pub fn located(drawn: &Drawn) -> Verdict {
+pub fn located(drawn: &Drawn) -> LocatorResult {
     let finger = P70::MECHANISM;
     let drivetrain = drivetrain();
     let data = Data {
@@ -109,7 +109,7 @@ pub struct Judged {
     /// The contact.
     pub drawn: Drawn,
     /// The library.
-    pub located: Verdict,
+    pub located: LocatorResult,
     /// The reference.
     pub exact: Option<Posterior>,
 }
@@ -124,7 +124,7 @@ impl Judged {
         }
     }
 
-    fn trial(&self, verdict: Word) -> Trial {
+    fn trial(&self, verdict: Verdict) -> Trial {
         Trial {
             truth: Some(self.contact()),
             touched_s: Some(0.0),
@@ -136,25 +136,28 @@ impl Judged {
     /// Scores' form of the library's verdict.
     #[must_use]
     pub fn ours(&self) -> Trial {
-        let located = |estimate: &palpate::sensing::locator::Estimate| Word::Located {
+        let located = |estimate: &palpate::sensing::locator::Estimate| Verdict::Located {
             phalanx: estimate.phalanx,
             k_m: estimate.k_m.into(),
             sigma_m: estimate.k_sigma_m.into(),
         };
         self.trial(match &self.located {
-            Verdict::At(estimate) | Verdict::Either([estimate, _]) => located(estimate),
-            Verdict::Undecided | Verdict::Nowhere(_) => Word::NotLocated,
+            LocatorResult::At(estimate) | LocatorResult::Either([estimate, _]) => located(estimate),
+            LocatorResult::Undecided | LocatorResult::Nowhere(_) => Verdict::NotLocated,
         })
     }
 
     /// Scores' form of the exact posterior.
     #[must_use]
     pub fn theirs(&self) -> Trial {
-        self.trial(self.exact.map_or(Word::NotLocated, |found| Word::Located {
-            phalanx: 2,
-            k_m: found.k_m,
-            sigma_m: found.sigma_m,
-        }))
+        self.trial(
+            self.exact
+                .map_or(Verdict::NotLocated, |found| Verdict::Located {
+                    phalanx: 2,
+                    k_m: found.k_m,
+                    sigma_m: found.sigma_m,
+                }),
+        )
     }
 }
 

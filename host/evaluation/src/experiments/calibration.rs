@@ -4,7 +4,7 @@ use palpate::scene::Scene;
 use palpate::sensing::Calibration;
 use palpate_cli::progress::bar;
 use palpate_document::table::head;
-use palpate_plant::{Parameters, worm_efficiency};
+use palpate_plant::{Parameters, TrueCalibration};
 use palpate_scenes::P70;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -17,46 +17,17 @@ use super::live::{Failure, Setup};
 use super::session::Session;
 use crate::score::{Scores, Trial};
 
-/// Middle of a probing: current, duty and torque at the input link, where a world's curves are taken for straight.
-const MIDDLE_A: f64 = 0.06;
-const MIDDLE_DUTY: f64 = 0.4;
-const MIDDLE_NM: f64 = 0.17;
 /// Contacts felt on each finger, distal phalanx.
 const CONTACTS: usize = 6;
 
-/// What a calibration is about: the values of the simulated world, in the terms of [`Calibration`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TrueValues {
-    /// Efficiency over spring stiffness, as a factor on the scene's.
-    pub torque_factor: f64,
-    /// Elastic twist of the cable per newton metre computed with the scene's values.
-    pub cable_rad_per_nm: f64,
-}
-
-impl TrueValues {
-    /// From the plant's own parameters, at the speed at which the finger closes.
-    #[must_use]
-    pub fn of(parameters: &Parameters) -> Self {
-        let speed = f64::from(P70::MOTION.closing_rad_per_s);
-        let constant = parameters.motor.torque_constant_nm_per_a
-            / f64::from(P70::DRIVE.motor.torque_constant_nm_per_a);
-        let sense = &parameters.sense;
-        let full_scale_a = sense.full_scale_v / (sense.resistor_ohm * sense.mirror_a_per_a);
-        let late = sense.settling_s * parameters.bridge.pwm_hz * (1.0 - MIDDLE_DUTY);
-        let bent = sense.nonlinearity * MIDDLE_A / full_scale_a;
-        let current = (1.0 + sense.gain_error + bent) * (1.0 - late);
-        let efficiency = parameters.gearhead.efficiency * worm_efficiency(parameters, speed)
-            / f64::from(P70::EFFICIENCY)
-            / (1.0 + parameters.transmission.hysteresis_share);
-        // Torque at the input link for one computed from the measured current with the scene's values.
-        let torque = constant * efficiency / current;
-        Self {
-            torque_factor: torque / (1.0 + parameters.mechanism.spring_error),
-            cable_rad_per_nm: torque
-                / parameters.cable_stiffness_nm_per_rad()
-                / (1.0 + parameters.cable.stiffening_per_nm * MIDDLE_NM),
-        }
-    }
+/// At the speed at which the finger closes.
+fn true_calibration(parameters: &Parameters) -> TrueCalibration {
+    TrueCalibration::of(
+        parameters,
+        P70::EFFICIENCY.into(),
+        P70::DRIVE.motor.torque_constant_nm_per_a.into(),
+        P70::MOTION.closing_rad_per_s.into(),
+    )
 }
 
 /// One finger, calibrated.
@@ -65,7 +36,7 @@ pub struct Finger {
     /// Of its hidden values.
     pub seed: u64,
     /// Them.
-    pub truth: TrueValues,
+    pub truth: TrueCalibration,
     /// What the guided sequence found.
     pub found: Calibration,
     /// Steps of the sequence that were refused.
@@ -94,7 +65,7 @@ impl Finger {
         }
         Ok(Self {
             seed,
-            truth: TrueValues::of(parameters),
+            truth: true_calibration(parameters),
             found: session.calibrated,
             refused: session.refused.len(),
             contacts,
@@ -289,27 +260,5 @@ impl Summary {
         row("place, 95 % below", |s| s.err_95_pct, "% of length");
         row("place within 2 sigma", |s| s.within2_pct, "%");
         text
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_true_values_follow_the_hidden_ones() {
-        let base = Parameters::default();
-        let nominal = TrueValues::of(&base);
-        // The scene's nominal efficiency is a round number, the plant's follows from its worm.
-        assert!((nominal.torque_factor - 1.0).abs() < 0.1, "{nominal:?}");
-        let mut other = base.clone();
-        other.motor.torque_constant_nm_per_a *= 1.1;
-        other.mechanism.spring_error = 0.25;
-        other.cable.stiffness_n_per_m *= 2.0;
-        let found = TrueValues::of(&other);
-        let ratio = found.torque_factor / nominal.torque_factor;
-        assert!((ratio - 1.1 / 1.25).abs() < 1e-9, "{ratio}");
-        let ratio = found.cable_rad_per_nm / nominal.cable_rad_per_nm;
-        assert!((ratio - 1.1 / 2.0).abs() < 1e-9, "{ratio}");
     }
 }

@@ -85,10 +85,10 @@ pub fn papers(
 ) -> Trial {
     let found = paper::locate(model, threshold_nm, &closing(recording), rule);
     let verdict = match found {
-        paper::Verdict::NoContact => Verdict::Nothing,
-        paper::Verdict::Touched { .. } => Verdict::NotLocated,
-        paper::Verdict::Proximal { .. } => Verdict::Proximal,
-        paper::Verdict::Located { phalanx, k, .. } => Verdict::Located {
+        paper::PaperResult::NoContact => Verdict::Nothing,
+        paper::PaperResult::Touched { .. } => Verdict::NotLocated,
+        paper::PaperResult::Proximal { .. } => Verdict::Proximal,
+        paper::PaperResult::Located { phalanx, k, .. } => Verdict::Located {
             phalanx,
             k_m: k,
             // It claims none.

@@ -89,7 +89,7 @@ pub fn free_table(finger: &Finger, travel_rad: f64) -> Vec<(f64, f64)> {
 
 /// What the algorithm says of one closing.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Verdict {
+pub enum PaperResult {
     /// The torque stayed below the threshold.
     NoContact,
     /// A contact, but the torque did not rise far enough to measure a stiffness.
@@ -113,7 +113,7 @@ pub enum Verdict {
     },
 }
 
-impl Verdict {
+impl PaperResult {
     /// When the contact was decided.
     #[must_use]
     pub fn touched_us(&self) -> Option<u64> {

@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use super::{Model, Verdict};
+use super::{Model, PaperResult};
 use crate::reference::{Finger, free_posture, tangent_compliance};
 
 /// The paper's mean error as a share of the phalanx: nearer to the joint it cannot tell the phalanges apart.
@@ -11,7 +11,7 @@ const JOINT_SHARE: f64 = 0.073;
 const SCAN: u32 = 140;
 
 /// Which place makes the finger that compliant (18)?
-pub(super) fn invert(model: &Model, torque: f64, compliance: f64, time_us: u64) -> Verdict {
+pub(super) fn invert(model: &Model, torque: f64, compliance: f64, time_us: u64) -> PaperResult {
     let finger = &model.finger;
     let posture = free_posture(
         finger,
@@ -38,7 +38,7 @@ pub(super) fn invert(model: &Model, torque: f64, compliance: f64, time_us: u64) 
         if k < JOINT_SHARE * length {
             return on_phalanx_before(finger, phalanx, time_us);
         }
-        return Verdict::Located {
+        return PaperResult::Located {
             time_us,
             phalanx: phalanx as u8,
             k,
@@ -48,20 +48,20 @@ pub(super) fn invert(model: &Model, torque: f64, compliance: f64, time_us: u64) 
     let last = finger.phalanges();
     let tip = tangent_compliance(finger, &posture, torque, last, finger.lengths[last - 1]);
     if tip.is_some_and(|tip| compliance < tip) {
-        return Verdict::Located {
+        return PaperResult::Located {
             time_us,
             phalanx: last as u8,
             k: finger.lengths[last - 1],
         };
     }
-    Verdict::Proximal { time_us }
+    PaperResult::Proximal { time_us }
 }
 
-fn on_phalanx_before(finger: &Finger, phalanx: usize, time_us: u64) -> Verdict {
+fn on_phalanx_before(finger: &Finger, phalanx: usize, time_us: u64) -> PaperResult {
     if phalanx == 2 {
-        return Verdict::Proximal { time_us };
+        return PaperResult::Proximal { time_us };
     }
-    Verdict::Located {
+    PaperResult::Located {
         time_us,
         phalanx: (phalanx - 1) as u8,
         k: finger.lengths[phalanx - 2],

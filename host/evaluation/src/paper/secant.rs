@@ -4,7 +4,7 @@ use palpate::sample::Sample;
 
 use super::place::invert;
 use super::turns::{MotorTurn, steady};
-use super::{Model, Verdict};
+use super::{Model, PaperResult};
 
 /// Margin of the threshold over the largest torque of the free closing.
 const MARGIN: f64 = 1.1;
@@ -46,10 +46,10 @@ fn level(turns: &[MotorTurn]) -> Option<(f64, f64)> {
 
 /// The algorithm on one closing, with the threshold of a free one.
 #[must_use]
-pub fn locate(model: &Model, threshold_nm: f64, samples: &[Sample], rule: Rule) -> Verdict {
+pub fn locate(model: &Model, threshold_nm: f64, samples: &[Sample], rule: Rule) -> PaperResult {
     let turns = steady(model, samples);
     let Some(touch) = turns.iter().position(|turn| turn.excess_nm > threshold_nm) else {
-        return Verdict::NoContact;
+        return PaperResult::NoContact;
     };
     let pressed = &turns[touch..];
     let time_us = pressed[0].time_us;
@@ -66,7 +66,7 @@ pub fn locate(model: &Model, threshold_nm: f64, samples: &[Sample], rule: Rule) 
         Rule::TwoLevels => None,
     };
     let Some(((low_nm, low_rad), (high_nm, high_rad))) = levels else {
-        return Verdict::Touched { time_us };
+        return PaperResult::Touched { time_us };
     };
     let measured = (high_rad - low_rad) / (high_nm - low_nm);
     let contact_nm = low_nm - threshold_nm;

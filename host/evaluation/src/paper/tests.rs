@@ -56,7 +56,7 @@ fn locates_within_the_bias_of_its_secant() {
         // Beyond, the curve ends and the torque stays.
         samples.retain(|sample| f64::from(sample.current_a) * model.torque_nm_per_a < 0.16);
         let verdict = locate(&model, threshold, &samples, rule);
-        let Verdict::Located {
+        let PaperResult::Located {
             phalanx: 2,
             k: found,
             ..
@@ -79,7 +79,7 @@ fn a_free_closing_is_no_contact() {
     let threshold = friction_threshold(&model, &free).unwrap();
     assert_eq!(
         locate(&model, threshold, &free, Rule::Rise(0.05)),
-        Verdict::NoContact
+        PaperResult::NoContact
     );
 }
 
@@ -107,11 +107,11 @@ fn compliance_of_the_proximal_phalanx_is_proximal() {
     let proximal = tangent_compliance(&model.finger, &posture, 0.0, 1, 0.05).unwrap();
     assert!(matches!(
         invert(&model, 0.0, 1.02 * proximal, 0),
-        Verdict::Proximal { .. }
+        PaperResult::Proximal { .. }
     ));
     assert!(matches!(
         invert(&model, 0.0, 0.99 * proximal, 0),
-        Verdict::Proximal { .. }
+        PaperResult::Proximal { .. }
     ));
 }
 

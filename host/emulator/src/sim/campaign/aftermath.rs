@@ -13,7 +13,7 @@ use crate::sim::judge::{WATCH, control, names, stored};
 use crate::sim::script::{Script, Step};
 use crate::sim::session::{Session, Settings};
 use crate::time::{self, TICKS_PER_MS, TICKS_PER_US, Ticks};
-use crate::world::Wires;
+use crate::world::WiringFaults;
 use crate::{Error, Firmware};
 
 /// Longest grasp.
@@ -198,7 +198,9 @@ impl Aftermath {
         if let Some(plant) = session.machine.plant_mut() {
             plant.faults = palpate_plant::Faults::default();
         }
-        session.machine.rewire(|wires| *wires = Wires::default());
+        session
+            .machine
+            .rewire(|wires| *wires = WiringFaults::default());
         session.machine.set_reader(Reader::Attached);
         if !session.faults.is_empty() {
             let counts = |session: &Session<'_>| {
