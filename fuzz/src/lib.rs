@@ -1,4 +1,4 @@
-//! The fuzz targets as functions of bytes, and the fingers and numbers that the bytes describe. `tests/fuzz_seeds.rs` of the
+//! The fuzz targets as functions of bytes, and the fingers and numbers that the bytes describe. `tests/all/fuzz_seeds.rs` of the
 //! library runs them on the seeds in `seeds/`, without a fuzzer.
 
 mod inverse;

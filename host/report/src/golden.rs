@@ -1,7 +1,7 @@
 //! `golden`: the f32 library on every row of a folder of reference files.
 
 // The very evaluation that the library's own tests run.
-#[path = "../../../tests/golden_files/mod.rs"]
+#[path = "../../../tests/all/golden_files/mod.rs"]
 mod golden_files;
 
 use std::path::{Path, PathBuf};

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! Tests on the emulated chip in one program: what is generic is compiled once for all of them.
+
+mod campaign;
+mod clients;
+mod clock;
+mod command_line;
+mod engines;
+mod faults;
+mod firmware;
+mod identify;
+mod instructions;
+mod reference;
+mod round_trip;
+mod same_events;
+mod scenes;
+mod selftest;
+mod serial;
+mod start;
+mod storage;
+mod support;
+mod tracing;

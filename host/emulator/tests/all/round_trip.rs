@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! A grasp recorded from the firmware is replayed to exactly what the firmware said live.
+//!
+//! Nothing is lost on the way: a sample a millisecond, each with all its digits, and between them the lines that tell what the
+//! sensing was asked to do. So every event comes again with the same sample and the same digits.
+
+use crate::support;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use crate::support::firmware;
+use palpate::scene::Scene;
+use palpate_emulator::Firmware;
+use palpate_emulator::sim::{Object, Script, Session, Settings, end_of};
+use palpate_evaluation::replay::{Comparison, again, fields, followed_fields};
+use palpate_evaluation::trace::stream;
+use palpate_monitor::recording::Recording;
+use palpate_monitor::stream::{Message, parse};
+use palpate_plant::Parameters;
+use palpate_scenes::{P70, P70Grasp, Tendon2Hall};
+
+/// Runs a script on the chip of scene `S`, from flash contents of before.
+fn session<'f, S: Scene>(
+    firmware: &'f Firmware,
+    object: Object,
+    commands: &str,
+    flash: Option<Vec<u8>>,
+) -> Session<'f> {
+    let mut settings = Settings {
+        parameters: Parameters::of(S::NAME).expect("one of the scenes"),
+        object: Some(object),
+        script: Script::parse(commands),
+        ..Settings::default()
+    };
+    settings.setup.flash = flash;
+    let session = end_of(firmware, settings).expect("the firmware keeps to the rules of the chip");
+    assert!(
+        session.completed() && session.faults.is_empty(),
+        "{:?}",
+        session.faults
+    );
+    has_no_useless_line(&session);
+    session
+}
+
+/// What came of a recording.
+#[derive(Debug)]
+struct Trip {
+    rows: usize,
+    /// Names of the events, of the first contact and then of what followed it.
+    said: Vec<&'static str>,
+    compared: Comparison,
+}
+
+/// Records what a session logged as `cargo xtask record` does, and replays the file: with every sample in it, and every event
+/// as it was said live.
+fn round_trip<S: Scene>(session: &Session<'_>) -> Trip {
+    static RECORDED: AtomicUsize = AtomicUsize::new(0);
+    let number = RECORDED.fetch_add(1, Ordering::Relaxed);
+    let file = format!("palpate-round-{number}-{}.csv", std::process::id());
+    let file = std::env::temp_dir().join(file);
+    let mut recording = Recording::create(&file).expect("a temporary file");
+    for line in &session.lines {
+        // As a printer of the log writes it.
+        let message: Option<Message> = parse(&line.to_string());
+        recording
+            .take(&message.expect("a line"))
+            .expect("room on the disk");
+        assert_ne!(line.event().name, "log", "dropped: {line}");
+    }
+    recording.finish().expect("the file is written");
+    let opened = std::fs::File::open(&file).expect("the file");
+    let rows = stream(opened).expect("replay reads it");
+    let rows = rows.expect("every millisecond has its sample");
+    std::fs::remove_file(&file).expect("the file is there");
+    let (found, compared) = again::<S>(&rows);
+    let first = found.told.iter().map(|told| fields(&told.event).0);
+    let followed = found
+        .followed
+        .iter()
+        .map(|(_, event)| followed_fields(event).0);
+    let trip = Trip {
+        rows: rows.len(),
+        said: first.chain(followed).collect(),
+        compared,
+    };
+    println!("{trip:?}");
+    assert_eq!(trip.compared.live, trip.said.len());
+    assert_eq!(trip.compared.differences, [""; 0]);
+    trip
+}
+
+impl Trip {
+    /// It is about what it should be about.
+    fn has(&self, events: &[&str]) {
+        for name in events {
+            assert!(self.said.contains(name), "{name}: {:?}", self.said);
+        }
+    }
+}
+
+/// What the log of a normal motion may hold, each with what its reader learns or does.
+const NORMAL: [(&str, &str); 19] = [
+    ("boot", "which firmware, for which finger"),
+    ("reset", "why it started"),
+    (
+        "record",
+        "whether friction and calibration are known from before",
+    ),
+    ("state", "what the finger is doing"),
+    ("offset", "whether the current sense is sound"),
+    ("friction-recorded", "how much friction, how well known"),
+    ("hint", "what to do next to calibrate"),
+    ("touch", "when and where contact began"),
+    ("located", "the result"),
+    ("not-located", "why there is none"),
+    ("branch", "what the sensor of joint 2 says of it"),
+    ("second-contact", "that another phalanx touches too"),
+    ("grasp", "how the object is held"),
+    ("calibrating", "what the next closing is for"),
+    ("calibrated", "what was learned, how well"),
+    ("stiffness", "how stiff the grasp is"),
+    ("sequence done", "how the motion ended"),
+    ("answer", "what became of a command"),
+    ("sample", "asked for by trace"),
+];
+
+/// No line that a reader can neither learn from nor act on, and no warning where nothing is wrong.
+fn has_no_useless_line(session: &Session<'_>) {
+    for line in &session.lines {
+        let name = line.event().name;
+        let known = NORMAL.iter().any(|(normal, _)| {
+            name.strip_prefix(normal)
+                .is_some_and(|rest| rest.is_empty() || rest.starts_with(' '))
+        });
+        assert!(known && line.level == "info", "{line}");
+    }
+    // A place is told while it is refined, not at every sample.
+    let located = session
+        .lines
+        .iter()
+        .filter(|line| line.event().name == "located");
+    assert!(located.count() <= 6);
+}
+
+#[test]
+fn a_recorded_grasp_is_replayed_to_what_was_said_live() {
+    let Some(firmware) = firmware() else { return };
+    let session = session::<P70>(&firmware, Object::default(), "trace on; run", None);
+    let trip = round_trip::<P70>(&session);
+    assert!(trip.rows > 15_000, "{}", trip.rows);
+    trip.has(&["friction-recorded", "touch", "located", "stiffness"]);
+}
+
+#[test]
+fn what_was_kept_and_what_a_closing_is_for_are_in_the_recording() {
+    let Some(firmware) = firmware() else { return };
+    let run = |commands, flash| session::<P70>(&firmware, Object::default(), commands, flash);
+    let before = run("record-friction; calibrate cable; save", None);
+    let flash = before.machine.flash().to_vec();
+    let trip = round_trip::<P70>(&run("trace on; calibrate 21; run", Some(flash)));
+    assert!(!trip.said.contains(&"friction-recorded"), "{:?}", trip.said);
+    trip.has(&["touch", "located", "calibrated"]);
+}
+
+/// The angle of joint 2, which decides between two places, is in the recording with all its digits.
+#[test]
+fn the_sensor_of_joint_2_is_in_the_recording() {
+    let Some(firmware) = support::image(support::HALL) else {
+        return;
+    };
+    let object = Object {
+        theta_1_deg: 95.0,
+        ..Object::default()
+    };
+    let session = session::<Tendon2Hall>(&firmware, object, "trace on; run", None);
+    let samples = session.lines.iter().map(|line| line.event());
+    let samples = samples.filter(|event| event.name == "sample");
+    let (with, all) = samples.fold((0, 0), |(with, all), event| {
+        (
+            with + usize::from(event.number("joint_rad").is_some()),
+            all + 1,
+        )
+    });
+    assert!(with > 0 && with == all, "{with} of {all}");
+    round_trip::<Tendon2Hall>(&session).has(&["friction-recorded", "touch", "located"]);
+}
+
+/// A cylinder that both phalanges meet.
+#[test]
+fn a_second_contact_is_replayed_as_well() {
+    let Some(firmware) = support::image(support::GRASP) else {
+        return;
+    };
+    let object = Object {
+        phalanx: 1,
+        contact_mm: 70.0,
+        diameter_mm: 70.0,
+        theta_1_deg: 40.0,
+    };
+    let session = session::<P70Grasp>(&firmware, object, "trace on; run", None);
+    round_trip::<P70Grasp>(&session).has(&["touch", "second-contact", "grasp"]);
+}

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! Images of the firmware, which `cargo xtask test` builds and names in variables of the environment. A test whose image is not
+//! there says so and passes.
+
+use std::path::PathBuf;
+
+use palpate_emulator::Firmware;
+
+/// The default scene, `p70`.
+pub const DEFAULT: &str = "PALPATE_ELF";
+/// The same, built with the feature `fault-injection`.
+pub const FAULTY: &str = "PALPATE_FAULT_ELF";
+/// The scene `tendon3`, built with it.
+pub const FAULTY_TENDON3: &str = "PALPATE_FAULT_TENDON3_ELF";
+/// The default scene, built with the feature `serial-log`.
+pub const SERIAL: &str = "PALPATE_SERIAL_ELF";
+/// The scene `tendon2-hall`: a sensor at joint 2.
+pub const HALL: &str = "PALPATE_HALL_ELF";
+/// The scene `p70-rigid`: no cable.
+pub const RIGID: &str = "PALPATE_RIGID_ELF";
+/// The scene `p70-shunt`: a signed current sense.
+pub const SHUNT: &str = "PALPATE_SHUNT_ELF";
+/// The scene `p70-grasp`: a second contact.
+pub const GRASP: &str = "PALPATE_GRASP_ELF";
+
+/// Where an image lies.
+pub fn path(variable: &str) -> Option<PathBuf> {
+    let path = std::env::var_os(variable);
+    if path.is_none() {
+        eprintln!("{variable} is not set: nothing tested");
+    }
+    path.map(PathBuf::from)
+}
+
+/// The image of the default scene.
+pub fn firmware() -> Option<Firmware> {
+    image(DEFAULT)
+}
+
+/// An image.
+pub fn image(variable: &str) -> Option<Firmware> {
+    path(variable).map(|path| Firmware::load(&path).expect("the image loads"))
+}

@@ -1,0 +1,8 @@
+//! Tests of experiments, recordings and replay in one program: what is generic is compiled once for all of them.
+
+mod bound;
+mod documents;
+mod oracle;
+mod recordings;
+mod replay;
+mod replay_page;

@@ -1,0 +1,16 @@
+//! Tests of the simulated firmware in one program: what is generic is compiled once for all of them.
+
+mod changes;
+mod endurance;
+mod engines;
+mod grasps;
+mod guided;
+mod healthy;
+mod identify;
+mod joint;
+mod preparation;
+mod restart;
+mod rigid;
+mod scenes;
+mod second;
+mod settings;
