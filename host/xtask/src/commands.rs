@@ -1,6 +1,6 @@
 //! What each command does.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use crate::firmware::{Build, every_scene, list, scenes};
 use crate::host;
@@ -64,8 +64,8 @@ fn evaluate(subcommand: &str, arguments: &[String]) -> Outcome {
     host_program("palpate-evaluation", &words)
 }
 
-fn emulate(subcommand: &str, elf: &Path, arguments: &[String]) -> Outcome {
-    run(host::emulator(subcommand, elf, arguments)?.args(arguments))
+fn emulate(subcommand: &str, image: &Build, arguments: &[String]) -> Outcome {
+    run(host::emulator_of(image, subcommand, arguments)?.args(arguments))
 }
 
 /// `sim`: the product's main job without a board.
@@ -86,12 +86,11 @@ pub fn sim(arguments: &[String]) -> Outcome {
         features,
         ..Build::default()
     };
-    let elf = build.elf()?;
     if let Some(scene) = scene {
         rest.extend(["--scene".to_owned(), scene]);
     }
     monitor::with_page(&mut rest, "A simulated grasp", |rest| {
-        emulate("sim", &elf, rest)
+        emulate("sim", &build, rest)
     })
 }
 
@@ -177,7 +176,7 @@ pub fn faults(arguments: &[String]) -> Outcome {
     if let Some(scene) = scene {
         rest.extend(["--scene".to_owned(), scene]);
     }
-    emulate("faults", &build.elf()?, &rest)
+    emulate("faults", &build, &rest)
 }
 
 /// `experiments`: the paper's work again.

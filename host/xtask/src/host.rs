@@ -3,9 +3,10 @@
 use std::path::Path;
 use std::process::Command;
 
+use crate::firmware::Build;
 use crate::machine;
 use crate::mujoco;
-use crate::process::{Outcome, cargo, root, step, target_dir};
+use crate::process::{Outcome, cargo, root, step, target_dir, together};
 
 /// The program that emulates the chip.
 pub const EMULATOR: &str = "palpate-emulator";
@@ -48,10 +49,19 @@ pub fn program_with(
     Ok(command)
 }
 
-/// The emulator with an image, built; it takes more arguments.
+/// The emulator with an image that is built; it takes more arguments.
 pub fn emulator(subcommand: &str, elf: &Path, arguments: &[String]) -> Outcome<Command> {
     machine::emulator_packages()?;
     let mut command = program(EMULATOR, arguments)?;
+    command.arg(subcommand).arg("--elf").arg(elf);
+    Ok(command)
+}
+
+/// The emulator with an image: both are built, side by side.
+pub fn emulator_of(image: &Build, subcommand: &str, arguments: &[String]) -> Outcome<Command> {
+    machine::emulator_packages()?;
+    let emulator = || program(EMULATOR, arguments);
+    let (elf, mut command) = together(|| image.elf(), emulator)?;
     command.arg(subcommand).arg("--elf").arg(elf);
     Ok(command)
 }
