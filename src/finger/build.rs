@@ -1,7 +1,7 @@
 //! A finger and its validated construction.
 
 use super::error::{check_range, try_const};
-use super::{ConfigError, Configuration, Levers, Linkage, Parameter, Tendon, Transmission};
+use super::{ConfigError, Configuration, Direct, Levers, Linkage, Parameter, Tendon, Transmission};
 use core::f32::consts::PI;
 use core::marker::PhantomData;
 
@@ -160,6 +160,18 @@ constant!(
     Tendon<6>,
     [f32; 10],
     |radii, parameters| Tendon::<6>::of(radii)
+);
+constant!(
+    2,
+    Direct<2>,
+    (),
+    |_nothing, parameters| Ok::<_, ConfigError>(Direct)
+);
+constant!(
+    3,
+    Direct<3>,
+    (),
+    |_nothing, parameters| Ok::<_, ConfigError>(Direct)
 );
 constant!(2, Linkage<1>, [Levers; 1], |levers, parameters| {
     Linkage::<1>::of(levers, &parameters)

@@ -17,6 +17,10 @@ pub trait Transmission<const N: usize>: Copy + core::fmt::Debug {
     /// What a user gives: radii or levers.
     type Design: Copy + core::fmt::Debug;
 
+    /// Whether the motor turns joints beyond the first. Where it does not, a contact on phalanx 1 is rigid and the softest
+    /// one lies at the tip, otherwise the softest one lies on phalanx 1.
+    const COUPLES: bool = true;
+
     /// Checks a design against the finger that it shall drive.
     ///
     /// # Errors

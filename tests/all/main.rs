@@ -3,6 +3,7 @@
 mod architecture;
 mod bad_input;
 mod constant_fingers;
+mod direct;
 mod finger_properties;
 mod finger_support;
 mod flash;

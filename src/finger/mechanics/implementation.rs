@@ -68,6 +68,15 @@ where
         self.held(at, torque_nm)?.proximal()
     }
 
+    fn softest_compliance(&self, at: &Self::Configuration, torque_nm: f32) -> Option<f32> {
+        if T::COUPLES {
+            self.proximal_compliance(at, torque_nm)
+        } else {
+            let tip_m = *self.parameters.lengths_m.last()?;
+            self.contact_compliance(at, torque_nm, N as u8, tip_m)
+        }
+    }
+
     fn contact_compliance(
         &self,
         at: &Self::Configuration,

@@ -125,6 +125,10 @@ pub trait Mechanics {
     /// (docs/MECHANICS.md#contact-stiffness).
     fn proximal_compliance(&self, at: &Self::Configuration, torque_nm: f32) -> Option<f32>;
 
+    /// Compliance with the softest contact that a closing finger can make, radian per newton metre: anywhere on phalanx 1,
+    /// or at the tip where the motor turns joint 1 alone ([`super::Direct`]).
+    fn softest_compliance(&self, at: &Self::Configuration, torque_nm: f32) -> Option<f32>;
+
     /// Compliance 1/K_c with a contact at `k_m` on `phalanx` at the instant of contact (18), radian per newton metre.
     fn contact_compliance(
         &self,

@@ -251,8 +251,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         Some(Detector::new(test, wander))
     }
 
-    /// By how much the finger is stiffer with its softest contact, anywhere on the proximal phalanx, than without, behind the
-    /// cable, newton metre per radian (docs/MECHANICS.md#contact-stiffness).
+    /// By how much the finger is stiffer with its softest contact, anywhere on the proximal phalanx where a motor turns all
+    /// joints, than without, behind the cable, newton metre per radian (docs/MECHANICS.md#contact-stiffness).
     fn softest_contact_nm_per_rad(&self) -> Option<f32> {
         let rest = self.finger.rest();
         let at = &self.posture;
@@ -261,8 +261,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         } else {
             0.0
         };
-        let contact = (self.finger.proximal_compliance(at, 0.0))
-            .or_else(|| self.finger.proximal_compliance(&rest, 0.0))?;
+        let contact = (self.finger.softest_compliance(at, 0.0))
+            .or_else(|| self.finger.softest_compliance(&rest, 0.0))?;
         let free = self
             .finger
             .free_compliance(&rest, 0.0)

@@ -4,7 +4,7 @@ mod inverse;
 mod path;
 mod setup;
 
-use crate::finger_support::{linkage2, linkage3, tendon2, tendon3, within};
+use crate::finger_support::{direct, linkage2, linkage3, tendon2, tendon3, within};
 use inverse::{monotone, round_trip, step_round_trip};
 use palpate::finger::{Contact, Finger, Mechanics, Parameters, Tendon};
 use palpate::sensing::location::places;
@@ -70,6 +70,8 @@ properties! {
     two_linkage: linkage2(), 2u8;
     three_tendon: tendon3(), 3u8;
     three_linkage: linkage3(), 3u8;
+    two_direct: direct::<2>(), 2u8;
+    three_direct: direct::<3>(), 3u8;
 }
 
 proptest! {

@@ -1,6 +1,6 @@
 //! Random fingers that can be built, in the manner of the reference files.
 
-use palpate::finger::{Assembly, Finger, Levers, Linkage, Parameters, Tendon};
+use palpate::finger::{Assembly, Direct, Finger, Levers, Linkage, Parameters, Tendon};
 use proptest::prelude::*;
 
 /// Stops wide enough for any posture here.
@@ -46,6 +46,16 @@ pub fn tendon2() -> impl Strategy<Value = Finger<2, Tendon<2>>> {
         .prop_map(|(l, k, rest, ratio)| {
             Finger::new(parameters(l, k, rest, STOPS), [0.1, 0.1 * ratio]).expect("in range")
         })
+}
+
+/// A finger with a motor at every joint, as the first one sees it.
+pub fn direct<const N: usize>() -> impl Strategy<Value = Finger<N, Direct<N>>> {
+    (
+        prop::array::uniform::<_, N>(within(0.4, 1.4)),
+        stiffness(),
+        prop::array::uniform::<_, N>(within(0.05, 0.7)),
+    )
+        .prop_map(|(l, k, rest)| Finger::new(parameters(l, k, rest, STOPS), ()).expect("in range"))
 }
 
 /// A finger of three phalanges with tendon.
