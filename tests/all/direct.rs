@@ -138,3 +138,54 @@ fn the_path_is_that_of_plane_geometry() {
         }
     }
 }
+
+/// Contact friction on a phalanx that is pushed open acts along the phalanx towards its joint, because the phalanx slides outwards on
+/// the object: written out with the moments about both joints, for a phalanx with and without thickness.
+#[test]
+fn a_phalanx_that_is_pushed_open_rubs_the_other_way() {
+    let finger = finger();
+    let (k, torque, half_thickness) = (0.04, 0.2, 0.006);
+    let along = |angle: f64, length: f64| [length * angle.cos(), length * angle.sin()];
+    let ([x1, y1], [x2, y2]) = (along(0.0, LENGTHS[0]), along(0.5, k));
+    let turned = |friction: f64, thickness: f64| {
+        let torque_at = |turned: f64| {
+            let [x, y] = along(turned, LENGTHS[0]);
+            let arm = [x1 + x2 - x, y1 + y2 - y];
+            let (k_now, bent) = (arm[0].hypot(arm[1]), arm[1].atan2(arm[0]) - turned - 0.5);
+            let force = -K_2 * bent / (k_now - friction * thickness);
+            let (sin, cos) = (0.5 + bent).sin_cos();
+            let lever = LENGTHS[0] * (cos + friction * sin);
+            force * (k_now - friction * thickness + lever)
+        };
+        let (mut low, mut high) = (0.0, 1.2);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if torque_at(middle) < torque {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        low
+    };
+    let by_friction = |thickness: f64| (turned(1e-4, thickness) - turned(-1e-4, thickness)) / 2e-4;
+    let contact = Contact {
+        phalanx: 2,
+        k_m: k as f32,
+        radius_m: 0.0,
+    };
+    let mut path = finger
+        .path(&finger.rest(), 0.0, contact)
+        .expect("it presses");
+    let found = finger.follow(&mut path, torque as f32).expect("it stays");
+    let thin = f64::from(found.rotation_by_friction_rad);
+    let per_m = f64::from(found.rotation_by_friction_and_thickness_rad_per_m);
+    let thick = thin + half_thickness * per_m;
+    assert!(thin < 0.0, "it stiffens: {thin}");
+    for (found, expected) in [
+        (thin, by_friction(0.0)),
+        (thick, by_friction(half_thickness)),
+    ] {
+        assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
+    }
+}

@@ -124,12 +124,14 @@ impl<const N: usize> Linearization<N> {
         };
         let by_k = moved(self.phi.cos, self.phi.sin);
         let by_radius = moved(self.phi.sin, self.gap_by_radius);
-        // The phalanx slides towards the joint along the object: the friction pulls it the other way.
+        // A phalanx that turns towards closing slides towards its joint along the object, one that is pushed open away from it:
+        // the friction pulls it the other way.
+        let slides = if self.phi.sin < 0.0 { -1.0 } else { 1.0 };
         let rubbed = Load {
-            torques: from_fn(|m| -force * self.heights[m]),
+            torques: from_fn(|m| -slides * force * self.heights[m]),
             gap: 0.0,
         };
-        let rubbed_beside = moved(1.0, 0.0);
+        let rubbed_beside = moved(slides, 0.0);
         let braked = Load {
             torques: from_fn(|m| if m == 0 { 0.0 } else { -self.turning[m] }),
             gap: 0.0,
