@@ -344,6 +344,8 @@ fn finger(scene: &Scene) -> (String, String) {
             format!("Linkage<{}>", count - 1),
             format!("[{}]", stages.join(", ")),
         )
+    } else if scene.has("direct") {
+        (format!("Direct<{count}>"), "()".to_owned())
     } else {
         (
             format!("Tendon<{count}>"),

@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use toml::Value;
 
-use super::Scene;
 use super::schema::{KEYS, Key, Kind};
+use super::{Scene, TRANSMISSIONS};
 
 type Checked = Result<(), String>;
 
@@ -91,19 +91,16 @@ fn kind(key: &Key, value: &Value, count: usize) -> Checked {
     }
 }
 
-/// Either a linkage with all its keys, or a tendon.
+/// A linkage with all its keys, a tendon, or a motor at every joint.
 fn transmission(scene: &Scene) -> Checked {
-    if scene.has("linkage") == scene.has("tendon") {
-        return Err("a finger has one transmission: either [linkage] or [tendon]".to_owned());
-    }
-    let section = if scene.has("linkage") {
-        "linkage."
-    } else {
-        "tendon."
+    let mut has = TRANSMISSIONS.iter().filter(|section| scene.has(section));
+    let (Some(section), None) = (has.next(), has.next()) else {
+        return Err("a finger has one transmission: [linkage], [tendon] or [direct]".to_owned());
     };
-    let lacking = KEYS
-        .iter()
-        .find(|key| key.name.starts_with(section) && !scene.has(key.name));
+    let lacking = KEYS.iter().find(|key| {
+        let of = key.name.split_once('.').map(|(section, _)| section);
+        of == Some(section) && !scene.has(key.name)
+    });
     lacking.map_or(Ok(()), |key| {
         Err(format!("`{}` is missing: it has no default", key.name))
     })

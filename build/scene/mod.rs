@@ -14,6 +14,8 @@ use toml::{Table, Value};
 
 /// The values of the keys that a scene leaves out.
 const DEFAULTS: &str = "common/defaults.toml";
+/// Sections of which a finger has one.
+const TRANSMISSIONS: [&str; 3] = ["linkage", "tendon", "direct"];
 /// Longest chain of bases: a longer one is a circle.
 const MOST_BASES: usize = 8;
 
@@ -106,9 +108,14 @@ impl Scene {
         self.files.push(path.clone());
         schema::known(&own).map_err(named)?;
         // A finger has one transmission: its own takes the place of its base's.
-        for (one, other) in [("linkage", "tendon"), ("tendon", "linkage")] {
-            if own.contains_key(one) && !own.contains_key(other) {
-                self.values.remove(other);
+        if TRANSMISSIONS
+            .iter()
+            .any(|section| own.contains_key(*section))
+        {
+            for section in TRANSMISSIONS {
+                if !own.contains_key(section) {
+                    self.values.remove(section);
+                }
             }
         }
         for (name, value) in own {

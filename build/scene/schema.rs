@@ -9,7 +9,7 @@ pub(super) enum Kind {
     Number(f64, f64),
     /// A number for each phalanx.
     PerPhalanx(f64, f64),
-    /// A number for each stage of the linkage: one less than phalanges.
+    /// A number for each stage of the linkage, or for each joint that another motor holds: one less than phalanges.
     PerStage(f64, f64),
     /// A number for each pulley: two a joint from the second.
     PerPulley(f64, f64),
@@ -141,6 +141,8 @@ pub(super) const KEYS: &[Key] = &[
     may("linkage.offset_deg", PerStage(-180.0, 180.0)),
     may("linkage.assembly", Words(&["clockwise", "counterclockwise"])),
     may("tendon.pulley_m", PerPulley(1e-4, 1.0)),
+    // A motor at every joint: how far a joint from the second can turn between the flanks of the worm wheel that holds it.
+    may("direct.backlash_deg", PerStage(0.0, 10.0)),
 ];
 
 /// Checks that a file has no key that nobody reads.

@@ -2,10 +2,10 @@
 
 use core::hint::black_box;
 use palpate::finger::{
-    AnyBase, Contact, Finger, Levers, Linkage, Mechanics, Parameter, Parameters, Springless,
+    AnyBase, Contact, Direct, Finger, Levers, Linkage, Mechanics, Parameter, Parameters, Springless,
 };
 use palpate::scene::Scene;
-use palpate_scenes::{Linkage3, P70, Tendon2, Tendon3};
+use palpate_scenes::{Direct2, Linkage3, P70, Tendon2, Tendon3};
 
 fn levers<const STAGES: usize>(linkage: &Linkage<STAGES>) -> [Levers; STAGES] {
     linkage.stages().map(|stage| stage.levers())
@@ -29,6 +29,14 @@ fn the_compiler_builds_what_a_program_builds() {
             levers(linkage3.transmission())
         ),
         Ok(linkage3)
+    );
+    let direct2 = Direct2::MECHANISM;
+    assert_eq!(
+        black_box(Finger::<2, Direct<2>, Springless>::constant)(
+            black_box(*direct2.parameters()),
+            ()
+        ),
+        Ok(direct2)
     );
     let (tendon2, tendon3) = (Tendon2::MECHANISM, Tendon3::MECHANISM);
     assert_eq!(

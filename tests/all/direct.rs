@@ -4,6 +4,8 @@
 use palpate::finger::{
     ActuatedFinger, Class, Contact, Direct, Finger, Mechanics, Parameters, Springless,
 };
+use palpate::scene::Scene;
+use palpate_scenes::Direct2;
 
 const K_2: f64 = 0.2;
 const LENGTHS: [f64; 2] = [0.09, 0.07];
@@ -137,6 +139,19 @@ fn the_path_is_that_of_plane_geometry() {
             );
         }
     }
+}
+
+#[test]
+fn without_contact_joint_1_follows_and_joint_2_stands() {
+    let finger = Direct2::MECHANISM;
+    let rest = finger.rest();
+    assert_eq!(finger.input_angle_rad(&rest), 0.0);
+    let free = finger.free_at_angle(0.7, &rest).expect("a posture");
+    assert_eq!(free.torque_nm, 0.0);
+    assert_eq!(finger.joint_rad(&free.configuration, 1), Some(0.7));
+    let held = finger.joint_rad(&rest, 2);
+    assert_eq!(finger.joint_rad(&free.configuration, 2), held);
+    assert_eq!(finger.expected_k_a(&free), Some(0.0));
 }
 
 /// Contact friction on a phalanx that is pushed open acts along the phalanx towards its joint, because the phalanx slides outwards on

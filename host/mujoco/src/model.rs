@@ -135,6 +135,16 @@ impl Description {
         &self.start
     }
 
+    /// Joints that a motor of their own holds, and the angles between which its worm wheel leaves them free.
+    fn held(&self) -> impl Iterator<Item = (usize, [f64; 2])> {
+        (1..)
+            .zip(&self.finger.held_backlash_deg)
+            .map(|(i, backlash_deg)| {
+                let half = 0.5 * backlash_deg.to_radians();
+                (i, [self.rest[i] - half, self.rest[i] + half])
+            })
+    }
+
     /// Inertia of the straight finger about joint 1, kilogram square metre.
     pub fn inertia(&self) -> f64 {
         inertia(self.density, &self.finger)
@@ -258,7 +268,18 @@ impl Description {
         } else {
             text.push_str(r#"<joint joint="lever1" coef="1"/>"#);
         }
-        text.push_str("</fixed></tendon>\n<equality>");
+        text.push_str("</fixed>");
+        for (i, flanks) in self.held() {
+            let ([low, high], spring) = (flanks, self.spring[i]);
+            line(
+                &mut text,
+                format_args!(
+                    r#"<fixed stiffness="{spring}" springlength="{low} {high}"><joint joint="joint{}" coef="1"/></fixed>"#,
+                    i + 1
+                ),
+            );
+        }
+        text.push_str("</tendon>\n<equality>");
         for i in 1..=self.stages.len() {
             line(
                 &mut text,
@@ -303,7 +324,13 @@ impl Description {
         } else {
             self.finger.length_m[i - 1]
         };
-        let (spring, rest) = (self.spring[i], self.rest[i]);
+        let rest = self.rest[i];
+        // The spring of a joint that its own motor holds is a tendon, which can have backlash.
+        let spring = if self.held().any(|(held, _)| held == i) {
+            0.0
+        } else {
+            self.spring[i]
+        };
         let low = self.finger.joint_min_deg[i].to_radians();
         let high = self.finger.joint_max_deg[i].to_radians();
         let limited = stopped || i > 0;

@@ -246,6 +246,12 @@ fn prototype_on_cylinders() {
     cylinders("p70", &[(1, 0.05), (2, 0.02), (2, 0.04), (2, 0.06)]);
 }
 
+/// Joint 2's own motor holds it: the spring with its backlash is a tendon in one engine, two one-sided springs in the other.
+#[test]
+fn a_held_joint_gives_way_alike() {
+    cylinders("direct2", &[(1, 0.05), (2, 0.02), (2, 0.04), (2, 0.06)]);
+}
+
 #[test]
 fn two_phalanx_tendon_on_cylinders() {
     cylinders("tendon2", &[(1, 0.05), (2, 0.02), (2, 0.05)]);

@@ -46,8 +46,10 @@ pub enum Error {
         /// Number of values needed.
         expected: usize,
     },
-    /// A finger has both pulleys and levers, or neither.
-    #[error("`{key}` needs either pulley_m, or lever_m, coupler_m, driven_m, offset_deg and mode")]
+    /// A finger has none, or more than one, of pulleys, levers and motors at every joint.
+    #[error(
+        "`{key}` needs one of pulley_m, held_backlash_deg, or lever_m with coupler_m, driven_m, offset_deg and mode"
+    )]
     Transmission {
         /// Path of the finger.
         key: String,

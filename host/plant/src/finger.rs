@@ -26,6 +26,15 @@ pub(crate) enum Hold {
     Torque(f64),
 }
 
+/// What a joint's own motor holds it by: its worm locks itself, so that the wheel stands, and only the spring between wheel
+/// and joint gives way, beyond the wheel's backlash.
+#[derive(Clone, Copy, Debug)]
+struct Held {
+    stiffness: f64,
+    /// The joint's angle at either flank.
+    flanks: [f64; 2],
+}
+
 /// Configuration and state.
 #[derive(Clone, Debug)]
 pub(crate) struct Finger {
@@ -33,6 +42,8 @@ pub(crate) struct Finger {
     pub length: [f64; MAX],
     pub spring: [f64; MAX],
     pub rest: [f64; MAX],
+    /// Joints that a motor of their own holds: the spring's stiffness, and the angles beyond which the wheel's flanks load it.
+    held: [Option<Held>; MAX],
     low: [f64; MAX],
     high: [f64; MAX],
     /// Opening and closing stop of the input link.
@@ -75,7 +86,7 @@ impl Finger {
             list
         };
         let stage = |i: usize| -> Result<Stage, Error> {
-            if i + 1 >= count {
+            if i + 1 >= count || !finger.held_backlash_deg.is_empty() {
                 return Ok(Stage::Tendon { ratio: 0.0 });
             }
             if let [near, far] = finger.pulley_m.chunks(2).nth(i).unwrap_or_default() {
@@ -104,6 +115,14 @@ impl Finger {
             // Without a spring joint 1 has no rest angle; it starts at theta_1 = 0.
             rest[0] = 0.0;
         }
+        let mut held = [None; MAX];
+        for (i, backlash_deg) in (1..count).zip(&finger.held_backlash_deg) {
+            let half = 0.5 * backlash_deg.to_radians();
+            held[i] = Some(Held {
+                stiffness: std::mem::take(&mut spring[i]),
+                flanks: [rest[i] - half, rest[i] + half],
+            });
+        }
         let low = list(&finger.joint_min_deg, f64::to_radians);
         for i in 1..count {
             // A spring can be preloaded only if its joint rests at the stop.
@@ -124,6 +143,7 @@ impl Finger {
             length: list(&finger.length_m, |l| l),
             spring,
             rest,
+            held,
             low,
             high: list(&finger.joint_max_deg, f64::to_radians),
             stops: [0.0, finger.travel_rad],

@@ -139,6 +139,10 @@ fn what_is_not_a_key_or_not_a_number_is_told() {
     assert!(
         told("tendon = { pulley_m = [0.009, 0.0072] }\nlinkage = {}").contains("one transmission")
     );
+    assert!(
+        told("direct = { backlash_deg = [0.3, 0.3] }")
+            .contains("`direct.backlash_deg` has 2 values, expected 1")
+    );
     assert!(problem("base", "base = \"nothing\"").contains("nothing.toml"));
     assert!(problem("circle", "base = \"own\"\ntitle = \"own\"").contains("circle"));
     let bare = problem(
@@ -161,4 +165,7 @@ fn a_finger_of_ones_own_takes_base_and_defaults() {
     let tendon = "base = \"p70\"\ntitle = \"own\"\n[tendon]\npulley_m = [0.009, 0.0072]\n";
     let scene = scene::load(&folder("tendon", tendon), "own").expect("a valid scene");
     assert!(scene.has("tendon") && !scene.has("linkage"));
+    let direct = "base = \"tendon2\"\ntitle = \"own\"\n[direct]\nbacklash_deg = [0.3]\n";
+    let scene = scene::load(&folder("direct", direct), "own").expect("a valid scene");
+    assert!(scene.has("direct") && !scene.has("tendon"));
 }

@@ -96,6 +96,20 @@ fn without_a_cable_there_is_none_to_calibrate() {
     assert!(said("hint put a pin at"), "a pin comes first");
 }
 
+/// Joint 1's motor alone closes on an object, and joint 2, held by its own worm, gives way: a contact is placed.
+#[test]
+fn a_motor_at_every_joint_places_a_contact() {
+    let Some(firmware) = support::image(support::DIRECT) else {
+        return;
+    };
+    let session = grasp(&firmware, "direct2", Script::button(), (45.0, 35.0));
+    let summary = Summary::of(&session);
+    assert_eq!(summary.verdict, Verdict::Located, "{summary:?}");
+    let error_mm = summary.k_mm.expect("a place") - summary.true_k_mm.expect("a contact");
+    let sigma_mm = summary.sigma_mm.expect("a deviation");
+    assert!(error_mm.abs() < 3.0 * sigma_mm, "{summary:?}");
+}
+
 /// The amplifier's middle, sign and gain go from the scene into world and firmware alike: a contact is placed, and the self-test
 /// takes an offset of either sign.
 #[test]

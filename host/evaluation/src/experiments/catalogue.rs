@@ -181,8 +181,8 @@ struct Other {
     seeds: [u64; 2],
 }
 
-/// Tendon with two and three phalanges, linkage with three.
-const OTHERS: [Other; 3] = [
+/// Tendon with two and three phalanges, linkage with three, a motor at every joint.
+const OTHERS: [Other; 4] = [
     Other {
         scene: "tendon2",
         drawn: "tendon2, drawn",
@@ -197,6 +197,11 @@ const OTHERS: [Other; 3] = [
         scene: "linkage3",
         drawn: "linkage3, drawn",
         seeds: [70, 2200],
+    },
+    Other {
+        scene: "direct2",
+        drawn: "direct2, drawn",
+        seeds: [80, 2300],
     },
 ];
 

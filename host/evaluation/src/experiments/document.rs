@@ -33,8 +33,10 @@ pub fn bodies(rows: &[Row], calibrations: &[(Place, Summary)]) -> [(&'static str
     let paper = |row: &Row| {
         ["proximal", "distal", "preshape", "free", "random"].contains(&row.experiment.as_str())
     };
-    let other =
-        |row: &Row| row.experiment.starts_with("tendon") || row.experiment.starts_with("linkage");
+    let other = |row: &Row| {
+        let scenes = ["tendon", "linkage", "direct"];
+        scenes.iter().any(|scene| row.experiment.starts_with(scene))
+    };
     let ablation = |row: &Row| row.experiment.starts_with("ablation");
     let mut all = String::new();
     for place in places(rows) {

@@ -125,12 +125,11 @@ pub fn paper_model<S: Simulated>() -> Result<paper::Model, Failure> {
 /// The finger as its data sheet has it.
 fn nominal_finger(table: &FingerParameters) -> Finger {
     let stages = if table.lever_m.is_empty() {
-        table
-            .pulley_m
-            .chunks(2)
-            .map(|pair| Stage::Tendon {
-                ratio: pair[1] / pair[0],
-            })
+        // Joints that motors of their own hold do not turn the input link.
+        let held = table.held_backlash_deg.iter().map(|_| 0.0);
+        let pulled = table.pulley_m.chunks(2).map(|pair| pair[1] / pair[0]);
+        held.chain(pulled)
+            .map(|ratio| Stage::Tendon { ratio })
             .collect()
     } else {
         (0..table.lever_m.len())

@@ -71,6 +71,14 @@ impl Finger {
             self.push(theta_a - low, x, stiffness, Source::Closing);
             self.push(high - theta_a, back, stiffness, Source::Opening);
         }
+        for i in 0..self.count {
+            let Some(held) = self.held[i] else { continue };
+            let mut up = [0.0; MAX];
+            up[i] = 1.0;
+            let [low, high] = held.flanks.map(|flank| self.angle[i] - flank);
+            self.push(low, up, held.stiffness, Source::Stop);
+            self.push(-high, up.map(|u: f64| -u), held.stiffness, Source::Stop);
+        }
         if self.stopped {
             self.push(theta_a - self.stops[0], x, stop, Source::Stop);
             self.push(self.stops[1] - theta_a, back, stop, Source::Stop);

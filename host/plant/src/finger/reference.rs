@@ -50,6 +50,7 @@ fn finger(row: &Row) -> Finger {
         driven_m: list(&["c1", "c2"]),
         offset_deg: degrees(&["psi1", "psi2"]),
         mode: list(&["mode1", "mode2"]),
+        held_backlash_deg: Vec::new(),
         length_m,
     };
     let mut parameters = Parameters::default();

@@ -37,6 +37,10 @@ pub struct FingerParameters {
     /// Linkage: assembly, 1 or -1.
     #[serde(default)]
     pub mode: Vec<f64>,
+    /// A motor at every joint: of each joint from the second, how far it can turn between the flanks of the worm wheel that
+    /// holds it, degree. Its spring lies between the wheel and the joint, at rest in the middle.
+    #[serde(default)]
+    pub held_backlash_deg: Vec<f64>,
 }
 
 impl FingerParameters {
@@ -107,13 +111,16 @@ impl FingerParameters {
             )?;
         }
         within(&format!("{key}.travel_rad"), self.travel_rad, 0.01, 6.0)?;
-        let linkage = !self.lever_m.is_empty();
-        if linkage != self.pulley_m.is_empty() {
+        let kinds = [&self.lever_m, &self.pulley_m, &self.held_backlash_deg];
+        if kinds.iter().filter(|values| !values.is_empty()).count() != 1 {
             return Err(Error::Transmission {
                 key: key.to_owned(),
             });
         }
-        if linkage {
+        if !self.held_backlash_deg.is_empty() {
+            let held = &self.held_backlash_deg;
+            list("held_backlash_deg", held, phalanges - 1, 0.0, 10.0)
+        } else if !self.lever_m.is_empty() {
             let stages = phalanges - 1;
             list("lever_m", &self.lever_m, stages, 1e-3, 10.0)?;
             list("coupler_m", &self.coupler_m, stages, 1e-3, 10.0)?;

@@ -18,6 +18,7 @@ const RENAMED: &[(&str, &str)] = &[
     ("linkage.driven_m", "finger.driven_m"),
     ("linkage.offset_deg", "finger.offset_deg"),
     ("tendon.pulley_m", "finger.pulley_m"),
+    ("direct.backlash_deg", "finger.held_backlash_deg"),
     (
         "finger.half_thickness_m",
         "mechanism.phalanx_half_thickness_m",
@@ -143,6 +144,7 @@ fn nominal(world: &mut Table, scene: &Table) {
         "driven_m",
         "offset_deg",
         "mode",
+        "held_backlash_deg",
     ] {
         set(world, &format!("finger.{key}"), Value::Array(Vec::new()));
     }

@@ -4,6 +4,9 @@ use super::Parameters;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
+/// How far a joint may be from where its own motor should hold it, degree (chosen: the homing of that motor and its gears).
+const HELD_DEG: f64 = 0.5;
+
 impl Parameters {
     /// A random plant: every hidden value is drawn from its spread around `self`, reproducibly by the seed.
     ///
@@ -11,7 +14,8 @@ impl Parameters {
     /// worm friction 15 %, motor friction 30 %. Absolute: gearhead drag 0.03-0.15 mNm, cable 1.5-10 kN/m (log-uniform), creep 3-7
     /// %, sense offset 7 mA, drift 1 mA, gain 5 %, phases anywhere. Effects that the ideal world lacks: half to one and a half
     /// times the world's value, and time constants of wander and warm-up a third to three times; warm-up and nonlinearity of
-    /// either sign; gravity in any direction; lengths by up to the world's `geometry_m`.
+    /// either sign; gravity in any direction; lengths by up to the world's `geometry_m`. Of joints that other motors hold:
+    /// backlash 30 %, and where they are held 0.5 degrees.
     #[must_use]
     pub fn randomised(&self, seed: u64) -> Self {
         let mut random = Pcg64Mcg::seed_from_u64(seed);
@@ -50,6 +54,12 @@ impl Parameters {
             *phase = random.random_range(-180.0..=180.0);
         }
         p.disagree(&mut random);
+        for (backlash_deg, rest_deg) in
+            (p.finger.held_backlash_deg.iter_mut()).zip(p.finger.rest_deg.iter_mut().skip(1))
+        {
+            *backlash_deg *= 1.0 + random.random_range(-0.3..=0.3);
+            *rest_deg += random.random_range(-HELD_DEG..=HELD_DEG);
+        }
         p
     }
 

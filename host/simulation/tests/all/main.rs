@@ -1,6 +1,7 @@
 //! Tests of the simulated firmware in one program: what is generic is compiled once for all of them.
 
 mod changes;
+mod direct;
 mod endurance;
 mod engines;
 mod grasps;
