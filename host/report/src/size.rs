@@ -122,6 +122,7 @@ pub fn forbidden(image: &Image) -> Vec<(String, &'static str)> {
 const FEATURES: &[(&str, &str)] = &[
     ("finger::tendon::", "finger::tendon::Tendon<"),
     ("finger::fourbar::", "finger::linkage::Linkage<"),
+    ("finger::direct::", "finger::direct::Direct<"),
     ("joint_sensor::HallSensor", "joint_sensor::HallSensor"),
     ("::start_joint", "joint_sensor::HallSensor"),
     ("sensing::location::Rigid", "sensing::location::Rigid"),
