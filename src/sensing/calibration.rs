@@ -96,7 +96,7 @@ impl Calibration {
         // A contradiction is news, but the compromise is as much less sure.
         let swell = sqrt(strain);
         Ok(Self {
-            torque_factor_sigma: (swell * learned.torque_factor_sigma)
+            torque_factor_sigma: (swell * self.factor_sigma_alone(&learned))
                 .at_most(self.torque_factor_sigma),
             cable_sigma_rad_per_nm: (swell * learned.cable_sigma_rad_per_nm)
                 .at_most(self.cable_sigma_rad_per_nm),
@@ -118,6 +118,18 @@ impl Calibration {
                 .at_most(self.stiffening_sigma_per_nm),
             ..learned
         })
+    }
+
+    /// Deviation of ln f by the new contact alone, where others came before. Most of it (friction in the contact and in the
+    /// joints, lengths of the links) is the same at every pin and does not average out: several are as sure as the best of them
+    /// (docs/MECHANICS.md#pins).
+    fn factor_sigma_alone(&self, learned: &Self) -> f32 {
+        if self.contacts == 0 {
+            return learned.torque_factor_sigma;
+        }
+        let [before, now] = [self, learned]
+            .map(|known| 1.0 / (known.torque_factor_sigma * known.torque_factor_sigma));
+        1.0 / sqrt((now - before).at_least(f32::MIN_POSITIVE))
     }
 
     /// The new calibration, if it reduces the uncertainty.

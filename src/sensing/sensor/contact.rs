@@ -337,7 +337,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             // A curve is shorter than half an hour.
             time_s: corrected.time_us.wrapping_sub(collector.onset_us) as i32 as f32 * 1e-6,
             excess_nm: efficiency * (residual_nm - collector.level_nm),
-            free_nm: free.map_or(0.0, |free| free.torque_nm) + weight_nm,
+            // Nothing below zero shows: there the weight closes the finger, and a worm passes it no more than what rubs.
+            free_nm: (free.map_or(0.0, |free| free.torque_nm) + weight_nm).at_least(0.0),
             variance_nm2: efficiency * efficiency * variance,
             width_counts: corrected.width_counts as f32,
             ..Point::EMPTY

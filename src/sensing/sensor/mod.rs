@@ -240,8 +240,12 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         let Some(corrected) = state.corrected(block) else {
             return;
         };
-        if let Stage::Searching(_) = self.stage {
-            self.learning.watch(state, block, &corrected);
+        if let Stage::Searching(search) = &self.stage {
+            if search.unusual {
+                self.learning.forget();
+            } else {
+                self.learning.watch(state, block, &corrected);
+            }
         }
         if let Stage::Contact(_) = self.stage {
             state.remember(block);
@@ -271,7 +275,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         }
         self.learning.end_run(&self.state);
         // An unusual closing has been reported already.
-        let free = matches!(self.stage, Stage::Searching(_)) && !self.done;
+        let free = matches!(&self.stage, Stage::Searching(search) if !search.unusual) && !self.done;
         self.state.conclude_closing(free);
         match &mut self.stage {
             Stage::Idle => {}

@@ -17,6 +17,13 @@ pub(super) const HISTORY: usize = detector::ONSETS;
 /// Smallest slope of a contact, as a share of that of the softest contact.
 const LEAST_SLOPE: f32 = 0.5;
 
+/// Largest fall of the motor's torque while an object takes over the weight that closes the finger, as a share of the
+/// difference between closing and opening: 1 / (2 eta) - 1 with the efficiency eta of the worm, which is 0.38 at least
+/// (docs/MECHANICS.md#real-fingers).
+const CARRIED: f32 = 0.3;
+/// Standard deviation of the way on which an object takes it over, as a share of the way: the slope of the torque's rise
+/// tells it, and rises have a curvature (R, chosen).
+const HIDDEN_SIGMA: f32 = 0.5;
 /// Logarithm of the likelihood ratio above which a motion is not learned as free.
 const SUSPICIOUS: f32 = 3.0;
 
@@ -66,6 +73,8 @@ pub struct Suspicion {
 pub(super) struct Search<R> {
     pub(super) history: Deque<CorrectedBlock<R>, HISTORY>,
     detector: Option<Detector>,
+    /// Whether this closing has already been reported as unusual.
+    pub(super) unusual: bool,
     /// In use while a record from before a restart is not aligned.
     alignment: Alignment,
 }
@@ -75,6 +84,7 @@ impl<R> Default for Search<R> {
         Self {
             history: Deque::new(),
             detector: None,
+            unusual: false,
             alignment: Alignment::default(),
         }
     }
@@ -191,7 +201,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         match finding {
             Finding::Free => {}
             Finding::Stale { misfit_nm } => {
-                if !self.stale_told && !self.presses_stop() {
+                if !self.stale_told && !search.unusual && !self.presses_stop() {
                     self.stale_told = true;
                     self.emit(Event::FrictionStale { misfit_nm });
                 }
@@ -202,19 +212,46 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             }
             Finding::Softer(onset) => {
                 let fallen_nm = residual.torque_nm - onset.level_nm;
-                if let Some(k_a) = self.k_a(theta_a_rad, fallen_nm) {
+                if !search.unusual
+                    && fallen_nm < -self.carried_nm(block)
+                    && let Some(k_a) = self.k_a(theta_a_rad, fallen_nm)
+                {
+                    // The search goes on: what the finger meets from here on must still stop it.
+                    search.unusual = true;
                     self.emit_unusual(&k_a);
                 }
-                return SearchOutcome::Over;
             }
             Finding::Contact(onset) => {
+                let wander = *detector.wander();
                 return SearchOutcome::Contact(Detection {
-                    onset,
-                    wander: *detector.wander(),
+                    onset: self.before_weight(onset, block),
+                    wander,
                 });
             }
         }
         SearchOutcome::Nothing
+    }
+
+    /// By how much the torque of the motor may fall while an object takes over the weight that closes the finger
+    /// (docs/MECHANICS.md#real-fingers), newton metre; 0 of a finger that its weight opens.
+    fn carried_nm(&self, block: &Block) -> f32 {
+        let counts = block.counts.wrapping_add(self.shift_counts.unwrap_or(0));
+        let friction = self.friction.as_ref();
+        let asymmetry_nm = friction.map_or(0.0, |friction| friction.asymmetry_nm(counts));
+        (-CARRIED * asymmetry_nm).at_least(0.0)
+    }
+
+    /// The onset of a contact that took over the weight that closes the finger before its torque rose.
+    fn before_weight(&self, mut onset: Onset, block: &Block) -> Onset {
+        let ([weight_nm, _], _) = self.weight(onset.counts as i32);
+        let slope = self.drivetrain.efficiency * onset.slope_nm_per_count;
+        let hidden_counts = -weight_nm.at_most(0.0) / slope;
+        onset.counts -= hidden_counts;
+        let sigma_counts = HIDDEN_SIGMA * hidden_counts;
+        onset.sigma_counts =
+            sqrt(onset.sigma_counts * onset.sigma_counts + sigma_counts * sigma_counts);
+        onset.since += (hidden_counts / block.width_counts.max(1) as f32) as usize;
+        onset
     }
 
     // Not inlined: the detector is large and should not enlarge the stack frame from which everything else is called.

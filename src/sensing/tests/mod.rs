@@ -14,6 +14,7 @@ mod locator;
 mod pins;
 #[cfg(feature = "firmware")]
 mod sensor;
+mod softer;
 
 use crate::sensing::{Drivetrain, Settings};
 

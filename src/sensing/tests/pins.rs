@@ -74,6 +74,30 @@ fn pins_that_contradict_each_other_are_refused_with_the_reason() {
     assert!(agreed > 3, "{agreed}");
 }
 
+/// What is wrong with all pins alike does not average out.
+#[test]
+fn further_pins_are_no_surer_than_the_best_of_them() {
+    let first = Calibration {
+        torque_factor_sigma: 0.03,
+        contacts: 1,
+        ..pressed()
+    };
+    let taught = |sigma: f32| {
+        let found = Calibration {
+            torque_factor_sigma: sigma,
+            ..first
+        };
+        first.with_contact(&found, 0.5, 1.0).unwrap()
+    };
+    // Another one as good, and one that alone would have 0.015.
+    let (same, better) = (taught(0.03 / core::f32::consts::SQRT_2), taught(0.0134164));
+    assert!((same.torque_factor_sigma - 0.03).abs() < 1e-5, "{same:?}");
+    assert!(
+        (better.torque_factor_sigma - 0.015).abs() < 1e-5,
+        "{better:?}"
+    );
+}
+
 #[test]
 fn a_strained_fit_is_taken_with_a_wider_deviation() {
     let before = pressed();

@@ -3,7 +3,7 @@ use crate::scene::{P70, Scene, Tendon2};
 use crate::sensing::{Calibration, Directive, Drive, Event, Friction, Sample, Sensor};
 use proptest::prelude::*;
 
-fn sensor() -> Sensor<<P70 as Scene>::Finger> {
+pub(super) fn sensor() -> Sensor<<P70 as Scene>::Finger> {
     let finger = P70::MECHANISM;
     let drivetrain = P70::drivetrain(&finger);
     Sensor::new(finger, drivetrain, P70::settings(), P70::UNCALIBRATED)
@@ -70,7 +70,7 @@ fn numbers(event: &Event) -> Vec<f32> {
 }
 
 /// A motion of the input link at 0.3 rad/s with a current that a function of the angle tells.
-fn motion<F: Mechanics>(
+pub(super) fn motion<F: Mechanics>(
     sensor: &mut Sensor<F>,
     time_us: &mut u64,
     range_rad: (f32, f32),
@@ -112,11 +112,11 @@ fn motion<F: Mechanics>(
     events
 }
 
-fn friction_a(angle: f32) -> f32 {
+pub(super) fn friction_a(angle: f32) -> f32 {
     0.015 + 0.001 * (20.0 * angle).cos()
 }
 
-fn recorded() -> (Sensor<<P70 as Scene>::Finger>, u64) {
+pub(super) fn recorded() -> (Sensor<<P70 as Scene>::Finger>, u64) {
     let (mut sensor, mut time_us) = (sensor(), 0);
     sensor.direct(Directive::RecordFriction);
     motion(&mut sensor, &mut time_us, (0.0, 1.5), friction_a);

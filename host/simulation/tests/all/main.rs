@@ -15,3 +15,5 @@ mod rigid;
 mod scenes;
 mod second;
 mod settings;
+mod travel;
+mod weight;

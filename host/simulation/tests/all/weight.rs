@@ -1,0 +1,48 @@
+//! Fingers whose weight closes them: the worm holds them back, and an object takes the weight over before the motor feels it.
+//! Simulated.
+
+use palpate::sensing::Event;
+use palpate_plant::{Engine, World};
+use palpate_scenes::P70;
+use palpate_simulation::Simulation;
+
+/// Joint angle at which the pins are felt, radian, and their places, metre.
+const THETA_1_RAD: f64 = 0.6;
+const PINS_M: [f32; 2] = [0.021, 0.0525];
+
+/// The guided calibration of a drawn finger in a workshop; all of these ended in `stall` when the fall of the torque was taken
+/// for a softer finger.
+fn calibrate(engine: Engine, seed: u64) {
+    let mut world = World::named("workshop").expect("a named world");
+    world.engine = engine;
+    let parameters = world.of("p70").expect("valid").randomised(seed);
+    let mut simulation = Simulation::<P70>::new(&parameters, seed).expect("a plant");
+    assert_eq!(simulation.prepare().unwrap().fault, None, "{seed}");
+    let record = simulation.slow().sensing.sensor().friction().cloned();
+    let asymmetry_nm = record.expect("recorded").asymmetry_nm(0);
+    assert!(asymmetry_nm < -0.01, "{seed}: {asymmetry_nm} N m");
+    assert_eq!(simulation.press().unwrap().fault, None, "{seed}");
+    for k_m in PINS_M {
+        let outcome = simulation.calibrate(2, k_m, THETA_1_RAD).unwrap();
+        let told = format!("{engine}, seed {seed}, {k_m} m: {:?}", outcome.events);
+        assert_eq!(outcome.fault, None, "{told}");
+        assert!(
+            matches!(outcome.events.first(), Some((_, Event::Touch { .. }))),
+            "{told}"
+        );
+    }
+    assert!(simulation.calibration().contacts > 0, "{engine}, {seed}");
+}
+
+#[test]
+fn pins_are_felt_by_fingers_that_their_weight_closes() {
+    for seed in [3003, 3004, 3006, 3008] {
+        calibrate(Engine::Plant, seed);
+    }
+}
+
+#[cfg(feature = "mujoco")]
+#[test]
+fn pins_are_felt_in_the_other_engine_too() {
+    calibrate(Engine::Mujoco, 3004);
+}
