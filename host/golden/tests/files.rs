@@ -4,6 +4,7 @@ use std::path::Path;
 
 use palpate_golden::table::Table;
 use palpate_golden::{compare, family, generate, sample};
+use rayon::prelude::*;
 
 /// Rows of a file. The steps after contact solve a posture for each part of the step: they take longest.
 const ROWS: usize = 4;
@@ -27,7 +28,7 @@ fn tables() -> Vec<Table> {
 fn every_file_is_reproduced_to_its_last_digit() {
     let tables = tables();
     assert_eq!(tables.len(), 36, "files");
-    for table in tables {
+    tables.into_par_iter().for_each(|table| {
         assert!(
             family(&table.name).is_some(),
             "{} cannot be recomputed",
@@ -54,7 +55,7 @@ fn every_file_is_reproduced_to_its_last_digit() {
             table.name,
             found.worst
         );
-    }
+    });
 }
 
 #[test]

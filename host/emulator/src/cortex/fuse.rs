@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! Two operations as one.
+
+use super::op::Op;
+
+/// In the condition of a floating-point comparison: every NaN is invalid.
+pub(super) const SIGNALS: u8 = 0x80;
+
+impl Op {
+    /// This operation and the one of the next instruction as one, if there is such a one. Neither of them can trap.
+    pub(super) fn with(self, next: Self) -> Option<Self> {
+        let signalling = |signals| if signals { SIGNALS } else { 0 };
+        Some(match (self, next) {
+            (Self::MovImm(d, low), Self::Movt(t, high)) if d == t => {
+                Self::MovImm(d, low & 0xFFFF | u32::from(high) << 16)
+            }
+            (Self::CmpImm(n, imm), Self::BranchIf(condition, target)) if imm <= 0xFF => {
+                Self::CmpImmBranch(n, imm as u8, condition, target)
+            }
+            (Self::Cmp(n, m), Self::BranchIf(condition, target)) => {
+                Self::CmpBranch(n, m, condition, target)
+            }
+            (Self::Vcmp(d, m, signals), Self::VmrsFlags) => Self::VcmpFlags(d, m, signals),
+            (Self::VcmpZero(d, signals), Self::VmrsFlags) => Self::VcmpZeroFlags(d, signals),
+            (Self::VcmpFlags(d, m, signals), Self::BranchIf(condition, target)) => {
+                Self::VcmpBranch(d, m, condition | signalling(signals), target)
+            }
+            (Self::VcmpZeroFlags(d, signals), Self::BranchIf(condition, target)) => {
+                Self::VcmpZeroBranch(d, condition | signalling(signals), target)
+            }
+            _ => return None,
+        })
+    }
+}
