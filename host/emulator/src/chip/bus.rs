@@ -54,8 +54,11 @@ impl Chip {
                 if n == ENCODER && self.encoder_connected() {
                     self.timers[n].edges = self.world.edges();
                 }
-                self.timers_next = None;
-                self.timers[n].read(offset, clocks)
+                let value = self.timers[n].read(offset, clocks);
+                if !self.timers[n].keeps_event() {
+                    self.timers_next = None;
+                }
+                value
             }
             Device::Adc(n) => self.adc[n].read(offset),
             Device::AdcCommon => self.adc_common.read(offset),
@@ -150,7 +153,13 @@ impl Chip {
         ) {
             self.sense_pins();
         }
-        if matches!(device, Device::Gpio(_) | Device::Tim1 | Device::Rcc) {
+        let moves_pins = match device {
+            Device::Gpio(_) | Device::Rcc => true,
+            // The control interrupt's new duty comes with the next update event.
+            Device::Tim1 => !self.tim1.buffers(offset),
+            _ => false,
+        };
+        if moves_pins {
             self.apply_pins();
         }
         if matches!(device, Device::Flash | Device::Syscfg) {

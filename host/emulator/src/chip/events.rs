@@ -92,8 +92,10 @@ impl Chip {
             self.core.systick.next_event(clocks),
             timers,
         ];
-        let soonest = others.into_iter().flatten().min().unwrap_or(Ticks::MAX);
-        self.deadline = soonest.min(self.next_idle_step).min(self.limit);
+        self.deadline = others
+            .map(|at| at.unwrap_or(Ticks::MAX))
+            .into_iter()
+            .fold(self.next_idle_step.min(self.limit), Ticks::min);
     }
 
     /// Carries out all due events in order of time.

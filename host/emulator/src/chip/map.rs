@@ -93,13 +93,47 @@ pub(super) const DEVICES: &[(u32, Device, Option<Gate>)] = &[
     (0xE004_2000, Device::Dbgmcu, None),
 ];
 
+/// The device at an address, with its base and gate.
 pub(super) fn locate(address: u32) -> Option<(u32, Device, Option<Gate>)> {
-    let index = DEVICES.partition_point(|d| d.0 <= address).checked_sub(1)?;
-    DEVICES
-        .get(index)
-        .copied()
-        .filter(|d| address - d.0 < 0x400)
+    let slot = match address {
+        0x4000_0000..0x4003_0000 => (address & 0x3_FFFF) >> 10,
+        0x4800_0000..0x4800_2000 => PORTS + ((address & 0x1FFF) >> 10),
+        0x5000_0000..0x5000_0400 => ADCS + ((address & 0x3FF) >> 8),
+        0xE004_2000..0xE004_2400 => return DEVICES.last().copied(),
+        _ => return None,
+    };
+    let index = usize::from(*SLOTS.get(slot as usize)?);
+    DEVICES.get(index).copied()
 }
+
+/// First slots of the ports' pages and of the converters' quarters of a page; those of the others come before.
+const PORTS: u32 = 192;
+const ADCS: u32 = PORTS + 8;
+
+/// Index into the devices by slot; beyond them if there is none.
+static SLOTS: [u8; ADCS as usize + 4] = {
+    let mut slots = [u8::MAX; ADCS as usize + 4];
+    let mut slot = 0;
+    while slot < slots.len() as u32 {
+        let address = if slot < PORTS {
+            0x4000_0000 + (slot << 10)
+        } else if slot < ADCS {
+            0x4800_0000 + ((slot - PORTS) << 10)
+        } else {
+            0x5000_0000 + ((slot - ADCS) << 8)
+        };
+        let mut device = 0;
+        while device < DEVICES.len() {
+            let base = DEVICES[device].0;
+            if base <= address && address - base < 0x400 {
+                slots[slot as usize] = device as u8;
+            }
+            device += 1;
+        }
+        slot += 1;
+    }
+    slots
+};
 
 /// Names of registers that are often accessed without their clock, for messages.
 pub(super) fn register_name(device: Device, offset: u32) -> &'static str {
@@ -129,5 +163,16 @@ mod tests {
         assert_eq!(locate(0x5000_0308).map(|d| d.1), Some(Device::AdcCommon));
         assert_eq!(locate(0x4000_5400), None);
         assert_eq!(locate(0x3FFF_FFFF), None);
+        assert_eq!(locate(0xE004_2004).map(|d| d.1), Some(Device::Dbgmcu));
+        // What a search finds: the last one that begins before the address, 1 KiB long.
+        for address in (0x4000_0000..0x4003_0000u32)
+            .chain(0x4800_0000..0x4800_2000)
+            .chain(0x5000_0000..0x5000_0400)
+            .step_by(4)
+        {
+            let last = DEVICES.iter().rev().find(|device| device.0 <= address);
+            let found = last.filter(|device| address - device.0 < 0x400).copied();
+            assert_eq!(locate(address), found, "{address:#x}");
+        }
     }
 }

@@ -298,8 +298,7 @@ impl Tim1 {
             0x34..=0x40 => {
                 self.bank[offset] = value & 0xFFFF;
                 let channel = (offset - CCR1) / 4;
-                let mode = self.bank[CCMR1 + 4 * (channel / 2)] >> (8 * (channel % 2));
-                if mode & 8 == 0 {
+                if self.compare_mode(channel) & 8 == 0 {
                     self.shadow.compare[channel as usize] = value & 0xFFFF;
                 }
             }
@@ -331,6 +330,16 @@ impl Tim1 {
             _ => self.bank.write(offset, value)?,
         }
         Ok(triggered)
+    }
+
+    /// Whether a store to this register takes effect at the next update event: compare values with preload.
+    pub(crate) fn buffers(&self, offset: u32) -> bool {
+        matches!(offset, 0x34..=0x40) && self.compare_mode((offset - CCR1) / 4) & 8 != 0
+    }
+
+    /// Mode bits of a channel.
+    fn compare_mode(&self, channel: u32) -> u32 {
+        self.bank[CCMR1 + 4 * (channel / 2)] >> (8 * (channel % 2))
     }
 
     /// Main output enable.

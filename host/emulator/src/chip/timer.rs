@@ -133,10 +133,16 @@ impl Timer {
 
     /// Raises the flags of all events up to now.
     pub(crate) fn settle(&mut self, clocks: Clocks) {
-        self.next.set(None);
         let (from, to) = (self.settled, self.position(clocks));
         if to == from {
             return;
+        }
+        // Flags come at an event or later, and nothing else that it depends on changes before one.
+        let quiet = |(bus, next): (Ticks, Option<Ticks>)| {
+            bus == clocks.bus && next.is_none_or(|at| at > clocks.now)
+        };
+        if !self.next.get().is_some_and(quiet) {
+            self.next.set(None);
         }
         let modulus = self.modulus();
         let passed = |residue: u64| {
@@ -155,12 +161,19 @@ impl Timer {
         self.settled = to;
         if wrapped && self.bank[CR1] & 8 != 0 {
             self.bank[CR1] &= !1;
+            self.next.set(None);
             self.rebase(0, clocks);
         } else if wrapped && self.prescaler != self.bank[PSC] {
             let counter = self.counter(clocks);
             self.prescaler = self.bank[PSC];
+            self.next.set(None);
             self.rebase(counter, clocks);
         }
+    }
+
+    /// Whether the next event is the one that was last asked for.
+    pub(crate) fn keeps_event(&self) -> bool {
+        self.next.get().is_some()
     }
 
     pub(crate) fn read(&mut self, offset: u32, clocks: Clocks) -> Result<u32, Misuse> {
@@ -174,6 +187,7 @@ impl Timer {
 
     pub(crate) fn write(&mut self, offset: u32, value: u32, clocks: Clocks) -> Result<(), Misuse> {
         self.settle(clocks);
+        self.next.set(None);
         let counter = self.counter(clocks);
         match offset {
             SR => self.bank[SR] &= value,
