@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! Loads and stores of the core.
 
-use super::memory::{Memory, flash_offset};
+use super::Trap;
+use super::debug::Breakpoints;
+use super::execute::At;
+use super::memory::{Memory, PROGRAM_SIZE, flash_offset};
 use super::op::Width;
 use super::state::Registers;
-use super::{Map, Trap};
 use crate::chip::{Chip, Misuse};
 
-/// Last pages of the flash, where a firmware keeps records and where damaged double words are looked for.
-const RECORDS_SIZE: u32 = 16 * 1024;
 const CYCCNT: u32 = 0xE000_1004;
 
 /// The instruction ends with the trap that the chip's core holds.
@@ -16,10 +16,11 @@ const CYCCNT: u32 = 0xE000_1004;
 pub(super) struct Trapped;
 
 /// What an instruction works on.
-pub(super) struct Bus<'a> {
-    pub(super) registers: &'a mut Registers,
-    pub(super) memory: &'a mut Memory,
-    pub(super) chip: &'a mut Chip,
+pub(super) struct Bus {
+    pub(super) registers: Registers,
+    pub(super) memory: Memory,
+    pub(super) chip: Chip,
+    pub(super) breakpoints: Breakpoints,
 }
 
 /// Whether an address belongs to a peripheral.
@@ -32,62 +33,81 @@ fn is_system(address: u32) -> bool {
     matches!(address, 0xE000_0000..0xE010_0000)
 }
 
-impl Bus<'_> {
+impl Bus {
+    pub(super) fn new(chip: Chip) -> Self {
+        Self {
+            registers: Registers::new(),
+            memory: Memory::new(),
+            chip,
+            breakpoints: Breakpoints::default(),
+        }
+    }
+
     pub(super) fn trap(&mut self, trap: Trap) -> Trapped {
         self.chip.core.trap.get_or_insert(trap);
         Trapped
     }
 
-    /// Loads a word; `ahead` are the instructions of the block from this one on.
+    /// Bytes of the RAM or the program.
     #[inline(always)]
-    pub(super) fn word(&mut self, address: u32, ahead: impl Fn() -> u32) -> Result<u32, Trapped> {
-        match self.memory.load(address) {
+    pub(super) fn known<const N: usize>(&self, address: u32) -> Option<[u8; N]> {
+        if let Some(bytes) = self.memory.load(address) {
+            return Some(bytes);
+        }
+        let offset = flash_offset(address)?;
+        if offset > PROGRAM_SIZE - N as u32 {
+            return None;
+        }
+        let image = &self.chip.flash.image;
+        image.get(offset as usize..)?.first_chunk().copied()
+    }
+
+    /// Loads a word, at this place of the block.
+    #[inline(always)]
+    pub(super) fn word(&mut self, address: u32, at: At<'_>) -> Result<u32, Trapped> {
+        match self.known(address) {
             Some(bytes) => Ok(u32::from_le_bytes(bytes)),
-            None => self.elsewhere(address, 4, ahead()),
+            None => self.elsewhere(address, 4, at.ahead()),
         }
     }
 
     #[inline(always)]
-    pub(super) fn byte(&mut self, address: u32, ahead: impl Fn() -> u32) -> Result<u32, Trapped> {
-        match self.memory.load(address) {
+    pub(super) fn byte(&mut self, address: u32, at: At<'_>) -> Result<u32, Trapped> {
+        match self.known(address) {
             Some([byte]) => Ok(byte.into()),
-            None => self.elsewhere(address, 1, ahead()),
+            None => self.elsewhere(address, 1, at.ahead()),
         }
     }
 
     #[inline(always)]
-    fn half(&mut self, address: u32, ahead: impl Fn() -> u32) -> Result<u32, Trapped> {
-        match self.memory.load(address) {
+    fn half(&mut self, address: u32, at: At<'_>) -> Result<u32, Trapped> {
+        match self.known(address) {
             Some(bytes) => Ok(u16::from_le_bytes(bytes).into()),
-            None => self.elsewhere(address, 2, ahead()),
+            None => self.elsewhere(address, 2, at.ahead()),
         }
     }
 
     #[inline(always)]
-    pub(super) fn load(
-        &mut self,
-        width: Width,
-        address: u32,
-        ahead: impl Fn() -> u32,
-    ) -> Result<u32, Trapped> {
+    pub(super) fn load(&mut self, width: Width, address: u32, at: At<'_>) -> Result<u32, Trapped> {
         match width {
-            Width::Word => self.word(address, ahead),
-            Width::Half => self.half(address, ahead),
-            Width::Byte => self.byte(address, ahead),
-            Width::SignedHalf => Ok(i32::from(self.half(address, ahead)? as i16) as u32),
-            Width::SignedByte => Ok(i32::from(self.byte(address, ahead)? as i8) as u32),
+            Width::Word => self.word(address, at),
+            Width::Half => self.half(address, at),
+            Width::Byte => self.byte(address, at),
+            Width::SignedHalf => Ok(i32::from(self.half(address, at)? as i16) as u32),
+            Width::SignedByte => Ok(i32::from(self.byte(address, at)? as i8) as u32),
         }
     }
 
-    /// A load from anything but RAM.
+    /// A load from anything but RAM and the program.
     #[cold]
     #[inline(never)]
     fn elsewhere(&mut self, address: u32, size: usize, ahead: u32) -> Result<u32, Trapped> {
+        self.chip.core.attention = true;
         if let Some(offset) = flash_offset(address) {
             let start = offset as usize;
             if let Some(bytes) = self.chip.flash.image.get(start..start + size) {
                 let value = little(bytes);
-                if offset >= Map::FLASH_SIZE - RECORDS_SIZE && self.chip.flash.is_damaged() {
+                if offset >= PROGRAM_SIZE && self.chip.flash.is_damaged() {
                     self.chip.load_flash(offset);
                 }
                 return Ok(value);
@@ -151,6 +171,7 @@ impl Bus<'_> {
     #[cold]
     #[inline(never)]
     fn store_elsewhere(&mut self, address: u32, size: usize, value: u32) -> Result<(), Trapped> {
+        self.chip.core.attention = true;
         let written = if let Some(offset) = flash_offset(address) {
             self.chip.store_flash(offset, size, value);
             Ok(())

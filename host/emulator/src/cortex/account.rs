@@ -128,7 +128,7 @@ impl Account {
         self.functions.len() as u16
     }
 
-    #[inline]
+    #[inline(always)]
     pub(crate) fn charge(&mut self, block: &Block) {
         self.own.add(block);
     }
@@ -143,6 +143,8 @@ impl Account {
         self.frames.last().map(|frame| frame.return_to)
     }
 
+    #[cold]
+    #[inline(never)]
     pub(crate) fn call(&mut self, watch: u16, return_to: u32, stack: u32) {
         let (depth, start) = self.here();
         if self.apart.get(usize::from(watch) - 1) == Some(&true) {
@@ -161,6 +163,8 @@ impl Account {
     }
 
     /// Called when that address is about to run.
+    #[cold]
+    #[inline(never)]
     pub(crate) fn returned(&mut self, stack: u32) {
         let (depth, now) = self.here();
         while let Some(frame) = self.frames.last().copied() {

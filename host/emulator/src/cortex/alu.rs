@@ -75,6 +75,13 @@ impl Registers {
         value
     }
 
+    /// Compares floating-point numbers, and moves the flags.
+    #[inline(always)]
+    pub(super) fn compare(&mut self, a: u32, b: u32, signals: bool) {
+        let conditions = self.fpu.compare(a, b, signals);
+        self.set_conditions(conditions);
+    }
+
     /// N and Z of a result.
     #[inline(always)]
     pub(super) fn set_result(&mut self, value: u32) {

@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::Map;
+use super::memory::PROGRAM_SIZE;
 use super::translate::{Code, PAGE};
 
 type Slot = Option<Box<Code>>;
@@ -97,8 +98,14 @@ impl Blocks {
         self.in_it.clear();
     }
 
-    /// Drops blocks that may reach into a range of the flash.
+    /// Drops blocks that may reach into a range of the flash, or all if some may hold literals from there.
     pub(super) fn forget_flash(&mut self, start: usize, length: usize) {
+        if start < PROGRAM_SIZE as usize {
+            self.flash.fill_with(|| None);
+            self.alias.fill_with(|| None);
+            self.forget_ccm();
+            return;
+        }
         let first = start.saturating_sub(PAGE as usize + 2) / 2;
         let end = (start + length).div_ceil(2);
         for slots in [&mut self.flash, &mut self.alias] {
@@ -142,14 +149,22 @@ mod tests {
     fn changed_code_is_dropped_and_watched_functions_stay_watched() {
         let mut blocks = Blocks::new();
         blocks.watch(Map::CCM, 3);
-        let (before, after) = (Map::FLASH + 0x1000, Map::FLASH + 0x4000);
-        for start in [Map::CCM, before, after] {
+        let program = Map::FLASH + 0x1000;
+        let records = Map::FLASH + PROGRAM_SIZE;
+        let (before, after) = (records + 0x1000, records + 0x3000);
+        let all = [Map::CCM, program, before, after];
+        for start in all {
             blocks.keep(at(start), 0);
         }
-        blocks.forget_flash(0x1100, 8);
-        assert!(blocks.find(before, 0).is_none() && blocks.find(after, 0).is_some());
+        blocks.forget_flash(PROGRAM_SIZE as usize + 0x1100, 8);
+        let kept = all.map(|start| blocks.find(start, 0).is_some());
+        assert_eq!(kept, [true, true, false, true]);
         blocks.forget_ccm();
         assert!(blocks.find(Map::CCM, 0).is_none());
+        blocks.keep(at(Map::CCM), 0);
+        // Literals of the program may be anywhere.
+        blocks.forget_flash(0x8000, 8);
+        assert!(all.iter().all(|&start| blocks.find(start, 0).is_none()));
         blocks.keep(at(Map::CCM), 0);
         assert_eq!(
             blocks.find(Map::CCM, 0).map(|code| code.cost.watch),

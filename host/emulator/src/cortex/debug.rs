@@ -48,34 +48,34 @@ pub struct CoreRegisters {
 impl Engine {
     /// Sets a breakpoint.
     pub(crate) fn set_breakpoint(&mut self, address: u32) {
-        self.breakpoints.0.insert(address & !1);
+        self.bus.breakpoints.0.insert(address & !1);
     }
 
     /// Removes a breakpoint; false if there was none.
     pub(crate) fn clear_breakpoint(&mut self, address: u32) -> bool {
-        self.breakpoints.0.remove(&(address & !1))
+        self.bus.breakpoints.0.remove(&(address & !1))
     }
 
     /// Removes all breakpoints.
     pub(crate) fn clear_breakpoints(&mut self) {
-        self.breakpoints.0.clear();
+        self.bus.breakpoints.0.clear();
         self.chip_mut().core.resumed = Resumed::default();
     }
 
     /// Resumes the core; with `step` it halts after one instruction.
     pub(crate) fn resume(&mut self, step: bool) {
-        let from = Some(self.registers.pc);
+        let from = Some(self.bus.registers.pc);
         self.chip_mut().core.resumed = Resumed { from, step };
     }
 
     /// Whether the core must look at every instruction.
     pub(super) fn is_watched(&self) -> bool {
-        self.chip().core.resumed.step || !self.breakpoints.0.is_empty()
+        self.chip().core.resumed.step || !self.bus.breakpoints.0.is_empty()
     }
 
     /// The registers.
     pub(crate) fn core_registers(&self) -> CoreRegisters {
-        let registers = &self.registers;
+        let registers = &self.bus.registers;
         CoreRegisters {
             core: std::array::from_fn(|n| {
                 if n == 16 {
@@ -93,7 +93,7 @@ impl Engine {
     /// Changes those registers that differ.
     pub(crate) fn set_core_registers(&mut self, wanted: &CoreRegisters) {
         let now = self.core_registers();
-        let registers = &mut self.registers;
+        let registers = &mut self.bus.registers;
         for (n, (&wanted, now)) in wanted.core.iter().zip(now.core).enumerate() {
             match n {
                 _ if wanted == now => {}

@@ -3,10 +3,9 @@
 
 use super::access::Bus;
 use super::blocks::Blocks;
-use super::debug::Breakpoints;
 use super::decode::Block;
 use super::execute::Ended;
-use super::memory::{Memory, flash_offset};
+use super::memory::flash_offset;
 use super::state::Registers;
 use super::translate::{NoCode, translate};
 use super::{Map, Trap};
@@ -24,80 +23,76 @@ pub(crate) enum Exit {
 
 /// The core, its memories and the chip around it.
 pub(crate) struct Engine {
-    pub(super) registers: Registers,
-    pub(super) memory: Memory,
-    chip: Chip,
+    pub(super) bus: Bus,
     blocks: Blocks,
     /// Blocks with an operation for every instruction, for breakpoints and steps.
     steps: Blocks,
-    pub(super) breakpoints: Breakpoints,
 }
 
 impl Engine {
     pub(crate) fn new(chip: Chip) -> Self {
         Self {
-            registers: Registers::new(),
-            memory: Memory::new(),
-            chip,
+            bus: Bus::new(chip),
             blocks: Blocks::new(),
             steps: Blocks::new(),
-            breakpoints: Breakpoints::default(),
         }
     }
 
     /// Makes CYCCNT count executed instructions exactly.
     pub(crate) fn count_instructions(&mut self) {
-        self.chip.core.count_instructions = true;
+        self.bus.chip.core.count_instructions = true;
     }
 
     pub(crate) fn chip(&self) -> &Chip {
-        &self.chip
+        &self.bus.chip
     }
 
     pub(crate) fn chip_mut(&mut self) -> &mut Chip {
-        &mut self.chip
+        &mut self.bus.chip
     }
 
     pub(crate) fn registers(&self) -> &Registers {
-        &self.registers
+        &self.bus.registers
     }
 
     /// Runs from the program counter until something is due.
     pub(crate) fn run(&mut self) -> Exit {
-        let held = self.is_watched();
+        self.bus.chip.core.attention = true;
+        if self.is_watched() {
+            self.blocks_until_due::<true>()
+        } else {
+            self.blocks_until_due::<false>()
+        }
+    }
+
+    /// The same; with `HELD` the core looks at every instruction. Twice, so that the frequent one is compact.
+    #[inline(never)]
+    fn blocks_until_due<const HELD: bool>(&mut self) -> Exit {
         loop {
-            let (pc, it) = (self.registers.pc, self.registers.it);
-            self.chip.core.block_address = pc;
+            let (pc, it) = (self.bus.registers.pc, self.bus.registers.it);
+            self.bus.chip.core.block_address = pc;
             if self.stops() {
                 break;
             }
-            let blocks = if held { &self.steps } else { &self.blocks };
+            let blocks = if HELD { &self.steps } else { &self.blocks };
             let Some(code) = blocks.find(pc, it) else {
-                match self.translate(held) {
+                match self.translate(HELD) {
                     Ok(()) => continue,
                     Err(trap) => return Exit::Trap(trap),
                 }
             };
-            charge(&mut self.chip, &self.registers, &code.cost, pc);
-            let mut bus = Bus {
-                registers: &mut self.registers,
-                memory: &mut self.memory,
-                chip: &mut self.chip,
-            };
-            let ended = if held {
-                let ended = bus.execute_held(code, &|address| self.breakpoints.at(address));
-                bus.chip.core.resumed.leave();
-                ended
-            } else {
-                bus.execute(code)
-            };
+            charge(&mut self.bus.chip, &self.bus.registers, &code.cost, pc);
+            let ended = self.bus.execute(code);
+            if HELD {
+                self.bus.chip.core.resumed.leave();
+            }
             match ended {
                 Ended::Next => {}
                 Ended::WaitForInterrupt => return Exit::WaitForInterrupt,
                 Ended::Trap => break,
             }
         }
-        match self.chip.core.trap.take() {
+        match self.bus.chip.core.trap.take() {
             Some(trap) => Exit::Trap(trap),
             None => Exit::Due,
         }
@@ -105,23 +100,31 @@ impl Engine {
 
     /// Whether something is due before the next block.
     #[inline(always)]
-    fn stops(&self) -> bool {
-        let chip = &self.chip;
+    fn stops(&mut self) -> bool {
+        let chip = &self.bus.chip;
         chip.now >= chip.deadline
-            || chip
-                .core
-                .nvic
-                .candidate()
-                .is_some_and(|(_, priority)| self.allows(priority))
+            || self.bus.memory.code_changed
+            || chip.core.attention && self.stops_for_more()
+    }
+
+    /// Whether what the last blocks did with peripherals or masks stops the core.
+    fn stops_for_more(&mut self) -> bool {
+        let chip = &self.bus.chip;
+        let stops = chip
+            .core
+            .nvic
+            .candidate()
+            .is_some_and(|(_, priority)| self.allows(priority))
             || chip.core.trap.is_some()
             || chip.reset_request.is_some()
-            || !chip.flash.changed.is_empty()
-            || self.memory.code_changed
+            || !chip.flash.changed.is_empty();
+        self.bus.chip.core.attention = stops;
+        stops
     }
 
     /// Whether the mask registers allow an exception of this priority.
     fn allows(&self, priority: i16) -> bool {
-        let registers = &self.registers;
+        let registers = &self.bus.registers;
         let base = i16::from(registers.basepri);
         let masked = registers.faultmask && priority >= -1
             || registers.primask && priority >= 0
@@ -131,11 +134,11 @@ impl Engine {
 
     /// Translates the block at the program counter.
     fn translate(&mut self, steps: bool) -> Result<(), Trap> {
-        let (pc, it) = (self.registers.pc, self.registers.it);
+        let (pc, it) = (self.bus.registers.pc, self.bus.registers.it);
         let fetch = |address| self.fetch(address);
         let code = translate(pc, it, steps, &fetch).map_err(|NoCode { address }| {
             if address.wrapping_sub(Map::RAM) < Map::RAM_SIZE
-                || self.memory.system(address, 2).is_some()
+                || self.bus.memory.system(address, 2).is_some()
             {
                 Trap::Misuse(Misuse::CodeInRam { address })
             } else {
@@ -146,7 +149,8 @@ impl Engine {
             }
         })?;
         if code.start.wrapping_sub(Map::CCM) < Map::CCM_SIZE {
-            self.memory.holds_code(code.start, code.end);
+            let (from, to) = code.taken;
+            self.bus.memory.holds_code(from, to);
         }
         (if steps {
             &mut self.steps
@@ -160,10 +164,10 @@ impl Engine {
     /// A halfword of code: from flash or CCM SRAM.
     fn fetch(&self, address: u32) -> Option<u16> {
         if let Some(offset) = flash_offset(address) {
-            return self.chip.flash.halfword(Map::FLASH + offset);
+            return self.bus.chip.flash.halfword(Map::FLASH + offset);
         }
         let in_ccm = address.wrapping_sub(Map::CCM) < Map::CCM_SIZE;
-        in_ccm.then(|| self.memory.load(address).map(u16::from_le_bytes))?
+        in_ccm.then(|| self.bus.memory.load(address).map(u16::from_le_bytes))?
     }
 
     /// Memory as the core sees it; `None` if part of it is not there.
@@ -174,18 +178,19 @@ impl Engine {
     }
 
     pub(super) fn read_into(&self, address: u32, bytes: &mut [u8]) -> Option<()> {
-        if self.memory.read(address, bytes).is_some() {
+        if self.bus.memory.read(address, bytes).is_some() {
             return Some(());
         }
         let found = match flash_offset(address) {
             Some(offset) => {
                 let start = offset as usize;
-                self.chip
+                self.bus
+                    .chip
                     .flash
                     .image
                     .get(start..start.checked_add(bytes.len())?)
             }
-            None => self.memory.system(address, bytes.len()),
+            None => self.bus.memory.system(address, bytes.len()),
         };
         bytes.copy_from_slice(found?);
         Some(())
@@ -199,7 +204,7 @@ impl Engine {
 
     /// Writes RAM as a debugger would. False if it is not RAM.
     pub(crate) fn write(&mut self, address: u32, bytes: &[u8]) -> bool {
-        self.memory.write(address, bytes).is_some()
+        self.bus.memory.write(address, bytes).is_some()
     }
 
     /// Fills the RAM with `byte`, code included.
@@ -210,12 +215,12 @@ impl Engine {
 
     /// Drops translated code that has changed.
     pub(crate) fn refresh_changed(&mut self) {
-        if self.memory.code_changed {
-            self.memory.forget_code();
+        if self.bus.memory.code_changed {
+            self.bus.memory.forget_code();
             self.blocks.forget_ccm();
             self.steps.forget_ccm();
         }
-        for (start, length) in std::mem::take(&mut self.chip.flash.changed) {
+        for (start, length) in std::mem::take(&mut self.bus.chip.flash.changed) {
             self.blocks.forget_flash(start, length);
             self.steps.forget_flash(start, length);
         }
@@ -223,7 +228,7 @@ impl Engine {
 
     /// Watches a function from now on; see [`Account::watch`](super::account::Account::watch).
     pub(crate) fn watch(&mut self, address: u32, name: String, apart: bool) {
-        let number = self.chip.core.account.watch(name, apart);
+        let number = self.bus.chip.core.account.watch(name, apart);
         for blocks in [&mut self.blocks, &mut self.steps] {
             blocks.watch(address & !1, number);
         }
@@ -231,13 +236,13 @@ impl Engine {
 
     /// The exception to take now, if any.
     pub(crate) fn takes(&self) -> Option<u16> {
-        let (exception, priority) = self.chip.core.nvic.candidate()?;
+        let (exception, priority) = self.bus.chip.core.nvic.candidate()?;
         self.allows(priority).then_some(exception)
     }
 }
 
 /// Counts a block before it runs, and advances time.
-#[inline]
+#[inline(always)]
 fn charge(chip: &mut Chip, registers: &Registers, cost: &Block, pc: u32) {
     let bus = chip.clocks().bus;
     let core = &mut chip.core;

@@ -37,12 +37,12 @@ impl Engine {
         let table = Map::FLASH;
         let stack = self.word(table).unwrap_or(0);
         let entry = self.word(table + 4).unwrap_or(0);
-        self.registers.reset(stack, entry);
+        self.bus.registers.reset(stack, entry);
     }
 
     /// Enters an exception at the present program counter.
     pub(crate) fn enter(&mut self, number: u16) -> Result<(), StackingFailed> {
-        let registers = &self.registers;
+        let registers = &self.bus.registers;
         let status = registers.xpsr();
         let handler = registers.exception != 0;
         let floating = registers.control & FPCA != 0;
@@ -70,7 +70,7 @@ impl Engine {
         };
         let table = self.chip().core.scs[VTOR];
         let vector = self.word(table + 4 * u32::from(number)).unwrap_or(0);
-        let registers = &mut self.registers;
+        let registers = &mut self.bus.registers;
         registers.r[13] = frame;
         registers.it = 0;
         registers.set_mode(number, registers.control & !FPCA);
@@ -91,14 +91,14 @@ impl Engine {
 
     /// Leaves the running exception with this EXC_RETURN value.
     pub(crate) fn leave(&mut self, exc_return: u32) -> Result<(), StackingFailed> {
-        let number = self.registers.exception;
+        let number = self.bus.registers.exception;
         let floating = exc_return & 0x10 == 0;
         let process = exc_return & 0xF == 0xD;
-        let [_, process_stack] = self.registers.stacks();
+        let [_, process_stack] = self.bus.registers.stacks();
         let frame = if process {
             process_stack
         } else {
-            self.registers.r[13]
+            self.bus.registers.r[13]
         };
         let size = if floating { 0x68 } else { 0x20 };
         let mut bytes = [[0; 4]; 0x1A];
@@ -107,7 +107,7 @@ impl Engine {
             return Err(StackingFailed);
         }
         let words = bytes.map(u32::from_le_bytes);
-        let registers = &mut self.registers;
+        let registers = &mut self.bus.registers;
         if number != exception::NMI {
             registers.faultmask = false;
         }
@@ -162,7 +162,7 @@ impl Engine {
 
     /// Takes a fault exception, escalated to HardFault if it is disabled or its priority is too low.
     pub(crate) fn escalate(&mut self, number: u16) {
-        let (masked, faultmask) = (self.registers.primask, self.registers.faultmask);
+        let (masked, faultmask) = (self.bus.registers.primask, self.bus.registers.faultmask);
         let core = &mut self.chip_mut().core;
         let running = if faultmask {
             -1

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! Executes translated blocks.
+//! Executes translated blocks. Each operation has a function, which ends by calling that of the next one: compiled, these calls
+//! are jumps, and each has its own prediction.
 
-mod one;
+mod data;
+mod float;
+mod flow;
+mod transfer;
 
 use super::Trap;
-use super::access::{Bus, Trapped};
-use super::debug::Resumed;
+use super::access::Bus;
+use super::op::Op;
 use super::translate::Code;
 
 /// How a block ended.
@@ -18,125 +22,160 @@ pub(super) enum Ended {
     Trap,
 }
 
-/// Least value of EXC_RETURN.
-const RETURNS: u32 = 0xFF00_0000;
+/// Executes an operation and those behind it.
+type Handler = fn(&mut Bus, Op, &[Step], &Code) -> Ended;
 
-/// What follows an operation.
-enum Flow {
-    Next,
-    /// So many operations are left out.
-    Skip(u8),
-    End(Ended),
+/// An operation with what executes it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Step {
+    run: Handler,
+    op: Op,
 }
 
-impl Bus<'_> {
-    /// Runs a block; the program counter then stands at the next one, or at the instruction that could not be executed.
-    pub(super) fn execute(&mut self, code: &Code) -> Ended {
-        self.run::<false>(code, &|_| false)
+impl Step {
+    pub(super) fn new(op: Op) -> Self {
+        let run = data::handler(op)
+            .or_else(|| transfer::quick(op))
+            .or_else(|| transfer::handler(op))
+            .or_else(|| flow::handler(op))
+            .or_else(|| float::handler(op));
+        Self {
+            run: run.unwrap_or(missing),
+            op,
+        }
     }
+}
 
-    /// The same, halted before these addresses and after a step.
-    pub(super) fn execute_held(&mut self, code: &Code, breakpoints: &dyn Fn(u32) -> bool) -> Ended {
-        self.run::<true>(code, breakpoints)
-    }
+/// There is none like this.
+fn missing(bus: &mut Bus, _: Op, rest: &[Step], code: &Code) -> Ended {
+    bus.trap(Trap::Undefined { encoding: None });
+    At { rest, code }.stay(bus)
+}
 
+/// Place of an operation in its block.
+#[derive(Clone, Copy)]
+pub(super) struct At<'a> {
+    /// The operations behind it.
+    rest: &'a [Step],
+    code: &'a Code,
+}
+
+impl At<'_> {
+    /// Goes on with the next operation, or ends the block.
     #[inline(always)]
-    fn run<const HELD: bool>(&mut self, code: &Code, breakpoints: &dyn Fn(u32) -> bool) -> Ended {
-        self.registers.pc = code.end;
-        self.registers.it = code.it_after;
-        let mut next = 0;
-        while let Some(op) = code.ops.get(next) {
-            let at = next;
-            next += 1;
-            if HELD && self.is_held(code.address(at), breakpoints) {
-                self.stay(code, at);
-                return Ended::Trap;
-            }
-            match self.one(*op, code, at) {
-                Ok(Flow::Next) => {}
-                Ok(Flow::Skip(skip)) => next += usize::from(skip),
-                Ok(Flow::End(ended)) => return ended,
-                Err(Trapped) => {
-                    self.stay(code, at);
-                    return Ended::Trap;
-                }
-            }
+    fn next(self, bus: &mut Bus) -> Ended {
+        match self.rest.split_first() {
+            Some((step, rest)) => (step.run)(bus, step.op, rest, self.code),
+            None => Ended::Next,
         }
-        Ended::Next
     }
 
-    /// Whether the core is halted before an instruction; where it was resumed it is not.
-    fn is_held(&mut self, address: u32, breakpoints: &dyn Fn(u32) -> bool) -> bool {
-        let Resumed { from, step } = self.chip.core.resumed;
-        if from == Some(address) {
-            return false;
-        }
-        self.chip.core.resumed.from = None;
-        let stopped = breakpoints(address);
-        if stopped || step {
-            self.trap(Trap::Held { stepping: !stopped });
-        }
-        stopped || step
+    /// Leaves operations out.
+    #[inline(always)]
+    fn skip(self, bus: &mut Bus, operations: u8) -> Ended {
+        let rest = self.rest.get(usize::from(operations)..).unwrap_or_default();
+        Self { rest, ..self }.next(bus)
     }
 
-    /// The operation's instruction was not executed.
+    fn index(self) -> usize {
+        self.code.steps.len() - self.rest.len() - 1
+    }
+
+    /// Address of the instruction.
+    fn address(self) -> u32 {
+        let place = self.code.places.get(self.index());
+        self.code.start + place.map_or(0, |place| u32::from(place.offset))
+    }
+
+    /// Instructions of the block from this one on.
     #[cold]
-    fn stay(&mut self, code: &Code, at: usize) {
-        if let Some(place) = code.places.get(at) {
-            self.registers.pc = code.address(at);
-            self.registers.it = place.it;
+    pub(super) fn ahead(self) -> u32 {
+        let place = self.code.places.get(self.index());
+        self.code.cost.instructions - place.map_or(0, |place| u32::from(place.index))
+    }
+
+    /// The instruction was not executed.
+    #[cold]
+    #[inline(never)]
+    fn stay(self, bus: &mut Bus) -> Ended {
+        if let Some(place) = self.code.places.get(self.index()) {
+            bus.registers.pc = self.address();
+            bus.registers.it = place.it;
             // A breakpoint instruction counts as executed.
             if matches!(
-                self.chip.core.trap,
+                bus.chip.core.trap,
                 Some(Trap::Bus { .. } | Trap::Undefined { .. } | Trap::Held { .. })
             ) {
-                self.chip.core.account.refund(code.ahead(at));
+                bus.chip.core.account.refund(self.ahead());
             }
         }
-    }
-
-    fn jump(&mut self, target: u32) -> Result<Flow, Trapped> {
-        self.registers.pc = target & !1;
-        Ok(Flow::End(Ended::Next))
-    }
-
-    /// A jump that may return from an exception, and that must stay in Thumb state.
-    fn exchange(&mut self, target: u32) -> Result<Flow, Trapped> {
-        self.registers.pc = target & !1;
-        if self.registers.exception != 0 && target >= RETURNS {
-            self.trap(Trap::Return(target | 1));
-            return Ok(Flow::End(Ended::Trap));
-        }
-        if target & 1 == 0 {
-            self.trap(Trap::Undefined { encoding: None });
-            return Ok(Flow::End(Ended::Trap));
-        }
-        Ok(Flow::End(Ended::Next))
-    }
-
-    /// The last operation traps after its instruction.
-    fn after(&mut self, trap: Trap) -> Result<Flow, Trapped> {
-        self.trap(trap);
-        Ok(Flow::End(Ended::Trap))
+        Ended::Trap
     }
 }
 
-impl Code {
-    /// Address of an operation's instruction.
-    fn address(&self, at: usize) -> u32 {
-        self.start
-            + self
-                .places
-                .get(at)
-                .map_or(0, |place| u32::from(place.offset))
-    }
-
-    /// Instructions of the block from that of an operation on.
-    fn ahead(&self, at: usize) -> u32 {
-        self.cost.instructions
-            - self
-                .places
-                .get(at)
-                .map_or(0, |place| u32::from(place.index))
+impl Bus {
+    /// Runs a block; the program counter then stands at the next one, or at the instruction that could not be executed.
+    #[inline(always)]
+    pub(super) fn execute(&mut self, code: &Code) -> Ended {
+        self.registers.pc = code.end;
+        self.registers.it = code.it_after;
+        let rest = &code.steps;
+        At { rest, code }.next(self)
     }
 }
+
+/// Functions for operations: what each does, and how it goes on. Plain ones go on, trapping ones may end with `?`, ending ones
+/// say themselves how the block ended.
+macro_rules! handlers {
+    (@plain $bus:ident, $at:ident, $body:expr) => {{
+        $body;
+        $at.next($bus)
+    }};
+    (@trapping $bus:ident, $at:ident, $body:expr) => {{
+        let mut done = || -> Result<(), crate::cortex::access::Trapped> {
+            $body;
+            Ok(())
+        };
+        match done() {
+            Ok(()) => $at.next($bus),
+            Err(_) => $at.stay($bus),
+        }
+    }};
+    (@ending $bus:ident, $at:ident, $body:expr) => {
+        $body
+    };
+    ($kind:ident $op:ident, $bus:ident, $at:ident; $($pattern:pat => $body:expr,)+) => {
+        #[allow(unused_variables, reason = "of the patterns, the functions use them")]
+        match $op {
+            $($pattern => Some({
+                #[allow(unused_variables, reason = "not every operation needs its place")]
+                fn run($bus: &mut Bus, op: Op, rest: &[Step], code: &Code) -> Ended {
+                    let $pattern = op else {
+                        return Ended::Next;
+                    };
+                    let $at = At { rest, code };
+                    handlers!(@$kind $bus, $at, $body)
+                }
+                run as Handler
+            }),)+
+            _ => None,
+        }
+    };
+}
+use handlers;
+
+/// A core register. Numbers are below 32; the mask spares the check.
+macro_rules! r {
+    ($bus:ident, $n:expr) => {
+        $bus.registers.r[usize::from($n & 31)]
+    };
+}
+use r;
+
+/// A floating-point register.
+macro_rules! s {
+    ($bus:ident, $n:expr) => {
+        $bus.registers.fpu.s[usize::from($n & 31)]
+    };
+}
+use s;

@@ -298,6 +298,9 @@ impl Fpu {
     }
 
     pub(super) fn sqrt(&mut self, a: u32) -> u32 {
+        if self.quick && a & SIGN == 0 && is_plain(a) {
+            return f32::from_bits(a).sqrt().to_bits();
+        }
         let a = self.operand(a);
         if is_nan(a) {
             return self.propagate(&[a]);
@@ -358,21 +361,24 @@ impl Fpu {
         )
     }
 
-    /// Compares and sets the condition flags; with `signals` every NaN is invalid, otherwise signalling ones.
+    /// Compares, sets the condition flags and returns them; with `signals` every NaN is invalid, otherwise signalling ones.
     #[inline(always)]
-    pub(super) fn compare(&mut self, a: u32, b: u32, signals: bool) {
-        let (a, b) = (self.operand(a), self.operand(b));
-        let conditions = match f32::from_bits(a).partial_cmp(&f32::from_bits(b)) {
-            Some(Ordering::Less) => 8,
-            Some(Ordering::Equal) => 6,
-            Some(Ordering::Greater) => 2,
-            None => {
-                if signals || is_signalling(a) || is_signalling(b) {
-                    self.raise(INVALID);
-                }
-                3
-            }
+    pub(super) fn compare(&mut self, a: u32, b: u32, signals: bool) -> u32 {
+        let (a, b) = if self.has(FLUSH) {
+            (self.operand(a), self.operand(b))
+        } else {
+            (a, b)
         };
+        let (x, y) = (f32::from_bits(a), f32::from_bits(b));
+        // Without branches: the result is as random as the numbers.
+        let mut conditions = 8 * u32::from(x < y) + 6 * u32::from(x == y) + 2 * u32::from(x > y);
+        if conditions == 0 {
+            if signals || is_signalling(a) || is_signalling(b) {
+                self.raise(INVALID);
+            }
+            conditions = 3;
+        }
         self.status = self.status & !CONDITIONS | conditions << 28;
+        conditions
     }
 }

@@ -72,6 +72,21 @@ impl Memory {
         Some(())
     }
 
+    /// Words of the RAM; `None` if part of them lies elsewhere.
+    #[inline]
+    pub(super) fn words(&self, address: u32, count: u32) -> Option<&[[u8; 4]]> {
+        let place = Self::place(address, 4 * count as usize)?;
+        Some(self.ram.get(place)?.as_chunks().0)
+    }
+
+    /// Words of the RAM to be stored; `None` if part of them lies elsewhere.
+    #[inline]
+    pub(super) fn words_mut(&mut self, address: u32, count: u32) -> Option<&mut [[u8; 4]]> {
+        let place = Self::place(address, 4 * count as usize)?;
+        self.note(place.start as u32, 4 * count);
+        Some(self.ram.get_mut(place)?.as_chunks_mut().0)
+    }
+
     #[inline(always)]
     fn note(&mut self, offset: u32, length: u32) {
         let (low, high) = self.code;
@@ -81,6 +96,7 @@ impl Memory {
     }
 
     /// Where a range of addresses lies in the RAM; `None` if part of it is not RAM.
+    #[inline]
     fn place(address: u32, length: usize) -> Option<std::ops::Range<usize>> {
         let start = Map::ram_offset(address)? as usize;
         let end = if address >= Map::RAM {
@@ -113,6 +129,9 @@ impl Memory {
         self.system.get(start..start.checked_add(length)?)
     }
 }
+
+/// The flash without its last pages, where a firmware keeps records and where damaged double words are looked for.
+pub(super) const PROGRAM_SIZE: u32 = Map::FLASH_SIZE - 16 * 1024;
 
 /// Offset in the flash of an address in either of its two ranges.
 #[inline]

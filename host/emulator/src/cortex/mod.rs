@@ -16,6 +16,7 @@ mod engine;
 mod exception;
 mod execute;
 mod float;
+mod fuse;
 mod memory;
 mod names;
 pub(crate) mod nvic;
@@ -108,6 +109,8 @@ pub struct Core {
     pub(crate) event: bool,
     pub(crate) locked_up: bool,
     pub(crate) trap: Option<Trap>,
+    /// What the run loop has to look at between blocks may have changed: an access outside of the memories, a mask register.
+    attention: bool,
     pub(crate) resumed: debug::Resumed,
     /// CYCCNT counts executed instructions exactly.
     pub(crate) count_instructions: bool,
@@ -129,6 +132,7 @@ impl Core {
             event: false,
             locked_up: false,
             trap: None,
+            attention: true,
             resumed: debug::Resumed::default(),
             count_instructions: false,
             instructions_ahead: 0,

@@ -129,7 +129,6 @@ pub(super) enum Conversion {
 /// One operation. Registers above 15 are the interpreter's own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Op {
-    Nop,
     /// Unless the condition holds, the next `skip` operations are left out.
     /// condition, skip
     If(u8, u8),
@@ -185,6 +184,29 @@ pub(super) enum Op {
     /// With flags.
     /// op, d, n, m, shift, amount
     AluS(Alu, u8, u8, u8, Shift, u8),
+    /// Frequent ones of these, one operation each; shifts are by 1 to 31.
+    /// d, n, m
+    Adds(u8, u8, u8),
+    /// d, n, m
+    Subs(u8, u8, u8),
+    /// d, n, m
+    Ands(u8, u8, u8),
+    /// d, n, m
+    Orrs(u8, u8, u8),
+    /// d, n, m
+    Eors(u8, u8, u8),
+    /// d, m
+    Movs(u8, u8),
+    /// d, m, amount
+    LslsImm(u8, u8, u8),
+    /// d, m, amount
+    LsrsImm(u8, u8, u8),
+    /// d, m, amount
+    AsrsImm(u8, u8, u8),
+    /// d, n, imm
+    AndsImm(u8, u8, u32),
+    /// d, n, m
+    Eor(u8, u8, u8),
     /// op, d, n, imm
     AluImm(Alu, u8, u8, u32),
     /// op, d, n, imm
@@ -261,6 +283,22 @@ pub(super) enum Op {
     Strex(Width, u8, u8, u8, u16),
     Clrex,
 
+    /// Two instructions at once: a comparison and the branch that it decides.
+    /// n, imm, condition, target
+    CmpImmBranch(u8, u8, u8, u32),
+    /// n, m, condition, target
+    CmpBranch(u8, u8, u8, u32),
+    /// The same, with the move of the flags between them.
+    /// d, m, signals and condition, target
+    VcmpBranch(u8, u8, u8, u32),
+    /// d, signals and condition, target
+    VcmpZeroBranch(u8, u8, u32),
+    /// A comparison and the move of its flags.
+    /// d, m, signals
+    VcmpFlags(u8, u8, bool),
+    /// d, signals
+    VcmpZeroFlags(u8, bool),
+
     /// target
     Branch(u32),
     /// condition, target
@@ -290,6 +328,8 @@ pub(super) enum Op {
     ChangeMasks(bool, bool, bool),
     Supervisor,
     Breakpoint,
+    /// The core may be halted here.
+    Hold,
     /// encoding
     Undefined(u32),
     WaitForInterrupt,

@@ -10,7 +10,6 @@ use unicorn_engine::{Arch, ArmCpuModel, Mode, Prot, RegisterARM as R, Unicorn, u
 
 use super::access::Bus;
 use super::execute::Ended;
-use super::memory::Memory;
 use super::state::{FPCA, Registers};
 use super::translate::translate;
 use super::{Map, Trap};
@@ -69,8 +68,7 @@ struct State {
 
 struct Both {
     unicorn: Unicorn<'static, ()>,
-    memory: Memory,
-    chip: Chip,
+    bus: Bus,
     at: u32,
 }
 
@@ -113,10 +111,10 @@ impl Both {
         unicorn
             .mem_write(Map::FLASH.into(), &image)
             .expect("an image");
-        let mut memory = Memory::new();
+        let mut bus = Bus::new(Chip::new(image.clone(), None, 32_000, Quirks::default()));
         let mut ram = vec![0; Map::RAM_SIZE as usize];
         random.fill_bytes(&mut ram);
-        memory.write(Map::RAM, &ram).expect("RAM");
+        bus.memory.write(Map::RAM, &ram).expect("RAM");
         unicorn.mem_write(Map::RAM.into(), &ram).expect("RAM");
         unicorn
             .add_intr_hook(|engine, _| {
@@ -125,8 +123,7 @@ impl Both {
             .expect("a hook");
         Self {
             unicorn,
-            memory,
-            chip: Chip::new(image, None, 32_000, Quirks::default()),
+            bus,
             at: FIRST,
         }
     }
@@ -145,7 +142,7 @@ impl Both {
             .chain([&BREAK; 4])
             .flat_map(|half| half.to_le_bytes())
             .collect();
-        self.chip.flash.image[start as usize..][..bytes.len()].copy_from_slice(&bytes);
+        self.bus.chip.flash.image[start as usize..][..bytes.len()].copy_from_slice(&bytes);
         for base in [0, Map::FLASH] {
             self.unicorn
                 .mem_write((base + start).into(), &bytes)
@@ -206,20 +203,17 @@ impl Both {
         }
         registers.fpu.set_status(before.fpscr);
         registers.pc = before.pc;
-        let image = &self.chip.flash.image;
+        let image = &self.bus.chip.flash.image;
         let fetch = |address: u32| {
             let at = (address - Map::FLASH) as usize;
             Some(u16::from_le_bytes([image[at], image[at + 1]]))
         };
         let code = translate(before.pc, 0, false, &fetch).expect("code");
-        let mut bus = Bus {
-            registers: &mut registers,
-            memory: &mut self.memory,
-            chip: &mut self.chip,
-        };
-        let ended = bus.execute(&code);
-        let trap = self.chip.core.trap.take();
-        self.chip.core.account.charge(&code.cost);
+        self.bus.registers = registers;
+        let ended = self.bus.execute(&code);
+        let registers = &self.bus.registers;
+        let trap = self.bus.chip.core.trap.take();
+        self.bus.chip.core.account.charge(&code.cost);
         match (ended, trap) {
             (Ended::Trap, Some(Trap::Breakpoint | Trap::Undefined { encoding: None })) => {}
             (Ended::Next, None) => {}
@@ -240,7 +234,7 @@ impl Both {
             vec![0; Map::RAM_SIZE as usize],
             vec![0; Map::RAM_SIZE as usize],
         );
-        self.memory.read(Map::RAM, &mut ours).expect("RAM");
+        self.bus.memory.read(Map::RAM, &mut ours).expect("RAM");
         self.unicorn
             .mem_read(Map::RAM.into(), &mut theirs)
             .expect("RAM");
@@ -252,7 +246,7 @@ impl Both {
         self.unicorn
             .mem_read(Map::RAM.into(), &mut theirs)
             .expect("RAM");
-        self.memory.write(Map::RAM, &theirs).expect("RAM");
+        self.bus.memory.write(Map::RAM, &theirs).expect("RAM");
     }
 }
 

@@ -34,7 +34,7 @@ impl Translator<'_> {
             0b01000 => return self.high(op),
             0b01001 => {
                 let address = self.literal_base().wrapping_add(imm8 * 4);
-                self.emit(Op::LdrLiteral(middle, address));
+                self.literal(middle, address);
             }
             0b01010 | 0b01011 => self.indexed(op >> 9 & 7, low, next, third),
             0b01100 => self.store(Width::Word, low, next, imm5 * 4),

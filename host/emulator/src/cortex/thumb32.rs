@@ -250,7 +250,7 @@ impl Translator<'_> {
             let address = self.literal_base().wrapping_add(offset);
             match (preload, width) {
                 (true, _) => {}
-                (false, Width::Word) => self.emit(Op::LdrLiteral(t, address)),
+                (false, Width::Word) => self.literal(t, address),
                 _ => {
                     let n = self.base(n);
                     self.load(width, t, n, offset);

@@ -4,7 +4,10 @@
 //! A block ends where the flow of control or the masks of interrupts may change, and at the end of a page: events and exceptions
 //! are looked for between blocks only, and time advances by whole blocks.
 
+use super::Map;
 use super::decode::{self, Block, Memory};
+use super::execute::Step;
+use super::memory::{PROGRAM_SIZE, flash_offset};
 use super::op::{Alu, BASE, NOWHERE, Op, PC, Rare, Shift, Width};
 
 /// Blocks do not go beyond the page in which they start, bytes.
@@ -28,16 +31,19 @@ pub(super) struct Place {
     pub(super) it: u8,
 }
 
-/// A translated block.
+/// A translated block. What a run reads of it is one line of the cache.
 #[derive(Clone, Debug)]
+#[repr(align(64))]
 pub(super) struct Code {
     pub(super) start: u32,
     /// Address behind it.
     pub(super) end: u32,
+    /// Addresses between which it and its literals lie, as far as they are in the memory of its start.
+    pub(super) taken: (u32, u32),
     /// IT state behind it.
     pub(super) it_after: u8,
     pub(super) cost: Block,
-    pub(super) ops: Box<[Op]>,
+    pub(super) steps: Box<[Step]>,
     /// Of each operation.
     pub(super) places: Box<[Place]>,
 }
@@ -51,10 +57,12 @@ pub(super) struct NoCode {
 /// Builds one block.
 pub(super) struct Translator<'a> {
     fetch: &'a dyn Fn(u32) -> Option<u16>,
-    /// Every instruction gets an operation, so that the core can be halted before it.
+    /// The core can be halted before every instruction.
     steps: bool,
     start: u32,
     address: u32,
+    /// Between which addresses the literals of its memory lie, and its start.
+    taken: (u32, u32),
     /// IT state of the instruction.
     it: u8,
     /// State that IT sets.
@@ -79,6 +87,7 @@ pub(super) fn translate(
         steps,
         start,
         address: start,
+        taken: (start, start),
         it,
         it_begins: None,
         in_context: false,
@@ -117,9 +126,10 @@ impl Translator<'_> {
         Ok(Code {
             start: self.start,
             end: self.address,
+            taken: (self.taken.0, self.taken.1.max(self.address)),
             it_after: self.it,
             cost,
-            ops: self.ops.into_boxed_slice(),
+            steps: self.ops.into_iter().map(Step::new).collect(),
             places: self.places.into_boxed_slice(),
         })
     }
@@ -145,6 +155,9 @@ impl Translator<'_> {
 
     fn one(&mut self, op: u32) -> Ends {
         let condition = self.it >> 4;
+        if self.steps {
+            self.emit(Op::Hold);
+        }
         let before = self.ops.len();
         // BKPT has no condition.
         let conditional = self.it & 0xF != 0 && condition < 14 && op & 0xFFFF_FF00 != 0xBE00;
@@ -163,9 +176,6 @@ impl Translator<'_> {
         } else if conditional && let Some(Op::If(_, skip)) = self.ops.get_mut(before) {
             *skip = (emitted - 1) as u8;
         }
-        if self.steps && self.ops.len() == before {
-            self.emit(Op::Nop);
-        }
         self.it = match self.it_begins.take() {
             Some(it) => it,
             None if self.it & 7 == 0 => 0,
@@ -179,6 +189,15 @@ impl Translator<'_> {
     }
 
     pub(super) fn emit(&mut self, op: Op) {
+        if let Some(last) = self.ops.last_mut()
+            && !self.steps
+            && self.it == 0
+            && self.places.last().is_some_and(|place| place.it == 0)
+            && let Some(both) = last.with(op)
+        {
+            *last = both;
+            return;
+        }
         self.ops.push(op);
         let offset = self.address.wrapping_sub(self.start) as u16;
         self.places.push(Place {
@@ -201,6 +220,42 @@ impl Translator<'_> {
     /// Whether a data operation of 16 bits sets flags.
     pub(super) fn flags(&self) -> bool {
         self.it & 0xF == 0
+    }
+
+    /// A word of the program or of the CCM SRAM beside this code: a store there drops the blocks that have taken it.
+    fn constant_at(&mut self, address: u32) -> Option<u32> {
+        let in_program =
+            |address| flash_offset(address).is_some_and(|offset| offset <= PROGRAM_SIZE - 4);
+        let in_ccm = |address: u32| address.wrapping_sub(Map::CCM) <= Map::CCM_SIZE - 4;
+        let beside = in_ccm(address) && in_ccm(self.start);
+        if !in_program(address) && !beside {
+            return None;
+        }
+        let low = (self.fetch)(address)?;
+        let high = (self.fetch)(address.wrapping_add(2))?;
+        if beside {
+            let (from, to) = self.taken;
+            self.taken = (from.min(address), to.max(address + 4));
+        }
+        Some(u32::from(low) | u32::from(high) << 16)
+    }
+
+    /// A load of a literal.
+    pub(super) fn literal(&mut self, t: u8, address: u32) {
+        let op = match self.constant_at(address) {
+            Some(value) => Op::MovImm(t, value),
+            None => Op::LdrLiteral(t, address),
+        };
+        self.emit(op);
+    }
+
+    /// A load of a literal of the floating-point unit.
+    pub(super) fn floating_literal(&mut self, d: u8, address: u32) {
+        let op = match self.constant_at(address) {
+            Some(value) => Op::VmovImm(d, value),
+            None => Op::VldrLiteral(d, address),
+        };
+        self.emit(op);
     }
 
     /// Base register of an access; the program counter becomes a constant.
@@ -260,6 +315,7 @@ impl Translator<'_> {
             (Alu::Add, true) => Op::AddsImm(d, n, imm),
             (Alu::Sub, true) if d == NOWHERE => Op::CmpImm(n, imm),
             (Alu::Sub, true) => Op::SubsImm(d, n, imm),
+            (Alu::And, true) => Op::AndsImm(d, n, imm),
             (_, false) => Op::AluImm(op, d, n, imm),
             (_, true) => Op::AluImmS(op, d, n, imm),
         });
@@ -292,6 +348,16 @@ impl Translator<'_> {
             (Alu::Sub, Shift::None, true) if d == NOWHERE => Op::Cmp(n, m),
             (Alu::And, Shift::None, false) => Op::And(d, n, m),
             (Alu::Orr, Shift::None, false) => Op::Orr(d, n, m),
+            (Alu::Eor, Shift::None, false) => Op::Eor(d, n, m),
+            (Alu::Mov, Shift::None, true) => Op::Movs(d, m),
+            (Alu::Mov, Shift::Lsl, true) => Op::LslsImm(d, m, amount),
+            (Alu::Mov, Shift::Lsr, true) if amount < 32 => Op::LsrsImm(d, m, amount),
+            (Alu::Mov, Shift::Asr, true) if amount < 32 => Op::AsrsImm(d, m, amount),
+            (Alu::Add, Shift::None, true) => Op::Adds(d, n, m),
+            (Alu::Sub, Shift::None, true) => Op::Subs(d, n, m),
+            (Alu::And, Shift::None, true) => Op::Ands(d, n, m),
+            (Alu::Orr, Shift::None, true) => Op::Orrs(d, n, m),
+            (Alu::Eor, Shift::None, true) => Op::Eors(d, n, m),
             (_, _, false) => Op::Alu(op, d, n, m, shift, amount),
             (_, _, true) => Op::AluS(op, d, n, m, shift, amount),
         });

@@ -90,7 +90,7 @@ impl Translator<'_> {
                 self.need_context();
                 if n == PC && !double {
                     let address = self.literal_base().wrapping_add(offset);
-                    self.emit(Op::VldrLiteral(d, address));
+                    self.floating_literal(d, address);
                     return true;
                 }
                 let n = self.base(n);

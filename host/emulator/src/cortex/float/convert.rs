@@ -11,6 +11,16 @@ impl Fpu {
         const U16: (i64, i64) = (0, u16::MAX as i64);
         const I32: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
         const U32: (i64, i64) = (0, u32::MAX as i64);
+        if self.quick && fraction == 0 {
+            let x = f32::from_bits(a);
+            match kind {
+                Conversion::FromSigned => return (a as i32 as f32).to_bits(),
+                Conversion::FromUnsigned => return (a as f32).to_bits(),
+                Conversion::ToSigned if x.abs() < 2_147_483_648.0 => return x as i32 as u32,
+                Conversion::ToUnsigned if (0.0..4_294_967_296.0).contains(&x) => return x as u32,
+                _ => {}
+            }
+        }
         let (rounded, limits) = match kind {
             Conversion::FromSigned => return self.float_of((a as i32).into(), fraction),
             Conversion::FromUnsigned => return self.float_of(a.into(), fraction),
