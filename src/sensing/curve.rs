@@ -134,6 +134,24 @@ impl Curve {
         }
     }
 
+    /// Drops the points that reach beyond a position: something else acts there. Leaves all if fewer than `least` would be left.
+    pub fn cut(&mut self, counts: i32, least: usize) {
+        let end = counts.wrapping_sub(self.origin_counts) as f32;
+        let reaches = |point: &Point| point.counts + 0.5 * point.width_counts > end;
+        let since = self.points.get(BEFORE..).unwrap_or_default();
+        let kept = since
+            .iter()
+            .take_while(|p| p.blocks > 0 && !reaches(p))
+            .count();
+        if kept < least {
+            return;
+        }
+        self.filling = BEFORE + kept;
+        for point in self.points.iter_mut().skip(self.filling) {
+            *point = Point::EMPTY;
+        }
+    }
+
     fn placed(&self, counts: i32, block: Point) -> Point {
         Point {
             counts: counts.wrapping_sub(self.origin_counts) as f32,

@@ -6,11 +6,14 @@
 //! its phalanx and the posture follow from that.
 
 mod changes;
-mod rise;
+mod fade;
+mod jump;
+mod level;
 mod rolled;
 mod stand;
 mod turn;
 mod watch;
+mod watched;
 
 pub use changes::Changes;
 pub use watch::Follow;

@@ -32,7 +32,7 @@ const STEADY_SHARE: f32 = 0.4;
 
 /// A second contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Elbow {
+pub struct SlopeChange {
     /// Angle of the input link there, the cable's twist included, radian.
     pub theta_a_rad: f32,
     /// Torque above friction there, newton metre.
@@ -45,7 +45,7 @@ pub struct Elbow {
     pub after_sigma_nm_per_rad: f32,
 }
 
-impl Elbow {
+impl SlopeChange {
     /// Compliance of the finger after the second contact and its deviation, the cable's taken off; radian per newton metre.
     /// For [`second_places`](crate::finger::Finger::second_places). At least 0.
     pub fn compliance(&self, cable_rad_per_nm: f32, cable_sigma_rad_per_nm: f32) -> (f32, f32) {
@@ -73,7 +73,7 @@ impl Elbow {
 /// // A first contact of 0.2 N m/rad at 0.6 rad, felt at 0.65; from 1.2 rad on something else holds, and only the cable of
 /// // 1.2 N m/rad gives way.
 /// let mut search = SecondContact::default();
-/// let elbow = (0..200).find_map(|block| {
+/// let change = (0..200).find_map(|block| {
 ///     let theta_a_rad = 0.5 + 0.005 * block as f32;
 ///     let torque_nm = 0.2 * (theta_a_rad - 0.6).max(0.0) + (theta_a_rad - 1.2).max(0.0);
 ///     if theta_a_rad < 0.65 {
@@ -83,8 +83,8 @@ impl Elbow {
 ///     search.begin(0.6, 0.0, 0.01);
 ///     search.push(theta_a_rad, torque_nm, 1e-7)
 /// });
-/// let elbow = elbow.expect("a second contact");
-/// assert!((elbow.theta_a_rad - 1.2).abs() < 0.01 && elbow.is_rigid(1.0 / 1.2, 0.05));
+/// let change = change.expect("a second contact");
+/// assert!((change.theta_a_rad - 1.2).abs() < 0.01 && change.is_rigid(1.0 / 1.2, 0.05));
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct SecondContact {
@@ -92,7 +92,7 @@ pub struct SecondContact {
     /// A second contact's torque at least; none before the first contact.
     least_nm: Option<f32>,
     /// The likeliest so far, with its deviations from a smooth curve.
-    best: Option<(Elbow, f32)>,
+    best: Option<(SlopeChange, f32)>,
     is_told: bool,
 }
 
@@ -122,19 +122,24 @@ impl SecondContact {
     }
 
     /// Takes a block of the closing in contact: angle of the input link with the cable's twist, torque above friction, and
-    /// the variance of its white noise. Returns the second contact, once, when the blocks after it fit an elbow no better any
+    /// the variance of its white noise. Returns the second contact, once, when the blocks after it fit a change of slope no better any
     /// more.
-    pub fn push(&mut self, theta_a_rad: f32, torque_nm: f32, variance_nm2: f32) -> Option<Elbow> {
+    pub fn push(
+        &mut self,
+        theta_a_rad: f32,
+        torque_nm: f32,
+        variance_nm2: f32,
+    ) -> Option<SlopeChange> {
         if self.is_told || !torque_nm.is_finite() {
             return None;
         }
         self.note(theta_a_rad, torque_nm);
         let mut is_better = false;
         for after in AFTER {
-            if let Some((elbow, sigmas)) = self.hinge(after, variance_nm2)
+            if let Some((change, sigmas)) = self.hinge(after, variance_nm2)
                 && self.best.is_none_or(|(_, most)| sigmas > most)
             {
-                self.best = Some((elbow, sigmas));
+                self.best = Some((change, sigmas));
                 is_better = true;
             }
         }
@@ -142,15 +147,15 @@ impl SecondContact {
     }
 
     /// The motion is over, and no more blocks come: the second contact that they show, if it was not told.
-    pub fn finish(&mut self) -> Option<Elbow> {
-        let (elbow, _) = self.best.filter(|_| !self.is_told)?;
+    pub fn finish(&mut self) -> Option<SlopeChange> {
+        let (change, _) = self.best.filter(|_| !self.is_told)?;
         self.is_told = true;
-        Some(elbow)
+        Some(change)
     }
 
-    /// The elbow that the blocks show with so many after it, with its size in deviations; `None` where there is none or too
+    /// The change of slope that the blocks show with so many after it, with its size in deviations; `None` where there is none or too
     /// few blocks before it.
-    fn hinge(&self, after: usize, variance_nm2: f32) -> Option<(Elbow, f32)> {
+    fn hinge(&self, after: usize, variance_nm2: f32) -> Option<(SlopeChange, f32)> {
         let before = self.points.len().checked_sub(after)?;
         if before < LEAST_BEFORE {
             return None;
@@ -201,22 +206,22 @@ impl SecondContact {
         let sigmas = hinge / sqrt(variance * by_hinge[3]);
         let rises = slope + hinge;
         let after_variance = by_slope[1] + 2.0 * by_slope[3] + by_hinge[3];
-        let elbow = Elbow {
+        let change = SlopeChange {
             theta_a_rad: at,
             torque_nm: level + offset,
             before_nm_per_rad: slope / scale,
             after_nm_per_rad: rises / scale,
             after_sigma_nm_per_rad: sqrt(variance * after_variance) / scale,
         };
-        let is_elbow = sigmas > LEAST_SIGMAS
+        let is_change = sigmas > LEAST_SIGMAS
             && slope > 0.0
             && rises > LEAST_RATIO * slope
-            && elbow.torque_nm > self.least_nm?;
+            && change.torque_nm > self.least_nm?;
         let is_steady = (self.points.iter().zip(self.points.iter().skip(1)))
             .skip(self.points.len() - 3)
             .all(|([a, below], [b, above])| {
-                above - below > STEADY_SHARE * elbow.after_nm_per_rad * (b - a)
+                above - below > STEADY_SHARE * change.after_nm_per_rad * (b - a)
             });
-        (is_elbow && is_steady).then_some((elbow, sigmas))
+        (is_change && is_steady).then_some((change, sigmas))
     }
 }

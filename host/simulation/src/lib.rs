@@ -5,8 +5,11 @@
 
 pub mod between;
 mod board;
+pub mod changes;
+pub mod disturbance;
 mod machine;
 mod outcome;
+pub mod second_contacts;
 mod simulation;
 mod slow;
 mod trace;

@@ -1,48 +1,26 @@
 //! Watches what becomes of a contact: where it has come to, and when it slips, is lost or is pushed from outside
 //! (docs/MECHANICS.md#held-contacts).
 
-use super::rise::{Rise, RiseBlock};
+use super::fade::Fade;
+use super::jump::Jumps;
+use super::level::{Above, Level};
 use super::rolled::{Placed, Rolled, Turned};
-use super::stand::{Stand, Standing};
+use super::stand::Stand;
+use super::turn::TurnMeter;
+use super::watched::{Watched, fallen_to};
 use super::{AfterContact, Change, Followed, Grip};
 use crate::finger::{Contact, Mechanics};
 use crate::joint_sensor::JointSensor;
-use crate::numeric::{Bounded, sqrt};
+use crate::numeric::sqrt;
 use crate::sensing::block::{Block, BlockAverager, BlockUpdate};
 use crate::sensing::location::SeriesElement;
 use crate::sensing::{Directive, Drive, Event, Sample, Sensor};
 use heapless::Deque;
 
-/// Deviations of a block that count as noise.
-const SIGMAS: f32 = 8.0;
-/// Share of the torque limit below which nothing is held (chosen): twice as far as friction wanders.
-const NOTHING_SHARE: f32 = 0.03;
-/// Of the torque before, or of what the holding current holds, the share below which a turn of the motor has no load.
-const FREE_SHARE: f32 = 0.3;
+/// A finger that was let go or pushed swings so long, microseconds: what it does then is no change of its own.
+const SETTLING_US: u64 = 100_000;
 /// Standard deviation of the angle at which a contact began, radian (chosen).
 const ONSET_SIGMA_RAD: f32 = 0.01;
-/// How much stiffer than its mean compliance says a cable may be that stiffens with its load.
-const STIFFENED: f32 = 1.25;
-/// A cable may be so much stiffer than its nominal value at most, whatever its deviation.
-const LEAST_CABLE_SHARE: f32 = 0.2;
-
-/// A closing in contact.
-#[derive(Clone, Debug)]
-struct Watched {
-    /// Angle of the input link at the onset, radian.
-    onset_rad: f32,
-    /// What the record's level was off by at the onset, newton metre at the input link.
-    level_nm: f32,
-    /// Angle of the input link, the cable's twist included, and torque above friction at the last block.
-    last: [f32; 2],
-    rise: Rise,
-    stand: Stand,
-    placed: Option<Placed>,
-    /// The contact has changed: its place is not known any more.
-    has_changed: bool,
-    /// The same at a second contact.
-    second: Option<[f32; 2]>,
-}
 
 /// Watches what becomes of a contact, beside what `A` looks for.
 #[derive(Clone, Debug)]
@@ -50,8 +28,8 @@ pub struct Changes<A> {
     inner: A,
     averager: BlockAverager,
     watches: bool,
-    /// Torque above the record in the last two blocks, newton metre at the input link.
-    before_nm: [f32; 2],
+    turns: TurnMeter,
+    level: Level,
     watched: Option<Watched>,
     /// Where the contact has come to, being worked out.
     rolled: Option<Rolled>,
@@ -64,7 +42,8 @@ impl<A: Default> Default for Changes<A> {
             inner: A::default(),
             averager: BlockAverager::default(),
             watches: false,
-            before_nm: [f32::NAN; 2],
+            turns: TurnMeter::default(),
+            level: Level::default(),
             watched: None,
             rolled: None,
             due: Deque::new(),
@@ -80,7 +59,8 @@ impl<F: Mechanics, A: AfterContact<F>> AfterContact<F> for Changes<A> {
         self.watches = matches!(directive, Directive::Watch);
         // At rest the last word on the contact is still due.
         if !matches!(directive, Directive::Rest) {
-            self.before_nm = [f32::NAN; 2];
+            self.turns.restart();
+            self.level = Level::default();
             self.watched = None;
             self.rolled = None;
         }
@@ -98,30 +78,30 @@ impl<F: Mechanics, A: AfterContact<F>> AfterContact<F> for Changes<A> {
             if let BlockUpdate::Block(block) = step
                 && block.drive == Drive::Closing
             {
-                self.take(sensor, &block);
+                self.on_block(sensor, &block);
             }
-            self.stand(sensor, sample);
+            self.on_sample(sensor, sample);
         }
         if let Some(event) = told {
-            self.hear(event);
+            self.on_event(sample.time_us, event);
         }
         let followed = self.inner.sample(sensor, sample, told);
         self.place(sensor, told, followed.as_ref());
         if let Some(followed) = followed {
-            self.tell(followed);
+            self.emit(followed);
         }
         self.due.pop_front()
     }
 }
 
 impl<A> Changes<A> {
-    fn tell(&mut self, followed: Followed) {
+    fn emit(&mut self, followed: Followed) {
         // At most two in a sample, and a sample takes one: there is room.
         let _ = self.due.push_back(followed);
     }
 
-    fn tell_change(&mut self, change: Change, from_nm: f32, to_nm: f32) {
-        self.tell(Followed::Changed {
+    fn emit_change(&mut self, now_us: u64, change: Change, from_nm: f32, to_nm: f32) {
+        self.emit(Followed::Changed {
             change,
             from_nm,
             to_nm,
@@ -130,93 +110,89 @@ impl<A> Changes<A> {
             self.watched = None;
         } else if let Some(watched) = &mut self.watched {
             watched.has_changed = true;
+            watched.since_us = now_us + SETTLING_US;
+            watched.fade = Fade::after(to_nm);
         }
     }
 
     /// A block of a closing.
-    fn take<F: Mechanics, H: JointSensor, X: SeriesElement>(
+    fn on_block<F: Mechanics, H: JointSensor, X: SeriesElement>(
         &mut self,
         sensor: &Sensor<F, H, X>,
         block: &Block,
     ) {
-        let Some(residual) = sensor.residual(block) else {
+        let Some(above) = Above::of(sensor, block) else {
             return;
         };
-        let efficiency = sensor.drivetrain().efficiency;
-        let above_nm = efficiency * residual.torque_nm;
-        let [_, last_nm] = self.before_nm;
-        self.before_nm = [last_nm, above_nm];
+        self.level.push(above.torque_nm);
         let Some(watched) = &mut self.watched else {
             return;
         };
-        let excess_nm = above_nm - watched.level_nm;
-        let angle_rad = sensor.drivetrain().closing_rad(block.counts);
-        watched.last = [angle_rad, excess_nm];
-        let noise_nm = SIGMAS * efficiency * sqrt(residual.variance_nm2);
-        let jump = watched.rise.push(&RiseBlock {
-            angle_rad,
-            torque_nm: excess_nm,
-            noise_nm,
-            steepest_nm_per_rad: steepest(sensor),
-            nothing_nm: noise_nm.at_least(NOTHING_SHARE * sensor.settings().torque_limit_nm),
-        });
-        if let Some((change, from_nm, to_nm)) = jump {
-            self.tell_change(change, from_nm, to_nm);
+        let excess_nm = above.torque_nm - watched.level_nm;
+        watched.last = [sensor.drivetrain().closing_rad(block.counts), excess_nm];
+        watched.note_noise(above.sigma_nm);
+        let began_us = (block.time_us).saturating_sub((1e6 * block.duration_s) as u64);
+        if began_us < watched.since_us {
+            return;
+        }
+        let (noise_nm, nothing_nm) = (watched.noise_nm, watched.nothing_nm(sensor));
+        if let Some(from_nm) = watched.fade.push(excess_nm, noise_nm, nothing_nm) {
+            let change = fallen_to(excess_nm, nothing_nm);
+            self.emit_change(block.time_us, change, from_nm, excess_nm);
         }
     }
 
-    /// A sample: a motor that turned without load, or that stood and started by itself.
-    fn stand<F: Mechanics, H: JointSensor, X: SeriesElement>(
+    /// A sample: a jump of the torque, a motor that turned without load, or that stood and started by itself.
+    fn on_sample<F: Mechanics, H: JointSensor, X: SeriesElement>(
         &mut self,
         sensor: &Sensor<F, H, X>,
         sample: &Sample<H::Reading>,
     ) {
+        let drivetrain = sensor.drivetrain();
+        let speed_rad_per_s = sensor.settings().speed_rad_per_s;
+        let turn = (self.turns).push(sample, drivetrain, speed_rad_per_s);
         let Some(watched) = &mut self.watched else {
             return;
         };
-        let (drivetrain, settings) = (sensor.drivetrain(), sensor.settings());
-        let seen = (watched.stand).push(sample, drivetrain, settings.speed_rad_per_s);
-        if seen == Standing::Nothing {
-            return;
+        let gave_way = watched.stand.push(sample, drivetrain);
+        if watched.stand.is_still() {
+            self.turns.restart();
         }
-        let level_nm = watched.level_nm;
-        let excess = |block: &Block| {
-            let residual = sensor.residual(block)?;
-            Some(drivetrain.efficiency * residual.torque_nm - level_nm)
-        };
-        let held_nm = watched.stand.held(drivetrain).as_ref().and_then(excess);
-        match seen {
-            Standing::Nothing => {}
-            Standing::GaveWay => {
-                self.tell_change(Change::Slipped, f32::NAN, held_nm.unwrap_or(f32::NAN));
+        let held = watched.stand.held(drivetrain);
+        let now_us = sample.time_us;
+        if let Some(turn) = &turn {
+            let seen = match &held {
+                Some(held) => watched.freed(sensor, held, turn),
+                None => watched.jumped(sensor, turn),
+            };
+            if let Some((change, from_nm, to_nm)) = seen {
+                self.emit_change(now_us, change, from_nm, to_nm);
+                return;
             }
-            Standing::Turned(block) => {
-                let before_nm = held_nm.unwrap_or(watched.rise.top_nm());
-                if let Some(left_nm) = excess(&block)
-                    && before_nm > 2.0 * NOTHING_SHARE * settings.torque_limit_nm
-                    && left_nm < FREE_SHARE * before_nm
-                {
-                    self.tell_change(Change::Lost, before_nm, left_nm);
-                }
-            }
+        }
+        if gave_way {
+            let held = held.and_then(|held| watched.excess(sensor, &held));
+            let held_nm = held.unwrap_or(f32::NAN);
+            self.emit_change(now_us, Change::Slipped, f32::NAN, held_nm);
         }
     }
 
     /// What the sensor tells of the contact.
-    fn hear(&mut self, event: &Event) {
+    fn on_event(&mut self, now_us: u64, event: &Event) {
         match *event {
             Event::Touch {
                 theta_a_rad,
                 torque_nm,
                 ..
             } if self.watches => {
-                // The sensor tells the torque of the block before the last.
-                let [before_nm, _] = self.before_nm;
                 self.watched = Some(Watched {
                     onset_rad: theta_a_rad,
-                    level_nm: before_nm - torque_nm,
+                    level_nm: self.level.at_touch(torque_nm),
                     last: [theta_a_rad, torque_nm],
-                    rise: Rise::default(),
+                    noise_nm: 0.0,
+                    since_us: now_us,
+                    fade: Fade::default(),
+                    jumps: Jumps::default(),
                     stand: Stand::default(),
                     placed: None,
                     has_changed: false,
@@ -310,19 +286,8 @@ impl<A> Changes<A> {
         {
             self.rolled = None;
             if let Some(moved) = moved {
-                self.tell(moved);
+                self.emit(moved);
             }
         }
     }
-}
-
-/// The steepest rise of nominal torque over angle that the cable allows, newton metre per radian; infinite without one.
-fn steepest<F: Mechanics, H: JointSensor, X: SeriesElement>(sensor: &Sensor<F, H, X>) -> f32 {
-    if !X::FLEXIBLE {
-        return f32::INFINITY;
-    }
-    let calibration = sensor.calibration();
-    let cable = calibration.cable_rad_per_nm;
-    let least = cable - 2.0 * calibration.cable_sigma_rad_per_nm;
-    STIFFENED / least.at_least(LEAST_CABLE_SHARE * cable)
 }

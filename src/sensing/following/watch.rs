@@ -2,6 +2,7 @@
 
 use core::fmt::Debug;
 
+use super::level::{Above, Level};
 use super::{AfterContact, Followed, Grip};
 use crate::finger::{
     Contact, HeldForces, HoldsTwice, Mechanics, NoSecondContact, SecondMeasured, TwoContacts,
@@ -10,10 +11,10 @@ use crate::joint_sensor::JointSensor;
 use crate::numeric::{Bounded, sqrt};
 use crate::sensing::block::{Block, BlockAverager, BlockUpdate};
 use crate::sensing::location::SeriesElement;
-use crate::sensing::second::{Elbow, SecondContact};
+use crate::sensing::second::{SecondContact, SlopeChange};
 use crate::sensing::{Directive, Drive, Event, NotLocated, Sample, Sensor};
 
-/// Share of the torque limit from which on an elbow is a second contact, and not the onset of the first (chosen): twice as far
+/// Share of the torque limit from which on a change of slope is a second contact, and not the onset of the first (chosen): twice as far
 /// as friction wanders.
 const LEAST_SHARE: f32 = 0.03;
 /// A contact is lost when two blocks in a row lie below the largest torque so far by this share of it and so many deviations of a
@@ -50,8 +51,8 @@ struct Closing<C> {
     /// The largest `excess_nm`, and blocks in a row far below it.
     top_nm: f32,
     fallen: u8,
-    elbow: Option<Elbow>,
-    /// Nothing more is looked for: the elbow was found, or the finger stands.
+    change: Option<SlopeChange>,
+    /// Nothing more is looked for: the change of slope was found, or the finger stands.
     is_over: bool,
     first: First,
     grip: Grip,
@@ -63,8 +64,7 @@ struct Closing<C> {
 pub struct Follow<F: Mechanics> {
     averager: BlockAverager,
     watches: bool,
-    /// Torque above the record in the last two blocks before contact, newton metre at the input link.
-    before_nm: [f32; 2],
+    level: Level,
     search: SecondContact,
     closing: Option<Closing<F::Configuration>>,
 }
@@ -74,7 +74,7 @@ impl<F: Mechanics> Default for Follow<F> {
         Self {
             averager: BlockAverager::default(),
             watches: false,
-            before_nm: [f32::NAN; 2],
+            level: Level::default(),
             search: SecondContact::default(),
             closing: None,
         }
@@ -87,7 +87,7 @@ impl<F: HoldsTwice + Clone + Debug> AfterContact<F> for Follow<F> {
     fn direct(&mut self, directive: Directive) {
         self.watches = matches!(directive, Directive::Watch);
         if self.watches {
-            self.before_nm = [f32::NAN; 2];
+            self.level = Level::default();
             self.search = SecondContact::default();
             self.closing = None;
         } else if let Some(closing) = &mut self.closing {
@@ -108,10 +108,10 @@ impl<F: HoldsTwice + Clone + Debug> AfterContact<F> for Follow<F> {
             && self.watches
             && block.drive == Drive::Closing
         {
-            self.take(sensor, &block);
+            self.on_block(sensor, &block);
         }
         if let Some(event) = told {
-            self.hear(sensor, sample.time_us, event);
+            self.on_event(sensor, sample.time_us, event);
         }
         self.judge(sensor, sample.time_us)
     }
@@ -119,27 +119,25 @@ impl<F: HoldsTwice + Clone + Debug> AfterContact<F> for Follow<F> {
 
 impl<F: HoldsTwice + Clone + Debug> Follow<F> {
     /// A block of a closing.
-    fn take<H: JointSensor, X: SeriesElement>(
+    fn on_block<H: JointSensor, X: SeriesElement>(
         &mut self,
         sensor: &mut Sensor<F, H, X>,
         block: &Block,
     ) {
-        let Some(residual) = sensor.residual(block) else {
+        let Some(above) = Above::of(sensor, block) else {
             return;
         };
-        let efficiency = sensor.drivetrain().efficiency;
-        let above_nm = efficiency * residual.torque_nm;
-        let [_, last_nm] = self.before_nm;
-        self.before_nm = [last_nm, above_nm];
+        self.level.push(above.torque_nm);
         let angle_rad = sensor.drivetrain().closing_rad(block.counts);
         let free_nm = sensor.free_at(angle_rad).map_or(0.0, |free| free.torque_nm);
         let factor = sensor.calibration().torque_factor;
         let Some(closing) = &mut self.closing else {
-            self.search.note(angle_rad, factor * above_nm + free_nm);
+            self.search
+                .note(angle_rad, factor * above.torque_nm + free_nm);
             return;
         };
         closing.last_us = block.time_us;
-        closing.excess_nm = above_nm - closing.level_nm;
+        closing.excess_nm = above.torque_nm - closing.level_nm;
         closing.torque_nm = factor * closing.excess_nm + free_nm;
         if closing.is_over {
             return;
@@ -156,25 +154,31 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
         let is_at_end = way_rad >= sensor.settings().travel_rad
             || sensor.is_at_stop(angle_rad, closing.excess_nm);
         if !is_at_end {
-            let share = factor * efficiency;
-            let variance_nm2 = share * share * residual.variance_nm2;
-            closing.elbow = (self.search).push(angle_rad, closing.torque_nm, variance_nm2);
+            let sigma_nm = factor * above.sigma_nm;
+            closing.change = (self.search).push(angle_rad, closing.torque_nm, sigma_nm * sigma_nm);
         }
-        let noise_nm = LOST_SIGMAS * efficiency * sqrt(residual.variance_nm2);
+        let noise_nm = LOST_SIGMAS * above.sigma_nm;
         if !is_at_end && closing.is_lost(noise_nm) {
             closing.grip = Grip::Lost;
             closing.is_over = true;
             sensor.conclude();
             return;
         }
-        if is_at_end || closing.elbow.is_some() || closing.excess_nm >= enough_nm {
+        if is_at_end || closing.change.is_some() || closing.excess_nm >= enough_nm {
             closing.end(&mut self.search);
-            sensor.conclude();
+            match closing.change {
+                Some(change) => {
+                    let back_rad = angle_rad - change.theta_a_rad;
+                    let back_counts = (back_rad / sensor.drivetrain().rad_per_count) as i32;
+                    sensor.conclude_before(block.counts.wrapping_sub(back_counts));
+                }
+                None => sensor.conclude(),
+            }
         }
     }
 
     /// What the sensor tells of the first contact.
-    fn hear<H: JointSensor, X: SeriesElement>(
+    fn on_event<H: JointSensor, X: SeriesElement>(
         &mut self,
         sensor: &Sensor<F, H, X>,
         now_us: u64,
@@ -187,17 +191,15 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
                 torque_nm,
                 ..
             } if self.watches => {
-                // The sensor tells the torque of the block before the last.
-                let [before_nm, _] = self.before_nm;
                 self.closing = Some(Closing {
                     onset_rad: theta_a_rad,
-                    level_nm: before_nm - torque_nm,
+                    level_nm: self.level.at_touch(torque_nm),
                     last_us: now_us,
                     excess_nm: torque_nm,
                     torque_nm,
                     top_nm: torque_nm,
                     fallen: 0,
-                    elbow: None,
+                    change: None,
                     is_over: false,
                     first: First::Awaited,
                     grip: Grip::Single,
@@ -262,8 +264,8 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
         if matches!(closing.first, First::Awaited) {
             return None;
         }
-        if let Some(elbow) = closing.elbow.take()
-            && let Some(second) = closing.second_contact(sensor, &elbow)
+        if let Some(change) = closing.change.take()
+            && let Some(second) = closing.second_contact(sensor, &change)
         {
             return Some(second);
         }
@@ -303,14 +305,14 @@ impl<C: Copy> Closing<C> {
     /// No more is to come: what the blocks show counts.
     fn end(&mut self, search: &mut SecondContact) {
         self.is_over = true;
-        self.elbow = self.elbow.or_else(|| search.finish());
+        self.change = self.change.or_else(|| search.finish());
     }
 
-    /// Whether an elbow is a second contact, and what is known of it.
+    /// Whether a change of slope is a second contact, and what is known of it.
     fn second_contact<F, H: JointSensor, X: SeriesElement>(
         &mut self,
         sensor: &Sensor<F, H, X>,
-        elbow: &Elbow,
+        change: &SlopeChange,
     ) -> Option<Followed>
     where
         F: HoldsTwice + Mechanics<Configuration = C>,
@@ -327,17 +329,17 @@ impl<C: Copy> Closing<C> {
         };
         // What is not known of the torque is not known of the slope.
         let factor_share = calibration.torque_factor_sigma / calibration.torque_factor;
-        let slope_sigma = factor_share * elbow.after_nm_per_rad;
-        let elbow = Elbow {
+        let slope_sigma = factor_share * change.after_nm_per_rad;
+        let change = SlopeChange {
             after_sigma_nm_per_rad: sqrt(
-                elbow.after_sigma_nm_per_rad * elbow.after_sigma_nm_per_rad
+                change.after_sigma_nm_per_rad * change.after_sigma_nm_per_rad
                     + slope_sigma * slope_sigma,
             ),
-            ..*elbow
+            ..*change
         };
         let (compliance_rad_per_nm, compliance_sigma_rad_per_nm) =
-            elbow.compliance(cable, cable_sigma);
-        let is_rigid = elbow.is_rigid(cable, cable_sigma);
+            change.compliance(cable, cable_sigma);
+        let is_rigid = change.is_rigid(cable, cable_sigma);
         // With two phalanges both in contact nothing is left to move.
         if !is_rigid && F::PHALANGES == 2 {
             return None;
@@ -346,7 +348,7 @@ impl<C: Copy> Closing<C> {
             First::At(contact, first_sigma_m) => {
                 let free = sensor.free_at(self.onset_rad)?;
                 let measured = SecondMeasured {
-                    rise_nm: (elbow.torque_nm - free.torque_nm).at_least(0.0),
+                    rise_nm: (change.torque_nm - free.torque_nm).at_least(0.0),
                     compliance_rad_per_nm,
                     compliance_sigma_rad_per_nm,
                     first_sigma_m,
@@ -360,7 +362,7 @@ impl<C: Copy> Closing<C> {
             First::Awaited | First::Unplaced => None,
         };
         // With three phalanges a motion is left, unless the stiffness itself says that it is not.
-        let is_enveloped = F::PHALANGES == 2 || elbow.is_rigid(cable, 0.0);
+        let is_enveloped = F::PHALANGES == 2 || change.is_rigid(cable, 0.0);
         self.grip = if is_enveloped {
             Grip::Enveloped
         } else {
@@ -370,16 +372,16 @@ impl<C: Copy> Closing<C> {
         let (phalanx, k_m, sigma_m) = held.map_or((0, f32::NAN, f32::NAN), |held| {
             (held.phalanx, held.k_m, held.sigma_m)
         });
-        let free = sensor.free_at(elbow.theta_a_rad);
+        let free = sensor.free_at(change.theta_a_rad);
         let free_nm = free.map_or(0.0, |free| free.torque_nm);
         Some(Followed::SecondContact {
             phalanx,
             k_m,
             sigma_m,
-            theta_a_rad: elbow.theta_a_rad,
-            torque_nm: (elbow.torque_nm - free_nm) / calibration.torque_factor,
-            stiffness_nm_per_rad: elbow.after_nm_per_rad,
-            stiffness_sigma_nm_per_rad: elbow.after_sigma_nm_per_rad,
+            theta_a_rad: change.theta_a_rad,
+            torque_nm: (change.torque_nm - free_nm) / calibration.torque_factor,
+            stiffness_nm_per_rad: change.after_nm_per_rad,
+            stiffness_sigma_nm_per_rad: change.after_sigma_nm_per_rad,
         })
     }
 }

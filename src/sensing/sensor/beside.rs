@@ -32,6 +32,14 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         self.state.is_at_stop(measured_rad, excess_nm)
     }
 
+    /// As [`Self::conclude`], on the curve up to a position alone: from there on another contact makes the finger stiffer, which the
+    /// fit of a single one would take for a place farther out.
+    pub fn conclude_before(&mut self, counts: i32) {
+        if let Stage::Contact(contact) = &mut self.stage {
+            contact.cut(counts);
+        }
+    }
+
     /// No more of this contact is to be judged: the last word on it follows.
     pub fn conclude(&mut self) {
         if let Stage::Contact(contact) = &mut self.stage {

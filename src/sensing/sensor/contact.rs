@@ -22,6 +22,8 @@ const LOST_SHARE: f32 = 0.03;
 const LOST_SIGMAS: f32 = 8.0;
 /// The same for a slow decrease: the contact slides over the tip, or its object gives way.
 const FADED_SHARE: f32 = 0.1;
+/// Points that a curve cut short keeps at least, or it stays whole: what the locator fits needs some.
+const LEAST_POINTS: usize = 6;
 /// Distance from the closing stop at which a contact's curve ends, radian: beyond, only the cable gives way.
 const STOP_MARGIN_RAD: f32 = 0.01;
 /// Error of friction extrapolated beyond the record, as a share of its unevenness (R, chosen).
@@ -87,6 +89,14 @@ enum CurvePhase {
 }
 
 impl<F: Mechanics, R, X: SeriesElement> Contact<F, R, X> {
+    /// Ends the curve before a position, unless it has ended already.
+    pub(super) fn cut(&mut self, counts: i32) {
+        if self.collector.phase != CurvePhase::Ending {
+            self.collector.curve.cut(counts, LEAST_POINTS);
+            self.end();
+        }
+    }
+
     /// Ends the curve: the final rounds follow.
     pub(super) fn end(&mut self) {
         if self.collector.phase != CurvePhase::Ending {

@@ -114,3 +114,22 @@ fn a_slope_that_is_not_one_is_refused() {
     assert!(slope(&falling[..2], 1.0, 0.0).is_none());
     assert!(slope(&[], 1.0, 0.0).is_none());
 }
+
+#[test]
+fn a_curve_is_cut_before_a_position_and_stays_whole_where_little_would_be_left() {
+    let mut curve = Curve::new(0);
+    for i in 0..20 {
+        curve.push(1000 * i + 500, point(1e-3 * i as f32));
+    }
+    let whole = curve.clone();
+    curve.cut(4_900, 6);
+    assert_eq!(curve.points(), whole.points());
+    // The bins of one block end at 6000; the first of two blocks reaches from there to 8000.
+    curve.cut(7_900, 6);
+    let kept: Vec<f32> = (curve.points().iter())
+        .filter(|p| p.blocks > 0)
+        .map(|p| p.counts)
+        .collect();
+    assert_eq!(kept, [500.0, 1500.0, 2500.0, 3500.0, 4500.0, 5500.0]);
+    assert_eq!(curve.points().len(), whole.complete().len().min(10));
+}

@@ -19,7 +19,7 @@ mod softer;
 use crate::sensing::{Drivetrain, Settings};
 
 /// Round numbers: 1000 counts a turn of the motor, 1e-5 rad a count.
-fn drivetrain() -> Drivetrain {
+pub(in crate::sensing) fn drivetrain() -> Drivetrain {
     Drivetrain {
         rad_per_count: 1e-5,
         counts_per_turn: 1000,

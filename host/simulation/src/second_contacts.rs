@@ -1,0 +1,287 @@
+//! Second contacts told next to the truth, on drawn grasps: power grasps, in which another phalanx presses too, and single contacts.
+
+use crate::{Error, Outcome, Row, Simulated, Simulation};
+use palpate::drive::config::Config;
+use palpate::drive::sequence::Motion;
+use palpate::finger::HoldsTwice;
+use palpate::joint_sensor::AngleSensor;
+use palpate::scene::Scene;
+use palpate::sensing::{Calibration, Drivetrain, Follow, Followed, Grip, Settings};
+use palpate_plant::{Contact, Grasp, Shape, Truth, World};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use std::marker::PhantomData;
+
+/// A phalanx presses on the object, newton: less is a graze.
+const PRESSES_N: f64 = 0.2;
+/// Samples most of which show two phalanges in contact.
+const PRESSES_MS: usize = 20;
+/// Motor turns after the second contact without which it came as the motion ended.
+const LEAST_TURNS: f64 = 4.0;
+/// Pins of the calibration on the last phalanx, as shares of its length, and the angle of joint 1 then, radian.
+const PINS: [f64; 2] = [0.3, 0.75];
+const PIN_RAD: f64 = 0.8;
+
+/// A scene with the option `second_contact`, whether its file has it or not.
+#[derive(Clone, Copy, Debug)]
+pub struct Grasping<S>(PhantomData<S>);
+
+impl<S: Scene<Finger: HoldsTwice + Clone + std::fmt::Debug>> Scene for Grasping<S> {
+    const NAME: &'static str = S::NAME;
+    type Finger = S::Finger;
+    type Joint = S::Joint;
+    type Series = S::Series;
+    type After = Follow<S::Finger>;
+    const MECHANISM: Self::Finger = S::MECHANISM;
+    const DRIVE: Config = S::DRIVE;
+    const MOTION: Motion = S::MOTION;
+    const UNCALIBRATED: Calibration = S::UNCALIBRATED;
+    const DRIVETRAIN: Drivetrain = S::DRIVETRAIN;
+    const FRICTION_NM: f32 = S::FRICTION_NM;
+    const IDENTIFIES: bool = S::IDENTIFIES;
+    const HOLD_FORCE_N: f32 = S::HOLD_FORCE_N;
+    const ANGLE_SENSOR: AngleSensor = S::ANGLE_SENSOR;
+
+    fn settings() -> Settings {
+        S::settings()
+    }
+}
+
+/// A place that was told, as shares of its phalanx.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Told less true.
+    pub error: f64,
+    /// The deviation told with it.
+    pub sigma: f64,
+}
+
+/// What a run of grasps came to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Score {
+    /// Grasps in which a second phalanx pressed, for some turns of the motor.
+    pub power: u32,
+    /// Of these told.
+    pub told: u32,
+    /// Of these with the right phalanx.
+    pub phalanx_right: u32,
+    /// Of these told as enveloped.
+    pub enveloped: u32,
+    /// A second phalanx pressed only as the motion ended, and of these told.
+    pub late: u32,
+    /// See `late`.
+    pub late_told: u32,
+    /// A second phalanx touched and hardly pressed.
+    pub grazed: u32,
+    /// One phalanx pressed, and of these told as two.
+    pub single: u32,
+    /// See `single`.
+    pub false_ones: u32,
+    /// Closings that ended in a fault.
+    pub faults: u32,
+    /// Places on the right phalanx.
+    pub places: Vec<Place>,
+}
+
+impl Score {
+    /// Puts the scores of two fingers together.
+    #[must_use]
+    pub fn with(mut self, other: &Self) -> Self {
+        self.power += other.power;
+        self.told += other.told;
+        self.phalanx_right += other.phalanx_right;
+        self.enveloped += other.enveloped;
+        self.late += other.late;
+        self.late_told += other.late_told;
+        self.grazed += other.grazed;
+        self.single += other.single;
+        self.false_ones += other.false_ones;
+        self.faults += other.faults;
+        self.places.extend(&other.places);
+        self
+    }
+
+    /// Mean error of the places without sign, percent of the phalanx; NaN without places.
+    #[must_use]
+    pub fn error_pct(&self) -> f64 {
+        self.mean(|place| 100.0 * place.error.abs())
+    }
+
+    /// Share of the places within two deviations, percent.
+    #[must_use]
+    pub fn within2_pct(&self) -> f64 {
+        self.mean(|place| 100.0 * f64::from(place.error.abs() <= 2.0 * place.sigma))
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "a count")]
+    fn mean(&self, of: impl Fn(&Place) -> f64) -> f64 {
+        self.places.iter().map(of).sum::<f64>() / self.places.len() as f64
+    }
+
+    /// Adds a closing on an object that phalanx `first` touched first, with the second contact as it began and so many turns of the
+    /// motor after it.
+    fn add(
+        &mut self,
+        outcome: &Outcome,
+        first: u8,
+        began: Option<&Contact>,
+        turns: f64,
+        lengths_m: &[f64],
+    ) {
+        let others = || outcome.truth.contacts.iter().filter(|c| c.phalanx != first);
+        let second: Option<&Contact> = others()
+            .filter(|c| c.force_n > PRESSES_N)
+            .max_by(|a, b| a.force_n.total_cmp(&b.force_n));
+        let told = outcome.second_contact();
+        if second.is_none() {
+            if others().next().is_some() {
+                self.grazed += 1;
+            } else {
+                self.single += 1;
+                self.false_ones += u32::from(told.is_some());
+            }
+            return;
+        }
+        if turns < LEAST_TURNS {
+            self.late += 1;
+            self.late_told += u32::from(told.is_some());
+            return;
+        }
+        self.power += 1;
+        self.enveloped += u32::from(outcome.grip() == Some(Grip::Enveloped));
+        if let Some(Followed::SecondContact {
+            phalanx,
+            k_m,
+            sigma_m,
+            ..
+        }) = told
+        {
+            self.told += 1;
+            let truth = began.filter(|truth| truth.phalanx == phalanx);
+            self.phalanx_right += u32::from(truth.is_some());
+            if let Some(truth) = truth.filter(|_| k_m.is_finite()) {
+                let length_m = lengths_m[usize::from(phalanx) - 1];
+                self.places.push(Place {
+                    error: (f64::from(k_m) - truth.k_m) / length_m,
+                    sigma: f64::from(sigma_m) / length_m,
+                });
+            }
+        }
+    }
+}
+
+/// Follows the contacts of a closing: where the second one was when it began. It rolls afterwards, as the first does.
+#[derive(Debug, Default)]
+struct Second {
+    began: Option<Contact>,
+    /// Samples in a row without it.
+    gone: usize,
+}
+
+impl Second {
+    fn advance(&mut self, truth: &Truth) {
+        let first = truth.first_contact.map(|first| first.contact.phalanx);
+        let others = truth.contacts.iter();
+        let other = others.filter(|contact| first.is_some_and(|first| contact.phalanx != first));
+        match other.max_by(|a, b| a.force_n.total_cmp(&b.force_n)) {
+            Some(contact) => {
+                self.began.get_or_insert(*contact);
+                self.gone = 0;
+            }
+            None => {
+                self.gone += 1;
+                if self.gone > PRESSES_MS {
+                    self.began = None;
+                }
+            }
+        }
+    }
+}
+
+fn drawn(lengths_m: &[f64], random: &mut Pcg64Mcg) -> Grasp {
+    let phalanges = lengths_m.len();
+    // Large objects against the inner phalanges meet another phalanx, small ones out there do not.
+    let is_large = random.random_bool(0.6);
+    let phalanx = if is_large {
+        random.random_range(1..phalanges)
+    } else {
+        random.random_range(1..=phalanges)
+    };
+    let share = if is_large { 0.5..0.95 } else { 0.2..0.9 };
+    let diameter_m = if is_large { 0.04..0.10 } else { 0.006..0.03 };
+    let shape = Shape::Cylinder {
+        diameter_m: random.random_range(diameter_m),
+    };
+    let k_m = random.random_range(share) * lengths_m[phalanx - 1];
+    let theta_1_rad = random.random_range(0.55..1.0);
+    #[expect(clippy::cast_possible_truncation, reason = "a phalanx of three")]
+    Grasp::touching(phalanx as u8, k_m, theta_1_rad, shape)
+}
+
+/// Turns that the motor made from when two phalanges pressed, bounces left out, to where closing ends. Beyond that the motor holds
+/// with a current of its own and shows no torque.
+fn turns_after_second(outcome: &Outcome, counts_per_turn: f64, travel_counts: f64) -> f64 {
+    let pressing = |row: &Row| row.true_pressing.count_ones() > 1;
+    let began = (outcome.trace.windows(PRESSES_MS))
+        .find(|rows| rows.iter().filter(|row| pressing(row)).count() > PRESSES_MS / 2);
+    let first = began.and_then(|rows| rows.first());
+    let last = outcome.trace.iter().map(|row| row.encoder_counts).max();
+    let last = last.map(|last| f64::from(last).min(travel_counts));
+    let way = first.zip(last);
+    way.map_or(0.0, |(first, last)| last - f64::from(first.encoder_counts)) / counts_per_turn
+}
+
+/// A drawn finger of a world, prepared and, if wanted, calibrated, and its grasps. `tell` hears of every closing, with the second
+/// contact as it began and the turns of the motor after it.
+///
+/// # Errors
+/// The world does not suit the scene; the sequence refused.
+pub fn finger<S>(
+    world: &World,
+    seed: u64,
+    grasps: usize,
+    calibrated: bool,
+    mut tell: impl FnMut(&Outcome, Option<&Contact>, f64),
+) -> Result<Score, Error>
+where
+    S: Simulated<Finger: HoldsTwice>,
+{
+    let parameters = world.of(S::NAME)?.randomised(seed);
+    let lengths_m = &parameters.finger.length_m;
+    let drivetrain = S::drivetrain(&S::MECHANISM);
+    let travel_counts = f64::from(S::TRAVEL_RAD / drivetrain.rad_per_count);
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let mut simulation = Simulation::<Grasping<S>>::new(&parameters, seed)?;
+    simulation.prepare()?;
+    if calibrated {
+        simulation.press()?;
+        for share in PINS {
+            let k_m = share * lengths_m[usize::from(S::PHALANGES) - 1];
+            #[expect(clippy::cast_possible_truncation, reason = "the firmware's precision")]
+            simulation.calibrate(S::PHALANGES, k_m as f32, PIN_RAD)?;
+        }
+    }
+    simulation.traced = true;
+    let mut score = Score::default();
+    for index in 0..grasps {
+        let grasp = drawn(lengths_m, &mut random);
+        let mut simulation = simulation.clone();
+        simulation.reseed(seed.wrapping_mul(1_000_003) + index as u64);
+        // Not every object fits between the open finger and its place.
+        let mut second = Second::default();
+        let closed = simulation.close_while(&grasp, |plant, _| second.advance(&plant.truth()));
+        let Ok(outcome) = closed else { continue };
+        let Some(first) = outcome.first_contact.map(|first| first.contact.phalanx) else {
+            continue;
+        };
+        let counts_per_turn = parameters.encoder.counts_per_rev;
+        let turns = turns_after_second(&outcome, counts_per_turn, travel_counts);
+        tell(&outcome, second.began.as_ref(), turns);
+        if outcome.fault.is_some() {
+            score.faults += 1;
+        } else {
+            score.add(&outcome, first, second.began.as_ref(), turns, lengths_m);
+        }
+    }
+    Ok(score)
+}
