@@ -6,7 +6,8 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 use palpate_evaluation::experiments::{
-    ablation, calibration, catalogue, document, fingerprint, job, result, run, sensitivity,
+    ablation, calibration, catalogue, document, fingerprint, following, job, result, run,
+    sensitivity,
 };
 use palpate_evaluation::{false_contacts, figures, recordings};
 use palpate_plant::{Engine, ObjectMount, World};
@@ -249,16 +250,49 @@ fn experiments(options: &Experiments) -> Outcome {
             eprintln!("{}: {reason}", job.name);
         }
     }
-    let calibration_wanted = match &options.only {
-        Some(name) => "calibration".starts_with(name.as_str()),
+    let is_wanted = |study: &str| match &options.only {
+        Some(name) => study.starts_with(name.as_str()),
         None => true,
     };
-    if calibration_wanted {
+    let [changes, second_contacts] = following::NAMES.map(is_wanted);
+    if is_wanted("calibration") {
         calibration(&plan, options.json);
-    } else if rows.is_empty() {
+    } else if rows.is_empty() && !changes && !second_contacts {
         return Err("no experiment ran: does --only begin the name of one, and does the world suit the finger?".into());
     }
+    if changes {
+        print_changes(&plan, options.json);
+    }
+    if second_contacts {
+        print_second_contacts(&plan, options.json);
+    }
     Ok(())
+}
+
+/// What becomes of held contacts.
+fn print_changes(plan: &job::Plan, json: bool) {
+    let (scores, failed) = following::changes(plan);
+    if json {
+        following::changes_json(plan, &scores).for_each(|line| println!("{line}"));
+    } else {
+        println!("{}", following::changes_table(&scores));
+    }
+    for (seed, error) in &failed {
+        eprintln!("changes, finger {seed}: {error}");
+    }
+}
+
+/// Second contacts.
+fn print_second_contacts(plan: &job::Plan, json: bool) {
+    let (scores, failed) = following::second_contacts(plan);
+    if json {
+        following::second_contacts_json(plan, &scores).for_each(|line| println!("{line}"));
+    } else {
+        println!("{}", following::second_contacts_table(&scores));
+    }
+    for (seed, error) in &failed {
+        eprintln!("second contacts, finger {seed}: {error}");
+    }
 }
 
 /// The guided calibration on fingers with hidden values of their own.

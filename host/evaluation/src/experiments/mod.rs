@@ -5,6 +5,7 @@ pub mod calibration;
 pub mod catalogue;
 pub mod document;
 pub mod fingerprint;
+pub mod following;
 pub mod job;
 pub mod judge;
 pub mod live;

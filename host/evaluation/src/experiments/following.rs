@@ -1,0 +1,175 @@
+//! What follows the first contact: second contacts, and what becomes of a contact that is held.
+
+use palpate::finger::HoldsTwice;
+use palpate_cli::progress::bar;
+use palpate_document::table::head;
+use palpate_scenes::{Linkage3, P70, P70Hold, Tendon3};
+use palpate_simulation::changes::{self, KINDS, Scores};
+use palpate_simulation::second_contacts::{self, Score};
+use palpate_simulation::{Error, Simulated};
+use rayon::prelude::*;
+use serde_json::{Value, json};
+
+use super::job::Plan;
+
+/// Names, as `--only` takes them.
+pub const NAMES: [&str; 2] = ["changes", "second contacts"];
+
+/// Grasps of one finger in which a second contact is looked for.
+const GRASPS: usize = 20;
+
+/// What could not be done: the finger's seed, and why.
+pub type Failed = Vec<(u64, Error)>;
+
+fn fingers<T: Send>(
+    name: &str,
+    seeds: Vec<u64>,
+    finger: impl Fn(u64) -> Result<T, Error> + Sync,
+) -> (Vec<T>, Failed) {
+    let bar = bar(seeds.len(), name);
+    let done: Vec<_> = seeds
+        .into_par_iter()
+        .map(|seed| {
+            let result = finger(seed);
+            bar.inc(1);
+            result.map_err(|error| (seed, error))
+        })
+        .collect();
+    bar.finish_and_clear();
+    let (mut good, mut failed) = (Vec::new(), Vec::new());
+    for result in done {
+        match result {
+            Ok(result) => good.push(result),
+            Err(failure) => failed.push(failure),
+        }
+    }
+    (good, failed)
+}
+
+/// Changes of held contacts of `p70-hold`, calibrated: ten grasps with one closing of every kind on each drawn finger.
+#[must_use]
+pub fn changes(plan: &Plan) -> (Scores, Failed) {
+    let first = plan.seed + 4000;
+    let seeds: Vec<u64> = (first..first + plan.fingers(1, 10)).collect();
+    let (all, failed) = fingers("fingers held", seeds, |seed| {
+        changes::finger::<P70Hold>(&plan.world, seed, changes::GRASPS, |_, _, _, _| {})
+    });
+    (all.iter().fold(Scores::default(), Scores::with), failed)
+}
+
+/// Changes as a table.
+#[must_use]
+pub fn changes_table(scores: &Scores) -> String {
+    let mut text = head(
+        "what happens | n | told | right | within 50 ms | right, within 50 ms | large: n, told | delay median, 90 %, ms | told before",
+    );
+    for ((name, _), score) in KINDS.iter().zip(&scores.kinds) {
+        text += &format!("| {name} | {} | ", score.happened);
+        text += &if name == &KINDS[0].0 {
+            format!("{} | – | – | – | – | – | – |\n", score.early)
+        } else {
+            format!(
+                "{} | {} | {} | {} | {}, {} | {:.0}, {:.0} | {} |\n",
+                score.told,
+                score.right,
+                score.in_time,
+                score.right_in_time,
+                score.large,
+                score.large_told,
+                score.delay_ms(0.5),
+                score.delay_ms(0.9),
+                score.early
+            )
+        };
+    }
+    text + &format!(
+        "\n{} quiet contacts rolled by {:.1} mm (mean) and were told with an error of {:.2} mm (mean), {:.0} % within two deviations; \
+         {} were told without a place.\n",
+        scores.moved.len(),
+        1e3 * scores.mean(|moved| moved.way_m),
+        1e3 * scores.mean(|moved| moved.error_m),
+        scores.within2_pct(),
+        scores.unmoved
+    )
+}
+
+/// Changes as lines of JSON.
+pub fn changes_json(plan: &Plan, scores: &Scores) -> impl Iterator<Item = Value> {
+    let place = plan.place.clone();
+    KINDS.iter().zip(&scores.kinds).map(move |((name, _), score)| {
+        json!({
+            "type": "change", "world": place.world, "engine": place.engine, "what": name, "n": score.happened,
+            "told": score.told, "right": score.right, "in_time": score.in_time, "right_in_time": score.right_in_time,
+            "large": score.large, "large_told": score.large_told, "told_before": score.early,
+            "delay_median_ms": score.delay_ms(0.5), "delay_90_ms": score.delay_ms(0.9),
+        })
+    })
+}
+
+fn second_of<S: Simulated<Finger: HoldsTwice>>(plan: &Plan, failed: &mut Failed) -> Score {
+    let first = plan.seed + 5000;
+    let seeds: Vec<u64> = (first..first + plan.fingers(1, 10)).collect();
+    let (all, not_done) = fingers("fingers that grasp", seeds, |seed| {
+        second_contacts::finger::<S>(&plan.world, seed, GRASPS, true, |_, _, _| {})
+    });
+    failed.extend(not_done);
+    all.iter().fold(Score::default(), Score::with)
+}
+
+/// Second contacts of the default finger and of those with three phalanges, calibrated.
+#[must_use]
+pub fn second_contacts(plan: &Plan) -> (Vec<(&'static str, Score)>, Failed) {
+    let mut failed = Vec::new();
+    let scores = vec![
+        ("p70", second_of::<P70>(plan, &mut failed)),
+        ("tendon3", second_of::<Tendon3>(plan, &mut failed)),
+        ("linkage3", second_of::<Linkage3>(plan, &mut failed)),
+    ];
+    (scores, failed)
+}
+
+/// Second contacts as a table.
+#[must_use]
+pub fn second_contacts_table(scores: &[(&'static str, Score)]) -> String {
+    let mut text = head(
+        "finger | power grasps | told | right phalanx | enveloped | single contacts | told as two | as the motion ended: n, told | places | \
+         error, mean, % | within 2σ, % | faults",
+    );
+    for (name, score) in scores {
+        let places = if score.places.is_empty() {
+            "– | –".to_owned()
+        } else {
+            format!("{:.1} | {:.0}", score.error_pct(), score.within2_pct())
+        };
+        text += &format!(
+            "| {name} | {} | {} | {} | {} | {} | {} | {}, {} | {} | {places} | {} |\n",
+            score.power,
+            score.told,
+            score.phalanx_right,
+            score.enveloped,
+            score.single,
+            score.false_ones,
+            score.late,
+            score.late_told,
+            score.places.len(),
+            score.faults
+        );
+    }
+    text
+}
+
+/// Second contacts as lines of JSON.
+pub fn second_contacts_json(
+    plan: &Plan,
+    scores: &[(&'static str, Score)],
+) -> impl Iterator<Item = Value> {
+    let place = plan.place.clone();
+    scores.iter().map(move |(name, score)| {
+        json!({
+            "type": "second-contacts", "world": place.world, "engine": place.engine, "scene": name, "power": score.power,
+            "told": score.told, "phalanx_right": score.phalanx_right, "enveloped": score.enveloped, "single": score.single,
+            "false": score.false_ones, "late": score.late, "late_told": score.late_told, "faults": score.faults,
+            "places": score.places.len(), "mean_abs_err_pct": score.error_pct(), "within_2sigma_pct": score.within2_pct(),
+        })
+    })
+}
