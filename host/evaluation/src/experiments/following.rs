@@ -68,16 +68,19 @@ pub fn changes_table(scores: &Scores) -> String {
         text += &if name == &KINDS[0].0 {
             format!("{} | – | – | – | – | – | – |\n", score.early)
         } else {
+            let delays = if score.told == 0 {
+                "–".to_owned()
+            } else {
+                format!("{:.0}, {:.0}", score.delay_ms(0.5), score.delay_ms(0.9))
+            };
             format!(
-                "{} | {} | {} | {} | {}, {} | {:.0}, {:.0} | {} |\n",
+                "{} | {} | {} | {} | {}, {} | {delays} | {} |\n",
                 score.told,
                 score.right,
                 score.in_time,
                 score.right_in_time,
                 score.large,
                 score.large_told,
-                score.delay_ms(0.5),
-                score.delay_ms(0.9),
                 score.early
             )
         };
