@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! Wires the chip's pins to the world, steps it in virtual time, and injects wiring faults.
 
-use palpate_plant::{Pins, Plant};
+use palpate_plant::{Pins, Plant, Probe, Source};
 
+use crate::chip::Voltages;
 use crate::time::{self, Ticks};
 
 /// Faults between the plant's voltages and the chip's pins; faults of the encoder's wires are in the plant.
@@ -108,19 +109,19 @@ impl World {
         self.plant.as_ref().map_or(0, Plant::encoder_count)
     }
 
-    pub(crate) fn current_v(&self) -> f64 {
-        let sensed = self.plant.as_ref().map_or(0.0, Plant::current_sense_v);
-        self.wires.current_v.unwrap_or(sensed)
+    /// The timer of the PWM counts zero.
+    pub(crate) fn align_pwm(&mut self) {
+        if let Some(plant) = &mut self.plant {
+            plant.align_pwm();
+        }
     }
 
-    pub(crate) fn supply_v(&self) -> f64 {
-        self.plant
-            .as_ref()
-            .map_or(SUPPLY_SENSE_V, Plant::supply_sense_v)
-    }
-
-    pub(crate) fn hall_v(&self) -> f64 {
-        self.plant.as_ref().map_or(0.0, Plant::hall_v)
+    /// What the converters see.
+    pub(crate) fn channels(&self) -> Channels<'_> {
+        Channels {
+            world: self,
+            probe: None,
+        }
     }
 
     pub(crate) fn fault_low(&self) -> bool {
@@ -136,6 +137,49 @@ impl World {
 
     pub(crate) fn plant_mut(&mut self) -> Option<&mut Plant> {
         self.plant.as_mut()
+    }
+}
+
+/// The converters' pins at and after the last step of the world.
+pub(crate) struct Channels<'a> {
+    world: &'a World,
+    probe: Option<Probe>,
+}
+
+impl Channels<'_> {
+    /// The current sense. A conversion that began before the world's last step is answered from there.
+    fn current_v(&mut self, at: Ticks) -> f64 {
+        if let Some(volts) = self.world.wires.current_v {
+            return volts;
+        }
+        let Some(plant) = &self.world.plant else {
+            return 0.0;
+        };
+        self.probe
+            .get_or_insert_with(|| plant.current_probe(&self.world.pins))
+            .volts(time::seconds(at.saturating_sub(self.world.synced)))
+    }
+}
+
+impl Voltages for Channels<'_> {
+    fn source(&self, channel: u32) -> Source {
+        match (channel, &self.world.plant) {
+            (2, Some(plant)) if self.world.wires.current_v.is_none() => plant.current_source(),
+            (6, Some(plant)) => plant.supply_source(),
+            _ => Source::default(),
+        }
+    }
+
+    fn volts(&mut self, channel: u32, at: Ticks) -> f64 {
+        let plant = self.world.plant.as_ref();
+        match channel {
+            2 => self.current_v(at),
+            6 => plant.map_or(SUPPLY_SENSE_V, Plant::supply_sense_v),
+            7 => plant.map_or(0.0, Plant::hall_v),
+            // Internal reference, 1.212 V.
+            18 => 1.212,
+            _ => 0.0,
+        }
     }
 }
 

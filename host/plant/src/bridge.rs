@@ -1,7 +1,9 @@
 //! H-bridge, winding and current sense.
 
 use crate::Pins;
+use crate::converter::{Pin, Switching};
 use crate::parameters::Parameters;
+use crate::switching::{Circuit, Period, Sense, Winding};
 
 /// Result of a step of the bridge.
 #[derive(Clone, Copy, Debug, Default)]
@@ -19,8 +21,11 @@ pub(crate) struct BridgeOutput {
 pub(crate) struct Bridge {
     parameters: Parameters,
     inductance: f64,
-    /// Winding current at the end of the last step, ampere.
-    pub current_a: f64,
+    /// Winding and sense at the end of the last step.
+    winding: Winding,
+    /// The last step's, and the period of the PWM in it.
+    circuit: Circuit,
+    period: Option<Period>,
     awake_for: f64,
     winding_rise: f64,
     housing_rise: f64,
@@ -42,12 +47,24 @@ impl Bridge {
             parameters: parameters.clone(),
             inductance: parameters.motor.resistance_ohm
                 * parameters.motor.electrical_time_constant_s,
-            current_a: 0.0,
+            winding: Winding::default(),
+            circuit: Circuit::default(),
+            period: None,
             awake_for: 0.0,
             winding_rise: 0.0,
             housing_rise: 0.0,
             decay: Decay::default(),
         }
+    }
+
+    /// Winding current at the end of the last step, ampere, closing positive.
+    pub fn current_a(&self) -> f64 {
+        self.winding.current_a
+    }
+
+    /// The timer of the PWM counts zero: the middle of the on-time.
+    pub fn align(&mut self) {
+        self.winding.phase_s = 0.0;
     }
 
     /// Winding temperature, degree Celsius.
@@ -66,63 +83,129 @@ impl Bridge {
             && supply_v >= self.parameters.bridge.undervoltage_v
     }
 
-    /// One step at a supply voltage, with the back-EMF voltage of the turning motor; `short` scales the winding resistance.
+    /// One step at a supply voltage, with the back-EMF voltage of the turning motor; `short` scales the winding resistance,
+    /// `offset_a` is the sense's.
     pub fn step(
         &mut self,
         pins: &Pins,
-        supply_v: f64,
-        back_emf_v: f64,
+        [supply_v, back_emf_v]: [f64; 2],
         short: f64,
+        offset_a: f64,
         dt: f64,
     ) -> BridgeOutput {
         let motor = &self.parameters.motor;
+        let bridge = &self.parameters.bridge;
         self.awake_for = if pins.awake { self.awake_for + dt } else { 0.0 };
-        let low = pins.awake && supply_v < self.parameters.bridge.undervoltage_v;
-        let duty = pins.drive();
-        let mut step = BridgeOutput {
-            fault: low,
-            ..BridgeOutput::default()
+        let low = pins.awake && supply_v < bridge.undervoltage_v;
+        let copper = motor.resistance_ohm * short;
+        let warm = copper * (1.0 + motor.copper_temperature_coefficient_per_k * self.winding_rise);
+        let resistance_ohm = warm + bridge.on_resistance_ohm;
+        self.circuit = Circuit {
+            sign: if pins.closing { 1.0 } else { -1.0 },
+            supply_v,
+            back_emf_v,
+            resistance_ohm,
+            time_constant_s: self.inductance / resistance_ohm,
+            diode_v: bridge.diode_v,
+            chop_a: bridge.chop_current_a,
+            sense: self.sense(offset_a),
         };
-        if self.ready(supply_v) {
-            let copper = motor.resistance_ohm * short;
-            let warm =
-                copper * (1.0 + motor.copper_temperature_coefficient_per_k * self.winding_rise);
-            let resistance = warm + self.parameters.bridge.on_resistance_ohm;
-            // Both low switches conduct in the off time (slow decay), so the winding sees the mean voltage.
-            let ideal_v = duty * supply_v - back_emf_v;
-            // In the dead time the current flows on through a diode, whichever way that makes the voltage.
-            let bridge = &self.parameters.bridge;
-            let dead_v = bridge.dead_time_s * bridge.pwm_hz * supply_v;
-            let lost_v = if duty == 0.0 {
-                0.0
-            } else {
-                ideal_v.clamp(-dead_v, dead_v)
-            };
-            let target = (ideal_v - lost_v) / resistance;
-            if (self.decay.resistance, self.decay.dt) != (resistance, dt) {
-                let tau = self.inductance / resistance;
-                let end = (-dt / tau).exp();
-                self.decay = Decay {
-                    resistance,
-                    dt,
-                    end,
-                    mean: tau / dt * (1.0 - end),
-                };
-            }
-            step.mean_a = target + (self.current_a - target) * self.decay.mean;
-            self.current_a = target + (self.current_a - target) * self.decay.end;
-            let limit = self.parameters.bridge.chop_current_a;
-            if self.current_a.abs() > limit {
-                step.fault = true;
-                self.current_a = self.current_a.clamp(-limit, limit);
-                step.mean_a = step.mean_a.clamp(-limit, limit);
-            }
-            step.drawn_a = duty * step.mean_a;
-        } else {
+        let mut step = BridgeOutput::default();
+        let mut square_a2 = 0.0;
+        if !self.ready(supply_v) {
             // Off: the body diodes empty the inductance within the step, and block below the supply voltage.
-            self.current_a = 0.0;
+            self.winding.idle(1.0 / bridge.pwm_hz, dt);
+        } else if self.parameters.has_edges() {
+            let period = self.period_of(pins);
+            let totals = self.winding.advance(&self.circuit, &period, dt);
+            self.period = Some(period);
+            step.mean_a = totals.charge / dt;
+            step.drawn_a = totals.drawn / dt;
+            step.fault = totals.chopped;
+            square_a2 = totals.square / dt;
+        } else {
+            step = self.step_by_means(pins, dt);
+            square_a2 = step.mean_a * step.mean_a;
         }
-        self.warm_up(step.mean_a * step.mean_a * motor.resistance_ohm * short, dt);
+        if pins.awake {
+            step.drawn_a += self.parameters.bridge.quiescent_a;
+        }
+        step.fault |= low;
+        self.warm_up(square_a2 * copper, dt);
+        step
+    }
+
+    /// The period of the PWM that these levels make, computed anew only where it changes.
+    fn period_of(&self, pins: &Pins) -> Period {
+        let bridge = &self.parameters.bridge;
+        let (duty, period_s) = (pins.drive().abs(), 1.0 / bridge.pwm_hz);
+        match &self.period {
+            Some(period) if period.is_of(duty, period_s, bridge.dead_time_s, &self.circuit) => {
+                *period
+            }
+            _ => Period::new(duty, period_s, bridge.dead_time_s, &self.circuit),
+        }
+    }
+
+    /// The sense with this offset.
+    fn sense(&self, offset_a: f64) -> Sense {
+        let sense = &self.parameters.sense;
+        let signed = sense.shunt_v_per_a > 0.0;
+        let (nominal, zero_v, pin_ohm) = if signed {
+            (sense.shunt_v_per_a, sense.shunt_zero_v, sense.shunt_pin_ohm)
+        } else {
+            let volt_per_a = sense.mirror_a_per_a * sense.resistor_ohm;
+            (volt_per_a, 0.0, sense.resistor_ohm)
+        };
+        Sense {
+            signed,
+            volt_per_a: nominal * (1.0 + sense.gain_error),
+            offset_v: zero_v + nominal * offset_a,
+            // Two lags in a row delay by their sum; the longer one, at the pin, is what is seen of their shape.
+            lag_s: (sense.settling_s + pin_ohm * sense.pin_f).max(1e-9),
+        }
+    }
+
+    /// Without edges: the winding sees the mean voltage, since both low switches conduct in the off time (slow decay).
+    fn step_by_means(&mut self, pins: &Pins, dt: f64) -> BridgeOutput {
+        let Circuit {
+            supply_v,
+            back_emf_v,
+            resistance_ohm: resistance,
+            ..
+        } = self.circuit;
+        let duty = pins.drive();
+        let mut step = BridgeOutput::default();
+        let ideal_v = duty * supply_v - back_emf_v;
+        // In the dead time the current flows on through a diode, whichever way that makes the voltage.
+        let bridge = &self.parameters.bridge;
+        let dead_v = bridge.dead_time_s * bridge.pwm_hz * supply_v;
+        let lost_v = if duty == 0.0 {
+            0.0
+        } else {
+            ideal_v.clamp(-dead_v, dead_v)
+        };
+        let target = (ideal_v - lost_v) / resistance;
+        if (self.decay.resistance, self.decay.dt) != (resistance, dt) {
+            let tau = self.inductance / resistance;
+            let end = (-dt / tau).exp();
+            self.decay = Decay {
+                resistance,
+                dt,
+                end,
+                mean: tau / dt * (1.0 - end),
+            };
+        }
+        let current_a = self.winding.current_a;
+        step.mean_a = target + (current_a - target) * self.decay.mean;
+        self.winding.current_a = target + (current_a - target) * self.decay.end;
+        let limit = bridge.chop_current_a;
+        if self.winding.current_a.abs() > limit {
+            step.fault = true;
+            self.winding.current_a = self.winding.current_a.clamp(-limit, limit);
+            step.mean_a = step.mean_a.clamp(-limit, limit);
+        }
+        step.drawn_a = duty * step.mean_a;
         step
     }
 
@@ -139,17 +222,41 @@ impl Bridge {
         self.housing_rise += dt * (flow - lost) / housing_j_per_k;
     }
 
-    /// Mean motor current at the sense output over the window of a control period, ampere without noise; unsigned, zero while the
-    /// bridge is off. A current that opposes the drive shows only in the off part of the PWM, while the low sides carry it round.
+    /// The pin of the sense from now on with these levels, if the bridge is on and its current has edges.
+    pub fn pin(&self, pins: &Pins, noise_v: f64) -> Option<Pin> {
+        if !self.parameters.has_edges() || !self.senses(self.circuit.supply_v) {
+            return None;
+        }
+        let mut circuit = self.circuit;
+        circuit.sign = if pins.closing { 1.0 } else { -1.0 };
+        let sense = &self.parameters.sense;
+        let bent_per_v = if circuit.sense.signed {
+            0.0
+        } else {
+            sense.nonlinearity / sense.full_scale_v
+        };
+        Some(Pin::Switching(Box::new(Switching {
+            winding: self.winding,
+            circuit,
+            period: self.period_of(pins),
+            reached_s: 0.0,
+            noise_v,
+            bent_per_v,
+            full_scale_v: sense.full_scale_v,
+        })))
+    }
+
+    /// Motor current at the sense output without edges, ampere without noise; unsigned, zero while the bridge is off. A current
+    /// that opposes the drive shows only in the off part of the PWM, while the low sides carry it round.
     pub fn sensed_a(&self, pins: &Pins, supply_v: f64) -> f64 {
         let Parameters { sense, bridge, .. } = &self.parameters;
         let duty = pins.drive();
         if !self.ready(supply_v) {
             return 0.0;
         }
-        let magnitude = self.current_a.abs();
+        let magnitude = self.winding.current_a.abs();
         let off = 1.0 - duty.abs();
-        if self.current_a * duty < 0.0 {
+        if self.winding.current_a * duty < 0.0 {
             return sense.opposing_share * off * magnitude;
         }
         let full_scale_a = sense.full_scale_v / (sense.resistor_ohm * sense.mirror_a_per_a);

@@ -7,6 +7,8 @@
 //! | module | what it models |
 //! |---|---|
 //! | `bridge` | H-bridge, winding, its temperature, unsigned current sense |
+//! | `switching` | the winding between the edges of the PWM, the mirror of the low sides |
+//! | `supply`, `converter` | what the supply's capacitor stores; what a converter's input does to a pin |
 //! | `drivetrain` | rotor, gearhead, worm: friction of a screw, self-locking, backlash |
 //! | `transmission`, `wander` | angle errors of worm, wheel and gears, hysteresis; non-periodic errors |
 //! | `cable` | stiffening, creep |
@@ -17,6 +19,7 @@
 
 mod bridge;
 mod cable;
+mod converter;
 mod drivetrain;
 mod encoder;
 mod error;
@@ -27,20 +30,23 @@ mod object;
 mod parameters;
 mod pins;
 mod plant;
+mod supply;
+mod switching;
 mod transmission;
 mod truth;
 mod wander;
 mod worlds;
 
+pub use converter::{Converter, Probe, Source};
 pub use drivetrain::worm_efficiency;
 pub use encoder::EncoderFault;
 pub use error::Error;
 pub use mechanics::{CableEnd, FingerState, Mechanics, Quasistatic, placed};
 pub use object::{Body, Grasp, Point, Shape};
 pub use parameters::{
-    Bridge, Cable, Contact as ContactParameters, DEFAULT_TOML, Encoder, Engine, FingerParameters,
-    Friction, Gearhead, Hall, Mechanism, Motor, Object, ObjectMount, Parameters, Sense, Supply,
-    Transmission, World, Worm, default_scene, scenes,
+    Bridge, Cable, Contact as ContactParameters, Converter as ConverterParameters, DEFAULT_TOML,
+    Encoder, Engine, FingerParameters, Friction, Gearhead, Hall, Mechanism, Motor, Object,
+    ObjectMount, Parameters, Sense, Supply, Transmission, World, Worm, default_scene, scenes,
 };
 pub use pins::{Faults, Pins};
 pub use plant::{MAX_STEP_S, Plant};

@@ -2,11 +2,13 @@
 
 use crate::bridge::Bridge;
 use crate::cable::Cable;
+use crate::converter::{Pin, Probe, Source};
 use crate::drivetrain::Drivetrain;
 use crate::encoder::QuadratureEncoder;
 use crate::mechanics::{CableEnd, Mechanics, Quasistatic};
 use crate::object::Grasp;
 use crate::parameters::{ObjectMount, Parameters};
+use crate::supply;
 use crate::{Error, Faults, FirstContact, Pins, Truth};
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
@@ -38,6 +40,8 @@ pub struct Plant {
     ripple_phase: f64,
     pins: Pins,
     drawn: f64,
+    /// Of the current sense at this instant: noise, and the voltage where the bridge is off or its current has no edges.
+    sense_noise_v: f64,
     sense_v: f64,
     supply_v: f64,
     supply_sense_v: f64,
@@ -118,6 +122,7 @@ impl Plant {
             ripple_phase,
             pins: Pins::default(),
             drawn: 0.0,
+            sense_noise_v: 0.0,
             sense_v: 0.0,
             supply_v: parameters.supply.voltage_v,
             supply_sense_v: 0.0,
@@ -178,14 +183,17 @@ impl Plant {
         let Parameters { motor, supply, .. } = &self.parameters;
         let load = self.mechanics.state().torque_nm;
         let open_circuit = self.faults.supply_v.unwrap_or(supply.voltage_v);
-        self.supply_v = (open_circuit - supply.internal_resistance_ohm * self.drawn).max(0.0);
+        let forced = self.faults.supply_v.is_some();
+        self.supply_v = supply::after(supply, self.supply_v, open_circuit, forced, self.drawn, dt);
         let ripple = motor.commutation_per_rev * self.drivetrain.phase() + self.ripple_phase;
         let constant = motor.torque_constant_nm_per_a
             * self.bridge.magnets()
             * (1.0 + 0.5 * motor.commutation_ripple * ripple.cos());
         let emf = constant * self.drivetrain.speed;
         let short = self.faults.winding_left.clamp(1e-3, 1.0);
-        let electric = self.bridge.step(&self.pins, self.supply_v, emf, short, dt);
+        let offset_a = self.sense_offset_a();
+        let voltages = [self.supply_v, emf];
+        let electric = self.bridge.step(&self.pins, voltages, short, offset_a, dt);
         self.drawn = electric.drawn_a;
         self.bridge_fault |= electric.fault;
         if self.faults.rotor_locked {
@@ -222,8 +230,20 @@ impl Plant {
         }
     }
 
+    /// Offset of the current sense, ampere. A shunt's does not drift.
+    fn sense_offset_a(&self) -> f64 {
+        let sense = &self.parameters.sense;
+        let drift = if sense.shunt_v_per_a > 0.0 {
+            0.0
+        } else {
+            sense.offset_drift_a * (1.0 - (-self.time / sense.offset_drift_time_s).exp())
+        };
+        sense.offset_a + drift + self.faults.sense_offset_a
+    }
+
     /// Draws the noise of this instant once, so that repeated reads agree.
     fn measure(&mut self) {
+        let offset_a = self.sense_offset_a();
         let mut noise = |rms: f64| -> f64 {
             let normal: f64 = StandardNormal.sample(&mut self.random);
             rms * normal
@@ -234,25 +254,22 @@ impl Plant {
             hall,
             ..
         } = &self.parameters;
-        let mut current = noise(sense.noise_rms_a);
-        let shunt_noise = current;
-        if self.bridge.senses(self.supply_v) {
-            let drift =
-                sense.offset_drift_a * (1.0 - (-self.time / sense.offset_drift_time_s).exp());
-            current += self.bridge.sensed_a(&self.pins, self.supply_v) * (1.0 + sense.gain_error)
-                + sense.offset_a
-                + drift
-                + self.faults.sense_offset_a;
-        }
-        self.sense_v = if sense.shunt_v_per_a > 0.0 {
-            let seen = self.bridge.current_a * (1.0 + sense.gain_error)
-                + sense.offset_a
-                + self.faults.sense_offset_a
-                + shunt_noise;
-            (sense.shunt_zero_v + seen * sense.shunt_v_per_a).clamp(0.0, sense.full_scale_v)
+        let current_noise = noise(sense.noise_rms_a);
+        let gain = 1.0 + sense.gain_error;
+        let (seen_a, zero_v, volt_per_a) = if sense.shunt_v_per_a > 0.0 {
+            let seen_a = self.bridge.current_a() * gain + offset_a;
+            (seen_a, sense.shunt_zero_v, sense.shunt_v_per_a)
         } else {
-            (current * sense.mirror_a_per_a * sense.resistor_ohm).clamp(0.0, sense.full_scale_v)
+            let seen_a = if self.bridge.senses(self.supply_v) {
+                self.bridge.sensed_a(&self.pins, self.supply_v) * gain + offset_a
+            } else {
+                0.0
+            };
+            (seen_a, 0.0, sense.mirror_a_per_a * sense.resistor_ohm)
         };
+        self.sense_noise_v = current_noise * volt_per_a;
+        self.sense_v =
+            (zero_v + (seen_a + current_noise) * volt_per_a).clamp(0.0, sense.full_scale_v);
         let supply_noise = noise(supply.noise_rms_v);
         self.hall_v = hall.zero_v
             + hall.sensitivity_v_per_rad * self.mechanics.state().joint_rad[1]
@@ -279,10 +296,57 @@ impl Plant {
         self.encoder.phases()
     }
 
-    /// Voltage of the current sense at the end of the last step: unsigned, zero while asleep.
+    /// The timer of the PWM counts zero now, the middle of the on-time. It does after every step of whole periods.
+    pub fn align_pwm(&mut self) {
+        self.bridge.align();
+    }
+
+    /// The converter's pin of the current sense from now on, with these levels on the bridge's pins: where the current has edges it
+    /// depends on when in the period of the PWM it is looked at.
+    #[must_use]
+    pub fn current_probe(&self, pins: &Pins) -> Probe {
+        let switching = self.bridge.pin(pins, self.sense_noise_v);
+        Probe(switching.unwrap_or(Pin::Constant(self.sense_v)))
+    }
+
+    /// What drives the converter's pin of the current sense.
+    #[must_use]
+    pub fn current_source(&self) -> Source {
+        let sense = &self.parameters.sense;
+        let ohm = if sense.shunt_v_per_a > 0.0 {
+            sense.shunt_pin_ohm
+        } else {
+            sense.resistor_ohm
+        };
+        self.source(ohm, sense.pin_f)
+    }
+
+    /// What drives the converter's pin of the supply.
+    #[must_use]
+    pub fn supply_source(&self) -> Source {
+        let supply = &self.parameters.supply;
+        self.source(supply.pin_ohm, supply.pin_f)
+    }
+
+    fn source(&self, ohm: f64, pin_f: f64) -> Source {
+        let converter = &self.parameters.converter;
+        Source {
+            ohm,
+            pin_f,
+            switch_ohm: converter.switch_ohm,
+            hold_f: converter.hold_f,
+        }
+    }
+
+    /// Voltage of the current sense at the end of the last step, with edges the mean of the period of the PWM that follows:
+    /// unsigned, zero while asleep.
     #[must_use]
     pub fn current_sense_v(&self) -> f64 {
-        self.sense_v
+        const PARTS: i32 = 16;
+        let mut probe = self.current_probe(&self.pins);
+        let part_s = 1.0 / (self.parameters.bridge.pwm_hz * f64::from(PARTS));
+        let volts = (1..=PARTS).map(|part| probe.volts(f64::from(part) * part_s));
+        volts.sum::<f64>() / f64::from(PARTS)
     }
 
     /// Measured current, ampere: with the sign of the drive, or with its own sign if a shunt measures it.
@@ -290,10 +354,10 @@ impl Plant {
     pub fn sensed_a(&self) -> f64 {
         let sense = &self.parameters.sense;
         if sense.shunt_v_per_a > 0.0 {
-            (self.sense_v - sense.shunt_zero_v) / sense.shunt_v_per_a
+            (self.current_sense_v() - sense.shunt_zero_v) / sense.shunt_v_per_a
         } else {
             let sign = if self.pins.closing { 1.0 } else { -1.0 };
-            sign * self.sense_v / (sense.mirror_a_per_a * sense.resistor_ohm)
+            sign * self.current_sense_v() / (sense.mirror_a_per_a * sense.resistor_ohm)
         }
     }
 
@@ -340,7 +404,7 @@ impl Plant {
             opening_stop_rad: finger.stops_rad[0],
             closing_stop_rad: finger.stops_rad[1],
             torque_nm: finger.torque_nm,
-            motor_current_a: self.bridge.current_a,
+            motor_current_a: self.bridge.current_a(),
             motor_speed_rad_per_s: self.drivetrain.speed,
             motor_angle_rad: self.drivetrain.rotor,
             supply_v: self.supply_v,

@@ -28,11 +28,7 @@ impl TrueCalibration {
         closing_rad_per_s: f64,
     ) -> Self {
         let constant = parameters.motor.torque_constant_nm_per_a / torque_constant_nm_per_a;
-        let sense = &parameters.sense;
-        let full_scale_a = sense.full_scale_v / (sense.resistor_ohm * sense.mirror_a_per_a);
-        let late = sense.settling_s * parameters.bridge.pwm_hz * (1.0 - MIDDLE_DUTY);
-        let bent = sense.nonlinearity * MIDDLE_A / full_scale_a;
-        let current = (1.0 + sense.gain_error + bent) * (1.0 - late);
+        let current = parameters.sensed_share(MIDDLE_A, MIDDLE_DUTY);
         let passed_on = parameters.gearhead.efficiency
             * worm_efficiency(parameters, closing_rad_per_s)
             / (1.0 + parameters.transmission.hysteresis_share);

@@ -253,3 +253,83 @@ fn phases_go_with_the_count() {
     }
     assert!(single > 100, "{single}");
 }
+
+/// A quiet plant whose current follows the edges of the PWM.
+fn edged() -> Parameters {
+    let mut p = bare_motor();
+    p.bridge.edges = 1.0;
+    p.bridge.dead_time_s = 300e-9;
+    p.converter.hold_f = 5e-12;
+    p
+}
+
+#[test]
+fn with_edges_the_mean_of_a_period_is_read_and_an_instant_is_not() {
+    let p = edged();
+    let mut plant = Plant::new(&p, &Grasp::Free, 1).unwrap();
+    plant.faults.rotor_locked = true;
+    run(&mut plant, &drive(0.3), 0.01);
+    // Dead time takes 30 ns a microsecond of the supply and twice the diode's drop.
+    let mean_a = (0.3 * 12.0 - 0.03 * (12.0 + 1.8)) / 35.0;
+    let read_a = plant.current_sense_v() / 6.8;
+    assert!((read_a / mean_a - 1.0).abs() < 2e-3, "{read_a} {mean_a}");
+    let mut probe = plant.current_probe(&drive(0.3));
+    let volts: Vec<f64> = (0..100)
+        .map(|part| probe.volts(f64::from(part) * 1e-7) / 6.8)
+        .collect();
+    let [least, most] = [f64::min, f64::max].map(|of| volts.iter().copied().reduce(of).unwrap());
+    // 35 mA of ripple through 6.8 us of the pin's capacitor.
+    assert!((3e-3..15e-3).contains(&(most - least)), "{least} {most}");
+}
+
+#[test]
+fn with_edges_the_sense_is_blind_to_an_opposing_current_in_the_on_time_only() {
+    let mut p = edged();
+    // No capacitor: the pin follows at once.
+    p.sense.pin_f = 0.0;
+    p.sense.offset_a = -2e-3;
+    let mut plant = Plant::new(&p, &Grasp::Free, 1).unwrap();
+    run(&mut plant, &drive(0.8), 0.1);
+    // Much less drive than back-EMF.
+    run(&mut plant, &drive(0.4), 1e-3);
+    let reversed_a = plant.truth().motor_current_a;
+    assert!(reversed_a < -0.05, "{reversed_a}");
+    let mut probe = plant.current_probe(&drive(0.4));
+    // On for 4 us about 0 and 10 us, off between; dead for 0.3 us.
+    for (at_us, seen) in [
+        (1.0, false),
+        (1.9, false),
+        (2.5, true),
+        (5.0, true),
+        (7.9, true),
+        (8.5, false),
+    ] {
+        let volts = probe.volts(at_us * 1e-6);
+        assert_eq!(volts > 0.3, seen, "{at_us} us: {volts} V");
+        assert!(seen || volts < 1e-6, "{at_us} us: {volts} V");
+    }
+}
+
+/// Highest voltage at the bridge when a fast motor is slowed down to half, with a capacitor there.
+fn highest_v(bulk_f: f64) -> f64 {
+    let mut p = edged();
+    p.supply.bulk_f = bulk_f;
+    p.supply.internal_resistance_ohm = 0.2;
+    let mut plant = Plant::new(&p, &Grasp::Free, 1).unwrap();
+    run(&mut plant, &drive(0.9), 0.1);
+    let mut highest_v = 0.0f64;
+    for _ in 0..400 {
+        plant.step(&drive(0.5), STEP);
+        highest_v = highest_v.max(plant.truth().supply_v);
+    }
+    highest_v
+}
+
+/// Of some 5 mJ of the rotor most heats the winding.
+#[test]
+fn what_braking_returns_stays_in_the_capacitor() {
+    assert!(highest_v(0.0) < 12.1, "{}", highest_v(0.0));
+    let [small, fitted] = [100e-6, 330e-6].map(highest_v);
+    assert!((12.1..13.0).contains(&fitted), "{fitted} V");
+    assert!(small > fitted + 0.2, "{small} V");
+}

@@ -3,13 +3,18 @@
 use palpate::drive::io::{
     ADC_FULL, AdcCode, CONTROL_HZ, DUTY_FULL, Direction, EncoderCount, Inputs, Outputs,
 };
-use palpate_plant::{Pins, Plant};
+use palpate_plant::{Converter, Pins, Plant, Source};
 
 /// A control period, second.
 pub const PERIOD_S: f64 = 1.0 / CONTROL_HZ as f64;
 
 /// Reference of the converter, volt.
 const REFERENCE_V: f64 = 3.3;
+
+/// Sampling and distance of conversions, second: 12.5 and 25 cycles of 42.5 MHz (src/board/sampling.rs).
+const CONVERSION_S: [f64; 2] = [12.5 / 42.5e6, 25.0 / 42.5e6];
+/// Conversions of a reading.
+const CONVERSIONS: u32 = 16;
 
 /// Plant, converters, timer with its break, and the period's delay between measurement and output.
 #[derive(Clone, Debug)]
@@ -45,9 +50,17 @@ impl Board {
             reason = "the counter has 16 bits"
         )]
         let encoder = EncoderCount(self.plant.encoder_count() as u16);
+        let supply_v = self.plant.supply_sense_v();
+        // The sequence before ended with the supply.
+        let mut converter = Converter::holding(supply_v);
+        let mut probe = self.plant.current_probe(&self.pins);
+        let current = read(&mut converter, &self.plant.current_source(), |at_s| {
+            probe.volts(at_s)
+        });
+        let supply = read(&mut converter, &self.plant.supply_source(), |_| supply_v);
         Inputs {
-            current: code(self.plant.current_sense_v()),
-            supply: code(self.plant.supply_sense_v()),
+            current,
+            supply,
             encoder,
             bridge_fault: self.plant.fault_pin_low() || self.broken,
             overrun: false,
@@ -57,7 +70,7 @@ impl Board {
     /// What the chip reads of joint 2 then, where a sensor is fitted.
     #[must_use]
     pub fn joint_code(&self) -> AdcCode {
-        code(self.plant.hall_v())
+        AdcCode(16 * conversion(self.plant.hall_v()))
     }
 
     /// One control period passes, then the timer takes over `outputs`: what was computed from the last [`Self::inputs`]
@@ -99,16 +112,25 @@ impl Board {
     }
 }
 
-/// The sum of 16 conversions of 12 bits.
-fn code(volt: f64) -> AdcCode {
-    let conversion = (volt / REFERENCE_V * 4096.0).floor().clamp(0.0, 4095.0);
+/// The sum of 16 conversions of a pin, whose voltage is told at times after the first began.
+fn read(converter: &mut Converter, source: &Source, volts: impl FnMut(f64) -> f64) -> AdcCode {
+    let mut sum = 0;
+    converter.sample(source, CONVERSION_S, CONVERSIONS, volts, |volt| {
+        sum += conversion(volt);
+    });
+    AdcCode(sum.min(ADC_FULL))
+}
+
+/// A conversion of 12 bits.
+fn conversion(volt: f64) -> u16 {
+    let code = (volt / REFERENCE_V * 4096.0).floor().clamp(0.0, 4095.0);
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "0 to 4095"
     )]
-    let conversion = conversion as u16;
-    AdcCode((conversion * 16).min(ADC_FULL))
+    let code = code as u16;
+    code
 }
 
 #[cfg(test)]
@@ -128,6 +150,7 @@ mod tests {
 
     #[test]
     fn codes_are_the_converters() {
+        let code = |volt| read(&mut Converter::default(), &Source::default(), |_| volt);
         assert_eq!(code(0.0), AdcCode(0));
         assert_eq!(code(3.3), AdcCode(ADC_FULL));
         assert_eq!(code(-1.0), AdcCode(0));

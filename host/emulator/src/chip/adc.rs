@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! One ADC: injected sequences triggered by TIM1's update event, regular sequences started by software, oversampling.
 
+use palpate_plant::{Converter, Source};
+
 use super::bank::{Bank, Clocks, Misuse, Register};
-use crate::time::Ticks;
+use crate::time::{self, Ticks};
 
 const ISR: u32 = 0x00;
 const IER: u32 = 0x04;
@@ -84,11 +86,22 @@ struct Running {
     done: Ticks,
 }
 
+/// What is wired to the channels.
+pub(crate) trait Voltages {
+    /// What drives a channel's pin.
+    fn source(&self, channel: u32) -> Source;
+
+    /// Its voltage at a time, undisturbed by the converter. Times do not go back.
+    fn volts(&mut self, channel: u32, at: Ticks) -> f64;
+}
+
 /// One converter.
 #[derive(Debug)]
 pub(crate) struct Adc {
     bank: Bank,
     running: Option<Running>,
+    /// The sample-and-hold.
+    input: Converter,
     /// A conversion result was never read before the next one replaced it.
     pub(crate) missed_triggers: u64,
 }
@@ -98,6 +111,7 @@ impl Adc {
         Self {
             bank: Bank::new(name, REGISTERS),
             running: None,
+            input: Converter::default(),
             missed_triggers: 0,
         }
     }
@@ -235,25 +249,39 @@ impl Adc {
         }
     }
 
-    fn duration(&self, group: Group, rank: u32, adc_clock: Ticks) -> Ticks {
-        let channel = self.channel(group, rank);
+    /// Sampling of a channel, in half cycles.
+    fn sampling(&self, channel: u32) -> u64 {
         let code = self.bank[SMPR1 + 4 * (channel / 10)] >> (3 * (channel % 10)) & 7;
-        let one = (SAMPLING[code as usize] + CONVERSION) * adc_clock / 2;
-        one * u64::from(self.ratio(group))
+        SAMPLING[code as usize]
+    }
+
+    fn duration(&self, group: Group, rank: u32, adc_clock: Ticks) -> Ticks {
+        let sampling = self.sampling(self.channel(group, rank));
+        (sampling + CONVERSION) * adc_clock / 2 * u64::from(self.ratio(group))
     }
 
     pub(crate) fn next_event(&self) -> Option<Ticks> {
         self.running.map(|running| running.done)
     }
 
-    /// Completes the due conversion; `volts` gives the voltage at a channel, the same for every sample of one instant.
-    pub(crate) fn finish(&mut self, now: Ticks, adc_clock: Ticks, volts: impl FnOnce(u32) -> f64) {
+    /// Completes the due conversions; `pins` are the voltages at the channels.
+    pub(crate) fn finish(&mut self, now: Ticks, adc_clock: Ticks, pins: &mut impl Voltages) {
         let Some(Running { group, rank, done }) = self.running.filter(|r| r.done <= now) else {
             return;
         };
         let channel = self.channel(group, rank);
         let ratio = self.ratio(group);
-        let sum = ratio * code(volts(channel));
+        let begun = done.saturating_sub(self.duration(group, rank, adc_clock));
+        let half_cycles = |n: u64| time::seconds(n * adc_clock) / 2.0;
+        let sampling = self.sampling(channel);
+        let mut sum = 0;
+        self.input.sample(
+            &pins.source(channel),
+            [half_cycles(sampling), half_cycles(sampling + CONVERSION)],
+            ratio,
+            |after_s| pins.volts(channel, begun + time::ticks(after_s)),
+            |volts| sum += code(volts),
+        );
         let shift = if ratio > 1 {
             self.bank[CFGR2] >> 5 & 0xF
         } else {
@@ -315,6 +343,19 @@ mod tests {
 
     const CLOCK: Ticks = 96;
 
+    /// Constant voltages.
+    struct Wired<F>(F);
+
+    impl<F: Fn(u32) -> f64> Voltages for Wired<F> {
+        fn source(&self, _: u32) -> Source {
+            Source::default()
+        }
+
+        fn volts(&mut self, channel: u32, _: Ticks) -> f64 {
+            self.0(channel)
+        }
+    }
+
     fn at(now: Ticks) -> Clocks {
         Clocks { now, bus: 24 }
     }
@@ -345,11 +386,11 @@ mod tests {
         adc.trigger(1000, CLOCK);
         // 24.5 + 12.5 cycles, 16 times
         let one = 37 * 16 * CLOCK;
-        let volts = |channel| if channel == 2 { 1.65 } else { 9.0 };
+        let mut volts = Wired(|channel| if channel == 2 { 1.65 } else { 9.0 });
         assert_eq!(adc.next_event(), Some(1000 + one));
-        adc.finish(1000 + one, CLOCK, volts);
+        adc.finish(1000 + one, CLOCK, &mut volts);
         assert_eq!(adc.read(ISR).unwrap() & (JEOC | JEOS), JEOC);
-        adc.finish(1000 + 2 * one, CLOCK, volts);
+        adc.finish(1000 + 2 * one, CLOCK, &mut volts);
         assert_eq!(adc.read(ISR).unwrap() & (JEOC | JEOS), JEOC | JEOS);
         assert_eq!(adc.read(JDR1), Ok(16 * 2048));
         assert_eq!(adc.read(JDR1 + 4), Ok(16 * 4095));
@@ -359,17 +400,44 @@ mod tests {
         assert!(!adc.interrupt());
     }
 
+    /// A pin that rises by 1 V in 100 us.
+    struct Rising;
+
+    impl Voltages for Rising {
+        fn source(&self, _: u32) -> Source {
+            Source::default()
+        }
+
+        fn volts(&mut self, _: u32, at: Ticks) -> f64 {
+            1e4 * time::seconds(at)
+        }
+    }
+
+    #[test]
+    fn each_conversion_sees_the_pin_when_its_sampling_ends() {
+        let mut adc = enabled();
+        adc.write(CFGR2, 2, at(0), CLOCK).unwrap();
+        adc.write(SMPR1, 2 << 6, at(0), CLOCK).unwrap();
+        adc.write(JSQR, 8 << 2 | 1 << 7 | 2 << 9, at(0), CLOCK)
+            .unwrap();
+        adc.write(CR, ADVREGEN | JADSTART, at(0), CLOCK).unwrap();
+        let begun = 100 * time::TICKS_PER_US;
+        adc.trigger(begun, CLOCK);
+        adc.finish(adc.next_event().unwrap(), CLOCK, &mut Rising);
+        // 1 V and what it rises by in 12.5, and 37.5 cycles of 42.5 MHz.
+        let volts = |cycles: f64| 1.0 + 1e4 * cycles / 42.5e6;
+        let expected = code(volts(12.5)) + code(volts(37.5));
+        assert_eq!(adc.read(JDR1), Ok(expected));
+    }
+
     #[test]
     fn a_regular_conversion_ends_its_start_bit() {
         let mut adc = enabled();
         adc.write(SQR1, 7 << 6, at(0), CLOCK).unwrap();
         adc.write(CR, ADVREGEN | ADSTART, at(0), CLOCK).unwrap();
         let done = adc.next_event().unwrap();
-        adc.finish(
-            done,
-            CLOCK,
-            |channel| if channel == 7 { 0.825 } else { 0.0 },
-        );
+        let mut volts = Wired(|channel| if channel == 7 { 0.825 } else { 0.0 });
+        adc.finish(done, CLOCK, &mut volts);
         assert_eq!(adc.read(DR), Ok(1024));
         assert_eq!(adc.read(CR).unwrap() & ADSTART, 0);
     }

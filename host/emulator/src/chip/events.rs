@@ -164,6 +164,7 @@ impl Chip {
         } else {
             self.sync_world();
         }
+        self.world.align_pwm();
         if self.tim1.duty() != duty {
             self.apply_pins();
         }
@@ -175,15 +176,8 @@ impl Chip {
         let Some(clock) = self.adc_clock() else {
             return;
         };
-        let world = &self.world;
-        self.adc[n].finish(self.now, clock, |channel| match channel {
-            2 => world.current_v(),
-            6 => world.supply_v(),
-            7 => world.hall_v(),
-            // Internal reference, 1.212 V.
-            18 => 1.212,
-            _ => 0.0,
-        });
+        let mut channels = self.world.channels();
+        self.adc[n].finish(self.now, clock, &mut channels);
         self.update_line(Device::Adc(n));
     }
 }

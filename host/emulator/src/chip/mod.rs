@@ -27,6 +27,7 @@ pub use flash::{FLASH_SIZE, Operation, PAGE_SIZE, PowerCut};
 pub use quirks::Quirks;
 pub use rcc::ResetCause;
 
+pub(crate) use adc::Voltages;
 pub(crate) use bank::{Bank, Clocks, Register};
 
 use crate::cortex::Core;

@@ -10,8 +10,8 @@ pub use fingers::FingerParameters;
 pub use load::{World, default_scene, scenes};
 pub use object::{Object, ObjectMount};
 pub use sections::{
-    Bridge, Cable, Contact, Encoder, Friction, Gearhead, Hall, Mechanism, Motor, Sense, Supply,
-    Transmission, Worm,
+    Bridge, Cable, Contact, Converter, Encoder, Friction, Gearhead, Hall, Mechanism, Motor, Sense,
+    Supply, Transmission, Worm,
 };
 
 use crate::Error;
@@ -95,6 +95,8 @@ pub struct Parameters {
     pub bridge: Bridge,
     /// Supply.
     pub supply: Supply,
+    /// Inputs of the converters.
+    pub converter: Converter,
     /// Angle sensor at joint 2.
     pub hall: Hall,
     /// Object against phalanx.
@@ -131,6 +133,7 @@ impl Parameters {
         self.sense.validate("sense")?;
         self.bridge.validate("bridge")?;
         self.supply.validate("supply")?;
+        self.converter.validate("converter")?;
         self.hall.validate("hall")?;
         self.contact.validate("contact")?;
         self.object.validate("object")?;
@@ -148,6 +151,27 @@ impl Parameters {
     #[must_use]
     pub fn counts_per_rad(&self) -> f64 {
         self.encoder.counts_per_rev * self.ratio() / std::f64::consts::TAU
+    }
+
+    /// Whether the current follows every edge of the PWM.
+    #[must_use]
+    pub fn has_edges(&self) -> bool {
+        self.bridge.edges > 0.5
+    }
+
+    /// What the current sense shows of a current along the drive, relative to it, at a duty (0 to 1): gain, curvature and, without
+    /// edges, the share that its delay loses; with them a delay moves the reading and leaves its mean.
+    #[must_use]
+    pub fn sensed_share(&self, current_a: f64, duty: f64) -> f64 {
+        let sense = &self.sense;
+        let full_scale_a = sense.full_scale_v / (sense.resistor_ohm * sense.mirror_a_per_a);
+        let late = if self.has_edges() {
+            0.0
+        } else {
+            sense.settling_s * self.bridge.pwm_hz * (1.0 - duty)
+        };
+        let bent = sense.nonlinearity * current_a / full_scale_a;
+        (1.0 + sense.gain_error + bent) * (1.0 - late)
     }
 
     /// Elastic stiffness of the cable at the input link, newton metre per radian.

@@ -169,9 +169,15 @@ section! {
         full_scale_v in 0.5, 10.0;
         /// Change of the mirror's gain from no current to full scale, relative.
         nonlinearity in -0.2, 0.2;
-        /// Delay of the mirror after an edge of the PWM, second: this part of every on-time is not measured.
+        /// Delay of the mirror after an edge of the PWM, second: a time constant; without edges, the part of every on-time that
+        /// is not measured.
         settling_s in 0.0, 5e-6;
-        /// Share of a current against the drive that is measured: it flows through the sense in the off part of the PWM.
+        /// Capacitor at the converter's pin, farad.
+        pin_f in 0.0, 1e-6;
+        /// Between the shunt's amplifier and the pin, ohm.
+        shunt_pin_ohm in 0.0, 1e5;
+        /// Share of a current against the drive that is measured without edges: it flows through the sense in the off part of the
+        /// PWM.
         opposing_share in 0.0, 1.0;
     }
 }
@@ -191,6 +197,12 @@ section! {
         dead_time_s in 0.0, 2e-6;
         /// Frequency of the PWM, hertz.
         pwm_hz in 1e3, 5e5;
+        /// 1: the current follows every edge of the PWM; 0: it follows the mean voltage.
+        edges in 0.0, 1.0;
+        /// Drop of a switch's body diode, volt; with edges.
+        diode_v in 0.0, 2.0;
+        /// What the bridge itself takes while awake, ampere.
+        quiescent_a in 0.0, 0.1;
     }
 }
 
@@ -205,6 +217,22 @@ section! {
         divider in 1e-3, 1.0;
         /// Noise at the supply, volt.
         noise_rms_v in 0.0, 5.0;
+        /// Capacitor beside the bridge, which stores what braking returns, farad; 0: the supply takes it back.
+        bulk_f in 0.0, 0.1;
+        /// Impedance of the divider, ohm.
+        pin_ohm in 0.0, 1e6;
+        /// Capacitor at the converter's pin, farad.
+        pin_f in 0.0, 1e-6;
+    }
+}
+
+section! {
+    /// Input of the chip's converters.
+    Converter {
+        /// Capacitor that holds a sample, and the last channel's voltage before, farad; 0: ideal.
+        hold_f in 0.0, 1e-9;
+        /// Its switch, ohm.
+        switch_ohm in 0.0, 1e5;
     }
 }
 
