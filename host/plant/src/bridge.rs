@@ -1,5 +1,7 @@
 //! H-bridge, winding and current sense.
 
+use std::cell::Cell;
+
 use crate::Pins;
 use crate::converter::{Pin, Switching};
 use crate::parameters::Parameters;
@@ -25,7 +27,7 @@ pub(crate) struct Bridge {
     winding: Winding,
     /// The last step's, and the period of the PWM in it.
     circuit: Circuit,
-    period: Option<Period>,
+    period: Cell<Option<Period>>,
     awake_for: f64,
     winding_rise: f64,
     housing_rise: f64,
@@ -49,7 +51,7 @@ impl Bridge {
                 * parameters.motor.electrical_time_constant_s,
             winding: Winding::default(),
             circuit: Circuit::default(),
-            period: None,
+            period: Cell::new(None),
             awake_for: 0.0,
             winding_rise: 0.0,
             housing_rise: 0.0,
@@ -99,7 +101,15 @@ impl Bridge {
         let low = pins.awake && supply_v < bridge.undervoltage_v;
         let copper = motor.resistance_ohm * short;
         let warm = copper * (1.0 + motor.copper_temperature_coefficient_per_k * self.winding_rise);
-        let resistance_ohm = warm + bridge.on_resistance_ohm;
+        let now_ohm = warm + bridge.on_resistance_ohm;
+        let before_ohm = self.circuit.resistance_ohm;
+        // With edges a resistance that is hardly another keeps what was computed of the one before.
+        let same = (now_ohm - before_ohm).abs() < 1e-5 * now_ohm;
+        let resistance_ohm = if same && self.parameters.has_edges() {
+            before_ohm
+        } else {
+            now_ohm
+        };
         self.circuit = Circuit {
             sign: if pins.closing { 1.0 } else { -1.0 },
             supply_v,
@@ -118,7 +128,6 @@ impl Bridge {
         } else if self.parameters.has_edges() {
             let period = self.period_of(pins);
             let totals = self.winding.advance(&self.circuit, &period, dt);
-            self.period = Some(period);
             step.mean_a = totals.charge / dt;
             step.drawn_a = totals.drawn / dt;
             step.fault = totals.chopped;
@@ -139,11 +148,14 @@ impl Bridge {
     fn period_of(&self, pins: &Pins) -> Period {
         let bridge = &self.parameters.bridge;
         let (duty, period_s) = (pins.drive().abs(), 1.0 / bridge.pwm_hz);
-        match &self.period {
-            Some(period) if period.is_of(duty, period_s, bridge.dead_time_s, &self.circuit) => {
-                *period
+        let dead_s = bridge.dead_time_s;
+        match self.period.get() {
+            Some(period) if period.is_of(duty, period_s, dead_s, &self.circuit) => period,
+            _ => {
+                let period = Period::new(duty, period_s, dead_s, &self.circuit);
+                self.period.set(Some(period));
+                period
             }
-            _ => Period::new(duty, period_s, bridge.dead_time_s, &self.circuit),
         }
     }
 

@@ -91,15 +91,25 @@ pub(crate) struct Switching {
 }
 
 impl Probe {
+    /// The voltage, if it stays the same whenever it is looked at.
+    #[must_use]
+    pub fn constant_v(&self) -> Option<f64> {
+        match &self.0 {
+            Pin::Constant(volts) => Some(*volts),
+            Pin::Switching(_) => None,
+        }
+    }
+
     /// Voltage so many seconds after the step, at times that do not go back.
     pub fn volts(&mut self, at_s: f64) -> f64 {
         match &mut self.0 {
             Pin::Constant(volts) => *volts,
             Pin::Switching(pin) => {
-                let dt = at_s - pin.reached_s;
+                // Whole tens of attoseconds: equal distances then take equal decays.
+                let dt = ((at_s - pin.reached_s) * 1e17).round() * 1e-17;
                 if dt > 0.0 {
                     pin.winding.advance(&pin.circuit, &pin.period, dt);
-                    pin.reached_s = at_s;
+                    pin.reached_s += dt;
                 }
                 let volts = pin.winding.pin_v;
                 (volts * (1.0 + pin.bent_per_v * volts) + pin.noise_v).clamp(0.0, pin.full_scale_v)

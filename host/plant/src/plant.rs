@@ -2,7 +2,6 @@
 
 use crate::bridge::Bridge;
 use crate::cable::Cable;
-use crate::converter::{Pin, Probe, Source};
 use crate::drivetrain::Drivetrain;
 use crate::encoder::QuadratureEncoder;
 use crate::mechanics::{CableEnd, Mechanics, Quasistatic};
@@ -13,6 +12,8 @@ use crate::{Error, Faults, FirstContact, Pins, Truth};
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
+
+mod readings;
 
 /// Longest integration step, second; longer ones are divided into equal parts.
 pub const MAX_STEP_S: f64 = 50e-6;
@@ -299,66 +300,6 @@ impl Plant {
     /// The timer of the PWM counts zero now, the middle of the on-time. It does after every step of whole periods.
     pub fn align_pwm(&mut self) {
         self.bridge.align();
-    }
-
-    /// The converter's pin of the current sense from now on, with these levels on the bridge's pins: where the current has edges it
-    /// depends on when in the period of the PWM it is looked at.
-    #[must_use]
-    pub fn current_probe(&self, pins: &Pins) -> Probe {
-        let switching = self.bridge.pin(pins, self.sense_noise_v);
-        Probe(switching.unwrap_or(Pin::Constant(self.sense_v)))
-    }
-
-    /// What drives the converter's pin of the current sense.
-    #[must_use]
-    pub fn current_source(&self) -> Source {
-        let sense = &self.parameters.sense;
-        let ohm = if sense.shunt_v_per_a > 0.0 {
-            sense.shunt_pin_ohm
-        } else {
-            sense.resistor_ohm
-        };
-        self.source(ohm, sense.pin_f)
-    }
-
-    /// What drives the converter's pin of the supply.
-    #[must_use]
-    pub fn supply_source(&self) -> Source {
-        let supply = &self.parameters.supply;
-        self.source(supply.pin_ohm, supply.pin_f)
-    }
-
-    fn source(&self, ohm: f64, pin_f: f64) -> Source {
-        let converter = &self.parameters.converter;
-        Source {
-            ohm,
-            pin_f,
-            switch_ohm: converter.switch_ohm,
-            hold_f: converter.hold_f,
-        }
-    }
-
-    /// Voltage of the current sense at the end of the last step, with edges the mean of the period of the PWM that follows:
-    /// unsigned, zero while asleep.
-    #[must_use]
-    pub fn current_sense_v(&self) -> f64 {
-        const PARTS: i32 = 16;
-        let mut probe = self.current_probe(&self.pins);
-        let part_s = 1.0 / (self.parameters.bridge.pwm_hz * f64::from(PARTS));
-        let volts = (1..=PARTS).map(|part| probe.volts(f64::from(part) * part_s));
-        volts.sum::<f64>() / f64::from(PARTS)
-    }
-
-    /// Measured current, ampere: with the sign of the drive, or with its own sign if a shunt measures it.
-    #[must_use]
-    pub fn sensed_a(&self) -> f64 {
-        let sense = &self.parameters.sense;
-        if sense.shunt_v_per_a > 0.0 {
-            (self.current_sense_v() - sense.shunt_zero_v) / sense.shunt_v_per_a
-        } else {
-            let sign = if self.pins.closing { 1.0 } else { -1.0 };
-            sign * self.current_sense_v() / (sense.mirror_a_per_a * sense.resistor_ohm)
-        }
     }
 
     /// Voltage of the supply's divider.

@@ -117,6 +117,12 @@ struct Decay {
 
 impl Decay {
     fn over(length_s: f64, circuit: &Circuit) -> Self {
+        if length_s == 0.0 {
+            return Self {
+                current: 1.0,
+                pin: 1.0,
+            };
+        }
         Self {
             current: (-length_s / circuit.time_constant_s).exp(),
             pin: (-length_s / circuit.lag_s()).exp(),
@@ -201,6 +207,8 @@ pub(crate) struct Winding {
     pub pin_v: f64,
     /// Time since the timer counted zero, second.
     pub phase_s: f64,
+    /// A length that is no whole part of a period, and its decay: samples of a converter follow at equal distances.
+    last: ([f64; 3], Decay),
 }
 
 impl Winding {
@@ -231,7 +239,7 @@ impl Winding {
                 let decay = if ends && self.phase_s == part.start_s {
                     part.decay
                 } else {
-                    Decay::over(length_s, circuit)
+                    self.decay(length_s, circuit)
                 };
                 self.pass(circuit, part.path, length_s, decay, &mut totals);
                 self.phase_s = if ends {
@@ -247,6 +255,14 @@ impl Winding {
             }
         }
         totals
+    }
+
+    fn decay(&mut self, length_s: f64, circuit: &Circuit) -> Decay {
+        let key = [length_s, circuit.time_constant_s, circuit.sense.lag_s];
+        if self.last.0 != key {
+            self.last = (key, Decay::over(length_s, circuit));
+        }
+        self.last.1
     }
 
     /// A part of the period, or some of it.

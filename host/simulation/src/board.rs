@@ -51,13 +51,20 @@ impl Board {
         )]
         let encoder = EncoderCount(self.plant.encoder_count() as u16);
         let supply_v = self.plant.supply_sense_v();
-        // The sequence before ended with the supply.
-        let mut converter = Converter::holding(supply_v);
+        let (current_source, supply_source) =
+            (self.plant.current_source(), self.plant.supply_source());
         let mut probe = self.plant.current_probe(&self.pins);
-        let current = read(&mut converter, &self.plant.current_source(), |at_s| {
-            probe.volts(at_s)
-        });
-        let supply = read(&mut converter, &self.plant.supply_source(), |_| supply_v);
+        let (current, supply) = match probe.constant_v() {
+            Some(volt) if current_source.hold_f == 0.0 => (constant(volt), constant(supply_v)),
+            _ => {
+                // The sequence before ended with the supply.
+                let mut converter = Converter::holding(supply_v);
+                let volts = |at_s| probe.volts(at_s);
+                let current = read(&mut converter, &current_source, volts);
+                let supply = read(&mut converter, &supply_source, |_| supply_v);
+                (current, supply)
+            }
+        };
         Inputs {
             current,
             supply,
@@ -70,7 +77,7 @@ impl Board {
     /// What the chip reads of joint 2 then, where a sensor is fitted.
     #[must_use]
     pub fn joint_code(&self) -> AdcCode {
-        AdcCode(16 * conversion(self.plant.hall_v()))
+        constant(self.plant.hall_v())
     }
 
     /// One control period passes, then the timer takes over `outputs`: what was computed from the last [`Self::inputs`]
@@ -121,6 +128,11 @@ fn read(converter: &mut Converter, source: &Source, volts: impl FnMut(f64) -> f6
     AdcCode(sum.min(ADC_FULL))
 }
 
+/// The same of a voltage that neither changes nor gives way to the converter.
+fn constant(volt: f64) -> AdcCode {
+    AdcCode(16 * conversion(volt))
+}
+
 /// A conversion of 12 bits.
 fn conversion(volt: f64) -> u16 {
     let code = (volt / REFERENCE_V * 4096.0).floor().clamp(0.0, 4095.0);
@@ -150,7 +162,11 @@ mod tests {
 
     #[test]
     fn codes_are_the_converters() {
-        let code = |volt| read(&mut Converter::default(), &Source::default(), |_| volt);
+        let code = |volt| {
+            let read = read(&mut Converter::default(), &Source::default(), |_| volt);
+            assert_eq!(read, constant(volt));
+            read
+        };
         assert_eq!(code(0.0), AdcCode(0));
         assert_eq!(code(3.3), AdcCode(ADC_FULL));
         assert_eq!(code(-1.0), AdcCode(0));

@@ -166,7 +166,7 @@ fn start(case: &Case) -> Winding {
     Winding {
         current_a: case.current_a,
         pin_v: case.pin_v,
-        phase_s: 0.0,
+        ..Winding::default()
     }
 }
 
