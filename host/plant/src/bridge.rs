@@ -1,7 +1,5 @@
 //! H-bridge, winding and current sense.
 
-use std::cell::Cell;
-
 use crate::Pins;
 use crate::converter::{Pin, Switching};
 use crate::parameters::Parameters;
@@ -27,7 +25,7 @@ pub(crate) struct Bridge {
     winding: Winding,
     /// The last step's, and the period of the PWM in it.
     circuit: Circuit,
-    period: Cell<Option<Period>>,
+    period: Option<Period>,
     awake_for: f64,
     winding_rise: f64,
     housing_rise: f64,
@@ -51,7 +49,7 @@ impl Bridge {
                 * parameters.motor.electrical_time_constant_s,
             winding: Winding::default(),
             circuit: Circuit::default(),
-            period: Cell::new(None),
+            period: None,
             awake_for: 0.0,
             winding_rise: 0.0,
             housing_rise: 0.0,
@@ -127,6 +125,7 @@ impl Bridge {
             self.winding.idle(1.0 / bridge.pwm_hz, dt);
         } else if self.parameters.has_edges() {
             let period = self.period_of(pins);
+            self.period = Some(period);
             let totals = self.winding.advance(&self.circuit, &period, dt);
             step.mean_a = totals.charge / dt;
             step.drawn_a = totals.drawn / dt;
@@ -144,18 +143,14 @@ impl Bridge {
         step
     }
 
-    /// The period of the PWM that these levels make, computed anew only where it changes.
+    /// The period of the PWM that these levels make, computed anew only where it differs from that of the last step.
     fn period_of(&self, pins: &Pins) -> Period {
         let bridge = &self.parameters.bridge;
         let (duty, period_s) = (pins.drive().abs(), 1.0 / bridge.pwm_hz);
         let dead_s = bridge.dead_time_s;
-        match self.period.get() {
+        match self.period {
             Some(period) if period.is_of(duty, period_s, dead_s, &self.circuit) => period,
-            _ => {
-                let period = Period::new(duty, period_s, dead_s, &self.circuit);
-                self.period.set(Some(period));
-                period
-            }
+            _ => Period::new(duty, period_s, dead_s, &self.circuit),
         }
     }
 
