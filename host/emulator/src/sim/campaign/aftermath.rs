@@ -22,6 +22,9 @@ const GRASP: Ticks = 45_000 * TICKS_PER_MS;
 const DEVIATIONS: f64 = 4.0;
 const SLACK_MM: f64 = 1.0;
 
+/// How far a finger may be pressed into its stop, radian.
+const AT_STOP_RAD: f64 = 0.02;
+
 /// What came of a case.
 #[derive(Clone, Debug, Default)]
 pub struct Aftermath {
@@ -33,7 +36,8 @@ pub struct Aftermath {
     pub off_us: Option<f64>,
     /// The stated time applies: the first fault is one that its phase lets be seen at once, and it came alone.
     pub timed: bool,
-    /// Grasps it took after `clear` until one went through: a second one where friction had to be recorded anew.
+    /// Grasps it took after `clear` until one went through: a second one where friction had to be recorded anew, none where the
+    /// finger had left its stops.
     pub grasps: u32,
     /// By how much the place that the grasp after it told was off, and the deviation told with it, millimetre.
     pub place_mm: Option<(f64, f64)>,
@@ -100,7 +104,12 @@ impl Aftermath {
         if stored(&session) != kept {
             self.fail("stored records changed");
         }
+        let is_beyond = is_beyond_stops(&session);
         self.recover(&mut session)?;
+        // Who puts a stop back puts the finger back first; here it would be caught behind it.
+        if !is_beyond {
+            self.grasp_again(&mut session)?;
+        }
         self.start_again(&mut session, case, &kept)?;
         session.finish()?;
         if !self.failures.is_empty() {
@@ -193,7 +202,7 @@ impl Aftermath {
         }
     }
 
-    /// What was broken is mended, the fault cleared, and the finger asked to grasp.
+    /// What was broken is mended and the fault cleared.
     fn recover(&mut self, session: &mut Session<'_>) -> Result<(), Error> {
         if let Some(plant) = session.machine.plant_mut() {
             plant.faults = palpate_plant::Faults::default();
@@ -227,6 +236,11 @@ impl Aftermath {
         session.interrupt("stop");
         wait(session, 300)?;
         session.abandon();
+        Ok(())
+    }
+
+    /// The finger grasps as before.
+    fn grasp_again(&mut self, session: &mut Session<'_>) -> Result<(), Error> {
         for _ in 0..2 {
             let (faults, lines) = (session.faults.len(), session.lines.len());
             self.grasps += 1;
@@ -293,6 +307,15 @@ impl Aftermath {
         }
         Ok(())
     }
+}
+
+/// Whether the finger stands where its stops would not let it.
+fn is_beyond_stops(session: &Session<'_>) -> bool {
+    let plant = session.machine.plant();
+    plant.map(palpate_plant::Plant::truth).is_some_and(|truth| {
+        let stops_rad = truth.opening_stop_rad - AT_STOP_RAD..truth.closing_stop_rad + AT_STOP_RAD;
+        !stops_rad.contains(&truth.theta_a_rad)
+    })
 }
 
 /// So many milliseconds; whether the bridge was on.
