@@ -13,6 +13,10 @@ fn main() -> std::process::ExitCode {
 
 #[cfg(target_os = "none")]
 #[path = "../../src/board/clock.rs"]
+#[cfg_attr(
+    not(feature = "target-tests"),
+    allow(dead_code, reason = "the firmware's; the measurements use a part")
+)]
 mod clock;
 
 #[cfg(all(target_os = "none", feature = "target-tests"))]
