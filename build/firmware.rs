@@ -15,7 +15,8 @@ pub fn prepare() {
         // For the firmware alone: who depends on the library brings a memory layout of their own.
         println!("cargo::rustc-link-arg-bins=-L{}", out.display());
     }
-    let folder = scene::list::folder(Path::new("."));
+    let root = Path::new(".");
+    let folder = scene::list::folder(root);
     let name = env::var("PALPATE_SCENE").unwrap_or_else(|_| scene::list::DEFAULT.to_owned());
     match scene::load(&folder, &name) {
         Ok(scene) => {
@@ -33,13 +34,13 @@ pub fn prepare() {
         }
         Err(error) => println!("cargo::error={error}"),
     }
-    fs::write(out.join("scenes.rs"), every_scene(&folder)).expect("OUT_DIR can be written");
+    fs::write(out.join("scenes.rs"), every_scene(root)).expect("OUT_DIR can be written");
 }
 
 /// All scenes, for the library's own tests. A file that is wrong stops those tests, and no firmware but its own.
-fn every_scene(folder: &Path) -> String {
+fn every_scene(root: &Path) -> String {
     let all = || -> Result<String, Error> {
-        Ok(generate::module(&scene::load_all(folder)?, "$crate::scene"))
+        Ok(generate::module(&scene::load_all(root)?, "$crate::scene"))
     };
     all().unwrap_or_else(|error| format!("compile_error!({:?});", error.to_string()))
 }

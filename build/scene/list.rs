@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 pub const DEFAULT: &str = "p70";
 
 /// Folder of the scenes below the root of the package, unless `PALPATE_SCENES` names another.
-const FOLDER: &str = "scenes";
+pub const FOLDER: &str = "scenes";
 
 /// The folder of the scenes: `PALPATE_SCENES`, or `scenes` below the root of the package.
 pub fn folder(root: &Path) -> PathBuf {

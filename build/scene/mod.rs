@@ -45,12 +45,20 @@ fn names(folder: &Path) -> Result<Vec<String>, Error> {
     list::names(folder).map_err(|error| Error(format!("{}: {error}", folder.display())))
 }
 
-/// Every scene of a folder.
-pub fn load_all(folder: &Path) -> Result<Vec<Scene>, Error> {
+/// Every scene of the folder that is in use, and those of the project that it does not have: host programs name some of them.
+/// `root` is the root of the package.
+pub fn load_all(root: &Path) -> Result<Vec<Scene>, Error> {
     println!("cargo::rerun-if-env-changed=PALPATE_SCENES");
-    println!("cargo::rerun-if-changed={}", folder.display());
-    let scenes = names(folder)?;
-    scenes.iter().map(|name| load(folder, name)).collect()
+    let mut scenes: Vec<Scene> = Vec::new();
+    for folder in [list::folder(root), root.join(list::FOLDER)] {
+        println!("cargo::rerun-if-changed={}", folder.display());
+        for name in names(&folder)? {
+            if scenes.iter().all(|scene| scene.name != name) {
+                scenes.push(load(&folder, &name)?);
+            }
+        }
+    }
+    Ok(scenes)
 }
 
 /// A scene by its name.

@@ -10,8 +10,7 @@ use std::{env, fs};
 fn main() {
     println!("cargo::rerun-if-changed=../../build/scene");
     let root = env::var("CARGO_MANIFEST_DIR").expect("cargo sets it");
-    let folder = scene::list::folder(&Path::new(&root).join("../.."));
-    let scenes = match scene::load_all(&folder) {
+    let scenes = match scene::load_all(&Path::new(&root).join("../..")) {
         Ok(scenes) => scenes,
         Err(error) => {
             println!("cargo::error={error}");

@@ -10,8 +10,7 @@ use std::{env, fs};
 
 fn main() {
     println!("cargo::rerun-if-changed=../../build");
-    let folder = scene::list::folder(Path::new("../.."));
-    match scene::load_all(&folder) {
+    match scene::load_all(Path::new("../..")) {
         Ok(scenes) => {
             let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
             let text = generate::module(&scenes, "$crate");

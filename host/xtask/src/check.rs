@@ -19,10 +19,11 @@ pub fn check(arguments: &[String]) -> Outcome {
     machine::emulator_packages()?;
     step("formatting", &mut cargo(["fmt", "--all", "--check"]))?;
     let library = mujoco::library_if_possible();
-    // The firmware's one optimised unit keeps one core busy; the other lints the rest.
-    let (images, ()) = together(for_the_chip, || for_the_host(library.as_deref()))?;
-    // Before the sizes, so that the host programs are compiled for the scenes of the project last.
-    own_finger::check()?;
+    // The firmware's one optimised unit keeps one core busy; the other does the rest.
+    let (images, ()) = together(for_the_chip, || {
+        for_the_host(library.as_deref())?;
+        own_finger::check()
+    })?;
     sizes(&images)?;
     let elfs: Vec<PathBuf> = images.into_iter().map(|(_, elf)| elf).collect();
     reach(&elfs)

@@ -12,17 +12,22 @@ use crate::process::{Failure, Outcome, output, run, step, target_dir};
 /// What probe-rs calls the chip.
 const CHIP: &str = "STM32G431RBTx";
 
+/// The image of the tests.
+pub fn image() -> Outcome<PathBuf> {
+    let build = Build {
+        package: Some("palpate-bench"),
+        features: Some("target-tests".to_owned()),
+        ..Build::default()
+    };
+    build.elf()
+}
+
 /// Builds the tests, runs them on a board (or else on the emulated chip), and judges what they printed.
 pub fn test(board: bool) -> Outcome {
     if board {
         probe()?;
     }
-    let elf = Build {
-        package: Some("palpate-bench"),
-        features: Some("target-tests".to_owned()),
-        ..Build::default()
-    }
-    .elf()?;
+    let elf = image()?;
     let (mut command, what) = if board {
         let mut command = Command::new("probe-rs");
         command.args(["run", "--chip", CHIP]).arg(&elf);

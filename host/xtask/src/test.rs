@@ -45,7 +45,10 @@ pub fn test(arguments: &[String]) -> Outcome {
     let library = mujoco::library_if_possible();
     let host_tests = || host::workspace("test", library.as_deref());
     // The firmware's one optimised unit keeps one core busy; the other compiles the tests.
-    let prepare = || Ok((images()?, tools::get()));
+    let prepare = || {
+        target::image()?;
+        Ok((images()?, tools::get()))
+    };
     let ((images, tools), ()) = together(prepare, || {
         step(
             "compiling the tests of the library",

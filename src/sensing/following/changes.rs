@@ -20,7 +20,7 @@ use heapless::Deque;
 /// A finger that was let go or pushed swings so long, microseconds: what it does then is no change of its own.
 const SETTLING_US: u64 = 100_000;
 /// Standard deviation of the angle at which a contact began, radian (chosen).
-const ONSET_SIGMA_RAD: f32 = 0.01;
+const ONSET_SIGMA_RAD: f32 = 0.02;
 
 /// Watches what becomes of a contact, beside what `A` looks for.
 #[derive(Clone, Debug)]
@@ -83,7 +83,7 @@ impl<F: Mechanics, A: AfterContact<F>> AfterContact<F> for Changes<A> {
             self.on_sample(sensor, sample);
         }
         if let Some(event) = told {
-            self.on_event(sample.time_us, event);
+            self.on_event(sensor, sample.time_us, event);
         }
         let followed = self.inner.sample(sensor, sample, told);
         self.place(sensor, told, followed.as_ref());
@@ -178,7 +178,12 @@ impl<A> Changes<A> {
     }
 
     /// What the sensor tells of the contact.
-    fn on_event(&mut self, now_us: u64, event: &Event) {
+    fn on_event<F: Mechanics, H: JointSensor, X: SeriesElement>(
+        &mut self,
+        sensor: &Sensor<F, H, X>,
+        now_us: u64,
+        event: &Event,
+    ) {
         match *event {
             Event::Touch {
                 theta_a_rad,
@@ -209,6 +214,7 @@ impl<A> Changes<A> {
                 ..
             } => {
                 if let Some(watched) = &mut self.watched {
+                    watched.onset_rad = sensor.onset_rad();
                     watched.placed = Some(Placed {
                         contact: Contact {
                             phalanx,

@@ -1,19 +1,24 @@
 //! Where a contact has come to on its phalanx as the finger closed on (docs/MECHANICS.md#held-contacts).
 //!
 //! On an object that stands still the place follows from how far the input link has turned, whatever the friction in the contact:
-//! the phalanx stays on the object. The path after contact is followed to that angle, not to the torque.
+//! the phalanx stays on the object. The path after contact is followed to that angle; the torque decides only where the path hardly
+//! turns any more.
 
 use super::Followed;
 use crate::finger::{Contact, Mechanics};
 use crate::joint_sensor::JointSensor;
-use crate::numeric::sqrt;
+use crate::numeric::{Bounded, exp, ln, sqrt};
 use crate::sensing::Sensor;
 use crate::sensing::location::SeriesElement;
 
-/// Pieces of the torque in which a path is followed, and how many at most: friction in the contact takes a share of the torque, or
-/// adds to it.
+/// Pieces of the torque in which a path is followed, how many at most, and steps of a piece.
 const PIECES: u8 = 8;
 const MOST_PIECES: u8 = 16;
+const STEPS: u8 = 8;
+/// Friction in the contact takes a share of the torque, or adds to it: standard deviation of the logarithm of what it leaves (chosen).
+const TAKEN_SIGMA: f32 = 1.0;
+/// Less likelihood than this along the path, metre, is none: some eight deviations.
+const NOWHERE_M: f32 = 1e-16;
 
 /// The first contact, where it was felt.
 #[derive(Clone, Copy, Debug)]
@@ -41,8 +46,8 @@ pub(super) struct Turned {
 pub(super) struct Rolled {
     placed: Placed,
     turned: Turned,
-    /// The place, how it changes with the rotation, metre per radian, and its deviation by the first place.
-    now: Option<(f32, f32)>,
+    /// The place and its deviation by rotation and torque, metre, and by the first place.
+    now: Option<[f32; 2]>,
     by_place_m: Option<f32>,
 }
 
@@ -71,14 +76,14 @@ impl Rolled {
             sigma_m,
             radius_sigma_m,
         } = self.placed;
-        let Some((k_m, by_rotation)) = self.now else {
+        let Some([k_m, along_m]) = self.now else {
             self.now = self.turned.place(sensor, contact);
             return if self.now.is_none() { Some(None) } else { None };
         };
         // One deviation beside; where no path leads there, as if nothing rolled.
         let beside = |other: Contact, sigma_m: f32| {
             let there = self.turned.place(sensor, other);
-            there.map_or(sigma_m, |(there_m, _)| there_m - k_m)
+            there.map_or(sigma_m, |[there_m, _]| there_m - k_m)
         };
         let Some(by_place_m) = self.by_place_m else {
             let nearer = Contact {
@@ -93,9 +98,7 @@ impl Rolled {
             ..contact
         };
         let by_radius_m = beside(wider, radius_sigma_m);
-        let by_angle_m = by_rotation * self.turned.sigma_rad;
-        let variance =
-            by_place_m * by_place_m + by_radius_m * by_radius_m + by_angle_m * by_angle_m;
+        let variance = by_place_m * by_place_m + by_radius_m * by_radius_m + along_m * along_m;
         Some(Some(Followed::Moved {
             phalanx: contact.phalanx,
             k_m,
@@ -106,26 +109,41 @@ impl Rolled {
 }
 
 impl Turned {
-    /// The place of a contact now, metre, and how it changes with the rotation, metre per radian.
+    /// The place of a contact now and its deviation, metre: mean and deviation along the path, every place as likely as the angle and
+    /// the torque there make it. Nothing where the path leads nowhere near.
     fn place<F: Mechanics, H: JointSensor, X: SeriesElement>(
         &self,
         sensor: &Sensor<F, H, X>,
         contact: Contact,
-    ) -> Option<(f32, f32)> {
+    ) -> Option<[f32; 2]> {
         let finger = sensor.finger();
         let free = sensor.free_at(self.onset_rad)?;
         let mut path = finger.path(&free.configuration, free.torque_nm, contact)?;
-        let (mut rotation_rad, mut k_m) = (0.0, contact.k_m);
+        // Share of the torque, rotation, and place beyond the first.
+        let mut from = [0.0; 3];
+        let [mut weight, mut first, mut second] = [0.0; 3];
         for piece in 1..=MOST_PIECES {
-            let rise_nm = self.torque_nm * f32::from(piece) / f32::from(PIECES);
-            let point = finger.follow(&mut path, rise_nm)?;
-            let by_rotation = (point.k_now_m - k_m) / (point.rotation_rad - rotation_rad);
-            if point.rotation_rad >= self.rotation_rad {
-                let place_m = k_m + by_rotation * (self.rotation_rad - rotation_rad);
-                return place_m.is_finite().then_some((place_m, by_rotation));
+            let share = f32::from(piece) / f32::from(PIECES);
+            let Some(point) = finger.follow(&mut path, self.torque_nm * share) else {
+                break;
+            };
+            let to = [share, point.rotation_rad, point.k_now_m - contact.k_m];
+            for step in 0..STEPS {
+                let way = (f32::from(step) + 0.5) / f32::from(STEPS);
+                let [share, rotation_rad, rolled_m]: [f32; 3] =
+                    core::array::from_fn(|i| from[i] + way * (to[i] - from[i]));
+                let turned = (rotation_rad - self.rotation_rad) / self.sigma_rad;
+                let taken = ln(share) / TAKEN_SIGMA;
+                let likely =
+                    exp(-0.5 * (turned * turned + taken * taken)) * (to[2] - from[2]).abs();
+                weight += likely;
+                first += likely * rolled_m;
+                second += likely * rolled_m * rolled_m;
             }
-            (rotation_rad, k_m) = (point.rotation_rad, point.k_now_m);
+            from = to;
         }
-        None
+        let (mean_m, square_m2) = (first / weight, second / weight);
+        let sigma_m = sqrt((square_m2 - mean_m * mean_m).at_least(0.0));
+        (weight > NOWHERE_M).then_some([contact.k_m + mean_m, sigma_m])
     }
 }

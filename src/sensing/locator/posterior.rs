@@ -236,6 +236,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
                     force_n: model.force_n(),
                     sigma_n: sqrt(beyond_n * beyond_n + rubbing_n * rubbing_n),
                 },
+                onset_rad: values[ONSET],
                 onset,
                 joints_rad: model.end().joints_rad,
             })
@@ -285,7 +286,9 @@ fn springs(calibration: &Calibration) -> [f32; 2] {
 pub struct State<C> {
     /// Force of the contact.
     pub force: Force,
-    /// The free finger at the onset.
+    /// The measured angle of the input link at the onset, radian, and the free finger there.
+    pub onset_rad: f32,
+    /// See `onset_rad`.
     pub onset: Free<C>,
     /// Change of the joints' angles since.
     pub joints_rad: [f32; MAX_PHALANGES],

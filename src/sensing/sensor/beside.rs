@@ -26,6 +26,11 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         self.state.free(measured_rad)
     }
 
+    /// Measured angle of the input link at which the contact that was located last began, as its curve has it, radian.
+    pub fn onset_rad(&self) -> f32 {
+        self.state.onset_rad
+    }
+
     /// Whether the input link, behind the cable, is at the closing stop: there the cable alone gives way. `excess_nm` is the
     /// torque above friction.
     pub fn is_at_stop(&self, measured_rad: f32, excess_nm: f32) -> bool {

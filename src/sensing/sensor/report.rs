@@ -124,6 +124,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             if !contact.collector.is_lost() {
                 (force_n, force_sigma_n) = (state.force.force_n, state.force.sigma_n);
             }
+            self.onset_rad = state.onset_rad;
             let free = &state.onset;
             k_c = self
                 .finger

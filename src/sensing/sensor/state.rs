@@ -37,6 +37,8 @@ pub(super) struct SensorState<F: Mechanics, H: JointSensor, X: SeriesElement> {
     pub(super) position_counts: i32,
     /// Change of theta_2 since contact, as the last verdict took it into account.
     pub(super) joint_change: H::Reading,
+    /// Measured angle of the input link at which the contact that was located last began, by the fit, radian.
+    pub(super) onset_rad: f32,
     pub(super) events: Deque<Event, 4>,
     pub(super) friction: Option<Friction>,
     /// Add this to an encoder position to get the record's, counts; `None` while a record from before a restart is not aligned.
@@ -71,6 +73,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             reading: H::Reading::default(),
             position_counts: 0,
             joint_change: H::Reading::default(),
+            onset_rad: 0.0,
             events: Deque::new(),
             series: PhantomData,
         }

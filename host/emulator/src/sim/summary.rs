@@ -8,7 +8,7 @@ use crate::log::Line;
 
 /// What the firmware said about the contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum Told {
     /// A place on a phalanx beyond the first.
     Located,
     /// A contact on the first phalanx.
@@ -23,7 +23,7 @@ pub enum Verdict {
     Fault,
 }
 
-impl Verdict {
+impl Told {
     /// As in the summary.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -42,7 +42,7 @@ impl Verdict {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
     /// What the firmware said.
-    pub verdict: Verdict,
+    pub told: Told,
     /// Phalanx of the estimate.
     pub phalanx: Option<u32>,
     /// Estimated place.
@@ -70,7 +70,7 @@ impl Summary {
     #[must_use]
     pub fn of(session: &Session<'_>) -> Self {
         let mut summary = Self {
-            verdict: Verdict::None,
+            told: Told::None,
             phalanx: None,
             k_mm: None,
             sigma_mm: None,
@@ -86,7 +86,7 @@ impl Summary {
             summary.hear(line);
         }
         if summary.fault.is_some() {
-            summary.verdict = Verdict::Fault;
+            summary.told = Told::Fault;
         }
         if let Some(plant) = session.machine.plant()
             && let Some(first) = plant.truth().first_contact
@@ -103,28 +103,28 @@ impl Summary {
 
     fn hear(&mut self, line: &Line) {
         let event = line.event();
-        let mut place = |verdict| {
-            self.verdict = verdict;
+        let mut place = |told| {
+            self.told = told;
             self.phalanx = event.number("phalanx").map(|n| n as u32);
             self.k_mm = event.number("k_mm");
             self.sigma_mm = event.number("sigma_mm");
             self.force_n = event.number("force_n");
         };
         match event.name {
-            "located" if event.field("phalanx") == Some("1") => place(Verdict::Proximal),
-            "located" => place(Verdict::Located),
-            "ambiguous" => place(Verdict::Ambiguous),
-            "unusual" => place(Verdict::Unusual),
+            "located" if event.field("phalanx") == Some("1") => place(Told::Proximal),
+            "located" => place(Told::Located),
+            "ambiguous" => place(Told::Ambiguous),
+            "unusual" => place(Told::Unusual),
             "not-located" => match event.field("why") {
                 Some("proximal") => {
-                    place(Verdict::Proximal);
+                    place(Told::Proximal);
                     self.phalanx = Some(1);
                 }
-                Some("too-soft") => place(Verdict::Unusual),
-                _ => place(Verdict::Ambiguous),
+                Some("too-soft") => place(Told::Unusual),
+                _ => place(Told::Ambiguous),
             },
             // A new grasp begins.
-            "state" if event.field("name") == Some("close") => place(Verdict::None),
+            "state" if event.field("name") == Some("close") => place(Told::None),
             _ => {}
         }
     }
@@ -134,7 +134,7 @@ impl Summary {
     pub fn json(&self, wall_s: f64) -> Value {
         json!({
             "type": "summary",
-            "verdict": self.verdict.name(),
+            "verdict": self.told.name(),
             "phalanx": self.phalanx,
             "k_mm": self.k_mm,
             "sigma_mm": self.sigma_mm,
@@ -171,7 +171,7 @@ impl Summary {
              k         {:<20} {}\n\
              force     {:<20} {}\n\
              {} instructions, {:.2} s simulated in {wall_s:.2} s: {faster:.1} times real time\n",
-            self.verdict.name(),
+            self.told.name(),
             phalanx(self.phalanx),
             phalanx(self.true_phalanx),
             number(self.k_mm, "mm") + &sigma,

@@ -6,7 +6,7 @@
 
 use crate::support::firmware;
 use palpate_emulator::Firmware;
-use palpate_emulator::sim::{Object, Settings, Summary, Verdict, end_of};
+use palpate_emulator::sim::{Object, Settings, Summary, Told, end_of};
 use palpate_plant::{Engine, Parameters};
 
 /// Of the length of phalanx 2, 70 mm: what an uncalibrated finger may be off by.
@@ -34,7 +34,7 @@ fn the_image_locates_a_contact_in_the_other_engine() {
     let Some(firmware) = firmware() else { return };
     let (summary, lines) = told(&firmware, 1);
     println!("{summary:?}");
-    assert_eq!(summary.verdict, Verdict::Located, "{summary:?}");
+    assert_eq!(summary.told, Told::Located, "{summary:?}");
     let (found, truth) = (summary.k_mm, summary.true_k_mm);
     let (found, truth) = (found.expect("a place"), truth.expect("a contact"));
     assert!((truth - 30.0).abs() < 0.2, "{truth} mm");

@@ -2,7 +2,7 @@
 //! The firmware image on the emulated chip, with the simulated finger in its default state.
 
 use crate::support::firmware;
-use palpate_emulator::sim::{Object, Script, Session, Settings, Summary, Verdict, end_of};
+use palpate_emulator::sim::{Object, Script, Session, Settings, Summary, Told, end_of};
 use palpate_emulator::{Firmware, Pause, ResetCause};
 
 /// Five per cent of the distal phalanx.
@@ -44,7 +44,7 @@ fn run(firmware: &Firmware, settings: Settings) -> Summary {
 fn locates(contact_mm: f64) {
     let Some(firmware) = firmware() else { return };
     let summary = run(&firmware, settings(2, contact_mm));
-    assert_eq!(summary.verdict, Verdict::Located, "{summary:?}");
+    assert_eq!(summary.told, Told::Located, "{summary:?}");
     assert_eq!(summary.phalanx, Some(2), "{summary:?}");
     let error_mm = summary.k_mm.expect("a place") - summary.true_k_mm.expect("a contact");
     assert!(error_mm.abs() < LOCATED_MM, "{summary:?}");
@@ -74,7 +74,7 @@ fn locates_a_contact_at_60_mm() {
 fn tells_a_proximal_contact() {
     let Some(firmware) = firmware() else { return };
     let summary = run(&firmware, settings(1, 45.0));
-    assert_eq!(summary.verdict, Verdict::Proximal, "{summary:?}");
+    assert_eq!(summary.told, Told::Proximal, "{summary:?}");
     assert_eq!(summary.true_phalanx, Some(1));
 }
 
@@ -89,7 +89,7 @@ fn feels_nothing_where_there_is_nothing() {
             .iter()
             .all(|line| !["touch", "located", "unusual"].contains(&line.event().name))
     );
-    assert_eq!(Summary::of(&session).verdict, Verdict::None);
+    assert_eq!(Summary::of(&session).told, Told::None);
 }
 
 #[test]

@@ -4,7 +4,7 @@
 use crate::support;
 use palpate_emulator::Firmware;
 use palpate_emulator::sim::{
-    CONTROL_INSTRUCTIONS, Object, Script, Session, Settings, Summary, Verdict, end_of,
+    CONTROL_INSTRUCTIONS, Object, Script, Session, Settings, Summary, Told, end_of,
 };
 use palpate_plant::{Grasp, Parameters};
 
@@ -47,7 +47,7 @@ fn joint_2_is_read_and_decides_the_side() {
     };
     let session = grasp(&firmware, "tendon2-hall", Script::button(), (95.0, 30.0));
     let summary = Summary::of(&session);
-    assert_eq!(summary.verdict, Verdict::Located, "{summary:?}");
+    assert_eq!(summary.told, Told::Located, "{summary:?}");
     let error_mm = summary.k_mm.expect("a place") - summary.true_k_mm.expect("a contact");
     // Nothing was calibrated, and joint 2 is near 90 degrees: the claimed deviation says how little is known.
     let sigma_mm = summary.sigma_mm.expect("a deviation");
@@ -80,7 +80,7 @@ fn without_a_cable_there_is_none_to_calibrate() {
     };
     let session = grasp(&firmware, "p70-rigid", Script::button(), (45.0, 30.0));
     let summary = Summary::of(&session);
-    assert_eq!(summary.verdict, Verdict::Located, "{summary:?}");
+    assert_eq!(summary.told, Told::Located, "{summary:?}");
     let error_mm = summary.k_mm.expect("a place") - summary.true_k_mm.expect("a contact");
     assert!(error_mm.abs() < 3.5, "{summary:?}");
     let said = |text: &str| {
@@ -104,7 +104,7 @@ fn a_motor_at_every_joint_places_a_contact() {
     };
     let session = grasp(&firmware, "direct2", Script::button(), (45.0, 35.0));
     let summary = Summary::of(&session);
-    assert_eq!(summary.verdict, Verdict::Located, "{summary:?}");
+    assert_eq!(summary.told, Told::Located, "{summary:?}");
     let error_mm = summary.k_mm.expect("a place") - summary.true_k_mm.expect("a contact");
     let sigma_mm = summary.sigma_mm.expect("a deviation");
     assert!(error_mm.abs() < 3.0 * sigma_mm, "{summary:?}");
@@ -119,7 +119,7 @@ fn a_signed_current_is_read_with_its_sign() {
     };
     let session = grasp(&firmware, "p70-shunt", Script::button(), (45.0, 30.0));
     let summary = Summary::of(&session);
-    assert_eq!(summary.verdict, Verdict::Located, "{summary:?}");
+    assert_eq!(summary.told, Told::Located, "{summary:?}");
     let error_mm = summary.k_mm.expect("a place") - summary.true_k_mm.expect("a contact");
     let sigma_mm = summary.sigma_mm.expect("a deviation");
     assert!(error_mm.abs() < 3.0 * sigma_mm, "{summary:?}");

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::reference::{Posterior, Rolling};
-use crate::score::{Contact, Scores, Trial, Verdict};
+use crate::score::{Answer, Contact, Scores, Trial};
 use drawn::{Drawn, REFERENCE_NOISE, contact, drivetrain, rolling};
 
 /// Standard deviations of what makes up the torque factor, as shares: uniform spreads of 10 % of torque constant, spring and
@@ -124,26 +124,26 @@ impl Judged {
         }
     }
 
-    fn trial(&self, verdict: Verdict) -> Trial {
+    fn trial(&self, answer: Answer) -> Trial {
         Trial {
             truth: Some(self.contact()),
             touched_s: Some(0.0),
-            verdict,
+            answer,
             ..Trial::default()
         }
     }
 
-    /// Scores' form of the library's verdict.
+    /// Scores' form of what the library tells.
     #[must_use]
     pub fn ours(&self) -> Trial {
-        let located = |estimate: &palpate::sensing::locator::Estimate| Verdict::Located {
+        let located = |estimate: &palpate::sensing::locator::Estimate| Answer::Located {
             phalanx: estimate.phalanx,
             k_m: estimate.k_m.into(),
             sigma_m: estimate.k_sigma_m.into(),
         };
         self.trial(match &self.located {
             LocatorResult::At(estimate) | LocatorResult::Either([estimate, _]) => located(estimate),
-            LocatorResult::Undecided | LocatorResult::Nowhere(_) => Verdict::NotLocated,
+            LocatorResult::Undecided | LocatorResult::Nowhere(_) => Answer::NotLocated,
         })
     }
 
@@ -152,7 +152,7 @@ impl Judged {
     pub fn theirs(&self) -> Trial {
         self.trial(
             self.exact
-                .map_or(Verdict::NotLocated, |found| Verdict::Located {
+                .map_or(Answer::NotLocated, |found| Answer::Located {
                     phalanx: 2,
                     k_m: found.k_m,
                     sigma_m: found.sigma_m,

@@ -10,7 +10,7 @@ use palpate_simulation::Simulated;
 use super::live::{Failure, Recording, nominal_sensor};
 use crate::paper;
 use crate::reference::{Finger, Stage};
-use crate::score::{Contact, Listener, Trial, Verdict};
+use crate::score::{Answer, Contact, Listener, Trial};
 
 /// What our sensing is given in addition to the samples.
 #[derive(Clone, Debug)]
@@ -84,11 +84,11 @@ pub fn papers(
     truth: Option<Contact>,
 ) -> Trial {
     let found = paper::locate(model, threshold_nm, &closing(recording), rule);
-    let verdict = match found {
-        paper::PaperResult::NoContact => Verdict::Nothing,
-        paper::PaperResult::Touched { .. } => Verdict::NotLocated,
-        paper::PaperResult::Proximal { .. } => Verdict::Proximal,
-        paper::PaperResult::Located { phalanx, k, .. } => Verdict::Located {
+    let answer = match found {
+        paper::PaperResult::NoContact => Answer::Nothing,
+        paper::PaperResult::Touched { .. } => Answer::NotLocated,
+        paper::PaperResult::Proximal { .. } => Answer::Proximal,
+        paper::PaperResult::Located { phalanx, k, .. } => Answer::Located {
             phalanx,
             k_m: k,
             // It claims none.
@@ -98,7 +98,7 @@ pub fn papers(
     Trial {
         truth,
         touched_s: found.touched_us().map(|time_us| time_us as f64 * 1e-6),
-        verdict,
+        answer,
         force: None,
         unusual: false,
     }

@@ -250,7 +250,7 @@ pub fn headline(rows: &[Row]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::{Contact, Verdict};
+    use crate::score::{Answer, Contact};
 
     fn place() -> Place {
         Place {
@@ -268,7 +268,7 @@ mod tests {
                 time_s: 1.0,
             }),
             touched_s,
-            verdict: found.map_or(Verdict::Nothing, |k_m| Verdict::Located {
+            answer: found.map_or(Answer::Nothing, |k_m| Answer::Located {
                 phalanx: 2,
                 k_m,
                 sigma_m: 0.0004,
@@ -348,13 +348,13 @@ mod tests {
     #[test]
     fn the_wrong_phalanx_and_a_proximal_place_are_no_location() {
         let mut wrong = trial(None, Some(1.1));
-        wrong.verdict = Verdict::Proximal;
+        wrong.answer = Answer::Proximal;
         let mut proximal = trial(None, Some(1.1));
         proximal.truth = proximal.truth.map(|contact| Contact {
             phalanx: 1,
             ..contact
         });
-        proximal.verdict = Verdict::Proximal;
+        proximal.answer = Answer::Proximal;
         let row = row("x", Method::PaperTwoLevels, false, &[wrong, proximal]);
         assert_eq!(row.scores.err_mean_pct, None);
         assert_eq!(

@@ -72,7 +72,7 @@ fn figure_11(plan: &Plan) -> Result<Chart, Failure> {
     for step in 0..24 {
         let case = touch(&mut session, 0.004 + 0.0025 * f64::from(step), 0.6)?;
         let trial = session.ours(&case, &session.calibrated)?;
-        if let (Some(contact), Some((found_m, _))) = (trial.truth, trial.verdict.place())
+        if let (Some(contact), Some((found_m, _))) = (trial.truth, trial.answer.place())
             && let Some(k_c) = stiffness(found_m)
         {
             points.push((1e3 * contact.k_m, k_c));
@@ -204,7 +204,7 @@ fn figure_13(plan: &Plan) -> Result<Vec<Chart>, Failure> {
                     let true_m = contact.k_m;
                     series.points.push((1e3 * true_m, 1e3 * (true_m + error)));
                     errors.push(1e3 * error.abs());
-                    if let Some((_, sigma)) = trial.verdict.place().filter(|(_, s)| s.is_finite()) {
+                    if let Some((_, sigma)) = trial.answer.place().filter(|(_, s)| s.is_finite()) {
                         series.bars.push(2e3 * sigma);
                     }
                 }

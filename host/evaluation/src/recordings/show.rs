@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::world::{Calibrated, Line, World};
-use crate::score::{Scores, Verdict};
+use crate::score::{Answer, Scores};
 
 /// A figure rounded for reading, or null.
 fn number(value: f64) -> Value {
@@ -19,23 +19,23 @@ fn word(line: &Line) -> &'static str {
     if line.class.calibrates() {
         return "none";
     }
-    match line.trial.verdict {
-        Verdict::Located { .. } => "located",
-        Verdict::Ambiguous { .. } => "ambiguous",
-        Verdict::Proximal => "proximal",
-        Verdict::NotLocated => "not-located",
-        Verdict::Nothing if line.trial.unusual => "unusual",
-        Verdict::Nothing => "none",
+    match line.trial.answer {
+        Answer::Located { .. } => "located",
+        Answer::Ambiguous { .. } => "ambiguous",
+        Answer::Proximal => "proximal",
+        Answer::NotLocated => "not-located",
+        Answer::Nothing if line.trial.unusual => "unusual",
+        Answer::Nothing => "none",
     }
 }
 
 fn line_json(line: &Line) -> Value {
     let trial = &line.trial;
-    let (k_m, sigma_m) = trial.verdict.place().unwrap_or((f64::NAN, f64::NAN));
+    let (k_m, sigma_m) = trial.answer.place().unwrap_or((f64::NAN, f64::NAN));
     let truth = line.truth;
     let mut value = json!({
         "type": "recording", "name": line.name, "cls": line.class.name(), "verdict": word(line),
-        "phalanx": trial.verdict.phalanx(), "k_mm": number(1e3 * k_m), "sigma_mm": number(1e3 * sigma_m),
+        "phalanx": trial.answer.phalanx(), "k_mm": number(1e3 * k_m), "sigma_mm": number(1e3 * sigma_m),
         "touch_s": trial.touched_s.map(number),
         "force_n": number(trial.force.map_or(f64::NAN, |force| force.told_n)),
         "true_phalanx": truth.map_or(0, |contact| contact.phalanx),
@@ -147,7 +147,7 @@ fn or_dash(value: Option<f64>, digits: usize) -> String {
 fn line_text(line: &Line) -> String {
     let trial = &line.trial;
     let truth = line.truth;
-    let place = trial.verdict.place();
+    let place = trial.answer.place();
     let error_pct = trial
         .error_m()
         .and_then(|error| Some(100.0 * error / truth?.length_m));

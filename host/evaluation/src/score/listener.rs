@@ -2,7 +2,7 @@
 
 use palpate::sensing::{Event, NotLocated};
 
-use super::{Contact, Force, Trial, Verdict};
+use super::{Answer, Contact, Force, Trial};
 
 /// Hears the events of one closing; the last word counts.
 #[derive(Clone, Copy, Debug, Default)]
@@ -28,7 +28,7 @@ impl Listener {
                 force_sigma_n,
                 ..
             } => {
-                self.trial.verdict = Verdict::Located {
+                self.trial.answer = Answer::Located {
                     phalanx,
                     k_m: f64::from(k_m),
                     sigma_m: f64::from(sigma_m),
@@ -46,7 +46,7 @@ impl Listener {
                 sigma_m: [sigma_m, _],
                 ..
             } => {
-                self.trial.verdict = Verdict::Ambiguous {
+                self.trial.answer = Answer::Ambiguous {
                     phalanx,
                     k_m: f64::from(k_m),
                     sigma_m: f64::from(sigma_m),
@@ -54,9 +54,9 @@ impl Listener {
                 self.trial.force = None;
             }
             Event::NotLocated { why, .. } => {
-                self.trial.verdict = match why {
-                    NotLocated::Proximal => Verdict::Proximal,
-                    _ => Verdict::NotLocated,
+                self.trial.answer = match why {
+                    NotLocated::Proximal => Answer::Proximal,
+                    _ => Answer::NotLocated,
                 };
                 self.trial.force = None;
             }
@@ -69,8 +69,8 @@ impl Listener {
     pub fn trial(&self, truth: Option<Contact>) -> Trial {
         let mut trial = self.trial;
         trial.truth = truth;
-        if trial.verdict == Verdict::Nothing && trial.touched_s.is_some() {
-            trial.verdict = Verdict::NotLocated;
+        if trial.answer == Answer::Nothing && trial.touched_s.is_some() {
+            trial.answer = Answer::NotLocated;
         }
         trial
     }

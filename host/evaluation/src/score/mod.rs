@@ -26,7 +26,7 @@ pub struct Contact {
 
 /// The last word on a closing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Verdict {
+pub enum Answer {
     /// Nothing was said of a contact.
     #[default]
     Nothing,
@@ -54,7 +54,7 @@ pub enum Verdict {
     NotLocated,
 }
 
-impl Verdict {
+impl Answer {
     /// Phalanx that was named.
     #[must_use]
     pub fn phalanx(&self) -> Option<u8> {
@@ -98,7 +98,7 @@ pub struct Trial {
     /// When a contact was first decided, second on the samples' clock.
     pub touched_s: Option<f64>,
     /// The last word.
-    pub verdict: Verdict,
+    pub answer: Answer,
     /// The last force that was told with a place.
     pub force: Option<Force>,
     /// The finger was said to be softer than it is without contact.
@@ -125,14 +125,14 @@ impl Trial {
     #[must_use]
     pub fn error_m(&self) -> Option<f64> {
         let contact = self.truth.filter(|contact| contact.phalanx > 1)?;
-        let (k_m, _) = self.verdict.place()?;
-        (self.verdict.phalanx() == Some(contact.phalanx) && !self.is_early())
+        let (k_m, _) = self.answer.place()?;
+        (self.answer.phalanx() == Some(contact.phalanx) && !self.is_early())
             .then_some(k_m - contact.k_m)
     }
 
     /// Nothing at all was said of a contact or of softness.
     #[must_use]
     pub fn is_clean(&self) -> bool {
-        self.touched_s.is_none() && !self.unusual && self.verdict == Verdict::Nothing
+        self.touched_s.is_none() && !self.unusual && self.answer == Answer::Nothing
     }
 }

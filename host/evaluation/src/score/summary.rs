@@ -125,7 +125,7 @@ impl Scores {
         };
         let errors_pct = all(&|trial| Some(100.0 * trial.error_m()?.abs() / trial.truth?.length_m));
         let errors_mm = all(&|trial| Some(1e3 * trial.error_m()?.abs()));
-        let z = all(&|trial| Some(trial.error_m()?.abs() / trial.verdict.place()?.1));
+        let z = all(&|trial| Some(trial.error_m()?.abs() / trial.answer.place()?.1));
         let delays = all(&|trial| Some(1e3 * (trial.touched_s? - trial.truth?.time_s)));
         let felt: Vec<f64> = trials
             .iter()
@@ -152,9 +152,9 @@ impl Scores {
             closings: trials.len(),
             distal: count(&|t| on(t) > 1),
             located: located.len(),
-            ambiguous: count(&|t| matches!(t.verdict, super::Verdict::Ambiguous { .. })),
+            ambiguous: count(&|t| matches!(t.answer, super::Answer::Ambiguous { .. })),
             wrong_phalanx: count(&|t| {
-                t.truth.is_some() && t.verdict.phalanx().is_some_and(|said| said != on(t))
+                t.truth.is_some() && t.answer.phalanx().is_some_and(|said| said != on(t))
             }),
             missed: count(&|t| t.truth.is_some() && t.touched_s.is_none()),
             err_mean_pct: spread.map(|(mean, _)| mean),
@@ -167,7 +167,7 @@ impl Scores {
             z2_mean: mean_square(&z),
             proximal: count(&|t| on(t) == 1),
             proximal_named: count(&|t| {
-                on(t) == 1 && t.verdict == super::Verdict::Proximal && !t.is_early()
+                on(t) == 1 && t.answer == super::Answer::Proximal && !t.is_early()
             }),
             free,
             free_clean: count(&|t| t.truth.is_none() && t.is_clean()),

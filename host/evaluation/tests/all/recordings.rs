@@ -29,10 +29,10 @@ fn contacts_are_felt_in_time_and_placed_within_what_is_claimed() {
         assert!(!trial.is_early(), "{}: {trial:?}", line.name);
         match line.class {
             Class::Free => assert!(trial.is_clean(), "{}: {trial:?}", line.name),
-            Class::Proximal => assert_eq!(trial.verdict.phalanx(), Some(1), "{}", line.name),
+            Class::Proximal => assert_eq!(trial.answer.phalanx(), Some(1), "{}", line.name),
             _ => {
                 let error_m = trial.error_m().expect("located");
-                let (_, sigma_m) = trial.verdict.place().expect("located");
+                let (_, sigma_m) = trial.answer.place().expect("located");
                 // 4 % of the phalanx: the mean over more recordings of the kind is 1.1 +- 1.0 %.
                 assert!(error_m.abs() < 2.8e-3, "{}: {error_m} m", line.name);
                 assert!(
