@@ -323,6 +323,17 @@ impl Mechanics for MujocoFinger {
         }
     }
 
+    fn weaken_springs(&mut self, left: f64) {
+        let before = std::mem::replace(&mut self.description.springs_left, left);
+        if before == left {
+            return;
+        }
+        match self.rebuilt(&self.body, self.stopped, false) {
+            Ok(data) => self.data = data,
+            Err(_) => self.description.springs_left = before,
+        }
+    }
+
     fn step(&mut self, end: &CableEnd, dt_s: f64) {
         let speed = self
             .last_end

@@ -31,6 +31,8 @@ pub(crate) const INPUT: &str = "input";
 pub(crate) struct Description {
     pub finger: FingerParameters,
     spring: Vec<f64>,
+    /// Share of their stiffness that the springs have left.
+    pub springs_left: f64,
     rest: Vec<f64>,
     /// Joint angles at the opening stop.
     start: Vec<f64>,
@@ -103,6 +105,7 @@ impl Description {
                 .iter()
                 .map(|k| k * (1.0 + mechanism.spring_error))
                 .collect(),
+            springs_left: 1.0,
             rest,
             start,
             gravity: [cos, sin].map(|share| share * mechanism.gravity_m_per_s2),
@@ -329,7 +332,7 @@ impl Description {
         let spring = if self.held().any(|(held, _)| held == i) {
             0.0
         } else {
-            self.spring[i]
+            self.springs_left * self.spring[i]
         };
         let low = self.finger.joint_min_deg[i].to_radians();
         let high = self.finger.joint_max_deg[i].to_radians();

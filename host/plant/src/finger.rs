@@ -41,6 +41,8 @@ pub(crate) struct Finger {
     pub count: usize,
     pub length: [f64; MAX],
     pub spring: [f64; MAX],
+    /// Share of their stiffness that the springs have left (a fault can take some).
+    pub springs_left: f64,
     pub rest: [f64; MAX],
     /// Joints that a motor of their own holds: the spring's stiffness, and the angles beyond which the wheel's flanks load it.
     held: [Option<Held>; MAX],
@@ -142,6 +144,7 @@ impl Finger {
             count,
             length: list(&finger.length_m, |l| l),
             spring,
+            springs_left: 1.0,
             rest,
             held,
             low,
@@ -279,6 +282,7 @@ impl Finger {
         }
         let mut free = self.clone();
         free.stopped = false;
+        free.springs_left = 1.0;
         free.joint_friction = 0.0;
         free.capstan_share = 0.0;
         free.angle = self.rest;
@@ -323,8 +327,9 @@ impl Finger {
 
     /// Energy in springs, stops and contacts (not the cable), joule.
     pub fn energy(&self) -> f64 {
-        let springs =
-            (0..self.count).map(|i| 0.5 * self.spring[i] * (self.angle[i] - self.rest[i]).powi(2));
+        let springs = (0..self.count).map(|i| {
+            0.5 * self.springs_left * self.spring[i] * (self.angle[i] - self.rest[i]).powi(2)
+        });
         springs.sum::<f64>() + self.pushers.iter().map(Pusher::energy).sum::<f64>()
     }
 }

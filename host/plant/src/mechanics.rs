@@ -68,6 +68,9 @@ pub trait Mechanics: Debug + Send + Sync {
     /// Removes or restores the stops of input link and joint 1.
     fn break_stops(&mut self, missing: bool);
 
+    /// Leaves this share of their stiffness to the springs of the joints, 1 for all.
+    fn weaken_springs(&mut self, left: f64);
+
     /// Steps by `dt_s` seconds with the cable's end at this position.
     fn step(&mut self, end: &CableEnd, dt_s: f64);
 
@@ -157,6 +160,10 @@ impl Mechanics for Quasistatic {
     fn break_stops(&mut self, missing: bool) {
         self.finger.stopped = !missing;
         self.finger.runs_on = missing;
+    }
+
+    fn weaken_springs(&mut self, left: f64) {
+        self.finger.springs_left = left;
     }
 
     fn step(&mut self, end: &CableEnd, dt_s: f64) {

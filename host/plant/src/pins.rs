@@ -52,6 +52,8 @@ pub struct Faults {
     pub winding_left: f64,
     /// Whether the stops of input link and joint 1 are missing, so that nothing ends a motion.
     pub stops_missing: bool,
+    /// Share of their stiffness that the springs of the joints have left, 0 to 1; 1 without a fault.
+    pub springs_left: f64,
 }
 
 impl Default for Faults {
@@ -63,6 +65,7 @@ impl Default for Faults {
             sense_offset_a: 0.0,
             winding_left: 1.0,
             stops_missing: false,
+            springs_left: 1.0,
         }
     }
 }

@@ -207,6 +207,8 @@ impl Plant {
         let middle = self.origin + self.drivetrain.output();
         let end = self.cable.end(middle, self.half_backlash, load);
         self.mechanics.break_stops(self.faults.stops_missing);
+        self.mechanics
+            .weaken_springs(self.faults.springs_left.clamp(0.0, 1.0));
         self.mechanics.step(&end, dt);
         self.encoder
             .wander(self.drivetrain.rotor, &mut self.wandering);

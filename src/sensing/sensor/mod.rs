@@ -177,6 +177,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
     /// Sets the use of the following samples. A contact in progress is evaluated with the samples so far; repeating a directive
     /// restarts the stage.
     pub fn direct(&mut self, directive: Directive) {
+        self.conclude_search();
         let state = &mut self.state;
         if matches!(directive, Directive::RecordFriction) {
             let empty = Friction::empty(state.travel_counts(), &state.drivetrain);
@@ -274,13 +275,21 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             self.learning.cut(&self.state, &suspect);
         }
         self.learning.end_run(&self.state);
-        // An unusual closing has been reported already.
-        let free = matches!(&self.stage, Stage::Searching(search) if !search.unusual) && !self.done;
-        self.state.conclude_closing(free);
-        match &mut self.stage {
-            Stage::Idle => {}
-            Stage::Searching(_) => self.stage = Stage::Idle,
-            Stage::Contact(contact) => contact.end(),
+        self.conclude_search();
+        // What is left: the end of a closing in contact, or of one whose search is over.
+        self.state.conclude_closing(false);
+        if let Stage::Contact(contact) = &mut self.stage {
+            contact.end();
+        }
+    }
+
+    /// Ends a closing without contact.
+    fn conclude_search(&mut self) {
+        if let Stage::Searching(search) = &self.stage {
+            // An unusual one has been reported already.
+            let free = !search.unusual && !self.done;
+            self.state.conclude_closing(free);
+            self.stage = Stage::Idle;
         }
     }
 }

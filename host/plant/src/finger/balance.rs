@@ -145,8 +145,9 @@ impl Finger {
         let mut matrix = [[0.0; MAX]; MAX];
         let mut right = [0.0; MAX];
         for i in 0..MAX {
-            matrix[i][i] = self.damping / dt + self.spring[i];
-            right[i] = -self.spring[i] * (self.angle[i] - self.rest[i]);
+            let spring = self.springs_left * self.spring[i];
+            matrix[i][i] = self.damping / dt + spring;
+            right[i] = -spring * (self.angle[i] - self.rest[i]);
             if i >= self.count {
                 (matrix[i][i], right[i]) = (1.0, 0.0);
             }

@@ -15,5 +15,6 @@ mod rigid;
 mod scenes;
 mod second;
 mod settings;
+mod softer;
 mod travel;
 mod weight;
