@@ -47,9 +47,9 @@ const NEXT_PERIODS_US: f64 = 100.0;
 const CONTRADICTION_US: f64 = 30_000.0;
 /// A driven motor may show no current for 0.2 s while it slows down; longer is a fault.
 const SILENCE_US: f64 = 250_000.0;
-/// A reading that repeats itself shows within 2 ms, one of nothing at a current that must flow within 10 ms: it may stick at
-/// nothing, where the motor turns round.
-const NOTHING_US: f64 = 12_000.0;
+/// A reading that repeats itself shows within 2 ms while the motor turns, one of nothing at a current that must flow within 10 ms. It
+/// may stick where the motor turns round: then once it turns again, or the voltages contradict each other.
+const STUCK_US: f64 = CONTRADICTION_US;
 /// The watchdog at its oscillator's slowest, after the last report.
 const WATCHDOG_US: f64 = 118_500.0;
 /// Kicks in succession that no motor makes.
@@ -161,7 +161,7 @@ pub const FAULTS: &[Fault] = &[
         name: "adc-stuck-last",
         detected_by: "control interrupt",
         reported: &["sense-stuck"],
-        limit_us: NOTHING_US,
+        limit_us: STUCK_US,
         at_s: MOVING_S,
         injection: Injection::Wiring(|wires, volts| wires.current_v = Some(volts)),
     },
