@@ -66,7 +66,8 @@ impl Injection<'_> {
             "missing-stop" => false,
             name if name.starts_with("encoder") => moving,
             "stalled-rotor" | "adc-stuck-zero" | "adc-stuck-last" => moving,
-            _ => !self.fault.reported.is_empty(),
+            // A fault that comes when all is over is taken back before it is seen.
+            _ => !self.fault.reported.is_empty() && !self.phase.is_empty(),
         }
     }
 
