@@ -120,17 +120,19 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             self.drivetrain.closing_rad(self.position_counts),
         );
         let (mut k_c, mut force_n, mut force_sigma_n) = (f32::INFINITY, f32::NAN, f32::NAN);
+        let [mut onset_rad, _] = prior.onset_rad;
         if let Some(state) = state {
             if !contact.collector.is_lost() {
                 (force_n, force_sigma_n) = (state.force.force_n, state.force.sigma_n);
             }
-            self.onset_rad = state.onset_rad;
+            onset_rad = state.onset_rad;
             let free = &state.onset;
             k_c = self
                 .finger
                 .contact_compliance(&free.configuration, free.torque_nm, phalanx, k_m)
                 .map_or(f32::INFINITY, |compliance| 1.0 / compliance);
         }
+        self.onset_rad = onset_rad;
         contact.reported = Reported::Located {
             phalanx,
             k_m,
