@@ -21,6 +21,7 @@ mod memory;
 mod names;
 pub(crate) mod nvic;
 mod op;
+mod operands;
 #[cfg(feature = "reference")]
 pub mod reference;
 mod state;

@@ -68,7 +68,7 @@ impl Injection<'_> {
             "missing-stop" => false,
             name if name.starts_with("encoder") => moving,
             "stalled-rotor" | "adc-stuck-zero" | "adc-stuck-last" => moving,
-            // With the bridge off not everything shows.
+            // At rest the bridge is off, and most faults cannot show.
             _ => !self.fault.reported.is_empty() && !self.phase.is_empty(),
         }
     }
@@ -130,7 +130,7 @@ impl Aftermath {
         let (mut phase, mut since) = ("", 0);
         let mut told_at: Option<Ticks> = None;
         let mut on_again = false;
-        // What comes as all is over, and what coasts then, has its time too.
+        // Go on for this long after the last injection: the firmware may report it, and the finger comes to rest.
         let mut watched = 0;
         while session.machine.now() < end
             && told_at.is_none_or(|told_at| session.machine.now() < told_at + WATCH)
@@ -261,7 +261,7 @@ impl Aftermath {
                 session.millisecond()?;
             }
             if let Some((_, name)) = session.faults.get(faults) {
-                // Counts that were lost at rest are told as the next motion starts.
+                // Noise at rest is reported when the next motion starts, because counts may be lost.
                 if self.reported.is_empty() && self.expected.contains(&name.as_str()) {
                     self.reported.push(name.clone());
                     session.interrupt("clear");
