@@ -2,9 +2,11 @@
 //! Executes translated blocks. Each operation has a function, which ends by calling that of the next one: compiled, these calls
 //! are jumps, and each has its own prediction.
 
+mod action;
 mod data;
 mod float;
 mod flow;
+mod frequent;
 mod transfer;
 
 use super::Trap;
@@ -33,17 +35,33 @@ pub(super) struct Step {
 }
 
 impl Step {
-    pub(super) fn new(op: Op) -> Self {
-        let run = data::handler(op)
-            .or_else(|| transfer::quick(op))
+    /// The first of these operations.
+    fn first(ops: &[Op]) -> Option<Self> {
+        let &op = ops.first()?;
+        let run = frequent::handler(ops)
+            .or_else(|| data::handler(op))
             .or_else(|| transfer::handler(op))
             .or_else(|| flow::handler(op))
-            .or_else(|| float::handler(op));
-        Self {
-            run: run.unwrap_or(missing),
-            op,
-        }
+            .or_else(|| float::handler(op))
+            .unwrap_or(missing);
+        Some(Self { run, op })
     }
+
+    /// The operations of a block. One that is executed with another one can still be executed alone: what leaves operations out may
+    /// lead there.
+    pub(super) fn all(ops: &[Op]) -> Box<[Self]> {
+        (0..ops.len())
+            .filter_map(|first| Self::first(ops.get(first..)?))
+            .collect()
+    }
+}
+
+/// An operation that is not quick after all.
+#[cold]
+#[inline(never)]
+fn elsewhere(bus: &mut Bus, op: Op, rest: &[Step], code: &Code) -> Ended {
+    let run = transfer::handler(op).or_else(|| float::handler(op));
+    run.unwrap_or(missing)(bus, op, rest, code)
 }
 
 /// There is none like this.
@@ -68,13 +86,6 @@ impl At<'_> {
             Some((step, rest)) => (step.run)(bus, step.op, rest, self.code),
             None => Ended::Next,
         }
-    }
-
-    /// Leaves operations out.
-    #[inline(always)]
-    fn skip(self, bus: &mut Bus, operations: u8) -> Ended {
-        let rest = self.rest.get(usize::from(operations)..).unwrap_or_default();
-        Self { rest, ..self }.next(bus)
     }
 
     fn index(self) -> usize {

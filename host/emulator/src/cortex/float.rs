@@ -188,13 +188,18 @@ impl Fpu {
         }
     }
 
+    /// The sum if nothing but the inexact flag can come of it.
     #[inline(always)]
-    pub(super) fn add(&mut self, a: u32, b: u32) -> u32 {
+    pub(super) fn quick_add(&self, a: u32, b: u32) -> Option<u32> {
         let r = (f32::from_bits(a) + f32::from_bits(b)).to_bits();
-        if self.quick && r & INFINITY != INFINITY {
-            return r;
+        (self.quick && r & INFINITY != INFINITY).then_some(r)
+    }
+
+    pub(super) fn add(&mut self, a: u32, b: u32) -> u32 {
+        match self.quick_add(a, b) {
+            Some(r) => r,
+            None => self.add_with_flags(a, b),
         }
-        self.add_with_flags(a, b)
     }
 
     #[cold]
@@ -221,10 +226,15 @@ impl Fpu {
         self.round(f32::from_bits(a) + f32::from_bits(b), exact)
     }
 
+    /// The difference, likewise.
     #[inline(always)]
-    pub(super) fn sub(&mut self, a: u32, b: u32) -> u32 {
+    pub(super) fn quick_sub(&self, a: u32, b: u32) -> Option<u32> {
         let r = (f32::from_bits(a) - f32::from_bits(b)).to_bits();
-        if self.quick && r & INFINITY != INFINITY {
+        (self.quick && r & INFINITY != INFINITY).then_some(r)
+    }
+
+    pub(super) fn sub(&mut self, a: u32, b: u32) -> u32 {
+        if let Some(r) = self.quick_sub(a, b) {
             return r;
         }
         // The sign of a NaN stays.
@@ -234,14 +244,20 @@ impl Fpu {
         self.add_with_flags(a, b ^ SIGN)
     }
 
+    /// The product, likewise.
     #[inline(always)]
-    pub(super) fn mul(&mut self, a: u32, b: u32) -> u32 {
+    pub(super) fn quick_mul(&self, a: u32, b: u32) -> Option<u32> {
         let r = (f32::from_bits(a) * f32::from_bits(b)).to_bits();
         // Of zero, zero is exact.
-        if self.quick && (is_plain(r) || is_zero(r) && (is_zero(a) || is_zero(b))) {
-            return r;
+        let exact = is_zero(r) && (is_zero(a) || is_zero(b));
+        (self.quick && (is_plain(r) || exact)).then_some(r)
+    }
+
+    pub(super) fn mul(&mut self, a: u32, b: u32) -> u32 {
+        match self.quick_mul(a, b) {
+            Some(r) => r,
+            None => self.mul_with_flags(a, b),
         }
-        self.mul_with_flags(a, b)
     }
 
     #[cold]
@@ -361,23 +377,36 @@ impl Fpu {
         )
     }
 
-    /// Compares, sets the condition flags and returns them; with `signals` every NaN is invalid, otherwise signalling ones.
+    /// Compares numbers, not NaNs, without flushing: sets the condition flags and returns them.
     #[inline(always)]
-    pub(super) fn compare(&mut self, a: u32, b: u32, signals: bool) -> u32 {
-        let (a, b) = if self.has(FLUSH) {
-            (self.operand(a), self.operand(b))
-        } else {
-            (a, b)
-        };
+    pub(super) fn quick_compare(&mut self, a: u32, b: u32) -> Option<u32> {
         let (x, y) = (f32::from_bits(a), f32::from_bits(b));
         // Without branches: the result is as random as the numbers.
-        let mut conditions = 8 * u32::from(x < y) + 6 * u32::from(x == y) + 2 * u32::from(x > y);
-        if conditions == 0 {
-            if signals || is_signalling(a) || is_signalling(b) {
-                self.raise(INVALID);
-            }
-            conditions = 3;
+        let conditions = 8 * u32::from(x < y) + 6 * u32::from(x == y) + 2 * u32::from(x > y);
+        if conditions == 0 || self.has(FLUSH) {
+            return None;
         }
+        self.status = self.status & !CONDITIONS | conditions << 28;
+        Some(conditions)
+    }
+
+    /// The same of all numbers; with `signals` every NaN is invalid, otherwise signalling ones.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn compare(&mut self, a: u32, b: u32, signals: bool) -> u32 {
+        let (a, b) = (self.operand(a), self.operand(b));
+        let (x, y) = (f32::from_bits(a), f32::from_bits(b));
+        let conditions = match x.partial_cmp(&y) {
+            Some(Ordering::Less) => 8,
+            Some(Ordering::Equal) => 6,
+            Some(Ordering::Greater) => 2,
+            None => {
+                if signals || is_signalling(a) || is_signalling(b) {
+                    self.raise(INVALID);
+                }
+                3
+            }
+        };
         self.status = self.status & !CONDITIONS | conditions << 28;
         conditions
     }

@@ -129,7 +129,7 @@ impl Translator<'_> {
             taken: (self.taken.0, self.taken.1.max(self.address)),
             it_after: self.it,
             cost,
-            steps: self.ops.into_iter().map(Step::new).collect(),
+            steps: Step::all(&self.ops),
             places: self.places.into_boxed_slice(),
         })
     }
