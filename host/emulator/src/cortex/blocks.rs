@@ -75,8 +75,10 @@ impl Blocks {
 
     /// Keeps a block that starts in this IT state.
     pub(super) fn keep(&mut self, mut code: Code, it: u8) {
-        let start = code.start;
-        code.cost.watch = self.watched.get(&start).copied().unwrap_or(0);
+        let start = code.first.start;
+        for stretch in std::iter::once(&mut code.first).chain(&mut code.more) {
+            stretch.cost.watch = self.watched.get(&stretch.start).copied().unwrap_or(0);
+        }
         if it != 0 {
             self.in_it.insert((start, it), Box::new(code));
         } else if let Some(slot) = self.slot(start) {
@@ -84,12 +86,10 @@ impl Blocks {
         }
     }
 
-    /// Marks a watched function.
+    /// Marks a watched function from now on: blocks do not know it.
     pub(super) fn watch(&mut self, address: u32, number: u16) {
         self.watched.insert(address, number);
-        if let Some(Some(code)) = self.slot(address) {
-            code.cost.watch = number;
-        }
+        self.forget_flash(0, 0);
     }
 
     /// Drops the blocks in CCM SRAM.
@@ -139,7 +139,10 @@ mod tests {
         ] {
             assert!(blocks.find(start, 0).is_none());
             blocks.keep(at(start), 0);
-            assert_eq!(blocks.find(start, 0).map(|code| code.start), Some(start));
+            assert_eq!(
+                blocks.find(start, 0).map(|code| code.first.start),
+                Some(start)
+            );
         }
         blocks.keep(at(Map::CCM + Map::CCM_SIZE), 0);
         assert!(blocks.find(Map::CCM + Map::CCM_SIZE, 0).is_none());
@@ -167,7 +170,7 @@ mod tests {
         assert!(all.iter().all(|&start| blocks.find(start, 0).is_none()));
         blocks.keep(at(Map::CCM), 0);
         assert_eq!(
-            blocks.find(Map::CCM, 0).map(|code| code.cost.watch),
+            blocks.find(Map::CCM, 0).map(|code| code.first.cost.watch),
             Some(3)
         );
     }

@@ -12,7 +12,9 @@ mod transfer;
 use super::Trap;
 use super::access::Bus;
 use super::op::Op;
-use super::translate::Code;
+use super::translate::{Code, Stretch};
+use crate::time::CYCLES_PER_INSTRUCTION;
+use action::Then;
 
 /// How a block ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,14 +97,14 @@ impl At<'_> {
     /// Address of the instruction.
     fn address(self) -> u32 {
         let place = self.code.places.get(self.index());
-        self.code.start + place.map_or(0, |place| u32::from(place.offset))
+        place.map_or(self.code.first.start, |place| place.address)
     }
 
-    /// Instructions of the block from this one on.
+    /// Instructions of the stretch from this one on.
     #[cold]
     pub(super) fn ahead(self) -> u32 {
         let place = self.code.places.get(self.index());
-        self.code.cost.instructions - place.map_or(0, |place| u32::from(place.index))
+        place.map_or(0, |place| place.ahead.into())
     }
 
     /// The instruction was not executed.
@@ -128,10 +130,48 @@ impl Bus {
     /// Runs a block; the program counter then stands at the next one, or at the instruction that could not be executed.
     #[inline(always)]
     pub(super) fn execute(&mut self, code: &Code) -> Ended {
-        self.registers.pc = code.end;
-        self.registers.it = code.it_after;
+        self.begin(&code.first);
         let rest = &code.steps;
         At { rest, code }.next(self)
+    }
+
+    /// Begins a stretch: counts it before it runs, and advances time.
+    #[inline(always)]
+    fn begin(&mut self, stretch: &Stretch) {
+        let chip = &mut self.chip;
+        chip.core.account.charge(&stretch.cost);
+        chip.core.event |= stretch.cost.sends_event;
+        let (numerator, denominator) = CYCLES_PER_INSTRUCTION;
+        let cycles = u64::from(stretch.cost.instructions) * numerator;
+        chip.now += cycles * chip.clocks().bus / denominator;
+        self.registers.pc = stretch.end;
+        self.registers.it = stretch.it_after;
+    }
+
+    /// Goes on with the next stretch of the block, at which the program counter stands.
+    #[inline(always)]
+    fn cross<'a>(&mut self, rest: &'a [Step], code: &Code) -> Then<'a> {
+        match rest.split_first() {
+            Some((step, rest)) => self.cross_to(step.op, rest, code),
+            None => Err(Ended::Next),
+        }
+    }
+
+    /// The same with the operation that tells its number. If something may be due before it, the block ends.
+    #[inline(always)]
+    fn cross_to<'a>(&mut self, seam: Op, rest: &'a [Step], code: &Code) -> Then<'a> {
+        let Op::Seam(n) = seam else {
+            return Err(Ended::Next);
+        };
+        let Some(stretch) = code.more.get(usize::from(n)) else {
+            return Err(Ended::Next);
+        };
+        if self.pauses() || stretch.cost.watch != 0 || self.chip.core.account.is_watching() {
+            return Err(Ended::Next);
+        }
+        self.chip.core.block_address = stretch.start;
+        self.begin(stretch);
+        Ok(rest)
     }
 }
 

@@ -7,6 +7,22 @@ use super::op::Op;
 pub(super) const SIGNALS: u8 = 0x80;
 
 impl Op {
+    /// Where the program goes on behind this last operation of a stretch that ends at `end`, unless it jumps; none if that is
+    /// not known.
+    pub(super) fn next(self, end: u32) -> Option<u32> {
+        match self {
+            Self::Branch(target) | Self::Call(target) => Some(target),
+            Self::BranchIf(..)
+            | Self::BranchZero(..)
+            | Self::BranchNotZero(..)
+            | Self::CmpImmBranch(..)
+            | Self::CmpBranch(..)
+            | Self::VcmpBranch(..)
+            | Self::VcmpZeroBranch(..) => Some(end),
+            _ => None,
+        }
+    }
+
     /// This operation and the one of the next instruction as one, if there is such a one. Neither of them can trap.
     pub(super) fn with(self, next: Self) -> Option<Self> {
         let signalling = |signals| if signals { SIGNALS } else { 0 };

@@ -188,6 +188,9 @@ pub(super) enum Op {
     /// d, signals
     VcmpZeroFlags(u8, bool),
 
+    /// The next stretch of the block begins.
+    /// its number
+    Seam(u8),
     /// target
     Branch(u32),
     /// condition, target

@@ -213,7 +213,6 @@ impl Both {
         let ended = self.bus.execute(&code);
         let registers = &self.bus.registers;
         let trap = self.bus.chip.core.trap.take();
-        self.bus.chip.core.account.charge(&code.cost);
         match (ended, trap) {
             (Ended::Trap, Some(Trap::Breakpoint | Trap::Undefined { encoding: None })) => {}
             (Ended::Next, None) => {}

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! Translates straight runs of instructions into operations.
 //!
-//! A block ends where the flow of control or the masks of interrupts may change, and at the end of a page: events and exceptions
-//! are looked for between blocks only, and time advances by whole blocks.
+//! A stretch ends where the flow of control or the masks of interrupts may change, and at the end of a page: events and exceptions
+//! are looked for between stretches only, and time advances by whole stretches. A block is a stretch with those that are known to
+//! follow it, unless it jumps.
 
 use super::Map;
 use super::decode::{self, Block, Memory};
@@ -10,8 +11,11 @@ use super::execute::Step;
 use super::memory::{PROGRAM_SIZE, flash_offset};
 use super::op::{Alu, BASE, NOWHERE, Op, PC, Rare, Shift, Width};
 
-/// Blocks do not go beyond the page in which they start, bytes.
+/// Stretches do not go beyond the page in which they start, bytes.
 pub(super) const PAGE: u32 = 1024;
+/// Most stretches of a block, and operations after which no other one follows.
+const STRETCHES: usize = 8;
+const LONG: usize = 64;
 
 /// Whether an instruction is the last of its block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,29 +27,36 @@ pub(super) enum Ends {
 /// Instruction that an operation belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Place {
-    /// Its address, from the start of the block.
-    pub(super) offset: u16,
-    /// Instructions of the block before it.
-    pub(super) index: u16,
+    pub(super) address: u32,
+    /// Instructions of the stretch from this one on.
+    pub(super) ahead: u16,
     /// IT state before it.
     pub(super) it: u8,
+}
+
+/// A straight run of instructions.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stretch {
+    pub(super) start: u32,
+    /// Address behind it.
+    pub(super) end: u32,
+    /// IT state behind it.
+    pub(super) it_after: u8,
+    pub(super) cost: Block,
 }
 
 /// A translated block. What a run reads of it is one line of the cache.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub(super) struct Code {
-    pub(super) start: u32,
-    /// Address behind it.
-    pub(super) end: u32,
-    /// Addresses between which it and its literals lie, as far as they are in the memory of its start.
-    pub(super) taken: (u32, u32),
-    /// IT state behind it.
-    pub(super) it_after: u8,
-    pub(super) cost: Block,
+    pub(super) first: Stretch,
     pub(super) steps: Box<[Step]>,
+    /// Those behind the first stretch.
+    pub(super) more: Box<[Stretch]>,
     /// Of each operation.
     pub(super) places: Box<[Place]>,
+    /// Addresses between which it and its literals lie, as far as they are in the memory of its start.
+    pub(super) taken: (u32, u32),
 }
 
 /// What cannot be fetched.
@@ -59,9 +70,11 @@ pub(super) struct Translator<'a> {
     fetch: &'a dyn Fn(u32) -> Option<u16>,
     /// The core can be halted before every instruction.
     steps: bool,
+    /// Of the block, and of the stretch.
+    begin: u32,
     start: u32,
     address: u32,
-    /// Between which addresses the literals of its memory lie, and its start.
+    /// Between which addresses it and the literals of its memory lie.
     taken: (u32, u32),
     /// IT state of the instruction.
     it: u8,
@@ -69,8 +82,10 @@ pub(super) struct Translator<'a> {
     it_begins: Option<u8>,
     /// The floating-point context exists from here on.
     in_context: bool,
-    /// Instructions before this one.
+    /// Instructions of the stretch before this one.
     index: u16,
+    /// What follows the stretch unless it jumps, if that is known.
+    follows: Option<u32>,
     ops: Vec<Op>,
     places: Vec<Place>,
 }
@@ -85,6 +100,7 @@ pub(super) fn translate(
     let translator = Translator {
         fetch,
         steps,
+        begin: start,
         start,
         address: start,
         taken: (start, start),
@@ -92,6 +108,7 @@ pub(super) fn translate(
         it_begins: None,
         in_context: false,
         index: 0,
+        follows: None,
         ops: Vec::new(),
         places: Vec::new(),
     };
@@ -100,11 +117,50 @@ pub(super) fn translate(
 
 impl Translator<'_> {
     fn run(mut self) -> Result<Code, NoCode> {
+        let first = self.stretch()?;
+        let mut more: Vec<Stretch> = Vec::new();
+        while let Some(next) = self.follows.filter(|&next| self.may_follow(next))
+            && next != first.start
+            && more.iter().all(|stretch| stretch.start != next)
+            && more.len() < STRETCHES - 1
+        {
+            let before = self.ops.len();
+            (self.start, self.address, self.index) = (next, next, 0);
+            self.push(Op::Seam(more.len() as u8));
+            let Ok(stretch) = self.stretch() else {
+                self.ops.truncate(before);
+                self.places.truncate(before);
+                break;
+            };
+            more.push(stretch);
+        }
+        Ok(Code {
+            first,
+            steps: Step::all(&self.ops),
+            more: more.into_boxed_slice(),
+            places: self.places.into_boxed_slice(),
+            taken: self.taken,
+        })
+    }
+
+    /// Whether a stretch can be part of this block: in the program or in the CCM SRAM as it, because changed code is dropped by
+    /// memories.
+    fn may_follow(&self, next: u32) -> bool {
+        let within = |start: u32, size| {
+            self.begin.wrapping_sub(start) < size && next.wrapping_sub(start) < size
+        };
+        let beside = within(Map::FLASH, PROGRAM_SIZE) || within(Map::CCM, Map::CCM_SIZE);
+        beside && !self.steps && self.ops.len() < LONG
+    }
+
+    fn stretch(&mut self) -> Result<Stretch, NoCode> {
         let mut code = Vec::new();
+        let first_op = self.ops.len();
+        self.follows = None;
         loop {
             let fetched = match self.instruction() {
                 Ok(fetched) => fetched,
-                // The fault comes when the block that starts there is to run.
+                // The fault comes when the stretch that starts there is to run.
                 Err(_) if self.index != 0 => break,
                 Err(no_code) => return Err(no_code),
             };
@@ -115,22 +171,31 @@ impl Translator<'_> {
                 vec![fetched as u16]
             };
             code.extend(halfwords.iter().flat_map(|half| half.to_le_bytes()));
+            let conditional = !self.flags();
             let ends = self.one(fetched);
             self.address = self.address.wrapping_add(size);
             self.index += 1;
-            if ends == Ends::Yes || self.page_ends() {
+            if ends == Ends::Yes {
+                let last = self.ops.last().filter(|_| !conditional);
+                self.follows = last.and_then(|op| op.next(self.address));
+                break;
+            }
+            if self.page_ends() {
+                self.follows = (self.it == 0).then_some(self.address);
                 break;
             }
         }
+        let (from, to) = self.taken;
+        self.taken = (from.min(self.start), to.max(self.address));
         let cost = decode::decode(&code, Memory::at(self.start));
-        Ok(Code {
+        for place in self.places.iter_mut().skip(first_op) {
+            place.ahead = (cost.instructions as u16).saturating_sub(place.ahead);
+        }
+        Ok(Stretch {
             start: self.start,
             end: self.address,
-            taken: (self.taken.0, self.taken.1.max(self.address)),
             it_after: self.it,
             cost,
-            steps: Step::all(&self.ops),
-            places: self.places.into_boxed_slice(),
         })
     }
 
@@ -198,11 +263,15 @@ impl Translator<'_> {
             *last = both;
             return;
         }
+        self.push(op);
+    }
+
+    fn push(&mut self, op: Op) {
         self.ops.push(op);
-        let offset = self.address.wrapping_sub(self.start) as u16;
         self.places.push(Place {
-            offset,
-            index: self.index,
+            address: self.address,
+            // Those before it, until their number is known.
+            ahead: self.index,
             it: self.it,
         });
     }
@@ -227,7 +296,7 @@ impl Translator<'_> {
         let in_program =
             |address| flash_offset(address).is_some_and(|offset| offset <= PROGRAM_SIZE - 4);
         let in_ccm = |address: u32| address.wrapping_sub(Map::CCM) <= Map::CCM_SIZE - 4;
-        let beside = in_ccm(address) && in_ccm(self.start);
+        let beside = in_ccm(address) && in_ccm(self.begin);
         if !in_program(address) && !beside {
             return None;
         }

@@ -73,6 +73,16 @@ impl Action for If {
     }
 }
 
+/// The next stretch begins.
+pub(super) struct Seam;
+
+impl Action for Seam {
+    #[inline(always)]
+    fn act<'a>(bus: &mut Bus, op: Op, rest: &'a [Step], code: &Code) -> Then<'a> {
+        bus.cross_to(op, rest, code)
+    }
+}
+
 /// Executes an action and what comes behind it.
 pub(super) fn run<A: Action>(bus: &mut Bus, op: Op, rest: &[Step], code: &Code) -> Ended {
     match A::act(bus, op, rest, code) {
@@ -114,8 +124,9 @@ impl<A: Action> Select for Behind<A> {
 }
 
 /// Types of actions, and a function that selects by an operation. Plain actions go on, `quick` ones are left to
-/// [`super::elsewhere`] if they end with `?`, ending ones say themselves how the block ended, `assign` ones give a register and its
-/// value; of these `conditional` selects those that an [`Op::If`] decides about.
+/// [`super::elsewhere`] if they end with `?`, `jumping` ones give the target if they jump and otherwise go on with the next stretch,
+/// `crossing` ones do so always, `ending` ones say themselves how the block ended, `assign` ones give a register and its value; of
+/// these `conditional` selects those that an [`Op::If`] decides about.
 macro_rules! actions {
     (@plain $bus:ident, $op:ident, $rest:ident, $code:ident, $body:expr) => {{
         $body;
@@ -130,6 +141,16 @@ macro_rules! actions {
             Some(()) => Ok($rest),
             None => Err(elsewhere($bus, $op, $rest, $code)),
         }
+    }};
+    (@jumping $bus:ident, $op:ident, $rest:ident, $code:ident, $body:expr) => {
+        match $body {
+            Some(target) => Err($bus.jump(target)),
+            None => $bus.cross($rest, $code),
+        }
+    };
+    (@crossing $bus:ident, $op:ident, $rest:ident, $code:ident, $body:expr) => {{
+        $body;
+        $bus.cross($rest, $code)
     }};
     (@ending $bus:ident, $op:ident, $rest:ident, $code:ident, $body:expr) => {
         Err($body)

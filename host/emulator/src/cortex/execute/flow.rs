@@ -20,7 +20,7 @@ fn branch(op: Op) -> Option<Handler> {
     handlers! { ending op, bus, at;
         Op::CallRegister(m) => {
             let target = r!(bus, m);
-            r!(bus, LR) = at.code.end | 1;
+            r!(bus, LR) = bus.registers.pc | 1;
             bus.registers.pc = target & !1;
             if target & 1 == 0 {
                 return bus.after(Trap::Undefined { encoding: None });
@@ -91,20 +91,6 @@ impl Bus {
     #[inline(always)]
     pub(super) fn jump(&mut self, target: u32) -> Ended {
         self.registers.pc = target & !1;
-        Ended::Next
-    }
-
-    #[inline(always)]
-    pub(super) fn branch_if(&mut self, condition: u8, target: u32) -> Ended {
-        let holds = self.registers.holds(condition);
-        self.jump_if(holds, target)
-    }
-
-    #[inline(always)]
-    pub(super) fn jump_if(&mut self, holds: bool, target: u32) -> Ended {
-        if holds {
-            self.registers.pc = target & !1;
-        }
         Ended::Next
     }
 

@@ -9,7 +9,7 @@ use super::super::op::{Alu, LR, Op, Width};
 use super::super::state::FPCA;
 use super::super::system::FPDSCR;
 use super::super::translate::Code;
-use super::action::{Action, Alone, Assign, Behind, If, Select, Then, When, actions};
+use super::action::{Action, Alone, Assign, Behind, If, Seam, Select, Then, When, actions};
 use super::float::SIGN;
 use super::transfer::{Numbers, block};
 use super::{Ended, Handler, Step, elsewhere, r, s};
@@ -157,32 +157,38 @@ actions! { quick less_quick, bus, code;
     },
 }
 
-// The last ones of their blocks: where they do not jump, the next block follows.
-actions! { ending ending, bus, code;
+// Their stretches end with them. At their end stands the program counter.
+actions! { jumping jumping, bus, code;
     CmpImmBranch: Op::CmpImmBranch(n, imm, condition, target) => {
         bus.registers.sum_with_flags(r!(bus, n), !u32::from(imm), true);
-        bus.branch_if(condition, target)
+        bus.registers.holds(condition).then_some(target)
     },
     CmpBranch: Op::CmpBranch(n, m, condition, target) => {
         bus.registers.sum_with_flags(r!(bus, n), !r!(bus, m), true);
-        bus.branch_if(condition, target)
+        bus.registers.holds(condition).then_some(target)
     },
     VcmpBranch: Op::VcmpBranch(d, m, how, target) => {
         bus.registers.compare(s!(bus, d), s!(bus, m), how & SIGNALS != 0);
-        bus.branch_if(how, target)
+        bus.registers.holds(how).then_some(target)
     },
     VcmpZeroBranch: Op::VcmpZeroBranch(d, how, target) => {
         bus.registers.compare(s!(bus, d), 0, how & SIGNALS != 0);
-        bus.branch_if(how, target)
+        bus.registers.holds(how).then_some(target)
     },
-    Branch: Op::Branch(target) => bus.jump(target),
-    BranchIf: Op::BranchIf(condition, target) => bus.branch_if(condition, target),
-    BranchZero: Op::BranchZero(n, target) => bus.jump_if(r!(bus, n) == 0, target),
-    BranchNotZero: Op::BranchNotZero(n, target) => bus.jump_if(r!(bus, n) != 0, target),
+    BranchIf: Op::BranchIf(condition, target) => bus.registers.holds(condition).then_some(target),
+    BranchZero: Op::BranchZero(n, target) => (r!(bus, n) == 0).then_some(target),
+    BranchNotZero: Op::BranchNotZero(n, target) => (r!(bus, n) != 0).then_some(target),
+}
+
+actions! { crossing crossing, bus, code;
+    Branch: Op::Branch(target) => bus.registers.pc = target & !1,
     Call: Op::Call(target) => {
-        r!(bus, LR) = code.end | 1;
-        bus.jump(target)
+        r!(bus, LR) = bus.registers.pc | 1;
+        bus.registers.pc = target & !1;
     },
+}
+
+actions! { ending ending, bus, code;
     Exchange: Op::Exchange(m) => bus.exchange(r!(bus, m)),
 }
 
@@ -203,8 +209,14 @@ fn any(ops: &[Op], select: impl Select) -> Option<Handler> {
     going(ops, select)
         .or_else(|| less_plain(op, select))
         .or_else(|| less_quick(op, select))
+        .or_else(|| jumping(op, select))
+        .or_else(|| crossing(op, select))
         .or_else(|| ending(op, select))
-        .or_else(|| matches!(op, Op::If(..)).then(|| select.of::<If>())?)
+        .or_else(|| match op {
+            Op::If(..) => select.of::<If>(),
+            Op::Seam(_) => select.of::<Seam>(),
+            _ => None,
+        })
 }
 
 /// Selects what is executed behind an action.
