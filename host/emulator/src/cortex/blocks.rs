@@ -75,15 +75,18 @@ impl Blocks {
 
     /// Keeps a block that starts in this IT state.
     pub(super) fn keep(&mut self, mut code: Code, it: u8) {
-        let start = code.first.start;
-        for stretch in std::iter::once(&mut code.first).chain(&mut code.more) {
-            stretch.cost.watch = self.watched.get(&stretch.start).copied().unwrap_or(0);
-        }
+        let start = code.start;
+        code.cost.watch = self.watched.get(&start).copied().unwrap_or(0);
         if it != 0 {
             self.in_it.insert((start, it), Box::new(code));
         } else if let Some(slot) = self.slot(start) {
             *slot = Some(Box::new(code));
         }
+    }
+
+    /// Whether a function that begins at an address is watched.
+    pub(super) fn watches(&self, address: u32) -> bool {
+        self.watched.contains_key(&address)
     }
 
     /// Marks a watched function from now on: blocks do not know it.
@@ -125,7 +128,7 @@ mod tests {
 
     fn at(start: u32) -> Code {
         // bx lr
-        translate(start, 0, false, &|_| Some(0x4770)).expect("code")
+        translate(start, 0, false, &|_| Some(0x4770), &|_| false).expect("code")
     }
 
     #[test]
@@ -139,10 +142,7 @@ mod tests {
         ] {
             assert!(blocks.find(start, 0).is_none());
             blocks.keep(at(start), 0);
-            assert_eq!(
-                blocks.find(start, 0).map(|code| code.first.start),
-                Some(start)
-            );
+            assert_eq!(blocks.find(start, 0).map(|code| code.start), Some(start));
         }
         blocks.keep(at(Map::CCM + Map::CCM_SIZE), 0);
         assert!(blocks.find(Map::CCM + Map::CCM_SIZE, 0).is_none());
@@ -170,7 +170,7 @@ mod tests {
         assert!(all.iter().all(|&start| blocks.find(start, 0).is_none()));
         blocks.keep(at(Map::CCM), 0);
         assert_eq!(
-            blocks.find(Map::CCM, 0).map(|code| code.first.cost.watch),
+            blocks.find(Map::CCM, 0).map(|code| code.cost.watch),
             Some(3)
         );
     }

@@ -6,7 +6,7 @@ use super::blocks::Blocks;
 use super::execute::Ended;
 use super::memory::flash_offset;
 use super::state::Registers;
-use super::translate::{NoCode, Stretch, translate};
+use super::translate::{Code, NoCode, translate};
 use super::{Map, Trap};
 use crate::chip::{Chip, Misuse};
 
@@ -79,7 +79,7 @@ impl Engine {
                     Err(trap) => return Exit::Trap(trap),
                 }
             };
-            follow_calls(&mut self.bus.chip, &self.bus.registers, &code.first);
+            follow_calls(&mut self.bus.chip, &self.bus.registers, code);
             let ended = self.bus.execute(code);
             if HELD {
                 self.bus.chip.core.resumed.leave();
@@ -134,7 +134,8 @@ impl Engine {
     fn translate(&mut self, steps: bool) -> Result<(), Trap> {
         let (pc, it) = (self.bus.registers.pc, self.bus.registers.it);
         let fetch = |address| self.fetch(address);
-        let code = translate(pc, it, steps, &fetch).map_err(|NoCode { address }| {
+        let watched = |address| self.blocks.watches(address);
+        let code = translate(pc, it, steps, &fetch, &watched).map_err(|NoCode { address }| {
             if address.wrapping_sub(Map::RAM) < Map::RAM_SIZE
                 || self.bus.memory.system(address, 2).is_some()
             {
@@ -146,7 +147,7 @@ impl Engine {
                 }
             }
         })?;
-        if code.first.start.wrapping_sub(Map::CCM) < Map::CCM_SIZE {
+        if code.start.wrapping_sub(Map::CCM) < Map::CCM_SIZE {
             let (from, to) = code.taken;
             self.bus.memory.holds_code(from, to);
         }
@@ -241,13 +242,13 @@ impl Engine {
 
 /// Notes returns from watched functions and calls of them before a block runs.
 #[inline(always)]
-fn follow_calls(chip: &mut Chip, registers: &Registers, stretch: &Stretch) {
+fn follow_calls(chip: &mut Chip, registers: &Registers, code: &Code) {
     let account = &mut chip.core.account;
     let (link, stack) = (registers.r[14], registers.r[13]);
-    if account.awaited_return() == Some(stretch.start) {
+    if account.awaited_return() == Some(code.start) {
         account.returned(stack);
     }
-    if stretch.cost.watch != 0 {
-        account.call(stretch.cost.watch, link, stack);
+    if code.cost.watch != 0 {
+        account.call(code.cost.watch, link, stack);
     }
 }

@@ -11,8 +11,9 @@ mod transfer;
 
 use super::Trap;
 use super::access::Bus;
+use super::decode::Block;
 use super::op::Op;
-use super::translate::{Code, Stretch};
+use super::translate::Code;
 use crate::time::CYCLES_PER_INSTRUCTION;
 use action::Then;
 
@@ -97,7 +98,7 @@ impl At<'_> {
     /// Address of the instruction.
     fn address(self) -> u32 {
         let place = self.code.places.get(self.index());
-        place.map_or(self.code.first.start, |place| place.address)
+        place.map_or(self.code.start, |place| place.address)
     }
 
     /// Instructions of the stretch from this one on.
@@ -130,47 +131,51 @@ impl Bus {
     /// Runs a block; the program counter then stands at the next one, or at the instruction that could not be executed.
     #[inline(always)]
     pub(super) fn execute(&mut self, code: &Code) -> Ended {
-        self.begin(&code.first);
+        self.begin(&code.cost, code.end);
+        self.registers.it = code.it_after;
+        self.chip.core.event |= code.cost.sends_event;
         let rest = &code.steps;
         At { rest, code }.next(self)
     }
 
     /// Begins a stretch: counts it before it runs, and advances time.
     #[inline(always)]
-    fn begin(&mut self, stretch: &Stretch) {
+    fn begin(&mut self, cost: &Block, end: u32) {
         let chip = &mut self.chip;
-        chip.core.account.charge(&stretch.cost);
-        chip.core.event |= stretch.cost.sends_event;
+        chip.core.account.charge(cost);
         let (numerator, denominator) = CYCLES_PER_INSTRUCTION;
-        let cycles = u64::from(stretch.cost.instructions) * numerator;
+        let cycles = u64::from(cost.instructions) * numerator;
         chip.now += cycles * chip.clocks().bus / denominator;
-        self.registers.pc = stretch.end;
-        self.registers.it = stretch.it_after;
+        self.registers.pc = end;
     }
 
     /// Goes on with the next stretch of the block, at which the program counter stands.
     #[inline(always)]
-    fn cross<'a>(&mut self, rest: &'a [Step], code: &Code) -> Then<'a> {
+    fn cross<'a>(&mut self, rest: &'a [Step]) -> Then<'a> {
         match rest.split_first() {
-            Some((step, rest)) => self.cross_to(step.op, rest, code),
+            Some((step, rest)) => self.cross_by(step.op, rest),
             None => Err(Ended::Next),
         }
     }
 
-    /// The same with the operation that tells its number. If something may be due before it, the block ends.
+    /// The same by the operation that stands between them. If something may be due before the stretch, the block ends.
     #[inline(always)]
-    fn cross_to<'a>(&mut self, seam: Op, rest: &'a [Step], code: &Code) -> Then<'a> {
-        let Op::Seam(n) = seam else {
+    fn cross_by<'a>(&mut self, seam: Op, rest: &'a [Step]) -> Then<'a> {
+        let Op::Seam(size, instructions, cycles_low, cycles_high) = seam else {
             return Err(Ended::Next);
         };
-        let Some(stretch) = code.more.get(usize::from(n)) else {
-            return Err(Ended::Next);
-        };
-        if self.pauses() || stretch.cost.watch != 0 || self.chip.core.account.is_watching() {
+        if self.pauses() || self.chip.core.account.is_watching() {
             return Err(Ended::Next);
         }
-        self.chip.core.block_address = stretch.start;
-        self.begin(stretch);
+        let start = self.registers.pc;
+        self.chip.core.block_address = start;
+        let cost = Block {
+            instructions: instructions.into(),
+            cycles_low: cycles_low.into(),
+            cycles_high: cycles_high.into(),
+            ..Block::default()
+        };
+        self.begin(&cost, start.wrapping_add(size.into()));
         Ok(rest)
     }
 }

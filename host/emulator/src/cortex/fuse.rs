@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! Two operations as one.
 
+use super::decode::Block;
 use super::op::Op;
 
 /// In the condition of a floating-point comparison: every NaN is invalid.
@@ -19,6 +20,22 @@ impl Op {
             | Self::CmpBranch(..)
             | Self::VcmpBranch(..)
             | Self::VcmpZeroBranch(..) => Some(end),
+            _ => None,
+        }
+    }
+
+    /// The beginning of a stretch of this cost; none if it cannot be part of a block.
+    pub(super) fn seam(cost: Block) -> Option<Self> {
+        let operands = (
+            cost.size.try_into(),
+            cost.instructions.try_into(),
+            cost.cycles_low.try_into(),
+            cost.cycles_high.try_into(),
+        );
+        match operands {
+            (Ok(size), Ok(instructions), Ok(low), Ok(high)) if !cost.sends_event => {
+                Some(Self::Seam(size, instructions, low, high))
+            }
             _ => None,
         }
     }

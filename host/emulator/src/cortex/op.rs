@@ -189,8 +189,8 @@ pub(super) enum Op {
     VcmpZeroFlags(u8, bool),
 
     /// The next stretch of the block begins.
-    /// its number
-    Seam(u8),
+    /// size in bytes, instructions, cycles_low, cycles_high
+    Seam(u16, u8, u16, u16),
     /// target
     Branch(u32),
     /// condition, target

@@ -208,7 +208,7 @@ impl Both {
             let at = (address - Map::FLASH) as usize;
             Some(u16::from_le_bytes([image[at], image[at + 1]]))
         };
-        let code = translate(before.pc, 0, false, &fetch).expect("code");
+        let code = translate(before.pc, 0, false, &fetch, &|_| true).expect("code");
         self.bus.registers = registers;
         let ended = self.bus.execute(&code);
         let registers = &self.bus.registers;

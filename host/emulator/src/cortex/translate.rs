@@ -13,8 +13,7 @@ use super::op::{Alu, BASE, NOWHERE, Op, PC, Rare, Shift, Width};
 
 /// Stretches do not go beyond the page in which they start, bytes.
 pub(super) const PAGE: u32 = 1024;
-/// Most stretches of a block, and operations after which no other one follows.
-const STRETCHES: usize = 8;
+/// Operations of a block after which no other stretch follows.
 const LONG: usize = 64;
 
 /// Whether an instruction is the last of its block.
@@ -34,25 +33,16 @@ pub(super) struct Place {
     pub(super) it: u8,
 }
 
-/// A straight run of instructions.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Stretch {
-    pub(super) start: u32,
-    /// Address behind it.
-    pub(super) end: u32,
-    /// IT state behind it.
-    pub(super) it_after: u8,
-    pub(super) cost: Block,
-}
-
 /// A translated block. What a run reads of it is one line of the cache.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub(super) struct Code {
-    pub(super) first: Stretch,
+    pub(super) start: u32,
+    /// Address behind its first stretch, IT state there, and its cost.
+    pub(super) end: u32,
+    pub(super) it_after: u8,
+    pub(super) cost: Block,
     pub(super) steps: Box<[Step]>,
-    /// Those behind the first stretch.
-    pub(super) more: Box<[Stretch]>,
     /// Of each operation.
     pub(super) places: Box<[Place]>,
     /// Addresses between which it and its literals lie, as far as they are in the memory of its start.
@@ -68,6 +58,8 @@ pub(super) struct NoCode {
 /// Builds one block.
 pub(super) struct Translator<'a> {
     fetch: &'a dyn Fn(u32) -> Option<u16>,
+    /// Whether a block must begin at an address.
+    begins: &'a dyn Fn(u32) -> bool,
     /// The core can be halted before every instruction.
     steps: bool,
     /// Of the block, and of the stretch.
@@ -96,9 +88,11 @@ pub(super) fn translate(
     it: u8,
     steps: bool,
     fetch: &dyn Fn(u32) -> Option<u16>,
+    begins: &dyn Fn(u32) -> bool,
 ) -> Result<Code, NoCode> {
     let translator = Translator {
         fetch,
+        begins,
         steps,
         begin: start,
         start,
@@ -117,43 +111,50 @@ pub(super) fn translate(
 
 impl Translator<'_> {
     fn run(mut self) -> Result<Code, NoCode> {
-        let first = self.stretch()?;
-        let mut more: Vec<Stretch> = Vec::new();
+        let cost = self.stretch()?;
+        let (end, it_after) = (self.address, self.it);
+        let mut starts = vec![self.begin];
         while let Some(next) = self.follows.filter(|&next| self.may_follow(next))
-            && next != first.start
-            && more.iter().all(|stretch| stretch.start != next)
-            && more.len() < STRETCHES - 1
+            && !starts.contains(&next)
         {
-            let before = self.ops.len();
+            starts.push(next);
+            let seam = self.ops.len();
             (self.start, self.address, self.index) = (next, next, 0);
-            self.push(Op::Seam(more.len() as u8));
-            let Ok(stretch) = self.stretch() else {
-                self.ops.truncate(before);
-                self.places.truncate(before);
+            self.push(Op::Clrex);
+            let cost = self.stretch();
+            if let Some(op) = cost.ok().and_then(Op::seam).filter(|_| self.it == 0)
+                && let Some(place) = self.ops.get_mut(seam)
+            {
+                *place = op;
+            } else {
+                self.ops.truncate(seam);
+                self.places.truncate(seam);
                 break;
-            };
-            more.push(stretch);
+            }
         }
         Ok(Code {
-            first,
+            start: self.begin,
+            end,
+            it_after,
+            cost,
             steps: Step::all(&self.ops),
-            more: more.into_boxed_slice(),
             places: self.places.into_boxed_slice(),
             taken: self.taken,
         })
     }
 
     /// Whether a stretch can be part of this block: in the program or in the CCM SRAM as it, because changed code is dropped by
-    /// memories.
+    /// memory.
     fn may_follow(&self, next: u32) -> bool {
         let within = |start: u32, size| {
             self.begin.wrapping_sub(start) < size && next.wrapping_sub(start) < size
         };
         let beside = within(Map::FLASH, PROGRAM_SIZE) || within(Map::CCM, Map::CCM_SIZE);
-        beside && !self.steps && self.ops.len() < LONG
+        beside && !self.steps && self.ops.len() < LONG && !(self.begins)(next)
     }
 
-    fn stretch(&mut self) -> Result<Stretch, NoCode> {
+    /// Translates up to where the flow of control may change; returns the cost.
+    fn stretch(&mut self) -> Result<Block, NoCode> {
         let mut code = Vec::new();
         let first_op = self.ops.len();
         self.follows = None;
@@ -191,12 +192,7 @@ impl Translator<'_> {
         for place in self.places.iter_mut().skip(first_op) {
             place.ahead = (cost.instructions as u16).saturating_sub(place.ahead);
         }
-        Ok(Stretch {
-            start: self.start,
-            end: self.address,
-            it_after: self.it,
-            cost,
-        })
+        Ok(cost)
     }
 
     /// The instruction at the address: its first halfword above if it has two.

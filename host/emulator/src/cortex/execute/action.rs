@@ -78,8 +78,8 @@ pub(super) struct Seam;
 
 impl Action for Seam {
     #[inline(always)]
-    fn act<'a>(bus: &mut Bus, op: Op, rest: &'a [Step], code: &Code) -> Then<'a> {
-        bus.cross_to(op, rest, code)
+    fn act<'a>(bus: &mut Bus, op: Op, rest: &'a [Step], _: &Code) -> Then<'a> {
+        bus.cross_by(op, rest)
     }
 }
 
@@ -145,12 +145,12 @@ macro_rules! actions {
     (@jumping $bus:ident, $op:ident, $rest:ident, $code:ident, $body:expr) => {
         match $body {
             Some(target) => Err($bus.jump(target)),
-            None => $bus.cross($rest, $code),
+            None => $bus.cross($rest),
         }
     };
     (@crossing $bus:ident, $op:ident, $rest:ident, $code:ident, $body:expr) => {{
         $body;
-        $bus.cross($rest, $code)
+        $bus.cross($rest)
     }};
     (@ending $bus:ident, $op:ident, $rest:ident, $code:ident, $body:expr) => {
         Err($body)

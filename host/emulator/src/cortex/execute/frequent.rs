@@ -214,7 +214,7 @@ fn any(ops: &[Op], select: impl Select) -> Option<Handler> {
         .or_else(|| ending(op, select))
         .or_else(|| match op {
             Op::If(..) => select.of::<If>(),
-            Op::Seam(_) => select.of::<Seam>(),
+            Op::Seam(..) => select.of::<Seam>(),
             _ => None,
         })
 }
