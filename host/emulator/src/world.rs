@@ -148,16 +148,19 @@ pub(crate) struct Channels<'a> {
 
 impl Channels<'_> {
     /// The current sense. A conversion that began before the world's last step is answered from there.
-    fn current_v(&mut self, at: Ticks) -> f64 {
+    fn current_v(&mut self, at: impl Fn() -> Ticks) -> f64 {
         if let Some(volts) = self.world.wires.current_v {
             return volts;
         }
         let Some(plant) = &self.world.plant else {
             return 0.0;
         };
-        self.probe
-            .get_or_insert_with(|| plant.current_probe(&self.world.pins))
-            .volts(time::seconds(at.saturating_sub(self.world.synced)))
+        let probe = self
+            .probe
+            .get_or_insert_with(|| plant.current_probe(&self.world.pins));
+        probe
+            .constant_v()
+            .unwrap_or_else(|| probe.volts(time::seconds(at().saturating_sub(self.world.synced))))
     }
 }
 
@@ -170,7 +173,7 @@ impl Voltages for Channels<'_> {
         }
     }
 
-    fn volts(&mut self, channel: u32, at: Ticks) -> f64 {
+    fn volts(&mut self, channel: u32, at: impl Fn() -> Ticks) -> f64 {
         let plant = self.world.plant.as_ref();
         match channel {
             2 => self.current_v(at),

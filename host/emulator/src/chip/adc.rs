@@ -92,7 +92,7 @@ pub(crate) trait Voltages {
     fn source(&self, channel: u32) -> Source;
 
     /// Its voltage at a time, undisturbed by the converter. Times do not go back.
-    fn volts(&mut self, channel: u32, at: Ticks) -> f64;
+    fn volts(&mut self, channel: u32, at: impl Fn() -> Ticks) -> f64;
 }
 
 /// One converter.
@@ -279,7 +279,7 @@ impl Adc {
             &pins.source(channel),
             [half_cycles(sampling), half_cycles(sampling + CONVERSION)],
             ratio,
-            |after_s| pins.volts(channel, begun + time::ticks(after_s)),
+            |after_s| pins.volts(channel, || begun + time::ticks(after_s)),
             |volts| sum += code(volts),
         );
         let shift = if ratio > 1 {
@@ -332,9 +332,9 @@ impl Adc {
     }
 }
 
-/// Code of 12 bits for a voltage.
+/// Code of 12 bits for a voltage, rounded down.
 fn code(volts: f64) -> u32 {
-    (volts / VREF_V * 4096.0).floor().clamp(0.0, 4095.0) as u32
+    (volts / VREF_V * 4096.0).clamp(0.0, 4095.0) as u32
 }
 
 #[cfg(test)]

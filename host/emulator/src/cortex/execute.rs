@@ -38,23 +38,24 @@ pub(super) struct Step {
 }
 
 impl Step {
-    /// The first of these operations.
-    fn first(ops: &[Op]) -> Option<Self> {
-        let &op = ops.first()?;
+    /// The first of these operations. One that is executed with another one can still be executed alone: what leaves operations
+    /// out may lead there.
+    pub(super) fn first(ops: &[Op]) -> Self {
+        let op = ops.first().copied().unwrap_or(Op::Nothing);
         let run = frequent::handler(ops)
             .or_else(|| data::handler(op))
             .or_else(|| transfer::handler(op))
             .or_else(|| flow::handler(op))
             .or_else(|| float::handler(op))
             .unwrap_or(missing);
-        Some(Self { run, op })
+        Self { run, op }
     }
 
-    /// The operations of a block. One that is executed with another one can still be executed alone: what leaves operations out may
-    /// lead there.
-    pub(super) fn all(ops: &[Op]) -> Box<[Self]> {
-        (0..ops.len())
-            .filter_map(|first| Self::first(ops.get(first..)?))
+    /// The others of these operations.
+    pub(super) fn behind_first(ops: &[Op]) -> Box<[Self]> {
+        let places = 1..ops.len();
+        places
+            .map(|place| Self::first(ops.get(place..).unwrap_or_default()))
             .collect()
     }
 }
@@ -92,7 +93,7 @@ impl At<'_> {
     }
 
     fn index(self) -> usize {
-        self.code.steps.len() - self.rest.len() - 1
+        self.code.steps.len() - self.rest.len()
     }
 
     /// Address of the instruction.
@@ -134,8 +135,8 @@ impl Bus {
         self.begin(&code.cost, code.end);
         self.registers.it = code.it_after;
         self.chip.core.event |= code.cost.sends_event;
-        let rest = &code.steps;
-        At { rest, code }.next(self)
+        let Step { run, op } = code.first;
+        run(self, op, &code.steps, code)
     }
 
     /// Begins a stretch: counts it before it runs, and advances time.

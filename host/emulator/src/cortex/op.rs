@@ -18,6 +18,8 @@ pub(super) use super::operands::{Alu, Conversion, Rare, Shift, Width};
 /// One operation. Registers above 15 are the interpreter's own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Op {
+    /// What a block without operations begins with.
+    Nothing,
     /// Unless the condition holds, the next `skip` operations are left out.
     /// condition, skip
     If(u8, u8),

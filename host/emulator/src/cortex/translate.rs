@@ -35,14 +35,16 @@ pub(super) struct Place {
 
 /// A translated block. What a run reads of it is one line of the cache.
 #[derive(Clone, Debug)]
-#[repr(align(64))]
+#[repr(C, align(64))]
 pub(super) struct Code {
-    pub(super) start: u32,
-    /// Address behind its first stretch, IT state there, and its cost.
-    pub(super) end: u32,
-    pub(super) it_after: u8,
-    pub(super) cost: Block,
+    pub(super) first: Step,
+    /// Those behind the first one.
     pub(super) steps: Box<[Step]>,
+    /// Address behind its first stretch, the cost of that, and the IT state there.
+    pub(super) end: u32,
+    pub(super) cost: Block,
+    pub(super) it_after: u8,
+    pub(super) start: u32,
     /// Of each operation.
     pub(super) places: Box<[Place]>,
     /// Addresses between which it and its literals lie, as far as they are in the memory of its start.
@@ -133,11 +135,12 @@ impl Translator<'_> {
             }
         }
         Ok(Code {
-            start: self.begin,
+            first: Step::first(&self.ops),
+            steps: Step::behind_first(&self.ops),
             end,
-            it_after,
             cost,
-            steps: Step::all(&self.ops),
+            it_after,
+            start: self.begin,
             places: self.places.into_boxed_slice(),
             taken: self.taken,
         })

@@ -13,7 +13,7 @@ impl<F: Fn(u32) -> f64> Voltages for Wired<F> {
         Source::default()
     }
 
-    fn volts(&mut self, channel: u32, _: Ticks) -> f64 {
+    fn volts(&mut self, channel: u32, _: impl Fn() -> Ticks) -> f64 {
         self.0(channel)
     }
 }
@@ -70,8 +70,8 @@ impl Voltages for Rising {
         Source::default()
     }
 
-    fn volts(&mut self, _: u32, at: Ticks) -> f64 {
-        1e4 * time::seconds(at)
+    fn volts(&mut self, _: u32, at: impl Fn() -> Ticks) -> f64 {
+        1e4 * time::seconds(at())
     }
 }
 
