@@ -138,12 +138,6 @@ impl Account {
         self.own.instructions -= u64::from(instructions);
     }
 
-    /// Whether a watched function runs.
-    #[inline]
-    pub(crate) fn is_watching(&self) -> bool {
-        !self.frames.is_empty()
-    }
-
     /// Return address of the innermost watched function.
     pub(crate) fn awaited_return(&self) -> Option<u32> {
         self.frames.last().map(|frame| frame.return_to)

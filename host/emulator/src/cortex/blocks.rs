@@ -84,9 +84,9 @@ impl Blocks {
         }
     }
 
-    /// Whether a function that begins at an address is watched.
-    pub(super) fn watches(&self, address: u32) -> bool {
-        self.watched.contains_key(&address)
+    /// Whether functions are watched.
+    pub(super) fn watches(&self) -> bool {
+        !self.watched.is_empty()
     }
 
     /// Marks a watched function from now on: blocks do not know it.
@@ -123,12 +123,12 @@ impl Blocks {
 
 #[cfg(test)]
 mod tests {
-    use super::super::translate::translate;
+    use super::super::translate::{How, translate};
     use super::*;
 
     fn at(start: u32) -> Code {
         // bx lr
-        translate(start, 0, false, &|_| Some(0x4770), &|_| false).expect("code")
+        translate(start, 0, How::Joined, &|_| Some(0x4770)).expect("code")
     }
 
     #[test]

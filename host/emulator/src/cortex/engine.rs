@@ -6,7 +6,7 @@ use super::blocks::Blocks;
 use super::execute::Ended;
 use super::memory::flash_offset;
 use super::state::Registers;
-use super::translate::{Code, NoCode, translate};
+use super::translate::{Code, How, NoCode, translate};
 use super::{Map, Trap};
 use crate::chip::{Chip, Misuse};
 
@@ -134,8 +134,12 @@ impl Engine {
     fn translate(&mut self, steps: bool) -> Result<(), Trap> {
         let (pc, it) = (self.bus.registers.pc, self.bus.registers.it);
         let fetch = |address| self.fetch(address);
-        let watched = |address| self.blocks.watches(address);
-        let code = translate(pc, it, steps, &fetch, &watched).map_err(|NoCode { address }| {
+        let how = match steps {
+            true => How::Steps,
+            false if self.blocks.watches() => How::Single,
+            false => How::Joined,
+        };
+        let code = translate(pc, it, how, &fetch).map_err(|NoCode { address }| {
             if address.wrapping_sub(Map::RAM) < Map::RAM_SIZE
                 || self.bus.memory.system(address, 2).is_some()
             {

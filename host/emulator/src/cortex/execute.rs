@@ -165,7 +165,7 @@ impl Bus {
         let Op::Seam(size, instructions, cycles_low, cycles_high) = seam else {
             return Err(Ended::Next);
         };
-        if self.pauses() || self.chip.core.account.is_watching() {
+        if self.pauses() {
             return Err(Ended::Next);
         }
         let start = self.registers.pc;

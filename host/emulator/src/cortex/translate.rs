@@ -16,7 +16,18 @@ pub(super) const PAGE: u32 = 1024;
 /// Operations of a block after which no other stretch follows.
 const LONG: usize = 64;
 
-/// Whether an instruction is the last of its block.
+/// What a block consists of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum How {
+    /// One stretch, in which the core can be halted before every instruction.
+    Steps,
+    /// One stretch: calls and returns are looked for before each.
+    Single,
+    /// Stretches that follow each other.
+    Joined,
+}
+
+/// Whether an instruction is the last of its stretch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ends {
     No,
@@ -60,10 +71,7 @@ pub(super) struct NoCode {
 /// Builds one block.
 pub(super) struct Translator<'a> {
     fetch: &'a dyn Fn(u32) -> Option<u16>,
-    /// Whether a block must begin at an address.
-    begins: &'a dyn Fn(u32) -> bool,
-    /// The core can be halted before every instruction.
-    steps: bool,
+    how: How,
     /// Of the block, and of the stretch.
     begin: u32,
     start: u32,
@@ -88,14 +96,12 @@ pub(super) struct Translator<'a> {
 pub(super) fn translate(
     start: u32,
     it: u8,
-    steps: bool,
+    how: How,
     fetch: &dyn Fn(u32) -> Option<u16>,
-    begins: &dyn Fn(u32) -> bool,
 ) -> Result<Code, NoCode> {
     let translator = Translator {
         fetch,
-        begins,
-        steps,
+        how,
         begin: start,
         start,
         address: start,
@@ -153,7 +159,7 @@ impl Translator<'_> {
             self.begin.wrapping_sub(start) < size && next.wrapping_sub(start) < size
         };
         let beside = within(Map::FLASH, PROGRAM_SIZE) || within(Map::CCM, Map::CCM_SIZE);
-        beside && !self.steps && self.ops.len() < LONG && !(self.begins)(next)
+        beside && self.how == How::Joined && self.ops.len() < LONG
     }
 
     /// Translates up to where the flow of control may change; returns the cost.
@@ -219,7 +225,7 @@ impl Translator<'_> {
 
     fn one(&mut self, op: u32) -> Ends {
         let condition = self.it >> 4;
-        if self.steps {
+        if self.how == How::Steps {
             self.emit(Op::Hold);
         }
         let before = self.ops.len();
@@ -254,7 +260,7 @@ impl Translator<'_> {
 
     pub(super) fn emit(&mut self, op: Op) {
         if let Some(last) = self.ops.last_mut()
-            && !self.steps
+            && self.how != How::Steps
             && self.it == 0
             && self.places.last().is_some_and(|place| place.it == 0)
             && let Some(both) = last.with(op)

@@ -22,7 +22,6 @@ pub(super) fn handler(op: Op) -> Option<Handler> {
         Op::Nothing => (),
         Op::Carry(set) => bus.registers.carry = set,
         Op::SetBase(value) => r!(bus, BASE) = value,
-        Op::SubsImm(d, n, imm) => r!(bus, d) = bus.registers.sum_with_flags(r!(bus, n), !imm, true),
         Op::OrrImm(d, n, imm) => r!(bus, d) = r!(bus, n) | imm,
         Op::AsrImm(d, m, amount) => r!(bus, d) = (r!(bus, m) as i32 >> (amount & 31)) as u32,
         Op::AddShifted(d, n, m, amount) => r!(bus, d) = r!(bus, n).wrapping_add(r!(bus, m) << (amount & 31)),
@@ -39,10 +38,6 @@ pub(super) fn handler(op: Op) -> Option<Handler> {
         Op::Eors(d, n, m) => result!(bus, d, r!(bus, n) ^ r!(bus, m)),
         Op::Eor(d, n, m) => r!(bus, d) = r!(bus, n) ^ r!(bus, m),
         Op::Movs(d, m) => result!(bus, d, r!(bus, m)),
-        Op::LsrsImm(d, m, amount) => {
-                bus.registers.carry = r!(bus, m) >> ((u32::from(amount) - 1) & 31) & 1 != 0;
-                result!(bus, d, r!(bus, m) >> (amount & 31));
-            },
         Op::AsrsImm(d, m, amount) => {
                 bus.registers.carry = r!(bus, m) >> ((u32::from(amount) - 1) & 31) & 1 != 0;
                 result!(bus, d, (r!(bus, m) as i32 >> (amount & 31)) as u32);

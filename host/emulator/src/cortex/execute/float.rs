@@ -27,10 +27,8 @@ macro_rules! chained {
 /// What executes an operation, if it is one of these.
 pub(super) fn handler(op: Op) -> Option<Handler> {
     handlers! { plain op, bus, at;
-        Op::VmovToR(t, n) => r!(bus, t) = s!(bus, n),
         Op::VmovPairToS(d, t, t2) => (s!(bus, d), s!(bus, d + 1)) = (r!(bus, t), r!(bus, t2)),
         Op::VmovPairToR(d, t, t2) => (r!(bus, t), r!(bus, t2)) = (s!(bus, d), s!(bus, d + 1)),
-        Op::Vneg(d, m) => s!(bus, d) = s!(bus, m) ^ SIGN,
         Op::Vsqrt(d, m) => {
                 let m = s!(bus, m);
                 s!(bus, d) = bus.registers.fpu.sqrt(m);

@@ -68,6 +68,13 @@ actions! { plain less_plain, bus, code;
     Orr: Op::Orr(d, n, m) => r!(bus, d) = r!(bus, n) | r!(bus, m),
     LslImm: Op::LslImm(d, m, amount) => r!(bus, d) = r!(bus, m) << (amount & 31),
     LsrImm: Op::LsrImm(d, m, amount) => r!(bus, d) = r!(bus, m) >> (amount & 31),
+    SubsImm: Op::SubsImm(d, n, imm) => r!(bus, d) = bus.registers.sum_with_flags(r!(bus, n), !imm, true),
+    LsrsImm: Op::LsrsImm(d, m, amount) => {
+        bus.registers.carry = r!(bus, m) >> ((u32::from(amount) - 1) & 31) & 1 != 0;
+        result!(bus, d, r!(bus, m) >> (amount & 31));
+    },
+    VmovToR: Op::VmovToR(t, n) => r!(bus, t) = s!(bus, n),
+    Vneg: Op::Vneg(d, m) => s!(bus, d) = s!(bus, m) ^ SIGN,
     Uxtb: Op::Uxtb(d, m) => r!(bus, d) = r!(bus, m) & 0xFF,
 }
 
@@ -131,6 +138,33 @@ actions! { quick less_quick, bus, code;
         let (address, after) = block(r!(bus, n), down, count);
         for (t, word) in Numbers(list).zip(bus.memory.words_mut(address, count)?) {
             *word = r!(bus, t).to_le_bytes();
+        }
+        if update {
+            r!(bus, n) = after;
+        }
+    },
+    Strd: Op::Strd(t, t2, n, offset) => {
+        let address = r!(bus, n).wrapping_add(offset);
+        let [first, second] = [t, t2].map(|t| r!(bus, t).to_le_bytes());
+        let words = bus.memory.words_mut(address, 2)?;
+        words.copy_from_slice(&[first, second]);
+    },
+    Vstm: Op::Vstm(n, first, count, down, update, extra) => {
+        let words = u32::from(count) + u32::from(extra);
+        let (address, after) = block(r!(bus, n), down, words);
+        let memory = bus.memory.words_mut(address, count.into())?;
+        for (d, word) in (first..first + count).zip(memory) {
+            *word = s!(bus, d).to_le_bytes();
+        }
+        if update {
+            r!(bus, n) = after;
+        }
+    },
+    Vldm: Op::Vldm(n, first, count, down, update, extra) => {
+        let words = u32::from(count) + u32::from(extra);
+        let (address, after) = block(r!(bus, n), down, words);
+        for (d, word) in (first..first + count).zip(bus.memory.words(address, count.into())?) {
+            s!(bus, d) = u32::from_le_bytes(*word);
         }
         if update {
             r!(bus, n) = after;
