@@ -19,7 +19,7 @@ macro_rules! result {
 /// What executes an operation, if it is one of these.
 pub(super) fn handler(op: Op) -> Option<Handler> {
     handlers! { plain op, bus, at;
-        Op::Nothing => (),
+        Op::Nothing => {},
         Op::Carry(set) => bus.registers.carry = set,
         Op::SetBase(value) => r!(bus, BASE) = value,
         Op::OrrImm(d, n, imm) => r!(bus, d) = r!(bus, n) | imm,
