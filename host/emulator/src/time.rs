@@ -26,7 +26,10 @@ pub fn seconds(ticks: Ticks) -> f64 {
 /// The tick at or after `seconds`; 0 for negative values and NaN, saturates at the largest time.
 #[must_use]
 pub fn ticks(seconds: f64) -> Ticks {
-    (seconds * TICKS_PER_S as f64).ceil() as Ticks
+    // Rounded up, where a processor may have no instruction for it.
+    let exact = seconds * TICKS_PER_S as f64;
+    let whole = exact as Ticks;
+    whole.saturating_add(u64::from((whole as f64) < exact))
 }
 
 /// Period of a clock in ticks, or `None` if it is not a whole number.

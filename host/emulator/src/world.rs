@@ -147,17 +147,11 @@ pub(crate) struct Channels<'a> {
 }
 
 impl Channels<'_> {
-    /// The current sense. A conversion that began before the world's last step is answered from there.
-    fn current_v(&mut self, at: Ticks) -> f64 {
-        if let Some(volts) = self.world.wires.current_v {
-            return volts;
-        }
-        let Some(plant) = &self.world.plant else {
-            return 0.0;
-        };
-        self.probe
-            .get_or_insert_with(|| plant.current_probe(&self.world.pins))
-            .volts(time::seconds(at.saturating_sub(self.world.synced)))
+    /// The current sense.
+    fn current(&mut self) -> Option<&mut Probe> {
+        let plant = self.world.plant.as_ref()?;
+        let pins = &self.world.pins;
+        Some(self.probe.get_or_insert_with(|| plant.current_probe(pins)))
     }
 }
 
@@ -170,16 +164,26 @@ impl Voltages for Channels<'_> {
         }
     }
 
-    fn volts(&mut self, channel: u32, at: Ticks) -> f64 {
+    fn steady(&mut self, channel: u32) -> Option<f64> {
         let plant = self.world.plant.as_ref();
-        match channel {
-            2 => self.current_v(at),
+        Some(match channel {
+            2 => match (self.world.wires.current_v, self.current()) {
+                (Some(volts), _) => volts,
+                (None, Some(probe)) => return probe.constant_v(),
+                (None, None) => 0.0,
+            },
             6 => plant.map_or(SUPPLY_SENSE_V, Plant::supply_sense_v),
             7 => plant.map_or(0.0, Plant::hall_v),
             // Internal reference, 1.212 V.
             18 => 1.212,
             _ => 0.0,
-        }
+        })
+    }
+
+    /// A conversion that began before the world's last step is answered from there.
+    fn volts(&mut self, at: Ticks) -> f64 {
+        let after = time::seconds(at.saturating_sub(self.world.synced));
+        self.current().map_or(0.0, |probe| probe.volts(after))
     }
 }
 

@@ -19,13 +19,48 @@ pub struct Source {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Converter {
     held_v: f64,
+    last: Settling,
+}
+
+/// What of a deviation stays at a source with such a timing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Settling {
+    source: Source,
+    timing_s: [f64; 2],
+    /// Share of the hold capacitor's voltage that comes to the pin, and what is left of a deviation after sampling and between.
+    share: f64,
+    sampled: f64,
+    between: f64,
+}
+
+impl Settling {
+    fn of(source: &Source, timing_s: [f64; 2]) -> Self {
+        let [sample_s, every_s] = timing_s;
+        let mut new = Self {
+            source: *source,
+            timing_s,
+            ..Self::default()
+        };
+        if source.hold_f > 0.0 {
+            let both_f = source.pin_f + source.hold_f;
+            new.share = source.hold_f / both_f;
+            let settling_s = source.ohm * both_f + source.switch_ohm * source.hold_f;
+            new.sampled = (-sample_s / settling_s).exp();
+            // The hold capacitor is away; without one at the pin nothing keeps a deviation.
+            new.between = (-(every_s - sample_s) / (source.ohm * source.pin_f).max(1e-15)).exp();
+        }
+        new
+    }
 }
 
 impl Converter {
     /// A converter that last sampled this voltage.
     #[must_use]
     pub fn holding(held_v: f64) -> Self {
-        Self { held_v }
+        Self {
+            held_v,
+            ..Self::default()
+        }
     }
 
     /// The voltages that successive samples of one channel find: `volts` gives the undisturbed pin at a time after the first
@@ -40,16 +75,16 @@ impl Converter {
         mut volts: impl FnMut(f64) -> f64,
         mut found: impl FnMut(f64),
     ) {
-        let mut away_v = 0.0;
-        let (mut share, mut sampled, mut between) = (0.0, 0.0, 0.0);
-        if source.hold_f > 0.0 {
-            let both_f = source.pin_f + source.hold_f;
-            share = source.hold_f / both_f;
-            let settling_s = source.ohm * both_f + source.switch_ohm * source.hold_f;
-            sampled = (-sample_s / settling_s).exp();
-            // The hold capacitor is away; without one at the pin nothing keeps a deviation.
-            between = (-(every_s - sample_s) / (source.ohm * source.pin_f).max(1e-15)).exp();
+        if (self.last.source, self.last.timing_s) != (*source, [sample_s, every_s]) {
+            self.last = Settling::of(source, [sample_s, every_s]);
         }
+        let Settling {
+            share,
+            sampled,
+            between,
+            ..
+        } = self.last;
+        let mut away_v = 0.0;
         let mut begun_s = 0.0;
         for _ in 0..count {
             let pin_v = volts(begun_s + sample_s);

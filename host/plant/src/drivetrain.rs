@@ -4,6 +4,7 @@
 //! holds it otherwise), and pushes the wheel only across its own backlash; wheel and cable have no mass. The friction
 //! without load wanders and warms up; that under load has a ripple once a turn of the worm.
 
+use crate::last::Last;
 use crate::parameters::{Friction, Parameters, Worm};
 use crate::transmission::Transmission;
 use crate::wander::Wander;
@@ -61,6 +62,12 @@ pub(crate) struct Drivetrain {
     /// Warm-up by running, 0 to 1.
     warmth: f64,
     transmission: Transmission,
+    /// At the worm's angle: its uneven drag, the ripple of its friction, the transmission's periodic error. At the motor's speed: the
+    /// worm's friction.
+    uneven: Last,
+    ripple: Last,
+    error: Last,
+    worm_friction: Last,
     /// Motor shaft, radian, from where it stood at power-on.
     pub rotor: f64,
     /// Motor speed, radian per second.
@@ -98,6 +105,10 @@ impl Drivetrain {
             wander: Wander::new(friction.wander_share, friction.wander_time_s, random),
             warmth: 0.0,
             transmission: Transmission::new(&parameters.transmission, random),
+            uneven: Last::new(),
+            ripple: Last::new(),
+            error: Last::new(),
+            worm_friction: Last::new(),
             rotor: 0.0,
             speed: 0.0,
             worm_angle: play * gear_play,
@@ -110,8 +121,12 @@ impl Drivetrain {
     }
 
     /// The same with the transmission's errors: position of the cable's end.
-    pub fn output(&self) -> f64 {
-        self.wheel() + self.transmission.error(self.worm_angle, self.wheel())
+    pub fn output(&mut self) -> f64 {
+        let (worm, wheel) = (self.worm_angle, self.wheel());
+        let periodic = self
+            .error
+            .of(worm, || self.transmission.periodic_error(worm, wheel));
+        wheel + self.transmission.error(periodic)
     }
 
     /// Kinetic energy, joule.
@@ -151,12 +166,18 @@ impl Drivetrain {
     }
 
     fn turn(&mut self, torque: f64, load: f64, dt: f64) {
-        let uneven = self.worm.eccentric_drag_nm * (self.worm_angle - self.worm_phase).cos()
-            + self.worm.wheel_eccentric_drag_nm * (self.wheel() - self.wheel_phase).cos();
+        let (worm, wheel) = (&self.worm, self.wheel());
+        let uneven = self.uneven.of(self.worm_angle, || {
+            worm.eccentric_drag_nm * (self.worm_angle - self.worm_phase).cos()
+                + worm.wheel_eccentric_drag_nm * (wheel - self.wheel_phase).cos()
+        });
         let share = 1.0 + self.wander.value() + self.friction.warm_up_share * self.warmth;
         let drag = ((self.drag + uneven) * share).max(0.0);
-        let ripple = 1.0 + self.worm.friction_ripple * (self.worm_angle - self.ripple_phase).cos();
-        let friction = ripple * worm_friction(&self.worm, self.speed.abs() * self.slip_per_rad);
+        let ripple = self.ripple.of(self.worm_angle, || {
+            1.0 + worm.friction_ripple * (self.worm_angle - self.ripple_phase).cos()
+        });
+        let slip = self.speed.abs() * self.slip_per_rad;
+        let friction = ripple * self.worm_friction.of(slip, || worm_friction(worm, slip));
         let way = if self.speed != 0.0 {
             self.speed.signum()
         } else if torque > self.reflected(load, 1.0, friction).0 + drag {

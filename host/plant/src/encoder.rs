@@ -81,10 +81,12 @@ impl QuadratureEncoder {
 
     #[expect(clippy::cast_possible_truncation, reason = "a count of edges")]
     fn edge(&self, rotor: f64) -> i64 {
-        (rotor * self.counts_per_rad
+        let edges = rotor * self.counts_per_rad
             + self.periodic * (rotor - self.phase).sin()
-            + self.random.value())
-        .floor() as i64
+            + self.random.value();
+        // The floor, where a processor may have no instruction for it.
+        let whole = edges as i64;
+        whole - i64::from(whole as f64 > edges)
     }
 
     /// Levels on the wires.

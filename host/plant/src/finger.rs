@@ -17,6 +17,8 @@ use stage::Stage;
 
 /// Largest number of phalanges.
 pub(crate) const MAX: usize = 3;
+/// Joint positions, and unit vectors along the phalanges.
+type Pose = ([Point; MAX + 1], [Point; MAX]);
 /// What holds the input link during a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Hold {
@@ -187,7 +189,7 @@ impl Finger {
     }
 
     /// Joint positions and unit vectors along the phalanges.
-    pub fn pose(&self) -> ([Point; MAX + 1], [Point; MAX]) {
+    pub fn pose(&self) -> Pose {
         let mut joint = [[0.0; 2]; MAX + 1];
         let mut along = [[0.0; 2]; MAX];
         let mut alpha = 0.0;
@@ -204,12 +206,8 @@ impl Finger {
     }
 
     /// Torque of gravity at each joint, newton metre, closing positive.
-    fn weight_torques(&self) -> [f64; MAX] {
+    fn weight_torques(&self, (joint, along): &Pose) -> [f64; MAX] {
         let mut torques = [0.0; MAX];
-        if self.weight == [0.0; 2] {
-            return torques;
-        }
-        let (joint, along) = self.pose();
         for i in 0..self.count {
             let half = 0.5 * self.length[i];
             let force = self.weight.map(|weight| weight * self.length[i]);
@@ -295,7 +293,7 @@ impl Finger {
             // Joint 1 is fixed there; its spring and the weight determine the torque at the input link.
             (free.spring[0], free.rest[0]) = (1e7, theta_1);
             for _ in 0..4 {
-                let torque = sprung - free.weight_torques()[0];
+                let torque = sprung - free.weight_torques(&free.pose())[0];
                 free.settle(&Body::Nothing, Hold::Torque(torque));
             }
         }

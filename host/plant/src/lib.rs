@@ -24,6 +24,7 @@ mod drivetrain;
 mod encoder;
 mod error;
 mod finger;
+mod last;
 mod linkage;
 mod mechanics;
 mod object;

@@ -16,8 +16,12 @@ pub(crate) struct Fourbar {
 impl Fourbar {
     /// Closure error of the coupler, with its derivatives by lever angle and joint angle.
     fn misfit(&self, gamma: f64, angle: f64) -> (f64, f64, f64) {
+        self.misfit_at(gamma, (angle - self.offset).sin_cos())
+    }
+
+    /// The same with sine and cosine of the driven lever's angle.
+    fn misfit_at(&self, gamma: f64, (sin_d, cos_d): (f64, f64)) -> (f64, f64, f64) {
         let (sin_g, cos_g) = gamma.sin_cos();
-        let (sin_d, cos_d) = (angle - self.offset).sin_cos();
         let across_x = self.ground + self.driven * cos_d - self.lever * cos_g;
         let across_y = self.driven * sin_d - self.lever * sin_g;
         let misfit = across_x * across_x + across_y * across_y - self.coupler * self.coupler;
@@ -50,8 +54,9 @@ impl Fourbar {
     /// Near a dead point, where no lever angle closes the loop, returns the closest one.
     pub fn follow(&self, mut gamma: f64, angle: f64) -> (f64, f64) {
         let mut slope = 0.0;
+        let driven = (angle - self.offset).sin_cos();
         for _ in 0..8 {
-            let (misfit, by_gamma, by_angle) = self.misfit(gamma, angle);
+            let (misfit, by_gamma, by_angle) = self.misfit_at(gamma, driven);
             let steepness = if by_gamma.abs() > 1e-12 {
                 by_gamma
             } else {

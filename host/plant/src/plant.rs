@@ -4,6 +4,7 @@ use crate::bridge::Bridge;
 use crate::cable::Cable;
 use crate::drivetrain::Drivetrain;
 use crate::encoder::QuadratureEncoder;
+use crate::last::Last;
 use crate::mechanics::{CableEnd, Mechanics, Quasistatic};
 use crate::object::Grasp;
 use crate::parameters::{ObjectMount, Parameters};
@@ -41,6 +42,8 @@ pub struct Plant {
     ripple_phase: f64,
     pins: Pins,
     drawn: f64,
+    /// Drift of the current sense's offset at a time.
+    drift_a: Last,
     /// Of the current sense at this instant: noise, and the voltage where the bridge is off or its current has no edges.
     sense_noise_v: f64,
     sense_v: f64,
@@ -98,7 +101,7 @@ impl Plant {
         });
         let half_backlash = 0.5 * parameters.worm.backlash_counts / parameters.counts_per_rad();
         let mut wandering = Pcg64Mcg::seed_from_u64(seed ^ WANDERING);
-        let drivetrain = Drivetrain::new(parameters, gear_play, &mut wandering);
+        let mut drivetrain = Drivetrain::new(parameters, gear_play, &mut wandering);
         // A finger with a spring at joint 1 rests on the closing flank, one without anywhere between the flanks.
         let finger = mechanics.state();
         let sprung = finger.torque_nm > 1e-9;
@@ -123,6 +126,7 @@ impl Plant {
             ripple_phase,
             pins: Pins::default(),
             drawn: 0.0,
+            drift_a: Last::new(),
             sense_noise_v: 0.0,
             sense_v: 0.0,
             supply_v: parameters.supply.voltage_v,
@@ -168,7 +172,11 @@ impl Plant {
         if dt_s.is_nan() || dt_s <= 0.0 {
             return;
         }
-        let parts = (dt_s / MAX_STEP_S - 1e-9).ceil().max(1.0);
+        let parts = if dt_s <= MAX_STEP_S {
+            1.0
+        } else {
+            (dt_s / MAX_STEP_S - 1e-9).ceil().max(1.0)
+        };
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -181,6 +189,7 @@ impl Plant {
     }
 
     fn advance(&mut self, dt: f64) {
+        let offset_a = self.sense_offset_a();
         let Parameters { motor, supply, .. } = &self.parameters;
         let load = self.mechanics.state().torque_nm;
         let open_circuit = self.faults.supply_v.unwrap_or(supply.voltage_v);
@@ -192,7 +201,6 @@ impl Plant {
             * (1.0 + 0.5 * motor.commutation_ripple * ripple.cos());
         let emf = constant * self.drivetrain.speed;
         let short = self.faults.winding_left.clamp(1e-3, 1.0);
-        let offset_a = self.sense_offset_a();
         let voltages = [self.supply_v, emf];
         let electric = self.bridge.step(&self.pins, voltages, short, offset_a, dt);
         self.drawn = electric.drawn_a;
@@ -234,12 +242,14 @@ impl Plant {
     }
 
     /// Offset of the current sense, ampere. A shunt's does not drift.
-    fn sense_offset_a(&self) -> f64 {
+    fn sense_offset_a(&mut self) -> f64 {
         let sense = &self.parameters.sense;
         let drift = if sense.shunt_v_per_a > 0.0 {
             0.0
         } else {
-            sense.offset_drift_a * (1.0 - (-self.time / sense.offset_drift_time_s).exp())
+            self.drift_a.of(self.time, || {
+                sense.offset_drift_a * (1.0 - (-self.time / sense.offset_drift_time_s).exp())
+            })
         };
         sense.offset_a + drift + self.faults.sense_offset_a
     }

@@ -43,13 +43,17 @@ impl Transmission {
         load + self.parameters.hysteresis_share * load.abs() * self.turned
     }
 
-    /// Error of the wheel's angle at the present position of worm and wheel, radian.
-    pub fn error(&self, worm: f64, wheel: f64) -> f64 {
+    /// Periodic part of the error of the wheel's angle at a position of worm and wheel, radian.
+    pub fn periodic_error(&self, worm: f64, wheel: f64) -> f64 {
         let p = &self.parameters;
         p.worm_error_rad * (worm - self.worm_phase).cos()
             + p.wheel_error_rad * (wheel - self.wheel_phase).cos()
             + p.gear_error_rad * (p.gear_error_per_worm_rev * worm).cos()
-            + self.random.value()
+    }
+
+    /// Error of the wheel's angle at the present position, where the periodic part is this, radian.
+    pub fn error(&self, periodic: f64) -> f64 {
+        periodic + self.random.value()
     }
 }
 
@@ -72,7 +76,7 @@ mod tests {
                 .map(|i| {
                     let worm = f64::from(i) * 0.01;
                     transmission.advance(0.01, 0.0005, &mut random);
-                    transmission.error(worm, worm / 20.0)
+                    transmission.error(transmission.periodic_error(worm, worm / 20.0))
                 })
                 .collect::<Vec<_>>()
         };

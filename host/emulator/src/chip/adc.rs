@@ -91,8 +91,11 @@ pub(crate) trait Voltages {
     /// What drives a channel's pin.
     fn source(&self, channel: u32) -> Source;
 
-    /// Its voltage at a time, undisturbed by the converter. Times do not go back.
-    fn volts(&mut self, channel: u32, at: Ticks) -> f64;
+    /// Its voltage, undisturbed by the converter, if it stays the same until the world's next step.
+    fn steady(&mut self, channel: u32) -> Option<f64>;
+
+    /// Its voltage at a time otherwise. Times do not go back.
+    fn volts(&mut self, at: Ticks) -> f64;
 }
 
 /// One converter.
@@ -275,11 +278,13 @@ impl Adc {
         let half_cycles = |n: u64| time::seconds(n * adc_clock) / 2.0;
         let sampling = self.sampling(channel);
         let mut sum = 0;
+        let source = pins.source(channel);
+        let steady = pins.steady(channel);
         self.input.sample(
-            &pins.source(channel),
+            &source,
             [half_cycles(sampling), half_cycles(sampling + CONVERSION)],
             ratio,
-            |after_s| pins.volts(channel, begun + time::ticks(after_s)),
+            |after_s| steady.unwrap_or_else(|| pins.volts(begun + time::ticks(after_s))),
             |volts| sum += code(volts),
         );
         let shift = if ratio > 1 {
@@ -332,9 +337,9 @@ impl Adc {
     }
 }
 
-/// Code of 12 bits for a voltage.
+/// Code of 12 bits for a voltage, rounded down.
 fn code(volts: f64) -> u32 {
-    (volts / VREF_V * 4096.0).floor().clamp(0.0, 4095.0) as u32
+    (volts / VREF_V * 4096.0).clamp(0.0, 4095.0) as u32
 }
 
 #[cfg(test)]

@@ -27,6 +27,8 @@ pub(crate) struct Iwdg {
     /// The oscillator, 32 kHz nominal, 29.5 to 34 kHz over temperature and supply.
     pub(crate) lsi_hz: u64,
     bitten: bool,
+    /// Time at which it resets the chip.
+    due: Option<Ticks>,
 }
 
 impl Iwdg {
@@ -37,6 +39,7 @@ impl Iwdg {
             reloaded: None,
             lsi_hz,
             bitten: false,
+            due: None,
         }
     }
 
@@ -49,6 +52,12 @@ impl Iwdg {
     }
 
     pub(crate) fn write(&mut self, offset: u32, value: u32, now: Ticks) -> Result<(), Misuse> {
+        self.store(offset, value, now)?;
+        self.due = self.find_due();
+        Ok(())
+    }
+
+    fn store(&mut self, offset: u32, value: u32, now: Ticks) -> Result<(), Misuse> {
         match (offset, value) {
             (KR, 0xCCCC) => self.reloaded = Some(now),
             (KR, 0xAAAA) => {
@@ -88,6 +97,10 @@ impl Iwdg {
 
     /// Time at which it resets the chip.
     pub(crate) fn next_event(&self) -> Option<Ticks> {
+        self.due
+    }
+
+    fn find_due(&self) -> Option<Ticks> {
         let since = self.reloaded?;
         if self.bitten {
             Some(since)

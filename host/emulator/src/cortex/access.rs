@@ -48,6 +48,13 @@ impl Bus {
         Trapped
     }
 
+    /// Whether something may be due before the next stretch.
+    #[inline(always)]
+    pub(super) fn pauses(&self) -> bool {
+        let chip = &self.chip;
+        chip.now >= chip.deadline || self.memory.code_changed || chip.core.attention
+    }
+
     /// Bytes of the RAM or the program.
     #[inline(always)]
     pub(super) fn known<const N: usize>(&self, address: u32) -> Option<[u8; N]> {

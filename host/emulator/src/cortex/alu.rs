@@ -78,7 +78,8 @@ impl Registers {
     /// Compares floating-point numbers, and moves the flags.
     #[inline(always)]
     pub(super) fn compare(&mut self, a: u32, b: u32, signals: bool) {
-        let conditions = self.fpu.compare(a, b, signals);
+        let quick = self.fpu.quick_compare(a, b);
+        let conditions = quick.unwrap_or_else(|| self.fpu.compare(a, b, signals));
         self.set_conditions(conditions);
     }
 

@@ -84,12 +84,15 @@ impl Blocks {
         }
     }
 
-    /// Marks a watched function.
+    /// Whether functions are watched.
+    pub(super) fn watches(&self) -> bool {
+        !self.watched.is_empty()
+    }
+
+    /// Marks a watched function from now on: blocks do not know it.
     pub(super) fn watch(&mut self, address: u32, number: u16) {
         self.watched.insert(address, number);
-        if let Some(Some(code)) = self.slot(address) {
-            code.cost.watch = number;
-        }
+        self.forget_flash(0, 0);
     }
 
     /// Drops the blocks in CCM SRAM.
@@ -120,12 +123,12 @@ impl Blocks {
 
 #[cfg(test)]
 mod tests {
-    use super::super::translate::translate;
+    use super::super::translate::{How, translate};
     use super::*;
 
     fn at(start: u32) -> Code {
         // bx lr
-        translate(start, 0, false, &|_| Some(0x4770)).expect("code")
+        translate(start, 0, How::Joined, &|_| Some(0x4770)).expect("code")
     }
 
     #[test]

@@ -3,14 +3,12 @@
 
 use super::access::Bus;
 use super::blocks::Blocks;
-use super::decode::Block;
 use super::execute::Ended;
 use super::memory::flash_offset;
 use super::state::Registers;
-use super::translate::{NoCode, translate};
+use super::translate::{Code, How, NoCode, translate};
 use super::{Map, Trap};
 use crate::chip::{Chip, Misuse};
-use crate::time::CYCLES_PER_INSTRUCTION;
 
 /// Why the engine stopped.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,7 +23,7 @@ pub(crate) enum Exit {
 pub(crate) struct Engine {
     pub(super) bus: Bus,
     blocks: Blocks,
-    /// Blocks with an operation for every instruction, for breakpoints and steps.
+    /// Blocks of one stretch with an operation for every instruction, for breakpoints and steps.
     steps: Blocks,
 }
 
@@ -81,7 +79,7 @@ impl Engine {
                     Err(trap) => return Exit::Trap(trap),
                 }
             };
-            charge(&mut self.bus.chip, &self.bus.registers, &code.cost, pc);
+            follow_calls(&mut self.bus.chip, &self.bus.registers, code);
             let ended = self.bus.execute(code);
             if HELD {
                 self.bus.chip.core.resumed.leave();
@@ -136,7 +134,12 @@ impl Engine {
     fn translate(&mut self, steps: bool) -> Result<(), Trap> {
         let (pc, it) = (self.bus.registers.pc, self.bus.registers.it);
         let fetch = |address| self.fetch(address);
-        let code = translate(pc, it, steps, &fetch).map_err(|NoCode { address }| {
+        let how = match steps {
+            true => How::Steps,
+            false if self.blocks.watches() => How::Single,
+            false => How::Joined,
+        };
+        let code = translate(pc, it, how, &fetch).map_err(|NoCode { address }| {
             if address.wrapping_sub(Map::RAM) < Map::RAM_SIZE
                 || self.bus.memory.system(address, 2).is_some()
             {
@@ -241,20 +244,15 @@ impl Engine {
     }
 }
 
-/// Counts a block before it runs, and advances time.
+/// Notes returns from watched functions and calls of them before a block runs.
 #[inline(always)]
-fn charge(chip: &mut Chip, registers: &Registers, cost: &Block, pc: u32) {
-    let bus = chip.clocks().bus;
-    let core = &mut chip.core;
+fn follow_calls(chip: &mut Chip, registers: &Registers, code: &Code) {
+    let account = &mut chip.core.account;
     let (link, stack) = (registers.r[14], registers.r[13]);
-    if core.account.awaited_return() == Some(pc) {
-        core.account.returned(stack);
+    if account.awaited_return() == Some(code.start) {
+        account.returned(stack);
     }
-    if cost.watch != 0 {
-        core.account.call(cost.watch, link, stack);
+    if code.cost.watch != 0 {
+        account.call(code.cost.watch, link, stack);
     }
-    core.account.charge(cost);
-    core.event |= cost.sends_event;
-    let (numerator, denominator) = CYCLES_PER_INSTRUCTION;
-    chip.now += u64::from(cost.instructions) * bus * numerator / denominator;
 }

@@ -2,15 +2,20 @@
 //! Executes translated blocks. Each operation has a function, which ends by calling that of the next one: compiled, these calls
 //! are jumps, and each has its own prediction.
 
+mod action;
 mod data;
 mod float;
 mod flow;
+mod frequent;
 mod transfer;
 
 use super::Trap;
 use super::access::Bus;
+use super::decode::Block;
 use super::op::Op;
 use super::translate::Code;
+use crate::time::CYCLES_PER_INSTRUCTION;
+use action::Then;
 
 /// How a block ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,17 +38,34 @@ pub(super) struct Step {
 }
 
 impl Step {
-    pub(super) fn new(op: Op) -> Self {
-        let run = data::handler(op)
-            .or_else(|| transfer::quick(op))
+    /// The first of these operations. One that is executed with another one can still be executed alone: what leaves operations
+    /// out may lead there.
+    pub(super) fn first(ops: &[Op]) -> Self {
+        let op = ops.first().copied().unwrap_or(Op::Nothing);
+        let run = frequent::handler(ops)
+            .or_else(|| data::handler(op))
             .or_else(|| transfer::handler(op))
             .or_else(|| flow::handler(op))
-            .or_else(|| float::handler(op));
-        Self {
-            run: run.unwrap_or(missing),
-            op,
-        }
+            .or_else(|| float::handler(op))
+            .unwrap_or(missing);
+        Self { run, op }
     }
+
+    /// The others of these operations.
+    pub(super) fn behind_first(ops: &[Op]) -> Box<[Self]> {
+        let places = 1..ops.len();
+        places
+            .map(|place| Self::first(ops.get(place..).unwrap_or_default()))
+            .collect()
+    }
+}
+
+/// An operation that is not quick after all.
+#[cold]
+#[inline(never)]
+fn elsewhere(bus: &mut Bus, op: Op, rest: &[Step], code: &Code) -> Ended {
+    let run = transfer::handler(op).or_else(|| float::handler(op));
+    run.unwrap_or(missing)(bus, op, rest, code)
 }
 
 /// There is none like this.
@@ -70,28 +92,21 @@ impl At<'_> {
         }
     }
 
-    /// Leaves operations out.
-    #[inline(always)]
-    fn skip(self, bus: &mut Bus, operations: u8) -> Ended {
-        let rest = self.rest.get(usize::from(operations)..).unwrap_or_default();
-        Self { rest, ..self }.next(bus)
-    }
-
     fn index(self) -> usize {
-        self.code.steps.len() - self.rest.len() - 1
+        self.code.steps.len() - self.rest.len()
     }
 
     /// Address of the instruction.
     fn address(self) -> u32 {
         let place = self.code.places.get(self.index());
-        self.code.start + place.map_or(0, |place| u32::from(place.offset))
+        place.map_or(self.code.start, |place| place.address)
     }
 
-    /// Instructions of the block from this one on.
+    /// Instructions of the stretch from this one on.
     #[cold]
     pub(super) fn ahead(self) -> u32 {
         let place = self.code.places.get(self.index());
-        self.code.cost.instructions - place.map_or(0, |place| u32::from(place.index))
+        place.map_or(0, |place| place.ahead.into())
     }
 
     /// The instruction was not executed.
@@ -117,10 +132,52 @@ impl Bus {
     /// Runs a block; the program counter then stands at the next one, or at the instruction that could not be executed.
     #[inline(always)]
     pub(super) fn execute(&mut self, code: &Code) -> Ended {
-        self.registers.pc = code.end;
+        self.begin(&code.cost, code.end);
         self.registers.it = code.it_after;
-        let rest = &code.steps;
-        At { rest, code }.next(self)
+        self.chip.core.event |= code.cost.sends_event;
+        let Step { run, op } = code.first;
+        run(self, op, &code.steps, code)
+    }
+
+    /// Begins a stretch: counts it before it runs, and advances time.
+    #[inline(always)]
+    fn begin(&mut self, cost: &Block, end: u32) {
+        let chip = &mut self.chip;
+        chip.core.account.charge(cost);
+        let (numerator, denominator) = CYCLES_PER_INSTRUCTION;
+        let cycles = u64::from(cost.instructions) * numerator;
+        chip.now += cycles * chip.clocks().bus / denominator;
+        self.registers.pc = end;
+    }
+
+    /// Goes on with the next stretch of the block, at which the program counter stands.
+    #[inline(always)]
+    fn cross<'a>(&mut self, rest: &'a [Step]) -> Then<'a> {
+        match rest.split_first() {
+            Some((step, rest)) => self.cross_by(step.op, rest),
+            None => Err(Ended::Next),
+        }
+    }
+
+    /// The same by the operation that stands between them. If something may be due before the stretch, the block ends.
+    #[inline(always)]
+    fn cross_by<'a>(&mut self, seam: Op, rest: &'a [Step]) -> Then<'a> {
+        let Op::Seam(size, instructions, cycles_low, cycles_high) = seam else {
+            return Err(Ended::Next);
+        };
+        if self.pauses() {
+            return Err(Ended::Next);
+        }
+        let start = self.registers.pc;
+        self.chip.core.block_address = start;
+        let cost = Block {
+            instructions: instructions.into(),
+            cycles_low: cycles_low.into(),
+            cycles_high: cycles_high.into(),
+            ..Block::default()
+        };
+        self.begin(&cost, start.wrapping_add(size.into()));
+        Ok(rest)
     }
 }
 

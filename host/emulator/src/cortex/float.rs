@@ -5,6 +5,7 @@
 //! Results that can only be inexact are taken from the host when that flag is set already. All others are derived from the exact
 //! result as a sum of two doubles.
 
+mod compare;
 mod convert;
 
 use std::cmp::Ordering;
@@ -188,13 +189,18 @@ impl Fpu {
         }
     }
 
+    /// The sum if nothing but the inexact flag can come of it.
     #[inline(always)]
-    pub(super) fn add(&mut self, a: u32, b: u32) -> u32 {
+    pub(super) fn quick_add(&self, a: u32, b: u32) -> Option<u32> {
         let r = (f32::from_bits(a) + f32::from_bits(b)).to_bits();
-        if self.quick && r & INFINITY != INFINITY {
-            return r;
+        (self.quick && r & INFINITY != INFINITY).then_some(r)
+    }
+
+    pub(super) fn add(&mut self, a: u32, b: u32) -> u32 {
+        match self.quick_add(a, b) {
+            Some(r) => r,
+            None => self.add_with_flags(a, b),
         }
-        self.add_with_flags(a, b)
     }
 
     #[cold]
@@ -221,10 +227,15 @@ impl Fpu {
         self.round(f32::from_bits(a) + f32::from_bits(b), exact)
     }
 
+    /// The difference, likewise.
     #[inline(always)]
-    pub(super) fn sub(&mut self, a: u32, b: u32) -> u32 {
+    pub(super) fn quick_sub(&self, a: u32, b: u32) -> Option<u32> {
         let r = (f32::from_bits(a) - f32::from_bits(b)).to_bits();
-        if self.quick && r & INFINITY != INFINITY {
+        (self.quick && r & INFINITY != INFINITY).then_some(r)
+    }
+
+    pub(super) fn sub(&mut self, a: u32, b: u32) -> u32 {
+        if let Some(r) = self.quick_sub(a, b) {
             return r;
         }
         // The sign of a NaN stays.
@@ -234,14 +245,20 @@ impl Fpu {
         self.add_with_flags(a, b ^ SIGN)
     }
 
+    /// The product, likewise.
     #[inline(always)]
-    pub(super) fn mul(&mut self, a: u32, b: u32) -> u32 {
+    pub(super) fn quick_mul(&self, a: u32, b: u32) -> Option<u32> {
         let r = (f32::from_bits(a) * f32::from_bits(b)).to_bits();
         // Of zero, zero is exact.
-        if self.quick && (is_plain(r) || is_zero(r) && (is_zero(a) || is_zero(b))) {
-            return r;
+        let exact = is_zero(r) && (is_zero(a) || is_zero(b));
+        (self.quick && (is_plain(r) || exact)).then_some(r)
+    }
+
+    pub(super) fn mul(&mut self, a: u32, b: u32) -> u32 {
+        match self.quick_mul(a, b) {
+            Some(r) => r,
+            None => self.mul_with_flags(a, b),
         }
-        self.mul_with_flags(a, b)
     }
 
     #[cold]
@@ -359,26 +376,5 @@ impl Fpu {
             f32::from_bits(a).mul_add(f32::from_bits(b), f32::from_bits(c)),
             exact,
         )
-    }
-
-    /// Compares, sets the condition flags and returns them; with `signals` every NaN is invalid, otherwise signalling ones.
-    #[inline(always)]
-    pub(super) fn compare(&mut self, a: u32, b: u32, signals: bool) -> u32 {
-        let (a, b) = if self.has(FLUSH) {
-            (self.operand(a), self.operand(b))
-        } else {
-            (a, b)
-        };
-        let (x, y) = (f32::from_bits(a), f32::from_bits(b));
-        // Without branches: the result is as random as the numbers.
-        let mut conditions = 8 * u32::from(x < y) + 6 * u32::from(x == y) + 2 * u32::from(x > y);
-        if conditions == 0 {
-            if signals || is_signalling(a) || is_signalling(b) {
-                self.raise(INVALID);
-            }
-            conditions = 3;
-        }
-        self.status = self.status & !CONDITIONS | conditions << 28;
-        conditions
     }
 }

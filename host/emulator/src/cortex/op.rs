@@ -18,6 +18,8 @@ pub(super) use super::operands::{Alu, Conversion, Rare, Shift, Width};
 /// One operation. Registers above 15 are the interpreter's own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Op {
+    /// What a block without operations begins with.
+    Nothing,
     /// Unless the condition holds, the next `skip` operations are left out.
     /// condition, skip
     If(u8, u8),
@@ -188,6 +190,9 @@ pub(super) enum Op {
     /// d, signals
     VcmpZeroFlags(u8, bool),
 
+    /// The next stretch of the block begins.
+    /// size in bytes, instructions, cycles_low, cycles_high
+    Seam(u16, u8, u16, u16),
     /// target
     Branch(u32),
     /// condition, target

@@ -11,7 +11,7 @@ use unicorn_engine::{Arch, ArmCpuModel, Mode, Prot, RegisterARM as R, Unicorn, u
 use super::access::Bus;
 use super::execute::Ended;
 use super::state::{FPCA, Registers};
-use super::translate::translate;
+use super::translate::{How, translate};
 use super::{Map, Trap};
 use crate::Quirks;
 use crate::chip::Chip;
@@ -208,12 +208,11 @@ impl Both {
             let at = (address - Map::FLASH) as usize;
             Some(u16::from_le_bytes([image[at], image[at + 1]]))
         };
-        let code = translate(before.pc, 0, false, &fetch).expect("code");
+        let code = translate(before.pc, 0, How::Single, &fetch).expect("code");
         self.bus.registers = registers;
         let ended = self.bus.execute(&code);
         let registers = &self.bus.registers;
         let trap = self.bus.chip.core.trap.take();
-        self.bus.chip.core.account.charge(&code.cost);
         match (ended, trap) {
             (Ended::Trap, Some(Trap::Breakpoint | Trap::Undefined { encoding: None })) => {}
             (Ended::Next, None) => {}

@@ -1,19 +1,35 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! Translates straight runs of instructions into operations.
 //!
-//! A block ends where the flow of control or the masks of interrupts may change, and at the end of a page: events and exceptions
-//! are looked for between blocks only, and time advances by whole blocks.
+//! A stretch ends where the flow of control or the masks of interrupts may change, and at the end of a page: events and exceptions
+//! are looked for between stretches only, and time advances by whole stretches. A block is a stretch with those that are known to
+//! follow it, unless it jumps.
+
+mod emit;
 
 use super::Map;
 use super::decode::{self, Block, Memory};
 use super::execute::Step;
-use super::memory::{PROGRAM_SIZE, flash_offset};
-use super::op::{Alu, BASE, NOWHERE, Op, PC, Rare, Shift, Width};
+use super::memory::PROGRAM_SIZE;
+use super::op::Op;
 
-/// Blocks do not go beyond the page in which they start, bytes.
+/// Stretches do not go beyond the page in which they start, bytes.
 pub(super) const PAGE: u32 = 1024;
+/// Operations of a block after which no other stretch follows.
+const LONG: usize = 64;
 
-/// Whether an instruction is the last of its block.
+/// What a block consists of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum How {
+    /// One stretch, in which the core can be halted before every instruction.
+    Steps,
+    /// One stretch: calls and returns are looked for before each.
+    Single,
+    /// Stretches that follow each other.
+    Joined,
+}
+
+/// Whether an instruction is the last of its stretch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ends {
     No,
@@ -23,29 +39,29 @@ pub(super) enum Ends {
 /// Instruction that an operation belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Place {
-    /// Its address, from the start of the block.
-    pub(super) offset: u16,
-    /// Instructions of the block before it.
-    pub(super) index: u16,
+    pub(super) address: u32,
+    /// Instructions of the stretch from this one on.
+    pub(super) ahead: u16,
     /// IT state before it.
     pub(super) it: u8,
 }
 
 /// A translated block. What a run reads of it is one line of the cache.
 #[derive(Clone, Debug)]
-#[repr(align(64))]
+#[repr(C, align(64))]
 pub(super) struct Code {
-    pub(super) start: u32,
-    /// Address behind it.
-    pub(super) end: u32,
-    /// Addresses between which it and its literals lie, as far as they are in the memory of its start.
-    pub(super) taken: (u32, u32),
-    /// IT state behind it.
-    pub(super) it_after: u8,
-    pub(super) cost: Block,
+    pub(super) first: Step,
+    /// Those behind the first one.
     pub(super) steps: Box<[Step]>,
+    /// Address behind its first stretch, the cost of that, and the IT state there.
+    pub(super) end: u32,
+    pub(super) cost: Block,
+    pub(super) it_after: u8,
+    pub(super) start: u32,
     /// Of each operation.
     pub(super) places: Box<[Place]>,
+    /// Addresses between which it and its literals lie, as far as they are in the memory of its start.
+    pub(super) taken: (u32, u32),
 }
 
 /// What cannot be fetched.
@@ -57,11 +73,12 @@ pub(super) struct NoCode {
 /// Builds one block.
 pub(super) struct Translator<'a> {
     fetch: &'a dyn Fn(u32) -> Option<u16>,
-    /// The core can be halted before every instruction.
-    steps: bool,
+    how: How,
+    /// Of the block, and of the stretch.
+    begin: u32,
     start: u32,
     address: u32,
-    /// Between which addresses the literals of its memory lie, and its start.
+    /// Between which addresses it and the literals of its memory lie.
     taken: (u32, u32),
     /// IT state of the instruction.
     it: u8,
@@ -69,8 +86,10 @@ pub(super) struct Translator<'a> {
     it_begins: Option<u8>,
     /// The floating-point context exists from here on.
     in_context: bool,
-    /// Instructions before this one.
+    /// Instructions of the stretch before this one.
     index: u16,
+    /// What follows the stretch unless it jumps, if that is known.
+    follows: Option<u32>,
     ops: Vec<Op>,
     places: Vec<Place>,
 }
@@ -79,12 +98,13 @@ pub(super) struct Translator<'a> {
 pub(super) fn translate(
     start: u32,
     it: u8,
-    steps: bool,
+    how: How,
     fetch: &dyn Fn(u32) -> Option<u16>,
 ) -> Result<Code, NoCode> {
     let translator = Translator {
         fetch,
-        steps,
+        how,
+        begin: start,
         start,
         address: start,
         taken: (start, start),
@@ -92,6 +112,7 @@ pub(super) fn translate(
         it_begins: None,
         in_context: false,
         index: 0,
+        follows: None,
         ops: Vec::new(),
         places: Vec::new(),
     };
@@ -100,11 +121,59 @@ pub(super) fn translate(
 
 impl Translator<'_> {
     fn run(mut self) -> Result<Code, NoCode> {
+        let cost = self.stretch()?;
+        let (end, it_after) = (self.address, self.it);
+        let mut starts = vec![self.begin];
+        while let Some(next) = self.follows.filter(|&next| self.may_follow(next))
+            && !starts.contains(&next)
+        {
+            starts.push(next);
+            let seam = self.ops.len();
+            (self.start, self.address, self.index) = (next, next, 0);
+            // Until its cost is known.
+            self.push(Op::Nothing);
+            let cost = self.stretch();
+            if let Some(op) = cost.ok().and_then(Op::seam).filter(|_| self.it == 0)
+                && let Some(place) = self.ops.get_mut(seam)
+            {
+                *place = op;
+            } else {
+                self.ops.truncate(seam);
+                self.places.truncate(seam);
+                break;
+            }
+        }
+        Ok(Code {
+            first: Step::first(&self.ops),
+            steps: Step::behind_first(&self.ops),
+            end,
+            cost,
+            it_after,
+            start: self.begin,
+            places: self.places.into_boxed_slice(),
+            taken: self.taken,
+        })
+    }
+
+    /// Whether a stretch can be part of this block: in the program or in the CCM SRAM as it, because changed code is dropped by
+    /// memory.
+    fn may_follow(&self, next: u32) -> bool {
+        let within = |start: u32, size| {
+            self.begin.wrapping_sub(start) < size && next.wrapping_sub(start) < size
+        };
+        let beside = within(Map::FLASH, PROGRAM_SIZE) || within(Map::CCM, Map::CCM_SIZE);
+        beside && self.how == How::Joined && self.ops.len() < LONG
+    }
+
+    /// Translates up to where the flow of control may change; returns the cost.
+    fn stretch(&mut self) -> Result<Block, NoCode> {
         let mut code = Vec::new();
+        let first_op = self.ops.len();
+        self.follows = None;
         loop {
             let fetched = match self.instruction() {
                 Ok(fetched) => fetched,
-                // The fault comes when the block that starts there is to run.
+                // The fault comes when the stretch that starts there is to run.
                 Err(_) if self.index != 0 => break,
                 Err(no_code) => return Err(no_code),
             };
@@ -115,23 +184,27 @@ impl Translator<'_> {
                 vec![fetched as u16]
             };
             code.extend(halfwords.iter().flat_map(|half| half.to_le_bytes()));
+            let conditional = !self.flags();
             let ends = self.one(fetched);
             self.address = self.address.wrapping_add(size);
             self.index += 1;
-            if ends == Ends::Yes || self.page_ends() {
+            if ends == Ends::Yes {
+                let last = self.ops.last().filter(|_| !conditional);
+                self.follows = last.and_then(|op| op.next(self.address));
+                break;
+            }
+            if self.page_ends() {
+                self.follows = (self.it == 0).then_some(self.address);
                 break;
             }
         }
+        let (from, to) = self.taken;
+        self.taken = (from.min(self.start), to.max(self.address));
         let cost = decode::decode(&code, Memory::at(self.start));
-        Ok(Code {
-            start: self.start,
-            end: self.address,
-            taken: (self.taken.0, self.taken.1.max(self.address)),
-            it_after: self.it,
-            cost,
-            steps: self.ops.into_iter().map(Step::new).collect(),
-            places: self.places.into_boxed_slice(),
-        })
+        for place in self.places.iter_mut().skip(first_op) {
+            place.ahead = (cost.instructions as u16).saturating_sub(place.ahead);
+        }
+        Ok(cost)
     }
 
     /// The instruction at the address: its first halfword above if it has two.
@@ -155,7 +228,7 @@ impl Translator<'_> {
 
     fn one(&mut self, op: u32) -> Ends {
         let condition = self.it >> 4;
-        if self.steps {
+        if self.how == How::Steps {
             self.emit(Op::Hold);
         }
         let before = self.ops.len();
@@ -190,7 +263,7 @@ impl Translator<'_> {
 
     pub(super) fn emit(&mut self, op: Op) {
         if let Some(last) = self.ops.last_mut()
-            && !self.steps
+            && self.how != How::Steps
             && self.it == 0
             && self.places.last().is_some_and(|place| place.it == 0)
             && let Some(both) = last.with(op)
@@ -198,11 +271,15 @@ impl Translator<'_> {
             *last = both;
             return;
         }
+        self.push(op);
+    }
+
+    fn push(&mut self, op: Op) {
         self.ops.push(op);
-        let offset = self.address.wrapping_sub(self.start) as u16;
         self.places.push(Place {
-            offset,
-            index: self.index,
+            address: self.address,
+            // Those before it, until their number is known.
+            ahead: self.index,
             it: self.it,
         });
     }
@@ -220,146 +297,5 @@ impl Translator<'_> {
     /// Whether a data operation of 16 bits sets flags.
     pub(super) fn flags(&self) -> bool {
         self.it & 0xF == 0
-    }
-
-    /// A word of the program or of the CCM SRAM beside this code: a store there drops the blocks that have taken it.
-    fn constant_at(&mut self, address: u32) -> Option<u32> {
-        let in_program =
-            |address| flash_offset(address).is_some_and(|offset| offset <= PROGRAM_SIZE - 4);
-        let in_ccm = |address: u32| address.wrapping_sub(Map::CCM) <= Map::CCM_SIZE - 4;
-        let beside = in_ccm(address) && in_ccm(self.start);
-        if !in_program(address) && !beside {
-            return None;
-        }
-        let low = (self.fetch)(address)?;
-        let high = (self.fetch)(address.wrapping_add(2))?;
-        if beside {
-            let (from, to) = self.taken;
-            self.taken = (from.min(address), to.max(address + 4));
-        }
-        Some(u32::from(low) | u32::from(high) << 16)
-    }
-
-    /// A load of a literal.
-    pub(super) fn literal(&mut self, t: u8, address: u32) {
-        let op = match self.constant_at(address) {
-            Some(value) => Op::MovImm(t, value),
-            None => Op::LdrLiteral(t, address),
-        };
-        self.emit(op);
-    }
-
-    /// A load of a literal of the floating-point unit.
-    pub(super) fn floating_literal(&mut self, d: u8, address: u32) {
-        let op = match self.constant_at(address) {
-            Some(value) => Op::VmovImm(d, value),
-            None => Op::VldrLiteral(d, address),
-        };
-        self.emit(op);
-    }
-
-    /// Base register of an access; the program counter becomes a constant.
-    pub(super) fn base(&mut self, n: u8) -> u8 {
-        if n != PC {
-            return n;
-        }
-        self.emit(Op::SetBase(self.literal_base()));
-        BASE
-    }
-
-    /// A floating-point instruction follows, which creates a context if there is none.
-    pub(super) fn need_context(&mut self) {
-        if !self.in_context {
-            self.emit(Op::Context);
-            // A conditional one may be left out.
-            self.in_context = self.flags();
-        }
-    }
-
-    pub(super) fn undefined(&mut self, encoding: u32) -> Ends {
-        self.emit(Op::Undefined(encoding));
-        Ends::Yes
-    }
-
-    pub(super) fn rare(&mut self, op: Rare, d: u8, n: u8, m: u8, a: u8, x: u8) {
-        self.emit(Op::Rare(op, d, n, m, a, x));
-    }
-
-    pub(super) fn load(&mut self, width: Width, t: u8, n: u8, offset: u32) {
-        self.emit(match width {
-            Width::Word => Op::Ldr(t, n, offset),
-            Width::Byte => Op::Ldrb(t, n, offset),
-            _ => Op::Load(width, t, n, offset),
-        });
-    }
-
-    pub(super) fn store(&mut self, width: Width, t: u8, n: u8, offset: u32) {
-        self.emit(match width {
-            Width::Word => Op::Str(t, n, offset),
-            Width::Byte => Op::Strb(t, n, offset),
-            _ => Op::Store(width, t, n, offset),
-        });
-    }
-
-    /// A register and a constant.
-    pub(super) fn constant(&mut self, op: Alu, d: u8, n: u8, imm: u32, flags: bool) {
-        self.emit(match (op, flags) {
-            (Alu::Mov, false) => Op::MovImm(d, imm),
-            (Alu::Mov, true) => Op::MovsImm(d, imm),
-            (Alu::Add, false) => Op::AddImm(d, n, imm),
-            (Alu::Sub, false) => Op::AddImm(d, n, imm.wrapping_neg()),
-            (Alu::And, false) => Op::AndImm(d, n, imm),
-            (Alu::Bic, false) => Op::AndImm(d, n, !imm),
-            (Alu::Orr, false) => Op::OrrImm(d, n, imm),
-            (Alu::Mvn, false) => Op::MovImm(d, !imm),
-            (Alu::Add, true) => Op::AddsImm(d, n, imm),
-            (Alu::Sub, true) if d == NOWHERE => Op::CmpImm(n, imm),
-            (Alu::Sub, true) => Op::SubsImm(d, n, imm),
-            (Alu::And, true) => Op::AndsImm(d, n, imm),
-            (_, false) => Op::AluImm(op, d, n, imm),
-            (_, true) => Op::AluImmS(op, d, n, imm),
-        });
-    }
-
-    /// Two registers, the second shifted as encoded.
-    pub(super) fn shifted(
-        &mut self,
-        op: Alu,
-        d: u8,
-        n: u8,
-        m: u8,
-        (shift, amount): (Shift, u8),
-        flags: bool,
-    ) {
-        let (shift, amount) = match (shift, amount) {
-            (Shift::Lsl, 0) => (Shift::None, 0),
-            (Shift::Lsr | Shift::Asr, 0) => (shift, 32),
-            (Shift::Ror, 0) => (Shift::Rrx, 0),
-            other => other,
-        };
-        self.emit(match (op, shift, flags) {
-            (Alu::Mov, Shift::None, false) => Op::Mov(d, m),
-            (Alu::Mov, Shift::Lsl, false) => Op::LslImm(d, m, amount),
-            (Alu::Mov, Shift::Lsr, false) if amount < 32 => Op::LsrImm(d, m, amount),
-            (Alu::Mov, Shift::Asr, false) => Op::AsrImm(d, m, amount.min(31)),
-            (Alu::Add, Shift::None, false) => Op::Add(d, n, m),
-            (Alu::Add, Shift::Lsl, false) => Op::AddShifted(d, n, m, amount),
-            (Alu::Sub, Shift::None, false) => Op::Sub(d, n, m),
-            (Alu::Sub, Shift::None, true) if d == NOWHERE => Op::Cmp(n, m),
-            (Alu::And, Shift::None, false) => Op::And(d, n, m),
-            (Alu::Orr, Shift::None, false) => Op::Orr(d, n, m),
-            (Alu::Eor, Shift::None, false) => Op::Eor(d, n, m),
-            (Alu::Mov, Shift::None, true) => Op::Movs(d, m),
-            (Alu::Mov, Shift::Lsl, true) => Op::LslsImm(d, m, amount),
-            (Alu::Mov, Shift::Lsr, true) if amount < 32 => Op::LsrsImm(d, m, amount),
-            (Alu::Mov, Shift::Asr, true) if amount < 32 => Op::AsrsImm(d, m, amount),
-            (Alu::Add, Shift::None, true) => Op::Adds(d, n, m),
-            (Alu::Sub, Shift::None, true) => Op::Subs(d, n, m),
-            (Alu::And, Shift::None, true) => Op::Ands(d, n, m),
-            (Alu::Orr, Shift::None, true) => Op::Orrs(d, n, m),
-            (Alu::Eor, Shift::None, true) => Op::Eors(d, n, m),
-            (_, _, false) => Op::Alu(op, d, n, m, shift, amount),
-            (_, _, true) => Op::AluS(op, d, n, m, shift, amount),
-        });
     }
 }

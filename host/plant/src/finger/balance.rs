@@ -1,6 +1,6 @@
 //! One implicit step: collects possible contacts, finds the active ones, and moves the joints into equilibrium.
 
-use super::{Finger, Hold, MAX};
+use super::{Finger, Hold, MAX, Pose};
 use crate::Contact;
 use crate::object::{Body, dot};
 
@@ -58,7 +58,7 @@ impl Finger {
         }
     }
 
-    fn collect(&mut self, body: &Body, hold: Hold) {
+    fn collect(&mut self, body: &Body, pose: Option<&Pose>, hold: Hold) {
         self.pushers.clear();
         let (theta_a, x, stop) = (self.theta_a, self.x, self.stop_stiffness);
         let back = x.map(|x| -x);
@@ -90,10 +90,9 @@ impl Finger {
             self.push(self.angle[i] - self.low[i], up, stop, Source::Stop);
             self.push(self.high[i] - self.angle[i], down, stop, Source::Stop);
         }
-        if *body == Body::Nothing {
+        let Some((joint, along)) = pose.filter(|_| *body != Body::Nothing) else {
             return;
-        }
-        let (joint, along) = self.pose();
+        };
         let (half_thickness, stiffness) = (self.half_thickness, self.contact_stiffness);
         for i in 0..self.count {
             let pushers = &mut self.pushers;
@@ -141,7 +140,9 @@ impl Finger {
 
     /// One implicit step of `dt` seconds.
     pub fn step(&mut self, body: &Body, hold: Hold, dt: f64) {
-        self.collect(body, hold);
+        let heavy = self.weight != [0.0; 2];
+        let pose = (heavy || *body != Body::Nothing).then(|| self.pose());
+        self.collect(body, pose.as_ref(), hold);
         let mut matrix = [[0.0; MAX]; MAX];
         let mut right = [0.0; MAX];
         for i in 0..MAX {
@@ -152,10 +153,12 @@ impl Finger {
                 (matrix[i][i], right[i]) = (1.0, 0.0);
             }
         }
-        right
-            .iter_mut()
-            .zip(self.weight_torques())
-            .for_each(|(right, weight)| *right += weight);
+        if let Some(pose) = pose.filter(|_| heavy) {
+            right
+                .iter_mut()
+                .zip(self.weight_torques(&pose))
+                .for_each(|(right, weight)| *right += weight);
+        }
         self.rub_joints(&mut matrix, dt);
         if let Hold::Torque(torque) = hold {
             right

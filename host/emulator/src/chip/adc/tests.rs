@@ -13,8 +13,12 @@ impl<F: Fn(u32) -> f64> Voltages for Wired<F> {
         Source::default()
     }
 
-    fn volts(&mut self, channel: u32, _: Ticks) -> f64 {
-        self.0(channel)
+    fn steady(&mut self, channel: u32) -> Option<f64> {
+        Some(self.0(channel))
+    }
+
+    fn volts(&mut self, _: Ticks) -> f64 {
+        unreachable!("it is steady")
     }
 }
 
@@ -70,7 +74,11 @@ impl Voltages for Rising {
         Source::default()
     }
 
-    fn volts(&mut self, _: u32, at: Ticks) -> f64 {
+    fn steady(&mut self, _: u32) -> Option<f64> {
+        None
+    }
+
+    fn volts(&mut self, at: Ticks) -> f64 {
         1e4 * time::seconds(at)
     }
 }

@@ -19,29 +19,10 @@ macro_rules! result {
 /// What executes an operation, if it is one of these.
 pub(super) fn handler(op: Op) -> Option<Handler> {
     handlers! { plain op, bus, at;
+        Op::Nothing => {},
         Op::Carry(set) => bus.registers.carry = set,
         Op::SetBase(value) => r!(bus, BASE) = value,
-        Op::MovImm(d, imm) => r!(bus, d) = imm,
-        Op::MovsImm(d, imm) => result!(bus, d, imm),
-        Op::Mov(d, m) => r!(bus, d) = r!(bus, m),
-        Op::Movt(d, imm) => r!(bus, d) = r!(bus, d) & 0xFFFF | u32::from(imm) << 16,
-        Op::AddImm(d, n, imm) => r!(bus, d) = r!(bus, n).wrapping_add(imm),
-        Op::Add(d, n, m) => r!(bus, d) = r!(bus, n).wrapping_add(r!(bus, m)),
-        Op::Sub(d, n, m) => r!(bus, d) = r!(bus, n).wrapping_sub(r!(bus, m)),
-        Op::AddsImm(d, n, imm) => r!(bus, d) = bus.registers.sum_with_flags(r!(bus, n), imm, false),
-        Op::SubsImm(d, n, imm) => r!(bus, d) = bus.registers.sum_with_flags(r!(bus, n), !imm, true),
-        Op::CmpImm(n, imm) => {
-                bus.registers.sum_with_flags(r!(bus, n), !imm, true);
-            },
-        Op::Cmp(n, m) => {
-                bus.registers.sum_with_flags(r!(bus, n), !r!(bus, m), true);
-            },
-        Op::AndImm(d, n, imm) => r!(bus, d) = r!(bus, n) & imm,
-        Op::And(d, n, m) => r!(bus, d) = r!(bus, n) & r!(bus, m),
         Op::OrrImm(d, n, imm) => r!(bus, d) = r!(bus, n) | imm,
-        Op::Orr(d, n, m) => r!(bus, d) = r!(bus, n) | r!(bus, m),
-        Op::LslImm(d, m, amount) => r!(bus, d) = r!(bus, m) << (amount & 31),
-        Op::LsrImm(d, m, amount) => r!(bus, d) = r!(bus, m) >> (amount & 31),
         Op::AsrImm(d, m, amount) => r!(bus, d) = (r!(bus, m) as i32 >> (amount & 31)) as u32,
         Op::AddShifted(d, n, m, amount) => r!(bus, d) = r!(bus, n).wrapping_add(r!(bus, m) << (amount & 31)),
         Op::Alu(op, d, n, m, shift, amount) => {
@@ -52,21 +33,11 @@ pub(super) fn handler(op: Op) -> Option<Handler> {
                 let (second, carry) = shifted(r!(bus, m), shift, amount.into(), bus.registers.carry);
                 r!(bus, d) = bus.registers.value_with_flags(op, r!(bus, n), second, carry);
             },
-        Op::Adds(d, n, m) => r!(bus, d) = bus.registers.sum_with_flags(r!(bus, n), r!(bus, m), false),
-        Op::Subs(d, n, m) => r!(bus, d) = bus.registers.sum_with_flags(r!(bus, n), !r!(bus, m), true),
         Op::Ands(d, n, m) => result!(bus, d, r!(bus, n) & r!(bus, m)),
         Op::Orrs(d, n, m) => result!(bus, d, r!(bus, n) | r!(bus, m)),
         Op::Eors(d, n, m) => result!(bus, d, r!(bus, n) ^ r!(bus, m)),
         Op::Eor(d, n, m) => r!(bus, d) = r!(bus, n) ^ r!(bus, m),
         Op::Movs(d, m) => result!(bus, d, r!(bus, m)),
-        Op::LslsImm(d, m, amount) => {
-                bus.registers.carry = r!(bus, m) >> ((32 - u32::from(amount)) & 31) & 1 != 0;
-                result!(bus, d, r!(bus, m) << (amount & 31));
-            },
-        Op::LsrsImm(d, m, amount) => {
-                bus.registers.carry = r!(bus, m) >> ((u32::from(amount) - 1) & 31) & 1 != 0;
-                result!(bus, d, r!(bus, m) >> (amount & 31));
-            },
         Op::AsrsImm(d, m, amount) => {
                 bus.registers.carry = r!(bus, m) >> ((u32::from(amount) - 1) & 31) & 1 != 0;
                 result!(bus, d, (r!(bus, m) as i32 >> (amount & 31)) as u32);
@@ -86,8 +57,6 @@ pub(super) fn handler(op: Op) -> Option<Handler> {
                     bus.registers.set_result(value);
                 }
             },
-        Op::Uxtb(d, m) => r!(bus, d) = r!(bus, m) & 0xFF,
-        Op::Uxth(d, m) => r!(bus, d) = r!(bus, m) & 0xFFFF,
         Op::Ubfx(d, n, lsb, width) => {
                 r!(bus, d) = r!(bus, n) >> (lsb & 31) & u32::MAX >> ((32 - u32::from(width)) & 31)
             },

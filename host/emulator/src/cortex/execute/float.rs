@@ -3,12 +3,10 @@
 
 use super::super::access::Bus;
 use super::super::op::Op;
-use super::super::state::FPCA;
-use super::super::system::FPDSCR;
 use super::super::translate::Code;
 use super::{At, Ended, Handler, Step, handlers, r, s};
 
-const SIGN: u32 = 1 << 31;
+pub(super) const SIGN: u32 = 1 << 31;
 
 macro_rules! float {
     ($bus:ident, $operation:ident, $d:expr, $n:expr, $m:expr) => {{
@@ -29,14 +27,8 @@ macro_rules! chained {
 /// What executes an operation, if it is one of these.
 pub(super) fn handler(op: Op) -> Option<Handler> {
     handlers! { plain op, bus, at;
-        Op::VmovToS(d, t) => s!(bus, d) = r!(bus, t),
-        Op::VmovToR(t, n) => r!(bus, t) = s!(bus, n),
         Op::VmovPairToS(d, t, t2) => (s!(bus, d), s!(bus, d + 1)) = (r!(bus, t), r!(bus, t2)),
         Op::VmovPairToR(d, t, t2) => (r!(bus, t), r!(bus, t2)) = (s!(bus, d), s!(bus, d + 1)),
-        Op::VmovImm(d, imm) => s!(bus, d) = imm,
-        Op::Vmov(d, m) => s!(bus, d) = s!(bus, m),
-        Op::Vabs(d, m) => s!(bus, d) = s!(bus, m) & !SIGN,
-        Op::Vneg(d, m) => s!(bus, d) = s!(bus, m) ^ SIGN,
         Op::Vsqrt(d, m) => {
                 let m = s!(bus, m);
                 s!(bus, d) = bus.registers.fpu.sqrt(m);
@@ -69,20 +61,10 @@ pub(super) fn handler(op: Op) -> Option<Handler> {
         Op::Vcvt(kind, d, m, fraction) => {
                 s!(bus, d) = bus.registers.fpu.convert(kind, s!(bus, m), fraction)
             },
-        Op::VmrsFlags => {
-                let conditions = bus.registers.fpu.status() >> 28;
-                bus.registers.set_conditions(conditions);
-            },
         Op::Vmrs(t) => r!(bus, t) = bus.registers.fpu.status(),
         Op::Vmsr(t) => {
                 let status = r!(bus, t);
                 bus.registers.fpu.set_status(status);
-            },
-        Op::Context => {
-                if bus.registers.control & FPCA == 0 {
-                    bus.registers.control |= FPCA;
-                    bus.registers.fpu.set_status(bus.chip.core.scs[FPDSCR]);
-                }
             },
         Op::VcmpFlags(d, m, signals) => bus.registers.compare(s!(bus, d), s!(bus, m), signals),
         Op::VcmpZeroFlags(d, signals) => bus.registers.compare(s!(bus, d), 0, signals),

@@ -4,10 +4,9 @@
 use super::super::Trap;
 use super::super::access::{Bus, Trapped};
 use super::super::debug::Resumed;
-use super::super::fuse::SIGNALS;
 use super::super::op::{LR, Op, Width};
 use super::super::translate::Code;
-use super::{At, Ended, Handler, Step, handlers, r, s};
+use super::{At, Ended, Handler, Step, handlers, r};
 
 /// Least value of EXC_RETURN.
 const RETURNS: u32 = 0xFF00_0000;
@@ -19,59 +18,15 @@ pub(super) fn handler(op: Op) -> Option<Handler> {
 
 fn branch(op: Op) -> Option<Handler> {
     handlers! { ending op, bus, at;
-        Op::If(condition, skip) => {
-            if bus.registers.holds(condition) {
-                at.next(bus)
-            } else {
-                at.skip(bus, skip)
-            }
-        },
-        Op::CmpImmBranch(n, imm, condition, target) => {
-            bus.registers.sum_with_flags(r!(bus, n), !u32::from(imm), true);
-            bus.branch_if(condition, target, at)
-        },
-        Op::CmpBranch(n, m, condition, target) => {
-            bus.registers.sum_with_flags(r!(bus, n), !r!(bus, m), true);
-            bus.branch_if(condition, target, at)
-        },
-        Op::VcmpBranch(d, m, how, target) => {
-            bus.registers.compare(s!(bus, d), s!(bus, m), how & SIGNALS != 0);
-            bus.branch_if(how, target, at)
-        },
-        Op::VcmpZeroBranch(d, how, target) => {
-            bus.registers.compare(s!(bus, d), 0, how & SIGNALS != 0);
-            bus.branch_if(how, target, at)
-        },
-        Op::Branch(target) => bus.jump(target),
-        Op::BranchIf(condition, target) => bus.branch_if(condition, target, at),
-        Op::BranchZero(n, target) => {
-            if r!(bus, n) == 0 {
-                bus.jump(target)
-            } else {
-                at.next(bus)
-            }
-        },
-        Op::BranchNotZero(n, target) => {
-            if r!(bus, n) == 0 {
-                at.next(bus)
-            } else {
-                bus.jump(target)
-            }
-        },
-        Op::Call(target) => {
-            r!(bus, LR) = at.code.end | 1;
-            bus.jump(target)
-        },
         Op::CallRegister(m) => {
             let target = r!(bus, m);
-            r!(bus, LR) = at.code.end | 1;
+            r!(bus, LR) = bus.registers.pc | 1;
             bus.registers.pc = target & !1;
             if target & 1 == 0 {
                 return bus.after(Trap::Undefined { encoding: None });
             }
             Ended::Next
         },
-        Op::Exchange(m) => bus.exchange(r!(bus, m)),
         Op::Jump(m) => bus.jump(r!(bus, m)),
         Op::Table(n, m, half, from) => {
             let (width, index) = if half {
@@ -134,22 +89,13 @@ fn system(op: Op) -> Option<Handler> {
 
 impl Bus {
     #[inline(always)]
-    fn jump(&mut self, target: u32) -> Ended {
+    pub(super) fn jump(&mut self, target: u32) -> Ended {
         self.registers.pc = target & !1;
         Ended::Next
     }
 
-    #[inline(always)]
-    fn branch_if(&mut self, condition: u8, target: u32, at: At<'_>) -> Ended {
-        if self.registers.holds(condition) {
-            self.jump(target)
-        } else {
-            at.next(self)
-        }
-    }
-
     /// A jump that may return from an exception, and that must stay in Thumb state.
-    fn exchange(&mut self, target: u32) -> Ended {
+    pub(super) fn exchange(&mut self, target: u32) -> Ended {
         self.registers.pc = target & !1;
         if self.registers.exception != 0 && target >= RETURNS {
             return self.after(Trap::Return(target | 1));

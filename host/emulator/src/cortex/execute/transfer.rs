@@ -4,130 +4,7 @@
 use super::super::access::Bus;
 use super::super::op::{Op, Width};
 use super::super::translate::Code;
-use super::{At, Ended, Handler, Step, handlers, missing, r, s};
-
-/// What executes a frequent operation in RAM or on constants of the program, and leaves everything else to [`handler`]: a function
-/// that calls nothing that comes back needs no registers saved.
-pub(super) fn quick(op: Op) -> Option<Handler> {
-    handlers! { ending op, bus, at;
-        Op::Ldr(t, n, offset) => match bus.known(r!(bus, n).wrapping_add(offset)) {
-            Some(bytes) => {
-                r!(bus, t) = u32::from_le_bytes(bytes);
-                at.next(bus)
-            }
-            None => elsewhere(bus, Op::Ldr(t, n, offset), at.rest, at.code),
-        },
-        Op::Ldrb(t, n, offset) => match bus.known(r!(bus, n).wrapping_add(offset)) {
-            Some([byte]) => {
-                r!(bus, t) = byte.into();
-                at.next(bus)
-            }
-            None => elsewhere(bus, Op::Ldrb(t, n, offset), at.rest, at.code),
-        },
-        Op::Vldr(d, n, offset) => match bus.known(r!(bus, n).wrapping_add(offset)) {
-            Some(bytes) => {
-                s!(bus, d) = u32::from_le_bytes(bytes);
-                at.next(bus)
-            }
-            None => elsewhere(bus, Op::Vldr(d, n, offset), at.rest, at.code),
-        },
-        Op::LoadIndexed(Width::Word, t, n, m, shift) => {
-            let address = r!(bus, n).wrapping_add(r!(bus, m) << (shift & 3));
-            match bus.known(address) {
-                Some(bytes) => {
-                    r!(bus, t) = u32::from_le_bytes(bytes);
-                    at.next(bus)
-                }
-                None => elsewhere(bus, Op::LoadIndexed(Width::Word, t, n, m, shift), at.rest, at.code),
-            }
-        },
-        Op::LoadIndexed(Width::Byte, t, n, m, shift) => {
-            let address = r!(bus, n).wrapping_add(r!(bus, m) << (shift & 3));
-            match bus.known(address) {
-                Some([byte]) => {
-                    r!(bus, t) = byte.into();
-                    at.next(bus)
-                }
-                None => elsewhere(bus, Op::LoadIndexed(Width::Byte, t, n, m, shift), at.rest, at.code),
-            }
-        },
-        Op::Load(Width::Half, t, n, offset) => match bus.known(r!(bus, n).wrapping_add(offset)) {
-            Some(bytes) => {
-                r!(bus, t) = u16::from_le_bytes(bytes).into();
-                at.next(bus)
-            }
-            None => elsewhere(bus, Op::Load(Width::Half, t, n, offset), at.rest, at.code),
-        },
-        Op::Str(t, n, offset) => {
-            let address = r!(bus, n).wrapping_add(offset);
-            match bus.memory.store(address, r!(bus, t).to_le_bytes()) {
-                Some(()) => at.next(bus),
-                None => elsewhere(bus, Op::Str(t, n, offset), at.rest, at.code),
-            }
-        },
-        Op::Strb(t, n, offset) => {
-            let address = r!(bus, n).wrapping_add(offset);
-            match bus.memory.store(address, [r!(bus, t) as u8]) {
-                Some(()) => at.next(bus),
-                None => elsewhere(bus, Op::Strb(t, n, offset), at.rest, at.code),
-            }
-        },
-        Op::Vstr(d, n, offset) => {
-            let address = r!(bus, n).wrapping_add(offset);
-            match bus.memory.store(address, s!(bus, d).to_le_bytes()) {
-                Some(()) => at.next(bus),
-                None => elsewhere(bus, Op::Vstr(d, n, offset), at.rest, at.code),
-            }
-        },
-        Op::Ldrd(t, t2, n, offset) => {
-            let address = r!(bus, n).wrapping_add(offset);
-            match (bus.known(address), bus.known(address.wrapping_add(4))) {
-                (Some(first), Some(second)) => {
-                    r!(bus, t) = u32::from_le_bytes(first);
-                    r!(bus, t2) = u32::from_le_bytes(second);
-                    at.next(bus)
-                }
-                _ => elsewhere(bus, Op::Ldrd(t, t2, n, offset), at.rest, at.code),
-            }
-        },
-        Op::Stm(n, down, update, list) => {
-            let count = list.count_ones();
-            let (address, after) = block(r!(bus, n), down, count);
-            let Some(words) = bus.memory.words_mut(address, count) else {
-                return elsewhere(bus, Op::Stm(n, down, update, list), at.rest, at.code);
-            };
-            for (t, word) in Numbers(list).zip(words) {
-                *word = r!(bus, t).to_le_bytes();
-            }
-            if update {
-                r!(bus, n) = after;
-            }
-            at.next(bus)
-        },
-        Op::Ldm(n, down, update, list) => {
-            let count = list.count_ones();
-            let (address, after) = block(r!(bus, n), down, count);
-            let Some(words) = bus.memory.words(address, count) else {
-                return elsewhere(bus, Op::Ldm(n, down, update, list), at.rest, at.code);
-            };
-            for (t, word) in Numbers(list).zip(words) {
-                r!(bus, t) = u32::from_le_bytes(*word);
-            }
-            if update {
-                r!(bus, n) = after;
-            }
-            at.next(bus)
-        },
-    }
-}
-
-/// An operation that is not quick after all.
-#[cold]
-#[inline(never)]
-fn elsewhere(bus: &mut Bus, op: Op, rest: &[Step], code: &Code) -> Ended {
-    let run = handler(op).unwrap_or(missing);
-    run(bus, op, rest, code)
-}
+use super::{At, Ended, Handler, Step, handlers, r, s};
 
 /// What executes an operation, if it is one of these.
 pub(super) fn handler(op: Op) -> Option<Handler> {
@@ -264,7 +141,7 @@ fn updated(base: u32, pre: bool, offset: i16) -> (u32, u32) {
 }
 
 /// Numbers of the registers in a list.
-struct Numbers(u16);
+pub(super) struct Numbers(pub(super) u16);
 
 impl Iterator for Numbers {
     type Item = u8;
@@ -279,7 +156,7 @@ impl Iterator for Numbers {
 }
 
 /// First address of an access to several words, and the base after it.
-fn block(base: u32, down: bool, words: u32) -> (u32, u32) {
+pub(super) fn block(base: u32, down: bool, words: u32) -> (u32, u32) {
     if down {
         let start = base.wrapping_sub(4 * words);
         (start, start)
