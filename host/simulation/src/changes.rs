@@ -257,12 +257,8 @@ pub fn finger<S: Simulated>(
     let parameters = world.of(S::NAME)?.randomised(seed);
     let mut simulation = Simulation::<S>::new(&parameters, seed)?;
     simulation.prepare()?;
-    simulation.press()?;
     let length_m = parameters.finger.length_m[usize::from(S::PHALANGES) - 1];
-    for share in PINS {
-        #[expect(clippy::cast_possible_truncation, reason = "the firmware's precision")]
-        simulation.calibrate(S::PHALANGES, (share * length_m) as f32, PIN_RAD)?;
-    }
+    simulation.calibrate_on_pins(length_m, PINS, PIN_RAD)?;
     let mut random = Pcg64Mcg::seed_from_u64(seed ^ 0x00c4_a26e);
     let mut scores = Scores::default();
     for grasp in 0..grasps {

@@ -254,12 +254,8 @@ where
     let mut simulation = Simulation::<Grasping<S>>::new(&parameters, seed)?;
     simulation.prepare()?;
     if calibrated {
-        simulation.press()?;
-        for share in PINS {
-            let k_m = share * lengths_m[usize::from(S::PHALANGES) - 1];
-            #[expect(clippy::cast_possible_truncation, reason = "the firmware's precision")]
-            simulation.calibrate(S::PHALANGES, k_m as f32, PIN_RAD)?;
-        }
+        let length_m = lengths_m[usize::from(S::PHALANGES) - 1];
+        simulation.calibrate_on_pins(length_m, PINS, PIN_RAD)?;
     }
     simulation.traced = true;
     let mut score = Score::default();

@@ -177,6 +177,25 @@ impl<S: Simulated> Simulation<S> {
         self.motion(Request::Press, Directive::CalibrateCable)
     }
 
+    /// Calibrates on the closing stop and on pins at these shares of the last phalanx, whose length is given, with joint 1 at an
+    /// angle.
+    ///
+    /// # Errors
+    /// As [`calibrate`](Self::calibrate).
+    pub fn calibrate_on_pins(
+        &mut self,
+        length_m: f64,
+        shares: [f64; 2],
+        theta_1_rad: f64,
+    ) -> Result<(), Error> {
+        self.press()?;
+        for share in shares {
+            #[expect(clippy::cast_possible_truncation, reason = "the firmware's precision")]
+            self.calibrate(S::PHALANGES, (share * length_m) as f32, theta_1_rad)?;
+        }
+        Ok(())
+    }
+
     /// A motion until the sequence rests again, and what it showed.
     ///
     /// # Errors

@@ -15,9 +15,10 @@ use crate::sensing::location::SeriesElement;
 const PIECES: u8 = 8;
 const MOST_PIECES: u8 = 16;
 const STEPS: u8 = 8;
-/// Friction in the contact takes a share of the torque, or adds to it: standard deviation of the logarithm of what it leaves (chosen).
+/// Standard deviation of the logarithm of the share of the torque that acts along the path (chosen): friction in the contact takes
+/// some of it, or adds to it.
 const TAKEN_SIGMA: f32 = 1.0;
-/// Less likelihood than this along the path, metre, is none: some eight deviations.
+/// With less likelihood than this, summed along the path, metre, the path misses the measurement by some eight deviations.
 const NOWHERE_M: f32 = 1e-16;
 
 /// The first contact, where it was felt.
@@ -46,8 +47,9 @@ pub(super) struct Turned {
 pub(super) struct Rolled {
     placed: Placed,
     turned: Turned,
-    /// The place and its deviation by rotation and torque, metre, and by the first place.
+    /// The place and its deviation by rotation and torque, metre.
     now: Option<[f32; 2]>,
+    /// By how much the place changes with one deviation of the first place, metre.
     by_place_m: Option<f32>,
 }
 

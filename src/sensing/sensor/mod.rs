@@ -276,7 +276,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         }
         self.learning.end_run(&self.state);
         self.conclude_search();
-        // What is left: the end of a closing in contact, or of one whose search is over.
+        // Closings in contact, and those whose search is over, end here too.
         self.state.conclude_closing(false);
         if let Stage::Contact(contact) = &mut self.stage {
             contact.end();

@@ -2,16 +2,15 @@
 
 use palpate::scene::Scene;
 use palpate::sensing::Calibration;
-use palpate_cli::progress::bar;
 use palpate_document::table::head;
 use palpate_plant::{Parameters, TrueCalibration};
 use palpate_scenes::P70;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::catalogue::random_cylinder;
+use super::fingers;
 use super::job::{Plan, Wanted, closing};
 use super::live::{Failure, Setup};
 use super::session::Session;
@@ -112,26 +111,11 @@ impl Finger {
 /// Fingers with hidden values of their own, calibrated and tried. The second list: what could not be done.
 #[must_use]
 pub fn study(plan: &Plan) -> (Vec<Finger>, Vec<(u64, Failure)>) {
-    let fingers = plan.fingers(10, 100);
-    let bar = bar(fingers as usize, "fingers calibrated");
-    let done: Vec<_> = (0..fingers)
-        .into_par_iter()
-        .map(|index| {
-            let seed = plan.seed + 3000 + index;
-            let finger = Finger::new(seed, &plan.parameters.randomised(seed));
-            bar.inc(1);
-            finger.map_err(|failure| (seed, failure))
-        })
-        .collect();
-    bar.finish_and_clear();
-    let (mut fingers, mut failed) = (Vec::new(), Vec::new());
-    for finger in done {
-        match finger {
-            Ok(finger) => fingers.push(finger),
-            Err(failure) => failed.push(failure),
-        }
-    }
-    (fingers, failed)
+    let first = plan.seed + 3000;
+    let seeds = first..first + plan.fingers(10, 100);
+    fingers::each("fingers calibrated", seeds, |seed| {
+        Finger::new(seed, &plan.parameters.randomised(seed))
+    })
 }
 
 /// What all fingers together show.

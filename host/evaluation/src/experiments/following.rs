@@ -1,15 +1,14 @@
 //! What follows the first contact: second contacts, and what becomes of a contact that is held.
 
 use palpate::finger::HoldsTwice;
-use palpate_cli::progress::bar;
 use palpate_document::table::head;
 use palpate_scenes::{Linkage3, P70, P70Hold, Tendon3};
 use palpate_simulation::changes::{self, KINDS, Scores};
 use palpate_simulation::second_contacts::{self, Score};
 use palpate_simulation::{Error, Simulated};
-use rayon::prelude::*;
 use serde_json::{Value, json};
 
+use super::fingers;
 use super::job::Plan;
 
 /// Names, as `--only` takes them.
@@ -21,37 +20,12 @@ const GRASPS: usize = 20;
 /// What could not be done: the finger's seed, and why.
 pub type Failed = Vec<(u64, Error)>;
 
-fn fingers<T: Send>(
-    name: &str,
-    seeds: Vec<u64>,
-    finger: impl Fn(u64) -> Result<T, Error> + Sync,
-) -> (Vec<T>, Failed) {
-    let bar = bar(seeds.len(), name);
-    let done: Vec<_> = seeds
-        .into_par_iter()
-        .map(|seed| {
-            let result = finger(seed);
-            bar.inc(1);
-            result.map_err(|error| (seed, error))
-        })
-        .collect();
-    bar.finish_and_clear();
-    let (mut good, mut failed) = (Vec::new(), Vec::new());
-    for result in done {
-        match result {
-            Ok(result) => good.push(result),
-            Err(failure) => failed.push(failure),
-        }
-    }
-    (good, failed)
-}
-
 /// Changes of held contacts of `p70-hold`, calibrated: ten grasps with one closing of every kind on each drawn finger.
 #[must_use]
 pub fn changes(plan: &Plan) -> (Scores, Failed) {
     let first = plan.seed + 4000;
-    let seeds: Vec<u64> = (first..first + plan.fingers(1, 10)).collect();
-    let (all, failed) = fingers("fingers held", seeds, |seed| {
+    let seeds = first..first + plan.fingers(1, 10);
+    let (all, failed) = fingers::each("fingers held", seeds, |seed| {
         changes::finger::<P70Hold>(&plan.world, seed, changes::GRASPS, |_, _, _, _| {})
     });
     (all.iter().fold(Scores::default(), Scores::with), failed)
@@ -111,8 +85,8 @@ pub fn changes_json(plan: &Plan, scores: &Scores) -> impl Iterator<Item = Value>
 
 fn second_of<S: Simulated<Finger: HoldsTwice>>(plan: &Plan, failed: &mut Failed) -> Score {
     let first = plan.seed + 5000;
-    let seeds: Vec<u64> = (first..first + plan.fingers(1, 10)).collect();
-    let (all, not_done) = fingers("fingers that grasp", seeds, |seed| {
+    let seeds = first..first + plan.fingers(1, 10);
+    let (all, not_done) = fingers::each("fingers that grasp", seeds, |seed| {
         second_contacts::finger::<S>(&plan.world, seed, GRASPS, true, |_, _, _| {})
     });
     failed.extend(not_done);
