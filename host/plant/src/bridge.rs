@@ -3,7 +3,7 @@
 use crate::Pins;
 use crate::converter::{Pin, Switching};
 use crate::parameters::Parameters;
-use crate::switching::{Circuit, Period, Sense, Winding};
+use crate::switching::{Circuit, Constants, Period, Periods, Sense, Winding};
 
 /// Result of a step of the bridge.
 #[derive(Clone, Copy, Debug, Default)]
@@ -23,9 +23,9 @@ pub(crate) struct Bridge {
     inductance: f64,
     /// Winding and sense at the end of the last step.
     winding: Winding,
-    /// The last step's, and the period of the PWM in it.
+    /// The last step's, and the periods of the PWM of late.
     circuit: Circuit,
-    period: Option<Period>,
+    periods: Periods,
     awake_for: f64,
     winding_rise: f64,
     housing_rise: f64,
@@ -46,10 +46,11 @@ impl Bridge {
         Self {
             parameters: parameters.clone(),
             inductance: parameters.motor.resistance_ohm
-                * parameters.motor.electrical_time_constant_s,
+                * parameters.motor.electrical_time_constant_s
+                + parameters.choke.inductance_h,
             winding: Winding::default(),
             circuit: Circuit::default(),
-            period: None,
+            periods: Periods::default(),
             awake_for: 0.0,
             winding_rise: 0.0,
             housing_rise: 0.0,
@@ -99,21 +100,20 @@ impl Bridge {
         let low = pins.awake && supply_v < bridge.undervoltage_v;
         let copper = motor.resistance_ohm * short;
         let warm = copper * (1.0 + motor.copper_temperature_coefficient_per_k * self.winding_rise);
-        let now_ohm = warm + bridge.on_resistance_ohm;
-        let before_ohm = self.circuit.resistance_ohm;
+        let now_ohm = warm + bridge.on_resistance_ohm + self.parameters.choke.resistance_ohm;
+        let before = self.circuit.constants;
         // With edges a resistance that is hardly another keeps what was computed of the one before.
-        let same = (now_ohm - before_ohm).abs() < 1e-5 * now_ohm;
-        let resistance_ohm = if same && self.parameters.has_edges() {
-            before_ohm
+        let same = (now_ohm - before.resistance_ohm).abs() < 1e-5 * now_ohm;
+        let constants = if same && self.parameters.has_edges() {
+            before
         } else {
-            now_ohm
+            Constants::new(now_ohm, self.inductance / now_ohm, self.lag_s())
         };
         self.circuit = Circuit {
             sign: if pins.closing { 1.0 } else { -1.0 },
             supply_v,
             back_emf_v,
-            resistance_ohm,
-            time_constant_s: self.inductance / resistance_ohm,
+            constants,
             diode_v: bridge.diode_v,
             chop_a: bridge.chop_current_a,
             sense: self.sense(offset_a),
@@ -125,7 +125,7 @@ impl Bridge {
             self.winding.idle(1.0 / bridge.pwm_hz, dt);
         } else if self.parameters.has_edges() {
             let period = self.period_of(pins);
-            self.period = Some(period);
+            self.periods.keep(period);
             let totals = self.winding.advance(&self.circuit, &period, dt);
             step.mean_a = totals.charge / dt;
             step.drawn_a = totals.drawn / dt;
@@ -143,34 +143,40 @@ impl Bridge {
         step
     }
 
-    /// The period of the PWM that these levels make, computed anew only where it differs from that of the last step.
+    /// The period of the PWM that these levels make, computed anew only where none of late was the same.
     fn period_of(&self, pins: &Pins) -> Period {
         let bridge = &self.parameters.bridge;
         let (duty, period_s) = (pins.drive().abs(), 1.0 / bridge.pwm_hz);
-        let dead_s = bridge.dead_time_s;
-        match self.period {
-            Some(period) if period.is_of(duty, period_s, dead_s, &self.circuit) => period,
-            _ => Period::new(duty, period_s, dead_s, &self.circuit),
-        }
+        self.periods
+            .of(duty, period_s, bridge.dead_time_s, &self.circuit)
     }
 
     /// The sense with this offset.
     fn sense(&self, offset_a: f64) -> Sense {
         let sense = &self.parameters.sense;
         let signed = sense.shunt_v_per_a > 0.0;
-        let (nominal, zero_v, pin_ohm) = if signed {
-            (sense.shunt_v_per_a, sense.shunt_zero_v, sense.shunt_pin_ohm)
+        let (nominal, zero_v) = if signed {
+            (sense.shunt_v_per_a, sense.shunt_zero_v)
         } else {
-            let volt_per_a = sense.mirror_a_per_a * sense.resistor_ohm;
-            (volt_per_a, 0.0, sense.resistor_ohm)
+            (sense.mirror_a_per_a * sense.resistor_ohm, 0.0)
         };
         Sense {
             signed,
             volt_per_a: nominal * (1.0 + sense.gain_error),
             offset_v: zero_v + nominal * offset_a,
-            // Two lags in a row delay by their sum; the longer one, at the pin, is what is seen of their shape.
-            lag_s: (sense.settling_s + pin_ohm * sense.pin_f).max(1e-9),
         }
+    }
+
+    /// Time constant of mirror and pin together, second. Two lags in a row delay by their sum; the longer one, at the pin, is what is
+    /// seen of their shape.
+    fn lag_s(&self) -> f64 {
+        let sense = &self.parameters.sense;
+        let pin_ohm = if sense.shunt_v_per_a > 0.0 {
+            sense.shunt_pin_ohm
+        } else {
+            sense.resistor_ohm
+        };
+        (sense.settling_s + pin_ohm * sense.pin_f).max(1e-9)
     }
 
     /// Without edges: the winding sees the mean voltage, since both low switches conduct in the off time (slow decay).
@@ -178,9 +184,10 @@ impl Bridge {
         let Circuit {
             supply_v,
             back_emf_v,
-            resistance_ohm: resistance,
+            constants,
             ..
         } = self.circuit;
+        let resistance = constants.resistance_ohm;
         let duty = pins.drive();
         let mut step = BridgeOutput::default();
         let ideal_v = duty * supply_v - back_emf_v;

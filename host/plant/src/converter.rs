@@ -143,7 +143,7 @@ impl Probe {
                 // Whole tens of attoseconds: equal distances then take equal decays.
                 let dt = ((at_s - pin.reached_s) * 1e17).round() * 1e-17;
                 if dt > 0.0 {
-                    pin.winding.advance(&pin.circuit, &pin.period, dt);
+                    pin.winding.wait(&pin.circuit, &pin.period, dt);
                     pin.reached_s += dt;
                 }
                 let volts = pin.winding.pin_v;

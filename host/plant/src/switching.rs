@@ -4,6 +4,12 @@
 //! is a formula: no small steps. EN switches one half bridge; the low side of the other conducts all the time. Directions are those
 //! of the drive: positive flows along it.
 
+mod periods;
+mod whole;
+
+use periods::Decay;
+pub(crate) use periods::{Period, Periods};
+
 /// Shorter times are none, second.
 const RESOLUTION_S: f64 = 1e-13;
 
@@ -28,8 +34,6 @@ pub(crate) struct Sense {
     pub volt_per_a: f64,
     /// Volt at no current. A mirror gives no negative one: its output then has a dead zone.
     pub offset_v: f64,
-    /// Time constant of mirror and pin together, second, positive.
-    pub lag_s: f64,
 }
 
 impl Sense {
@@ -65,6 +69,41 @@ impl Sense {
     }
 }
 
+/// Resistance and time constants, and what of them is needed again and again: they change with the temperature alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Constants {
+    /// Winding, choke and two switches, ohm.
+    pub resistance_ohm: f64,
+    /// L/R, second.
+    pub time_constant_s: f64,
+    /// Time constant of mirror and pin together, second.
+    lag_s: f64,
+    per_ohm: f64,
+    per_time_constant: f64,
+    per_lag: f64,
+    /// What a moving current shows at the pin, relative to a resting one.
+    moving: f64,
+}
+
+impl Constants {
+    /// Resistance, L/R, and the time constant of mirror and pin together, all positive. Equal time constants have a formula of their
+    /// own; parted by a millionth they need none.
+    pub fn new(resistance_ohm: f64, time_constant_s: f64, mut lag_s: f64) -> Self {
+        if (time_constant_s - lag_s).abs() < 1e-6 * time_constant_s {
+            lag_s += 1e-6 * time_constant_s;
+        }
+        Self {
+            resistance_ohm,
+            time_constant_s,
+            lag_s,
+            per_ohm: 1.0 / resistance_ohm,
+            per_time_constant: 1.0 / time_constant_s,
+            per_lag: 1.0 / lag_s,
+            moving: time_constant_s / (time_constant_s - lag_s),
+        }
+    }
+}
+
 /// What stays the same over some periods of the PWM.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Circuit {
@@ -74,115 +113,14 @@ pub(crate) struct Circuit {
     pub supply_v: f64,
     /// Back-EMF, volt, closing positive.
     pub back_emf_v: f64,
-    /// Winding and two switches, ohm.
-    pub resistance_ohm: f64,
-    /// L/R, second.
-    pub time_constant_s: f64,
+    /// Resistance and time constants.
+    pub constants: Constants,
     /// Drop of a body diode, volt.
     pub diode_v: f64,
     /// Current at which the bridge chops, ampere.
     pub chop_a: f64,
     /// The sense.
     pub sense: Sense,
-}
-
-impl Circuit {
-    /// Time constant of the sense. Equal ones have a formula of their own; parted by a millionth they need none.
-    fn lag_s(&self) -> f64 {
-        let (tau, lag_s) = (self.time_constant_s, self.sense.lag_s);
-        if (tau - lag_s).abs() < 1e-6 * tau {
-            lag_s + 1e-6 * tau
-        } else {
-            lag_s
-        }
-    }
-}
-
-/// A part of the period between two edges.
-#[derive(Clone, Copy, Debug, Default)]
-struct Part {
-    path: Path,
-    start_s: f64,
-    end_s: f64,
-    /// What is left after it of a deviation of the current and of the pin's voltage.
-    decay: Decay,
-}
-
-/// What is left of deviations after a time.
-#[derive(Clone, Copy, Debug, Default)]
-struct Decay {
-    current: f64,
-    pin: f64,
-}
-
-impl Decay {
-    fn over(length_s: f64, circuit: &Circuit) -> Self {
-        if length_s == 0.0 {
-            return Self {
-                current: 1.0,
-                pin: 1.0,
-            };
-        }
-        Self {
-            current: (-length_s / circuit.time_constant_s).exp(),
-            pin: (-length_s / circuit.lag_s()).exp(),
-        }
-    }
-}
-
-/// A period of the PWM from the middle of the on-time, where the timer counts zero.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Period {
-    parts: [Part; 6],
-    /// What the parts' decays were computed for.
-    key: [f64; 5],
-}
-
-impl Period {
-    /// Each switch closes a dead time after the other was told to open; one whose turn is shorter never closes.
-    pub fn new(duty: f64, period_s: f64, dead_s: f64, circuit: &Circuit) -> Self {
-        let half_on = 0.5 * duty * period_s;
-        let (off_at, on_at) = (half_on, period_s - half_on);
-        let ends = if duty >= 1.0 {
-            [(Path::Drive, period_s); 6]
-        } else if duty <= 0.0 {
-            [(Path::Brake, period_s); 6]
-        } else {
-            [
-                (Path::Dead, (dead_s - half_on).clamp(0.0, half_on)),
-                (Path::Drive, half_on),
-                (Path::Dead, (off_at + dead_s).min(on_at)),
-                (Path::Brake, on_at),
-                (Path::Dead, (on_at + dead_s).min(period_s)),
-                (Path::Drive, period_s),
-            ]
-        };
-        let mut start_s = 0.0;
-        let parts = ends.map(|(path, end_s)| {
-            let part = Part {
-                path,
-                start_s,
-                end_s,
-                decay: Decay::over(end_s - start_s, circuit),
-            };
-            start_s = end_s;
-            part
-        });
-        Self {
-            parts,
-            key: Self::key(duty, period_s, dead_s, circuit),
-        }
-    }
-
-    fn key(duty: f64, period_s: f64, dead_s: f64, circuit: &Circuit) -> [f64; 5] {
-        let (current_s, pin_s) = (circuit.time_constant_s, circuit.sense.lag_s);
-        [duty, period_s, dead_s, current_s, pin_s]
-    }
-
-    /// Whether [`Period::new`] would make the same again.
-    pub fn is_of(&self, duty: f64, period_s: f64, dead_s: f64, circuit: &Circuit) -> bool {
-        self.key == Self::key(duty, period_s, dead_s, circuit)
-    }
 }
 
 /// Integrals over a time.
@@ -196,6 +134,46 @@ pub(crate) struct Totals {
     pub square: f64,
     /// The bridge chopped.
     pub chopped: bool,
+}
+
+/// What is integrated on the way; `()` where nobody asks.
+trait Integrals: Default {
+    /// A current along the drive that goes from `start_a` to `end_a` towards a target.
+    fn add(
+        &mut self,
+        circuit: &Circuit,
+        path: Path,
+        target_a: f64,
+        length_s: f64,
+        currents_a: [f64; 2],
+    );
+}
+
+impl Integrals for () {
+    fn add(&mut self, _: &Circuit, _: Path, _: f64, _: f64, _: [f64; 2]) {}
+}
+
+impl Integrals for Totals {
+    fn add(
+        &mut self,
+        circuit: &Circuit,
+        path: Path,
+        target_a: f64,
+        length_s: f64,
+        [start_a, end_a]: [f64; 2],
+    ) {
+        let tau = circuit.constants.time_constant_s;
+        let (apart_a, left_a) = (start_a - target_a, end_a - target_a);
+        let charge = target_a * length_s + (apart_a - left_a) * tau;
+        self.charge += circuit.sign * charge;
+        self.square += target_a * (target_a * length_s + 2.0 * (apart_a - left_a) * tau)
+            + 0.5 * tau * (apart_a * apart_a - left_a * left_a);
+        // Through the high side's switch, or back through its diode.
+        if path == Path::Drive || (path == Path::Dead && start_a < 0.0) {
+            self.drawn += charge;
+        }
+        self.chopped |= end_a.abs() > circuit.chop_a;
+    }
 }
 
 /// State of winding and sense.
@@ -223,7 +201,19 @@ impl Winding {
 
     /// Lets time pass with the bridge on.
     pub fn advance(&mut self, circuit: &Circuit, period: &Period, dt: f64) -> Totals {
-        let mut totals = Totals::default();
+        let whole = period.whole_in(dt).filter(|_| self.phase_s == 0.0);
+        whole
+            .and_then(|count| self.whole(circuit, period, count))
+            .unwrap_or_else(|| self.pass_parts(circuit, period, dt))
+    }
+
+    /// The same, for the pin's sake alone.
+    pub fn wait(&mut self, circuit: &Circuit, period: &Period, dt: f64) {
+        self.pass_parts::<()>(circuit, period, dt);
+    }
+
+    fn pass_parts<T: Integrals>(&mut self, circuit: &Circuit, period: &Period, dt: f64) -> T {
+        let mut totals = T::default();
         let mut left_s = dt;
         while left_s > RESOLUTION_S {
             for part in &period.parts {
@@ -258,7 +248,12 @@ impl Winding {
     }
 
     fn decay(&mut self, length_s: f64, circuit: &Circuit) -> Decay {
-        let key = [length_s, circuit.time_constant_s, circuit.sense.lag_s];
+        let Constants {
+            time_constant_s,
+            lag_s,
+            ..
+        } = circuit.constants;
+        let key = [length_s, time_constant_s, lag_s];
         if self.last.0 != key {
             self.last = (key, Decay::over(length_s, circuit));
         }
@@ -266,13 +261,13 @@ impl Winding {
     }
 
     /// A part of the period, or some of it.
-    fn pass(
+    fn pass<T: Integrals>(
         &mut self,
         circuit: &Circuit,
         path: Path,
         length_s: f64,
         decay: Decay,
-        totals: &mut Totals,
+        totals: &mut T,
     ) {
         let Circuit {
             supply_v, diode_v, ..
@@ -288,11 +283,12 @@ impl Winding {
             // Neither diode conducts.
             Path::Dead => emf_v,
         };
-        let target_a = (voltage_v - emf_v) / circuit.resistance_ohm;
+        let target_a = (voltage_v - emf_v) * circuit.constants.per_ohm;
         let end_a = target_a + (start_a - target_a) * decay.current;
         if path == Path::Dead && start_a * end_a < 0.0 {
             // The diode stops conducting at zero: from there the other one does, or none.
-            let first_s = circuit.time_constant_s * ((start_a - target_a) / -target_a).ln();
+            let first_s =
+                circuit.constants.time_constant_s * ((start_a - target_a) / -target_a).ln();
             let first_s = first_s.clamp(0.0, length_s);
             let first = Decay::over(first_s, circuit);
             self.follow(circuit, path, target_a, first_s, first, totals);
@@ -306,30 +302,19 @@ impl Winding {
     }
 
     /// The current goes exponentially towards a target.
-    fn follow(
+    fn follow<T: Integrals>(
         &mut self,
         circuit: &Circuit,
         path: Path,
         target_a: f64,
         length_s: f64,
         decay: Decay,
-        totals: &mut Totals,
+        totals: &mut T,
     ) {
-        let tau = circuit.time_constant_s;
         let start_a = circuit.sign * self.current_a;
-        let apart_a = start_a - target_a;
-        let left_a = apart_a * decay.current;
-        let charge = target_a * length_s + (apart_a - left_a) * tau;
-        totals.charge += circuit.sign * charge;
-        totals.square += target_a * (target_a * length_s + 2.0 * (apart_a - left_a) * tau)
-            + 0.5 * tau * (apart_a * apart_a - left_a * left_a);
-        // Through the high side's switch, or back through its diode.
-        if path == Path::Drive || (path == Path::Dead && start_a < 0.0) {
-            totals.drawn += charge;
-        }
+        let end_a = target_a + (start_a - target_a) * decay.current;
+        totals.add(circuit, path, target_a, length_s, [start_a, end_a]);
         self.sense(circuit, path, target_a, length_s, decay);
-        let end_a = target_a + left_a;
-        totals.chopped |= end_a.abs() > circuit.chop_a;
         self.current_a = circuit.sign * end_a.clamp(-circuit.chop_a, circuit.chop_a);
     }
 
@@ -344,7 +329,7 @@ impl Winding {
         let mut left_s = length_s;
         for bend_a in bends {
             if (bend_a - start_a) * (bend_a - end_a) < 0.0 {
-                let tau = circuit.time_constant_s;
+                let tau = circuit.constants.time_constant_s;
                 let length_s = tau * ((start_a - target_a) / (bend_a - target_a)).ln();
                 let decay = Decay::over(length_s, circuit);
                 self.settle(circuit, path, target_a, [start_a, bend_a], decay);
@@ -371,9 +356,8 @@ impl Winding {
     ) {
         let sense = &circuit.sense;
         let (slope, offset_v) = sense.law(path, circuit.sign, 0.5 * (start_a + end_a));
-        let tau = circuit.time_constant_s;
         let resting_v = slope * target_a + offset_v;
-        let moving_v = slope * (start_a - target_a) * tau / (tau - circuit.lag_s());
+        let moving_v = slope * (start_a - target_a) * circuit.constants.moving;
         self.pin_v =
             resting_v + moving_v * decay.current + (self.pin_v - resting_v - moving_v) * decay.pin;
     }

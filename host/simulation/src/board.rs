@@ -135,14 +135,13 @@ fn constant(volt: f64) -> AdcCode {
 
 /// A conversion of 12 bits.
 fn conversion(volt: f64) -> u16 {
-    let code = (volt / REFERENCE_V * 4096.0).floor().clamp(0.0, 4095.0);
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
-        reason = "0 to 4095"
+        reason = "rounds towards zero, and ends at zero where a voltage is negative"
     )]
-    let code = code as u16;
-    code
+    let code = (volt * (4096.0 / REFERENCE_V)) as u16;
+    code.min(4095)
 }
 
 #[cfg(test)]

@@ -10,8 +10,8 @@ pub use fingers::FingerParameters;
 pub use load::{World, default_scene, scenes};
 pub use object::{Object, ObjectMount};
 pub use sections::{
-    Bridge, Cable, Contact, Converter, Encoder, Friction, Gearhead, Hall, Mechanism, Motor, Sense,
-    Supply, Transmission, Worm,
+    Bridge, Cable, Choke, Contact, Converter, Encoder, Friction, Gearhead, Hall, Mechanism, Motor,
+    Sense, Supply, Transmission, Worm,
 };
 
 use crate::Error;
@@ -93,6 +93,8 @@ pub struct Parameters {
     pub sense: Sense,
     /// Bridge.
     pub bridge: Bridge,
+    /// Coil in series with the motor.
+    pub choke: Choke,
     /// Supply.
     pub supply: Supply,
     /// Inputs of the converters.
@@ -132,6 +134,7 @@ impl Parameters {
         self.encoder.validate("encoder")?;
         self.sense.validate("sense")?;
         self.bridge.validate("bridge")?;
+        self.choke.validate("choke")?;
         self.supply.validate("supply")?;
         self.converter.validate("converter")?;
         self.hall.validate("hall")?;

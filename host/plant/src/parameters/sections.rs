@@ -207,6 +207,16 @@ section! {
 }
 
 section! {
+    /// Coil in series with the motor, which smooths the current that the PWM makes.
+    Choke {
+        /// Inductance, henry; 0: none fitted.
+        inductance_h in 0.0, 0.1;
+        /// Of its wire, ohm.
+        resistance_ohm in 0.0, 50.0;
+    }
+}
+
+section! {
     /// Motor supply.
     Supply {
         /// Open-circuit voltage.

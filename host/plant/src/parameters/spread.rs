@@ -18,7 +18,7 @@ impl Parameters {
     /// times the world's value, and time constants of wander and warm-up a third to three times; warm-up and nonlinearity of
     /// either sign; gravity in any direction; lengths by up to the world's `geometry_m`. Of joints that other motors hold:
     /// backlash 30 %, and where they are held 0.5 degrees.
-    /// With edges: L/R 50 %, diodes 20 %.
+    /// With edges: L/R 50 %, the choke 20 %, diodes 20 %, hold capacitor 30 %.
     #[must_use]
     pub fn randomised(&self, seed: u64) -> Self {
         let mut random = Pcg64Mcg::seed_from_u64(seed);
@@ -72,6 +72,8 @@ impl Parameters {
         if self.has_edges() {
             let mut random = Pcg64Mcg::seed_from_u64(seed ^ EDGES);
             self.motor.electrical_time_constant_s *= random.random_range(0.5..=1.5);
+            self.choke.inductance_h *= random.random_range(0.8..=1.2);
+            self.choke.resistance_ohm *= random.random_range(0.8..=1.2);
             self.bridge.diode_v *= random.random_range(0.8..=1.2);
             self.converter.hold_f *= random.random_range(0.7..=1.3);
         }

@@ -37,14 +37,18 @@ impl Case {
             signed: random.random_bool(0.2),
             volt_per_a,
             offset_v: volt_per_a * offset_a,
-            lag_s: [1e-7, 0.4e-6, 6.8e-6, 20e-6][random.random_range(0..4)],
         };
+        let lag_s = [1e-7, 0.4e-6, 6.8e-6, 20e-6][random.random_range(0..4)];
         let circuit = Circuit {
             sign: if random.random_bool(0.5) { 1.0 } else { -1.0 },
             supply_v: random.random_range(9.0..14.0),
             back_emf_v: random.random_range(-8.0..8.0),
-            resistance_ohm: random.random_range(28.0..45.0),
-            time_constant_s: 20e-6,
+            constants: Constants::new(
+                random.random_range(28.0..45.0),
+                // Without and with a choke.
+                [20e-6, 70e-6][random.random_range(0..2)],
+                lag_s,
+            ),
             diode_v: 0.9,
             chop_a: 1.0,
             sense,
@@ -127,10 +131,11 @@ impl Stepped {
         } else {
             None
         };
-        let inductance_h = c.resistance_ohm * c.time_constant_s;
+        let ohm = c.constants.resistance_ohm;
+        let inductance_h = ohm * c.constants.time_constant_s;
         let mut after_a = match lead_v {
             Some(lead_v) => {
-                let slope = |a: f64| (lead_v - emf_v - c.resistance_ohm * a) / inductance_h;
+                let slope = |a: f64| (lead_v - emf_v - ohm * a) / inductance_h;
                 let half_a = before_a + 0.5 * NS * slope(before_a);
                 before_a + NS * slope(half_a)
             }
@@ -153,7 +158,7 @@ impl Stepped {
         } else {
             (sense.volt_per_a * shown_a + sense.offset_v).max(0.0)
         };
-        let slope = |v: f64| (volts - v) / sense.lag_s;
+        let slope = |v: f64| (volts - v) / c.constants.lag_s;
         let half_v = self.pin_v + 0.5 * NS * slope(self.pin_v);
         self.pin_v += NS * slope(half_v);
         self.current_a = c.sign * after_a;
@@ -225,23 +230,30 @@ fn formulas_agree_with_small_steps() {
 #[test]
 fn any_division_of_time_gives_the_same() {
     let mut random = Pcg64Mcg::seed_from_u64(2);
-    for _ in 0..200 {
+    let mut at_once = 0;
+    for _ in 0..1000 {
         let case = Case::random(&mut random);
         let period = case.period();
         let (mut whole, mut parts) = (start(&case), start(&case));
+        let straight = whole.clone().whole(&case.circuit, &period, 5);
+        at_once += u32::from(straight.is_some());
         let in_one = whole.advance(&case.circuit, &period, 5.0 * PERIOD_S);
         let mut in_many = Totals::default();
         for _ in 0..7 {
             let totals = parts.advance(&case.circuit, &period, 5.0 * PERIOD_S / 7.0);
             in_many.charge += totals.charge;
             in_many.drawn += totals.drawn;
+            in_many.square += totals.square;
         }
         assert!((whole.current_a - parts.current_a).abs() < 1e-9, "{case:?}");
         assert!((whole.pin_v - parts.pin_v).abs() < 1e-7, "{case:?}");
         assert!((in_one.charge - in_many.charge).abs() < 1e-13, "{case:?}");
         assert!((in_one.drawn - in_many.drawn).abs() < 1e-13, "{case:?}");
+        assert!((in_one.square - in_many.square).abs() < 1e-13, "{case:?}");
         assert_eq!(whole.phase_s, 0.0);
     }
+    // Both ways of computing whole periods were needed.
+    assert!((50..950).contains(&at_once), "{at_once}");
 }
 
 /// A free closing: 15.7 mA in the mean, between -2.3 and 34.7 mA.
@@ -250,15 +262,13 @@ fn free_closing(dead_ns: u32, signed: bool) -> (Case, Winding) {
         sign: 1.0,
         supply_v: 12.0,
         back_emf_v: 3.4,
-        resistance_ohm: 35.7,
-        time_constant_s: 20e-6,
+        constants: Constants::new(35.7, 20e-6, 1e-9),
         diode_v: 0.9,
         chop_a: 1.0,
         sense: Sense {
             signed,
             volt_per_a: 6.8,
             offset_v: 0.0,
-            lag_s: 1e-9,
         },
     };
     let case = Case {
@@ -315,4 +325,13 @@ fn dead_time_takes_voltage_from_a_current_either_way() {
         (gained - 0.03 * (12.0 + 2.0 * 0.9) / 35.7).abs() < 1e-5,
         "{gained}"
     );
+}
+
+#[test]
+fn the_series_is_the_exponential() {
+    for step in 0..2000 {
+        let x = 1e-4 * f64::from(step);
+        let relative = periods::left_after(x) * x.exp() - 1.0;
+        assert!(relative.abs() < 5e-16, "{x}: {relative}");
+    }
 }
