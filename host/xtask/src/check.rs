@@ -50,7 +50,7 @@ fn for_the_host(library: Option<&Path>) -> Outcome {
     )?;
     step(
         "lints, library",
-        cargo(["clippy", "--profile", "host", "--package", "palpate"]).args(LINTS),
+        cargo(["clippy", "--profile", host::PROFILE, "--package", "palpate"]).args(LINTS),
     )?;
     fuzz_targets()?;
     // As the lints: of the same features, so that dependencies are checked once.
@@ -65,7 +65,7 @@ fn for_the_host(library: Option<&Path>) -> Outcome {
         cargo([
             "doc",
             "--profile",
-            "host",
+            host::PROFILE,
             "--package",
             "palpate",
             "--no-deps",

@@ -11,7 +11,7 @@ use crate::process::{Outcome, cargo, root, step, target_dir, together};
 /// The program that emulates the chip.
 pub const EMULATOR: &str = "palpate-emulator";
 /// The cargo profile of every host program and test.
-const PROFILE: &str = "host";
+pub const PROFILE: &str = "host";
 
 /// A cargo call for all host packages: with MuJoCo's worlds where its library is at hand.
 ///

@@ -68,8 +68,8 @@ pub fn test(arguments: &[String]) -> Outcome {
             .arg("--no-fail-fast")
             .envs(images)
             .envs(tools.found.iter().map(|(variable, path)| (variable, path)))
-            .env("PALPATE_GRASPS", "1000")
-            .env("PALPATE_ENDURANCE_S", "4400"),
+            .env("PALPATE_GRASPS", "300")
+            .env("PALPATE_ENDURANCE_S", "600"),
     )?;
     target::test(false)?;
     // Again, where it is read.
@@ -77,8 +77,9 @@ pub fn test(arguments: &[String]) -> Outcome {
     Ok(())
 }
 
+/// Of the same profile as the host programs: one build of what both depend on.
 fn library_tests() -> Command {
-    cargo(["test", "--package", "palpate"])
+    cargo(["test", "--profile", host::PROFILE, "--package", "palpate"])
 }
 
 fn images() -> Outcome<Vec<(&'static str, PathBuf)>> {

@@ -9,6 +9,7 @@ use palpate::sensing::{Directive, Event};
 use palpate_plant::{Grasp, Parameters, Shape};
 use palpate_scenes::P70;
 use palpate_simulation::{Outcome, Simulation};
+use rayon::prelude::*;
 
 /// Where the pins are, in the order of the closings; the first closing is the one that aligns the record.
 const PLACES_MM: [f32; 4] = [20.0, 50.0, 35.0, 45.0];
@@ -47,13 +48,16 @@ fn press(simulation: &mut Simulation<P70>, k_mm: f32) -> Outcome {
 /// What is told after a restart is as good as what is told without one.
 #[test]
 fn a_record_of_before_a_restart_serves() {
-    let (mut errors_mm, mut far) = (Vec::new(), 0);
-    for seed in 1..=24 {
+    let fingers = (1..=16).flat_map(|seed| {
         let nominal = Parameters::default();
-        let random = nominal.randomised(seed);
-        for (parameters, nominal) in [(&nominal, true), (&random, false)] {
-            let mut simulation = restarted(parameters, seed);
-            for k_mm in PLACES_MM {
+        [(nominal.randomised(seed), false), (nominal, true)]
+            .map(|(parameters, nominal)| (seed, parameters, nominal))
+    });
+    let mut errors_mm: Vec<f32> = fingers
+        .par_bridge()
+        .flat_map_iter(|(seed, parameters, nominal)| {
+            let mut simulation = restarted(&parameters, seed);
+            PLACES_MM.map(|k_mm| {
                 let outcome = press(&mut simulation, k_mm);
                 let told = format!("seed {seed}, {k_mm} mm: {:?}", outcome.events);
                 assert_eq!(outcome.fault, None, "{told}");
@@ -62,7 +66,7 @@ fn a_record_of_before_a_restart_serves() {
                 let delay_s = outcome.delay_s().expect("touched");
                 assert!((-0.01..0.3).contains(&delay_s), "{delay_s} s, {told}");
                 // A random finger's places are as far off as its hidden values: that is what calibration is for.
-                if nominal {
+                nominal.then(|| {
                     // The last word on the place; the closing's stiffness comes after it.
                     let place = outcome
                         .events
@@ -72,17 +76,16 @@ fn a_record_of_before_a_restart_serves() {
                             Event::Located { k_m, sigma_m, .. } => Some((*k_m, *sigma_m)),
                             _ => None,
                         });
-                    let Some((k_m, sigma_m)) = place else {
-                        panic!("{told}");
-                    };
+                    let (k_m, sigma_m) = place.unwrap_or_else(|| panic!("{told}"));
                     let error_mm = (1e3 * k_m - k_mm).abs();
                     assert!(error_mm < 3e3 * sigma_m, "{told}");
-                    far += usize::from(error_mm > 3.5);
-                    errors_mm.push(error_mm);
-                }
-            }
-        }
-    }
+                    error_mm
+                })
+            })
+        })
+        .flatten()
+        .collect();
+    let far = errors_mm.iter().filter(|&&mm| mm > 3.5).count();
     errors_mm.sort_by(f32::total_cmp);
     let median_mm = errors_mm[errors_mm.len() / 2];
     println!(
