@@ -7,7 +7,7 @@ use palpate_golden::{compare, family, generate, sample};
 use rayon::prelude::*;
 
 /// Rows of a file. The steps after contact solve a posture for each part of the step: they take longest.
-const ROWS: usize = 4;
+const ROWS: usize = 2;
 const ROWS_AFTER_CONTACT: usize = 1;
 /// Relative difference of two roundings to f64.
 const ROUNDING: f64 = 4.5e-16;

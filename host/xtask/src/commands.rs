@@ -61,7 +61,7 @@ pub fn host_program(package: &str, arguments: &[String]) -> Outcome {
 /// Runs a subcommand of the program that has the experiments.
 fn evaluate(subcommand: &str, arguments: &[String]) -> Outcome {
     let words = [&[subcommand.to_owned()], arguments].concat();
-    host_program("palpate-evaluation", &words)
+    host_program(host::EVALUATION, &words)
 }
 
 fn emulate(subcommand: &str, image: &Build, arguments: &[String]) -> Outcome {

@@ -10,6 +10,8 @@ use crate::process::{Outcome, cargo, root, step, target_dir, together};
 
 /// The program that emulates the chip.
 pub const EMULATOR: &str = "palpate-emulator";
+/// The program that replays recordings and runs experiments.
+pub const EVALUATION: &str = "palpate-evaluation";
 /// The cargo profile of every host program and test.
 pub const PROFILE: &str = "host";
 

@@ -4,8 +4,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::firmware::list;
+use crate::host;
+use crate::mujoco;
 use crate::own_scene;
-use crate::process::{Failure, Outcome, root, target_dir};
+use crate::process::{Failure, Outcome, root, step, target_dir};
 
 const NAME: &str = "own";
 /// The finger: keys of the copied file with the values that its user gives them.
@@ -30,11 +32,11 @@ impl Drop for Folder {
     }
 }
 
-/// Makes a finger, refuses a wrong value of it, builds its firmware, simulates it, and replays the recording of that; a page about
-/// each.
+/// Makes a finger, simulates it, replays the recording of that, a page about each; refuses a wrong value of it, builds its
+/// firmware.
 pub fn check() -> Outcome {
     eprintln!(
-        "==> a new user's finger: new scene, wrong value, firmware, simulation, replay, pages"
+        "==> a new user's finger: new scene, simulation, replay, pages, wrong value, firmware"
     );
     let folder = Folder(target_dir().join("own-finger"));
     prepare(&folder.0)?;
@@ -45,9 +47,7 @@ pub fn check() -> Outcome {
     for &(key, value) in FINGER {
         set(&file, key, value)?;
     }
-    let build = call(&["build", "--scene", NAME]);
-    refuses_a_wrong_value(&file, &build)?;
-    build.succeeds()?;
+    programs(&folder.0)?;
 
     let [trace, page] = ["recording.csv", "page.html"].map(|name| folder.0.join(name));
     let (trace, contact) = (trace.to_string_lossy(), CONTACT_MM.to_string());
@@ -58,7 +58,23 @@ pub fn check() -> Outcome {
     is_page(&page, "The truth is phalanx 2")?;
     let replayed = call(&[&["replay", &trace, "--scene", NAME, "--json"], &html[..]].concat());
     is_located("the replay of its recording", &replayed.succeeds()?)?;
-    is_page(&page, "<td>located</td>")
+    is_page(&page, "<td>located</td>")?;
+
+    // Last: meanwhile other images were built in the same folder.
+    let build = call(&["build", "--scene", NAME]);
+    refuses_a_wrong_value(&file, &build)?;
+    build.succeeds().map(drop)
+}
+
+/// Builds the programs that the commands would build one after the other, at once: each has parts that keep one core busy.
+fn programs(scenes: &Path) -> Outcome {
+    let library = mujoco::library_if_possible();
+    let mut build = host::workspace("build", library.as_deref());
+    build.env("PALPATE_SCENES", scenes);
+    for program in [host::EMULATOR, host::EVALUATION] {
+        build.args(["--bin", program]);
+    }
+    step("programs for a new user's finger", &mut build)
 }
 
 /// A page tells the contact with its pictures, and something that only this one has; it is gone then, so that it cannot stand for the

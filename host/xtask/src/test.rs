@@ -47,7 +47,7 @@ pub fn test(arguments: &[String]) -> Outcome {
     // The firmware's one optimised unit keeps one core busy; the other compiles the tests.
     let prepare = || {
         target::image()?;
-        Ok((images()?, tools::get()))
+        Ok((images()?, tools::get_packages()))
     };
     let ((images, tools), ()) = together(prepare, || {
         step(
@@ -68,7 +68,7 @@ pub fn test(arguments: &[String]) -> Outcome {
             .arg("--no-fail-fast")
             .envs(images)
             .envs(tools.found.iter().map(|(variable, path)| (variable, path)))
-            .env("PALPATE_GRASPS", "300")
+            .env("PALPATE_GRASPS", "200")
             .env("PALPATE_ENDURANCE_S", "600"),
     )?;
     target::test(false)?;

@@ -22,12 +22,22 @@ pub struct Tools {
 
 /// Looks for the tools, and gets what is missing.
 pub fn get() -> Tools {
+    with(defmt_print().or_else(|_| build_defmt_print()))
+}
+
+/// Looks for the tools, and gets what is a Debian package. `defmt-print` takes two minutes to compile, and what it shows is tested
+/// without it too, by the decoder that it is made of.
+pub fn get_packages() -> Tools {
+    with(defmt_print())
+}
+
+fn with(defmt_print: Outcome<PathBuf>) -> Tools {
     let mut tools = Tools {
         found: Vec::new(),
         missing: Vec::new(),
     };
     for (variable, got) in [
-        ("PALPATE_DEFMT_PRINT", defmt_print()),
+        ("PALPATE_DEFMT_PRINT", defmt_print),
         ("PALPATE_GDB", debugger()),
     ] {
         match got {
@@ -51,18 +61,28 @@ impl Tools {
     }
 }
 
-/// `defmt-print` from the path, or built by cargo among the build products.
+/// Where this project's own tools are installed.
+fn folder() -> PathBuf {
+    target_dir().join("tools")
+}
+
+/// `defmt-print` from the path, or from among the build products.
 fn defmt_print() -> Outcome<PathBuf> {
-    if let Some(program) = find(DEFMT_PRINT) {
-        return Ok(program);
-    }
-    let folder = target_dir().join("tools");
-    let program = folder
+    let built = folder()
         .join("bin")
         .join(format!("{DEFMT_PRINT}{}", std::env::consts::EXE_SUFFIX));
-    if program.exists() {
-        return Ok(program);
-    }
+    find(DEFMT_PRINT)
+        .or_else(|| built.exists().then_some(built))
+        .ok_or_else(|| {
+            Failure::new(format!(
+                "{DEFMT_PRINT} is missing: `cargo xtask setup` builds it"
+            ))
+        })
+}
+
+/// Builds `defmt-print` by cargo among the build products.
+fn build_defmt_print() -> Outcome<PathBuf> {
+    let folder = folder();
     let mut call = cargo(["install", DEFMT_PRINT, "--locked"]);
     call.args(["--version", DEFMT_PRINT_VERSION])
         // Neither optimised nor for a debugger: it is built in half the time, and prints some lines.
@@ -81,7 +101,7 @@ fn defmt_print() -> Outcome<PathBuf> {
         ))
     })?;
     remove(&folder.join("build"));
-    Ok(program)
+    defmt_print()
 }
 
 /// Build products of a tool that is installed.

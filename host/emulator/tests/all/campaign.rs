@@ -11,8 +11,8 @@ use palpate_plant::Parameters;
 /// Of the matrix; prime to the number of phases, so that the phases take turns.
 const EVERY: usize = 9;
 /// As many as a few minutes allow, on the two fingers.
-const CELLS: [usize; 2] = [12, 6];
-const PAIRS: usize = 6;
+const CELLS: [usize; 2] = [8, 4];
+const PAIRS: usize = 4;
 
 fn passes(scene: &str, cases: &[Case]) {
     let variable = match scene {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! Tools of others at the emulated chip: a reader of RTT over TCP, and a debugger.
 //!
-//! `cargo xtask test` gets `defmt-print` and a GDB for Arm, and names them in `PALPATE_DEFMT_PRINT` and `PALPATE_GDB`; without these
-//! they are looked for on the path. The same is tested without either, by the crate that `defmt-print` is made of and by a few
-//! packets of the remote protocol.
+//! `cargo xtask test` gets a GDB for Arm, finds the `defmt-print` that `cargo xtask setup` built, and names them in `PALPATE_GDB` and
+//! `PALPATE_DEFMT_PRINT`; without these they are looked for on the path. The same is tested without either, by the crate that
+//! `defmt-print` is made of and by a few packets of the remote protocol.
 
 use crate::support;
 use std::ffi::OsString;

@@ -5,7 +5,7 @@ use palpate_evaluation::bound::{markdown, study};
 
 #[test]
 fn knowing_more_never_costs_and_the_locator_is_near_the_bound() {
-    let contacts = std::env::var("PALPATE_CONTACTS").map_or(40, |number| {
+    let contacts = std::env::var("PALPATE_CONTACTS").map_or(24, |number| {
         number.parse().expect("PALPATE_CONTACTS is a number")
     });
     let rows = study(contacts, 1);

@@ -48,7 +48,7 @@ fn press(simulation: &mut Simulation<P70>, k_mm: f32) -> Outcome {
 /// What is told after a restart is as good as what is told without one.
 #[test]
 fn a_record_of_before_a_restart_serves() {
-    let fingers = (1..=16).flat_map(|seed| {
+    let fingers = (1..=10).flat_map(|seed| {
         let nominal = Parameters::default();
         [(nominal.randomised(seed), false), (nominal, true)]
             .map(|(parameters, nominal)| (seed, parameters, nominal))
