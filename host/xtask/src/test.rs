@@ -68,7 +68,6 @@ pub fn test(arguments: &[String]) -> Outcome {
             .arg("--no-fail-fast")
             .envs(images)
             .envs(tools.found.iter().map(|(variable, path)| (variable, path)))
-            .env("PALPATE_GRASPS", "200")
             .env("PALPATE_ENDURANCE_S", "600"),
     )?;
     target::test(false)?;

@@ -1,6 +1,6 @@
 //! Random grasps with random plants, each within its spread: whatever the protection says, it is wrong.
 //!
-//! 100 grasps, or as many as `PALPATE_GRASPS` says; `cargo xtask test` says 200.
+//! 100 grasps, or as many as `PALPATE_GRASPS` says.
 
 use palpate_plant::{Grasp, Parameters, Shape};
 use palpate_scenes::P70;
