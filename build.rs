@@ -10,7 +10,7 @@ mod firmware;
 mod scene;
 
 #[cfg(feature = "firmware")]
-#[path = "build/generate.rs"]
+#[path = "build/generate/mod.rs"]
 mod generate;
 
 fn main() {

@@ -16,6 +16,7 @@ pub fn prepare() {
         println!("cargo::rustc-link-arg-bins=-L{}", out.display());
     }
     let root = Path::new(".");
+    scene::watch(root);
     let folder = scene::list::folder(root);
     let name = env::var("PALPATE_SCENE").unwrap_or_else(|_| scene::list::DEFAULT.to_owned());
     match scene::load(&folder, &name) {

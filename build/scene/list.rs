@@ -5,12 +5,15 @@ use std::path::{Path, PathBuf};
 /// The scene that a firmware is built for unless `PALPATE_SCENE` names another.
 pub const DEFAULT: &str = "p70";
 
-/// Folder of the scenes below the root of the package, unless `PALPATE_SCENES` names another.
+/// Folder of the scenes below the root of the package, unless [`VARIABLE`] names another.
 pub const FOLDER: &str = "scenes";
 
-/// The folder of the scenes: `PALPATE_SCENES`, or `scenes` below the root of the package.
+/// Variable that names another folder of scenes.
+pub const VARIABLE: &str = "PALPATE_SCENES";
+
+/// The folder of the scenes: the one that [`VARIABLE`] names, or `scenes` below the root of the package.
 pub fn folder(root: &Path) -> PathBuf {
-    std::env::var_os("PALPATE_SCENES").map_or_else(|| root.join(FOLDER), PathBuf::from)
+    std::env::var_os(VARIABLE).map_or_else(|| root.join(FOLDER), PathBuf::from)
 }
 
 /// Names of the scenes in a folder: the default one first, the others sorted.

@@ -1,7 +1,7 @@
 //! Reads scene files: finds them, lays each over its base and the defaults, and checks every key.
 //!
-//! Build scripts include this module by path (the firmware's, and those of the host crates that simulate its scenes), so that
-//! one reader serves them all and a scene is written once. It knows TOML and ranges, nothing of the library.
+//! Build scripts (the firmware's, and that of the scenes' types for host programs) and the simulated worlds include this module by
+//! path, so that one reader serves them all and a scene is written once. It knows TOML and ranges, nothing of the library.
 
 mod check;
 pub mod list;
@@ -36,8 +36,6 @@ pub struct Scene {
     pub name: String,
     /// Its sections.
     pub values: Table,
-    /// The files that it was read from.
-    pub files: Vec<PathBuf>,
 }
 
 /// Names of the scenes in a folder, the default one first.
@@ -45,20 +43,48 @@ fn names(folder: &Path) -> Result<Vec<String>, Error> {
     list::names(folder).map_err(|error| Error(format!("{}: {error}", folder.display())))
 }
 
-/// Every scene of the folder that is in use, and those of the project that it does not have: host programs name some of them.
-/// `root` is the root of the package.
-pub fn load_all(root: &Path) -> Result<Vec<Scene>, Error> {
-    println!("cargo::rerun-if-env-changed=PALPATE_SCENES");
-    let mut scenes: Vec<Scene> = Vec::new();
-    for folder in [list::folder(root), root.join(list::FOLDER)] {
+/// The folder of scenes that is in use, and that of the project: host programs name some of its scenes. `root` is the root of the
+/// package.
+fn folders(root: &Path) -> [PathBuf; 2] {
+    [list::folder(root), root.join(list::FOLDER)]
+}
+
+/// Tells cargo what the scenes of a build script depend on.
+pub fn watch(root: &Path) {
+    println!("cargo::rerun-if-env-changed={}", list::VARIABLE);
+    for folder in folders(root) {
         println!("cargo::rerun-if-changed={}", folder.display());
-        for name in names(&folder)? {
-            if scenes.iter().all(|scene| scene.name != name) {
-                scenes.push(load(&folder, &name)?);
-            }
+    }
+}
+
+/// Names of all scenes: those of the folder in use, and those of the project that it does not have.
+pub fn names_of_all(root: &Path) -> Result<Vec<String>, Error> {
+    let [used, project] = folders(root);
+    let mut all = names(&used)?;
+    for name in names(&project)? {
+        if !all.contains(&name) {
+            all.push(name);
         }
     }
-    Ok(scenes)
+    Ok(all)
+}
+
+/// All scenes, in the order of [`names_of_all`].
+pub fn load_all(root: &Path) -> Result<Vec<Scene>, Error> {
+    let names = names_of_all(root)?;
+    names.iter().map(|name| find(root, name)).collect()
+}
+
+/// A scene of the folder in use, or else one of the project.
+pub fn find(root: &Path, name: &str) -> Result<Scene, Error> {
+    let [used, project] = folders(root);
+    let has = |folder: &Path| folder.join(format!("{name}.toml")).exists();
+    let folder = if !has(&used) && has(&project) {
+        project
+    } else {
+        used
+    };
+    load(&folder, name)
 }
 
 /// A scene by its name.
@@ -66,7 +92,6 @@ pub fn load(folder: &Path, name: &str) -> Result<Scene, Error> {
     let mut scene = Scene {
         name: name.to_owned(),
         values: Table::new(),
-        files: Vec::new(),
     };
     let word = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
     if !(name.starts_with(|c: char| c.is_ascii_lowercase()) && name.chars().all(word)) {
@@ -81,9 +106,6 @@ pub fn load(folder: &Path, name: &str) -> Result<Scene, Error> {
         )));
     }
     scene.read(folder, &format!("{name}.toml"), 0)?;
-    for file in &scene.files {
-        println!("cargo::rerun-if-changed={}", file.display());
-    }
     check::check(&scene).map_err(|problem| Error(format!("scene '{name}': {problem}")))?;
     Ok(scene)
 }
@@ -113,7 +135,6 @@ impl Scene {
         if let Some(base) = base {
             self.read(folder, &base, depth + 1)?;
         }
-        self.files.push(path.clone());
         schema::known(&own).map_err(named)?;
         // A finger has one transmission: its own takes the place of its base's.
         if TRANSMISSIONS

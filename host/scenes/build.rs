@@ -1,6 +1,6 @@
 //! Generates a type for every scene.
 
-#[path = "../../build/generate.rs"]
+#[path = "../../build/generate/mod.rs"]
 mod generate;
 #[path = "../../build/scene/mod.rs"]
 mod scene;
@@ -10,7 +10,9 @@ use std::{env, fs};
 
 fn main() {
     println!("cargo::rerun-if-changed=../../build");
-    match scene::load_all(Path::new("../..")) {
+    let root = Path::new("../..");
+    scene::watch(root);
+    match scene::load_all(root) {
         Ok(scenes) => {
             let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
             let text = generate::module(&scenes, "$crate");

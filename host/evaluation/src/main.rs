@@ -162,9 +162,7 @@ fn recordings(options: &Recordings) -> Outcome {
         only: options.only.clone(),
         uncalibrated: options.uncalibrated,
     };
-    let worlds =
-        palpate_scenes::for_scene!(options.scene.as_str(), |S| recordings::run::<S>(&plan))
-            .ok_or("no such scene")??;
+    let worlds = recordings::run(&options.scene, &plan)?;
     if options.json {
         for line in recordings::json(&worlds) {
             println!("{line}");

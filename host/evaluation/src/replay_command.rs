@@ -8,9 +8,8 @@ use std::str::FromStr;
 
 use clap::Args;
 use palpate::sample::Sample;
-use palpate::scene::Scene;
 use palpate::sensing::{Directive, Event};
-use palpate_evaluation::replay::{self, Comparison, Preparation, Source};
+use palpate_evaluation::replay::{self, Comparison, Preparation, Replayer, Source};
 use palpate_evaluation::trace::Streamed;
 use palpate_evaluation::{recordings, trace};
 use serde_json::{Value, json};
@@ -200,10 +199,10 @@ fn streamed(options: &Options) -> Result<Option<Vec<Streamed>>, Box<dyn Error>> 
 }
 
 /// Replays what calibrates, in its order, then the recording.
-fn all<S: Scene>(options: &Options) -> Result<(), Box<dyn Error>> {
+fn all(sensing: &Replayer, options: &Options) -> Result<(), Box<dyn Error>> {
     if let Some(stream) = streamed(options)? {
         let recorded: Vec<Sample> = (stream.iter().map(|row| row.sample.with_joint(()))).collect();
-        let (found, compared) = replay::again::<S>(&stream);
+        let (found, compared) = (sensing.again)(&stream);
         tell(&found, &recorded, options);
         tell_comparison(&compared, options);
         return page::leave(&found, &recorded, options);
@@ -213,12 +212,12 @@ fn all<S: Scene>(options: &Options) -> Result<(), Box<dyn Error>> {
         .as_deref()
         .map(|file| samples(file, options))
         .transpose()?;
-    let mut calibration = S::UNCALIBRATED;
+    let mut calibration = sensing.uncalibrated;
     for teaching in &options.calibrate {
         let recorded = samples(&teaching.file, options)?;
         let purpose = match teaching.pin_m {
             Some(k_m) => Directive::Calibrate {
-                phalanx: S::PHALANGES,
+                phalanx: sensing.phalanges,
                 k_m,
             },
             None => Directive::CalibrateCable,
@@ -228,13 +227,13 @@ fn all<S: Scene>(options: &Options) -> Result<(), Box<dyn Error>> {
             friction: None,
             calibration,
         };
-        let mut found = replay::replay::<S>(&recorded, &before, purpose);
+        let mut found = (sensing.replay)(&recorded, &before, purpose);
         if matches!(found.friction, Source::None(_)) && record.is_some() {
             let before = Preparation {
                 friction: record.as_deref(),
                 calibration,
             };
-            found = replay::replay::<S>(&recorded, &before, purpose);
+            found = (sensing.replay)(&recorded, &before, purpose);
         }
         tell(&found, &recorded, options);
         calibration = found.calibration;
@@ -251,15 +250,17 @@ fn all<S: Scene>(options: &Options) -> Result<(), Box<dyn Error>> {
         friction: record.as_deref(),
         calibration,
     };
-    let found = replay::replay::<S>(&recorded, &before, Directive::Watch);
+    let found = (sensing.replay)(&recorded, &before, Directive::Watch);
     tell(&found, &recorded, options);
     page::leave(&found, &recorded, options)
 }
 
 /// Runs the command.
 pub fn run(options: &Options) -> Result<(), Box<dyn Error>> {
-    palpate_scenes::for_scene!(options.scene.as_str(), |S| all::<S>(options))
-        .ok_or("no such scene")?
+    all(
+        &Replayer::of(&options.scene).ok_or("no such scene")?,
+        options,
+    )
 }
 
 #[cfg(test)]

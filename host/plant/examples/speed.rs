@@ -11,7 +11,7 @@ fn main() -> Result<(), palpate_plant::Error> {
             ("square", Shape::square(0.02, 45.0)),
         ] {
             let mut plant = Plant::new(
-                &Parameters::of(scene)?,
+                &Parameters::of(&scene)?,
                 &Grasp::touching(2, 0.03, theta_1, shape),
                 1,
             )?;

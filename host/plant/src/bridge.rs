@@ -23,7 +23,7 @@ pub(crate) struct Bridge {
     inductance: f64,
     /// Winding and sense at the end of the last step.
     winding: Winding,
-    /// The last step's, and the periods of the PWM of late.
+    /// The last step's, and the recent periods of the PWM.
     circuit: Circuit,
     periods: Periods,
     awake_for: f64,
@@ -143,7 +143,7 @@ impl Bridge {
         step
     }
 
-    /// The period of the PWM that these levels make, computed anew only where none of late was the same.
+    /// The period of the PWM that these levels make, computed anew unless it is among the recent ones.
     fn period_of(&self, pins: &Pins) -> Period {
         let bridge = &self.parameters.bridge;
         let (duty, period_s) = (pins.drive().abs(), 1.0 / bridge.pwm_hz);
@@ -154,16 +154,11 @@ impl Bridge {
     /// The sense with this offset.
     fn sense(&self, offset_a: f64) -> Sense {
         let sense = &self.parameters.sense;
-        let signed = sense.shunt_v_per_a > 0.0;
-        let (nominal, zero_v) = if signed {
-            (sense.shunt_v_per_a, sense.shunt_zero_v)
-        } else {
-            (sense.mirror_a_per_a * sense.resistor_ohm, 0.0)
-        };
+        let nominal = sense.volt_per_a();
         Sense {
-            signed,
+            signed: sense.is_shunt(),
             volt_per_a: nominal * (1.0 + sense.gain_error),
-            offset_v: zero_v + nominal * offset_a,
+            offset_v: sense.zero_v() + nominal * offset_a,
         }
     }
 
@@ -171,12 +166,7 @@ impl Bridge {
     /// seen of their shape.
     fn lag_s(&self) -> f64 {
         let sense = &self.parameters.sense;
-        let pin_ohm = if sense.shunt_v_per_a > 0.0 {
-            sense.shunt_pin_ohm
-        } else {
-            sense.resistor_ohm
-        };
-        (sense.settling_s + pin_ohm * sense.pin_f).max(1e-9)
+        (sense.settling_s + sense.pin_ohm() * sense.pin_f).max(1e-9)
     }
 
     /// Without edges: the winding sees the mean voltage, since both low switches conduct in the off time (slow decay).
@@ -273,8 +263,7 @@ impl Bridge {
         if self.winding.current_a * duty < 0.0 {
             return sense.opposing_share * off * magnitude;
         }
-        let full_scale_a = sense.full_scale_v / (sense.resistor_ohm * sense.mirror_a_per_a);
-        let bent = sense.nonlinearity * magnitude / full_scale_a;
+        let bent = sense.nonlinearity * magnitude / sense.full_scale_a();
         // The mirror follows each edge with a delay, so a larger share of a short on-time is missed.
         let late = sense.settling_s * bridge.pwm_hz * off;
         magnitude * (1.0 + bent) * (1.0 - late).max(0.0)

@@ -6,6 +6,9 @@ pub enum Error {
     /// The file is not TOML.
     #[error("not a TOML file: {0}")]
     Syntax(String),
+    /// No such scene, or one with a wrong value.
+    #[error("{0}")]
+    Scene(String),
     /// No such parameter.
     #[error("unknown key `{key}`; expected one of: {expected}")]
     UnknownKey {

@@ -1,5 +1,4 @@
-//! Values of functions of one number, computed anew only where the number differs from the last one: much of the world rests most
-//! of the time.
+//! Caches the value of a function at its last argument: much of the simulated world rests most of the time.
 
 /// A function's last argument and its value there.
 #[derive(Clone, Copy, Debug)]

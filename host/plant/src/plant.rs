@@ -244,7 +244,7 @@ impl Plant {
     /// Offset of the current sense, ampere. A shunt's does not drift.
     fn sense_offset_a(&mut self) -> f64 {
         let sense = &self.parameters.sense;
-        let drift = if sense.shunt_v_per_a > 0.0 {
+        let drift = if sense.is_shunt() {
             0.0
         } else {
             self.drift_a.of(self.time, || {
@@ -269,17 +269,14 @@ impl Plant {
         } = &self.parameters;
         let current_noise = noise(sense.noise_rms_a);
         let gain = 1.0 + sense.gain_error;
-        let (seen_a, zero_v, volt_per_a) = if sense.shunt_v_per_a > 0.0 {
-            let seen_a = self.bridge.current_a() * gain + offset_a;
-            (seen_a, sense.shunt_zero_v, sense.shunt_v_per_a)
+        let seen_a = if sense.is_shunt() {
+            self.bridge.current_a() * gain + offset_a
+        } else if self.bridge.senses(self.supply_v) {
+            self.bridge.sensed_a(&self.pins, self.supply_v) * gain + offset_a
         } else {
-            let seen_a = if self.bridge.senses(self.supply_v) {
-                self.bridge.sensed_a(&self.pins, self.supply_v) * gain + offset_a
-            } else {
-                0.0
-            };
-            (seen_a, 0.0, sense.mirror_a_per_a * sense.resistor_ohm)
+            0.0
         };
+        let (zero_v, volt_per_a) = (sense.zero_v(), sense.volt_per_a());
         self.sense_noise_v = current_noise * volt_per_a;
         self.sense_v =
             (zero_v + (seen_a + current_noise) * volt_per_a).clamp(0.0, sense.full_scale_v);

@@ -69,7 +69,8 @@ impl Sense {
     }
 }
 
-/// Resistance and time constants, and what of them is needed again and again: they change with the temperature alone.
+/// Resistance and time constants, with the quotients that every part of a period needs: they are divided once, because they change
+/// with the temperature alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Constants {
     /// Winding, choke and two switches, ohm.
@@ -81,7 +82,7 @@ pub(crate) struct Constants {
     per_ohm: f64,
     per_time_constant: f64,
     per_lag: f64,
-    /// What a moving current shows at the pin, relative to a resting one.
+    /// Factor on what a current that decays with L/R shows at the pin, because the pin lags: tau / (tau - lag).
     moving: f64,
 }
 
@@ -123,6 +124,23 @@ pub(crate) struct Circuit {
     pub sense: Sense,
 }
 
+impl Circuit {
+    /// Current along the drive that a path tends to, for currents about `start_a`.
+    fn target_a(&self, path: Path, start_a: f64) -> f64 {
+        let emf_v = self.sign * self.back_emf_v;
+        let (low_v, high_v) = (-self.diode_v, self.supply_v + self.diode_v);
+        let voltage_v = match path {
+            Path::Drive => self.supply_v,
+            Path::Brake => 0.0,
+            Path::Dead if start_a > 0.0 || (start_a == 0.0 && emf_v < low_v) => low_v,
+            Path::Dead if start_a < 0.0 || (start_a == 0.0 && emf_v > high_v) => high_v,
+            // Neither diode conducts.
+            Path::Dead => emf_v,
+        };
+        (voltage_v - emf_v) * self.constants.per_ohm
+    }
+}
+
 /// Integrals over a time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Totals {
@@ -136,24 +154,8 @@ pub(crate) struct Totals {
     pub chopped: bool,
 }
 
-/// What is integrated on the way; `()` where nobody asks.
-trait Integrals: Default {
-    /// A current along the drive that goes from `start_a` to `end_a` towards a target.
-    fn add(
-        &mut self,
-        circuit: &Circuit,
-        path: Path,
-        target_a: f64,
-        length_s: f64,
-        currents_a: [f64; 2],
-    );
-}
-
-impl Integrals for () {
-    fn add(&mut self, _: &Circuit, _: Path, _: f64, _: f64, _: [f64; 2]) {}
-}
-
-impl Integrals for Totals {
+impl Totals {
+    /// Adds a current along the drive that goes from `start_a` to `end_a` towards a target.
     fn add(
         &mut self,
         circuit: &Circuit,
@@ -204,16 +206,25 @@ impl Winding {
         let whole = period.whole_in(dt).filter(|_| self.phase_s == 0.0);
         whole
             .and_then(|count| self.whole(circuit, period, count))
-            .unwrap_or_else(|| self.pass_parts(circuit, period, dt))
+            .unwrap_or_else(|| {
+                let mut totals = Totals::default();
+                self.pass_parts(circuit, period, dt, Some(&mut totals));
+                totals
+            })
     }
 
-    /// The same, for the pin's sake alone.
+    /// The same where nobody asks for the integrals.
     pub fn wait(&mut self, circuit: &Circuit, period: &Period, dt: f64) {
-        self.pass_parts::<()>(circuit, period, dt);
+        self.pass_parts(circuit, period, dt, None);
     }
 
-    fn pass_parts<T: Integrals>(&mut self, circuit: &Circuit, period: &Period, dt: f64) -> T {
-        let mut totals = T::default();
+    fn pass_parts(
+        &mut self,
+        circuit: &Circuit,
+        period: &Period,
+        dt: f64,
+        mut totals: Option<&mut Totals>,
+    ) {
         let mut left_s = dt;
         while left_s > RESOLUTION_S {
             for part in &period.parts {
@@ -231,7 +242,7 @@ impl Winding {
                 } else {
                     self.decay(length_s, circuit)
                 };
-                self.pass(circuit, part.path, length_s, decay, &mut totals);
+                self.pass(circuit, part.path, length_s, decay, totals.as_deref_mut());
                 self.phase_s = if ends {
                     part.end_s
                 } else {
@@ -244,7 +255,6 @@ impl Winding {
                 self.phase_s = 0.0;
             }
         }
-        totals
     }
 
     fn decay(&mut self, length_s: f64, circuit: &Circuit) -> Decay {
@@ -261,29 +271,16 @@ impl Winding {
     }
 
     /// A part of the period, or some of it.
-    fn pass<T: Integrals>(
+    fn pass(
         &mut self,
         circuit: &Circuit,
         path: Path,
         length_s: f64,
         decay: Decay,
-        totals: &mut T,
+        mut totals: Option<&mut Totals>,
     ) {
-        let Circuit {
-            supply_v, diode_v, ..
-        } = *circuit;
-        let emf_v = circuit.sign * circuit.back_emf_v;
         let start_a = circuit.sign * self.current_a;
-        let (low_v, high_v) = (-diode_v, supply_v + diode_v);
-        let voltage_v = match path {
-            Path::Drive => supply_v,
-            Path::Brake => 0.0,
-            Path::Dead if start_a > 0.0 || (start_a == 0.0 && emf_v < low_v) => low_v,
-            Path::Dead if start_a < 0.0 || (start_a == 0.0 && emf_v > high_v) => high_v,
-            // Neither diode conducts.
-            Path::Dead => emf_v,
-        };
-        let target_a = (voltage_v - emf_v) * circuit.constants.per_ohm;
+        let target_a = circuit.target_a(path, start_a);
         let end_a = target_a + (start_a - target_a) * decay.current;
         if path == Path::Dead && start_a * end_a < 0.0 {
             // The diode stops conducting at zero: from there the other one does, or none.
@@ -291,7 +288,14 @@ impl Winding {
                 circuit.constants.time_constant_s * ((start_a - target_a) / -target_a).ln();
             let first_s = first_s.clamp(0.0, length_s);
             let first = Decay::over(first_s, circuit);
-            self.follow(circuit, path, target_a, first_s, first, totals);
+            self.follow(
+                circuit,
+                path,
+                target_a,
+                first_s,
+                first,
+                totals.as_deref_mut(),
+            );
             self.current_a = 0.0;
             let rest_s = length_s - first_s;
             let rest = Decay::over(rest_s, circuit);
@@ -302,18 +306,20 @@ impl Winding {
     }
 
     /// The current goes exponentially towards a target.
-    fn follow<T: Integrals>(
+    fn follow(
         &mut self,
         circuit: &Circuit,
         path: Path,
         target_a: f64,
         length_s: f64,
         decay: Decay,
-        totals: &mut T,
+        totals: Option<&mut Totals>,
     ) {
         let start_a = circuit.sign * self.current_a;
         let end_a = target_a + (start_a - target_a) * decay.current;
-        totals.add(circuit, path, target_a, length_s, [start_a, end_a]);
+        if let Some(totals) = totals {
+            totals.add(circuit, path, target_a, length_s, [start_a, end_a]);
+        }
         self.sense(circuit, path, target_a, length_s, decay);
         self.current_a = circuit.sign * end_a.clamp(-circuit.chop_a, circuit.chop_a);
     }

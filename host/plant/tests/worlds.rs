@@ -120,8 +120,8 @@ fn the_finger_closes_onto_an_object_in_every_world_and_mounting() {
 fn every_scene_stands_in_every_world() {
     for name in world_names() {
         for scene in scenes() {
-            let p = World::named(name).expect(name).of(scene).expect(scene);
-            Plant::new(&p.randomised(1), &Grasp::Free, 1).expect(scene);
+            let p = World::named(name).expect(name).of(&scene).expect(&scene);
+            Plant::new(&p.randomised(1), &Grasp::Free, 1).expect(&scene);
         }
     }
 }

@@ -1,13 +1,14 @@
 //! Completions of `cargo xtask`: its commands, and behind a command the options of the program that does the work.
 
 use crate::commands::host_program;
+use crate::host;
 use crate::process::{Failure, Outcome};
 
 /// The programs with options, each with its commands here and there.
 const PROGRAMS: &[(&str, &[(&str, &str)])] = &[
-    ("palpate-emulator", &[("sim", "sim"), ("faults", "faults")]),
+    (host::EMULATOR, &[("sim", "sim"), ("faults", "faults")]),
     (
-        "palpate-evaluation",
+        host::EVALUATION,
         &[
             ("experiments", "experiments"),
             ("replay", "replay"),

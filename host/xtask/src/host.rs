@@ -3,9 +3,10 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::firmware::Build;
+use crate::firmware::{Build, list};
 use crate::machine;
 use crate::mujoco;
+use crate::own_scene;
 use crate::process::{Outcome, cargo, root, step, target_dir, together};
 
 /// The program that emulates the chip.
@@ -45,6 +46,9 @@ pub fn program_with(
     build(package, feature, library.as_deref())?;
     let mut command = Command::new(target_dir().join(PROFILE).join(package));
     command.current_dir(root());
+    if let Some(folder) = own_scene::folder() {
+        command.env(list::VARIABLE, folder);
+    }
     if let Some(folder) = &library {
         mujoco::link(&mut command, folder);
     }

@@ -32,11 +32,11 @@ impl Drop for Folder {
     }
 }
 
-/// Makes a finger, simulates it, replays the recording of that, a page about each; refuses a wrong value of it, builds its
-/// firmware.
+/// Makes a finger, refuses a wrong value of it, builds its firmware, simulates it, and replays the recording of that; a page about
+/// each.
 pub fn check() -> Outcome {
     eprintln!(
-        "==> a new user's finger: new scene, simulation, replay, pages, wrong value, firmware"
+        "==> a new user's finger: new scene, wrong value, firmware, simulation, replay, pages"
     );
     let folder = Folder(target_dir().join("own-finger"));
     prepare(&folder.0)?;
@@ -48,6 +48,9 @@ pub fn check() -> Outcome {
         set(&file, key, value)?;
     }
     programs(&folder.0)?;
+    let build = call(&["build", "--scene", NAME]);
+    refuses_a_wrong_value(&file, &build)?;
+    build.succeeds()?;
 
     let [trace, page] = ["recording.csv", "page.html"].map(|name| folder.0.join(name));
     let (trace, contact) = (trace.to_string_lossy(), CONTACT_MM.to_string());
@@ -58,19 +61,14 @@ pub fn check() -> Outcome {
     is_page(&page, "The truth is phalanx 2")?;
     let replayed = call(&[&["replay", &trace, "--scene", NAME, "--json"], &html[..]].concat());
     is_located("the replay of its recording", &replayed.succeeds()?)?;
-    is_page(&page, "<td>located</td>")?;
-
-    // Last: meanwhile other images were built in the same folder.
-    let build = call(&["build", "--scene", NAME]);
-    refuses_a_wrong_value(&file, &build)?;
-    build.succeeds().map(drop)
+    is_page(&page, "<td>located</td>")
 }
 
-/// Builds the programs that the commands would build one after the other, at once: each has parts that keep one core busy.
+/// Builds in one call the programs that the commands would build one after the other: each has parts that keep one core busy alone.
 fn programs(scenes: &Path) -> Outcome {
     let library = mujoco::library_if_possible();
     let mut build = host::workspace("build", library.as_deref());
-    build.env("PALPATE_SCENES", scenes);
+    build.env(list::VARIABLE, scenes);
     for program in [host::EMULATOR, host::EVALUATION] {
         build.args(["--bin", program]);
     }
@@ -178,7 +176,7 @@ impl Call {
             .and_then(|program| {
                 Command::new(program)
                     .args(&self.words)
-                    .env("PALPATE_SCENES", &self.scenes)
+                    .env(list::VARIABLE, &self.scenes)
                     .output()
             })
             .map_err(|error| Failure::new(format!("cannot start xtask: {error}")))?;

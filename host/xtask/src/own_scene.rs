@@ -1,7 +1,7 @@
 //! `--scene FILE`: a scene's file that is not in the folder of the scenes.
 //!
-//! Scenes are compiled into the programs that use them, from one folder. For a file from elsewhere that folder is a copy of the
-//! usual one with the file in it, below the build products; every build of this call then uses the copy.
+//! Builds and simulated worlds take their scenes from one folder. For a file from elsewhere that folder is a copy of the usual one with
+//! the file in it, below the build products; every build and every program of this call then uses the copy.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
+use crate::firmware::list;
+
 /// A step that took at least this long says so.
 const WORTH_TELLING_S: u64 = 5;
 
@@ -70,7 +72,7 @@ pub fn cargo<I: AsRef<OsStr>>(arguments: impl IntoIterator<Item = I>) -> Command
         }
     }
     if let Some(folder) = crate::own_scene::folder() {
-        command.env("PALPATE_SCENES", folder);
+        command.env(list::VARIABLE, folder);
     }
     command
 }

@@ -8,25 +8,24 @@ use crate::support;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::support::firmware;
-use palpate::scene::Scene;
 use palpate_emulator::Firmware;
 use palpate_emulator::sim::{Object, Script, Session, Settings, end_of};
-use palpate_evaluation::replay::{Comparison, again, fields, followed_fields};
+use palpate_evaluation::replay::{Comparison, Replayer, fields, followed_fields};
 use palpate_evaluation::trace::stream;
 use palpate_monitor::recording::Recording;
 use palpate_monitor::stream::{Message, parse};
 use palpate_plant::Parameters;
-use palpate_scenes::{P70, P70Grasp, Tendon2Hall};
 
-/// Runs a script on the chip of scene `S`, from flash contents of before.
-fn session<'f, S: Scene>(
+/// Runs a script on the chip of a scene, from flash contents of before.
+fn session<'f>(
     firmware: &'f Firmware,
+    scene: &str,
     object: Object,
     commands: &str,
     flash: Option<Vec<u8>>,
 ) -> Session<'f> {
     let mut settings = Settings {
-        parameters: Parameters::of(S::NAME).expect("one of the scenes"),
+        parameters: Parameters::of(scene).expect("one of the scenes"),
         object: Some(object),
         script: Script::parse(commands),
         ..Settings::default()
@@ -53,7 +52,7 @@ struct Trip {
 
 /// Records what a session logged as `cargo xtask record` does, and replays the file: with every sample in it, and every event
 /// as it was said live.
-fn round_trip<S: Scene>(session: &Session<'_>) -> Trip {
+fn round_trip(scene: &str, session: &Session<'_>) -> Trip {
     static RECORDED: AtomicUsize = AtomicUsize::new(0);
     let number = RECORDED.fetch_add(1, Ordering::Relaxed);
     let file = format!("palpate-round-{number}-{}.csv", std::process::id());
@@ -72,7 +71,7 @@ fn round_trip<S: Scene>(session: &Session<'_>) -> Trip {
     let rows = stream(opened).expect("replay reads it");
     let rows = rows.expect("every millisecond has its sample");
     std::fs::remove_file(&file).expect("the file is there");
-    let (found, compared) = again::<S>(&rows);
+    let (found, compared) = (Replayer::of(scene).expect(scene).again)(&rows);
     let first = found.told.iter().map(|told| fields(&told.event).0);
     let followed = found
         .followed
@@ -145,8 +144,8 @@ fn has_no_useless_line(session: &Session<'_>) {
 #[test]
 fn a_recorded_grasp_is_replayed_to_what_was_said_live() {
     let Some(firmware) = firmware() else { return };
-    let session = session::<P70>(&firmware, Object::default(), "trace on; run", None);
-    let trip = round_trip::<P70>(&session);
+    let session = session(&firmware, "p70", Object::default(), "trace on; run", None);
+    let trip = round_trip("p70", &session);
     assert!(trip.rows > 15_000, "{}", trip.rows);
     trip.has(&["friction-recorded", "touch", "located", "stiffness"]);
 }
@@ -154,10 +153,10 @@ fn a_recorded_grasp_is_replayed_to_what_was_said_live() {
 #[test]
 fn what_was_kept_and_what_a_closing_is_for_are_in_the_recording() {
     let Some(firmware) = firmware() else { return };
-    let run = |commands, flash| session::<P70>(&firmware, Object::default(), commands, flash);
+    let run = |commands, flash| session(&firmware, "p70", Object::default(), commands, flash);
     let before = run("record-friction; calibrate cable; save", None);
     let flash = before.machine.flash().to_vec();
-    let trip = round_trip::<P70>(&run("trace on; calibrate 21; run", Some(flash)));
+    let trip = round_trip("p70", &run("trace on; calibrate 21; run", Some(flash)));
     assert!(!trip.said.contains(&"friction-recorded"), "{:?}", trip.said);
     trip.has(&["touch", "located", "calibrated"]);
 }
@@ -172,7 +171,7 @@ fn the_sensor_of_joint_2_is_in_the_recording() {
         theta_1_deg: 95.0,
         ..Object::default()
     };
-    let session = session::<Tendon2Hall>(&firmware, object, "trace on; run", None);
+    let session = session(&firmware, "tendon2-hall", object, "trace on; run", None);
     let samples = session.lines.iter().map(|line| line.event());
     let samples = samples.filter(|event| event.name == "sample");
     let (with, all) = samples.fold((0, 0), |(with, all), event| {
@@ -182,7 +181,7 @@ fn the_sensor_of_joint_2_is_in_the_recording() {
         )
     });
     assert!(with > 0 && with == all, "{with} of {all}");
-    round_trip::<Tendon2Hall>(&session).has(&["friction-recorded", "touch", "located"]);
+    round_trip("tendon2-hall", &session).has(&["friction-recorded", "touch", "located"]);
 }
 
 /// A cylinder that both phalanges meet.
@@ -197,6 +196,6 @@ fn a_second_contact_is_replayed_as_well() {
         diameter_mm: 70.0,
         theta_1_deg: 40.0,
     };
-    let session = session::<P70Grasp>(&firmware, object, "trace on; run", None);
-    round_trip::<P70Grasp>(&session).has(&["touch", "second-contact", "grasp"]);
+    let session = session(&firmware, "p70-grasp", object, "trace on; run", None);
+    round_trip("p70-grasp", &session).has(&["touch", "second-contact", "grasp"]);
 }

@@ -127,8 +127,13 @@ fn names(directory: &Path) -> Result<Vec<(String, Vec<String>)>, String> {
 /// Replays a folder with the sensing of a scene, all worlds at once.
 ///
 /// # Errors
-/// A folder or a file that cannot be read, with its name.
-pub fn run<S: Simulated>(plan: &Plan) -> Result<Vec<World>, String> {
+/// No such scene, or a folder or a file that cannot be read, with its name.
+pub fn run(scene: &str, plan: &Plan) -> Result<Vec<World>, String> {
+    palpate_scenes::for_scene!(scene, |S| with_sensing_of::<S>(plan))
+        .unwrap_or_else(|| Err(format!("there is no scene '{scene}'")))
+}
+
+fn with_sensing_of<S: Simulated>(plan: &Plan) -> Result<Vec<World>, String> {
     let names = names(&plan.directory)?;
     let bar = bar(
         names.iter().map(|(_, names)| names.len()).sum(),

@@ -14,7 +14,9 @@ mod again;
 mod event;
 mod find;
 
-pub use again::{Comparison, again};
+use again::again;
+
+pub use again::Comparison;
 pub use event::{Fields, fields, followed_fields, line};
 pub use find::{MotionSegment, NoFreeClosing};
 
@@ -27,7 +29,7 @@ use palpate::sensing::{
 };
 
 use crate::recordings::protocol::{Speeds, idle_after};
-use crate::trace::PERIOD_US;
+use crate::trace::{PERIOD_US, Streamed};
 
 /// Where the recording of friction was found.
 #[derive(Clone, Debug, PartialEq)]
@@ -134,9 +136,40 @@ pub struct Preparation<'a> {
     pub calibration: Calibration,
 }
 
+/// The sensing of a scene that is known by its name. The programs that replay go through it: each scene's sensing is compiled once,
+/// here.
+#[derive(Clone, Copy, Debug)]
+pub struct Replayer {
+    /// [`Scene::UNCALIBRATED`].
+    pub uncalibrated: Calibration,
+    /// [`Mechanics::PHALANGES`] of its finger.
+    pub phalanges: u8,
+    /// [`replay`].
+    pub replay: fn(&[Sample], &Preparation, Directive) -> Replay,
+    /// [`again`].
+    pub again: fn(&[Streamed]) -> (Replay, Comparison),
+}
+
+impl Replayer {
+    /// That of a scene, where there is one of this name.
+    #[must_use]
+    pub fn of(scene: &str) -> Option<Self> {
+        palpate_scenes::for_scene!(scene, |S| Self::new::<S>())
+    }
+
+    fn new<S: Scene>() -> Self {
+        Self {
+            uncalibrated: S::UNCALIBRATED,
+            phalanges: S::PHALANGES,
+            replay: replay::<S>,
+            again: again::<S>,
+        }
+    }
+}
+
 /// Replays `samples`; `purpose` is what its closings are for, [`Directive::Watch`] but for calibrations.
 #[must_use]
-pub fn replay<S: Scene>(samples: &[Sample], before: &Preparation, purpose: Directive) -> Replay {
+fn replay<S: Scene>(samples: &[Sample], before: &Preparation, purpose: Directive) -> Replay {
     let finger = S::MECHANISM;
     let drivetrain = S::drivetrain(&finger);
     let source = before.friction.unwrap_or(samples);

@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use palpate_evaluation::recordings::{Class, Plan, World, json, run};
-use palpate_scenes::P70;
 
 fn plan(only: Option<&str>, uncalibrated: bool) -> Plan {
     Plan {
@@ -14,7 +13,7 @@ fn plan(only: Option<&str>, uncalibrated: bool) -> Plan {
 }
 
 fn replayed(only: Option<&str>, uncalibrated: bool) -> Vec<World> {
-    run::<P70>(&plan(only, uncalibrated)).expect("the recordings are readable")
+    run("p70", &plan(only, uncalibrated)).expect("the recordings are readable")
 }
 
 #[test]
@@ -119,8 +118,8 @@ fn what_is_told_has_the_keys_that_others_read() {
 fn a_folder_without_recordings_is_refused_with_its_name() {
     let mut plan = plan(None, false);
     plan.directory = plan.directory.join("../golden");
-    let error = run::<P70>(&plan).expect_err("nothing there");
+    let error = run("p70", &plan).expect_err("nothing there");
     assert!(error.contains("golden"), "{error}");
-    let error = run::<P70>(&self::plan(Some("nowhere"), false)).expect_err("no such name");
+    let error = run("p70", &self::plan(Some("nowhere"), false)).expect_err("no such name");
     assert!(error.contains("nowhere"), "{error}");
 }

@@ -2,7 +2,7 @@
 
 use palpate::scene::Scene;
 use palpate::sensing::{Directive, Event};
-use palpate_evaluation::replay::{NoFriction, Preparation, Replay, Source, replay};
+use palpate_evaluation::replay::{NoFriction, Preparation, Replay, Replayer, Source};
 use palpate_evaluation::trace::{read, resample};
 use palpate_plant::{Grasp, Parameters, Shape};
 use palpate_scenes::P70;
@@ -17,13 +17,17 @@ fn csv(rows: &[Row]) -> String {
     file
 }
 
+fn p70() -> Replayer {
+    Replayer::of("p70").expect("one of the scenes")
+}
+
 fn replayed(file: &str) -> Replay {
     let (rows, _) = read(file.as_bytes()).expect("the file is well formed");
     let before = Preparation {
         friction: None,
         calibration: P70::UNCALIBRATED,
     };
-    replay::<P70>(&resample(&rows, 0).samples, &before, Directive::Watch)
+    (p70().replay)(&resample(&rows, 0).samples, &before, Directive::Watch)
 }
 
 /// The direction of drive is read from duty and motion, so that a few samples more or less enter: uncalibrated, the place
@@ -150,7 +154,7 @@ fn recordings_of_a_press_and_of_a_pin_calibrate() {
             friction: None,
             calibration,
         };
-        let found = replay::<P70>(&samples(name), &before, purpose);
+        let found = (p70().replay)(&samples(name), &before, purpose);
         assert!(
             matches!(found.friction, Source::Within(_)),
             "{name}: {:?}",

@@ -1,10 +1,9 @@
 //! A scene's nominal values, the default world, and a user's file over both.
 
+use super::scenes::{default_scene, values};
 use super::{DEFAULT_TOML, Engine, ObjectMount, Parameters};
 use crate::Error;
 use toml::{Table, Value};
-
-include!(concat!(env!("OUT_DIR"), "/scenes.rs"));
 
 /// Stiffness of the short steel shaft that takes the cable's place where the worm wheel is on the input link, newton metre
 /// per radian.
@@ -58,17 +57,6 @@ const SAME: &[&str] = &[
     "hall.sensitivity_v_per_rad",
 ];
 
-/// Names of the scenes, the default one first.
-pub fn scenes() -> impl Iterator<Item = &'static str> {
-    SCENES.iter().map(|(name, _)| *name)
-}
-
-/// The scene that a firmware is built for when none is named.
-#[must_use]
-pub fn default_scene() -> &'static str {
-    SCENES[0].0
-}
-
 /// A world without its scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct World {
@@ -96,18 +84,12 @@ impl World {
     /// Parameters of a scene in this world.
     ///
     /// # Errors
-    /// [`Error`]: no such scene, or a value that does not fit it.
+    /// [`Error`]: no such scene, one with a wrong value, or a world that does not fit it.
     pub fn of(&self, scene: &str) -> Result<Parameters, Error> {
-        let Some((name, text)) = SCENES.iter().find(|(name, _)| *name == scene) else {
-            return Err(Error::UnknownKey {
-                key: scene.to_owned(),
-                expected: scenes().collect::<Vec<_>>().join(", "),
-            });
-        };
         let mut merged: Table = DEFAULT_TOML.parse().map_err(syntax)?;
-        nominal(&mut merged, &text.parse().map_err(syntax)?);
+        nominal(&mut merged, &values(scene)?);
         overlay(&mut merged, self.overlay.clone(), "")?;
-        merged.insert("scene".to_owned(), Value::String((*name).to_owned()));
+        merged.insert("scene".to_owned(), Value::String(scene.to_owned()));
         let mut parameters: Parameters = Value::Table(merged).try_into().map_err(syntax)?;
         parameters.engine = self.engine;
         parameters.object.mount = self.mount.unwrap_or(parameters.object.mount);
@@ -128,7 +110,7 @@ impl Parameters {
     /// A scene in the default world.
     ///
     /// # Errors
-    /// [`Error::UnknownKey`]: no such scene.
+    /// [`Error::Scene`]: no such scene, or one with a wrong value.
     pub fn of(scene: &str) -> Result<Self, Error> {
         World::default().of(scene)
     }

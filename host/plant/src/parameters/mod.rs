@@ -3,12 +3,14 @@
 mod fingers;
 mod load;
 mod object;
+mod scenes;
 mod sections;
 mod spread;
 
 pub use fingers::FingerParameters;
-pub use load::{World, default_scene, scenes};
+pub use load::World;
 pub use object::{Object, ObjectMount};
+pub use scenes::{default_scene, scenes};
 pub use sections::{
     Bridge, Cable, Choke, Contact, Converter, Encoder, Friction, Gearhead, Hall, Mechanism, Motor,
     Sense, Supply, Transmission, Worm,
@@ -167,13 +169,12 @@ impl Parameters {
     #[must_use]
     pub fn sensed_share(&self, current_a: f64, duty: f64) -> f64 {
         let sense = &self.sense;
-        let full_scale_a = sense.full_scale_v / (sense.resistor_ohm * sense.mirror_a_per_a);
         let late = if self.has_edges() {
             0.0
         } else {
             sense.settling_s * self.bridge.pwm_hz * (1.0 - duty)
         };
-        let bent = sense.nonlinearity * current_a / full_scale_a;
+        let bent = sense.nonlinearity * current_a / sense.full_scale_a();
         (1.0 + sense.gain_error + bent) * (1.0 - late)
     }
 

@@ -182,6 +182,50 @@ section! {
     }
 }
 
+impl Sense {
+    /// Whether a shunt in the motor's lead measures, which shows the current's sign, instead of the bridge's mirror.
+    #[must_use]
+    pub fn is_shunt(&self) -> bool {
+        self.shunt_v_per_a > 0.0
+    }
+
+    /// Nominal volt per ampere of the motor.
+    #[must_use]
+    pub fn volt_per_a(&self) -> f64 {
+        if self.is_shunt() {
+            self.shunt_v_per_a
+        } else {
+            self.mirror_a_per_a * self.resistor_ohm
+        }
+    }
+
+    /// Volt at no current.
+    #[must_use]
+    pub fn zero_v(&self) -> f64 {
+        if self.is_shunt() {
+            self.shunt_zero_v
+        } else {
+            0.0
+        }
+    }
+
+    /// Impedance that drives the converter's pin, ohm.
+    #[must_use]
+    pub fn pin_ohm(&self) -> f64 {
+        if self.is_shunt() {
+            self.shunt_pin_ohm
+        } else {
+            self.resistor_ohm
+        }
+    }
+
+    /// Current of the mirror at which the converter saturates, ampere at the motor.
+    #[must_use]
+    pub fn full_scale_a(&self) -> f64 {
+        self.full_scale_v / (self.resistor_ohm * self.mirror_a_per_a)
+    }
+}
+
 section! {
     /// H-bridge.
     Bridge {

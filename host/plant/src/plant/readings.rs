@@ -17,12 +17,7 @@ impl Plant {
     #[must_use]
     pub fn current_source(&self) -> Source {
         let sense = &self.parameters.sense;
-        let ohm = if sense.shunt_v_per_a > 0.0 {
-            sense.shunt_pin_ohm
-        } else {
-            sense.resistor_ohm
-        };
-        self.source(ohm, sense.pin_f)
+        self.source(sense.pin_ohm(), sense.pin_f)
     }
 
     /// What drives the converter's pin of the supply.
@@ -57,11 +52,11 @@ impl Plant {
     #[must_use]
     pub fn sensed_a(&self) -> f64 {
         let sense = &self.parameters.sense;
-        if sense.shunt_v_per_a > 0.0 {
-            (self.current_sense_v() - sense.shunt_zero_v) / sense.shunt_v_per_a
+        let shown_a = (self.current_sense_v() - sense.zero_v()) / sense.volt_per_a();
+        if sense.is_shunt() || self.pins.closing {
+            shown_a
         } else {
-            let sign = if self.pins.closing { 1.0 } else { -1.0 };
-            sign * self.current_sense_v() / (sense.mirror_a_per_a * sense.resistor_ohm)
+            -shown_a
         }
     }
 }

@@ -1,12 +1,12 @@
-//! Periods of the PWM and what decays in their parts; those of late are kept, because a current loop's duty wanders among some timer
-//! counts, and each has twelve exponentials.
+//! Periods of the PWM, divided at their edges, and the decays of each part. Recent ones are cached: a current loop's duty wanders among
+//! some timer counts, and each period has twelve exponentials.
 
 use super::{Circuit, Path, RESOLUTION_S};
 
-/// How many are kept.
-const KEPT: usize = 64;
-/// Neighbouring duties of a timer that counts to some hundreds have places of their own.
-const PLACES_PER_DUTY: f64 = 1024.0;
+/// Number of slots.
+const SLOTS: usize = 64;
+/// Neighbouring duties of a timer that counts to some hundreds have slots of their own.
+const SLOTS_PER_DUTY: f64 = 1024.0;
 
 /// A part of the period between two edges.
 #[derive(Clone, Copy, Debug, Default)]
@@ -142,30 +142,30 @@ impl Period {
     }
 }
 
-/// Periods of late, each at a place that its duty gives.
+/// Recent periods, each in a slot that its duty gives.
 #[derive(Clone, Debug)]
-pub(crate) struct Periods(Box<[Option<Period>; KEPT]>);
+pub(crate) struct Periods(Box<[Option<Period>; SLOTS]>);
 
 impl Default for Periods {
     fn default() -> Self {
-        Self(Box::new([None; KEPT]))
+        Self(Box::new([None; SLOTS]))
     }
 }
 
 impl Periods {
-    fn place(duty: f64) -> usize {
+    fn slot(duty: f64) -> usize {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
             reason = "a duty is 0 to 1"
         )]
-        let place = (duty * PLACES_PER_DUTY) as usize;
-        place % KEPT
+        let slot = (duty * SLOTS_PER_DUTY) as usize;
+        slot % SLOTS
     }
 
     /// What [`Period::new`] makes.
     pub fn of(&self, duty: f64, period_s: f64, dead_s: f64, circuit: &Circuit) -> Period {
-        match self.0[Self::place(duty)] {
+        match self.0[Self::slot(duty)] {
             Some(period) if period.is_of(duty, period_s, dead_s, circuit) => period,
             _ => Period::new(duty, period_s, dead_s, circuit),
         }
@@ -173,6 +173,6 @@ impl Periods {
 
     /// Keeps one for the next time.
     pub fn keep(&mut self, period: Period) {
-        self.0[Self::place(period.duty())] = Some(period);
+        self.0[Self::slot(period.duty())] = Some(period);
     }
 }

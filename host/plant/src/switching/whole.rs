@@ -1,5 +1,8 @@
-//! Whole periods of the PWM at once, while the current stays on one side of everything that bends: then a period is a straight line
-//! from the current at its beginning to what comes of it.
+//! Advances several whole periods of the PWM in one step.
+//!
+//! Valid while the current keeps its direction, stays out of the sense's dead zone and below the limit at which the bridge chops. Each
+//! part of a period is then the same exponential law whatever the current, so that current and pin at the end of a period are linear in
+//! the current at its beginning, and the integrals are at most quadratic.
 
 use super::{Circuit, Path, Period, Totals, Winding};
 
@@ -31,7 +34,6 @@ impl Whole {
     /// The period while the current flows along the drive, by the powers of the current at its beginning.
     fn new(circuit: &Circuit, period: &Period, start_a: f64) -> Self {
         let tau = circuit.constants.time_constant_s;
-        let emf_v = circuit.sign * circuit.back_emf_v;
         let (slope, offset_v) = circuit.sense.law(Path::Drive, circuit.sign, start_a);
         let bent = slope * circuit.constants.moving;
         let mut whole = Self {
@@ -47,12 +49,7 @@ impl Whole {
             if length_s <= 0.0 {
                 continue;
             }
-            let voltage_v = match part.path {
-                Path::Drive => circuit.supply_v,
-                Path::Brake => 0.0,
-                Path::Dead => -circuit.diode_v,
-            };
-            let target_a = (voltage_v - emf_v) * circuit.constants.per_ohm;
+            let target_a = circuit.target_a(part.path, start_a);
             let apart = constant - target_a;
             let gone = 1.0 - part.decay.current;
             let charge = [target_a * length_s + apart * gone * tau, first * gone * tau];

@@ -3,6 +3,8 @@
 //! What a scene does not have is chosen by type, so that it is not compiled in: a finger without a spring at joint 1, a
 //! transmission, a cable, a joint sensor, what follows the first contact.
 
+mod finger;
+
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
@@ -65,7 +67,7 @@ pub fn rust(scene: &Scene) -> String {
     let of = |key: &str| literal(scene.number(key));
     let name = type_name(&scene.name);
     let title = scene.text("title");
-    let (finger, mechanism) = finger(scene);
+    let (finger, mechanism) = finger::of(scene);
     let joint = if scene.flag("hall.fitted") {
         "HallSensor"
     } else {
@@ -310,80 +312,6 @@ const _: &<{name} as palpate::scene::Scene>::Finger = &<{name} as palpate::scene
         of("sensing.joint_friction_sigma_nm"),
     ));
     text
-}
-
-/// The finger's type, and the constant that the compiler checks.
-fn finger(scene: &Scene) -> (String, String) {
-    let count = scene.phalanges();
-    let degrees =
-        |key: &str| -> Vec<f64> { scene.list(key).into_iter().map(f64::to_radians).collect() };
-    let springs = scene.list("finger.spring_nm_per_rad");
-    let springless = springs.first() == Some(&0.0);
-    let (transmission, design) = if scene.has("linkage") {
-        let [driving, coupler, driven] =
-            ["driving_m", "coupler_m", "driven_m"].map(|key| scene.list(&format!("linkage.{key}")));
-        let offset = degrees("linkage.offset_deg");
-        let stage = |(i, assembly): (usize, &&str)| {
-            let assembly = if *assembly == "clockwise" {
-                "Clockwise"
-            } else {
-                "Counterclockwise"
-            };
-            format!(
-                "palpate::finger::Levers {{ driving_m: {}, coupler_m: {}, driven_m: {}, offset_rad: {}, \
-                 assembly: palpate::finger::Assembly::{assembly} }}",
-                literal(driving[i]),
-                literal(coupler[i]),
-                literal(driven[i]),
-                literal(offset[i]),
-            )
-        };
-        let assemblies = scene.words("linkage.assembly");
-        let stages: Vec<String> = assemblies.iter().enumerate().map(stage).collect();
-        (
-            format!("Linkage<{}>", count - 1),
-            format!("[{}]", stages.join(", ")),
-        )
-    } else if scene.has("direct") {
-        (format!("Direct<{count}>"), "()".to_owned())
-    } else {
-        (
-            format!("Tendon<{count}>"),
-            list(&scene.list("tendon.pulley_m")),
-        )
-    };
-    let base = if springless {
-        ", palpate::finger::Springless"
-    } else {
-        ""
-    };
-    let (low, high) = (
-        degrees("finger.joint_min_deg"),
-        degrees("finger.joint_max_deg"),
-    );
-    let ranges: Vec<String> = low
-        .iter()
-        .zip(&high)
-        .map(|(low, high)| list(&[*low, *high]))
-        .collect();
-    (
-        format!("palpate::finger::Finger<{count}, palpate::finger::{transmission}{base}>"),
-        format!(
-            "palpate::scene::valid(<Self::Finger>::constant(
-        palpate::finger::Parameters {{
-            lengths_m: {},
-            stiffness_nm_per_rad: {},
-            rest_rad: {},
-            range_rad: [{}],
-        }},
-        {design},
-    ))",
-            list(&scene.list("finger.length_m")),
-            list(&springs),
-            list(&degrees("finger.rest_deg")),
-            ranges.join(", "),
-        ),
-    )
 }
 
 /// A number as the firmware has it.
