@@ -144,9 +144,9 @@ pub struct Replayer {
     pub uncalibrated: Calibration,
     /// [`Mechanics::PHALANGES`] of its finger.
     pub phalanges: u8,
-    /// [`replay`].
+    /// Replays samples of any origin; the directive says what their closings are for: [`Directive::Watch`] but for calibrations.
     pub replay: fn(&[Sample], &Preparation, Directive) -> Replay,
-    /// [`again`].
+    /// Replays what the firmware streamed, and compares the events with those that it told.
     pub again: fn(&[Streamed]) -> (Replay, Comparison),
 }
 
