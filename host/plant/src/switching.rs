@@ -125,7 +125,7 @@ pub(crate) struct Circuit {
 }
 
 impl Circuit {
-    /// Current along the drive that a path tends to, for currents about `start_a`.
+    /// Current along the drive that a path would settle at, ampere; the sign of `start_a` decides which diode conducts in the dead time.
     fn target_a(&self, path: Path, start_a: f64) -> f64 {
         let emf_v = self.sign * self.back_emf_v;
         let (low_v, high_v) = (-self.diode_v, self.supply_v + self.diode_v);

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::firmware::{Build, list};
+use crate::firmware::Build;
 use crate::machine;
 use crate::mujoco;
 use crate::own_scene;
@@ -46,9 +46,7 @@ pub fn program_with(
     build(package, feature, library.as_deref())?;
     let mut command = Command::new(target_dir().join(PROFILE).join(package));
     command.current_dir(root());
-    if let Some(folder) = own_scene::folder() {
-        command.env(list::VARIABLE, folder);
-    }
+    own_scene::pass_on(&mut command);
     if let Some(folder) = &library {
         mujoco::link(&mut command, folder);
     }

@@ -5,6 +5,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::sync::OnceLock;
 
 use crate::firmware::list;
@@ -15,6 +16,13 @@ static FOLDER: OnceLock<PathBuf> = OnceLock::new();
 /// The folder with the user's own scene, where there is one.
 pub fn folder() -> Option<&'static Path> {
     FOLDER.get().map(PathBuf::as_path)
+}
+
+/// Lets a program find the user's own scene, where there is one.
+pub fn pass_on(command: &mut Command) {
+    if let Some(folder) = FOLDER.get() {
+        command.env(list::VARIABLE, folder);
+    }
 }
 
 /// The arguments with the name of the scene instead of its file, which is from now on one of the scenes.

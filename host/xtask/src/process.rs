@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-use crate::firmware::list;
+use crate::own_scene;
 
 /// A step that took at least this long says so.
 const WORTH_TELLING_S: u64 = 5;
@@ -71,9 +71,7 @@ pub fn cargo<I: AsRef<OsStr>>(arguments: impl IntoIterator<Item = I>) -> Command
             command.env_remove(&name);
         }
     }
-    if let Some(folder) = crate::own_scene::folder() {
-        command.env(list::VARIABLE, folder);
-    }
+    own_scene::pass_on(&mut command);
     command
 }
 

@@ -136,8 +136,8 @@ pub struct Preparation<'a> {
     pub calibration: Calibration,
 }
 
-/// The sensing of a scene that is known by its name. The programs that replay go through it: each scene's sensing is compiled once,
-/// here.
+/// Replays recordings with the sensing of a scene that is known by its name. Function pointers, so that the sensing of each scene is
+/// compiled once, in this crate, and not again in every program and test that replays.
 #[derive(Clone, Copy, Debug)]
 pub struct Replayer {
     /// [`Scene::UNCALIBRATED`].

@@ -1,4 +1,4 @@
-//! The scenes' files, read when a program asks for one: a scene that is edited compiles nothing of the simulated worlds again.
+//! Reads the scenes' files at run time, so that editing a scene does not recompile the simulated worlds.
 
 #[path = "../../../../build/scene/mod.rs"]
 #[expect(
@@ -17,10 +17,10 @@ use toml::Table;
 /// Root of the checkout.
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
-/// What was read, so that a long run has one scene from its beginning to its end.
+/// Scenes that were already read: editing a file during a long run does not change that run.
 static READ: Mutex<BTreeMap<String, Table>> = Mutex::new(BTreeMap::new());
 
-/// Names of the scenes, the default one first; those whose folder can be read.
+/// Names of the scenes, the default one first; empty if their folder cannot be read.
 #[must_use]
 pub fn scenes() -> Vec<String> {
     scene::names_of_all(Path::new(ROOT)).unwrap_or_default()
@@ -37,7 +37,7 @@ pub const fn default_scene() -> &'static str {
 /// # Errors
 /// [`Error::Scene`]: no such scene, or one with a wrong value.
 pub(super) fn values(name: &str) -> Result<Table, Error> {
-    // Nothing can be half written: a table is entered whole.
+    // Safe after a panic in another thread: an entry is inserted only when it is complete.
     let mut read = READ.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(values) = read.get(name) {
         return Ok(values.clone());

@@ -183,13 +183,13 @@ section! {
 }
 
 impl Sense {
-    /// Whether a shunt in the motor's lead measures, which shows the current's sign, instead of the bridge's mirror.
+    /// Whether a shunt in the motor's lead senses the current, with its sign, instead of the bridge's mirror.
     #[must_use]
     pub fn is_shunt(&self) -> bool {
         self.shunt_v_per_a > 0.0
     }
 
-    /// Nominal volt per ampere of the motor.
+    /// Nominal sense voltage per ampere of motor current, volt per ampere.
     #[must_use]
     pub fn volt_per_a(&self) -> f64 {
         if self.is_shunt() {
@@ -199,7 +199,7 @@ impl Sense {
         }
     }
 
-    /// Volt at no current.
+    /// Nominal sense voltage at zero current, volt.
     #[must_use]
     pub fn zero_v(&self) -> f64 {
         if self.is_shunt() {
@@ -219,7 +219,7 @@ impl Sense {
         }
     }
 
-    /// Current of the mirror at which the converter saturates, ampere at the motor.
+    /// Motor current at which the mirror's voltage reaches the converter's full scale, ampere.
     #[must_use]
     pub fn full_scale_a(&self) -> f64 {
         self.full_scale_v / (self.resistor_ohm * self.mirror_a_per_a)
