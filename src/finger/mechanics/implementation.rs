@@ -114,6 +114,10 @@ where
         self.start(at, torque_nm, contact)
     }
 
+    fn load(&self, path: &mut Self::Path, weight: [f32; 2]) {
+        self.weigh(path, weight);
+    }
+
     fn follow(&self, path: &mut Self::Path, rise_nm: f32) -> Option<PathPoint> {
         self.continue_to(path, rise_nm)
     }

@@ -169,6 +169,10 @@ pub trait Mechanics {
         contact: Contact,
     ) -> Option<Self::Path>;
 
+    /// Lets the finger's weight act along a path: the torque with which the input link held it at contact, newton metre, and the
+    /// derivative of that by the angle, newton metre per radian. As [`Mechanics::weighed`] assumes.
+    fn load(&self, path: &mut Self::Path, weight: [f32; 2]);
+
     /// Follows the path until the input torque has risen by `rise_nm` since contact. Starts from the last point found, so
     /// that rising torques cost little. A rise instead of a torque, because the difference of two torques would round.
     /// None where the contact is lost, slides off its phalanx, or equilibrium is not found; the path then stays where it

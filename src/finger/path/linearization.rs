@@ -34,6 +34,31 @@ pub(super) struct Linearization<const N: usize> {
 }
 
 impl<const N: usize> Start<N> {
+    /// What the weight's torque about each joint has changed by since contact, and its derivative by the angle of that joint or
+    /// of one nearer to the base.
+    fn weight(&self, step: &JointStep<N>) -> [[f32; 2]; N] {
+        let [along, across] = self.weight;
+        let mut torques = [[0.0f32; 2]; N];
+        let mut turned = Rotation::NONE;
+        let mut beyond = 1.0;
+        for j in 0..N {
+            turned = turned.then(step.half[j].twice());
+            let length = self.lengths[j];
+            beyond -= length;
+            let moment = length * (0.5 * length + beyond);
+            torques[j] = [
+                moment * (across * (turned.cos - 1.0) - along * turned.sin),
+                -moment * (across * turned.sin + along * turned.cos),
+            ];
+        }
+        for j in (1..N).rev() {
+            let [more, slope] = torques[j];
+            torques[j - 1][0] += more;
+            torques[j - 1][1] += slope;
+        }
+        torques
+    }
+
     /// Everything about the finger at `at`, exactly as far from contact as the increments say.
     pub(super) fn local<T: Transmission<N>>(
         &self,
@@ -86,9 +111,11 @@ impl<const N: usize> Start<N> {
         let (mut arms, mut heights, mut loaded) = ([0.0; N], [0.0; N], [0.0; N]);
         let mut stiffness = gear.w;
         let mut torques = [0.0; N];
+        let weight = self.weight(&step);
         for m in 0..N {
             for q in 0..N {
                 stiffness[m][q] *= -torque;
+                stiffness[m][q] -= weight[m.max(q)][1];
                 if m <= i && q <= i {
                     // dp_m/ddelta_q: the height of the contact over the joint nearer to the base.
                     stiffness[m][q] += at.force * (normal + arms_sines[m.min(q)].1);
@@ -101,7 +128,8 @@ impl<const N: usize> Start<N> {
                 loaded[m] = 1.0;
             }
             let driven = gear.x[m] * rise + x_change[m] * self.torque;
-            torques[m] = driven - self.stiffness[m] * at.delta[m] - at.force * arms[m];
+            let sprung = weight[m][0] - self.stiffness[m] * at.delta[m];
+            torques[m] = driven + sprung - at.force * arms[m];
         }
         Some(Linearization {
             gear,

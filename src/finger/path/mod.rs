@@ -14,6 +14,8 @@ mod finite_step;
 mod linearization;
 mod newton;
 mod response;
+#[cfg(all(test, feature = "firmware"))]
+mod tests;
 
 use super::{
     BaseJoint, Configuration, Contact, Finger, JointStep, MAX_PHALANGES, PathPoint, Transmission,
@@ -83,6 +85,8 @@ struct Start<const N: usize> {
     lengths: [f32; N],
     stiffness: [f32; N],
     radius: f32,
+    /// Weight of a straight finger along it and across it, twice its torque about joint 1 over the stiffness scale.
+    weight: [f32; 2],
     length_scale: f32,
     stiffness_scale: f32,
 }
@@ -121,6 +125,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
                 .stiffness_nm_per_rad
                 .map(|k| k / stiffness_scale),
             radius: radius_m / length_scale,
+            weight: [0.0; 2],
             length_scale,
             stiffness_scale,
         };
@@ -141,6 +146,12 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
                 before: (tangent, 0.0),
             },
         })
+    }
+
+    /// See [`super::Mechanics::load`].
+    pub(crate) fn weigh(&self, path: &mut Path<N>, [weight_nm, per_rad]: [f32; 2]) {
+        let double = 2.0 / path.start.stiffness_scale;
+        path.start.weight = [double * per_rad, -double * weight_nm];
     }
 
     /// The finger at the last point of a path; `None` where it is not stable there.

@@ -11,7 +11,7 @@ use super::bins::BINS;
 use super::harmonics::{HARMONICS, waves};
 use super::pass::Pass;
 use super::wander::{Evidence, Hypothesis, RATES, TIMES, correlation};
-use crate::numeric::{Bounded, ln, sqrt};
+use crate::numeric::{Bounded, ln, sin_cos, sqrt};
 use crate::sensing::Drive;
 
 /// Terms of the smooth curve: Legendre polynomials.
@@ -104,9 +104,9 @@ impl Assessment {
         }
     }
 
-    /// Straight line through the difference of record and opening, by least squares over their common bins.
+    /// The wave through the difference of record and opening, by least squares over their common bins.
     fn asymmetry_nm(&self, record: &Friction) -> [f32; 2] {
-        let (mut n, mut x1, mut xx, mut y1, mut xy) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        let (mut cc, mut cs, mut ss, mut cy, mut sy) = (0.0, 0.0, 0.0, 0.0, 0.0);
         let (first, last) = self.ends;
         for index in first..=last {
             let Some(closing_nm) = record.closing_nm.get(index) else {
@@ -114,17 +114,16 @@ impl Assessment {
             };
             let columns = self.columns(record, index);
             let y = closing_nm - dot(&self.coefficients[..CURVE], &columns[..CURVE]);
-            let x = record.middle_counts(index) / record.travel_counts as f32;
-            n += 1.0;
-            x1 += x;
-            xx += x * x;
-            y1 += y;
-            xy += x * y;
+            let (sin, cos) = sin_cos(record.middle_counts(index) * record.rad_per_count);
+            cc += cos * cos;
+            cs += cos * sin;
+            ss += sin * sin;
+            cy += cos * y;
+            sy += sin * y;
         }
-        let growth = (n * xy - x1 * y1) / (n * xx - x1 * x1);
-        let begin = (y1 - growth * x1) / n;
-        if begin.is_finite() && growth.is_finite() {
-            [begin, growth]
+        let determinant = cc * ss - cs * cs;
+        if determinant > 0.0 {
+            [ss * cy - cs * sy, cc * sy - cs * cy].map(|wave| wave / determinant)
         } else {
             [0.0; 2]
         }

@@ -3,7 +3,7 @@
 use super::bins::{BINS, Bins};
 use super::harmonics::{self, HARMONICS};
 use super::wander::{Evidence, Wander};
-use crate::numeric::{Bounded, solve, sqrt};
+use crate::numeric::{Bounded, sin_cos, solve, sqrt};
 use crate::sensing::Drivetrain;
 use serde::{Deserialize, Serialize};
 use serde_big_array::BigArray;
@@ -35,9 +35,9 @@ pub struct Friction {
     pub worm_nm: [f32; 2 * HARMONICS],
     /// Mean torque while opening, newton metre, negative; 0 before it is known.
     pub opening_nm: f32,
-    /// Torque of closing minus that of opening, each in its direction of motion: value at the beginning of the travel, and growth
-    /// over the whole travel, newton metre; 0 before it is known. Friction is the same in both directions, weight and springs are
-    /// not.
+    /// Torque of closing minus that of opening, each in its direction of motion: amplitudes of the cosine and the sine of the angle
+    /// from the opening stop, newton metre; 0 before it is known. Friction is the same in both directions, weight and springs are
+    /// not, and a weight's torque is such a wave.
     pub asymmetry_nm: [f32; 2],
     /// White noise of a block's torque: variance times the duration of the block, newton metre squared second.
     pub white_nm2_s: f32,
@@ -120,10 +120,14 @@ impl Friction {
         self.closing_nm.count.iter().fold(0, |most, &n| most.max(n))
     }
 
-    /// [`Friction::asymmetry_nm`] at a position.
-    pub fn asymmetry_nm(&self, counts: i32) -> f32 {
-        let [begin_nm, growth_nm] = self.asymmetry_nm;
-        begin_nm + growth_nm * (counts as f32 / self.travel_counts as f32)
+    /// [`Friction::asymmetry_nm`] at a position, newton metre, and its derivative by the angle, newton metre per radian.
+    pub fn asymmetry(&self, counts: i32) -> [f32; 2] {
+        let (sin, cos) = sin_cos(counts as f32 * self.rad_per_count);
+        let [by_cos_nm, by_sin_nm] = self.asymmetry_nm;
+        [
+            by_cos_nm * cos + by_sin_nm * sin,
+            by_sin_nm * cos - by_cos_nm * sin,
+        ]
     }
 
     /// Variance of the white noise of a block of a duration, newton metre squared.

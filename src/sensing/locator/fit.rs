@@ -270,7 +270,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             finger,
             (data.origin_rad, data.drivetrain),
             &values,
-            prior.half_thickness_m,
+            prior,
             self.hypothesis.hold,
             &onset,
         );

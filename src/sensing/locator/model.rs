@@ -10,7 +10,7 @@
 //! twist per unit of s, zero at the torque at which c is given. The path is followed to a torque near the solution (the previous
 //! prediction plus the measured increment) and corrected by its slope there. Before the onset y is zero.
 
-use super::prior::{BEND, CABLE, FACTOR, FRICTION, JOINT, K, ONSET, UNKNOWNS, Values};
+use super::prior::{BEND, CABLE, FACTOR, FRICTION, JOINT, K, ONSET, Prior, UNKNOWNS, Values};
 use crate::finger::{Contact, Free, Mechanics, PathPoint};
 use crate::numeric::Bounded;
 use crate::sensing::calibration::MIDDLE_NM;
@@ -88,7 +88,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         finger: &F,
         (origin_rad, drivetrain): (f32, &Drivetrain),
         values: &Values,
-        half_thickness_m: f32,
+        prior: &Prior<X>,
         hold: Hold,
         onset: &Free<F::Configuration>,
     ) -> Option<Self> {
@@ -107,7 +107,11 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         };
         let at = &onset.configuration;
         let path = match contact {
-            Some(contact) => Some(finger.path(at, onset.torque_nm, contact)?),
+            Some(contact) => {
+                let mut path = finger.path(at, onset.torque_nm, contact)?;
+                finger.load(&mut path, prior.weight);
+                Some(path)
+            }
             None => None,
         };
         let twist = if X::FLEXIBLE {
@@ -123,7 +127,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
             origin_rad,
             rad_per_count: drivetrain.rad_per_count,
             creep: drivetrain.creep,
-            half_thickness_m,
+            half_thickness_m: prior.half_thickness_m,
             path,
             contact_nm: onset.torque_nm,
             contact_by_onset,
@@ -211,6 +215,9 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
             self.torque_nm = factor * point.excess_nm + point.free_nm; // it may fall
         }
         let at = &self.last;
+        let by_friction = self.by_friction();
+        let smooth_rad = at.rotation_rad + values[JOINT] * at.rotation_by_joint_friction_rad_per_nm;
+        let rotation_rad = smooth_rad + values[FRICTION] * by_friction;
         let held_nm = (torque_nm - self.contact_nm) / factor;
         let (mut twisting_nm, mut cable, mut bent_nm2) = (0.0, 0.0, 0.0);
         if X::FLEXIBLE {
@@ -220,23 +227,27 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
             twisting_nm = held_nm - values[BEND] * bent_nm2 + self.creep * point.late_nm;
             cable = values[CABLE] * (1.0 - values[BEND] * about_nm);
         }
-        let rotation_rad = at.rotation_rad
-            + values[FRICTION] * self.by_friction()
-            + values[JOINT] * at.rotation_by_joint_friction_rad_per_nm;
-        let model_rad = rotation_rad + values[CABLE] * twisting_nm;
-        // Radian per newton metre of excess.
-        let slope = factor * at.compliance_rad_per_nm + cable;
         let near_nm = (torque_nm - point.free_nm) / factor;
-        let excess_nm = near_nm + (past_rad - model_rad) / slope;
+        let missing_rad = past_rad - values[CABLE] * twisting_nm;
+        // As long as friction and preload hold the joints, the cable alone gives way: if it takes all of the angle with a torque at
+        // which the finger has not begun to turn. Contact friction holds nothing: it is in proportion to the force. And where a
+        // spring holds joint 1, the others turn before the contact already.
+        let turns_rad = smooth_rad + factor * at.compliance_rad_per_nm * (missing_rad / cable);
+        let held = X::FLEXIBLE && self.contact_by_onset == 0.0 && turns_rad < 0.0;
+        let gives = if held { 0.0 } else { 1.0 };
+        let compliance = gives * at.compliance_rad_per_nm;
+        // Radian per newton metre of excess.
+        let slope = factor * compliance + cable;
+        let excess_nm = near_nm + (missing_rad - gives * rotation_rad) / slope;
         let angle_nm = ANGLE_SIGMA_RAD / slope;
         variance_nm2 += angle_nm * angle_nm;
         let mut slopes = [0.0; UNKNOWNS];
-        slopes[K] = at.rotation_by_k_rad_per_m;
-        slopes[ONSET] = 1.0 - self.contact_by_onset * (at.compliance_rad_per_nm + cable / factor);
-        slopes[FRICTION] = self.by_friction();
-        slopes[JOINT] = at.rotation_by_joint_friction_rad_per_nm;
-        slopes[FACTOR] = at.compliance_rad_per_nm * excess_nm
-            - cable * (point.free_nm - self.contact_nm) / (factor * factor);
+        slopes[K] = gives * at.rotation_by_k_rad_per_m;
+        slopes[ONSET] = 1.0 - self.contact_by_onset * (compliance + cable / factor);
+        slopes[FRICTION] = gives * by_friction;
+        slopes[JOINT] = gives * at.rotation_by_joint_friction_rad_per_nm;
+        slopes[FACTOR] =
+            compliance * excess_nm - cable * (point.free_nm - self.contact_nm) / (factor * factor);
         slopes[CABLE] = twisting_nm;
         slopes[BEND] = -values[CABLE] * bent_nm2;
         for slope_of in &mut slopes {

@@ -12,12 +12,12 @@ pub(super) fn at<F: Mechanics, X: SeriesElement>(
     near: &F::Configuration,
 ) -> Option<Free<F::Configuration>> {
     let free = free_behind_cable::<F, X>(finger, measured_rad, &prior.calibration, near)?;
-    if prior.weight_nm == 0.0 {
+    if prior.weight[0] == 0.0 {
         return Some(free);
     }
     Some(
         finger
-            .weighed(&free, prior.weight_nm)
+            .weighed(&free, prior.weight[0])
             .map_or(free, |(weighed, _)| weighed),
     )
 }

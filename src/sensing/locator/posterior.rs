@@ -215,7 +215,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
                 finger,
                 (data.origin_rad, data.drivetrain),
                 &values,
-                prior.half_thickness_m,
+                prior,
                 hold,
                 &onset,
             )?;

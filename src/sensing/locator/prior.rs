@@ -65,8 +65,9 @@ pub struct Prior<X: SeriesElement> {
     pub joint_nm: [f32; 2],
     /// Measured angle of the input link at the onset, radian: mean and deviation.
     pub onset_rad: [f32; 2],
-    /// Torque with which the input link holds the finger's weight, newton metre; 0 with a spring at joint 1.
-    pub weight_nm: f32,
+    /// Torque with which the input link holds the finger's weight, newton metre, and its derivative by the angle, newton metre
+    /// per radian; 0 with a spring at joint 1.
+    pub weight: [f32; 2],
     /// Torque factor and cable.
     pub calibration: Calibration,
     /// Noise.

@@ -341,8 +341,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         }
         let free = self.free(drivetrain.closing_rad(corrected.counts));
         let [weight_nm, per_rad] = collector.weight;
-        let weight_nm = weight_nm
-            + per_rad * drivetrain.rotation_rad(collector.curve.origin_counts(), corrected.counts);
+        let turned_rad = drivetrain.rotation_rad(collector.curve.origin_counts(), corrected.counts);
+        let weight_nm = weight_nm + per_rad * turned_rad;
         Point {
             // A curve is shorter than half an hour.
             time_s: corrected.time_us.wrapping_sub(collector.onset_us) as i32 as f32 * 1e-6,

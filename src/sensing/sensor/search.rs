@@ -17,10 +17,10 @@ pub(super) const HISTORY: usize = detector::ONSETS;
 /// Smallest slope of a contact, as a share of that of the softest contact.
 const LEAST_SLOPE: f32 = 0.5;
 
-/// Largest fall of the motor's torque while an object takes over the weight that closes the finger, as a share of the
-/// difference between closing and opening: 1 / (2 eta) - 1 with the efficiency eta of the worm, which is 0.38 at least
+/// Largest fall of the motor's torque while an object takes over the weight that closes the finger, as a share of the weight's
+/// torque at the input link: 1 / eta - 2 with the efficiency eta of the worm, which is 0.38 at least, over that of the other gears
 /// (docs/MECHANICS.md#real-fingers).
-const CARRIED: f32 = 0.3;
+const CARRIED: f32 = 0.85;
 /// Standard deviation of the way on which an object takes it over, as a share of the way: the slope of the torque's rise
 /// tells it, and rises have a curvature (R, chosen).
 const HIDDEN_SIGMA: f32 = 0.5;
@@ -235,10 +235,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     /// By how much the torque of the motor may fall while an object takes over the weight that closes the finger
     /// (docs/MECHANICS.md#real-fingers), newton metre; 0 of a finger that its weight opens.
     fn carried_nm(&self, block: &Block) -> f32 {
-        let counts = block.counts.wrapping_add(self.shift_counts.unwrap_or(0));
-        let friction = self.friction.as_ref();
-        let asymmetry_nm = friction.map_or(0.0, |friction| friction.asymmetry_nm(counts));
-        (-CARRIED * asymmetry_nm).at_least(0.0)
+        let ([weight_nm, _], _) = self.weight(block.counts);
+        (-CARRIED * weight_nm).at_least(0.0)
     }
 
     /// The onset of a contact that took over the weight that closes the finger before its torque rose.

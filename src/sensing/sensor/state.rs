@@ -126,7 +126,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
                 joint_nm + collector.held_nm,
                 sqrt(joint_sigma_nm * joint_sigma_nm + held_nm * held_nm),
             ],
-            weight_nm: collector.weight[0],
+            weight: collector.weight,
             onset_rad: collector.onset_rad,
             calibration: self.calibration,
             noise: collector.noise,

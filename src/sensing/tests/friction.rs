@@ -47,7 +47,9 @@ pub(super) fn record(sigma: f64, seed: u64) -> Friction {
 #[test]
 fn what_closing_takes_more_than_opening_is_found() {
     let mut record = Friction::empty(TRAVEL, &geared());
-    let more = |counts: f64| 0.02 - 0.03 * counts / f64::from(TRAVEL);
+    let rad_per_count = f64::from(record.rad_per_count);
+    let rad = |counts: f64| counts * rad_per_count;
+    let more = |counts: f64| 0.02 * rad(counts).cos() - 0.03 * rad(counts).sin();
     let closing = pass_of(&record, Drive::Closing, |counts| {
         curve(counts) + more(counts)
     });
@@ -56,7 +58,7 @@ fn what_closing_takes_more_than_opening_is_found() {
     let opening = pass_of(&record, Drive::Opening, |counts| -curve(counts));
     assess(opening, &mut record);
     for counts in middles() {
-        let error = f64::from(record.asymmetry_nm(counts)) - more(f64::from(counts));
+        let error = f64::from(record.asymmetry(counts)[0]) - more(f64::from(counts));
         assert!(error.abs() < 3e-4, "{counts}: {error}");
     }
 }

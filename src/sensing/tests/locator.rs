@@ -30,7 +30,7 @@ pub(super) fn prior(onset_rad: f32) -> Prior<Cable> {
         friction: [0.1, 0.1],
         joint_nm: [0.1e-3, 0.15e-3],
         onset_rad: [onset_rad, 0.03],
-        weight_nm: 0.0,
+        weight: [0.0; 2],
         calibration: CALIBRATION,
         noise: Noise {
             wander_nm: 0.4e-3,
@@ -261,7 +261,7 @@ fn a_known_place_teaches_the_torque_factor() {
             sigma_m: 3e-4,
             radius_m: contact.radius_m,
         },
-        weight_nm: 0.0,
+        weight: [0.0; 2],
         calibration: Calibration {
             torque_factor_sigma: 0.115,
             cable_rad_per_nm: 0.5 * 0.92,

@@ -157,7 +157,7 @@ pub fn contact(
         friction: [0.1, 0.1],
         joint_nm: [0.2e-3, 0.4e-3],
         onset_rad: [0.0, 0.03],
-        weight_nm: 0.0,
+        weight: [0.0; 2],
         calibration: *calibration,
         noise: NOISE,
         series: PhantomData,

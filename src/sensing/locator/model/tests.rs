@@ -1,13 +1,17 @@
 use super::*;
 use crate::scene::{Linkage3, P70, Scene, Tendon2};
 use crate::sensing::Cable;
+use crate::sensing::locator::tests::prior;
+
+/// A weight that opens the finger and one that closes it: torque and its derivative by the angle.
+const WEIGHTS: [[f32; 2]; 2] = [[0.008, -0.011], [-0.012, 0.006]];
 
 /// What is predicted at one angle, with the free finger of the onset's angle.
 fn predicted<F: Mechanics>(
     finger: &F,
     drivetrain: &Drivetrain,
     values: &Values,
-    hold: Hold,
+    (hold, weight): (Hold, [f32; 2]),
     point: &Point,
 ) -> Prediction {
     // As the fit has it: by the calibration, whatever the unknowns are.
@@ -19,8 +23,9 @@ fn predicted<F: Mechanics>(
             .free_at_angle(angle_rad, &onset.configuration)
             .unwrap();
     }
+    let prior = Prior { weight, ..prior() };
     let mut model =
-        Model::<F, Cable>::new(finger, (0.0, drivetrain), values, 0.006, hold, &onset).unwrap();
+        Model::<F, Cable>::new(finger, (0.0, drivetrain), values, &prior, hold, &onset).unwrap();
     // As near to the prediction as the measured value of a curve is.
     let mut found = NOTHING;
     for _ in 0..4 {
@@ -38,7 +43,7 @@ fn check<F: Mechanics>(
     finger: &F,
     drivetrain: &Drivetrain,
     onset_rad: f32,
-    (phalanx, k_m): (u8, f32),
+    (phalanx, k_m, weight): (u8, f32, [f32; 2]),
     within: f32,
 ) {
     let mut values = [0.0; UNKNOWNS];
@@ -64,12 +69,13 @@ fn check<F: Mechanics>(
             phalanx,
             radius_m: 0.014,
         };
-        let here = predicted(finger, drivetrain, &values, hold, &point);
+        let held = (hold, weight);
+        let here = predicted(finger, drivetrain, &values, held, &point);
         for (unknown, step) in steps.into_iter().enumerate() {
             let beside = |sign: f32| {
                 let mut moved = values;
                 moved[unknown] += sign * step;
-                predicted(finger, drivetrain, &moved, hold, &point).excess_nm
+                predicted(finger, drivetrain, &moved, held, &point).excess_nm
             };
             let difference = (beside(1.0) - beside(-1.0)) / (2.0 * step);
             let slope = here.slopes[unknown];
@@ -89,19 +95,28 @@ fn derivatives_agree_with_differences() {
     let finger = P70::MECHANISM;
     let drivetrain = P70::drivetrain(&finger);
     for k_m in [0.01, 0.03, 0.05] {
-        check(&finger, &drivetrain, 0.8, (2, k_m), 0.06);
+        check(&finger, &drivetrain, 0.8, (2, k_m, [0.0; 2]), 0.06);
+        for weight in WEIGHTS {
+            check(&finger, &drivetrain, 0.8, (2, k_m, weight), 0.06);
+        }
     }
     // With springs the onset moves the posture and the free finger's torque too.
     let finger = Tendon2::MECHANISM;
     let rest_rad = finger.input_angle_rad(&finger.rest());
     let drivetrain = Tendon2::drivetrain(&finger);
     for k_m in [0.015, 0.03] {
-        check(&finger, &drivetrain, rest_rad + 0.4, (2, k_m), 0.15);
+        check(
+            &finger,
+            &drivetrain,
+            rest_rad + 0.4,
+            (2, k_m, [0.0; 2]),
+            0.15,
+        );
     }
     let finger = Linkage3::MECHANISM;
     let rest_rad = finger.input_angle_rad(&finger.rest());
     let drivetrain = Linkage3::drivetrain(&finger);
-    for place in [(2, 0.03), (3, 0.02)] {
+    for place in [(2, 0.03, [0.0; 2]), (3, 0.02, [0.0; 2])] {
         check(&finger, &drivetrain, rest_rad + 0.3, place, 0.15);
     }
 }
@@ -125,7 +140,7 @@ fn beyond_the_end_of_a_path_the_force_goes_on_as_it_rose() {
             radius_m: 0.014,
         };
         let mut model =
-            Model::<_, Cable>::new(&finger, (0.0, &drivetrain), &values, 0.006, hold, &onset)
+            Model::<_, Cable>::new(&finger, (0.0, &drivetrain), &values, &prior(), hold, &onset)
                 .unwrap();
         let mut told = Vec::new();
         let mut excess_nm = 0.0;
@@ -158,4 +173,60 @@ fn beyond_the_end_of_a_path_the_force_goes_on_as_it_rose() {
             "{share}: {force_n} N at {rise_nm}, {last_n} N at {all_nm}, not {expected_n}"
         );
     }
+}
+
+/// A spring that is held at its stop: the cable alone gives way until the torque lifts the joint off it.
+#[test]
+fn preload_makes_an_elbow() {
+    let finger = P70::MECHANISM;
+    let drivetrain = P70::drivetrain(&finger);
+    let onset_rad = 0.8;
+    let onset = finger.free_at_angle(onset_rad, &finger.rest()).unwrap();
+    let mut values = [0.0; UNKNOWNS];
+    values[K] = 0.045;
+    values[ONSET] = onset_rad;
+    values[FACTOR] = 1.0;
+    values[JOINT] = 2e-3;
+    values[CABLE] = 0.7;
+    let hold = Hold::Contact {
+        phalanx: 2,
+        radius_m: 0.006,
+    };
+    let mut model =
+        Model::<_, Cable>::new(&finger, (0.0, &drivetrain), &values, &prior(), hold, &onset)
+            .unwrap();
+    let (mut excess_nm, mut lifted_rad) = (0.0, None);
+    for step in 1..100 {
+        let past_rad = 1e-3 * step as f32;
+        let point = Point {
+            counts: (onset_rad + past_rad) / drivetrain.rad_per_count,
+            excess_nm,
+            blocks: 1,
+            ..Point::EMPTY
+        };
+        let found = model.next(&finger, &point).unwrap();
+        let rise_nm = found.excess_nm - excess_nm;
+        excess_nm = found.excess_nm;
+        if found.slopes[K] == 0.0 {
+            assert_eq!(lifted_rad, None, "no second time: {past_rad}");
+            // The bound is the least rise to which a path is followed.
+            assert!(
+                (excess_nm - past_rad / values[CABLE]).abs() < LEAST_RISE_NM,
+                "{past_rad}: {excess_nm}"
+            );
+        } else {
+            lifted_rad.get_or_insert(past_rad);
+            // Softer than the cable alone, and without a jump.
+            assert!(
+                rise_nm > 0.0 && rise_nm < 1.1e-3 / values[CABLE],
+                "{past_rad}: {rise_nm}"
+            );
+        }
+    }
+    // The torque at which joint 2 is lifted is several times the preload: most of the torque presses on the object.
+    let lifted_nm = lifted_rad.unwrap() / values[CABLE];
+    assert!(
+        lifted_nm > 2.0 * values[JOINT] && lifted_nm < 20.0 * values[JOINT],
+        "{lifted_nm}"
+    );
 }
