@@ -129,10 +129,10 @@ fn no_start_anywhere_finds_better_than_a_round() {
                 while progress == Progress::UnderWay {
                     progress = fit.step(&finger, &data, &prior, &near);
                 }
-                if let (Progress::Converged, Some(fitted)) = (progress, fit.fitted()) {
-                    if cost(&fitted) < least {
-                        (least, place_m) = (cost(&fitted), length_m * fitted.x[K]);
-                    }
+                if let (Progress::Converged, Some(fitted)) = (progress, fit.fitted())
+                    && cost(&fitted) < least
+                {
+                    (least, place_m) = (cost(&fitted), length_m * fitted.x[K]);
                 }
             }
             // Near the joint the finger gives way four times as much as the cable, and the elbow at which its joints begin to turn is
