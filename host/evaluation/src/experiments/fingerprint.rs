@@ -28,7 +28,11 @@ pub fn root() -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
 }
 
+/// All files but those of unit tests, `tests.rs` and the folder `tests`.
 fn files(at: &Path, found: &mut Vec<PathBuf>) -> std::io::Result<()> {
+    if at.file_stem().is_some_and(|name| name == "tests") {
+        return Ok(());
+    }
     if at.is_dir() {
         for entry in std::fs::read_dir(at)? {
             files(&entry?.path(), found)?;
@@ -93,6 +97,15 @@ mod tests {
             without_tests("#[cfg(test)]\nmod tests;\na\n"),
             "#[cfg(test)]\nmod tests;\na\n"
         );
+    }
+
+    #[test]
+    fn files_of_tests_do_not_count() {
+        let mut found = Vec::new();
+        files(&root().join("src/sensing"), &mut found).unwrap();
+        let tests = |path: &PathBuf| path.components().any(|part| part.as_os_str() == "tests");
+        assert!(found.len() > 20 && !found.iter().any(tests));
+        assert!(!found.iter().any(|path| path.ends_with("tests.rs")));
     }
 
     #[test]
