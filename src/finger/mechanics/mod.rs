@@ -169,8 +169,9 @@ pub trait Mechanics {
         contact: Contact,
     ) -> Option<Self::Path>;
 
-    /// Lets the finger's weight act along a path: the torque with which the input link held it at contact, newton metre, and the
-    /// derivative of that by the angle, newton metre per radian. As [`Mechanics::weighed`] assumes.
+    /// Makes the finger's weight act along a path that has just begun (docs/MECHANICS.md#real-fingers). `weight` is the torque with
+    /// which the input link held the weight at contact, newton metre, and the derivative of that torque by the input angle, newton
+    /// metre per radian. Assumes even mass and phalanges in line at contact, as [`Mechanics::weighed`] does.
     fn load(&self, path: &mut Self::Path, weight: [f32; 2]);
 
     /// Follows the path until the input torque has risen by `rise_nm` since contact. Starts from the last point found, so

@@ -34,8 +34,8 @@ pub(super) struct Linearization<const N: usize> {
 }
 
 impl<const N: usize> Start<N> {
-    /// What the weight's torque about each joint has changed by since contact, and its derivative by the angle of that joint or
-    /// of one nearer to the base.
+    /// Computes for each joint how much the weight's torque about it has changed since contact, and the derivative of that torque by
+    /// the angle of the joint or of any joint nearer to the base (docs/MECHANICS.md#real-fingers).
     fn weight(&self, step: &JointStep<N>) -> [[f32; 2]; N] {
         let [along, across] = self.weight;
         let mut torques = [[0.0f32; 2]; N];

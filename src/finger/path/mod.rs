@@ -85,7 +85,8 @@ struct Start<const N: usize> {
     lengths: [f32; N],
     stiffness: [f32; N],
     radius: f32,
-    /// Weight of a straight finger along it and across it, twice its torque about joint 1 over the stiffness scale.
+    /// The finger's weight, along phalanx 1 at contact and across it: twice the torque that it has about joint 1 while the phalanges
+    /// are in line, over the stiffness scale.
     weight: [f32; 2],
     length_scale: f32,
     stiffness_scale: f32,

@@ -229,9 +229,10 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         }
         let near_nm = (torque_nm - point.free_nm) / factor;
         let missing_rad = past_rad - values[CABLE] * twisting_nm;
-        // As long as friction and preload hold the joints, the cable alone gives way: if it takes all of the angle with a torque at
-        // which the finger has not begun to turn. Contact friction holds nothing: it is in proportion to the force. And where a
-        // spring holds joint 1, the others turn before the contact already.
+        // Preload and joint friction hold the finger until a break-away torque, and below it only the cable twists. Test for that:
+        // assume that the cable takes the whole angle, and ask whether the finger would turn at the torque which that needs. Contact
+        // friction is left out because it grows with the contact force and holds nothing at rest. Fingers with a spring at joint 1
+        // are left out because their joints already turn before the contact.
         let turns_rad = smooth_rad + factor * at.compliance_rad_per_nm * (missing_rad / cable);
         let held = X::FLEXIBLE && self.contact_by_onset == 0.0 && turns_rad < 0.0;
         let gives = if held { 0.0 } else { 1.0 };

@@ -135,8 +135,8 @@ fn no_start_anywhere_finds_better_than_a_round() {
                     (least, place_m) = (cost(&fitted), length_m * fitted.x[K]);
                 }
             }
-            // Near the joint the finger gives way four times as much as the cable, and the elbow at which its joints begin to turn is
-            // a kink at the first point of the curve: a fit may stop on the other side of it, at the same place.
+            // Near the joint the finger is four times as soft as the cable, so the break-away torque puts a kink at the first point of
+            // the curve. A fit may stop on the wrong side of the kink, but at the same place.
             let off_m = (length_m * found.x[K] - place_m).abs();
             let enough = if k_m < 0.005 && off_m < 1e-4 {
                 15.0

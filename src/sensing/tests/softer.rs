@@ -44,7 +44,7 @@ fn an_object_that_carries_the_weight_is_not_unusual() {
         let share = if load_nm < 0.0 { -0.1 } else { 1.0 };
         friction_a(angle) + share * load_nm / nm(1.0)
     });
-    // Such a straight rise is no contact of this finger, whose weight holds joint 2 at its stop at first: where is not asked.
+    // The place is not checked: this straight rise is no contact of P70, whose weight first holds joint 2 at its stop.
     let [
         Event::FrictionRecorded { .. },
         Event::Touch { theta_a_rad, .. },

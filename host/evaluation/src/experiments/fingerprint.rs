@@ -28,7 +28,7 @@ pub fn root() -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
 }
 
-/// All files but those of unit tests, `tests.rs` and the folder `tests`.
+/// Collects all files except those of unit tests: `tests.rs`, and folders `tests`.
 fn files(at: &Path, found: &mut Vec<PathBuf>) -> std::io::Result<()> {
     if at.file_stem().is_some_and(|name| name == "tests") {
         return Ok(());

@@ -6,6 +6,15 @@ use crate::sensing::locator::tests::prior;
 /// A weight that opens the finger and one that closes it: torque and its derivative by the angle.
 const WEIGHTS: [[f32; 2]; 2] = [[0.008, -0.011], [-0.012, 0.006]];
 
+/// A point of a curve at a measured angle.
+fn point_at(angle_rad: f32, drivetrain: &Drivetrain) -> Point {
+    Point {
+        counts: angle_rad / drivetrain.rad_per_count,
+        blocks: 1,
+        ..Point::EMPTY
+    }
+}
+
 /// What is predicted at one angle, with the free finger of the onset's angle.
 fn predicted<F: Mechanics>(
     finger: &F,
@@ -57,13 +66,11 @@ fn check<F: Mechanics>(
     let steps = [2e-4, 1e-3, 0.01, 0.005, 1e-4, 0.01, 0.02];
     for (past_rad, late_nm) in [(0.05, 0.0), (0.12, 0.02)] {
         let point = Point {
-            counts: (onset_rad + past_rad) / drivetrain.rad_per_count,
             late_nm,
             free_nm: finger
                 .free_at_angle(onset_rad + past_rad, &finger.rest())
                 .map_or(0.0, |free| free.torque_nm),
-            blocks: 1,
-            ..Point::EMPTY
+            ..point_at(onset_rad + past_rad, drivetrain)
         };
         let hold = Hold::Contact {
             phalanx,
@@ -147,11 +154,9 @@ fn beyond_the_end_of_a_path_the_force_goes_on_as_it_rose() {
         for i in 1..400 {
             let past_rad = 1e-3 * i as f32;
             let point = Point {
-                counts: (onset_rad + past_rad) / drivetrain.rad_per_count,
                 excess_nm,
                 free_nm: onset.torque_nm,
-                blocks: 1,
-                ..Point::EMPTY
+                ..point_at(onset_rad + past_rad, &drivetrain)
             };
             let predicted_nm = model.next(&finger, &point).unwrap().excess_nm;
             told.push((excess_nm, model.force_n(), model.ended));
@@ -175,7 +180,7 @@ fn beyond_the_end_of_a_path_the_force_goes_on_as_it_rose() {
     }
 }
 
-/// A spring that is held at its stop: the cable alone gives way until the torque lifts the joint off it.
+/// Checks that preload holds joint 2 at its stop: only the cable gives way until the torque lifts the joint off the stop.
 #[test]
 fn preload_makes_an_elbow() {
     let finger = P70::MECHANISM;
@@ -199,10 +204,8 @@ fn preload_makes_an_elbow() {
     for step in 1..100 {
         let past_rad = 1e-3 * step as f32;
         let point = Point {
-            counts: (onset_rad + past_rad) / drivetrain.rad_per_count,
             excess_nm,
-            blocks: 1,
-            ..Point::EMPTY
+            ..point_at(onset_rad + past_rad, &drivetrain)
         };
         let found = model.next(&finger, &point).unwrap();
         let rise_nm = found.excess_nm - excess_nm;
