@@ -285,6 +285,7 @@ impl palpate::scene::Scene for {name} {{
             pin_radius_m: {},
             contact_friction: [{}, {}],
             joint_friction_nm: [{}, {}],
+            preload_nm: [{}, {}],
             ..palpate::sensing::Settings::default()
         }}
     }}
@@ -310,6 +311,8 @@ const _: &<{name} as palpate::scene::Scene>::Finger = &<{name} as palpate::scene
         of("sensing.contact_friction_sigma"),
         of("sensing.joint_friction_nm"),
         of("sensing.joint_friction_sigma_nm"),
+        of("sensing.preload_nm"),
+        of("sensing.preload_sigma_nm"),
     ));
     text
 }

@@ -9,7 +9,7 @@ pub use measurement::{Measurement, SETTLE_MS};
 
 use core::fmt;
 
-use super::console::text::Decimal;
+use super::console::text::{Decimal, Plain};
 use crate::drive::Fault;
 
 /// A step of the self-test.
@@ -136,7 +136,7 @@ impl ExpectedRange {
 impl fmt::Display for ExpectedRange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (min, max) = (Decimal(self.min), Decimal(self.max));
-        let unit = self.step.unit();
+        let unit = Plain(self.step.unit());
         if self.min < self.max {
             write!(f, "{min} to {max}{unit}")
         } else {

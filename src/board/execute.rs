@@ -7,7 +7,7 @@ use embassy_stm32::usart::BufferedUartTx;
 use crate::scene::Active;
 use palpate::app::console::command::{Command, Verb};
 use palpate::app::console::settings::{Overrides, Setting};
-use palpate::app::console::text::{Answer, Decimal};
+use palpate::app::console::text::{Answer, Decimal, Plain};
 use palpate::app::grasp::coordinator::{Action, Coordinator};
 use palpate::app::grasp::sensing::ContactSensing;
 use palpate::app::log::{self, Log};
@@ -214,9 +214,9 @@ impl Application {
                 write!(
                     answer,
                     "{} {}: {}",
-                    verb.name(),
-                    verb.usage(),
-                    verb.summary()
+                    Plain(verb.name()),
+                    Plain(verb.usage()),
+                    Plain(verb.summary())
                 )
             }
             Action::Show => {
@@ -226,7 +226,8 @@ impl Application {
                 let value_si = self
                     .coordinator
                     .with(|coordinator| coordinator.value(setting));
-                let (name, range, unit) = (setting.name(), setting.range(), setting.unit());
+                let (name, unit) = (Plain(setting.name()), Plain(setting.unit()));
+                let range = setting.range();
                 let value = Decimal(range.to_user(value_si));
                 write!(answer, "{name} {value} {unit} ({range})")
             }
@@ -245,12 +246,12 @@ impl Application {
         let _ = write!(
             answer,
             "state {}, position {} counts, current {} mA, supply {} V, winding {} C, fault {}",
-            state.name(),
+            Plain(state.name()),
             status.position_counts,
             Decimal(status.current_a * 1e3),
             Decimal(status.supply_v),
             Decimal(status.winding_c),
-            fault.map_or("none", Fault::name)
+            Plain(fault.map_or("none", Fault::name))
         );
     }
 }
@@ -264,5 +265,5 @@ fn refuse(answer: &mut Answer, refused: Refused) {
         Refused::NotFitted => ("identify", " is not in this scene: set identify.fitted"),
         Refused::NoCable => ("no cable", " is in this scene: use a pin"),
     };
-    let _ = write!(answer, "refused: {what}{why}");
+    let _ = write!(answer, "refused: {}{}", Plain(what), Plain(why));
 }

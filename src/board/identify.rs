@@ -7,7 +7,7 @@ use embassy_time::{Duration, Ticker};
 
 use crate::scene::Active;
 use palpate::app::console::settings::Setting;
-use palpate::app::console::text::{Answer, Decimal};
+use palpate::app::console::text::{Answer, Decimal, Plain};
 use palpate::app::identify::Report;
 use palpate::app::log::Log;
 use palpate::drive::identify::{FREE_WAY_RAD, Identification, Identified, Quantity, Step};
@@ -25,7 +25,7 @@ impl Application {
         let identified = match found {
             Ok(identified) => identified,
             Err(why) => {
-                let _ = write!(answer, "identify failed: {why}");
+                let _ = write!(answer, "identify failed: {}", Plain(why));
                 return;
             }
         };
@@ -45,14 +45,16 @@ impl Application {
             // The longest line fits.
             let _ = write!(
                 text,
-                "identify quantity={name} value={} sigma={} datasheet={} unit={unit} ",
+                "identify quantity={} value={} sigma={} datasheet={} unit={} ",
+                Plain(name),
                 Decimal(value),
                 Decimal(sigma),
-                Decimal(datasheet)
+                Decimal(datasheet),
+                Plain(unit)
             );
             console::send(port, &text).await;
             text.clear();
-            let deviation = Decimal(deviation);
+            let (deviation, result) = (Decimal(deviation), Plain(result));
             let _ = write!(text, "deviation_percent={deviation} result={result}\r\n");
             console::send(port, &text).await;
         }

@@ -7,7 +7,7 @@ use embassy_time::{Duration, Ticker};
 
 use crate::scene::Active;
 use palpate::app::console::settings::Setting;
-use palpate::app::console::text::{Answer, Decimal};
+use palpate::app::console::text::{Answer, Decimal, Plain};
 use palpate::app::log::Log;
 use palpate::app::selftest::{
     ExpectedRange, Measurement, SETTLE_MS, SelfTestStep, TRAVEL_RAD, remedy,
@@ -29,7 +29,7 @@ impl Application {
         self.coordinator.with(|coordinator| coordinator.end_test());
         let _ = match failed {
             None => write!(answer, "selftest passed"),
-            Some(step) => write!(answer, "selftest failed at {}", step.name()),
+            Some(step) => write!(answer, "selftest failed at {}", Plain(step.name())),
         };
     }
 
@@ -82,10 +82,12 @@ impl Application {
         let name = step.name();
         Telemetry.selftest(name, result, value, &want, remedy);
         let mut text = Answer::new();
-        let value = Decimal(value);
         let _ = write!(
             text,
-            "selftest step={name} result={result} value={value} want={want} remedy="
+            "selftest step={} result={} value={} want={wanted} remedy=",
+            Plain(name),
+            Plain(result),
+            Decimal(value)
         );
         for piece in [text.as_str(), remedy, "\r\n"] {
             console::send(port, piece).await;

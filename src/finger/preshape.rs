@@ -135,6 +135,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         &self,
         free: &Free<Configuration<N>>,
         torque_nm: f32,
+        preload_nm: f32,
     ) -> Option<(Free<Configuration<N>>, f32)> {
         if !self.springless() {
             return None;
@@ -142,7 +143,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         let gear = self.transmission.factors(&free.configuration)?;
         let parameters = &self.parameters;
         let length_m: f32 = parameters.lengths_m.iter().sum();
-        let (mut rad, mut held_nm) = (free.configuration.rad(), 0.0);
+        let (mut rad, mut first_nm) = (free.configuration.rad(), 0.0);
         let mut beyond_m = length_m;
         for i in 1..N {
             beyond_m -= parameters.lengths_m[i - 1];
@@ -151,17 +152,19 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             let turning_nm = (gear.x[i] - share * share) * torque_nm;
             let (low, from) = (parameters.range_rad[i][0], rad[i]);
             let stiffness = parameters.stiffness_nm_per_rad[i];
-            rad[i] = (from + turning_nm / stiffness).at_least(low);
+            let held_nm = preload_nm - turning_nm;
+            rad[i] = (from - held_nm / stiffness).at_least(low);
             rad[0] -= gear.x[i] * (rad[i] - from);
-            if i == 1 {
-                held_nm = stiffness * (rad[i] - from) - turning_nm;
+            // Away from its stop the joint turns at once.
+            if i == 1 && from <= low {
+                first_nm = held_nm;
             }
         }
         let weighed = Free {
             configuration: Configuration::of(rad)?,
             torque_nm,
         };
-        Some((weighed, held_nm))
+        Some((weighed, first_nm))
     }
 
     /// The torque that holds joint 1 where it is: x_1 = 1 makes it the spring's.
@@ -241,6 +244,8 @@ mod tests {
     use crate::finger::{Mechanics, Transmission};
     use crate::scene::{P70, Scene, Tendon2};
 
+    const PRELOAD_NM: f32 = 0.4e-3;
+
     #[test]
     fn a_weight_bends_the_finger_or_is_held_by_a_stop() {
         let finger = P70::MECHANISM;
@@ -250,12 +255,13 @@ mod tests {
         let share = (l_2 * l_2) / ((l_1 + l_2) * (l_1 + l_2));
         let stiffness = finger.parameters.stiffness_nm_per_rad[1];
         for torque_nm in [0.004f32, 0.012] {
-            let (bent, held_nm) = finger.weighed(&free, torque_nm).unwrap();
+            let (bent, held_nm) = finger.weighed(&free, torque_nm, PRELOAD_NM).unwrap();
             let joint_rad = finger.joint_rad(&bent.configuration, 2).unwrap();
             let gear = finger.transmission.factors(&free.configuration).unwrap();
-            let left_nm = gear.x[1] * torque_nm - share * torque_nm - stiffness * joint_rad;
+            let turning_nm = (gear.x[1] - share) * torque_nm - PRELOAD_NM;
+            let left_nm = turning_nm - stiffness * joint_rad;
             assert!(
-                left_nm.abs() < 1e-7 && held_nm.abs() < 1e-7,
+                left_nm.abs() < 1e-7 && (held_nm + turning_nm).abs() < 1e-7,
                 "{left_nm} {held_nm}"
             );
             assert_eq!(bent.torque_nm, torque_nm);
@@ -266,13 +272,13 @@ mod tests {
                 "{moved} {joint_rad}"
             );
         }
-        let (closed, held_nm) = finger.weighed(&free, -0.01).unwrap();
+        let (closed, held_nm) = finger.weighed(&free, -0.01, PRELOAD_NM).unwrap();
         assert_eq!(finger.joint_rad(&closed.configuration, 2), Some(0.0));
         let gear = finger.transmission.factors(&free.configuration).unwrap();
-        assert!((held_nm - 0.01 * (gear.x[1] - share)).abs() < 1e-7);
+        assert!((held_nm - PRELOAD_NM - 0.01 * (gear.x[1] - share)).abs() < 1e-7);
         // Elsewhere the springs hold the input link, and a weight cannot be told from them.
         let sprung = Tendon2::MECHANISM;
         let free = sprung.free_at_angle(1.3, &sprung.rest()).unwrap();
-        assert!(sprung.weighed(&free, 0.01).is_none());
+        assert!(sprung.weighed(&free, 0.01, 0.0).is_none());
     }
 }

@@ -27,8 +27,11 @@ pub struct Settings {
     pub pin_radius_m: f32,
     /// Coefficient of friction between phalanx and object: mean and deviation.
     pub contact_friction: [f32; 2],
-    /// Friction or preload of each joint beyond the first, newton metre: mean and deviation.
+    /// Friction of each joint beyond the first, newton metre: mean and deviation.
     pub joint_friction_nm: [f32; 2],
+    /// Torque with which springs hold these joints at their stops in a finger without a spring at joint 1, newton metre: mean and
+    /// deviation.
+    pub preload_nm: [f32; 2],
 }
 
 /// Share of the torque limit at which the last word on a contact is due: the finger goes on closing meanwhile.
@@ -61,6 +64,7 @@ impl Default for Settings {
             contact_friction: [0.1, 0.1],
             // Pins of some millimetre in plain bearings, up to 10 N, and half a degree of preload (R, chosen).
             joint_friction_nm: [0.2e-3, 0.4e-3],
+            preload_nm: [0.0; 2],
         }
     }
 }

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::settings::{Range, Setting};
-use super::text::{Decimal, number, same};
+use super::text::{Decimal, Plain, number, same};
 use crate::name_list::nth;
 
 /// Longest line that is understood, bytes, without its end.
@@ -161,15 +161,15 @@ impl fmt::Display for CommandError {
             }
             Self::Unknown => f.write_str("no such command; try help"),
             Self::Unexpected { usage: "" } => f.write_str("this command takes nothing"),
-            Self::Unexpected { usage } => write!(f, "too many words; expected {usage}"),
-            Self::Expected { what } => write!(f, "expected {what}"),
+            Self::Unexpected { usage } => write!(f, "too many words; expected {}", Plain(usage)),
+            Self::Expected { what } => write!(f, "expected {}", Plain(what)),
             Self::UnknownSetting => f.write_str("no such setting; try show"),
             Self::Range { setting } => write!(
                 f,
                 "{} must be {} {}",
-                setting.name(),
+                Plain(setting.name()),
                 setting.range(),
-                setting.unit()
+                Plain(setting.unit())
             ),
             Self::Place => write!(f, "the place must be {PLACE} mm from the joint"),
         }

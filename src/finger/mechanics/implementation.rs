@@ -52,8 +52,9 @@ where
         &self,
         free: &Free<Self::Configuration>,
         torque_nm: f32,
+        preload_nm: f32,
     ) -> Option<(Free<Self::Configuration>, f32)> {
-        self.under_weight(free, torque_nm)
+        self.under_weight(free, torque_nm, preload_nm)
     }
 
     fn expected_k_a(&self, free: &Free<Self::Configuration>) -> Option<f32> {

@@ -105,12 +105,14 @@ pub trait Mechanics {
     ) -> Option<Self::Configuration>;
 
     /// A finger without a spring at joint 1 whose weight the input link holds with `torque_nm` (negative where the weight
-    /// closes it): `free` as that leaves it, and the torque with which a spring then holds joint 2 against its stop. The mass
-    /// is taken to be even along phalanges that are about in line. None of any other finger.
+    /// closes it): `free` as that leaves it, and the torque that would then hold joint 2 at its lower stop (negative where the
+    /// weight lifts it off, 0 where it is not there in `free`). `preload_nm` is what the springs hold their joints with in `free`. The mass is taken to be even along
+    /// phalanges that are about in line. None of any other finger.
     fn weighed(
         &self,
         free: &Free<Self::Configuration>,
         torque_nm: f32,
+        preload_nm: f32,
     ) -> Option<(Free<Self::Configuration>, f32)>;
 
     /// Secant stiffness K_a' of the free finger from rest to `free` (7), newton metre per radian; 0 without a spring at

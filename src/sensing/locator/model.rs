@@ -167,6 +167,11 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
             .at_most(point.excess_nm + stray_nm);
         let mut prediction = self.on_path(finger, past_rad, near_nm, point)?;
         self.before_nm = [point.excess_nm, prediction.excess_nm];
+        if !X::FLEXIBLE && past_rad < half_rad {
+            prediction.begin_with_step(past_rad, half_rad);
+            self.before_nm[1] = prediction.excess_nm;
+            return Some(prediction);
+        }
         // Part of the point may lie before the contact: the mean of a ramp over it.
         let steepness = prediction.steepness(half_rad);
         let share = 0.5 * (1.0 + prediction.excess_nm / steepness);
@@ -303,6 +308,19 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
 }
 
 impl Prediction {
+    /// The mean over a point in which the contact begins, without a cable: what holds the joints is overcome at once there, a
+    /// step of torque, and the ramp goes on from it.
+    fn begin_with_step(&mut self, past_rad: f32, half_rad: f32) {
+        let slope = -self.slopes[ONSET];
+        let step_nm = self.excess_nm - slope * past_rad;
+        let share = 0.5 * (past_rad / half_rad + 1.0);
+        self.excess_nm = share * (step_nm + slope * share * half_rad);
+        for slope_of in &mut self.slopes {
+            *slope_of *= share;
+        }
+        self.slopes[ONSET] -= 0.5 * step_nm / half_rad;
+    }
+
     /// Excess over half a point's width.
     fn steepness(&self, half_rad: f32) -> f32 {
         // By the measured angle, which counts against the onset's.

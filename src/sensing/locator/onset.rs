@@ -17,7 +17,7 @@ pub(super) fn at<F: Mechanics, X: SeriesElement>(
     }
     Some(
         finger
-            .weighed(&free, prior.weight[0])
+            .weighed(&free, prior.weight[0], prior.preload_nm)
             .map_or(free, |(weighed, _)| weighed),
     )
 }

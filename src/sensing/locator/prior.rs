@@ -68,6 +68,8 @@ pub struct Prior<X: SeriesElement> {
     /// Torque with which the input link holds the finger's weight, newton metre, and its derivative by the angle, newton metre
     /// per radian; 0 with a spring at joint 1.
     pub weight: [f32; 2],
+    /// Torque with which springs hold the joints beyond the first at their stops without that weight, newton metre.
+    pub preload_nm: f32,
     /// Torque factor and cable.
     pub calibration: Calibration,
     /// Noise.

@@ -16,6 +16,7 @@ pub(super) fn prior() -> Prior<Cable> {
         joint_nm: [0.2e-3, 0.4e-3],
         onset_rad: [ONSET_RAD, 0.03],
         weight: [0.0; 2],
+        preload_nm: 0.0,
         calibration: Calibration {
             torque_factor: 1.0,
             torque_factor_sigma: 0.02,

@@ -55,8 +55,8 @@ pub(super) struct CurveCollector<R> {
     pub(super) reading: R,
     /// Torque of the finger's weight at the input link, at the curve's origin and by its angle, newton metre and per radian.
     pub(super) weight: [f32; 2],
-    /// Torque with which a spring holds joint 2 against its stop, newton metre.
-    pub(super) held_nm: f32,
+    /// Torque that holds joint 2 at its stop, negative where the weight lifts it off, newton metre.
+    pub(super) stop_nm: f32,
     /// Torque above friction at the last block.
     pub(super) torque_nm: f32,
     /// The largest of it so far.
@@ -193,7 +193,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         let wander = &detection.wander;
         let onset = &detection.onset;
         let sigma_rad = onset.sigma_counts * self.drivetrain.rad_per_count;
-        let ([weight_nm, weight_nm_per_rad], held_nm) = self.weight(first.counts);
+        let ([weight_nm, weight_nm_per_rad], stop_nm) = self.weight(first.counts);
         CurveCollector {
             curve: Curve::new(first.counts),
             phase: CurvePhase::Growing,
@@ -215,7 +215,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             onset_us: first.time_us,
             reading: first.reading,
             weight: [weight_nm, weight_nm_per_rad],
-            held_nm,
+            stop_nm,
             torque_nm: 0.0,
             top_nm: 0.0,
             fallen: 0,

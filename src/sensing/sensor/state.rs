@@ -1,6 +1,7 @@
 //! State that every stage of the sensor shares: finger, drivetrain, friction record, calibration, and the events to report.
 
 use super::contact::CurveCollector;
+use super::weight;
 use crate::finger::{Free, Mechanics};
 use crate::joint_sensor::JointSensor;
 use crate::numeric::sqrt;
@@ -11,8 +12,6 @@ use crate::sensing::{Calibration, Directive, Drivetrain, Event, Friction, Settin
 use core::marker::PhantomData;
 use heapless::Deque;
 
-/// Standard deviation of the torque with which a spring holds a joint under the finger's weight, as a share.
-const HELD_SHARE: f32 = 0.3;
 /// Standard deviation of the place on the scene's finger at which a pin is felt, metre: of the pin by hand or by a gauge
 /// 0.3 mm (R, chosen), of the finger 0.4 mm, because its links are within 0.15 mm of the scene's (R; docs/MECHANICS.md#pins).
 const PIN_SIGMA_M: f32 = 0.5e-3;
@@ -108,7 +107,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     pub(super) fn prior(&self, collector: &CurveCollector<H::Reading>) -> Prior<X> {
         let settings = &self.settings;
         let [joint_nm, joint_sigma_nm] = settings.joint_friction_nm;
-        let held_nm = HELD_SHARE * collector.held_nm;
+        let [held_nm, held_sigma_nm] = weight::held(collector.stop_nm, settings.preload_nm);
         Prior {
             place: match self.directive {
                 Directive::Calibrate { phalanx, k_m } => Place::Known {
@@ -123,9 +122,10 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             half_thickness_m: settings.half_thickness_m,
             friction: settings.contact_friction,
             joint_nm: [
-                joint_nm + collector.held_nm,
-                sqrt(joint_sigma_nm * joint_sigma_nm + held_nm * held_nm),
+                joint_nm + held_nm,
+                sqrt(joint_sigma_nm * joint_sigma_nm + held_sigma_nm * held_sigma_nm),
             ],
+            preload_nm: settings.preload_nm[0],
             weight: collector.weight,
             onset_rad: collector.onset_rad,
             calibration: self.calibration,

@@ -31,6 +31,7 @@ pub(super) fn prior(onset_rad: f32) -> Prior<Cable> {
         joint_nm: [0.1e-3, 0.15e-3],
         onset_rad: [onset_rad, 0.03],
         weight: [0.0; 2],
+        preload_nm: 0.0,
         calibration: CALIBRATION,
         noise: Noise {
             wander_nm: 0.4e-3,
@@ -262,6 +263,7 @@ fn a_known_place_teaches_the_torque_factor() {
             radius_m: contact.radius_m,
         },
         weight: [0.0; 2],
+        preload_nm: 0.0,
         calibration: Calibration {
             torque_factor_sigma: 0.115,
             cable_rad_per_nm: 0.5 * 0.92,

@@ -158,6 +158,7 @@ pub fn contact(
         joint_nm: [0.2e-3, 0.4e-3],
         onset_rad: [0.0, 0.03],
         weight: [0.0; 2],
+        preload_nm: 0.0,
         calibration: *calibration,
         noise: NOISE,
         series: PhantomData,

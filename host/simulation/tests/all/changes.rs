@@ -87,6 +87,6 @@ fn what_becomes_of_a_contact_is_told_and_a_quiet_one_stays_quiet() {
     }
     // The worm holds the push, and the motor stands: there is nothing to tell it from.
     assert_eq!(pushed_held.told, 0);
-    // The contacts roll by 11.8 mm. `moved` follows a path without the finger's weight, while the location has it in its path.
+    // These contacts roll by 11.8 mm. The error of sixty contacts is 2.0 mm (`PALPATE_HOLDS=60`), that of the six drawn here 3.1 mm.
     assert!(scores.mean(|moved| moved.error_m) < 3.5e-3 && scores.within2_pct() > 80.0);
 }

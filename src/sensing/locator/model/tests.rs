@@ -233,3 +233,39 @@ fn preload_makes_an_elbow() {
         "{lifted_nm}"
     );
 }
+
+/// Checks the point in which a contact without a cable begins against the mean of a step and a ramp, and its derivative by the onset
+/// against differences.
+#[test]
+fn a_step_at_the_onset_is_averaged_over_its_point() {
+    let (slope, step_nm, half_rad) = (0.4f32, 0.006f32, 0.004f32);
+    let begun = |past_rad: f32| {
+        let mut slopes = [0.0; UNKNOWNS];
+        (slopes[ONSET], slopes[JOINT]) = (-slope, 5.0);
+        let mut prediction = Prediction {
+            excess_nm: step_nm + slope * past_rad,
+            slopes,
+            variance_nm2: 0.0,
+        };
+        prediction.begin_with_step(past_rad, half_rad);
+        prediction
+    };
+    for past_rad in [-0.0039f32, -0.002, 0.0, 0.001, 0.0039] {
+        let from = past_rad - half_rad;
+        let parts = (0..1000).map(|i| {
+            let at_rad = from + 2.0 * half_rad * (i as f32 + 0.5) / 1000.0;
+            if at_rad < 0.0 {
+                0.0
+            } else {
+                step_nm + slope * at_rad
+            }
+        });
+        let mean_nm = parts.sum::<f32>() / 1000.0;
+        let prediction = begun(past_rad);
+        assert!((prediction.excess_nm - mean_nm).abs() < 2e-3 * step_nm);
+        let (later, earlier) = (begun(past_rad - 1e-4), begun(past_rad + 1e-4));
+        let difference = (later.excess_nm - earlier.excess_nm) / 2e-4;
+        assert!((prediction.slopes[ONSET] / difference - 1.0).abs() < 1e-2);
+        assert!((prediction.slopes[JOINT] - 2.5 * (past_rad / half_rad + 1.0)).abs() < 1e-4);
+    }
+}
