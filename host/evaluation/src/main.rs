@@ -88,7 +88,7 @@ struct Experiments {
     /// Seed of everything that is drawn at random.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// A tenth of the free and of the random closings.
+    /// A tenth of the free closings, a quarter of the random ones.
     #[arg(long)]
     quick: bool,
     /// Only the experiments whose name begins so.

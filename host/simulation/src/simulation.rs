@@ -155,12 +155,14 @@ impl<S: Simulated> Simulation<S> {
         self.motion(Request::Open, Directive::Watch)
     }
 
-    /// Closes on a pin of 6 mm at a known place, learns from it, opens.
+    /// Closes on a pin of the diameter that the scene asks for, at a known place, learns from it, opens.
     ///
     /// # Errors
     /// No such place; the sequence refused.
     pub fn calibrate(&mut self, phalanx: u8, k_m: f32, theta_1_rad: f64) -> Result<Outcome, Error> {
-        let pin = Shape::Cylinder { diameter_m: 6e-3 };
+        let pin = Shape::Cylinder {
+            diameter_m: 2.0 * f64::from(S::settings().pin_radius_m),
+        };
         let grasp = Grasp::touching(phalanx, k_m.into(), theta_1_rad, pin);
         self.machine.board.plant.place(&grasp)?;
         let outcome = self.motion(Request::Close, Directive::Calibrate { phalanx, k_m })?;

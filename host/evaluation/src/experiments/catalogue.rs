@@ -30,6 +30,9 @@ pub const PRESHAPE_PLACES_M: [f64; 5] = [0.010, 0.022, 0.035, 0.048, 0.060];
 const DISTAL_SHARES: [f64; 4] = [0.2, 0.4, 0.6, 0.8];
 /// Free closings of one finger.
 const FREE_CLOSINGS: usize = 100;
+/// Random contacts of one finger.
+const RANDOM_CONTACTS: usize = 8;
+
 /// (a) 25 proximal grasps, five on each of five fingers.
 #[must_use]
 pub fn proximal(plan: &Plan) -> Vec<Job> {
@@ -133,17 +136,18 @@ pub fn free(plan: &Plan) -> Vec<Job> {
         .collect()
 }
 
-/// (e) random contacts over phalanx and posture, 20 on each of 100 fingers (in MuJoCo 50) drawn from the spreads.
+/// (e) random contacts over phalanx and posture on 100 fingers (in MuJoCo 50) drawn from the spreads: few on each, because
+/// what distinguishes fingers counts for more than what distinguishes the contacts of one.
 #[must_use]
 pub fn random(plan: &Plan) -> Vec<Job> {
-    (0..plan.fingers(10, 100))
+    (0..plan.fingers(25, 100))
         .map(|finger| {
             let seed = plan.seed + 1000 + finger;
             job::<P70>(
                 "random",
                 Ok(plan.parameters.randomised(seed)),
                 seed,
-                20,
+                RANDOM_CONTACTS,
                 |_, random| {
                     let phalanx = if random.random_bool(0.2) { 1 } else { 2 };
                     let length_m = if phalanx == 1 { 0.090 } else { 0.070 };

@@ -48,7 +48,7 @@ pub struct Plan {
     pub parameters: Parameters,
     /// Seed of everything that is drawn at random.
     pub seed: u64,
-    /// A tenth of the free and of the random closings.
+    /// A tenth of the free closings, a quarter of the random ones.
     pub quick: bool,
 }
 
