@@ -27,6 +27,7 @@ pub(super) fn check(scene: &Scene) -> Checked {
     finger(scene)?;
     drive(scene)?;
     motion(scene)?;
+    preload(scene)?;
     hall(scene)
 }
 
@@ -286,6 +287,20 @@ fn motion(scene: &Scene) -> Checked {
         within(key, of(key), min, max)?;
     }
     Ok(())
+}
+
+/// A preload holds joints at their stops until a contact: a spring at joint 1 turns them before it.
+fn preload(scene: &Scene) -> Checked {
+    let lists = ["spring_nm_per_rad", "rest_deg", "joint_min_deg"];
+    let [spring, rest, low] = lists.map(|name| scene.list(&format!("finger.{name}")));
+    let is_held = spring[0] == 0.0 && rest[1..] == low[1..];
+    let preload_nm = scene.number("sensing.preload_nm");
+    if preload_nm == 0.0 || is_held {
+        return Ok(());
+    }
+    Err(format!(
+        "`sensing.preload_nm` = {preload_nm} must be 0 where joint 1 has a spring, or a joint rests above `finger.joint_min_deg`"
+    ))
 }
 
 /// Both ends of the sensor's range must stand clear of what a broken wire and a short read.

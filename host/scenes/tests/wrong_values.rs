@@ -88,6 +88,14 @@ fn a_value_out_of_range_is_named_with_its_range() {
             "`limits.current_trip_a` = 0.25 is out of range, allowed 0.001 to 0.15675",
         ),
         (
+            "finger.spring_nm_per_rad = [0.02, 0.05]",
+            "`sensing.preload_nm` = 0.0004 must be 0 where joint 1 has a spring",
+        ),
+        (
+            "finger.rest_deg = [0, 5]",
+            "`sensing.preload_nm` = 0.0004 must be 0 where joint 1 has a spring, or a joint rests above `finger.joint_min_deg`",
+        ),
+        (
             "motor.torque_constant_nm_per_a = 1e-3",
             "`sensing.probe_torque_nm` = 0.35 is out of range",
         ),

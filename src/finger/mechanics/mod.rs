@@ -106,8 +106,8 @@ pub trait Mechanics {
 
     /// A finger without a spring at joint 1 whose weight the input link holds with `torque_nm` (negative where the weight
     /// closes it): `free` as that leaves it, and the torque that would then hold joint 2 at its lower stop (negative where the
-    /// weight lifts it off, 0 where it is not there in `free`). `preload_nm` is what the springs hold their joints with in `free`. The mass is taken to be even along
-    /// phalanges that are about in line. None of any other finger.
+    /// weight lifts it off, 0 where it is not there in `free`). `preload_nm` is what the springs hold their joints at the stops
+    /// with in `free`. The mass is taken to be even along phalanges that are about in line. None of any other finger.
     fn weighed(
         &self,
         free: &Free<Self::Configuration>,
