@@ -262,8 +262,6 @@ fn a_known_place_teaches_the_torque_factor() {
             sigma_m: 3e-4,
             radius_m: contact.radius_m,
         },
-        weight: [0.0; 2],
-        preload_nm: 0.0,
         calibration: Calibration {
             torque_factor_sigma: 0.115,
             cable_rad_per_nm: 0.5 * 0.92,
