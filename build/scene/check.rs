@@ -289,18 +289,22 @@ fn motion(scene: &Scene) -> Checked {
     Ok(())
 }
 
-/// A preload holds joints at their stops until a contact: a spring at joint 1 turns them before it.
+/// Checks that there is no preload where no joint stands at its stop until a contact. A spring at joint 1 turns the others before.
 fn preload(scene: &Scene) -> Checked {
     let lists = ["spring_nm_per_rad", "rest_deg", "joint_min_deg"];
     let [spring, rest, low] = lists.map(|name| scene.list(&format!("finger.{name}")));
-    let is_held = spring[0] == 0.0 && rest[1..] == low[1..];
-    let preload_nm = scene.number("sensing.preload_nm");
-    if preload_nm == 0.0 || is_held {
+    if spring[0] == 0.0 && rest[1..] == low[1..] {
         return Ok(());
     }
-    Err(format!(
-        "`sensing.preload_nm` = {preload_nm} must be 0 where joint 1 has a spring, or a joint rests above `finger.joint_min_deg`"
-    ))
+    for key in ["sensing.preload_nm", "sensing.preload_sigma_nm"] {
+        let value = scene.number(key);
+        if value != 0.0 {
+            return Err(format!(
+                "`{key}` = {value} must be 0 where joint 1 has a spring, or a joint rests above `finger.joint_min_deg`"
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Both ends of the sensor's range must stand clear of what a broken wire and a short read.

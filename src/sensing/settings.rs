@@ -62,7 +62,7 @@ impl Default for Settings {
             // Smooth skin on wood, metal or plastics without lubricant would be 0.1 to 0.3; a phalanx of polished plastics or
             // metal less (R, chosen).
             contact_friction: [0.1, 0.1],
-            // Pins of some millimetre in plain bearings, up to 10 N, and half a degree of preload (R, chosen).
+            // Pins of some millimetre in plain bearings, up to 10 N (R, chosen).
             joint_friction_nm: [0.2e-3, 0.4e-3],
             preload_nm: [0.0; 2],
         }

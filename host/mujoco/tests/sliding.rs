@@ -1,9 +1,10 @@
-//! Both worlds while a phalanx slides on a fixed pin with friction: torque, place and force are the same within 0.5 % up to the end
-//! of a probing. The engine softens friction; too soft, a contact that slides fast under a large force loses it.
+//! Compares both worlds while a phalanx slides on a fixed pin with friction: torque, place and force agree within 0.5 % up to the end of
+//! a probing. MuJoCo softens friction. If it is too soft, a contact that slides fast under a large force loses part of it.
 
 use palpate_mujoco::{MujocoFinger, Surroundings};
 use palpate_plant::{CableEnd, Contact, Grasp, Mechanics, Parameters, Quasistatic, Shape};
 
+/// Largest deviation, as a share.
 const SHARE: f64 = 0.005;
 const CLOSING_RAD_PER_S: f64 = 0.3;
 const STEP_S: f64 = 1e-4;

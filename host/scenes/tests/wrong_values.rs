@@ -92,6 +92,10 @@ fn a_value_out_of_range_is_named_with_its_range() {
             "`sensing.preload_nm` = 0.0004 must be 0 where joint 1 has a spring",
         ),
         (
+            "finger.spring_nm_per_rad = [0.02, 0.05]\nsensing.preload_nm = 0.0",
+            "`sensing.preload_sigma_nm` = 0.0004 must be 0 where joint 1 has a spring",
+        ),
+        (
             "finger.rest_deg = [0, 5]",
             "`sensing.preload_nm` = 0.0004 must be 0 where joint 1 has a spring, or a joint rests above `finger.joint_min_deg`",
         ),

@@ -46,7 +46,7 @@ impl Display for Decimal {
     }
 }
 
-/// A text that is written as it is. `core` pads a `&str` to a width that no answer asks for, with 640 bytes of code.
+/// Text that is written without padding. Writing a `&str` with `{}` links `core`'s padding, 640 bytes that no answer needs.
 #[derive(Clone, Copy, Debug)]
 pub struct Plain<'t>(pub &'t str);
 

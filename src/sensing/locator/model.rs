@@ -172,7 +172,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
             self.before_nm[1] = prediction.excess_nm;
             return Some(prediction);
         }
-        // Part of the point may lie before the contact: the mean of a ramp over it.
+        // Part of the point may lie before the contact: take the mean of a ramp over it. With a cable the torque always grows from 0.
         let steepness = prediction.steepness(half_rad);
         let share = 0.5 * (1.0 + prediction.excess_nm / steepness);
         if share < 1.0 {
@@ -308,8 +308,8 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
 }
 
 impl Prediction {
-    /// The mean over a point in which the contact begins, without a cable: what holds the joints is overcome at once there, a
-    /// step of torque, and the ramp goes on from it.
+    /// Takes the mean over a point in which the contact begins, for a finger without a cable. Nothing gives way there until the torque
+    /// overcomes what holds the joints, so the torque rises in a step at the onset, and in a ramp from then on.
     fn begin_with_step(&mut self, past_rad: f32, half_rad: f32) {
         let slope = -self.slopes[ONSET];
         let step_nm = self.excess_nm - slope * past_rad;

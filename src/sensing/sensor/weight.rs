@@ -11,13 +11,13 @@ use crate::sensing::location::SeriesElement;
 const WEIGHT_SHARE: f32 = 0.4;
 /// Standard deviation of the torque with which the weight turns joint 2, as a share of it.
 const TURNING_SIGMA: f32 = 0.3;
-/// A torque far below any that holds a joint, newton metre: keeps a quotient finite.
+/// A torque far below any that holds a joint, newton metre: prevents a division by 0.
 const NO_TORQUE_NM: f32 = 1e-6;
 
-/// Torque that the contact has to overcome before joint 2 leaves its stop, newton metre: mean and deviation, from the torque that
-/// holds it there (negative where the weight has lifted it off already) and the preload with its deviation. A stop only pushes, so
-/// this is the positive part of an uncertain torque: a hyperbola for it, within 0.14 deviations of mean and deviation of the
-/// positive part of a normal distribution.
+/// Estimates the torque that a contact has to overcome before joint 2 leaves its stop, newton metre: mean and deviation. `stop_nm` is
+/// the torque that holds the joint there, negative where the weight has lifted it off already. That torque is uncertain, and only its
+/// positive part has to be overcome. A hyperbola stands for the positive part of a normal distribution: mean and deviation are within
+/// 0.14 deviations of it.
 pub(super) fn held(stop_nm: f32, [preload_nm, preload_sigma_nm]: [f32; 2]) -> [f32; 2] {
     let turning_nm = TURNING_SIGMA * (preload_nm - stop_nm);
     let sigma_nm = sqrt(preload_sigma_nm * preload_sigma_nm + turning_nm * turning_nm);

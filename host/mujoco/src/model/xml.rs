@@ -15,9 +15,9 @@ const ROD_KG: f64 = 5e-4;
 /// How fast the engine ends slipping, per second. Stiffer than some 300 a sliding contact chatters, up to being thrown
 /// across the object; from 30 to 300 the contact's path is the same within 1e-6.
 const SLIP_PER_S: f64 = 200.0;
-/// How much harder friction is than the contact itself: the engine lets a contact creep by its friction over this. With 1, what
-/// slides at some millimetre a second is held with no more than 0.4 N, and torques at the end of a probing were 2.5 % too low; from 10
-/// to 100 they are the same.
+/// Ratio of the stiffness of friction to that of the normal force (MuJoCo's `impratio`). The engine softens friction, which then grows
+/// with the sliding speed up to Coulomb's limit. With a ratio of 1 it stays below 0.4 N at 7 mm/s, and torques at the end of a probing
+/// are 2.5 % too low; ratios of 10 and 100 give the same torques.
 const FRICTION_HARDNESS: f64 = 100.0;
 
 impl Description {

@@ -69,7 +69,7 @@ fn what_becomes_of_a_contact_is_told_and_a_quiet_one_stays_quiet() {
     let count = std::env::var("PALPATE_HOLDS").map(|n| n.parse().expect("a number"));
     let world = std::env::var("PALPATE_WORLD").unwrap_or_else(|_| "workshop".to_owned());
     let is_small = count.is_err();
-    let scores = scores(&world, count.unwrap_or(6), !is_small);
+    let scores = scores(&world, count.unwrap_or(10), !is_small);
     print(&scores);
     let [quiet, gives, goes, pushed, _, goes_held, pushed_held, _] = &scores.kinds;
     assert!(quiet.happened > 0 && goes.happened > 0);
@@ -87,6 +87,5 @@ fn what_becomes_of_a_contact_is_told_and_a_quiet_one_stays_quiet() {
     }
     // The worm holds the push, and the motor stands: there is nothing to tell it from.
     assert_eq!(pushed_held.told, 0);
-    // These contacts roll by 11.8 mm. The error of sixty contacts is 2.0 mm (`PALPATE_HOLDS=60`), that of the six drawn here 3.1 mm.
-    assert!(scores.mean(|moved| moved.error_m) < 3.5e-3 && scores.within2_pct() > 80.0);
+    assert!(scores.mean(|moved| moved.error_m) < 3e-3 && scores.within2_pct() > 80.0);
 }
