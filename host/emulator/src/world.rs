@@ -164,12 +164,26 @@ impl Voltages for Channels<'_> {
         }
     }
 
-    fn steady(&mut self, channel: u32) -> Option<f64> {
+    /// A conversion that began before the world's last step is answered from there.
+    fn find(
+        &mut self,
+        channel: u32,
+        from: Ticks,
+        [first_s, every_s]: [f64; 2],
+        volts: &mut [f64],
+    ) -> Option<f64> {
         let plant = self.world.plant.as_ref();
+        let since_s = time::seconds(from.saturating_sub(self.world.synced));
         Some(match channel {
             2 => match (self.world.wires.current_v, self.current()) {
                 (Some(volts), _) => volts,
-                (None, Some(probe)) => return probe.constant_v(),
+                (None, Some(probe)) => {
+                    if let Some(steady_v) = probe.constant_v() {
+                        return Some(steady_v);
+                    }
+                    probe.fill([since_s + first_s, every_s], volts);
+                    return None;
+                }
                 (None, None) => 0.0,
             },
             6 => plant.map_or(SUPPLY_SENSE_V, Plant::supply_sense_v),
@@ -178,12 +192,6 @@ impl Voltages for Channels<'_> {
             18 => 1.212,
             _ => 0.0,
         })
-    }
-
-    /// A conversion that began before the world's last step is answered from there.
-    fn volts(&mut self, at: Ticks) -> f64 {
-        let after = time::seconds(at.saturating_sub(self.world.synced));
-        self.current().map_or(0.0, |probe| probe.volts(after))
     }
 }
 

@@ -4,6 +4,7 @@ use crate::Pins;
 use crate::converter::{Pin, Switching};
 use crate::parameters::Parameters;
 use crate::switching::{Circuit, Constants, Period, Periods, Sense, Winding};
+use std::sync::Arc;
 
 /// Result of a step of the bridge.
 #[derive(Clone, Copy, Debug, Default)]
@@ -125,7 +126,7 @@ impl Bridge {
             self.winding.idle(1.0 / bridge.pwm_hz, dt);
         } else if self.parameters.has_edges() {
             let period = self.period_of(pins);
-            self.periods.keep(period);
+            self.periods.keep(&period);
             let totals = self.winding.advance(&self.circuit, &period, dt);
             step.mean_a = totals.charge / dt;
             step.drawn_a = totals.drawn / dt;
@@ -144,7 +145,7 @@ impl Bridge {
     }
 
     /// The period of the PWM that these levels make, computed anew unless it is among the recent ones.
-    fn period_of(&self, pins: &Pins) -> Period {
+    fn period_of(&self, pins: &Pins) -> Arc<Period> {
         let bridge = &self.parameters.bridge;
         let (duty, period_s) = (pins.drive().abs(), 1.0 / bridge.pwm_hz);
         self.periods
@@ -239,7 +240,7 @@ impl Bridge {
         } else {
             sense.nonlinearity / sense.full_scale_v
         };
-        Some(Pin::Switching(Box::new(Switching {
+        Some(Pin::Switching(Switching {
             winding: self.winding,
             circuit,
             period: self.period_of(pins),
@@ -247,7 +248,7 @@ impl Bridge {
             noise_v,
             bent_per_v,
             full_scale_v: sense.full_scale_v,
-        })))
+        }))
     }
 
     /// Motor current at the sense output without edges, ampere without noise; unsigned, zero while the bridge is off. A current

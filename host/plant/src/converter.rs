@@ -1,6 +1,7 @@
 //! What a converter's sample-and-hold does to a pin, and the pin of the current sense over time.
 
-use crate::switching::{Circuit, Period, Winding};
+use crate::switching::{Circuit, INSTANTS, Period, Winding};
+use std::sync::Arc;
 
 /// What drives a pin, and what the converter puts on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -15,22 +16,27 @@ pub struct Source {
     pub hold_f: f64,
 }
 
+/// Powers of what is left from one conversion to the next that are kept.
+const KEPT: usize = 16;
+
 /// A converter with its hold capacitor, which brings the last channel's voltage along.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Converter {
     held_v: f64,
-    last: Settling,
+    /// Channels take turns: what was computed for the last ones.
+    settlings: [Settling; 2],
 }
 
-/// What of a deviation stays at a source with such a timing.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// What conversions of a source with such a timing find of voltages that the hold capacitor brought.
+#[derive(Clone, Copy, Debug, Default)]
 struct Settling {
     source: Source,
     timing_s: [f64; 2],
-    /// Share of the hold capacitor's voltage that comes to the pin, and what is left of a deviation after sampling and between.
-    share: f64,
-    sampled: f64,
-    between: f64,
+    /// Share of a difference between hold capacitor and pin that the first conversion finds.
+    brought: f64,
+    /// Share of what a conversion found that the next finds, and its powers from the first.
+    left: f64,
+    powers: [f64; KEPT],
 }
 
 impl Settling {
@@ -43,11 +49,19 @@ impl Settling {
         };
         if source.hold_f > 0.0 {
             let both_f = source.pin_f + source.hold_f;
-            new.share = source.hold_f / both_f;
+            // Connecting the hold capacitor shares its charge with the pin's within nanoseconds; the source then makes up for it.
+            let share = source.hold_f / both_f;
             let settling_s = source.ohm * both_f + source.switch_ohm * source.hold_f;
-            new.sampled = (-sample_s / settling_s).exp();
+            let sampled = (-sample_s / settling_s).exp();
             // The hold capacitor is away; without one at the pin nothing keeps a deviation.
-            new.between = (-(every_s - sample_s) / (source.ohm * source.pin_f).max(1e-15)).exp();
+            let between = (-(every_s - sample_s) / (source.ohm * source.pin_f).max(1e-15)).exp();
+            new.brought = share * sampled;
+            new.left = sampled * (between * (1.0 - share) + share);
+        }
+        let mut power = 1.0;
+        for kept in &mut new.powers {
+            *kept = power;
+            power *= new.left;
         }
         new
     }
@@ -63,38 +77,48 @@ impl Converter {
         }
     }
 
-    /// The voltages that successive samples of one channel find: `volts` gives the undisturbed pin at a time after the first
-    /// sampling began, second, in order. Sampling takes `sample_s`, the next begins `every_s` later.
-    ///
-    /// Connecting the hold capacitor shares its charge with the pin's within nanoseconds; the source then makes up for it.
-    pub fn sample(
+    fn settling(&mut self, source: &Source, timing_s: [f64; 2]) -> &Settling {
+        let is_known = |known: &Settling| (known.source, known.timing_s) == (*source, timing_s);
+        if let Some(known) = self.settlings.iter().position(is_known) {
+            return &self.settlings[known];
+        }
+        self.settlings.swap(0, 1);
+        self.settlings[0] = Settling::of(source, timing_s);
+        &self.settlings[0]
+    }
+
+    /// Replaces the voltages that an undisturbed pin has when each sampling ends by those that the conversions find. Sampling takes the
+    /// first of the times, the next begins the second after it did.
+    pub fn sample(&mut self, source: &Source, timing_s: [f64; 2], volts: &mut [f64]) {
+        let &Settling { brought, left, .. } = self.settling(source, timing_s);
+        let (mut before_v, mut away_v) = (self.held_v, 0.0);
+        for volt in &mut *volts {
+            let pin_v = *volt;
+            away_v = left * away_v + brought * (before_v - pin_v);
+            *volt = pin_v + away_v;
+            before_v = pin_v;
+        }
+        self.held_v = volts.last().copied().unwrap_or(self.held_v);
+    }
+
+    /// The same of a pin whose undisturbed voltage stays the same.
+    pub fn sample_steady(
         &mut self,
         source: &Source,
-        [sample_s, every_s]: [f64; 2],
-        count: u32,
-        mut volts: impl FnMut(f64) -> f64,
-        mut found: impl FnMut(f64),
+        timing_s: [f64; 2],
+        pin_v: f64,
+        volts: &mut [f64],
     ) {
-        if (self.last.source, self.last.timing_s) != (*source, [sample_s, every_s]) {
-            self.last = Settling::of(source, [sample_s, every_s]);
+        let held_v = self.held_v;
+        let settling = self.settling(source, timing_s);
+        let mut away_v = settling.brought * (held_v - pin_v);
+        for some in volts.chunks_mut(KEPT) {
+            for (volt, power) in some.iter_mut().zip(settling.powers) {
+                *volt = pin_v + away_v * power;
+            }
+            away_v *= settling.powers[KEPT - 1] * settling.left;
         }
-        let Settling {
-            share,
-            sampled,
-            between,
-            ..
-        } = self.last;
-        let mut away_v = 0.0;
-        let mut begun_s = 0.0;
-        for _ in 0..count {
-            let pin_v = volts(begun_s + sample_s);
-            away_v += share * (self.held_v - pin_v - away_v);
-            away_v *= sampled;
-            self.held_v = pin_v + away_v;
-            found(self.held_v);
-            away_v *= between;
-            begun_s += every_s;
-        }
+        self.held_v = volts.last().copied().unwrap_or(self.held_v);
     }
 }
 
@@ -104,11 +128,15 @@ pub struct Probe(pub(crate) Pin);
 
 /// Where its voltage comes from.
 #[derive(Clone, Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "it lives on the stack for a reading; a box would be allocated for each"
+)]
 pub(crate) enum Pin {
     /// It stays the same.
     Constant(f64),
     /// The bridge switches.
-    Switching(Box<Switching>),
+    Switching(Switching),
 }
 
 /// A bridge that goes on as it is.
@@ -116,7 +144,7 @@ pub(crate) enum Pin {
 pub(crate) struct Switching {
     pub winding: Winding,
     pub circuit: Circuit,
-    pub period: Period,
+    pub period: Arc<Period>,
     pub reached_s: f64,
     /// Noise of this instant, volt.
     pub noise_v: f64,
@@ -146,10 +174,44 @@ impl Probe {
                     pin.winding.wait(&pin.circuit, &pin.period, dt);
                     pin.reached_s += dt;
                 }
-                let volts = pin.winding.pin_v;
-                (volts * (1.0 + pin.bent_per_v * volts) + pin.noise_v).clamp(0.0, pin.full_scale_v)
+                pin.shown_v(pin.winding.pin_v)
             }
         }
+    }
+
+    /// Voltages at equally distant times, the first so many seconds after the step, which do not lie before the last ones.
+    pub fn fill(&mut self, at_s: [f64; 2], volts: &mut [f64]) {
+        let [first_s, every_s] = at_s;
+        match &self.0 {
+            Pin::Constant(volt) => volts.fill(*volt),
+            Pin::Switching(pin) if pin.tell(at_s, volts) => {}
+            Pin::Switching(_) => {
+                for (n, volt) in volts.iter_mut().enumerate() {
+                    *volt = self.volts(first_s + every_s * n as f64);
+                }
+            }
+        }
+    }
+}
+
+impl Switching {
+    /// What the pin shows where the mirror were exact.
+    fn shown_v(&self, pin_v: f64) -> f64 {
+        (pin_v * (1.0 + self.bent_per_v * pin_v) + self.noise_v).clamp(0.0, self.full_scale_v)
+    }
+
+    /// [`Probe::fill`] without going from one time to the next; `false` where that is not possible.
+    fn tell(&self, at_s: [f64; 2], volts: &mut [f64]) -> bool {
+        let Ok(volts) = <&mut [f64; INSTANTS]>::try_from(volts) else {
+            return false;
+        };
+        if self.reached_s != 0.0 || !self.period.tell(&self.circuit, &self.winding, at_s, volts) {
+            return false;
+        }
+        for volt in volts {
+            *volt = self.shown_v(*volt);
+        }
+        true
     }
 }
 
@@ -160,8 +222,11 @@ mod tests {
     const TIMING: [f64; 2] = [294e-9, 588e-9];
 
     fn found(source: Source, held_v: f64) -> Vec<f64> {
-        let mut all = Vec::new();
-        Converter::holding(held_v).sample(&source, TIMING, 16, |_| 1.0, |v| all.push(v));
+        let mut steady = vec![0.0; 16];
+        Converter::holding(held_v).sample_steady(&source, TIMING, 1.0, &mut steady);
+        let mut all = vec![1.0; 16];
+        Converter::holding(held_v).sample(&source, TIMING, &mut all);
+        assert!(all.iter().zip(&steady).all(|(a, b)| (a - b).abs() < 1e-12));
         all
     }
 

@@ -5,10 +5,12 @@
 //! of the drive: positive flows along it.
 
 mod periods;
+mod samples;
 mod whole;
 
 use periods::Decay;
 pub(crate) use periods::{Period, Periods};
+pub(crate) use samples::INSTANTS;
 
 /// Shorter times are none, second.
 const RESOLUTION_S: f64 = 1e-13;

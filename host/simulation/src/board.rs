@@ -3,7 +3,7 @@
 use palpate::drive::io::{
     ADC_FULL, AdcCode, CONTROL_HZ, DUTY_FULL, Direction, EncoderCount, Inputs, Outputs,
 };
-use palpate_plant::{Converter, Pins, Plant, Source};
+use palpate_plant::{Converter, Pins, Plant};
 
 /// A control period, second.
 pub const PERIOD_S: f64 = 1.0 / CONTROL_HZ as f64;
@@ -14,7 +14,7 @@ const REFERENCE_V: f64 = 3.3;
 /// Sampling and distance of conversions, second: 12.5 and 25 cycles of 42.5 MHz (src/board/sampling.rs).
 const CONVERSION_S: [f64; 2] = [12.5 / 42.5e6, 25.0 / 42.5e6];
 /// Conversions of a reading.
-const CONVERSIONS: u32 = 16;
+const CONVERSIONS: usize = 16;
 
 /// Plant, converters, timer with its break, and the period's delay between measurement and output.
 #[derive(Clone, Debug)]
@@ -27,6 +27,7 @@ pub struct Board {
     armed: bool,
     /// nFAULT stopped the timer's outputs; stays until the bridge was switched off.
     broken: bool,
+    converter: Converter,
 }
 
 impl Board {
@@ -38,12 +39,13 @@ impl Board {
             pins: Pins::default(),
             armed: false,
             broken: false,
+            converter: Converter::default(),
         }
     }
 
     /// What the chip reads at the update that begins a control period.
     #[must_use]
-    pub fn inputs(&self) -> Inputs {
+    pub fn inputs(&mut self) -> Inputs {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -57,12 +59,14 @@ impl Board {
         let (current, supply) = match probe.constant_v() {
             Some(volt) if current_source.hold_f == 0.0 => (constant(volt), constant(supply_v)),
             _ => {
-                // The sequence before ended with the supply.
-                let mut converter = Converter::holding(supply_v);
-                let volts = |at_s| probe.volts(at_s);
-                let current = read(&mut converter, &current_source, volts);
-                let supply = read(&mut converter, &supply_source, |_| supply_v);
-                (current, supply)
+                let [sampling_s, every_s] = CONVERSION_S;
+                let mut volts = [0.0; CONVERSIONS];
+                probe.fill([sampling_s, every_s], &mut volts);
+                let converter = &mut self.converter;
+                converter.sample(&current_source, CONVERSION_S, &mut volts);
+                let current = sum(&volts);
+                converter.sample_steady(&supply_source, CONVERSION_S, supply_v, &mut volts);
+                (current, sum(&volts))
             }
         };
         Inputs {
@@ -119,12 +123,9 @@ impl Board {
     }
 }
 
-/// The sum of 16 conversions of a pin, whose voltage is told at times after the first began.
-fn read(converter: &mut Converter, source: &Source, volts: impl FnMut(f64) -> f64) -> AdcCode {
-    let mut sum = 0;
-    converter.sample(source, CONVERSION_S, CONVERSIONS, volts, |volt| {
-        sum += conversion(volt);
-    });
+/// The sum of 16 conversions.
+fn sum(volts: &[f64; CONVERSIONS]) -> AdcCode {
+    let sum: u16 = volts.iter().map(|volt| conversion(*volt)).sum();
     AdcCode(sum.min(ADC_FULL))
 }
 
@@ -162,7 +163,7 @@ mod tests {
     #[test]
     fn codes_are_the_converters() {
         let code = |volt| {
-            let read = read(&mut Converter::default(), &Source::default(), |_| volt);
+            let read = sum(&[volt; CONVERSIONS]);
             assert_eq!(read, constant(volt));
             read
         };

@@ -17,6 +17,9 @@ const DR: u32 = 0x40;
 const JSQR: u32 = 0x4C;
 const JDR1: u32 = 0x80;
 
+/// Largest oversampling.
+const MOST_RATIO: usize = 256;
+
 const REGISTERS: &[Register] = &[
     (ISR, "ISR", 0),
     (IER, "IER", 0),
@@ -91,11 +94,10 @@ pub(crate) trait Voltages {
     /// What drives a channel's pin.
     fn source(&self, channel: u32) -> Source;
 
-    /// Its voltage, undisturbed by the converter, if it stays the same until the world's next step.
-    fn steady(&mut self, channel: u32) -> Option<f64>;
-
-    /// Its voltage at a time otherwise. Times do not go back.
-    fn volts(&mut self, at: Ticks) -> f64;
+    /// Its voltages, undisturbed by the converter, at equally distant times: the first so many seconds after `from`. Times do not go
+    /// back until the world's next step. A voltage that stays the same until then is the answer, and the times are left alone.
+    fn find(&mut self, channel: u32, from: Ticks, at_s: [f64; 2], volts: &mut [f64])
+    -> Option<f64>;
 }
 
 /// One converter.
@@ -277,16 +279,15 @@ impl Adc {
         let begun = done.saturating_sub(self.duration(group, rank, adc_clock));
         let half_cycles = |n: u64| time::seconds(n * adc_clock) / 2.0;
         let sampling = self.sampling(channel);
-        let mut sum = 0;
         let source = pins.source(channel);
-        let steady = pins.steady(channel);
-        self.input.sample(
-            &source,
-            [half_cycles(sampling), half_cycles(sampling + CONVERSION)],
-            ratio,
-            |after_s| steady.unwrap_or_else(|| pins.volts(begun + time::ticks(after_s))),
-            |volts| sum += code(volts),
-        );
+        let timing_s = [half_cycles(sampling), half_cycles(sampling + CONVERSION)];
+        let mut volts = [0.0; MOST_RATIO];
+        let volts = &mut volts[..ratio as usize];
+        match pins.find(channel, begun, timing_s, volts) {
+            Some(steady_v) => self.input.sample_steady(&source, timing_s, steady_v, volts),
+            None => self.input.sample(&source, timing_s, volts),
+        }
+        let sum: u32 = volts.iter().map(|volts| code(*volts)).sum();
         let shift = if ratio > 1 {
             self.bank[CFGR2] >> 5 & 0xF
         } else {

@@ -1,7 +1,9 @@
 //! Periods of the PWM, divided at their edges, and the decays of each part. Recent ones are cached: a current loop's duty wanders among
 //! some timer counts, and each period has twelve exponentials.
 
-use super::{Circuit, Path, RESOLUTION_S};
+use super::samples::{INSTANTS, Samples};
+use super::{Circuit, Path, RESOLUTION_S, Winding};
+use std::sync::{Arc, OnceLock};
 
 /// Number of slots.
 const SLOTS: usize = 64;
@@ -65,11 +67,13 @@ const SHARES: [f64; 10] = {
 };
 
 /// A period of the PWM from the middle of the on-time, where the timer counts zero.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Period {
     pub(super) parts: [Part; 6],
     /// What the parts' decays were computed for.
     key: [f64; 5],
+    /// For the instants that were asked for first.
+    samples: OnceLock<Option<Samples>>,
 }
 
 impl Period {
@@ -105,7 +109,23 @@ impl Period {
         Self {
             parts,
             key: Self::key(duty, period_s, dead_s, circuit),
+            samples: OnceLock::new(),
         }
+    }
+
+    /// Tells the pin at equally distant instants from the middle of the on-time, without a step from one to the next; `false` where
+    /// that is not possible.
+    pub fn tell(
+        &self,
+        circuit: &Circuit,
+        winding: &Winding,
+        at_s: [f64; 2],
+        volts: &mut [f64; INSTANTS],
+    ) -> bool {
+        self.samples
+            .get_or_init(|| Samples::new(circuit, self, at_s))
+            .as_ref()
+            .is_some_and(|samples| samples.is_at(at_s) && samples.tell(circuit, winding, volts))
     }
 
     fn duty(&self) -> f64 {
@@ -144,11 +164,11 @@ impl Period {
 
 /// Recent periods, each in a slot that its duty gives.
 #[derive(Clone, Debug)]
-pub(crate) struct Periods(Box<[Option<Period>; SLOTS]>);
+pub(crate) struct Periods(Box<[Option<Arc<Period>>; SLOTS]>);
 
 impl Default for Periods {
     fn default() -> Self {
-        Self(Box::new([None; SLOTS]))
+        Self(Box::new([const { None }; SLOTS]))
     }
 }
 
@@ -164,15 +184,15 @@ impl Periods {
     }
 
     /// What [`Period::new`] makes.
-    pub fn of(&self, duty: f64, period_s: f64, dead_s: f64, circuit: &Circuit) -> Period {
-        match self.0[Self::slot(duty)] {
-            Some(period) if period.is_of(duty, period_s, dead_s, circuit) => period,
-            _ => Period::new(duty, period_s, dead_s, circuit),
+    pub fn of(&self, duty: f64, period_s: f64, dead_s: f64, circuit: &Circuit) -> Arc<Period> {
+        match &self.0[Self::slot(duty)] {
+            Some(period) if period.is_of(duty, period_s, dead_s, circuit) => Arc::clone(period),
+            _ => Arc::new(Period::new(duty, period_s, dead_s, circuit)),
         }
     }
 
     /// Keeps one for the next time.
-    pub fn keep(&mut self, period: Period) {
-        self.0[Self::slot(period.duty())] = Some(period);
+    pub fn keep(&mut self, period: &Arc<Period>) {
+        self.0[Self::slot(period.duty())] = Some(Arc::clone(period));
     }
 }

@@ -328,6 +328,45 @@ fn dead_time_takes_voltage_from_a_current_either_way() {
 }
 
 #[test]
+fn instants_told_at_once_are_those_told_one_by_one() {
+    let mut random = Pcg64Mcg::seed_from_u64(3);
+    let mut at_once = 0;
+    for _ in 0..1000 {
+        let case = Case::random(&mut random);
+        let period = case.period();
+        let mut winding = start(&case);
+        winding.advance(&case.circuit, &period, 3.0 * PERIOD_S);
+        let at_s = [
+            random.random_range(0.0..4e-7),
+            random.random_range(1e-8..6.3e-7),
+        ];
+        let mut volts = [f64::NAN; INSTANTS];
+        if !period.tell(&case.circuit, &winding, at_s, &mut volts) {
+            continue;
+        }
+        at_once += 1;
+        let mut wait_s = at_s[0];
+        for (n, volt) in volts.into_iter().enumerate() {
+            winding.wait(&case.circuit, &period, wait_s);
+            wait_s = at_s[1];
+            assert!((volt - winding.pin_v).abs() < 1e-8, "{n}: {case:?}");
+        }
+        // Other instants, or none within the period, are not told.
+        let begun = start(&case);
+        for other in [[at_s[0], 0.5 * at_s[1]], [1e-6, 7e-7]] {
+            assert!(!period.tell(&case.circuit, &begun, other, &mut volts));
+            assert!(
+                !case
+                    .period()
+                    .tell(&case.circuit, &begun, [1e-6, 7e-7], &mut volts)
+            );
+        }
+    }
+    // Both ways were needed.
+    assert!((50..950).contains(&at_once), "{at_once}");
+}
+
+#[test]
 fn the_series_is_the_exponential() {
     for step in 0..2000 {
         let x = 1e-4 * f64::from(step);

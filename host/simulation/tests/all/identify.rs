@@ -79,7 +79,7 @@ fn truth(p: &Parameters) -> [f64; 5] {
     let speed = f64::from(P70::MOTION.closing_rad_per_s * P70::DRIVE.drivetrain.reduction);
     let friction = p.motor.coulomb_nm + p.gearhead.drag_nm + p.motor.viscous_nm_s_per_rad * speed;
     [
-        p.motor.resistance_ohm,
+        p.motor.resistance_ohm + p.choke.resistance_ohm,
         p.motor.torque_constant_nm_per_a,
         p.motor.rotor_inertia_kg_m2,
         friction,

@@ -13,12 +13,8 @@ impl<F: Fn(u32) -> f64> Voltages for Wired<F> {
         Source::default()
     }
 
-    fn steady(&mut self, channel: u32) -> Option<f64> {
+    fn find(&mut self, channel: u32, _: Ticks, _: [f64; 2], _: &mut [f64]) -> Option<f64> {
         Some(self.0(channel))
-    }
-
-    fn volts(&mut self, _: Ticks) -> f64 {
-        unreachable!("it is steady")
     }
 }
 
@@ -74,12 +70,11 @@ impl Voltages for Rising {
         Source::default()
     }
 
-    fn steady(&mut self, _: u32) -> Option<f64> {
+    fn find(&mut self, _: u32, from: Ticks, at_s: [f64; 2], volts: &mut [f64]) -> Option<f64> {
+        for (n, volt) in volts.iter_mut().enumerate() {
+            *volt = 1e4 * (time::seconds(from) + at_s[0] + at_s[1] * n as f64);
+        }
         None
-    }
-
-    fn volts(&mut self, at: Ticks) -> f64 {
-        1e4 * time::seconds(at)
     }
 }
 
