@@ -286,6 +286,7 @@ impl palpate::scene::Scene for {name} {{
             contact_friction: [{}, {}],
             joint_friction_nm: [{}, {}],
             preload_nm: [{}, {}],
+            leverage_sigma: {},
             ..palpate::sensing::Settings::default()
         }}
     }}
@@ -313,6 +314,7 @@ const _: &<{name} as palpate::scene::Scene>::Finger = &<{name} as palpate::scene
         of("sensing.joint_friction_sigma_nm"),
         of("sensing.preload_nm"),
         of("sensing.preload_sigma_nm"),
+        of("sensing.leverage_sigma"),
     ));
     text
 }

@@ -140,6 +140,20 @@ impl Calibration {
         Ok(learned)
     }
 
+    /// The same at another place of the finger, where the factor may differ by this share (standard deviation). The cable is the same
+    /// everywhere.
+    #[must_use]
+    pub fn elsewhere(&self, share: f32) -> Self {
+        let before = self.torque_factor_sigma;
+        let torque_factor_sigma = sqrt(before * before + share * share);
+        Self {
+            torque_factor_sigma,
+            correlation: self.correlation * before
+                / torque_factor_sigma.at_least(f32::MIN_POSITIVE),
+            ..*self
+        }
+    }
+
     /// Remaining uncertainty: area of the one-sigma ellipse. Each axis has a floor, below which more certainty is of no use.
     fn ignorance(&self) -> f32 {
         let cable_floor = 1e-3 * self.cable_rad_per_nm + 1e-6;

@@ -32,6 +32,9 @@ pub struct Settings {
     /// Torque with which springs hold these joints at their stops in a finger without a spring at joint 1, newton metre: mean and
     /// deviation.
     pub preload_nm: [f32; 2],
+    /// Share by which a torque at the input link may do more or less at a contact than the finger's lengths say, different from place
+    /// to place: its deviation, from pulleys or links that are off and what is lost on them.
+    pub leverage_sigma: f32,
 }
 
 /// Share of the torque limit at which the last word on a contact is due: the finger goes on closing meanwhile.
@@ -65,6 +68,7 @@ impl Default for Settings {
             // Pins of some millimetre in plain bearings, up to 10 N (R, chosen).
             joint_friction_nm: [0.2e-3, 0.4e-3],
             preload_nm: [0.0; 2],
+            leverage_sigma: 0.0,
         }
     }
 }

@@ -108,17 +108,18 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         let settings = &self.settings;
         let [joint_nm, joint_sigma_nm] = settings.joint_friction_nm;
         let [held_nm, held_sigma_nm] = weight::held(collector.stop_nm, settings.preload_nm);
-        Prior {
-            place: match self.directive {
-                Directive::Calibrate { phalanx, k_m } => Place::Known {
-                    phalanx,
-                    k_m,
-                    sigma_m: PIN_SIGMA_M,
-                    radius_m: settings.pin_radius_m + settings.half_thickness_m,
-                },
-                Directive::CalibrateCable => Place::Stop,
-                _ => Place::Anywhere,
+        let place = match self.directive {
+            Directive::Calibrate { phalanx, k_m } => Place::Known {
+                phalanx,
+                k_m,
+                sigma_m: PIN_SIGMA_M,
+                radius_m: settings.pin_radius_m + settings.half_thickness_m,
             },
+            Directive::CalibrateCable => Place::Stop,
+            _ => Place::Anywhere,
+        };
+        Prior {
+            place,
             half_thickness_m: settings.half_thickness_m,
             friction: settings.contact_friction,
             joint_nm: [
@@ -128,7 +129,10 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             preload_nm: settings.preload_nm[0],
             weight: collector.weight,
             onset_rad: collector.onset_rad,
-            calibration: self.calibration,
+            calibration: match place {
+                Place::Anywhere => self.calibration.elsewhere(settings.leverage_sigma),
+                Place::Known { .. } | Place::Stop => self.calibration,
+            },
             noise: collector.noise,
             series: PhantomData,
         }

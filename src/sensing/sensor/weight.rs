@@ -42,7 +42,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         let [weight_nm, per_rad] = friction.asymmetry(place).map(|nm| share * nm);
         self.free(self.drivetrain.closing_rad(counts))
             .and_then(|free| self.finger.weighed(&free, weight_nm, preload_nm))
-            .map_or(none, |(_, held_nm)| ([weight_nm, per_rad], held_nm))
+            .map_or(none, |(_, stop_nm)| ([weight_nm, per_rad], stop_nm))
     }
 }
 

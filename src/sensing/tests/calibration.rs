@@ -105,3 +105,31 @@ fn a_damaged_calibration_is_not_valid() {
         }
     }
 }
+
+#[test]
+fn elsewhere_the_factor_is_less_sure_and_the_cable_is_not() {
+    let here = Calibration {
+        torque_factor: 0.9,
+        torque_factor_sigma: 0.03,
+        cable_rad_per_nm: 0.3,
+        cable_sigma_rad_per_nm: 0.02,
+        correlation: 0.8,
+        stiffening_per_nm: 0.2,
+        stiffening_sigma_per_nm: 0.1,
+        contacts: 1,
+        presses: 1,
+    };
+    let there = here.elsewhere(0.04);
+    assert!((there.torque_factor_sigma - 0.05).abs() < 1e-6);
+    // The covariance stays, and with it what the cable does with the part that was learned together with it.
+    let covariance =
+        |of: &Calibration| of.correlation * of.torque_factor_sigma * of.cable_sigma_rad_per_nm;
+    assert!((covariance(&there) - covariance(&here)).abs() < 1e-9);
+    let same = Calibration {
+        torque_factor_sigma: here.torque_factor_sigma,
+        correlation: here.correlation,
+        ..there
+    };
+    assert_eq!(same, here);
+    assert_eq!(here.elsewhere(0.0), here);
+}

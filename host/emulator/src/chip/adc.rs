@@ -17,8 +17,8 @@ const DR: u32 = 0x40;
 const JSQR: u32 = 0x4C;
 const JDR1: u32 = 0x80;
 
-/// Largest oversampling.
-const MOST_RATIO: usize = 256;
+/// Conversions of a sum, as far as no memory is allocated for them.
+const FEW: usize = 16;
 
 const REGISTERS: &[Register] = &[
     (ISR, "ISR", 0),
@@ -281,8 +281,14 @@ impl Adc {
         let sampling = self.sampling(channel);
         let source = pins.source(channel);
         let timing_s = [half_cycles(sampling), half_cycles(sampling + CONVERSION)];
-        let mut volts = [0.0; MOST_RATIO];
-        let volts = &mut volts[..ratio as usize];
+        let mut few = [0.0; FEW];
+        let mut many = Vec::new();
+        let volts = if let Some(volts) = few.get_mut(..ratio as usize) {
+            volts
+        } else {
+            many.resize(ratio as usize, 0.0);
+            &mut many
+        };
         match pins.find(channel, begun, timing_s, volts) {
             Some(steady_v) => self.input.sample_steady(&source, timing_s, steady_v, volts),
             None => self.input.sample(&source, timing_s, volts),
