@@ -184,7 +184,7 @@ impl Probe {
         let [first_s, every_s] = at_s;
         match &self.0 {
             Pin::Constant(volt) => volts.fill(*volt),
-            Pin::Switching(pin) if pin.tell(at_s, volts) => {}
+            Pin::Switching(pin) if pin.try_fill(at_s, volts) => {}
             Pin::Switching(_) => {
                 for (n, volt) in volts.iter_mut().enumerate() {
                     *volt = self.volts(first_s + every_s * n as f64);
@@ -195,17 +195,21 @@ impl Probe {
 }
 
 impl Switching {
-    /// What the pin shows where the mirror were exact.
+    /// What the pin shows, where an exact mirror would show `pin_v`.
     fn shown_v(&self, pin_v: f64) -> f64 {
         (pin_v * (1.0 + self.bent_per_v * pin_v) + self.noise_v).clamp(0.0, self.full_scale_v)
     }
 
     /// [`Probe::fill`] without going from one time to the next; `false` where that is not possible.
-    fn tell(&self, at_s: [f64; 2], volts: &mut [f64]) -> bool {
+    fn try_fill(&self, at_s: [f64; 2], volts: &mut [f64]) -> bool {
         let Ok(volts) = <&mut [f64; INSTANTS]>::try_from(volts) else {
             return false;
         };
-        if self.reached_s != 0.0 || !self.period.tell(&self.circuit, &self.winding, at_s, volts) {
+        if self.reached_s != 0.0
+            || !self
+                .period
+                .try_fill(&self.circuit, &self.winding, at_s, volts)
+        {
             return false;
         }
         for volt in volts {

@@ -113,9 +113,9 @@ impl Period {
         }
     }
 
-    /// Tells the pin at equally distant instants from the middle of the on-time, without a step from one to the next; `false` where
+    /// Finds the pin at equally distant instants from the middle of the on-time, without a step from one to the next; `false` where
     /// that is not possible.
-    pub fn tell(
+    pub fn try_fill(
         &self,
         circuit: &Circuit,
         winding: &Winding,
@@ -125,7 +125,7 @@ impl Period {
         self.samples
             .get_or_init(|| Samples::new(circuit, self, at_s))
             .as_ref()
-            .is_some_and(|samples| samples.is_at(at_s) && samples.tell(circuit, winding, volts))
+            .is_some_and(|samples| samples.is_at(at_s) && samples.try_fill(circuit, winding, volts))
     }
 
     fn duty(&self) -> f64 {

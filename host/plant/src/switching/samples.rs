@@ -7,7 +7,7 @@
 use super::periods::{Decay, Part};
 use super::{Circuit, Path, Period, Winding};
 
-/// Most instants.
+/// Number of instants.
 pub(crate) const INSTANTS: usize = 16;
 
 /// What a quantity is the sum of: the current at the beginning, and currents that back-EMF, supply and diode would drive for ever.
@@ -103,9 +103,14 @@ impl Samples {
         self.at_s == at_s
     }
 
-    /// Tells the pin at the instants, from a winding in the middle of the on-time; `false`, and nothing is told, where the current
+    /// Finds the pin at the instants, from a winding in the middle of the on-time; `false`, and nothing is changed, where the current
     /// comes to zero, to a bend of the sense or to the bridge's limit.
-    pub fn tell(&self, circuit: &Circuit, winding: &Winding, volts: &mut [f64; INSTANTS]) -> bool {
+    pub fn try_fill(
+        &self,
+        circuit: &Circuit,
+        winding: &Winding,
+        volts: &mut [f64; INSTANTS],
+    ) -> bool {
         let start_a = circuit.sign * winding.current_a;
         let per_ohm = circuit.constants.per_ohm;
         let causes = [

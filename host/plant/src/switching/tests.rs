@@ -328,7 +328,7 @@ fn dead_time_takes_voltage_from_a_current_either_way() {
 }
 
 #[test]
-fn instants_told_at_once_are_those_told_one_by_one() {
+fn instants_found_at_once_are_those_found_one_by_one() {
     let mut random = Pcg64Mcg::seed_from_u64(3);
     let mut at_once = 0;
     for _ in 0..1000 {
@@ -341,7 +341,7 @@ fn instants_told_at_once_are_those_told_one_by_one() {
             random.random_range(1e-8..6.3e-7),
         ];
         let mut volts = [f64::NAN; INSTANTS];
-        if !period.tell(&case.circuit, &winding, at_s, &mut volts) {
+        if !period.try_fill(&case.circuit, &winding, at_s, &mut volts) {
             continue;
         }
         at_once += 1;
@@ -351,14 +351,14 @@ fn instants_told_at_once_are_those_told_one_by_one() {
             wait_s = at_s[1];
             assert!((volt - winding.pin_v).abs() < 1e-8, "{n}: {case:?}");
         }
-        // Other instants, or none within the period, are not told.
+        // Other instants, or some beyond the period, are not found.
         let begun = start(&case);
         for other in [[at_s[0], 0.5 * at_s[1]], [1e-6, 7e-7]] {
-            assert!(!period.tell(&case.circuit, &begun, other, &mut volts));
+            assert!(!period.try_fill(&case.circuit, &begun, other, &mut volts));
             assert!(
                 !case
                     .period()
-                    .tell(&case.circuit, &begun, [1e-6, 7e-7], &mut volts)
+                    .try_fill(&case.circuit, &begun, [1e-6, 7e-7], &mut volts)
             );
         }
     }
