@@ -141,6 +141,7 @@ const CONFIG: Config = Config {
     motor: Motor {
         torque_constant_nm_per_a: 8.9e-3,
         resistance_ohm: 35.0,
+        choke_ohm: 4.0,
         rotor_inertia_kg_m2: 1e-8,
         thermal: Thermal {
             limit_c: 85.0,

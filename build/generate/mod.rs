@@ -137,6 +137,7 @@ impl palpate::scene::Scene for {name} {{
         motor: palpate::drive::config::Motor {{
             torque_constant_nm_per_a: {},
             resistance_ohm: {},
+            choke_ohm: {},
             rotor_inertia_kg_m2: {},
             thermal: palpate::drive::config::Thermal {{
                 limit_c: {},
@@ -161,6 +162,7 @@ impl palpate::scene::Scene for {name} {{
         limits: palpate::drive::config::Limits {{",
         literal(torque_constant),
         of("motor.resistance_ohm"),
+        of("motor.choke_ohm"),
         of("motor.rotor_inertia_kg_m2"),
         of("motor.winding_limit_c"),
         of("motor.ambient_c"),

@@ -66,6 +66,7 @@ pub(super) const KEYS: &[Key] = &[
     must("travel.free_rad", Number(0.01, 6.0)),
     must("motor.torque_constant_nm_per_a", Number(1e-4, 1.0)),
     must("motor.resistance_ohm", Number(0.1, 500.0)),
+    must("motor.choke_ohm", Number(0.0, 100.0)),
     must("motor.rotor_inertia_kg_m2", Number(1e-10, 1e-3)),
     must("motor.viscous_nm_s_per_rad", Number(0.0, 1e-4)),
     must("motor.friction_nm", Number(1e-9, 1.0)),

@@ -41,7 +41,7 @@ impl Report {
         let motor = &S::DRIVE.motor;
         // Range: as multiples of the data sheet's value.
         let (name, unit, per_si, datasheet, range) = match quantity {
-            Quantity::Resistance => ("resistance", "ohm", 1.0, motor.resistance_ohm, (0.6, 1.6)),
+            Quantity::Resistance => ("resistance", "ohm", 1.0, motor.circuit_ohm(), (0.6, 1.6)),
             Quantity::TorqueConstant => (
                 "torque-constant",
                 "mNm/A",
@@ -100,8 +100,10 @@ pub fn drive<S: Scene>(
     identified: &Identified,
 ) -> Result<CheckedConfig, OutOfRange> {
     let mut motor = S::DRIVE.motor;
+    // What was measured is winding and choke; the choke hardly warms.
+    motor.resistance_ohm =
+        used::<S>(Quantity::Resistance, identified, motor.circuit_ohm()) - motor.choke_ohm;
     for (quantity, value) in [
-        (Quantity::Resistance, &mut motor.resistance_ohm),
         (
             Quantity::TorqueConstant,
             &mut motor.torque_constant_nm_per_a,
@@ -168,7 +170,8 @@ mod tests {
         }
         let drive = drive::<P70>(P70::CHECKED, &measured).expect("in range");
         let (motor, nominal) = (drive.config().motor, P70::DRIVE.motor);
-        assert!((motor.resistance_ohm / nominal.resistance_ohm - 1.2).abs() < 1e-5);
+        assert!((motor.circuit_ohm() / nominal.circuit_ohm() - 1.2).abs() < 1e-5);
+        assert_eq!(motor.choke_ohm, nominal.choke_ohm);
         assert!((motor.rotor_inertia_kg_m2 / nominal.rotor_inertia_kg_m2 - 1.2).abs() < 1e-5);
         let emf = |drive: &CheckedConfig| drive.scale().emf_v_per_count_per_period();
         assert!((emf(&drive) / emf(&P70::CHECKED) - 1.2).abs() < 1e-5);

@@ -8,8 +8,10 @@ pub use crate::range::{OutOfRange, check};
 pub struct Motor {
     /// Torque constant, newton metre per ampere; equal to the back-EMF constant in volt second per radian.
     pub torque_constant_nm_per_a: f32,
-    /// Terminal resistance when cold, ohm.
+    /// Resistance of the winding when cold, ohm.
     pub resistance_ohm: f32,
+    /// Resistance of the choke in its lead, ohm; 0 without one.
+    pub choke_ohm: f32,
     /// Rotor inertia, kilogram square metre.
     pub rotor_inertia_kg_m2: f32,
     /// Heating of the winding.
@@ -121,6 +123,11 @@ impl Limits {
 }
 
 impl Motor {
+    /// Resistance between the bridge's outputs, winding and choke, ohm.
+    pub const fn circuit_ohm(&self) -> f32 {
+        self.resistance_ohm + self.choke_ohm
+    }
+
     /// Checks what may be measured.
     const fn check(&self) -> Result<(), OutOfRange> {
         check(&[
@@ -131,6 +138,7 @@ impl Motor {
                 1.0,
             ),
             ("resistance_ohm", self.resistance_ohm, 0.1, 500.0),
+            ("choke_ohm", self.choke_ohm, 0.0, 100.0),
             ("rotor_inertia_kg_m2", self.rotor_inertia_kg_m2, 1e-10, 1e-3),
         ])
     }
@@ -296,6 +304,7 @@ pub(crate) mod tests {
                 c.motor.torque_constant_nm_per_a = v
             }),
             ("resistance_ohm", |c, v| c.motor.resistance_ohm = v),
+            ("choke_ohm", |c, v| c.motor.choke_ohm = v),
             ("rotor_inertia_kg_m2", |c, v| {
                 c.motor.rotor_inertia_kg_m2 = v
             }),

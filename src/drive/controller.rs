@@ -85,7 +85,7 @@ impl Controller {
         Self {
             current_limit_a: limits.current_a,
             signed: config.sense.signed,
-            conductance_per_ohm: 1.0 / config.motor.resistance_ohm,
+            conductance_per_ohm: 1.0 / config.motor.circuit_ohm(),
             travel: Travel {
                 min_counts: scale.counts(limits.position_min_rad),
                 max_counts: scale.counts(limits.position_max_rad),

@@ -21,6 +21,7 @@ const BRIDGE_TRIM_V: f32 = 0.3;
 #[derive(Clone, Debug)]
 pub struct CurrentLoop {
     cold_ohm: f32,
+    choke_ohm: f32,
     resistance_ohm: f32,
     integral_v_per_a: f32,
     emf_v_per_speed: f32,
@@ -33,8 +34,9 @@ impl CurrentLoop {
     pub fn new(config: &Config, emf_v_per_speed: f32) -> Self {
         Self {
             cold_ohm: config.motor.resistance_ohm,
-            resistance_ohm: config.motor.resistance_ohm,
-            integral_v_per_a: INTEGRAL_GAIN * config.motor.resistance_ohm,
+            choke_ohm: config.motor.choke_ohm,
+            resistance_ohm: config.motor.circuit_ohm(),
+            integral_v_per_a: INTEGRAL_GAIN * config.motor.circuit_ohm(),
             emf_v_per_speed,
             duty_limit: config.limits.duty,
             integral_v: 0.0,
@@ -43,7 +45,7 @@ impl CurrentLoop {
 
     /// Follows the winding's temperature: its resistance relative to the configuration's.
     pub fn warm(&mut self, relative_resistance: f32) {
-        self.resistance_ohm = self.cold_ohm * relative_resistance;
+        self.resistance_ohm = self.cold_ohm * relative_resistance + self.choke_ohm;
     }
 
     /// Clears the integral: the bridge was off.
@@ -114,6 +116,7 @@ mod tests {
         let mut current_a = 0.0f32;
         let mut peak_a = 0.0f32;
         let mut fraction = 0.0f32;
+        let ohm = config.motor.resistance_ohm * resistance + config.motor.choke_ohm;
         for _ in 0..periods {
             let sensed = (fraction * reference_a > 0.0).then_some(if current_a * fraction > 0.0 {
                 current_a
@@ -121,7 +124,7 @@ mod tests {
                 0.0
             });
             fraction = step(&mut control, reference_a, sensed, speed, supply_v).0;
-            current_a = (fraction * supply_v - 1.09 * emf * speed) / (35.0 * resistance);
+            current_a = (fraction * supply_v - 1.09 * emf * speed) / ohm;
             peak_a = peak_a.max(current_a.abs());
         }
         (current_a, peak_a)
@@ -155,7 +158,7 @@ mod tests {
         let warm = 1.0 + 0.00393 * 60.0;
         let current_a = |control: &mut CurrentLoop| {
             let (fraction, _) = step(control, 0.1, None, 0.0, 12.0);
-            fraction * 12.0 / (35.0 * warm)
+            fraction * 12.0 / (config.motor.resistance_ohm * warm + config.motor.choke_ohm)
         };
         assert!(current_a(&mut control) < 0.085, "cold model");
         control.warm(warm);
@@ -168,7 +171,10 @@ mod tests {
         let mut control = CurrentLoop::new(&config, 1.09);
         for _ in 0..100_000 {
             let (fraction, _) = step(&mut control, config.limits.current_a, Some(0.0), 0.0, 12.0);
-            assert!(fraction * 12.0 / (0.8 * 35.0) < config.limits.current_trip_a);
+            assert!(
+                fraction * 12.0 / (0.8 * config.motor.resistance_ohm)
+                    < config.limits.current_trip_a
+            );
         }
     }
 
@@ -182,7 +188,10 @@ mod tests {
             assert!(limited.duty && fraction <= config.limits.duty);
         }
         let (fraction, limited) = step(&mut control, 0.12, Some(0.12), 0.0, 12.0);
-        assert!((fraction - 0.12 * 35.0 / 12.0).abs() < 0.01, "{fraction}");
+        assert!(
+            (fraction - 0.12 * config.motor.circuit_ohm() / 12.0).abs() < 0.01,
+            "{fraction}"
+        );
         assert!(!limited.duty);
     }
 }

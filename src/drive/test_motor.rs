@@ -56,7 +56,8 @@ pub(crate) struct TestMotor {
 impl TestMotor {
     pub(crate) fn new(seed: u64) -> Self {
         Self {
-            resistance_ohm: 35.0,
+            // Winding and choke.
+            resistance_ohm: 39.0,
             torque_constant: 8.9e-3,
             inertia: 1e-8,
             friction_nm: 0.15e-3,

@@ -62,7 +62,7 @@ fn every_quantity_is_the_motor_s_and_is_kept() {
     let p = Parameters::of("p70-shunt").expect("one of the scenes");
     let friction = p.motor.coulomb_nm + p.gearhead.drag_nm + 384.0 * p.motor.viscous_nm_s_per_rad;
     let truth = [
-        p.motor.resistance_ohm,
+        p.motor.resistance_ohm + p.choke.resistance_ohm,
         p.motor.torque_constant_nm_per_a * 1e3,
         p.motor.rotor_inertia_kg_m2 * 1e7,
         friction * 1e3,

@@ -23,6 +23,7 @@ const RENAMED: &[(&str, &str)] = &[
         "mechanism.phalanx_half_thickness_m",
     ),
     ("sense.reference_v", "sense.full_scale_v"),
+    ("motor.choke_ohm", "choke.resistance_ohm"),
 ];
 
 /// Keys of a scene that a world has under the same name.

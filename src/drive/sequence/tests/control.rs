@@ -219,6 +219,8 @@ fn the_fault_pin_is_judged_when_the_bridge_is_awake_and_before_its_outputs_are_e
 fn braking_from_full_speed_is_no_over_current() {
     let mut controller = Controller::new(&CheckedConfig::new(p70()).expect("valid"));
     let mut bench = TestMotor::new(1);
+    // Without the choke more current flows.
+    bench.resistance_ohm = 35.0;
     let mut outputs = Outputs::Off;
     // 0.8 rad/s at the input link of 1,310,720 counts a turn.
     let speed = Demand::from(Setpoint::Speed {
