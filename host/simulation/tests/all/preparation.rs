@@ -1,5 +1,6 @@
 //! Fingers with tolerances against them get through homing, the friction record and the press on the closing stop.
 
+use palpate::scene::Scene;
 use palpate_plant::{Parameters, World};
 use palpate_scenes::{Linkage3, P70, Tendon2, Tendon3};
 use palpate_simulation::{Simulated, Simulation};
