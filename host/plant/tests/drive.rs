@@ -13,6 +13,7 @@ fn bare_motor() -> Parameters {
     p.worm.wheel_eccentric_drag_nm = 0.0;
     p.motor.commutation_ripple = 0.0;
     p.bridge.on_resistance_ohm = 0.0;
+    p.choke.resistance_ohm = 0.0;
     p.supply.internal_resistance_ohm = 0.0;
     p.motor.copper_temperature_coefficient_per_k = 0.0;
     p

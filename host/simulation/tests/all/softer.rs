@@ -170,5 +170,6 @@ fn a_contact_on_the_back_is_told() {
             _ => panic!("{seed}: {:?}", closed.events),
         }
     }
-    assert!(unusual > 3, "{unusual}");
+    // Of 29 fingers 19 (docs/MECHANICS.md).
+    assert!(unusual > 2, "{unusual}");
 }
