@@ -142,7 +142,7 @@ mod tests {
                             (current_a - reference_a).abs() < 2e-4,
                             "{reference_a} A wanted, {current_a} A, R x {resistance}, k x {emf}, speed {speed}"
                         );
-                        // First step: what the model has wrong, 25 % of the current and 10 % of 3.3 V over 28 ohm.
+                        // First step: what the model has wrong, at most 25 % of the current and 10 % of 3.3 V over 32 ohm.
                         assert!(peak_a < 1.25 * reference_a.abs() + 0.015, "{peak_a}");
                     }
                 }

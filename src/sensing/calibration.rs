@@ -140,8 +140,8 @@ impl Calibration {
         Ok(learned)
     }
 
-    /// The same at another place of the finger, where the factor may differ by this share (standard deviation). The cable is the same
-    /// everywhere.
+    /// Widens the torque factor's deviation for a contact at another place of the finger. `share` is the standard deviation of the
+    /// leverage between two places. The cable and its covariance with the factor stay as they are.
     #[must_use]
     pub fn elsewhere(&self, share: f32) -> Self {
         let before = self.torque_factor_sigma;

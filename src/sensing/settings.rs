@@ -32,8 +32,8 @@ pub struct Settings {
     /// Torque with which springs hold these joints at their stops in a finger without a spring at joint 1, newton metre: mean and
     /// deviation.
     pub preload_nm: [f32; 2],
-    /// Share by which a torque at the input link may do more or less at a contact than the finger's lengths say, different from place
-    /// to place: its deviation, from pulleys or links that are off and what is lost on them.
+    /// Standard deviation of the finger's leverage from one place of contact to another, as a share: lengths of pulleys and links that
+    /// differ from the scene's, and losses on them.
     pub leverage_sigma: f32,
 }
 

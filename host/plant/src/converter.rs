@@ -16,25 +16,25 @@ pub struct Source {
     pub hold_f: f64,
 }
 
-/// Powers of what is left from one conversion to the next that are kept.
+/// Number of precomputed powers of [`Settling::left`].
 const KEPT: usize = 16;
 
 /// A converter with its hold capacitor, which brings the last channel's voltage along.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Converter {
     held_v: f64,
-    /// Channels take turns: what was computed for the last ones.
+    /// Of the last two channels, which take turns.
     settlings: [Settling; 2],
 }
 
-/// What conversions of a source with such a timing find of voltages that the hold capacitor brought.
+/// Effect of the hold capacitor's charge on successive conversions of a source with this timing.
 #[derive(Clone, Copy, Debug, Default)]
 struct Settling {
     source: Source,
     timing_s: [f64; 2],
-    /// Share of a difference between hold capacitor and pin that the first conversion finds.
+    /// Error of the first conversion, as a share of the difference between hold capacitor and pin before it.
     brought: f64,
-    /// Share of what a conversion found that the next finds, and its powers from the first.
+    /// Error of a conversion, as a share of the error of the one before, and its powers from the zeroth.
     left: f64,
     powers: [f64; KEPT],
 }
@@ -87,8 +87,8 @@ impl Converter {
         &self.settlings[0]
     }
 
-    /// Replaces the voltages that an undisturbed pin has when each sampling ends by those that the conversions find. Sampling takes the
-    /// first of the times, the next begins the second after it did.
+    /// Converts: takes the undisturbed pin's voltages at the end of each sampling, and replaces them by what the converter holds then.
+    /// `timing_s` is the duration of a sampling, and the time from the beginning of one to that of the next.
     pub fn sample(&mut self, source: &Source, timing_s: [f64; 2], volts: &mut [f64]) {
         let &Settling { brought, left, .. } = self.settling(source, timing_s);
         let (mut before_v, mut away_v) = (self.held_v, 0.0);
@@ -101,7 +101,7 @@ impl Converter {
         self.held_v = volts.last().copied().unwrap_or(self.held_v);
     }
 
-    /// The same of a pin whose undisturbed voltage stays the same.
+    /// The same for a pin whose undisturbed voltage is constant.
     pub fn sample_steady(
         &mut self,
         source: &Source,
@@ -179,7 +179,8 @@ impl Probe {
         }
     }
 
-    /// Voltages at equally distant times, the first so many seconds after the step, which do not lie before the last ones.
+    /// Fills in the voltages at equally distant times. `at_s` is the first time after the plant's step and the distance. Times do not
+    /// go back from one call to the next.
     pub fn fill(&mut self, at_s: [f64; 2], volts: &mut [f64]) {
         let [first_s, every_s] = at_s;
         match &self.0 {
@@ -200,7 +201,7 @@ impl Switching {
         (pin_v * (1.0 + self.bent_per_v * pin_v) + self.noise_v).clamp(0.0, self.full_scale_v)
     }
 
-    /// [`Probe::fill`] without going from one time to the next; `false` where that is not possible.
+    /// Does what [`Probe::fill`] does without integrating from one time to the next; `false` where that is not possible.
     fn try_fill(&self, at_s: [f64; 2], volts: &mut [f64]) -> bool {
         let Ok(volts) = <&mut [f64; INSTANTS]>::try_from(volts) else {
             return false;

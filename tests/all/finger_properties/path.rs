@@ -146,7 +146,7 @@ pub fn derivatives<const N: usize>(
             let back = rotation(-along.0 * step, -along.1 * step)?;
             Some((there - back) / (2.0 * f64::from(step)))
         };
-        // Near the joint the rotation changes with the place as fast as the place itself does.
+        // The step is small against the length and against the distance from the joint, on whose scale the rotation changes near it.
         let step = (0.02 * length).min(0.1 * contact.k_m);
         let (Some(wide), Some(narrow)) = (central(step), central(0.5 * step)) else {
             return Err(TestCaseError::reject("slides off beside it"));

@@ -17,7 +17,7 @@ const DR: u32 = 0x40;
 const JSQR: u32 = 0x4C;
 const JDR1: u32 = 0x80;
 
-/// Conversions of a sum, as far as no memory is allocated for them.
+/// Largest number of conversions of a sum for which no memory is allocated.
 const FEW: usize = 16;
 
 const REGISTERS: &[Register] = &[
@@ -94,8 +94,9 @@ pub(crate) trait Voltages {
     /// What drives a channel's pin.
     fn source(&self, channel: u32) -> Source;
 
-    /// Its voltages, undisturbed by the converter, at equally distant times: the first so many seconds after `from`. Times do not go
-    /// back until the world's next step. A voltage that stays the same until then is the answer, and the times are left alone.
+    /// Fills in a pin's voltages, undisturbed by the converter, at equally distant times. `at_s` is the first time after `from` and the
+    /// distance. Times do not go back until the world's next step. For a voltage that is constant until then it returns that one and
+    /// leaves `volts` as it is.
     fn find(&mut self, channel: u32, from: Ticks, at_s: [f64; 2], volts: &mut [f64])
     -> Option<f64>;
 }

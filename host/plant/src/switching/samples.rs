@@ -1,4 +1,4 @@
-//! The pin at the instants of a converter, all at once.
+//! Computes the sense's pin at all instants of a converter at once.
 //!
 //! Valid while the current keeps its direction, stays out of the sense's dead zone and below the limit at which the bridge chops. Current
 //! and pin are then linear in what the period begins with and in the voltages about the winding, with factors that depend on the duty
@@ -10,7 +10,8 @@ use super::{Circuit, Path, Period, Winding};
 /// Number of instants.
 pub(crate) const INSTANTS: usize = 16;
 
-/// What a quantity is the sum of: the current at the beginning, and currents that back-EMF, supply and diode would drive for ever.
+/// Factors of a quantity that is linear in four currents: the one at the beginning of the period, and the steady ones that back-EMF,
+/// supply and diode would drive.
 type Factors = [f64; 4];
 
 /// Factors of the pin at equally distant instants, and of the current at the edges.
@@ -18,7 +19,7 @@ type Factors = [f64; 4];
 pub(crate) struct Samples {
     /// First instant and distance, second from the middle of the on-time.
     at_s: [f64; 2],
-    /// What is left of the pin's voltage of the beginning.
+    /// Share of the pin's voltage at the beginning that is left at each instant.
     left: [f64; INSTANTS],
     /// The pin for a sense of 1 V/A, by factor.
     pin: [[f64; INSTANTS]; 4],

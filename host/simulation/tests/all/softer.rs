@@ -9,6 +9,8 @@ use palpate_simulation::{Simulated, Simulation};
 
 /// Fingers drawn of each scene.
 const FINGERS: std::ops::Range<u64> = 0..5;
+/// Fingers that are pressed on their back: of 29 it was told as `unusual` on 19 (docs/MECHANICS.md).
+const BACKS: std::ops::Range<u64> = 0..10;
 /// Share of their stiffness that weak springs have left.
 const SPRINGS_LEFT: f64 = 0.4;
 /// Diameter of what presses on the back, metre, its force, newton, and the angle of joint 1 from which on it does, radian.
@@ -142,7 +144,7 @@ impl Pusher {
 #[test]
 fn a_contact_on_the_back_is_told() {
     let mut unusual = 0;
-    for seed in FINGERS {
+    for seed in BACKS {
         let (mut simulation, parameters) = recorded::<Tendon3>(seed);
         let mut pusher = Pusher::of(&parameters);
         let mut pressed_ms = 0;
@@ -170,6 +172,5 @@ fn a_contact_on_the_back_is_told() {
             _ => panic!("{seed}: {:?}", closed.events),
         }
     }
-    // Of 29 fingers 19 (docs/MECHANICS.md).
-    assert!(unusual > 2, "{unusual}");
+    assert!(unusual > 3, "{unusual}");
 }
