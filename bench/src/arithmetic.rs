@@ -113,6 +113,8 @@ pub fn controller(mut stepped: impl FnMut(bool)) -> Result<u32, OutOfRange> {
         counts = counts.wrapping_add((inputs.next() % 4) as u16);
         let input = Inputs {
             current: AdcCode((3000 + inputs.next() % 500) as u16),
+            // Up to twice what tells an opposing current.
+            late_excess: (inputs.next() % 400) as i16 - 200,
             supply: AdcCode((42_800 + inputs.next() % 100) as u16),
             encoder: EncoderCount(counts),
             bridge_fault: false,

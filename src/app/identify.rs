@@ -5,12 +5,11 @@
 
 use crate::drive::config::{CheckedConfig, OutOfRange};
 use crate::drive::identify::{Identified, Quantity};
+use crate::drive::io::DEAD_TIME_S;
 use crate::numeric::{Bounded, sqrt};
 use crate::scene::Scene;
 use crate::sensing::Calibration;
 
-/// Dead time of the bridge, second (R: DRV8876, docs/HARDWARE.md#bench-findings).
-const DEAD_TIME_S: f32 = 300e-9;
 /// Tolerance of the torque constant in a scene's deviation of the torque factor: 10 %, uniform.
 const CONSTANT_SHARE: f32 = 0.0577;
 /// Least deviation of a torque factor that no contact has calibrated, as a share of it.

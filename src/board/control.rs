@@ -180,14 +180,15 @@ impl Drop for Pause {
 /// Control interrupt.
 #[interrupt]
 fn ADC1_2() {
-    let (current, supply) = sampling::read();
+    let readings = sampling::read();
     CONTROL.lock(|control| {
         if let Ok(mut control) = control.try_borrow_mut()
             && let Slot::Filled(control) = &mut *control
         {
             let inputs = Inputs {
-                current,
-                supply,
+                current: readings.current,
+                late_excess: readings.late_excess,
+                supply: readings.supply,
                 encoder: control.encoder.read(),
                 bridge_fault: control.bridge.fault(),
                 overrun: control.overrun,

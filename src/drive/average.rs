@@ -21,8 +21,6 @@ const MOVING: f32 = 0.02;
 pub struct Period {
     /// Current that the sense shows, ampere, closing positive.
     pub signed_a: f32,
-    /// Current that flows by sense or model, ampere: what heats the winding.
-    pub flowing_a: f32,
     /// The drive closes the finger; otherwise it opens it.
     pub closing: bool,
     /// Speed in the direction of the drive, counts a period; 0 where the sense cannot tell.
@@ -46,7 +44,7 @@ pub struct Average {
 pub struct Averaged {
     /// Mean current, ampere, closing positive.
     pub current_a: f32,
-    /// Mean square of the current that flows, ampere squared.
+    /// Mean square of the current, ampere squared.
     pub mean_square_a2: f32,
     /// What the bridge did: closing or opening only where every period did.
     pub drive: Drive,
@@ -64,7 +62,7 @@ impl Average {
     pub fn add(&mut self, period: Period) -> u8 {
         self.periods += 1;
         self.sum_a += period.signed_a;
-        self.sum_squares_a2 += period.flowing_a * period.flowing_a;
+        self.sum_squares_a2 += period.signed_a * period.signed_a;
         if period.speed_along > MOVING {
             self.driven += if period.closing { 1 } else { -1 };
         }
@@ -101,7 +99,6 @@ mod tests {
     fn moving(closing: bool, speed_along: f32) -> Period {
         Period {
             signed_a: 0.02,
-            flowing_a: 0.03,
             closing,
             speed_along,
         }
@@ -125,6 +122,7 @@ mod tests {
             ..moving(true, 1.0)
         }));
         assert!((averaged.current_a - 0.0095).abs() < 1e-7);
-        assert!((averaged.mean_square_a2 - 9e-4).abs() < 1e-9);
+        // 0 to 19 squared, on average.
+        assert!((averaged.mean_square_a2 - 123.5e-6).abs() < 1e-9);
     }
 }

@@ -13,15 +13,22 @@ use super::io::{CONTROL_HZ, Inputs, Outputs};
 use super::limit::{Travel, inward, limit_magnitude};
 use super::offset::{OffsetMeter, OffsetReading};
 use super::protect::{BridgeState, FREE_SLOT, PeriodState, Protection, SLOTS};
-use super::speed::SpeedLoop;
+use super::sign::{CurrentSign, Driven, Flow};
+use super::speed::{PERIODS_PER_STEP, SpeedLoop};
 use super::thermal::{Temperatures, Winding};
 use crate::numeric::clamp;
 use crate::sample::{Drive, Sample};
 
 /// The period of a sample in which the thermal model advances by the sample before: one with no slow detector.
 const HEAT_PERIOD: u8 = FREE_SLOT + 1;
-/// The one in which the current loop takes the resistance that follows from it.
-const WARM_PERIOD: u8 = HEAT_PERIOD + SLOTS;
+/// The one in which the current loop adapts to the resistance that follows from it.
+const ADAPT_PERIOD: u8 = HEAT_PERIOD + SLOTS;
+/// The one in which the current's sign is judged.
+const SIGN_PERIOD: u8 = ADAPT_PERIOD + SLOTS;
+/// The one in which the position is compared with the travel.
+const TRAVEL_PERIOD: u8 = SIGN_PERIOD + SLOTS;
+// The speed loop steps at equal distances.
+const _: () = assert!(PERIODS_PER_SAMPLE % PERIODS_PER_STEP == 0);
 // The last period of a sample, which completes it, leaves the slow detectors out.
 const _: () = assert!((PERIODS_PER_SAMPLE - 1) % SLOTS == FREE_SLOT);
 const SAMPLE_S: f32 = 1.0 / SAMPLE_HZ as f32;
@@ -33,6 +40,19 @@ const CURRENT_SLEW: f32 = 0.01;
 /// A low-pass of 16 periods on the supply: its ripple must not reach the duty, its sag within a millisecond must.
 const SUPPLY_GAIN: f32 = 1.0 / 16.0;
 
+/// What the sense shows while nothing drives: in brake the motor's own voltage drives a current against its motion, and all of it is
+/// shown; asleep there is none.
+fn braking(observed: &PeriodState) -> Flow {
+    Flow {
+        gain: match observed.state {
+            BridgeState::Awake if observed.speed > 0.0 => -1.0,
+            BridgeState::Awake => 1.0,
+            _ => 0.0,
+        },
+        opposes: true,
+    }
+}
+
 /// State of the control loop.
 #[derive(Clone, Debug)]
 pub struct Controller {
@@ -40,7 +60,7 @@ pub struct Controller {
     current_limit_a: f32,
     /// The current sense tells the sign.
     signed: bool,
-    conductance_per_ohm: f32,
+    sign: CurrentSign,
     travel: Travel,
     encoder: Encoder,
     current: CurrentLoop,
@@ -62,7 +82,7 @@ pub struct Controller {
     waking: u8,
     in_speed: bool,
     measuring: bool,
-    /// Signed current of the period that ended, where the sense could measure it.
+    /// Current of the period that ended, closing positive, where it flowed the way that was asked for.
     measured_a: Option<f32>,
     status: Status,
     /// The last step completed a sample, which has not been taken.
@@ -85,7 +105,7 @@ impl Controller {
         Self {
             current_limit_a: limits.current_a,
             signed: config.sense.signed,
-            conductance_per_ohm: 1.0 / config.motor.circuit_ohm(),
+            sign: CurrentSign::new(&scale),
             travel: Travel {
                 min_counts: scale.counts(limits.position_min_rad),
                 max_counts: scale.counts(limits.position_max_rad),
@@ -172,28 +192,27 @@ impl Controller {
 
     /// Checks the period that ended for faults and adds it to the sample.
     fn observe(&mut self, inputs: &Inputs, encoder_plausible: bool, setpoint: Setpoint) {
-        self.beyond_counts = if self.status.homed {
-            self.travel.beyond_counts(self.encoder.position_counts())
-        } else {
-            0
-        };
         let raw_a = self.scale.current_a(inputs.current);
         let supply_v = self.scale.supply_v(inputs.supply);
-        if self.supply_v == 0.0 {
-            self.supply_v = supply_v;
-        }
         self.supply_v += SUPPLY_GAIN * (supply_v - self.supply_v);
         let observed = PeriodState {
             state: match self.applied {
-                Outputs::Off => BridgeState::Asleep,
+                Outputs::Off => {
+                    // Nothing is drawn: where the low-pass begins.
+                    self.supply_v = supply_v;
+                    BridgeState::Asleep
+                }
                 // In the last period of waking nFAULT must be high: the outputs are enabled next.
                 Outputs::Wake if self.waking > 0 => BridgeState::Waking,
                 _ => BridgeState::Awake,
             },
             applied_v: self.applied_fraction * self.supply_v,
             reference_a: self.reference_a,
-            reading_a: (raw_a - self.status.offset_a)
-                * self.scale.along_voltage(self.applied_fraction >= 0.0),
+            reading_a: if self.signed && self.applied_fraction < 0.0 {
+                self.status.offset_a - raw_a
+            } else {
+                raw_a - self.status.offset_a
+            },
             supply_v,
             speed: self.encoder.speed(),
             encoder_plausible,
@@ -210,6 +229,7 @@ impl Controller {
         if fault.is_some() && self.status.fault.is_none() {
             self.status.fault = fault;
         }
+        self.sign.add(inputs.late_excess);
         self.accumulate(&observed);
     }
 
@@ -242,35 +262,68 @@ impl Controller {
 
     /// Adds the period that ended to the sample, and completes it with the twentieth.
     fn accumulate(&mut self, observed: &PeriodState) {
-        // Current and speed as seen along the voltage.
+        // A sense with a sign needs no judgement.
+        let asked_along = self.signed || observed.asks_along();
+        let flow = if asked_along || observed.applied_v != 0.0 {
+            self.sign.flow()
+        } else {
+            braking(observed)
+        };
         let closing = observed.applied_v >= 0.0;
-        let (signed_a, along) = if closing {
-            (observed.reading_a, observed.speed)
+        // Current and speed as seen along the voltage.
+        let (toward, speed_along) = if closing {
+            (flow.gain, observed.speed)
         } else {
-            (-observed.reading_a, -observed.speed)
+            (-flow.gain, -observed.speed)
         };
-        // Where the sense is blind (braking, or a current against the voltage) the model tells the heat.
-        let blind = !self.signed && observed.sense_is_blind();
-        let flowing_a = if !blind {
-            signed_a
-        } else if observed.state != BridgeState::Asleep {
-            (observed.applied_v - self.scale.emf_v_per_count_per_period() * observed.speed)
-                * self.conductance_per_ohm
+        let signed_a = toward * observed.reading_a;
+        // A current that does not flow the way it was asked to is about to turn, or the sense cannot tell its sign: neither is an
+        // error for the loop to integrate.
+        self.measured_a = if flow.opposes != asked_along {
+            Some(signed_a)
         } else {
-            0.0
+            None
         };
-        self.measured_a = if blind { None } else { Some(signed_a) };
         match self.average.add(Period {
             signed_a,
-            flowing_a,
             closing,
-            speed_along: if blind { 0.0 } else { along },
+            speed_along: if asked_along && !flow.opposes {
+                speed_along
+            } else {
+                0.0
+            },
         }) {
             HEAT_PERIOD => self.heat(),
-            WARM_PERIOD => self.current.warm(self.winding.relative_resistance()),
+            ADAPT_PERIOD => self.current.adapt(
+                self.winding.relative_resistance(),
+                self.reference_a,
+                observed.speed,
+            ),
+            TRAVEL_PERIOD => self.find_travel(),
+            SIGN_PERIOD => self.judge_sign(observed),
             PERIODS_PER_SAMPLE => self.complete_sample(observed.applied_v),
             _ => {}
         }
+    }
+
+    /// Once a millisecond: how far the position is beyond the travel, if it is known.
+    fn find_travel(&mut self) {
+        self.beyond_counts = if self.status.homed {
+            self.travel.beyond_counts(self.encoder.position_counts())
+        } else {
+            0
+        };
+    }
+
+    /// Once a millisecond: whether the current opposes the drive.
+    fn judge_sign(&mut self, observed: &PeriodState) {
+        // A sense with a sign says so itself.
+        let tells = observed.state == BridgeState::Awake && !self.signed;
+        self.sign.judge(tells.then_some(Driven {
+            reading_a: observed.reading_a,
+            duty: self.applied_fraction.abs(),
+            reference_opposes: !observed.asks_along(),
+        }));
     }
 
     /// Once a millisecond, not in the period that has a sample to complete: the winding's temperature, and the supply's
@@ -339,25 +392,23 @@ impl Controller {
                     self.in_speed = true;
                     self.speed.preset(speed, self.reference_a);
                 }
-                let (wanted, suppressed) = inward(counts_per_s * PERIOD_S, self.beyond_counts);
-                let limit_a = clamp(current_limit_a, 0.0, self.current_limit_a);
-                if suppressed {
-                    self.average.limited.position = true;
+                if self.average.periods() % PERIODS_PER_STEP == 0 {
+                    let (wanted, suppressed) = inward(counts_per_s * PERIOD_S, self.beyond_counts);
+                    let limit_a = clamp(current_limit_a, 0.0, self.current_limit_a);
+                    if suppressed {
+                        self.average.limited.position = true;
+                    }
+                    self.speed
+                        .step(wanted, speed, limit_a, &mut self.average.limited)
+                } else {
+                    self.reference_a
                 }
-                self.speed
-                    .step(wanted, speed, limit_a, &mut self.average.limited)
             }
-        };
-        // The last period's reading belongs to the last period's direction: it says nothing about a reversed reference.
-        let measured_a = if reference_a * self.reference_a > 0.0 {
-            self.measured_a
-        } else {
-            None
         };
         self.reference_a = reference_a;
         let fraction = self.current.step(
             reference_a,
-            measured_a,
+            self.measured_a,
             speed,
             self.per_supply_v,
             &mut self.average.limited,

@@ -16,8 +16,6 @@ pub struct Scale {
     code_per_a: f32,
     /// What the code of no current reads, ampere.
     zero_a: f32,
-    /// Sign of a current that flows along an opening voltage, as the sense reads it.
-    opening_sign: f32,
     v_per_code: f32,
     code_per_v: f32,
     counts_per_rad: f32,
@@ -38,7 +36,6 @@ impl Scale {
             a_per_code,
             code_per_a: 1.0 / a_per_code,
             zero_a: config.sense.zero_v / config.sense.volt_per_a,
-            opening_sign: if config.sense.signed { -1.0 } else { 1.0 },
             v_per_code,
             code_per_v: 1.0 / v_per_code,
             counts_per_rad,
@@ -53,9 +50,9 @@ impl Scale {
         f32::from(code.0) * self.a_per_code - self.zero_a
     }
 
-    /// What turns that reading into the current along the applied voltage, for a closing voltage (or none) and an opening one.
-    pub fn along_voltage(&self, closing: bool) -> f32 {
-        if closing { 1.0 } else { self.opening_sign }
+    /// Ampere of a code of excess: either half of a period is summed from half as many conversions as the whole.
+    pub fn a_per_excess(&self) -> f32 {
+        2.0 * self.a_per_code
     }
 
     /// Code that reads as this current: rounded, saturating at both ends of the converter; NaN gives 0.
@@ -186,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn a_signed_sense_has_its_zero_in_the_middle_and_follows_the_voltage() {
+    fn a_signed_sense_has_its_zero_in_the_middle() {
         let mut config = p70();
         config.sense.volt_per_a = 5.0;
         config.sense.zero_v = 1.65;
@@ -199,14 +196,6 @@ mod tests {
                 AdcCode(code)
             );
         }
-        assert_eq!(
-            [true, false].map(|closing| signed.along_voltage(closing)),
-            [1.0, -1.0]
-        );
-        assert_eq!(
-            [true, false].map(|closing| scale().along_voltage(closing)),
-            [1.0, 1.0]
-        );
     }
 
     #[test]

@@ -1,12 +1,13 @@
-//! Current loop. The winding's L/R of 10-30 us is less than the control period, so current follows voltage within one
-//! period and the plant is static: feed-forward of R i and of the back-EMF does the work, an integral corrects what the
-//! model has wrong.
+//! Current loop. L/R is 10-30 us for the winding and some 70 us with the choke, about the control period, and the integral's time
+//! constant is twenty of those: for it the plant is static. Feed-forward of R i, of the back-EMF and of what the bridge's dead time
+//! takes does the work, the integral corrects what the model has wrong.
 //!
-//! No `idsp` filter here: the integral must stand still while the unsigned current sense is blind, which a biquad's
-//! state cannot express.
+//! No `idsp` filter here: the integral must stand still while the current does not flow the way that was asked for, which a
+//! biquad's state cannot express.
 
 use super::config::Config;
 use super::demand::LimitsReached;
+use super::io::DEAD_SHARE;
 use super::limit::limit_magnitude;
 
 /// Share of the remaining current error that the integral takes back in one period: a time constant of 20 periods
@@ -17,6 +18,11 @@ const INTEGRAL_GAIN: f32 = 0.05;
 const RESISTANCE_TRIM: f32 = 0.3;
 const EMF_TRIM: f32 = 0.15;
 const BRIDGE_TRIM_V: f32 = 0.3;
+/// What the dead time takes of the supply: its share of it, and of the drop of two body diodes at 12 V (R: 0.9 V each).
+const DEAD_FRACTION: f32 = DEAD_SHARE * (1.0 + 2.0 * 0.9 / 12.0);
+/// Current, ampere, below which the dead time takes less: half of its ripple, which then comes to zero (docs/HARDWARE.md#bridge).
+const RIPPLE_A: f32 = 4.5e-3;
+
 /// State of the current loop.
 #[derive(Clone, Debug)]
 pub struct CurrentLoop {
@@ -26,6 +32,9 @@ pub struct CurrentLoop {
     integral_v_per_a: f32,
     emf_v_per_speed: f32,
     duty_limit: f32,
+    trim_v: f32,
+    /// Share of the supply that the dead time takes.
+    dead: f32,
     integral_v: f32,
 }
 
@@ -39,22 +48,30 @@ impl CurrentLoop {
             integral_v_per_a: INTEGRAL_GAIN * config.motor.circuit_ohm(),
             emf_v_per_speed,
             duty_limit: config.limits.duty,
+            trim_v: BRIDGE_TRIM_V,
+            dead: 0.0,
             integral_v: 0.0,
         }
     }
 
-    /// Follows the winding's temperature: its resistance relative to the configuration's.
-    pub fn warm(&mut self, relative_resistance: f32) {
+    /// Once a millisecond: follows the winding's temperature, by its resistance relative to the configuration's, bounds the integral by
+    /// current and speed, and makes up for what the dead time takes from the current, whichever way it flows.
+    pub fn adapt(&mut self, relative_resistance: f32, reference_a: f32, speed: f32) {
         self.resistance_ohm = self.cold_ohm * relative_resistance + self.choke_ohm;
+        let resistive_v = self.resistance_ohm * reference_a;
+        let emf_v = self.emf_v_per_speed * speed;
+        self.trim_v = RESISTANCE_TRIM * resistive_v.abs() + EMF_TRIM * emf_v.abs() + BRIDGE_TRIM_V;
+        (self.dead, _) = limit_magnitude(reference_a * (DEAD_FRACTION / RIPPLE_A), DEAD_FRACTION);
     }
 
     /// Clears the integral: the bridge was off.
     pub fn reset(&mut self) {
         self.integral_v = 0.0;
+        self.dead = 0.0;
     }
 
-    /// Voltage, as a fraction of the supply, for a current, given the current measured in the last period (`None` where the
-    /// sense is blind) and the speed in counts a period; says in `limited` if it had to clamp it at the largest duty.
+    /// Voltage, as a fraction of the supply, for a current, given the current measured in the last period (`None` where it did not
+    /// flow the way that was asked for) and the speed in counts a period; says in `limited` if it had to clamp it at the largest duty.
     pub fn step(
         &mut self,
         reference_a: f32,
@@ -65,13 +82,12 @@ impl CurrentLoop {
     ) -> f32 {
         let resistive_v = self.resistance_ohm * reference_a;
         let emf_v = self.emf_v_per_speed * speed;
-        let trim_v = RESISTANCE_TRIM * resistive_v.abs() + EMF_TRIM * emf_v.abs() + BRIDGE_TRIM_V;
         let mut integral_v = self.integral_v;
         if let Some(measured_a) = measured_a {
             integral_v += self.integral_v_per_a * (reference_a - measured_a);
         }
-        (integral_v, _) = limit_magnitude(integral_v, trim_v);
-        let wanted = (resistive_v + emf_v + integral_v) * per_supply_v;
+        (integral_v, _) = limit_magnitude(integral_v, self.trim_v);
+        let wanted = (resistive_v + emf_v + integral_v) * per_supply_v + self.dead;
         let (fraction, at_limit) = limit_magnitude(wanted, self.duty_limit);
         if at_limit {
             limited.duty = true;
@@ -102,6 +118,13 @@ mod tests {
         (fraction, limited)
     }
 
+    /// Current that a bridge with dead time makes flow.
+    fn flowing_a(fraction: f32, supply_v: f32, emf_v: f32, ohm: f32) -> f32 {
+        let free_v = fraction * supply_v - emf_v;
+        let dead_v = DEAD_FRACTION * supply_v;
+        free_v.signum() * (free_v.abs() - dead_v).max(0.0) / ohm
+    }
+
     /// Current that flows after `periods`, in a motor whose parameters are off by these factors.
     fn settle(
         reference_a: f32,
@@ -117,14 +140,17 @@ mod tests {
         let mut peak_a = 0.0f32;
         let mut fraction = 0.0f32;
         let ohm = config.motor.resistance_ohm * resistance + config.motor.choke_ohm;
-        for _ in 0..periods {
+        for period in 0..periods {
+            if period % 20 == 0 {
+                control.adapt(1.0, reference_a, speed);
+            }
             let sensed = (fraction * reference_a > 0.0).then_some(if current_a * fraction > 0.0 {
                 current_a
             } else {
                 0.0
             });
             fraction = step(&mut control, reference_a, sensed, speed, supply_v).0;
-            current_a = (fraction * supply_v - 1.09 * emf * speed) / ohm;
+            current_a = flowing_a(fraction, supply_v, 1.09 * emf * speed, ohm);
             peak_a = peak_a.max(current_a.abs());
         }
         (current_a, peak_a)
@@ -158,11 +184,29 @@ mod tests {
         let warm = 1.0 + 0.00393 * 60.0;
         let current_a = |control: &mut CurrentLoop| {
             let (fraction, _) = step(control, 0.1, None, 0.0, 12.0);
-            fraction * 12.0 / (config.motor.resistance_ohm * warm + config.motor.choke_ohm)
+            let ohm = config.motor.resistance_ohm * warm + config.motor.choke_ohm;
+            flowing_a(fraction, 12.0, 0.0, ohm)
         };
         assert!(current_a(&mut control) < 0.085, "cold model");
-        control.warm(warm);
+        control.adapt(warm, 0.1, 0.0);
         assert!((current_a(&mut control) - 0.1).abs() < 1e-4);
+    }
+
+    #[test]
+    fn dead_time_is_made_up_for() {
+        let config = p70();
+        for reference_a in [-0.06f32, -0.02, -0.005, 0.005, 0.02, 0.06] {
+            let mut control = CurrentLoop::new(&config, 1.09);
+            control.adapt(1.0, reference_a, 0.0);
+            let (fraction, _) = step(&mut control, reference_a, None, 0.0, 12.0);
+            let current_a = flowing_a(fraction, 12.0, 0.0, config.motor.circuit_ohm());
+            assert!((current_a - reference_a).abs() < 1e-5, "{current_a}");
+        }
+        // Where the ripple comes to zero in every period there is less to make up for.
+        let mut control = CurrentLoop::new(&config, 1.09);
+        control.adapt(1.0, 0.0, 0.0);
+        let (fraction, _) = step(&mut control, 0.0, None, 0.0, 12.0);
+        assert_eq!(fraction, 0.0);
     }
 
     #[test]
@@ -170,6 +214,7 @@ mod tests {
         let config = p70();
         let mut control = CurrentLoop::new(&config, 1.09);
         for _ in 0..100_000 {
+            control.adapt(1.0, config.limits.current_a, 0.0);
             let (fraction, _) = step(&mut control, config.limits.current_a, Some(0.0), 0.0, 12.0);
             assert!(
                 fraction * 12.0 / (0.8 * config.motor.resistance_ohm)
@@ -183,15 +228,14 @@ mod tests {
         let config = p70();
         let mut control = CurrentLoop::new(&config, 1.09);
         for _ in 0..10_000 {
+            control.adapt(1.0, 0.12, 0.0);
             // 4 V of supply cannot push 120 mA.
             let (fraction, limited) = step(&mut control, 0.12, Some(0.08), 0.0, 4.0);
             assert!(limited.duty && fraction <= config.limits.duty);
         }
         let (fraction, limited) = step(&mut control, 0.12, Some(0.12), 0.0, 12.0);
-        assert!(
-            (fraction - 0.12 * config.motor.circuit_ohm() / 12.0).abs() < 0.01,
-            "{fraction}"
-        );
+        let current_a = flowing_a(fraction, 12.0, 0.0, config.motor.circuit_ohm());
+        assert!((current_a - 0.12).abs() < 3e-3, "{current_a}");
         assert!(!limited.duty);
     }
 }

@@ -25,7 +25,9 @@ const KICK_LIMIT: u32 = 50;
 /// Position and speed of the motor.
 #[derive(Clone, Debug, Default)]
 pub struct Encoder {
-    last: Option<EncoderCount>,
+    last: EncoderCount,
+    /// There was a reading before.
+    started: bool,
     last_delta: i32,
     position: i32,
     lag_counts: f32,
@@ -36,10 +38,13 @@ pub struct Encoder {
 impl Encoder {
     /// Takes a reading. `true` if the step from the last one is one that a motor can make.
     pub fn update(&mut self, count: EncoderCount) -> bool {
-        let last = self.last.unwrap_or(count);
-        self.last = Some(count);
+        if !self.started {
+            self.started = true;
+            self.last = count;
+        }
         // The shorter way round: right as long as fewer than 32768 counts pass between readings.
-        let delta = i32::from(count.0.wrapping_sub(last.0) as i16);
+        let delta = i32::from(count.0.wrapping_sub(self.last.0) as i16);
+        self.last = count;
         self.position = self.position.wrapping_add(delta);
 
         // Tracking loop in differences: nothing in it grows with the position.

@@ -6,7 +6,11 @@ pub const CONTROL_HZ: u32 = 20_000;
 pub const PWM_HZ: u32 = 100_000;
 /// Duty at full scale: the timer's auto-reload at 170 MHz centre-aligned, 170e6 / (2 * 100e3).
 pub const DUTY_FULL: u16 = 850;
-/// Full scale of an [`AdcCode`]: the sum of 16 conversions of 12 bits (hardware oversampling, no shift).
+/// Dead time of the bridge at each edge, second (R: DRV8876, docs/HARDWARE.md#bench-findings).
+pub const DEAD_TIME_S: f32 = 300e-9;
+/// The same as a share of the PWM's period.
+pub const DEAD_SHARE: f32 = DEAD_TIME_S * PWM_HZ as f32;
+/// Full scale of an [`AdcCode`]: the sum of 16 conversions of 12 bits (of 8, doubled, for the supply).
 pub const ADC_FULL: u16 = 16 * 4095;
 
 /// Raw reading: sum of 16 12-bit conversions, 0 to [`ADC_FULL`].
@@ -34,8 +38,10 @@ pub enum Direction {
 /// What the chip measured in the control period that just ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Inputs {
-    /// Motor current sense (unsigned, docs/HARDWARE.md#bridge).
+    /// Motor current sense over a PWM period (docs/HARDWARE.md#bridge).
     pub current: AdcCode,
+    /// What the second half of that period has more than the first, in codes of [`current`](Self::current).
+    pub late_excess: i16,
     /// Supply voltage.
     pub supply: AdcCode,
     /// Encoder counter.

@@ -14,6 +14,7 @@ mod limit;
 mod offset;
 mod protect;
 pub mod sequence;
+mod sign;
 mod speed;
 #[cfg(test)]
 pub(crate) mod test_motor;

@@ -3,9 +3,9 @@
 use super::protect::OFFSET_LIMIT_A;
 
 /// Periods (20 ms) to wait after the motor stands still.
-const SETTLE_PERIODS: u16 = 400;
+const SETTLE_PERIODS: u32 = 400;
 /// Periods (205 ms) that are averaged: 0.5 mA of noise leaves 8 uA.
-const AVERAGED: u16 = 4096;
+const AVERAGED: u32 = 4096;
 /// Largest standard deviation of the reading, ampere: five times the noise expected.
 const SPREAD_LIMIT_A: f32 = 2.5e-3;
 /// Speed, counts a period, that still counts as standstill.
@@ -14,8 +14,8 @@ const STANDSTILL: f32 = 0.02;
 /// A measurement in progress, or its result.
 #[derive(Clone, Debug, Default)]
 pub struct OffsetMeter {
-    settled: u16,
-    taken: u16,
+    settled: u32,
+    taken: u32,
     sum_a: f32,
     sum_squares_a2: f32,
 }

@@ -17,9 +17,10 @@ const SATURATED: AdcCode = AdcCode(ADC_FULL - 16 * 8);
 pub const SLOTS: u8 = 4;
 /// The slot without a detector: the controller completes its sample in it.
 pub const FREE_SLOT: u8 = 3;
-/// The very same sum of 16 conversions, this often in succession, while the motor turns. The sense has 0.1 mA rms of
-/// noise before averaging, 3 codes after: 40 equal readings by chance have a probability below 1e-30.
-const SAME_READINGS: u16 = 40;
+/// The very same sum of 16 conversions in so many successive checks (2 ms), while the motor turns. The sense has 0.1 mA rms of
+/// noise before averaging, 3 codes after: 10 equal readings by chance have a probability of 6e-11, which the motor would take a month of
+/// turning to meet.
+const SAME_READINGS: u16 = 10;
 /// Slowest motion, counts a period, that counts as turning: 0.05 rad/s at the prototype's input link.
 const TURNING: f32 = 0.5;
 /// Checks (10 ms) that the back-EMF may contradict the encoder. A blow stops the rotor faster than the observer (1 ms)
@@ -94,12 +95,12 @@ pub struct PeriodState {
 }
 
 impl PeriodState {
-    /// Whether the unsigned current sense tells nothing in this period: braking, or a current against the voltage. However
-    /// small the reference is, the sense tells as much as its offset allows: with an offset of -7 mA, which an unsigned
-    /// converter cannot even see, free motion may read as little as 3 mA.
+    /// Whether the reference asks for a current along the voltage. However small the reference is, the sense tells as much as its
+    /// offset allows: with an offset of -7 mA, which an unsigned converter cannot even see, free motion may read as little as
+    /// 3 mA.
     #[inline(always)]
-    pub fn sense_is_blind(&self) -> bool {
-        self.reference_a * self.applied_v <= 0.0
+    pub fn asks_along(&self) -> bool {
+        self.reference_a * self.applied_v > 0.0
     }
 }
 
@@ -162,12 +163,6 @@ impl Protection {
 
     /// The most severe fault of this period. `slot` counts the periods, modulo [`SLOTS`].
     pub fn check(&mut self, inputs: &Inputs, observed: &PeriodState, slot: u8) -> Option<Fault> {
-        self.same_readings = if inputs.current == self.last_code {
-            self.same_readings.saturating_add(1)
-        } else {
-            0
-        };
-        self.last_code = inputs.current;
         let slow = match slot {
             0 => self.sense_stuck(inputs.current, observed),
             1 => self.contradiction(observed),
@@ -221,6 +216,12 @@ impl Protection {
 
     /// A reading that does not move, or that shows nothing of a current that must flow.
     fn sense_stuck(&mut self, code: AdcCode, observed: &PeriodState) -> Option<Fault> {
+        self.same_readings = if code == self.last_code {
+            self.same_readings.saturating_add(1)
+        } else {
+            0
+        };
+        self.last_code = code;
         let turning = observed.speed.abs() > TURNING && Self::must_flow(observed);
         let same = self.same_readings > SAME_READINGS && turning && code.0 != 0;
         let nothing = observed.reading_a < NOTHING_A;

@@ -190,6 +190,7 @@ impl TestMotor {
         let supply_noise_v = 0.02 * self.random();
         Inputs {
             current: AdcCode(code),
+            late_excess: 0,
             supply: AdcCode(
                 ((supply_v + supply_noise_v) * 0.18 / 3.3 * 65_520.0).clamp(0.0, 65_520.0) as u16,
             ),

@@ -1,6 +1,7 @@
 //! Winding temperature from the current: an I2t model with two bodies, winding and housing.
 
 use super::config::Motor;
+use crate::numeric::Bounded;
 
 /// Resistance of copper grows by this a kelvin; the resistance in the configuration is that at 25 degrees.
 pub(super) const COPPER_PER_K: f32 = 0.00393;
@@ -34,9 +35,9 @@ impl Temperatures {
         let cold_w = current_a * current_a * motor.resistance_ohm;
         let k_per_w = thermal.winding_k_per_w + thermal.housing_k_per_w;
         // Rise = loss * resistance, the loss with the copper's resistance at that rise: the fixed point.
-        let growth = (1.0 - cold_w * k_per_w * COPPER_PER_K).max(0.1);
+        let growth = (1.0 - cold_w * k_per_w * COPPER_PER_K).at_least(0.1);
         let most_k = ASSUMED_SHARE * (thermal.limit_c - thermal.ambient_c);
-        let rise_k = (cold_w * k_per_w / growth).min(most_k);
+        let rise_k = (cold_w * k_per_w / growth).at_most(most_k);
         Self {
             winding_c: thermal.ambient_c + rise_k,
             housing_c: thermal.ambient_c + rise_k * thermal.housing_k_per_w / k_per_w,
@@ -46,8 +47,8 @@ impl Temperatures {
     /// The warmer of both, each body for itself.
     pub fn warmest(self, other: Self) -> Self {
         Self {
-            winding_c: self.winding_c.max(other.winding_c),
-            housing_c: self.housing_c.max(other.housing_c),
+            winding_c: self.winding_c.at_least(other.winding_c),
+            housing_c: self.housing_c.at_least(other.housing_c),
         }
     }
 

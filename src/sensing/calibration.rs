@@ -142,16 +142,10 @@ impl Calibration {
 
     /// Widens the torque factor's deviation for a contact at another place of the finger. `share` is the standard deviation of the
     /// leverage between two places. The cable and its covariance with the factor stay as they are.
-    #[must_use]
-    pub fn elsewhere(&self, share: f32) -> Self {
+    pub fn widen(&mut self, share: f32) {
         let before = self.torque_factor_sigma;
-        let torque_factor_sigma = sqrt(before * before + share * share);
-        Self {
-            torque_factor_sigma,
-            correlation: self.correlation * before
-                / torque_factor_sigma.at_least(f32::MIN_POSITIVE),
-            ..*self
-        }
+        self.torque_factor_sigma = sqrt(before * before + share * share);
+        self.correlation *= before / self.torque_factor_sigma.at_least(f32::MIN_POSITIVE);
     }
 
     /// Remaining uncertainty: area of the one-sigma ellipse. Each axis has a floor, below which more certainty is of no use.

@@ -244,7 +244,7 @@ fn the_memory_map_is_that_of_the_linker() {
             "| `0x{}_{}` | {} KiB |",
             &hex[..4],
             &hex[4..].to_uppercase(),
-            number(length) / 1024
+            number(length) as f64 / 1024.0
         );
         assert!(PAGE.contains(&row), "docs/ARCHITECTURE.md lacks {row}");
         compared += 1;

@@ -228,7 +228,7 @@ impl Bridge {
     }
 
     /// The pin of the sense from now on with these levels, if the bridge is on and its current has edges.
-    pub fn pin(&self, pins: &Pins, noise_v: f64) -> Option<Pin> {
+    pub fn pin(&self, pins: &Pins, noise_v: [f64; 2]) -> Option<Pin> {
         if !self.parameters.has_edges() || !self.senses(self.circuit.supply_v) {
             return None;
         }

@@ -146,8 +146,8 @@ pub(crate) struct Switching {
     pub circuit: Circuit,
     pub period: Arc<Period>,
     pub reached_s: f64,
-    /// Noise of this instant, volt.
-    pub noise_v: f64,
+    /// Noise in the first half of the period and in what follows, volt.
+    pub noise_v: [f64; 2],
     /// Change of the gain per volt.
     pub bent_per_v: f64,
     pub full_scale_v: f64,
@@ -174,7 +174,7 @@ impl Probe {
                     pin.winding.wait(&pin.circuit, &pin.period, dt);
                     pin.reached_s += dt;
                 }
-                pin.shown_v(pin.winding.pin_v)
+                pin.shown_v(pin.winding.pin_v, at_s)
             }
         }
     }
@@ -185,20 +185,30 @@ impl Probe {
         let [first_s, every_s] = at_s;
         match &self.0 {
             Pin::Constant(volt) => volts.fill(*volt),
-            Pin::Switching(pin) if pin.try_fill(at_s, volts) => {}
             Pin::Switching(_) => {
-                for (n, volt) in volts.iter_mut().enumerate() {
-                    *volt = self.volts(first_s + every_s * n as f64);
+                for (n, some) in volts.chunks_mut(INSTANTS).enumerate() {
+                    self.fill_some([first_s + every_s * (n * INSTANTS) as f64, every_s], some);
                 }
             }
+        }
+    }
+
+    fn fill_some(&mut self, at_s: [f64; 2], volts: &mut [f64]) {
+        let [first_s, every_s] = at_s;
+        if matches!(&self.0, Pin::Switching(pin) if pin.try_fill(at_s, volts)) {
+            return;
+        }
+        for (n, volt) in volts.iter_mut().enumerate() {
+            *volt = self.volts(first_s + every_s * n as f64);
         }
     }
 }
 
 impl Switching {
     /// What the pin shows, where an exact mirror would show `pin_v`.
-    fn shown_v(&self, pin_v: f64) -> f64 {
-        (pin_v * (1.0 + self.bent_per_v * pin_v) + self.noise_v).clamp(0.0, self.full_scale_v)
+    fn shown_v(&self, pin_v: f64, at_s: f64) -> f64 {
+        let noise_v = self.noise_v[usize::from(self.period.is_late(at_s))];
+        (pin_v * (1.0 + self.bent_per_v * pin_v) + noise_v).clamp(0.0, self.full_scale_v)
     }
 
     /// Does what [`Probe::fill`] does without integrating from one time to the next; `false` where that is not possible.
@@ -214,7 +224,7 @@ impl Switching {
             return false;
         }
         for volt in volts {
-            *volt = self.shown_v(*volt);
+            *volt = self.shown_v(*volt, at_s[0]);
         }
         true
     }

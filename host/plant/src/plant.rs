@@ -44,8 +44,9 @@ pub struct Plant {
     drawn: f64,
     /// Drift of the current sense's offset at a time.
     drift_a: Last,
-    /// Of the current sense at this instant: noise, and the voltage where the bridge is off or its current has no edges.
-    sense_noise_v: f64,
+    /// Of the current sense at this instant: noise in either half of a period of the PWM, and the voltage where the bridge is off or its
+    /// current has no edges.
+    sense_noise_v: [f64; 2],
     sense_v: f64,
     supply_v: f64,
     supply_sense_v: f64,
@@ -127,7 +128,7 @@ impl Plant {
             pins: Pins::default(),
             drawn: 0.0,
             drift_a: Last::new(),
-            sense_noise_v: 0.0,
+            sense_noise_v: [0.0; 2],
             sense_v: 0.0,
             supply_v: parameters.supply.voltage_v,
             supply_sense_v: 0.0,
@@ -268,6 +269,8 @@ impl Plant {
             ..
         } = &self.parameters;
         let current_noise = noise(sense.noise_rms_a);
+        // White noise: of the mean of both halves, and as large of half their difference.
+        let uneven = noise(sense.noise_rms_a);
         let gain = 1.0 + sense.gain_error;
         let seen_a = if sense.is_shunt() {
             self.bridge.current_a() * gain + offset_a
@@ -277,7 +280,8 @@ impl Plant {
             0.0
         };
         let (zero_v, volt_per_a) = (sense.zero_v(), sense.volt_per_a());
-        self.sense_noise_v = current_noise * volt_per_a;
+        self.sense_noise_v =
+            [current_noise - uneven, current_noise + uneven].map(|a| a * volt_per_a);
         self.sense_v =
             (zero_v + (seen_a + current_noise) * volt_per_a).clamp(0.0, sense.full_scale_v);
         let supply_noise = noise(supply.noise_rms_v);

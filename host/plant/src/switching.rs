@@ -58,6 +58,12 @@ impl Sense {
         }
     }
 
+    /// Highest current along the drive at which the law changes, or none, ampere.
+    fn highest_bend_a(&self) -> f64 {
+        let finite = self.bends().into_iter().filter(|a| a.is_finite());
+        finite.fold(0.0, f64::max)
+    }
+
     /// Currents along the drive at which the law changes.
     fn bends(&self) -> [f64; 2] {
         if self.signed {

@@ -1,7 +1,7 @@
 //! The plant as the chip sees it: codes and counters in, timer and pins out.
 
 use palpate::drive::io::{
-    ADC_FULL, AdcCode, CONTROL_HZ, DUTY_FULL, Direction, EncoderCount, Inputs, Outputs,
+    AdcCode, CONTROL_HZ, DUTY_FULL, Direction, EncoderCount, Inputs, Outputs,
 };
 use palpate_plant::{Converter, Pins, Plant};
 
@@ -13,8 +13,8 @@ const REFERENCE_V: f64 = 3.3;
 
 /// Sampling and distance of conversions, second: 12.5 and 25 cycles of 42.5 MHz (src/board/sampling.rs).
 const CONVERSION_S: [f64; 2] = [12.5 / 42.5e6, 25.0 / 42.5e6];
-/// Conversions of a reading.
-const CONVERSIONS: usize = 16;
+/// Conversions of half a period of the PWM.
+const CONVERSIONS: usize = 8;
 
 /// Plant, converters, timer with its break, and the period's delay between measurement and output.
 #[derive(Clone, Debug)]
@@ -56,21 +56,24 @@ impl Board {
         let (current_source, supply_source) =
             (self.plant.current_source(), self.plant.supply_source());
         let mut probe = self.plant.current_probe(&self.pins);
-        let (current, supply) = match probe.constant_v() {
-            Some(volt) if current_source.hold_f == 0.0 => (constant(volt), constant(supply_v)),
+        let (current, late_excess, supply) = match probe.constant_v() {
+            Some(volt) if current_source.hold_f == 0.0 => (constant(volt), 0, constant(supply_v)),
             _ => {
-                let [sampling_s, every_s] = CONVERSION_S;
-                let mut volts = [0.0; CONVERSIONS];
-                probe.fill([sampling_s, every_s], &mut volts);
+                let mut volts = [0.0; 2 * CONVERSIONS];
+                probe.fill(CONVERSION_S, &mut volts);
                 let converter = &mut self.converter;
                 converter.sample(&current_source, CONVERSION_S, &mut volts);
-                let current = sum(&volts);
-                converter.sample_steady(&supply_source, CONVERSION_S, supply_v, &mut volts);
-                (current, sum(&volts))
+                let [early, late] = [&volts[..CONVERSIONS], &volts[CONVERSIONS..]].map(sum);
+                let some = &mut volts[..CONVERSIONS];
+                converter.sample_steady(&supply_source, CONVERSION_S, supply_v, some);
+                #[expect(clippy::cast_possible_wrap, reason = "sums of 8 codes have 15 bits")]
+                let excess = late as i16 - early as i16;
+                (AdcCode(early + late), excess, AdcCode(2 * sum(some)))
             }
         };
         Inputs {
             current,
+            late_excess,
             supply,
             encoder,
             bridge_fault: self.plant.fault_pin_low() || self.broken,
@@ -123,13 +126,12 @@ impl Board {
     }
 }
 
-/// The sum of 16 conversions.
-fn sum(volts: &[f64; CONVERSIONS]) -> AdcCode {
-    let sum: u16 = volts.iter().map(|volt| conversion(*volt)).sum();
-    AdcCode(sum.min(ADC_FULL))
+/// The sum of some conversions.
+fn sum(volts: &[f64]) -> u16 {
+    volts.iter().map(|volt| conversion(*volt)).sum()
 }
 
-/// The same of a voltage that neither changes nor gives way to the converter.
+/// What a voltage reads as that neither changes nor gives way to the converter.
 fn constant(volt: f64) -> AdcCode {
     AdcCode(16 * conversion(volt))
 }
@@ -148,7 +150,7 @@ fn conversion(volt: f64) -> u16 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use palpate::drive::io::Duty;
+    use palpate::drive::io::{ADC_FULL, Duty};
     use palpate_plant::{Grasp, Parameters};
 
     fn board() -> Board {
@@ -163,8 +165,8 @@ mod tests {
     #[test]
     fn codes_are_the_converters() {
         let code = |volt| {
-            let read = sum(&[volt; CONVERSIONS]);
-            assert_eq!(read, constant(volt));
+            let read = constant(volt);
+            assert_eq!(AdcCode(2 * sum(&[volt; CONVERSIONS])), read);
             read
         };
         assert_eq!(code(0.0), AdcCode(0));
@@ -172,6 +174,22 @@ mod tests {
         assert_eq!(code(-1.0), AdcCode(0));
         assert_eq!(code(100.0), AdcCode(ADC_FULL));
         assert_eq!(code(1.65), AdcCode(2048 * 16));
+    }
+
+    #[test]
+    fn both_halves_of_a_steady_current_are_alike() {
+        let mut parameters = Parameters::default();
+        parameters.bridge.edges = 1.0;
+        parameters.sense.noise_rms_a = 0.0;
+        let mut board = Board::new(Plant::new(&parameters, &Grasp::Free, 1).expect("valid"));
+        board.plant.faults.rotor_locked = true;
+        for _ in 0..100 {
+            board.period(DRIVE);
+        }
+        let inputs = board.inputs();
+        assert!(inputs.current.0 > 10_000, "{inputs:?}");
+        // An ideal converter, so nothing but what is left of the ripple.
+        assert!(i32::from(inputs.late_excess).abs() < 200, "{inputs:?}");
     }
 
     #[test]

@@ -12,6 +12,7 @@ use crate::drive::config::{CheckedConfig, OutOfRange};
 use crate::drive::identify::Identified;
 use crate::drive::sequence::{Motion, Notice, Refused, Request, Sequence, State, StepOutput};
 use crate::drive::{Fault, Setpoint, Status};
+use crate::numeric::Bounded;
 use crate::scene::Scene;
 use crate::sensing::location::SeriesElement;
 use crate::sensing::{Directive, Event};
@@ -332,7 +333,7 @@ fn purpose<S: Scene>(calibrate: Calibrate) -> Directive {
 fn motion<S: Scene>(overrides: &Overrides) -> Motion {
     let mut motion = S::MOTION;
     motion.closing_rad_per_s =
-        value::<S>(overrides, Setting::ClosingSpeed).min(S::DRIVE.limits.speed_rad_per_s);
+        value::<S>(overrides, Setting::ClosingSpeed).at_most(S::DRIVE.limits.speed_rad_per_s);
     motion.holding_s = value::<S>(overrides, Setting::HoldTime);
     if let Some(limit_a) = overrides.get(Setting::CurrentLimit) {
         // What probing may ask for follows the limit; the rest must not exceed it.
@@ -342,7 +343,7 @@ fn motion<S: Scene>(overrides: &Overrides) -> Motion {
             &mut motion.homing_current_a,
             &mut motion.holding_current_a,
         ] {
-            *current_a = current_a.min(limit_a);
+            *current_a = current_a.at_most(limit_a);
         }
     }
     motion

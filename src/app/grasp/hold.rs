@@ -3,6 +3,8 @@
 //! In single contact the force is proportional to the torque above friction, and that to the current above what free motion
 //! took. A force below the one that probing has reached is not released: the worm locks.
 
+use crate::numeric::clamp;
+
 /// Weight of a new sample in the mean of the free current: a time constant of 0.1 s.
 const GAIN: f32 = 0.01;
 
@@ -29,11 +31,8 @@ impl ForceHold {
     ) -> Option<f32> {
         let load_a = current_a - self.free_a;
         // A NaN is not greater than zero.
-        (load_a > 0.0 && force_n > 0.0).then(|| {
-            (self.free_a + load_a * wanted_n / force_n)
-                .min(limit_a)
-                .max(0.0)
-        })
+        (load_a > 0.0 && force_n > 0.0)
+            .then(|| clamp(self.free_a + load_a * wanted_n / force_n, 0.0, limit_a))
     }
 }
 

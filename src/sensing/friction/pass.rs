@@ -90,8 +90,8 @@ impl Pass {
     pub fn cut(&mut self, record: &Friction, counts: i32) {
         self.held = [None; HELD];
         let from = record.index(counts.max(0)).unwrap_or(BINS);
-        if let Some(rest) = self.bins.count.get_mut(from..) {
-            rest.fill(0);
+        for count in self.bins.count.iter_mut().skip(from) {
+            *count = 0;
         }
     }
 

@@ -118,6 +118,10 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             Directive::CalibrateCable => Place::Stop,
             _ => Place::Anywhere,
         };
+        let mut calibration = self.calibration;
+        if matches!(place, Place::Anywhere) {
+            calibration.widen(settings.leverage_sigma);
+        }
         Prior {
             place,
             half_thickness_m: settings.half_thickness_m,
@@ -129,10 +133,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             preload_nm: settings.preload_nm[0],
             weight: collector.weight,
             onset_rad: collector.onset_rad,
-            calibration: match place {
-                Place::Anywhere => self.calibration.elsewhere(settings.leverage_sigma),
-                Place::Known { .. } | Place::Stop => self.calibration,
-            },
+            calibration,
             noise: collector.noise,
             series: PhantomData,
         }

@@ -119,7 +119,8 @@ fn elsewhere_the_factor_is_less_sure_and_the_cable_is_not() {
         contacts: 1,
         presses: 1,
     };
-    let there = here.elsewhere(0.04);
+    let mut there = here;
+    there.widen(0.04);
     assert!((there.torque_factor_sigma - 0.05).abs() < 1e-6);
     // The covariance stays, and with it what the cable does with the part that was learned together with it.
     let covariance =
@@ -131,5 +132,7 @@ fn elsewhere_the_factor_is_less_sure_and_the_cable_is_not() {
         ..there
     };
     assert_eq!(same, here);
-    assert_eq!(here.elsewhere(0.0), here);
+    let mut same = here;
+    same.widen(0.0);
+    assert_eq!(same, here);
 }

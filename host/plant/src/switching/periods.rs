@@ -72,8 +72,8 @@ pub(crate) struct Period {
     pub(super) parts: [Part; 6],
     /// What the parts' decays were computed for.
     key: [f64; 5],
-    /// For the instants that were asked for first.
-    samples: OnceLock<Option<Samples>>,
+    /// For the instants in each half that were asked for first.
+    samples: [OnceLock<Option<Samples>>; 2],
 }
 
 impl Period {
@@ -109,7 +109,7 @@ impl Period {
         Self {
             parts,
             key: Self::key(duty, period_s, dead_s, circuit),
-            samples: OnceLock::new(),
+            samples: Default::default(),
         }
     }
 
@@ -122,10 +122,16 @@ impl Period {
         at_s: [f64; 2],
         volts: &mut [f64; INSTANTS],
     ) -> bool {
-        self.samples
+        self.samples[usize::from(self.is_late(at_s[0]))]
             .get_or_init(|| Samples::new(circuit, self, at_s))
             .as_ref()
             .is_some_and(|samples| samples.is_at(at_s) && samples.try_fill(circuit, winding, volts))
+    }
+
+    /// Whether a time is beyond the first half.
+    pub fn is_late(&self, at_s: f64) -> bool {
+        let [.., last] = &self.parts;
+        at_s > 0.5 * last.end_s
     }
 
     fn duty(&self) -> f64 {

@@ -7,8 +7,8 @@
 use super::periods::{Decay, Part};
 use super::{Circuit, Path, Period, Winding};
 
-/// Number of instants.
-pub(crate) const INSTANTS: usize = 16;
+/// Number of instants: the conversions of half a period.
+pub(crate) const INSTANTS: usize = 8;
 
 /// Factors of a quantity that is linear in four currents: the one at the beginning of the period, and the steady ones that back-EMF,
 /// supply and diode would drive.
@@ -126,8 +126,7 @@ impl Samples {
             least_a = least_a.min(edge_a);
             most_a = most_a.max(edge_a);
         }
-        let bends_a = circuit.sense.bends().into_iter();
-        let low_a = bends_a.filter(|a| a.is_finite()).fold(0.0, f64::max);
+        let low_a = circuit.sense.highest_bend_a();
         if !(winding.phase_s == 0.0 && least_a > low_a && most_a < circuit.chop_a) {
             return false;
         }

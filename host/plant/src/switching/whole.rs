@@ -99,8 +99,7 @@ impl Winding {
         let whole = Whole::new(circuit, period, start_a);
         // The beginnings of all periods lie between the first and where they tend to, and no edge moves by more than they do.
         let change_a = (whole.current[0] / (1.0 - whole.current[1]) - start_a).abs();
-        let bends_a = circuit.sense.bends().into_iter();
-        let low_a = bends_a.filter(|a| a.is_finite()).fold(0.0, f64::max);
+        let low_a = circuit.sense.highest_bend_a();
         if whole.least_a - change_a <= low_a || whole.most_a + change_a >= circuit.chop_a {
             return None;
         }

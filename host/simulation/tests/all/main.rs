@@ -1,6 +1,7 @@
 //! Tests of the simulated firmware in one program: what is generic is compiled once for all of them.
 
 mod changes;
+mod current;
 mod direct;
 mod endurance;
 mod engines;
@@ -16,5 +17,6 @@ mod scenes;
 mod second;
 mod settings;
 mod softer;
+mod speed;
 mod travel;
 mod weight;
