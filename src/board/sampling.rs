@@ -113,7 +113,10 @@ pub fn read() -> Readings {
         w.set_jeoc(true);
         w.set_jeos(true);
     });
-    let [early, late, supply] = [0, 1, 2].map(|rank| ADC1.jdr(rank).read().jdata());
+    // One by one: of an array the compiler makes a loop.
+    let early = ADC1.jdr(0).read().jdata();
+    let late = ADC1.jdr(1).read().jdata();
+    let supply = ADC1.jdr(2).read().jdata();
     // Eight conversions of 12 bits: no sum overflows.
     Readings {
         current: AdcCode(early.wrapping_add(late)),

@@ -12,7 +12,7 @@ use super::fault::Fault;
 use super::io::{CONTROL_HZ, Inputs, Outputs};
 use super::limit::{Travel, inward, limit_magnitude};
 use super::offset::{OffsetMeter, OffsetReading};
-use super::protect::{BridgeState, FREE_SLOT, PeriodState, Protection, SLOTS};
+use super::protect::{BridgeState, FREE_SLOT, OFFSET_SLOT, PeriodState, Protection, SLOTS};
 use super::sign::{CurrentSign, Driven, Flow};
 use super::speed::{PERIODS_PER_STEP, SpeedLoop};
 use super::thermal::{Temperatures, Winding};
@@ -27,8 +27,10 @@ const ADAPT_PERIOD: u8 = HEAT_PERIOD + SLOTS;
 const SIGN_PERIOD: u8 = ADAPT_PERIOD + SLOTS;
 /// The one in which the position is compared with the travel.
 const TRAVEL_PERIOD: u8 = SIGN_PERIOD + SLOTS;
-// The speed loop steps at equal distances.
-const _: () = assert!(PERIODS_PER_SAMPLE % PERIODS_PER_STEP == 0);
+/// The slot in which the speed loop steps: that of the lightest detector. The slot is counted before its period, the step after it.
+const SPEED_SLOT: u8 = OFFSET_SLOT;
+// At equal distances.
+const _: () = assert!(PERIODS_PER_STEP == SLOTS && PERIODS_PER_SAMPLE.is_multiple_of(SLOTS));
 // The last period of a sample, which completes it, leaves the slow detectors out.
 const _: () = assert!((PERIODS_PER_SAMPLE - 1) % SLOTS == FREE_SLOT);
 const SAMPLE_S: f32 = 1.0 / SAMPLE_HZ as f32;
@@ -392,7 +394,7 @@ impl Controller {
                     self.in_speed = true;
                     self.speed.preset(speed, self.reference_a);
                 }
-                if self.average.periods() % PERIODS_PER_STEP == 0 {
+                if self.average.periods() % SLOTS == SPEED_SLOT + 1 {
                     let (wanted, suppressed) = inward(counts_per_s * PERIOD_S, self.beyond_counts);
                     let limit_a = clamp(current_limit_a, 0.0, self.current_limit_a);
                     if suppressed {

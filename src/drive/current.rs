@@ -33,8 +33,6 @@ pub struct CurrentLoop {
     emf_v_per_speed: f32,
     duty_limit: f32,
     trim_v: f32,
-    /// Share of the supply that the dead time takes.
-    dead: f32,
     integral_v: f32,
 }
 
@@ -49,25 +47,22 @@ impl CurrentLoop {
             emf_v_per_speed,
             duty_limit: config.limits.duty,
             trim_v: BRIDGE_TRIM_V,
-            dead: 0.0,
             integral_v: 0.0,
         }
     }
 
-    /// Once a millisecond: follows the winding's temperature, by its resistance relative to the configuration's, bounds the integral by
-    /// current and speed, and makes up for what the dead time takes from the current, whichever way it flows.
+    /// Once a millisecond: follows the winding's temperature, by its resistance relative to the configuration's, and bounds the
+    /// integral by current and speed.
     pub fn adapt(&mut self, relative_resistance: f32, reference_a: f32, speed: f32) {
         self.resistance_ohm = self.cold_ohm * relative_resistance + self.choke_ohm;
         let resistive_v = self.resistance_ohm * reference_a;
         let emf_v = self.emf_v_per_speed * speed;
         self.trim_v = RESISTANCE_TRIM * resistive_v.abs() + EMF_TRIM * emf_v.abs() + BRIDGE_TRIM_V;
-        (self.dead, _) = limit_magnitude(reference_a * (DEAD_FRACTION / RIPPLE_A), DEAD_FRACTION);
     }
 
     /// Clears the integral: the bridge was off.
     pub fn reset(&mut self) {
         self.integral_v = 0.0;
-        self.dead = 0.0;
     }
 
     /// Voltage, as a fraction of the supply, for a current, given the current measured in the last period (`None` where it did not
@@ -87,7 +82,9 @@ impl CurrentLoop {
             integral_v += self.integral_v_per_a * (reference_a - measured_a);
         }
         (integral_v, _) = limit_magnitude(integral_v, self.trim_v);
-        let wanted = (resistive_v + emf_v + integral_v) * per_supply_v + self.dead;
+        // From the current, whichever way it flows.
+        let (dead, _) = limit_magnitude(reference_a * (DEAD_FRACTION / RIPPLE_A), DEAD_FRACTION);
+        let wanted = (resistive_v + emf_v + integral_v) * per_supply_v + dead;
         let (fraction, at_limit) = limit_magnitude(wanted, self.duty_limit);
         if at_limit {
             limited.duty = true;

@@ -15,6 +15,8 @@ use super::io::{ADC_FULL, AdcCode, Inputs};
 const SATURATED: AdcCode = AdcCode(ADC_FULL - 16 * 8);
 /// Periods in which every slow detector runs once.
 pub const SLOTS: u8 = 4;
+/// The slot of the detector that takes the fewest instructions.
+pub const OFFSET_SLOT: u8 = 2;
 /// The slot without a detector: the controller completes its sample in it.
 pub const FREE_SLOT: u8 = 3;
 /// The very same sum of 16 conversions in so many successive checks (2 ms), while the motor turns. The sense has 0.1 mA rms of
@@ -166,7 +168,7 @@ impl Protection {
         let slow = match slot {
             0 => self.sense_stuck(inputs.current, observed),
             1 => self.contradiction(observed),
-            2 => self.offset(observed),
+            OFFSET_SLOT => self.offset(observed),
             _ => None,
         };
         if observed.state == BridgeState::Awake && inputs.bridge_fault {

@@ -120,7 +120,7 @@ mod tests {
     fn judged(excess_a: f32, zero_a: f32, driven: Driven) -> Flow {
         let scale = Scale::of(&p70());
         let mut sign = CurrentSign::new(&scale);
-        let mut sample = |sign: &mut CurrentSign, a: f32, driven: Driven| {
+        let sample = |sign: &mut CurrentSign, a: f32, driven: Driven| {
             for _ in 0..PERIODS_PER_SAMPLE {
                 sign.add((a / scale.a_per_excess()).round() as i16);
             }

@@ -3,13 +3,14 @@
 use palpate::scene::Scene;
 use palpate::sensing::curve::{Curve as Bins, Point};
 use palpate::sensing::locator::{Noise as AssumedNoise, Place as AssumedPlace, Prior};
-use palpate::sensing::{Cable, Calibration, Drivetrain};
+use palpate::sensing::{Cable, Drivetrain};
 use palpate_scenes::P70;
 use rand::RngExt;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64Mcg;
 use std::marker::PhantomData;
 
+use super::Knowledge;
 use crate::reference::{BESIDE, Curve, Noise, Place, Priors, Rolling, Sample, predicted};
 
 /// Measured angle of the true onset, radian.
@@ -29,6 +30,15 @@ const TOP_NM: f64 = 0.33;
 const SHARES: [f64; 2] = [0.1, 0.95];
 /// Half the thickness of a phalanx, metre.
 const HALF_THICKNESS_M: f64 = 0.006;
+
+/// Where the truths of contacts come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Truths {
+    /// From what the locator assumes.
+    Assumed,
+    /// No friction of contact and joints, what was calibrated is exact, and there is no noise.
+    Ideal,
+}
 
 /// A contact with its curve, in the form of the library and of the reference.
 #[derive(Clone, Debug)]
@@ -145,11 +155,16 @@ fn blocks(
 /// A contact anywhere on the distal phalanx, on a cylinder, felt by a finger of which this much is known. `None` where the
 /// contact slides off before the torque has risen.
 #[must_use]
-pub fn contact(
-    rolling: &Rolling,
-    calibration: &Calibration,
-    random: &mut Pcg64Mcg,
-) -> Option<Drawn> {
+pub fn contact(rolling: &Rolling, known: &Knowledge, random: &mut Pcg64Mcg) -> Option<Drawn> {
+    let Knowledge {
+        calibration,
+        truths,
+        ..
+    } = known;
+    let noisy = match truths {
+        Truths::Assumed => 1.0,
+        Truths::Ideal => 0.0,
+    };
     let drivetrain = drivetrain();
     let prior = Prior {
         place: AssumedPlace::Anywhere,
@@ -166,7 +181,7 @@ pub fn contact(
     let both = |mean: f32, sigma: f32| [f64::from(mean), f64::from(sigma)];
     let of = calibration;
     let mut priors = Priors {
-        onset_rad: [ONSET_RAD + DETECTED_RAD * normal(random), 0.03],
+        onset_rad: [ONSET_RAD + noisy * DETECTED_RAD * normal(random), 0.03],
         friction: prior.friction.map(f64::from),
         factor: both(of.torque_factor, of.torque_factor * of.torque_factor_sigma),
         joint_nm: prior.joint_nm.map(f64::from),
@@ -179,7 +194,17 @@ pub fn contact(
         k_m: rolling.distal_m * random.random_range(SHARES[0]..SHARES[1]),
         object_m: random.random_range(low_m.ln()..0.053_f64.ln()).exp() - 0.003,
     };
-    let mut values = priors.drawn(|| normal(random));
+    let mut values = match truths {
+        Truths::Assumed => priors.drawn(|| normal(random)),
+        Truths::Ideal => [
+            0.0,
+            0.0,
+            priors.factor[0],
+            0.0,
+            priors.cable_rad_per_nm[0],
+            priors.stiffening_per_nm[0],
+        ],
+    };
     values[0] = ONSET_RAD;
 
     let turn = drivetrain.counts_per_turn as i32;
@@ -220,16 +245,13 @@ pub fn contact(
         let time_s = f64::from((block.counts - origin) / turn) * step_s;
         let phase = std::f64::consts::TAU * step_turns * index as f64;
         let wave = noise.wave * 0.5_f64.sqrt() * (cosine * phase.cos() + sine * phase.sin());
-        let efficiency = wave + rest + noise.white * normal(random);
+        let efficiency = noisy * (wave + rest + noise.white * normal(random));
         let past_rad = opening_rad + rad * f64::from(block.counts + turn / 2) - ONSET_RAD;
         // Of the block in which the contact begins, only the later part bounces.
         let share = (past_rad / (rad * f64::from(turn))).clamp(0.0, 1.0);
         let bounce = share * noise.impact[0] * (-past_rad / noise.impact[1]).exp();
-        let excess_nm = block.torque_nm * (1.0 + efficiency)
-            + level
-            + trend * time_s
-            + wander
-            + (WHITE_NM + bounce) * normal(random);
+        let added_nm = level + trend * time_s + wander + (WHITE_NM + bounce) * normal(random);
+        let excess_nm = block.torque_nm * (1.0 + efficiency) + noisy * added_nm;
         let mut point = Point {
             time_s: time_s as f32,
             excess_nm: excess_nm as f32,

@@ -19,7 +19,7 @@ use serde::Serialize;
 
 use crate::reference::{Posterior, Rolling};
 use crate::score::{Answer, Contact, Scores, Trial};
-use drawn::{Drawn, REFERENCE_NOISE, contact, drivetrain, rolling};
+use drawn::{Drawn, REFERENCE_NOISE, Truths, contact, drivetrain, rolling};
 
 /// Standard deviations of what makes up the torque factor, as shares: uniform spreads of 10 % of torque constant, spring and
 /// gearhead, 9 % of the worm, 5 % of the current sense (scenes/common/defaults.toml).
@@ -37,6 +37,8 @@ pub struct Knowledge {
     pub name: &'static str,
     /// In numbers.
     pub calibration: Calibration,
+    /// Where the truths come from.
+    pub truths: Truths,
 }
 
 /// From nothing but the data sheets to the guided calibration.
@@ -55,7 +57,11 @@ pub fn levels() -> Vec<Knowledge> {
         ..pressed
     };
     let all = [CONSTANT, SPRING, GEARHEAD, WORM, SENSE];
-    let level = |name, calibration| Knowledge { name, calibration };
+    let level = |name, calibration| Knowledge {
+        name,
+        calibration,
+        truths: Truths::Assumed,
+    };
     vec![
         level("data sheets", sheet),
         level("and the cable, by a press on the stop", of(&all)),
@@ -73,6 +79,21 @@ pub fn levels() -> Vec<Knowledge> {
         ),
         level("torque factor to 1.5 %, by pins", of(&[0.015])),
     ]
+}
+
+/// A finger in which nothing rubs, nothing is off and nothing is noisy, as in the world `ideal`, and its locator, calibrated by pins, does not
+/// know.
+///
+/// # Panics
+/// Never: there are levels.
+#[must_use]
+pub fn ideal() -> Knowledge {
+    let calibrated = levels().pop().expect("levels");
+    Knowledge {
+        name: "the same, and nothing rubs or is noisy",
+        truths: Truths::Ideal,
+        ..calibrated
+    }
 }
 
 /// What the library says of a drawn contact.
@@ -163,14 +184,14 @@ impl Judged {
 
 /// Contacts drawn with this much known, judged by both.
 #[must_use]
-pub fn judged(calibration: &Calibration, contacts: u64, seed: u64) -> Vec<Judged> {
+pub fn judged(known: &Knowledge, contacts: u64, seed: u64) -> Vec<Judged> {
     let rolling = rolling();
     (0..contacts)
         .into_par_iter()
         .map(|index| {
             let mut random = Pcg64Mcg::seed_from_u64((seed << 32) + index);
             let drawn = loop {
-                if let Some(drawn) = contact(&rolling, calibration, &mut random) {
+                if let Some(drawn) = contact(&rolling, known, &mut random) {
                     break drawn;
                 }
             };
@@ -198,13 +219,13 @@ pub struct Row {
     pub ours: Scores,
 }
 
-/// Every level of knowledge.
+/// These levels of knowledge.
 #[must_use]
-pub fn study(contacts: u64, seed: u64) -> Vec<Row> {
-    levels()
-        .into_iter()
+pub fn study(levels: &[Knowledge], contacts: u64, seed: u64) -> Vec<Row> {
+    levels
+        .iter()
         .map(|level| {
-            let all = judged(&level.calibration, contacts, seed);
+            let all = judged(level, contacts, seed);
             let ours: Vec<Trial> = all.iter().map(Judged::ours).collect();
             let theirs: Vec<Trial> = all.iter().map(Judged::theirs).collect();
             let sigmas: Vec<f64> = all

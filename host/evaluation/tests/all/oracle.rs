@@ -30,7 +30,7 @@ fn compared(one: &Judged) -> Option<(f64, f64)> {
 #[test]
 fn an_uncalibrated_finger_locates_as_the_exact_posterior_does() {
     let known = &levels()[0];
-    let all = judged(&known.calibration, curves(), 1);
+    let all = judged(known, curves(), 1);
     let ours = Scores::of(&all.iter().map(Judged::ours).collect::<Vec<_>>());
     let exact = Scores::of(&all.iter().map(Judged::theirs).collect::<Vec<_>>());
     let both: Vec<_> = all.iter().filter_map(compared).collect();
