@@ -11,15 +11,19 @@
 use super::average::PERIODS_PER_SAMPLE;
 use super::convert::Scale;
 use super::io::DEAD_SHARE;
+use crate::numeric::Bounded;
 
-/// Low-pass of the zero of the excess, while the bridge brakes: 64 samples.
-const ZERO_GAIN: f32 = 1.0 / 64.0;
-/// Excess, ampere, that shows an opposing current where the reference asks for one. The excess of the simulated noise, 1 mA a period,
-/// is 0.22 mA in the mean over a sample.
-const EXPECTED_A: f32 = 0.45e-3;
-/// The same where the reference asks for a current along the drive: six deviations of that noise.
-const UNEXPECTED_A: f32 = 1.35e-3;
-/// What is added to both, as a share of the reading: the converter's own capacitor, charged by the other channel, gives less of an
+/// Low-pass of the excess' zero and noise, while the bridge brakes: 64 samples.
+const REST_GAIN: f32 = 1.0 / 64.0;
+/// Mean magnitude of the noise of a sample's excess before it is known, ampere: that of simulated sums, whose mean has 0.5 mA a period.
+const NOISE_A: f32 = 0.18e-3;
+/// Least excess, ampere, that shows an opposing current where the reference asks for one: what a chip has besides noise is not known.
+const LEAST_A: f32 = 0.45e-3;
+/// The same as a multiple of the noise: two deviations.
+const PER_NOISE: f32 = 2.5;
+/// Where the reference asks for a current along the drive it takes so many times as much: six deviations.
+const UNEXPECTED: f32 = 3.0;
+/// What is added, as a share of the reading: the converter's own capacitor, charged by the other channel, gives less of an
 /// excess the more the pin carries.
 const SHARE: f32 = 0.02;
 /// Least share of the off-time that a reading is divided by.
@@ -59,6 +63,7 @@ pub struct CurrentSign {
     a_per_sum: f32,
     sum: i32,
     zero_a: f32,
+    noise_a: f32,
     flow: Flow,
 }
 
@@ -69,6 +74,7 @@ impl CurrentSign {
             a_per_sum: scale.a_per_excess() / f32::from(PERIODS_PER_SAMPLE),
             sum: 0,
             zero_a: 0.0,
+            noise_a: NOISE_A,
             flow: Flow::ALONG,
         }
     }
@@ -91,18 +97,18 @@ impl CurrentSign {
         let Some(driven) = driven else { return };
         if driven.duty == 0.0 {
             // Nothing switches: this is what the converter makes of a steady pin.
-            self.zero_a += ZERO_GAIN * excess_a;
+            self.zero_a += REST_GAIN * excess_a;
+            self.noise_a += REST_GAIN * (excess_a.abs() - self.noise_a);
             return;
         }
-        let least_a = if driven.reference_opposes {
-            EXPECTED_A
-        } else {
-            UNEXPECTED_A
-        };
+        let mut least_a = (PER_NOISE * self.noise_a).at_least(LEAST_A);
+        if !driven.reference_opposes {
+            least_a *= UNEXPECTED;
+        }
         self.flow = if excess_a > least_a + SHARE * driven.reading_a {
             let off = 1.0 - DEAD_SHARE - driven.duty;
             Flow {
-                gain: -1.0 / if off > LEAST_OFF { off } else { LEAST_OFF },
+                gain: -1.0 / off.at_least(LEAST_OFF),
                 opposes: true,
             }
         } else {
@@ -168,6 +174,29 @@ mod tests {
         };
         assert!(opposes(true));
         assert!(!opposes(false));
+    }
+
+    #[test]
+    fn a_noisy_sense_takes_more_evidence() {
+        let scale = Scale::of(&p70());
+        let mut sign = CurrentSign::new(&scale);
+        let mut sample = |sign: &mut CurrentSign, a: f32, duty| {
+            for _ in 0..PERIODS_PER_SAMPLE {
+                sign.add((a / scale.a_per_excess()).round() as i16);
+            }
+            sign.judge(Some(Driven {
+                reading_a: 10e-3,
+                duty,
+                reference_opposes: false,
+            }));
+        };
+        for n in 0..1000 {
+            sample(&mut sign, if n % 2 == 0 { 0.8e-3 } else { -0.8e-3 }, 0.0);
+        }
+        sample(&mut sign, 4e-3, 0.3);
+        assert_eq!(sign.flow(), Flow::ALONG);
+        sample(&mut sign, 7e-3, 0.3);
+        assert!(sign.flow().opposes);
     }
 
     #[test]

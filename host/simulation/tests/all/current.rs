@@ -95,6 +95,22 @@ fn an_opposing_current_is_read_with_its_sign_and_held() {
     }
 }
 
+/// Four times the noise that the worlds have: no sample of a steady motion may turn its sign.
+#[test]
+fn noise_does_not_turn_the_sign() {
+    let mut parameters = heavy();
+    parameters.sense.noise_rms_a = 2e-3;
+    let mut bench = Bench::new(&parameters);
+    bench.run(speed(0.3), 0.8, |_, _| ());
+    let mut read = Vec::new();
+    bench.run(speed(0.3), 2.0, |read_a, true_a| {
+        read.push((1e3 * read_a, 1e3 * true_a));
+    });
+    assert!(read.iter().all(|(_, truth)| *truth > 4.0), "{read:?}");
+    let turned = read.iter().filter(|(read, _)| *read < 0.0).count();
+    assert_eq!(turned, 0, "{read:?}");
+}
+
 #[test]
 fn a_braking_current_has_the_sign_of_its_torque() {
     let read = after_a_run(&heavy(), Setpoint::Brake);
