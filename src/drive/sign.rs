@@ -180,7 +180,7 @@ mod tests {
     fn a_noisy_sense_takes_more_evidence() {
         let scale = Scale::of(&p70());
         let mut sign = CurrentSign::new(&scale);
-        let mut sample = |sign: &mut CurrentSign, a: f32, duty| {
+        let sample = |sign: &mut CurrentSign, a: f32, duty| {
             for _ in 0..PERIODS_PER_SAMPLE {
                 sign.add((a / scale.a_per_excess()).round() as i16);
             }
