@@ -4,7 +4,7 @@
 //! choice.
 
 use palpate_document::table::head;
-use palpate_scenes::P70;
+use palpate_simulation::Simulated;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
@@ -12,6 +12,7 @@ use serde::Serialize;
 
 use crate::experiments::catalogue::random_cylinder;
 use crate::experiments::job::{Plan, Wanted, closing};
+use crate::experiments::judge::length_m;
 use crate::experiments::live::{Failure, Setup};
 use crate::experiments::result::Place;
 use crate::experiments::session::{Case, Session};
@@ -20,9 +21,12 @@ use crate::score::{Scores, Trial};
 /// Choices of the setting, false contacts per thousand closings.
 pub const CHOICES: [f32; 6] = [100.0, 10.0, 1.0, 0.1, 0.01, 0.001];
 /// Free closings of one finger.
-const CLOSINGS: usize = 50;
-/// Contacts of one finger: on the proximal phalanx, where a contact is softest, and on the distal one.
-const CONTACTS: [usize; 2] = [5, 5];
+const CLOSINGS: usize = 25;
+/// Contacts of one finger on each of two phalanges: the proximal one, where a contact is softest, and the last.
+const CONTACTS: usize = 5;
+/// Postures of the contacts, `theta_1`, radian: a finger without a spring at joint 1 meets objects anywhere on its travel, the others
+/// past the rest angle of their springs, with way left for the probing.
+const POSTURES_RAD: [std::ops::Range<f64>; 2] = [0.25..1.1, 0.65..0.95];
 
 /// What one choice costs.
 #[derive(Clone, Debug, Serialize)]
@@ -30,6 +34,8 @@ pub struct Row {
     /// Where.
     #[serde(flatten)]
     pub place: Place,
+    /// The finger.
+    pub scene: String,
     /// The setting, false contacts per thousand closings.
     pub sensitivity: f32,
     /// Free closings.
@@ -53,7 +59,10 @@ pub struct Row {
 /// The trials of one finger by choice.
 type Trials = Vec<[Trial; CHOICES.len()]>;
 
-fn judged(session: &mut Session<P70>, case: &Case) -> Result<[Trial; CHOICES.len()], Failure> {
+fn judged<S: Simulated>(
+    session: &mut Session<S>,
+    case: &Case,
+) -> Result<[Trial; CHOICES.len()], Failure> {
     let calibration = session.calibrated;
     let mut trials = [Trial::default(); CHOICES.len()];
     for (trial, choice) in trials.iter_mut().zip(CHOICES) {
@@ -63,23 +72,30 @@ fn judged(session: &mut Session<P70>, case: &Case) -> Result<[Trial; CHOICES.len
     Ok(trials)
 }
 
-fn finger(plan: &Plan, index: u64, closings: usize) -> Result<Trials, Failure> {
+fn finger<S: Simulated>(plan: &Plan, index: u64, closings: usize) -> Result<Trials, Failure> {
     let seed = plan.seed + 7000 + index;
-    let mut session =
-        Session::<P70>::new(&plan.parameters.randomised(seed), &Setup::default(), seed)?;
+    let parameters = plan.of(S::NAME).map_err(palpate_simulation::Error::Plant)?;
+    let mut session = Session::<S>::new(&parameters.randomised(seed), &Setup::default(), seed)?;
     let mut random = Pcg64Mcg::seed_from_u64(seed ^ 0x00fa_15e0);
     let mut trials = Trials::new();
     for _ in 0..closings {
         let case = session.free_closing()?;
         trials.push(judged(&mut session, &case)?);
     }
-    for (phalanx, (contacts, length_m)) in (1..).zip(CONTACTS.into_iter().zip([0.090, 0.070])) {
-        for _ in 0..contacts {
+    let [unsprung, sprung] = POSTURES_RAD;
+    let postures = if parameters.finger.spring_nm_per_rad[0] > 0.0 {
+        sprung
+    } else {
+        unsprung
+    };
+    for phalanx in [1, S::PHALANGES] {
+        let length_m = length_m::<S>(phalanx)?;
+        for _ in 0..CONTACTS {
             let case = closing(&mut session, || Wanted {
                 object: random_cylinder(&mut random),
                 phalanx,
                 k_m: length_m * random.random_range(0.05..0.95),
-                theta_1_rad: random.random_range(0.25..1.1),
+                theta_1_rad: random.random_range(postures.clone()),
                 any_first: false,
             })?;
             trials.push(judged(&mut session, &case)?);
@@ -88,14 +104,19 @@ fn finger(plan: &Plan, index: u64, closings: usize) -> Result<Trials, Failure> {
     Ok(trials)
 }
 
-/// `closings` free closings on as many fingers as they need. The second list: fingers that did not get through.
+/// `closings` free closings on as many fingers of a scene as they need. The second list: fingers that did not get through. `None` where
+/// there is no such scene.
 #[must_use]
-pub fn study(plan: &Plan, closings: usize) -> (Vec<Row>, Vec<Failure>) {
+pub fn study(plan: &Plan, scene: &str, closings: usize) -> Option<(Vec<Row>, Vec<Failure>)> {
+    palpate_scenes::for_scene!(scene, |S| study_of::<S>(plan, closings))
+}
+
+fn study_of<S: Simulated>(plan: &Plan, closings: usize) -> (Vec<Row>, Vec<Failure>) {
     let fingers = closings.div_ceil(CLOSINGS) as u64;
     let each = closings.div_ceil(fingers.max(1) as usize);
     let found: Vec<_> = (0..fingers)
         .into_par_iter()
-        .map(|index| finger(plan, index, each))
+        .map(|index| finger::<S>(plan, index, each))
         .collect();
     let (mut all, mut failed) = (Trials::new(), Vec::new());
     for one in found {
@@ -115,10 +136,11 @@ pub fn study(plan: &Plan, closings: usize) -> (Vec<Row>, Vec<Failure>) {
             Scores::of(of)
         };
         let free = Scores::of(trials.iter().filter(|trial| trial.truth.is_none()));
-        let [proximal, distal] = [on(1), on(2)];
+        let [proximal, distal] = [on(1), on(S::PHALANGES)];
         let delays = |scores: &Scores| [scores.touch_delay_ms, scores.touch_delay_90_ms];
         Row {
             place: plan.place.clone(),
+            scene: S::NAME.to_owned(),
             sensitivity: CHOICES[index],
             free: free.free,
             false_contacts: free.free_touched,

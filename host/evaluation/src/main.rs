@@ -107,6 +107,9 @@ struct FalseContacts {
     /// What computes finger and object: plant, or mujoco.
     #[arg(long)]
     engine: Option<Engine>,
+    /// The finger: one of scenes/*.toml, by name or file.
+    #[arg(long, default_value = palpate_scenes::NAMES[0], value_parser = scene::named)]
+    scene: String,
     /// Free closings in each world.
     #[arg(long, default_value_t = 1000)]
     closings: usize,
@@ -185,7 +188,8 @@ fn false_contacts(options: &FalseContacts) -> Outcome {
     let mut all = Vec::new();
     for world in worlds {
         let plan = plan(world, options.engine, options.seed, false)?;
-        let (rows, failed) = false_contacts::study(&plan, options.closings);
+        let (rows, failed) = false_contacts::study(&plan, &options.scene, options.closings)
+            .ok_or_else(|| format!("there is no scene '{}'", options.scene))?;
         for failure in failed {
             eprintln!("{world}, a finger: {failure}");
         }

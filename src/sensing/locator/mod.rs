@@ -16,6 +16,7 @@
 //! | `onset` | the free finger where a contact begins |
 //! | `fit` | one fit: passes over the curve, a few points at a time |
 //! | `starts` | hypotheses and where their fits begin: the finger's inverse, and beside it |
+//! | `shares` | how much of the curve one contact explains |
 //! | `posterior` | verdict: fits weighted by their evidence |
 
 mod fit;
@@ -24,6 +25,7 @@ mod noise;
 mod onset;
 mod posterior;
 mod prior;
+mod shares;
 mod starts;
 #[cfg(all(test, feature = "firmware"))]
 mod tests;
@@ -39,6 +41,7 @@ use crate::sensing::curve::Point;
 use crate::sensing::{Calibration, Drivetrain, SeriesElement};
 use fit::{Fit, Fitted, Hypothesis, Progress};
 use model::{Hold, Model};
+use shares::Longer;
 
 /// Smallest number of points for a fit.
 pub const LEAST_POINTS: usize = 5;
@@ -56,9 +59,6 @@ const ORDER: [(usize, usize); 5] = [(1, 1), (0, 1), (2, 1), (3, 2), (4, 3)];
 const HOPELESS: f32 = 10.0;
 /// Largest number of hypotheses: two places on each of two phalanges, and a proximal contact.
 const MOST: usize = 5;
-/// Shares of the rise to which the curve is shortened when no hypothesis explains all of it: second contacts, flat faces and soft
-/// objects change the later part (docs/MECHANICS.md#estimation-from-recordings).
-const SHARES: [f32; 5] = [1.0, 0.6, 0.35, 0.2, 0.12];
 /// Starting places of a thorough search, as shares of one side of a phalanx's stiffest place.
 const STARTS: [f32; 2] = [0.2, 0.75];
 
@@ -125,8 +125,12 @@ pub struct Locator<F: Mechanics, X: SeriesElement> {
     start: usize,
     /// Whether this round starts each fit at several places.
     thorough: bool,
-    /// Index into [`SHARES`].
+    /// How much of the curve is believed, index into the shares of `shares`.
     share: usize,
+    /// A longer part of the curve, with which this one is compared.
+    longer: Option<Longer>,
+    /// That comparison is over: the next round's verdict stands.
+    compared: bool,
     under_way: bool,
     /// Reason from the slope alone, for a contact that no hypothesis explains.
     class: Class,
@@ -143,6 +147,8 @@ impl<F: Mechanics, X: SeriesElement> Default for Locator<F, X> {
             start: 0,
             thorough: false,
             share: 0,
+            longer: None,
+            compared: false,
             under_way: false,
             class: Class::Invalid,
         }
@@ -167,18 +173,9 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     ) -> bool {
         self.fit = None;
         (self.track, self.order, self.start) = (0, 0, 0);
-        let top_nm = (data.points.iter()).fold(0.0f32, |top, point| point.excess_nm.at_least(top));
-        let limit_nm = SHARES.get(self.share).copied().unwrap_or(1.0) * top_nm;
-        let mut since = 0;
-        self.number = 0;
-        for point in data.points {
-            since += usize::from(point.blocks > 0 && point.time_s >= 0.0);
-            if point.excess_nm > limit_nm && since > LEAST_POINTS {
-                break;
-            }
-            self.number += 1;
-        }
-        self.under_way = since >= LEAST_POINTS && top_nm > 0.0;
+        let (number, enough) = shares::points(data, self.share);
+        self.number = number;
+        self.under_way = enough;
         if !self.under_way {
             return false;
         }
@@ -256,13 +253,6 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     pub fn stop(&mut self) {
         self.under_way = false;
         self.fit = None;
-    }
-
-    /// Shortens the curve at its end; false if it cannot be shortened further.
-    pub fn shorten(&mut self) -> bool {
-        let shorter = self.share + 1 < SHARES.len();
-        self.share += usize::from(shorter);
-        shorter
     }
 
     fn keep(&mut self, fitted: Option<Fitted>) {

@@ -18,6 +18,11 @@ const JOINT_SHARE: f32 = 0.02;
 /// Deviations of chi square above which a hypothesis does not explain the curve.
 const MISFIT_SIGMAS: f32 = 3.0;
 
+/// Largest sum of squared residuals with which a number of points counts as explained.
+pub(super) fn allowed(points: f32) -> f32 {
+    points + MISFIT_SIGMAS * sqrt(2.0 * points)
+}
+
 /// Result of all fits of one place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
@@ -134,7 +139,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     /// Whether any hypothesis explains the curve.
     pub fn explains(&self) -> bool {
         let points = self.number as f32;
-        self.chi_square() <= points + MISFIT_SIGMAS * sqrt(2.0 * points)
+        self.chi_square() <= allowed(points)
     }
 
     /// Whether the likeliest contact slides off its phalanx before the curve ends, while one on another phalanx would not:
@@ -165,17 +170,18 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
 
     /// Sum of squared residuals of the likeliest fit; infinite if there is none.
     fn chi_square(&self) -> f32 {
-        let fits = self
-            .tracks
-            .iter()
-            .flat_map(|track| track.fits.iter().flatten());
-        let mut best = (f32::NEG_INFINITY, f32::INFINITY);
-        for fit in fits {
-            if fit.ln_evidence > best.0 {
-                best = (fit.ln_evidence, fit.chi_square);
+        self.best_fit().map_or(f32::INFINITY, |fit| fit.chi_square)
+    }
+
+    /// The likeliest fit of all.
+    pub(super) fn best_fit(&self) -> Option<&Fitted> {
+        let mut best: Option<&Fitted> = None;
+        for fit in (self.tracks.iter()).flat_map(|track| track.fits.iter().flatten()) {
+            if best.is_none_or(|best| fit.ln_evidence > best.ln_evidence) {
+                best = Some(fit);
             }
         }
-        best.1
+        best
     }
 
     /// Why nothing explains the curve.

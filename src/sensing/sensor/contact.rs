@@ -170,8 +170,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             let learned = state.learn(contact);
             state.emit_calibration(learned);
         } else {
-            let explained = contact.locator.explains() && !contact.locator.leans_on_its_end();
-            if !explained && contact.locator.shorten() {
+            let curve = &contact.collector.curve;
+            if !contact.locator.stands(&state.data(curve, curve.points())) {
                 return;
             }
             state.report(contact, true);

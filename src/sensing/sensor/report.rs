@@ -122,7 +122,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         let (mut k_c, mut force_n, mut force_sigma_n) = (f32::INFINITY, f32::NAN, f32::NAN);
         let [mut onset_rad, _] = prior.onset_rad;
         if let Some(state) = state {
-            if !contact.collector.is_lost() {
+            let known = !contact.collector.is_lost() && !contact.locator.may_be_shared();
+            if known {
                 (force_n, force_sigma_n) = (state.force.force_n, state.force.sigma_n);
             }
             onset_rad = state.onset_rad;

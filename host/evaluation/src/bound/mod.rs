@@ -110,8 +110,7 @@ pub fn located(drawn: &Drawn) -> LocatorResult {
     let mut locator = Locator::<_, Cable>::default();
     while locator.begin(&finger, &data, prior, &near, true) {
         while !locator.step(&finger, &data, prior, &near) {}
-        let explained = locator.explains() && !locator.leans_on_its_end();
-        if explained || !locator.shorten() {
+        if locator.stands(&data) {
             break;
         }
     }

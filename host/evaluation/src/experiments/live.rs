@@ -191,7 +191,7 @@ impl<S: Simulated> Bench<S> {
     }
 
     /// The guided calibration: a press against the closing stop, then a pin at each of these places of the distal
-    /// phalanx.
+    /// phalanx, met with joint 1 at the first of these angles that the finger takes.
     ///
     /// Returns what was refused.
     ///
@@ -200,15 +200,26 @@ impl<S: Simulated> Bench<S> {
     pub fn calibrate(
         &mut self,
         places_m: &[f64],
-        theta_1_rad: f64,
+        theta_1_rad: &[f64],
     ) -> Result<Vec<Refusal>, Failure> {
         let pressed = Recording::try_from(self.simulation.press()?)?;
         self.stale |= tells_to_record(&pressed);
         let mut refused = refusals(&pressed);
         for &k_m in places_m {
-            let outcome = self
-                .simulation
-                .calibrate(S::PHALANGES, k_m as f32, theta_1_rad)?;
+            let mut met = Err(Failure::Missing("angle for a pin"));
+            for &angle_rad in theta_1_rad {
+                met = (self.simulation)
+                    .calibrate(S::PHALANGES, k_m as f32, angle_rad)
+                    .map_err(Failure::from);
+                // No such place at this angle: nothing has moved yet.
+                if !matches!(
+                    met,
+                    Err(Failure::Simulation(palpate_simulation::Error::Plant(_)))
+                ) {
+                    break;
+                }
+            }
+            let outcome = met?;
             let felt = Recording::try_from(outcome)?;
             self.stale |= tells_to_record(&felt);
             refused.extend(refusals(&felt));

@@ -11,8 +11,9 @@ use super::result::Method;
 use crate::paper;
 use crate::score::{Contact, Trial};
 
-/// Joint angle at which the pins of the guided calibration are felt, radian.
-const PIN_THETA_1_RAD: f64 = 0.6;
+/// Joint angles at which the pins of the guided calibration are felt, radian: the first that the finger takes. One that its weight
+/// closes may begin beyond it.
+const PIN_THETA_1_RAD: [f64; 3] = [0.6, 0.75, 0.9];
 
 /// What one closing was, and what it recorded.
 #[derive(Clone, Debug)]
@@ -60,7 +61,7 @@ impl<S: Simulated> Session<S> {
         let nominal = *bench.calibration();
         let length = judge::length_m::<S>(S::PHALANGES)?;
         let places = PIN_SHARES.map(|share| share * length);
-        let refused = bench.calibrate(&places, PIN_THETA_1_RAD)?;
+        let refused = bench.calibrate(&places, &PIN_THETA_1_RAD)?;
         if let Some(again) = bench.record_if_stale()? {
             free = again;
         }

@@ -20,3 +20,4 @@ mod softer;
 mod speed;
 mod travel;
 mod weight;
+mod wrapped;
