@@ -155,19 +155,28 @@ fn study_of<S: Simulated>(plan: &Plan, closings: usize) -> (Vec<Row>, Vec<Failur
     ((0..CHOICES.len()).map(row).collect(), failed)
 }
 
+/// A world's name, with its engine where it is not the plant.
+fn world(place: &Place) -> String {
+    match place.engine.as_str() {
+        "plant" => place.world.clone(),
+        engine => format!("{}@{engine}", place.world),
+    }
+}
+
 /// The table of the manual.
 #[must_use]
 pub fn markdown(rows: &[Row]) -> String {
     let mut out = head(
-        "world | `sensitivity` | false contacts | false `unusual` | contacts early, missed | proximal, ms: median, 90 % \
+        "world | scene | `sensitivity` | false contacts | false `unusual` | contacts early, missed | proximal, ms: median, 90 % \
          | distal, ms: median, 90 %",
     );
     let whole = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.0}"));
     let pair = |[a, b]: [Option<f64>; 2]| format!("{}, {}", whole(a), whole(b));
     for row in rows {
         let line = format!(
-            "| {} | {} | {} of {} | {} | {}, {} of {} | {} | {} |\n",
-            row.place.world,
+            "| {} | {} | {} | {} of {} | {} | {}, {} of {} | {} | {} |\n",
+            world(&row.place),
+            row.scene,
             row.sensitivity,
             row.false_contacts,
             row.free,
