@@ -20,6 +20,8 @@ use crate::score::{Scores, Trial};
 
 /// Choices of the setting, false contacts per thousand closings.
 pub const CHOICES: [f32; 6] = [100.0, 10.0, 1.0, 0.1, 0.01, 0.001];
+/// Seeds of the fingers, from the plan's on.
+const SEEDS: u64 = 7000;
 /// Free closings of one finger.
 const CLOSINGS: usize = 25;
 /// Contacts of one finger on each of two phalanges: the proximal one, where a contact is softest, and the last.
@@ -72,8 +74,7 @@ fn judged<S: Simulated>(
     Ok(trials)
 }
 
-fn finger<S: Simulated>(plan: &Plan, index: u64, closings: usize) -> Result<Trials, Failure> {
-    let seed = plan.seed + 7000 + index;
+fn finger<S: Simulated>(plan: &Plan, seed: u64, closings: usize) -> Result<Trials, Failure> {
     let parameters = plan.of(S::NAME).map_err(palpate_simulation::Error::Plant)?;
     let mut session = Session::<S>::new(&parameters.randomised(seed), &Setup::default(), seed)?;
     let mut random = Pcg64Mcg::seed_from_u64(seed ^ 0x00fa_15e0);
@@ -104,19 +105,23 @@ fn finger<S: Simulated>(plan: &Plan, index: u64, closings: usize) -> Result<Tria
     Ok(trials)
 }
 
-/// `closings` free closings on as many fingers of a scene as they need. The second list: fingers that did not get through. `None` where
-/// there is no such scene.
+/// Rows, and seeds of the fingers that did not get through, with the reason.
+pub type Study = (Vec<Row>, Vec<(u64, Failure)>);
+
+/// `closings` free closings on as many fingers of a scene as they need. `None` where there is no such
+/// scene.
 #[must_use]
-pub fn study(plan: &Plan, scene: &str, closings: usize) -> Option<(Vec<Row>, Vec<Failure>)> {
+pub fn study(plan: &Plan, scene: &str, closings: usize) -> Option<Study> {
     palpate_scenes::for_scene!(scene, |S| study_of::<S>(plan, closings))
 }
 
-fn study_of<S: Simulated>(plan: &Plan, closings: usize) -> (Vec<Row>, Vec<Failure>) {
+fn study_of<S: Simulated>(plan: &Plan, closings: usize) -> Study {
     let fingers = closings.div_ceil(CLOSINGS) as u64;
     let each = closings.div_ceil(fingers.max(1) as usize);
     let found: Vec<_> = (0..fingers)
         .into_par_iter()
-        .map(|index| finger::<S>(plan, index, each))
+        .map(|index| plan.seed + SEEDS + index)
+        .map(|seed| finger::<S>(plan, seed, each).map_err(|failure| (seed, failure)))
         .collect();
     let (mut all, mut failed) = (Trials::new(), Vec::new());
     for one in found {

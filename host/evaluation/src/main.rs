@@ -190,8 +190,8 @@ fn false_contacts(options: &FalseContacts) -> Outcome {
         let plan = plan(world, options.engine, options.seed, false)?;
         let (rows, failed) = false_contacts::study(&plan, &options.scene, options.closings)
             .ok_or_else(|| format!("there is no scene '{}'", options.scene))?;
-        for failure in failed {
-            eprintln!("{world}, a finger: {failure}");
+        for (seed, failure) in failed {
+            eprintln!("{world}, finger of seed {seed}: {failure}");
         }
         all.extend(rows);
     }

@@ -28,6 +28,10 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             return self.learn_from_press(contact);
         }
         if let Directive::Calibrate { phalanx, k_m } = self.directive {
+            // The record did not fit on the way there: what the curve has more than the pin may be friction.
+            if self.stale_told {
+                return Err(Refusal::Misfit);
+            }
             let length_m = self
                 .finger
                 .phalanx_length_m(phalanx)

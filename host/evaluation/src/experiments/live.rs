@@ -191,9 +191,10 @@ impl<S: Simulated> Bench<S> {
     }
 
     /// The guided calibration: a press against the closing stop, then a pin at each of these places of the distal
-    /// phalanx, met with joint 1 at the first of these angles that the finger takes.
+    /// phalanx, met with joint 1 at the first of these angles that the finger takes. Friction is recorded again where the log asks
+    /// for it.
     ///
-    /// Returns what was refused.
+    /// Returns what was refused, and the recording of the last friction record if there was another one.
     ///
     /// # Errors
     /// [`Failure`].
@@ -201,10 +202,11 @@ impl<S: Simulated> Bench<S> {
         &mut self,
         places_m: &[f64],
         theta_1_rad: &[f64],
-    ) -> Result<Vec<Refusal>, Failure> {
+    ) -> Result<(Vec<Refusal>, Option<Recording>), Failure> {
         let pressed = Recording::try_from(self.simulation.press()?)?;
         self.stale |= tells_to_record(&pressed);
         let mut refused = refusals(&pressed);
+        let mut again = self.record_if_stale()?;
         for &k_m in places_m {
             let mut met = Err(Failure::Missing("angle for a pin"));
             for &angle_rad in theta_1_rad {
@@ -223,8 +225,9 @@ impl<S: Simulated> Bench<S> {
             let felt = Recording::try_from(outcome)?;
             self.stale |= tells_to_record(&felt);
             refused.extend(refusals(&felt));
+            again = self.record_if_stale()?.or(again);
         }
-        Ok(refused)
+        Ok((refused, again))
     }
 
     /// Does what the log asks of a user whose friction record no longer fits: records again with nothing in the way. The
@@ -232,7 +235,7 @@ impl<S: Simulated> Bench<S> {
     ///
     /// # Errors
     /// [`Failure`].
-    pub fn record_if_stale(&mut self) -> Result<Option<Recording>, Failure> {
+    fn record_if_stale(&mut self) -> Result<Option<Recording>, Failure> {
         if !std::mem::take(&mut self.stale) {
             return Ok(None);
         }

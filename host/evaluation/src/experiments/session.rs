@@ -57,14 +57,12 @@ impl<S: Simulated> Session<S> {
     /// # Errors
     /// [`Failure`].
     pub fn new(parameters: &Parameters, setup: &Setup, seed: u64) -> Result<Self, Failure> {
-        let (mut bench, mut free) = Bench::<S>::new(parameters, setup, seed)?;
+        let (mut bench, free) = Bench::<S>::new(parameters, setup, seed)?;
         let nominal = *bench.calibration();
         let length = judge::length_m::<S>(S::PHALANGES)?;
         let places = PIN_SHARES.map(|share| share * length);
-        let refused = bench.calibrate(&places, &PIN_THETA_1_RAD)?;
-        if let Some(again) = bench.record_if_stale()? {
-            free = again;
-        }
+        let (refused, again) = bench.calibrate(&places, &PIN_THETA_1_RAD)?;
+        let free = again.unwrap_or(free);
         let friction = bench.friction()?;
         let model = judge::paper_model::<S>()?;
         let threshold_nm = paper::friction_threshold(&model, &judge::free_motion(&free))
