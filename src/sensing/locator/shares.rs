@@ -1,7 +1,7 @@
 //! How much of the curve one contact explains: second contacts, flat faces and soft objects change its later part
 //! (docs/MECHANICS.md#estimation-from-recordings).
 //!
-//! A finger of three phalanges goes on turning after its first contact, and in most grasps a second phalanx meets the object
+//! A finger of three phalanges goes on turning after its first contact, and in many grasps a second phalanx meets the object
 //! before the probing ends. The fit gives way to that: place, radius and friction bend until the whole curve is explained,
 //! badly, and the place is off by several of its deviations. So a longer part of the curve must explain the points that it has
 //! more than a shorter one: what they add to the cost (squared residuals and what the priors gave way) is compared with what
