@@ -108,8 +108,7 @@ fn finger<S: Simulated>(plan: &Plan, seed: u64, closings: usize) -> Result<Trial
 /// Rows, and seeds of the fingers that did not get through, with the reason.
 pub type Study = (Vec<Row>, Vec<(u64, Failure)>);
 
-/// `closings` free closings on as many fingers of a scene as they need. `None` where there is no such
-/// scene.
+/// `closings` free closings on as many fingers of a scene as they need. `None` where there is no such scene.
 #[must_use]
 pub fn study(plan: &Plan, scene: &str, closings: usize) -> Option<Study> {
     palpate_scenes::for_scene!(scene, |S| study_of::<S>(plan, closings))

@@ -58,7 +58,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             points: self.number,
             cost: self.cost(),
         };
-        // A part that one contact explains, if a longer one does not explain what it has more.
+        // Stay with the longer part, unless this one is explained and the longer one's further points are not.
         let found = match self.longer {
             Some(longer) if !explained || longer.explains_beyond(&own) => longer,
             _ if explained => own,
@@ -66,7 +66,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         };
         self.longer = Some(found);
         let (fewer, _) = points(data, self.share + 1);
-        // Even a perfect fit of the next shorter part would show nothing.
+        // Stop where even a perfect fit of the next shorter part would show nothing.
         let hopeless = found.cost <= allowed(found.points.saturating_sub(fewer) as f32);
         if !hopeless && self.shorten() {
             return false;

@@ -28,7 +28,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             return self.learn_from_press(contact);
         }
         if let Directive::Calibrate { phalanx, k_m } = self.directive {
-            // The record did not fit on the way there: what the curve has more than the pin may be friction.
+            // The friction record did not fit on the way to the pin: part of the curve may be friction.
             if self.stale_told {
                 return Err(Refusal::Misfit);
             }
