@@ -7,7 +7,7 @@ use embassy_stm32::usart::BufferedUartTx;
 use crate::scene::Active;
 use palpate::app::console::command::{Command, Verb};
 use palpate::app::console::settings::{Overrides, Setting};
-use palpate::app::console::text::{Answer, Decimal, Plain};
+use palpate::app::console::text::{Answer, Decimal, Plain, Whole};
 use palpate::app::grasp::coordinator::{Action, Coordinator};
 use palpate::app::grasp::sensing::ContactSensing;
 use palpate::app::log::{self, Log};
@@ -192,11 +192,11 @@ impl Application {
     /// A piece of what `save` would keep, its bytes as numbers behind the piece's own, so that a recording tells what was known
     /// when it began; false after the last one.
     fn kept(self, answer: &mut Answer, piece: usize) -> bool {
-        let _ = write!(answer, "kept {}", piece as i32);
+        let _ = write!(answer, "kept {}", Whole(piece as i32));
         let (mut place, from) = (0, piece * PIECE_BYTES);
         self.encode(&mut |byte| {
             if (from..from + PIECE_BYTES).contains(&place) {
-                let _ = write!(answer, " {}", i32::from(byte));
+                let _ = write!(answer, " {}", Whole(byte.into()));
             }
             place += 1;
         });
@@ -247,7 +247,7 @@ impl Application {
             answer,
             "state {}, position {} counts, current {} mA, supply {} V, winding {} C, fault {}",
             Plain(state.name()),
-            status.position_counts,
+            Whole(status.position_counts),
             Decimal(status.current_a * 1e3),
             Decimal(status.supply_v),
             Decimal(status.winding_c),

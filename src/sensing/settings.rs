@@ -1,5 +1,7 @@
 //! Settings of the sensing, and directives from the sequence.
 
+use crate::numeric::Bounded;
+
 /// Settings of the sensing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -41,6 +43,13 @@ pub struct Settings {
 const ENOUGH: f32 = 0.95;
 
 impl Settings {
+    /// Mean and deviation of contact friction of which a user says that it is about so much: a third of it, and no less than these
+    /// settings have.
+    pub fn rubbed_with(&self, mean: f32) -> [f32; 2] {
+        let [_, deviation] = self.contact_friction;
+        [mean, deviation.at_least(mean / 3.0)]
+    }
+
     /// Torque above friction at which the last word on a contact, or on how the object is held, is due, newton metre.
     pub fn enough_nm(&self) -> f32 {
         ENOUGH * self.torque_limit_nm

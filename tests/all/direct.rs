@@ -183,24 +183,38 @@ fn a_phalanx_that_is_pushed_open_rubs_the_other_way() {
         }
         low
     };
-    let by_friction = |thickness: f64| (turned(1e-4, thickness) - turned(-1e-4, thickness)) / 2e-4;
     let contact = Contact {
         phalanx: 2,
         k_m: k as f32,
         radius_m: 0.0,
     };
-    let mut path = finger
-        .path(&finger.rest(), 0.0, contact)
-        .expect("it presses");
-    let found = finger.follow(&mut path, torque as f32).expect("it stays");
-    let thin = f64::from(found.rotation_by_friction_rad);
-    let per_m = f64::from(found.rotation_by_friction_and_thickness_rad_per_m);
-    let thick = thin + half_thickness * per_m;
-    assert!(thin < 0.0, "it stiffens: {thin}");
-    for (found, expected) in [
-        (thin, by_friction(0.0)),
-        (thick, by_friction(half_thickness)),
+    for (friction, thickness) in [
+        (0.0, 0.0),
+        (0.0, half_thickness),
+        (0.3, 0.0),
+        (0.8, half_thickness),
     ] {
-        assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
+        let mut path = finger
+            .path(&finger.rest(), 0.0, contact)
+            .expect("it presses");
+        finger
+            .rub(&mut path, friction as f32, thickness as f32)
+            .expect("finite");
+        let found = finger.follow(&mut path, torque as f32).expect("it stays");
+        let expected = turned(friction, thickness);
+        let rotation = f64::from(found.rotation_rad);
+        assert!(
+            (rotation / expected - 1.0).abs() < 1e-5,
+            "{rotation} {expected}"
+        );
+        let step = 1e-4;
+        let by_friction = (turned(friction + step, thickness) - turned(friction - step, thickness))
+            / (2.0 * step);
+        assert!(by_friction < 0.0, "it stiffens: {by_friction}");
+        let told = f64::from(found.rotation_by_friction_rad);
+        assert!(
+            (told / by_friction - 1.0).abs() < 1e-3,
+            "{told} {by_friction}"
+        );
     }
 }

@@ -2,6 +2,8 @@
 
 use crate::outcome::verdict;
 use crate::{Board, Machine, Outcome, Row, Slow};
+use palpate::app::console::command::Command;
+use palpate::app::console::settings::Setting;
 use palpate::drive::config::OutOfRange;
 use palpate::drive::controller::Controller;
 use palpate::drive::sequence::{Refused, Request, State};
@@ -114,11 +116,25 @@ impl<S: Simulated> Simulation<S> {
         }
     }
 
-    /// Offset, homing, and friction recorded on a free closing and opening.
+    /// What the user knows of the skin is set; then offset, homing, and friction recorded on a free closing and opening.
     ///
     /// # Errors
     /// The sequence refused.
     pub fn prepare(&mut self) -> Result<Outcome, Error> {
+        let stated = self
+            .machine
+            .board
+            .plant
+            .parameters()
+            .contact
+            .stated_friction;
+        if stated > 0.0 {
+            let set = Command::Set(Setting::ContactFriction, stated as f32);
+            self.slow()
+                .coordinator
+                .command(set)
+                .map_err(Error::Refused)?;
+        }
         self.machine.board.plant.place(&Grasp::Free)?;
         self.motion(Request::RecordFriction, Directive::Watch)
     }

@@ -72,6 +72,8 @@ settings! {
     HoldTime "hold-time" "s" 1.0, 0.0 to 60.0;
     /// Efficiency of the drivetrain under load, used until a calibration replaces it, 0 to 1.
     Efficiency "efficiency" "%" 1e-2, 5.0 to 95.0;
+    /// Coefficient of friction between the phalanges' skin and objects, as a share.
+    ContactFriction "contact-friction" "%" 1e-2, 0.0 to 150.0;
     /// Supply voltage below which the bridge is switched off, volt.
     // The bridge runs from 4.5 V; the winding is made for 12 V.
     SupplyMin "supply-min" "V" 1.0, 4.5 to 12.0;

@@ -1,9 +1,9 @@
 //! Text of the answers, and the numbers in it and in commands.
 //!
-//! Numbers are read and written as thousandths by `core`'s own integers: `core`'s floating-point text brings tables and
-//! big-number code for digits that no answer shows.
+//! Numbers are read and written as thousandths, digit by digit: `core`'s floating-point text brings tables and big-number code for
+//! digits that no answer shows, its text of integers 900 bytes of padding, and `itoa` a table.
 
-use core::fmt::{self, Display};
+use core::fmt::{self, Display, Write};
 
 /// Longest answer, bytes.
 pub const ANSWER_BYTES: usize = 120;
@@ -35,15 +35,43 @@ impl Display for Decimal {
         if magnitude > 2.0e6 {
             return f.write_str("large");
         }
-        // Of one type with all other integers that are written: its text is there once.
-        let (whole, fraction) = ((thousandths / ONE) as i32, (thousandths % ONE) as i32);
-        match fraction {
-            0 => write!(f, "{whole}"),
-            _ if fraction % 100 == 0 => write!(f, "{whole}.{}", fraction / 100),
-            _ if fraction % 10 == 0 => write!(f, "{whole}.{:02}", fraction / 10),
-            _ => write!(f, "{whole}.{fraction:03}"),
+        // Without trailing zeros, in units of the last decimal that is left.
+        let (mut number, mut one) = (thousandths, ONE);
+        while one > 1 && number % 10 == 0 {
+            (number, one) = (number / 10, one / 10);
         }
+        write_digits(f, number, one)
     }
+}
+
+/// A whole number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Whole(pub i32);
+
+impl Display for Whole {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0 < 0 {
+            f.write_str("-")?;
+        }
+        write_digits(f, self.0.unsigned_abs(), 1)
+    }
+}
+
+/// Writes the digits of `number / one`, where `one` is a power of ten up to a thousand.
+fn write_digits(f: &mut fmt::Formatter<'_>, number: u32, one: u32) -> fmt::Result {
+    // From the first digit on; its place is not above the number, or is that of a zero before the point, and does not overflow.
+    let mut place = one;
+    while number / place >= 10 {
+        place *= 10;
+    }
+    while place > 0 {
+        f.write_char(char::from(b'0' + (number / place % 10) as u8))?;
+        if place == one && one > 1 {
+            f.write_char('.')?;
+        }
+        place /= 10;
+    }
+    Ok(())
 }
 
 /// Text that is written without padding. Writing a `&str` with `{}` links `core`'s padding, 640 bytes that no answer needs.
@@ -106,7 +134,6 @@ pub(super) fn same(word: &[u8], this: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use core::fmt::Write;
     use proptest::prelude::*;
 
     #[test]
@@ -180,6 +207,11 @@ mod tests {
         fn what_is_written_is_read_back(value in -1.0e3f32..1.0e3) {
             let read = number(Decimal(value).to_string().as_bytes()).expect("a number");
             prop_assert!((read - value).abs() <= 0.5001e-3 + 1e-4);
+        }
+
+        #[test]
+        fn whole_numbers_are_the_standard_library_s(value: i32) {
+            prop_assert_eq!(Whole(value).to_string(), value.to_string());
         }
 
         #[test]

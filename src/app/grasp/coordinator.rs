@@ -367,6 +367,10 @@ fn default_value<S: Scene>(setting: Setting) -> f32 {
         Setting::HoldForce => S::HOLD_FORCE_N,
         Setting::HoldTime => S::MOTION.holding_s,
         Setting::Efficiency => S::EFFICIENCY,
+        Setting::ContactFriction => {
+            let [mean, _] = S::settings().contact_friction;
+            mean
+        }
         Setting::SupplyMin => S::DRIVE.limits.supply_min_v,
         Setting::SupplyMax => S::DRIVE.limits.supply_max_v,
     }

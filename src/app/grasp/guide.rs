@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use crate::app::console::text::Whole;
 use crate::finger::Mechanics;
 use crate::scene::Scene;
 use crate::sensing::location::SeriesElement;
@@ -70,6 +71,7 @@ impl fmt::Display for Hint {
         f.write_str(match self {
             Self::Press => "leave the finger free and enter: calibrate cable",
             Self::Pin { k_mm } => {
+                let k_mm = Whole((*k_mm).into());
                 return write!(
                     f,
                     "put a pin at {k_mm} mm from the last joint and enter: calibrate {k_mm}"

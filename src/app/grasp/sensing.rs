@@ -143,6 +143,9 @@ impl<S: Scene> ContactSensing<S> {
                 Setting::Sensitivity,
                 nominal.false_contacts_per_thousand,
             ),
+            contact_friction: overrides
+                .get(Setting::ContactFriction)
+                .map_or(nominal.contact_friction, |mean| nominal.rubbed_with(mean)),
             // No setting changes the others.
             ..*self.sensor.settings()
         });

@@ -119,6 +119,10 @@ where
         self.weigh(path, weight);
     }
 
+    fn rub(&self, path: &mut Self::Path, friction: f32, half_thickness_m: f32) -> Option<()> {
+        self.rubs(path, friction, half_thickness_m)
+    }
+
     fn follow(&self, path: &mut Self::Path, rise_nm: f32) -> Option<PathPoint> {
         self.continue_to(path, rise_nm)
     }

@@ -42,11 +42,9 @@ pub struct PathPoint {
     pub rotation_by_k_rad_per_m: f32,
     /// Derivative of `rotation_rad` by the contact radius, at this torque, radian per metre.
     pub rotation_by_radius_rad_per_m: f32,
-    /// Derivative of `rotation_rad` by the coefficient of contact friction, at this torque, at none, and for a phalanx
-    /// without thickness, radian (docs/MECHANICS.md#real-fingers).
+    /// Derivative of `rotation_rad` by the coefficient of contact friction, at this torque and that coefficient, radian
+    /// (docs/MECHANICS.md#real-fingers).
     pub rotation_by_friction_rad: f32,
-    /// What half the phalanx's thickness adds to it, radian per metre.
-    pub rotation_by_friction_and_thickness_rad_per_m: f32,
     /// Derivative of `rotation_rad` by a torque that opposes the turning of each joint beyond the first (friction, or a
     /// spring that was held against its stop), at this torque, radian per newton metre.
     pub rotation_by_joint_friction_rad_per_nm: f32,
@@ -56,8 +54,6 @@ pub struct PathPoint {
     pub force_n: f32,
     /// Its derivative by the coefficient of contact friction, as `rotation_by_friction_rad`, newton.
     pub force_by_friction_n: f32,
-    /// What half the phalanx's thickness adds to that, newton per metre.
-    pub force_by_friction_and_thickness_n_per_m: f32,
     /// Change of each joint's angle since contact, radian; zero for joints that the finger does not have. Those beyond the
     /// third: [`Path::joint_changes_rad`](super::Path::joint_changes_rad).
     pub joints_rad: [f32; MAX_PHALANGES],
@@ -175,6 +171,12 @@ pub trait Mechanics {
     /// which the input link held the weight at contact, newton metre, and the derivative of that torque by the input angle, newton
     /// metre per radian. Assumes even mass and phalanges in line at contact, as [`Mechanics::weighed`] does.
     fn load(&self, path: &mut Self::Path, weight: [f32; 2]);
+
+    /// Makes contact friction of a coefficient from 0 act along a path that has just begun, on the surface of a phalanx that lies
+    /// `half_thickness_m` from its centre line (docs/MECHANICS.md#real-fingers). It acts against the sense in which the phalanx begins
+    /// to slide on the object. Where less holds the contact in its place, no more acts: a finger of two phalanges is rigid then. None
+    /// where a value is not finite.
+    fn rub(&self, path: &mut Self::Path, friction: f32, half_thickness_m: f32) -> Option<()>;
 
     /// Follows the path until the input torque has risen by `rise_nm` since contact. Starts from the last point found, so
     /// that rising torques cost little. A rise instead of a torque, because the difference of two torques would round.

@@ -15,8 +15,12 @@ pub(super) struct Linearization<const N: usize> {
     pub(super) stiffness: [[f32; N]; N],
     /// Moment arms p of the contact.
     pub(super) arms: [f32; N],
-    /// Moment arms of a force along the phalanx at its centre line, towards the joint.
-    pub(super) heights: [f32; N],
+    /// Moment arms of contact friction, for a coefficient of 1.
+    pub(super) rubbing: [f32; N],
+    /// Moment arms of the contact force with its friction.
+    pub(super) pressing: [f32; N],
+    /// Coefficient of contact friction.
+    pub(super) friction: f32,
     /// Sense in which each joint has turned since contact, 1 or -1.
     pub(super) turning: [f32; N],
     /// 1 for each joint that the contact has an arm about, 0 beyond.
@@ -26,7 +30,7 @@ pub(super) struct Linearization<const N: usize> {
     pub(super) phi: Rotation,
     /// Its versine, what the radius R shifts the gap by.
     pub(super) gap_by_radius: f32,
-    /// tau - f p.
+    /// What is left of every joint's balance.
     pub(super) torques: [f32; N],
     /// Distance of the cylinder from the phalanx.
     pub(super) gap: f32,
@@ -108,7 +112,10 @@ impl<const N: usize> Start<N> {
         let k_now = phi.cos * (at.k - shift[0]) + phi.sin * (self.radius - shift[1]);
         let normal = self.radius + gap;
 
-        let (mut arms, mut heights, mut loaded) = ([0.0; N], [0.0; N], [0.0; N]);
+        let (mut arms, mut rubbing, mut pressing) = ([0.0; N], [0.0; N], [0.0; N]);
+        let mut loaded = [0.0; N];
+        // The force of friction for a contact force of 1, towards the joint.
+        let pulled = self.slides * self.friction;
         let mut stiffness = gear.w;
         let mut torques = [0.0; N];
         let weight = self.weight(&step);
@@ -119,23 +126,30 @@ impl<const N: usize> Start<N> {
                 if m <= i && q <= i {
                     // dp_m/ddelta_q: the height of the contact over the joint nearer to the base.
                     stiffness[m][q] += at.force * (normal + arms_sines[m.min(q)].1);
+                    // The force along the phalanx turns with it; a joint nearer to the base than m leaves its arm about m.
+                    if q > m {
+                        stiffness[m][q] -= at.force * pulled * (arms_sines[m].0 - arms_sines[q].0);
+                    }
                 }
             }
             stiffness[m][m] += self.stiffness[m];
             if m <= i {
                 arms[m] = k_now + arms_sines[m].0;
-                heights[m] = arms_sines[m].1;
+                rubbing[m] = self.slides * (arms_sines[m].1 + self.half_thickness);
+                pressing[m] = arms[m] + self.friction * rubbing[m];
                 loaded[m] = 1.0;
             }
             let driven = gear.x[m] * rise + x_change[m] * self.torque;
             let sprung = weight[m][0] - self.stiffness[m] * at.delta[m];
-            torques[m] = driven + sprung - at.force * arms[m];
+            torques[m] = driven + sprung - at.force * pressing[m];
         }
         Some(Linearization {
             gear,
             stiffness,
             arms,
-            heights,
+            rubbing,
+            pressing,
+            friction: self.friction,
             turning: at.delta.map(|delta| if delta < 0.0 { -1.0 } else { 1.0 }),
             loaded,
             phi,

@@ -15,6 +15,8 @@ mod linearization;
 mod newton;
 mod response;
 #[cfg(all(test, feature = "firmware"))]
+mod rubbing;
+#[cfg(all(test, feature = "firmware"))]
 mod tests;
 
 use super::{
@@ -26,6 +28,9 @@ use response::Responses;
 
 /// Pieces into which a torque is divided when Newton's method does not reach it in one.
 const PIECES: u8 = 8;
+
+/// Most friction that acts, as a share of what holds a contact: the path's motion beside its rounding.
+const HELD_SHARE: f32 = 0.99;
 
 /// A contact path under way: what was there at contact, and the last point found.
 #[derive(Clone, Copy, Debug)]
@@ -88,6 +93,11 @@ struct Start<const N: usize> {
     /// The finger's weight, along phalanx 1 at contact and across it: twice the torque that it has about joint 1 while the phalanges
     /// are in line, over the stiffness scale.
     weight: [f32; 2],
+    /// Coefficient of contact friction.
+    friction: f32,
+    half_thickness: f32,
+    /// 1 where the phalanx slides towards its joint on the object, -1 where it slides away from it.
+    slides: f32,
     length_scale: f32,
     stiffness_scale: f32,
 }
@@ -127,6 +137,9 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
                 .map(|k| k / stiffness_scale),
             radius: radius_m / length_scale,
             weight: [0.0; 2],
+            friction: 0.0,
+            half_thickness: 0.0,
+            slides: 1.0,
             length_scale,
             stiffness_scale,
         };
@@ -153,6 +166,24 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     pub(crate) fn weigh(&self, path: &mut Path<N>, [weight_nm, per_rad]: [f32; 2]) {
         let double = 2.0 / path.start.stiffness_scale;
         path.start.weight = [double * per_rad, -double * weight_nm];
+    }
+
+    /// See [`super::Mechanics::rub`].
+    pub(crate) fn rubs(
+        &self,
+        path: &mut Path<N>,
+        friction: f32,
+        half_thickness_m: f32,
+    ) -> Option<()> {
+        let Path { start, last } = path;
+        start.half_thickness = half_thickness_m / start.length_scale;
+        let local = start.local(&self.transmission, &last.at, last.rise)?;
+        let [slide, holding] = local.sliding(&last.tangent)?;
+        if slide < 0.0 {
+            start.slides = -1.0;
+        }
+        start.friction = friction.at_most(HELD_SHARE * holding);
+        Some(())
     }
 
     /// The finger at the last point of a path; `None` where it is not stable there.
@@ -229,20 +260,22 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             tangent,
             by_k,
             by_radius,
-            by_friction: [by_friction, by_thickness],
-            force_by_friction: [force_by_friction, force_by_thickness],
+            by_friction,
+            force_by_friction,
             by_joint_friction,
         } = local.responses(near.force)?;
         let mut at = *near;
         at.add(&step.into())?;
-        let compliance = local.compliance(&tangent.delta) / start.stiffness_scale;
+        let stable = local.compliance(&tangent.delta);
+        let compliance =
+            (stable + local.rubbed_compliance(&tangent)).at_least(0.0) / start.stiffness_scale;
         let step = JointStep::of(at.delta);
         let rotation_rad = self.transmission.turned_rad(&start.from, &step)?;
         let reach = start.lengths.get(start.before)?;
         let stays = local.k_now > 0.0
             && local.k_now <= *reach
             && at.force >= -f32::EPSILON
-            && compliance >= 0.0;
+            && stable >= 0.0;
         let force_scale = start.stiffness_scale / start.length_scale;
         let mut joints_rad = [0.0; MAX_PHALANGES];
         for (joint, delta) in joints_rad.iter_mut().zip(at.delta) {
@@ -254,13 +287,10 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             rotation_by_k_rad_per_m: by_k / start.length_scale,
             rotation_by_radius_rad_per_m: by_radius / start.length_scale,
             rotation_by_friction_rad: by_friction,
-            rotation_by_friction_and_thickness_rad_per_m: by_thickness / start.length_scale,
             rotation_by_joint_friction_rad_per_nm: by_joint_friction / start.stiffness_scale,
             k_now_m: self.on_phalanx(start, local.k_now)?,
             force_n: at.force * force_scale,
             force_by_friction_n: force_by_friction * force_scale,
-            force_by_friction_and_thickness_n_per_m: force_by_thickness * force_scale
-                / start.length_scale,
             joints_rad,
         };
         let finite = [rotation_rad, compliance, by_k, by_radius, point.force_n]

@@ -5,11 +5,11 @@
 
 use super::linearization::Linearization;
 use super::newton::Unknown;
-use crate::numeric::{dot, solve, solve_in_place};
+use crate::numeric::{Bounded, dot, solve, solve_in_place};
 use core::array::from_fn;
 
 /// Most loads at a time.
-const MOST: usize = 7;
+const MOST: usize = 6;
 
 /// What the finger held by the contact is loaded with.
 #[derive(Clone, Copy, Debug)]
@@ -39,10 +39,9 @@ pub(super) struct Responses<const N: usize> {
     pub(super) by_k: f32,
     /// The same by the contact radius.
     pub(super) by_radius: f32,
-    /// The same by the coefficient of contact friction for a phalanx without thickness, and what a unit of half the
-    /// thickness adds; with the change of the contact force.
-    pub(super) by_friction: [f32; 2],
-    pub(super) force_by_friction: [f32; 2],
+    /// The same by the coefficient of contact friction, with the change of the contact force.
+    pub(super) by_friction: f32,
+    pub(super) force_by_friction: f32,
     /// The same by a torque that opposes the turning of each joint but the first.
     pub(super) by_joint_friction: f32,
 }
@@ -54,7 +53,7 @@ impl<const N: usize> Linearization<N> {
         let mut a = self.stiffness;
         for m in 0..N {
             for q in 0..N {
-                a[m][q] += self.arms[m] * self.arms[q];
+                a[m][q] += self.pressing[m] * self.arms[q];
             }
         }
         a
@@ -63,7 +62,7 @@ impl<const N: usize> Linearization<N> {
     /// Answers to some loads, [`MOST`] at most; those beyond the loads mean nothing.
     #[inline(never)]
     fn respond(&self, loads: &[Load<N>]) -> Option<[Response<N>; MOST]> {
-        let mut sides = [self.arms; MOST + 1];
+        let mut sides = [self.pressing; MOST + 1];
         for (side, load) in sides.iter_mut().skip(1).zip(loads) {
             *side = load.torques;
         }
@@ -115,6 +114,22 @@ impl<const N: usize> Linearization<N> {
         Some(tangent)
     }
 
+    /// How far the phalanx slides on the object towards its joint for a unit of input torque without friction, and the least coefficient
+    /// of friction that holds it where it is. For the tangent at contact, where there is no force yet.
+    pub(super) fn sliding(&self, tangent: &Response<N>) -> Option<[f32; 2]> {
+        let rubbed = Load {
+            torques: self.rubbing,
+            gap: 0.0,
+        };
+        let [answer, ..] = self.respond(&[rubbed])?;
+        // Friction f in the sense s of sliding leaves the force F / (1 + s f answer.force), and takes s f times that of the answer off
+        // the motion.
+        let slide = dot(&self.rubbing, &tangent.delta);
+        let taken = tangent.force * dot(&self.rubbing, &answer.delta) - slide * answer.force;
+        let holding = slide.abs() / taken.at_least(f32::MIN_POSITIVE);
+        Some([slide, holding])
+    }
+
     /// Everything at a point, to whose force it belongs.
     pub(super) fn responses(&self, force: f32) -> Option<Responses<N>> {
         // Equilibrium and contact, differentiated by k and by the radius.
@@ -124,14 +139,10 @@ impl<const N: usize> Linearization<N> {
         };
         let by_k = moved(self.phi.cos, self.phi.sin);
         let by_radius = moved(self.phi.sin, self.gap_by_radius);
-        // A phalanx that turns towards closing slides towards its joint along the object, one that is pushed open away from it:
-        // the friction pulls it the other way.
-        let slides = if self.phi.sin < 0.0 { -1.0 } else { 1.0 };
         let rubbed = Load {
-            torques: from_fn(|m| -slides * force * self.heights[m]),
+            torques: self.rubbing.map(|arm| -force * arm),
             gap: 0.0,
         };
-        let rubbed_beside = moved(slides, 0.0);
         let braked = Load {
             torques: from_fn(|m| if m == 0 { 0.0 } else { -self.turning[m] }),
             gap: 0.0,
@@ -142,7 +153,6 @@ impl<const N: usize> Linearization<N> {
             by_k,
             by_radius,
             by_friction,
-            by_thickness,
             by_joint_friction,
         ] = self.respond(&[
             self.unbalanced(),
@@ -150,7 +160,6 @@ impl<const N: usize> Linearization<N> {
             by_k,
             by_radius,
             rubbed,
-            rubbed_beside,
             braked,
         ])?;
         Some(Responses {
@@ -158,16 +167,13 @@ impl<const N: usize> Linearization<N> {
             tangent,
             by_k: dot(&self.gear.x, &by_k.delta),
             by_radius: dot(&self.gear.x, &by_radius.delta),
-            by_friction: [
-                dot(&self.gear.x, &by_friction.delta),
-                dot(&self.gear.x, &by_thickness.delta),
-            ],
-            force_by_friction: [by_friction.force, by_thickness.force],
+            by_friction: dot(&self.gear.x, &by_friction.delta),
+            force_by_friction: by_friction.force,
             by_joint_friction: dot(&self.gear.x, &by_joint_friction.delta),
         })
     }
 
-    /// y^T H y for the tangent y: the compliance. Unlike x^T y it keeps its digits near e_2, where y vanishes.
+    /// y^T H y for the tangent y: the compliance without friction. Unlike x^T y it keeps its digits near e_2, where y vanishes.
     pub(super) fn compliance(&self, tangent: &[f32; N]) -> f32 {
         self.stiffness
             .iter()
@@ -176,10 +182,15 @@ impl<const N: usize> Linearization<N> {
             .sum()
     }
 
+    /// What the work of friction adds to it.
+    pub(super) fn rubbed_compliance(&self, tangent: &Response<N>) -> f32 {
+        self.friction * tangent.force * dot(&self.rubbing, &tangent.delta)
+    }
+
     /// Newton's step with the place of the contact unknown and the rotation of the input link `missing` given.
     pub(super) fn place_response(&self, force: f32, missing: f32) -> Option<Unknown<N>> {
         let arms_by_k = self.loaded.map(|loaded| self.phi.cos * loaded);
-        let [u, w, z] = solve(self.braced(), [self.torques, self.arms, arms_by_k])?;
+        let [u, w, z] = solve(self.braced(), [self.torques, self.pressing, arms_by_k])?;
         let z = z.map(|z| z * force);
         let (p, x) = (&self.arms, &self.gear.x);
         let rows = [

@@ -36,7 +36,11 @@ fn weight_torques<const N: usize>(
 }
 
 /// Moment arms about the joints of a force across the last phalanx, metre.
-fn arms<const N: usize>(lengths_m: &[f64; N], angles_rad: &[f64; N], k_m: f64) -> [f64; N] {
+pub(super) fn arms<const N: usize>(
+    lengths_m: &[f64; N],
+    angles_rad: &[f64; N],
+    k_m: f64,
+) -> [f64; N] {
     let direction = |joint: usize| angles_rad[..=joint].iter().sum::<f64>();
     std::array::from_fn(|m| {
         let below = (m..N - 1).map(|j| lengths_m[j] * (direction(j) - direction(N - 1)).cos());
@@ -45,7 +49,7 @@ fn arms<const N: usize>(lengths_m: &[f64; N], angles_rad: &[f64; N], k_m: f64) -
 }
 
 /// Transmission factors by differences of the input angle.
-fn factors<const N: usize, F>(finger: &F, angles_rad: &[f64; N]) -> [f64; N]
+pub(super) fn factors<const N: usize, F>(finger: &F, angles_rad: &[f64; N]) -> [f64; N]
 where
     F: Mechanics<Configuration = Configuration<N>>,
 {

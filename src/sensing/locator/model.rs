@@ -65,7 +65,6 @@ pub(super) struct Model<F: Mechanics, X> {
     origin_rad: f32,
     rad_per_count: f32,
     creep: f32,
-    half_thickness_m: f32,
     /// None while the cable alone gives way.
     path: Option<F::Path>,
     contact_nm: f32,
@@ -110,6 +109,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
             Some(contact) => {
                 let mut path = finger.path(at, onset.torque_nm, contact)?;
                 finger.load(&mut path, prior.weight);
+                finger.rub(&mut path, values[FRICTION], prior.half_thickness_m)?;
                 Some(path)
             }
             None => None,
@@ -127,7 +127,6 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
             origin_rad,
             rad_per_count: drivetrain.rad_per_count,
             creep: drivetrain.creep,
-            half_thickness_m: prior.half_thickness_m,
             path,
             contact_nm: onset.torque_nm,
             contact_by_onset,
@@ -220,9 +219,8 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
             self.torque_nm = factor * point.excess_nm + point.free_nm; // it may fall
         }
         let at = &self.last;
-        let by_friction = self.by_friction();
-        let smooth_rad = at.rotation_rad + values[JOINT] * at.rotation_by_joint_friction_rad_per_nm;
-        let rotation_rad = smooth_rad + values[FRICTION] * by_friction;
+        let rotation_rad =
+            at.rotation_rad + values[JOINT] * at.rotation_by_joint_friction_rad_per_nm;
         let held_nm = (torque_nm - self.contact_nm) / factor;
         let (mut twisting_nm, mut cable, mut bent_nm2) = (0.0, 0.0, 0.0);
         if X::FLEXIBLE {
@@ -235,10 +233,9 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         let near_nm = (torque_nm - point.free_nm) / factor;
         let missing_rad = past_rad - values[CABLE] * twisting_nm;
         // Preload and joint friction hold the finger until a break-away torque, and below it only the cable twists. Test for that:
-        // assume that the cable takes the whole angle, and ask whether the finger would turn at the torque which that needs. Contact
-        // friction is left out because it grows with the contact force and holds nothing at rest. Fingers with a spring at joint 1
-        // are left out because their joints already turn before the contact.
-        let turns_rad = smooth_rad + factor * at.compliance_rad_per_nm * (missing_rad / cable);
+        // assume that the cable takes the whole angle, and ask whether the finger would turn at the torque which that needs. Fingers
+        // with a spring at joint 1 are left out because their joints already turn before the contact.
+        let turns_rad = rotation_rad + factor * at.compliance_rad_per_nm * (missing_rad / cable);
         let held = X::FLEXIBLE && self.contact_by_onset == 0.0 && turns_rad < 0.0;
         let gives = if held { 0.0 } else { 1.0 };
         let compliance = gives * at.compliance_rad_per_nm;
@@ -250,7 +247,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         let mut slopes = [0.0; UNKNOWNS];
         slopes[K] = gives * at.rotation_by_k_rad_per_m;
         slopes[ONSET] = 1.0 - self.contact_by_onset * (compliance + cable / factor);
-        slopes[FRICTION] = gives * by_friction;
+        slopes[FRICTION] = gives * at.rotation_by_friction_rad;
         slopes[JOINT] = gives * at.rotation_by_joint_friction_rad_per_nm;
         slopes[FACTOR] =
             compliance * excess_nm - cable * (point.free_nm - self.contact_nm) / (factor * factor);
@@ -268,13 +265,12 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
 
     /// Contact force at the end of the path, newton.
     pub(super) fn force_n(&self) -> f32 {
-        self.last.force_n * self.share() + self.values[FRICTION] * self.force_by_friction_n()
+        self.last.force_n * self.share()
     }
 
     /// Its derivative by the coefficient of contact friction, newton.
     pub(super) fn force_by_friction_n(&self) -> f32 {
-        let per_m = self.last.force_by_friction_and_thickness_n_per_m;
-        (self.last.force_by_friction_n + self.half_thickness_m * per_m) * self.share()
+        self.last.force_by_friction_n * self.share()
     }
 
     /// Error of the force, newton: beyond the end of the path the contact may stay at the tip, with a force that grows with the
@@ -299,11 +295,6 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
             near_nm = self.on_path(finger, past_rad, near_nm, last)?.excess_nm;
         }
         Some(())
-    }
-
-    fn by_friction(&self) -> f32 {
-        self.last.rotation_by_friction_rad
-            + self.half_thickness_m * self.last.rotation_by_friction_and_thickness_rad_per_m
     }
 }
 

@@ -70,18 +70,18 @@ pub(super) fn curve<F: Mechanics>(
     let before_rad = 0.05;
     // The whole path first: excess torque and measured angle since the onset, by rising torque.
     let mut follower = path;
+    finger
+        .rub(&mut follower, friction, HALF_THICKNESS_M)
+        .unwrap();
     let mut way = vec![(0.0f32, 0.0f32)];
     for i in 1..400 {
         let torque_nm = 1e-3 * i as f32;
         let Some(point) = finger.follow(&mut follower, factor * torque_nm) else {
             break;
         };
-        let rubbing = friction
-            * (point.rotation_by_friction_rad
-                + HALF_THICKNESS_M * point.rotation_by_friction_and_thickness_rad_per_m);
         way.push((
             torque_nm,
-            point.rotation_rad + rubbing + twist(free.torque_nm / factor, torque_nm),
+            point.rotation_rad + twist(free.torque_nm / factor, torque_nm),
         ));
     }
     let held = |past_rad: f32| {
@@ -375,11 +375,9 @@ fn the_force_is_that_of_the_present_angle() {
             let mut path = finger
                 .path(&free.configuration, free.torque_nm, contact)
                 .unwrap();
+            finger.rub(&mut path, 0.1, HALF_THICKNESS_M).unwrap();
             let rise_nm = point.excess_nm + point.free_nm - free.torque_nm;
-            let end = finger.follow(&mut path, rise_nm).unwrap();
-            let rubbing_n = end.force_by_friction_n
-                + HALF_THICKNESS_M * end.force_by_friction_and_thickness_n_per_m;
-            let force_n = end.force_n + 0.1 * rubbing_n;
+            let force_n = finger.follow(&mut path, rise_nm).unwrap().force_n;
             // What was drawn of friction's level is in the torque compared with.
             let off_n = (state.force.force_n - force_n).abs();
             let most_n = 2.0 * state.force.sigma_n + 0.02 * force_n;

@@ -22,13 +22,17 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// Settings of the sensing of a scene.
+    /// Settings of the sensing of a scene, with what the user knows of the skin.
     #[must_use]
-    pub fn settings<S: Scene>(&self) -> Settings {
+    pub fn settings<S: Scene>(&self, parameters: &Parameters) -> Settings {
         let mut settings = S::settings();
         let replace = |place: &mut f32, value: Option<f32>| *place = value.unwrap_or(*place);
         replace(&mut settings.speed_rad_per_s, self.speed_rad_per_s);
         replace(&mut settings.torque_limit_nm, self.torque_limit_nm);
+        let stated = parameters.contact.stated_friction as f32;
+        if stated > 0.0 {
+            settings.contact_friction = settings.rubbed_with(stated);
+        }
         settings
     }
 }

@@ -70,7 +70,7 @@ impl<S: Simulated> Session<S> {
         Ok(Self {
             calibrated: *bench.calibration(),
             bench,
-            settings: setup.settings::<S>(),
+            settings: setup.settings::<S>(parameters),
             free,
             friction,
             refused,

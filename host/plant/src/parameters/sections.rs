@@ -309,6 +309,8 @@ section! {
         stiffness_n_per_m in 1e3, 1e9;
         /// Coulomb friction coefficient.
         friction in 0.0, 2.0;
+        /// What the finger's builder sets as `contact-friction`, because it is known about the skin; 0 leaves it to the scene.
+        stated_friction in 0.0, 1.5;
         /// Sliding speed below which a contact counts as sticking, metre per second.
         creep_speed_m_per_s in 1e-8, 1e-2;
     }

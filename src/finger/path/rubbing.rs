@@ -1,0 +1,205 @@
+//! A contact path with contact friction, against the balance of every joint in f64, and its derivatives against differences.
+
+use super::tests::{arms, factors};
+use crate::finger::{
+    BaseJoint, Configuration, Contact, Finger, Free, Mechanics, PathPoint, Transmission,
+};
+use crate::scene::{Linkage3, P70, Scene, Tendon2, Tendon3};
+use std::vec::Vec;
+
+const HALF_THICKNESS_M: f32 = 0.006;
+const FRICTIONS: [f32; 3] = [0.1, 0.5, 0.9];
+
+/// Torque of contact friction about every joint for a contact force of 1 N, newton metre: a force of `friction` along the last phalanx
+/// on its surface, away from its joint.
+fn pulled<const N: usize>(
+    lengths_m: &[f64; N],
+    angles_rad: &[f64; N],
+    k_m: f64,
+    friction: f64,
+) -> [f64; N] {
+    let (mut joints, mut tip, mut turned) = (Vec::new(), [0.0f64; 2], 0.0f64);
+    for (length, angle) in lengths_m.iter().zip(angles_rad) {
+        turned += angle;
+        joints.push(tip);
+        tip = [
+            tip[0] + length * turned.cos(),
+            tip[1] + length * turned.sin(),
+        ];
+    }
+    let (along, palm) = ([turned.cos(), turned.sin()], [-turned.sin(), turned.cos()]);
+    let last = joints[N - 1];
+    let thick = f64::from(HALF_THICKNESS_M);
+    let surface: [f64; 2] =
+        std::array::from_fn(|axis| last[axis] + k_m * along[axis] + thick * palm[axis]);
+    std::array::from_fn(|m| {
+        let arm = [surface[0] - joints[m][0], surface[1] - joints[m][1]];
+        friction * (arm[0] * along[1] - arm[1] * along[0])
+    })
+}
+
+/// The finger pressed by a contact on its last phalanx, with the friction that acts and its sense; `None` where that is lost on the way.
+fn pressed<const N: usize, T: Transmission<N>, B: BaseJoint>(
+    finger: &Finger<N, T, B>,
+    free: &Free<Configuration<N>>,
+    contact: Contact,
+    friction: f32,
+    rise_nm: f32,
+) -> Option<(PathPoint, [f32; 2])>
+where
+    Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = super::Path<N>>,
+{
+    let mut path = Mechanics::path(finger, &free.configuration, free.torque_nm, contact)?;
+    finger.rub(&mut path, friction, HALF_THICKNESS_M)?;
+    for part in 1..=8u8 {
+        finger.follow(&mut path, rise_nm * f32::from(part) / 8.0)?;
+    }
+    let point = finger.follow(&mut path, rise_nm)?;
+    Some((point, [path.start.friction, path.start.slides]))
+}
+
+/// Checks the balance of every joint; the number of points that were on the finger, with how many of them slid outwards.
+fn balance<const N: usize, T: Transmission<N>, B: BaseJoint>(
+    finger: &Finger<N, T, B>,
+    theta_a_rad: f32,
+) -> [u32; 2]
+where
+    Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = super::Path<N>>,
+{
+    let lengths_m = finger.parameters.lengths_m.map(f64::from);
+    let free = finger
+        .free_at_angle(
+            finger.input_angle_rad(&finger.rest()) + theta_a_rad,
+            &finger.rest(),
+        )
+        .expect("a posture");
+    let at_rad = free.configuration.rad().map(f64::from);
+    let x_before = factors(finger, &at_rad);
+    let mut counts = [0; 2];
+    for share in [0.2, 0.5, 0.9] {
+        let contact = Contact {
+            phalanx: N as u8,
+            k_m: share * finger.parameters.lengths_m[N - 1],
+            radius_m: 0.0,
+        };
+        for friction in FRICTIONS {
+            let rise_nm = 0.04;
+            let Some((point, [acting, sense])) = pressed(finger, &free, contact, friction, rise_nm)
+            else {
+                continue;
+            };
+            let delta: [f64; N] = std::array::from_fn(|joint| point.joints_rad[joint].into());
+            let now: [f64; N] = std::array::from_fn(|joint| at_rad[joint] + delta[joint]);
+            let x_now = factors(finger, &now);
+            let k_now_m = f64::from(point.k_now_m);
+            let outwards = sense < 0.0;
+            counts[0] += 1;
+            counts[1] += u32::from(outwards);
+            let p = arms(&lengths_m, &now, k_now_m);
+            let rubbed = pulled(&lengths_m, &now, k_now_m, f64::from(sense * acting));
+            for joint in 0..N {
+                let (before_nm, rise_nm) = (f64::from(free.torque_nm), f64::from(rise_nm));
+                let driven = x_now[joint] * (before_nm + rise_nm) - x_before[joint] * before_nm;
+                let stiffness = f64::from(finger.parameters.stiffness_nm_per_rad[joint]);
+                let left = driven - stiffness * delta[joint]
+                    + f64::from(point.force_n) * (rubbed[joint] - p[joint]);
+                assert!(
+                    left.abs() < 2e-5 + 1e-3 * driven.abs(),
+                    "joint {joint} of {N}, {share} {friction}: {left} of {driven}"
+                );
+            }
+        }
+    }
+    counts
+}
+
+#[test]
+fn every_joint_is_balanced_with_friction() {
+    let mut counts = [0; 2];
+    for theta_a_rad in [0.3, 1.0] {
+        for [points, outwards] in [
+            balance(&P70::MECHANISM, theta_a_rad),
+            balance(&Tendon2::MECHANISM, theta_a_rad),
+            balance(&Tendon3::MECHANISM, theta_a_rad),
+            balance(&Linkage3::MECHANISM, theta_a_rad),
+        ] {
+            counts = [counts[0] + points, counts[1] + outwards];
+        }
+    }
+    let [points, outwards] = counts;
+    assert!(
+        points > 50 && outwards > 5 && outwards < points - 5,
+        "{counts:?}"
+    );
+}
+
+/// Derivatives by friction, place and radius, and the compliance, against differences.
+#[test]
+fn derivatives_with_friction_are_those_of_the_path() {
+    fn check<const N: usize, T: Transmission<N>, B: BaseJoint>(finger: &Finger<N, T, B>, name: &str)
+    where
+        Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = super::Path<N>>,
+    {
+        let free = finger
+            .free_at_angle(finger.input_angle_rad(&finger.rest()) + 0.7, &finger.rest())
+            .expect("a posture");
+        let (contact, rise_nm) = (
+            Contact {
+                phalanx: N as u8,
+                k_m: 0.35 * finger.parameters.lengths_m[N - 1],
+                radius_m: 0.01,
+            },
+            0.05,
+        );
+        for friction in FRICTIONS {
+            let at = |contact: Contact, friction: f32, rise_nm: f32| {
+                pressed(finger, &free, contact, friction, rise_nm)
+                    .map(|(point, _)| point)
+                    .unwrap_or_else(|| panic!("{name} {friction} {contact:?}"))
+            };
+            let (told, [acting, _]) = pressed(finger, &free, contact, friction, rise_nm)
+                .unwrap_or_else(|| panic!("{name} {friction}"));
+            if acting < friction {
+                // The contact stays where it is but for rolling, and what the path bends.
+                let moved_m = (told.k_now_m - contact.k_m).abs();
+                assert!(moved_m < 2e-3, "{name} {friction} {told:?}");
+                continue;
+            }
+            let (small, short, little) = (0.01, 4e-4, 2e-3);
+            let slope = |more: PathPoint, less: PathPoint, step: f32| {
+                (more.rotation_rad - less.rotation_rad) / (2.0 * step)
+            };
+            let moved = |k: f32, radius: f32| Contact {
+                k_m: contact.k_m + k,
+                radius_m: contact.radius_m + radius,
+                ..contact
+            };
+            let [more, less] = [small, -small].map(|step| at(contact, friction + step, rise_nm));
+            let by_force = (more.force_n - less.force_n) / (2.0 * small);
+            let by_friction = slope(more, less, small);
+            let [more, less] = [short, -short].map(|step| at(moved(step, 0.0), friction, rise_nm));
+            let by_k = slope(more, less, short);
+            let [more, less] = [short, -short].map(|step| at(moved(0.0, step), friction, rise_nm));
+            let by_radius = slope(more, less, short);
+            let [more, less] = [little, -little].map(|step| at(contact, friction, rise_nm + step));
+            let compliance = slope(more, less, little);
+            for (what, told, expected) in [
+                ("friction", told.rotation_by_friction_rad, by_friction),
+                ("force", told.force_by_friction_n, by_force),
+                ("k", told.rotation_by_k_rad_per_m, by_k),
+                ("radius", told.rotation_by_radius_rad_per_m, by_radius),
+                ("torque", told.compliance_rad_per_nm, compliance),
+            ] {
+                let off = (told - expected).abs() / expected.abs();
+                assert!(
+                    off < 0.02,
+                    "{name} {friction}, by {what}: {told} {expected}"
+                );
+            }
+        }
+    }
+    check(&P70::MECHANISM, "p70");
+    check(&Tendon2::MECHANISM, "tendon2");
+    check(&Tendon3::MECHANISM, "tendon3");
+    check(&Linkage3::MECHANISM, "linkage3");
+}
