@@ -27,6 +27,10 @@ const POINTS_A_STEP: usize = 8;
 const FIRST_DAMPING: f32 = 0.02;
 const MOST_DAMPING: f32 = 30.0;
 
+/// One over the variance of a place that may be anywhere on the phalanx, in lengths of it: between those about its middle and about
+/// one of its ends (chosen).
+const UNIFORM: f32 = 4.0;
+
 /// What kind of contact a fit assumes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Hypothesis {
@@ -238,8 +242,11 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         let mut k_sigma_m = 0.0;
         let mut flat = 0.0;
         if has_place {
-            k_sigma_m = length_m * sqrt(factor.covariance(K)[K].at_least(0.0));
-            flat = 0.5 * ln(core::f32::consts::TAU);
+            // A place that the curve hardly tells is one on the phalanx nevertheless.
+            let variance = factor.covariance(K)[K].at_least(0.0);
+            let sharpened = 1.0 + UNIFORM * variance;
+            k_sigma_m = length_m * sqrt(variance / sharpened);
+            flat = 0.5 * ln(core::f32::consts::TAU / sharpened);
         }
         let ln_evidence = -0.5 * self.cost - 0.5 * determinant + flat;
         (ln_evidence.is_finite() && k_sigma_m.is_finite()).then_some(Fitted {

@@ -112,10 +112,16 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         let Some(first) = likeliest(None).filter(|_| self.explains()) else {
             return LocatorResult::Nowhere(self.unexplained());
         };
-        if first.estimate.is_without_place() {
-            return LocatorResult::Nowhere(NotLocated::Proximal);
-        }
         let odds = |of: &Weighed| exp(of.ln_evidence - first.ln_evidence);
+        let rival = likeliest(Some(first)).filter(|rival| odds(rival) > UNLIKELY);
+        if first.estimate.is_without_place() {
+            // As likely beyond joint 2, near to it.
+            let why = match rival {
+                Some(_) => NotLocated::Unobservable,
+                None => NotLocated::Proximal,
+            };
+            return LocatorResult::Nowhere(why);
+        }
         let told = |of: &Weighed| {
             let (mut mine, mut total) = (0.0, 0.0);
             for other in &weighed {
@@ -128,8 +134,8 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             estimate.p_phalanx = mine / total;
             estimate
         };
-        match likeliest(Some(first)) {
-            Some(rival) if rival.estimate.phalanx > 1 && odds(rival) > UNLIKELY => {
+        match rival {
+            Some(rival) if rival.estimate.phalanx > 1 => {
                 LocatorResult::Either([first, rival].map(told))
             }
             _ => LocatorResult::At(told(first)),
