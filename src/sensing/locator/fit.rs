@@ -8,6 +8,7 @@ mod learned;
 
 use super::model::{Hold, Model};
 use super::noise::{Row, Whitening};
+use super::posterior::JOINT_SHARE;
 use super::prior::{
     CABLE, FACTOR, FRICTION, K, LEAST_SHARE, ONSET, Place, Prior, Scaling, UNKNOWNS,
 };
@@ -242,9 +243,14 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         let mut k_sigma_m = 0.0;
         let mut flat = 0.0;
         if has_place {
-            // A place that the curve hardly tells is one on the phalanx nevertheless.
+            // A place that the curve hardly tells is one on the phalanx nevertheless, and one on its joint is that.
+            let precision = if self.x[K] < JOINT_SHARE {
+                1.0 / (JOINT_SHARE * JOINT_SHARE)
+            } else {
+                UNIFORM
+            };
             let variance = factor.covariance(K)[K].at_least(0.0);
-            let sharpened = 1.0 + UNIFORM * variance;
+            let sharpened = 1.0 + precision * variance;
             k_sigma_m = length_m * sqrt(variance / sharpened);
             flat = 0.5 * ln(core::f32::consts::TAU / sharpened);
         }

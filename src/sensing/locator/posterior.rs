@@ -14,7 +14,7 @@ const UNLIKELY: f32 = 0.05;
 /// Stride over the curve's points where only the end of a path is needed.
 const STRIDE: usize = 6;
 /// Nearer to the joint than this share of the phalanx, a contact counts as one on the joint.
-const JOINT_SHARE: f32 = 0.02;
+pub(super) const JOINT_SHARE: f32 = 0.02;
 /// Deviations of chi square above which a hypothesis does not explain the curve.
 const MISFIT_SIGMAS: f32 = 3.0;
 
