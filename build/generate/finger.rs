@@ -43,10 +43,11 @@ pub fn of(scene: &Scene) -> (String, String) {
             list(&scene.list("tendon.pulley_m")),
         )
     };
-    let base = if springless {
-        ", palpate::finger::Springless"
-    } else {
-        ""
+    let base = match (springless, scene.flag("finger.hidden_base")) {
+        (false, false) => "",
+        (true, false) => ", palpate::finger::Springless",
+        (false, true) => ", palpate::finger::HiddenBase<palpate::finger::AnyBase>",
+        (true, true) => ", palpate::finger::HiddenBase<palpate::finger::Springless>",
     };
     let (low, high) = (
         degrees("finger.joint_min_deg"),

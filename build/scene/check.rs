@@ -28,6 +28,7 @@ pub(super) fn check(scene: &Scene) -> Checked {
     drive(scene)?;
     motion(scene)?;
     preload(scene)?;
+    hidden_base(scene)?;
     hall(scene)
 }
 
@@ -303,6 +304,18 @@ fn preload(scene: &Scene) -> Checked {
                 "`{key}` = {value} must be 0 where joint 1 has a spring, or a joint rests above `finger.joint_min_deg`"
             ));
         }
+    }
+    Ok(())
+}
+
+/// A second contact is told from which phalanges touch, the first among them.
+fn hidden_base(scene: &Scene) -> Checked {
+    if scene.flag("finger.hidden_base") && scene.flag("options.second_contact") {
+        return Err(
+            "`options.second_contact` = true is not possible with `finger.hidden_base`: a phalanx that touches nothing \
+             has no contact to tell"
+                .to_owned(),
+        );
     }
     Ok(())
 }

@@ -59,6 +59,7 @@ pub(super) const KEYS: &[Key] = &[
     must("finger.joint_min_deg", PerPhalanx(-180.0, 180.0)),
     must("finger.joint_max_deg", PerPhalanx(-180.0, 180.0)),
     must("finger.half_thickness_m", Number(1e-3, 0.1)),
+    must("finger.hidden_base", Flag),
     // For worlds with gravity: masses of the phalanges, and the angle of "down" from phalanx 1 at theta_1 = 0.
     may("finger.mass_kg", PerPhalanx(1e-4, 10.0)),
     may("finger.gravity_deg", Number(-180.0, 180.0)),

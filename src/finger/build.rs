@@ -66,6 +66,9 @@ pub enum Base {
 pub trait BaseJoint: Copy + core::fmt::Debug {
     /// Which.
     const BASE: Base;
+
+    /// The first phalanx that can touch anything.
+    const FIRST_TOUCHING: u8 = 1;
 }
 
 /// [`Base::Any`].
@@ -82,6 +85,16 @@ pub struct Springless;
 
 impl BaseJoint for Springless {
     const BASE: Base = Base::Springless;
+}
+
+/// A base whose phalanx lies within the palm and touches nothing: its joint gives way to a contact anywhere on the next phalanx,
+/// whose place then changes the stiffness as well (docs/MECHANICS.md#hidden-phalanx).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HiddenBase<B>(PhantomData<B>);
+
+impl<B: BaseJoint> BaseJoint for HiddenBase<B> {
+    const BASE: Base = B::BASE;
+    const FIRST_TOUCHING: u8 = 2;
 }
 
 /// A finger: immutable once built.

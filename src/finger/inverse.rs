@@ -301,7 +301,8 @@ where
         if !(compliance >= 0.0 && compliance.is_finite()) {
             return invalid();
         }
-        let on_joint = (compliance - proximal).abs() <= PROXIMAL_SHARE * proximal;
+        let on_joint =
+            B::FIRST_TOUCHING == 1 && (compliance - proximal).abs() <= PROXIMAL_SHARE * proximal;
         // Without a spring at joint 1 nothing is softer than the free finger.
         if self
             .free(at, torque_nm)

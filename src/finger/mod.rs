@@ -47,7 +47,7 @@ mod two_contacts;
 mod two_joint;
 
 pub use actuated::{ActuatedFinger, ActuatedPlace};
-pub use build::{AnyBase, Base, BaseJoint, Finger, Parameters, Springless};
+pub use build::{AnyBase, Base, BaseJoint, Finger, HiddenBase, Parameters, Springless};
 pub use configuration::{Configuration, JointStep};
 pub use direct::Direct;
 pub use error::{ConfigError, Parameter};

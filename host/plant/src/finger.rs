@@ -41,6 +41,8 @@ struct Held {
 #[derive(Clone, Debug)]
 pub(crate) struct Finger {
     pub count: usize,
+    /// Phalanges within the palm, which touch nothing.
+    hidden: usize,
     pub length: [f64; MAX],
     pub spring: [f64; MAX],
     /// Share of their stiffness that the springs have left (a fault can take some).
@@ -144,6 +146,7 @@ impl Finger {
         let (down_y, down_x) = mechanism.mounting_deg.to_radians().sin_cos();
         let mut finger = Self {
             count,
+            hidden: usize::from(finger.hidden_base),
             length: list(&finger.length_m, |l| l),
             spring,
             springs_left: 1.0,
@@ -227,7 +230,7 @@ impl Finger {
     pub fn clearance(&self, body: &Body) -> f64 {
         let (joint, along) = self.pose();
         let mut least = f64::INFINITY;
-        for i in 0..self.count {
+        for i in self.hidden..self.count {
             body.approach(
                 joint[i],
                 along[i],
@@ -270,6 +273,11 @@ impl Finger {
             return Err(Error::Contact(format!(
                 "phalanx {phalanx} of {}",
                 self.count
+            )));
+        }
+        if i < self.hidden {
+            return Err(Error::Contact(format!(
+                "phalanx {phalanx} lies within the palm"
             )));
         }
         if !(0.0..=self.length[i]).contains(&k) {

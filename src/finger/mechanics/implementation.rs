@@ -10,6 +10,7 @@ where
     PostureStiffness<N>: ContactStatics,
 {
     const PHALANGES: usize = N;
+    const FIRST_TOUCHING: u8 = B::FIRST_TOUCHING;
     type Configuration = Configuration<N>;
     type Path = Path<N>;
 

@@ -66,6 +66,8 @@ pub struct PathPoint {
 pub trait Mechanics {
     /// Number of phalanges.
     const PHALANGES: usize;
+    /// The first phalanx that can touch anything: 1, or 2 where the first lies within the palm.
+    const FIRST_TOUCHING: u8 = 1;
     /// Joint angles with their cosines and sines.
     type Configuration: Copy + core::fmt::Debug;
     /// A contact path under way; see [`Mechanics::path`].

@@ -15,8 +15,6 @@ mod linearization;
 mod newton;
 mod response;
 #[cfg(all(test, feature = "firmware"))]
-mod rubbing;
-#[cfg(all(test, feature = "firmware"))]
 mod tests;
 
 use super::{

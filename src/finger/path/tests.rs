@@ -1,5 +1,7 @@
 //! A contact path under the finger's weight, against the balance of every joint with masses of their own, in f64.
 
+mod rubbing;
+
 use crate::finger::{BaseJoint, Configuration, Contact, Finger, Mechanics, Transmission};
 use crate::scene::{Linkage3, P70, Scene, Tendon2};
 use std::vec::Vec;
@@ -36,11 +38,7 @@ fn weight_torques<const N: usize>(
 }
 
 /// Moment arms about the joints of a force across the last phalanx, metre.
-pub(super) fn arms<const N: usize>(
-    lengths_m: &[f64; N],
-    angles_rad: &[f64; N],
-    k_m: f64,
-) -> [f64; N] {
+fn arms<const N: usize>(lengths_m: &[f64; N], angles_rad: &[f64; N], k_m: f64) -> [f64; N] {
     let direction = |joint: usize| angles_rad[..=joint].iter().sum::<f64>();
     std::array::from_fn(|m| {
         let below = (m..N - 1).map(|j| lengths_m[j] * (direction(j) - direction(N - 1)).cos());
@@ -49,7 +47,7 @@ pub(super) fn arms<const N: usize>(
 }
 
 /// Transmission factors by differences of the input angle.
-pub(super) fn factors<const N: usize, F>(finger: &F, angles_rad: &[f64; N]) -> [f64; N]
+fn factors<const N: usize, F>(finger: &F, angles_rad: &[f64; N]) -> [f64; N]
 where
     F: Mechanics<Configuration = Configuration<N>>,
 {

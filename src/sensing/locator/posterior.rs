@@ -114,7 +114,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         };
         let odds = |of: &Weighed| exp(of.ln_evidence - first.ln_evidence);
         let rival = likeliest(Some(first)).filter(|rival| odds(rival) > UNLIKELY);
-        if first.estimate.is_without_place() {
+        if first.estimate.is_without_place::<F>() {
             // As likely beyond joint 2, near to it.
             let why = match rival {
                 Some(_) => NotLocated::Unobservable,
@@ -383,8 +383,9 @@ const RATIO: f32 = 0.646;
 impl Estimate {
     /// Whether it is on the proximal phalanx or on the very joint of phalanx 2: as compliant as a contact anywhere on
     /// phalanx 1 (docs/MECHANICS.md#contact-stiffness), and nearer to the joint than either phalanx is thick.
-    pub fn is_without_place(&self) -> bool {
-        self.phalanx <= 1 || (self.phalanx == 2 && self.k_m < JOINT_SHARE * self.length_m)
+    fn is_without_place<F: Mechanics>(&self) -> bool {
+        let on_joint = self.phalanx == 2 && self.k_m < JOINT_SHARE * self.length_m;
+        F::FIRST_TOUCHING == 1 && (self.phalanx <= 1 || on_joint)
     }
 
     /// Whether both are the same place within their deviations.

@@ -52,8 +52,10 @@ pub(super) fn find<F: Mechanics, X: SeriesElement>(
         }
         Place::Anywhere => {}
     }
-    let length_m = finger.phalanx_length_m(1).unwrap_or(1.0);
-    add(tracks, 1, length_m, whole, 0.5);
+    if F::FIRST_TOUCHING == 1 {
+        let length_m = finger.phalanx_length_m(1).unwrap_or(1.0);
+        add(tracks, 1, length_m, whole, 0.5);
+    }
     let Some(free) = onset::at::<F, X>(finger, prior.onset_rad[0], prior, near) else {
         return Class::Invalid;
     };

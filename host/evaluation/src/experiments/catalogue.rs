@@ -185,8 +185,8 @@ struct Other {
     seeds: [u64; 2],
 }
 
-/// Tendon with two and three phalanges, linkage with three, a motor at every joint.
-const OTHERS: [Other; 4] = [
+/// Tendon with two and three phalanges and with a hidden one, linkage with three, a motor at every joint.
+const OTHERS: [Other; 5] = [
     Other {
         scene: "tendon2",
         drawn: "tendon2, drawn",
@@ -196,6 +196,11 @@ const OTHERS: [Other; 4] = [
         scene: "tendon3",
         drawn: "tendon3, drawn",
         seeds: [60, 2100],
+    },
+    Other {
+        scene: "hidden3",
+        drawn: "hidden3, drawn",
+        seeds: [90, 2400],
     },
     Other {
         scene: "linkage3",

@@ -111,10 +111,12 @@ pub fn papers(
 pub fn paper_model<S: Simulated>() -> Result<paper::Model, Failure> {
     let finger = S::MECHANISM;
     let drivetrain = S::drivetrain(&finger);
-    let nominal = nominal_finger(&S::parameters()?.finger);
+    let table = S::parameters()?.finger;
+    let nominal = nominal_finger(&table);
     Ok(paper::Model {
         free: paper::free_table(&nominal, f64::from(S::TRAVEL_RAD)),
         finger: nominal,
+        hidden_base: table.hidden_base,
         torque_nm_per_a: f64::from(drivetrain.torque_per_ampere_nm * drivetrain.efficiency),
         counts_per_rad: 1.0 / f64::from(drivetrain.rad_per_count),
         counts_per_turn: f64::from(drivetrain.counts_per_turn),

@@ -36,6 +36,8 @@ const FREE_POINTS: u32 = 60;
 pub struct Model {
     /// The finger.
     pub finger: Finger,
+    /// Phalanx 1 lies within the palm and touches nothing.
+    pub hidden_base: bool,
     /// Torque at the input link for a motor current, newton metre per ampere.
     pub torque_nm_per_a: f64,
     /// Encoder counts in a radian of the input link.

@@ -35,7 +35,8 @@ pub(super) fn invert(model: &Model, torque: f64, compliance: f64, time_us: u64) 
         let Some(k) = first_root(length, excess) else {
             continue;
         };
-        if k < JOINT_SHARE * length {
+        let first = phalanx == 2 && model.hidden_base;
+        if k < JOINT_SHARE * length && !first {
             return on_phalanx_before(finger, phalanx, time_us);
         }
         return PaperResult::Located {
@@ -52,6 +53,14 @@ pub(super) fn invert(model: &Model, torque: f64, compliance: f64, time_us: u64) 
             time_us,
             phalanx: last as u8,
             k: finger.lengths[last - 1],
+        };
+    }
+    if model.hidden_base {
+        // Softer than a contact anywhere: at the first joint that can touch.
+        return PaperResult::Located {
+            time_us,
+            phalanx: 2,
+            k: 0.0,
         };
     }
     PaperResult::Proximal { time_us }

@@ -9,6 +9,7 @@ use crate::reference::{contact_curve, free_posture, p70, tangent_compliance};
 fn model() -> Model {
     Model {
         finger: p70(0.05),
+        hidden_base: false,
         torque_nm_per_a: 4.0,
         counts_per_rad: 208_608.0,
         counts_per_turn: 1024.0,

@@ -67,11 +67,12 @@ impl Description {
         // Without friction a contact is one force; with it, a cone.
         let dimensions = if self.friction > 0.0 { 3 } else { 1 };
         let friction = self.friction.max(1e-5);
-        let touchable = match object {
+        let last = match object {
             Body::Nothing => 0,
             Body::Disc { .. } | Body::Polygon { .. } => self.phalanges(),
         };
-        for phalanx in 1..=touchable {
+        let first = 1 + usize::from(self.finger.hidden_base);
+        for phalanx in first..=last {
             line(
                 &mut text,
                 format_args!(

@@ -94,7 +94,7 @@ impl Finger {
             return;
         };
         let (half_thickness, stiffness) = (self.half_thickness, self.contact_stiffness);
-        for i in 0..self.count {
+        for i in self.hidden..self.count {
             let pushers = &mut self.pushers;
             body.approach(joint[i], along[i], self.length[i], half_thickness, |near| {
                 if near.gap >= FAR {

@@ -9,6 +9,9 @@ use serde::Deserialize;
 pub struct FingerParameters {
     /// Phalanges, metre.
     pub length_m: Vec<f64>,
+    /// Phalanx 1 lies within the palm and touches nothing.
+    #[serde(default)]
+    pub hidden_base: bool,
     /// Joint springs, newton metre per radian; the first may be zero.
     pub spring_nm_per_rad: Vec<f64>,
     /// Rest angles of the springs, degree.

@@ -29,6 +29,7 @@ const RENAMED: &[(&str, &str)] = &[
 /// Keys of a scene that a world has under the same name.
 const SAME: &[&str] = &[
     "finger.length_m",
+    "finger.hidden_base",
     "finger.spring_nm_per_rad",
     "finger.rest_deg",
     "finger.joint_min_deg",

@@ -1,6 +1,6 @@
 //! A contact path with contact friction, against the balance of every joint in f64, and its derivatives against differences.
 
-use super::tests::{arms, factors};
+use super::{arms, factors};
 use crate::finger::{
     BaseJoint, Configuration, Contact, Finger, Free, Mechanics, PathPoint, Transmission,
 };
@@ -47,7 +47,7 @@ fn pressed<const N: usize, T: Transmission<N>, B: BaseJoint>(
     rise_nm: f32,
 ) -> Option<(PathPoint, [f32; 2])>
 where
-    Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = super::Path<N>>,
+    Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = crate::finger::Path<N>>,
 {
     let mut path = Mechanics::path(finger, &free.configuration, free.torque_nm, contact)?;
     finger.rub(&mut path, friction, HALF_THICKNESS_M)?;
@@ -64,7 +64,7 @@ fn balance<const N: usize, T: Transmission<N>, B: BaseJoint>(
     theta_a_rad: f32,
 ) -> [u32; 2]
 where
-    Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = super::Path<N>>,
+    Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = crate::finger::Path<N>>,
 {
     let lengths_m = finger.parameters.lengths_m.map(f64::from);
     let free = finger
@@ -138,7 +138,7 @@ fn every_joint_is_balanced_with_friction() {
 fn derivatives_with_friction_are_those_of_the_path() {
     fn check<const N: usize, T: Transmission<N>, B: BaseJoint>(finger: &Finger<N, T, B>, name: &str)
     where
-        Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = super::Path<N>>,
+        Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = crate::finger::Path<N>>,
     {
         let free = finger
             .free_at_angle(finger.input_angle_rad(&finger.rest()) + 0.7, &finger.rest())
