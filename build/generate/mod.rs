@@ -289,6 +289,7 @@ impl palpate::scene::Scene for {name} {{
             joint_friction_nm: [{}, {}],
             preload_nm: [{}, {}],
             leverage_sigma: {},
+            swing_nm: {},
             ..palpate::sensing::Settings::default()
         }}
     }}
@@ -317,6 +318,7 @@ const _: &<{name} as palpate::scene::Scene>::Finger = &<{name} as palpate::scene
         of("sensing.preload_nm"),
         of("sensing.preload_sigma_nm"),
         of("sensing.leverage_sigma"),
+        of("sensing.swing_nm"),
     ));
     text
 }

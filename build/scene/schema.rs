@@ -134,6 +134,7 @@ pub(super) const KEYS: &[Key] = &[
     must("sensing.preload_nm", Number(0.0, 10.0)),
     must("sensing.preload_sigma_nm", Number(0.0, 10.0)),
     must("sensing.leverage_sigma", Number(0.0, 1.0)),
+    must("sensing.swing_nm", Number(0.0, 1.0)),
     must("sensing.torque_factor_sigma", Number(1e-3, 1.0)),
     must("sensing.cable_sigma_rad_per_nm", Number(0.0, 100.0)),
     must("sensing.cable_stiffening_sigma_per_nm", Number(0.0, 10.0)),

@@ -2,21 +2,22 @@
 //!
 //! On the chip it runs from CCM SRAM (`memory.x`) and must call nothing outside: no panic, no copy above 24 bytes (`memcpy`).
 
+mod output;
+
 use super::average::{Average, PERIODS_PER_SAMPLE, Period, SAMPLE_HZ};
 use super::config::CheckedConfig;
-use super::convert::{self, PERIOD_S, Scale};
+use super::convert::{self, Scale};
 use super::current::CurrentLoop;
 use super::demand::{Demand, OffsetState, Setpoint, Status};
 use super::encoder::Encoder;
 use super::fault::Fault;
 use super::io::{CONTROL_HZ, Inputs, Outputs};
-use super::limit::{Travel, inward, limit_magnitude};
+use super::limit::Travel;
 use super::offset::{OffsetMeter, OffsetReading};
-use super::protect::{BridgeState, FREE_SLOT, OFFSET_SLOT, PeriodState, Protection, SLOTS};
+use super::protect::{BridgeState, FREE_SLOT, PeriodState, Protection, SLOTS};
 use super::sign::{CurrentSign, Driven, Flow};
 use super::speed::{PERIODS_PER_STEP, SpeedLoop};
 use super::thermal::{Temperatures, Winding};
-use crate::numeric::clamp;
 use crate::sample::{Drive, Sample};
 
 /// The period of a sample in which the thermal model advances by the sample before: one with no slow detector.
@@ -27,8 +28,6 @@ const ADAPT_PERIOD: u8 = HEAT_PERIOD + SLOTS;
 const SIGN_PERIOD: u8 = ADAPT_PERIOD + SLOTS;
 /// The one in which the position is compared with the travel.
 const TRAVEL_PERIOD: u8 = SIGN_PERIOD + SLOTS;
-/// The slot in which the speed loop steps: that of the lightest detector. The slot is counted before its period, the step after it.
-const SPEED_SLOT: u8 = OFFSET_SLOT;
 // At equal distances.
 const _: () = assert!(PERIODS_PER_STEP == SLOTS && PERIODS_PER_SAMPLE.is_multiple_of(SLOTS));
 // The last period of a sample, which completes it, leaves the slow detectors out.
@@ -37,23 +36,8 @@ const SAMPLE_S: f32 = 1.0 / SAMPLE_HZ as f32;
 const SAMPLE_US: u64 = 1_000_000 / SAMPLE_HZ as u64;
 /// Periods (1.5 ms) between waking the bridge and enabling the outputs: it needs 1 ms.
 const WAKE_PERIODS: u8 = 30;
-/// Change of a demanded current a period, as a share of the limit: the limit is reached in 5 ms.
-const CURRENT_SLEW: f32 = 0.01;
 /// A low-pass of 16 periods on the supply: its ripple must not reach the duty, its sag within a millisecond must.
 const SUPPLY_GAIN: f32 = 1.0 / 16.0;
-
-/// What the sense shows while nothing drives: in brake the motor's own voltage drives a current against its motion, and all of it is
-/// shown; asleep there is none.
-fn braking(observed: &PeriodState) -> Flow {
-    Flow {
-        gain: match observed.state {
-            BridgeState::Awake if observed.speed > 0.0 => -1.0,
-            BridgeState::Awake => 1.0,
-            _ => 0.0,
-        },
-        opposes: true,
-    }
-}
 
 /// State of the control loop.
 #[derive(Clone, Debug)]
@@ -269,7 +253,7 @@ impl Controller {
         let flow = if asked_along || observed.applied_v != 0.0 {
             self.sign.flow()
         } else {
-            braking(observed)
+            Flow::braking(observed.state == BridgeState::Awake, observed.speed)
         };
         let closing = observed.applied_v >= 0.0;
         // Current and speed as seen along the voltage.
@@ -357,90 +341,5 @@ impl Controller {
         self.status.applied_v = applied_v;
         self.status.limited = average.limited;
         self.completed = true;
-    }
-
-    /// Outputs for a setpoint.
-    fn decide(&mut self, setpoint: Setpoint) -> Outputs {
-        let wanted = if self.status.fault.is_some() {
-            Setpoint::Off
-        } else {
-            setpoint
-        };
-        let speed = self.encoder.speed();
-        if matches!(wanted, Setpoint::Off) {
-            self.rest();
-            self.waking = WAKE_PERIODS;
-            return Outputs::Off;
-        }
-        if self.waking > 0 {
-            self.waking -= 1;
-            self.rest();
-            return Outputs::Wake;
-        }
-        let reference_a = match wanted {
-            Setpoint::Off | Setpoint::Brake | Setpoint::MeasureOffset => {
-                self.rest();
-                return Outputs::Brake;
-            }
-            Setpoint::Current { a } => {
-                self.in_speed = false;
-                self.slewed(a, speed)
-            }
-            Setpoint::Speed {
-                counts_per_s,
-                current_limit_a,
-            } => {
-                if !self.in_speed {
-                    self.in_speed = true;
-                    self.speed.preset(speed, self.reference_a);
-                }
-                if self.average.periods() % SLOTS == SPEED_SLOT + 1 {
-                    let (wanted, suppressed) = inward(counts_per_s * PERIOD_S, self.beyond_counts);
-                    let limit_a = clamp(current_limit_a, 0.0, self.current_limit_a);
-                    if suppressed {
-                        self.average.limited.position = true;
-                    }
-                    self.speed
-                        .step(wanted, speed, limit_a, &mut self.average.limited)
-                } else {
-                    self.reference_a
-                }
-            }
-        };
-        self.reference_a = reference_a;
-        let fraction = self.current.step(
-            reference_a,
-            self.measured_a,
-            speed,
-            self.per_supply_v,
-            &mut self.average.limited,
-        );
-        if fraction * self.applied_fraction < 0.0 {
-            // The direction pin acts at once, the duty with the timer's next update: one period of brake between them.
-            return Outputs::Brake;
-        }
-        convert::drive(fraction)
-    }
-
-    /// Resets both loops: no current is demanded.
-    fn rest(&mut self) {
-        self.reference_a = 0.0;
-        self.in_speed = false;
-        self.current.reset();
-    }
-
-    /// Current reference on its way to a demanded current, within the limits of current, speed, travel and slew.
-    fn slewed(&mut self, demanded_a: f32, speed: f32) -> f32 {
-        let (inward_a, suppressed) = inward(demanded_a, self.beyond_counts);
-        let (allowed_a, current_limited) = limit_magnitude(inward_a, self.current_limit_a);
-        let (down_a, up_a) = self.speed.current_bounds_a(speed);
-        let bounded_a = clamp(allowed_a, down_a, up_a);
-        let slew_a = CURRENT_SLEW * self.current_limit_a;
-        let (change_a, _) = limit_magnitude(bounded_a - self.reference_a, slew_a);
-        let limited = &mut self.average.limited;
-        limited.position |= suppressed;
-        limited.current |= current_limited;
-        limited.speed |= bounded_a != allowed_a;
-        self.reference_a + change_a
     }
 }

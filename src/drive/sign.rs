@@ -44,6 +44,21 @@ impl Flow {
         gain: 1.0,
         opposes: false,
     };
+
+    /// What the sense shows while nothing drives: in brake the motor's own voltage drives a current against its motion, and all of it
+    /// is shown; of a bridge that sleeps it shows none. `speed` is closing positive, in any unit.
+    #[inline(always)]
+    pub fn braking(awake: bool, speed: f32) -> Self {
+        let gain = match (awake, speed > 0.0) {
+            (true, true) => -1.0,
+            (true, false) => 1.0,
+            (false, _) => 0.0,
+        };
+        Self {
+            gain,
+            opposes: true,
+        }
+    }
 }
 
 /// A drive in the period in which its current is judged.

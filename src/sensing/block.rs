@@ -33,6 +33,8 @@ pub struct Block {
     pub counts: i32,
     /// Distance travelled, counts, without sign.
     pub width_counts: u32,
+    /// Distance of its end from where the motion began, counts; large where that is long ago.
+    pub way_counts: i32,
     /// Duration, second.
     pub duration_s: f32,
     /// Torque of the motor at the input link without losses, newton metre; inertia and the viscous friction of a deviation from
@@ -284,6 +286,7 @@ impl BlockAverager {
                 .start_counts
                 .wrapping_add((turn_counts / 2).wrapping_mul(sign)),
             width_counts: turn_counts.unsigned_abs(),
+            way_counts: forward(run.start_counts, now.counts),
             duration_s,
             drive_torque_nm: motor_nm - inertia_nm - viscous_nm,
             inertia_nm,

@@ -37,6 +37,8 @@ pub struct Settings {
     /// Standard deviation of the finger's leverage from one place of contact to another, as a share: lengths of pulleys and links that
     /// differ from the scene's, and losses on them.
     pub leverage_sigma: f32,
+    /// Torque at the input link with which the finger swings on its springs after a motion has begun, newton metre.
+    pub swing_nm: f32,
 }
 
 /// Share of the torque limit at which the last word on a contact is due: the finger goes on closing meanwhile.
@@ -78,6 +80,7 @@ impl Default for Settings {
             joint_friction_nm: [0.2e-3, 0.4e-3],
             preload_nm: [0.0; 2],
             leverage_sigma: 0.0,
+            swing_nm: 0.0,
         }
     }
 }

@@ -3,14 +3,16 @@
 //! Fingers drawn from the spreads close on nothing and on something; every closing is simulated once and judged with every
 //! choice.
 
+use palpate::finger::Mechanics;
+use palpate::scene::Scene;
 use palpate_document::table::head;
 use palpate_simulation::Simulated;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::experiments::catalogue::random_cylinder;
+use crate::experiments::fingers;
 use crate::experiments::job::{Plan, Wanted, closing};
 use crate::experiments::judge::length_m;
 use crate::experiments::live::{Failure, Setup};
@@ -24,7 +26,7 @@ pub const CHOICES: [f32; 6] = [100.0, 10.0, 1.0, 0.1, 0.01, 0.001];
 const SEEDS: u64 = 7000;
 /// Free closings of one finger.
 const CLOSINGS: usize = 25;
-/// Contacts of one finger on each of two phalanges: the proximal one, where a contact is softest, and the last.
+/// Contacts of one finger on each of two phalanges: the first that can touch, where a contact is softest, and the last.
 const CONTACTS: usize = 5;
 /// Postures of the contacts, `theta_1`, radian: a finger without a spring at joint 1 meets objects anywhere on its travel, the others
 /// past the rest angle of their springs, with way left for the probing.
@@ -52,7 +54,7 @@ pub struct Row {
     pub early: usize,
     /// Of them: never felt.
     pub missed: usize,
-    /// Delay of the contacts on the proximal phalanx, median and 90 %, millisecond.
+    /// Delay of the contacts on the first phalanx that can touch, median and 90 %, millisecond.
     pub proximal_ms: [Option<f64>; 2],
     /// The same, distal phalanx.
     pub distal_ms: [Option<f64>; 2],
@@ -89,7 +91,7 @@ fn finger<S: Simulated>(plan: &Plan, seed: u64, closings: usize) -> Result<Trial
     } else {
         unsprung
     };
-    for phalanx in [1, S::PHALANGES] {
+    for phalanx in [first_touching::<S>(), S::PHALANGES] {
         let length_m = length_m::<S>(phalanx)?;
         for _ in 0..CONTACTS {
             let case = closing(&mut session, || Wanted {
@@ -105,6 +107,11 @@ fn finger<S: Simulated>(plan: &Plan, seed: u64, closings: usize) -> Result<Trial
     Ok(trials)
 }
 
+/// The first phalanx that can touch anything.
+fn first_touching<S: Scene>() -> u8 {
+    <S::Finger as Mechanics>::FIRST_TOUCHING
+}
+
 /// Rows, and seeds of the fingers that did not get through, with the reason.
 pub type Study = (Vec<Row>, Vec<(u64, Failure)>);
 
@@ -117,18 +124,12 @@ pub fn study(plan: &Plan, scene: &str, closings: usize) -> Option<Study> {
 fn study_of<S: Simulated>(plan: &Plan, closings: usize) -> Study {
     let fingers = closings.div_ceil(CLOSINGS) as u64;
     let each = closings.div_ceil(fingers.max(1) as usize);
-    let found: Vec<_> = (0..fingers)
-        .into_par_iter()
-        .map(|index| plan.seed + SEEDS + index)
-        .map(|seed| finger::<S>(plan, seed, each).map_err(|failure| (seed, failure)))
-        .collect();
-    let (mut all, mut failed) = (Trials::new(), Vec::new());
-    for one in found {
-        match one {
-            Ok(trials) => all.extend(trials),
-            Err(failure) => failed.push(failure),
-        }
-    }
+    let first = plan.seed + SEEDS;
+    let label = format!("{} {}", S::NAME, world(&plan.place));
+    let (found, failed) = fingers::each(&label, first..first + fingers, |seed| {
+        finger::<S>(plan, seed, each)
+    });
+    let all: Trials = found.into_iter().flatten().collect();
     let row = |index: usize| {
         let trials: Vec<Trial> = all.iter().map(|trials| trials[index]).collect();
         let on = |phalanx: u8| {
@@ -140,7 +141,7 @@ fn study_of<S: Simulated>(plan: &Plan, closings: usize) -> Study {
             Scores::of(of)
         };
         let free = Scores::of(trials.iter().filter(|trial| trial.truth.is_none()));
-        let [proximal, distal] = [on(1), on(S::PHALANGES)];
+        let [proximal, distal] = [on(first_touching::<S>()), on(S::PHALANGES)];
         let delays = |scores: &Scores| [scores.touch_delay_ms, scores.touch_delay_90_ms];
         Row {
             place: plan.place.clone(),

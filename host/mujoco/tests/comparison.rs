@@ -228,7 +228,14 @@ fn compare(scene: &str, grasp: &Grasp, what: &str) {
     worst.check(&format!("{scene} {what}, {pressed} states"));
 }
 
-const SCENES: [&str; 5] = ["p70", "p70-rigid", "tendon2", "tendon3", "linkage3"];
+const SCENES: [&str; 6] = [
+    "p70",
+    "p70-rigid",
+    "tendon2",
+    "tendon3",
+    "hidden3",
+    "linkage3",
+];
 
 fn cylinders(scene: &str, places: &[(u8, f64)]) {
     for &(phalanx, k_m) in places {
@@ -260,6 +267,11 @@ fn two_phalanx_tendon_on_cylinders() {
 #[test]
 fn three_phalanx_tendon_on_cylinders() {
     cylinders("tendon3", &[(1, 0.05), (2, 0.03), (3, 0.015), (3, 0.03)]);
+}
+
+#[test]
+fn hidden_phalanx_on_cylinders() {
+    cylinders("hidden3", &[(2, 0.02), (2, 0.06), (3, 0.02), (3, 0.05)]);
 }
 
 #[test]

@@ -88,6 +88,14 @@ fn a_value_out_of_range_is_named_with_its_range() {
             "`limits.current_trip_a` = 0.25 is out of range, allowed 0.001 to 0.15675",
         ),
         (
+            "finger.hidden_base = true\noptions.second_contact = true",
+            "`options.second_contact` = true is not possible with `finger.hidden_base`",
+        ),
+        (
+            "finger.hidden_base = 1",
+            "`finger.hidden_base` = 1 must be true or false",
+        ),
+        (
             "finger.spring_nm_per_rad = [0.02, 0.05]",
             "`sensing.preload_nm` = 0.0004 must be 0 where joint 1 has a spring",
         ),

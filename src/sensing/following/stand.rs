@@ -45,6 +45,7 @@ impl Stand {
             drive: Drive::Closing,
             counts,
             width_counts: 0,
+            way_counts: i32::MAX,
             duration_s: STILL_US as f32 * 1e-6,
             drive_torque_nm: drivetrain.torque_per_ampere_nm * self.current_a?,
             inertia_nm: 0.0,

@@ -143,6 +143,7 @@ impl TurnMeter {
             drive: Drive::Closing,
             counts: from.counts.wrapping_add(counts / 2),
             width_counts: counts.unsigned_abs(),
+            way_counts: i32::MAX,
             duration_s,
             drive_torque_nm: motor_nm - inertia_nm - viscous_nm,
             inertia_nm,

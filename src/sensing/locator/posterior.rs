@@ -11,6 +11,8 @@ use crate::sensing::{Calibration, NotLocated, SeriesElement};
 
 /// Probability below which a second phalanx, or a second place on the same, is not reported.
 const UNLIKELY: f32 = 0.05;
+/// Odds of a place beyond joint 2 above which a contact is not told to be on phalanx 1.
+const UNCLEAR: f32 = 0.25;
 /// Stride over the curve's points where only the end of a path is needed.
 const STRIDE: usize = 6;
 /// Nearer to the joint than this share of the phalanx, a contact counts as one on the joint.
@@ -115,10 +117,10 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         let odds = |of: &Weighed| exp(of.ln_evidence - first.ln_evidence);
         let rival = likeliest(Some(first)).filter(|rival| odds(rival) > UNLIKELY);
         if first.estimate.is_without_place::<F>() {
-            // As likely beyond joint 2, near to it.
+            // Perhaps beyond joint 2, near to it.
             let why = match rival {
-                Some(_) => NotLocated::Unobservable,
-                None => NotLocated::Proximal,
+                Some(rival) if odds(rival) > UNCLEAR => NotLocated::Unobservable,
+                _ => NotLocated::Proximal,
             };
             return LocatorResult::Nowhere(why);
         }
@@ -152,15 +154,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     /// beyond the end of its path a hypothesis bears with any torque, and wins where a second contact or a last bad block
     /// spoils the others. The beginning of the curve decides then.
     pub fn leans_on_its_end(&self) -> bool {
-        let mut best: Option<(&Track, &Fitted)> = None;
-        for track in &self.tracks {
-            for fitted in track.fits.iter().flatten() {
-                if best.is_none_or(|(_, old)| fitted.ln_evidence > old.ln_evidence) {
-                    best = Some((track, fitted));
-                }
-            }
-        }
-        best.is_some_and(|(likeliest, fitted)| {
+        self.likeliest().is_some_and(|(likeliest, fitted)| {
             let stays = |track: &Track| track.fits.iter().flatten().any(|other| !other.leaves);
             let others = |track: &&Track| track.phalanx > 1 && track.phalanx != likeliest.phalanx;
             fitted.leaves && self.tracks.iter().filter(others).any(stays)
@@ -181,10 +175,17 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
 
     /// The likeliest fit of all.
     pub(super) fn best_fit(&self) -> Option<&Fitted> {
-        let mut best: Option<&Fitted> = None;
-        for fit in (self.tracks.iter()).flat_map(|track| track.fits.iter().flatten()) {
-            if best.is_none_or(|best| fit.ln_evidence > best.ln_evidence) {
-                best = Some(fit);
+        self.likeliest().map(|(_, fit)| fit)
+    }
+
+    /// The same with its hypothesis.
+    fn likeliest(&self) -> Option<(&Track, &Fitted)> {
+        let mut best: Option<(&Track, &Fitted)> = None;
+        for track in &self.tracks {
+            for fit in track.fits.iter().flatten() {
+                if best.is_none_or(|(_, old)| fit.ln_evidence > old.ln_evidence) {
+                    best = Some((track, fit));
+                }
             }
         }
         best

@@ -23,6 +23,16 @@ pub(super) enum Reported {
     Ambiguous,
 }
 
+/// Whether every place that a verdict has is too uncertain to be one.
+fn is_vague(verdict: &LocatorResult) -> bool {
+    let vague = |of: &Estimate| of.k_sigma_m >= VAGUE * of.length_m;
+    match verdict {
+        LocatorResult::At(estimate) => vague(estimate),
+        LocatorResult::Either(estimates) => estimates.iter().all(vague),
+        _ => false,
+    }
+}
+
 impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     /// Reports the verdict at the end of a round if it is new; `last` makes it final.
     pub(super) fn report(&mut self, contact: &mut Contact<F, H::Reading, X>, last: bool) {
@@ -36,7 +46,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             })
         });
         match verdict {
-            LocatorResult::At(estimate) if estimate.k_sigma_m >= VAGUE * estimate.length_m => {
+            verdict if is_vague(&verdict) => {
                 if last {
                     self.emit_nowhere(contact, NotLocated::Unobservable);
                 }

@@ -4,7 +4,7 @@ use super::Stage;
 use super::state::SensorState;
 use crate::finger::Mechanics;
 use crate::joint_sensor::JointSensor;
-use crate::numeric::{Bounded, sqrt};
+use crate::numeric::{Bounded, exp, sqrt};
 use crate::sensing::Event;
 use crate::sensing::block::Block;
 use crate::sensing::detector::{self, Detector, Finding, Onset, Residual, Test};
@@ -24,6 +24,9 @@ const CARRIED: f32 = 0.85;
 /// Standard deviation of the way on which an object takes it over, as a share of the way: the slope of the torque's rise
 /// tells it, and rises have a curvature (R, chosen).
 const HIDDEN_SIGMA: f32 = 0.5;
+/// Way over which the finger's swing after a start fades to a third, radian: the slowest of printed three-phalanx fingers takes 0.7 s
+/// (I, from springs, mass and damping).
+const SWING_RAD: f32 = 0.2;
 /// Logarithm of the likelihood ratio above which a motion is not learned as free.
 const SUSPICIOUS: f32 = 3.0;
 
@@ -139,12 +142,16 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         let counts = block.counts.wrapping_add(self.shift_counts.unwrap_or(0));
         // The record is extrapolated, because a contact may begin at the very end of the travel.
         let recorded = friction.beyond(counts)?;
+        let way_rad = block.way_counts as f32 * self.drivetrain.rad_per_count;
+        let swing_nm = self.settings.swing_nm * exp(-way_rad / SWING_RAD);
         Some(CorrectedBlock {
             time_us: block.time_us,
             counts: block.counts,
             width_counts: block.width_counts,
             residual_nm: block.drive_torque_nm - recorded.torque_nm,
-            variance_nm2: friction.white_nm2(block.duration_s) + recorded.variance_nm2,
+            variance_nm2: friction.white_nm2(block.duration_s)
+                + recorded.variance_nm2
+                + swing_nm * swing_nm,
             beyond_counts: recorded.beyond_counts,
             inertia_nm: block.inertia_nm,
             overspeed: block.overspeed,

@@ -116,6 +116,7 @@ impl Life {
             drive,
             counts,
             width_counts: 1024,
+            way_counts: i32::MAX,
             duration_s: self.block_s() as f32,
             drive_torque_nm: torque as f32,
             inertia_nm: 0.0,

@@ -14,6 +14,7 @@ pub(super) fn block(drive: Drive, counts: i32, torque_nm: f32) -> Block {
         drive,
         counts,
         width_counts: 1024,
+        way_counts: i32::MAX,
         duration_s: 0.0164,
         drive_torque_nm: torque_nm,
         inertia_nm: 0.0,

@@ -155,15 +155,19 @@ fn parameters(options: &Options) -> Result<Parameters, Error> {
         .of(&options.scene)?)
 }
 
-/// The user's script: the guided calibration, the commands, or the button.
-fn script(options: &Options) -> Script {
+/// The user's script: what is known of the skin, then the guided calibration, the commands, or the button.
+fn script(options: &Options, stated_friction: f64) -> Script {
     let mut script = match &options.commands {
         _ if !options.calibrate.is_empty() => Script::calibration(&options.calibrate),
         Some(commands) => Script::parse(commands),
         None => Script::button(),
     };
+    let typed = |line: &str| Step::Command(line.to_owned());
+    if stated_friction > 0.0 {
+        let set = format!("set contact-friction {}", 100.0 * stated_friction);
+        script.0.insert(0, typed(&set));
+    }
     if options.events.is_some() {
-        let typed = |line: &str| Step::Command(line.to_owned());
         script.0.insert(0, typed("show"));
         script.0.insert(0, typed("trace on 2"));
     }
@@ -220,10 +224,11 @@ fn settings(options: &Options) -> Result<Settings, Error> {
             "no pin can stand at {place} mm: the last phalanx has {length_mm} mm; --calibrate takes places on it"
         )));
     }
+    let stated_friction = parameters.contact.stated_friction;
     Ok(Settings {
         parameters,
         object: (!options.free).then_some(object),
-        script: script(options),
+        script: script(options, stated_friction),
         seed: options.seed,
         max_s: options.max_s,
         setup: Setup {

@@ -5,7 +5,7 @@ pub mod calibration;
 pub mod catalogue;
 pub mod document;
 pub mod fingerprint;
-mod fingers;
+pub mod fingers;
 pub mod following;
 pub mod job;
 pub mod judge;

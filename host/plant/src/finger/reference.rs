@@ -39,6 +39,7 @@ fn finger(row: &Row) -> Finger {
     let count = length_m.len();
     let pulley_m = list(&["r1", "r2", "r3", "r4"]);
     let geometry = FingerParameters {
+        hidden_base: false,
         spring_nm_per_rad: list(&["K1", "K2", "K3"]),
         rest_deg: degrees(&["th10", "th20", "th30"]),
         joint_min_deg: vec![-180.0; count],

@@ -28,7 +28,7 @@ fn close<S: Simulated>(simulation: &mut Simulation<S>, theta_1_deg: f64, k_m: f6
 const CONTACTS: [(f64, f64, Side); 6] = [
     (93.0, 0.040, Side::Below),
     (94.0, 0.040, Side::Below),
-    (95.0, 0.030, Side::Below),
+    (95.0, 0.020, Side::Below),
     (96.0, 0.030, Side::Below),
     (98.0, 0.020, Side::Below),
     (97.0, 0.065, Side::Beyond),

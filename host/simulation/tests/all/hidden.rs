@@ -1,0 +1,76 @@
+//! A finger whose first phalanx lies within the palm: every place of the two others has a stiffness of its own. Simulated.
+
+use palpate::sensing::Event;
+use palpate_plant::{Grasp, Shape, World};
+use palpate_scenes::Hidden3;
+use palpate_simulation::Simulation;
+
+const LAST_M: f64 = 0.0675;
+const PINS: [f64; 2] = [0.3, 0.75];
+const PINS_RAD: f64 = 0.7;
+/// Phalanx and place, metre.
+const PLACES: [(u8, f64); 6] = [
+    (2, 0.012),
+    (2, 0.040),
+    (2, 0.075),
+    (3, 0.012),
+    (3, 0.034),
+    (3, 0.055),
+];
+
+#[test]
+fn every_place_on_both_phalanges_is_told() {
+    let world = World::named("ideal").expect("a world");
+    let parameters = world.of("hidden3").expect("a scene");
+    let mut simulation = Simulation::<Hidden3>::new(&parameters, 1).expect("a simulation");
+    simulation.prepare().expect("a record");
+    simulation
+        .calibrate_on_pins(LAST_M, PINS, PINS_RAD)
+        .expect("pins");
+    for (phalanx, k_m) in PLACES {
+        let shape = Shape::Cylinder { diameter_m: 0.010 };
+        let outcome = simulation
+            .close(&Grasp::touching(phalanx, k_m, 0.8, shape))
+            .expect("closes");
+        simulation.open().expect("opens");
+        let told = outcome.events.iter().find_map(|(_, event)| match event {
+            Event::Located {
+                phalanx: on,
+                k_m,
+                sigma_m,
+                settled: true,
+                ..
+            } => Some((*on, f64::from(*k_m), f64::from(*sigma_m))),
+            _ => None,
+        });
+        println!("{phalanx} at {:.1} mm: {told:.4?}", 1e3 * k_m);
+        let (on, told_m, sigma_m) = told.unwrap_or_else(|| panic!("{:?}", outcome.verdict));
+        assert_eq!(on, phalanx);
+        let off_m = (told_m - k_m).abs();
+        assert!(off_m < 2.0 * sigma_m && off_m < 0.005, "{off_m} {sigma_m}");
+    }
+}
+
+#[test]
+fn what_only_the_hidden_phalanx_meets_is_not_touched() {
+    let world = World::named("ideal").expect("a world");
+    for engine in ["plant", "mujoco"] {
+        let mut parameters = world.of("hidden3").expect("a scene");
+        parameters.engine = engine.parse().expect("an engine");
+        let mut simulation = Simulation::<Hidden3>::new(&parameters, 1).expect("a simulation");
+        simulation.prepare().expect("a record");
+        simulation.traced = true;
+        // In the way of phalanx 1, which closes by more than 1 rad, and nearer to joint 1 than the others come.
+        let behind = Grasp::At {
+            origin_m: [0.015, 0.012],
+            angle_rad: 0.0,
+            shape: Shape::Cylinder { diameter_m: 0.004 },
+        };
+        let outcome = simulation.close(&behind).expect("closes");
+        assert_eq!(outcome.first_contact, None, "{engine}");
+        assert!(
+            outcome.trace.iter().all(|row| row.true_pressing == 0),
+            "{engine}"
+        );
+    }
+}
