@@ -87,18 +87,22 @@ where
                 radius_m,
             },
         ) {
-            for rise in [other, 1e-3, angle] {
-                if let Some(p) = finger.follow(&mut path, rise) {
-                    let numbers = [
-                        p.rotation_rad,
-                        p.compliance_rad_per_nm,
-                        p.k_now_m,
-                        p.force_n,
-                    ];
-                    prop_assert!(
-                        numbers.iter().chain(&p.joints_rad).all(|x| x.is_finite()),
-                        "{p:?}"
-                    );
+            let mut rubbed = path.clone();
+            finger.rub(&mut rubbed, other, radius_m);
+            for path in [&mut path, &mut rubbed] {
+                for rise in [other, 1e-3, angle] {
+                    if let Some(p) = finger.follow(path, rise) {
+                        let numbers = [
+                            p.rotation_rad,
+                            p.compliance_rad_per_nm,
+                            p.k_now_m,
+                            p.force_n,
+                        ];
+                        prop_assert!(
+                            numbers.iter().chain(&p.joints_rad).all(|x| x.is_finite()),
+                            "{p:?}"
+                        );
+                    }
                 }
             }
             if let Some((k, _)) = finger.place(&path, other, angle) {

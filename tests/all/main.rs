@@ -11,6 +11,7 @@ mod fuzz_seeds;
 mod golden;
 mod golden_files;
 mod hard_cases;
+mod hidden;
 mod long_fingers;
 mod manual;
 mod numeric;

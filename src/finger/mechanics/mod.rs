@@ -177,7 +177,7 @@ pub trait Mechanics {
     /// Makes contact friction of a coefficient from 0 act along a path that has just begun, on the surface of a phalanx that lies
     /// `half_thickness_m` from its centre line (docs/MECHANICS.md#real-fingers). It acts against the sense in which the phalanx begins
     /// to slide on the object. Where less holds the contact in its place, no more acts: a finger of two phalanges is rigid then. None
-    /// where a value is not finite.
+    /// where the finger is not stable; with a value that is not finite the path cannot be followed.
     fn rub(&self, path: &mut Self::Path, friction: f32, half_thickness_m: f32) -> Option<()>;
 
     /// Follows the path until the input torque has risen by `rise_nm` since contact. Starts from the last point found, so
