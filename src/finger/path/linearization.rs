@@ -126,7 +126,7 @@ impl<const N: usize> Start<N> {
                 if m <= i && q <= i {
                     // dp_m/ddelta_q: the height of the contact over the joint nearer to the base.
                     stiffness[m][q] += at.force * (normal + arms_sines[m.min(q)].1);
-                    // The force along the phalanx turns with it; a joint nearer to the base than m leaves its arm about m.
+                    // A force along the phalanx turns with it: its arm about joint m changes with the joints beyond m alone.
                     if q > m {
                         stiffness[m][q] -= at.force * pulled * (arms_sines[m].0 - arms_sines[q].0);
                     }

@@ -27,7 +27,7 @@ use response::Responses;
 /// Pieces into which a torque is divided when Newton's method does not reach it in one.
 const PIECES: u8 = 8;
 
-/// Most friction that acts, as a share of what holds a contact: the path's motion beside its rounding.
+/// Largest share of the friction that holds a contact which acts: the path keeps a motion larger than its rounding.
 const HELD_SHARE: f32 = 0.99;
 
 /// A contact path under way: what was there at contact, and the last point found.

@@ -1,12 +1,12 @@
 //! A finger whose first phalanx lies within the palm: every place of the two others has a stiffness of its own. Simulated.
 
+use crate::support::calibrated_on_pins;
 use palpate::sensing::Event;
 use palpate_plant::{Grasp, Shape, World};
 use palpate_scenes::Hidden3;
 use palpate_simulation::Simulation;
 
 const LAST_M: f64 = 0.0675;
-const PINS: [f64; 2] = [0.3, 0.75];
 const PINS_RAD: f64 = 0.7;
 /// Phalanx and place, metre.
 const PLACES: [(u8, f64); 6] = [
@@ -22,11 +22,7 @@ const PLACES: [(u8, f64); 6] = [
 fn every_place_on_both_phalanges_is_told() {
     let world = World::named("ideal").expect("a world");
     let parameters = world.of("hidden3").expect("a scene");
-    let mut simulation = Simulation::<Hidden3>::new(&parameters, 1).expect("a simulation");
-    simulation.prepare().expect("a record");
-    simulation
-        .calibrate_on_pins(LAST_M, PINS, PINS_RAD)
-        .expect("pins");
+    let mut simulation = calibrated_on_pins::<Hidden3>(&parameters, LAST_M, PINS_RAD);
     for (phalanx, k_m) in PLACES {
         let shape = Shape::Cylinder { diameter_m: 0.010 };
         let outcome = simulation

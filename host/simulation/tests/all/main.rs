@@ -20,6 +20,7 @@ mod settings;
 mod skin;
 mod softer;
 mod speed;
+mod support;
 mod travel;
 mod weight;
 mod wrapped;

@@ -1,14 +1,13 @@
 //! A skin of rubber: contact friction holds a phalanx back on the object, or in its place. Whoever builds such a finger sets
 //! `contact-friction`. Simulated: the ideal world with that friction alone.
 
+use crate::support::calibrated_on_pins;
 use palpate::sensing::Event;
 use palpate_plant::{Grasp, Shape, World};
 use palpate_scenes::Tendon2;
-use palpate_simulation::Simulation;
 
-/// Length of the last phalanx, metre, the shares of it where the pins are, and the joint angle there, radian.
+/// Length of the last phalanx, metre, and the angle of joint 1 at the pins, radian.
 const LAST_M: f64 = 0.0675;
-const PINS: [f64; 2] = [0.3, 0.75];
 const PINS_RAD: f64 = 0.7;
 const PLACES_M: [f64; 6] = [0.010, 0.018, 0.026, 0.034, 0.042, 0.050];
 const THETA_1_RAD: [f64; 2] = [0.7, 0.9];
@@ -20,11 +19,7 @@ fn within(stated: f64) -> ([u32; 3], f64) {
     let mut parameters = world.of("tendon2").expect("a scene");
     parameters.contact.friction = 0.5;
     parameters.contact.stated_friction = stated;
-    let mut simulation = Simulation::<Tendon2>::new(&parameters, 1).expect("a simulation");
-    simulation.prepare().expect("a record");
-    simulation
-        .calibrate_on_pins(LAST_M, PINS, PINS_RAD)
-        .expect("pins");
+    let mut simulation = calibrated_on_pins::<Tendon2>(&parameters, LAST_M, PINS_RAD);
     let [mut closings, mut located, mut within] = [0; 3];
     let mut error_m = 0.0;
     for theta_1_rad in THETA_1_RAD {

@@ -1,14 +1,13 @@
 //! Fingers of three phalanges that go on closing round an object after the first contact: until a second phalanx touches, the
 //! curve is the first contact's, and its place must not bend to what comes after. Simulated.
 
+use crate::support::calibrated_on_pins;
 use palpate::sensing::Event;
 use palpate_plant::{Grasp, Shape, World};
 use palpate_scenes::Tendon3;
-use palpate_simulation::Simulation;
 
-/// Length of the last phalanx, metre, the shares of it where the pins are, and the joint angle there, radian.
+/// Length of the last phalanx, metre, and the angle of joint 1 at the pins, radian.
 const LAST_M: f64 = 0.045;
-const PINS: [f64; 2] = [0.3, 0.75];
 const PINS_RAD: f64 = 0.6;
 /// Phalanx and place of the first contact, metre.
 const PLACES: [(u8, f64); 4] = [(2, 0.037), (2, 0.042), (3, 0.012), (3, 0.018)];
@@ -20,11 +19,7 @@ const THETA_1_RAD: [f64; 2] = [0.75, 0.85];
 fn a_second_phalanx_that_touches_later_does_not_move_the_first_place() {
     let world = World::named("ideal").expect("a world");
     let parameters = world.of("tendon3").expect("a scene");
-    let mut simulation = Simulation::<Tendon3>::new(&parameters, 1).expect("a simulation");
-    simulation.prepare().expect("a record");
-    simulation
-        .calibrate_on_pins(LAST_M, PINS, PINS_RAD)
-        .expect("pins");
+    let mut simulation = calibrated_on_pins::<Tendon3>(&parameters, LAST_M, PINS_RAD);
     simulation.traced = true;
     let (mut both, mut within, mut located, mut forces) = (0, 0, 0, 0);
     for theta_1_rad in THETA_1_RAD {
