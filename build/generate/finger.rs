@@ -3,12 +3,37 @@
 use super::{list, literal};
 use crate::scene::Scene;
 
+/// Torque with which springs at rest beyond their stops hold their joints there, newton metre: the largest of them.
+pub fn preload_nm(scene: &Scene) -> f64 {
+    let lists = ["rest_deg", "joint_min_deg", "spring_nm_per_rad"];
+    let [rest, low, spring] = lists.map(|name| scene.list(&format!("finger.{name}")));
+    (1..rest.len())
+        .map(|i| spring[i] * (low[i] - rest[i]).to_radians())
+        .fold(0.0, f64::max)
+}
+
 /// The finger's type, and the constant that the compiler checks.
 pub fn of(scene: &Scene) -> (String, String) {
     let count = scene.phalanges();
     let degrees =
         |key: &str| -> Vec<f64> { scene.list(key).into_iter().map(f64::to_radians).collect() };
     let springs = scene.list("finger.spring_nm_per_rad");
+    // A spring at rest beyond its stop is preloaded by it: `preload_nm` has that.
+    let rest: Vec<f64> = (degrees("finger.rest_deg").iter())
+        .zip(degrees("finger.joint_min_deg"))
+        .map(|(rest, low)| rest.max(low))
+        .collect();
+    let returned = scene.has("return_cable").then(|| {
+        let pulleys_m = scene.list("return_cable.pulley_m");
+        let [first, second] = [pulleys_m[0], pulleys_m[1]];
+        format!(
+            "palpate::finger::ReturnCable {{ ratio: {}, torque_nm: {}, stiffness_nm_per_rad: {} }}",
+            literal(second / first),
+            literal(scene.number("return_cable.tension_n") * first),
+            literal(scene.number("return_cable.stiffness_n_per_m") * first * first),
+        )
+    });
+    let preload_nm = preload_nm(scene);
     let springless = springs.first() == Some(&0.0);
     let (transmission, design) = if scene.has("linkage") {
         let [driving, coupler, driven] =
@@ -44,6 +69,8 @@ pub fn of(scene: &Scene) -> (String, String) {
         )
     };
     let base = match (springless, scene.flag("finger.hidden_base")) {
+        _ if returned.is_some() => ", palpate::finger::ReturnCable",
+        _ if preload_nm > 0.0 => ", palpate::finger::Preloaded",
         (false, false) => "",
         (true, false) => ", palpate::finger::Springless",
         (false, true) => ", palpate::finger::HiddenBase<palpate::finger::AnyBase>",
@@ -58,22 +85,44 @@ pub fn of(scene: &Scene) -> (String, String) {
         .zip(&high)
         .map(|(low, high)| list(&[*low, *high]))
         .collect();
-    (
-        format!("palpate::finger::Finger<{count}, palpate::finger::{transmission}{base}>"),
-        format!(
-            "palpate::scene::valid(<Self::Finger>::constant(
-        palpate::finger::Parameters {{
+    let parameters = format!(
+        "palpate::finger::Parameters {{
             lengths_m: {},
             stiffness_nm_per_rad: {},
             rest_rad: {},
             range_rad: [{}],
-        }},
+        }}",
+        list(&scene.list("finger.length_m")),
+        list(&springs),
+        list(&rest),
+        ranges.join(", "),
+    );
+    let of = |base: &str| {
+        format!("palpate::finger::Finger<{count}, palpate::finger::{transmission}{base}>")
+    };
+    let constant = |base: &str| {
+        format!(
+            "palpate::scene::valid(<{}>::constant(
+        {parameters},
         {design},
     ))",
-            list(&scene.list("finger.length_m")),
-            list(&springs),
-            list(&degrees("finger.rest_deg")),
-            ranges.join(", "),
+            of(base)
+        )
+    };
+    let mechanism = match returned {
+        Some(cable) => format!(
+            "palpate::scene::valid(<Self::Finger>::returned(
+        {parameters},
+        {design},
+        {cable},
+    ))"
         ),
-    )
+        None if preload_nm > 0.0 => format!(
+            "palpate::scene::valid({}.preloaded({}))",
+            constant(", palpate::finger::Springless"),
+            literal(preload_nm)
+        ),
+        None => constant(base),
+    };
+    (of(base), mechanism)
 }

@@ -29,6 +29,8 @@ pub(super) fn check(scene: &Scene) -> Checked {
     motion(scene)?;
     preload(scene)?;
     hidden_base(scene)?;
+    return_cable(scene)?;
+    held_joint(scene)?;
     hall(scene)
 }
 
@@ -123,9 +125,17 @@ fn finger(scene: &Scene) -> Checked {
             low[i],
             180.0,
         )?;
-        within(&format!("finger.rest_deg[{i}]"), rest[i], low[i], high[i])?;
-        // Joint 1 may be without a spring; the others would be left to themselves.
-        if i > 0 {
+        // Where nothing turns joint 2 before a contact its spring may be preloaded against its stop.
+        let may_be_preloaded =
+            spring[0] == 0.0 && scene.phalanges() == 2 && !scene.flag("finger.hidden_base");
+        let least = if i > 0 && may_be_preloaded {
+            low[i] - 90.0
+        } else {
+            low[i]
+        };
+        within(&format!("finger.rest_deg[{i}]"), rest[i], least, high[i])?;
+        // Joint 1 may be without a spring; the others would be left to themselves without a return cable.
+        if i > 0 && !scene.has("return_cable") {
             within(
                 &format!("finger.spring_nm_per_rad[{i}]"),
                 spring[i],
@@ -294,14 +304,21 @@ fn motion(scene: &Scene) -> Checked {
 fn preload(scene: &Scene) -> Checked {
     let lists = ["spring_nm_per_rad", "rest_deg", "joint_min_deg"];
     let [spring, rest, low] = lists.map(|name| scene.list(&format!("finger.{name}")));
-    if spring[0] == 0.0 && rest[1..] == low[1..] {
+    if spring[0] == 0.0
+        && rest[1..]
+            .iter()
+            .zip(&low[1..])
+            .all(|(rest, low)| rest <= low)
+        && !scene.has("return_cable")
+    {
         return Ok(());
     }
     for key in ["sensing.preload_nm", "sensing.preload_sigma_nm"] {
         let value = scene.number(key);
         if value != 0.0 {
             return Err(format!(
-                "`{key}` = {value} must be 0 where joint 1 has a spring, or a joint rests above `finger.joint_min_deg`"
+                "`{key}` = {value} must be 0 where joint 1 has a spring or the finger a return cable, or a joint rests above \
+                 `finger.joint_min_deg`"
             ));
         }
     }
@@ -316,6 +333,61 @@ fn hidden_base(scene: &Scene) -> Checked {
              has no contact to tell"
                 .to_owned(),
         );
+    }
+    Ok(())
+}
+
+/// A return cable takes the place of all springs, and holds the joints of a tendon finger of two phalanges at their opening stops.
+fn return_cable(scene: &Scene) -> Checked {
+    if !scene.has("return_cable") {
+        return Ok(());
+    }
+    for key in ["pulley_m", "tension_n", "stiffness_n_per_m"] {
+        let key = format!("return_cable.{key}");
+        if !scene.has(&key) {
+            return Err(format!("`{key}` is missing: it has no default"));
+        }
+    }
+    if scene.phalanges() != 2 || !scene.has("tendon") || scene.flag("finger.hidden_base") {
+        return Err(
+            "[return_cable] is only possible in a finger of two phalanges with [tendon] and without `finger.hidden_base`"
+                .to_owned(),
+        );
+    }
+    let lists = ["spring_nm_per_rad", "rest_deg", "joint_min_deg"];
+    let [spring, rest, low] = lists.map(|name| scene.list(&format!("finger.{name}")));
+    for i in 0..2 {
+        within(
+            &format!("finger.spring_nm_per_rad[{i}]"),
+            spring[i],
+            0.0,
+            0.0,
+        )?;
+        within(&format!("finger.rest_deg[{i}]"), rest[i], low[i], low[i])?;
+    }
+    let [closing, opening] =
+        ["tendon.pulley_m", "return_cable.pulley_m"].map(|key| scene.list(key));
+    // A smaller one would not hold joint 2 at its stop.
+    within(
+        "return_cable.pulley_m[1]",
+        opening[1],
+        1.02 * opening[0] * closing[1] / closing[0],
+        0.1,
+    )
+}
+
+/// What follows a contact is told from changes of the stiffness, and joint 2 leaving its stop is one.
+fn held_joint(scene: &Scene) -> Checked {
+    let [rest, low] =
+        ["rest_deg", "joint_min_deg"].map(|name| scene.list(&format!("finger.{name}")));
+    let is_preloaded = rest.iter().zip(&low).any(|(rest, low)| rest < low);
+    for key in ["options.second_contact", "options.contact_changes"] {
+        if scene.flag(key) && (is_preloaded || scene.has("return_cable")) {
+            return Err(format!(
+                "`{key}` = true is not possible with [return_cable] or a spring at rest beyond its stop: joint 2 leaving that stop \
+                 changes the stiffness as well"
+            ));
+        }
     }
     Ok(())
 }

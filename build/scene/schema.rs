@@ -60,6 +60,10 @@ pub(super) const KEYS: &[Key] = &[
     must("finger.joint_max_deg", PerPhalanx(-180.0, 180.0)),
     must("finger.half_thickness_m", Number(1e-3, 0.1)),
     must("finger.hidden_base", Flag),
+    // In place of springs: pulleys at the joints, tension with the finger open, and stiffness of the cable's spring.
+    may("return_cable.pulley_m", PerPhalanx(1e-3, 0.1)),
+    may("return_cable.tension_n", Number(0.01, 1e3)),
+    may("return_cable.stiffness_n_per_m", Number(1.0, 1e6)),
     // For worlds with gravity: masses of the phalanges, and the angle of "down" from phalanx 1 at theta_1 = 0.
     may("finger.mass_kg", PerPhalanx(1e-4, 10.0)),
     may("finger.gravity_deg", Number(-180.0, 180.0)),

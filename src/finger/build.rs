@@ -1,9 +1,11 @@
 //! A finger and its validated construction.
 
 use super::error::{check_range, try_const};
-use super::{ConfigError, Configuration, Direct, Levers, Linkage, Parameter, Tendon, Transmission};
+use super::{
+    ConfigError, Configuration, Direct, Levers, Linkage, Parameter, ReturnCable, Tendon,
+    Transmission,
+};
 use core::f32::consts::PI;
-use core::marker::PhantomData;
 
 /// Limits of a phalanx's length: any unit from kilometre to micrometre.
 const LENGTH_RANGE: [f32; 2] = [1e-6, 1e6];
@@ -24,7 +26,7 @@ pub struct Parameters<const N: usize> {
 }
 
 impl<const N: usize> Parameters<N> {
-    /// Refuses what is not finite or outside its range; without a spring at joint 1, K_1 is 0.
+    /// Refuses what is not finite or outside its range; without a spring at joint 1, K_1 is 0, with a return cable all are.
     pub(super) const fn check(&self, base: Base) -> Result<(), ConfigError> {
         let (mut i, mut joint) = (0, 1);
         while i < N {
@@ -33,7 +35,12 @@ impl<const N: usize> Parameters<N> {
             try_const!(check_range(length, self.lengths_m[i], min, max));
             let (stiffness, [min, max]) = (self.stiffness_nm_per_rad[i], STIFFNESS_RANGE);
             let spring = Parameter::Stiffness { joint };
-            if joint == 1 && matches!(base, Base::Springless) {
+            let without = match base {
+                Base::Any => false,
+                Base::Springless => joint == 1,
+                Base::ReturnCable => true,
+            };
+            if without {
                 try_const!(check_range(spring, stiffness, 0.0, 0.0));
             } else if !(joint == 1 && stiffness == 0.0) {
                 try_const!(check_range(spring, stiffness, min, max));
@@ -60,6 +67,9 @@ pub enum Base {
     Any,
     /// None: nothing but a contact holds the input link, and joint 1 follows it while the others rest.
     Springless,
+    /// None at any joint: a preloaded cable opens the finger, and joint 1 follows the input link while joint 2 stands at its stop
+    /// ([`ReturnCable`]).
+    ReturnCable,
 }
 
 /// A [`Base`] as a type.
@@ -69,6 +79,26 @@ pub trait BaseJoint: Copy + core::fmt::Debug {
 
     /// The first phalanx that can touch anything.
     const FIRST_TOUCHING: u8 = 1;
+
+    /// Whether something holds joint 2 at its stop until a contact has raised the torque by a break-away torque
+    /// (docs/MECHANICS.md#break-away).
+    const HOLDS: bool = false;
+
+    /// What opens the finger in place of springs.
+    fn return_cable(&self) -> Option<&ReturnCable> {
+        None
+    }
+
+    /// Torque with which the spring of joint 2 holds it at its stop, newton metre.
+    fn preload_nm(&self) -> Option<f32> {
+        None
+    }
+}
+
+/// A base that the type tells all of.
+pub trait KnownBase: BaseJoint {
+    /// It.
+    const KNOWN: Self;
 }
 
 /// [`Base::Any`].
@@ -79,6 +109,10 @@ impl BaseJoint for AnyBase {
     const BASE: Base = Base::Any;
 }
 
+impl KnownBase for AnyBase {
+    const KNOWN: Self = Self;
+}
+
 /// [`Base::Springless`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Springless;
@@ -87,14 +121,37 @@ impl BaseJoint for Springless {
     const BASE: Base = Base::Springless;
 }
 
+impl KnownBase for Springless {
+    const KNOWN: Self = Self;
+}
+
+/// [`Base::Springless`] with a spring at joint 2 that is preloaded against its stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Preloaded {
+    torque_nm: f32,
+}
+
+impl BaseJoint for Preloaded {
+    const BASE: Base = Base::Springless;
+    const HOLDS: bool = true;
+
+    fn preload_nm(&self) -> Option<f32> {
+        Some(self.torque_nm)
+    }
+}
+
 /// A base whose phalanx lies within the palm and touches nothing: its joint gives way to a contact anywhere on the next phalanx,
 /// whose place then changes the stiffness as well (docs/MECHANICS.md#hidden-phalanx).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct HiddenBase<B>(PhantomData<B>);
+pub struct HiddenBase<B>(B);
 
-impl<B: BaseJoint> BaseJoint for HiddenBase<B> {
+impl<B: KnownBase> BaseJoint for HiddenBase<B> {
     const BASE: Base = B::BASE;
     const FIRST_TOUCHING: u8 = 2;
+}
+
+impl<B: KnownBase> KnownBase for HiddenBase<B> {
+    const KNOWN: Self = Self(B::KNOWN);
 }
 
 /// A finger: immutable once built.
@@ -121,7 +178,7 @@ pub struct Finger<const N: usize, T, B = AnyBase> {
     pub(crate) parameters: Parameters<N>,
     pub(crate) transmission: T,
     pub(crate) rest: Configuration<N>,
-    base: PhantomData<B>,
+    pub(crate) base: B,
 }
 
 impl<const N: usize, T: Transmission<N>> Finger<N, T> {
@@ -133,14 +190,14 @@ impl<const N: usize, T: Transmission<N>> Finger<N, T> {
     /// rejects.
     pub fn new(parameters: Parameters<N>, design: T::Design) -> Result<Self, ConfigError> {
         parameters.check(Base::Any)?;
-        Self::assembled(parameters, T::build(design, &parameters)?)
+        Self::assembled(parameters, T::build(design, &parameters)?, AnyBase)
     }
 }
 
 /// Fingers as constants: what [`Finger::new`] checks is checked by the compiler, and the firmware carries the result.
 macro_rules! constant {
     ($phalanges:literal, $transmission:ty, $design:ty, |$given:ident, $parameters:ident| $of:expr) => {
-        impl<B: BaseJoint> Finger<$phalanges, $transmission, B> {
+        impl<B: KnownBase> Finger<$phalanges, $transmission, B> {
             /// As [`Finger::new`], for a constant.
             ///
             /// # Errors
@@ -150,7 +207,7 @@ macro_rules! constant {
                 $given: $design,
             ) -> Result<Self, ConfigError> {
                 try_const!($parameters.check(B::BASE));
-                Self::assembled($parameters, try_const!($of))
+                Self::assembled($parameters, try_const!($of), B::KNOWN)
             }
         }
     };
@@ -202,15 +259,87 @@ constant!(6, Linkage<5>, [Levers; 5], |levers, parameters| {
     Linkage::<5>::of(levers, &parameters)
 });
 
+impl<T: Transmission<2>> Finger<2, T, Springless> {
+    /// The same finger with the spring of joint 2 preloaded against its stop, where it rests, by a torque, newton metre.
+    ///
+    /// # Errors
+    /// A torque that is not within 1e-9 and 1e9; a joint 2 that does not rest at its stop.
+    pub const fn preloaded(self, torque_nm: f32) -> Result<Finger<2, T, Preloaded>, ConfigError> {
+        let Self {
+            parameters,
+            transmission,
+            ..
+        } = self;
+        let [min, max] = STIFFNESS_RANGE;
+        try_const!(check_range(Parameter::Preload, torque_nm, min, max));
+        let ([_, [stop, _]], [_, rest]) = (parameters.range_rad, parameters.rest_rad);
+        try_const!(check_range(
+            Parameter::RestAngle { joint: 2 },
+            rest,
+            stop,
+            stop
+        ));
+        Finger::assembled(parameters, transmission, Preloaded { torque_nm })
+    }
+}
+
+impl Finger<2, Tendon<2>, ReturnCable> {
+    /// A finger that a return cable opens, from its parameters, the radii r_1 and r_2 of the closing tendon, and that cable.
+    ///
+    /// ```
+    /// use palpate::finger::{Finger, Parameters, ReturnCable};
+    ///
+    /// let parameters = Parameters {
+    ///     lengths_m: [0.090, 0.070],
+    ///     stiffness_nm_per_rad: [0.0, 0.0],
+    ///     rest_rad: [0.0, 0.0],
+    ///     range_rad: [[0.0, 2.5], [0.0, 2.0]],
+    /// };
+    /// let cable = ReturnCable { ratio: 0.7, torque_nm: 0.06, stiffness_nm_per_rad: 0.03 };
+    /// let finger = Finger::returned(parameters, [0.010, 0.005], cable)?;
+    /// let at = finger.configuration([0.5, 0.0])?;
+    /// let contact = finger.returned_contact(&at).expect("two joints");
+    /// let rise_nm = contact.break_away_nm(0.075, 0.030);
+    /// let k_m = contact.place_m(0.075, rise_nm, 0.070).expect("on the phalanx");
+    /// assert!((k_m - 0.030).abs() < 1e-6);
+    /// # Ok::<(), palpate::finger::ConfigError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`Finger::new`]; a spring at any joint; a joint that does not rest at its opening stop; a cable's torque or stiffness
+    /// that is not within 1e-9 and 1e9, or a ratio of its pulleys that does not exceed r_2 / r_1: joint 2 would not stay at its stop.
+    pub const fn returned(
+        parameters: Parameters<2>,
+        radii_m: [f32; 2],
+        cable: ReturnCable,
+    ) -> Result<Self, ConfigError> {
+        try_const!(parameters.check(Base::ReturnCable));
+        let (mut i, mut joint) = (0, 1);
+        while i < 2 {
+            let [stop, _] = parameters.range_rad[i];
+            let rest = Parameter::RestAngle { joint };
+            try_const!(check_range(rest, parameters.rest_rad[i], stop, stop));
+            (i, joint) = (i + 1, joint + 1);
+        }
+        let tendon = try_const!(Tendon::<2>::of(radii_m));
+        let cable = try_const!(cable.check(radii_m[1] / radii_m[0]));
+        Self::assembled(parameters, tendon, cable)
+    }
+}
+
 impl<const N: usize, T: Copy, B: BaseJoint> Finger<N, T, B> {
     /// Puts together what was checked.
-    const fn assembled(parameters: Parameters<N>, transmission: T) -> Result<Self, ConfigError> {
+    const fn assembled(
+        parameters: Parameters<N>,
+        transmission: T,
+        base: B,
+    ) -> Result<Self, ConfigError> {
         let rest = try_const!(posture(parameters.rest_rad));
         Ok(Self {
             parameters,
             transmission,
             rest,
-            base: PhantomData,
+            base,
         })
     }
 
@@ -219,7 +348,13 @@ impl<const N: usize, T: Copy, B: BaseJoint> Finger<N, T, B> {
         match B::BASE {
             Base::Any => self.parameters.stiffness_nm_per_rad.first() == Some(&0.0),
             Base::Springless => true,
+            Base::ReturnCable => false,
         }
+    }
+
+    /// The joints beyond the first stand at their stops until a contact.
+    pub(crate) fn stands_at_stops(&self) -> bool {
+        matches!(B::BASE, Base::ReturnCable) || self.springless()
     }
 
     /// What the finger was built from.

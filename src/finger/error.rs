@@ -66,6 +66,14 @@ pub enum Parameter {
     },
     /// Stiffness of the cable between actuator and input link.
     CableStiffness,
+    /// Torque with which a spring holds a joint at its stop.
+    Preload,
+    /// Radius of a return cable's pulley at joint 2 over that at joint 1.
+    ReturnRatio,
+    /// Torque of a return cable about joint 1 at rest.
+    ReturnTorque,
+    /// Stiffness of a return cable about joint 1.
+    ReturnStiffness,
 }
 
 /// A value outside its allowed range, whose limits belong to it.
@@ -102,6 +110,10 @@ impl ConfigError {
                 "linkage 3 or a later one does not close: reach of its coupler"
             }
             Parameter::CableStiffness => "stiffness of the cable",
+            Parameter::Preload => "preload of a spring",
+            Parameter::ReturnRatio => "ratio of the return cable's pulleys",
+            Parameter::ReturnTorque => "torque of the return cable",
+            Parameter::ReturnStiffness => "stiffness of the return cable",
         }
     }
 }

@@ -3,6 +3,7 @@
 
 use super::chain::{ChainContact, StiffnessRoot};
 use super::quadratic::QuadraticContact;
+use super::return_cable::ReturnedContact;
 use super::three_joint::ThreeJointContact;
 use super::two_joint::{Roots, TwoJointContact};
 use super::{BaseJoint, Candidate, Class, Configuration, Finger, Inverse, Transmission};
@@ -34,6 +35,8 @@ pub trait Solver {
     fn three_joint(contact: &ThreeJointContact, compliance: f32, length_m: f32) -> Roots;
     /// Roots on a phalanx of a longer finger.
     fn chain<const N: usize>(contact: &ChainContact<N>, compliance: f32, length_m: f32) -> Roots;
+    /// Roots on phalanx 2 of a finger that a return cable opens.
+    fn returned(contact: &ReturnedContact, compliance: f32, length_m: f32) -> Roots;
 }
 
 /// 24 halvings a root: what the firmware runs.
@@ -51,6 +54,10 @@ impl Solver for Bisection {
     fn chain<const N: usize>(contact: &ChainContact<N>, compliance: f32, length_m: f32) -> Roots {
         contact.bisected(compliance, length_m)
     }
+
+    fn returned(contact: &ReturnedContact, compliance: f32, length_m: f32) -> Roots {
+        contact.bisected(compliance, length_m)
+    }
 }
 
 /// Stable closed forms: the check of the bisection in tests and in the report.
@@ -66,6 +73,10 @@ impl Solver for ClosedForm {
     }
 
     fn chain<const N: usize>(contact: &ChainContact<N>, compliance: f32, _: f32) -> Roots {
+        contact.closed(compliance)
+    }
+
+    fn returned(contact: &ReturnedContact, compliance: f32, _: f32) -> Roots {
         contact.closed(compliance)
     }
 }
@@ -292,6 +303,11 @@ where
         compliance: f32,
     ) -> Inverse {
         let invalid = || Inverse::of(heapless::Vec::new(), Class::Invalid);
+        if let (Some(contact), Some(length_m)) =
+            (self.returned_contact(at), self.parameters.lengths_m.get(1))
+        {
+            return contact.places::<S>(compliance, *length_m);
+        }
         let Some(held) = self.held(at, torque_nm) else {
             return invalid();
         };

@@ -39,6 +39,7 @@ mod mechanics;
 mod path;
 mod preshape;
 mod quadratic;
+mod return_cable;
 mod statics;
 mod tendon;
 mod three_joint;
@@ -47,7 +48,9 @@ mod two_contacts;
 mod two_joint;
 
 pub use actuated::{ActuatedFinger, ActuatedPlace};
-pub use build::{AnyBase, Base, BaseJoint, Finger, HiddenBase, Parameters, Springless};
+pub use build::{
+    AnyBase, Base, BaseJoint, Finger, HiddenBase, KnownBase, Parameters, Preloaded, Springless,
+};
 pub use configuration::{Configuration, JointStep};
 pub use direct::Direct;
 pub use error::{ConfigError, Parameter};
@@ -59,6 +62,7 @@ pub use mechanics::{
     MOST_CANDIDATES, Mechanics, PathPoint,
 };
 pub use path::{Path, Pressed};
+pub use return_cable::{ReturnCable, ReturnedContact};
 pub use tendon::Tendon;
 pub use three_joint::ThreeJointContact;
 pub use transmission::{Transmission, TransmissionFactors};

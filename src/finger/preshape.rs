@@ -25,6 +25,14 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             }
             h[i][i] += self.parameters.stiffness_nm_per_rad[i];
         }
+        if let Some(cable) = self.base.return_cable() {
+            let lever: [f32; N] = cable.factors();
+            for i in 0..N {
+                for j in 0..N {
+                    h[i][j] += cable.stiffness_nm_per_rad * lever[i] * lever[j];
+                }
+            }
+        }
         h
     }
 
@@ -66,6 +74,12 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         if !torque_nm.is_finite() || (self.springless() && torque_nm != 0.0) {
             return None;
         }
+        if let Some(cable) = self.base.return_cable() {
+            let more_nm = (torque_nm - cable.torque_nm).at_least(0.0);
+            let mut rad = self.rest.rad();
+            *rad.first_mut()? += more_nm / cable.stiffness_nm_per_rad;
+            return Configuration::of(rad);
+        }
         let (mut at, mut before) = (*near, f32::INFINITY);
         for _ in 0..STEPS {
             let gear = self.transmission.factors(&at)?;
@@ -89,14 +103,16 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         theta_a_rad: f32,
         near: &Configuration<N>,
     ) -> Option<Free<Configuration<N>>> {
-        if self.springless() {
+        if self.stands_at_stops() {
             let mut rad = self.rest.rad();
             rad[0] = 0.0;
             // Joints beyond the first stay at rest; the first takes what the input link turns.
             rad[0] = theta_a_rad - self.transmission.rotation_rad(&Configuration::of(rad)?);
+            let torque_nm = (self.base.return_cable())
+                .map_or(0.0, |cable| cable.torque_at(rad[0] - self.rest.rad()[0]));
             return Some(Free {
                 configuration: Configuration::of(rad)?,
-                torque_nm: 0.0,
+                torque_nm,
             });
         }
         let (mut at, mut before) = (*near, f32::INFINITY);
@@ -196,6 +212,10 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         if rotation.abs() > 1e-5 && secant.is_finite() {
             return Some(secant);
         }
+        // A return cable's preload is borne by the stop at rest: there the secant has no limit.
+        if self.base.return_cable().is_some() {
+            return None;
+        }
         let stiffness = 1.0 / self.free(&free.configuration, free.torque_nm)?;
         stiffness.is_finite().then_some(stiffness)
     }
@@ -204,6 +224,9 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     pub(crate) fn free(&self, at: &Configuration<N>, torque_nm: f32) -> Option<f32> {
         if self.springless() {
             return None;
+        }
+        if let Some(cable) = self.base.return_cable() {
+            return Some(1.0 / cable.stiffness_nm_per_rad);
         }
         let gear = self.transmission.factors(at)?;
         let [_, per_torque] = self.response(&gear, torque_nm, [0.0; N])?;

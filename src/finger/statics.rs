@@ -1,7 +1,7 @@
 //! Statics of the whole finger: equivalent torques (5) and contact forces (1).
 
-use super::{BaseJoint, Configuration, Finger, Transmission, TransmissionFactors};
-use crate::numeric::Rotation;
+use super::{BaseJoint, Configuration, Finger, ReturnedContact, Transmission, TransmissionFactors};
+use crate::numeric::{Rotation, dot};
 
 /// p, the moment arms about every joint of a contact at `k_m` on the phalanx with index `tip`, 0 for the first
 /// (docs/MECHANICS.md#statics), metre; 0 about the joints beyond. Linear in k: each arm up to the contact grows by 1 with it.
@@ -26,7 +26,18 @@ pub(super) fn contact_arms<const N: usize>(
 }
 
 impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
-    /// Equivalent joint torques tau = x T_a - K (theta - theta_0) (5): what contacts have to balance. Newton metre.
+    /// A contact on phalanx 2 in a posture, of a finger that a return cable opens; `None` of any other.
+    pub fn returned_contact(&self, at: &Configuration<N>) -> Option<ReturnedContact> {
+        let cable = *self.base.return_cable()?;
+        let (length, turn) = (self.parameters.lengths_m.first()?, at.turn());
+        Some(ReturnedContact {
+            c_m: length * turn.get(1)?.cos,
+            x2: *self.transmission.factors(at)?.x.get(1)?,
+            cable,
+        })
+    }
+
+    /// Equivalent joint torques tau = x T_a - K (theta - theta_0) (5): what contacts have to balance, and stops. Newton metre.
     pub fn equivalent_torques_nm(
         &self,
         gear: &TransmissionFactors<N>,
@@ -39,6 +50,14 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             let spring =
                 self.parameters.stiffness_nm_per_rad[i] * (rad[i] - self.parameters.rest_rad[i]);
             tau[i] = gear.x[i] * torque_nm - spring;
+        }
+        if let Some(cable) = self.base.return_cable() {
+            let lever = cable.factors();
+            let turned: [f32; N] = core::array::from_fn(|i| rad[i] - self.parameters.rest_rad[i]);
+            let pull_nm = cable.torque_at(dot(&lever, &turned));
+            for i in 0..N {
+                tau[i] -= lever[i] * pull_nm;
+            }
         }
         tau.iter().all(|t| t.is_finite()).then_some(tau)
     }

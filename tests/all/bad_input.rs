@@ -1,9 +1,9 @@
 //! Every public function with numbers that make no sense: an error, `None`, or a finite value; never a panic, never NaN.
 
-use crate::finger_support::{linkage2, linkage3, tendon2, tendon3};
+use crate::finger_support::{linkage2, linkage3, return2, tendon2, tendon3};
 use palpate::finger::{
-    Assembly, Configuration, Contact, Finger, Free, Levers, Linkage, Mechanics, Parameters, Tendon,
-    ThreeJointContact, Transmission, TwoJointContact,
+    Assembly, BaseJoint, Configuration, Contact, Finger, Free, Levers, Linkage, Mechanics,
+    Parameters, ReturnCable, Springless, Tendon, ThreeJointContact, Transmission, TwoJointContact,
 };
 use palpate::sensing::Side;
 use palpate::sensing::location::{Cable, Rigid, places};
@@ -28,14 +28,14 @@ fn check(value: Option<f32>) -> Result<(), TestCaseError> {
 }
 
 /// The whole of [`Mechanics`] and what stands on it, with five numbers in every place.
-fn abuse<const N: usize, T>(
-    finger: &Finger<N, T>,
+fn abuse<const N: usize, T, B: BaseJoint>(
+    finger: &Finger<N, T, B>,
     n: [f32; 5],
     phalanx: u8,
 ) -> Result<(), TestCaseError>
 where
     T: Transmission<N>,
-    Finger<N, T>: Mechanics<Configuration = Configuration<N>>,
+    Finger<N, T, B>: Mechanics<Configuration = Configuration<N>>,
 {
     let [torque, other, k_m, radius_m, angle] = n;
     let rest = finger.rest();
@@ -158,6 +158,34 @@ proptest! {
     #[test]
     fn three_phalanges_with_linkage(f in linkage3(), n in prop::array::uniform5(any_number()), phalanx in 0u8..5) {
         abuse(&f, n, phalanx)?;
+    }
+
+    #[test]
+    fn two_phalanges_with_return_cable(
+        f in return2(),
+        n in prop::array::uniform5(any_number()),
+        phalanx in 0u8..5,
+        cable in prop::array::uniform3(any_number()),
+    ) {
+        abuse(&f, n, phalanx)?;
+        let [torque, other, k_m, length_m, angle] = n;
+        if let Some(free) = f.free_at_angle(angle, &f.rest())
+            && let Some(contact) = f.returned_contact(&free.configuration)
+        {
+            prop_assert!(!contact.break_away_nm(torque, k_m).is_nan() || !(torque + k_m).is_finite());
+            check(contact.place_m(torque, other, length_m))?;
+        }
+        let [ratio, torque_nm, stiffness_nm_per_rad] = cable;
+        let other = ReturnCable { ratio, torque_nm, stiffness_nm_per_rad };
+        match Finger::returned(*f.parameters(), [0.1, 0.05], other) {
+            Ok(finger) => abuse(&finger, n, phalanx)?,
+            Err(error) => prop_assert!(!(error.value >= error.min && error.value <= error.max), "{error}"),
+        }
+        let sprung = Parameters { stiffness_nm_per_rad: [0.0, 1.0], ..*f.parameters() };
+        let sprung = Finger::<2, Tendon<2>, Springless>::constant(sprung, [0.1, 0.05]).expect("in range");
+        if let Ok(finger) = sprung.preloaded(torque_nm) {
+            abuse(&finger, n, phalanx)?;
+        }
     }
 
     /// Whatever is built, was within its ranges; whatever was not, is named.

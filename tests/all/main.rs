@@ -16,5 +16,6 @@ mod long_fingers;
 mod manual;
 mod numeric;
 mod references;
+mod return_cable;
 mod store;
 mod two_contacts;

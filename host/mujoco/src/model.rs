@@ -22,9 +22,13 @@ pub(crate) const INPUT: &str = "input";
 pub(crate) struct Description {
     pub finger: FingerParameters,
     spring: Vec<f64>,
+    /// What makes springs differ makes the spring of a return cable differ.
+    spring_made: f64,
     /// Share of their stiffness that the springs have left.
     pub springs_left: f64,
     rest: Vec<f64>,
+    /// Angle by which springs are preloaded.
+    preload_rad: f64,
     /// Joint angles at the opening stop.
     start: Vec<f64>,
     gravity: [f64; 2],
@@ -77,6 +81,7 @@ impl Description {
         let radians = |list: &[f64]| -> Vec<f64> { list.iter().map(|d| d.to_radians()).collect() };
         let (mut rest, low) = (radians(&finger.rest_deg), radians(&finger.joint_min_deg));
         if finger.spring_nm_per_rad.first() == Some(&0.0)
+            && finger.return_pulley_m.is_empty()
             && let Some(first) = rest.first_mut()
         {
             // Without a spring nothing defines where joint 1 rests; it opens until theta_1 is zero.
@@ -84,13 +89,14 @@ impl Description {
         }
         // A spring is preloaded against the stop that it holds its joint at.
         for (rest, low) in rest.iter_mut().zip(&low).skip(1) {
-            if (*rest - low).abs() < 1e-6 {
+            if *rest < low + 1e-6 {
                 *rest -= mechanism.preload_deg.to_radians();
             }
         }
         let start: Vec<f64> = rest.iter().zip(&low).map(|(r, l)| r.max(*l)).collect();
         let (sin, cos) = mechanism.mounting_deg.to_radians().sin_cos();
         let mut description = Self {
+            spring_made: 1.0 + mechanism.spring_error,
             spring: finger
                 .spring_nm_per_rad
                 .iter()
@@ -98,6 +104,7 @@ impl Description {
                 .collect(),
             springs_left: 1.0,
             rest,
+            preload_rad: mechanism.preload_deg.to_radians(),
             start,
             gravity: [cos, sin].map(|share| share * mechanism.gravity_m_per_s2),
             joint_friction: mechanism.joint_friction_nm,
@@ -137,6 +144,17 @@ impl Description {
                 let half = 0.5 * backlash_deg.to_radians();
                 (i, [self.rest[i] - half, self.rest[i] + half])
             })
+    }
+
+    /// Stiffness of the spring of a return cable, newton per metre, and the cable's length over its pulleys without tension, metre.
+    fn returned(&self) -> Option<[f64; 2]> {
+        let pulleys = &self.finger.return_pulley_m;
+        let stiffness = self.finger.return_n_per_m;
+        // It is preloaded over the pulley of joint 1.
+        let preload = pulleys.first()? * self.preload_rad;
+        let at_rest: f64 = pulleys.iter().zip(&self.start).map(|(r, q)| r * q).sum();
+        let slack = at_rest - preload - self.finger.return_tension_n / stiffness;
+        Some([self.springs_left * self.spring_made * stiffness, slack])
     }
 
     /// Inertia of the straight finger about joint 1, kilogram square metre.

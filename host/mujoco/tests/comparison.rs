@@ -228,12 +228,14 @@ fn compare(scene: &str, grasp: &Grasp, what: &str) {
     worst.check(&format!("{scene} {what}, {pressed} states"));
 }
 
-const SCENES: [&str; 6] = [
+const SCENES: [&str; 8] = [
     "p70",
     "p70-rigid",
+    "p70-preloaded",
     "tendon2",
     "tendon3",
     "hidden3",
+    "return2",
     "linkage3",
 ];
 
@@ -272,6 +274,16 @@ fn three_phalanx_tendon_on_cylinders() {
 #[test]
 fn hidden_phalanx_on_cylinders() {
     cylinders("hidden3", &[(2, 0.02), (2, 0.06), (3, 0.02), (3, 0.05)]);
+}
+
+/// Joint 2 stands at its stop until the torque overcomes a preloaded spring, or what a return cable holds it by.
+#[test]
+fn preloaded_joints_give_way_alike() {
+    cylinders(
+        "p70-preloaded",
+        &[(1, 0.05), (2, 0.02), (2, 0.04), (2, 0.06)],
+    );
+    cylinders("return2", &[(1, 0.05), (2, 0.02), (2, 0.04), (2, 0.06)]);
 }
 
 #[test]

@@ -68,15 +68,6 @@ impl Settling {
 }
 
 impl Converter {
-    /// A converter that last sampled this voltage.
-    #[must_use]
-    pub fn holding(held_v: f64) -> Self {
-        Self {
-            held_v,
-            ..Self::default()
-        }
-    }
-
     fn settling(&mut self, source: &Source, timing_s: [f64; 2]) -> &Settling {
         let is_known = |known: &Settling| (known.source, known.timing_s) == (*source, timing_s);
         if let Some(known) = self.settlings.iter().position(is_known) {
@@ -237,10 +228,14 @@ mod tests {
     const TIMING: [f64; 2] = [294e-9, 588e-9];
 
     fn found(source: Source, held_v: f64) -> Vec<f64> {
+        let holding = || Converter {
+            held_v,
+            ..Converter::default()
+        };
         let mut steady = vec![0.0; 16];
-        Converter::holding(held_v).sample_steady(&source, TIMING, 1.0, &mut steady);
+        holding().sample_steady(&source, TIMING, 1.0, &mut steady);
         let mut all = vec![1.0; 16];
-        Converter::holding(held_v).sample(&source, TIMING, &mut all);
+        holding().sample(&source, TIMING, &mut all);
         assert!(all.iter().zip(&steady).all(|(a, b)| (a - b).abs() < 1e-12));
         all
     }

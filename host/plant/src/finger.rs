@@ -37,6 +37,15 @@ struct Held {
     flanks: [f64; 2],
 }
 
+/// A cable that opens the finger: it pulls at every joint by its pulley there.
+#[derive(Clone, Copy, Debug)]
+struct Returning {
+    pulley: [f64; MAX],
+    /// Tension where every joint is at its rest angle.
+    tension: f64,
+    stiffness: f64,
+}
+
 /// Configuration and state.
 #[derive(Clone, Debug)]
 pub(crate) struct Finger {
@@ -50,6 +59,7 @@ pub(crate) struct Finger {
     pub rest: [f64; MAX],
     /// Joints that a motor of their own holds: the spring's stiffness, and the angles beyond which the wheel's flanks load it.
     held: [Option<Held>; MAX],
+    returning: Option<Returning>,
     low: [f64; MAX],
     high: [f64; MAX],
     /// Opening and closing stop of the input link.
@@ -117,7 +127,7 @@ impl Finger {
             .iter_mut()
             .for_each(|k| *k *= 1.0 + mechanism.spring_error);
         let mut rest = list(&finger.rest_deg, f64::to_radians);
-        if spring[0] == 0.0 {
+        if spring[0] == 0.0 && finger.return_pulley_m.is_empty() {
             // Without a spring joint 1 has no rest angle; it starts at theta_1 = 0.
             rest[0] = 0.0;
         }
@@ -130,9 +140,19 @@ impl Finger {
             });
         }
         let low = list(&finger.joint_min_deg, f64::to_radians);
-        for i in 1..count {
+        let returning = finger.return_pulley_m.first().map(|first| {
+            // What makes springs differ makes this one differ, and it is preloaded over the pulley of joint 1.
+            let made = 1.0 + mechanism.spring_error;
+            let stretched = first * mechanism.preload_deg.to_radians();
+            Returning {
+                pulley: list(&finger.return_pulley_m, |r| r),
+                tension: made * (finger.return_tension_n + finger.return_n_per_m * stretched),
+                stiffness: made * finger.return_n_per_m,
+            }
+        });
+        for i in (1..count).filter(|_| returning.is_none()) {
             // A spring can be preloaded only if its joint rests at the stop.
-            if (rest[i] - low[i]).abs() < 1e-6 {
+            if rest[i] < low[i] + 1e-6 {
                 rest[i] -= mechanism.preload_deg.to_radians();
             }
         }
@@ -152,6 +172,7 @@ impl Finger {
             springs_left: 1.0,
             rest,
             held,
+            returning,
             low,
             high: list(&finger.joint_max_deg, f64::to_radians),
             stops: [0.0, finger.travel_rad],
@@ -206,6 +227,23 @@ impl Finger {
             ];
         }
         (joint, along)
+    }
+
+    /// Torque of the return cable at each joint in a posture, newton metre, closing positive.
+    fn return_torques(&self, angle: [f64; MAX]) -> [f64; MAX] {
+        let Some(Returning {
+            pulley,
+            tension,
+            stiffness,
+        }) = self.returning
+        else {
+            return [0.0; MAX];
+        };
+        let taken: f64 = (0..self.count)
+            .map(|i| pulley[i] * (angle[i] - self.rest[i]))
+            .sum();
+        let pull = self.springs_left * (tension + stiffness * taken).max(0.0);
+        pulley.map(|radius| -radius * pull)
     }
 
     /// Torque of gravity at each joint, newton metre, closing positive.
@@ -294,7 +332,8 @@ impl Finger {
         free.angle = self.rest;
         free.angle[0] = theta_1;
         free.transmit();
-        let sprung = self.spring[0] * (theta_1 - self.rest[0]);
+        let [returned, ..] = free.return_torques(free.angle);
+        let sprung = self.spring[0] * (theta_1 - self.rest[0]) - returned;
         if self.weight == [0.0; 2] {
             free.settle(&Body::Nothing, Hold::Torque(sprung));
         } else {
@@ -336,6 +375,10 @@ impl Finger {
         let springs = (0..self.count).map(|i| {
             0.5 * self.springs_left * self.spring[i] * (self.angle[i] - self.rest[i]).powi(2)
         });
-        springs.sum::<f64>() + self.pushers.iter().map(Pusher::energy).sum::<f64>()
+        let returned = self.returning.map_or(0.0, |cable| {
+            let pull = self.return_torques(self.angle)[0] / cable.pulley[0];
+            0.5 * pull * pull / (self.springs_left * cable.stiffness).max(f64::MIN_POSITIVE)
+        });
+        springs.sum::<f64>() + returned + self.pushers.iter().map(Pusher::energy).sum::<f64>()
     }
 }

@@ -123,6 +123,11 @@ const FEATURES: &[(&str, &str)] = &[
     ("finger::tendon::", "finger::tendon::Tendon<"),
     ("finger::fourbar::", "finger::linkage::Linkage<"),
     ("finger::direct::", "finger::direct::Direct<"),
+    (
+        "return_cable::ReturnedContact::",
+        "return_cable::ReturnCable",
+    ),
+    ("finger::build::Preloaded", "finger::build::Preloaded"),
     ("joint_sensor::HallSensor", "joint_sensor::HallSensor"),
     ("::start_joint", "joint_sensor::HallSensor"),
     ("sensing::location::Rigid", "sensing::location::Rigid"),

@@ -54,8 +54,8 @@ fn a_value_out_of_range_is_named_with_its_range() {
             "`finger.spring_nm_per_rad[1]` = 0 is out of range, allowed 0.000001 to 1000",
         ),
         (
-            "finger.rest_deg = [0, -5]",
-            "`finger.rest_deg[1]` = -5 is out of range, allowed 0 to 120",
+            "finger.rest_deg = [-40, 0]",
+            "`finger.rest_deg[0]` = -40 is out of range, allowed -30 to 150",
         ),
         // Ranges that depend on other values.
         (
@@ -90,6 +90,22 @@ fn a_value_out_of_range_is_named_with_its_range() {
         (
             "finger.hidden_base = true\noptions.second_contact = true",
             "`options.second_contact` = true is not possible with `finger.hidden_base`",
+        ),
+        (
+            "finger.rest_deg = [0, -5]\noptions.contact_changes = true",
+            "`options.contact_changes` = true is not possible with [return_cable] or a spring at rest beyond its stop",
+        ),
+        (
+            "finger.rest_deg = [0, -100]",
+            "`finger.rest_deg[1]` = -100 is out of range, allowed -90 to 120",
+        ),
+        (
+            "return_cable.tension_n = 3",
+            "`return_cable.pulley_m` is missing: it has no default",
+        ),
+        (
+            "return_cable = { pulley_m = [0.01, 0.01], tension_n = 3, stiffness_n_per_m = 200 }",
+            "[return_cable] is only possible in a finger of two phalanges with [tendon]",
         ),
         (
             "finger.hidden_base = 1",

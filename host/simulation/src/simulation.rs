@@ -121,14 +121,8 @@ impl<S: Simulated> Simulation<S> {
     /// # Errors
     /// The sequence refused.
     pub fn prepare(&mut self) -> Result<Outcome, Error> {
-        let stated = self
-            .machine
-            .board
-            .plant
-            .parameters()
-            .contact
-            .stated_friction;
-        if stated > 0.0 {
+        let contact = &self.machine.board.plant.parameters().contact;
+        if let Some(stated) = contact.stated() {
             let set = Command::Set(Setting::ContactFriction, stated as f32);
             self.slow()
                 .coordinator

@@ -12,7 +12,15 @@ where
     const PHALANGES: usize = N;
     const FIRST_TOUCHING: u8 = B::FIRST_TOUCHING;
     type Configuration = Configuration<N>;
-    type Path = Path<N>;
+    type Path = Path<N, B>;
+
+    fn stands_at_stops(&self) -> bool {
+        self.stands_at_stops()
+    }
+
+    fn preload_nm(&self) -> f32 {
+        self.base.preload_nm().unwrap_or(0.0)
+    }
 
     fn rest(&self) -> Self::Configuration {
         self.rest
@@ -67,6 +75,9 @@ where
     }
 
     fn proximal_compliance(&self, at: &Self::Configuration, torque_nm: f32) -> Option<f32> {
+        if let Some(contact) = self.returned_contact(at) {
+            return contact.proximal();
+        }
         self.held(at, torque_nm)?.proximal()
     }
 
@@ -86,6 +97,13 @@ where
         phalanx: u8,
         k_m: f32,
     ) -> Option<f32> {
+        if let Some(contact) = self.returned_contact(at) {
+            return match phalanx {
+                1 => contact.proximal(),
+                2 => contact.compliance(k_m),
+                _ => None,
+            };
+        }
         self.held(at, torque_nm)?.compliance(phalanx, k_m)
     }
 
@@ -138,6 +156,9 @@ where
     }
 
     fn stiffest_m(&self, at: &Self::Configuration, torque_nm: f32, phalanx: u8) -> Option<f32> {
+        if let Some(contact) = self.returned_contact(at) {
+            return contact.stiffest_m().filter(|_| phalanx == 2);
+        }
         self.held(at, torque_nm)?.stiffest_m(phalanx)
     }
 }

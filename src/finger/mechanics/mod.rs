@@ -34,7 +34,9 @@ pub struct Contact {
 /// One point of the path that the finger takes after contact as the torque rises (docs/MECHANICS.md#finite-torque-step).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PathPoint {
-    /// Change of the input link's angle since contact, radian.
+    /// Change of the input link's angle since contact, radian. Negative while a return cable or a preloaded spring holds the finger
+    /// rigid: how far the path's
+    /// tangent at break-away leads back.
     pub rotation_rad: f32,
     /// Slope of `rotation_rad` over torque at this point, radian per newton metre.
     pub compliance_rad_per_nm: f32,
@@ -73,6 +75,13 @@ pub trait Mechanics {
     /// A contact path under way; see [`Mechanics::path`].
     type Path: Clone + core::fmt::Debug;
 
+    /// Whether the joints beyond the first stand at their stops until a contact has made them give way: without a spring at joint 1, or
+    /// with a return cable.
+    fn stands_at_stops(&self) -> bool;
+
+    /// Torque with which a spring that is preloaded by design holds joint 2 at its stop, newton metre; paths have it, 0 elsewhere.
+    fn preload_nm(&self) -> f32;
+
     /// The posture of the springs' rest angles.
     fn rest(&self) -> Self::Configuration;
 
@@ -87,7 +96,8 @@ pub trait Mechanics {
 
     /// Posture and torque of the free finger at an input angle (6). `near` is where the search starts: the last sample.
     ///
-    /// Without a spring at joint 1 (K_1 = 0) the torque is 0 and joint 1 follows the input link, the others rest.
+    /// Without a spring at joint 1 (K_1 = 0) the torque is 0 and joint 1 follows the input link, the others rest. A return cable lets
+    /// joint 1 alone turn as well.
     fn free_at_angle(
         &self,
         theta_a_rad: f32,
@@ -95,7 +105,7 @@ pub trait Mechanics {
     ) -> Option<Free<Self::Configuration>>;
 
     /// Posture of the free finger at an input torque (6). Without a spring at joint 1 only torque 0 has one, and joint
-    /// 1 stays where `near` has it.
+    /// 1 stays where `near` has it. A return cable holds the finger at rest up to a torque.
     fn free_at_torque(
         &self,
         torque_nm: f32,

@@ -30,7 +30,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     /// See [`super::Mechanics::place`].
     pub(crate) fn placed(
         &self,
-        guess: &Path<N>,
+        guess: &Path<N, B>,
         rise_nm: f32,
         rotation_rad: f32,
     ) -> Option<(f32, PathPoint)> {

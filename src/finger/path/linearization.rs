@@ -5,8 +5,8 @@
 
 use super::Start;
 use super::newton::Unknown;
-use crate::finger::{JointStep, Transmission, TransmissionFactors};
-use crate::numeric::Rotation;
+use crate::finger::{BaseJoint, JointStep, Transmission, TransmissionFactors};
+use crate::numeric::{Rotation, dot};
 
 /// The finger a step after contact, and what is unbalanced there.
 pub(super) struct Linearization<const N: usize> {
@@ -37,7 +37,7 @@ pub(super) struct Linearization<const N: usize> {
     pub(super) k_now: f32,
 }
 
-impl<const N: usize> Start<N> {
+impl<const N: usize, B: BaseJoint> Start<N, B> {
     /// Computes for each joint how much the weight's torque about it has changed since contact, and the derivative of that torque by
     /// the angle of the joint or of any joint nearer to the base (docs/MECHANICS.md#real-fingers).
     fn weight(&self, step: &JointStep<N>) -> [[f32; 2]; N] {
@@ -143,6 +143,22 @@ impl<const N: usize> Start<N> {
             let sprung = weight[m][0] - self.stiffness[m] * at.delta[m];
             torques[m] = driven + sprung - at.force * pressing[m];
         }
+        if let Some(cable) = self.base.return_cable() {
+            // The stiffness scale is the cable's; the transmission factors do not change.
+            let lever: [f32; N] = cable.factors();
+            let stretched = dot(&lever, &at.delta);
+            for m in 0..N {
+                torques[m] += (gear.x[m] - lever[m]) * self.torque - lever[m] * stretched;
+                for q in 0..N {
+                    stiffness[m][q] += lever[m] * lever[q];
+                }
+            }
+        }
+        if let Some(preload_nm) = self.base.preload_nm() {
+            for held in torques.iter_mut().skip(1) {
+                *held -= preload_nm / self.stiffness_scale;
+            }
+        }
         Some(Linearization {
             gear,
             stiffness,
@@ -158,5 +174,18 @@ impl<const N: usize> Start<N> {
             gap,
             k_now,
         })
+    }
+}
+
+impl<const N: usize> Linearization<N> {
+    /// Rise of the torque from contact with which joint 2 leaves the stop that a preload holds it at, and the contact force then,
+    /// for a linearization at contact without force. None where it never does.
+    pub(super) fn break_away(&self) -> Option<[f32; 2]> {
+        // Joint 1 balances the contact; what is left over at joint 2 must overcome what holds it.
+        let (first, second) = (self.pressing.first()?, self.pressing.get(1)?);
+        let lever = self.gear.x.get(1)? * first - second;
+        let held = -self.torques.get(1)?;
+        let force = held / lever;
+        (lever > 0.0 && held > 0.0 && force.is_finite()).then_some([force * first, force])
     }
 }

@@ -18,7 +18,8 @@ mod response;
 mod tests;
 
 use super::{
-    BaseJoint, Configuration, Contact, Finger, JointStep, MAX_PHALANGES, PathPoint, Transmission,
+    AnyBase, BaseJoint, Configuration, Contact, Finger, JointStep, MAX_PHALANGES, PathPoint,
+    Transmission,
 };
 use crate::numeric::{Bounded, dot};
 use newton::{PathState, Unknown};
@@ -30,10 +31,14 @@ const PIECES: u8 = 8;
 /// Largest share of the friction that holds a contact which acts: the path keeps a motion larger than its rounding.
 const HELD_SHARE: f32 = 0.99;
 
+/// Torque beyond break-away over which the tangent is followed, as a share of it: its error is the square of that, and smaller changes of
+/// the joints would be rounding.
+const TANGENT_SHARE: f32 = 1e-4;
+
 /// A contact path under way: what was there at contact, and the last point found.
 #[derive(Clone, Copy, Debug)]
-pub struct Path<const N: usize> {
-    start: Start<N>,
+pub struct Path<const N: usize, B = AnyBase> {
+    start: Start<N, B>,
     last: PathState<N>,
 }
 
@@ -71,7 +76,7 @@ impl<const N: usize> Pressed<N> {
     }
 }
 
-impl<const N: usize> Path<N> {
+impl<const N: usize, B> Path<N, B> {
     /// Changes of all joint angles from contact to the last point found, radian.
     pub fn joint_changes_rad(&self) -> [f32; N] {
         self.last.at.delta
@@ -80,8 +85,9 @@ impl<const N: usize> Path<N> {
 
 /// The instant of contact, dimensionless.
 #[derive(Clone, Copy, Debug)]
-struct Start<const N: usize> {
+struct Start<const N: usize, B> {
     from: Configuration<N>,
+    base: B,
     torque: f32,
     /// Phalanges before the one in contact.
     before: usize,
@@ -107,7 +113,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         at: &Configuration<N>,
         torque_nm: f32,
         contact: Contact,
-    ) -> Option<Path<N>> {
+    ) -> Option<Path<N, B>> {
         let Contact {
             phalanx,
             k_m,
@@ -119,13 +125,15 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             return None;
         }
         let length_scale = self.parameters.lengths_m.iter().sum::<f32>();
-        let stiffness_scale = self
-            .parameters
-            .stiffness_nm_per_rad
-            .iter()
-            .fold(0.0f32, |m, k| k.at_least(m));
+        let stiffness_scale = match self.base.return_cable() {
+            Some(cable) => cable.stiffness_nm_per_rad,
+            None => {
+                (self.parameters.stiffness_nm_per_rad.iter()).fold(0.0f32, |m, k| k.at_least(m))
+            }
+        };
         let start = Start {
             from: *at,
+            base: self.base,
             torque: torque_nm / stiffness_scale,
             before,
             lengths: self.parameters.lengths_m.map(|l| l / length_scale),
@@ -141,27 +149,36 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             length_scale,
             stiffness_scale,
         };
-        let at = Unknown {
+        let last = self.begun(&start, k_m / length_scale)?;
+        Some(Path { start, last })
+    }
+
+    /// Where the joints begin to turn: at contact, or where what holds joint 2 at its stop lets them. None where such a contact would not press,
+    /// or never makes them turn.
+    fn begun(&self, start: &Start<N, B>, k: f32) -> Option<PathState<N>> {
+        let mut at = Unknown {
             delta: [0.0; N],
             force: 0.0,
-            k: k_m / length_scale,
+            k,
         };
-        let local = start.local(&self.transmission, &at, 0.0)?;
+        let mut local = start.local(&self.transmission, &at, 0.0)?;
+        let mut rise = 0.0;
+        if B::HOLDS {
+            [rise, at.force] = local.break_away()?;
+            local = start.local(&self.transmission, &at, rise)?;
+        }
         let tangent = local.tangent()?;
         let presses = tangent.force > 0.0 && local.compliance(&tangent.delta) >= 0.0;
-        presses.then_some(Path {
-            start,
-            last: PathState {
-                at,
-                rise: 0.0,
-                tangent,
-                before: (tangent, 0.0),
-            },
+        presses.then_some(PathState {
+            at,
+            rise,
+            tangent,
+            before: (tangent, 0.0),
         })
     }
 
     /// See [`super::Mechanics::load`].
-    pub(crate) fn weigh(&self, path: &mut Path<N>, [weight_nm, per_rad]: [f32; 2]) {
+    pub(crate) fn weigh(&self, path: &mut Path<N, B>, [weight_nm, per_rad]: [f32; 2]) {
         let double = 2.0 / path.start.stiffness_scale;
         path.start.weight = [double * per_rad, -double * weight_nm];
     }
@@ -169,7 +186,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     /// See [`super::Mechanics::rub`].
     pub(crate) fn rubs(
         &self,
-        path: &mut Path<N>,
+        path: &mut Path<N, B>,
         friction: f32,
         half_thickness_m: f32,
     ) -> Option<()> {
@@ -181,11 +198,14 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             start.slides = -1.0;
         }
         start.friction = friction.at_most(HELD_SHARE * holding);
+        if B::HOLDS {
+            *last = self.begun(start, last.at.k)?;
+        }
         Some(())
     }
 
     /// The finger at the last point of a path; `None` where it is not stable there.
-    pub fn pressed(&self, path: &Path<N>) -> Option<Pressed<N>> {
+    pub fn pressed(&self, path: &Path<N, B>) -> Option<Pressed<N>> {
         let Path { start, last } = path;
         let at = &last.at;
         let local = start.local(&self.transmission, at, last.rise)?;
@@ -211,12 +231,18 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     }
 
     /// See [`super::Mechanics::follow`].
-    pub(crate) fn continue_to(&self, path: &mut Path<N>, rise_nm: f32) -> Option<PathPoint> {
+    pub(crate) fn continue_to(&self, path: &mut Path<N, B>, rise_nm: f32) -> Option<PathPoint> {
         let rise = rise_nm / path.start.stiffness_scale;
         if !rise.is_finite() {
             return None;
         }
         let (start, from) = (&path.start, &path.last);
+        if B::HOLDS {
+            let begun = self.begun(start, from.at.k)?;
+            if rise < begun.rise * (1.0 + TANGENT_SHARE) {
+                return self.held_point(start, &begun, rise);
+            }
+        }
         let near = self
             .newton(start, from, rise)
             .or_else(|| self.newton_in_pieces(start, from, rise))?;
@@ -225,12 +251,35 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         Some(point)
     }
 
+    /// The point of a finger whose joint 2 is still held at its stop, `begun` where it gives way. Its rotation is negative, how far the tangent of the path leads
+    /// back from there: the finger is rigid. The derivatives are those at break-away.
+    fn held_point(
+        &self,
+        start: &Start<N, B>,
+        begun: &PathState<N>,
+        rise: f32,
+    ) -> Option<PathPoint> {
+        let (point, _) = self.point(start, begun, &begun.at, begun.rise)?;
+        let missing_nm = (rise - begun.rise) * start.stiffness_scale;
+        // Joint 1 alone balances the contact.
+        let share = rise / begun.rise;
+        let force_n = point.force_n * share;
+        let presses = share >= 0.0 && force_n.is_finite();
+        presses.then_some(PathPoint {
+            rotation_rad: point.compliance_rad_per_nm * missing_nm,
+            force_n,
+            force_by_friction_n: point.force_by_friction_n * share,
+            joints_rad: [0.0; MAX_PHALANGES],
+            ..point
+        })
+    }
+
     /// As [`Finger::newton`], where that does not reach so far in one piece.
     // Not inlined: it is seldom needed, and its points would lie in the frame of who follows a path.
     #[inline(never)]
     fn newton_in_pieces(
         &self,
-        start: &Start<N>,
+        start: &Start<N, B>,
         from: &PathState<N>,
         rise: f32,
     ) -> Option<Unknown<N>> {
@@ -247,7 +296,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     /// the contact would be off the phalanx or pull.
     fn point(
         &self,
-        start: &Start<N>,
+        start: &Start<N, B>,
         from: &PathState<N>,
         near: &Unknown<N>,
         rise: f32,
@@ -304,7 +353,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     }
 
     /// A distance along the phalanx in metre; the change of scale may round past the tip.
-    fn on_phalanx(&self, start: &Start<N>, k: f32) -> Option<f32> {
+    fn on_phalanx(&self, start: &Start<N, B>, k: f32) -> Option<f32> {
         Some((k * start.length_scale).at_most(*self.parameters.lengths_m.get(start.before)?))
     }
 }

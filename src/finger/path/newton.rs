@@ -103,7 +103,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     /// point takes, ends in the rounding.
     pub(super) fn newton(
         &self,
-        start: &Start<N>,
+        start: &Start<N, B>,
         from: &PathState<N>,
         rise: f32,
     ) -> Option<Unknown<N>> {

@@ -66,7 +66,7 @@ fn check<const N: usize, T: Transmission<N>, B: BaseJoint>(
     finger: &Finger<N, T, B>,
     theta_1_rad: f32,
 ) where
-    Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = super::Path<N>>,
+    Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = super::Path<N, B>>,
 {
     let lengths_m = finger.parameters.lengths_m.map(f64::from);
     let length_m: f64 = lengths_m.iter().sum();

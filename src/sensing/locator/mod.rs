@@ -18,8 +18,10 @@
 //! | `starts` | hypotheses and where their fits begin: the finger's inverse, and beside it |
 //! | `shares` | how much of the curve one contact explains |
 //! | `posterior` | verdict: fits weighted by their evidence |
+//! | `force` | posture and force of an estimate |
 
 mod fit;
+mod force;
 mod model;
 mod noise;
 mod onset;

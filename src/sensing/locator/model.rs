@@ -234,9 +234,9 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         let missing_rad = past_rad - values[CABLE] * twisting_nm;
         // Preload and joint friction hold the finger until a break-away torque, and below it only the cable twists. Test for that:
         // assume that the cable takes the whole angle, and ask whether the finger would turn at the torque which that needs. Fingers
-        // with a spring at joint 1 are left out because their joints already turn before the contact.
+        // whose joints already turn before the contact are left out.
         let turns_rad = rotation_rad + factor * at.compliance_rad_per_nm * (missing_rad / cable);
-        let held = X::FLEXIBLE && self.contact_by_onset == 0.0 && turns_rad < 0.0;
+        let held = X::FLEXIBLE && finger.stands_at_stops() && turns_rad < 0.0;
         let gives = if held { 0.0 } else { 1.0 };
         let compliance = gives * at.compliance_rad_per_nm;
         // Radian per newton metre of excess.

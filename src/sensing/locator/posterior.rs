@@ -1,20 +1,16 @@
 //! The posterior: all fits, each weighted by its evidence.
 
 use super::fit::Fitted;
-use super::model::Hold;
-use super::prior::{K, ONSET, Scaling};
-use super::{Data, Free, Locator, Model, Prior, RADII_M, Track, onset, radius_m};
-use crate::finger::{Class, MAX_PHALANGES, Mechanics};
+use super::prior::{K, Scaling};
+use super::{Locator, Prior, RADII_M, Track, radius_m};
+use crate::finger::{Class, Mechanics};
 use crate::numeric::{Bounded, exp, ln, sqrt};
-use crate::sensing::curve::Point;
-use crate::sensing::{Calibration, NotLocated, SeriesElement};
+use crate::sensing::{NotLocated, SeriesElement};
 
 /// Probability below which a second phalanx, or a second place on the same, is not reported.
 const UNLIKELY: f32 = 0.05;
 /// Odds of a place beyond joint 2 above which a contact is not told to be on phalanx 1.
 const UNCLEAR: f32 = 0.25;
-/// Stride over the curve's points where only the end of a path is needed.
-const STRIDE: usize = 6;
 /// Nearer to the joint than this share of the phalanx, a contact counts as one on the joint.
 pub(super) const JOINT_SHARE: f32 = 0.02;
 /// Deviations of chi square above which a hypothesis does not explain the curve.
@@ -45,8 +41,8 @@ pub struct Estimate {
     /// Change of the angle of joint 2 since the contact at the end of the curve, radian.
     pub joint_2_rad: f32,
     /// The likeliest fit.
-    best: Fitted,
-    best_radius_m: f32,
+    pub(super) best: Fitted,
+    pub(super) best_radius_m: f32,
 }
 
 /// Result of all hypotheses.
@@ -60,15 +56,6 @@ pub enum LocatorResult {
     Either([Estimate; 2]),
     /// A contact that cannot be located.
     Nowhere(NotLocated),
-}
-
-/// Force of a contact, newton.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Force {
-    /// Mean.
-    pub force_n: f32,
-    /// Standard deviation.
-    pub sigma_n: f32,
 }
 
 /// A hypothesis with its weight in the verdict.
@@ -201,110 +188,6 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             _ => NotLocated::Unexplained,
         }
     }
-
-    /// Posture and force of an estimate at a measured angle, from the contact path.
-    pub fn state(
-        &self,
-        estimate: &Estimate,
-        finger: &F,
-        data: &Data,
-        prior: &Prior<X>,
-        near: &F::Configuration,
-        measured_rad: f32,
-    ) -> Option<State<F::Configuration>> {
-        let data = self.of_round(data);
-        let scaling = Scaling::of(prior, estimate.length_m);
-        let force_at = |k: f32| -> Option<State<F::Configuration>> {
-            let mut x = estimate.best.x;
-            x[K] += k;
-            scaling.hold(&mut x, K);
-            let values = scaling.values(&x);
-            let onset = onset::at::<F, X>(finger, values[ONSET], prior, near)?;
-            let hold = Hold::Contact {
-                phalanx: estimate.phalanx,
-                radius_m: estimate.best_radius_m,
-            };
-            let mut model = Model::<F, X>::new(
-                finger,
-                (data.origin_rad, data.drivetrain),
-                &values,
-                prior,
-                hold,
-                &onset,
-            )?;
-            // Along the curve up to that angle, in strides, because the points between are not compared with anything.
-            let along = |point: &&Point| point.blocks > 0 && data.rad(point) <= measured_rad;
-            let mut last = data.points.first()?;
-            for (index, point) in data.points.iter().filter(along).enumerate() {
-                if index % STRIDE == 0 {
-                    model.next(finger, point)?;
-                }
-                last = point;
-            }
-            model.follow_to(finger, measured_rad, last)?;
-            let beyond_n = model.force_sigma_n();
-            let rubbing_n = RUBBING * model.force_by_friction_n();
-            Some(State {
-                force: Force {
-                    force_n: model.force_n(),
-                    sigma_n: sqrt(beyond_n * beyond_n + rubbing_n * rubbing_n),
-                },
-                onset_rad: values[ONSET],
-                onset,
-                joints_rad: model.end().joints_rad,
-            })
-        };
-        let mut state = force_at(0.0)?;
-        let Force {
-            force_n,
-            sigma_n: beyond_n,
-        } = state.force;
-        let beside = estimate.k_sigma_m / estimate.length_m;
-        let other = force_at(beside).or_else(|| force_at(-beside));
-        let moved_n = other.map_or(0.0, |other| other.force.force_n - force_n);
-        let [springs, sigma] = springs(&prior.calibration);
-        let spring_n = sigma * force_n;
-        let path_n2 = moved_n * moved_n + beyond_n * beyond_n;
-        let sigma_n = sqrt(path_n2 * springs * springs + spring_n * spring_n);
-        state.force = Force {
-            force_n: springs * force_n,
-            sigma_n,
-        };
-        Some(state)
-    }
-}
-
-/// Standard deviation of contact friction for a force: handbooks have 0.04 to 0.67 for engineering plastics (V2, CRC Handbook of
-/// Materials Science). For a place the prior's counts: what rubs alike on pins and objects went into the torque factor with the
-/// pins. Nothing calibrates a force.
-const RUBBING: f32 = 0.2;
-/// Variance of the springs' stiffness from the scene's, as a share: 10 %, uniform (R). A location does not depend on it, a
-/// force does.
-const SPRING_VARIANCE: f32 = 0.0034;
-/// Share of it in the variance of the torque factor (efficiency over stiffness) before any calibration: this share of a
-/// calibrated deviation is attributed to the springs.
-const SPRING_SHARE: f32 = 0.25;
-
-/// The springs' stiffness over the scene's, estimated from the torque factor f, with the standard deviation of a force by it: a
-/// force with the scene's springs is in proportion to f, with the estimated ones to the power of f that is not theirs.
-fn springs(calibration: &Calibration) -> [f32; 2] {
-    let mean = exp(-SPRING_SHARE * ln(calibration.torque_factor));
-    let sigma = (1.0 - SPRING_SHARE) * calibration.torque_factor_sigma;
-    let variance = (1.0 - SPRING_SHARE) * SPRING_VARIANCE + sigma * sigma;
-    [mean, mean * sqrt(variance)]
-}
-
-/// The finger at an estimate.
-#[derive(Clone, Copy, Debug)]
-pub struct State<C> {
-    /// Force of the contact.
-    pub force: Force,
-    /// The measured angle of the input link at the onset, radian, and the free finger there.
-    pub onset_rad: f32,
-    /// See `onset_rad`.
-    pub onset: Free<C>,
-    /// Change of the joints' angles since.
-    pub joints_rad: [f32; MAX_PHALANGES],
 }
 
 impl Track {

@@ -127,7 +127,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             half_thickness_m: settings.half_thickness_m,
             friction: settings.contact_friction,
             joint_nm: [
-                joint_nm + held_nm,
+                // The path has what a design preloads.
+                joint_nm + held_nm - self.finger.preload_nm(),
                 sqrt(joint_sigma_nm * joint_sigma_nm + held_sigma_nm * held_sigma_nm),
             ],
             preload_nm: settings.preload_nm[0],

@@ -1,6 +1,6 @@
 //! Random fingers that can be built, in the manner of the reference files.
 
-use palpate::finger::{Assembly, Direct, Finger, Levers, Linkage, Parameters, Tendon};
+use palpate::finger::{Assembly, Direct, Finger, Levers, Linkage, Parameters, ReturnCable, Tendon};
 use proptest::prelude::*;
 
 /// Stops wide enough for any posture here.
@@ -45,6 +45,24 @@ pub fn tendon2() -> impl Strategy<Value = Finger<2, Tendon<2>>> {
     )
         .prop_map(|(l, k, rest, ratio)| {
             Finger::new(parameters(l, k, rest, STOPS), [0.1, 0.1 * ratio]).expect("in range")
+        })
+}
+
+/// A finger that a return cable opens.
+pub fn return2() -> impl Strategy<Value = Finger<2, Tendon<2>, ReturnCable>> {
+    (
+        prop::array::uniform2(within(0.4, 1.4)),
+        prop::array::uniform3(within(0.1, 1.0)),
+        within(0.3, 0.9),
+    )
+        .prop_map(|(l, [more, torque_nm, stiffness_nm_per_rad], closing)| {
+            let parameters = parameters(l, [0.0; 2], [0.0; 2], [0.0, 2.5]);
+            let cable = ReturnCable {
+                ratio: closing + more,
+                torque_nm,
+                stiffness_nm_per_rad,
+            };
+            Finger::returned(parameters, [0.1, 0.1 * closing], cable).expect("in range")
         })
 }
 

@@ -156,15 +156,15 @@ fn parameters(options: &Options) -> Result<Parameters, Error> {
 }
 
 /// The user's script: what is known of the skin, then the guided calibration, the commands, or the button.
-fn script(options: &Options, stated_friction: f64) -> Script {
+fn script(options: &Options, stated_friction: Option<f64>) -> Script {
     let mut script = match &options.commands {
         _ if !options.calibrate.is_empty() => Script::calibration(&options.calibrate),
         Some(commands) => Script::parse(commands),
         None => Script::button(),
     };
     let typed = |line: &str| Step::Command(line.to_owned());
-    if stated_friction > 0.0 {
-        let set = format!("set contact-friction {}", 100.0 * stated_friction);
+    if let Some(stated) = stated_friction {
+        let set = format!("set contact-friction {}", 100.0 * stated);
         script.0.insert(0, typed(&set));
     }
     if options.events.is_some() {
@@ -224,7 +224,7 @@ fn settings(options: &Options) -> Result<Settings, Error> {
             "no pin can stand at {place} mm: the last phalanx has {length_mm} mm; --calibrate takes places on it"
         )));
     }
-    let stated_friction = parameters.contact.stated_friction;
+    let stated_friction = parameters.contact.stated();
     Ok(Settings {
         parameters,
         object: (!options.free).then_some(object),

@@ -185,8 +185,8 @@ struct Other {
     seeds: [u64; 2],
 }
 
-/// Tendon with two and three phalanges and with a hidden one, linkage with three, a motor at every joint.
-const OTHERS: [Other; 5] = [
+/// Tendon with two and three phalanges, with a hidden one and with a return cable, the prototype with a preloaded spring, linkage with three, a motor at every joint.
+const OTHERS: [Other; 7] = [
     Other {
         scene: "tendon2",
         drawn: "tendon2, drawn",
@@ -201,6 +201,16 @@ const OTHERS: [Other; 5] = [
         scene: "hidden3",
         drawn: "hidden3, drawn",
         seeds: [90, 2400],
+    },
+    Other {
+        scene: "return2",
+        drawn: "return2, drawn",
+        seeds: [40, 2500],
+    },
+    Other {
+        scene: "p70-preloaded",
+        drawn: "p70-preloaded, drawn",
+        seeds: [95, 2600],
     },
     Other {
         scene: "linkage3",

@@ -34,7 +34,14 @@ pub fn bodies(rows: &[Row], calibrations: &[(Place, Summary)]) -> [(&'static str
         ["proximal", "distal", "preshape", "free", "random"].contains(&row.experiment.as_str())
     };
     let other = |row: &Row| {
-        let scenes = ["tendon", "hidden", "linkage", "direct"];
+        let scenes = [
+            "tendon",
+            "hidden",
+            "return",
+            "p70-preloaded",
+            "linkage",
+            "direct",
+        ];
         scenes.iter().any(|scene| row.experiment.starts_with(scene))
     };
     let ablation = |row: &Row| row.experiment.starts_with("ablation");

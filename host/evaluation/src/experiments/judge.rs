@@ -1,5 +1,6 @@
 //! Judges each method on a recorded closing.
 
+use nalgebra::DVector;
 use palpate::finger::Mechanics;
 use palpate::scene::Scene;
 use palpate::sensing::{Calibration, Directive, Friction, Sample, Settings};
@@ -113,14 +114,50 @@ pub fn paper_model<S: Simulated>() -> Result<paper::Model, Failure> {
     let drivetrain = S::drivetrain(&finger);
     let table = S::parameters()?.finger;
     let nominal = nominal_finger(&table);
+    let travel_rad = f64::from(S::TRAVEL_RAD);
     Ok(paper::Model {
-        free: paper::free_table(&nominal, f64::from(S::TRAVEL_RAD)),
+        free: match returned(&table) {
+            // Joint 1 turns alone.
+            Some([_, torque_nm, nm_per_rad]) => [0.0, travel_rad]
+                .map(|angle| (angle, torque_nm + nm_per_rad * angle))
+                .into(),
+            None => paper::free_table(&nominal, travel_rad),
+        },
+        stopped: stopped(&table, &nominal),
         finger: nominal,
         hidden_base: table.hidden_base,
         torque_nm_per_a: f64::from(drivetrain.torque_per_ampere_nm * drivetrain.efficiency),
         counts_per_rad: 1.0 / f64::from(drivetrain.rad_per_count),
         counts_per_turn: f64::from(drivetrain.counts_per_turn),
         cable_rad_per_nm: f64::from(S::UNCALIBRATED.cable_rad_per_nm),
+    })
+}
+
+/// Of a return cable: its lever about joint 2 over that about joint 1, its torque about joint 1 with the finger open, newton metre, and the
+/// growth of that with the angle, newton metre per radian.
+fn returned(table: &FingerParameters) -> Option<[f64; 3]> {
+    let [first, second] = *table.return_pulley_m.as_slice() else {
+        return None;
+    };
+    let per_rad = table.return_n_per_m * first * first;
+    Some([second / first, table.return_tension_n * first, per_rad])
+}
+
+/// What holds joint 2 of a finger of two phalanges at its stop, by its data sheet.
+fn stopped(table: &FingerParameters, nominal: &Finger) -> Option<paper::Stopped> {
+    const STEP_RAD: f64 = 1e-4;
+    let at = |theta_2: f64| nominal.theta_a(&DVector::from_vec(vec![0.0, theta_2]));
+    let [_, rest_deg] = *table.rest_deg.as_slice() else {
+        return None;
+    };
+    let stop_rad = table.joint_min_deg[1].to_radians();
+    let preload_nm = table.spring_nm_per_rad[1] * (stop_rad - rest_deg.to_radians());
+    let x_2 = (at(stop_rad + STEP_RAD) - at(stop_rad - STEP_RAD)) / (2.0 * STEP_RAD);
+    let share = returned(table).map(|[ratio, ..]| ratio - x_2);
+    (share.is_some() || preload_nm > 0.0).then_some(paper::Stopped {
+        x_2,
+        preload_nm: preload_nm.max(0.0),
+        share: share.unwrap_or(0.0),
     })
 }
 
@@ -150,7 +187,8 @@ fn nominal_finger(table: &FingerParameters) -> Finger {
         rest_rad: table
             .rest_deg
             .iter()
-            .map(|angle| angle.to_radians())
+            .zip(&table.joint_min_deg)
+            .map(|(rest, stop)| rest.max(*stop).to_radians())
             .collect(),
         stages,
     }

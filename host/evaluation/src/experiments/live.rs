@@ -29,9 +29,8 @@ impl Setup {
         let replace = |place: &mut f32, value: Option<f32>| *place = value.unwrap_or(*place);
         replace(&mut settings.speed_rad_per_s, self.speed_rad_per_s);
         replace(&mut settings.torque_limit_nm, self.torque_limit_nm);
-        let stated = parameters.contact.stated_friction as f32;
-        if stated > 0.0 {
-            settings.contact_friction = settings.rubbed_with(stated);
+        if let Some(stated) = parameters.contact.stated() {
+            settings.contact_friction = settings.rubbed_with(stated as f32);
         }
         settings
     }

@@ -12,16 +12,23 @@
 //! torque that the free finger takes at each angle (6) is taken off before the threshold (the comparison with K_a' in Fig 8).
 //! Experiments try every step of [`STEPS_NM`] on all contacts and report the one with the least mean error, in hindsight.
 //!
+//! A finger whose joint 2 is held at its stop by a return cable or a preload has no K_c at contact. The authors' earlier work, on fingers with return
+//! cables, takes the torque with which
+//! motion resumes; that is done here, again at its best: friction from the turns just before the contact.
+//!
 //! | module | what it does |
 //! |---|---|
 //! | `turns` | means over turns of the motor |
 //! | `secant` | threshold, two torques, their secant |
 //! | `place` | the place that makes the finger that stiff |
+//! | `break_away` | the place that keeps motion from resuming so long |
 
+mod break_away;
 mod place;
 mod secant;
 mod turns;
 
+pub use break_away::Stopped;
 pub use secant::{Rule, STEPS_NM, friction_threshold, locate};
 
 use nalgebra::DVector;
@@ -46,6 +53,8 @@ pub struct Model {
     pub counts_per_turn: f64,
     /// Compliance of the cable, radian per newton metre.
     pub cable_rad_per_nm: f64,
+    /// What holds joint 2 at its stop.
+    pub stopped: Option<Stopped>,
     /// Angle of the input link from rest and torque of the free finger there, rising; empty without a spring at the base.
     pub free: Vec<(f64, f64)>,
 }

@@ -6,7 +6,7 @@ use super::{Model, PaperResult};
 use crate::reference::{Finger, free_posture, tangent_compliance};
 
 /// The paper's mean error as a share of the phalanx: nearer to the joint it cannot tell the phalanges apart.
-const JOINT_SHARE: f64 = 0.073;
+pub(super) const JOINT_SHARE: f64 = 0.073;
 /// Places tried on a phalanx before the root is refined.
 const SCAN: u32 = 140;
 

@@ -4,14 +4,14 @@ use palpate::sample::Sample;
 
 use super::place::invert;
 use super::turns::{MotorTurn, steady};
-use super::{Model, PaperResult};
+use super::{Model, PaperResult, break_away};
 
 /// Margin of the threshold over the largest torque of the free closing.
 const MARGIN: f64 = 1.1;
 /// Steps of torque that are tried, newton metre; the paper does not tell its own.
 pub const STEPS_NM: [f64; 7] = [0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2];
 /// Turns in each mean of the two-level rule.
-const LEVEL_TURNS: usize = 3;
+pub(super) const LEVEL_TURNS: usize = 3;
 
 /// Between which two torques the secant is taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +35,7 @@ pub fn friction_threshold(model: &Model, free_closing: &[Sample]) -> Option<f64>
 }
 
 /// Mean torque and angle of some turns.
-fn level(turns: &[MotorTurn]) -> Option<(f64, f64)> {
+pub(super) fn level(turns: &[MotorTurn]) -> Option<(f64, f64)> {
     let count = turns.len() as f64;
     (count > 0.0).then(|| {
         let torque = turns.iter().map(|turn| turn.torque_nm).sum::<f64>() / count;
@@ -51,6 +51,9 @@ pub fn locate(model: &Model, threshold_nm: f64, samples: &[Sample], rule: Rule) 
     let Some(touch) = turns.iter().position(|turn| turn.excess_nm > threshold_nm) else {
         return PaperResult::NoContact;
     };
+    if let Some(stopped) = model.stopped {
+        return break_away::locate(model, stopped, &turns, touch, rule);
+    }
     let pressed = &turns[touch..];
     let time_us = pressed[0].time_us;
     let levels = match rule {

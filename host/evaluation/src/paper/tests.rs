@@ -10,6 +10,7 @@ fn model() -> Model {
     Model {
         finger: p70(0.05),
         hidden_base: false,
+        stopped: None,
         torque_nm_per_a: 4.0,
         counts_per_rad: 208_608.0,
         counts_per_turn: 1024.0,

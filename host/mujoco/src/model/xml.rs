@@ -109,6 +109,19 @@ impl Description {
                 ),
             );
         }
+        if let Some([stiffness, slack]) = self.returned() {
+            line(
+                &mut text,
+                format_args!(r#"<fixed stiffness="{stiffness}" springlength="-1e3 {slack}">"#),
+            );
+            for (i, radius) in self.finger.return_pulley_m.iter().enumerate() {
+                line(
+                    &mut text,
+                    format_args!(r#"<joint joint="joint{}" coef="{radius}"/>"#, i + 1),
+                );
+            }
+            text.push_str("</fixed>");
+        }
         text.push_str("</tendon>\n<equality>");
         for i in 1..=self.stages.len() {
             line(

@@ -153,6 +153,16 @@ impl Finger {
                 (matrix[i][i], right[i]) = (1.0, 0.0);
             }
         }
+        if let Some(cable) = self.returning {
+            let torques = self.return_torques(self.angle);
+            let stiffness = self.springs_left * cable.stiffness;
+            for (i, row) in matrix.iter_mut().enumerate().take(self.count) {
+                right[i] += torques[i];
+                for (cell, pulley) in row.iter_mut().zip(cable.pulley).take(self.count) {
+                    *cell += stiffness * cable.pulley[i] * pulley;
+                }
+            }
+        }
         if let Some(pose) = pose.filter(|_| heavy) {
             right
                 .iter_mut()

@@ -44,6 +44,15 @@ pub struct FingerParameters {
     /// holds it, degree. Its spring lies between the wheel and the joint, at rest in the middle.
     #[serde(default)]
     pub held_backlash_deg: Vec<f64>,
+    /// A cable that opens the finger in place of springs: radius of its pulley at each joint, metre.
+    #[serde(default)]
+    pub return_pulley_m: Vec<f64>,
+    /// Its tension with the finger open, newton.
+    #[serde(default)]
+    pub return_tension_n: f64,
+    /// Stiffness of its spring, newton per metre.
+    #[serde(default)]
+    pub return_n_per_m: f64,
 }
 
 impl FingerParameters {
@@ -52,6 +61,7 @@ impl FingerParameters {
         self.length_m
             .iter_mut()
             .chain(&mut self.pulley_m)
+            .chain(&mut self.return_pulley_m)
             .chain(&mut self.lever_m)
             .chain(&mut self.coupler_m)
             .chain(&mut self.driven_m)
@@ -87,8 +97,30 @@ impl FingerParameters {
             0.0,
             1e3,
         )?;
-        for (i, &spring) in self.spring_nm_per_rad.iter().enumerate().skip(1) {
-            within(&format!("{key}.spring_nm_per_rad[{i}]"), spring, 1e-6, 1e3)?;
+        if self.return_pulley_m.is_empty() {
+            for (i, &spring) in self.spring_nm_per_rad.iter().enumerate().skip(1) {
+                within(&format!("{key}.spring_nm_per_rad[{i}]"), spring, 1e-6, 1e3)?;
+            }
+        } else {
+            list(
+                "return_pulley_m",
+                &self.return_pulley_m,
+                phalanges,
+                1e-4,
+                1.0,
+            )?;
+            within(
+                &format!("{key}.return_tension_n"),
+                self.return_tension_n,
+                1e-3,
+                1e4,
+            )?;
+            within(
+                &format!("{key}.return_n_per_m"),
+                self.return_n_per_m,
+                1e-3,
+                1e7,
+            )?;
         }
         list("rest_deg", &self.rest_deg, phalanges, -90.0, 180.0)?;
         list(

@@ -18,6 +18,9 @@ const RENAMED: &[(&str, &str)] = &[
     ("linkage.offset_deg", "finger.offset_deg"),
     ("tendon.pulley_m", "finger.pulley_m"),
     ("direct.backlash_deg", "finger.held_backlash_deg"),
+    ("return_cable.pulley_m", "finger.return_pulley_m"),
+    ("return_cable.tension_n", "finger.return_tension_n"),
+    ("return_cable.stiffness_n_per_m", "finger.return_n_per_m"),
     (
         "finger.half_thickness_m",
         "mechanism.phalanx_half_thickness_m",
@@ -129,6 +132,7 @@ fn nominal(world: &mut Table, scene: &Table) {
         "offset_deg",
         "mode",
         "held_backlash_deg",
+        "return_pulley_m",
     ] {
         set(world, &format!("finger.{key}"), Value::Array(Vec::new()));
     }

@@ -316,6 +316,14 @@ section! {
     }
 }
 
+impl Contact {
+    /// The coefficient that the finger's builder sets, where it is known about the skin.
+    #[must_use]
+    pub fn stated(&self) -> Option<f64> {
+        Some(self.stated_friction).filter(|stated| *stated > 0.0)
+    }
+}
+
 section! {
     /// Parameters common to all fingers.
     Mechanism {

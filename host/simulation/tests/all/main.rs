@@ -13,6 +13,7 @@ mod identify;
 mod joint;
 mod preparation;
 mod restart;
+mod returned;
 mod rigid;
 mod scenes;
 mod second;

@@ -4,7 +4,7 @@ use super::{arms, factors};
 use crate::finger::{
     BaseJoint, Configuration, Contact, Finger, Free, Mechanics, PathPoint, Transmission,
 };
-use crate::scene::{Linkage3, P70, Scene, Tendon2, Tendon3};
+use crate::scene::{Linkage3, P70, Return2, Scene, Tendon2, Tendon3};
 use std::vec::Vec;
 
 const HALF_THICKNESS_M: f32 = 0.006;
@@ -47,7 +47,7 @@ fn pressed<const N: usize, T: Transmission<N>, B: BaseJoint>(
     rise_nm: f32,
 ) -> Option<(PathPoint, [f32; 2])>
 where
-    Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = crate::finger::Path<N>>,
+    Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = crate::finger::Path<N, B>>,
 {
     let mut path = Mechanics::path(finger, &free.configuration, free.torque_nm, contact)?;
     finger.rub(&mut path, friction, HALF_THICKNESS_M)?;
@@ -62,9 +62,10 @@ where
 fn balance<const N: usize, T: Transmission<N>, B: BaseJoint>(
     finger: &Finger<N, T, B>,
     theta_a_rad: f32,
+    rise_nm: f32,
 ) -> [u32; 2]
 where
-    Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = crate::finger::Path<N>>,
+    Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = crate::finger::Path<N, B>>,
 {
     let lengths_m = finger.parameters.lengths_m.map(f64::from);
     let free = finger
@@ -83,11 +84,13 @@ where
             radius_m: 0.0,
         };
         for friction in FRICTIONS {
-            let rise_nm = 0.04;
             let Some((point, [acting, sense])) = pressed(finger, &free, contact, friction, rise_nm)
             else {
                 continue;
             };
+            if point.rotation_rad < 0.0 {
+                continue; // a return cable still holds it
+            }
             let delta: [f64; N] = std::array::from_fn(|joint| point.joints_rad[joint].into());
             let now: [f64; N] = std::array::from_fn(|joint| at_rad[joint] + delta[joint]);
             let x_now = factors(finger, &now);
@@ -99,9 +102,15 @@ where
             let rubbed = pulled(&lengths_m, &now, k_now_m, f64::from(sense * acting));
             for joint in 0..N {
                 let (before_nm, rise_nm) = (f64::from(free.torque_nm), f64::from(rise_nm));
-                let driven = x_now[joint] * (before_nm + rise_nm) - x_before[joint] * before_nm;
                 let stiffness = f64::from(finger.parameters.stiffness_nm_per_rad[joint]);
-                let left = driven - stiffness * delta[joint]
+                let sprung = x_before[joint] * before_nm + stiffness * delta[joint];
+                let opened = finger.base.return_cable().map_or(sprung, |cable| {
+                    let lever: [f64; N] = cable.factors().map(f64::from);
+                    let taken: f64 = lever.iter().zip(delta).map(|(y, turned)| y * turned).sum();
+                    lever[joint] * (before_nm + f64::from(cable.stiffness_nm_per_rad) * taken)
+                });
+                let driven = x_now[joint] * (before_nm + rise_nm) - x_before[joint] * before_nm;
+                let left = x_now[joint] * (before_nm + rise_nm) - opened
                     + f64::from(point.force_n) * (rubbed[joint] - p[joint]);
                 assert!(
                     left.abs() < 2e-5 + 1e-3 * driven.abs(),
@@ -118,10 +127,11 @@ fn every_joint_is_balanced_with_friction() {
     let mut counts = [0; 2];
     for theta_a_rad in [0.3, 1.0] {
         for [points, outwards] in [
-            balance(&P70::MECHANISM, theta_a_rad),
-            balance(&Tendon2::MECHANISM, theta_a_rad),
-            balance(&Tendon3::MECHANISM, theta_a_rad),
-            balance(&Linkage3::MECHANISM, theta_a_rad),
+            balance(&P70::MECHANISM, theta_a_rad, 0.04),
+            balance(&Tendon2::MECHANISM, theta_a_rad, 0.04),
+            balance(&Tendon3::MECHANISM, theta_a_rad, 0.04),
+            balance(&Linkage3::MECHANISM, theta_a_rad, 0.04),
+            balance(&Return2::MECHANISM, theta_a_rad, 0.15),
         ] {
             counts = [counts[0] + points, counts[1] + outwards];
         }
@@ -136,21 +146,22 @@ fn every_joint_is_balanced_with_friction() {
 /// Derivatives by friction, place and radius, and the compliance, against differences.
 #[test]
 fn derivatives_with_friction_are_those_of_the_path() {
-    fn check<const N: usize, T: Transmission<N>, B: BaseJoint>(finger: &Finger<N, T, B>, name: &str)
-    where
-        Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = crate::finger::Path<N>>,
+    fn check<const N: usize, T: Transmission<N>, B: BaseJoint>(
+        finger: &Finger<N, T, B>,
+        name: &str,
+        rise_nm: f32,
+    ) where
+        Finger<N, T, B>:
+            Mechanics<Configuration = Configuration<N>, Path = crate::finger::Path<N, B>>,
     {
         let free = finger
             .free_at_angle(finger.input_angle_rad(&finger.rest()) + 0.7, &finger.rest())
             .expect("a posture");
-        let (contact, rise_nm) = (
-            Contact {
-                phalanx: N as u8,
-                k_m: 0.35 * finger.parameters.lengths_m[N - 1],
-                radius_m: 0.01,
-            },
-            0.05,
-        );
+        let contact = Contact {
+            phalanx: N as u8,
+            k_m: 0.35 * finger.parameters.lengths_m[N - 1],
+            radius_m: 0.01,
+        };
         for friction in FRICTIONS {
             let at = |contact: Contact, friction: f32, rise_nm: f32| {
                 pressed(finger, &free, contact, friction, rise_nm)
@@ -198,8 +209,10 @@ fn derivatives_with_friction_are_those_of_the_path() {
             }
         }
     }
-    check(&P70::MECHANISM, "p70");
-    check(&Tendon2::MECHANISM, "tendon2");
-    check(&Tendon3::MECHANISM, "tendon3");
-    check(&Linkage3::MECHANISM, "linkage3");
+    check(&P70::MECHANISM, "p70", 0.05);
+    check(&Tendon2::MECHANISM, "tendon2", 0.05);
+    check(&Tendon3::MECHANISM, "tendon3", 0.05);
+    check(&Linkage3::MECHANISM, "linkage3", 0.05);
+    // Beyond break-away.
+    check(&Return2::MECHANISM, "return2", 0.16);
 }

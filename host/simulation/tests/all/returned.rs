@@ -1,0 +1,66 @@
+//! Fingers whose joint 2 stands at its stop until a break-away torque, which tells the place of a contact beside the stiffness from then
+//! on: a preloaded spring, and a return cable in place of springs. Simulated.
+
+use crate::support::calibrated_on_pins;
+use palpate::sensing::Event;
+use palpate_plant::{Grasp, Parameters, Shape, World};
+use palpate_scenes::{P70Preloaded, Return2};
+use palpate_simulation::Simulated;
+
+const PINS_RAD: f64 = 0.7;
+const PLACES_M: [f64; 7] = [0.008, 0.016, 0.024, 0.032, 0.040, 0.048, 0.056];
+
+/// Places told of contacts all along the last phalanx, with their deviations, metre; `None` where there was none.
+fn told<S: Simulated>(parameters: &Parameters, last_m: f64) -> Vec<Option<[f64; 2]>> {
+    let mut simulation = calibrated_on_pins::<S>(parameters, last_m, PINS_RAD);
+    PLACES_M
+        .map(|k_m| {
+            let shape = Shape::Cylinder { diameter_m: 0.010 };
+            let outcome = simulation
+                .close(&Grasp::touching(2, k_m, 0.8, shape))
+                .expect("closes");
+            simulation.open().expect("opens");
+            let told = outcome.events.iter().find_map(|(_, event)| match event {
+                Event::Located {
+                    phalanx: 2,
+                    k_m,
+                    sigma_m,
+                    settled: true,
+                    ..
+                } => Some([f64::from(*k_m), f64::from(*sigma_m)]),
+                _ => None,
+            });
+            println!(
+                "{:.1} mm: {told:.4?} {:?} {:?}",
+                1e3 * k_m,
+                outcome.verdict,
+                outcome.events
+            );
+            told
+        })
+        .into()
+}
+
+fn every_place_is_told<S: Simulated>(scene: &str, last_m: f64) {
+    let world = World::named("ideal").expect("a world");
+    for engine in ["plant", "mujoco"] {
+        let mut parameters = world.of(scene).expect("a scene");
+        parameters.engine = engine.parse().expect("an engine");
+        println!("{scene}, {engine}");
+        for (k_m, told) in PLACES_M.iter().zip(told::<S>(&parameters, last_m)) {
+            let [told_m, sigma_m] = told.unwrap_or_else(|| panic!("{k_m}"));
+            let off_m = (told_m - k_m).abs();
+            assert!(off_m < 2.0 * sigma_m && off_m < 0.003, "{off_m} {sigma_m}");
+        }
+    }
+}
+
+#[test]
+fn a_return_cable_lets_every_place_be_told() {
+    every_place_is_told::<Return2>("return2", 0.0675);
+}
+
+#[test]
+fn a_preloaded_spring_lets_every_place_be_told() {
+    every_place_is_told::<P70Preloaded>("p70-preloaded", 0.070);
+}

@@ -1,0 +1,189 @@
+//! A finger of two phalanges that a preloaded return cable opens in place of springs: what a contact changes there
+//! (docs/MECHANICS.md#return-cable).
+//!
+//! The cable runs over a pulley at each joint to one spring. It holds joint 2 at its opening stop while joint 1 closes. A contact on
+//! phalanx 2 makes the finger rigid until a break-away torque, which depends on the place; then both joints turn.
+
+use super::build::BaseJoint;
+use super::error::{check_range, try_const};
+use super::inverse::Solver;
+use super::{Base, Candidate, Class, ConfigError, Inverse, Parameter, Roots};
+use crate::numeric::{bisect, sqrt};
+
+/// Limits of torque and stiffness about joint 1, and of the pulleys' ratio: beyond, products of two leave the range of f32.
+const RANGE: [f32; 2] = [1e-9, 1e9];
+
+/// A return cable as the joints feel it. A [`BaseJoint`]: such a finger has no springs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReturnCable {
+    /// Radius of its pulley at joint 2 over that at joint 1.
+    pub ratio: f32,
+    /// Torque about joint 1 with both joints at rest, newton metre.
+    pub torque_nm: f32,
+    /// Growth of that torque with the angle of joint 1, newton metre per radian.
+    pub stiffness_nm_per_rad: f32,
+}
+
+impl BaseJoint for ReturnCable {
+    const BASE: Base = Base::ReturnCable;
+    const HOLDS: bool = true;
+
+    fn return_cable(&self) -> Option<&ReturnCable> {
+        Some(self)
+    }
+}
+
+impl ReturnCable {
+    /// Refuses what is not finite or outside its range; a ratio of `least` or less would not hold joint 2 at its stop.
+    pub(super) const fn check(self, least: f32) -> Result<Self, ConfigError> {
+        let [min, max] = RANGE;
+        // The next number beyond `least`, which is positive.
+        let above = f32::from_bits(least.to_bits() + 1);
+        try_const!(check_range(Parameter::ReturnRatio, self.ratio, above, max));
+        try_const!(check_range(
+            Parameter::ReturnTorque,
+            self.torque_nm,
+            min,
+            max
+        ));
+        try_const!(check_range(
+            Parameter::ReturnStiffness,
+            self.stiffness_nm_per_rad,
+            min,
+            max
+        ));
+        Ok(self)
+    }
+
+    /// Lever of the cable about each joint, over that about joint 1.
+    pub(super) fn factors<const N: usize>(&self) -> [f32; N] {
+        core::array::from_fn(|joint| if joint == 0 { 1.0 } else { self.ratio })
+    }
+
+    /// Torque about joint 1 with that joint turned by an angle from rest and joint 2 at its stop.
+    pub(super) fn torque_at(&self, from_rest_rad: f32) -> f32 {
+        self.torque_nm + self.stiffness_nm_per_rad * from_rest_rad
+    }
+}
+
+/// Statics of a contact on phalanx 2 of such a finger while joint 2 stands at its stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReturnedContact {
+    /// l_1 cos theta_2: what joint 1 has more of moment arm than joint 2, metre.
+    pub c_m: f32,
+    /// Transmission factor x_2.
+    pub x2: f32,
+    /// What opens the finger.
+    pub cable: ReturnCable,
+}
+
+impl ReturnedContact {
+    /// p_1 x_2 - p_2 over the contact's moment arms p: as in [`super::TwoJointContact`], without cancellation near e_2.
+    fn lever(&self, k_m: f32) -> f32 {
+        self.x2 * self.c_m - (1.0 - self.x2) * k_m
+    }
+
+    /// The same of the return cable.
+    fn return_lever(&self, k_m: f32) -> f32 {
+        self.cable.ratio * self.c_m - (1.0 - self.cable.ratio) * k_m
+    }
+
+    /// Rise of the input torque, from `torque_nm` at contact, with which joint 2 leaves its stop, newton metre. Infinite from e_2 on,
+    /// where no torque makes it leave.
+    pub fn break_away_nm(&self, torque_nm: f32, k_m: f32) -> f32 {
+        let lever = self.lever(k_m);
+        if lever > 0.0 {
+            torque_nm * (self.cable.ratio - self.x2) * ((self.c_m + k_m) / lever)
+        } else {
+            f32::INFINITY
+        }
+    }
+
+    /// The place on a phalanx of length `length_m` whose break-away torque lies `rise_nm` above `torque_nm` at contact, by bisection;
+    /// `None` where there is none.
+    ///
+    /// The residual is bounded and falls along the phalanx: nothing is divided by the lever, which vanishes at e_2.
+    pub fn place_m(&self, torque_nm: f32, rise_nm: f32, length_m: f32) -> Option<f32> {
+        let opposed = torque_nm * (self.cable.ratio - self.x2);
+        let valid = rise_nm > 0.0 && rise_nm < f32::MAX && opposed > 0.0;
+        valid
+            .then(|| {
+                bisect(0.0, length_m, |k_m| {
+                    rise_nm * self.lever(k_m) - opposed * (self.c_m + k_m)
+                })
+            })?
+            .filter(|k_m| *k_m > 0.0)
+    }
+
+    /// Compliance of the finger once joint 2 has left its stop, radian per newton metre; 0 from e_2 on, where it does not.
+    pub fn compliance(&self, k_m: f32) -> Option<f32> {
+        let share = self.lever(k_m) / self.return_lever(k_m);
+        if self.lever(k_m) <= 0.0 {
+            return Some(0.0);
+        }
+        let compliance = share * (share / self.cable.stiffness_nm_per_rad);
+        (compliance.is_finite() && share > 0.0).then_some(compliance)
+    }
+
+    /// The same with a contact on phalanx 1, anywhere: the limit for k -> 0.
+    pub fn proximal(&self) -> Option<f32> {
+        let share = self.x2 / self.cable.ratio;
+        let compliance = share * (share / self.cable.stiffness_nm_per_rad);
+        (compliance.is_finite() && share > 0.0).then_some(compliance)
+    }
+
+    /// e_2 (27), from which on joint 2 does not leave its stop; `None` where there is no such place ahead of the joint.
+    pub fn stiffest_m(&self) -> Option<f32> {
+        let e2 = self.c_m * self.x2 / (1.0 - self.x2);
+        (e2.is_finite() && e2 > 0.0).then_some(e2)
+    }
+
+    /// The place of a compliance after break-away in closed form, whether on the phalanx or not: the root of what is squared in it
+    /// is a quotient of two linear functions of the place.
+    pub(super) fn closed(&self, compliance: f32) -> Roots {
+        let Self { c_m, x2, cable } = self;
+        let share = sqrt(compliance * cable.stiffness_nm_per_rad);
+        let k_m = c_m * (x2 - share * cable.ratio) / ((1.0 - x2) - share * (1.0 - cable.ratio));
+        Roots {
+            near_m: Some(k_m).filter(|k_m| *k_m > 0.0 && *k_m < f32::INFINITY),
+            far_m: None,
+        }
+    }
+
+    /// The same on a phalanx of length `length_m` by bisection: what the firmware asks.
+    pub(super) fn bisected(&self, compliance: f32, length_m: f32) -> Roots {
+        let share = sqrt(compliance * self.cable.stiffness_nm_per_rad);
+        let root = bisect(0.0, length_m, |k_m| {
+            self.lever(k_m) - share * self.return_lever(k_m)
+        });
+        Roots {
+            near_m: root.filter(|k_m| *k_m > 0.0),
+            far_m: None,
+        }
+    }
+
+    /// See [`super::Mechanics::locate`].
+    pub(super) fn places<S: Solver>(&self, compliance: f32, length_m: f32) -> Inverse {
+        let Some(proximal) = self.proximal().filter(|_| compliance >= 0.0) else {
+            return Inverse::of(heapless::Vec::new(), Class::Invalid);
+        };
+        let mut candidates = heapless::Vec::new();
+        let root = S::returned(self, compliance, length_m).near_m;
+        if let Some(k_m) = root.filter(|k_m| *k_m <= length_m) {
+            // Room for two places a phalanx.
+            let _ = candidates.push(Candidate {
+                phalanx: 2,
+                k_m,
+                beyond_stiffest: false,
+            });
+        }
+        let class = if compliance * self.cable.stiffness_nm_per_rad > 1.0 {
+            Class::TooSoft
+        } else if compliance >= proximal {
+            Class::Gap
+        } else {
+            Class::TooStiff
+        };
+        Inverse::of(candidates, class)
+    }
+}
