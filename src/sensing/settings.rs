@@ -37,7 +37,7 @@ pub struct Settings {
     /// Standard deviation of the finger's leverage from one place of contact to another, as a share: lengths of pulleys and links that
     /// differ from the scene's, and losses on them.
     pub leverage_sigma: f32,
-    /// Torque at the input link with which the finger swings on its springs after a motion has begun, newton metre.
+    /// Torque at the input link with which the finger swings in its cable and on its springs after a motion has begun, newton metre.
     pub swing_nm: f32,
 }
 
