@@ -27,9 +27,9 @@ pub(super) fn check(scene: &Scene) -> Checked {
     finger(scene)?;
     drive(scene)?;
     motion(scene)?;
+    return_cable(scene)?;
     preload(scene)?;
     hidden_base(scene)?;
-    return_cable(scene)?;
     held_joint(scene)?;
     hall(scene)
 }

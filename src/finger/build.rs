@@ -286,25 +286,6 @@ impl<T: Transmission<2>> Finger<2, T, Springless> {
 impl Finger<2, Tendon<2>, ReturnCable> {
     /// A finger that a return cable opens, from its parameters, the radii r_1 and r_2 of the closing tendon, and that cable.
     ///
-    /// ```
-    /// use palpate::finger::{Finger, Parameters, ReturnCable};
-    ///
-    /// let parameters = Parameters {
-    ///     lengths_m: [0.090, 0.070],
-    ///     stiffness_nm_per_rad: [0.0, 0.0],
-    ///     rest_rad: [0.0, 0.0],
-    ///     range_rad: [[0.0, 2.5], [0.0, 2.0]],
-    /// };
-    /// let cable = ReturnCable { ratio: 0.7, torque_nm: 0.06, stiffness_nm_per_rad: 0.03 };
-    /// let finger = Finger::returned(parameters, [0.010, 0.005], cable)?;
-    /// let at = finger.configuration([0.5, 0.0])?;
-    /// let contact = finger.returned_contact(&at).expect("two joints");
-    /// let rise_nm = contact.break_away_nm(0.075, 0.030);
-    /// let k_m = contact.place_m(0.075, rise_nm, 0.070).expect("on the phalanx");
-    /// assert!((k_m - 0.030).abs() < 1e-6);
-    /// # Ok::<(), palpate::finger::ConfigError>(())
-    /// ```
-    ///
     /// # Errors
     /// Those of [`Finger::new`]; a spring at any joint; a joint that does not rest at its opening stop; a cable's torque or stiffness
     /// that is not within 1e-9 and 1e9, or a ratio of its pulleys that does not exceed r_2 / r_1: joint 2 would not stay at its stop.

@@ -25,6 +25,7 @@
 //! ```
 
 mod actuated;
+mod break_away;
 mod build;
 mod chain;
 mod configuration;
@@ -48,6 +49,7 @@ mod two_contacts;
 mod two_joint;
 
 pub use actuated::{ActuatedFinger, ActuatedPlace};
+pub use break_away::StoppedContact;
 pub use build::{
     AnyBase, Base, BaseJoint, Finger, HiddenBase, KnownBase, Parameters, Preloaded, Springless,
 };
@@ -62,7 +64,7 @@ pub use mechanics::{
     MOST_CANDIDATES, Mechanics, PathPoint,
 };
 pub use path::{Path, Pressed};
-pub use return_cable::{ReturnCable, ReturnedContact};
+pub use return_cable::ReturnCable;
 pub use tendon::Tendon;
 pub use three_joint::ThreeJointContact;
 pub use transmission::{Transmission, TransmissionFactors};

@@ -2,7 +2,7 @@
 //! (docs/MECHANICS.md#return-cable).
 //!
 //! The cable runs over a pulley at each joint to one spring. It holds joint 2 at its opening stop while joint 1 closes. A contact on
-//! phalanx 2 makes the finger rigid until a break-away torque, which depends on the place; then both joints turn.
+//! phalanx 2 makes the finger rigid until a break-away torque ([`super::StoppedContact`]); then both joints turn.
 
 use super::build::BaseJoint;
 use super::error::{check_range, try_const};
@@ -86,33 +86,6 @@ impl ReturnedContact {
     /// The same of the return cable.
     fn return_lever(&self, k_m: f32) -> f32 {
         self.cable.ratio * self.c_m - (1.0 - self.cable.ratio) * k_m
-    }
-
-    /// Rise of the input torque, from `torque_nm` at contact, with which joint 2 leaves its stop, newton metre. Infinite from e_2 on,
-    /// where no torque makes it leave.
-    pub fn break_away_nm(&self, torque_nm: f32, k_m: f32) -> f32 {
-        let lever = self.lever(k_m);
-        if lever > 0.0 {
-            torque_nm * (self.cable.ratio - self.x2) * ((self.c_m + k_m) / lever)
-        } else {
-            f32::INFINITY
-        }
-    }
-
-    /// The place on a phalanx of length `length_m` whose break-away torque lies `rise_nm` above `torque_nm` at contact, by bisection;
-    /// `None` where there is none.
-    ///
-    /// The residual is bounded and falls along the phalanx: nothing is divided by the lever, which vanishes at e_2.
-    pub fn place_m(&self, torque_nm: f32, rise_nm: f32, length_m: f32) -> Option<f32> {
-        let opposed = torque_nm * (self.cable.ratio - self.x2);
-        let valid = rise_nm > 0.0 && rise_nm < f32::MAX && opposed > 0.0;
-        valid
-            .then(|| {
-                bisect(0.0, length_m, |k_m| {
-                    rise_nm * self.lever(k_m) - opposed * (self.c_m + k_m)
-                })
-            })?
-            .filter(|k_m| *k_m > 0.0)
     }
 
     /// Compliance of the finger once joint 2 has left its stop, radian per newton metre; 0 from e_2 on, where it does not.

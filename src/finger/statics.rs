@@ -1,6 +1,7 @@
 //! Statics of the whole finger: equivalent torques (5) and contact forces (1).
 
-use super::{BaseJoint, Configuration, Finger, ReturnedContact, Transmission, TransmissionFactors};
+use super::return_cable::ReturnedContact;
+use super::{BaseJoint, Configuration, Finger, Transmission, TransmissionFactors};
 use crate::numeric::{Rotation, dot};
 
 /// p, the moment arms about every joint of a contact at `k_m` on the phalanx with index `tip`, 0 for the first
@@ -27,7 +28,7 @@ pub(super) fn contact_arms<const N: usize>(
 
 impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     /// A contact on phalanx 2 in a posture, of a finger that a return cable opens; `None` of any other.
-    pub fn returned_contact(&self, at: &Configuration<N>) -> Option<ReturnedContact> {
+    pub(crate) fn returned_contact(&self, at: &Configuration<N>) -> Option<ReturnedContact> {
         let cable = *self.base.return_cable()?;
         let (length, turn) = (self.parameters.lengths_m.first()?, at.turn());
         Some(ReturnedContact {

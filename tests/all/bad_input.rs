@@ -170,10 +170,10 @@ proptest! {
         abuse(&f, n, phalanx)?;
         let [torque, other, k_m, length_m, angle] = n;
         if let Some(free) = f.free_at_angle(angle, &f.rest())
-            && let Some(contact) = f.returned_contact(&free.configuration)
+            && let Some(contact) = f.stopped_contact(&free.configuration, torque)
         {
-            prop_assert!(!contact.break_away_nm(torque, k_m).is_nan() || !(torque + k_m).is_finite());
-            check(contact.place_m(torque, other, length_m))?;
+            prop_assert!(!contact.break_away_nm(k_m).is_nan() || !(torque + k_m).is_finite());
+            check(contact.place_m(other, length_m))?;
         }
         let [ratio, torque_nm, stiffness_nm_per_rad] = cable;
         let other = ReturnCable { ratio, torque_nm, stiffness_nm_per_rad };

@@ -83,10 +83,10 @@ fn a_path_begins_at_the_break_away_torque_and_keeps_the_balance() {
                 radius_m: 0.0,
             };
             let statics = finger
-                .returned_contact(&free.configuration)
+                .stopped_contact(&free.configuration, free.torque_nm)
                 .expect("a cable");
             let break_away = BALANCE.on_pin(f64::from(theta_1), k, 0.0);
-            let rise = f64::from(statics.break_away_nm(free.torque_nm, k_m));
+            let rise = f64::from(statics.break_away_nm(k_m));
             let expected = break_away.torque_nm - free_nm;
             worst[0] = worst[0].max((rise / expected - 1.0).abs());
 
@@ -139,13 +139,11 @@ fn break_away_and_stiffness_tell_the_place() {
             .free_at_angle(theta_1, &finger.rest())
             .expect("a posture");
         let (at, torque_nm) = (&free.configuration, free.torque_nm);
-        let statics = finger.returned_contact(at).expect("a cable");
+        let statics = finger.stopped_contact(at, torque_nm).expect("a cable");
         for share in SHARES {
             let k_m = share * length_m;
-            let rise_nm = statics.break_away_nm(torque_nm, k_m);
-            let place_m = statics
-                .place_m(torque_nm, rise_nm, length_m)
-                .expect("on it");
+            let rise_nm = statics.break_away_nm(k_m);
+            let place_m = statics.place_m(rise_nm, length_m).expect("on it");
             assert!((place_m - k_m).abs() < 2e-6 * length_m, "{k_m} {place_m}");
 
             // Compliance beyond, against differences of the balance.
@@ -198,9 +196,11 @@ fn break_away_and_stiffness_tell_the_place() {
             assert_eq!(finger.locate(at, torque_nm, compliance).class(), class);
         }
         // No torque makes joint 2 leave its stop from e_2 on.
-        let e2_m = statics.stiffest_m().expect("ahead of the joint");
+        let e2_m = finger
+            .stiffest_m(at, torque_nm, 2)
+            .expect("ahead of the joint");
         assert!((e2_m - 0.090).abs() < 1e-6);
-        assert_eq!(statics.break_away_nm(torque_nm, e2_m), f32::INFINITY);
+        assert_eq!(statics.break_away_nm(e2_m), f32::INFINITY);
     }
 }
 

@@ -96,8 +96,8 @@ fn a_value_out_of_range_is_named_with_its_range() {
             "`options.contact_changes` = true is not possible with [return_cable] or a spring at rest beyond its stop",
         ),
         (
-            "finger.rest_deg = [0, -100]",
-            "`finger.rest_deg[1]` = -100 is out of range, allowed -90 to 120",
+            "finger.joint_min_deg = [-30, 10]\nfinger.rest_deg = [0, -85]",
+            "`finger.rest_deg[1]` = -85 is out of range, allowed -80 to 120",
         ),
         (
             "return_cable.tension_n = 3",
@@ -121,7 +121,7 @@ fn a_value_out_of_range_is_named_with_its_range() {
         ),
         (
             "finger.rest_deg = [0, 5]",
-            "`sensing.preload_nm` = 0.0004 must be 0 where joint 1 has a spring, or a joint rests above `finger.joint_min_deg`",
+            "`sensing.preload_nm` = 0.0004 must be 0 where joint 1 has a spring or the finger a return cable, or a joint rests above `finger.joint_min_deg`",
         ),
         (
             "motor.torque_constant_nm_per_a = 1e-3",

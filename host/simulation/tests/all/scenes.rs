@@ -27,14 +27,29 @@ fn mirrors<S: Simulated>() {
         None
     );
     let unsprung = geometry.spring_nm_per_rad[0] == 0.0;
-    for (joint, &rest_deg) in (1u8..).zip(&geometry.rest_deg) {
-        let rest_rad = if joint == 1 && unsprung {
+    let mut preload_nm = 0.0f64;
+    let stops_deg = geometry.joint_min_deg.iter();
+    let springs = &geometry.spring_nm_per_rad;
+    for ((joint, &rest_deg), (stop_deg, spring)) in
+        (1u8..).zip(&geometry.rest_deg).zip(stops_deg.zip(springs))
+    {
+        let without = joint == 1 && unsprung && geometry.return_pulley_m.is_empty();
+        let rest_rad = if without {
             0.0
         } else {
-            rest_deg.to_radians()
+            // A spring at rest beyond its stop is preloaded by it.
+            preload_nm = preload_nm.max(spring * (stop_deg - rest_deg).to_radians());
+            rest_deg.max(*stop_deg).to_radians()
         };
         let rest = finger.joint_rad(&finger.rest(), joint).expect("joint");
         close("rest angle", rest, rest_rad);
+    }
+    close("preload", finger.preload_nm(), preload_nm);
+    if let [radius_m, _] = *geometry.return_pulley_m {
+        let turned_rad = 0.8;
+        let free = (finger.free_at_angle(turned_rad as f32, &finger.rest())).expect("a posture");
+        let pull_n = geometry.return_tension_n + geometry.return_n_per_m * radius_m * turned_rad;
+        close("return cable", free.torque_nm, radius_m * pull_n);
     }
     // The free closing ends short of the closing stop, and uses most of the way.
     assert!((0.9 * geometry.travel_rad..geometry.travel_rad).contains(&f64::from(S::TRAVEL_RAD)));
