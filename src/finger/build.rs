@@ -97,7 +97,7 @@ pub trait BaseJoint: Copy + core::fmt::Debug {
 
 /// A base that the type tells all of.
 pub trait KnownBase: BaseJoint {
-    /// It.
+    /// Its one value.
     const KNOWN: Self;
 }
 

@@ -2,7 +2,7 @@
 
 use palpate::finger::{Class, Contact, Finger, Mechanics, Parameter, Parameters, ReturnCable};
 use palpate::scene::Scene;
-use palpate_scenes::Return2;
+use palpate_scenes::{P70Preloaded, Return2};
 
 /// Angles of joint 1 at contact, radian, and places, in lengths of phalanx 2.
 const THETA_1_RAD: [f32; 3] = [0.2, 0.7, 1.3];
@@ -258,5 +258,49 @@ fn what_does_not_hold_joint_2_is_refused() {
     ] {
         let error = Finger::returned(parameters, radii_m, cable).expect_err("refused");
         assert_eq!(error.parameter, named, "{error}");
+    }
+}
+
+#[test]
+fn a_preloaded_spring_lets_go_at_its_break_away_torque() {
+    let finger = P70Preloaded::MECHANISM;
+    let length_m = finger.phalanx_length_m(2).expect("a phalanx");
+    let held_nm = finger.preload_nm();
+    assert!((held_nm / (0.05 * 12f32.to_radians()) - 1.0).abs() < 1e-6);
+    for theta_1 in THETA_1_RAD {
+        let free = finger
+            .free_at_angle(theta_1, &finger.rest())
+            .expect("a posture");
+        let statics = finger
+            .stopped_contact(&free.configuration, free.torque_nm)
+            .expect("a preload");
+        // beta = p_1/p_2: T_b = beta P/(beta x_2 - 1).
+        for share in SHARES {
+            let k_m = share * length_m;
+            let rise_nm = statics.break_away_nm(k_m);
+            let beta = (statics.c_m + k_m) / k_m;
+            let expected_nm = beta * held_nm / (beta * statics.x2 - 1.0);
+            assert!((rise_nm / expected_nm - 1.0).abs() < 1e-5, "{share}");
+            let place_m = statics.place_m(rise_nm, length_m).expect("on it");
+            assert!((place_m - k_m).abs() < 2e-6 * length_m, "{k_m} {place_m}");
+            // The path turns from there on. Nearer to the tip the finger gives way beyond the probing's torque, and by then jumps.
+            if rise_nm > 0.35 {
+                continue;
+            }
+            let contact = Contact {
+                phalanx: 2,
+                k_m,
+                radius_m: 0.0,
+            };
+            let mut path = finger
+                .path(&free.configuration, free.torque_nm, contact)
+                .expect("presses");
+            let [before, after] = [0.99, 1.01]
+                .map(|share| finger.follow(&mut path, share * rise_nm).expect("a point"));
+            assert!(before.rotation_rad < 0.0 && before.joints_rad == [0.0; 3]);
+            assert!(after.rotation_rad > 0.0 && after.joints_rad[1] > 0.0);
+            let balanced_n = 1.01 * rise_nm / (statics.c_m + k_m);
+            assert!((after.force_n / balanced_n - 1.0).abs() < 0.02, "{after:?}");
+        }
     }
 }

@@ -153,8 +153,8 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         Some(Path { start, last })
     }
 
-    /// Where the joints begin to turn: at contact, or where what holds joint 2 at its stop lets them. None where such a contact would not press,
-    /// or never makes them turn.
+    /// Where the joints begin to turn: at contact, or where what holds joint 2 at its stop lets them. None where such a contact would
+    /// not press, or never makes them turn.
     fn begun(&self, start: &Start<N, B>, k: f32) -> Option<PathState<N>> {
         let mut at = Unknown {
             delta: [0.0; N],
@@ -251,8 +251,8 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         Some(point)
     }
 
-    /// The point of a finger whose joint 2 is still held at its stop, `begun` where it gives way. Its rotation is negative, how far the tangent of the path leads
-    /// back from there: the finger is rigid. The derivatives are those at break-away.
+    /// The point of a finger whose joint 2 is still held at its stop, `begun` where it gives way. Its rotation is negative, how far the
+    /// tangent of the path leads back from there: the finger is rigid. The derivatives are those at break-away.
     fn held_point(
         &self,
         start: &Start<N, B>,

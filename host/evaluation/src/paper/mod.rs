@@ -12,9 +12,9 @@
 //! torque that the free finger takes at each angle (6) is taken off before the threshold (the comparison with K_a' in Fig 8).
 //! Experiments try every step of [`STEPS_NM`] on all contacts and report the one with the least mean error, in hindsight.
 //!
-//! A finger whose joint 2 is held at its stop by a return cable or a preload has no K_c at contact. The authors' earlier work, on fingers with return
-//! cables, takes the torque with which
-//! motion resumes; that is done here, again at its best: friction from the turns just before the contact.
+//! A finger whose joint 2 is held at its stop by a return cable or a preload has no K_c at contact. The authors' earlier work, on fingers
+//! with return cables, takes the torque with which motion resumes; that is done here, again at its best: friction from the turns just
+//! before the contact.
 //!
 //! | module | what it does |
 //! |---|---|
