@@ -3,22 +3,13 @@
 use super::{list, literal};
 use crate::scene::Scene;
 
-/// Torque with which springs at rest beyond their stops hold their joints there, newton metre: the largest of them.
-pub fn preload_nm(scene: &Scene) -> f64 {
-    let lists = ["rest_deg", "joint_min_deg", "spring_nm_per_rad"];
-    let [rest, low, spring] = lists.map(|name| scene.list(&format!("finger.{name}")));
-    (1..rest.len())
-        .map(|i| spring[i] * (low[i] - rest[i]).to_radians())
-        .fold(0.0, f64::max)
-}
-
 /// The finger's type, and the constant that the compiler checks.
 pub fn of(scene: &Scene) -> (String, String) {
     let count = scene.phalanges();
     let degrees =
         |key: &str| -> Vec<f64> { scene.list(key).into_iter().map(f64::to_radians).collect() };
     let springs = scene.list("finger.spring_nm_per_rad");
-    // A spring at rest beyond its stop is preloaded by it: `preload_nm` has that.
+    // A spring at rest beyond its stop is preloaded by it ([`Scene::preload_nm`]).
     let rest: Vec<f64> = (degrees("finger.rest_deg").iter())
         .zip(degrees("finger.joint_min_deg"))
         .map(|(rest, low)| rest.max(low))
@@ -33,7 +24,7 @@ pub fn of(scene: &Scene) -> (String, String) {
             literal(scene.number("return_cable.stiffness_n_per_m") * first * first),
         )
     });
-    let preload_nm = preload_nm(scene);
+    let preload_nm = scene.preload_nm();
     let springless = springs.first() == Some(&0.0);
     let (transmission, design) = if scene.has("linkage") {
         let [driving, coupler, driven] =

@@ -315,7 +315,7 @@ const _: &<{name} as palpate::scene::Scene>::Finger = &<{name} as palpate::scene
         of("sensing.contact_friction_sigma"),
         of("sensing.joint_friction_nm"),
         of("sensing.joint_friction_sigma_nm"),
-        literal(scene.number("sensing.preload_nm") + finger::preload_nm(scene)),
+        literal(scene.number("sensing.preload_nm") + scene.preload_nm()),
         of("sensing.preload_sigma_nm"),
         of("sensing.leverage_sigma"),
         of("sensing.swing_nm"),

@@ -170,6 +170,15 @@ impl Scene {
         self.value(key).is_some()
     }
 
+    /// Torque with which springs at rest beyond their stops hold their joints there, newton metre: the largest of them.
+    pub fn preload_nm(&self) -> f64 {
+        let lists = ["rest_deg", "joint_min_deg", "spring_nm_per_rad"];
+        let [rest, low, spring] = lists.map(|name| self.list(&format!("finger.{name}")));
+        (1..rest.len())
+            .map(|i| spring[i] * (low[i] - rest[i]).to_radians())
+            .fold(0.0, f64::max)
+    }
+
     /// A number; zero where there is none, which the check excludes for every key that must be there.
     pub fn number(&self, key: &str) -> f64 {
         self.value(key).and_then(number).unwrap_or_default()

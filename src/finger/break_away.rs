@@ -1,6 +1,7 @@
 //! A finger of two phalanges whose joint 2 is held at its stop while joint 1 closes: the torque at which a contact makes it leave that
 //! stop, a measure of the contact's place beside the stiffness (docs/MECHANICS.md#break-away).
 
+use super::two_joint::lever;
 use super::{BaseJoint, Configuration, Finger, Transmission};
 use crate::numeric::bisect;
 
@@ -16,9 +17,8 @@ pub struct StoppedContact {
 }
 
 impl StoppedContact {
-    /// p_1 x_2 - p_2 over the contact's moment arms p: as in [`super::TwoJointContact`], without cancellation near e_2.
     fn lever(&self, k_m: f32) -> f32 {
-        self.x2 * self.c_m - (1.0 - self.x2) * k_m
+        lever(self.x2, self.c_m, k_m)
     }
 
     /// Rise of the input torque since contact with which joint 2 leaves its stop, newton metre. Infinite from e_2 on, where no torque

@@ -7,6 +7,7 @@
 use super::build::BaseJoint;
 use super::error::{check_range, try_const};
 use super::inverse::Solver;
+use super::two_joint::{lever, rigid_m};
 use super::{Base, Candidate, Class, ConfigError, Inverse, Parameter, Roots};
 use crate::numeric::{bisect, sqrt};
 
@@ -78,22 +79,23 @@ pub struct ReturnedContact {
 }
 
 impl ReturnedContact {
-    /// p_1 x_2 - p_2 over the contact's moment arms p: as in [`super::TwoJointContact`], without cancellation near e_2.
+    /// Lever of the closing tendon over the motion that the contact leaves.
     fn lever(&self, k_m: f32) -> f32 {
-        self.x2 * self.c_m - (1.0 - self.x2) * k_m
+        lever(self.x2, self.c_m, k_m)
     }
 
     /// The same of the return cable.
     fn return_lever(&self, k_m: f32) -> f32 {
-        self.cable.ratio * self.c_m - (1.0 - self.cable.ratio) * k_m
+        lever(self.cable.ratio, self.c_m, k_m)
     }
 
     /// Compliance of the finger once joint 2 has left its stop, radian per newton metre; 0 from e_2 on, where it does not.
     pub fn compliance(&self, k_m: f32) -> Option<f32> {
-        let share = self.lever(k_m) / self.return_lever(k_m);
-        if self.lever(k_m) <= 0.0 {
+        let lever = self.lever(k_m);
+        if lever <= 0.0 {
             return Some(0.0);
         }
+        let share = lever / self.return_lever(k_m);
         let compliance = share * (share / self.cable.stiffness_nm_per_rad);
         (compliance.is_finite() && share > 0.0).then_some(compliance)
     }
@@ -107,8 +109,7 @@ impl ReturnedContact {
 
     /// e_2 (27), from which on joint 2 does not leave its stop; `None` where there is no such place ahead of the joint.
     pub fn stiffest_m(&self) -> Option<f32> {
-        let e2 = self.c_m * self.x2 / (1.0 - self.x2);
-        (e2.is_finite() && e2 > 0.0).then_some(e2)
+        rigid_m(self.x2, self.c_m)
     }
 
     /// The place of a compliance after break-away in closed form, whether on the phalanx or not: the root of what is squared in it

@@ -27,6 +27,19 @@ pub struct Roots {
     pub far_m: Option<f32>,
 }
 
+/// p_1 x_2 - p_2 over the moment arms p of a contact at `k_m`, where joint 1 has `c_m` more of arm than joint 2.
+///
+/// Grouped so that `c_m`, not the arm of joint 1, is multiplied: near e_2 the two terms cancel.
+pub(super) fn lever(x2: f32, c_m: f32, k_m: f32) -> f32 {
+    x2 * c_m - (1.0 - x2) * k_m
+}
+
+/// e_2 = c x_2 / (1 - x_2) (27), where that vanishes; `None` where there is no such place ahead of the joint.
+pub(super) fn rigid_m(x2: f32, c_m: f32) -> Option<f32> {
+    let e2 = c_m * x2 / (1.0 - x2);
+    (e2.is_finite() && e2 > 0.0).then_some(e2)
+}
+
 /// Positive and finite, in one comparison: such numbers are ordered as their bits are.
 fn ahead(k: f32) -> bool {
     k.to_bits().wrapping_sub(1) < f32::INFINITY.to_bits() - 1
@@ -35,8 +48,7 @@ fn ahead(k: f32) -> bool {
 impl TwoJointContact {
     /// p_1 x_2 - p_2, over the contact's moment arms p: the motion that the contact leaves, as the input link sees it.
     fn lever(&self, k: f32) -> f32 {
-        // Grouped so that c, not k + c, is multiplied: near e_2 the two terms cancel.
-        self.x2 * self.c_m - (1.0 - self.x2) * k
+        lever(self.x2, self.c_m, k)
     }
 
     /// Energy of that motion, K_1 p_2^2 + H_22 p_1^2.
@@ -66,8 +78,7 @@ impl TwoJointContact {
 
     /// e_2 = c x_2 / (1 - x_2) (27), where the finger is rigid; `None` where there is no such place ahead of the joint.
     pub fn stiffest_m(&self) -> Option<f32> {
-        let e2 = self.c_m * self.x2 / (1.0 - self.x2);
-        (e2.is_finite() && e2 > 0.0).then_some(e2)
+        rigid_m(self.x2, self.c_m)
     }
 
     /// Both roots in closed form, whether on the phalanx or not (docs/MECHANICS.md#contact-stiffness): forms without

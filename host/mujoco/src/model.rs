@@ -22,7 +22,7 @@ pub(crate) const INPUT: &str = "input";
 pub(crate) struct Description {
     pub finger: FingerParameters,
     spring: Vec<f64>,
-    /// What makes springs differ makes the spring of a return cable differ.
+    /// Stiffness of the springs over the nominal one: that of a return cable's spring too.
     spring_made: f64,
     /// Share of their stiffness that the springs have left.
     pub springs_left: f64,

@@ -141,7 +141,7 @@ impl Finger {
         }
         let low = list(&finger.joint_min_deg, f64::to_radians);
         let returning = finger.return_pulley_m.first().map(|first| {
-            // What makes springs differ makes this one differ, and it is preloaded over the pulley of joint 1.
+            // The error of the springs is this one's too, and it is preloaded over the pulley of joint 1.
             let made = 1.0 + mechanism.spring_error;
             let stretched = first * mechanism.preload_deg.to_radians();
             Returning {
@@ -229,21 +229,20 @@ impl Finger {
         (joint, along)
     }
 
-    /// Torque of the return cable at each joint in a posture, newton metre, closing positive.
-    fn return_torques(&self, angle: [f64; MAX]) -> [f64; MAX] {
-        let Some(Returning {
-            pulley,
-            tension,
-            stiffness,
-        }) = self.returning
-        else {
-            return [0.0; MAX];
-        };
+    /// Pull of the return cable in a posture, newton.
+    fn return_pull(&self, cable: &Returning, angle: [f64; MAX]) -> f64 {
         let taken: f64 = (0..self.count)
-            .map(|i| pulley[i] * (angle[i] - self.rest[i]))
+            .map(|i| cable.pulley[i] * (angle[i] - self.rest[i]))
             .sum();
-        let pull = self.springs_left * (tension + stiffness * taken).max(0.0);
-        pulley.map(|radius| -radius * pull)
+        self.springs_left * (cable.tension + cable.stiffness * taken).max(0.0)
+    }
+
+    /// Its torque at each joint, newton metre, closing positive.
+    fn return_torques(&self, angle: [f64; MAX]) -> [f64; MAX] {
+        self.returning.map_or([0.0; MAX], |cable| {
+            let pull = self.return_pull(&cable, angle);
+            cable.pulley.map(|radius| -radius * pull)
+        })
     }
 
     /// Torque of gravity at each joint, newton metre, closing positive.
@@ -376,7 +375,7 @@ impl Finger {
             0.5 * self.springs_left * self.spring[i] * (self.angle[i] - self.rest[i]).powi(2)
         });
         let returned = self.returning.map_or(0.0, |cable| {
-            let pull = self.return_torques(self.angle)[0] / cable.pulley[0];
+            let pull = self.return_pull(&cable, self.angle);
             0.5 * pull * pull / (self.springs_left * cable.stiffness).max(f64::MIN_POSITIVE)
         });
         springs.sum::<f64>() + returned + self.pushers.iter().map(Pusher::energy).sum::<f64>()

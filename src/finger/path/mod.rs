@@ -22,6 +22,7 @@ use super::{
     Transmission,
 };
 use crate::numeric::{Bounded, dot};
+use linearization::Linearization;
 use newton::{PathState, Unknown};
 use response::Responses;
 
@@ -153,15 +154,20 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         Some(Path { start, last })
     }
 
-    /// Where the joints begin to turn: at contact, or where what holds joint 2 at its stop lets them. None where such a contact would
-    /// not press, or never makes them turn.
-    fn begun(&self, start: &Start<N, B>, k: f32) -> Option<PathState<N>> {
-        let mut at = Unknown {
+    /// The instant of contact, without force.
+    fn at_contact(&self, start: &Start<N, B>, k: f32) -> Option<(Unknown<N>, Linearization<N>)> {
+        let at = Unknown {
             delta: [0.0; N],
             force: 0.0,
             k,
         };
-        let mut local = start.local(&self.transmission, &at, 0.0)?;
+        Some((at, start.local(&self.transmission, &at, 0.0)?))
+    }
+
+    /// Where the joints begin to turn: at contact, or where what holds joint 2 at its stop lets them. None where such a contact would
+    /// not press, or never makes them turn.
+    fn begun(&self, start: &Start<N, B>, k: f32) -> Option<PathState<N>> {
+        let (mut at, mut local) = self.at_contact(start, k)?;
         let mut rise = 0.0;
         if B::HOLDS {
             [rise, at.force] = local.break_away()?;
@@ -238,9 +244,10 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         }
         let (start, from) = (&path.start, &path.last);
         if B::HOLDS {
-            let begun = self.begun(start, from.at.k)?;
-            if rise < begun.rise * (1.0 + TANGENT_SHARE) {
-                return self.held_point(start, &begun, rise);
+            let (_, at_contact) = self.at_contact(start, from.at.k)?;
+            let [break_away, _] = at_contact.break_away()?;
+            if rise < break_away * (1.0 + TANGENT_SHARE) {
+                return self.held_point(start, &self.begun(start, from.at.k)?, rise);
             }
         }
         let near = self

@@ -1,0 +1,216 @@
+//! What the finger of a scene must satisfy beyond kind and range of every key.
+
+use std::f64::consts::TAU;
+
+use super::super::Scene;
+use super::{Checked, within};
+
+/// Stops, rest angles, springs, travel, and what the linkage needs.
+pub(super) fn joints(scene: &Scene) -> Checked {
+    let lists = [
+        "joint_min_deg",
+        "joint_max_deg",
+        "rest_deg",
+        "spring_nm_per_rad",
+    ];
+    let [low, high, rest, spring] = lists.map(|name| scene.list(&format!("finger.{name}")));
+    for i in 0..scene.phalanges() {
+        within(
+            &format!("finger.joint_max_deg[{i}]"),
+            high[i],
+            low[i],
+            180.0,
+        )?;
+        // Where nothing turns joint 2 before a contact its spring may be preloaded against its stop.
+        let may_be_preloaded =
+            spring[0] == 0.0 && scene.phalanges() == 2 && !scene.flag("finger.hidden_base");
+        let least = if i > 0 && may_be_preloaded {
+            low[i] - 90.0
+        } else {
+            low[i]
+        };
+        within(&format!("finger.rest_deg[{i}]"), rest[i], least, high[i])?;
+        // Joint 1 may be without a spring; the others would be left to themselves without a return cable.
+        if i > 0 && !scene.has("return_cable") {
+            within(
+                &format!("finger.spring_nm_per_rad[{i}]"),
+                spring[i],
+                1e-6,
+                1e3,
+            )?;
+        }
+    }
+    let stop = scene.number("travel.stop_rad");
+    within(
+        "travel.free_rad",
+        scene.number("travel.free_rad"),
+        0.01,
+        stop,
+    )?;
+    if scene.has("linkage") {
+        closes(scene, &low, &high)
+    } else {
+        Ok(())
+    }
+}
+
+/// The coupler of every stage must reach at every angle of its joint, and at what the stage behind adds to that.
+fn closes(scene: &Scene, low: &[f64], high: &[f64]) -> Checked {
+    const STEPS: u32 = 64;
+    let ground = scene.list("finger.length_m");
+    let [drive, coupler, driven, offset] = ["driving_m", "coupler_m", "driven_m", "offset_deg"]
+        .map(|name| scene.list(&format!("linkage.{name}")));
+    let signs: Vec<f64> = scene
+        .words("linkage.assembly")
+        .iter()
+        .map(|word| if *word == "clockwise" { -1.0 } else { 1.0 })
+        .collect();
+    // What the stage behind adds to the angle of this one.
+    let mut behind = [0.0, 0.0];
+    for stage in (0..drive.len()).rev() {
+        let (a, b, c) = (drive[stage], coupler[stage], driven[stage]);
+        // Angle of the driving lever when the driven one is at v.
+        let lever = |v: f64| -> Result<f64, f64> {
+            let angle = v - offset[stage].to_radians();
+            let tip = [ground[stage] + c * angle.cos(), c * angle.sin()];
+            let reach = tip[0].hypot(tip[1]);
+            let cosine = (a * a + reach * reach - b * b) / (2.0 * a * reach);
+            if cosine.abs() < 1.0 {
+                Ok(tip[1].atan2(tip[0]) + signs[stage] * cosine.acos())
+            } else {
+                Err(reach)
+            }
+        };
+        let (from, to) = (
+            low[stage + 1].to_radians() + behind[0],
+            high[stage + 1].to_radians() + behind[1],
+        );
+        let zero = lever(0.0).unwrap_or(0.0);
+        let mut turned = [0.0f64, 0.0];
+        for step in 0..=STEPS {
+            let v = from + (to - from) * f64::from(step) / f64::from(STEPS);
+            match lever(v) {
+                Ok(angle) => {
+                    let mut turn = (angle - zero).rem_euclid(TAU);
+                    if turn > 0.5 * TAU {
+                        turn -= TAU;
+                    }
+                    turned = [turned[0].min(turn), turned[1].max(turn)];
+                }
+                Err(reach) => {
+                    let nearest = (reach - a).abs();
+                    let open = format!(
+                        "linkage {} does not close at theta_{} = {:.0} deg (with the stage behind)",
+                        stage + 1,
+                        stage + 2,
+                        v.to_degrees()
+                    );
+                    let open = if behind == [0.0, 0.0] {
+                        open.replace(" (with the stage behind)", "")
+                    } else {
+                        open
+                    };
+                    return within(
+                        &format!("linkage.coupler_m[{stage}]"),
+                        b,
+                        nearest,
+                        reach + a,
+                    )
+                    .map_err(|range| format!("{open}: {range}"));
+                }
+            }
+        }
+        behind = turned;
+    }
+    Ok(())
+}
+
+/// Checks that there is no preload where no joint stands at its stop until a contact. A spring at joint 1 turns the others before.
+pub(super) fn preload(scene: &Scene) -> Checked {
+    let lists = ["spring_nm_per_rad", "rest_deg", "joint_min_deg"];
+    let [spring, rest, low] = lists.map(|name| scene.list(&format!("finger.{name}")));
+    if spring[0] == 0.0
+        && rest[1..]
+            .iter()
+            .zip(&low[1..])
+            .all(|(rest, low)| rest <= low)
+        && !scene.has("return_cable")
+    {
+        return Ok(());
+    }
+    for key in ["sensing.preload_nm", "sensing.preload_sigma_nm"] {
+        let value = scene.number(key);
+        if value != 0.0 {
+            return Err(format!(
+                "`{key}` = {value} must be 0 where joint 1 has a spring or the finger a return cable, or a joint rests above \
+                 `finger.joint_min_deg`"
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// A second contact is told from which phalanges touch, the first among them.
+pub(super) fn hidden_base(scene: &Scene) -> Checked {
+    if scene.flag("finger.hidden_base") && scene.flag("options.second_contact") {
+        return Err(
+            "`options.second_contact` = true is not possible with `finger.hidden_base`: a phalanx that touches nothing \
+             has no contact to tell"
+                .to_owned(),
+        );
+    }
+    Ok(())
+}
+
+/// A return cable takes the place of all springs, and holds the joints of a tendon finger of two phalanges at their opening stops.
+pub(super) fn return_cable(scene: &Scene) -> Checked {
+    if !scene.has("return_cable") {
+        return Ok(());
+    }
+    for key in ["pulley_m", "tension_n", "stiffness_n_per_m"] {
+        let key = format!("return_cable.{key}");
+        if !scene.has(&key) {
+            return Err(format!("`{key}` is missing: it has no default"));
+        }
+    }
+    if scene.phalanges() != 2 || !scene.has("tendon") || scene.flag("finger.hidden_base") {
+        return Err(
+            "[return_cable] is only possible in a finger of two phalanges with [tendon] and without `finger.hidden_base`"
+                .to_owned(),
+        );
+    }
+    let lists = ["spring_nm_per_rad", "rest_deg", "joint_min_deg"];
+    let [spring, rest, low] = lists.map(|name| scene.list(&format!("finger.{name}")));
+    for i in 0..2 {
+        within(
+            &format!("finger.spring_nm_per_rad[{i}]"),
+            spring[i],
+            0.0,
+            0.0,
+        )?;
+        within(&format!("finger.rest_deg[{i}]"), rest[i], low[i], low[i])?;
+    }
+    let [closing, opening] =
+        ["tendon.pulley_m", "return_cable.pulley_m"].map(|key| scene.list(key));
+    // A smaller one would not hold joint 2 at its stop.
+    within(
+        "return_cable.pulley_m[1]",
+        opening[1],
+        1.02 * opening[0] * closing[1] / closing[0],
+        0.1,
+    )
+}
+
+/// What follows a contact is told from changes of the stiffness, and joint 2 leaving its stop is one.
+pub(super) fn held_joint(scene: &Scene) -> Checked {
+    let is_held = scene.preload_nm() > 0.0 || scene.has("return_cable");
+    for key in ["options.second_contact", "options.contact_changes"] {
+        if scene.flag(key) && is_held {
+            return Err(format!(
+                "`{key}` = true is not possible with [return_cable] or a spring at rest beyond its stop: joint 2 leaving that stop \
+                 changes the stiffness as well"
+            ));
+        }
+    }
+    Ok(())
+}
