@@ -99,6 +99,11 @@ pub fn rust(scene: &Scene) -> String {
     } else {
         ("Rigid", [0.0; 2], 0.0, 0.0)
     };
+    let series = if scene.flag("options.object_stiffness") {
+        format!("SoftObject<palpate::sensing::{series}>")
+    } else {
+        series.to_owned()
+    };
     let [cable, cable_sigma] = cable.map(literal);
     let [creep, stiffening_sigma] = [creep, stiffening_sigma].map(literal);
 
@@ -288,6 +293,7 @@ impl palpate::scene::Scene for {name} {{
             contact_friction: [{}, {}],
             joint_friction_nm: [{}, {}],
             preload_nm: [{}, {}],
+            object_give_m_per_n: {},
             leverage_sigma: {},
             swing_nm: {},
             ..palpate::sensing::Settings::default()
@@ -317,6 +323,7 @@ const _: &<{name} as palpate::scene::Scene>::Finger = &<{name} as palpate::scene
         of("sensing.joint_friction_sigma_nm"),
         literal(scene.number("sensing.preload_nm") + scene.preload_nm()),
         of("sensing.preload_sigma_nm"),
+        of("sensing.object_compliance_sigma_m_per_n"),
         of("sensing.leverage_sigma"),
         of("sensing.swing_nm"),
     ));

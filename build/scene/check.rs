@@ -33,6 +33,7 @@ pub(super) fn check(scene: &Scene) -> Checked {
     finger::preload(scene)?;
     finger::hidden_base(scene)?;
     finger::held_joint(scene)?;
+    soft_object(scene)?;
     hall(scene)
 }
 
@@ -179,6 +180,19 @@ fn motion(scene: &Scene) -> Checked {
         ),
     ] {
         within(key, of(key), min, max)?;
+    }
+    Ok(())
+}
+
+/// What follows a first contact takes the object to be rigid.
+fn soft_object(scene: &Scene) -> Checked {
+    for key in ["options.second_contact", "options.contact_changes"] {
+        if scene.flag(key) && scene.flag("options.object_stiffness") {
+            return Err(format!(
+                "`{key}` = true is not possible with `options.object_stiffness` = true: an object that gives way changes the stiffness \
+                 as well"
+            ));
+        }
     }
     Ok(())
 }

@@ -8,7 +8,7 @@ mod events;
 mod fields;
 mod limits;
 
-pub use events::{calibrated, event, followed, status};
+pub use events::{calibrated, event, followed, object, status};
 pub use fields::{Fields, Value};
 pub use limits::LimitReport;
 
@@ -80,6 +80,9 @@ macro_rules! log_lines {
             /// A contact is located; repeated as it is refined.
             located info "located phalanx={=u8} k_mm={=f32} sigma_mm={=f32} k_c_nm_per_rad={=f32} force_n={=f32} radius_mm={=f32} radius_sigma_mm={=f32} settled={=bool} p_phalanx={=f32} force_sigma_n={=f32}"
                 (phalanx: u8, k_mm: f32, sigma_mm: f32, k_c_nm_per_rad: f32, force_n: f32, radius_mm: f32, radius_sigma_mm: f32, settled: bool, p_phalanx: f32, force_sigma_n: f32);
+            /// How stiff the object is, with the last word on a place. In scenes with that option.
+            object info "object relative={=str} stiffness_n_per_mm={=f32} least_n_per_mm={=f32} compliance_mm_per_n={=f32} compliance_sigma_mm_per_n={=f32} share={=f32} share_sigma={=f32}"
+                (relative: &str, stiffness_n_per_mm: f32, least_n_per_mm: f32, compliance_mm_per_n: f32, compliance_sigma_mm_per_n: f32, share: f32, share_sigma: f32);
             /// Two places explain the same contact.
             ambiguous info "ambiguous phalanx={=u8} k_mm={=f32} sigma_mm={=f32} other_phalanx={=u8} other_k_mm={=f32} other_sigma_mm={=f32} settled={=bool} p_phalanx={=f32} other_p_phalanx={=f32}"
                 (phalanx: u8, k_mm: f32, sigma_mm: f32, other_phalanx: u8, other_k_mm: f32, other_sigma_mm: f32, settled: bool, p_phalanx: f32, other_p_phalanx: f32);

@@ -60,6 +60,8 @@ use telemetry::Telemetry;
 
 /// What measures joint 2 in this firmware's scene.
 type Joint = <Active as Scene>::Joint;
+/// What lies in series with the finger.
+type Series = <Active as Scene>::Series;
 
 /// Runs after RAM is set up, on the main stack: moves thread mode to the process stack (`memory.x` says why).
 #[cortex_m_rt::entry]

@@ -12,7 +12,7 @@ use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Instant, Ticker};
 
-use super::Joint;
+use super::{Joint, Series};
 use crate::scene::Active;
 use palpate::app::console::command::Command;
 use palpate::app::console::text::Answer;
@@ -22,7 +22,7 @@ use palpate::drive::sequence::{MotionResult, Notice, State, StepOutput};
 use palpate::drive::thermal::Temperatures;
 use palpate::drive::{Fault, OffsetState, Setpoint, Status};
 use palpate::scene::Reading;
-use palpate::sensing::{Directive, Event, JointSensor, Side};
+use palpate::sensing::{Directive, Event, JointSensor, SeriesElement, Side};
 
 use super::control::{self, Samples};
 use super::execute::Application;
@@ -94,6 +94,12 @@ impl Application {
             let change = self.sensing.with(|sensing| sensing.joint_change());
             let change_rad = Joint::rad(change).unwrap_or(f32::NAN);
             telemetry::branch(change_rad * 1e3, side(Joint::side(change)));
+        }
+        if Series::OBJECT_GIVES
+            && matches!(event, Event::Located { settled: true, .. })
+            && let Some(object) = self.sensing.with(|sensing| sensing.object())
+        {
+            log::object(&mut Telemetry, &object);
         }
         let hint = self.sensing.with(|sensing| sensing.hint(event));
         if let Some(hint) = hint {

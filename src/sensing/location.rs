@@ -15,6 +15,18 @@ pub trait SeriesElement: Copy + core::fmt::Debug {
     /// Whether it is elastic: only then is there a cable to fit and to calibrate.
     const FLEXIBLE: bool;
 
+    /// Whether the object may be soft: only then is its compliance fitted ([`SoftObject`]).
+    const OBJECT_GIVES: bool = false;
+
+    /// Unknowns of a contact's fit that are missing without a soft object and without a cable: the last ones.
+    const MISSING: usize = if Self::OBJECT_GIVES {
+        0
+    } else if Self::FLEXIBLE {
+        1
+    } else {
+        3
+    };
+
     /// 1/K_t, radian per newton metre.
     fn compliance_rad_per_nm(&self) -> f32;
 }
@@ -56,6 +68,20 @@ impl SeriesElement for Cable {
 
     fn compliance_rad_per_nm(&self) -> f32 {
         self.compliance_rad_per_nm
+    }
+}
+
+/// What lies in series where objects may be soft: `X`, and on the finger's other side the object itself
+/// (docs/MECHANICS.md#soft-objects).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SoftObject<X>(pub X);
+
+impl<X: SeriesElement> SeriesElement for SoftObject<X> {
+    const FLEXIBLE: bool = X::FLEXIBLE;
+    const OBJECT_GIVES: bool = true;
+
+    fn compliance_rad_per_nm(&self) -> f32 {
+        self.0.compliance_rad_per_nm()
     }
 }
 

@@ -18,6 +18,7 @@ pub mod friction;
 pub mod location;
 pub mod locator;
 mod normal;
+pub mod object;
 pub mod second;
 pub mod sensor;
 pub mod settings;
@@ -30,7 +31,8 @@ pub use drivetrain::Drivetrain;
 pub use event::{Event, NotLocated};
 pub use following::{AfterContact, Change, Changes, FirstContactOnly, Follow, Followed, Grip};
 pub use friction::Friction;
-pub use location::{Cable, Rigid, SeriesElement};
+pub use location::{Cable, Rigid, SeriesElement, SoftObject};
+pub use object::{Object, Relative};
 pub use sensor::{Sensor, Suspicion};
 pub use settings::{Directive, Settings};
 

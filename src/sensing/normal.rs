@@ -4,17 +4,14 @@
 //! which bounds the condition number so that f32 suffices; an unknown that a hypothesis lacks stays at 0.
 
 use crate::numeric::{ln, sqrt};
-use crate::sensing::location::{Cable, SeriesElement};
+use crate::sensing::location::{Cable, SeriesElement, SoftObject};
 use core::marker::PhantomData;
 
-/// Unknowns of a cable, the last ones.
-const CABLES: usize = 2;
-
-/// Normal equations of `P` unknowns (two fewer where `X` has no cable) about a point, and the Cholesky factor of their matrix.
+/// Normal equations of `P` unknowns, fewer where `X` has no cable or no soft object, about a point, and the Cholesky factor of their matrix.
 ///
 /// The matrix is symmetric and stored on and below the diagonal; the factor is stored above.
 #[derive(Clone, Copy, Debug)]
-pub struct Normal<const P: usize, X: SeriesElement = Cable> {
+pub struct Normal<const P: usize, X: SeriesElement = SoftObject<Cable>> {
     matrix: [[f32; P]; P],
     /// Diagonal of the factor.
     diagonal: [f32; P],
@@ -31,8 +28,8 @@ impl<const P: usize, X: SeriesElement> Normal<P, X> {
         series: PhantomData,
     };
 
-    /// Number of unknowns: without a cable the last two are missing.
-    const USED: usize = if X::FLEXIBLE { P } else { P - CABLES };
+    /// Number of unknowns: the last ones are those that may be missing.
+    const USED: usize = P - X::MISSING;
 
     /// Adds a residual (measured less model) with the model's derivatives and the inverse of its variance.
     #[expect(clippy::needless_range_loop, reason = "a triangle of a matrix")]
@@ -116,7 +113,7 @@ impl<const P: usize, X: SeriesElement> Normal<P, X> {
 
 /// Normal equations whose matrix has been factored.
 #[derive(Clone, Copy, Debug)]
-pub struct Factor<'a, const P: usize, X: SeriesElement = Cable> {
+pub struct Factor<'a, const P: usize, X: SeriesElement = SoftObject<Cable>> {
     normal: &'a Normal<P, X>,
 }
 

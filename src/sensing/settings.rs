@@ -34,6 +34,9 @@ pub struct Settings {
     /// Torque with which springs hold these joints at their stops in a finger without a spring at joint 1, newton metre: mean and
     /// deviation.
     pub preload_nm: [f32; 2],
+    /// Standard deviation of the object's compliance from none, metre per newton, above 0 where objects may be soft
+    /// ([`SoftObject`](super::SoftObject)).
+    pub object_give_m_per_n: f32,
     /// Standard deviation of the finger's leverage from one place of contact to another, as a share: lengths of pulleys and links that
     /// differ from the scene's, and losses on them.
     pub leverage_sigma: f32,
@@ -79,6 +82,7 @@ impl Default for Settings {
             // Pins of some millimetre in plain bearings, up to 10 N (R, chosen).
             joint_friction_nm: [0.2e-3, 0.4e-3],
             preload_nm: [0.0; 2],
+            object_give_m_per_n: 0.0,
             leverage_sigma: 0.0,
             swing_nm: 0.0,
         }

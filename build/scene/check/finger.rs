@@ -201,10 +201,15 @@ pub(super) fn return_cable(scene: &Scene) -> Checked {
     )
 }
 
-/// What follows a contact is told from changes of the stiffness, and joint 2 leaving its stop is one.
+/// What follows a contact is told from changes of the stiffness, and joint 2 leaving its stop is one. An object that gives way lets the
+/// finger turn before.
 pub(super) fn held_joint(scene: &Scene) -> Checked {
     let is_held = scene.preload_nm() > 0.0 || scene.has("return_cable");
-    for key in ["options.second_contact", "options.contact_changes"] {
+    for key in [
+        "options.second_contact",
+        "options.contact_changes",
+        "options.object_stiffness",
+    ] {
         if scene.flag(key) && is_held {
             return Err(format!(
                 "`{key}` = true is not possible with [return_cable] or a spring at rest beyond its stop: joint 2 leaving that stop \

@@ -6,7 +6,9 @@ use crate::app::identify;
 use crate::app::storage::record::Record;
 use crate::drive::sequence::Notice;
 use crate::scene::{Reading, SampleOf, Scene};
-use crate::sensing::{AfterContact, Calibration, Directive, Event, Followed, Sensor, Settings};
+use crate::sensing::{
+    AfterContact, Calibration, Directive, Event, Followed, Object, Sensor, Settings,
+};
 
 /// What the motion half asks of the sensing half.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,6 +88,11 @@ impl<S: Scene> ContactSensing<S> {
     /// What the user should do after an event, in the guided calibration.
     pub fn hint(&self, event: &Event) -> Option<Hint> {
         Hint::after::<S>(event, self.calibration(), self.sensor.finger())
+    }
+
+    /// See [`Sensor::object`].
+    pub fn object(&self) -> Option<Object> {
+        self.sensor.object()
     }
 
     /// Change of theta_2 since contact, as the last judgement of a contact used it.

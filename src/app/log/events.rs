@@ -4,7 +4,9 @@ use super::Log;
 use crate::drive::Status;
 use crate::drive::fault::Fault;
 use crate::drive::sequence::State;
-use crate::sensing::{Calibration, Change, Event, Followed, Grip, NotLocated, Refusal};
+use crate::sensing::{
+    Calibration, Change, Event, Followed, Grip, NotLocated, Object, Refusal, Relative,
+};
 
 /// Metre to millimetre, newton metre to millinewton metre, radian to milliradian, ampere to milliampere.
 pub(super) const MILLI: f32 = 1e3;
@@ -46,6 +48,17 @@ impl Grip {
             Self::Single => "single",
             Self::TwoContacts => "two-contacts",
             Self::Enveloped => "enveloped",
+        }
+    }
+}
+
+impl Relative {
+    /// Name in the log.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Stiffer => "stiffer",
+            Self::Softer => "softer",
+            Self::Unclear => "unclear",
         }
     }
 }
@@ -140,6 +153,21 @@ pub fn event(log: &mut impl Log, event: &Event) {
         Event::Calibrated { calibration } => calibrated(log, &calibration),
         Event::CalibrationRefused { why } => log.calibration_refused(why.name()),
     }
+}
+
+/// Logs how stiff an object is.
+pub fn object(log: &mut impl Log, told: &Object) {
+    let [compliance, sigma] = told.compliance_m_per_n;
+    let [share, share_sigma] = told.share;
+    log.object(
+        told.relative().name(),
+        told.stiffness_n_per_m().unwrap_or(f32::NAN) / MILLI,
+        told.least_n_per_m() / MILLI,
+        compliance * MILLI,
+        sigma * MILLI,
+        share,
+        share_sigma,
+    );
 }
 
 /// Logs what follows the first contact.

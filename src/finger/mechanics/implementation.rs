@@ -138,6 +138,10 @@ where
         self.weigh(path, weight);
     }
 
+    fn soften(&self, path: &mut Self::Path, compliance_m_per_n: f32) -> Option<()> {
+        self.gives(path, compliance_m_per_n)
+    }
+
     fn rub(&self, path: &mut Self::Path, friction: f32, half_thickness_m: f32) -> Option<()> {
         self.rubs(path, friction, half_thickness_m)
     }

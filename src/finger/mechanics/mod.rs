@@ -50,6 +50,9 @@ pub struct PathPoint {
     /// Derivative of `rotation_rad` by a torque that opposes the turning of each joint beyond the first (friction, or a
     /// spring that was held against its stop), at this torque, radian per newton metre.
     pub rotation_by_joint_friction_rad_per_nm: f32,
+    /// Derivative of `rotation_rad` by the compliance of the object, at this torque and that compliance, radian newton per metre
+    /// (docs/MECHANICS.md#soft-objects).
+    pub rotation_by_give_rad_n_per_m: f32,
     /// Where the contact is now, metre from the phalanx's joint (21).
     pub k_now_m: f32,
     /// Normal contact force, newton, positive when pressing.
@@ -183,6 +186,11 @@ pub trait Mechanics {
     /// which the input link held the weight at contact, newton metre, and the derivative of that torque by the input angle, newton
     /// metre per radian. Assumes even mass and phalanges in line at contact, as [`Mechanics::weighed`] does.
     fn load(&self, path: &mut Self::Path, weight: [f32; 2]);
+
+    /// Makes the object give way along a path that has just begun, across the phalanx, by a compliance from 0, metre per newton
+    /// (docs/MECHANICS.md#soft-objects). Before [`Mechanics::rub`]. Not for a finger that a preload holds at its stops. None where
+    /// such a contact would not press; with a value that is not finite the path cannot be followed.
+    fn soften(&self, path: &mut Self::Path, compliance_m_per_n: f32) -> Option<()>;
 
     /// Makes contact friction of a coefficient from 0 act along a path that has just begun, on the surface of a phalanx that lies
     /// `half_thickness_m` from its centre line (docs/MECHANICS.md#real-fingers). It acts against the sense in which the phalanx begins

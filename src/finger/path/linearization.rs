@@ -32,8 +32,10 @@ pub(super) struct Linearization<const N: usize> {
     pub(super) gap_by_radius: f32,
     /// What is left of every joint's balance.
     pub(super) torques: [f32; N],
-    /// Distance of the cylinder from the phalanx.
+    /// Distance of the cylinder from the phalanx, the object's give taken off.
     pub(super) gap: f32,
+    /// Compliance of the object.
+    pub(super) give: f32,
     pub(super) k_now: f32,
 }
 
@@ -108,7 +110,9 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
             arm += self.lengths[below] * bend_now.cos;
             sine -= self.lengths[below] * bend_now.sin;
         }
-        let gap = -at.k * phi.sin - self.radius * versine + phi.sin * shift[0] - phi.cos * shift[1];
+        let rigid =
+            -at.k * phi.sin - self.radius * versine + phi.sin * shift[0] - phi.cos * shift[1];
+        let gap = rigid + self.give * at.force;
         let k_now = phi.cos * (at.k - shift[0]) + phi.sin * (self.radius - shift[1]);
         let normal = self.radius + gap;
 
@@ -172,6 +176,7 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
             gap_by_radius: versine,
             torques,
             gap,
+            give: self.give,
             k_now,
         })
     }

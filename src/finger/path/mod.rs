@@ -4,7 +4,8 @@
 //! Unknown are the changes delta of the joint angles and the contact force f. They satisfy
 //!
 //! - equilibrium of every joint, tau(T, delta) = f p(delta), in increments since contact, where tau = 0;
-//! - contact: the phalanx stays at the distance R from the cylinder's centre; R = 0 is a point.
+//! - contact: the phalanx stays at the distance R from the cylinder's centre; R = 0 is a point. A soft object's centre gives way
+//!   with the force, across the phalanx.
 //!
 //! Newton's method solves both together, at e_2 as well as anywhere: nothing is divided by what vanishes there. With the
 //! contact's place k unknown too and the rotation of the input link given, the same system is the estimator of one
@@ -100,11 +101,20 @@ struct Start<const N: usize, B> {
     weight: [f32; 2],
     /// Coefficient of contact friction.
     friction: f32,
+    /// Compliance of the object.
+    give: f32,
     half_thickness: f32,
     /// 1 where the phalanx slides towards its joint on the object, -1 where it slides away from it.
     slides: f32,
     length_scale: f32,
     stiffness_scale: f32,
+}
+
+impl<const N: usize, B> Start<N, B> {
+    /// Of a compliance in metre per newton.
+    fn give_scale(&self) -> f32 {
+        self.stiffness_scale / (self.length_scale * self.length_scale)
+    }
 }
 
 impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
@@ -145,6 +155,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             radius: radius_m / length_scale,
             weight: [0.0; 2],
             friction: 0.0,
+            give: 0.0,
             half_thickness: 0.0,
             slides: 1.0,
             length_scale,
@@ -174,7 +185,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             local = start.local(&self.transmission, &at, rise)?;
         }
         let tangent = local.tangent()?;
-        let presses = tangent.force > 0.0 && local.compliance(&tangent.delta) >= 0.0;
+        let presses = tangent.force > 0.0 && local.compliance(&tangent) >= 0.0;
         presses.then_some(PathState {
             at,
             rise,
@@ -187,6 +198,14 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     pub(crate) fn weigh(&self, path: &mut Path<N, B>, [weight_nm, per_rad]: [f32; 2]) {
         let double = 2.0 / path.start.stiffness_scale;
         path.start.weight = [double * per_rad, -double * weight_nm];
+    }
+
+    /// See [`super::Mechanics::soften`].
+    pub(crate) fn gives(&self, path: &mut Path<N, B>, compliance_m_per_n: f32) -> Option<()> {
+        let Path { start, last } = path;
+        start.give = compliance_m_per_n * start.give_scale();
+        *last = self.begun(start, last.at.k)?;
+        Some(())
     }
 
     /// See [`super::Mechanics::rub`].
@@ -317,10 +336,11 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             by_friction,
             force_by_friction,
             by_joint_friction,
+            by_give,
         } = local.responses(near.force)?;
         let mut at = *near;
         at.add(&step.into())?;
-        let stable = local.compliance(&tangent.delta);
+        let stable = local.compliance(&tangent);
         let compliance =
             (stable + local.rubbed_compliance(&tangent)).at_least(0.0) / start.stiffness_scale;
         let step = JointStep::of(at.delta);
@@ -342,6 +362,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             rotation_by_radius_rad_per_m: by_radius / start.length_scale,
             rotation_by_friction_rad: by_friction,
             rotation_by_joint_friction_rad_per_nm: by_joint_friction / start.stiffness_scale,
+            rotation_by_give_rad_n_per_m: by_give * start.give_scale(),
             k_now_m: self.on_phalanx(start, local.k_now)?,
             force_n: at.force * force_scale,
             force_by_friction_n: force_by_friction * force_scale,

@@ -44,6 +44,8 @@ pub(super) struct Responses<const N: usize> {
     pub(super) force_by_friction: f32,
     /// The same by a torque that opposes the turning of each joint but the first.
     pub(super) by_joint_friction: f32,
+    /// The same by the compliance of the object.
+    pub(super) by_give: f32,
 }
 
 impl<const N: usize> Linearization<N> {
@@ -59,9 +61,9 @@ impl<const N: usize> Linearization<N> {
         a
     }
 
-    /// Answers to some loads, [`MOST`] at most; those beyond the loads mean nothing.
+    /// Answers to some loads, [`MOST`] at most; those beyond the loads mean nothing. Then the change of the joints that closes a unit of gap.
     #[inline(never)]
-    fn respond(&self, loads: &[Load<N>]) -> Option<[Response<N>; MOST]> {
+    fn respond(&self, loads: &[Load<N>]) -> Option<([Response<N>; MOST], [f32; N])> {
         let mut sides = [self.pressing; MOST + 1];
         for (side, load) in sides.iter_mut().skip(1).zip(loads) {
             *side = load.torques;
@@ -71,21 +73,27 @@ impl<const N: usize> Linearization<N> {
         }
         let [held_by, solved @ ..] = sides;
         let held = dot(&self.arms, &held_by);
+        // A force F leaves p . delta = gap + give F. Held is h / (1 + h) for the compliance h of the finger at the contact, so that
+        // nothing vanishes with h, nor where h is infinite.
+        let given = self.give * (1.0 - held);
+        let closed = 1.0 / (held + given);
+        let share = 1.0 - given * closed;
         let mut respond = [Response {
             delta: [0.0; N],
             force: 0.0,
         }; MOST];
         for ((answer, load), free) in respond.iter_mut().zip(loads).zip(&solved) {
-            let force = (dot(&self.arms, free) - load.gap) / held;
+            let force = (dot(&self.arms, free) - load.gap) * closed;
+            let braced = force - self.give * (force + load.gap * closed);
             for m in 0..N {
-                answer.delta[m] = free[m] - held_by[m] * force;
+                answer.delta[m] = free[m] - held_by[m] * braced;
             }
-            answer.force = force + load.gap;
+            answer.force = force + share * load.gap;
             if !(answer.force.is_finite() && answer.delta.iter().all(|x| x.is_finite())) {
                 return None;
             }
         }
-        Some(respond)
+        Some((respond, held_by.map(|turned| turned * closed)))
     }
 
     fn unbalanced(&self) -> Load<N> {
@@ -104,13 +112,13 @@ impl<const N: usize> Linearization<N> {
 
     /// Newton's step at a given torque.
     pub(super) fn step(&self) -> Option<Response<N>> {
-        let [step, ..] = self.respond(&[self.unbalanced()])?;
+        let ([step, ..], _) = self.respond(&[self.unbalanced()])?;
         Some(step)
     }
 
     /// Change along the path for a unit of input torque.
     pub(super) fn tangent(&self) -> Option<Response<N>> {
-        let [tangent, ..] = self.respond(&[self.driven()])?;
+        let ([tangent, ..], _) = self.respond(&[self.driven()])?;
         Some(tangent)
     }
 
@@ -121,7 +129,7 @@ impl<const N: usize> Linearization<N> {
             torques: self.rubbing,
             gap: 0.0,
         };
-        let [answer, ..] = self.respond(&[rubbed])?;
+        let ([answer, ..], _) = self.respond(&[rubbed])?;
         // Friction f in the sense s of sliding leaves the force F / (1 + s f answer.force), and takes s f times that of the answer off
         // the motion.
         let slide = dot(&self.rubbing, &tangent.delta);
@@ -147,14 +155,17 @@ impl<const N: usize> Linearization<N> {
             torques: from_fn(|m| if m == 0 { 0.0 } else { -self.turning[m] }),
             gap: 0.0,
         };
-        let [
-            step,
-            tangent,
-            by_k,
-            by_radius,
-            by_friction,
-            by_joint_friction,
-        ] = self.respond(&[
+        let (
+            [
+                step,
+                tangent,
+                by_k,
+                by_radius,
+                by_friction,
+                by_joint_friction,
+            ],
+            closing,
+        ) = self.respond(&[
             self.unbalanced(),
             self.driven(),
             by_k,
@@ -170,16 +181,16 @@ impl<const N: usize> Linearization<N> {
             by_friction: dot(&self.gear.x, &by_friction.delta),
             force_by_friction: by_friction.force,
             by_joint_friction: dot(&self.gear.x, &by_joint_friction.delta),
+            by_give: force * dot(&self.gear.x, &closing),
         })
     }
 
-    /// y^T H y for the tangent y: the compliance without friction. Unlike x^T y it keeps its digits near e_2, where y vanishes.
-    pub(super) fn compliance(&self, tangent: &[f32; N]) -> f32 {
-        self.stiffness
-            .iter()
-            .zip(tangent)
-            .map(|(row, y)| y * dot(row, tangent))
-            .sum()
+    /// y^T H y for the tangent y, and what the object gives way: the compliance without friction. Unlike x^T y it keeps its digits near
+    /// e_2, where y vanishes.
+    pub(super) fn compliance(&self, Response { delta, force }: &Response<N>) -> f32 {
+        let rows = self.stiffness.iter().zip(delta);
+        let own: f32 = rows.map(|(row, y)| y * dot(row, delta)).sum();
+        own + self.give * force * force
     }
 
     /// What the work of friction adds to it.

@@ -1,6 +1,7 @@
 //! A contact path under the finger's weight, against the balance of every joint with masses of their own, in f64.
 
 mod rubbing;
+mod soft;
 
 use crate::finger::{BaseJoint, Configuration, Contact, Finger, Mechanics, Transmission};
 use crate::scene::{Linkage3, P70, Scene, Tendon2};

@@ -10,7 +10,7 @@ use super::model::{Hold, Model};
 use super::noise::{Row, Whitening};
 use super::posterior::JOINT_SHARE;
 use super::prior::{
-    CABLE, FACTOR, FRICTION, K, LEAST_SHARE, ONSET, Place, Prior, Scaling, UNKNOWNS,
+    CABLE, FACTOR, FRICTION, GIVE, K, LEAST_SHARE, ONSET, Place, Prior, Scaling, UNKNOWNS,
 };
 use super::{Data, LEAST_POINTS, onset};
 use crate::finger::Mechanics;
@@ -52,6 +52,8 @@ pub(super) struct Fitted {
     pub(super) x: [f32; UNKNOWNS],
     /// Standard deviation of the location, metre; 0 if it has none.
     pub(super) k_sigma_m: f32,
+    /// Standard deviation of the object's compliance in units of its prior; 0 where it is not fitted.
+    pub(super) give_sigma: f32,
     /// Logarithm of the evidence, integrated over the unknowns (Laplace's approximation).
     pub(super) ln_evidence: f32,
     /// Sum of the squared whitened residuals.
@@ -254,10 +256,16 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             k_sigma_m = length_m * sqrt(variance / sharpened);
             flat = 0.5 * ln(core::f32::consts::TAU / sharpened);
         }
+        let give_sigma = if X::OBJECT_GIVES {
+            sqrt(factor.covariance(GIVE)[GIVE].at_least(0.0))
+        } else {
+            0.0
+        };
         let ln_evidence = -0.5 * self.cost - 0.5 * determinant + flat;
         (ln_evidence.is_finite() && k_sigma_m.is_finite()).then_some(Fitted {
             x: self.x,
             k_sigma_m,
+            give_sigma,
             ln_evidence,
             chi_square: self.chi_square,
             joint_2_rad: self.joint_2_rad,
@@ -342,7 +350,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
                 row.slopes[FACTOR] += prediction.slopes[CABLE] * scaling.cable_by_factor;
             }
             let past_rad = data.end_rad(point) - onset_rad;
-            pass.whitening.whiten(point, past_rad, &mut row);
+            (pass.whitening).whiten(point, past_rad, UNKNOWNS - X::MISSING, &mut row);
             let weight = 1.0 / row.variance;
             pass.squares += row.residual * row.residual * weight;
             pass.logarithms += ln(row.variance);

@@ -41,6 +41,8 @@ pub struct State<C> {
     pub onset: Free<C>,
     /// Change of the joints' angles since.
     pub joints_rad: [f32; MAX_PHALANGES],
+    /// What the object's compliance of 1 m/N would add to the input link's rotation since, over that rotation, newton per metre.
+    pub share_by_give_n_per_m: f32,
 }
 
 impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
@@ -94,6 +96,8 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
                 onset_rad: values[ONSET],
                 onset,
                 joints_rad: model.end().joints_rad,
+                share_by_give_n_per_m: model.end().rotation_by_give_rad_n_per_m
+                    / model.end().rotation_rad,
             })
         };
         let mut state = force_at(0.0)?;

@@ -10,7 +10,7 @@
 //! twist per unit of s, zero at the torque at which c is given. The path is followed to a torque near the solution (the previous
 //! prediction plus the measured increment) and corrected by its slope there. Before the onset y is zero.
 
-use super::prior::{BEND, CABLE, FACTOR, FRICTION, JOINT, K, ONSET, Prior, UNKNOWNS, Values};
+use super::prior::{BEND, CABLE, FACTOR, FRICTION, GIVE, JOINT, K, ONSET, Prior, UNKNOWNS, Values};
 use crate::finger::{Contact, Free, Mechanics, PathPoint};
 use crate::numeric::Bounded;
 use crate::sensing::calibration::MIDDLE_NM;
@@ -109,6 +109,9 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
             Some(contact) => {
                 let mut path = finger.path(at, onset.torque_nm, contact)?;
                 finger.load(&mut path, prior.weight);
+                if X::OBJECT_GIVES {
+                    finger.soften(&mut path, values[GIVE])?;
+                }
                 finger.rub(&mut path, values[FRICTION], prior.half_thickness_m)?;
                 Some(path)
             }
@@ -253,7 +256,8 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
             compliance * excess_nm - cable * (point.free_nm - self.contact_nm) / (factor * factor);
         slopes[CABLE] = twisting_nm;
         slopes[BEND] = -values[CABLE] * bent_nm2;
-        for slope_of in &mut slopes {
+        slopes[GIVE] = gives * at.rotation_by_give_rad_n_per_m;
+        for slope_of in slopes.iter_mut().take(UNKNOWNS - X::MISSING) {
             *slope_of /= -slope;
         }
         excess_nm.is_finite().then_some(Prediction {

@@ -101,9 +101,9 @@ impl Whitening {
         }
     }
 
-    /// Subtracts the prediction of earlier points from a row and updates the states with the innovation; `past_rad` is the angle
+    /// Subtracts the prediction of earlier points from a row of so many unknowns and updates the states with the innovation; `past_rad` is the angle
     /// from the onset to the end of the point.
-    pub(super) fn whiten(&mut self, point: &Point, past_rad: f32, row: &mut Row) {
+    pub(super) fn whiten(&mut self, point: &Point, past_rad: f32, unknowns: usize, row: &mut Row) {
         let turns = point.counts * self.worm_per_count;
         if let Some((time_s, before)) = self.before.replace((point.time_s, turns)) {
             let fading = exp((time_s - point.time_s) / self.noise.wander_s);
@@ -131,7 +131,7 @@ impl Whitening {
             }
         }
         row.residual = update(&mut self.residual, row.residual, &seen, &gain);
-        for (state, slope) in self.slopes.iter_mut().zip(&mut row.slopes) {
+        for (state, slope) in self.slopes.iter_mut().zip(&mut row.slopes).take(unknowns) {
             *slope = update(state, *slope, &seen, &gain);
         }
     }

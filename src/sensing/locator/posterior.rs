@@ -1,7 +1,7 @@
 //! The posterior: all fits, each weighted by its evidence.
 
 use super::fit::Fitted;
-use super::prior::{K, Scaling};
+use super::prior::{GIVE, K, Scaling};
 use super::{Locator, Prior, RADII_M, Track, radius_m};
 use crate::finger::{Class, Mechanics};
 use crate::numeric::{Bounded, exp, ln, sqrt};
@@ -38,6 +38,8 @@ pub struct Estimate {
     pub radius_m: f32,
     /// Its standard deviation, metre.
     pub radius_sigma_m: f32,
+    /// Compliance of the object and its standard deviation, metre per newton; 0 where it is not fitted.
+    pub give_m_per_n: [f32; 2],
     /// Change of the angle of joint 2 since the contact at the end of the curve, radian.
     pub joint_2_rad: f32,
     /// The likeliest fit.
@@ -204,6 +206,7 @@ impl Track {
         let scaling = Scaling::of(prior, self.length_m);
         let has_place = self.phalanx > 1;
         let (mut total, mut k, mut kk, mut r, mut rr) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        let (mut give, mut give_squares) = (0.0, 0.0);
         for (index, fitted) in self.fits.iter().enumerate() {
             let Some(fitted) = fitted else { continue };
             let weight = exp((fitted.ln_evidence - best.ln_evidence) / spread);
@@ -218,9 +221,20 @@ impl Track {
             r += weight * beside_m;
             let half_m = CELL * RATIO * (radius_m(index) + 0.003);
             rr += weight * (beside_m * beside_m + half_m * half_m);
+            if X::OBJECT_GIVES {
+                let (beside, sigma) = (fitted.x[GIVE] - best.x[GIVE], fitted.give_sigma);
+                give += weight * beside;
+                give_squares += weight * (beside * beside + spread * sigma * sigma);
+            }
         }
         let (k, r) = (k / total, r / total);
         let variance = |squares: f32, mean: f32| (squares / total - mean * mean).at_least(0.0);
+        let mut give_m_per_n = [0.0; 2];
+        if X::OBJECT_GIVES {
+            give /= total;
+            let sigma = sqrt(variance(give_squares, give));
+            give_m_per_n = [best.x[GIVE] + give, sigma].map(|x| x * prior.give_m_per_n);
+        }
         let estimate = Estimate {
             phalanx: self.phalanx,
             length_m: self.length_m,
@@ -233,6 +247,7 @@ impl Track {
             k_sigma_m: sqrt(variance(kk, k)),
             radius_m: radius_m(best_index) + r + prior.half_thickness_m,
             radius_sigma_m: sqrt(variance(rr, r)),
+            give_m_per_n,
             joint_2_rad: best.joint_2_rad,
             best: *best,
             best_radius_m: radius_m(best_index) + prior.half_thickness_m,

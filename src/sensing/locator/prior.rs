@@ -5,8 +5,9 @@ use crate::numeric::Bounded;
 use crate::sensing::{Calibration, SeriesElement};
 use core::marker::PhantomData;
 
-/// Number of unknowns: those of the cable are the last two.
-pub(super) const UNKNOWNS: usize = 7;
+/// Number of unknowns: those of the cable and of a soft object are the last ones, and a scene without has no more than
+/// `UNKNOWNS - X::MISSING`.
+pub(super) const UNKNOWNS: usize = 8;
 /// Location, in lengths of the phalanx (at a known place: in deviations from it).
 pub(super) const K: usize = 0;
 /// Measured angle of the input link at the onset.
@@ -21,6 +22,8 @@ pub(super) const JOINT: usize = 4;
 pub(super) const CABLE: usize = 5;
 /// Growth of its stiffness with the torque.
 pub(super) const BEND: usize = 6;
+/// Compliance of the object.
+pub(super) const GIVE: usize = 7;
 
 /// Smallest location, as a share of the phalanx.
 pub(super) const LEAST_SHARE: f32 = 0.007;
@@ -65,6 +68,8 @@ pub struct Prior<X: SeriesElement> {
     pub joint_nm: [f32; 2],
     /// Measured angle of the input link at the onset, radian: mean and deviation.
     pub onset_rad: [f32; 2],
+    /// Deviation of the object's compliance, metre per newton; only of [`SoftObject`](crate::sensing::SoftObject).
+    pub give_m_per_n: f32,
     /// Torque with which the input link holds the finger's weight, newton metre, and its derivative by the angle, newton metre
     /// per radian; 0 with a spring at joint 1.
     pub weight: [f32; 2],
@@ -119,6 +124,10 @@ impl Scaling {
             mean[BEND] = calibration.stiffening_per_nm;
             deviation[BEND] = calibration.stiffening_sigma_per_nm;
         }
+        // What calibrates is rigid.
+        if X::OBJECT_GIVES && matches!(prior.place, Place::Anywhere) {
+            deviation[GIVE] = prior.give_m_per_n;
+        }
         let mut bound = |unknown: usize, least: f32| {
             let least = (least - mean[unknown]) / deviation[unknown].at_least(f32::MIN_POSITIVE);
             lowest[unknown] = lowest[unknown].at_least(least);
@@ -127,6 +136,7 @@ impl Scaling {
         bound(FACTOR, LEAST_FACTOR * mean[FACTOR]);
         bound(CABLE, LEAST_CABLE * mean[CABLE]);
         bound(BEND, 0.0);
+        bound(GIVE, 0.0);
         Self {
             mean,
             deviation,

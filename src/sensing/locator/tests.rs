@@ -17,6 +17,7 @@ pub(super) fn prior() -> Prior<Cable> {
         onset_rad: [ONSET_RAD, 0.03],
         weight: [0.0; 2],
         preload_nm: 0.0,
+        give_m_per_n: 0.0,
         calibration: Calibration {
             torque_factor: 1.0,
             torque_factor_sigma: 0.02,

@@ -24,7 +24,7 @@ use crate::joint_sensor::{JointSensor, NoJointSensor};
 use crate::sensing::block::{Block, BlockAverager, BlockUpdate};
 use crate::sensing::friction::Friction;
 use crate::sensing::location::{Cable, SeriesElement};
-use crate::sensing::{Calibration, Directive, Drive, Drivetrain, Event, Sample, Settings};
+use crate::sensing::{Calibration, Directive, Drive, Drivetrain, Event, Object, Sample, Settings};
 use contact::Contact;
 use record::Learning;
 pub use search::Suspicion;
@@ -127,6 +127,11 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
     /// Change of theta_2 since contact, as the last word on a contact took it into account.
     pub fn joint_change(&self) -> H::Reading {
         self.state.joint_change
+    }
+
+    /// How stiff the object of the last place is; `None` without the option ([`SoftObject`](super::SoftObject)).
+    pub fn object(&self) -> Option<Object> {
+        self.state.object
     }
 
     /// The friction record.

@@ -6,7 +6,7 @@ use crate::finger::Mechanics;
 use crate::joint_sensor::JointSensor;
 use crate::sensing::location::SeriesElement;
 use crate::sensing::locator::{self, Estimate, LocatorResult, Prior};
-use crate::sensing::{Event, NotLocated, Refusal};
+use crate::sensing::{Event, NotLocated, Object, Refusal};
 
 /// Deviation of k, as a share of the phalanx, above which no location is reported: the curve hardly depends on the place.
 const VAGUE: f32 = 0.25;
@@ -131,7 +131,9 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         );
         let (mut k_c, mut force_n, mut force_sigma_n) = (f32::INFINITY, f32::NAN, f32::NAN);
         let [mut onset_rad, _] = prior.onset_rad;
+        let mut share_by_give = f32::NAN;
         if let Some(state) = state {
+            share_by_give = state.share_by_give_n_per_m;
             let known = !contact.collector.is_lost() && !contact.locator.may_be_shared();
             if known {
                 (force_n, force_sigma_n) = (state.force.force_n, state.force.sigma_n);
@@ -144,6 +146,13 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
                 .map_or(f32::INFINITY, |compliance| 1.0 / compliance);
         }
         self.onset_rad = onset_rad;
+        if X::OBJECT_GIVES {
+            let compliance_m_per_n = estimate.give_m_per_n;
+            self.object = Some(Object {
+                compliance_m_per_n,
+                share: compliance_m_per_n.map(|give| share_by_give * give),
+            });
+        }
         contact.reported = Reported::Located {
             phalanx,
             k_m,

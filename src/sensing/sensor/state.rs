@@ -8,7 +8,7 @@ use crate::numeric::sqrt;
 use crate::sensing::curve::{Curve, Point};
 use crate::sensing::location::SeriesElement;
 use crate::sensing::locator::{self, Data, Place, Prior};
-use crate::sensing::{Calibration, Directive, Drivetrain, Event, Friction, Settings};
+use crate::sensing::{Calibration, Directive, Drivetrain, Event, Friction, Object, Settings};
 use core::marker::PhantomData;
 use heapless::Deque;
 
@@ -36,6 +36,8 @@ pub(super) struct SensorState<F: Mechanics, H: JointSensor, X: SeriesElement> {
     pub(super) position_counts: i32,
     /// Change of theta_2 since contact, as the last verdict took it into account.
     pub(super) joint_change: H::Reading,
+    /// See [`Sensor::object`](super::Sensor::object).
+    pub(super) object: Option<Object>,
     /// Measured angle of the input link at which the contact that was located last began, by the fit, radian.
     pub(super) onset_rad: f32,
     pub(super) events: Deque<Event, 4>,
@@ -72,6 +74,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             reading: H::Reading::default(),
             position_counts: 0,
             joint_change: H::Reading::default(),
+            object: None,
             onset_rad: 0.0,
             events: Deque::new(),
             series: PhantomData,
@@ -132,6 +135,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
                 sqrt(joint_sigma_nm * joint_sigma_nm + held_sigma_nm * held_sigma_nm),
             ],
             preload_nm: settings.preload_nm[0],
+            give_m_per_n: settings.object_give_m_per_n,
             weight: collector.weight,
             onset_rad: collector.onset_rad,
             calibration,

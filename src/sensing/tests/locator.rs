@@ -32,6 +32,7 @@ pub(super) fn prior(onset_rad: f32) -> Prior<Cable> {
         onset_rad: [onset_rad, 0.03],
         weight: [0.0; 2],
         preload_nm: 0.0,
+        give_m_per_n: 0.0,
         calibration: CALIBRATION,
         noise: Noise {
             wander_nm: 0.4e-3,

@@ -174,6 +174,7 @@ pub fn contact(rolling: &Rolling, known: &Knowledge, random: &mut Pcg64Mcg) -> O
         onset_rad: [0.0, 0.03],
         weight: [0.0; 2],
         preload_nm: 0.0,
+        give_m_per_n: 0.0,
         calibration: *calibration,
         noise: NOISE,
         series: PhantomData,
