@@ -49,6 +49,24 @@ fn line_json(line: &Line) -> Value {
         if line.class.calibrates() {
             fields.insert("calibrated".into(), json!(line.refused.is_none()));
         }
+        if let Some(object) = &line.object {
+            let [compliance, sigma] = object.compliance_m_per_n;
+            let stiffness = object.stiffness_n_per_m().map_or(f64::NAN, f64::from);
+            for (key, value) in [
+                ("object_n_per_m", stiffness),
+                ("object_least_n_per_m", object.least_n_per_m().into()),
+                ("object_compliance_mm_per_n", 1e3 * f64::from(compliance)),
+                ("object_compliance_sigma_mm_per_n", 1e3 * f64::from(sigma)),
+                ("object_share", object.share[0].into()),
+                (
+                    "true_object_n_per_m",
+                    line.true_object_n_per_m.unwrap_or(f64::NAN),
+                ),
+            ] {
+                fields.insert(key.into(), number(value));
+            }
+            fields.insert("object_relative".into(), json!(object.relative().name()));
+        }
         if let Some(why) = line.refused {
             fields.insert("refused".into(), json!(format!("{why:?}")));
         }
@@ -172,6 +190,17 @@ fn line_text(line: &Line) -> String {
         notes.push(format!("refused: {why:?}"));
     }
     notes.extend(line.problem.map(str::to_owned));
+    notes.extend(line.object.as_ref().map(|object| {
+        let [compliance, sigma] = object.compliance_m_per_n;
+        format!(
+            "object {} than the finger, {:.2} +- {:.2} mm/N (true {:.2})",
+            object.relative().name(),
+            1e3 * compliance,
+            1e3 * sigma,
+            line.true_object_n_per_m
+                .map_or(0.0, |stiffness| 1e3 / stiffness)
+        )
+    }));
     format!(
         "{:<14} {:<9} {:<12} {:>7} {:>6} {:>7} {:>7} {:>8} {:>6} {:>6}  {}\n",
         line.name,

@@ -64,6 +64,11 @@ struct Drive {
     cable_nm_per_rad: f64,
 }
 
+#[derive(Clone, Debug, Deserialize)]
+struct Object {
+    stiffness: Option<f64>,
+}
+
 /// One line of the track: time, torque, f1, k1, f2, k2, theta_1, theta_2.
 type TrackRow = (f64, f64, f64, Option<f64>, f64, Option<f64>, f64, f64);
 
@@ -80,6 +85,7 @@ pub struct Truth {
     #[serde(rename = "K2")]
     pub spring_nm_per_rad: f64,
     contact: FirstContact,
+    object: Option<Object>,
     effective: Effective,
     drive: Drive,
     #[serde(default)]
@@ -104,6 +110,12 @@ impl Truth {
             length_m: length_m(phalanx),
             time_s,
         })
+    }
+
+    /// Stiffness of the springs that hold the object, newton per metre; `None` of a fixed one.
+    #[must_use]
+    pub fn object_n_per_m(&self) -> Option<f64> {
+        self.object.as_ref()?.stiffness
     }
 
     /// Contact force on a phalanx at an instant, newton, between the lines of the track; beyond its ends the end's.

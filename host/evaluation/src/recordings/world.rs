@@ -1,7 +1,7 @@
 //! One world of a folder: the calibration, then every recording with it.
 
 use palpate::finger::Mechanics;
-use palpate::sensing::{Calibration, Directive, Event, Refusal, Sensor};
+use palpate::sensing::{Calibration, Directive, Event, Object, Refusal, Sensor};
 use palpate_cli::progress::ProgressBar;
 use palpate_simulation::Simulated;
 use rayon::prelude::*;
@@ -24,6 +24,10 @@ pub struct Line {
     pub truth: Option<crate::score::Contact>,
     /// True force on the phalanx in contact when a force was told, or at the end of the closing, newton.
     pub true_force_n: f64,
+    /// How stiff the object was said to be, in scenes with that option.
+    pub object: Option<Object>,
+    /// Stiffness of the springs that hold it, newton per metre; `None` of a fixed one.
+    pub true_object_n_per_m: Option<f64>,
     /// For what calibrates: why it was refused, if it was.
     pub refused: Option<Refusal>,
     /// The closing could not be followed, and why.
@@ -204,6 +208,8 @@ fn line<S: Simulated>(recording: &Recording, calibration: Calibration) -> (Line,
             (None, None) => f64::NAN,
         },
         trial,
+        object: sensor.object(),
+        true_object_n_per_m: truth.object_n_per_m(),
         refused,
         problem: match (complete, unrecorded) {
             (false, _) => Some("there is no second closing"),
