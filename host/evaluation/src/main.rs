@@ -256,10 +256,10 @@ fn experiments(options: &Experiments) -> Outcome {
         Some(name) => study.starts_with(name.as_str()),
         None => true,
     };
-    let [changes, second_contacts] = following::NAMES.map(is_wanted);
+    let [changes, second_contacts, soft_objects] = following::NAMES.map(is_wanted);
     if is_wanted("calibration") {
         calibration(&plan, options.json);
-    } else if rows.is_empty() && !changes && !second_contacts {
+    } else if rows.is_empty() && !changes && !second_contacts && !soft_objects {
         return Err("no experiment ran: does --only begin the name of one, and does the world suit the finger?".into());
     }
     if changes {
@@ -267,6 +267,9 @@ fn experiments(options: &Experiments) -> Outcome {
     }
     if second_contacts {
         print_second_contacts(&plan, options.json);
+    }
+    if soft_objects {
+        print_soft_objects(&plan, options.json);
     }
     Ok(())
 }
@@ -294,6 +297,19 @@ fn print_second_contacts(plan: &job::Plan, json: bool) {
     }
     for (seed, error) in &failed {
         eprintln!("second contacts, finger {seed}: {error}");
+    }
+}
+
+/// Objects that give way.
+fn print_soft_objects(plan: &job::Plan, json: bool) {
+    let (scores, failed) = following::soft_objects(plan);
+    if json {
+        following::soft_objects_json(plan, &scores).for_each(|line| println!("{line}"));
+    } else {
+        println!("{}", following::soft_objects_table(&scores));
+    }
+    for (seed, error) in &failed {
+        eprintln!("soft objects, finger {seed}: {error}");
     }
 }
 

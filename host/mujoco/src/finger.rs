@@ -6,7 +6,7 @@ use crate::surroundings::Surroundings;
 use mujoco_rs::prelude::{MjData, MjModel};
 use mujoco_rs::wrappers::mj_model::MjtObjBase;
 use palpate_plant::{
-    Body, CableEnd, Contact, Error, FingerState, Grasp, Mechanics, Parameters, placed,
+    Body, CableEnd, Contact, Error, FingerState, Grasp, Mechanics, Object, Parameters, placed,
 };
 
 /// Share of critical damping in the cable (chosen: nylon rings little).
@@ -302,6 +302,11 @@ impl Mechanics for MujocoFinger {
         self.data = data;
         self.body = body;
         self.state.contacts.clear();
+        Ok(())
+    }
+
+    fn mount(&mut self, object: &Object) -> Result<(), Error> {
+        self.description.hold(&self.parameters, object);
         Ok(())
     }
 

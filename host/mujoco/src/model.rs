@@ -4,7 +4,7 @@ mod xml;
 
 use crate::assembly::Stage;
 use crate::surroundings::{Mount, Surroundings};
-use palpate_plant::{Error, FingerParameters, Parameters};
+use palpate_plant::{Error, FingerParameters, Object, Parameters};
 
 /// Steps of the engine, second: four control periods, or one where the cable's own vibration is too fast for more (no cable fitted)
 /// or the object moves.
@@ -71,6 +71,12 @@ fn inertia(kg_per_m: f64, finger: &FingerParameters) -> f64 {
 }
 
 impl Description {
+    /// Holds objects as this says, from the next model on, with the step that it needs.
+    pub fn hold(&mut self, parameters: &Parameters, object: &Object) {
+        self.surroundings = Surroundings::from(object);
+        self.step_s = usual_step_s(parameters, &self.surroundings);
+    }
+
     pub fn new(
         parameters: &Parameters,
         surroundings: &Surroundings,

@@ -10,7 +10,7 @@ mod reference;
 mod stage;
 
 use crate::object::{Body, Grasp, Point};
-use crate::parameters::Parameters;
+use crate::parameters::{Object, ObjectMount, Parameters};
 use crate::{Contact, Error};
 use balance::Pusher;
 use stage::Stage;
@@ -72,6 +72,8 @@ pub(crate) struct Finger {
     half_thickness: f64,
     damping: f64,
     stop_stiffness: f64,
+    /// Of a surface, and of that with what holds the object in series.
+    surface_stiffness: f64,
     contact_stiffness: f64,
     friction: f64,
     creep_speed: f64,
@@ -182,6 +184,7 @@ impl Finger {
             half_thickness: mechanism.phalanx_half_thickness_m,
             damping: mechanism.damping_nm_s_per_rad,
             stop_stiffness: mechanism.stop_stiffness_nm_per_rad,
+            surface_stiffness: parameters.contact.stiffness_n_per_m,
             contact_stiffness: parameters.contact.stiffness_n_per_m,
             friction: parameters.contact.friction,
             creep_speed: parameters.contact.creep_speed_m_per_s,
@@ -197,6 +200,7 @@ impl Finger {
             memory: Vec::new(),
             pushers: Vec::new(),
         };
+        finger.mount(&parameters.object)?;
         finger.transmit();
         finger.stops = [finger.theta_a, finger.theta_a + finger.stops[1]];
         Ok(finger)
@@ -227,6 +231,21 @@ impl Finger {
             ];
         }
         (joint, along)
+    }
+
+    /// See [`Mechanics::mount`](crate::Mechanics::mount).
+    pub fn mount(&mut self, object: &Object) -> Result<(), Error> {
+        let surface = self.surface_stiffness;
+        self.contact_stiffness = match object.mount {
+            ObjectMount::Fixed => surface,
+            ObjectMount::Spring => 1.0 / (1.0 / surface + 1.0 / object.stiffness_n_per_m),
+            ObjectMount::Free => {
+                return Err(Error::Engine(
+                    "object.mount: the engine plant has no free objects; the engine mujoco has them".into(),
+                ));
+            }
+        };
+        Ok(())
     }
 
     /// Pull of the return cable in a posture, newton.

@@ -5,7 +5,7 @@
 
 use crate::finger::{Finger, Hold, MAX};
 use crate::object::{Body, Grasp, Point};
-use crate::parameters::Parameters;
+use crate::parameters::{Object, Parameters};
 use crate::{Contact, Error};
 use std::fmt::Debug;
 
@@ -58,6 +58,12 @@ pub trait Mechanics: Debug + Send + Sync {
     /// # Errors
     /// The object cannot be there, or overlaps the finger; the previous one then stays.
     fn place(&mut self, grasp: &Grasp) -> Result<(), Error>;
+
+    /// Holds what is placed from now on as this says.
+    ///
+    /// # Errors
+    /// The engine has no such mount.
+    fn mount(&mut self, object: &Object) -> Result<(), Error>;
 
     /// Moves the object by a distance, metre, in contact or not: into the finger it presses.
     ///
@@ -150,6 +156,10 @@ impl Mechanics for Quasistatic {
         }
         self.body = body;
         Ok(())
+    }
+
+    fn mount(&mut self, object: &Object) -> Result<(), Error> {
+        self.finger.mount(object)
     }
 
     fn shift(&mut self, by_m: Point) -> Result<(), Error> {

@@ -7,7 +7,7 @@ use crate::encoder::QuadratureEncoder;
 use crate::last::Last;
 use crate::mechanics::{CableEnd, Mechanics, Quasistatic};
 use crate::object::Grasp;
-use crate::parameters::{ObjectMount, Parameters};
+use crate::parameters::{Object, Parameters};
 use crate::supply;
 use crate::{Error, Faults, FirstContact, Pins, Truth};
 use rand::{RngExt, SeedableRng};
@@ -60,15 +60,9 @@ impl Plant {
     /// same noise.
     ///
     /// # Errors
-    /// A parameter out of range, a four-bar that does not close, an object that cannot be where it is wanted, or that is not
-    /// fixed.
+    /// A parameter out of range, a four-bar that does not close, an object that cannot be where it is wanted, or that is free.
     pub fn new(parameters: &Parameters, grasp: &Grasp, seed: u64) -> Result<Self, Error> {
         parameters.validate()?;
-        if parameters.object.mount != ObjectMount::Fixed {
-            return Err(Error::Engine(
-                "object.mount: the engine plant has fixed objects only; the engine mujoco has the others".into(),
-            ));
-        }
         let mechanics = Quasistatic::new(parameters)?;
         Self::with_mechanics(parameters, Box::new(mechanics), grasp, seed)
     }
@@ -149,6 +143,16 @@ impl Plant {
     pub fn place(&mut self, grasp: &Grasp) -> Result<(), Error> {
         self.mechanics.place(grasp)?;
         self.first = None;
+        Ok(())
+    }
+
+    /// Holds what is placed from now on as this says.
+    ///
+    /// # Errors
+    /// The engine has no such mount.
+    pub fn mount(&mut self, object: &Object) -> Result<(), Error> {
+        self.mechanics.mount(object)?;
+        self.parameters.object = *object;
         Ok(())
     }
 

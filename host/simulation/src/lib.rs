@@ -12,6 +12,7 @@ mod outcome;
 pub mod second_contacts;
 mod simulation;
 mod slow;
+pub mod soft_objects;
 mod trace;
 
 pub use board::{Board, PERIOD_S};

@@ -9,7 +9,7 @@ use palpate::drive::controller::Controller;
 use palpate::drive::sequence::{Refused, Request, State};
 use palpate::scene::Scene;
 use palpate::sensing::{Calibration, Directive};
-use palpate_plant::{Grasp, Parameters, Plant, Shape};
+use palpate_plant::{Grasp, Object, ObjectMount, Parameters, Plant, Shape};
 
 /// A scene that can be simulated: any that the plant has values of.
 pub trait Simulated: Scene<Finger: Clone + std::fmt::Debug> + Clone + std::fmt::Debug {
@@ -165,7 +165,7 @@ impl<S: Simulated> Simulation<S> {
         self.motion(Request::Open, Directive::Watch)
     }
 
-    /// Closes on a pin of the diameter that the scene asks for, at a known place, learns from it, opens.
+    /// Closes on a pin of the diameter that the scene asks for, fixed at a known place, learns from it, opens.
     ///
     /// # Errors
     /// No such place; the sequence refused.
@@ -174,9 +174,15 @@ impl<S: Simulated> Simulation<S> {
             diameter_m: 2.0 * f64::from(S::settings().pin_radius_m),
         };
         let grasp = Grasp::touching(phalanx, k_m.into(), theta_1_rad, pin);
-        self.machine.board.plant.place(&grasp)?;
+        let object = self.plant().parameters().object;
+        self.plant().mount(&Object {
+            mount: ObjectMount::Fixed,
+            ..object
+        })?;
+        self.plant().place(&grasp)?;
         let outcome = self.motion(Request::Close, Directive::Calibrate { phalanx, k_m })?;
         self.open()?;
+        self.plant().mount(&object)?;
         Ok(outcome)
     }
 

@@ -4,14 +4,14 @@ use super::within;
 use crate::Error;
 use serde::Deserialize;
 
-/// What holds the object. This crate's own engine knows fixed objects only.
+/// What holds the object. This crate's own engine has no free ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ObjectMount {
     /// It does not move.
     #[default]
     Fixed,
-    /// On springs along both axes of the plane.
+    /// On springs: along both axes of the plane, in this crate's own engine along the contact's normal.
     Spring,
     /// Free in the plane; gravity acts on it as on the finger.
     Free,
