@@ -89,7 +89,10 @@ where
         ) {
             let mut rubbed = path.clone();
             finger.rub(&mut rubbed, other, radius_m);
-            for path in [&mut path, &mut rubbed] {
+            let mut soft = path.clone();
+            finger.soften(&mut soft, other);
+            finger.rub(&mut soft, angle, radius_m);
+            for path in [&mut path, &mut rubbed, &mut soft] {
                 for rise in [other, 1e-3, angle] {
                     if let Some(p) = finger.follow(path, rise) {
                         let numbers = [

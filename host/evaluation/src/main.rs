@@ -82,7 +82,7 @@ struct Experiments {
     /// What computes finger and object: plant, or mujoco.
     #[arg(long)]
     engine: Option<Engine>,
-    /// How objects are held: fixed, spring or free, the last two with the engine mujoco; the world says the rest.
+    /// How objects are held: fixed, spring or free, the last with the engine mujoco; the world says the rest.
     #[arg(long)]
     mount: Option<ObjectMount>,
     /// Seed of everything that is drawn at random.

@@ -133,6 +133,7 @@ const FEATURES: &[(&str, &str)] = &[
     ("sensing::location::Rigid", "sensing::location::Rigid"),
     ("sensing::location::Cable", "sensing::location::Cable"),
     ("::learn_from_press", "sensing::location::Cable"),
+    ("log::events::object", "sensing::location::SoftObject"),
     ("following::watch::", "following::watch::Follow<"),
     ("finger::held::", "following::watch::Follow<"),
     ("following::changes::", "following::changes::Changes<"),

@@ -96,6 +96,18 @@ fn a_value_out_of_range_is_named_with_its_range() {
             "`options.contact_changes` = true is not possible with [return_cable] or a spring at rest beyond its stop",
         ),
         (
+            "finger.rest_deg = [0, -5]\noptions.object_stiffness = true",
+            "`options.object_stiffness` = true is not possible with [return_cable] or a spring at rest beyond its stop",
+        ),
+        (
+            "options = { object_stiffness = true, second_contact = true }",
+            "`options.second_contact` = true is not possible with `options.object_stiffness` = true",
+        ),
+        (
+            "sensing.object_compliance_sigma_m_per_n = 0",
+            "`sensing.object_compliance_sigma_m_per_n` = 0 is out of range, allowed 0.000001 to 1",
+        ),
+        (
             "finger.joint_min_deg = [-30, 10]\nfinger.rest_deg = [0, -85]",
             "`finger.rest_deg[1]` = -85 is out of range, allowed -80 to 120",
         ),

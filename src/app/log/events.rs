@@ -156,6 +156,8 @@ pub fn event(log: &mut impl Log, event: &Event) {
 }
 
 /// Logs how stiff an object is.
+// A symbol of its own: its absence shows that a scene without the option does not carry this.
+#[inline(never)]
 pub fn object(log: &mut impl Log, told: &Object) {
     let [compliance, sigma] = told.compliance_m_per_n;
     let [share, share_sigma] = told.share;

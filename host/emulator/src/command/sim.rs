@@ -54,9 +54,12 @@ pub struct Options {
     /// What computes finger and object: `plant`, or `mujoco` where the program was built with it (`cargo xtask` does)
     #[arg(long, value_name = "ENGINE")]
     engine: Option<Engine>,
-    /// How the object is held: `fixed`, `spring` or `free`, the last two with the engine mujoco; the world says the rest
+    /// How the object is held: `fixed`, `spring` or `free`, the last with the engine mujoco; the world says the rest
     #[arg(long, value_name = "MOUNT")]
     mount: Option<ObjectMount>,
+    /// Stiffness of springs that hold the object (and no pin), newton per millimetre
+    #[arg(long, value_name = "N/MM", value_parser = finite, conflicts_with = "mount")]
+    object_n_per_mm: Option<f64>,
     /// Writes what was measured and what is true, a row a millisecond
     #[arg(long, value_name = "FILE.csv")]
     trace: Option<PathBuf>,
@@ -205,6 +208,10 @@ fn settings(options: &Options) -> Result<Settings, Error> {
     }
     if let Some(mount) = options.mount {
         parameters.object.mount = mount;
+    }
+    if let Some(stiffness) = options.object_n_per_mm {
+        parameters.object.mount = ObjectMount::Spring;
+        parameters.object.stiffness_n_per_m = 1e3 * stiffness;
     }
     let object = Object {
         phalanx: if options.proximal { 1 } else { options.phalanx },

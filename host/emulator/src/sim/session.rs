@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! A run from power-on to the end of the script, with the whole log of the firmware.
 
-use palpate_plant::{Grasp, Parameters, Truth};
+use palpate_plant::{Grasp, ObjectMount, Parameters, Truth};
 
 use super::grasp::Object;
 use super::script::{Script, Step};
@@ -253,6 +253,13 @@ impl<'f> Session<'f> {
         if let Some(plant) = self.machine.plant_mut()
             && !self.placed
         {
+            let held = self.settings.parameters.object;
+            let mount = if object == self.settings.object {
+                held.mount
+            } else {
+                ObjectMount::Fixed // a pin that calibrates
+            };
+            plant.mount(&palpate_plant::Object { mount, ..held })?;
             plant.place(&object.map_or(Grasp::Free, |object| object.grasp()))?;
             self.placed = true;
         }

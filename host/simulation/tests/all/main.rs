@@ -19,6 +19,7 @@ mod scenes;
 mod second;
 mod settings;
 mod skin;
+mod soft;
 mod softer;
 mod speed;
 mod support;
