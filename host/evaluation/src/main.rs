@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand};
 use palpate_evaluation::experiments::{
     ablation, calibration, catalogue, document, fingerprint, following, job, result, run,
-    sensitivity,
+    sensitivity, soft_objects,
 };
 use palpate_evaluation::{false_contacts, figures, recordings};
 use palpate_plant::{Engine, ObjectMount, World};
@@ -256,10 +256,11 @@ fn experiments(options: &Experiments) -> Outcome {
         Some(name) => study.starts_with(name.as_str()),
         None => true,
     };
-    let [changes, second_contacts, soft_objects] = following::NAMES.map(is_wanted);
+    let [changes, second_contacts] = following::NAMES.map(is_wanted);
+    let soft = is_wanted(soft_objects::NAME);
     if is_wanted("calibration") {
         calibration(&plan, options.json);
-    } else if rows.is_empty() && !changes && !second_contacts && !soft_objects {
+    } else if rows.is_empty() && !changes && !second_contacts && !soft {
         return Err("no experiment ran: does --only begin the name of one, and does the world suit the finger?".into());
     }
     if changes {
@@ -268,7 +269,7 @@ fn experiments(options: &Experiments) -> Outcome {
     if second_contacts {
         print_second_contacts(&plan, options.json);
     }
-    if soft_objects {
+    if soft {
         print_soft_objects(&plan, options.json);
     }
     Ok(())
@@ -302,11 +303,13 @@ fn print_second_contacts(plan: &job::Plan, json: bool) {
 
 /// Objects that give way.
 fn print_soft_objects(plan: &job::Plan, json: bool) {
-    let (scores, failed) = following::soft_objects(plan);
+    let (scores, failed) = soft_objects::study(plan);
     if json {
-        following::soft_objects_json(plan, &scores).for_each(|line| println!("{line}"));
+        for line in soft_objects::lines(plan, &scores) {
+            println!("{line}");
+        }
     } else {
-        println!("{}", following::soft_objects_table(&scores));
+        println!("{}", soft_objects::table(&scores));
     }
     for (seed, error) in &failed {
         eprintln!("soft objects, finger {seed}: {error}");

@@ -136,6 +136,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             theta_a_rad: collector.onset_rad[0],
             torque_nm: collector.torque_nm,
         });
+        state.object = None;
         self.stage = Stage::Contact(Contact {
             collector,
             locator: Locator::default(),

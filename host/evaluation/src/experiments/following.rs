@@ -1,18 +1,18 @@
-//! What comes with a contact: second ones, what becomes of one that is held, and objects that give way.
+//! What follows the first contact: second contacts, and what becomes of a contact that is held.
 
 use palpate::finger::HoldsTwice;
 use palpate_document::table::head;
-use palpate_scenes::{Linkage3, P70, P70Hold, P70Soft, Tendon3};
+use palpate_scenes::{Linkage3, P70, P70Hold, Tendon3};
 use palpate_simulation::changes::{self, KINDS, Scores};
 use palpate_simulation::second_contacts::{self, Score};
-use palpate_simulation::{Error, Simulated, soft_objects};
+use palpate_simulation::{Error, Simulated};
 use serde_json::{Value, json};
 
 use super::fingers;
 use super::job::Plan;
 
 /// Names, as `--only` takes them.
-pub const NAMES: [&str; 3] = ["changes", "second contacts", "soft objects"];
+pub const NAMES: [&str; 2] = ["changes", "second contacts"];
 
 /// Grasps of one finger in which a second contact is looked for.
 const GRASPS: usize = 20;
@@ -133,91 +133,6 @@ pub fn second_contacts_table(scores: &[(&'static str, Score)]) -> String {
         );
     }
     text
-}
-
-/// Objects of one finger at each stiffness.
-const OBJECTS: usize = 10;
-
-/// Soft objects felt by the scene that expects them, and by the default one, calibrated.
-#[must_use]
-pub fn soft_objects(plan: &Plan) -> ([Vec<soft_objects::Score>; 2], Failed) {
-    let seeds = || plan.seed + 6000..plan.seed + 6000 + plan.fingers(1, 10);
-    let (soft, mut failed) = fingers::each("fingers on soft objects", seeds(), |seed| {
-        soft_objects::finger::<P70Soft>(&plan.world, seed, OBJECTS)
-    });
-    let (rigid, more) = fingers::each("fingers that take them to be rigid", seeds(), |seed| {
-        soft_objects::finger::<P70>(&plan.world, seed, OBJECTS)
-    });
-    failed.extend(more);
-    let total = |all: &[Vec<soft_objects::Score>]| -> Vec<soft_objects::Score> {
-        let level = |index: usize| {
-            (all.iter().filter_map(|scores| scores.get(index)))
-                .fold(soft_objects::Score::default(), soft_objects::Score::with)
-        };
-        (0..soft_objects::LEVELS.len()).map(level).collect()
-    };
-    ([total(&soft), total(&rigid)], failed)
-}
-
-fn stiffness(level: Option<f64>) -> String {
-    level.map_or_else(
-        || "fixed".to_owned(),
-        |level| format!("{:.2}", 1e-3 * level),
-    )
-}
-
-/// Soft objects as a table.
-#[must_use]
-pub fn soft_objects_table([soft, rigid]: &[Vec<soft_objects::Score>; 2]) -> String {
-    let mut text = head(
-        "object, N/mm | n | located | error, mean, % | within 2σ, % | compliance off by, mean, mm/N | within 2σ, % | stiffness told | \
-         taken to be rigid: located | error, mean, % | within 2σ, %",
-    );
-    for ((level, soft), rigid) in soft_objects::LEVELS.iter().zip(soft).zip(rigid) {
-        let [error, within] = soft_objects::summary(&soft.places);
-        let [off, honest] = soft_objects::summary(&soft.compliances);
-        let [other, other_within] = soft_objects::summary(&rigid.places);
-        text += &format!(
-            "| {} | {} | {} | {:.2} | {within:.0} | {:.2} | {honest:.0} | {} | {} | {:.2} | {other_within:.0} |\n",
-            stiffness(*level),
-            soft.closings,
-            soft.places.len(),
-            100.0 * error,
-            1e3 * off,
-            soft.clear,
-            rigid.places.len(),
-            100.0 * other,
-        );
-    }
-    text
-}
-
-/// Soft objects as lines of JSON.
-pub fn soft_objects_json(
-    plan: &Plan,
-    [soft, rigid]: &[Vec<soft_objects::Score>; 2],
-) -> impl Iterator<Item = Value> {
-    let place = plan.place.clone();
-    let line = move |(scene, level, score): (&str, Option<f64>, &soft_objects::Score)| {
-        let [error, within] = soft_objects::summary(&score.places);
-        let [off, honest] = soft_objects::summary(&score.compliances);
-        json!({
-            "type": "soft-objects", "world": place.world, "engine": place.engine, "scene": scene, "stiffness_n_per_m": level,
-            "n": score.closings, "located": score.places.len(), "elsewhere": score.elsewhere,
-            "mean_abs_err_pct": 100.0 * error, "within_2sigma_pct": within,
-            "compliance_mean_abs_err_mm_per_n": 1e3 * off, "compliance_within_2sigma_pct": honest, "stiffness_told": score.clear,
-        })
-    };
-    let of = |scene: &'static str, scores: &[soft_objects::Score]| -> Vec<_> {
-        let levels = soft_objects::LEVELS.iter().zip(scores);
-        levels
-            .map(|(level, score)| (scene, *level, score.clone()))
-            .collect()
-    };
-    let mut all = of("p70-soft", soft);
-    all.extend(of("p70", rigid));
-    all.into_iter()
-        .map(move |(scene, level, score)| line((scene, level, &score)))
 }
 
 /// Second contacts as lines of JSON.

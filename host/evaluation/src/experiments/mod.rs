@@ -15,3 +15,4 @@ pub mod result;
 pub mod run;
 pub mod sensitivity;
 pub mod session;
+pub mod soft_objects;
