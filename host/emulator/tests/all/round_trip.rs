@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use crate::support::firmware;
 use palpate_emulator::Firmware;
 use palpate_emulator::sim::{Object, Script, Session, Settings, end_of};
-use palpate_evaluation::replay::{Comparison, Replayer, fields, followed_fields};
+use palpate_evaluation::replay::{Comparison, Replayer};
 use palpate_evaluation::trace::stream;
 use palpate_monitor::recording::Recording;
 use palpate_monitor::stream::{Message, parse};
@@ -45,7 +45,7 @@ fn session<'f>(
 #[derive(Debug)]
 struct Trip {
     rows: usize,
-    /// Names of the events, of the first contact and then of what followed it.
+    /// Names of the events, in the order of time.
     said: Vec<&'static str>,
     compared: Comparison,
 }
@@ -72,14 +72,10 @@ fn round_trip(scene: &str, session: &Session<'_>) -> Trip {
     let rows = rows.expect("every millisecond has its sample");
     std::fs::remove_file(&file).expect("the file is there");
     let (found, compared) = (Replayer::of(scene).expect(scene).again)(&rows);
-    let first = found.told.iter().map(|told| fields(&told.event).0);
-    let followed = found
-        .followed
-        .iter()
-        .map(|(_, event)| followed_fields(event).0);
+    let said = found.lines().into_iter().map(|(_, (name, _))| name);
     let trip = Trip {
         rows: rows.len(),
-        said: first.chain(followed).collect(),
+        said: said.collect(),
         compared,
     };
     println!("{trip:?}");
@@ -98,7 +94,7 @@ impl Trip {
 }
 
 /// What the log of a normal motion may hold, each with what its reader learns or does.
-const NORMAL: [(&str, &str); 19] = [
+const NORMAL: [(&str, &str); 20] = [
     ("boot", "which firmware, for which finger"),
     ("reset", "why it started"),
     (
@@ -111,6 +107,7 @@ const NORMAL: [(&str, &str); 19] = [
     ("hint", "what to do next to calibrate"),
     ("touch", "when and where contact began"),
     ("located", "the result"),
+    ("object", "how stiff the object is"),
     ("not-located", "why there is none"),
     ("branch", "what the sensor of joint 2 says of it"),
     ("second-contact", "that another phalanx touches too"),
@@ -199,4 +196,15 @@ fn a_second_contact_is_replayed_as_well() {
     };
     let session = session(&firmware, "p70-grasp", object, "trace on; run", None);
     round_trip("p70-grasp", &session).has(&["touch", "second-contact", "grasp"]);
+}
+
+/// A place with the stiffness of its object, which the default scene would misplace.
+#[test]
+fn the_stiffness_of_an_object_is_replayed_as_well() {
+    let Some(firmware) = support::image(support::SOFT) else {
+        return;
+    };
+    let commands = "trace on; record-friction; calibrate cable; run";
+    let session = session(&firmware, "p70-soft", Object::default(), commands, None);
+    round_trip("p70-soft", &session).has(&["touch", "located", "object"]);
 }

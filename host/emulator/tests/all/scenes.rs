@@ -6,7 +6,7 @@ use palpate_emulator::Firmware;
 use palpate_emulator::sim::{
     CONTROL_INSTRUCTIONS, Object, Script, Session, Settings, Summary, Told, end_of,
 };
-use palpate_plant::{Grasp, Parameters};
+use palpate_plant::{Grasp, ObjectMount, Parameters};
 
 /// A grasp; control stays within its bounds whatever a scene adds to it.
 fn grasp<'f>(
@@ -244,4 +244,51 @@ fn a_second_contact_is_told_of_a_power_grasp_only() {
     assert_eq!(power, ("enveloped".to_owned(), Some("2".to_owned())));
     let single = held(&firmware, 50.0, 10.0);
     assert_eq!(single, ("single".to_owned(), None));
+}
+
+/// An object on springs of 0.5 N/mm behind pins that are fixed.
+#[test]
+fn the_stiffness_of_an_object_is_told() {
+    let Some(firmware) = support::image(support::SOFT) else {
+        return;
+    };
+    let mut parameters = Parameters::of("p70-soft").expect("a scene");
+    parameters.object.mount = ObjectMount::Spring;
+    parameters.object.stiffness_n_per_m = 500.0;
+    let settings = Settings {
+        parameters,
+        object: Some(Object {
+            contact_mm: 35.0,
+            ..Object::default()
+        }),
+        script: Script::calibration(&[21.0, 52.0]),
+        ..Settings::default()
+    };
+    let session = end_of(&firmware, settings).expect("the firmware keeps to the rules of the chip");
+    assert!(session.completed() && session.faults.is_empty());
+    let events: Vec<_> = session.lines.iter().map(|line| line.event()).collect();
+    let last = |name: &str| {
+        let found = events.iter().rfind(|event| event.name == name);
+        found.unwrap_or_else(|| panic!("no line {name}"))
+    };
+    let place = last("located");
+    let [k_mm, sigma_mm] = ["k_mm", "sigma_mm"].map(|key| place.number(key).expect("a number"));
+    assert!(
+        (k_mm - 35.0).abs() < 2.0 * sigma_mm && sigma_mm < 2.0,
+        "{k_mm} {sigma_mm}"
+    );
+    let object = last("object");
+    let [given, sigma, least] = [
+        "compliance_mm_per_n",
+        "compliance_sigma_mm_per_n",
+        "least_n_per_mm",
+    ]
+    .map(|key| object.number(key).expect("a number"));
+    assert!(
+        (given - 2.0).abs() < 2.0 * sigma && sigma < 0.6,
+        "{given} {sigma}"
+    );
+    assert!(least < 0.5, "{least}");
+    let told = events.iter().filter(|event| event.name == "object");
+    assert_eq!(told.count(), 1, "with the last word, and not of a pin");
 }

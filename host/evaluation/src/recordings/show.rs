@@ -192,13 +192,13 @@ fn line_text(line: &Line) -> String {
     notes.extend(line.problem.map(str::to_owned));
     notes.extend(line.object.as_ref().map(|object| {
         let [compliance, sigma] = object.compliance_m_per_n;
+        let stiffness = line.true_object_n_per_m;
         format!(
-            "object {} than the finger, {:.2} +- {:.2} mm/N (true {:.2})",
-            object.relative().name(),
+            "object {:.2} +- {:.2} mm/N (true {:.2}), against the finger {}",
             1e3 * compliance,
             1e3 * sigma,
-            line.true_object_n_per_m
-                .map_or(0.0, |stiffness| 1e3 / stiffness)
+            stiffness.map_or(0.0, |stiffness| 1e3 / stiffness),
+            object.relative().name(),
         )
     }));
     format!(

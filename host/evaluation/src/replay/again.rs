@@ -11,13 +11,14 @@ use palpate::app::storage::record::{Record, scene_id};
 use palpate::drive::Fault;
 use palpate::drive::sequence::State;
 use palpate::scene::Scene;
-use palpate::sensing::{Directive, Event, Followed, JointSensor};
+use palpate::sensing::{Directive, Event, Followed, JointSensor, Object};
 
-use super::{Fields, Replay, Source, TimedEvent, fields, followed_fields, note};
+use super::event::object_of;
+use super::{Fields, Replay, Source, TimedEvent, fields, followed_fields, note, object_fields};
 use crate::trace::Streamed;
 
 /// Lines that say what the sensing found.
-const EVENTS: [&str; 15] = [
+const EVENTS: [&str; 16] = [
     "friction-recorded",
     "friction-not-recorded",
     "friction-stale",
@@ -25,6 +26,7 @@ const EVENTS: [&str; 15] = [
     "stiffness",
     "touch",
     "located",
+    "object",
     "ambiguous",
     "not-located",
     "calibrated",
@@ -53,6 +55,7 @@ pub fn again<S: Scene>(stream: &[Streamed]) -> (Replay, Comparison) {
         kept: Vec::new(),
     };
     let (mut told, mut followed, mut evidence) = (Vec::new(), Vec::new(), Vec::new());
+    let mut objects = Vec::new();
     let mut live = Vec::new();
     let mut said = Vec::new();
     for (index, row) in stream.iter().enumerate() {
@@ -77,6 +80,10 @@ pub fn again<S: Scene>(stream: &[Streamed]) -> (Replay, Comparison) {
         if let Some(event) = event {
             said.push((index + 1, Said::Event(event)));
             told.push(TimedEvent { time_us, event });
+            if let Some(object) = object_of(&event, following.sensing.object()) {
+                said.push((index + 1, Said::Object(object)));
+                objects.push((time_us, object));
+            }
         }
         if let Some(event) = after {
             said.push((index + 1, Said::After(event)));
@@ -87,6 +94,7 @@ pub fn again<S: Scene>(stream: &[Streamed]) -> (Replay, Comparison) {
         friction: Source::Live,
         told,
         followed,
+        objects,
         evidence,
         settings: *following.sensing.sensor().settings(),
         calibration: *following.sensing.calibration(),
@@ -99,6 +107,7 @@ pub fn again<S: Scene>(stream: &[Streamed]) -> (Replay, Comparison) {
 enum Said {
     Event(Event),
     After(Followed),
+    Object(Object),
 }
 
 impl Said {
@@ -106,6 +115,7 @@ impl Said {
         match self {
             Self::Event(event) => log::event(log, event),
             Self::After(event) => log::followed(log, event),
+            Self::Object(object) => log::object(log, object),
         }
     }
 
@@ -113,6 +123,7 @@ impl Said {
         match self {
             Self::Event(event) => fields(event),
             Self::After(event) => followed_fields(event),
+            Self::Object(object) => object_fields(object),
         }
     }
 }

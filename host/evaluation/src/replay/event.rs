@@ -1,7 +1,7 @@
 //! Events as the firmware's log has them.
 
 use palpate::app::log;
-use palpate::sensing::{Event, Followed};
+use palpate::sensing::{Event, Followed, Object};
 use serde_json::{Map, Value, json};
 
 /// Name and fields of what is written to a log; null what is not known.
@@ -37,6 +37,18 @@ pub fn fields(event: &Event) -> Fields {
 #[must_use]
 pub fn followed_fields(event: &Followed) -> Fields {
     written(|line| log::followed(&mut log::Fields(line), event))
+}
+
+/// The same of how stiff an object is.
+#[must_use]
+pub fn object_fields(object: &Object) -> Fields {
+    written(|line| log::object(&mut log::Fields(line), object))
+}
+
+/// How stiff the object of an event is, where the scene's sensing tells it with this event.
+#[must_use]
+pub fn object_of(event: &Event, last: Option<Object>) -> Option<Object> {
+    last.filter(|_| matches!(event, Event::Located { settled: true, .. }))
 }
 
 /// An event as a log line: `name key=value key=value`.

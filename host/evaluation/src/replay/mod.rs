@@ -17,19 +17,20 @@ mod find;
 use again::again;
 
 pub use again::Comparison;
-pub use event::{Fields, fields, followed_fields, line};
+pub use event::{Fields, fields, followed_fields, line, object_fields};
 pub use find::{MotionSegment, NoFreeClosing};
 
 use palpate::finger::Mechanics;
 use palpate::sample::{Drive, Sample};
 use palpate::scene::Scene;
 use palpate::sensing::{
-    AfterContact, Calibration, Directive, Event, Followed, NoJointSensor, Sensor, SeriesElement,
-    Settings, Suspicion,
+    AfterContact, Calibration, Directive, Event, Followed, NoJointSensor, Object, Sensor,
+    SeriesElement, Settings, Suspicion,
 };
 
 use crate::recordings::protocol::{Speeds, idle_after};
 use crate::trace::{PERIOD_US, Streamed};
+use event::object_of;
 
 /// Where the recording of friction was found.
 #[derive(Clone, Debug, PartialEq)]
@@ -97,6 +98,8 @@ pub struct Replay {
     pub told: Vec<TimedEvent>,
     /// What it said after the first contact, in scenes with that option, with the time from the recording's begin.
     pub followed: Vec<(u64, Followed)>,
+    /// How stiff the objects of its places are, in scenes with that option; times in microseconds.
+    pub objects: Vec<(u64, Object)>,
     /// How near the search for a contact was to a decision, with the time from the recording's begin, wherever it changed.
     pub evidence: Vec<(u64, Suspicion)>,
     /// The settings in force.
@@ -121,7 +124,9 @@ impl Replay {
         let told = (self.told.iter()).map(|told| (told.time_us, fields(&told.event)));
         let followed =
             (self.followed.iter()).map(|(time_us, event)| (*time_us, followed_fields(event)));
-        let mut lines: Vec<_> = told.chain(followed).collect();
+        let objects =
+            (self.objects.iter()).map(|(time_us, object)| (*time_us, object_fields(object)));
+        let mut lines: Vec<_> = told.chain(objects).chain(followed).collect();
         lines.sort_by_key(|(time_us, _)| *time_us);
         lines
     }
@@ -192,6 +197,7 @@ fn replay<S: Scene>(samples: &[Sample], before: &Preparation, purpose: Directive
     let mut after = S::After::default();
     after.direct(purpose);
     let (mut told, mut followed, mut evidence) = (Vec::new(), Vec::new(), Vec::new());
+    let mut objects = Vec::new();
     let mut last_us = None;
     let mut take_after =
         |sensor: &mut Sensor<_, _, _>, sample: &Sample, before: usize, told: &[TimedEvent]| {
@@ -199,6 +205,13 @@ fn replay<S: Scene>(samples: &[Sample], before: &Preparation, purpose: Directive
             if let Some(event) = after.sample(sensor, sample, told) {
                 followed.push((sample.time_us, event));
             }
+        };
+    let mut take_object =
+        |sensor: &Sensor<_, _, _>, sample: &Sample, before: usize, told: &[TimedEvent]| {
+            let object = told
+                .get(before)
+                .and_then(|told| object_of(&told.event, sensor.object()));
+            objects.extend(object.map(|object| (sample.time_us, object)));
         };
     for sample in &samples[from..] {
         // The sensing judges what it has when the drive stops; across a gap nothing is known.
@@ -209,6 +222,7 @@ fn replay<S: Scene>(samples: &[Sample], before: &Preparation, purpose: Directive
         };
         let (sample, before) = (if gap { &idle } else { sample }, told.len());
         take(&mut sensor, sample, &mut told);
+        take_object(&sensor, sample, before, &told);
         take_after(&mut sensor, sample, before, &told);
         note(&mut evidence, sample.time_us, sensor.suspicion());
         last_us = Some(sample.time_us);
@@ -216,12 +230,14 @@ fn replay<S: Scene>(samples: &[Sample], before: &Preparation, purpose: Directive
     for idle in idle_after(samples) {
         let before = told.len();
         take(&mut sensor, &idle, &mut told);
+        take_object(&sensor, &idle, before, &told);
         take_after(&mut sensor, &idle, before, &told);
     }
     Replay {
         friction,
         told,
         followed,
+        objects,
         evidence,
         settings: *sensor.settings(),
         calibration: *sensor.calibration(),
