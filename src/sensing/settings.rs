@@ -34,6 +34,9 @@ pub struct Settings {
     /// Torque with which springs hold these joints at their stops in a finger without a spring at joint 1, newton metre: mean and
     /// deviation.
     pub preload_nm: [f32; 2],
+    /// Forces over those that the scene's springs would have, where a scale has told: the springs' stiffness, on which no location
+    /// depends, and what contact friction changes.
+    pub force_scale: Option<f32>,
     /// Standard deviation of the object's compliance from none, metre per newton, above 0 where objects may be soft
     /// ([`SoftObject`](super::SoftObject)).
     pub object_give_m_per_n: f32,
@@ -82,6 +85,7 @@ impl Default for Settings {
             // Pins of some millimetre in plain bearings, up to 10 N (R, chosen).
             joint_friction_nm: [0.2e-3, 0.4e-3],
             preload_nm: [0.0; 2],
+            force_scale: None,
             object_give_m_per_n: 0.0,
             leverage_sigma: 0.0,
             swing_nm: 0.0,

@@ -131,6 +131,9 @@ struct Recordings {
     /// Without calibration; what calibrates is left out.
     #[arg(long)]
     uncalibrated: bool,
+    /// A scale stands under the pins that calibrate: what it reads sets `force-scale`
+    #[arg(long, conflicts_with = "uncalibrated")]
+    scale: bool,
     /// Only recordings with this in their name (what calibrates them is replayed all the same).
     #[arg(long)]
     only: Option<String>,
@@ -164,6 +167,7 @@ fn recordings(options: &Recordings) -> Outcome {
         directory: options.directory.clone(),
         only: options.only.clone(),
         uncalibrated: options.uncalibrated,
+        scale: options.scale,
     };
     let worlds = recordings::run(&options.scene, &plan)?;
     if options.json {

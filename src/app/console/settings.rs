@@ -74,6 +74,8 @@ settings! {
     Efficiency "efficiency" "%" 1e-2, 5.0 to 95.0;
     /// Coefficient of friction between the phalanges' skin and objects, as a share.
     ContactFriction "contact-friction" "%" 1e-2, 0.0 to 150.0;
+    /// What a scale under a contact reads over the force that is told with the scene's springs (this setting at 1).
+    ForceScale "force-scale" "%" 1e-2, 50.0 to 200.0;
     /// Supply voltage below which the bridge is switched off, volt.
     // The bridge runs from 4.5 V; the winding is made for 12 V.
     SupplyMin "supply-min" "V" 1.0, 4.5 to 12.0;

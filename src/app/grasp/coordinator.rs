@@ -371,6 +371,7 @@ fn default_value<S: Scene>(setting: Setting) -> f32 {
             let [mean, _] = S::settings().contact_friction;
             mean
         }
+        Setting::ForceScale => 1.0,
         Setting::SupplyMin => S::DRIVE.limits.supply_min_v,
         Setting::SupplyMax => S::DRIVE.limits.supply_max_v,
     }

@@ -153,6 +153,7 @@ impl<S: Scene> ContactSensing<S> {
             contact_friction: overrides
                 .get(Setting::ContactFriction)
                 .map_or(nominal.contact_friction, |mean| nominal.rubbed_with(mean)),
+            force_scale: overrides.get(Setting::ForceScale),
             // No setting changes the others.
             ..*self.sensor.settings()
         });

@@ -21,6 +21,9 @@ const SPRING_VARIANCE: f32 = 0.0034;
 /// calibrated deviation is attributed to the springs.
 const SPRING_SHARE: f32 = 0.25;
 
+/// Deviation of a force's scale that a user has measured, as a share: the scale's reading, and the place of that contact (R, chosen).
+const MEASURED: f32 = 0.03;
+
 /// Force of a contact, newton.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Force {
@@ -108,7 +111,10 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         let beside = estimate.k_sigma_m / estimate.length_m;
         let other = force_at(beside).or_else(|| force_at(-beside));
         let moved_n = other.map_or(0.0, |other| other.force.force_n - force_n);
-        let [springs, sigma] = springs(&prior.calibration);
+        let [springs, sigma] = prior.force_scale.map_or_else(
+            || springs(&prior.calibration),
+            |scale| [scale, MEASURED * scale],
+        );
         let spring_n = sigma * force_n;
         let path_n2 = moved_n * moved_n + beyond_n * beyond_n;
         let sigma_n = sqrt(path_n2 * springs * springs + spring_n * spring_n);

@@ -256,7 +256,9 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
             compliance * excess_nm - cable * (point.free_nm - self.contact_nm) / (factor * factor);
         slopes[CABLE] = twisting_nm;
         slopes[BEND] = -values[CABLE] * bent_nm2;
-        slopes[GIVE] = gives * at.rotation_by_give_rad_n_per_m;
+        if X::OBJECT_GIVES {
+            slopes[GIVE] = gives * at.rotation_by_give_rad_n_per_m;
+        }
         for slope_of in slopes.iter_mut().take(UNKNOWNS - X::MISSING) {
             *slope_of /= -slope;
         }

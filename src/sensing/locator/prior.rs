@@ -73,6 +73,8 @@ pub struct Prior<X: SeriesElement> {
     /// Torque with which the input link holds the finger's weight, newton metre, and its derivative by the angle, newton metre
     /// per radian; 0 with a spring at joint 1.
     pub weight: [f32; 2],
+    /// Forces over those that the scene's springs would have, where it is known.
+    pub force_scale: Option<f32>,
     /// Torque with which springs hold the joints beyond the first at their stops without that weight, newton metre.
     pub preload_nm: f32,
     /// Torque factor and cable.
@@ -136,7 +138,9 @@ impl Scaling {
         bound(FACTOR, LEAST_FACTOR * mean[FACTOR]);
         bound(CABLE, LEAST_CABLE * mean[CABLE]);
         bound(BEND, 0.0);
-        bound(GIVE, 0.0);
+        if X::OBJECT_GIVES {
+            bound(GIVE, 0.0);
+        }
         Self {
             mean,
             deviation,

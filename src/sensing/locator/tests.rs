@@ -18,6 +18,7 @@ pub(super) fn prior() -> Prior<Cable> {
         weight: [0.0; 2],
         preload_nm: 0.0,
         give_m_per_n: 0.0,
+        force_scale: None,
         calibration: Calibration {
             torque_factor: 1.0,
             torque_factor_sigma: 0.02,

@@ -136,7 +136,9 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             theta_a_rad: collector.onset_rad[0],
             torque_nm: collector.torque_nm,
         });
-        state.object = None;
+        if X::OBJECT_GIVES {
+            state.object = None;
+        }
         self.stage = Stage::Contact(Contact {
             collector,
             locator: Locator::default(),

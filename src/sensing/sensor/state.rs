@@ -136,6 +136,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             ],
             preload_nm: settings.preload_nm[0],
             give_m_per_n: settings.object_give_m_per_n,
+            force_scale: settings.force_scale,
             weight: collector.weight,
             onset_rad: collector.onset_rad,
             calibration,

@@ -33,6 +33,7 @@ pub(super) fn prior(onset_rad: f32) -> Prior<Cable> {
         weight: [0.0; 2],
         preload_nm: 0.0,
         give_m_per_n: 0.0,
+        force_scale: None,
         calibration: CALIBRATION,
         noise: Noise {
             wander_nm: 0.4e-3,

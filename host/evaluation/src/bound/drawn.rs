@@ -175,6 +175,7 @@ pub fn contact(rolling: &Rolling, known: &Knowledge, random: &mut Pcg64Mcg) -> O
         weight: [0.0; 2],
         preload_nm: 0.0,
         give_m_per_n: 0.0,
+        force_scale: None,
         calibration: *calibration,
         noise: NOISE,
         series: PhantomData,

@@ -31,6 +31,8 @@ pub struct Plan {
     pub only: Option<String>,
     /// No calibration: what calibrates is left out.
     pub uncalibrated: bool,
+    /// What a scale under the pins reads sets the scale of forces.
+    pub scale: bool,
 }
 
 /// A recording that has been read.
@@ -151,7 +153,7 @@ fn with_sensing_of<S: Simulated>(plan: &Plan) -> Result<Vec<World>, String> {
                 .par_iter()
                 .map(|name| read(&plan.directory, name))
                 .collect::<Result<Vec<_>, _>>()?;
-            let replayed = World::replay::<S>(world, &recordings, plan.uncalibrated, &bar);
+            let replayed = World::replay::<S>(world, &recordings, plan, &bar);
             Ok(Some(replayed.only(wanted)))
         })
         .collect::<Result<Vec<_>, String>>()?;

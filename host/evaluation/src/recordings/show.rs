@@ -38,6 +38,7 @@ fn line_json(line: &Line) -> Value {
         "phalanx": trial.answer.phalanx(), "k_mm": number(1e3 * k_m), "sigma_mm": number(1e3 * sigma_m),
         "touch_s": trial.touched_s.map(number),
         "force_n": number(trial.force.map_or(f64::NAN, |force| force.told_n)),
+        "force_sigma_n": number(trial.force.map_or(f64::NAN, |force| force.sigma_n)),
         "true_phalanx": truth.map_or(0, |contact| contact.phalanx),
         "true_k_mm": truth.map(|contact| number(1e3 * contact.k_m)),
         "true_touch_s": truth.map(|contact| number(contact.time_s)),
@@ -132,6 +133,12 @@ pub fn json(worlds: &[World]) -> Vec<Value> {
         out.extend(world.lines.iter().map(line_json));
         if let Some(calibrated) = &world.calibration {
             out.push(calibration_json(&world.name, calibrated));
+        }
+        if let Some(share) = world.force_scale {
+            out.push(json!({
+                "type": "force-scale", "world": world.name, "force_scale": number(share),
+                "true_springs": number(world.true_springs),
+            }));
         }
         out.push(scores_json("world", Some(&world.name), &world.scores()));
     }
@@ -287,6 +294,14 @@ pub fn text(worlds: &[World]) -> String {
                 calibrated.found.cable_sigma_rad_per_nm,
                 calibrated.true_cable_rad_per_nm,
                 calibrated.cable_z(),
+            ));
+        }
+        if let Some(share) = world.force_scale {
+            out.push_str(&format!(
+                "{:<8} forces by a scale {:.1} % of those with the scene's springs (true springs {:.1} %)\n",
+                "",
+                100.0 * share,
+                100.0 * world.true_springs
             ));
         }
     }

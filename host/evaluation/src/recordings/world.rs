@@ -1,14 +1,14 @@
 //! One world of a folder: the calibration, then every recording with it.
 
 use palpate::finger::Mechanics;
-use palpate::sensing::{Calibration, Directive, Event, Object, Refusal, Sensor};
+use palpate::sensing::{Calibration, Directive, Event, Object, Refusal, Sensor, Settings};
 use palpate_cli::progress::ProgressBar;
 use palpate_simulation::Simulated;
 use rayon::prelude::*;
 
-use super::Recording;
 use super::protocol::{Speeds, follow};
 use super::truth::{Class, Truth};
+use super::{Plan, Recording};
 use crate::score::{Listener, Scores, Trial};
 
 /// What a recording led to.
@@ -76,6 +76,10 @@ pub struct World {
     pub lines: Vec<Line>,
     /// `None` where nothing calibrated.
     pub calibration: Option<Calibrated>,
+    /// Scale of forces by a scale under the pins; `None` without one.
+    pub force_scale: Option<f64>,
+    /// Stiffness of the springs over the scene's.
+    pub true_springs: f64,
 }
 
 impl World {
@@ -84,15 +88,15 @@ impl World {
     pub fn replay<S: Simulated>(
         name: &str,
         recordings: &[Recording],
-        uncalibrated: bool,
+        plan: &Plan,
         bar: &ProgressBar,
     ) -> Self {
         let of = |class: Class| recordings.iter().filter(move |r| r.truth.class == class);
         let mut calibration = S::UNCALIBRATED;
         let mut lines = Vec::new();
         for recording in of(Class::Press).chain(of(Class::Pin)) {
-            if !uncalibrated {
-                let (line, learned) = line::<S>(recording, calibration);
+            if !plan.uncalibrated {
+                let (line, learned) = line::<S>(recording, calibration, &S::settings());
                 calibration = learned;
                 lines.push(line);
             }
@@ -109,12 +113,18 @@ impl World {
                 true_cable_rad_per_nm: truth.cable_rad_per_nm(nominal),
             }
         });
+        let mut settings = S::settings();
+        let force_scale = (plan
+            .scale
+            .then(|| weighed::<S>(of(Class::Pin), calibration)))
+        .flatten();
+        settings.force_scale = force_scale.map(|share| share as f32);
         let judged: Vec<&Recording> = recordings
             .iter()
             .filter(|r| !r.truth.class.calibrates())
             .collect();
         lines.par_extend(judged.par_iter().map(|recording| {
-            let (line, _) = line::<S>(recording, calibration);
+            let (line, _) = line::<S>(recording, calibration, &settings);
             bar.inc(1);
             line
         }));
@@ -122,6 +132,8 @@ impl World {
             name: name.to_owned(),
             lines,
             calibration: calibrated,
+            force_scale,
+            true_springs: recordings[0].truth.spring_nm_per_rad / spring::<S>(),
         }
     }
 
@@ -156,10 +168,37 @@ fn spring<S: Simulated>() -> f64 {
         .unwrap_or(f64::NAN)
 }
 
-fn line<S: Simulated>(recording: &Recording, calibration: Calibration) -> (Line, Calibration) {
+/// The scale of forces as a user finds it: what a scale reads over the force that is told, mean of all pins. They are felt as anything
+/// else is.
+fn weighed<'a, S: Simulated>(
+    pins: impl Iterator<Item = &'a Recording>,
+    calibration: Calibration,
+) -> Option<f64> {
+    let settings = Settings {
+        force_scale: Some(1.0),
+        ..S::settings()
+    };
+    let (mut sum, mut count) = (0.0, 0.0);
+    for pin in pins {
+        let mut felt = pin.clone();
+        felt.truth.class = Class::Distal;
+        let (line, _) = line::<S>(&felt, calibration, &settings);
+        if let Some(force) = line.trial.force.filter(|force| force.told_n > 0.0) {
+            sum += force.true_n / force.told_n;
+            count += 1.0;
+        }
+    }
+    (count > 0.0).then(|| sum / count)
+}
+
+fn line<S: Simulated>(
+    recording: &Recording,
+    calibration: Calibration,
+    settings: &Settings,
+) -> (Line, Calibration) {
     let finger = S::MECHANISM;
     let drivetrain = S::drivetrain(&finger);
-    let speeds = Speeds::of(&recording.samples, &S::settings(), drivetrain.rad_per_count);
+    let speeds = Speeds::of(&recording.samples, settings, drivetrain.rad_per_count);
     let mut sensor: Sensor<S::Finger, palpate::sensing::NoJointSensor, S::Series> =
         Sensor::new(finger, drivetrain, speeds.closing, calibration);
     let truth: &Truth = &recording.truth;

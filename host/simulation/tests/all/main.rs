@@ -15,6 +15,7 @@ mod preparation;
 mod restart;
 mod returned;
 mod rigid;
+mod scale;
 mod scenes;
 mod second;
 mod settings;
