@@ -107,13 +107,17 @@ impl GraspPage {
             .map_or(String::new(), |radius| {
                 format!(", effective contact radius {radius:.1} mm")
             });
+        let object = contact
+            .object
+            .as_ref()
+            .map_or(String::new(), |stiffness| format!(", object {stiffness}"));
         match contact.places.as_slice() {
             [] => format!(
                 "A contact was felt and not located: {}.",
                 escape(contact.why.as_deref().unwrap_or("no word on it"))
             ),
             [place] => format!(
-                "Contact on phalanx {}, <b>{:.1} ± {:.1} mm</b> from its joint{force}{radius}.",
+                "Contact on phalanx {}, <b>{:.1} ± {:.1} mm</b> from its joint{force}{radius}{object}.",
                 place.phalanx, place.k_mm, place.sigma_mm
             ),
             [first, second, ..] => format!(
@@ -315,6 +319,16 @@ mod tests {
         .html("A grasp", None);
         assert!(html.contains("<b>30.5 ± 0.6 mm</b>"), "{html}");
         assert!(html.contains("+0.52 mm off"));
+    }
+
+    #[test]
+    fn a_page_tells_how_stiff_the_object_is() {
+        let html = page(&[
+            "2.1 [INFO ] located phalanx=2 k_mm=30.52 sigma_mm=0.61 force_n=0.8 settled=true",
+            "2.2 [INFO ] object relative=stiffer stiffness_n_per_mm=0.528 least_n_per_mm=0.41",
+        ])
+        .html("A grasp", None);
+        assert!(html.contains("force 0.80 N, object 0.53 N/mm."), "{html}");
     }
 
     #[test]

@@ -201,6 +201,9 @@ fn values(frame: &mut Frame, area: Rect, state: &State, view: &View) {
             Line::from(format!("true     phalanx {phalanx} {k_mm:.1} mm")),
         );
     }
+    if let Some(stiffness) = contact.and_then(|contact| contact.object.as_ref()) {
+        lines.push(Line::from(format!("object   {stiffness}")));
+    }
     if let Some((factor, sigma)) = state.torque_factor {
         lines.push(Line::from(format!("factor   {factor:.3} ± {sigma:.3}")));
     }

@@ -33,6 +33,8 @@ pub struct Contact {
     pub force_n: Option<f64>,
     /// Effective contact radius, millimetre.
     pub radius_mm: Option<f64>,
+    /// Stiffness of the object in words, from firmware that tells it.
+    pub object: Option<String>,
     /// No further torque will improve it.
     pub settled: bool,
     /// Why there is no place.
@@ -185,6 +187,11 @@ impl State {
                 });
             }
             "located" | "ambiguous" | "not-located" => self.judged(&event),
+            "object" => {
+                if let Some(contact) = &mut self.contact {
+                    contact.object = object(&event);
+                }
+            }
             _ => {}
         }
         // For a recording, not for a reader.
@@ -222,6 +229,17 @@ impl State {
     }
 }
 
+/// The stiffness of an object, or the least that it has.
+fn object(event: &Event) -> Option<String> {
+    match event.number("stiffness_n_per_mm") {
+        Some(stiffness) => Some(format!("{stiffness:.2} N/mm")),
+        None => {
+            let least = event.number("least_n_per_mm")?;
+            Some(format!("above {least:.1} N/mm"))
+        }
+    }
+}
+
 fn push<T>(queue: &mut VecDeque<T>, value: T, most: usize) {
     if queue.len() >= most {
         queue.pop_front();
@@ -254,6 +272,21 @@ mod tests {
         assert_eq!(contact.places.len(), 1);
         assert_eq!(contact.places[0].k_mm, 30.5);
         assert!(!contact.settled);
+    }
+
+    #[test]
+    fn an_object_is_as_stiff_as_told_or_stiffer_than_something() {
+        let of = |stiffness: &str| {
+            let line = format!(
+                "2.2 [INFO ] object relative=stiffer stiffness_n_per_mm={stiffness} least_n_per_mm=0.41"
+            );
+            let located =
+                "2.1 [INFO ] located phalanx=2 k_mm=30.5 sigma_mm=0.6 force_n=0.8 settled=true";
+            let state = told(&["2.0 [INFO ] touch time_us=2000000", located, &line]);
+            state.contact.and_then(|contact| contact.object)
+        };
+        assert_eq!(of("0.528"), Some("0.53 N/mm".to_owned()));
+        assert_eq!(of("NaN"), Some("above 0.4 N/mm".to_owned()));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Ten recordings from an independent engine, replayed by the product's protocol: what the sensing reaches on them stays.
+//! Eleven recordings from an independent engine, replayed by the product's protocol: what the sensing reaches on them stays.
 
 use std::path::Path;
 
@@ -9,6 +9,7 @@ fn plan(only: Option<&str>, uncalibrated: bool) -> Plan {
         directory: Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/recordings"),
         only: only.map(str::to_owned),
         uncalibrated,
+        scale: false,
     }
 }
 
@@ -61,6 +62,61 @@ fn contacts_are_felt_in_time_and_placed_within_what_is_claimed() {
     );
     assert!(calibrated.torque_factor_z().abs() < 3.0, "{calibrated:?}");
     assert!(calibrated.cable_z().abs() < 3.0, "{calibrated:?}");
+}
+
+/// One object stands on springs of 1 N/mm, the others are fixed.
+#[test]
+fn the_scene_that_expects_soft_objects_tells_the_soft_one() {
+    let worlds = run("p70-soft", &plan(Some("w1"), false)).expect("the recordings are readable");
+    let lines = worlds.iter().flat_map(|world| &world.lines);
+    let mut told = 0;
+    for line in lines.filter(|line| matches!(line.class, Class::Distal | Class::Hard)) {
+        let object = line.object.expect("a place with its object");
+        let [given, sigma] = object.compliance_m_per_n.map(f64::from);
+        let expected = line
+            .true_object_n_per_m
+            .map_or(0.0, |stiffness| 1.0 / stiffness);
+        assert!(
+            (given - expected).abs() < 2.0 * sigma,
+            "{}: {object:?}",
+            line.name
+        );
+        assert!(sigma < 0.6e-3, "{}: {object:?}", line.name);
+        assert_eq!(
+            object.stiffness_n_per_m().is_some(),
+            line.class == Class::Hard,
+            "{}: {object:?}",
+            line.name
+        );
+        let error_m = line.trial.error_m().expect("located");
+        let (_, sigma_m) = line.trial.answer.place().expect("located");
+        assert!(error_m.abs() < 2.0 * sigma_m, "{}: {error_m}", line.name);
+        told += 1;
+    }
+    assert_eq!(told, 3);
+}
+
+#[test]
+fn a_scale_under_the_pins_sets_the_scale_of_forces() {
+    let plan = Plan {
+        scale: true,
+        ..plan(Some("w1"), false)
+    };
+    let worlds = run("p70", &plan).expect("the recordings are readable");
+    let [world] = &worlds[..] else {
+        panic!("one world");
+    };
+    let scale = world.force_scale.expect("two pins");
+    assert!((scale / world.true_springs - 1.0).abs() < 0.1, "{scale}");
+    for line in &world.lines {
+        if let Some(force) = line.trial.force.filter(|_| line.class == Class::Distal) {
+            let off = force.told_n - force.true_n;
+            assert!(off.abs() < 0.1 * force.true_n, "{}: {force:?}", line.name);
+            assert!(off.abs() < 2.0 * force.sigma_n, "{}: {force:?}", line.name);
+        }
+    }
+    // Nobody read it.
+    assert!(replayed(Some("w1"), false)[0].force_scale.is_none());
 }
 
 #[test]
