@@ -17,5 +17,5 @@ pub use grasp::Object;
 pub use judge::{CONTROL_INSTRUCTIONS, Judgement, judge};
 pub use script::{Script, Step};
 pub use session::{Session, Settings, end_of};
-pub use summary::{Summary, Told, event_json};
+pub use summary::{Stiffness, Summary, Told, event_json};
 pub use trace::Trace;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! Result of a run next to the simulated truth.
 
+use palpate_plant::ObjectMount;
 use serde_json::{Map, Value, json};
 
 use super::session::Session;
@@ -38,6 +39,15 @@ impl Told {
     }
 }
 
+/// A stiffness as it was told, newton per millimetre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stiffness {
+    /// This.
+    Told(f64),
+    /// Not less.
+    Above(f64),
+}
+
 /// Estimate and truth of one run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
@@ -57,6 +67,10 @@ pub struct Summary {
     pub force_n: Option<f64>,
     /// Force of that contact when the estimate was made.
     pub true_force_n: Option<f64>,
+    /// Stiffness of the object by firmware that tells it, newton per millimetre: of one that cannot be told from a rigid one the least.
+    pub object: Option<Stiffness>,
+    /// Stiffness of the springs that hold it; `None` of a fixed one.
+    pub true_object_n_per_mm: Option<f64>,
     /// Name of the first fault.
     pub fault: Option<String>,
     /// Executed instructions.
@@ -78,6 +92,8 @@ impl Summary {
             true_k_mm: None,
             force_n: None,
             true_force_n: None,
+            object: None,
+            true_object_n_per_mm: None,
             fault: session.faults.first().map(|fault| fault.1.clone()),
             instructions: session.machine.account().total().instructions,
             emulated_s: session.machine.time_s(),
@@ -94,6 +110,13 @@ impl Summary {
             summary.true_phalanx = Some(first.contact.phalanx.into());
             summary.true_k_mm = Some(1e3 * first.contact.k_m);
         }
+        let held = session
+            .machine
+            .plant()
+            .map(|plant| plant.parameters().object);
+        summary.true_object_n_per_mm = held
+            .filter(|object| object.mount == ObjectMount::Spring)
+            .map(|object| 1e-3 * object.stiffness_n_per_m);
         let truth = session.truth_at_estimate.as_ref();
         summary.true_force_n = truth
             .and_then(|truth| truth.strongest())
@@ -109,6 +132,7 @@ impl Summary {
             self.k_mm = event.number("k_mm");
             self.sigma_mm = event.number("sigma_mm");
             self.force_n = event.number("force_n");
+            self.object = None;
         };
         match event.name {
             "located" if event.field("phalanx") == Some("1") => place(Told::Proximal),
@@ -123,6 +147,12 @@ impl Summary {
                 Some("too-soft") => place(Told::Unusual),
                 _ => place(Told::Ambiguous),
             },
+            "object" => {
+                let number = |key: &str| event.number(key).filter(|value| value.is_finite());
+                self.object = number("stiffness_n_per_mm")
+                    .map(Stiffness::Told)
+                    .or_else(|| number("least_n_per_mm").map(Stiffness::Above));
+            }
             // A new grasp begins.
             "state" if event.field("name") == Some("close") => place(Told::None),
             _ => {}
@@ -142,6 +172,15 @@ impl Summary {
             "true_k_mm": self.true_k_mm,
             "force_n": self.force_n,
             "true_force_n": self.true_force_n,
+            "object_n_per_mm": match self.object {
+                Some(Stiffness::Told(stiffness)) => Some(stiffness),
+                _ => None,
+            },
+            "object_least_n_per_mm": match self.object {
+                Some(Stiffness::Above(least)) => Some(least),
+                _ => None,
+            },
+            "true_object_n_per_mm": self.true_object_n_per_mm,
             "fault": self.fault,
             "instructions": self.instructions,
             "emulated_s": self.emulated_s,
@@ -163,6 +202,18 @@ impl Summary {
             .fault
             .as_ref()
             .map_or(String::new(), |name| format!(" ({name})"));
+        let object = self.object.map_or(String::new(), |stiffness| {
+            let told = match stiffness {
+                Stiffness::Told(stiffness) => format!("{stiffness:.2} N/mm"),
+                Stiffness::Above(least) => format!("above {least:.2} N/mm"),
+            };
+            let truth = self
+                .true_object_n_per_mm
+                .map_or("fixed".to_owned(), |stiffness| {
+                    format!("{stiffness:.2} N/mm")
+                });
+            format!("object    {told:<20} {truth}\n")
+        });
         let faster = self.emulated_s / wall_s.max(1e-9);
         format!(
             "verdict   {}{fault}\n\
@@ -170,7 +221,7 @@ impl Summary {
              phalanx   {:<20} {}\n\
              k         {:<20} {}\n\
              force     {:<20} {}\n\
-             {} instructions, {:.2} s simulated in {wall_s:.2} s: {faster:.1} times real time\n",
+             {object}{} instructions, {:.2} s simulated in {wall_s:.2} s: {faster:.1} times real time\n",
             self.told.name(),
             phalanx(self.phalanx),
             phalanx(self.true_phalanx),
