@@ -99,8 +99,11 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
                 onset_rad: values[ONSET],
                 onset,
                 joints_rad: model.end().joints_rad,
-                share_by_give_n_per_m: model.end().rotation_by_give_rad_n_per_m
-                    / model.end().rotation_rad,
+                share_by_give_n_per_m: if X::OBJECT_GIVES {
+                    model.end().rotation_by_give_rad_n_per_m / model.end().rotation_rad
+                } else {
+                    0.0
+                },
             })
         };
         let mut state = force_at(0.0)?;

@@ -49,16 +49,19 @@ use shares::Longer;
 pub const LEAST_POINTS: usize = 5;
 /// Radii of the object for which a location is fitted, metre: evenly spaced in the logarithm of the radius plus 3 mm, which
 /// is the prior (chosen).
-const RADII_M: [f32; 5] = [0.001, 0.0045, 0.012, 0.025, 0.05];
+const RADII_M: [f32; 6] = [0.001, 0.0045, 0.012, 0.025, 0.05, 0.1];
 /// One of them.
 fn radius_m(index: usize) -> f32 {
     RADII_M.get(index).copied().unwrap_or_default()
 }
 
 /// Order in which they are fitted, each with the radius whose result is its starting point.
-const ORDER: [(usize, usize); 5] = [(1, 1), (0, 1), (2, 1), (3, 2), (4, 3)];
+const ORDER: [(usize, usize); 6] = [(1, 1), (0, 1), (2, 1), (3, 2), (4, 3), (5, 4)];
 /// A radius less likely than the best by this logarithm is skipped, with those beyond it.
 const HOPELESS: f32 = 10.0;
+/// The largest radius, index, is for data that demand it: where the next smaller one is likelier than all others by this logarithm.
+const LARGE: usize = 5;
+const DEMANDED: f32 = 2.0;
 /// Largest number of hypotheses: two places on each of two phalanges, and a proximal contact.
 const MOST: usize = 5;
 /// Starting places of a thorough search, as shares of one side of a phalanx's stiffest place.
@@ -301,12 +304,16 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
                 self.track += 1;
                 return;
             };
-            let best = (track.fits.iter().flatten())
-                .map(|fitted| fitted.ln_evidence)
-                .fold(f32::NEG_INFINITY, |best, own| own.at_least(best));
-            let hopeful = track
-                .fit(from)
-                .is_some_and(|fitted| fitted.ln_evidence > best - HOPELESS);
+            let mut best = f32::NEG_INFINITY;
+            for (index, fitted) in track.fits.iter().enumerate() {
+                if index != from
+                    && let Some(fitted) = fitted
+                {
+                    best = fitted.ln_evidence.at_least(best);
+                }
+            }
+            best += if radius == LARGE { DEMANDED } else { -HOPELESS };
+            let hopeful = (track.fit(from)).is_some_and(|fitted| fitted.ln_evidence > best);
             if hopeful {
                 return;
             }

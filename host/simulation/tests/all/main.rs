@@ -11,6 +11,7 @@ mod healthy;
 mod hidden;
 mod identify;
 mod joint;
+mod large;
 mod preparation;
 mod restart;
 mod returned;
