@@ -104,9 +104,9 @@ verbs! {
     Help "help" "", "list the commands";
     Status "status" "", "state, position, current, supply, temperature, fault";
     SelfTest "selftest" "",
-        "check wiring, sensors and motor, a line for each step; the motor moves a few degrees";
+        "check wiring, sensors and motor step by step; the motor moves a few degrees";
     Identify "identify" "",
-        "measure resistance, torque constant, inertia, friction and dead time of the motor in a free motion";
+        "measure resistance, torque constant, inertia, friction and dead time of the motor";
     Run "run" "", "a whole grasp: home, record friction if needed, close, probe, hold, open";
     Home "home" "", "open against the stop and make it the zero";
     RecordFriction "record-friction" "",
