@@ -169,12 +169,13 @@ fn start(spawner: Spawner) {
     spawn(spawner, execute::execute(sender, storage, application));
 }
 
-/// The sensing half. Apart from [`start`], so that it lies on the stack for the moment only; so does [`launch`].
+/// The sensing half, made in its place: it is as large as half the stack. Apart from [`start`], so that what makes it lies on the stack for
+/// the moment only; so does [`launch`].
 #[inline(never)]
 fn sensing() -> Option<&'static Shared<ContactSensing<Active>>> {
     static SENSING: StaticCell<Shared<ContactSensing<Active>>> = StaticCell::new();
     SENSING
-        .try_init(Shared::new(ContactSensing::new()))
+        .try_init_with(|| Shared::new(ContactSensing::new()))
         .map(|sensing| &*sensing)
 }
 
