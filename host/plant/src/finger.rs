@@ -200,7 +200,6 @@ impl Finger {
             memory: Vec::new(),
             pushers: Vec::new(),
         };
-        finger.mount(&parameters.object)?;
         finger.transmit();
         finger.stops = [finger.theta_a, finger.theta_a + finger.stops[1]];
         Ok(finger)

@@ -108,9 +108,10 @@ impl Quasistatic {
     /// A finger at its rest pose, nothing to grasp.
     ///
     /// # Errors
-    /// A parameter out of range, or a four-bar that does not close.
+    /// A parameter out of range, a four-bar that does not close, or an object that is free.
     pub fn new(parameters: &Parameters) -> Result<Self, Error> {
-        let finger = Finger::new(parameters)?;
+        let mut finger = Finger::new(parameters)?;
+        finger.mount(&parameters.object)?;
         let mut new = Self {
             state: FingerState {
                 phalanges: finger.count,
