@@ -8,7 +8,7 @@ mod events;
 mod fields;
 mod limits;
 
-pub use events::{calibrated, event, followed, object, status};
+pub use events::{calibrated, event, followed, object, object_with, status};
 pub use fields::{Fields, Value};
 pub use limits::LimitReport;
 

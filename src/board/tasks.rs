@@ -95,11 +95,11 @@ impl Application {
             let change_rad = Joint::rad(change).unwrap_or(f32::NAN);
             telemetry::branch(change_rad * 1e3, side(Joint::side(change)));
         }
-        if Series::OBJECT_GIVES
-            && matches!(event, Event::Located { settled: true, .. })
-            && let Some(object) = self.sensing.with(|sensing| sensing.object())
-        {
-            log::object(&mut Telemetry, &object);
+        if Series::OBJECT_GIVES {
+            let last = self.sensing.with(|sensing| sensing.object());
+            if let Some(object) = log::object_with(event, last) {
+                log::object(&mut Telemetry, &object);
+            }
         }
         let hint = self.sensing.with(|sensing| sensing.hint(event));
         if let Some(hint) = hint {

@@ -14,6 +14,7 @@ use palpate_plant::{Engine, ObjectMount, World};
 
 mod replay_command;
 mod scene;
+mod studies;
 
 type Outcome = Result<(), Box<dyn Error>>;
 
@@ -263,78 +264,20 @@ fn experiments(options: &Experiments) -> Outcome {
     let [changes, second_contacts] = following::NAMES.map(is_wanted);
     let soft = is_wanted(soft_objects::NAME);
     if is_wanted("calibration") {
-        calibration(&plan, options.json);
+        studies::calibration(&plan, options.json);
     } else if rows.is_empty() && !changes && !second_contacts && !soft {
         return Err("no experiment ran: does --only begin the name of one, and does the world suit the finger?".into());
     }
     if changes {
-        print_changes(&plan, options.json);
+        studies::changes(&plan, options.json);
     }
     if second_contacts {
-        print_second_contacts(&plan, options.json);
+        studies::second_contacts(&plan, options.json);
     }
     if soft {
-        print_soft_objects(&plan, options.json);
+        studies::soft_objects(&plan, options.json);
     }
     Ok(())
-}
-
-/// What becomes of held contacts.
-fn print_changes(plan: &job::Plan, json: bool) {
-    let (scores, failed) = following::changes(plan);
-    if json {
-        following::changes_json(plan, &scores).for_each(|line| println!("{line}"));
-    } else {
-        println!("{}", following::changes_table(&scores));
-    }
-    for (seed, error) in &failed {
-        eprintln!("changes, finger {seed}: {error}");
-    }
-}
-
-/// Second contacts.
-fn print_second_contacts(plan: &job::Plan, json: bool) {
-    let (scores, failed) = following::second_contacts(plan);
-    if json {
-        following::second_contacts_json(plan, &scores).for_each(|line| println!("{line}"));
-    } else {
-        println!("{}", following::second_contacts_table(&scores));
-    }
-    for (seed, error) in &failed {
-        eprintln!("second contacts, finger {seed}: {error}");
-    }
-}
-
-/// Objects that give way.
-fn print_soft_objects(plan: &job::Plan, json: bool) {
-    let (scores, failed) = soft_objects::study(plan);
-    if json {
-        for line in soft_objects::lines(plan, &scores) {
-            println!("{line}");
-        }
-    } else {
-        println!("{}", soft_objects::table(&scores));
-    }
-    for (seed, error) in &failed {
-        eprintln!("soft objects, finger {seed}: {error}");
-    }
-}
-
-/// The guided calibration on fingers with hidden values of their own.
-fn calibration(plan: &job::Plan, json: bool) {
-    let (fingers, failed) = calibration::study(plan);
-    let summary = calibration::Summary::of(&fingers);
-    if json {
-        for finger in &fingers {
-            println!("{}", finger.json());
-        }
-        println!("{}", summary.json());
-    } else {
-        println!("{}", summary.markdown());
-    }
-    for (seed, failure) in &failed {
-        eprintln!("calibration, finger {seed}: {failure}");
-    }
 }
 
 /// Worlds whose tables stand in the documents, those that the headline comes from first.

@@ -155,6 +155,12 @@ pub fn event(log: &mut impl Log, event: &Event) {
     }
 }
 
+/// How stiff the object of a place is, where it is told with this event: after the last word on the place. `last` is what the sensing
+/// knows of it, if it does.
+pub fn object_with(event: &Event, last: Option<Object>) -> Option<Object> {
+    last.filter(|_| matches!(event, Event::Located { settled: true, .. }))
+}
+
 /// Logs how stiff an object is.
 // A symbol of its own: its absence shows that a scene without the option does not carry this.
 #[inline(never)]

@@ -3,7 +3,9 @@
 mod rubbing;
 mod soft;
 
-use crate::finger::{BaseJoint, Configuration, Contact, Finger, Mechanics, Transmission};
+use crate::finger::{
+    BaseJoint, Configuration, Contact, Finger, Free, Mechanics, PathPoint, Transmission,
+};
 use crate::scene::{Linkage3, P70, Scene, Tendon2};
 use std::vec::Vec;
 
@@ -61,6 +63,58 @@ where
         };
         (beside(1.0) - beside(-1.0)) / 0.02
     })
+}
+
+/// The free finger, closed by an angle of its input link from rest.
+fn closed<F: Mechanics>(finger: &F, theta_a_rad: f32) -> Free<F::Configuration> {
+    let rest = finger.rest();
+    let at_rad = finger.input_angle_rad(&rest) + theta_a_rad;
+    finger.free_at_angle(at_rad, &rest).expect("a posture")
+}
+
+/// Follows a path in eight parts.
+fn followed<F: Mechanics>(finger: &F, path: &mut F::Path, rise_nm: f32) -> Option<PathPoint> {
+    for part in 1..=8u8 {
+        finger.follow(path, rise_nm * f32::from(part) / 8.0)?;
+    }
+    finger.follow(path, rise_nm)
+}
+
+/// Derivative of the rotation between two points a double step apart.
+fn slope(more: PathPoint, less: PathPoint, step: f32) -> f32 {
+    (more.rotation_rad - less.rotation_rad) / (2.0 * step)
+}
+
+/// Names, what a point tells and what differences show of the derivatives of the rotation by place, radius and torque; `at` is the point
+/// of a contact and a torque.
+fn derivatives(
+    contact: Contact,
+    rise_nm: f32,
+    at: impl Fn(Contact, f32) -> PathPoint,
+) -> Vec<(&'static str, f32, f32)> {
+    let (short, little) = (4e-4, 2e-3);
+    let moved = |k: f32, radius: f32| {
+        let moved = Contact {
+            k_m: contact.k_m + k,
+            radius_m: contact.radius_m + radius,
+            ..contact
+        };
+        at(moved, rise_nm)
+    };
+    let told = at(contact, rise_nm);
+    let by_k = slope(moved(short, 0.0), moved(-short, 0.0), short);
+    let by_radius = slope(moved(0.0, short), moved(0.0, -short), short);
+    let torques = [rise_nm + little, rise_nm - little];
+    let [more, less] = torques.map(|rise_nm| at(contact, rise_nm));
+    std::vec![
+        ("k", told.rotation_by_k_rad_per_m, by_k),
+        ("radius", told.rotation_by_radius_rad_per_m, by_radius),
+        (
+            "torque",
+            told.compliance_rad_per_nm,
+            slope(more, less, little)
+        ),
+    ]
 }
 
 fn check<const N: usize, T: Transmission<N>, B: BaseJoint>(

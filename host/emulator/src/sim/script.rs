@@ -29,6 +29,15 @@ impl Step {
         }
     }
 
+    /// What lies in the way is a pin, which stands firmly.
+    #[must_use]
+    pub fn calibrates(&self) -> bool {
+        match self {
+            Self::Button => false,
+            Self::Command(line) => line.split_whitespace().next() == Some("calibrate"),
+        }
+    }
+
     /// What lies in the finger's way when it closes: the object of this run, or the pin a calibration names.
     #[must_use]
     pub fn object(&self, wanted: Option<Object>) -> Option<Object> {
@@ -101,6 +110,14 @@ impl Script {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_pin_stands_firmly_wherever_the_object_is() {
+        let calibrate = Step::Command("calibrate 30".into());
+        assert_eq!(calibrate.object(None), Some(Object::default()));
+        assert!(calibrate.calibrates());
+        assert!(!Step::Command("run".into()).calibrates() && !Step::Button.calibrates());
+    }
 
     #[test]
     fn a_calibration_is_a_script() {

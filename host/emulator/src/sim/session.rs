@@ -254,10 +254,10 @@ impl<'f> Session<'f> {
             && !self.placed
         {
             let held = self.settings.parameters.object;
-            let mount = if object == self.settings.object {
-                held.mount
+            let mount = if step.is_some_and(Step::calibrates) {
+                ObjectMount::Fixed
             } else {
-                ObjectMount::Fixed // a pin that calibrates
+                held.mount
             };
             plant.mount(&palpate_plant::Object { mount, ..held })?;
             plant.place(&object.map_or(Grasp::Free, |object| object.grasp()))?;

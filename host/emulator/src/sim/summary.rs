@@ -162,6 +162,11 @@ impl Summary {
     /// As an object of a line of its own.
     #[must_use]
     pub fn json(&self, wall_s: f64) -> Value {
+        let (object, least) = match self.object {
+            Some(Stiffness::Told(stiffness)) => (Some(stiffness), None),
+            Some(Stiffness::Above(least)) => (None, Some(least)),
+            None => (None, None),
+        };
         json!({
             "type": "summary",
             "verdict": self.told.name(),
@@ -172,14 +177,8 @@ impl Summary {
             "true_k_mm": self.true_k_mm,
             "force_n": self.force_n,
             "true_force_n": self.true_force_n,
-            "object_n_per_mm": match self.object {
-                Some(Stiffness::Told(stiffness)) => Some(stiffness),
-                _ => None,
-            },
-            "object_least_n_per_mm": match self.object {
-                Some(Stiffness::Above(least)) => Some(least),
-                _ => None,
-            },
+            "object_n_per_mm": object,
+            "object_least_n_per_mm": least,
             "true_object_n_per_mm": self.true_object_n_per_mm,
             "fault": self.fault,
             "instructions": self.instructions,

@@ -134,9 +134,9 @@ pub fn json(worlds: &[World]) -> Vec<Value> {
         if let Some(calibrated) = &world.calibration {
             out.push(calibration_json(&world.name, calibrated));
         }
-        if let Some(share) = world.force_scale {
+        if let Some(scale) = world.force_scale {
             out.push(json!({
-                "type": "force-scale", "world": world.name, "force_scale": number(share),
+                "type": "force-scale", "world": world.name, "force_scale": number(scale),
                 "true_springs": number(world.true_springs),
             }));
         }
@@ -296,11 +296,11 @@ pub fn text(worlds: &[World]) -> String {
                 calibrated.cable_z(),
             ));
         }
-        if let Some(share) = world.force_scale {
+        if let Some(scale) = world.force_scale {
             out.push_str(&format!(
                 "{:<8} forces by a scale {:.1} % of those with the scene's springs (true springs {:.1} %)\n",
                 "",
-                100.0 * share,
+                100.0 * scale,
                 100.0 * world.true_springs
             ));
         }

@@ -96,7 +96,12 @@ impl World {
         let mut lines = Vec::new();
         for recording in of(Class::Press).chain(of(Class::Pin)) {
             if !plan.uncalibrated {
-                let (line, learned) = line::<S>(recording, calibration, &S::settings());
+                let (line, learned) = line::<S>(
+                    recording,
+                    recording.truth.class,
+                    calibration,
+                    &S::settings(),
+                );
                 calibration = learned;
                 lines.push(line);
             }
@@ -114,17 +119,18 @@ impl World {
             }
         });
         let mut settings = S::settings();
-        let force_scale = (plan
-            .scale
-            .then(|| weighed::<S>(of(Class::Pin), calibration)))
-        .flatten();
-        settings.force_scale = force_scale.map(|share| share as f32);
+        let force_scale = if plan.scale {
+            weighed::<S>(of(Class::Pin), calibration)
+        } else {
+            None
+        };
+        settings.force_scale = force_scale.map(|scale| scale as f32);
         let judged: Vec<&Recording> = recordings
             .iter()
             .filter(|r| !r.truth.class.calibrates())
             .collect();
         lines.par_extend(judged.par_iter().map(|recording| {
-            let (line, _) = line::<S>(recording, calibration, &settings);
+            let (line, _) = line::<S>(recording, recording.truth.class, calibration, &settings);
             bar.inc(1);
             line
         }));
@@ -180,9 +186,7 @@ fn weighed<'a, S: Simulated>(
     };
     let (mut sum, mut count) = (0.0, 0.0);
     for pin in pins {
-        let mut felt = pin.clone();
-        felt.truth.class = Class::Distal;
-        let (line, _) = line::<S>(&felt, calibration, &settings);
+        let (line, _) = line::<S>(pin, Class::Distal, calibration, &settings);
         if let Some(force) = line.trial.force.filter(|force| force.told_n > 0.0) {
             sum += force.true_n / force.told_n;
             count += 1.0;
@@ -191,8 +195,10 @@ fn weighed<'a, S: Simulated>(
     (count > 0.0).then(|| sum / count)
 }
 
+/// Replays a recording, taken to be of a class.
 fn line<S: Simulated>(
     recording: &Recording,
+    class: Class,
     calibration: Calibration,
     settings: &Settings,
 ) -> (Line, Calibration) {
@@ -202,7 +208,7 @@ fn line<S: Simulated>(
     let mut sensor: Sensor<S::Finger, palpate::sensing::NoJointSensor, S::Series> =
         Sensor::new(finger, drivetrain, speeds.closing, calibration);
     let truth: &Truth = &recording.truth;
-    let purpose = match (truth.class, truth.nominal_k_m) {
+    let purpose = match (class, truth.nominal_k_m) {
         (Class::Press, _) => Directive::CalibrateCable,
         (Class::Pin, Some(k_m)) => Directive::Calibrate {
             phalanx: S::PHALANGES,
@@ -239,7 +245,7 @@ fn line<S: Simulated>(
     let trial = listener.trial(contact);
     let line = Line {
         name: recording.name.clone(),
-        class: truth.class,
+        class,
         truth: contact,
         true_force_n: match (trial.force, contact) {
             (Some(force), _) => force.true_n,

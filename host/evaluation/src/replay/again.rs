@@ -13,7 +13,6 @@ use palpate::drive::sequence::State;
 use palpate::scene::Scene;
 use palpate::sensing::{Directive, Event, Followed, JointSensor, Object};
 
-use super::event::object_of;
 use super::{Fields, Replay, Source, TimedEvent, fields, followed_fields, note, object_fields};
 use crate::trace::Streamed;
 
@@ -80,7 +79,7 @@ pub fn again<S: Scene>(stream: &[Streamed]) -> (Replay, Comparison) {
         if let Some(event) = event {
             said.push((index + 1, Said::Event(event)));
             told.push(TimedEvent { time_us, event });
-            if let Some(object) = object_of(&event, following.sensing.object()) {
+            if let Some(object) = log::object_with(&event, following.sensing.object()) {
                 said.push((index + 1, Said::Object(object)));
                 objects.push((time_us, object));
             }

@@ -45,12 +45,6 @@ pub fn object_fields(object: &Object) -> Fields {
     written(|line| log::object(&mut log::Fields(line), object))
 }
 
-/// How stiff the object of an event is, where the scene's sensing tells it with this event.
-#[must_use]
-pub fn object_of(event: &Event, last: Option<Object>) -> Option<Object> {
-    last.filter(|_| matches!(event, Event::Located { settled: true, .. }))
-}
-
 /// An event as a log line: `name key=value key=value`.
 #[must_use]
 pub fn line((name, fields): &Fields) -> String {

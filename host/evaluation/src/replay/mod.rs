@@ -20,6 +20,7 @@ pub use again::Comparison;
 pub use event::{Fields, fields, followed_fields, line, object_fields};
 pub use find::{MotionSegment, NoFreeClosing};
 
+use palpate::app::log::object_with;
 use palpate::finger::Mechanics;
 use palpate::sample::{Drive, Sample};
 use palpate::scene::Scene;
@@ -30,7 +31,6 @@ use palpate::sensing::{
 
 use crate::recordings::protocol::{Speeds, idle_after};
 use crate::trace::{PERIOD_US, Streamed};
-use event::object_of;
 
 /// Where the recording of friction was found.
 #[derive(Clone, Debug, PartialEq)]
@@ -210,7 +210,7 @@ fn replay<S: Scene>(samples: &[Sample], before: &Preparation, purpose: Directive
         |sensor: &Sensor<_, _, _>, sample: &Sample, before: usize, told: &[TimedEvent]| {
             let object = told
                 .get(before)
-                .and_then(|told| object_of(&told.event, sensor.object()));
+                .and_then(|told| object_with(&told.event, sensor.object()));
             objects.extend(object.map(|object| (sample.time_us, object)));
         };
     for sample in &samples[from..] {

@@ -1,7 +1,6 @@
 //! A finger whose first phalanx lies within the palm: every place of the two others has a stiffness of its own. Simulated.
 
-use crate::support::calibrated_on_pins;
-use palpate::sensing::Event;
+use crate::support::{calibrated_on_pins, close_and_open, settled};
 use palpate_plant::{Grasp, Shape, World};
 use palpate_scenes::Hidden3;
 use palpate_simulation::Simulation;
@@ -25,22 +24,11 @@ fn every_place_on_both_phalanges_is_told() {
     let mut simulation = calibrated_on_pins::<Hidden3>(&parameters, LAST_M, PINS_RAD);
     for (phalanx, k_m) in PLACES {
         let shape = Shape::Cylinder { diameter_m: 0.010 };
-        let outcome = simulation
-            .close(&Grasp::touching(phalanx, k_m, 0.8, shape))
-            .expect("closes");
-        simulation.open().expect("opens");
-        let told = outcome.events.iter().find_map(|(_, event)| match event {
-            Event::Located {
-                phalanx: on,
-                k_m,
-                sigma_m,
-                settled: true,
-                ..
-            } => Some((*on, f64::from(*k_m), f64::from(*sigma_m))),
-            _ => None,
-        });
+        let grasp = Grasp::touching(phalanx, k_m, 0.8, shape);
+        let outcome = close_and_open(&mut simulation, &grasp);
+        let told = settled(&outcome);
         println!("{phalanx} at {:.1} mm: {told:.4?}", 1e3 * k_m);
-        let (on, told_m, sigma_m) = told.unwrap_or_else(|| panic!("{:?}", outcome.verdict));
+        let (on, [told_m, sigma_m]) = told.unwrap_or_else(|| panic!("{:?}", outcome.verdict));
         assert_eq!(on, phalanx);
         let off_m = (told_m - k_m).abs();
         assert!(off_m < 2.0 * sigma_m && off_m < 0.005, "{off_m} {sigma_m}");

@@ -1,8 +1,7 @@
 //! Fingers whose joint 2 stands at its stop until a break-away torque, which tells the place of a contact beside the stiffness from then
 //! on: a preloaded spring, and a return cable in place of springs. Simulated.
 
-use crate::support::calibrated_on_pins;
-use palpate::sensing::Event;
+use crate::support::{calibrated_on_pins, close_and_open, settled};
 use palpate_plant::{Grasp, Parameters, Shape, World};
 use palpate_scenes::{P70Preloaded, Return2};
 use palpate_simulation::Simulated;
@@ -16,20 +15,10 @@ fn told<S: Simulated>(parameters: &Parameters, last_m: f64) -> Vec<Option<[f64; 
     PLACES_M
         .map(|k_m| {
             let shape = Shape::Cylinder { diameter_m: 0.010 };
-            let outcome = simulation
-                .close(&Grasp::touching(2, k_m, 0.8, shape))
-                .expect("closes");
-            simulation.open().expect("opens");
-            let told = outcome.events.iter().find_map(|(_, event)| match event {
-                Event::Located {
-                    phalanx: 2,
-                    k_m,
-                    sigma_m,
-                    settled: true,
-                    ..
-                } => Some([f64::from(*k_m), f64::from(*sigma_m)]),
-                _ => None,
-            });
+            let grasp = Grasp::touching(2, k_m, 0.8, shape);
+            let outcome = close_and_open(&mut simulation, &grasp);
+            let on_phalanx_2 = settled(&outcome).filter(|(phalanx, _)| *phalanx == 2);
+            let told = on_phalanx_2.map(|(_, place)| place);
             println!(
                 "{:.1} mm: {told:.4?} {:?} {:?}",
                 1e3 * k_m,

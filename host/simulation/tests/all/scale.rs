@@ -1,7 +1,7 @@
 //! A scale under a contact sets the scale of every force after it: springs, and what contact friction changes. Simulated: the ideal world with springs that are off by
 //! 10 %.
 
-use crate::support::calibrated_on_pins;
+use crate::support::{calibrated_on_pins, close_and_open};
 use palpate::app::console::command::Command;
 use palpate::app::console::settings::Setting;
 use palpate::sensing::Event;
@@ -13,8 +13,7 @@ use palpate_simulation::Simulation;
 fn felt(simulation: &mut Simulation<P70>, k_m: f64) -> [f64; 3] {
     let shape = Shape::Cylinder { diameter_m: 0.012 };
     let grasp = Grasp::touching(2, k_m, 0.7, shape);
-    let outcome = simulation.close(&grasp).expect("closes");
-    simulation.open().expect("opens");
+    let outcome = close_and_open(simulation, &grasp);
     let told = outcome.events.iter().find_map(|(time_us, event)| {
         let Event::Located {
             force_n,

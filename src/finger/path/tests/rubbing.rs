@@ -1,6 +1,6 @@
 //! A contact path with contact friction, against the balance of every joint in f64, and its derivatives against differences.
 
-use super::{arms, factors};
+use super::{arms, closed, derivatives, factors, followed, slope};
 use crate::finger::{
     BaseJoint, Configuration, Contact, Finger, Free, Mechanics, PathPoint, Transmission,
 };
@@ -51,10 +51,7 @@ where
 {
     let mut path = Mechanics::path(finger, &free.configuration, free.torque_nm, contact)?;
     finger.rub(&mut path, friction, HALF_THICKNESS_M)?;
-    for part in 1..=8u8 {
-        finger.follow(&mut path, rise_nm * f32::from(part) / 8.0)?;
-    }
-    let point = finger.follow(&mut path, rise_nm)?;
+    let point = followed(finger, &mut path, rise_nm)?;
     Some((point, [path.start.friction, path.start.slides]))
 }
 
@@ -68,12 +65,7 @@ where
     Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = crate::finger::Path<N, B>>,
 {
     let lengths_m = finger.parameters.lengths_m.map(f64::from);
-    let free = finger
-        .free_at_angle(
-            finger.input_angle_rad(&finger.rest()) + theta_a_rad,
-            &finger.rest(),
-        )
-        .expect("a posture");
+    let free = closed(finger, theta_a_rad);
     let at_rad = free.configuration.rad().map(f64::from);
     let x_before = factors(finger, &at_rad);
     let mut counts = [0; 2];
@@ -154,9 +146,7 @@ fn derivatives_with_friction_are_those_of_the_path() {
         Finger<N, T, B>:
             Mechanics<Configuration = Configuration<N>, Path = crate::finger::Path<N, B>>,
     {
-        let free = finger
-            .free_at_angle(finger.input_angle_rad(&finger.rest()) + 0.7, &finger.rest())
-            .expect("a posture");
+        let free = closed(finger, 0.7);
         let contact = Contact {
             phalanx: N as u8,
             k_m: 0.35 * finger.parameters.lengths_m[N - 1],
@@ -176,31 +166,16 @@ fn derivatives_with_friction_are_those_of_the_path() {
                 assert!(moved_m < 2e-3, "{name} {friction} {told:?}");
                 continue;
             }
-            let (small, short, little) = (0.01, 4e-4, 2e-3);
-            let slope = |more: PathPoint, less: PathPoint, step: f32| {
-                (more.rotation_rad - less.rotation_rad) / (2.0 * step)
-            };
-            let moved = |k: f32, radius: f32| Contact {
-                k_m: contact.k_m + k,
-                radius_m: contact.radius_m + radius,
-                ..contact
-            };
+            let small = 0.01;
             let [more, less] = [small, -small].map(|step| at(contact, friction + step, rise_nm));
             let by_force = (more.force_n - less.force_n) / (2.0 * small);
             let by_friction = slope(more, less, small);
-            let [more, less] = [short, -short].map(|step| at(moved(step, 0.0), friction, rise_nm));
-            let by_k = slope(more, less, short);
-            let [more, less] = [short, -short].map(|step| at(moved(0.0, step), friction, rise_nm));
-            let by_radius = slope(more, less, short);
-            let [more, less] = [little, -little].map(|step| at(contact, friction, rise_nm + step));
-            let compliance = slope(more, less, little);
-            for (what, told, expected) in [
-                ("friction", told.rotation_by_friction_rad, by_friction),
-                ("force", told.force_by_friction_n, by_force),
-                ("k", told.rotation_by_k_rad_per_m, by_k),
-                ("radius", told.rotation_by_radius_rad_per_m, by_radius),
-                ("torque", told.compliance_rad_per_nm, compliance),
-            ] {
+            let mut pairs = derivatives(contact, rise_nm, |contact, rise_nm| {
+                at(contact, friction, rise_nm)
+            });
+            pairs.push(("friction", told.rotation_by_friction_rad, by_friction));
+            pairs.push(("force", told.force_by_friction_n, by_force));
+            for (what, told, expected) in pairs {
                 let off = (told - expected).abs() / expected.abs();
                 assert!(
                     off < 0.02,

@@ -1,7 +1,7 @@
 //! A contact path on an object that gives way, against the balance of every joint and the object's own law in f64, and its derivatives
 //! against differences.
 
-use super::{arms, factors};
+use super::{arms, closed, derivatives, factors, followed, slope};
 use crate::finger::{
     BaseJoint, Configuration, Contact, Finger, Free, Mechanics, PathPoint, Transmission,
 };
@@ -31,21 +31,7 @@ where
             return None;
         }
     }
-    for part in 1..=8u8 {
-        finger.follow(&mut path, rise_nm * f32::from(part) / 8.0)?;
-    }
-    finger.follow(&mut path, rise_nm)
-}
-
-fn closed<const N: usize, T: Transmission<N>, B: BaseJoint>(
-    finger: &Finger<N, T, B>,
-    theta_a_rad: f32,
-) -> Free<Configuration<N>>
-where
-    Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = crate::finger::Path<N, B>>,
-{
-    let rest = finger.rest();
-    (finger.free_at_angle(finger.input_angle_rad(&rest) + theta_a_rad, &rest)).expect("a posture")
+    followed(finger, &mut path, rise_nm)
 }
 
 /// Distance of the centre of the object from the last phalanx's centre line, with the phalanx where `delta` has it and the centre where
@@ -191,48 +177,15 @@ fn derivatives_on_a_soft_object_are_those_of_the_path() {
                 }
                 slid += u32::from(friction > 0.0);
                 let told = at(contact, [0.0; 2], rise_nm);
-                let slope = |more: PathPoint, less: PathPoint, step: f32| {
-                    (more.rotation_rad - less.rotation_rad) / (2.0 * step)
-                };
-                let moved = |k: f32, radius: f32| Contact {
-                    k_m: contact.k_m + k,
-                    radius_m: contact.radius_m + radius,
-                    ..contact
-                };
-                let still = [0.0; 2];
-                let (small, short, little) = (0.05 * give, 4e-4, 2e-3);
-                let by_give = slope(
-                    at(contact, [small, 0.0], rise_nm),
-                    at(contact, [-small, 0.0], rise_nm),
-                    small,
-                );
-                let by_k = slope(
-                    at(moved(short, 0.0), still, rise_nm),
-                    at(moved(-short, 0.0), still, rise_nm),
-                    short,
-                );
-                let by_radius = slope(
-                    at(moved(0.0, short), still, rise_nm),
-                    at(moved(0.0, -short), still, rise_nm),
-                    short,
-                );
-                let compliance = slope(
-                    at(contact, still, rise_nm + little),
-                    at(contact, still, rise_nm - little),
-                    little,
-                );
-                let mut pairs = std::vec![
-                    ("give", told.rotation_by_give_rad_n_per_m, by_give),
-                    ("k", told.rotation_by_k_rad_per_m, by_k),
-                    ("radius", told.rotation_by_radius_rad_per_m, by_radius),
-                    ("torque", told.compliance_rad_per_nm, compliance),
-                ];
+                let mut pairs = derivatives(contact, rise_nm, |contact, rise_nm| {
+                    at(contact, [0.0; 2], rise_nm)
+                });
+                let beside = |more: [f32; 2]| at(contact, more, rise_nm);
+                let small = 0.05 * give;
+                let by_give = slope(beside([small, 0.0]), beside([-small, 0.0]), small);
+                pairs.push(("give", told.rotation_by_give_rad_n_per_m, by_give));
                 if friction > 0.0 {
-                    let by_friction = slope(
-                        at(contact, [0.0, 0.005], rise_nm),
-                        at(contact, [0.0, -0.005], rise_nm),
-                        0.005,
-                    );
+                    let by_friction = slope(beside([0.0, 0.005]), beside([0.0, -0.005]), 0.005);
                     pairs.push(("friction", told.rotation_by_friction_rad, by_friction));
                 }
                 for (what, told, expected) in pairs {
@@ -266,10 +219,7 @@ fn an_object_of_no_compliance_is_rigid() {
     let soft = pressed(&finger, &free, contact, [0.0; 2], 0.1).expect("presses");
     let mut path =
         Mechanics::path(&finger, &free.configuration, free.torque_nm, contact).expect("presses");
-    for part in 1..=8u8 {
-        finger.follow(&mut path, 0.1 * f32::from(part) / 8.0);
-    }
-    assert_eq!(Some(soft), finger.follow(&mut path, 0.1));
+    assert_eq!(Some(soft), followed(&finger, &mut path, 0.1));
     for wrong in [f32::NAN, f32::INFINITY] {
         assert_eq!(pressed(&finger, &free, contact, [wrong, 0.0], 0.1), None);
     }

@@ -1,0 +1,65 @@
+//! Prints the studies that stand beside the table of experiments.
+
+use std::fmt::Display;
+
+use palpate_evaluation::experiments::job::Plan;
+use palpate_evaluation::experiments::{calibration, following, soft_objects};
+
+/// Prints lines of JSON or a table, and to the error output what could not be done: the finger's seed, and why.
+fn print<E: Display>(
+    what: &str,
+    lines: Option<impl IntoIterator<Item = impl Display>>,
+    table: impl FnOnce() -> String,
+    failed: &[(u64, E)],
+) {
+    match lines {
+        Some(lines) => lines.into_iter().for_each(|line| println!("{line}")),
+        None => println!("{}", table()),
+    }
+    for (seed, error) in failed {
+        eprintln!("{what}, finger {seed}: {error}");
+    }
+}
+
+/// What becomes of held contacts.
+pub fn changes(plan: &Plan, json: bool) {
+    let (scores, failed) = following::changes(plan);
+    let lines = json.then(|| following::changes_json(plan, &scores));
+    print(
+        "changes",
+        lines,
+        || following::changes_table(&scores),
+        &failed,
+    );
+}
+
+/// Second contacts.
+pub fn second_contacts(plan: &Plan, json: bool) {
+    let (scores, failed) = following::second_contacts(plan);
+    let lines = json.then(|| following::second_contacts_json(plan, &scores));
+    let table = || following::second_contacts_table(&scores);
+    print("second contacts", lines, table, &failed);
+}
+
+/// Objects that give way.
+pub fn soft_objects(plan: &Plan, json: bool) {
+    let (scores, failed) = soft_objects::study(plan);
+    let lines = json.then(|| soft_objects::lines(plan, &scores));
+    print(
+        soft_objects::NAME,
+        lines,
+        || soft_objects::table(&scores),
+        &failed,
+    );
+}
+
+/// The guided calibration on fingers with hidden values of their own.
+pub fn calibration(plan: &Plan, json: bool) {
+    let (fingers, failed) = calibration::study(plan);
+    let summary = calibration::Summary::of(&fingers);
+    let lines = json.then(|| {
+        let each = fingers.iter().map(|finger| finger.json());
+        each.chain([summary.json()]).collect::<Vec<_>>()
+    });
+    print("calibration", lines, || summary.markdown(), &failed);
+}
