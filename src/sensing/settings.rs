@@ -37,7 +37,7 @@ pub struct Settings {
     /// Forces over those that the scene's springs would have, where a scale has told: the springs' stiffness, on which no location
     /// depends, and what contact friction changes.
     pub force_scale: Option<f32>,
-    /// Standard deviation of the object's compliance from none, metre per newton, above 0 where objects may be soft
+    /// Standard deviation of the object's compliance from zero, metre per newton, above 0 where objects may be soft
     /// ([`SoftObject`](super::SoftObject)).
     pub object_give_m_per_n: f32,
     /// Standard deviation of the finger's leverage from one place of contact to another, as a share: lengths of pulleys and links that

@@ -114,7 +114,8 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
             -at.k * phi.sin - self.radius * versine + phi.sin * shift[0] - phi.cos * shift[1];
         let gap = rigid + self.give * at.force;
         let k_now = phi.cos * (at.k - shift[0]) + phi.sin * (self.radius - shift[1]);
-        // Seen from the phalanx the object's centre gives way along the normal alone, so what turns about it is where it was.
+        // A soft object gives way along the normal alone, so how the contact moves along the phalanx as a joint turns follows from
+        // where the object's centre was at contact.
         let normal = self.radius + rigid;
 
         let (mut arms, mut rubbing, mut pressing) = ([0.0; N], [0.0; N], [0.0; N]);

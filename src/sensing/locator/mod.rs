@@ -59,8 +59,9 @@ fn radius_m(index: usize) -> f32 {
 const ORDER: [(usize, usize); 6] = [(1, 1), (0, 1), (2, 1), (3, 2), (4, 3), (5, 4)];
 /// A radius less likely than the best by this logarithm is skipped, with those beyond it.
 const HOPELESS: f32 = 10.0;
-/// The largest radius, index, is for data that demand it: where the next smaller one is likelier than all others by this logarithm.
+/// Index of the largest radius. It is fitted only where the data demand it.
 const LARGE: usize = 5;
+/// They do where the next smaller radius is likelier than all others by this logarithm.
 const DEMANDED: f32 = 2.0;
 /// Largest number of hypotheses: two places on each of two phalanges, and a proximal contact.
 const MOST: usize = 5;

@@ -101,8 +101,8 @@ impl Whitening {
         }
     }
 
-    /// Subtracts the prediction of earlier points from a row of so many unknowns and updates the states with the innovation; `past_rad` is the angle
-    /// from the onset to the end of the point.
+    /// Subtracts the prediction of earlier points from a row, whose first `unknowns` slopes are used, and updates the states with the
+    /// innovation; `past_rad` is the angle from the onset to the end of the point.
     pub(super) fn whiten(&mut self, point: &Point, past_rad: f32, unknowns: usize, row: &mut Row) {
         let turns = point.counts * self.worm_per_count;
         if let Some((time_s, before)) = self.before.replace((point.time_s, turns)) {
