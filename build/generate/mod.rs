@@ -226,7 +226,7 @@ impl palpate::scene::Scene for {name} {{
     ));
     section(&format!(
         "    const UNCALIBRATED: palpate::sensing::Calibration = palpate::sensing::Calibration {{
-        torque_factor: 1.0,
+        torque_factor: {},
         torque_factor_sigma: {},
         cable_rad_per_nm: {cable},
         cable_sigma_rad_per_nm: {cable_sigma},
@@ -236,6 +236,7 @@ impl palpate::scene::Scene for {name} {{
         contacts: 0,
         presses: 0,
     }};",
+        of("sensing.torque_factor"),
         of("sensing.torque_factor_sigma")
     ));
     section(&format!(

@@ -33,6 +33,7 @@ pub(super) fn check(scene: &Scene) -> Checked {
     finger::preload(scene)?;
     finger::hidden_base(scene)?;
     finger::held_joint(scene)?;
+    finger::leverage(scene)?;
     soft_object(scene)?;
     hall(scene)
 }

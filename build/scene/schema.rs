@@ -64,9 +64,6 @@ pub(super) const KEYS: &[Key] = &[
     may("return_cable.pulley_m", PerPhalanx(1e-3, 0.1)),
     may("return_cable.tension_n", Number(0.01, 1e3)),
     may("return_cable.stiffness_n_per_m", Number(1.0, 1e6)),
-    // For worlds with gravity: masses of the phalanges, and the angle of "down" from phalanx 1 at theta_1 = 0.
-    may("finger.mass_kg", PerPhalanx(1e-4, 10.0)),
-    may("finger.gravity_deg", Number(-180.0, 180.0)),
     must("travel.stop_rad", Number(0.01, 6.0)),
     must("travel.free_rad", Number(0.01, 6.0)),
     must("motor.torque_constant_nm_per_a", Number(1e-4, 1.0)),
@@ -140,6 +137,7 @@ pub(super) const KEYS: &[Key] = &[
     must("sensing.object_compliance_sigma_m_per_n", Number(1e-6, 1.0)),
     must("sensing.leverage_sigma", Number(0.0, 1.0)),
     must("sensing.swing_nm", Number(0.0, 1.0)),
+    must("sensing.torque_factor", Number(0.5, 1.5)),
     must("sensing.torque_factor_sigma", Number(1e-3, 1.0)),
     must("sensing.cable_sigma_rad_per_nm", Number(0.0, 100.0)),
     must("sensing.cable_stiffening_sigma_per_nm", Number(0.0, 10.0)),

@@ -21,6 +21,7 @@ impl<const N: usize> Transmission<N> for Direct<N> {
     type Design = ();
 
     const COUPLES: bool = false;
+    const UNEVEN: bool = false;
 
     fn build((): (), _: &Parameters<N>) -> Result<Self, ConfigError> {
         Ok(Self)

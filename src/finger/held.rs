@@ -1,6 +1,7 @@
 //! A finger that touches with two phalanges: which one the second is, where, and the forces as far as statics determines them
 //! (docs/MECHANICS.md#two-contacts). The questions are the same for two and three phalanges ([`HoldsTwice`]).
 
+use super::rubbed::Rubbed;
 use super::statics::contact_arms;
 use super::two_contacts::cross;
 use super::{
@@ -13,6 +14,8 @@ use crate::numeric::{Bounded, dot, exp};
 const STOP_MARGIN_RAD: f32 = 0.03;
 /// Odds from which on a phalanx is named (chosen).
 const DECISIVE_ODDS: f32 = 4.0;
+/// Places along a phalanx over which a likelihood is averaged.
+const PLACES: u8 = 12;
 /// Density of a normal variable at its mean, in units of its deviation.
 const NORMAL_PEAK: f32 = 0.399;
 
@@ -149,25 +152,27 @@ impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
         measured: &SecondMeasured,
     ) -> Result<TwoContacts<Configuration<3>>, NoSecondContact> {
         let (pressed, configuration) = self.pressed_on(at, first, measured.rise_nm)?;
-        let mut best = (0.0, 0, f32::NAN, f32::NAN);
+        let with_place = if first.phalanx == 3 { 2 } else { 3 };
+        let mut best = (0.0, with_place, f32::NAN, f32::NAN);
         let places = self.second_places(&at.configuration, at.torque_nm, first, measured);
         for found in places.iter().flatten() {
             let Candidate { phalanx, k_m, .. } = found.place;
-            // The likelihood's integral along the phalanx, about this place; in units of the compliance's deviation.
+            // The likelihood's integral along the phalanx, about this place.
             let length_m = self.phalanx_length_m(phalanx).unwrap_or(f32::MAX);
-            let likely = (found.sigma_m / length_m).at_most(NORMAL_PEAK);
+            let share = (found.sigma_m / length_m).at_most(NORMAL_PEAK);
+            let likely = (pressed.rubbed(phalanx, k_m, measured)).map_or(0.0, |rubbed| {
+                share / rubbed.sigma.at_least(f32::MIN_POSITIVE)
+            });
             if likely > best.0 && pressed.second_presses(phalanx, k_m) {
                 best = (likely, phalanx, k_m, found.sigma_m);
             }
         }
+        // Where the measured one is beside all compliances of the phalanx, or as uncertain as they differ.
+        best.0 = best.0.at_least(pressed.likely_along(with_place, measured));
         let without_place = if first.phalanx == 1 { 2 } else { 1 };
         let [middle_m, ..] = self.parameters.lengths_m.map(|length| 0.5 * length);
-        if let Some(expected) = pressed.second_compliance(without_place, middle_m) {
-            let off = (measured.compliance_rad_per_nm - expected)
-                / measured
-                    .compliance_sigma_rad_per_nm
-                    .at_least(f32::MIN_POSITIVE);
-            let likely = NORMAL_PEAK * exp(-0.5 * (off * off).at_most(100.0));
+        if let Some(expected) = pressed.rubbed(without_place, middle_m, measured) {
+            let likely = expected.likely(measured);
             if best.0 > 0.0 && likely.at_least(best.0) < DECISIVE_ODDS * likely.at_most(best.0) {
                 // Either would do: that is no answer.
                 return Err(NoSecondContact::Unexplained);
@@ -177,8 +182,11 @@ impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
             }
         }
         let (likely, phalanx, k_m, sigma_m) = best;
-        // Where the place does not matter any place leaves the same motion.
-        let k_any_m = if k_m.is_finite() { k_m } else { middle_m };
+        // Where the place does not matter any place leaves the same motion; one that is not known may be the middle.
+        let k_any_m = match self.phalanx_length_m(phalanx) {
+            Some(length_m) if k_m.is_nan() => 0.5 * length_m,
+            _ => k_m,
+        };
         let turning_per_nm = pressed.turning_per_nm(phalanx, k_any_m);
         let turning_per_nm = turning_per_nm
             .filter(|_| likely > 0.0)
@@ -218,7 +226,32 @@ impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
     }
 }
 
+impl Rubbed {
+    /// Probability density of the measured compliance.
+    fn likely(&self, measured: &SecondMeasured) -> f32 {
+        let sigma = self.sigma.at_least(f32::MIN_POSITIVE);
+        let off = (measured.compliance_rad_per_nm - self.compliance) / sigma;
+        NORMAL_PEAK / sigma * exp(-0.5 * (off * off).at_most(100.0))
+    }
+}
+
 impl Pressed<3> {
+    /// Mean probability density of the measured compliance over the places of a phalanx, those that would not press included.
+    fn likely_along(&self, phalanx: u8, measured: &SecondMeasured) -> f32 {
+        let index = usize::from(phalanx).saturating_sub(1);
+        let length_m = self.lengths_m.get(index).copied().unwrap_or(0.0);
+        let mut sum = 0.0;
+        for place in 0..PLACES {
+            let k_m = (place as f32 + 0.5) / PLACES as f32 * length_m;
+            if self.second_presses(phalanx, k_m) {
+                sum += self
+                    .rubbed(phalanx, k_m, measured)
+                    .map_or(0.0, |rubbed| rubbed.likely(measured));
+            }
+        }
+        sum / PLACES as f32
+    }
+
     /// How the joints turn with the torque when a second contact holds too: along v = p_a x p_b.
     fn turning_per_nm(&self, phalanx: u8, k_m: f32) -> Option<[f32; 3]> {
         let tip = usize::from(phalanx).checked_sub(1)?;

@@ -71,6 +71,8 @@ impl Linkage<2> {
 impl Transmission<2> for Linkage<1> {
     type Design = [Levers; 1];
 
+    const UNEVEN: bool = false;
+
     fn build(design: Self::Design, finger: &Parameters<2>) -> Result<Self, ConfigError> {
         Self::of(design, finger)
     }

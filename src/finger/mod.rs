@@ -41,6 +41,7 @@ mod path;
 mod preshape;
 mod quadratic;
 mod return_cable;
+mod rubbed;
 mod statics;
 mod tendon;
 mod three_joint;

@@ -26,6 +26,26 @@ pub(super) fn contact_arms<const N: usize>(
     arms
 }
 
+/// Moment arms about every joint of a force of friction along the surface of the phalanx with index `tip`, towards its joint, metre.
+/// Times the rates of the joints they are the speed at which that surface slides.
+pub(super) fn rubbing_arms<const N: usize>(
+    lengths_m: &[f32; N],
+    turn: &[Rotation; N],
+    tip: usize,
+    half_thickness_m: f32,
+) -> [f32; N] {
+    let mut arms = [0.0; N];
+    let (mut arm, mut bend) = (half_thickness_m, Rotation::NONE);
+    for m in (0..N).rev().filter(|m| *m <= tip) {
+        arms[m] = arm;
+        if let Some(below) = m.checked_sub(1) {
+            bend = bend.then(turn[m]);
+            arm -= lengths_m[below] * bend.sin;
+        }
+    }
+    arms
+}
+
 impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     /// A contact on phalanx 2 in a posture, of a finger that a return cable opens; `None` of any other.
     pub(crate) fn returned_contact(&self, at: &Configuration<N>) -> Option<ReturnedContact> {

@@ -21,6 +21,10 @@ pub trait Transmission<const N: usize>: Copy + core::fmt::Debug {
     /// one lies at the tip, otherwise the softest one lies on phalanx 1.
     const COUPLES: bool = true;
 
+    /// Whether tolerances and losses may let a torque do some percent more at one contact than at another: pulleys of a few
+    /// millimetres or several stages, but neither one stage of long levers nor none.
+    const UNEVEN: bool = true;
+
     /// Checks a design against the finger that it shall drive.
     ///
     /// # Errors

@@ -13,6 +13,9 @@ use super::{
 use crate::numeric::{Bounded, dot, sqrt};
 use core::array::from_fn;
 
+/// Corrections of a place for what friction takes there.
+const CORRECTIONS: u8 = 3;
+
 /// A second contact, told from the stiffness that the motor feels after it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SecondPlace {
@@ -33,6 +36,12 @@ pub struct SecondMeasured {
     pub compliance_sigma_rad_per_nm: f32,
     /// Deviation of the first contact's place, metre, >= 0.
     pub first_sigma_m: f32,
+    /// Coefficient of friction of both contacts: mean and deviation, >= 0.
+    pub friction: [f32; 2],
+    /// Half the thickness of a phalanx, metre: its surface rubs so far from its axis.
+    pub half_thickness_m: f32,
+    /// Deviation of the finger's leverage, as a share, >= 0.
+    pub leverage_sigma: f32,
 }
 
 /// The stiffness problem of a second contact on one phalanx: C = (x . v)^2 / (v^T H v) along v = p_a x p_b, linear in k.
@@ -224,8 +233,8 @@ impl Pressed<3> {
 impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
     /// Places of a second contact with their deviations. The first one was made at `torque_nm` in the free posture `at`.
     ///
-    /// The deviation contains that of the compliance and that of the first contact's place, which moves posture and force
-    /// too. `None` where the first contact leads to no posture at the second; an empty list where no place is as stiff.
+    /// The deviation contains that of the compliance, of friction and leverage, and that of the first contact's place, which moves
+    /// posture and force too. `None` where the first contact leads to no posture at the second; an empty list where no place is as stiff.
     ///
     /// ```
     /// use palpate::finger::{Contact, Finger, Mechanics, Parameters, SecondMeasured, Tendon};
@@ -251,6 +260,9 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
     ///     compliance_rad_per_nm: compliance,
     ///     compliance_sigma_rad_per_nm: 0.02 * compliance,
     ///     first_sigma_m: 0.5e-3,
+    ///     friction: [0.0; 2],
+    ///     half_thickness_m: 0.006,
+    ///     leverage_sigma: 0.0,
     /// };
     /// let places = finger.second_places(&at, 0.02, first, &measured).expect("a posture");
     /// assert!(places.iter().any(|p| p.place.phalanx == 3 && (p.place.k_m - 0.025).abs() < 1e-5));
@@ -270,26 +282,39 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
         };
         let compliance = measured.compliance_rad_per_nm;
         let here = pressed(first.k_m)?;
+        let same = |pressed: &Pressed<3>, compliance: f32, place: &Candidate| {
+            let is_same = |there: &Candidate| {
+                there.phalanx == place.phalanx && there.beyond_stiffest == place.beyond_stiffest
+            };
+            pressed.second_places(compliance).into_iter().find(is_same)
+        };
         // One deviation to either side, or as far as the phalanx goes.
         let beside = [-1.0, 1.0].map(|side| pressed(first.k_m + side * measured.first_sigma_m));
         let mut found = heapless::Vec::new();
-        for place in here.second_places(compliance) {
+        for mut place in here.second_places(compliance) {
             let Some(contact) = SecondContact::on(&here, place.phalanx) else {
                 continue;
             };
-            let mut sigma_m =
-                measured.compliance_sigma_rad_per_nm / contact.compliance_by_k(place.k_m).abs();
+            let rubbed_at = |place: &Candidate| here.rubbed(place.phalanx, place.k_m, measured);
+            let Some(mut rubbed) = rubbed_at(&place) else {
+                continue;
+            };
+            // What friction takes depends on the place, little.
+            for _ in 0..CORRECTIONS {
+                let nearer = same(&here, compliance / rubbed.left, &place);
+                let Some((nearer, there)) = nearer.and_then(|at| Some((at, rubbed_at(&at)?)))
+                else {
+                    break;
+                };
+                (place, rubbed) = (nearer, there);
+            }
+            let slope = rubbed.left * contact.compliance_by_k(place.k_m);
+            let mut sigma_m = rubbed.sigma / slope.abs();
             if measured.first_sigma_m > 0.0 {
                 // The farther of the two: near the stiffest place one may have no solution.
                 let mut moved_m = 0.0f32;
-                for there in beside
-                    .iter()
-                    .flatten()
-                    .flat_map(|p| p.second_places(compliance))
-                {
-                    let is_same = there.phalanx == place.phalanx
-                        && there.beyond_stiffest == place.beyond_stiffest;
-                    if is_same {
+                for beside in beside.iter().flatten() {
+                    if let Some(there) = same(beside, compliance / rubbed.left, &place) {
                         moved_m = moved_m.at_least((there.k_m - place.k_m).abs());
                     }
                 }

@@ -73,6 +73,11 @@ impl<const P: usize, X: SeriesElement> Normal<P, X> {
         }
     }
 
+    /// Shift of one unknown that makes up for a shift of a later one by 1, all others as they are.
+    pub fn ratio(&self, later: usize, unknown: usize) -> f32 {
+        self.matrix[later][unknown] / self.matrix[unknown][unknown]
+    }
+
     /// Predicted decrease of the sum of squares by a step (quadratic model).
     pub fn promise(&self, step: &[f32; P]) -> f32 {
         let mut gain = 0.0;

@@ -201,6 +201,18 @@ pub(super) fn return_cable(scene: &Scene) -> Checked {
     )
 }
 
+/// One stage of long levers, or none, has the leverage that its lengths say: a deviation would be ignored.
+pub(super) fn leverage(scene: &Scene) -> Checked {
+    let is_even = scene.has("direct") || scene.has("linkage") && scene.phalanges() == 2;
+    let share = scene.number("sensing.leverage_sigma");
+    if is_even && share > 0.0 {
+        return Err(format!(
+            "`sensing.leverage_sigma` = {share} must be 0 with [direct], and with [linkage] in a finger of two phalanges"
+        ));
+    }
+    Ok(())
+}
+
 /// What follows a contact is told from changes of the stiffness, and joint 2 leaving its stop is one. An object that gives way lets the
 /// finger turn before.
 pub(super) fn held_joint(scene: &Scene) -> Checked {

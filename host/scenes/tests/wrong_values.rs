@@ -120,6 +120,14 @@ fn a_value_out_of_range_is_named_with_its_range() {
             "[return_cable] is only possible in a finger of two phalanges with [tendon]",
         ),
         (
+            "sensing.leverage_sigma = 0.05",
+            "`sensing.leverage_sigma` = 0.05 must be 0 with [direct], and with [linkage] in a finger of two phalanges",
+        ),
+        (
+            "finger.mass_kg = [0.01, 0.01]",
+            "unknown key `finger.mass_kg`",
+        ),
+        (
             "finger.hidden_base = 1",
             "`finger.hidden_base` = 1 must be true or false",
         ),

@@ -9,6 +9,7 @@ pub mod changes;
 pub mod disturbance;
 mod machine;
 mod outcome;
+pub mod places;
 pub mod second_contacts;
 mod simulation;
 mod slow;

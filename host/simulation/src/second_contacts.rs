@@ -1,5 +1,6 @@
 //! Second contacts told next to the truth, on drawn grasps: power grasps, in which another phalanx presses too, and single contacts.
 
+use crate::places::{PIN_RAD, PIN_SHARES};
 use crate::{Error, Outcome, Row, Simulated, Simulation};
 use palpate::drive::config::Config;
 use palpate::drive::sequence::Motion;
@@ -16,12 +17,8 @@ use std::marker::PhantomData;
 const PRESSES_N: f64 = 0.2;
 /// Samples most of which show two phalanges in contact.
 const PRESSES_MS: usize = 20;
-/// Motor turns after the second contact without which it came as the motion ended.
+/// Motor turns while two phalanges press without which they did so as the motion ended, or in passing.
 const LEAST_TURNS: f64 = 4.0;
-/// Pins of the calibration on the last phalanx, as shares of its length, and the angle of joint 1 then, radian.
-const PINS: [f64; 2] = [0.3, 0.75];
-const PIN_RAD: f64 = 0.8;
-
 /// A scene with the option `second_contact`, whether its file has it or not.
 #[derive(Clone, Copy, Debug)]
 pub struct Grasping<S>(PhantomData<S>);
@@ -47,27 +44,20 @@ impl<S: Scene<Finger: HoldsTwice + Clone + std::fmt::Debug>> Scene for Grasping<
     }
 }
 
-/// A place that was told, as shares of its phalanx.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
-    /// Told less true.
-    pub error: f64,
-    /// The deviation told with it.
-    pub sigma: f64,
-}
-
 /// What a run of grasps came to.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Score {
-    /// Grasps in which a second phalanx pressed, for some turns of the motor.
+    /// Grasps in which two phalanges pressed for some turns of the motor, and the second at the end.
     pub power: u32,
     /// Of these told.
     pub told: u32,
     /// Of these with the right phalanx.
     pub phalanx_right: u32,
+    /// Of those told with another.
+    pub phalanx_wrong: u32,
     /// Of these told as enveloped.
     pub enveloped: u32,
-    /// A second phalanx pressed only as the motion ended, and of these told.
+    /// Two pressed for fewer turns: as the motion ended, or while the object passed from one to the other; and of these told.
     pub late: u32,
     /// See `late`.
     pub late_told: u32,
@@ -79,8 +69,8 @@ pub struct Score {
     pub false_ones: u32,
     /// Closings that ended in a fault.
     pub faults: u32,
-    /// Places on the right phalanx.
-    pub places: Vec<Place>,
+    /// Places on the right phalanx, as shares of it: told less true, with the deviation told.
+    pub places: Vec<[f64; 2]>,
 }
 
 impl Score {
@@ -90,6 +80,7 @@ impl Score {
         self.power += other.power;
         self.told += other.told;
         self.phalanx_right += other.phalanx_right;
+        self.phalanx_wrong += other.phalanx_wrong;
         self.enveloped += other.enveloped;
         self.late += other.late;
         self.late_told += other.late_told;
@@ -101,25 +92,8 @@ impl Score {
         self
     }
 
-    /// Mean error of the places without sign, percent of the phalanx; NaN without places.
-    #[must_use]
-    pub fn error_pct(&self) -> f64 {
-        self.mean(|place| 100.0 * place.error.abs())
-    }
-
-    /// Share of the places within two deviations, percent.
-    #[must_use]
-    pub fn within2_pct(&self) -> f64 {
-        self.mean(|place| 100.0 * f64::from(place.error.abs() <= 2.0 * place.sigma))
-    }
-
-    #[expect(clippy::cast_precision_loss, reason = "a count")]
-    fn mean(&self, of: impl Fn(&Place) -> f64) -> f64 {
-        self.places.iter().map(of).sum::<f64>() / self.places.len() as f64
-    }
-
     /// Adds a closing on an object that phalanx `first` touched first, with the second contact as it began and so many turns of the
-    /// motor after it.
+    /// motor with two.
     fn add(
         &mut self,
         outcome: &Outcome,
@@ -159,12 +133,12 @@ impl Score {
             self.told += 1;
             let truth = began.filter(|truth| truth.phalanx == phalanx);
             self.phalanx_right += u32::from(truth.is_some());
+            self.phalanx_wrong += u32::from(truth.is_none() && phalanx != 0);
             if let Some(truth) = truth.filter(|_| k_m.is_finite()) {
                 let length_m = lengths_m[usize::from(phalanx) - 1];
-                self.places.push(Place {
-                    error: (f64::from(k_m) - truth.k_m) / length_m,
-                    sigma: f64::from(sigma_m) / length_m,
-                });
+                let error_m = f64::from(k_m) - truth.k_m;
+                self.places
+                    .push([error_m, f64::from(sigma_m)].map(|m| m / length_m));
             }
         }
     }
@@ -218,21 +192,23 @@ fn drawn(lengths_m: &[f64], random: &mut Pcg64Mcg) -> Grasp {
     Grasp::touching(phalanx as u8, k_m, theta_1_rad, shape)
 }
 
-/// Turns that the motor made from when two phalanges pressed, bounces left out, to where closing ends. Beyond that the motor holds
-/// with a current of its own and shows no torque.
-fn turns_after_second(outcome: &Outcome, counts_per_turn: f64, travel_counts: f64) -> f64 {
-    let pressing = |row: &Row| row.true_pressing.count_ones() > 1;
+/// Turns that the motor made while two phalanges pressed, bounces left out, as far as closing goes. Beyond that the motor holds with a
+/// current of its own and shows no torque.
+fn turns_with_two(outcome: &Outcome, counts_per_turn: f64, travel_counts: f64) -> f64 {
+    let pressing = |row: &&Row| row.true_pressing.count_ones() > 1;
     let began = (outcome.trace.windows(PRESSES_MS))
-        .find(|rows| rows.iter().filter(|row| pressing(row)).count() > PRESSES_MS / 2);
-    let first = began.and_then(|rows| rows.first());
-    let last = outcome.trace.iter().map(|row| row.encoder_counts).max();
-    let last = last.map(|last| f64::from(last).min(travel_counts));
-    let way = first.zip(last);
-    way.map_or(0.0, |(first, last)| last - f64::from(first.encoder_counts)) / counts_per_turn
+        .position(|rows| rows.iter().filter(pressing).count() > PRESSES_MS / 2);
+    let since = began.and_then(|first| outcome.trace.get(first..));
+    let way = since.and_then(|rows| {
+        let last = rows.iter().filter(pressing).map(|row| row.encoder_counts);
+        let last_counts = f64::from(last.max()?).min(travel_counts);
+        Some(last_counts - f64::from(rows.first()?.encoder_counts))
+    });
+    way.unwrap_or(0.0) / counts_per_turn
 }
 
 /// A drawn finger of a world, prepared and, if wanted, calibrated, and its grasps. `tell` hears of every closing, with the second
-/// contact as it began and the turns of the motor after it.
+/// contact as it began and the turns of the motor with two.
 ///
 /// # Errors
 /// The world does not suit the scene; the sequence refused.
@@ -255,7 +231,7 @@ where
     simulation.prepare()?;
     if calibrated {
         let length_m = lengths_m[usize::from(S::PHALANGES) - 1];
-        simulation.calibrate_on_pins(length_m, PINS, PIN_RAD)?;
+        simulation.calibrate_on_pins(length_m, PIN_SHARES, PIN_RAD)?;
     }
     simulation.traced = true;
     let mut score = Score::default();
@@ -271,7 +247,7 @@ where
             continue;
         };
         let counts_per_turn = parameters.encoder.counts_per_rev;
-        let turns = turns_after_second(&outcome, counts_per_turn, travel_counts);
+        let turns = turns_with_two(&outcome, counts_per_turn, travel_counts);
         tell(&outcome, second.began.as_ref(), turns);
         if outcome.fault.is_some() {
             score.faults += 1;

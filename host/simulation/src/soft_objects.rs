@@ -1,18 +1,13 @@
 //! Places and stiffnesses told of objects on springs, next to the truth: drawn fingers, calibrated on pins that are fixed.
 
+use crate::places::{PIN_RAD, PIN_SHARES};
 use crate::{Error, Simulated, Simulation, Verdict};
 use palpate_plant::{Grasp, Object, ObjectMount, Shape, World};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-/// Pins of the calibration on the last phalanx, as shares of its length, and the angle of joint 1 then, radian.
-const PINS: [f64; 2] = [0.3, 0.75];
-const PIN_RAD: f64 = 0.8;
 /// Places of the contacts on the last phalanx, as shares of its length.
 const PLACES: std::ops::Range<f64> = 0.15..0.9;
-/// Deviations within which the truth should be in 95 of 100.
-const HONEST: f64 = 2.0;
-
 /// Stiffness of the springs that hold the objects, newton per metre; `None` of fixed ones.
 pub const LEVELS: [Option<f64>; 5] = [None, Some(3000.0), Some(1000.0), Some(500.0), Some(250.0)];
 
@@ -29,18 +24,6 @@ pub struct Score {
     pub compliances: Vec<[f64; 2]>,
     /// A stiffness was told and not only a least one.
     pub clear: u32,
-}
-
-/// Mean of the errors without sign, and the share within two deviations, percent; NaN of none.
-#[must_use]
-#[expect(clippy::cast_precision_loss, reason = "a count")]
-pub fn summary(found: &[[f64; 2]]) -> [f64; 2] {
-    let mean =
-        |of: &dyn Fn(&[f64; 2]) -> f64| found.iter().map(of).sum::<f64>() / found.len() as f64;
-    [
-        mean(&|[error, _]| error.abs()),
-        mean(&|[error, sigma]| 100.0 * f64::from(error.abs() <= HONEST * sigma)),
-    ]
 }
 
 impl Score {
@@ -66,7 +49,7 @@ pub fn finger<S: Simulated>(world: &World, seed: u64, grasps: usize) -> Result<V
     let length_m = parameters.finger.length_m[last];
     let mut simulation = Simulation::<S>::new(&parameters, seed)?;
     simulation.prepare()?;
-    simulation.calibrate_on_pins(length_m, PINS, PIN_RAD)?;
+    simulation.calibrate_on_pins(length_m, PIN_SHARES, PIN_RAD)?;
     let one = |level: &Option<f64>| -> Result<Score, Error> {
         let mut random = Pcg64Mcg::seed_from_u64(seed);
         let mut score = Score::default();

@@ -4,8 +4,9 @@ use crate::name_list::nth;
 
 use super::motion::{Motion, WINDUP_RAD};
 
-/// Longest wait for the last word on a contact after its hold, second: it takes some tenths of a second (chosen).
-pub(super) const JUDGING_S: f32 = 1.0;
+/// Longest wait for the last word on a contact after its hold, second (chosen). With two phalanges it takes some tenths of a second,
+/// with three, where no single contact explains the curve, up to 3.6 (simulated).
+pub(super) const JUDGING_S: f32 = 6.0;
 
 /// What the finger is doing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

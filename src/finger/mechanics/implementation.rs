@@ -11,6 +11,7 @@ where
 {
     const PHALANGES: usize = N;
     const FIRST_TOUCHING: u8 = B::FIRST_TOUCHING;
+    const UNEVEN: bool = T::UNEVEN;
     type Configuration = Configuration<N>;
     type Path = Path<N, B>;
 

@@ -73,6 +73,8 @@ pub trait Mechanics {
     const PHALANGES: usize;
     /// The first phalanx that can touch anything: 1, or 2 where the first lies within the palm.
     const FIRST_TOUCHING: u8 = 1;
+    /// Whether its leverage may differ from what the lengths say by percents, and from one contact to another.
+    const UNEVEN: bool;
     /// Joint angles with their cosines and sines.
     type Configuration: Copy + core::fmt::Debug;
     /// A contact path under way; see [`Mechanics::path`].

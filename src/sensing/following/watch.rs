@@ -347,11 +347,15 @@ impl<C: Copy> Closing<C> {
         let held = match self.first {
             First::At(contact, first_sigma_m) => {
                 let free = sensor.free_at(self.onset_rad)?;
+                let settings = sensor.settings();
                 let measured = SecondMeasured {
                     rise_nm: (change.torque_nm - free.torque_nm).at_least(0.0),
                     compliance_rad_per_nm,
                     compliance_sigma_rad_per_nm,
                     first_sigma_m,
+                    friction: settings.contact_friction,
+                    half_thickness_m: settings.half_thickness_m,
+                    leverage_sigma: settings.leverage_sigma,
                 };
                 match sensor.finger().second_contact(&free, contact, &measured) {
                     Ok(held) => Some(held),

@@ -238,8 +238,9 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
     }
 
     /// The fit's result so far.
-    pub(super) fn fitted(&mut self) -> Option<Fitted> {
+    pub(super) fn fitted(&mut self, prior: &Prior<X>) -> Option<Fitted> {
         let (has_place, length_m) = (self.hypothesis.has_place(), self.hypothesis.length_m);
+        let by_factor = self.normal.ratio(FACTOR, K);
         let factor = self.normal.factor(0.0)?;
         let determinant = factor.ln_determinant();
         let mut k_sigma_m = 0.0;
@@ -251,10 +252,16 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             } else {
                 UNIFORM
             };
-            let variance = factor.covariance(K)[K].at_least(0.0);
-            let sharpened = 1.0 + precision * variance;
-            k_sigma_m = length_m * sqrt(variance / sharpened);
-            flat = 0.5 * ln(core::f32::consts::TAU / sharpened);
+            let mut variance = factor.covariance(K)[K].at_least(0.0);
+            flat = 0.5 * ln(core::f32::consts::TAU / (1.0 + precision * variance));
+            if F::UNEVEN {
+                // As much of the torque factor as the curve itself has told holds for the leverage along the curve, not at the place.
+                let told = 1.0 - factor.covariance(FACTOR)[FACTOR];
+                let shift =
+                    by_factor * prior.leverage_sigma / prior.calibration.torque_factor_sigma;
+                variance += told.at_least(0.0) * (shift * shift);
+            }
+            k_sigma_m = length_m * sqrt(variance / (1.0 + precision * variance));
         }
         let give_sigma = if X::OBJECT_GIVES {
             sqrt(factor.covariance(GIVE)[GIVE].at_least(0.0))

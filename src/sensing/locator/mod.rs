@@ -226,7 +226,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             return false;
         }
         let fitted = match progress {
-            Progress::Converged => fit.fitted(),
+            Progress::Converged => fit.fitted(prior),
             _ => None,
         };
         // A known place is fitted once; the fit is kept for the calibration.

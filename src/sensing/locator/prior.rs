@@ -79,6 +79,8 @@ pub struct Prior<X: SeriesElement> {
     pub preload_nm: f32,
     /// Torque factor and cable.
     pub calibration: Calibration,
+    /// Standard deviation of the finger's leverage along a curve, as a share.
+    pub leverage_sigma: f32,
     /// Noise.
     pub noise: Noise,
     /// What lies in series.

@@ -30,6 +30,7 @@ pub(super) fn prior() -> Prior<Cable> {
             contacts: 2,
             presses: 1,
         },
+        leverage_sigma: 0.0,
         noise: Noise {
             wander_nm: 0.8e-3,
             wander_s: 2.0,
@@ -132,7 +133,7 @@ fn no_start_anywhere_finds_better_than_a_round() {
                 while progress == Progress::UnderWay {
                     progress = fit.step(&finger, &data, &prior, &near);
                 }
-                if let (Progress::Converged, Some(fitted)) = (progress, fit.fitted())
+                if let (Progress::Converged, Some(fitted)) = (progress, fit.fitted(&prior))
                     && cost(&fitted) < least
                 {
                     (least, place_m) = (cost(&fitted), length_m * fitted.x[K]);

@@ -122,8 +122,12 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             _ => Place::Anywhere,
         };
         let mut calibration = self.calibration;
-        if matches!(place, Place::Anywhere) {
-            calibration.widen(settings.leverage_sigma);
+        let leverage_sigma = match place {
+            Place::Anywhere if F::UNEVEN => settings.leverage_sigma,
+            _ => 0.0,
+        };
+        if F::UNEVEN {
+            calibration.widen(leverage_sigma);
         }
         Prior {
             place,
@@ -140,6 +144,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             weight: collector.weight,
             onset_rad: collector.onset_rad,
             calibration,
+            leverage_sigma,
             noise: collector.noise,
             series: PhantomData,
         }

@@ -35,6 +35,7 @@ pub(super) fn prior(onset_rad: f32) -> Prior<Cable> {
         give_m_per_n: 0.0,
         force_scale: None,
         calibration: CALIBRATION,
+        leverage_sigma: 0.0,
         noise: Noise {
             wander_nm: 0.4e-3,
             wander_s: 2.0,
@@ -240,6 +241,46 @@ fn sprung_fingers_work_the_same() {
         let free = finger.free_at_angle(onset_rad, &finger.rest()).unwrap();
         let measured = onset_rad + CALIBRATION.cable_rad_per_nm * free.torque_nm;
         check(judged(&finger, measured, &points), k_m);
+    }
+}
+
+/// Deviation of a place on phalanx 2, whose torque factor is hardly known before, with a deviation of the leverage; metre.
+fn sigma_with_leverage<F: Mechanics>(finger: &F, k_m: f32, leverage_sigma: f32) -> f32 {
+    let onset_rad = finger.input_angle_rad(&finger.rest()) + 0.4;
+    let contact = Contact {
+        phalanx: 2,
+        k_m,
+        radius_m: 0.014,
+    };
+    let points = curve(finger, onset_rad, contact, &mut Random(43));
+    let free = finger.free_at_angle(onset_rad, &finger.rest()).unwrap();
+    let measured_rad = onset_rad + CALIBRATION.cable_rad_per_nm * free.torque_nm;
+    let prior = Prior {
+        leverage_sigma,
+        calibration: Calibration {
+            torque_factor_sigma: 0.25,
+            ..CALIBRATION
+        },
+        ..prior(measured_rad)
+    };
+    match locate(finger, measured_rad, &points, &prior).verdict(&prior, |_| 0.0) {
+        LocatorResult::At(estimate) => estimate.k_sigma_m,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_factor_that_the_curve_tells_is_that_of_its_own_leverage() {
+    for k_m in [0.02, 0.03] {
+        let sigma_m = |leverage| sigma_with_leverage(&Tendon2::MECHANISM, k_m, leverage);
+        let [none_m, some_m, more_m] = [0.0, 0.1, 0.2].map(sigma_m);
+        assert!(some_m > 1.01 * none_m, "{k_m}: {none_m} {some_m}");
+        // Variances add.
+        let [some, more] = [some_m, more_m].map(|m| m * m - none_m * none_m);
+        assert!((3.0..4.2).contains(&(more / some)), "{k_m}: {some} {more}");
+        // One stage of long levers has the leverage that its lengths say.
+        let even_m = |leverage| sigma_with_leverage(&P70::MECHANISM, k_m, leverage);
+        assert_eq!(even_m(0.0), even_m(0.2));
     }
 }
 

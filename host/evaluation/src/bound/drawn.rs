@@ -177,6 +177,7 @@ pub fn contact(rolling: &Rolling, known: &Knowledge, random: &mut Pcg64Mcg) -> O
         give_m_per_n: 0.0,
         force_scale: None,
         calibration: *calibration,
+        leverage_sigma: 0.0,
         noise: NOISE,
         series: PhantomData,
     };

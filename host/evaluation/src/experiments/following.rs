@@ -4,6 +4,7 @@ use palpate::finger::HoldsTwice;
 use palpate_document::table::head;
 use palpate_scenes::{Linkage3, P70, P70Hold, Tendon3};
 use palpate_simulation::changes::{self, KINDS, Scores};
+use palpate_simulation::places::summary;
 use palpate_simulation::second_contacts::{self, Score};
 use palpate_simulation::{Error, Simulated};
 use serde_json::{Value, json};
@@ -109,20 +110,22 @@ pub fn second_contacts(plan: &Plan) -> (Vec<(&'static str, Score)>, Failed) {
 #[must_use]
 pub fn second_contacts_table(scores: &[(&'static str, Score)]) -> String {
     let mut text = head(
-        "finger | power grasps | told | right phalanx | enveloped | single contacts | told as two | as the motion ended: n, told | places | \
+        "finger | power grasps | told | right phalanx, wrong | enveloped | single contacts | told as two | in passing or as the motion ended: n, told | places | \
          error, mean, % | within 2σ, % | faults",
     );
     for (name, score) in scores {
         let places = if score.places.is_empty() {
             "– | –".to_owned()
         } else {
-            format!("{:.1} | {:.0}", score.error_pct(), score.within2_pct())
+            let [error, within] = summary(&score.places);
+            format!("{:.1} | {within:.0}", 100.0 * error)
         };
         text += &format!(
-            "| {name} | {} | {} | {} | {} | {} | {} | {}, {} | {} | {places} | {} |\n",
+            "| {name} | {} | {} | {}, {} | {} | {} | {} | {}, {} | {} | {places} | {} |\n",
             score.power,
             score.told,
             score.phalanx_right,
+            score.phalanx_wrong,
             score.enveloped,
             score.single,
             score.false_ones,
@@ -142,11 +145,13 @@ pub fn second_contacts_json(
 ) -> impl Iterator<Item = Value> {
     let place = plan.place.clone();
     scores.iter().map(move |(name, score)| {
+        let [error, within] = summary(&score.places);
         json!({
             "type": "second-contacts", "world": place.world, "engine": place.engine, "scene": name, "power": score.power,
-            "told": score.told, "phalanx_right": score.phalanx_right, "enveloped": score.enveloped, "single": score.single,
+            "told": score.told, "phalanx_right": score.phalanx_right,
+            "phalanx_wrong": score.phalanx_wrong, "enveloped": score.enveloped, "single": score.single,
             "false": score.false_ones, "late": score.late, "late_told": score.late_told, "faults": score.faults,
-            "places": score.places.len(), "mean_abs_err_pct": score.error_pct(), "within_2sigma_pct": score.within2_pct(),
+            "places": score.places.len(), "mean_abs_err_pct": 100.0 * error, "within_2sigma_pct": within,
         })
     })
 }

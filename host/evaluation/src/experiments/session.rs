@@ -3,6 +3,7 @@
 use palpate::sensing::{Calibration, Friction, Refusal, Settings};
 use palpate_plant::{Grasp, Parameters};
 use palpate_simulation::Simulated;
+use palpate_simulation::places::PIN_SHARES;
 
 use super::judge::{self, Knowledge};
 use super::live::{Bench, Failure, Recording, Setup};
@@ -47,10 +48,6 @@ pub struct Session<S: Simulated> {
     threshold_nm: f64,
 }
 
-/// Places of the pins of the guided calibration, as shares of the distal phalanx: one where the finger is soft, for the
-/// torque factor, and one where it is stiff, for the cable.
-const PIN_SHARES: [f64; 2] = [0.3, 0.75];
-
 impl<S: Simulated> Session<S> {
     /// Homes, records friction and goes through the guided calibration.
     ///
@@ -89,7 +86,7 @@ impl<S: Simulated> Session<S> {
     /// The paper's algorithm, with this finger's calibration where it is wanted, and its threshold.
     #[must_use]
     pub fn papers_model(&self, calibration: &Calibration) -> (paper::Model, f64) {
-        let factor = f64::from(calibration.torque_factor / self.nominal.torque_factor);
+        let factor = f64::from(calibration.torque_factor);
         let mut model = self.model.clone();
         model.torque_nm_per_a *= factor;
         model.cable_rad_per_nm = f64::from(calibration.cable_rad_per_nm) / factor;

@@ -2,7 +2,8 @@
 
 use palpate_document::table::head;
 use palpate_scenes::{P70, P70Soft};
-use palpate_simulation::soft_objects::{LEVELS, Score, finger, summary};
+use palpate_simulation::places::summary;
+use palpate_simulation::soft_objects::{LEVELS, Score, finger};
 use serde_json::{Value, json};
 
 use super::fingers;

@@ -4,7 +4,8 @@
 use palpate::sensing::Relative;
 use palpate_plant::{Engine, Grasp, Object, ObjectMount, Shape, World};
 use palpate_scenes::{P70, P70Soft};
-use palpate_simulation::soft_objects::{LEVELS, Score, finger, summary};
+use palpate_simulation::places::{PIN_SHARES, summary};
+use palpate_simulation::soft_objects::{LEVELS, Score, finger};
 use palpate_simulation::{Simulated, Simulation};
 
 const GRASPS: usize = 8;
@@ -68,7 +69,7 @@ fn what_gives_way_more_is_told() {
         let mut simulation = Simulation::<S>::new(&parameters, 1).expect("a simulation");
         simulation.prepare().expect("a record");
         simulation
-            .calibrate_on_pins(0.07, [0.3, 0.75], 0.7)
+            .calibrate_on_pins(0.07, PIN_SHARES, 0.7)
             .expect("pins");
         let held = Object {
             mount: ObjectMount::Spring,

@@ -2,10 +2,8 @@
 
 use palpate::sensing::Event;
 use palpate_plant::{Grasp, Parameters};
+use palpate_simulation::places::PIN_SHARES;
 use palpate_simulation::{Outcome, Simulated, Simulation};
-
-/// Shares of the last phalanx at which the pins stand.
-const PINS: [f64; 2] = [0.3, 0.75];
 
 /// Returns a finger that has recorded its friction and is calibrated on the stop and on two pins of its last phalanx, which is
 /// `last_m` long, with joint 1 at an angle.
@@ -17,7 +15,7 @@ pub fn calibrated_on_pins<S: Simulated>(
     let mut simulation = Simulation::<S>::new(parameters, 1).expect("a simulation");
     simulation.prepare().expect("a record");
     simulation
-        .calibrate_on_pins(last_m, PINS, pins_rad)
+        .calibrate_on_pins(last_m, PIN_SHARES, pins_rad)
         .expect("pins");
     simulation
 }

@@ -1,0 +1,87 @@
+//! What friction takes of a finger's motion between two contacts (docs/MECHANICS.md#two-contacts).
+
+use super::statics::{contact_arms, rubbing_arms};
+use super::two_contacts::cross;
+use super::{Pressed, SecondMeasured};
+use crate::numeric::{Bounded, dot, sqrt};
+
+/// Of what the torque does, friction leaves this share at least: with more the finger would not move.
+const LEAST_LEFT: f32 = 0.1;
+
+/// A compliance that a second contact at some place would show, radian per newton metre.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rubbed {
+    /// Share of the frictionless compliance that friction leaves, 0 to 1.
+    pub(super) left: f32,
+    /// Compliance with friction.
+    pub(super) compliance: f32,
+    /// Standard deviation of a measured one from it: of the measurement, of the coefficient of friction and of the leverage.
+    pub(super) sigma: f32,
+}
+
+impl Pressed<3> {
+    /// The compliance that a second contact at `k_m` on a phalanx would show.
+    pub(super) fn rubbed(
+        &self,
+        phalanx: u8,
+        k_m: f32,
+        measured: &SecondMeasured,
+    ) -> Option<Rubbed> {
+        let free = self.second_compliance(phalanx, k_m)?;
+        let share = self.rubbed_share(phalanx, k_m, measured.half_thickness_m)?;
+        let [mean, deviation] = measured.friction;
+        let left = (1.0 - mean * share).at_least(LEAST_LEFT);
+        // The lever enters twice, as torque and as rotation.
+        let spread = [
+            measured.compliance_sigma_rad_per_nm,
+            free * share * deviation,
+            2.0 * free * left * measured.leverage_sigma,
+        ];
+        Some(Rubbed {
+            left,
+            compliance: free * left,
+            sigma: sqrt(dot(&spread, &spread)),
+        })
+    }
+
+    /// Share of the torque's work that contact friction with a coefficient of 1 takes while two contacts hold: along the motion v
+    /// that they leave, each slides by s . v under a force that grows with the torque. Forces that act already when the second contact
+    /// is made, and turn back where the sliding does, are left out.
+    fn rubbed_share(&self, phalanx: u8, k_m: f32, half_thickness_m: f32) -> Option<f32> {
+        let tips =
+            [self.contact.phalanx, phalanx].map(|phalanx| usize::from(phalanx).checked_sub(1));
+        let [Some(first), Some(second)] = tips else {
+            return None;
+        };
+        let arms = [
+            self.arms_m,
+            contact_arms(&self.lengths_m, &self.turn, second, k_m),
+        ];
+        let v = cross(&arms[0], &arms[1]);
+        let pushed = self.stiffness_nm_per_rad.map(|row| dot(&row, &v));
+        let (lever, size) = (dot(&self.x, &v), dot(&v, &v));
+        let rate = lever / dot(&pushed, &v);
+        // What the springs leave of the torque is borne by the contacts: x - H dtheta/dT = p_a df_a/dT + p_b df_b/dT.
+        let borne: [f32; 3] = core::array::from_fn(|i| self.x[i] - rate * pushed[i]);
+        let by = arms.map(|arm| dot(&arm, &borne));
+        let products = [
+            dot(&arms[0], &arms[0]),
+            dot(&arms[0], &arms[1]),
+            dot(&arms[1], &arms[1]),
+        ];
+        let growth = [
+            (products[2] * by[0] - products[1] * by[1]) / size,
+            (products[0] * by[1] - products[1] * by[0]) / size,
+        ];
+        let mut work = 0.0;
+        for (tip, growth) in [first, second].into_iter().zip(growth) {
+            let slides = dot(
+                &rubbing_arms(&self.lengths_m, &self.turn, tip, half_thickness_m),
+                &v,
+            );
+            work += slides.abs() * growth.at_least(0.0);
+        }
+        let share = work / lever.abs();
+        share.is_finite().then_some(share)
+    }
+}
