@@ -165,7 +165,7 @@ fn the_sensor_of_joint_2_is_in_the_recording() {
         return;
     };
     let object = Object {
-        contact_mm: 20.0,
+        contact_mm: 10.0,
         theta_1_deg: 95.0,
         ..Object::default()
     };
