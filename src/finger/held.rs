@@ -167,7 +167,7 @@ impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
                 best = (likely, phalanx, k_m, found.sigma_m);
             }
         }
-        // Where the measured one is beside all compliances of the phalanx, or as uncertain as they differ.
+        // No place is exactly as stiff, or the measured compliance is so uncertain that many would do.
         best.0 = best.0.at_least(pressed.likely_along(with_place, measured));
         let without_place = if first.phalanx == 1 { 2 } else { 1 };
         let [middle_m, ..] = self.parameters.lengths_m.map(|length| 0.5 * length);

@@ -5,7 +5,7 @@ use super::two_contacts::cross;
 use super::{Pressed, SecondMeasured};
 use crate::numeric::{Bounded, dot, sqrt};
 
-/// Of what the torque does, friction leaves this share at least: with more the finger would not move.
+/// Least share of the frictionless compliance that friction leaves (chosen): at 0 the finger would not move.
 const LEAST_LEFT: f32 = 0.1;
 
 /// A compliance that a second contact at some place would show, radian per newton metre.

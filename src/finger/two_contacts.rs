@@ -299,7 +299,7 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
             let Some(mut rubbed) = rubbed_at(&place) else {
                 continue;
             };
-            // What friction takes depends on the place, little.
+            // What friction takes depends on the place, so the place is sought again a few times.
             for _ in 0..CORRECTIONS {
                 let nearer = same(&here, compliance / rubbed.left, &place);
                 let Some((nearer, there)) = nearer.and_then(|at| Some((at, rubbed_at(&at)?)))

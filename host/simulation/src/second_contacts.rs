@@ -17,8 +17,9 @@ use std::marker::PhantomData;
 const PRESSES_N: f64 = 0.2;
 /// Samples most of which show two phalanges in contact.
 const PRESSES_MS: usize = 20;
-/// Motor turns while two phalanges press without which they did so as the motion ended, or in passing.
+/// Turns that the motor makes at least while two phalanges press: with fewer they met as the motion ended, or in passing.
 const LEAST_TURNS: f64 = 4.0;
+
 /// A scene with the option `second_contact`, whether its file has it or not.
 #[derive(Clone, Copy, Debug)]
 pub struct Grasping<S>(PhantomData<S>);
@@ -53,7 +54,7 @@ pub struct Score {
     pub told: u32,
     /// Of these with the right phalanx.
     pub phalanx_right: u32,
-    /// Of those told with another.
+    /// Of those told with a wrong phalanx; of the others the phalanx was not told.
     pub phalanx_wrong: u32,
     /// Of these told as enveloped.
     pub enveloped: u32,

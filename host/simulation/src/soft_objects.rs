@@ -8,6 +8,7 @@ use rand_pcg::Pcg64Mcg;
 
 /// Places of the contacts on the last phalanx, as shares of its length.
 const PLACES: std::ops::Range<f64> = 0.15..0.9;
+
 /// Stiffness of the springs that hold the objects, newton per metre; `None` of fixed ones.
 pub const LEVELS: [Option<f64>; 5] = [None, Some(3000.0), Some(1000.0), Some(500.0), Some(250.0)];
 

@@ -15,6 +15,8 @@ mod pins;
 #[cfg(feature = "firmware")]
 mod sensor;
 mod softer;
+#[cfg(feature = "firmware")]
+mod sprung;
 
 use crate::sensing::{Drivetrain, Settings};
 
