@@ -39,6 +39,9 @@ pub const UNCALIBRATED: Calibration = Calibration {
     correlation: 0.0,
     stiffening_per_nm: 0.0,
     stiffening_sigma_per_nm: 0.2,
+    joint_nm: 0.0,
+    joint_sigma_nm: 0.0,
+    joint_correlation: 0.0,
     contacts: 0,
     presses: 0,
 };

@@ -2,13 +2,11 @@
 //! (docs/MECHANICS.md#two-contacts). The questions are the same for two and three phalanges ([`HoldsTwice`]).
 
 use super::rubbed::Rubbed;
-use super::statics::contact_arms;
-use super::two_contacts::cross;
 use super::{
     BaseJoint, Candidate, Configuration, Contact, Finger, Free, JointStep, MAX_PHALANGES,
     Mechanics, Pressed, SecondMeasured, Transmission,
 };
-use crate::numeric::{Bounded, dot, exp};
+use crate::numeric::{Bounded, exp};
 
 /// Nearer than this to the closing stop of a joint, radian, a stiffer finger stands at the stop.
 const STOP_MARGIN_RAD: f32 = 0.03;
@@ -187,7 +185,8 @@ impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
             Some(length_m) if k_m.is_nan() => 0.5 * length_m,
             _ => k_m,
         };
-        let turning_per_nm = pressed.turning_per_nm(phalanx, k_any_m);
+        let turning_per_nm =
+            (pressed.between(phalanx, k_any_m)).and_then(|motion| motion.turning_per_nm());
         let turning_per_nm = turning_per_nm
             .filter(|_| likely > 0.0)
             .ok_or(NoSecondContact::Unexplained)?;
@@ -250,17 +249,5 @@ impl Pressed<3> {
             }
         }
         sum / PLACES as f32
-    }
-
-    /// How the joints turn with the torque when a second contact holds too: along v = p_a x p_b.
-    fn turning_per_nm(&self, phalanx: u8, k_m: f32) -> Option<[f32; 3]> {
-        let tip = usize::from(phalanx).checked_sub(1)?;
-        let second = contact_arms(&self.lengths_m, &self.turn, tip, k_m);
-        let v = cross(&self.arms_m, &second);
-        let energy: f32 = (self.stiffness_nm_per_rad.iter().zip(v))
-            .map(|(row, v_row)| v_row * dot(row, &v))
-            .sum();
-        let share = dot(&self.x, &v) / energy;
-        share.is_finite().then(|| v.map(|v| share * v))
     }
 }

@@ -19,7 +19,49 @@ pub(super) struct Rubbed {
     pub(super) sigma: f32,
 }
 
+/// What a second contact leaves of a finger's motion.
+pub(super) struct Motion {
+    /// Indices of the phalanges that touch, the first contact's first.
+    tips: [usize; 2],
+    /// Their arms.
+    arms: [[f32; 3]; 2],
+    /// The joints can turn along this alone.
+    v: [f32; 3],
+    /// What the springs take then: H v.
+    pushed: [f32; 3],
+    /// What the input link turns then: x . v.
+    lever: f32,
+}
+
+impl Motion {
+    /// How far along `v` the joints turn with the torque.
+    fn rate(&self) -> f32 {
+        self.lever / dot(&self.pushed, &self.v)
+    }
+
+    /// How the joints turn with the torque, radian per newton metre.
+    pub(super) fn turning_per_nm(&self) -> Option<[f32; 3]> {
+        let rate = self.rate();
+        rate.is_finite().then(|| self.v.map(|v| rate * v))
+    }
+}
+
 impl Pressed<3> {
+    /// The motion that a second contact at `k_m` on a phalanx leaves: along v = p_a x p_b.
+    pub(super) fn between(&self, phalanx: u8, k_m: f32) -> Option<Motion> {
+        let index = |phalanx: u8| usize::from(phalanx).checked_sub(1);
+        let tips = [index(self.contact.phalanx)?, index(phalanx)?];
+        let second = contact_arms(&self.lengths_m, &self.turn, tips[1], k_m);
+        let v = cross(&self.arms_m, &second);
+        Some(Motion {
+            tips,
+            arms: [self.arms_m, second],
+            v,
+            pushed: self.stiffness_nm_per_rad.map(|row| dot(&row, &v)),
+            lever: dot(&self.x, &v),
+        })
+    }
+
     /// The compliance that a second contact at `k_m` on a phalanx would show.
     pub(super) fn rubbed(
         &self,
@@ -48,19 +90,15 @@ impl Pressed<3> {
     /// that they leave, each slides by s . v under a force that grows with the torque. Forces that act already when the second contact
     /// is made, and turn back where the sliding does, are left out.
     fn rubbed_share(&self, phalanx: u8, k_m: f32, half_thickness_m: f32) -> Option<f32> {
-        let tips =
-            [self.contact.phalanx, phalanx].map(|phalanx| usize::from(phalanx).checked_sub(1));
-        let [Some(first), Some(second)] = tips else {
-            return None;
-        };
-        let arms = [
-            self.arms_m,
-            contact_arms(&self.lengths_m, &self.turn, second, k_m),
-        ];
-        let v = cross(&arms[0], &arms[1]);
-        let pushed = self.stiffness_nm_per_rad.map(|row| dot(&row, &v));
-        let (lever, size) = (dot(&self.x, &v), dot(&v, &v));
-        let rate = lever / dot(&pushed, &v);
+        let motion = self.between(phalanx, k_m)?;
+        let Motion {
+            tips,
+            arms,
+            v,
+            pushed,
+            lever,
+        } = motion;
+        let (rate, size) = (motion.rate(), dot(&v, &v));
         // What the springs leave of the torque is borne by the contacts: x - H dtheta/dT = p_a df_a/dT + p_b df_b/dT.
         let borne: [f32; 3] = core::array::from_fn(|i| self.x[i] - rate * pushed[i]);
         let by = arms.map(|arm| dot(&arm, &borne));
@@ -74,7 +112,7 @@ impl Pressed<3> {
             (products[0] * by[1] - products[1] * by[0]) / size,
         ];
         let mut work = 0.0;
-        for (tip, growth) in [first, second].into_iter().zip(growth) {
+        for (tip, growth) in tips.into_iter().zip(growth) {
             let slides = dot(
                 &rubbing_arms(&self.lengths_m, &self.turn, tip, half_thickness_m),
                 &v,

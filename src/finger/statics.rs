@@ -4,8 +4,31 @@ use super::return_cable::ReturnedContact;
 use super::{BaseJoint, Configuration, Finger, Transmission, TransmissionFactors};
 use crate::numeric::{Rotation, dot};
 
-/// p, the moment arms about every joint of a contact at `k_m` on the phalanx with index `tip`, 0 for the first
-/// (docs/MECHANICS.md#statics), metre; 0 about the joints beyond. Linear in k: each arm up to the contact grows by 1 with it.
+/// Moment arms about every joint, metre, from the phalanx with index `tip` down to joint 1: `own_m` about the phalanx's own joint, and
+/// what each length below adds by its angle against the phalanx; 0 about the joints beyond.
+#[inline]
+fn arms<const N: usize>(
+    lengths_m: &[f32; N],
+    turn: &[Rotation; N],
+    tip: usize,
+    own_m: f32,
+    share: impl Fn(Rotation) -> f32,
+) -> [f32; N] {
+    let mut arms = [0.0; N];
+    // The phalanx's angle against those below grows joint by joint.
+    let (mut arm, mut bend) = (own_m, Rotation::NONE);
+    for m in (0..N).rev().filter(|m| *m <= tip) {
+        arms[m] = arm;
+        if let Some(below) = m.checked_sub(1) {
+            bend = bend.then(turn[m]);
+            arm += lengths_m[below] * share(bend);
+        }
+    }
+    arms
+}
+
+/// p, the moment arms of a contact at `k_m` on the phalanx with index `tip`, 0 for the first (docs/MECHANICS.md#statics). Linear in k:
+/// each arm up to the contact grows by 1 with it.
 #[inline]
 pub(super) fn contact_arms<const N: usize>(
     lengths_m: &[f32; N],
@@ -13,37 +36,18 @@ pub(super) fn contact_arms<const N: usize>(
     tip: usize,
     k_m: f32,
 ) -> [f32; N] {
-    let mut arms = [0.0; N];
-    // Down from the contact's own phalanx: its angle against the phalanges below grows joint by joint.
-    let (mut arm, mut bend) = (k_m, Rotation::NONE);
-    for m in (0..N).rev().filter(|m| *m <= tip) {
-        arms[m] = arm;
-        if let Some(below) = m.checked_sub(1) {
-            bend = bend.then(turn[m]);
-            arm += lengths_m[below] * bend.cos;
-        }
-    }
-    arms
+    arms(lengths_m, turn, tip, k_m, |bend| bend.cos)
 }
 
-/// Moment arms about every joint of a force of friction along the surface of the phalanx with index `tip`, towards its joint, metre.
-/// Times the rates of the joints they are the speed at which that surface slides.
+/// Moment arms of a force of friction along the surface of the phalanx with index `tip`, towards its joint. Times the rates of the joints
+/// they are the speed at which that surface slides.
 pub(super) fn rubbing_arms<const N: usize>(
     lengths_m: &[f32; N],
     turn: &[Rotation; N],
     tip: usize,
     half_thickness_m: f32,
 ) -> [f32; N] {
-    let mut arms = [0.0; N];
-    let (mut arm, mut bend) = (half_thickness_m, Rotation::NONE);
-    for m in (0..N).rev().filter(|m| *m <= tip) {
-        arms[m] = arm;
-        if let Some(below) = m.checked_sub(1) {
-            bend = bend.then(turn[m]);
-            arm -= lengths_m[below] * bend.sin;
-        }
-    }
-    arms
+    arms(lengths_m, turn, tip, half_thickness_m, |bend| -bend.sin)
 }
 
 impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {

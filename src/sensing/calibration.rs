@@ -30,6 +30,12 @@ pub struct Calibration {
     pub stiffening_per_nm: f32,
     /// Its standard deviation.
     pub stiffening_sigma_per_nm: f32,
+    /// Friction or preload of the joints beyond the first over what is assumed without pins, newton metre; of use once a pin has told it.
+    pub joint_nm: f32,
+    /// Its standard deviation, newton metre.
+    pub joint_sigma_nm: f32,
+    /// Correlation of ln f and that torque, -1 to 1.
+    pub joint_correlation: f32,
     /// Contacts at known places used.
     pub contacts: u8,
     /// Presses against the closing stop used.
@@ -39,13 +45,23 @@ pub struct Calibration {
 impl Calibration {
     /// Whether every value is finite and in its range; to be checked after reading it from flash.
     pub fn is_valid(&self) -> bool {
+        let [cable, stiffening] = [self.cable_rad_per_nm, self.stiffening_per_nm];
+        let deviations = [
+            self.torque_factor_sigma,
+            self.cable_sigma_rad_per_nm,
+            self.stiffening_sigma_per_nm,
+            self.joint_sigma_nm,
+        ];
+        let correlations = [self.correlation, self.joint_correlation];
         (0.05..=20.0).contains(&self.torque_factor)
-            && (0.0..=1.0).contains(&self.torque_factor_sigma)
-            && (0.0..=100.0).contains(&self.cable_rad_per_nm)
-            && (0.0..=100.0).contains(&self.cable_sigma_rad_per_nm)
-            && (-1.0..=1.0).contains(&self.correlation)
-            && (0.0..=100.0).contains(&self.stiffening_per_nm)
-            && (0.0..=100.0).contains(&self.stiffening_sigma_per_nm)
+            && [cable, stiffening]
+                .iter()
+                .chain(&deviations)
+                .all(|value| (0.0..=100.0).contains(value))
+            && correlations
+                .iter()
+                .chain([&self.joint_nm])
+                .all(|value| (-1.0..=1.0).contains(value))
     }
 
     /// The cable's twist under a nominal torque, and its standard deviation, radian.
@@ -79,12 +95,7 @@ impl Calibration {
             return Err(Refusal::Implausible);
         }
         // Residuals larger than expected increase the deviations in proportion.
-        let swell = sqrt(misfit.at_least(1.0));
-        let learned = Self {
-            torque_factor_sigma: (swell * found.torque_factor_sigma)
-                .at_most(self.torque_factor_sigma),
-            cable_sigma_rad_per_nm: (swell * found.cable_sigma_rad_per_nm)
-                .at_most(self.cable_sigma_rad_per_nm),
+        let mut learned = Self {
             contacts: self.contacts.saturating_add(1),
             // A pin determines both at the same time.
             stiffening_per_nm: self.stiffening_per_nm,
@@ -92,16 +103,25 @@ impl Calibration {
             presses: self.presses,
             ..*found
         };
-        let learned = self.unless_uninformative(learned)?;
+        learned.swell(misfit, self);
+        if self.ignorance() < INFORMATIVE * learned.ignorance() {
+            return Err(Refusal::Uninformative);
+        }
         // A contradiction is news, but the compromise is as much less sure.
-        let swell = sqrt(strain);
-        Ok(Self {
-            torque_factor_sigma: (swell * self.factor_sigma_alone(&learned))
-                .at_most(self.torque_factor_sigma),
-            cable_sigma_rad_per_nm: (swell * learned.cable_sigma_rad_per_nm)
-                .at_most(self.cable_sigma_rad_per_nm),
-            ..learned
-        })
+        learned.torque_factor_sigma = self.factor_sigma_alone(&learned);
+        learned.swell(strain, self);
+        Ok(learned)
+    }
+
+    /// Makes a calibration less sure by a ratio of variances, at least 1; factor and cable no less sure than before.
+    #[inline(never)]
+    fn swell(&mut self, ratio: f32, before: &Self) {
+        let swell = sqrt(ratio.at_least(1.0));
+        self.torque_factor_sigma =
+            (swell * self.torque_factor_sigma).at_most(before.torque_factor_sigma);
+        self.cable_sigma_rad_per_nm =
+            (swell * self.cable_sigma_rad_per_nm).at_most(before.cable_sigma_rad_per_nm);
+        self.joint_sigma_nm *= swell;
     }
 
     /// Adopts the result of a press against the closing stop, where the finger is rigid, as [`Calibration::with_contact`].
@@ -111,12 +131,17 @@ impl Calibration {
     pub fn with_press(&self, found: &Self, misfit: f32) -> Result<Self, Refusal> {
         let learned = self.with_contact(found, misfit, 1.0)?;
         Ok(Self {
-            contacts: self.contacts,
             presses: self.presses.saturating_add(1),
+            torque_factor: learned.torque_factor,
+            torque_factor_sigma: learned.torque_factor_sigma,
+            cable_rad_per_nm: learned.cable_rad_per_nm,
+            cable_sigma_rad_per_nm: learned.cable_sigma_rad_per_nm,
+            correlation: learned.correlation,
             stiffening_per_nm: found.stiffening_per_nm,
             stiffening_sigma_per_nm: (sqrt(misfit.at_least(1.0)) * found.stiffening_sigma_per_nm)
                 .at_most(self.stiffening_sigma_per_nm),
-            ..learned
+            // The joints stand meanwhile.
+            ..*self
         })
     }
 
@@ -132,20 +157,26 @@ impl Calibration {
         1.0 / sqrt((now - before).at_least(f32::MIN_POSITIVE))
     }
 
-    /// The new calibration, if it reduces the uncertainty.
-    fn unless_uninformative(&self, learned: Self) -> Result<Self, Refusal> {
-        if self.ignorance() < INFORMATIVE * learned.ignorance() {
-            return Err(Refusal::Uninformative);
-        }
-        Ok(learned)
-    }
-
     /// Widens the torque factor's deviation for a contact at another place of the finger. `share` is the standard deviation of the
     /// leverage between two places. The cable and its covariance with the factor stay as they are.
     pub fn widen(&mut self, share: f32) {
         let before = self.torque_factor_sigma;
         self.torque_factor_sigma = sqrt(before * before + share * share);
-        self.correlation *= before / self.torque_factor_sigma.at_least(f32::MIN_POSITIVE);
+        let narrower = before / self.torque_factor_sigma.at_least(f32::MIN_POSITIVE);
+        self.correlation *= narrower;
+        self.joint_correlation *= narrower;
+    }
+
+    /// What is known of friction or preload of the joints, mean and deviation, newton metre, from that without pins. The correlation with
+    /// ln f becomes that of this deviation.
+    pub(super) fn joint(&mut self, [mean_nm, sigma_nm]: [f32; 2]) -> [f32; 2] {
+        if self.contacts == 0 {
+            return [mean_nm, sigma_nm];
+        }
+        let told_nm = self.joint_sigma_nm;
+        let now_nm = sqrt(told_nm * told_nm + CHANGE_NM * CHANGE_NM);
+        self.joint_correlation *= told_nm / now_nm;
+        [mean_nm + self.joint_nm, now_nm]
     }
 
     /// Remaining uncertainty: area of the one-sigma ellipse. Each axis has a floor, below which more certainty is of no use.
@@ -157,13 +188,21 @@ impl Calibration {
     }
 
     /// Share of the cable's deviation that is not correlated with the factor.
-    // Not inlined: rarely called, from several places.
-    #[inline(never)]
     pub(super) fn independence(&self) -> f32 {
-        sqrt((1.0 - self.correlation * self.correlation).at_least(0.0))
+        independence(self.correlation)
     }
 }
 
+/// Share of a deviation that such a correlation with another value leaves.
+// Not inlined: rarely called, from several places.
+#[inline(never)]
+pub(super) fn independence(correlation: f32) -> f32 {
+    sqrt((1.0 - correlation * correlation).at_least(0.0))
+}
+
+/// Standard deviation of the joints' friction from one contact to the next, newton metre: as much as is assumed of a joint in plain
+/// bearings, because its friction grows with the load (R, chosen).
+const CHANGE_NM: f32 = 0.4e-3;
 /// Mean square residual, in variances, above which the curve is not that of the stated contact.
 const MISFIT: f32 = 4.0;
 /// A larger change, in standard deviations, is taken as a mistake of the user.

@@ -10,7 +10,7 @@ use super::model::{Hold, Model};
 use super::noise::{Row, Whitening};
 use super::posterior::JOINT_SHARE;
 use super::prior::{
-    CABLE, FACTOR, FRICTION, GIVE, K, LEAST_SHARE, ONSET, Place, Prior, Scaling, UNKNOWNS,
+    CABLE, FACTOR, FRICTION, GIVE, JOINT, K, LEAST_SHARE, ONSET, Place, Prior, Scaling, UNKNOWNS,
 };
 use super::{Data, LEAST_POINTS, onset};
 use crate::finger::Mechanics;
@@ -353,6 +353,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             for (slope, deviation) in row.slopes.iter_mut().zip(&scaling.deviation) {
                 *slope *= deviation;
             }
+            row.slopes[FACTOR] += prediction.slopes[JOINT] * scaling.joint_by_factor;
             if X::FLEXIBLE {
                 row.slopes[FACTOR] += prediction.slopes[CABLE] * scaling.cable_by_factor;
             }

@@ -113,23 +113,11 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             };
             return LocatorResult::Nowhere(why);
         }
-        let told = |of: &Weighed| {
-            let (mut mine, mut total) = (0.0, 0.0);
-            for other in &weighed {
-                total += odds(other);
-                if other.estimate.phalanx == of.estimate.phalanx {
-                    mine += odds(other);
-                }
-            }
-            let mut estimate = of.estimate;
-            estimate.p_phalanx = mine / total;
-            estimate
-        };
         match rival {
             Some(rival) if rival.estimate.phalanx > 1 => {
-                LocatorResult::Either([first, rival].map(told))
+                LocatorResult::Either([told(first, &weighed), told(rival, &weighed)])
             }
-            _ => LocatorResult::At(told(first)),
+            _ => LocatorResult::At(told(first, &weighed)),
         }
     }
 
@@ -189,6 +177,23 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             Class::TooStiff => NotLocated::TooStiff,
             _ => NotLocated::Unexplained,
         }
+    }
+}
+
+/// A hypothesis with the probability of its phalanx among all.
+#[inline(never)]
+fn told(of: &Weighed, all: &[Weighed]) -> Estimate {
+    let (mut mine, mut total) = (0.0, 0.0);
+    for other in all {
+        let odds = exp(other.ln_evidence - of.ln_evidence);
+        total += odds;
+        if other.estimate.phalanx == of.estimate.phalanx {
+            mine += odds;
+        }
+    }
+    Estimate {
+        p_phalanx: mine / total,
+        ..of.estimate
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::noise::Noise;
 use crate::numeric::Bounded;
+use crate::sensing::calibration::independence;
 use crate::sensing::{Calibration, SeriesElement};
 use core::marker::PhantomData;
 
@@ -90,13 +91,14 @@ pub struct Prior<X: SeriesElement> {
 /// Physical values of the unknowns, each in its place.
 pub(super) type Values = [f32; UNKNOWNS];
 
-/// Converts unknowns in units of their prior into physical values: value = mean + deviation x; the cable's mean depends on the
-/// factor, with which it is correlated.
+/// Converts unknowns in units of their prior into physical values: value = mean + deviation x; the means of cable and joints depend on
+/// the factor, with which they are correlated.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scaling {
     pub(super) mean: Values,
     pub(super) deviation: Values,
     pub(super) cable_by_factor: f32,
+    pub(super) joint_by_factor: f32,
     lowest: Values,
     highest: Values,
 }
@@ -117,7 +119,10 @@ impl Scaling {
         let calibration = &prior.calibration;
         [mean[ONSET], deviation[ONSET]] = prior.onset_rad;
         [mean[FRICTION], deviation[FRICTION]] = prior.friction;
-        [mean[JOINT], deviation[JOINT]] = prior.joint_nm;
+        let [joint_nm, joint_sigma_nm] = prior.joint_nm;
+        mean[JOINT] = joint_nm;
+        deviation[JOINT] = joint_sigma_nm * independence(calibration.joint_correlation);
+        let joint_by_factor = joint_sigma_nm * calibration.joint_correlation;
         mean[FACTOR] = calibration.torque_factor;
         deviation[FACTOR] = calibration.torque_factor * calibration.torque_factor_sigma;
         let mut cable_by_factor = 0.0;
@@ -147,6 +152,7 @@ impl Scaling {
             mean,
             deviation,
             cable_by_factor,
+            joint_by_factor,
             lowest,
             highest,
         }
@@ -159,6 +165,7 @@ impl Scaling {
             values[unknown] += self.deviation[unknown] * x[unknown];
         }
         values[CABLE] += self.cable_by_factor * x[FACTOR];
+        values[JOINT] += self.joint_by_factor * x[FACTOR];
         values
     }
 

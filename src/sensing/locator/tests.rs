@@ -1,6 +1,6 @@
 //! Whether the rounds find the minimum: fits from everywhere on the phalanx as oracle.
 
-use super::prior::{CABLE, FACTOR, FRICTION, K, ONSET, UNKNOWNS};
+use super::prior::{CABLE, FACTOR, FRICTION, JOINT, K, ONSET, UNKNOWNS};
 use super::*;
 use crate::scene::{P70, Scene};
 use crate::sensing::Cable;
@@ -27,6 +27,9 @@ pub(super) fn prior() -> Prior<Cable> {
             correlation: 0.2,
             stiffening_per_nm: 0.1,
             stiffening_sigma_per_nm: 0.1,
+            joint_nm: 0.0,
+            joint_sigma_nm: 0.0,
+            joint_correlation: 0.0,
             contacts: 2,
             presses: 1,
         },
@@ -43,7 +46,7 @@ pub(super) fn prior() -> Prior<Cable> {
 }
 
 /// A curve as the model itself predicts it, with some unevenness that no model knows.
-fn curve(k_m: f32, radius_m: f32, drivetrain: &Drivetrain) -> Vec<Point> {
+fn curve(k_m: f32, radius_m: f32, joint_nm: f32, drivetrain: &Drivetrain) -> Vec<Point> {
     let finger = P70::MECHANISM;
     let free = finger.free_at_angle(ONSET_RAD, &finger.rest()).unwrap();
     let mut values = [0.0; UNKNOWNS];
@@ -52,6 +55,7 @@ fn curve(k_m: f32, radius_m: f32, drivetrain: &Drivetrain) -> Vec<Point> {
     values[FRICTION] = 0.15;
     values[FACTOR] = 0.98;
     values[CABLE] = 0.69;
+    values[JOINT] = joint_nm;
     let hold = Hold::Contact {
         phalanx: 2,
         radius_m,
@@ -100,7 +104,7 @@ fn no_start_anywhere_finds_better_than_a_round() {
         (0.062, 0.002),
         (0.067, 0.01),
     ] {
-        let points = curve(k_m, object_m + prior.half_thickness_m, &drivetrain);
+        let points = curve(k_m, object_m + prior.half_thickness_m, 0.0, &drivetrain);
         let data = Data {
             points: &points,
             origin_rad: 0.0,
@@ -153,5 +157,87 @@ fn no_start_anywhere_finds_better_than_a_round() {
                 cost(found)
             );
         }
+    }
+}
+
+/// What pins tell of the joints belongs to what they tell of the torque factor: one without the other misleads.
+#[test]
+fn a_contact_uses_what_pins_have_told_of_the_joints() {
+    let finger = P70::MECHANISM;
+    let drivetrain = P70::drivetrain(&finger);
+    let near = finger.rest();
+    let assumed = [0.6e-3, 0.6e-3];
+    let (joint_nm, radius_m) = (1.6e-3, 0.011);
+    let noise = Noise {
+        wander_nm: 0.3e-3,
+        level_nm: 1e-3,
+        ..prior().noise
+    };
+    let found = |prior: &Prior<Cable>, k_m: f32| {
+        let points = curve(k_m, radius_m, joint_nm, &drivetrain);
+        let data = Data {
+            points: &points,
+            origin_rad: 0.0,
+            drivetrain: &drivetrain,
+        };
+        let mut locator = Locator::<_, Cable>::default();
+        assert!(locator.begin(&finger, &data, prior, &near, true));
+        while !locator.step(&finger, &data, prior, &near) {}
+        locator
+    };
+    let mut calibration = Calibration {
+        torque_factor_sigma: 0.115,
+        correlation: 0.0,
+        contacts: 0,
+        ..prior().calibration
+    };
+    for k_m in [0.021, 0.052] {
+        let mut before = calibration;
+        let prior = Prior {
+            place: Place::Known {
+                phalanx: 2,
+                k_m,
+                sigma_m: 3e-4,
+                radius_m,
+            },
+            joint_nm: before.joint(assumed),
+            calibration: before,
+            noise,
+            ..prior()
+        };
+        let learned = found(&prior, k_m).learned(&prior).expect("a fit");
+        let taught = calibration.with_contact(&learned.calibration, learned.misfit, learned.strain);
+        calibration = taught.expect("a pin where it is said to be");
+    }
+    let told_nm = assumed[0] + calibration.joint_nm;
+    assert!(
+        (told_nm - joint_nm).abs() < 2.0 * calibration.joint_sigma_nm,
+        "{calibration:?}"
+    );
+    assert!(calibration.joint_correlation.abs() > 0.3, "{calibration:?}");
+    for k_m in [0.012, 0.035, 0.045] {
+        let located = |mut calibration: Calibration| {
+            let prior = Prior {
+                joint_nm: calibration.joint(assumed),
+                calibration,
+                noise,
+                ..prior()
+            };
+            match found(&prior, k_m).verdict(&prior, |_| 0.0) {
+                LocatorResult::At(estimate) => [(estimate.k_m - k_m).abs(), estimate.k_sigma_m],
+                other => panic!("{k_m}: {other:?}"),
+            }
+        };
+        let [off_m, sigma_m] = located(calibration);
+        let [off_without_m, sigma_without_m] = located(Calibration {
+            joint_nm: 0.0,
+            joint_sigma_nm: assumed[1],
+            joint_correlation: 0.0,
+            ..calibration
+        });
+        assert!(
+            off_m < off_without_m && off_m < sigma_m,
+            "{k_m}: {off_m} +- {sigma_m}, without {off_without_m} +- {sigma_without_m}"
+        );
     }
 }

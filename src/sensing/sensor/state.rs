@@ -122,6 +122,11 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             _ => Place::Anywhere,
         };
         let mut calibration = self.calibration;
+        let joint_nm = calibration.joint([
+            // The path has what a design preloads.
+            joint_nm + held_nm - self.finger.preload_nm(),
+            sqrt(joint_sigma_nm * joint_sigma_nm + held_sigma_nm * held_sigma_nm),
+        ]);
         let leverage_sigma = match place {
             Place::Anywhere if F::UNEVEN => settings.leverage_sigma,
             _ => 0.0,
@@ -133,11 +138,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             place,
             half_thickness_m: settings.half_thickness_m,
             friction: settings.contact_friction,
-            joint_nm: [
-                // The path has what a design preloads.
-                joint_nm + held_nm - self.finger.preload_nm(),
-                sqrt(joint_sigma_nm * joint_sigma_nm + held_sigma_nm * held_sigma_nm),
-            ],
+            joint_nm,
             preload_nm: settings.preload_nm[0],
             give_m_per_n: settings.object_give_m_per_n,
             force_scale: settings.force_scale,

@@ -8,6 +8,9 @@ const START: Calibration = Calibration {
     correlation: 0.0,
     stiffening_per_nm: 0.0,
     stiffening_sigma_per_nm: 0.3,
+    joint_nm: 0.0,
+    joint_sigma_nm: 0.0,
+    joint_correlation: 0.0,
     contacts: 0,
     presses: 0,
 };
@@ -116,6 +119,9 @@ fn elsewhere_the_factor_is_less_sure_and_the_cable_is_not() {
         correlation: 0.8,
         stiffening_per_nm: 0.2,
         stiffening_sigma_per_nm: 0.1,
+        joint_nm: 0.0,
+        joint_sigma_nm: 0.0,
+        joint_correlation: 0.0,
         contacts: 1,
         presses: 1,
     };

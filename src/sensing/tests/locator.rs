@@ -14,6 +14,9 @@ pub(super) const CALIBRATION: Calibration = Calibration {
     correlation: 0.0,
     stiffening_per_nm: 0.2,
     stiffening_sigma_per_nm: 0.1,
+    joint_nm: 0.0,
+    joint_sigma_nm: 0.0,
+    joint_correlation: 0.0,
     contacts: 2,
     presses: 1,
 };

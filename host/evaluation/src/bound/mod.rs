@@ -5,6 +5,8 @@
 //! releasing would tell the worm's share of it, back-EMF the torque constant's; the springs and the gearhead remain.
 
 pub mod drawn;
+pub mod information;
+mod known;
 
 use palpate::finger::Mechanics;
 use palpate::scene::Scene;
@@ -49,6 +51,9 @@ pub fn levels() -> Vec<Knowledge> {
         // As a press on the stop leaves it (src/sensing/sensor/calibrate.rs).
         cable_sigma_rad_per_nm: 0.02 * sheet.cable_rad_per_nm + 4e-3,
         stiffening_sigma_per_nm: 0.1,
+        joint_nm: 0.0,
+        joint_sigma_nm: 0.0,
+        joint_correlation: 0.0,
         correlation: 0.0,
         ..sheet
     };

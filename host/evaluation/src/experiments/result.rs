@@ -164,7 +164,7 @@ fn pair(first: Option<f64>, second: Option<f64>, digits: usize, between: &str) -
 }
 
 /// Headings of [`cells`].
-const SCORES: &str = "named, % | wrong phalanx | error, mean ± sd, % | 95 %, max | within 1σ, 2σ, % | mean z² | force error, mean, \
+const SCORES: &str = "named, % | wrong phalanx (of two) | error, mean ± sd, % | 95 %, max | within 1σ, 2σ, % | mean z² | force error, mean, \
                       95 %, % | early | false alarms / 1000 | unusual | delay, ms";
 
 /// Every score of a row, in the order of [`SCORES`].
@@ -173,7 +173,10 @@ fn cells(row: &Row) -> String {
     format!(
         "{} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {}",
         or_dash(row.named_pct(), 0),
-        scores.wrong_phalanx,
+        match scores.wrong_ambiguous {
+            0 => scores.wrong_phalanx.to_string(),
+            of_two => format!("{} ({of_two})", scores.wrong_phalanx),
+        },
         pair(scores.err_mean_pct, scores.err_sd_pct, 2, " ± "),
         pair(scores.err_95_pct, scores.err_max_pct, 1, ", "),
         pair(scores.within1_pct, scores.within2_pct, 0, ", "),
@@ -355,12 +358,20 @@ mod tests {
             ..contact
         });
         proximal.answer = Answer::Proximal;
-        let row = row("x", Method::PaperTwoLevels, false, &[wrong, proximal]);
+        // One of two places may be right, but the likelier is not.
+        let mut of_two = proximal;
+        of_two.answer = Answer::Ambiguous {
+            phalanx: 2,
+            k_m: 0.02,
+            sigma_m: 0.001,
+        };
+        let trials = [wrong, proximal, of_two];
+        let row = row("x", Method::PaperTwoLevels, false, &trials);
         assert_eq!(row.scores.err_mean_pct, None);
-        assert_eq!(
-            (row.scores.wrong_phalanx, row.scores.proximal_named),
-            (1, 1)
-        );
+        let scores = &row.scores;
+        assert_eq!((scores.wrong_phalanx, scores.wrong_ambiguous), (2, 1));
+        assert_eq!((scores.proximal_named, scores.ambiguous), (1, 1));
+        assert!(markdown(&[row]).contains("| 2 (1) |"));
     }
 
     #[test]

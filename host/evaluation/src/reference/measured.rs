@@ -1,5 +1,7 @@
 //! A measured torque-angle curve, what is known of its noise and of the finger, and what a contact would make of it.
 
+use nalgebra::DMatrix;
+
 use super::rolling::{Rolling, Touch};
 
 /// Unknowns besides place and radius: onset, contact friction, torque factor, joint, cable, stiffening.
@@ -7,7 +9,7 @@ pub const BESIDE: usize = 6;
 /// Bound of an unknown, in deviations.
 const MOST_DEVIATIONS: f64 = 6.0;
 /// Torque at which the cable's twist is given, newton metre.
-const MIDDLE_NM: f64 = 0.17;
+pub(super) const MIDDLE_NM: f64 = 0.17;
 /// Parts of a point within which a contact begins.
 const PARTS: u8 = 8;
 
@@ -90,6 +92,59 @@ pub struct Place {
     pub k_m: f64,
     /// Radius of the object, metre.
     pub object_m: f64,
+}
+
+fn square(x: f64) -> f64 {
+    x * x
+}
+
+impl Noise {
+    /// Covariance of a curve's residuals but for what depends on the unknowns, which is on its diagonal.
+    #[must_use]
+    pub fn covariance(&self, curve: &Curve) -> DMatrix<f64> {
+        let n = curve.samples.len();
+        let load = |i: usize| curve.samples[i].excess_nm.max(0.0);
+        DMatrix::from_fn(n, n, |i, j| {
+            let (a, b) = (&curve.samples[i], &curve.samples[j]);
+            let turns = (a.worm_turns - b.worm_turns).abs();
+            let wave = square(self.wave) * 0.5 * (std::f64::consts::TAU * turns).cos();
+            let rest = square(self.rest[0]) * (-turns / self.rest[1]).exp();
+            let apart_s = (a.time_s - b.time_s).abs();
+            let friction = square(self.level_nm)
+                + square(self.trend_nm_per_s) * a.time_s * b.time_s
+                + square(self.wander_nm) * (-apart_s / self.wander_s).exp();
+            let white = a.variance_nm2 + square(self.white * load(i)) / a.blocks;
+            let own = if i == j { white } else { 0.0 };
+            friction + load(i) * load(j) * (wave + rest) + own
+        })
+    }
+
+    /// Lower triangle of the Cholesky factor of that covariance, with what depends on onset and predicted torques: the bounce at contact,
+    /// and the measured angle's share, which follows from their slope.
+    #[must_use]
+    pub fn whitening(
+        &self,
+        covariance: &DMatrix<f64>,
+        curve: &Curve,
+        onset_rad: f64,
+        torques: &[f64],
+    ) -> Option<DMatrix<f64>> {
+        let mut covariance = covariance.clone();
+        let samples = &curve.samples;
+        for (i, sample) in samples.iter().enumerate() {
+            let past_rad = sample.angle_rad + 0.5 * sample.width_rad - onset_rad;
+            if past_rad >= 0.0 {
+                let bounce_nm = self.impact[0] * (-past_rad / self.impact[1]).exp();
+                covariance[(i, i)] += square(bounce_nm);
+            }
+            if let Some(before) = i.checked_sub(1) {
+                let way_rad = sample.angle_rad - samples[before].angle_rad;
+                let slope = (torques[i] - torques[before]) / way_rad;
+                covariance[(i, i)] += square(self.angle_rad * slope);
+            }
+        }
+        Some(covariance.cholesky()?.unpack())
+    }
 }
 
 impl Priors {

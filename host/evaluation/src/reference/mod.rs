@@ -5,12 +5,14 @@
 //! docs/MECHANICS.md#transmission); no equation of the paper after (4) is used.
 
 mod finger;
+mod held;
 mod measured;
 mod posterior;
 mod rolling;
 mod stiffness;
 
 pub use finger::{Finger, Stage};
+pub use held::{Drive, Held, Opened, Press, ReturnCable, State};
 pub use measured::{BESIDE, Curve, Noise, Place, Priors, Sample, predicted};
 pub use posterior::Posterior;
 pub use rolling::{Rolled, Rolling, Touch};

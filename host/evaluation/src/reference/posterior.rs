@@ -87,55 +87,12 @@ struct Linear {
     ln_noise: f64,
 }
 
-fn square(x: f64) -> f64 {
-    x * x
-}
-
 /// Of a matrix with this Cholesky factor.
 fn ln_determinant(lower: &DMatrix<f64>) -> f64 {
     2.0 * lower.diagonal().map(f64::ln).sum()
 }
 
 impl Given<'_> {
-    fn covariance(curve: &Curve, noise: &Noise) -> DMatrix<f64> {
-        let n = curve.samples.len();
-        let load = |i: usize| curve.samples[i].excess_nm.max(0.0);
-        DMatrix::from_fn(n, n, |i, j| {
-            let (a, b) = (&curve.samples[i], &curve.samples[j]);
-            let turns = (a.worm_turns - b.worm_turns).abs();
-            let wave = square(noise.wave) * 0.5 * (std::f64::consts::TAU * turns).cos();
-            let rest = square(noise.rest[0]) * (-turns / noise.rest[1]).exp();
-            let apart_s = (a.time_s - b.time_s).abs();
-            let friction = square(noise.level_nm)
-                + square(noise.trend_nm_per_s) * a.time_s * b.time_s
-                + square(noise.wander_nm) * (-apart_s / noise.wander_s).exp();
-            let white = a.variance_nm2 + square(noise.white * load(i)) / a.blocks;
-            let own = if i == j { white } else { 0.0 };
-            friction + load(i) * load(j) * (wave + rest) + own
-        })
-    }
-
-    /// Lower triangle of the covariance's Cholesky factor; the measured angle's share
-    /// follows from the slope of the predicted torques.
-    fn whitening(&self, onset_rad: f64, torques: &[f64]) -> Option<DMatrix<f64>> {
-        let mut covariance = self.covariance.clone();
-        let noise = self.noise;
-        let samples = &self.curve.samples;
-        for (i, sample) in samples.iter().enumerate() {
-            let past_rad = sample.angle_rad + 0.5 * sample.width_rad - onset_rad;
-            if past_rad >= 0.0 {
-                let bounce_nm = noise.impact[0] * (-past_rad / noise.impact[1]).exp();
-                covariance[(i, i)] += square(bounce_nm);
-            }
-            if let Some(before) = i.checked_sub(1) {
-                let way_rad = sample.angle_rad - samples[before].angle_rad;
-                let slope = (torques[i] - torques[before]) / way_rad;
-                covariance[(i, i)] += square(noise.angle_rad * slope);
-            }
-        }
-        Some(covariance.cholesky()?.unpack())
-    }
-
     fn predicted(&self, place: &Place, z: &[f64; BESIDE]) -> Option<Vec<f64>> {
         let (values, height_m) = (self.priors.values(z), self.priors.half_thickness_m);
         predicted(self.rolling, self.curve, place, height_m, &values)
@@ -175,7 +132,8 @@ impl Given<'_> {
         let samples = &self.curve.samples;
         let n = samples.len();
         let here = self.predicted(place, z)?;
-        let lower = self.whitening(self.priors.values(z)[0], &here)?;
+        let onset_rad = self.priors.values(z)[0];
+        let lower = (self.noise).whitening(&self.covariance, self.curve, onset_rad, &here)?;
         let residual = DVector::from_fn(n, |i, _| samples[i].excess_nm - here[i]);
         let mut slopes = DMatrix::zeros(n, BESIDE);
         for unknown in 0..BESIDE {
@@ -270,7 +228,7 @@ impl Posterior {
             curve,
             noise,
             priors,
-            covariance: Given::covariance(curve, noise),
+            covariance: noise.covariance(curve),
         };
         let [mut low_m, mut high_m] = [0.0, rolling.distal_m];
         let mut nodes = Vec::new();

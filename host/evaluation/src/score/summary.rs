@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::Trial;
+use super::{Answer, Trial};
 
 /// Mean and standard deviation (over n - 1), or `None` without values.
 #[must_use]
@@ -52,6 +52,8 @@ pub struct Scores {
     pub ambiguous: usize,
     /// Contacts whose last word names another phalanx.
     pub wrong_phalanx: usize,
+    /// Of them: as the likelier of two places.
+    pub wrong_ambiguous: usize,
     /// Contacts that were never felt.
     pub missed: usize,
     /// Mean absolute error.
@@ -113,6 +115,13 @@ impl Scores {
     #[must_use]
     pub fn of<'a>(trials: impl IntoIterator<Item = &'a Trial>) -> Self {
         let trials: Vec<&Trial> = trials.into_iter().collect();
+        let is_ambiguous = |trial: &Trial| matches!(trial.answer, Answer::Ambiguous { .. });
+        let is_wrong = |trial: &Trial| {
+            trial
+                .truth
+                .zip(trial.answer.phalanx())
+                .is_some_and(|(contact, said)| said != contact.phalanx)
+        };
         let count = |what: &dyn Fn(&Trial) -> bool| trials.iter().filter(|t| what(t)).count();
         let on = |trial: &Trial| trial.truth.map_or(0, |contact| contact.phalanx);
         let located: Vec<&Trial> = trials.iter().copied().filter(|t| t.is_located()).collect();
@@ -152,10 +161,9 @@ impl Scores {
             closings: trials.len(),
             distal: count(&|t| on(t) > 1),
             located: located.len(),
-            ambiguous: count(&|t| matches!(t.answer, super::Answer::Ambiguous { .. })),
-            wrong_phalanx: count(&|t| {
-                t.truth.is_some() && t.answer.phalanx().is_some_and(|said| said != on(t))
-            }),
+            ambiguous: count(&is_ambiguous),
+            wrong_phalanx: count(&is_wrong),
+            wrong_ambiguous: count(&|t| is_wrong(t) && is_ambiguous(t)),
             missed: count(&|t| t.truth.is_some() && t.touched_s.is_none()),
             err_mean_pct: spread.map(|(mean, _)| mean),
             err_sd_pct: spread.map(|(_, deviation)| deviation),
@@ -166,9 +174,7 @@ impl Scores {
             within2_pct: inside(&z, 2.0),
             z2_mean: mean_square(&z),
             proximal: count(&|t| on(t) == 1),
-            proximal_named: count(&|t| {
-                on(t) == 1 && t.answer == super::Answer::Proximal && !t.is_early()
-            }),
+            proximal_named: count(&|t| on(t) == 1 && t.answer == Answer::Proximal && !t.is_early()),
             free,
             free_clean: count(&|t| t.truth.is_none() && t.is_clean()),
             free_touched,

@@ -1,13 +1,20 @@
 //! What the data hold, by how much of the finger is known (`--nocapture` shows the table;
 //! `PALPATE_CONTACTS` says at how many contacts each).
 
+use palpate_evaluation::bound::information::{self, MEAN_SHARE, bound};
 use palpate_evaluation::bound::{ideal, levels, markdown, study};
+use palpate_plant::Parameters;
+use palpate_scenes::for_scene;
+
+fn contacts(usual: u64) -> u64 {
+    std::env::var("PALPATE_CONTACTS").map_or(usual, |number| {
+        number.parse().expect("PALPATE_CONTACTS is a number")
+    })
+}
 
 #[test]
 fn knowing_more_never_costs_and_the_locator_is_near_the_bound() {
-    let contacts = std::env::var("PALPATE_CONTACTS").map_or(24, |number| {
-        number.parse().expect("PALPATE_CONTACTS is a number")
-    });
+    let contacts = contacts(24);
     let rows = study(&levels(), contacts, 1);
     let smooth = study(&[ideal()], contacts, 1);
     println!("{}{}", markdown(&rows), markdown(&smooth));
@@ -21,4 +28,47 @@ fn knowing_more_never_costs_and_the_locator_is_near_the_bound() {
         claimed.windows(2).all(|pair| pair[1] < 1.05 * pair[0]),
         "{claimed:?}"
     );
+}
+
+/// Fingers that the bound is computed for: one of each kind.
+const FINGERS: [&str; 9] = [
+    "p70",
+    "p70-preloaded",
+    "p70-soft",
+    "tendon2",
+    "tendon3",
+    "hidden3",
+    "linkage3",
+    "return2",
+    "direct2",
+];
+
+/// The bound of any finger, by Fisher's information; on the prototype as the exact posterior has it.
+#[test]
+fn pins_tell_places_on_every_finger_and_fisher_agrees_with_the_posterior() {
+    let contacts = contacts(12);
+    let bounds: Vec<_> = FINGERS
+        .iter()
+        .map(|name| {
+            let parameters = Parameters::of(name).expect("a scene");
+            for_scene!(*name, |S| bound::<S>(&parameters, contacts, 1))
+                .flatten()
+                .unwrap_or_else(|| panic!("{name}: no contacts"))
+        })
+        .collect();
+    println!("{}", information::markdown(&bounds));
+    for bound in &bounds {
+        assert_eq!(bound.contacts as u64, contacts, "{bound:?}");
+        assert!(
+            bound.calibrated_pct < 0.8 * bound.sheet_pct,
+            "pins tell little: {bound:?}"
+        );
+        assert!(
+            bound.calibrated_pct < 1.02 * bound.joints_forgotten_pct,
+            "{bound:?}"
+        );
+    }
+    let exact = &study(&levels()[..1], contacts, 1)[0];
+    let ratio = bounds[0].sheet_pct / (MEAN_SHARE * exact.exact_sigma_pct);
+    assert!((0.7..1.3).contains(&ratio), "{ratio}: {exact:?}");
 }

@@ -2,9 +2,10 @@
 
 use super::Fit;
 use crate::finger::Mechanics;
-use crate::numeric::{Bounded, sqrt};
+use crate::numeric::{Bounded, clamp, sqrt};
+use crate::sensing::calibration::independence;
 use crate::sensing::locator::Learned;
-use crate::sensing::locator::prior::{BEND, CABLE, FACTOR, Place, Prior, Scaling, strain};
+use crate::sensing::locator::prior::{BEND, CABLE, FACTOR, JOINT, Place, Prior, Scaling, strain};
 use crate::sensing::{Calibration, SeriesElement};
 
 impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
@@ -24,7 +25,19 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             _ => 1.0,
         };
         let ff = by_factor[FACTOR].at_least(0.0);
+        let before_joint = (prior.joint_nm[1], before.joint_correlation);
+        let coupled = |unknown: usize, (sigma, r): (f32, f32)| {
+            coupled(
+                [ff, by_factor[unknown], factor.covariance(unknown)[unknown]],
+                sigma,
+                r,
+            )
+        };
+        let (joint_sigma_nm, joint_correlation) = coupled(JOINT, before_joint);
         let mut learned = Calibration {
+            joint_nm: before.joint_nm + values[JOINT] - prior.joint_nm[0],
+            joint_sigma_nm,
+            joint_correlation,
             torque_factor: values[FACTOR],
             // Kept relative to the new value.
             torque_factor_sigma: before.torque_factor_sigma * sqrt(ff) * before.torque_factor
@@ -32,21 +45,12 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             ..*before
         };
         if X::FLEXIBLE {
-            let (fc, cc) = (by_factor[CABLE], factor.covariance(CABLE)[CABLE]);
-            let (rest, r) = (before.independence(), before.correlation);
-            let variance = r * r * ff + 2.0 * r * rest * fc + rest * rest * cc;
-            let deviation = sqrt(variance.at_least(f32::MIN_POSITIVE));
-            let correlation = (r * ff + rest * fc) / (sqrt(ff) * deviation);
             learned.cable_rad_per_nm = values[CABLE].at_least(0.0);
             learned.stiffening_per_nm = values[BEND].at_least(0.0);
             learned.stiffening_sigma_per_nm =
                 before.stiffening_sigma_per_nm * sqrt(factor.covariance(BEND)[BEND].at_least(0.0));
-            learned.cable_sigma_rad_per_nm = before.cable_sigma_rad_per_nm * deviation;
-            learned.correlation = if correlation.is_finite() {
-                correlation.clamp(-0.999, 0.999)
-            } else {
-                0.0
-            };
+            (learned.cable_sigma_rad_per_nm, learned.correlation) =
+                coupled(CABLE, (before.cable_sigma_rad_per_nm, before.correlation));
         }
         Some(Learned {
             calibration: learned,
@@ -54,4 +58,16 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             strain,
         })
     }
+}
+
+/// Standard deviation of a value that was correlated with the factor, and the correlation, after a fit. Of the covariance in units of
+/// the prior: the factor's variance, its covariance with the value's own part, and that part's variance.
+#[inline(never)]
+fn coupled([ff, fc, cc]: [f32; 3], sigma: f32, r: f32) -> (f32, f32) {
+    let rest = independence(r);
+    let variance = r * r * ff + 2.0 * r * rest * fc + rest * rest * cc;
+    let deviation = sqrt(variance.at_least(f32::MIN_POSITIVE));
+    let both = (sqrt(ff) * deviation).at_least(f32::MIN_POSITIVE);
+    let correlation = clamp((r * ff + rest * fc) / both, -0.999, 0.999);
+    (sigma * deviation, correlation)
 }

@@ -1,0 +1,270 @@
+//! What the data hold of a place on any finger, by Fisher's information: derivatives of an independent finger's torque curve
+//! ([`Held`]) by everything that the locator does not know, the noise that it assumes, and its priors.
+//!
+//! It bounds the mean square error of an estimator that knows as little and whose lengths are exact; for a normal error the mean without
+//! sign is [`MEAN_SHARE`] of the deviation. Where the torque hardly depends on the place the curve is not linear in it over that
+//! deviation, and the bound is rough; on the prototype it is compared with the exact posterior (`tests/all/bound.rs`).
+
+use nalgebra::{DMatrix, DVector};
+use palpate::scene::Scene;
+use palpate_document::table::head;
+use palpate_plant::Parameters;
+use palpate_simulation::places::{PIN_RAD, PIN_SHARES};
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::drawn::REFERENCE_NOISE;
+use super::known::{
+    BEND, CABLE, Chosen, FACTOR, FRICTION, GIVE, JOINT, K, Known, ONSET, RADIUS, UNIFORM, UNKNOWNS,
+};
+use crate::reference::{Curve, Held, Sample, State};
+
+/// Mean of a normal variable without its sign, over its deviation.
+pub const MEAN_SHARE: f64 = 0.798;
+/// Steps of the differences, in deviations of an unknown.
+const DIFFERENCE: f64 = 5e-3;
+/// What a pin leaves open: its place and its radius, metre.
+const PIN_SIGMA_M: f64 = 0.3e-3;
+/// Turns of the motor in a point, and points before the onset.
+const TURNS: f64 = 2.0;
+const LEAD: usize = 4;
+/// Points of a curve, at least and at most.
+const LEAST_POINTS: usize = 8;
+const MOST_POINTS: usize = 80;
+/// White noise of one turn of the motor, newton metre.
+const WHITE_NM: f64 = 2e-4;
+/// Share of the probing's torque up to which a curve is taken.
+const TOP_SHARE: f64 = 0.95;
+/// Contacts that a finger cannot make are drawn again, so often.
+const DRAWS: usize = 50;
+
+/// Mean errors without sign that the data allow, percent of the phalanx.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Bound {
+    /// The scene.
+    pub scene: &'static str,
+    /// With pins and a press on the stop.
+    pub calibrated_pct: f64,
+    /// The same if nothing were known of the joints' friction and preload but what the scene says.
+    pub joints_forgotten_pct: f64,
+    /// With pins, if the leverage at a place differs from that at the pins by as much as the scene says.
+    pub leverage_pct: f64,
+    /// By the data sheets.
+    pub sheet_pct: f64,
+    /// Contacts.
+    pub contacts: usize,
+}
+
+impl Known {
+    /// Nominal torque above the free finger's at measured angles, until the torque has risen or a joint or the contact ends.
+    fn excess_nm(
+        &self,
+        phalanx: usize,
+        values: &[f64; UNKNOWNS],
+        angles: &[f64],
+    ) -> Option<Vec<f64>> {
+        let (press, drive) = self.press(phalanx, values);
+        let held = Held::new(&self.opened, press, values[ONSET], &drive)?;
+        let length_m = self.lengths_m[phalanx - 1];
+        let top_nm = TOP_SHARE * f64::from(self.settings.torque_limit_nm);
+        let mut near: State = held.start().clone();
+        let mut found = Vec::new();
+        for &angle_rad in angles {
+            near = held.at(angle_rad, &drive, &near)?;
+            let free = self.opened.free(angle_rad, &drive)?;
+            let excess_nm = (near.torque_nm - free.torque_nm) / drive.factor;
+            if !held.stays(&near, length_m) || excess_nm > top_nm {
+                break;
+            }
+            found.push(excess_nm);
+        }
+        Some(found)
+    }
+
+    /// Fisher's information of a curve on all unknowns, in units of their deviations.
+    fn information(&self, chosen: &Chosen, deviations: &[f64; UNKNOWNS]) -> Option<DMatrix<f64>> {
+        let means = self.means(chosen);
+        let width_rad = TURNS * self.turn_rad;
+        let angle_rad =
+            |index: usize| chosen.onset_rad + width_rad * (index as f64 + 0.5 - LEAD as f64);
+        let way_rad = self.probing_rad.min(self.closed_rad - chosen.onset_rad);
+        let points = ((way_rad / width_rad).max(0.0) as usize).min(MOST_POINTS);
+        let angles: Vec<f64> = (LEAD..LEAD + points).map(angle_rad).collect();
+        let here = self.excess_nm(chosen.phalanx, &means, &angles)?;
+        let angles = &angles[..here.len()];
+        if here.len() < LEAST_POINTS {
+            return None;
+        }
+        let mut torques = vec![0.0; LEAD];
+        torques.extend(&here);
+        let samples = torques
+            .iter()
+            .enumerate()
+            .map(|(index, &excess_nm)| Sample {
+                angle_rad: angle_rad(index),
+                time_s: index as f64 * TURNS * self.turn_s,
+                excess_nm,
+                late_nm: 0.0,
+                variance_nm2: WHITE_NM * WHITE_NM / TURNS,
+                width_rad,
+                blocks: TURNS,
+                worm_turns: index as f64 * TURNS * self.worm_turns,
+            });
+        let curve = Curve {
+            samples: samples.collect(),
+            creep: 0.0,
+        };
+        let noise = &REFERENCE_NOISE;
+        let lower = noise.whitening(
+            &noise.covariance(&curve),
+            &curve,
+            chosen.onset_rad,
+            &torques,
+        )?;
+        let mut slopes = DMatrix::zeros(torques.len(), UNKNOWNS);
+        for unknown in (0..UNKNOWNS).filter(|&i| deviations[i] > 0.0) {
+            let beside = |steps: f64| {
+                let mut values = means;
+                values[unknown] += steps * DIFFERENCE * deviations[unknown];
+                let found = self.excess_nm(chosen.phalanx, &values, angles)?;
+                Some(found)
+            };
+            let (more, less) = (beside(1.0)?, beside(-1.0)?);
+            // The last points may lie beyond the end of one of them.
+            let number = more.len().min(less.len());
+            let mut column = DVector::zeros(torques.len());
+            for index in 0..number {
+                column[LEAD + index] = (more[index] - less[index]) / (2.0 * DIFFERENCE);
+            }
+            slopes.set_column(unknown, &lower.solve_lower_triangular(&column)?);
+        }
+        Some(slopes.tr_mul(&slopes))
+    }
+
+    /// Deviations of a contact's place, percent of the phalanx, for each level of [`Bound`].
+    fn sigmas_pct(&self, chosen: &Chosen) -> Option<[f64; 4]> {
+        let deviations = self.deviations(self.lengths_m[chosen.phalanx - 1]);
+        let information = self.information(chosen, &deviations)?;
+        let calibrated = self.calibrated(&deviations)?;
+        let mut forgotten = calibrated.clone();
+        forget(&mut forgotten, JOINT, 1.0);
+        let mut uneven = calibrated.clone();
+        let leverage =
+            f64::from(self.settings.leverage_sigma * self.sheet.torque_factor) / deviations[FACTOR];
+        uneven[(FACTOR, FACTOR)] += leverage * leverage;
+        let sigma_pct = |before: &DMatrix<f64>| {
+            let variance = told(before, &information)?[(K, K)];
+            Some(100.0 * UNIFORM * variance.max(0.0).sqrt())
+        };
+        Some([
+            sigma_pct(&calibrated)?,
+            sigma_pct(&forgotten)?,
+            sigma_pct(&uneven)?,
+            sigma_pct(&prior(&deviations))?,
+        ])
+    }
+
+    /// Covariance of all unknowns after the guided calibration: a press on the stop, then two pins.
+    fn calibrated(&self, deviations: &[f64; UNKNOWNS]) -> Option<DMatrix<f64>> {
+        let phalanx = self.lengths_m.len();
+        let length_m = self.lengths_m[phalanx - 1];
+        let mut known = prior(deviations);
+        // As a press leaves them (src/sensing/sensor/calibrate.rs).
+        let pressed_rad = 0.02 * f64::from(self.sheet.cable_rad_per_nm) + 4e-3;
+        for (unknown, deviation) in [(CABLE, pressed_rad), (BEND, 0.1)] {
+            known[(unknown, unknown)] = (deviation / deviations[unknown]).powi(2).min(1.0);
+        }
+        for share in PIN_SHARES {
+            let pin = Chosen {
+                phalanx,
+                k_m: share * length_m,
+                object_m: self.settings.pin_radius_m.into(),
+                onset_rad: self.onset_rad(PIN_RAD)?,
+            };
+            for (unknown, variance) in [
+                (K, (PIN_SIGMA_M / deviations[K]).powi(2)),
+                (RADIUS, 0.0),
+                (ONSET, 1.0),
+                (GIVE, 0.0),
+            ] {
+                forget(&mut known, unknown, variance);
+            }
+            known = told(&known, &self.information(&pin, deviations)?)?;
+        }
+        // Another contact, another material.
+        for unknown in [FRICTION, K, RADIUS, ONSET] {
+            forget(&mut known, unknown, 1.0);
+        }
+        let gives = if deviations[GIVE] > 0.0 { 1.0 } else { 0.0 };
+        forget(&mut known, GIVE, gives);
+        Some(known)
+    }
+}
+
+/// Covariance before any contact, in units of the deviations.
+fn prior(deviations: &[f64; UNKNOWNS]) -> DMatrix<f64> {
+    DMatrix::from_diagonal(&DVector::from_iterator(
+        UNKNOWNS,
+        deviations.iter().map(|d| if *d > 0.0 { 1.0 } else { 0.0 }),
+    ))
+}
+
+/// Replaces what is known of one unknown.
+fn forget(known: &mut DMatrix<f64>, unknown: usize, variance: f64) {
+    known.row_mut(unknown).fill(0.0);
+    known.column_mut(unknown).fill(0.0);
+    known[(unknown, unknown)] = variance;
+}
+
+/// Covariance after a curve: P (1 + I P)^-1, which bears with unknowns that are known.
+fn told(known: &DMatrix<f64>, information: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let more = DMatrix::identity(UNKNOWNS, UNKNOWNS) + information * known;
+    let told = known * more.try_inverse()?;
+    Some((&told + told.transpose()) * 0.5)
+}
+
+/// What the data hold of places on a scene's finger. `None` where the finger cannot make the contacts.
+#[must_use]
+pub fn bound<S: Scene>(parameters: &Parameters, contacts: u64, seed: u64) -> Option<Bound> {
+    let known = Known::of::<S>(parameters);
+    let sigmas: Vec<[f64; 4]> = (0..contacts)
+        .into_par_iter()
+        .filter_map(|index| {
+            let mut random = Pcg64Mcg::seed_from_u64((seed << 32) + index);
+            (0..DRAWS).find_map(|_| known.sigmas_pct(&known.drawn(&mut random)?))
+        })
+        .collect();
+    let mean = |level: usize| {
+        let sum: f64 = sigmas.iter().map(|sigma| sigma[level]).sum();
+        MEAN_SHARE * sum / sigmas.len() as f64
+    };
+    (!sigmas.is_empty()).then(|| Bound {
+        scene: S::NAME,
+        calibrated_pct: mean(0),
+        joints_forgotten_pct: mean(1),
+        leverage_pct: mean(2),
+        sheet_pct: mean(3),
+        contacts: sigmas.len(),
+    })
+}
+
+/// A table for the manual.
+#[must_use]
+pub fn markdown(bounds: &[Bound]) -> String {
+    let mut out = head(
+        "scene | pins, % | pins, joints forgotten, % | pins, leverage in doubt, % | data sheets, %",
+    );
+    for bound in bounds {
+        out.push_str(&format!(
+            "| {} | {:.2} | {:.2} | {:.2} | {:.2} |\n",
+            bound.scene,
+            bound.calibrated_pct,
+            bound.joints_forgotten_pct,
+            bound.leverage_pct,
+            bound.sheet_pct,
+        ));
+    }
+    out
+}

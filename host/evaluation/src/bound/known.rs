@@ -1,0 +1,223 @@
+//! What is known of a scene's finger before a contact: its lengths as the reference has them, and every unknown with its deviation.
+
+use palpate::scene::Scene;
+use palpate::sensing::{Calibration, SeriesElement, Settings};
+use palpate_plant::{FingerParameters, Parameters};
+use rand::RngExt;
+use rand_pcg::Pcg64Mcg;
+
+use crate::reference::{Drive, Finger, Opened, Press, ReturnCable, Stage};
+
+/// Unknowns that the finger takes from one contact to the next: torque factor, cable, its stiffening, friction of the joints.
+pub(super) const FACTOR: usize = 0;
+pub(super) const CABLE: usize = 1;
+pub(super) const BEND: usize = 2;
+pub(super) const JOINT: usize = 3;
+/// Unknown of a material: the pins', or the object's.
+pub(super) const FRICTION: usize = 4;
+/// Unknowns of a contact: place, logarithm of the object's radius plus [`OFFSET_M`], measured angle of the onset, compliance.
+pub(super) const K: usize = 5;
+pub(super) const RADIUS: usize = 6;
+pub(super) const ONSET: usize = 7;
+pub(super) const GIVE: usize = 8;
+pub(super) const UNKNOWNS: usize = 9;
+/// Added to a radius before its logarithm is taken, metre, and the deviation of that logarithm: even from 1 to 50 mm.
+pub(super) const OFFSET_M: f64 = 0.003;
+const RADIUS_SIGMA: f64 = 0.746;
+/// Deviation of a uniform distribution, as a share of its width.
+pub(super) const UNIFORM: f64 = 0.289;
+
+/// What is known of a scene before a contact.
+#[derive(Clone, Debug)]
+pub(super) struct Known {
+    /// Links, springs and stops.
+    pub(super) opened: Opened,
+    /// Lengths of the phalanges, metre.
+    pub(super) lengths_m: Vec<f64>,
+    /// What the sensing is told.
+    pub(super) settings: Settings,
+    /// Deviation of the object's compliance, metre per newton; 0 where the scene takes objects as rigid.
+    give_m_per_n: f64,
+    /// Torque factor and cable by the data sheets.
+    pub(super) sheet: Calibration,
+    /// Angle of the input link in a turn of the motor, radian, turns of the worm in it, and its duration, second.
+    pub(super) turn_rad: f64,
+    pub(super) worm_turns: f64,
+    pub(super) turn_s: f64,
+    /// How far probing closes on, and the closing stop, radian.
+    pub(super) probing_rad: f64,
+    pub(super) closed_rad: f64,
+    /// The first phalanx that touches.
+    first: usize,
+}
+
+/// A contact that is drawn.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Chosen {
+    /// Phalanx, from 1.
+    pub(super) phalanx: usize,
+    /// Distance from its joint, metre.
+    pub(super) k_m: f64,
+    /// Radius of the object, metre.
+    pub(super) object_m: f64,
+    /// Measured angle at first contact, radian.
+    pub(super) onset_rad: f64,
+}
+
+impl Chosen {
+    /// Any, for what does not depend on it.
+    const SOME: Self = Self {
+        phalanx: 1,
+        k_m: 0.0,
+        object_m: 0.0,
+        onset_rad: 0.0,
+    };
+}
+
+/// The finger of the reference from a scene's lengths.
+fn opened(of: &FingerParameters) -> Opened {
+    let radians =
+        |degrees: &[f64]| -> Vec<f64> { degrees.iter().map(|x| x.to_radians()).collect() };
+    let rest_rad = radians(&of.rest_deg);
+    let tendons = of.pulley_m.chunks_exact(2).map(|pair| Stage::Tendon {
+        ratio: pair[1] / pair[0],
+    });
+    let linkages = (0..of.lever_m.len()).map(|i| Stage::Linkage {
+        drive: of.lever_m[i],
+        coupler: of.coupler_m[i],
+        driven: of.driven_m[i],
+        offset_rad: of.offset_deg[i].to_radians(),
+        mode: of.mode[i],
+    });
+    // A motor at every joint: none turns another.
+    let held = of
+        .held_backlash_deg
+        .iter()
+        .map(|_| Stage::Tendon { ratio: 0.0 });
+    let least_rad = radians(&of.joint_min_deg);
+    let stand = rest_rad.iter().zip(&least_rad);
+    Opened {
+        stopped: rest_rad
+            .iter()
+            .zip(&least_rad)
+            .skip(1)
+            .all(|(rest, least)| rest <= least),
+        stand_rad: stand.map(|(rest, least)| rest.max(*least)).collect(),
+        most_rad: radians(&of.joint_max_deg),
+        back: (!of.return_pulley_m.is_empty()).then(|| ReturnCable {
+            pulley_m: of.return_pulley_m.clone(),
+            tension_n: of.return_tension_n,
+            stiffness_n_per_m: of.return_n_per_m,
+        }),
+        finger: Finger {
+            lengths: of.length_m.clone(),
+            springs: of.spring_nm_per_rad.clone(),
+            stages: tendons.chain(linkages).chain(held).collect(),
+            rest_rad,
+        },
+    }
+}
+
+impl Known {
+    pub(super) fn of<S: Scene>(parameters: &Parameters) -> Self {
+        let drivetrain = S::drivetrain(&S::MECHANISM);
+        let settings = S::settings();
+        let counts = f64::from(drivetrain.counts_per_turn);
+        let turn_rad = counts * f64::from(drivetrain.rad_per_count);
+        let opened_rad = f64::from(drivetrain.opening_stop_rad);
+        Self {
+            opened: opened(&parameters.finger),
+            lengths_m: parameters.finger.length_m.clone(),
+            give_m_per_n: if S::Series::OBJECT_GIVES {
+                settings.object_give_m_per_n.into()
+            } else {
+                0.0
+            },
+            sheet: S::UNCALIBRATED,
+            turn_rad,
+            worm_turns: counts / f64::from(drivetrain.counts_per_worm_turn),
+            turn_s: turn_rad / f64::from(settings.speed_rad_per_s),
+            probing_rad: f64::from(S::MOTION.probing_rad),
+            closed_rad: opened_rad + f64::from(settings.closing_stop_rad),
+            first: usize::from(parameters.finger.hidden_base) + 1,
+            settings,
+        }
+    }
+
+    /// The unknowns' means.
+    pub(super) fn means(&self, chosen: &Chosen) -> [f64; UNKNOWNS] {
+        let mut means = [0.0; UNKNOWNS];
+        means[FACTOR] = self.sheet.torque_factor.into();
+        means[CABLE] = self.sheet.cable_rad_per_nm.into();
+        means[BEND] = self.sheet.stiffening_per_nm.into();
+        means[JOINT] = self.settings.joint_friction_nm[0].into();
+        means[FRICTION] = self.settings.contact_friction[0].into();
+        means[K] = chosen.k_m;
+        means[RADIUS] = (chosen.object_m + OFFSET_M).ln();
+        means[ONSET] = chosen.onset_rad;
+        means
+    }
+
+    /// Their deviations by the data sheets.
+    pub(super) fn deviations(&self, length_m: f64) -> [f64; UNKNOWNS] {
+        let (settings, sheet) = (&self.settings, &self.sheet);
+        let mut deviations = [0.0; UNKNOWNS];
+        deviations[FACTOR] = f64::from(sheet.torque_factor * sheet.torque_factor_sigma);
+        deviations[CABLE] = sheet.cable_sigma_rad_per_nm.into();
+        deviations[BEND] = sheet.stiffening_sigma_per_nm.into();
+        let [joint_nm, preload_nm] = [settings.joint_friction_nm[1], settings.preload_nm[1]];
+        deviations[JOINT] = f64::from(joint_nm).hypot(preload_nm.into());
+        deviations[FRICTION] = settings.contact_friction[1].into();
+        deviations[K] = UNIFORM * length_m;
+        deviations[RADIUS] = RADIUS_SIGMA;
+        deviations[ONSET] = 0.03;
+        deviations[GIVE] = self.give_m_per_n;
+        deviations
+    }
+
+    pub(super) fn press(&self, phalanx: usize, values: &[f64; UNKNOWNS]) -> (Press, Drive) {
+        let half_thickness_m = f64::from(self.settings.half_thickness_m);
+        let press = Press {
+            phalanx,
+            k_m: values[K],
+            radius_m: values[RADIUS].exp() - OFFSET_M + half_thickness_m,
+            half_thickness_m,
+            friction: values[FRICTION],
+            joint_nm: values[JOINT],
+            give_m_per_n: values[GIVE],
+        };
+        let drive = Drive {
+            factor: values[FACTOR],
+            cable_rad_per_nm: values[CABLE],
+            stiffening_per_nm: values[BEND],
+        };
+        (press, drive)
+    }
+
+    /// Measured angle at which joint 1 of the free finger is at an angle.
+    pub(super) fn onset_rad(&self, theta_1_rad: f64) -> Option<f64> {
+        let drive = self.press(1, &self.means(&Chosen::SOME)).1;
+        let theta_1 = |angle_rad: f64| Some(self.opened.free(angle_rad, &drive)?.theta[0]);
+        let (mut low, mut high) = (0.0, self.closed_rad);
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            if theta_1(middle)? < theta_1_rad {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        Some(low)
+    }
+
+    /// A contact as in the experiments with drawn fingers.
+    pub(super) fn drawn(&self, random: &mut Pcg64Mcg) -> Option<Chosen> {
+        let phalanx = random.random_range(self.first.max(2)..=self.lengths_m.len());
+        Some(Chosen {
+            phalanx,
+            k_m: self.lengths_m[phalanx - 1] * random.random_range(0.1..0.9),
+            object_m: 0.5 * random.random_range(0.004_f64.ln()..0.040_f64.ln()).exp(),
+            onset_rad: self.onset_rad(random.random_range(0.65..0.95))?,
+        })
+    }
+}

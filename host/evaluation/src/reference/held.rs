@@ -1,0 +1,433 @@
+//! Any finger of the scenes, free or held by a contact that rolls and rubs, from a balance of every joint: the energy of what opens it,
+//! the positions of its links, and numerical differentiation.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::finger::{Finger, gradient};
+use super::measured::MIDDLE_NM;
+
+/// Newton steps at most, and the change at which they end, in the units of the unknowns (radian, newton, newton metre).
+const NEWTON_STEPS: usize = 40;
+const SETTLED: f64 = 1e-10;
+/// Step of the differences of a balance, in the same units.
+const STEP: f64 = 1e-5;
+
+/// Rise of the torque by which a finger is tried that has not moved yet, newton metre.
+const SENSING_NM: f64 = 2e-3;
+
+/// A cable that opens the finger in place of springs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReturnCable {
+    /// Radius of its pulley at each joint, metre.
+    pub pulley_m: Vec<f64>,
+    /// Tension with all joints at zero, newton.
+    pub tension_n: f64,
+    /// Stiffness of its spring, newton per metre.
+    pub stiffness_n_per_m: f64,
+}
+
+/// A finger with what opens it, and where its joints stop.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Opened {
+    /// Links, springs and transmission.
+    pub finger: Finger,
+    /// A cable beside the springs.
+    pub back: Option<ReturnCable>,
+    /// Where joints stand that nothing has moved, radian.
+    pub stand_rad: Vec<f64>,
+    /// They stand at their opening stops, which hold them against what opens them.
+    pub stopped: bool,
+    /// Closing stops of the joints, radian.
+    pub most_rad: Vec<f64>,
+}
+
+/// What lies between motor and input link.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drive {
+    /// True torque over the nominal one.
+    pub factor: f64,
+    /// Twist of the cable per nominal torque, radian per newton metre, at the middle of a probing.
+    pub cable_rad_per_nm: f64,
+    /// Growth of its stiffness, per newton metre.
+    pub stiffening_per_nm: f64,
+}
+
+/// A contact with what gives way and rubs there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Press {
+    /// Phalanx, from 1.
+    pub phalanx: usize,
+    /// Distance from its joint at first contact, metre.
+    pub k_m: f64,
+    /// Radius of the object plus half the phalanx's thickness, metre.
+    pub radius_m: f64,
+    /// Half the phalanx's thickness, metre.
+    pub half_thickness_m: f64,
+    /// Coefficient of friction.
+    pub friction: f64,
+    /// Friction of each joint beyond the first against its motion since the contact, newton metre.
+    pub joint_nm: f64,
+    /// Compliance of the object, metre per newton.
+    pub give_m_per_n: f64,
+}
+
+/// A posture with its torque.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State {
+    /// Joint angles, radian.
+    pub theta: DVector<f64>,
+    /// Torque at the input link, newton metre.
+    pub torque_nm: f64,
+    /// Contact force, newton.
+    pub force_n: f64,
+}
+
+/// Which way contact and joints move under a rising torque: 1, -1, or 0 where nothing is said to rub.
+#[derive(Clone, Debug, PartialEq)]
+struct Senses {
+    slide: f64,
+    joints: Vec<f64>,
+}
+
+/// A finger pressed on an object that stands.
+#[derive(Clone, Debug)]
+pub struct Held<'a> {
+    opened: &'a Opened,
+    press: Press,
+    /// The instant of contact.
+    start: State,
+    middle: (f64, f64),
+    senses: Senses,
+}
+
+impl Drive {
+    /// Angle by which the drive's end of the cable leads the input link under a torque, radian.
+    fn twist_rad(&self, torque_nm: f64) -> f64 {
+        let nominal_nm = torque_nm / self.factor;
+        let bent = self.stiffening_per_nm * nominal_nm * (0.5 * nominal_nm - MIDDLE_NM);
+        self.cable_rad_per_nm * (nominal_nm - bent)
+    }
+}
+
+/// A root of `balance`, by Newton's steps with differences.
+fn root(
+    start: &DVector<f64>,
+    balance: impl Fn(&DVector<f64>) -> DVector<f64>,
+) -> Option<DVector<f64>> {
+    let mut x = start.clone();
+    for _ in 0..NEWTON_STEPS {
+        let columns: Vec<_> = (0..x.len())
+            .map(|index| {
+                let beside = |step: f64| {
+                    let mut beside = x.clone();
+                    beside[index] += step;
+                    balance(&beside)
+                };
+                (beside(STEP) - beside(-STEP)) / (2.0 * STEP)
+            })
+            .collect();
+        let step = DMatrix::from_columns(&columns).lu().solve(&balance(&x))?;
+        x -= &step;
+        if !x.iter().all(|value| value.is_finite()) {
+            return None;
+        }
+        if step.amax() < SETTLED {
+            return Some(x);
+        }
+    }
+    None
+}
+
+impl Opened {
+    /// Energy of springs and return cable, joule.
+    fn energy(&self, theta: &DVector<f64>) -> f64 {
+        let back = self.back.as_ref().map_or(0.0, |back| {
+            let wound_m: f64 = theta.iter().zip(&back.pulley_m).map(|(a, r)| a * r).sum();
+            wound_m * (back.tension_n + 0.5 * back.stiffness_n_per_m * wound_m)
+        });
+        self.finger.energy(theta) + back
+    }
+
+    /// Joints beyond the first stand until a contact moves them: without a spring at joint 1 the torque alone does not.
+    fn stands(&self) -> bool {
+        self.finger.springs.first() == Some(&0.0)
+    }
+
+    /// The free finger at a measured angle, which the cable's twist leads.
+    #[must_use]
+    pub fn free(&self, angle_rad: f64, drive: &Drive) -> Option<State> {
+        let stand = DVector::from_column_slice(&self.stand_rad);
+        let joints = if self.stands() { 1 } else { stand.len() };
+        let posture = |x: &DVector<f64>| {
+            let mut theta = stand.clone();
+            theta.rows_mut(0, joints).copy_from(&x.rows(0, joints));
+            theta
+        };
+        let balance = |x: &DVector<f64>| {
+            let (theta, torque_nm) = (posture(x), x[joints]);
+            let moments = gradient(&theta, |theta| {
+                self.energy(theta) - torque_nm * self.finger.theta_a(theta)
+            });
+            let missing = self.finger.theta_a(&theta) + drive.twist_rad(torque_nm) - angle_rad;
+            moments.rows(0, joints).clone_owned().push(missing)
+        };
+        let x = root(&stand.rows(0, joints).clone_owned().push(0.0), balance)?;
+        Some(State {
+            theta: posture(&x),
+            torque_nm: x[joints],
+            force_n: 0.0,
+        })
+    }
+}
+
+impl<'a> Held<'a> {
+    /// From first contact at a measured angle. `None` where the free finger does not get there, or where the contact would not press.
+    #[must_use]
+    pub fn new(opened: &'a Opened, press: Press, onset_rad: f64, drive: &Drive) -> Option<Self> {
+        let start = opened.free(onset_rad, drive)?;
+        let at = opened.finger.point(&start.theta, press.phalanx, press.k_m);
+        let absolute: f64 = start.theta.iter().take(press.phalanx).sum();
+        let middle = (
+            at.0 - press.radius_m * absolute.sin(),
+            at.1 + press.radius_m * absolute.cos(),
+        );
+        let joints = start.theta.len();
+        let mut held = Self {
+            opened,
+            press,
+            start,
+            middle,
+            senses: Senses {
+                slide: 0.0,
+                joints: vec![0.0; joints],
+            },
+        };
+        // Which way it moves without friction, once a preload has given way.
+        let mut torque_nm = held.start.torque_nm + SENSING_NM;
+        while held.is_held_by_its_stop(torque_nm) {
+            torque_nm += SENSING_NM;
+        }
+        let moved = held.under(torque_nm, &held.start)?;
+        let turned = &moved.theta - &held.start.theta;
+        let [_, slip] = held.arms(&moved.theta);
+        held.senses = Senses {
+            slide: slip.dot(&turned).signum(),
+            joints: (0..joints)
+                .map(|joint| match joint {
+                    0 => 0.0,
+                    _ => turned[joint].signum(),
+                })
+                .collect(),
+        };
+        Some(held)
+    }
+
+    /// The instant of contact.
+    #[must_use]
+    pub fn start(&self) -> &State {
+        &self.start
+    }
+
+    /// Change of the object's distance from the phalanx's line, and motion of the phalanx's surface along itself at the contact, by each
+    /// joint.
+    fn arms(&self, theta: &DVector<f64>) -> [DVector<f64>; 2] {
+        let (finger, press) = (&self.opened.finger, &self.press);
+        let normal = gradient(theta, |theta| {
+            finger.distance(theta, press.phalanx, self.middle)
+        });
+        let along_m = self.along_m(theta);
+        let absolute: f64 = theta.iter().take(press.phalanx).sum();
+        let (sin, cos) = absolute.sin_cos();
+        let base = finger.point(theta, press.phalanx, along_m);
+        let height_m = press.half_thickness_m;
+        let surface = (base.0 - height_m * sin, base.1 + height_m * cos);
+        let slip = DVector::from_fn(theta.len(), |joint, _| {
+            if joint >= press.phalanx {
+                return 0.0;
+            }
+            let hinge = finger.point(theta, joint + 1, 0.0);
+            (surface.0 - hinge.0) * sin - (surface.1 - hinge.1) * cos
+        });
+        // A point turned about a hinge moves at right angles to their distance: (-y, x), along (cos, sin).
+        [normal, slip]
+    }
+
+    /// Distance of the contact from the phalanx's joint, metre.
+    #[must_use]
+    pub fn along_m(&self, theta: &DVector<f64>) -> f64 {
+        let (finger, press) = (&self.opened.finger, &self.press);
+        let joint = finger.point(theta, press.phalanx, 0.0);
+        let absolute: f64 = theta.iter().take(press.phalanx).sum();
+        let (sin, cos) = absolute.sin_cos();
+        (self.middle.0 - joint.0) * cos + (self.middle.1 - joint.1) * sin
+    }
+
+    /// Moments that are left at the joints, and how much too near or far the object is.
+    fn missing(&self, theta: &DVector<f64>, force_n: f64, torque_nm: f64) -> DVector<f64> {
+        let (finger, press) = (&self.opened.finger, &self.press);
+        let [normal, slip] = self.arms(theta);
+        let mut left = gradient(theta, |theta| {
+            self.opened.energy(theta) - torque_nm * finger.theta_a(theta)
+        });
+        left -= (normal - slip * (press.friction * self.senses.slide)) * force_n;
+        for (left, sense) in left.iter_mut().zip(&self.senses.joints) {
+            *left += press.joint_nm * sense;
+        }
+        let distance_m = finger.distance(theta, press.phalanx, self.middle);
+        left.push(distance_m - press.radius_m + press.give_m_per_n * force_n)
+    }
+
+    /// Whether preload and friction of joint 2 still press it on its opening stop under this torque, in a finger of two phalanges.
+    fn is_held_by_its_stop(&self, torque_nm: f64) -> bool {
+        let theta = &self.start.theta;
+        if !self.opened.stopped || theta.len() != 2 {
+            return false;
+        }
+        // The contact bears what joint 1 does not need.
+        let left = self.missing(theta, 0.0, torque_nm);
+        let pressed = self.missing(theta, 1.0, torque_nm) - &left;
+        left[1] - pressed[1] * left[0] / pressed[0] > 0.0
+    }
+
+    /// The finger under a torque, searched from a state near to it.
+    fn under(&self, torque_nm: f64, near: &State) -> Option<State> {
+        let joints = near.theta.len();
+        let x = root(&near.theta.clone().push(near.force_n), |x| {
+            self.missing(&x.rows(0, joints).clone_owned(), x[joints], torque_nm)
+        })?;
+        Some(State {
+            theta: x.rows(0, joints).clone_owned(),
+            torque_nm,
+            force_n: x[joints],
+        })
+    }
+
+    /// The finger at a measured angle after the contact, searched from a state near to it. Where friction or a preload holds the joints,
+    /// the cable alone gives way.
+    #[must_use]
+    pub fn at(&self, angle_rad: f64, drive: &Drive, near: &State) -> Option<State> {
+        let finger = &self.opened.finger;
+        let start_rad = finger.theta_a(&self.start.theta);
+        let stands = root(&DVector::from_element(1, self.start.torque_nm), |x| {
+            DVector::from_element(1, start_rad + drive.twist_rad(x[0]) - angle_rad)
+        });
+        if let Some(torque_nm) = stands.map(|x| x[0])
+            && self.is_held_by_its_stop(torque_nm)
+        {
+            return Some(State {
+                torque_nm,
+                ..self.start.clone()
+            });
+        }
+        let joints = near.theta.len();
+        let start = near.theta.clone().push(near.force_n).push(near.torque_nm);
+        let x = root(&start, |x| {
+            let theta = x.rows(0, joints).clone_owned();
+            let (force_n, torque_nm) = (x[joints], x[joints + 1]);
+            let twist_rad = drive.twist_rad(torque_nm);
+            let past_rad = finger.theta_a(&theta) + twist_rad - angle_rad;
+            self.missing(&theta, force_n, torque_nm).push(past_rad)
+        })?;
+        Some(State {
+            theta: x.rows(0, joints).clone_owned(),
+            torque_nm: x[joints + 1],
+            force_n: x[joints],
+        })
+    }
+
+    /// Whether contact and joints are within their ends.
+    #[must_use]
+    pub fn stays(&self, state: &State, length_m: f64) -> bool {
+        let along_m = self.along_m(&state.theta);
+        let stops = state.theta.iter().zip(&self.opened.most_rad);
+        (0.0..=length_m).contains(&along_m) && stops.into_iter().all(|(angle, most)| angle < most)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Rolling, Touch, contact_curve, p70, table_1};
+    use super::*;
+
+    const RIGID: Drive = Drive {
+        factor: 1.0,
+        cable_rad_per_nm: 0.0,
+        stiffening_per_nm: 0.0,
+    };
+
+    fn press(phalanx: usize, k_m: f64, radius_m: f64) -> Press {
+        Press {
+            phalanx,
+            k_m,
+            radius_m,
+            half_thickness_m: 0.0,
+            friction: 0.0,
+            joint_nm: 0.0,
+            give_m_per_n: 0.0,
+        }
+    }
+
+    fn opened(finger: Finger) -> Opened {
+        Opened {
+            back: None,
+            stand_rad: finger.rest_rad.clone(),
+            stopped: false,
+            most_rad: vec![3.0; finger.lengths.len()],
+            finger,
+        }
+    }
+
+    /// On a point without friction: the path of least potential energy, with springs at all joints.
+    #[test]
+    fn on_a_point_it_is_the_path_of_least_energy() {
+        let opened = opened(table_1());
+        for (phalanx, k) in [(2, 0.3), (3, 0.2), (3, 0.4)] {
+            let curve = contact_curve(&opened.finger, 0.3, phalanx, k, 0.5, 4);
+            let rest = opened
+                .finger
+                .theta_a(&DVector::from_vec(opened.stand_rad.clone()));
+            let onset = curve[0].theta_a_rad + rest;
+            let held = Held::new(&opened, press(phalanx, k, 0.0), onset, &RIGID).unwrap();
+            assert!((held.start().torque_nm - 0.3).abs() < 1e-9);
+            let mut near = held.start().clone();
+            for point in &curve[1..] {
+                near = held.at(point.theta_a_rad + rest, &RIGID, &near).unwrap();
+                let error = near.torque_nm / point.torque - 1.0;
+                assert!(error.abs() < 1e-6, "{phalanx}, {k}: {error:e}");
+            }
+        }
+    }
+
+    /// With friction of contact and joint on a round object: the closed equations of the prototype.
+    #[test]
+    fn the_prototype_rolls_and_rubs_as_in_closed_form() {
+        let finger = p70(0.05);
+        let rolling = Rolling::of(&finger).unwrap();
+        let opened = opened(finger);
+        for (k_m, friction, joint_nm) in [(0.02, 0.0, 0.0), (0.02, 0.3, 4e-4), (0.05, 0.2, 0.0)] {
+            let touch = Touch {
+                k_m,
+                radius_m: 0.02,
+                half_thickness_m: 0.006,
+                friction,
+                joint_nm,
+            };
+            let press = Press {
+                half_thickness_m: 0.006,
+                friction,
+                joint_nm,
+                ..press(2, k_m, 0.02)
+            };
+            let held = Held::new(&opened, press, 0.6, &RIGID).unwrap();
+            let mut near = held.start().clone();
+            for turned_rad in [0.05, 0.1, 0.2] {
+                let rolled = rolling.rolled(&touch, turned_rad).unwrap();
+                near = held.at(0.6 + rolled.rotation_rad, &RIGID, &near).unwrap();
+                let error = near.torque_nm / rolled.torque_nm - 1.0;
+                assert!(error.abs() < 1e-6, "{k_m}, {friction}: {error:e}");
+                let force = near.force_n / rolled.force_n - 1.0;
+                assert!(force.abs() < 1e-6, "{k_m}, {friction}: {force:e}");
+            }
+        }
+    }
+}
