@@ -1,9 +1,10 @@
-//! Learns torque factor and cable from contacts at known places and from the closing stop.
+//! Learns torque factor, cable and what the joints take from contacts at known places and from the closing stop.
 //!
 //! A motor torque determines the load at the input link only up to the gears' efficiency eta, and the finger's compliance is in
 //! proportion to 1/K_2: only the ratio eta/K_2 matters for a location (docs/MECHANICS.md#beyond-the-paper). It is kept as a
 //! factor f on the nominal ratio. The cable in series adds a twist in proportion to the torque; it is kept per newton metre *as
-//! computed with the nominal efficiency*, so that pressing against the closing stop measures it whatever the efficiency is.
+//! computed with the nominal efficiency*, so that pressing against the closing stop measures it whatever the efficiency is. Friction and
+//! preload of the joints look much like a smaller factor: a pin tells both together, and the next contact is on the same joints.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,7 +13,7 @@ use crate::numeric::{Bounded, sqrt};
 /// Nominal torque at which the cable's twist is given: the middle of a probing, newton metre.
 pub(super) const MIDDLE_NM: f32 = 0.17;
 
-/// Torque factor and cable with their uncertainty. Plain data, stored unchanged.
+/// Torque factor, cable and torque of the joints with their uncertainty. Plain data, stored unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
     /// f: eta/K_2 divided by its nominal value, > 0.

@@ -26,7 +26,7 @@ const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
 pub struct Record<'a> {
     /// What the user has set.
     pub overrides: &'a Overrides,
-    /// Torque factor and cable.
+    /// What was calibrated.
     pub calibration: &'a Calibration,
     /// The friction record.
     pub friction: Option<&'a Friction>,

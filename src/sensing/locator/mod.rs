@@ -71,7 +71,7 @@ const STARTS: [f32; 2] = [0.2, 0.75];
 /// Calibration from a contact at a known place or from the closing stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Learned {
-    /// Torque factor and cable with their deviations, as far as the model and the priors hold.
+    /// Torque factor, cable and torque of the joints with their deviations, as far as the model and the priors hold.
     pub calibration: Calibration,
     /// Mean square residual, in variances.
     pub misfit: f32,

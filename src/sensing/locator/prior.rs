@@ -78,7 +78,7 @@ pub struct Prior<X: SeriesElement> {
     pub force_scale: Option<f32>,
     /// Torque with which springs hold the joints beyond the first at their stops without that weight, newton metre.
     pub preload_nm: f32,
-    /// Torque factor and cable.
+    /// Torque factor and cable; what is known of the joints is in `joint_nm`, its correlation here.
     pub calibration: Calibration,
     /// Standard deviation of the finger's leverage along a curve, as a share.
     pub leverage_sigma: f32,

@@ -165,7 +165,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         self.state.shift_counts = None;
     }
 
-    /// Torque factor and cable.
+    /// What was calibrated.
     pub fn calibration(&self) -> &Calibration {
         &self.state.calibration
     }
