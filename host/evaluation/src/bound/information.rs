@@ -58,7 +58,8 @@ pub struct Bound {
 }
 
 impl Known {
-    /// Nominal torque above the free finger's at measured angles, until the torque has risen or a joint or the contact ends.
+    /// Nominal torque above the free finger's at measured angles, until the torque has risen enough, a joint has met its stop or the
+    /// contact has left its phalanx.
     fn excess_nm(
         &self,
         phalanx: usize,
@@ -128,8 +129,7 @@ impl Known {
             let beside = |steps: f64| {
                 let mut values = means;
                 values[unknown] += steps * DIFFERENCE * deviations[unknown];
-                let found = self.excess_nm(chosen.phalanx, &values, angles)?;
-                Some(found)
+                self.excess_nm(chosen.phalanx, &values, angles)
             };
             let (more, less) = (beside(1.0)?, beside(-1.0)?);
             // The last points may lie beyond the end of one of them.
