@@ -78,6 +78,7 @@ fn read(path: &str) -> Result<Vec<Sample>, Box<dyn Error>> {
             .map(|at| samples[at].position_counts);
         let moved = before.map_or(0, |before| position_counts.wrapping_sub(before));
         samples.push(Sample {
+            emf_v: f32::NAN,
             time_us: (1e6 * time_s) as u64,
             position_counts,
             current_a: current_a as f32,

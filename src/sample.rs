@@ -23,6 +23,7 @@ pub enum Drive {
 ///     time_us: 1_000,
 ///     position_counts: 12,
 ///     current_a: 0.015,
+///     emf_v: 3.4,
 ///     drive: Drive::Closing,
 ///     joint: (),
 /// };
@@ -37,6 +38,9 @@ pub struct Sample<J = ()> {
     pub position_counts: i32,
     /// Mean motor current, ampere, positive when its torque closes, offset removed.
     pub current_a: f32,
+    /// Back-EMF of the motor, volt, positive when it closes: the voltage at its terminals less what the current takes of it in the winding.
+    /// NaN where it is not known.
+    pub emf_v: f32,
     /// What the bridge did.
     pub drive: Drive,
     /// Reading of the optional sensor at joint 2.
@@ -50,6 +54,7 @@ impl<J> Sample<J> {
             time_us: self.time_us,
             position_counts: self.position_counts,
             current_a: self.current_a,
+            emf_v: self.emf_v,
             drive: self.drive,
             joint,
         }

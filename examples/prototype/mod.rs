@@ -51,6 +51,8 @@ pub fn drivetrain(finger: &Prototype) -> Drivetrain {
     let reduction = 64.0 * 20.0;
     let rad_per_count = core::f32::consts::TAU / (1024.0 * reduction);
     Drivetrain {
+        torque_constant_sigma: 0.058,
+        resistance_ohm: 39.0,
         rad_per_count,
         counts_per_turn: 1024,
         counts_per_worm_turn: 64 * 1024,

@@ -113,8 +113,8 @@ macro_rules! log_lines {
             branch info "branch change_mrad={=f32} side={=str}" (change_mrad: f32, side: &str);
             /// A sample of the drivetrain, streamed while `trace` is on; `drive` is 1 closing, -1 opening, 0 idle.
             /// While a contact is searched: what friction leaves, and the evidence of a contact with what it must exceed.
-            sample info "sample time_us={=u64} counts={=i32} current_a={=f32} drive={=i8} joint_rad={=f32} residual_mnm={=f32} evidence={=f32} threshold={=f32}"
-                (time_us: u64, counts: i32, current_a: f32, drive: i8, joint_rad: f32, residual_mnm: f32, evidence: f32, threshold: f32);
+            sample info "sample time_us={=u64} counts={=i32} current_a={=f32} emf_v={=f32} drive={=i8} joint_rad={=f32} residual_mnm={=f32} evidence={=f32} threshold={=f32}"
+                (time_us: u64, counts: i32, current_a: f32, emf_v: f32, drive: i8, joint_rad: f32, residual_mnm: f32, evidence: f32, threshold: f32);
             /// What to do next in the guided calibration.
             hint info "hint {=str}" (text: &str);
             /// The answer to a command line.

@@ -57,6 +57,7 @@ pub fn sample<J>(sample: &Sample<J>, joint_rad: Option<f32>, suspicion: Option<S
         sample.time_us,
         sample.position_counts,
         sample.current_a,
+        sample.emf_v,
         drive,
         joint_rad.unwrap_or(f32::NAN),
         residual_nm * 1e3,

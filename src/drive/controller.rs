@@ -74,6 +74,8 @@ pub struct Controller {
     /// The last step completed a sample, which has not been taken.
     completed: bool,
     drive: Drive,
+    /// Back-EMF at the end of the last sample, volt.
+    emf_v: f32,
     /// Mean square of the sample's current, for the thermal model's turn.
     mean_square_a2: f32,
 }
@@ -117,6 +119,7 @@ impl Controller {
             status: Status::default(),
             completed: false,
             drive: Drive::Idle,
+            emf_v: 0.0,
             mean_square_a2: 0.0,
             scale,
         }
@@ -144,6 +147,7 @@ impl Controller {
             time_us: self.status.time_us,
             position_counts: self.status.position_counts,
             current_a: self.status.current_a,
+            emf_v: self.emf_v,
             drive: self.drive,
             joint: (),
         })
@@ -339,6 +343,7 @@ impl Controller {
         self.status.current_a = averaged.current_a;
         self.status.supply_v = self.supply_v;
         self.status.applied_v = applied_v;
+        self.emf_v = self.current.emf_v(self.encoder.speed());
         self.status.limited = average.limited;
         self.completed = true;
     }

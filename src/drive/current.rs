@@ -60,6 +60,12 @@ impl CurrentLoop {
         self.trim_v = RESISTANCE_TRIM * resistive_v.abs() + EMF_TRIM * emf_v.abs() + BRIDGE_TRIM_V;
     }
 
+    /// The motor's back-EMF, volt, closing positive, at a speed in counts a period: what the loop makes of the voltage beyond the winding's
+    /// resistance and the dead time. The integral has what the motor's constants are off by.
+    pub fn emf_v(&self, speed: f32) -> f32 {
+        self.emf_v_per_speed * speed + self.integral_v
+    }
+
     /// Clears the integral: the bridge was off.
     pub fn reset(&mut self) {
         self.integral_v = 0.0;

@@ -44,6 +44,8 @@ pub struct Block {
     pub inertia_nm: f32,
     /// Deviation from the nominal speed, as a share of it.
     pub overspeed: f32,
+    /// Mean back-EMF, volt, closing positive; NaN where it is not known.
+    pub emf_v: f32,
 }
 
 /// Result of a sample.
@@ -114,13 +116,15 @@ struct Sums {
     start_counts: i32,
     duration_us: f32,
     ampere_us: f32,
+    emf_v_us: f32,
 }
 
 impl Sums {
     /// Adds a part of a sample.
-    fn add(&mut self, share: f32, elapsed_us: f32, current_a: f32) {
-        self.duration_us += share * elapsed_us;
-        self.ampere_us += share * elapsed_us * current_a;
+    fn add<J>(&mut self, part_us: f32, sample: &Sample<J>) {
+        self.duration_us += part_us;
+        self.ampere_us += part_us * sample.current_a;
+        self.emf_v_us += part_us * sample.emf_v;
     }
 }
 
@@ -179,14 +183,7 @@ impl BlockAverager {
         }
         // The difference is at most the gap, so f32 holds it exactly.
         let elapsed_us = elapsed_us as u32 as f32;
-        self.collect(
-            now,
-            last,
-            elapsed_us,
-            sample.current_a,
-            drivetrain,
-            settings,
-        )
+        self.collect(now, last, elapsed_us, sample, drivetrain, settings)
     }
 
     /// Drops the block being filled.
@@ -197,12 +194,12 @@ impl BlockAverager {
         }
     }
 
-    fn collect(
+    fn collect<J>(
         &mut self,
         now: Last,
         last: Last,
         elapsed_us: f32,
-        current_a: f32,
+        sample: &Sample<J>,
         drivetrain: &Drivetrain,
         settings: &Settings,
     ) -> BlockUpdate {
@@ -235,16 +232,17 @@ impl BlockAverager {
                     start_counts,
                     duration_us: 0.0,
                     ampere_us: 0.0,
+                    emf_v_us: 0.0,
                 };
                 let share = (way - before) as f32 / way.max(1) as f32;
-                sums.add(share, elapsed_us, current_a);
+                sums.add(share * elapsed_us, sample);
                 self.sums = Some(sums);
             }
             return BlockUpdate::Pending;
         };
         let after = forward(sums.start_counts, now.counts);
         if after < turn_counts {
-            sums.add(1.0, elapsed_us, current_a);
+            sums.add(elapsed_us, sample);
             return BlockUpdate::Pending;
         }
         // The turn ends within this sample: `after` is at least a turn, `before` is less.
@@ -252,7 +250,7 @@ impl BlockAverager {
         let share =
             (turn_counts.saturating_sub(before)) as f32 / (after.saturating_sub(before)) as f32;
         let mut done = *sums;
-        done.add(share, elapsed_us, current_a);
+        done.add(share * elapsed_us, sample);
         let end_counts = done
             .start_counts
             .wrapping_add(turn_counts.wrapping_mul(sign));
@@ -260,8 +258,9 @@ impl BlockAverager {
             start_counts: end_counts,
             duration_us: 0.0,
             ampere_us: 0.0,
+            emf_v_us: 0.0,
         };
-        next.add(1.0 - share, elapsed_us, current_a);
+        next.add((1.0 - share) * elapsed_us, sample);
         // More than two turns in a sample is a jump of the counter, not motion.
         self.sums = (after < turn_counts.saturating_mul(2)).then_some(next);
         let duration_s = done.duration_us * 1e-6;
@@ -291,6 +290,7 @@ impl BlockAverager {
             drive_torque_nm: motor_nm - inertia_nm - viscous_nm,
             inertia_nm,
             overspeed: deviation / settings.speed_rad_per_s,
+            emf_v: done.emf_v_us / done.duration_us,
         })
     }
 }

@@ -8,6 +8,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::torque_constant::ConstantShift;
 use crate::numeric::{Bounded, sqrt};
 
 /// Nominal torque at which the cable's twist is given: the middle of a probing, newton metre.
@@ -168,6 +169,17 @@ impl Calibration {
         self.joint_correlation *= narrower;
     }
 
+    /// Takes what the motor's back-EMF tells of its torque constant, as long as no pin has told the torque factor.
+    pub(super) fn correct_constant(&mut self, constant: &ConstantShift) {
+        if self.contacts == 0 {
+            let before = self.torque_factor_sigma;
+            self.torque_factor *= 1.0 + constant.share;
+            self.torque_factor_sigma =
+                sqrt((before * before - constant.variance).at_least(LEAST_SIGMA * LEAST_SIGMA))
+                    .at_most(before);
+        }
+    }
+
     /// What is known of friction or preload of the joints, mean and deviation, newton metre, from that without pins. The correlation with
     /// ln f becomes that of this deviation.
     pub(super) fn joint(&mut self, [mean_nm, sigma_nm]: [f32; 2]) -> [f32; 2] {
@@ -204,6 +216,8 @@ pub(super) fn independence(correlation: f32) -> f32 {
 /// Standard deviation of the joints' friction from one contact to the next, newton metre: as much as is assumed of a joint in plain
 /// bearings, because its friction grows with the load (R, chosen).
 const CHANGE_NM: f32 = 0.4e-3;
+/// Least deviation of ln f that a torque constant leaves: gears and springs are never known from it.
+const LEAST_SIGMA: f32 = 0.03;
 /// Mean square residual, in variances, above which the curve is not that of the stated contact.
 const MISFIT: f32 = 4.0;
 /// A larger change, in standard deviations, is taken as a mistake of the user.

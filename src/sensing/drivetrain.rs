@@ -19,6 +19,11 @@ pub struct Drivetrain {
     /// Torque at the input link per ampere if nothing were lost: reduction times torque constant, newton metre per
     /// ampere, > 0.
     pub torque_per_ampere_nm: f32,
+    /// Standard deviation of the torque constant in it, as a share: what a back-EMF may correct before a calibration. 0 of one that was
+    /// measured.
+    pub torque_constant_sigma: f32,
+    /// Resistance by which [`Sample::emf_v`](crate::sample::Sample::emf_v) was computed, ohm.
+    pub resistance_ohm: f32,
     /// Share of a load's torque that the gears pass on, 0 to 1. Nominal: what it really is, in proportion to the
     /// spring's stiffness, a calibration determines ([`crate::sensing::Calibration`]).
     pub efficiency: f32,

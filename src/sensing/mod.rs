@@ -23,6 +23,7 @@ pub mod second;
 pub mod sensor;
 pub mod settings;
 pub mod step;
+mod torque_constant;
 
 pub use crate::joint_sensor::{HallSensor, JointSensor, NoJointSensor, Side};
 pub use crate::sample::{self, Drive, Sample};

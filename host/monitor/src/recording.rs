@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use crate::stream::{Event, Message, Sample, parse};
 
 /// Columns, as `replay` names them.
-const HEADER: &str = "time_s,encoder_counts,current_a,duty,joint_rad,log";
+const HEADER: &str = "time_s,encoder_counts,current_a,emf_v,duty,joint_rad,log";
 /// Between two lines that were logged before the same sample.
 const SEPARATOR: &str = " | ";
 
@@ -74,16 +74,17 @@ impl Recording {
     /// It cannot be written.
     pub fn sample(&mut self, sample: &Sample) -> std::io::Result<()> {
         self.rows += 1;
-        let joint = sample.joint_rad.map(|rad| rad.to_string());
+        let text = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
         write!(
             self.file,
-            // Current and joint 2 with all their digits: what is replayed is what the firmware saw.
-            "{:.6},{:.0},{},{},{},",
+            // Current, back-EMF and joint 2 with all their digits: what is replayed is what the firmware saw.
+            "{:.6},{:.0},{},{},{},{},",
             sample.time_s,
             sample.counts,
             sample.current_a,
+            text(sample.emf_v),
             sample.duty,
-            joint.unwrap_or_default()
+            text(sample.joint_rad)
         )?;
         if !self.log.is_empty() {
             let log = self.log.join(SEPARATOR).replace('"', "\"\"");
@@ -108,6 +109,7 @@ impl Recording {
 pub struct Rows {
     /// Places of time, counts and current.
     needed: [usize; 3],
+    emf: Option<usize>,
     duty: Option<usize>,
     joint: Option<usize>,
     log: Option<usize>,
@@ -120,6 +122,7 @@ impl Rows {
         let at = |name: &str| head.split(',').position(|column| column.trim() == name);
         Some(Self {
             needed: [at("time_s")?, at("encoder_counts")?, at("current_a")?],
+            emf: at("emf_v"),
             duty: at("duty"),
             joint: at("joint_rad"),
             log: at("log"),
@@ -160,6 +163,7 @@ impl Rows {
             time_s,
             counts,
             current_a,
+            emf_v: self.emf.and_then(number),
             // The sign of the current tells the direction as well as a file without it allows.
             duty: self.duty.and_then(number).unwrap_or(current_a.signum()),
             joint_rad: self.joint.and_then(number),
@@ -188,6 +192,7 @@ mod tests {
             time_s: 0.001,
             counts: 12.0,
             current_a: 0.0151,
+            emf_v: Some(-3.4),
             duty: -1.0,
             ..Sample::default()
         };
@@ -203,9 +208,9 @@ mod tests {
         let text = std::fs::read_to_string(&path).expect("the file");
         assert_eq!(
             text,
-            "time_s,encoder_counts,current_a,duty,joint_rad,log\n\
-             0.001000,12,0.0151,-1,,\"state name=close | answer \"\"ok\"\" n=1, 2\"\n\
-             0.001000,12,0.0151,-1,0.25,\n"
+            "time_s,encoder_counts,current_a,emf_v,duty,joint_rad,log\n\
+             0.001000,12,0.0151,-3.4,-1,,\"state name=close | answer \"\"ok\"\" n=1, 2\"\n\
+             0.001000,12,0.0151,-3.4,-1,0.25,\n"
         );
         std::fs::remove_file(path).expect("the file is there");
     }

@@ -100,6 +100,8 @@ pub struct Sample {
     pub counts: f64,
     /// Motor current, ampere, closing positive.
     pub current_a: f64,
+    /// Back-EMF, volt, where it is known.
+    pub emf_v: Option<f64>,
     /// Duty of the bridge, or 1 where it closes, -1 where it opens, 0 where it is idle.
     pub duty: f64,
     /// Supply, volt, where it is known.
@@ -148,6 +150,7 @@ fn sample_of(event: &Event) -> Sample {
         time_s: number("time_us").map_or(event.time_s.unwrap_or_default(), |us| 1e-6 * us),
         counts: number("counts").unwrap_or_default(),
         current_a: number("current_a").unwrap_or_default(),
+        emf_v: number("emf_v"),
         duty: number("drive").unwrap_or_default(),
         supply_v: number("supply_v"),
         joint_rad: number("joint_rad"),

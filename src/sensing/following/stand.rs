@@ -41,6 +41,7 @@ impl Stand {
     pub(super) fn held(&self, drivetrain: &Drivetrain) -> Option<Block> {
         let (time_us, counts) = self.anchor?;
         Some(Block {
+            emf_v: f32::NAN,
             time_us,
             drive: Drive::Closing,
             counts,
@@ -91,6 +92,7 @@ mod tests {
     fn told(angle_rad: impl Fn(f32) -> f32) -> Vec<u64> {
         let (mut stand, drivetrain) = (Stand::default(), drivetrain());
         let samples = (0..400u64).map(|ms| Sample {
+            emf_v: f32::NAN,
             time_us: 1000 * ms,
             position_counts: (angle_rad(1e-3 * ms as f32) / drivetrain.rad_per_count) as i32,
             current_a: 0.06,

@@ -139,6 +139,7 @@ impl TurnMeter {
         let mean_a = now.charge_nc.wrapping_sub(from.charge_nc) as f32 * 1e-9 / duration_s;
         let motor_nm = drivetrain.torque_per_ampere_nm * mean_a;
         let block = Block {
+            emf_v: f32::NAN,
             time_us: 0,
             drive: Drive::Closing,
             counts: from.counts.wrapping_add(counts / 2),
@@ -201,6 +202,7 @@ mod tests {
             // The mean of the millisecond before.
             let s = 1e-3 * (ms as f32 - 0.5);
             Sample {
+                emf_v: f32::NAN,
                 time_us: 1000 * ms,
                 position_counts: (angle_rad(1e-3 * ms as f32) / drivetrain.rad_per_count) as i32,
                 current_a: torque_nm(s) / drivetrain.torque_per_ampere_nm,

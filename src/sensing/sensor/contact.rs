@@ -11,6 +11,7 @@ use crate::sensing::block::Block;
 use crate::sensing::curve::{Curve, Point};
 use crate::sensing::location::SeriesElement;
 use crate::sensing::locator::{Locator, Noise};
+use crate::sensing::torque_constant::ConstantShift;
 use crate::sensing::{Directive, Event};
 
 /// Smallest standard deviation of the onset, radian: a tenth of a second of motion.
@@ -50,6 +51,8 @@ pub(super) struct CurveCollector<R> {
     /// Unevenness of friction over the travel, newton metre of motor torque.
     unevenness_nm: f32,
     pub(super) onset_rad: [f32; 2],
+    /// What the closing has told of the torque constant when the round of the fit began.
+    pub(super) constant: ConstantShift,
     onset_us: u64,
     /// Reading of joint 2 at the onset.
     pub(super) reading: R,
@@ -215,6 +218,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
                 self.drivetrain.closing_rad(onset.counts as i32),
                 sigma_rad.at_least(ONSET_SIGMA_RAD),
             ],
+            constant: ConstantShift::default(),
             onset_us: first.time_us,
             reading: first.reading,
             weight: [weight_nm, weight_nm_per_rad],
@@ -359,6 +363,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     }
 
     fn begin_round(&self, contact: &mut Contact<F, H::Reading, X>, last: bool) -> bool {
+        contact.collector.constant = self.torque_constant.shift(&self.drivetrain);
         let prior = self.prior(&contact.collector);
         let Contact {
             collector: CurveCollector { curve, .. },

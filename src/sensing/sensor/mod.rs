@@ -24,6 +24,7 @@ use crate::joint_sensor::{JointSensor, NoJointSensor};
 use crate::sensing::block::{Block, BlockAverager, BlockUpdate};
 use crate::sensing::friction::Friction;
 use crate::sensing::location::{Cable, SeriesElement};
+use crate::sensing::torque_constant::TorqueConstant;
 use crate::sensing::{Calibration, Directive, Drive, Drivetrain, Event, Object, Sample, Settings};
 use contact::Contact;
 use record::Learning;
@@ -242,7 +243,11 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         let state = &mut self.state;
         if let Stage::Idle = self.stage {
             Search::begin(&mut self.stage);
+            state.torque_constant = TorqueConstant::default();
         }
+        state
+            .torque_constant
+            .push(block, &state.drivetrain, state.settings.speed_rad_per_s);
         let Some(corrected) = state.corrected(block) else {
             return;
         };

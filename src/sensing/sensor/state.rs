@@ -8,6 +8,7 @@ use crate::numeric::sqrt;
 use crate::sensing::curve::{Curve, Point};
 use crate::sensing::location::SeriesElement;
 use crate::sensing::locator::{self, Data, Place, Prior};
+use crate::sensing::torque_constant::TorqueConstant;
 use crate::sensing::{Calibration, Directive, Drivetrain, Event, Friction, Object, Settings};
 use core::marker::PhantomData;
 use heapless::Deque;
@@ -48,6 +49,8 @@ pub(super) struct SensorState<F: Mechanics, H: JointSensor, X: SeriesElement> {
     pub(super) shift_sigma_counts: f32,
     /// Angle of the input link at the last block of a closing, radian, and the residual torque there, newton metre.
     pub(super) last_residual: Option<(f32, f32)>,
+    /// What this closing tells of the torque constant.
+    pub(super) torque_constant: TorqueConstant,
     series: PhantomData<X>,
 }
 
@@ -76,6 +79,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             joint_change: H::Reading::default(),
             object: None,
             onset_rad: 0.0,
+            torque_constant: TorqueConstant::default(),
             events: Deque::new(),
             series: PhantomData,
         }
@@ -122,6 +126,9 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             _ => Place::Anywhere,
         };
         let mut calibration = self.calibration;
+        if let Place::Anywhere = place {
+            calibration.correct_constant(&collector.constant);
+        }
         let joint_nm = calibration.joint([
             // The path has what a design preloads.
             joint_nm + held_nm - self.finger.preload_nm(),

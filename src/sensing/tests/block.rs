@@ -19,6 +19,7 @@ fn blocks(
     for i in 0..milliseconds {
         let counts = start.1.wrapping_add(step * (i as i32 + 1));
         let sample = Sample {
+            emf_v: f32::NAN,
             time_us: start.0 + 1000 * (i + 1),
             position_counts: counts,
             current_a: current_a(counts.wrapping_sub(step / 2)),
@@ -85,6 +86,7 @@ fn nothing_of_a_start_a_reversal_or_the_dead_band_becomes_a_block() {
     let mut averager = BlockAverager::default();
     for i in 0..600 {
         let sample = Sample {
+            emf_v: f32::NAN,
             time_us: 1000 * i,
             position_counts: 30 * i as i32,
             current_a: 0.02,
@@ -101,6 +103,7 @@ fn nothing_of_a_start_a_reversal_or_the_dead_band_becomes_a_block() {
 fn closing(milliseconds: u64, counts: impl Fn(u64) -> i32) -> Vec<Block> {
     let mut averager = BlockAverager::default();
     let samples = (0..milliseconds).map(|i| Sample {
+        emf_v: f32::NAN,
         time_us: 1000 * i,
         position_counts: counts(i),
         current_a: 0.02,
@@ -150,6 +153,7 @@ fn a_slight_change_of_speed_is_accounted_for() {
     for i in 0..1000u64 {
         let seconds = i as f64 * 1e-3;
         let sample = Sample {
+            emf_v: f32::NAN,
             time_us: 1000 * i,
             position_counts: (30_000.0 * seconds + 750.0 * seconds * seconds) as i32,
             current_a: 0.02,
@@ -178,6 +182,7 @@ fn gaps_repetitions_nonsense_and_wrapping_do_no_harm() {
     // A repeated and an older sample change nothing.
     for time_us in [400_000, 399_000] {
         let sample = Sample {
+            emf_v: f32::NAN,
             time_us,
             position_counts: 0,
             current_a: 9.0,

@@ -112,6 +112,7 @@ impl Life {
             friction + load_nm
         };
         Block {
+            emf_v: f32::NAN,
             time_us: (self.now_s * 1e6) as u64,
             drive,
             counts,

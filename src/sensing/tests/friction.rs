@@ -10,6 +10,7 @@ pub(super) const TRAVEL: i32 = 312_890;
 
 pub(super) fn block(drive: Drive, counts: i32, torque_nm: f32) -> Block {
     Block {
+        emf_v: f32::NAN,
         time_us: 0,
         drive,
         counts,

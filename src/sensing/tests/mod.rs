@@ -23,6 +23,8 @@ use crate::sensing::{Drivetrain, Settings};
 /// Round numbers: 1000 counts a turn of the motor, 1e-5 rad a count.
 pub(in crate::sensing) fn drivetrain() -> Drivetrain {
     Drivetrain {
+        torque_constant_sigma: 0.058,
+        resistance_ohm: 39.0,
         rad_per_count: 1e-5,
         counts_per_turn: 1000,
         counts_per_worm_turn: 32_000,

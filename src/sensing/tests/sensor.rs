@@ -90,6 +90,7 @@ pub(super) fn motion<F: Mechanics>(
         let angle = from + step * i as f32;
         *time_us += 1000;
         let sample = Sample {
+            emf_v: f32::NAN,
             time_us: *time_us,
             position_counts: (f64::from(angle) / f64::from(drivetrain.rad_per_count)) as i32,
             current_a: current_a(angle),
@@ -101,6 +102,7 @@ pub(super) fn motion<F: Mechanics>(
     for _ in 0..400 {
         *time_us += 1000;
         let sample = Sample {
+            emf_v: f32::NAN,
             time_us: *time_us,
             position_counts: (f64::from(to) / f64::from(drivetrain.rad_per_count)) as i32,
             current_a: 0.0,
@@ -364,6 +366,7 @@ proptest! {
         for (i, (gap, counts, current_a, drive)) in samples.into_iter().enumerate() {
             time_us += u64::from(gap % 3000);
             let sample = Sample {
+                emf_v: f32::NAN,
                 time_us,
                 position_counts: counts,
                 current_a,

@@ -35,6 +35,7 @@ fn closing_onto(k: Option<f64>, friction_nm: f64) -> Vec<Sample> {
                 .map_or(0.0, |p| p.torque)
         });
         samples.push(Sample {
+            emf_v: f32::NAN,
             time_us: time * 1000,
             position_counts: (angle * model.counts_per_rad) as i32,
             current_a: ((friction_nm + torque) / model.torque_nm_per_a) as f32,

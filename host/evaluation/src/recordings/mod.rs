@@ -22,6 +22,9 @@ pub use show::{json, text};
 pub use truth::{Class, Truth};
 pub use world::{Calibrated, Line, World};
 
+/// Supply of the recordings' bridge, volt: the nominal voltage of the motor's winding. Duty times supply is the motor's voltage.
+const SUPPLY_V: f64 = 12.0;
+
 /// What is replayed, and how.
 #[derive(Clone, Debug)]
 pub struct Plan {
@@ -65,7 +68,7 @@ pub fn open(file: &Path) -> Result<Box<dyn std::io::Read>, String> {
     })
 }
 
-fn read(directory: &Path, name: &str) -> Result<Recording, String> {
+fn read(directory: &Path, name: &str, ohm: f64) -> Result<Recording, String> {
     let json = directory.join(format!("{name}.json"));
     let text = std::fs::read_to_string(&json).map_err(|error| {
         format!(
@@ -85,6 +88,11 @@ fn read(directory: &Path, name: &str) -> Result<Recording, String> {
         trace::read(open(&file)?).map_err(|error| format!("{}: {error}", file.display()))?;
     let mut samples = trace::resample(&rows, 0).samples;
     protocol::remove_offset(&mut samples);
+    let supply = trace::Supply {
+        supply_v: SUPPLY_V,
+        ohm,
+    };
+    trace::from_duty(&mut samples, &rows, supply);
     Ok(Recording {
         name: name.to_owned(),
         samples,
@@ -137,6 +145,8 @@ pub fn run(scene: &str, plan: &Plan) -> Result<Vec<World>, String> {
 
 fn with_sensing_of<S: Simulated>(plan: &Plan) -> Result<Vec<World>, String> {
     let names = names(&plan.directory)?;
+    // No choke is told of.
+    let ohm = f64::from(S::DRIVE.motor.resistance_ohm);
     let bar = bar(
         names.iter().map(|(_, names)| names.len()).sum(),
         "recordings",
@@ -151,7 +161,7 @@ fn with_sensing_of<S: Simulated>(plan: &Plan) -> Result<Vec<World>, String> {
             // A name tells what calibrates only by convention: the class stands in the truth, so all are read first.
             let recordings = names
                 .par_iter()
-                .map(|name| read(&plan.directory, name))
+                .map(|name| read(&plan.directory, name, ohm))
                 .collect::<Result<Vec<_>, _>>()?;
             let replayed = World::replay::<S>(world, &recordings, plan, &bar);
             Ok(Some(replayed.only(wanted)))

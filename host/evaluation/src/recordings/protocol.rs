@@ -199,6 +199,7 @@ mod tests {
             time_us: 1000 * time_ms,
             position_counts: counts,
             current_a,
+            emf_v: f32::NAN,
             drive,
             joint: (),
         }

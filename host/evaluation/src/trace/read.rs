@@ -1,6 +1,7 @@
 //! Recordings from CSV files.
 //!
-//! Columns `time_s`, `encoder_counts`, `current_a`, and `duty` where the current is unsigned; all others are ignored.
+//! Columns `time_s`, `encoder_counts`, `current_a`, `duty` where the current is unsigned or for the motor's voltage, `emf_v` in what the
+//! firmware streamed; all others are ignored.
 //! Lines that start with `#` are comments.
 
 use std::fmt;
@@ -14,6 +15,8 @@ const LARGEST_TIME_S: f64 = 3.2e10;
 const LARGEST_COUNTS: f64 = 9.0e15;
 /// No motor of this size draws that much; a file in milliampere would.
 const LARGEST_CURRENT_A: f64 = 1.0e3;
+/// Nor is its back-EMF larger.
+pub(super) const LARGEST_VOLTAGE_V: f64 = 1.0e3;
 /// Share of a full duty below which its sign says nothing.
 const NO_DUTY: f64 = 1e-9;
 
@@ -90,6 +93,7 @@ pub(super) struct Columns {
     pub(super) counts: usize,
     pub(super) current: usize,
     pub(super) duty: Option<usize>,
+    pub(super) emf: Option<usize>,
 }
 
 pub(super) fn columns(header: &csv::StringRecord) -> Result<Columns, ReadError> {
@@ -111,6 +115,7 @@ pub(super) fn columns(header: &csv::StringRecord) -> Result<Columns, ReadError> 
         counts: need("encoder_counts")?,
         current: need("current_a")?,
         duty: find("duty")?,
+        emf: find("emf_v")?,
     })
 }
 
@@ -186,6 +191,18 @@ pub fn read(input: impl Read) -> Result<(Vec<Row>, Findings), ReadError> {
             duty: columns
                 .duty
                 .map(|index| field(index, "duty", f64::MAX, "a number"))
+                .transpose()?,
+            emf_v: columns
+                .emf
+                .filter(|index| !record.get(*index).unwrap_or("").trim().is_empty())
+                .map(|index| {
+                    field(
+                        index,
+                        "emf_v",
+                        LARGEST_VOLTAGE_V,
+                        "a voltage in volt below 1000",
+                    )
+                })
                 .transpose()?,
         };
         findings.rows += 1;

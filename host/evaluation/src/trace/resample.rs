@@ -184,6 +184,7 @@ fn piece_samples(
             // The sensing takes differences of counts that wrap.
             position_counts: counts as i32,
             current_a: mean as f32,
+            emf_v: piece[index].emf_v.unwrap_or(f64::NAN) as f32,
             drive: drive(piece, index),
             joint: (),
         });
@@ -204,6 +205,7 @@ mod tests {
                 encoder_counts: (time_s * 30_000.0).round() as i64,
                 current_a: 0.01 + 0.1 * time_s,
                 duty: None,
+                emf_v: None,
             })
             .collect()
     }
@@ -277,7 +279,7 @@ mod tests {
                 .into_iter()
                 .map(|(step, encoder_counts, current_a)| {
                     time_s += step;
-                    Row { time_s, encoder_counts, current_a, duty: None }
+                    Row { time_s, encoder_counts, current_a, duty: None, emf_v: None }
                 })
                 .collect();
             let out = resample(&rows, zero);

@@ -7,7 +7,7 @@ use std::io::Read;
 use palpate::sample::{Drive, Sample};
 
 use super::PERIOD_US;
-use super::read::{ReadError, columns, field, malformed, reader};
+use super::read::{LARGEST_VOLTAGE_V, ReadError, columns, field, malformed, reader};
 
 /// Between two lines that were logged before the same sample.
 const SEPARATOR: &str = " | ";
@@ -47,6 +47,11 @@ pub fn stream(input: impl Read) -> Result<Option<Vec<Streamed>>, ReadError> {
         let expected = "a current in ampere below 1000";
         let current_a = field(&record, columns.current, "current_a", 1.0e3, expected)?;
         let duty = field(&record, duty, "duty", f64::MAX, "a number")?;
+        let expected = "a voltage in volt below 1000";
+        let emf_v = (columns.emf)
+            .filter(|at| !record.get(*at).unwrap_or("").trim().is_empty())
+            .map(|at| field(&record, at, "emf_v", LARGEST_VOLTAGE_V, expected))
+            .transpose()?;
         let text = |at: usize| record.get(at).unwrap_or("").trim();
         #[expect(
             clippy::cast_possible_truncation,
@@ -57,6 +62,7 @@ pub fn stream(input: impl Read) -> Result<Option<Vec<Streamed>>, ReadError> {
             time_us: (1e6 * time_s).round() as u64,
             position_counts: counts as i32,
             current_a: current_a as f32,
+            emf_v: emf_v.map_or(f32::NAN, |volt| volt as f32),
             drive: if duty > 0.0 {
                 Drive::Closing
             } else if duty < 0.0 {
@@ -83,12 +89,12 @@ pub fn stream(input: impl Read) -> Result<Option<Vec<Streamed>>, ReadError> {
 mod tests {
     use super::*;
 
-    const HEADER: &str = "time_s,encoder_counts,current_a,duty,joint_rad,log\n";
+    const HEADER: &str = "time_s,encoder_counts,current_a,emf_v,duty,joint_rad,log\n";
 
     #[test]
     fn samples_come_with_the_lines_before_them() {
         let file = format!(
-            "{HEADER}1.000000,-3,0.0151,1,,\"boot version=1 | state name=close from=idle\"\n1.001000,4,0.1,-1,0.25,\n"
+            "{HEADER}1.000000,-3,0.0151,,1,,\"boot version=1 | state name=close from=idle\"\n1.001000,4,0.1,-3.4,-1,0.25,\n"
         );
         let rows = stream(file.as_bytes())
             .expect("well formed")
@@ -99,12 +105,14 @@ mod tests {
         );
         assert_eq!(rows[0].sample.time_us, 1_000_000);
         assert_eq!(rows[0].sample.joint, None);
+        assert!(rows[0].sample.emf_v.is_nan());
         assert_eq!(
             rows[1].sample,
             Sample {
                 time_us: 1_001_000,
                 position_counts: 4,
                 current_a: 0.1,
+                emf_v: -3.4,
                 drive: Drive::Opening,
                 joint: Some(0.25),
             }
@@ -114,11 +122,11 @@ mod tests {
 
     #[test]
     fn what_lacks_samples_or_lines_is_no_stream() {
-        let gap = format!("{HEADER}1.000,0,0,1,,\n1.002,0,0,1,,\n");
+        let gap = format!("{HEADER}1.000,0,0,,1,,\n1.002,0,0,,1,,\n");
         assert_eq!(stream(gap.as_bytes()), Ok(None));
         let other = "time_s,encoder_counts,current_a,duty\n1.000,0,0,1\n";
         assert_eq!(stream(other.as_bytes()), Ok(None));
-        let wrong = format!("{HEADER}1.000,zero,0,1,,\n");
+        let wrong = format!("{HEADER}1.000,zero,0,,1,,\n");
         let error = stream(wrong.as_bytes()).expect_err("refused");
         assert!(error.to_string().contains("line 2, column encoder_counts"));
     }
