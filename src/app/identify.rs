@@ -10,8 +10,6 @@ use crate::numeric::{Bounded, sqrt};
 use crate::scene::Scene;
 use crate::sensing::Calibration;
 
-/// Tolerance of the torque constant in a scene's deviation of the torque factor: 10 %, uniform.
-const CONSTANT_SHARE: f32 = 0.0577;
 /// Least deviation of a torque factor that no contact has calibrated, as a share of it.
 const LEAST_SIGMA: f32 = 0.03;
 
@@ -115,21 +113,22 @@ pub fn drive<S: Scene>(
 }
 
 /// What the sensing may assume before a contact has calibrated it: the torque factor has the measured torque constant in it, and
-/// its deviation no longer that constant's tolerance.
-pub fn uncalibrated<S: Scene>(identified: &Identified) -> Calibration {
+/// its deviation no longer that constant's tolerance; and that tolerance, 0 then.
+pub fn uncalibrated<S: Scene>(identified: &Identified) -> (Calibration, f32) {
     let mut calibration = S::UNCALIBRATED;
+    let tolerance = S::DRIVETRAIN.torque_constant_sigma;
     let constant = Report::of::<S>(Quantity::TorqueConstant, identified);
-    if constant.plausible {
-        let share = constant.sigma / constant.value;
-        let sigma = calibration.torque_factor_sigma;
-        calibration.torque_factor *= constant.value / constant.datasheet;
-        calibration.torque_factor_sigma = sqrt(
-            (sigma * sigma - CONSTANT_SHARE * CONSTANT_SHARE + share * share)
-                .at_least(LEAST_SIGMA * LEAST_SIGMA),
-        )
-        .at_most(sigma);
+    if !constant.plausible {
+        return (calibration, tolerance);
     }
-    calibration
+    let share = constant.sigma / constant.value;
+    let sigma = calibration.torque_factor_sigma;
+    calibration.torque_factor *= constant.value / constant.datasheet;
+    calibration.torque_factor_sigma = sqrt(
+        (sigma * sigma - tolerance * tolerance + share * share).at_least(LEAST_SIGMA * LEAST_SIGMA),
+    )
+    .at_most(sigma);
+    (calibration, 0.0)
 }
 
 #[cfg(all(test, feature = "firmware"))]
@@ -179,7 +178,8 @@ mod tests {
 
     #[test]
     fn the_torque_factor_knows_the_constant_and_is_surer() {
-        let prior = uncalibrated::<P70>(&identified(1.2));
+        let (prior, tolerance) = uncalibrated::<P70>(&identified(1.2));
+        assert_eq!(tolerance, 0.0);
         assert!((prior.torque_factor - 1.2).abs() < 1e-5);
         assert!(prior.is_valid());
         let sigma = P70::UNCALIBRATED.torque_factor_sigma;
@@ -191,7 +191,10 @@ mod tests {
         for share in [0.1, 10.0, f32::NAN] {
             let measured = identified(share);
             assert_eq!(drive::<P70>(P70::CHECKED, &measured), Ok(P70::CHECKED));
-            assert_eq!(uncalibrated::<P70>(&measured), P70::UNCALIBRATED);
+            assert_eq!(
+                uncalibrated::<P70>(&measured),
+                (P70::UNCALIBRATED, P70::DRIVETRAIN.torque_constant_sigma)
+            );
             let report = Report::of::<P70>(Quantity::Resistance, &measured);
             assert_eq!(report.result(), "implausible");
         }

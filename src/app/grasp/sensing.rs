@@ -63,7 +63,9 @@ impl<S: Scene> ContactSensing<S> {
             SensingRequest::Adjust(overrides) => {
                 self.adjust(&overrides);
                 if S::IDENTIFIES && overrides == Overrides::default() {
-                    let calibration = self.assume(S::UNCALIBRATED, *self.calibration());
+                    let tolerance = S::DRIVETRAIN.torque_constant_sigma;
+                    let calibration =
+                        self.assume((S::UNCALIBRATED, tolerance), *self.calibration());
                     self.sensor.set_calibration(calibration);
                 }
             }
@@ -124,8 +126,14 @@ impl<S: Scene> ContactSensing<S> {
         }
     }
 
-    /// Takes what is to be assumed before a contact calibrates; the calibration with it, where it stems from no contact.
-    fn assume(&mut self, uncalibrated: Calibration, mut calibration: Calibration) -> Calibration {
+    /// Takes what is to be assumed before a contact calibrates, and the tolerance of the torque constant in it; the calibration with
+    /// it, where it stems from no contact.
+    fn assume(
+        &mut self,
+        (uncalibrated, tolerance): (Calibration, f32),
+        mut calibration: Calibration,
+    ) -> Calibration {
+        self.sensor.set_torque_constant_sigma(tolerance);
         self.uncalibrated = uncalibrated;
         if calibration.contacts == 0 {
             calibration.torque_factor = uncalibrated.torque_factor;

@@ -117,6 +117,14 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         }
     }
 
+    /// Standard deviation of the torque constant, as a share, 0 to 1; anything else is ignored. 0 where it was measured: the back-EMF of
+    /// a closing corrects it no further.
+    pub fn set_torque_constant_sigma(&mut self, sigma: f32) {
+        if (0.0..=1.0).contains(&sigma) {
+            self.state.drivetrain.torque_constant_sigma = sigma;
+        }
+    }
+
     /// How near the search for a contact is to a decision; `None` while it does not search.
     pub fn suspicion(&self) -> Option<Suspicion> {
         match &self.stage {
@@ -188,6 +196,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         if matches!(directive, Directive::RecordFriction) {
             let empty = Friction::empty(state.travel_counts(), &state.drivetrain);
             self.learning.begin(empty);
+            state.torque_constant = TorqueConstant::default();
         } else {
             self.learning.end_recording(state);
         }
@@ -228,6 +237,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
     }
 
     fn take(&mut self, block: &Block) {
+        let state = &mut self.state;
+        state.torque_constant.push(block, &state.drivetrain);
         match self.state.directive {
             Directive::Rest => {}
             Directive::RecordFriction => self.learning.record(block),
@@ -243,11 +254,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         let state = &mut self.state;
         if let Stage::Idle = self.stage {
             Search::begin(&mut self.stage);
-            state.torque_constant = TorqueConstant::default();
         }
-        state
-            .torque_constant
-            .push(block, &state.drivetrain, state.settings.speed_rad_per_s);
         let Some(corrected) = state.corrected(block) else {
             return;
         };

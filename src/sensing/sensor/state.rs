@@ -49,7 +49,7 @@ pub(super) struct SensorState<F: Mechanics, H: JointSensor, X: SeriesElement> {
     pub(super) shift_sigma_counts: f32,
     /// Angle of the input link at the last block of a closing, radian, and the residual torque there, newton metre.
     pub(super) last_residual: Option<(f32, f32)>,
-    /// What this closing tells of the torque constant.
+    /// What steady motion has told of the torque constant.
     pub(super) torque_constant: TorqueConstant,
     series: PhantomData<X>,
 }

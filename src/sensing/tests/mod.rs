@@ -17,6 +17,7 @@ mod sensor;
 mod softer;
 #[cfg(feature = "firmware")]
 mod sprung;
+mod torque_constant;
 
 use crate::sensing::{Drivetrain, Settings};
 

@@ -1,5 +1,6 @@
 //! Tests of the simulated firmware in one program: what is generic is compiled once for all of them.
 
+mod back_emf;
 mod changes;
 mod current;
 mod direct;
