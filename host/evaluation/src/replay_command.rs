@@ -34,6 +34,10 @@ pub struct Options {
     /// Encoder count at the opening stop.
     #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     zero_counts: i64,
+    /// Voltage at the motor at a duty of 1, volt, 1 to 60, where FILE has a column duty that is a share of the supply: the back-EMF that
+    /// follows tells the torque constant of a finger that no pin has calibrated.
+    #[arg(long, value_name = "V", value_parser = volt)]
+    supply_v: Option<f64>,
     /// One JSON object a line instead of text.
     #[arg(long)]
     json: bool,
@@ -43,6 +47,14 @@ pub struct Options {
     /// Write events and samples as JSON lines: what --html is made of.
     #[arg(long, hide = true, value_name = "FILE")]
     events: Option<PathBuf>,
+}
+
+/// A supply's voltage.
+fn volt(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|volt| (1.0..=60.0).contains(volt))
+        .ok_or_else(|| format!("'{text}' is no voltage of a supply in volt, 1 to 60"))
 }
 
 /// A recording that calibrates.
@@ -76,10 +88,22 @@ impl FromStr for Teaching {
 }
 
 /// Samples of a recording; what was odd about it goes to standard error, or is printed as JSON.
-fn samples(file: &Path, options: &Options) -> Result<Vec<Sample>, Box<dyn Error>> {
+fn samples(
+    file: &Path,
+    sensing: &Replayer,
+    options: &Options,
+) -> Result<Vec<Sample>, Box<dyn Error>> {
     let named = |error: &dyn std::fmt::Display| format!("{}: {error}", file.display());
     let (rows, findings) = trace::read(recordings::open(file)?).map_err(|error| named(&error))?;
-    let resampled = trace::resample(&rows, options.zero_counts);
+    let mut resampled = trace::resample(&rows, options.zero_counts);
+    if let Some(supply_v) = options.supply_v {
+        let ohm = f64::from(sensing.motor_ohm);
+        trace::back_emf_from_duty(
+            &mut resampled.samples,
+            &rows,
+            trace::Supply { supply_v, ohm },
+        );
+    }
     if options.json {
         let gaps: Vec<_> = resampled
             .gaps
@@ -210,11 +234,11 @@ fn all(sensing: &Replayer, options: &Options) -> Result<(), Box<dyn Error>> {
     let record = options
         .friction
         .as_deref()
-        .map(|file| samples(file, options))
+        .map(|file| samples(file, sensing, options))
         .transpose()?;
     let mut calibration = sensing.uncalibrated;
     for teaching in &options.calibrate {
-        let recorded = samples(&teaching.file, options)?;
+        let recorded = samples(&teaching.file, sensing, options)?;
         let purpose = match teaching.pin_m {
             Some(k_m) => Directive::Calibrate {
                 phalanx: sensing.phalanges,
@@ -245,7 +269,7 @@ fn all(sensing: &Replayer, options: &Options) -> Result<(), Box<dyn Error>> {
             eprintln!("{}: nothing was learned from it", teaching.file.display());
         }
     }
-    let recorded = samples(&options.file, options)?;
+    let recorded = samples(&options.file, sensing, options)?;
     let before = Preparation {
         friction: record.as_deref(),
         calibration,

@@ -125,6 +125,10 @@ impl Known {
         let counts = f64::from(drivetrain.counts_per_turn);
         let turn_rad = counts * f64::from(drivetrain.rad_per_count);
         let opened_rad = f64::from(drivetrain.opening_stop_rad);
+        // The back-EMF tells the torque constant.
+        let mut sheet = S::UNCALIBRATED;
+        let told = drivetrain.torque_constant_sigma.powi(2);
+        sheet.torque_factor_sigma = (sheet.torque_factor_sigma.powi(2) - told).max(0.0).sqrt();
         Self {
             opened: opened(&parameters.finger),
             lengths_m: parameters.finger.length_m.clone(),
@@ -133,7 +137,7 @@ impl Known {
             } else {
                 0.0
             },
-            sheet: S::UNCALIBRATED,
+            sheet,
             turn_rad,
             worm_turns: counts / f64::from(drivetrain.counts_per_worm_turn),
             turn_s: turn_rad / f64::from(settings.speed_rad_per_s),

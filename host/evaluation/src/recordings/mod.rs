@@ -92,7 +92,7 @@ fn read(directory: &Path, name: &str, ohm: f64) -> Result<Recording, String> {
         supply_v: SUPPLY_V,
         ohm,
     };
-    trace::from_duty(&mut samples, &rows, supply);
+    trace::back_emf_from_duty(&mut samples, &rows, supply);
     Ok(Recording {
         name: name.to_owned(),
         samples,

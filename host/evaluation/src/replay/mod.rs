@@ -149,6 +149,8 @@ pub struct Replayer {
     pub uncalibrated: Calibration,
     /// [`Mechanics::PHALANGES`] of its finger.
     pub phalanges: u8,
+    /// Resistance of its motor, ohm.
+    pub motor_ohm: f32,
     /// Replays samples of any origin; the directive says what their closings are for: [`Directive::Watch`] but for calibrations.
     pub replay: fn(&[Sample], &Preparation, Directive) -> Replay,
     /// Replays what the firmware streamed, and compares the events with those that it told.
@@ -166,6 +168,7 @@ impl Replayer {
         Self {
             uncalibrated: S::UNCALIBRATED,
             phalanges: S::PHALANGES,
+            motor_ohm: S::DRIVE.motor.resistance_ohm,
             replay: replay::<S>,
             again: again::<S>,
         }

@@ -16,7 +16,7 @@ pub struct Supply {
 /// Fills in the back-EMF of samples that were made of `rows`, wherever the rows have a duty and no back-EMF of their own: mean duty of
 /// the sample's millisecond times supply, less the resistance times its current. A duty that is a mere direction, 1 or -1, tells
 /// no voltage.
-pub fn from_duty(samples: &mut [Sample], rows: &[Row], supply: Supply) {
+pub fn back_emf_from_duty(samples: &mut [Sample], rows: &[Row], supply: Supply) {
     let is_share = |row: &Row| {
         row.duty
             .is_some_and(|duty| duty.abs() > 0.0 && duty.abs() < 1.0)
@@ -82,7 +82,7 @@ mod tests {
             let rows = rows(interval_s, |time_s| Some(0.3 + 0.5 * time_s));
             let mut samples = resample(&rows, 0).samples;
             assert!(samples.iter().all(|sample| sample.emf_v.is_nan()));
-            from_duty(&mut samples, &rows, SUPPLY);
+            back_emf_from_duty(&mut samples, &rows, SUPPLY);
             for sample in &samples {
                 let at_s = sample.time_us as f64 * 1e-6;
                 let expected = 12.0 * (0.3 + 0.5 * at_s) - 0.7;
@@ -98,7 +98,7 @@ mod tests {
         for duty in [None, Some(1.0), Some(-1.0), Some(0.0)] {
             let rows = rows(0.001, |_| duty);
             let mut samples = resample(&rows, 0).samples;
-            from_duty(&mut samples, &rows, SUPPLY);
+            back_emf_from_duty(&mut samples, &rows, SUPPLY);
             assert!(samples.iter().all(|sample| sample.emf_v.is_nan()));
         }
     }

@@ -5,7 +5,7 @@ mod read;
 mod resample;
 mod stream;
 
-pub use emf::{Supply, from_duty};
+pub use emf::{Supply, back_emf_from_duty};
 pub use read::{Findings, ReadError, read};
 pub use resample::{Gap, PERIOD_US, Resampled, resample};
 pub use stream::{Streamed, stream};
