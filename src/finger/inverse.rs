@@ -6,6 +6,7 @@ use super::quadratic::QuadraticContact;
 use super::return_cable::ReturnedContact;
 use super::three_joint::ThreeJointContact;
 use super::two_joint::{Roots, TwoJointContact};
+use super::weighted::WeightedContact;
 use super::{BaseJoint, Candidate, Class, Configuration, Finger, Inverse, Transmission};
 use crate::numeric::Rotation;
 
@@ -35,6 +36,8 @@ pub trait Solver {
     fn three_joint(contact: &ThreeJointContact, compliance: f32, length_m: f32) -> Roots;
     /// Roots on a phalanx of a longer finger.
     fn chain<const N: usize>(contact: &ChainContact<N>, compliance: f32, length_m: f32) -> Roots;
+    /// Roots on a phalanx of a finger under its weight.
+    fn weighted(contact: &impl QuadraticContact, compliance: f32, length_m: f32) -> Roots;
     /// Roots on phalanx 2 of a finger that a return cable opens.
     fn returned(contact: &ReturnedContact, compliance: f32, length_m: f32) -> Roots;
 }
@@ -52,6 +55,10 @@ impl Solver for Bisection {
     }
 
     fn chain<const N: usize>(contact: &ChainContact<N>, compliance: f32, length_m: f32) -> Roots {
+        contact.bisected(compliance, length_m)
+    }
+
+    fn weighted(contact: &impl QuadraticContact, compliance: f32, length_m: f32) -> Roots {
         contact.bisected(compliance, length_m)
     }
 
@@ -73,6 +80,10 @@ impl Solver for ClosedForm {
     }
 
     fn chain<const N: usize>(contact: &ChainContact<N>, compliance: f32, _: f32) -> Roots {
+        contact.closed(compliance)
+    }
+
+    fn weighted(contact: &impl QuadraticContact, compliance: f32, _: f32) -> Roots {
         contact.closed(compliance)
     }
 
@@ -233,11 +244,11 @@ macro_rules! long_fingers {
     ($($phalanges:literal)*) => { $(
         impl ContactStatics for PostureStiffness<$phalanges> {
             fn stable(&self) -> bool {
-                StiffnessRoot::of(&self.h).is_some()
+                StiffnessRoot::<$phalanges>::of(&self.h).is_some()
             }
 
             fn proximal(&self) -> Option<f32> {
-                Some(StiffnessRoot::of(&self.h)?.compliance(self.x)).filter(|c| c.is_finite())
+                Some(StiffnessRoot::<$phalanges>::of(&self.h)?.compliance(self.x)).filter(|c| c.is_finite())
             }
 
             fn compliance(&self, phalanx: u8, k_m: f32) -> Option<f32> {
@@ -278,6 +289,72 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B>
 where
     PostureStiffness<N>: ContactStatics,
 {
+    /// See [`super::Mechanics::contact_compliance`].
+    pub(crate) fn compliance_at(
+        &self,
+        at: &Configuration<N>,
+        torque_nm: f32,
+        phalanx: u8,
+        k_m: f32,
+    ) -> Option<f32> {
+        if let Some(contact) = self.returned_contact(at) {
+            return match (phalanx, self.lifted(at, contact)) {
+                (1, _) => self.returned_proximal(at, &contact),
+                (2, Some(lifted)) => lifted.compliance(k_m),
+                (2, None) => contact.compliance(k_m),
+                _ => None,
+            };
+        }
+        let held = self.held(at, torque_nm)?;
+        if B::WEIGHS && phalanx > 1 {
+            let contact = WeightedContact::on(&held, phalanx)?;
+            return Some(contact.compliance(k_m)? + contact.beyond());
+        }
+        held.compliance(phalanx, k_m)
+    }
+
+    /// See [`super::Mechanics::proximal_compliance`].
+    pub(crate) fn proximal_at(&self, at: &Configuration<N>, torque_nm: f32) -> Option<f32> {
+        match self.returned_contact(at) {
+            Some(contact) => self.returned_proximal(at, &contact),
+            None => self.held(at, torque_nm)?.proximal(),
+        }
+    }
+
+    /// See [`super::Mechanics::stiffest_m`].
+    pub(crate) fn stiffest_at(
+        &self,
+        at: &Configuration<N>,
+        torque_nm: f32,
+        phalanx: u8,
+    ) -> Option<f32> {
+        if let Some(contact) = self.returned_contact(at) {
+            return contact.stiffest_m().filter(|_| phalanx == 2);
+        }
+        let held = self.held(at, torque_nm)?;
+        if B::WEIGHS {
+            return WeightedContact::on(&held, phalanx)?.stiffest_m();
+        }
+        held.stiffest_m(phalanx)
+    }
+
+    /// Roots of a compliance on a phalanx.
+    fn roots_on<S: Solver>(
+        &self,
+        held: &PostureStiffness<N>,
+        phalanx: u8,
+        compliance: f32,
+        length_m: f32,
+    ) -> Roots {
+        if !B::WEIGHS {
+            return held.roots::<S>(phalanx, compliance);
+        }
+        WeightedContact::on(held, phalanx).map_or(Roots::default(), |contact| {
+            let own = without_tip(compliance, contact.beyond());
+            S::weighted(&contact, own, length_m)
+        })
+    }
+
     /// The finger in a posture held by a torque; `None` where that is not a stable equilibrium of its springs.
     pub(crate) fn held(
         &self,
@@ -285,7 +362,7 @@ where
         torque_nm: f32,
     ) -> Option<PostureStiffness<N>> {
         let gear = self.transmission.factors(at)?;
-        let h = self.hessian(&gear, torque_nm);
+        let h = self.hessian(at, &gear, torque_nm);
         let held = PostureStiffness {
             lengths: self.parameters.lengths_m,
             turn: at.turn(),
@@ -306,7 +383,10 @@ where
         if let (Some(contact), Some(length_m)) =
             (self.returned_contact(at), self.parameters.lengths_m.get(1))
         {
-            return contact.places::<S>(compliance, *length_m);
+            return match self.lifted(at, contact) {
+                Some(lifted) => lifted.places::<S>(compliance, *length_m),
+                None => contact.places::<S>(compliance, *length_m),
+            };
         }
         let Some(held) = self.held(at, torque_nm) else {
             return invalid();
@@ -328,7 +408,7 @@ where
         }
         let mut candidates = heapless::Vec::new();
         for (phalanx, length) in (1u8..).zip(self.parameters.lengths_m).skip(1) {
-            let roots = held.roots::<S>(phalanx, compliance);
+            let roots = self.roots_on::<S>(&held, phalanx, compliance, length);
             let far = roots.far_m.filter(|far| roots.near_m != Some(*far));
             for (root, beyond_stiffest) in [(roots.near_m, false), (far, true)] {
                 let least = if on_joint {

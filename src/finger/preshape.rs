@@ -16,8 +16,13 @@ const SETTLED_SHARE: f32 = 3e-7;
 const NOISE_SHARE: f32 = 3e-5;
 
 impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
-    /// H = K - T_a W, the stiffness seen by the joints (docs/MECHANICS.md#transmission).
-    pub(crate) fn hessian(&self, gear: &TransmissionFactors<N>, torque_nm: f32) -> [[f32; N]; N] {
+    /// H = K - T_a W - dg/dtheta, the stiffness seen by the joints (docs/MECHANICS.md#transmission, docs/MECHANICS.md#weight).
+    pub(crate) fn hessian(
+        &self,
+        at: &Configuration<N>,
+        gear: &TransmissionFactors<N>,
+        torque_nm: f32,
+    ) -> [[f32; N]; N] {
         let mut h = gear.w;
         for i in 0..N {
             for j in 0..N {
@@ -33,6 +38,14 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
                 }
             }
         }
+        if let Some(weight) = self.base.weight() {
+            let pulls = weight.pulls(at);
+            for i in 0..N {
+                for j in 0..N {
+                    h[i][j] += pulls[i.max(j)].along;
+                }
+            }
+        }
         h
     }
 
@@ -40,11 +53,12 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     /// spring joint 1 does not move.
     fn response(
         &self,
+        at: &Configuration<N>,
         gear: &TransmissionFactors<N>,
         torque_nm: f32,
         tau: [f32; N],
     ) -> Option<[[f32; N]; 2]> {
-        let (mut h, mut sides) = (self.hessian(gear, torque_nm), [tau, gear.x]);
+        let (mut h, mut sides) = (self.hessian(at, gear, torque_nm), [tau, gear.x]);
         if self.springless() {
             h[0][0] = 1.0;
             sides[0][0] = 0.0;
@@ -78,13 +92,17 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             let more_nm = (torque_nm - cable.torque_nm).at_least(0.0);
             let mut rad = self.rest.rad();
             *rad.first_mut()? += more_nm / cable.stiffness_nm_per_rad;
-            return Configuration::of(rad);
+            let turned = Configuration::of(rad)?;
+            if B::WEIGHS {
+                return self.turned_under_weight(torque_nm, turned);
+            }
+            return Some(turned);
         }
         let (mut at, mut before) = (*near, f32::INFINITY);
         for _ in 0..STEPS {
             let gear = self.transmission.factors(&at)?;
             let tau = self.equivalent_torques_nm(&gear, &at, torque_nm)?;
-            let [change, _] = self.response(&gear, torque_nm, tau)?;
+            let [change, _] = self.response(&at, &gear, torque_nm, tau)?;
             let (next, largest, _) = stride(&at, change)?;
             if settled(&next, largest, &mut before) {
                 // The last change by rotation: it is finer than the rounding of the angle that it is added to.
@@ -108,10 +126,14 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             rad[0] = 0.0;
             // Joints beyond the first stay at rest; the first takes what the input link turns.
             rad[0] = theta_a_rad - self.transmission.rotation_rad(&Configuration::of(rad)?);
-            let torque_nm = (self.base.return_cable())
+            let mut torque_nm = (self.base.return_cable())
                 .map_or(0.0, |cable| cable.torque_at(rad[0] - self.rest.rad()[0]));
-            return Some(Free {
-                configuration: Configuration::of(rad)?,
+            let configuration = Configuration::of(rad)?;
+            if let Some(weight) = self.base.weight() {
+                torque_nm -= weight.borne(&configuration)[0].across;
+            }
+            return (!B::WEIGHS || torque_nm.is_finite()).then_some(Free {
+                configuration,
                 torque_nm,
             });
         }
@@ -120,7 +142,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         for _ in 0..STEPS {
             let gear = self.transmission.factors(&at)?;
             let tau = self.equivalent_torques_nm(&gear, &at, torque_nm)?;
-            let [change, per_torque] = self.response(&gear, torque_nm, tau)?;
+            let [change, per_torque] = self.response(&at, &gear, torque_nm, tau)?;
             let missing = theta_a_rad - self.transmission.rotation_rad(&at);
             let compliance = dot(&gear.x, &per_torque);
             let more_nm = (missing - dot(&gear.x, &change)) / compliance;
@@ -191,7 +213,32 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             *at.rad().first()?,
             parameters.rest_rad.first()?,
         );
-        Some(k * (now - rest))
+        let borne_nm = (self.base.weight()).map_or(0.0, |weight| weight.borne(at)[0].across);
+        Some(k * (now - rest) - borne_nm)
+    }
+
+    /// Where a return cable lets joint 1 turn under a torque and the weight: from `at`, joint 2 at its stop.
+    fn turned_under_weight(
+        &self,
+        torque_nm: f32,
+        mut at: Configuration<N>,
+    ) -> Option<Configuration<N>> {
+        let mut before = f32::INFINITY;
+        let low = *self.rest.rad().first()?;
+        for _ in 0..STEPS {
+            let free = self.follow_angle(self.transmission.rotation_rad(&at), &at)?;
+            let change = (torque_nm - free.torque_nm) * self.free(&at, torque_nm)?;
+            let mut rad = at.rad();
+            let turned = rad.first_mut()?;
+            let from = *turned;
+            *turned = (from + change.clamp(-STRIDE_RAD, STRIDE_RAD)).at_least(low);
+            let largest = (*turned - from).abs();
+            at = Configuration::of(rad)?;
+            if settled(&at, largest, &mut before) {
+                return Some(at);
+            }
+        }
+        None
     }
 
     /// Expected global stiffness K_a' (7), the secant from rest; without torque its limit, the tangent.
@@ -207,7 +254,16 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         let rotation = self
             .transmission
             .turned_rad(&self.rest, &JointStep::of(change))?;
-        let secant = free.torque_nm / rotation;
+        let mut from_nm = 0.0;
+        if B::WEIGHS {
+            let rest_rad = self.transmission.rotation_rad(&self.rest);
+            from_nm = self.follow_angle(rest_rad, &self.rest)?.torque_nm;
+            if let Some(cable) = self.base.return_cable() {
+                // The stop bears the preload there.
+                from_nm -= cable.torque_nm;
+            }
+        }
+        let secant = (free.torque_nm - from_nm) / rotation;
         // Within a few roundings of rest the quotient has no digits: its limit has.
         if rotation.abs() > 1e-5 && secant.is_finite() {
             return Some(secant);
@@ -226,10 +282,16 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             return None;
         }
         if let Some(cable) = self.base.return_cable() {
-            return Some(1.0 / cable.stiffness_nm_per_rad);
+            let mut stiffness = cable.stiffness_nm_per_rad;
+            if let Some(weight) = self.base.weight() {
+                stiffness += weight.borne(at)[0].along;
+            }
+            let compliance = 1.0 / stiffness;
+            return (!B::WEIGHS || compliance > 0.0 && compliance.is_finite())
+                .then_some(compliance);
         }
         let gear = self.transmission.factors(at)?;
-        let [_, per_torque] = self.response(&gear, torque_nm, [0.0; N])?;
+        let [_, per_torque] = self.response(at, &gear, torque_nm, [0.0; N])?;
         let compliance = dot(&gear.x, &per_torque);
         (compliance.is_finite() && compliance > 0.0).then_some(compliance)
     }
