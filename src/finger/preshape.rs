@@ -39,10 +39,10 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             }
         }
         if let Some(weight) = self.base.weight() {
-            let pulls = weight.pulls(at);
+            let borne = weight.borne(at);
             for i in 0..N {
                 for j in 0..N {
-                    h[i][j] += pulls[i.max(j)].along;
+                    h[i][j] += borne[i.max(j)].along;
                 }
             }
         }
@@ -89,14 +89,13 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             return None;
         }
         if let Some(cable) = self.base.return_cable() {
+            if B::WEIGHS {
+                return self.turned_under_weight(torque_nm);
+            }
             let more_nm = (torque_nm - cable.torque_nm).at_least(0.0);
             let mut rad = self.rest.rad();
             *rad.first_mut()? += more_nm / cable.stiffness_nm_per_rad;
-            let turned = Configuration::of(rad)?;
-            if B::WEIGHS {
-                return self.turned_under_weight(torque_nm, turned);
-            }
-            return Some(turned);
+            return Configuration::of(rad);
         }
         let (mut at, mut before) = (*near, f32::INFINITY);
         for _ in 0..STEPS {
@@ -217,13 +216,9 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         Some(k * (now - rest) - borne_nm)
     }
 
-    /// Where a return cable lets joint 1 turn under a torque and the weight: from `at`, joint 2 at its stop.
-    fn turned_under_weight(
-        &self,
-        torque_nm: f32,
-        mut at: Configuration<N>,
-    ) -> Option<Configuration<N>> {
-        let mut before = f32::INFINITY;
+    /// Where a return cable lets joint 1 turn from rest under a torque and the weight, joint 2 at its stop.
+    fn turned_under_weight(&self, torque_nm: f32) -> Option<Configuration<N>> {
+        let (mut at, mut before) = (self.rest, f32::INFINITY);
         let low = *self.rest.rad().first()?;
         for _ in 0..STEPS {
             let free = self.follow_angle(self.transmission.rotation_rad(&at), &at)?;

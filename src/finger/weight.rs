@@ -102,6 +102,12 @@ impl Weight {
 }
 
 impl Mounting {
+    /// In a level plane no weight acts.
+    pub const LEVEL: Self = Self {
+        gravity_rad: 0.0,
+        share: 0.0,
+    };
+
     const fn down(self) -> [f32; 2] {
         let Rotation { cos, sin } = Rotation::by(self.gravity_rad);
         [self.share * cos, self.share * sin]

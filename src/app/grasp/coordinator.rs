@@ -295,8 +295,15 @@ impl<S: Scene> Coordinator<S> {
     }
 
     fn adjust(&mut self, overrides: Overrides) {
-        if overrides.get(Setting::ClosingSpeed) != self.overrides.get(Setting::ClosingSpeed) {
-            // The worm's friction depends on speed.
+        let changed = |setting| overrides.get(setting) != self.overrides.get(setting);
+        // The worm's friction depends on speed.
+        let mut forget = changed(Setting::ClosingSpeed);
+        #[cfg(not(weightless))]
+        {
+            // The record has the weight in it.
+            forget |= changed(Setting::Mounting) || changed(Setting::Weight);
+        }
+        if forget {
             self.sequence.forget_friction();
         }
         self.overrides = overrides;
@@ -374,6 +381,10 @@ fn default_value<S: Scene>(setting: Setting) -> f32 {
         Setting::ForceScale => 1.0,
         Setting::SupplyMin => S::DRIVE.limits.supply_min_v,
         Setting::SupplyMax => S::DRIVE.limits.supply_max_v,
+        #[cfg(not(weightless))]
+        Setting::Mounting => S::MOUNTING_RAD,
+        #[cfg(not(weightless))]
+        Setting::Weight => 1.0,
     }
 }
 

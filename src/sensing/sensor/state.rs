@@ -59,7 +59,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         calibration: Calibration,
     ) -> Self {
         let posture = finger.rest();
-        Self {
+        let mut state = Self {
             finger,
             drivetrain,
             settings,
@@ -78,7 +78,9 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             onset_rad: 0.0,
             events: Deque::new(),
             series: PhantomData,
-        }
+        };
+        state.hang();
+        state
     }
 
     /// Whether the finger is driven against the closing stop, to calibrate the cable.

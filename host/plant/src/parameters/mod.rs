@@ -158,6 +158,25 @@ impl Parameters {
         self.encoder.counts_per_rev * self.ratio() / std::f64::consts::TAU
     }
 
+    /// What a user knows of how the finger hangs, by eye and kitchen scale: the direction of gravity and how upright the plane of motion
+    /// stands to ten degrees, the finger's mass to a gram. Direction, degree, and the weight that acts in that plane, newton.
+    #[must_use]
+    pub fn stated_weight(&self) -> (f64, f64) {
+        const STANDARD_M_PER_S2: f64 = 9.81;
+        let by_eye = |deg: f64| 10.0 * (0.1 * deg).round();
+        let mechanism = &self.mechanism;
+        let length_m: f64 = self.finger.length_m.iter().sum();
+        let grams = (1e3 * mechanism.linear_density_kg_per_m * length_m).round();
+        let upright = (mechanism.gravity_m_per_s2 / STANDARD_M_PER_S2)
+            .min(1.0)
+            .asin();
+        let acts = by_eye(upright.to_degrees()).to_radians().sin();
+        (
+            by_eye(mechanism.mounting_deg),
+            acts * STANDARD_M_PER_S2 * 1e-3 * grams,
+        )
+    }
+
     /// Whether the current follows every edge of the PWM.
     #[must_use]
     pub fn has_edges(&self) -> bool {
