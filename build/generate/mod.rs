@@ -276,9 +276,7 @@ impl palpate::scene::Scene for {name} {{
     ));
     if scene.has("finger.mass_kg") {
         section(&format!(
-            "    const MASS_KG: f32 = {};
-    const MOUNTING_RAD: f32 = {};",
-            literal(scene.list("finger.mass_kg").iter().sum()),
+            "    const MOUNTING_RAD: f32 = {};",
             literal(scene.number("finger.mounting_deg").to_radians()),
         ));
     }

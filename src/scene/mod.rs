@@ -80,10 +80,7 @@ pub trait Scene {
     /// Contact force that holding aims at, newton.
     const HOLD_FORCE_N: f32;
 
-    /// Mass of the finger where the scene states it, kilogram.
-    const MASS_KG: f32 = 0.0;
-
-    /// Direction of gravity then, counterclockwise from phalanx 1 where its joint angle is zero, radian.
+    /// Direction of gravity where the scene states a weight, counterclockwise from phalanx 1 where its joint angle is zero, radian.
     const MOUNTING_RAD: f32 = 0.0;
 
     /// The sensor of joint 2 where one is fitted.

@@ -7,7 +7,7 @@ use palpate::app::console::settings::Setting;
 use palpate::drive::config::OutOfRange;
 use palpate::drive::controller::Controller;
 use palpate::drive::sequence::{Refused, Request, State};
-use palpate::finger::{Mechanics, Mounting};
+use palpate::finger::Mounting;
 use palpate::scene::Scene;
 use palpate::sensing::{Calibration, Directive};
 use palpate_plant::{Grasp, Object, ObjectMount, Parameters, Plant, Shape};
@@ -25,10 +25,10 @@ pub trait Simulated: Scene<Finger: Clone + std::fmt::Debug> + Clone + std::fmt::
     /// How the finger hangs, as a user knows it; `None` where the scene states no weight.
     #[must_use]
     fn mounting(parameters: &Parameters) -> Option<Mounting> {
-        let (deg, weight_n) = parameters.stated_weight();
-        Self::Finger::WEIGHS.then(|| Mounting {
+        let (deg, share) = parameters.stated_mounting()?;
+        Some(Mounting {
             gravity_rad: deg.to_radians() as f32,
-            share: (weight_n / (9.81 * f64::from(Self::MASS_KG))) as f32,
+            share: share as f32,
         })
     }
 }
