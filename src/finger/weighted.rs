@@ -130,7 +130,11 @@ impl WeightedReturn {
                 beyond_stiffest: false,
             });
         }
-        let class = if compliance >= proximal {
+        // Free it turns joint 1 alone, and lifts both links.
+        let free = self.contact.cable.stiffness_nm_per_rad + self.links[0] + self.links[1];
+        let class = if compliance * free > 1.0 {
+            Class::TooSoft
+        } else if compliance >= proximal {
             Class::Gap
         } else {
             Class::TooStiff
