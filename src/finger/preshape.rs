@@ -125,14 +125,10 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             rad[0] = 0.0;
             // Joints beyond the first stay at rest; the first takes what the input link turns.
             rad[0] = theta_a_rad - self.transmission.rotation_rad(&Configuration::of(rad)?);
-            let mut torque_nm = (self.base.return_cable())
+            let torque_nm = (self.base.return_cable())
                 .map_or(0.0, |cable| cable.torque_at(rad[0] - self.rest.rad()[0]));
-            let configuration = Configuration::of(rad)?;
-            if let Some(weight) = self.base.weight() {
-                torque_nm -= weight.borne(&configuration)[0].across;
-            }
-            return (!B::WEIGHS || torque_nm.is_finite()).then_some(Free {
-                configuration,
+            return Some(Free {
+                configuration: Configuration::of(rad)?,
                 torque_nm,
             });
         }
@@ -165,6 +161,24 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             }
         }
         None
+    }
+
+    /// The same, joint 1 of a finger whose joints stand at their stops bearing the weight beside the return cable;
+    /// [`Self::follow_angle`] has it elsewhere.
+    #[inline]
+    pub(crate) fn free_under_weight(
+        &self,
+        theta_a_rad: f32,
+        near: &Configuration<N>,
+    ) -> Option<Free<Configuration<N>>> {
+        let free = self.follow_angle(theta_a_rad, near)?;
+        let torque_nm = match self.base.weight() {
+            Some(weight) if self.stands_at_stops() => {
+                free.torque_nm - weight.borne(&free.configuration)[0].across
+            }
+            _ => return Some(free),
+        };
+        torque_nm.is_finite().then_some(Free { torque_nm, ..free })
     }
 
     /// See [`super::Mechanics::weighed`].
@@ -221,7 +235,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         let (mut at, mut before) = (self.rest, f32::INFINITY);
         let low = *self.rest.rad().first()?;
         for _ in 0..STEPS {
-            let free = self.follow_angle(self.transmission.rotation_rad(&at), &at)?;
+            let free = self.free_under_weight(self.transmission.rotation_rad(&at), &at)?;
             let change = (torque_nm - free.torque_nm) * self.free(&at, torque_nm)?;
             let mut rad = at.rad();
             let turned = rad.first_mut()?;
@@ -252,7 +266,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         let mut from_nm = 0.0;
         if B::WEIGHS {
             let rest_rad = self.transmission.rotation_rad(&self.rest);
-            from_nm = self.follow_angle(rest_rad, &self.rest)?.torque_nm;
+            from_nm = self.free_under_weight(rest_rad, &self.rest)?.torque_nm;
             if let Some(cable) = self.base.return_cable() {
                 // The stop bears the preload there.
                 from_nm -= cable.torque_nm;

@@ -295,15 +295,16 @@ impl<S: Scene> Coordinator<S> {
     }
 
     fn adjust(&mut self, overrides: Overrides) {
-        let changed = |setting| overrides.get(setting) != self.overrides.get(setting);
-        // The worm's friction depends on speed.
-        let mut forget = changed(Setting::ClosingSpeed);
+        if overrides.get(Setting::ClosingSpeed) != self.overrides.get(Setting::ClosingSpeed) {
+            // The worm's friction depends on speed.
+            self.sequence.forget_friction();
+        }
         #[cfg(not(weightless))]
+        if [Setting::Mounting, Setting::Weight]
+            .iter()
+            .any(|setting| overrides.get(*setting) != self.overrides.get(*setting))
         {
             // The record has the weight in it.
-            forget |= changed(Setting::Mounting) || changed(Setting::Weight);
-        }
-        if forget {
             self.sequence.forget_friction();
         }
         self.overrides = overrides;

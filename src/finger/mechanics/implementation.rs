@@ -52,7 +52,7 @@ where
         theta_a_rad: f32,
         near: &Self::Configuration,
     ) -> Option<Free<Self::Configuration>> {
-        self.follow_angle(theta_a_rad, near)
+        self.free_under_weight(theta_a_rad, near)
     }
 
     fn free_at_torque(
