@@ -7,11 +7,11 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::chain::StiffnessRoot;
-use super::inverse::{PostureStiffness, Solver};
+use super::inverse::{ContactStatics, PostureStiffness, Solver, without_tip};
 use super::quadratic::{Quadratic, QuadraticContact};
 use super::return_cable::ReturnedContact;
 use super::statics::contact_arms;
-use super::{Candidate, Class, Inverse};
+use super::{BaseJoint, Candidate, Class, Configuration, Finger, Inverse, Roots, Transmission};
 use crate::numeric::{Bounded, dot};
 use core::array::from_fn;
 
@@ -181,5 +181,76 @@ impl QuadraticContact for WeightedReturn {
             lever * by_k - compliance * energy[1],
             by_k * by_k - compliance * energy[2],
         ]
+    }
+}
+
+impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B>
+where
+    PostureStiffness<N>: ContactStatics,
+{
+    /// See [`super::Mechanics::contact_compliance`].
+    pub(crate) fn compliance_at(
+        &self,
+        at: &Configuration<N>,
+        torque_nm: f32,
+        phalanx: u8,
+        k_m: f32,
+    ) -> Option<f32> {
+        if let Some(contact) = self.returned_contact(at) {
+            return match (phalanx, self.lifted(at, contact)) {
+                (1, _) => self.returned_proximal(at, &contact),
+                (2, Some(lifted)) => lifted.compliance(k_m),
+                (2, None) => contact.compliance(k_m),
+                _ => None,
+            };
+        }
+        let held = self.held(at, torque_nm)?;
+        if B::WEIGHS && phalanx > 1 {
+            let contact = WeightedContact::on(&held, phalanx)?;
+            return Some(contact.compliance(k_m)? + contact.beyond());
+        }
+        held.compliance(phalanx, k_m)
+    }
+
+    /// See [`super::Mechanics::proximal_compliance`].
+    pub(crate) fn proximal_at(&self, at: &Configuration<N>, torque_nm: f32) -> Option<f32> {
+        match self.returned_contact(at) {
+            Some(contact) => self.returned_proximal(at, &contact),
+            None => self.held(at, torque_nm)?.proximal(),
+        }
+    }
+
+    /// See [`super::Mechanics::stiffest_m`].
+    pub(crate) fn stiffest_at(
+        &self,
+        at: &Configuration<N>,
+        torque_nm: f32,
+        phalanx: u8,
+    ) -> Option<f32> {
+        if let Some(contact) = self.returned_contact(at) {
+            return contact.stiffest_m().filter(|_| phalanx == 2);
+        }
+        let held = self.held(at, torque_nm)?;
+        if B::WEIGHS {
+            return WeightedContact::on(&held, phalanx)?.stiffest_m();
+        }
+        held.stiffest_m(phalanx)
+    }
+
+    /// Roots of a compliance on a phalanx.
+    pub(super) fn roots_on<S: Solver>(
+        &self,
+        held: &PostureStiffness<N>,
+        phalanx: u8,
+        compliance: f32,
+        length_m: f32,
+    ) -> Roots {
+        if !B::WEIGHS {
+            return held.roots::<S>(phalanx, compliance);
+        }
+        WeightedContact::on(held, phalanx).map_or(Roots::default(), |contact| {
+            let own = without_tip(compliance, contact.beyond());
+            S::weighted(&contact, own, length_m)
+        })
     }
 }
