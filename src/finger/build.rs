@@ -97,7 +97,7 @@ pub trait BaseJoint: Copy + core::fmt::Debug {
         None
     }
 
-    /// The weight of the phalanges where it is stated ([`Weighted`]).
+    /// The weight of the phalanges where it is stated ([`Weighted`](super::Weighted)).
     fn weight(&self) -> Option<&Weight> {
         None
     }
