@@ -16,6 +16,7 @@ mod generate;
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=build");
+    println!("cargo::rustc-check-cfg=cfg(weightless)");
     #[cfg(feature = "firmware")]
     firmware::prepare();
 }

@@ -26,6 +26,12 @@ pub fn prepare() {
             if scene.flag("identify.fitted") {
                 println!("cargo::rustc-cfg=identify");
             }
+            // A firmware whose finger states no weight has no settings of it.
+            if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none")
+                && !scene.has("finger.mass_kg")
+            {
+                println!("cargo::rustc-cfg=weightless");
+            }
             let active = generate::type_name(&name);
             let text = format!(
                 "{}\n/// The scene that this firmware is built for.\npub type Active = {active};\n",

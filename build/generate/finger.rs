@@ -3,6 +3,9 @@
 use super::{list, literal};
 use crate::scene::Scene;
 
+/// Standard gravity.
+const GRAVITY_M_PER_S2: f64 = 9.81;
+
 /// The finger's type, and the constant that the compiler checks.
 pub fn of(scene: &Scene) -> (String, String) {
     let count = scene.phalanges();
@@ -115,5 +118,26 @@ pub fn of(scene: &Scene) -> (String, String) {
         ),
         None => constant(base),
     };
-    (of(base), mechanism)
+    if !scene.has("finger.mass_kg") {
+        return (of(base), mechanism);
+    }
+    let weights_n: Vec<f64> = (scene.list("finger.mass_kg").iter())
+        .map(|mass_kg| GRAVITY_M_PER_S2 * mass_kg)
+        .collect();
+    let inner = base
+        .strip_prefix(", ")
+        .unwrap_or("palpate::finger::AnyBase");
+    let weighted = format!(
+        "palpate::scene::valid({}.weighted(
+        {},
+        palpate::finger::Mounting {{ gravity_rad: {}, share: 1.0 }},
+    ))",
+        mechanism.replace("<Self::Finger>", &format!("<{}>", of(base))),
+        list(&weights_n),
+        literal(scene.number("finger.mounting_deg").to_radians()),
+    );
+    (
+        of(&format!(", palpate::finger::Weighted<{inner}>")),
+        weighted,
+    )
 }

@@ -278,6 +278,12 @@ impl palpate::scene::Scene for {name} {{
         of("worm.efficiency_per_speed"),
         literal(backlash * rad_per_count),
     ));
+    if scene.has("finger.mass_kg") {
+        section(&format!(
+            "    const MOUNTING_RAD: f32 = {};",
+            literal(scene.number("finger.mounting_deg").to_radians()),
+        ));
+    }
     section(&format!(
         "    const HOLD_FORCE_N: f32 = {};
     const FRICTION_NM: f32 = {};

@@ -34,6 +34,7 @@ pub(super) fn check(scene: &Scene) -> Checked {
     finger::hidden_base(scene)?;
     finger::held_joint(scene)?;
     finger::leverage(scene)?;
+    finger::weight(scene)?;
     soft_object(scene)?;
     hall(scene)
 }

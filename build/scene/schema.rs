@@ -60,6 +60,9 @@ pub(super) const KEYS: &[Key] = &[
     must("finger.joint_max_deg", PerPhalanx(-180.0, 180.0)),
     must("finger.half_thickness_m", Number(1e-3, 0.1)),
     must("finger.hidden_base", Flag),
+    // Weight that springs hide from the motor, with the direction in which it pulls.
+    may("finger.mass_kg", PerPhalanx(0.0, 10.0)),
+    may("finger.mounting_deg", Number(-180.0, 180.0)),
     // In place of springs: pulleys at the joints, tension with the finger open, and stiffness of the cable's spring.
     may("return_cable.pulley_m", PerPhalanx(1e-3, 0.1)),
     may("return_cable.tension_n", Number(0.01, 1e3)),

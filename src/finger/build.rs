@@ -2,15 +2,15 @@
 
 use super::error::{check_range, try_const};
 use super::{
-    ConfigError, Configuration, Direct, Levers, Linkage, Parameter, ReturnCable, Tendon,
-    Transmission,
+    ConfigError, Configuration, Direct, Levers, Linkage, Mounting, Parameter, ReturnCable, Tendon,
+    Transmission, Weight,
 };
 use core::f32::consts::PI;
 
 /// Limits of a phalanx's length: any unit from kilometre to micrometre.
 const LENGTH_RANGE: [f32; 2] = [1e-6, 1e6];
 /// Limits of a spring's stiffness: beyond, products of two leave the range of f32.
-const STIFFNESS_RANGE: [f32; 2] = [1e-9, 1e9];
+pub(super) const STIFFNESS_RANGE: [f32; 2] = [1e-9, 1e9];
 
 /// Geometry and springs of a finger of N phalanges. A configuration: plain numbers, checked by [`Finger::new`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,6 +84,9 @@ pub trait BaseJoint: Copy + core::fmt::Debug {
     /// (docs/MECHANICS.md#break-away).
     const HOLDS: bool = false;
 
+    /// Whether the weight of the phalanges is stated.
+    const WEIGHS: bool = false;
+
     /// What opens the finger in place of springs.
     fn return_cable(&self) -> Option<&ReturnCable> {
         None
@@ -92,6 +95,18 @@ pub trait BaseJoint: Copy + core::fmt::Debug {
     /// Torque with which the spring of joint 2 holds it at its stop, newton metre.
     fn preload_nm(&self) -> Option<f32> {
         None
+    }
+
+    /// The weight of the phalanges where it is stated ([`Weighted`](super::Weighted)).
+    fn weight(&self) -> Option<&Weight> {
+        None
+    }
+
+    /// The same in another mounting; nothing changes without a weight.
+    #[must_use]
+    fn mounted(self, mounting: Mounting) -> Self {
+        let _ = mounting;
+        self
     }
 }
 
@@ -310,7 +325,7 @@ impl Finger<2, Tendon<2>, ReturnCable> {
 
 impl<const N: usize, T: Copy, B: BaseJoint> Finger<N, T, B> {
     /// Puts together what was checked.
-    const fn assembled(
+    pub(super) const fn assembled(
         parameters: Parameters<N>,
         transmission: T,
         base: B,

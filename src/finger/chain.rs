@@ -13,18 +13,18 @@ use super::statics::contact_arms;
 use crate::numeric::{dot, sqrt};
 use core::array::from_fn;
 
-/// R of H' = R R^T over joints 2 to N: upper triangular, its first row and column unused.
+/// R of H' = R R^T over joints 2 to N: upper triangular, its first row and column unused. With `FIRST` 0 over all joints.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct StiffnessRoot<const N: usize> {
+pub(super) struct StiffnessRoot<const N: usize, const FIRST: usize = 1> {
     r: [[f32; N]; N],
 }
 
-impl<const N: usize> StiffnessRoot<N> {
+impl<const N: usize, const FIRST: usize> StiffnessRoot<N, FIRST> {
     /// The root; `None` where H' is not positive definite: the springs do not hold the finger.
     pub(super) fn of(h: &[[f32; N]; N]) -> Option<Self> {
         let mut r = [[0.0f32; N]; N];
-        for j in (1..N).rev() {
-            for i in (1..=j).rev() {
+        for j in (FIRST..N).rev() {
+            for i in (FIRST..=j).rev() {
                 let mut rest = h[i][j];
                 for l in j + 1..N {
                     rest -= r[i][l] * r[j][l];
@@ -41,10 +41,10 @@ impl<const N: usize> StiffnessRoot<N> {
         Some(Self { r })
     }
 
-    /// R^-1 v over joints 2 to N; the first entry is 0.
-    fn whitened(&self, v: [f32; N]) -> [f32; N] {
+    /// R^-1 v over the joints of the root; the entries of others are 0.
+    pub(super) fn whitened(&self, v: [f32; N]) -> [f32; N] {
         let mut y = [0.0f32; N];
-        for j in (1..N).rev() {
+        for j in (FIRST..N).rev() {
             let mut rest = v[j];
             for l in j + 1..N {
                 rest -= self.r[j][l] * y[l];

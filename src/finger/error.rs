@@ -74,6 +74,13 @@ pub enum Parameter {
     ReturnTorque,
     /// Stiffness of a return cable about joint 1.
     ReturnStiffness,
+    /// Weight of a phalanx.
+    Weight {
+        /// Which phalanx.
+        phalanx: u8,
+    },
+    /// Direction of gravity.
+    Gravity,
 }
 
 /// A value outside its allowed range, whose limits belong to it.
@@ -114,6 +121,8 @@ impl ConfigError {
             Parameter::ReturnRatio => "ratio of the return cable's pulleys",
             Parameter::ReturnTorque => "torque of the return cable",
             Parameter::ReturnStiffness => "stiffness of the return cable",
+            Parameter::Weight { .. } => "weight of a phalanx",
+            Parameter::Gravity => "direction of gravity",
         }
     }
 }

@@ -35,6 +35,8 @@ pub trait Solver {
     fn three_joint(contact: &ThreeJointContact, compliance: f32, length_m: f32) -> Roots;
     /// Roots on a phalanx of a longer finger.
     fn chain<const N: usize>(contact: &ChainContact<N>, compliance: f32, length_m: f32) -> Roots;
+    /// Roots on a phalanx of a finger under its weight.
+    fn weighted(contact: &impl QuadraticContact, compliance: f32, length_m: f32) -> Roots;
     /// Roots on phalanx 2 of a finger that a return cable opens.
     fn returned(contact: &ReturnedContact, compliance: f32, length_m: f32) -> Roots;
 }
@@ -52,6 +54,10 @@ impl Solver for Bisection {
     }
 
     fn chain<const N: usize>(contact: &ChainContact<N>, compliance: f32, length_m: f32) -> Roots {
+        contact.bisected(compliance, length_m)
+    }
+
+    fn weighted(contact: &impl QuadraticContact, compliance: f32, length_m: f32) -> Roots {
         contact.bisected(compliance, length_m)
     }
 
@@ -73,6 +79,10 @@ impl Solver for ClosedForm {
     }
 
     fn chain<const N: usize>(contact: &ChainContact<N>, compliance: f32, _: f32) -> Roots {
+        contact.closed(compliance)
+    }
+
+    fn weighted(contact: &impl QuadraticContact, compliance: f32, _: f32) -> Roots {
         contact.closed(compliance)
     }
 
@@ -219,7 +229,7 @@ impl ContactStatics for PostureStiffness<3> {
 
 /// What remains of a compliance without that of the joints beyond the contact. At the stiffest place all compliance is
 /// theirs, and rounding decides on which side of it.
-fn without_tip(compliance: f32, tip: f32) -> f32 {
+pub(super) fn without_tip(compliance: f32, tip: f32) -> f32 {
     let own = compliance - tip;
     if own < 0.0 && own >= -ROUNDING * tip {
         0.0
@@ -233,11 +243,11 @@ macro_rules! long_fingers {
     ($($phalanges:literal)*) => { $(
         impl ContactStatics for PostureStiffness<$phalanges> {
             fn stable(&self) -> bool {
-                StiffnessRoot::of(&self.h).is_some()
+                StiffnessRoot::<$phalanges>::of(&self.h).is_some()
             }
 
             fn proximal(&self) -> Option<f32> {
-                Some(StiffnessRoot::of(&self.h)?.compliance(self.x)).filter(|c| c.is_finite())
+                Some(StiffnessRoot::<$phalanges>::of(&self.h)?.compliance(self.x)).filter(|c| c.is_finite())
             }
 
             fn compliance(&self, phalanx: u8, k_m: f32) -> Option<f32> {
@@ -285,7 +295,7 @@ where
         torque_nm: f32,
     ) -> Option<PostureStiffness<N>> {
         let gear = self.transmission.factors(at)?;
-        let h = self.hessian(&gear, torque_nm);
+        let h = self.hessian(at, &gear, torque_nm);
         let held = PostureStiffness {
             lengths: self.parameters.lengths_m,
             turn: at.turn(),
@@ -306,7 +316,10 @@ where
         if let (Some(contact), Some(length_m)) =
             (self.returned_contact(at), self.parameters.lengths_m.get(1))
         {
-            return contact.places::<S>(compliance, *length_m);
+            return match self.lifted(at, contact) {
+                Some(lifted) => lifted.places::<S>(compliance, *length_m),
+                None => contact.places::<S>(compliance, *length_m),
+            };
         }
         let Some(held) = self.held(at, torque_nm) else {
             return invalid();
@@ -328,7 +341,7 @@ where
         }
         let mut candidates = heapless::Vec::new();
         for (phalanx, length) in (1u8..).zip(self.parameters.lengths_m).skip(1) {
-            let roots = held.roots::<S>(phalanx, compliance);
+            let roots = self.roots_on::<S>(&held, phalanx, compliance, length);
             let far = roots.far_m.filter(|far| roots.near_m != Some(*far));
             for (root, beyond_stiffest) in [(roots.near_m, false), (far, true)] {
                 let least = if on_joint {

@@ -48,6 +48,8 @@ mod three_joint;
 mod transmission;
 mod two_contacts;
 mod two_joint;
+mod weight;
+mod weighted;
 
 pub use actuated::{ActuatedFinger, ActuatedPlace};
 pub use break_away::StoppedContact;
@@ -71,3 +73,4 @@ pub use three_joint::ThreeJointContact;
 pub use transmission::{Transmission, TransmissionFactors};
 pub use two_contacts::{SecondMeasured, SecondPlace, TwoContactForces};
 pub use two_joint::{Roots, TwoJointContact};
+pub use weight::{Mounting, Weight, Weighted};

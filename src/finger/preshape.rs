@@ -16,8 +16,13 @@ const SETTLED_SHARE: f32 = 3e-7;
 const NOISE_SHARE: f32 = 3e-5;
 
 impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
-    /// H = K - T_a W, the stiffness seen by the joints (docs/MECHANICS.md#transmission).
-    pub(crate) fn hessian(&self, gear: &TransmissionFactors<N>, torque_nm: f32) -> [[f32; N]; N] {
+    /// H = K - T_a W - dg/dtheta, the stiffness seen by the joints (docs/MECHANICS.md#transmission, docs/MECHANICS.md#weight).
+    pub(crate) fn hessian(
+        &self,
+        at: &Configuration<N>,
+        gear: &TransmissionFactors<N>,
+        torque_nm: f32,
+    ) -> [[f32; N]; N] {
         let mut h = gear.w;
         for i in 0..N {
             for j in 0..N {
@@ -33,6 +38,14 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
                 }
             }
         }
+        if let Some(weight) = self.base.weight() {
+            let borne = weight.borne(at);
+            for i in 0..N {
+                for j in 0..N {
+                    h[i][j] += borne[i.max(j)].along;
+                }
+            }
+        }
         h
     }
 
@@ -40,11 +53,12 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     /// spring joint 1 does not move.
     fn response(
         &self,
+        at: &Configuration<N>,
         gear: &TransmissionFactors<N>,
         torque_nm: f32,
         tau: [f32; N],
     ) -> Option<[[f32; N]; 2]> {
-        let (mut h, mut sides) = (self.hessian(gear, torque_nm), [tau, gear.x]);
+        let (mut h, mut sides) = (self.hessian(at, gear, torque_nm), [tau, gear.x]);
         if self.springless() {
             h[0][0] = 1.0;
             sides[0][0] = 0.0;
@@ -75,6 +89,9 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             return None;
         }
         if let Some(cable) = self.base.return_cable() {
+            if B::WEIGHS {
+                return self.turned_under_weight(torque_nm);
+            }
             let more_nm = (torque_nm - cable.torque_nm).at_least(0.0);
             let mut rad = self.rest.rad();
             *rad.first_mut()? += more_nm / cable.stiffness_nm_per_rad;
@@ -84,7 +101,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         for _ in 0..STEPS {
             let gear = self.transmission.factors(&at)?;
             let tau = self.equivalent_torques_nm(&gear, &at, torque_nm)?;
-            let [change, _] = self.response(&gear, torque_nm, tau)?;
+            let [change, _] = self.response(&at, &gear, torque_nm, tau)?;
             let (next, largest, _) = stride(&at, change)?;
             if settled(&next, largest, &mut before) {
                 // The last change by rotation: it is finer than the rounding of the angle that it is added to.
@@ -120,7 +137,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         for _ in 0..STEPS {
             let gear = self.transmission.factors(&at)?;
             let tau = self.equivalent_torques_nm(&gear, &at, torque_nm)?;
-            let [change, per_torque] = self.response(&gear, torque_nm, tau)?;
+            let [change, per_torque] = self.response(&at, &gear, torque_nm, tau)?;
             let missing = theta_a_rad - self.transmission.rotation_rad(&at);
             let compliance = dot(&gear.x, &per_torque);
             let more_nm = (missing - dot(&gear.x, &change)) / compliance;
@@ -144,6 +161,24 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             }
         }
         None
+    }
+
+    /// The same, joint 1 of a finger whose joints stand at their stops bearing the weight beside the return cable;
+    /// [`Self::follow_angle`] has it elsewhere.
+    #[inline]
+    pub(crate) fn free_under_weight(
+        &self,
+        theta_a_rad: f32,
+        near: &Configuration<N>,
+    ) -> Option<Free<Configuration<N>>> {
+        let free = self.follow_angle(theta_a_rad, near)?;
+        let torque_nm = match self.base.weight() {
+            Some(weight) if self.stands_at_stops() => {
+                free.torque_nm - weight.borne(&free.configuration)[0].across
+            }
+            _ => return Some(free),
+        };
+        torque_nm.is_finite().then_some(Free { torque_nm, ..free })
     }
 
     /// See [`super::Mechanics::weighed`].
@@ -191,7 +226,28 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             *at.rad().first()?,
             parameters.rest_rad.first()?,
         );
-        Some(k * (now - rest))
+        let borne_nm = (self.base.weight()).map_or(0.0, |weight| weight.borne(at)[0].across);
+        Some(k * (now - rest) - borne_nm)
+    }
+
+    /// Where a return cable lets joint 1 turn from rest under a torque and the weight, joint 2 at its stop.
+    fn turned_under_weight(&self, torque_nm: f32) -> Option<Configuration<N>> {
+        let (mut at, mut before) = (self.rest, f32::INFINITY);
+        let low = *self.rest.rad().first()?;
+        for _ in 0..STEPS {
+            let free = self.free_under_weight(self.transmission.rotation_rad(&at), &at)?;
+            let change = (torque_nm - free.torque_nm) * self.free(&at, torque_nm)?;
+            let mut rad = at.rad();
+            let turned = rad.first_mut()?;
+            let from = *turned;
+            *turned = (from + change.clamp(-STRIDE_RAD, STRIDE_RAD)).at_least(low);
+            let largest = (*turned - from).abs();
+            at = Configuration::of(rad)?;
+            if settled(&at, largest, &mut before) {
+                return Some(at);
+            }
+        }
+        None
     }
 
     /// Expected global stiffness K_a' (7), the secant from rest; without torque its limit, the tangent.
@@ -207,7 +263,16 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         let rotation = self
             .transmission
             .turned_rad(&self.rest, &JointStep::of(change))?;
-        let secant = free.torque_nm / rotation;
+        let mut from_nm = 0.0;
+        if B::WEIGHS {
+            let rest_rad = self.transmission.rotation_rad(&self.rest);
+            from_nm = self.free_under_weight(rest_rad, &self.rest)?.torque_nm;
+            if let Some(cable) = self.base.return_cable() {
+                // The stop bears the preload there.
+                from_nm -= cable.torque_nm;
+            }
+        }
+        let secant = (free.torque_nm - from_nm) / rotation;
         // Within a few roundings of rest the quotient has no digits: its limit has.
         if rotation.abs() > 1e-5 && secant.is_finite() {
             return Some(secant);
@@ -226,10 +291,16 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             return None;
         }
         if let Some(cable) = self.base.return_cable() {
-            return Some(1.0 / cable.stiffness_nm_per_rad);
+            let mut stiffness = cable.stiffness_nm_per_rad;
+            if let Some(weight) = self.base.weight() {
+                stiffness += weight.borne(at)[0].along;
+            }
+            let compliance = 1.0 / stiffness;
+            return (!B::WEIGHS || compliance > 0.0 && compliance.is_finite())
+                .then_some(compliance);
         }
         let gear = self.transmission.factors(at)?;
-        let [_, per_torque] = self.response(&gear, torque_nm, [0.0; N])?;
+        let [_, per_torque] = self.response(at, &gear, torque_nm, [0.0; N])?;
         let compliance = dot(&gear.x, &per_torque);
         (compliance.is_finite() && compliance > 0.0).then_some(compliance)
     }

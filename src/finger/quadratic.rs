@@ -13,10 +13,10 @@ const NEAR_DOUBLE: f32 = 0.03;
 const ROUNDING: f32 = 5e-7;
 
 /// Quadratic q_0 + 2 q_1 k + q_2 k^2.
-pub(super) type Quadratic = [f32; 3];
+pub type Quadratic = [f32; 3];
 
 /// A contact's stiffness problem, as two quadratics in its place.
-pub(super) trait QuadraticContact {
+pub trait QuadraticContact {
     /// Numerator of the compliance at `k`, not negative.
     fn softness(&self, k: f32) -> f32;
 

@@ -80,12 +80,12 @@ pub struct ReturnedContact {
 
 impl ReturnedContact {
     /// Lever of the closing tendon over the motion that the contact leaves.
-    fn lever(&self, k_m: f32) -> f32 {
+    pub(super) fn lever(&self, k_m: f32) -> f32 {
         lever(self.x2, self.c_m, k_m)
     }
 
     /// The same of the return cable.
-    fn return_lever(&self, k_m: f32) -> f32 {
+    pub(super) fn return_lever(&self, k_m: f32) -> f32 {
         lever(self.cable.ratio, self.c_m, k_m)
     }
 

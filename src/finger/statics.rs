@@ -1,6 +1,8 @@
 //! Statics of the whole finger: equivalent torques (5) and contact forces (1).
 
+use super::quadratic::QuadraticContact;
 use super::return_cable::ReturnedContact;
+use super::weighted::WeightedReturn;
 use super::{BaseJoint, Configuration, Finger, Transmission, TransmissionFactors};
 use crate::numeric::{Rotation, dot};
 
@@ -62,7 +64,32 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         })
     }
 
-    /// Equivalent joint torques tau = x T_a - K (theta - theta_0) (5): what contacts have to balance, and stops. Newton metre.
+    /// Such a contact where the finger's weight is stated; `None` where it is not.
+    pub(crate) fn lifted(
+        &self,
+        at: &Configuration<N>,
+        contact: ReturnedContact,
+    ) -> Option<WeightedReturn> {
+        let pulls = self.base.weight()?.pulls(at);
+        Some(WeightedReturn {
+            contact,
+            links: [pulls.first()?.along, pulls.get(1)?.along],
+        })
+    }
+
+    /// Compliance with a contact anywhere on phalanx 1 of such a finger.
+    pub(crate) fn returned_proximal(
+        &self,
+        at: &Configuration<N>,
+        contact: &ReturnedContact,
+    ) -> Option<f32> {
+        match self.lifted(at, *contact) {
+            Some(lifted) => lifted.compliance(0.0),
+            None => contact.proximal(),
+        }
+    }
+
+    /// Equivalent joint torques tau = x T_a - K (theta - theta_0) + g (5): what contacts have to balance, and stops. Newton metre.
     pub fn equivalent_torques_nm(
         &self,
         gear: &TransmissionFactors<N>,
@@ -82,6 +109,12 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             let pull_nm = cable.torque_at(dot(&lever, &turned));
             for i in 0..N {
                 tau[i] -= lever[i] * pull_nm;
+            }
+        }
+        if let Some(weight) = self.base.weight() {
+            let borne = weight.borne(at);
+            for i in 0..N {
+                tau[i] += borne[i].across;
             }
         }
         tau.iter().all(|t| t.is_finite()).then_some(tau)

@@ -80,6 +80,9 @@ pub trait Scene {
     /// Contact force that holding aims at, newton.
     const HOLD_FORCE_N: f32;
 
+    /// Direction of gravity where the scene states a weight, counterclockwise from phalanx 1 where its joint angle is zero, radian.
+    const MOUNTING_RAD: f32 = 0.0;
+
     /// The sensor of joint 2 where one is fitted.
     const ANGLE_SENSOR: AngleSensor;
 

@@ -1,5 +1,7 @@
 //! Settings of the sensing, and directives from the sequence.
 
+#[cfg(not(weightless))]
+use crate::finger::Mounting;
 use crate::numeric::Bounded;
 
 /// Settings of the sensing.
@@ -43,6 +45,9 @@ pub struct Settings {
     /// Standard deviation of the finger's leverage from one place of contact to another, as a share: lengths of pulleys and links that
     /// differ from the scene's, and losses on them.
     pub leverage_sigma: f32,
+    /// How a finger whose weight is stated hangs, if not as it was built; no other finger reads it.
+    #[cfg(not(weightless))]
+    pub mounting: Option<Mounting>,
     /// Torque at the input link with which the finger swings in its cable and on its springs after a motion has begun, newton metre.
     pub swing_nm: f32,
 }
@@ -88,6 +93,8 @@ impl Default for Settings {
             force_scale: None,
             object_give_m_per_n: 0.0,
             leverage_sigma: 0.0,
+            #[cfg(not(weightless))]
+            mounting: None,
             swing_nm: 0.0,
         }
     }

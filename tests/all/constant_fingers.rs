@@ -2,13 +2,24 @@
 
 use core::hint::black_box;
 use palpate::finger::{
-    AnyBase, Contact, Direct, Finger, Levers, Linkage, Mechanics, Parameter, Parameters, Springless,
+    AnyBase, Contact, Direct, Finger, Levers, Linkage, Mechanics, Mounting, Parameter, Parameters,
+    Springless,
 };
 use palpate::scene::Scene;
 use palpate_scenes::{Direct2, Linkage3, P70, Tendon2, Tendon3};
 
 fn levers<const STAGES: usize>(linkage: &Linkage<STAGES>) -> [Levers; STAGES] {
     linkage.stages().map(|stage| stage.levers())
+}
+
+/// How the scenes hang.
+const HUNG: Mounting = Mounting {
+    gravity_rad: -core::f32::consts::FRAC_PI_2,
+    share: 1.0,
+};
+
+fn weights_n<const N: usize>(masses_kg: [f64; N]) -> [f32; N] {
+    masses_kg.map(|mass_kg| (9.81 * mass_kg) as f32)
 }
 
 /// The compiler's arithmetic gives the very numbers that a program gets.
@@ -27,7 +38,8 @@ fn the_compiler_builds_what_a_program_builds() {
         Finger::new(
             black_box(*linkage3.parameters()),
             levers(linkage3.transmission())
-        ),
+        )
+        .and_then(|finger| finger.weighted(black_box(weights_n([0.009, 0.00675, 0.0045])), HUNG)),
         Ok(linkage3)
     );
     let direct2 = Direct2::MECHANISM;
@@ -40,14 +52,16 @@ fn the_compiler_builds_what_a_program_builds() {
     );
     let (tendon2, tendon3) = (Tendon2::MECHANISM, Tendon3::MECHANISM);
     assert_eq!(
-        Finger::new(black_box(*tendon2.parameters()), [0.009, 0.0072]),
+        Finger::new(black_box(*tendon2.parameters()), [0.009, 0.0072])
+            .and_then(|finger| finger.weighted(black_box(weights_n([0.009, 0.00675])), HUNG)),
         Ok(tendon2)
     );
     assert_eq!(
         Finger::new(
             black_box(*tendon3.parameters()),
             [0.009, 0.0072, 0.0054, 0.0036]
-        ),
+        )
+        .and_then(|finger| finger.weighted(black_box(weights_n([0.009, 0.00675, 0.0045])), HUNG)),
         Ok(tendon3)
     );
 }

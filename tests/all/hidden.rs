@@ -1,6 +1,6 @@
 //! `hidden3`: behind a phalanx within the palm every place of the others has a stiffness of its own.
 
-use palpate::finger::{Class, Mechanics};
+use palpate::finger::{Class, Mechanics, Mounting};
 use palpate::scene::Scene;
 use palpate_scenes::Hidden3;
 
@@ -10,7 +10,7 @@ const SHARES: [f32; 9] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
 
 #[test]
 fn no_two_places_are_equally_stiff() {
-    let finger = Hidden3::MECHANISM;
+    let finger = Hidden3::MECHANISM.mounted(Mounting::LEVEL);
     for torque_nm in TORQUES_NM {
         let at = finger
             .free_at_torque(torque_nm, &finger.rest())
@@ -33,7 +33,7 @@ fn no_two_places_are_equally_stiff() {
 
 #[test]
 fn the_inverse_tells_no_place_on_the_hidden_phalanx() {
-    let finger = Hidden3::MECHANISM;
+    let finger = Hidden3::MECHANISM.mounted(Mounting::LEVEL);
     let torque_nm = 0.04;
     let at = finger
         .free_at_torque(torque_nm, &finger.rest())

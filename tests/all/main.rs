@@ -19,3 +19,4 @@ mod references;
 mod return_cable;
 mod store;
 mod two_contacts;
+mod weight;

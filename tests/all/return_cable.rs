@@ -1,6 +1,8 @@
 //! `return2`: a finger that a preloaded return cable opens. Checked against the balance of its joints, in f64.
 
-use palpate::finger::{Class, Contact, Finger, Mechanics, Parameter, Parameters, ReturnCable};
+use palpate::finger::{
+    Class, Contact, Finger, Mechanics, Mounting, Parameter, Parameters, ReturnCable,
+};
 use palpate::scene::Scene;
 use palpate_scenes::{P70Preloaded, Return2};
 
@@ -66,7 +68,7 @@ impl Balance {
 
 #[test]
 fn a_path_begins_at_the_break_away_torque_and_keeps_the_balance() {
-    let finger = Return2::MECHANISM;
+    let finger = Return2::MECHANISM.mounted(Mounting::LEVEL);
     let mut worst = [0.0f64; 3];
     for theta_1 in THETA_1_RAD {
         let free = finger
@@ -132,7 +134,7 @@ fn a_path_begins_at_the_break_away_torque_and_keeps_the_balance() {
 
 #[test]
 fn break_away_and_stiffness_tell_the_place() {
-    let finger = Return2::MECHANISM;
+    let finger = Return2::MECHANISM.mounted(Mounting::LEVEL);
     let length_m = finger.phalanx_length_m(2).expect("a phalanx");
     for theta_1 in THETA_1_RAD {
         let free = finger

@@ -1,8 +1,8 @@
 //! A second contact: honest deviations of its place, and the forces that statics still tells with two phalanges.
 
 use palpate::finger::{
-    ActuatedFinger, Contact, Finger, Free, HoldsTwice, Mechanics, NoSecondContact, Parameters,
-    SecondMeasured, Tendon,
+    ActuatedFinger, Contact, Finger, Free, HoldsTwice, Mechanics, Mounting, NoSecondContact,
+    Parameters, SecondMeasured, Tendon,
 };
 use palpate::scene::Scene;
 use palpate_scenes::{P70, Tendon3};
@@ -37,7 +37,7 @@ impl Noise {
 /// The place found from noisy measurements is off by what its deviation says.
 #[test]
 fn deviations_of_a_second_place_are_honest() {
-    let finger = Tendon3::MECHANISM;
+    let finger = Tendon3::MECHANISM.mounted(Mounting::LEVEL);
     let (torque, rise) = (0.03, 0.02);
     let at = finger
         .free_at_torque(torque, &finger.rest())
@@ -95,7 +95,7 @@ fn deviations_of_a_second_place_are_honest() {
 /// A second contact where the place does not matter has one stiffness and no place.
 #[test]
 fn unobservable_pairs_have_no_place() {
-    let finger = Tendon3::MECHANISM;
+    let finger = Tendon3::MECHANISM.mounted(Mounting::LEVEL);
     let at = finger
         .free_at_torque(0.03, &finger.rest())
         .expect("a posture");
@@ -212,7 +212,7 @@ fn actuators_together_place_a_contact() {
 /// it, and no answer where two phalanges would do.
 #[test]
 fn the_second_phalanx_is_named_where_the_stiffness_tells() {
-    let finger = Tendon3::MECHANISM;
+    let finger = Tendon3::MECHANISM.mounted(Mounting::LEVEL);
     let (torque, rise) = (0.03, 0.02);
     let configuration = finger
         .free_at_torque(torque, &finger.rest())
@@ -323,7 +323,7 @@ mod rubbing {
 /// With friction the finger is stiffer, and a place that takes it into account is nearer to the truth.
 #[test]
 fn friction_is_taken_off_a_second_place() {
-    let finger = Tendon3::MECHANISM;
+    let finger = Tendon3::MECHANISM.mounted(Mounting::LEVEL);
     let (torque, rise) = (0.03, 0.02);
     let at = finger.free_at_torque(torque, &finger.rest()).expect("free");
     let (mut with, mut without, mut count) = (0.0f64, 0.0f64, 0.0);

@@ -213,6 +213,30 @@ pub(super) fn leverage(scene: &Scene) -> Checked {
     Ok(())
 }
 
+/// Weight and its direction belong together. Where nothing but the motor holds joint 1 the friction record tells the weight.
+pub(super) fn weight(scene: &Scene) -> Checked {
+    let [has_mass, has_mounting] =
+        ["finger.mass_kg", "finger.mounting_deg"].map(|key| scene.has(key));
+    if has_mass != has_mounting {
+        let lacking = if has_mass {
+            "finger.mounting_deg"
+        } else {
+            "finger.mass_kg"
+        };
+        return Err(format!(
+            "`{lacking}` is missing: `finger.mass_kg` and `finger.mounting_deg` belong together"
+        ));
+    }
+    let held = scene.has("return_cable") || scene.list("finger.spring_nm_per_rad")[0] > 0.0;
+    if has_mass && !held {
+        return Err(format!(
+            "`finger.mass_kg` = {:?} is only possible with a spring at joint 1 or [return_cable]: without, the motor tells the weight",
+            scene.list("finger.mass_kg")
+        ));
+    }
+    Ok(())
+}
+
 /// What follows a contact is told from changes of the stiffness, and joint 2 leaving its stop is one. An object that gives way lets the
 /// finger turn before.
 pub(super) fn held_joint(scene: &Scene) -> Checked {

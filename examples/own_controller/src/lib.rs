@@ -107,6 +107,8 @@ impl Gripper {
             time_us: board.time_us(),
             position_counts: board.counts(),
             current_a: board.current_a(),
+            // Not known. A board that measures its supply has supply x duty less resistance x current.
+            emf_v: f32::NAN,
             drive,
             joint: (),
         };

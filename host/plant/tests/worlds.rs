@@ -81,6 +81,31 @@ fn realistic_worlds_have_every_effect_and_draw_it() {
     }
 }
 
+/// A user sees ten degrees and weighs a gram; where the scene states no weight there is nothing to set.
+#[test]
+fn a_user_tells_how_the_finger_hangs_as_well_as_eye_and_scale_do() {
+    let of = |name: &str, scene: &str| World::named(name).expect(name).of(scene).expect(scene);
+    assert_eq!(of("harsh", "p70").stated_mounting(), None);
+    // Level, or nearly.
+    for name in ["ideal", "bench"] {
+        let (_, share) = of(name, "tendon3").stated_mounting().expect("stated");
+        assert_eq!(share, 0.0, "{name}");
+    }
+    for seed in 0..20 {
+        let drawn = of("harsh", "tendon3").randomised(seed);
+        let (deg, share) = drawn.stated_mounting().expect("stated");
+        let off = (deg - drawn.mechanism.mounting_deg + 180.0).rem_euclid(360.0) - 180.0;
+        assert!(
+            off.abs() <= 5.0 && (-180.0..=180.0).contains(&deg),
+            "{deg} {off}"
+        );
+        let length_m: f64 = drawn.finger.length_m.iter().sum();
+        let stated_kg: f64 = drawn.finger.stated_mass_kg.iter().sum();
+        let heavier_kg = drawn.mechanism.linear_density_kg_per_m * length_m - share * stated_kg;
+        assert!(heavier_kg.abs() <= 0.51e-3, "{share} {heavier_kg}");
+    }
+}
+
 /// Drives with a duty for a while.
 fn drive(plant: &mut Plant, duty: f64, seconds: f64) {
     let pins = Pins {

@@ -7,6 +7,7 @@ use palpate::app::console::settings::Setting;
 use palpate::drive::config::OutOfRange;
 use palpate::drive::controller::Controller;
 use palpate::drive::sequence::{Refused, Request, State};
+use palpate::finger::Mounting;
 use palpate::scene::Scene;
 use palpate::sensing::{Calibration, Directive};
 use palpate_plant::{Grasp, Object, ObjectMount, Parameters, Plant, Shape};
@@ -19,6 +20,16 @@ pub trait Simulated: Scene<Finger: Clone + std::fmt::Debug> + Clone + std::fmt::
     /// A scene that the plant does not know.
     fn parameters() -> Result<Parameters, Error> {
         Ok(Parameters::of(Self::NAME)?)
+    }
+
+    /// How the finger hangs, as a user knows it; `None` where the scene states no weight.
+    #[must_use]
+    fn mounting(parameters: &Parameters) -> Option<Mounting> {
+        let (deg, share) = parameters.stated_mounting()?;
+        Some(Mounting {
+            gravity_rad: deg.to_radians() as f32,
+            share: share as f32,
+        })
     }
 }
 
@@ -121,13 +132,24 @@ impl<S: Simulated> Simulation<S> {
     /// # Errors
     /// The sequence refused.
     pub fn prepare(&mut self) -> Result<Outcome, Error> {
-        let contact = &self.machine.board.plant.parameters().contact;
-        if let Some(stated) = contact.stated() {
-            let set = Command::Set(Setting::ContactFriction, stated as f32);
+        let parameters = self.machine.board.plant.parameters();
+        let skin = parameters
+            .contact
+            .stated()
+            .map(|stated| (Setting::ContactFriction, stated as f32));
+        let hangs = S::mounting(parameters).map(|hangs| {
+            [
+                (Setting::Mounting, hangs.gravity_rad),
+                (Setting::Weight, hangs.share),
+            ]
+        });
+        for (setting, value) in skin.into_iter().chain(hangs.into_iter().flatten()) {
             self.slow()
                 .coordinator
-                .command(set)
+                .command(Command::Set(setting, value))
                 .map_err(Error::Refused)?;
+            // One order a millisecond reaches the sensing.
+            self.idle(0.002);
         }
         self.machine.board.plant.place(&Grasp::Free)?;
         self.motion(Request::RecordFriction, Directive::Watch)

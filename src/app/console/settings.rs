@@ -22,8 +22,18 @@ pub struct Range {
     pub max: f32,
 }
 
-/// Declares the settings once: the enum and its tables come from the same lines.
+/// Declares the settings: those that every firmware has, and those of a finger whose weight its scene states.
 macro_rules! settings {
+    ({$($every:tt)*} {$($weight:tt)*}) => {
+        #[cfg(weightless)]
+        declare! { $($every)* }
+        #[cfg(not(weightless))]
+        declare! { $($every)* $($weight)* }
+    };
+}
+
+/// Declares them once: the enum and its tables come from the same lines.
+macro_rules! declare {
     ($($(#[$text:meta])* $setting:ident $name:literal $unit:literal $unit_si:literal, $min:literal to $max:literal;)*) => {
         /// One thing that can be set.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,6 +64,7 @@ macro_rules! settings {
 }
 
 settings! {
+{
     /// Speed of the input link while closing, recording friction and probing, radian per second.
     // Below 0.05 rad/s the worm creeps by stick-slip; above 0.8 the motor has no voltage left for load.
     ClosingSpeed "closing-speed" "rad/s" 1.0, 0.05 to 0.8;
@@ -81,6 +92,13 @@ settings! {
     SupplyMin "supply-min" "V" 1.0, 4.5 to 12.0;
     /// Supply voltage above which the bridge is switched off, volt.
     SupplyMax "supply-max" "V" 1.0, 12.0 to 16.0;
+}
+{
+    /// Direction of gravity in the plane of motion, counterclockwise from phalanx 1 where its joint angle is zero, radian.
+    Mounting "mounting" "deg" 0.017453292, -180.0 to 180.0;
+    /// What acts in that plane, over the weight that the scene states, as a share: nothing where it is level.
+    Weight "weight" "%" 1e-2, 0.0 to 1000.0;
+}
 }
 
 impl Setting {
@@ -179,6 +197,7 @@ mod tests {
             let one = match setting.unit() {
                 "mA" | "mNm" | "mm" => 1e-3,
                 "%" => 1e-2,
+                "deg" => core::f32::consts::PI / 180.0,
                 _ => 1.0,
             };
             assert_eq!(range.unit_si, one, "{name}");
@@ -202,7 +221,7 @@ mod tests {
                 assert!(overrides.is_valid());
             }
             for value in [
-                range.min * 0.9 - 0.1,
+                range.min - 0.1 * range.min.abs() - 0.1,
                 range.max * 1.1,
                 f32::NAN,
                 f32::INFINITY,

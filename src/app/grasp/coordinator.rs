@@ -299,6 +299,14 @@ impl<S: Scene> Coordinator<S> {
             // The worm's friction depends on speed.
             self.sequence.forget_friction();
         }
+        #[cfg(not(weightless))]
+        if [Setting::Mounting, Setting::Weight]
+            .iter()
+            .any(|setting| overrides.get(*setting) != self.overrides.get(*setting))
+        {
+            // The record has the weight in it.
+            self.sequence.forget_friction();
+        }
         self.overrides = overrides;
         self.sequence.set_motion(motion::<S>(&overrides));
         self.pending = Some(SensingRequest::Adjust(overrides));
@@ -374,6 +382,10 @@ fn default_value<S: Scene>(setting: Setting) -> f32 {
         Setting::ForceScale => 1.0,
         Setting::SupplyMin => S::DRIVE.limits.supply_min_v,
         Setting::SupplyMax => S::DRIVE.limits.supply_max_v,
+        #[cfg(not(weightless))]
+        Setting::Mounting => S::MOUNTING_RAD,
+        #[cfg(not(weightless))]
+        Setting::Weight => 1.0,
     }
 }
 

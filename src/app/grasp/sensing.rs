@@ -5,6 +5,8 @@ use crate::app::console::settings::{Overrides, Setting};
 use crate::app::identify;
 use crate::app::storage::record::Record;
 use crate::drive::sequence::Notice;
+#[cfg(not(weightless))]
+use crate::finger::Mounting;
 use crate::scene::{Reading, SampleOf, Scene};
 use crate::sensing::{
     AfterContact, Calibration, Directive, Event, Followed, Object, Sensor, Settings,
@@ -162,6 +164,11 @@ impl<S: Scene> ContactSensing<S> {
                 .get(Setting::ContactFriction)
                 .map_or(nominal.contact_friction, |mean| nominal.rubbed_with(mean)),
             force_scale: overrides.get(Setting::ForceScale),
+            #[cfg(not(weightless))]
+            mounting: Some(Mounting {
+                gravity_rad: set(Setting::Mounting, S::MOUNTING_RAD),
+                share: set(Setting::Weight, 1.0),
+            }),
             // No setting changes the others.
             ..*self.sensor.settings()
         });

@@ -3,7 +3,7 @@
 use super::{Contact, Free, Inverse, Mechanics, PathPoint};
 use crate::finger::inverse::{Bisection, ClosedForm, ContactStatics, PostureStiffness};
 use crate::finger::path::Path;
-use crate::finger::{BaseJoint, Configuration, Finger, Transmission};
+use crate::finger::{BaseJoint, Configuration, Finger, Mounting, Transmission};
 
 impl<const N: usize, T: Transmission<N>, B: BaseJoint> Mechanics for Finger<N, T, B>
 where
@@ -12,6 +12,7 @@ where
     const PHALANGES: usize = N;
     const FIRST_TOUCHING: u8 = B::FIRST_TOUCHING;
     const UNEVEN: bool = T::UNEVEN;
+    const WEIGHS: bool = B::WEIGHS;
     type Configuration = Configuration<N>;
     type Path = Path<N, B>;
 
@@ -21,6 +22,10 @@ where
 
     fn preload_nm(&self) -> f32 {
         self.base.preload_nm().unwrap_or(0.0)
+    }
+
+    fn mounted(&self, mounting: Mounting) -> Self {
+        self.mounted(mounting)
     }
 
     fn rest(&self) -> Self::Configuration {
@@ -47,7 +52,7 @@ where
         theta_a_rad: f32,
         near: &Self::Configuration,
     ) -> Option<Free<Self::Configuration>> {
-        self.follow_angle(theta_a_rad, near)
+        self.free_under_weight(theta_a_rad, near)
     }
 
     fn free_at_torque(
@@ -76,10 +81,7 @@ where
     }
 
     fn proximal_compliance(&self, at: &Self::Configuration, torque_nm: f32) -> Option<f32> {
-        if let Some(contact) = self.returned_contact(at) {
-            return contact.proximal();
-        }
-        self.held(at, torque_nm)?.proximal()
+        self.proximal_at(at, torque_nm)
     }
 
     fn softest_compliance(&self, at: &Self::Configuration, torque_nm: f32) -> Option<f32> {
@@ -98,14 +100,7 @@ where
         phalanx: u8,
         k_m: f32,
     ) -> Option<f32> {
-        if let Some(contact) = self.returned_contact(at) {
-            return match phalanx {
-                1 => contact.proximal(),
-                2 => contact.compliance(k_m),
-                _ => None,
-            };
-        }
-        self.held(at, torque_nm)?.compliance(phalanx, k_m)
+        self.compliance_at(at, torque_nm, phalanx, k_m)
     }
 
     fn locate(
@@ -161,9 +156,6 @@ where
     }
 
     fn stiffest_m(&self, at: &Self::Configuration, torque_nm: f32, phalanx: u8) -> Option<f32> {
-        if let Some(contact) = self.returned_contact(at) {
-            return contact.stiffest_m().filter(|_| phalanx == 2);
-        }
-        self.held(at, torque_nm)?.stiffest_m(phalanx)
+        self.stiffest_at(at, torque_nm, phalanx)
     }
 }

@@ -3,6 +3,7 @@
 mod candidates;
 mod implementation;
 
+use super::Mounting;
 pub use candidates::{Candidate, Candidates, Class, Inverse, MOST_CANDIDATES};
 
 /// Most phalanges of a finger that a scene describes, and joints whose changes a [`PathPoint`] holds.
@@ -75,6 +76,8 @@ pub trait Mechanics {
     const FIRST_TOUCHING: u8 = 1;
     /// Whether its leverage may differ from what the lengths say by percents, and from one contact to another.
     const UNEVEN: bool;
+    /// Whether the weight of its phalanges is stated ([`Weighted`](super::Weighted)).
+    const WEIGHS: bool;
     /// Joint angles with their cosines and sines.
     type Configuration: Copy + core::fmt::Debug;
     /// A contact path under way; see [`Mechanics::path`].
@@ -86,6 +89,12 @@ pub trait Mechanics {
 
     /// Torque with which a spring that is preloaded by design holds joint 2 at its stop, newton metre; paths have it, 0 elsewhere.
     fn preload_nm(&self) -> f32;
+
+    /// The same finger mounted otherwise. Postures, torques and stiffnesses have its weight where it is stated; without, nothing changes.
+    #[must_use]
+    fn mounted(&self, mounting: Mounting) -> Self
+    where
+        Self: Sized;
 
     /// The posture of the springs' rest angles.
     fn rest(&self) -> Self::Configuration;

@@ -5,8 +5,11 @@
 
 use super::Start;
 use super::newton::Unknown;
-use crate::finger::{BaseJoint, JointStep, Transmission, TransmissionFactors};
-use crate::numeric::{Rotation, dot};
+use crate::finger::{BaseJoint, JointStep, Transmission, TransmissionFactors, Weight};
+use crate::numeric::{Bounded, Rotation, dot};
+
+/// What holds a joint at its stop at least, as a share of the return cable's torque.
+const BARELY_HELD: f32 = 1e-3;
 
 /// The finger a step after contact, and what is unbalanced there.
 pub(super) struct Linearization<const N: usize> {
@@ -43,6 +46,54 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
     /// Computes for each joint how much the weight's torque about it has changed since contact, and the derivative of that torque by
     /// the angle of the joint or of any joint nearer to the base (docs/MECHANICS.md#real-fingers).
     fn weight(&self, step: &JointStep<N>) -> [[f32; 2]; N] {
+        let mut torques = if let Some(weight) = self.base.weight() {
+            self.stated(weight, step)
+        } else {
+            self.told(step)
+        };
+        for j in (1..N).rev() {
+            let [more, slope] = torques[j];
+            torques[j - 1][0] += more;
+            torques[j - 1][1] += slope;
+        }
+        torques
+    }
+
+    /// What each phalanx adds to that where its weight is stated.
+    fn stated(&self, weight: &Weight, step: &JointStep<N>) -> [[f32; 2]; N] {
+        let mut half = Rotation::NONE;
+        let mut torques = [[0.0f32; 2]; N];
+        for ((torque, pull), turn) in
+            (torques.iter_mut().zip(weight.pulls(&self.from))).zip(step.half)
+        {
+            half = half.then(turn);
+            let (turned, versine) = (half.twice(), 2.0 * half.sin * half.sin);
+            let [along, across] = [pull.along, pull.across].map(|nm| nm / self.stiffness_scale);
+            *torque = [
+                -(across * versine + along * turned.sin),
+                -(across * turned.sin + along * turned.cos),
+            ];
+        }
+        torques
+    }
+
+    /// What the weight adds to what a return cable holds the joints at their stops with: it takes a part of the cable's torque about
+    /// joint 1, which is the cable's about the others as well. A joint that it lifts off its stop is taken to be barely held there.
+    fn weight_at_stop(&self, lever: &[f32; N], x: &[f32; N]) -> [f32; N] {
+        let mut held = [0.0; N];
+        if let Some(weight) = self.base.weight() {
+            let borne = (weight.borne(&self.from)).map(|pull| pull.across / self.stiffness_scale);
+            let (first, cable) = (borne[0], self.torque + borne[0]);
+            for m in 1..N {
+                let stop = (lever[m] - x[m]) * self.torque - BARELY_HELD * cable;
+                held[m] = (borne[m] - lever[m] * first).at_most(stop);
+            }
+        }
+        held
+    }
+
+    /// The same as [`Self::stated`] where the record tells the weight.
+    fn told(&self, step: &JointStep<N>) -> [[f32; 2]; N] {
         let [along, across] = self.weight;
         let mut torques = [[0.0f32; 2]; N];
         let mut turned = Rotation::NONE;
@@ -56,11 +107,6 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
                 moment * (across * (turned.cos - 1.0) - along * turned.sin),
                 -moment * (across * turned.sin + along * turned.cos),
             ];
-        }
-        for j in (1..N).rev() {
-            let [more, slope] = torques[j];
-            torques[j - 1][0] += more;
-            torques[j - 1][1] += slope;
         }
         torques
     }
@@ -153,8 +199,12 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
             // The stiffness scale is the cable's; the transmission factors do not change.
             let lever: [f32; N] = cable.factors();
             let stretched = dot(&lever, &at.delta);
+            let weight = self.weight_at_stop(&lever, &gear.x);
             for m in 0..N {
                 torques[m] += (gear.x[m] - lever[m]) * self.torque - lever[m] * stretched;
+                if B::WEIGHS {
+                    torques[m] += weight[m];
+                }
                 for q in 0..N {
                     stiffness[m][q] += lever[m] * lever[q];
                 }

@@ -108,6 +108,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
     /// Other settings, from the next closing on.
     pub fn set_settings(&mut self, settings: Settings) {
         self.state.settings = settings;
+        self.state.hang();
     }
 
     /// Nominal efficiency of the drivetrain, 0 to 1, from the next closing on; anything else is ignored.

@@ -62,7 +62,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         calibration: Calibration,
     ) -> Self {
         let posture = finger.rest();
-        Self {
+        let mut state = Self {
             finger,
             drivetrain,
             settings,
@@ -82,7 +82,9 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             torque_constant: TorqueConstant::default(),
             events: Deque::new(),
             series: PhantomData,
-        }
+        };
+        state.hang();
+        state
     }
 
     /// Whether the finger is driven against the closing stop, to calibrate the cable.

@@ -27,6 +27,14 @@ pub(super) fn held(stop_nm: f32, [preload_nm, preload_sigma_nm]: [f32; 2]) -> [f
 }
 
 impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
+    /// Mounts the finger as the settings say.
+    pub(super) fn hang(&mut self) {
+        #[cfg(not(weightless))]
+        if let Some(mounting) = self.settings.mounting.filter(|_| F::WEIGHS) {
+            self.finger = self.finger.mounted(mounting);
+        }
+    }
+
     /// Torque of the finger's weight at a position with its derivative by the angle, and the torque that then holds joint 2 at
     /// its stop, negative where the weight lifts it off; no weight for a finger whose weight cannot be distinguished from its
     /// springs.

@@ -158,15 +158,21 @@ fn parameters(options: &Options) -> Result<Parameters, Error> {
         .of(&options.scene)?)
 }
 
-/// The user's script: what is known of the skin, then the guided calibration, the commands, or the button.
-fn script(options: &Options, stated_friction: Option<f64>) -> Script {
+/// The user's script: what is known of the skin and of how the finger hangs, then the guided calibration, the commands, or the button.
+fn script(options: &Options, parameters: &Parameters) -> Script {
     let mut script = match &options.commands {
         _ if !options.calibrate.is_empty() => Script::calibration(&options.calibrate),
         Some(commands) => Script::parse(commands),
         None => Script::button(),
     };
     let typed = |line: &str| Step::Command(line.to_owned());
-    if let Some(stated) = stated_friction {
+    if let Some((deg, share)) = parameters.stated_mounting() {
+        script
+            .0
+            .insert(0, typed(&format!("set weight {:.1}", 100.0 * share)));
+        script.0.insert(0, typed(&format!("set mounting {deg}")));
+    }
+    if let Some(stated) = parameters.contact.stated() {
         let set = format!("set contact-friction {}", 100.0 * stated);
         script.0.insert(0, typed(&set));
     }
@@ -231,11 +237,10 @@ fn settings(options: &Options) -> Result<Settings, Error> {
             "no pin can stand at {place} mm: the last phalanx has {length_mm} mm; --calibrate takes places on it"
         )));
     }
-    let stated_friction = parameters.contact.stated();
     Ok(Settings {
+        script: script(options, &parameters),
         parameters,
         object: (!options.free).then_some(object),
-        script: script(options, stated_friction),
         seed: options.seed,
         max_s: options.max_s,
         setup: Setup {

@@ -24,7 +24,7 @@ pub struct Setup {
 impl Setup {
     /// Settings of the sensing of a scene, with what the user knows of the skin.
     #[must_use]
-    pub fn settings<S: Scene>(&self, parameters: &Parameters) -> Settings {
+    pub fn settings<S: Simulated>(&self, parameters: &Parameters) -> Settings {
         let mut settings = S::settings();
         let replace = |place: &mut f32, value: Option<f32>| *place = value.unwrap_or(*place);
         replace(&mut settings.speed_rad_per_s, self.speed_rad_per_s);
@@ -32,6 +32,7 @@ impl Setup {
         if let Some(stated) = parameters.contact.stated() {
             settings.contact_friction = settings.rubbed_with(stated as f32);
         }
+        settings.mounting = S::mounting(parameters);
         settings
     }
 }

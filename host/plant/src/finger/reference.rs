@@ -52,6 +52,7 @@ fn finger(row: &Row) -> Finger {
         offset_deg: degrees(&["psi1", "psi2"]),
         mode: list(&["mode1", "mode2"]),
         held_backlash_deg: Vec::new(),
+        stated_mass_kg: Vec::new(),
         return_pulley_m: Vec::new(),
         return_tension_n: 0.0,
         return_n_per_m: 0.0,

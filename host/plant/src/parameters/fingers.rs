@@ -53,6 +53,9 @@ pub struct FingerParameters {
     /// Stiffness of its spring, newton per metre.
     #[serde(default)]
     pub return_n_per_m: f64,
+    /// What the scene states of the phalanges' masses, kilogram; empty where it states none. Nothing here weighs so: the world says.
+    #[serde(default)]
+    pub stated_mass_kg: Vec<f64>,
 }
 
 impl FingerParameters {

@@ -17,6 +17,7 @@ const RENAMED: &[(&str, &str)] = &[
     ("linkage.driven_m", "finger.driven_m"),
     ("linkage.offset_deg", "finger.offset_deg"),
     ("tendon.pulley_m", "finger.pulley_m"),
+    ("finger.mass_kg", "finger.stated_mass_kg"),
     ("direct.backlash_deg", "finger.held_backlash_deg"),
     ("return_cable.pulley_m", "finger.return_pulley_m"),
     ("return_cable.tension_n", "finger.return_tension_n"),
@@ -133,6 +134,7 @@ fn nominal(world: &mut Table, scene: &Table) {
         "mode",
         "held_backlash_deg",
         "return_pulley_m",
+        "stated_mass_kg",
     ] {
         set(world, &format!("finger.{key}"), Value::Array(Vec::new()));
     }

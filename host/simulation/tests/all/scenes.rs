@@ -1,6 +1,6 @@
 //! The scenes of the library are the fingers and drivetrains of the plant.
 
-use palpate::finger::Mechanics;
+use palpate::finger::{Mechanics, Mounting};
 use palpate_plant::Parameters;
 use palpate_simulation::Simulated;
 
@@ -14,7 +14,8 @@ fn close(name: &str, library: f32, plant: f64) {
 
 fn mirrors<S: Simulated>() {
     let plant = Parameters::of(S::NAME).expect(S::NAME);
-    let finger = S::MECHANISM;
+    // As in the default world, whose plane is level.
+    let finger = S::MECHANISM.mounted(Mounting::LEVEL);
     let drivetrain = S::drivetrain(&finger);
     let geometry = &plant.finger;
 

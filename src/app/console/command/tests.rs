@@ -45,6 +45,13 @@ fn units_may_be_joined_apart_or_left_out() {
         Ok(Some(Command::Set(Setting::CurrentLimit, 150.0 * 1e-3)))
     );
     assert_eq!(
+        parse("set mounting -90 deg"),
+        Ok(Some(Command::Set(
+            Setting::Mounting,
+            -90.0 * Setting::Mounting.range().unit_si
+        )))
+    );
+    assert_eq!(
         parse("calibrate cable"),
         Ok(Some(Command::Calibrate(Calibrate::Cable)))
     );

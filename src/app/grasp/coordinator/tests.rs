@@ -227,3 +227,20 @@ fn a_located_contact_sets_the_holding_current() {
     coordinator.event(&located(-1.0), &status);
     assert!((held_a(&coordinator) - 0.065).abs() < 1e-6);
 }
+
+#[test]
+fn another_mounting_or_weight_discards_the_friction_record() {
+    for (setting, value) in [(Setting::Mounting, 0.5), (Setting::Weight, 0.0)] {
+        let mut coordinator = coordinator();
+        known(&mut coordinator);
+        coordinator
+            .command(Command::Set(setting, value))
+            .expect("at rest");
+        assert!(!coordinator.sequence.friction_known(), "{setting:?}");
+        known(&mut coordinator);
+        coordinator
+            .command(Command::Set(setting, value))
+            .expect("at rest");
+        assert!(coordinator.sequence.friction_known(), "nothing changed");
+    }
+}

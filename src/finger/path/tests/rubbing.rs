@@ -1,8 +1,8 @@
 //! A contact path with contact friction, against the balance of every joint in f64, and its derivatives against differences.
 
-use super::{arms, closed, derivatives, factors, followed, slope};
+use super::{arms, closed, derivatives, factors, followed, light, slope};
 use crate::finger::{
-    BaseJoint, Configuration, Contact, Finger, Free, Mechanics, PathPoint, Transmission,
+    BaseJoint, Configuration, Contact, Finger, Free, Mechanics, Mounting, PathPoint, Transmission,
 };
 use crate::scene::{Linkage3, P70, Return2, Scene, Tendon2, Tendon3};
 use std::vec::Vec;
@@ -120,10 +120,14 @@ fn every_joint_is_balanced_with_friction() {
     for theta_a_rad in [0.3, 1.0] {
         for [points, outwards] in [
             balance(&P70::MECHANISM, theta_a_rad, 0.04),
-            balance(&Tendon2::MECHANISM, theta_a_rad, 0.04),
-            balance(&Tendon3::MECHANISM, theta_a_rad, 0.04),
-            balance(&Linkage3::MECHANISM, theta_a_rad, 0.04),
-            balance(&Return2::MECHANISM, theta_a_rad, 0.15),
+            balance(&light(Tendon2::MECHANISM), theta_a_rad, 0.04),
+            balance(&light(Tendon3::MECHANISM), theta_a_rad, 0.04),
+            balance(&light(Linkage3::MECHANISM), theta_a_rad, 0.04),
+            balance(
+                &Return2::MECHANISM.mounted(Mounting::LEVEL),
+                theta_a_rad,
+                0.15,
+            ),
         ] {
             counts = [counts[0] + points, counts[1] + outwards];
         }
@@ -185,9 +189,16 @@ fn derivatives_with_friction_are_those_of_the_path() {
         }
     }
     check(&P70::MECHANISM, "p70", 0.05);
-    check(&Tendon2::MECHANISM, "tendon2", 0.05);
-    check(&Tendon3::MECHANISM, "tendon3", 0.05);
-    check(&Linkage3::MECHANISM, "linkage3", 0.05);
+    check(&light(Tendon2::MECHANISM), "tendon2", 0.05);
+    check(&light(Tendon3::MECHANISM), "tendon3", 0.05);
+    check(&light(Linkage3::MECHANISM), "linkage3", 0.05);
+    // Under their weight.
+    check(&Tendon2::MECHANISM, "heavy tendon2", 0.05);
+    check(&Linkage3::MECHANISM, "heavy linkage3", 0.05);
     // Beyond break-away.
-    check(&Return2::MECHANISM, "return2", 0.16);
+    check(
+        &Return2::MECHANISM.mounted(Mounting::LEVEL),
+        "return2",
+        0.16,
+    );
 }
