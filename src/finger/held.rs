@@ -1,21 +1,17 @@
 //! A finger that touches with two phalanges: which one the second is, where, and the forces as far as statics determines them
 //! (docs/MECHANICS.md#two-contacts). The questions are the same for two and three phalanges ([`HoldsTwice`]).
 
-use super::rubbed::Rubbed;
 use super::{
-    BaseJoint, Candidate, Configuration, Contact, Finger, Free, JointStep, MAX_PHALANGES,
-    Mechanics, Pressed, SecondMeasured, Transmission,
+    BaseJoint, Configuration, Contact, Finger, Free, JointStep, MAX_PHALANGES, Mechanics, Pressed,
+    SecondMeasured, Transmission,
 };
-use crate::numeric::{Bounded, exp};
 
 /// Nearer than this to the closing stop of a joint, radian, a stiffer finger stands at the stop.
 const STOP_MARGIN_RAD: f32 = 0.03;
 /// Odds from which on a phalanx is named (chosen).
 const DECISIVE_ODDS: f32 = 4.0;
-/// Places along a phalanx over which a likelihood is averaged.
-const PLACES: u8 = 12;
-/// Density of a normal variable at its mean, in units of its deviation.
-const NORMAL_PEAK: f32 = 0.399;
+/// Deviation of a place, as a share of the phalanx, above which none is told: it is hardly less than that of any place.
+const VAGUE: f32 = 0.25;
 
 /// The finger when a second contact begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,7 +81,7 @@ pub trait HoldsTwice: Mechanics {
 
 impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     /// The finger on its first contact after a rise of torque.
-    fn pressed_on(
+    pub(super) fn pressed_on(
         &self,
         at: &Free<Configuration<N>>,
         first: Contact,
@@ -149,37 +145,23 @@ impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
         first: Contact,
         measured: &SecondMeasured,
     ) -> Result<TwoContacts<Configuration<3>>, NoSecondContact> {
-        let (pressed, configuration) = self.pressed_on(at, first, measured.rise_nm)?;
-        let with_place = if first.phalanx == 3 { 2 } else { 3 };
-        let mut best = (0.0, with_place, f32::NAN, f32::NAN);
-        let places = self.second_places(&at.configuration, at.torque_nm, first, measured);
-        for found in places.iter().flatten() {
-            let Candidate { phalanx, k_m, .. } = found.place;
-            // The likelihood's integral along the phalanx, about this place.
-            let length_m = self.phalanx_length_m(phalanx).unwrap_or(f32::MAX);
-            let share = (found.sigma_m / length_m).at_most(NORMAL_PEAK);
-            let likely = (pressed.rubbed(phalanx, k_m, measured)).map_or(0.0, |rubbed| {
-                share / rubbed.sigma.at_least(f32::MIN_POSITIVE)
-            });
-            if likely > best.0 && pressed.second_presses(phalanx, k_m) {
-                best = (likely, phalanx, k_m, found.sigma_m);
-            }
+        let (pressed, configuration, along) = self.second_posterior(at, first, measured)?;
+        let [one, other] = along;
+        let (best, next) = if one.likely > other.likely {
+            (one, other)
+        } else {
+            (other, one)
+        };
+        if best.likely < DECISIVE_ODDS * next.likely {
+            // Either would do: that is no answer.
+            return Err(NoSecondContact::Unexplained);
         }
-        // No place is exactly as stiff, or the measured compliance is so uncertain that many would do.
-        best.0 = best.0.at_least(pressed.likely_along(with_place, measured));
-        let without_place = if first.phalanx == 1 { 2 } else { 1 };
-        let [middle_m, ..] = self.parameters.lengths_m.map(|length| 0.5 * length);
-        if let Some(expected) = pressed.rubbed(without_place, middle_m, measured) {
-            let likely = expected.likely(measured);
-            if best.0 > 0.0 && likely.at_least(best.0) < DECISIVE_ODDS * likely.at_most(best.0) {
-                // Either would do: that is no answer.
-                return Err(NoSecondContact::Unexplained);
-            }
-            if likely > best.0 {
-                best = (likely, without_place, f32::NAN, f32::NAN);
-            }
+        let (likely, phalanx) = (best.likely, best.phalanx);
+        let length_m = self.phalanx_length_m(phalanx).unwrap_or(f32::MAX);
+        let [mut k_m, mut sigma_m] = best.place(length_m);
+        if !pressed.tells_place(phalanx) || sigma_m > VAGUE * length_m {
+            (k_m, sigma_m) = (f32::NAN, f32::NAN);
         }
-        let (likely, phalanx, k_m, sigma_m) = best;
         // Where the place does not matter any place leaves the same motion; one that is not known may be the middle.
         let k_any_m = match self.phalanx_length_m(phalanx) {
             Some(length_m) if k_m.is_nan() => 0.5 * length_m,
@@ -222,32 +204,5 @@ impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
             distal_force_n: tau_3 / distal_k_m,
             proximal_moment_nm: f32::NAN,
         })
-    }
-}
-
-impl Rubbed {
-    /// Probability density of the measured compliance.
-    fn likely(&self, measured: &SecondMeasured) -> f32 {
-        let sigma = self.sigma.at_least(f32::MIN_POSITIVE);
-        let off = (measured.compliance_rad_per_nm - self.compliance) / sigma;
-        NORMAL_PEAK / sigma * exp(-0.5 * (off * off).at_most(100.0))
-    }
-}
-
-impl Pressed<3> {
-    /// Mean probability density of the measured compliance over the places of a phalanx, those that would not press included.
-    fn likely_along(&self, phalanx: u8, measured: &SecondMeasured) -> f32 {
-        let index = usize::from(phalanx).saturating_sub(1);
-        let length_m = self.lengths_m.get(index).copied().unwrap_or(0.0);
-        let mut sum = 0.0;
-        for place in 0..PLACES {
-            let k_m = (place as f32 + 0.5) / PLACES as f32 * length_m;
-            if self.second_presses(phalanx, k_m) {
-                sum += self
-                    .rubbed(phalanx, k_m, measured)
-                    .map_or(0.0, |rubbed| rubbed.likely(measured));
-            }
-        }
-        sum / PLACES as f32
     }
 }

@@ -42,10 +42,12 @@ mod preshape;
 mod quadratic;
 mod return_cable;
 mod rubbed;
+mod second_posterior;
 mod statics;
 mod tendon;
 mod three_joint;
 mod transmission;
+mod turned;
 mod two_contacts;
 mod two_joint;
 

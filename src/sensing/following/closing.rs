@@ -5,11 +5,15 @@ use crate::finger::{Contact, HoldsTwice, Mechanics, NoSecondContact, SecondMeasu
 use crate::joint_sensor::JointSensor;
 use crate::numeric::{Bounded, sqrt};
 use crate::sensing::Sensor;
+use crate::sensing::calibration::MIDDLE_NM;
 use crate::sensing::location::SeriesElement;
 use crate::sensing::second::{Later, SecondContact, SlopeChange};
 
 /// A contact is lost when two blocks in a row lie below the largest torque so far by this share of it, and their noise.
 const LOST_SHARE: f32 = 0.1;
+
+/// Deviation of a corner's angle, in turns of the motor (chosen): it is told to a block, or to a pair of them.
+const CORNER_SHARE: f32 = 0.7;
 
 /// The first contact as the sensor's last word has it.
 #[derive(Clone, Copy, Debug)]
@@ -82,27 +86,46 @@ impl<C: Copy> Closing<C> {
         F: HoldsTwice + Mechanics<Configuration = C>,
     {
         let calibration = sensor.calibration();
+        let factor = calibration.torque_factor;
+        let free = sensor.free_at(change.theta_a_rad);
+        let free_nm = free.map_or(0.0, |free| free.torque_nm);
+        let later = self.later.unwrap_or(Later {
+            theta_a_rad: change.theta_a_rad,
+            torque_nm: change.torque_nm,
+            slope_nm_per_rad: change.after_nm_per_rad,
+            sigma_nm_per_rad: change.after_sigma_nm_per_rad,
+        });
         let (cable, cable_sigma) = if X::FLEXIBLE {
-            // Kept for a nominal torque.
-            (
-                calibration.cable_rad_per_nm / calibration.torque_factor,
-                calibration.cable_sigma_rad_per_nm / calibration.torque_factor,
-            )
+            // Kept for a nominal torque, and for the middle of a probing.
+            let beyond_nm = (later.torque_nm - free_nm) / factor - MIDDLE_NM;
+            let share = 1.0 - calibration.stiffening_per_nm * beyond_nm;
+            let cable = calibration.cable_rad_per_nm * share.at_least(0.0) / factor;
+            let bend = calibration.stiffening_sigma_per_nm * beyond_nm * cable;
+            let sigma = calibration.cable_sigma_rad_per_nm / factor;
+            (cable, sqrt(sigma * sigma + bend * bend))
         } else {
             (0.0, 0.0)
         };
         // What is not known of the torque is not known of the slope.
-        let factor_share = calibration.torque_factor_sigma / calibration.torque_factor;
-        let slope_sigma = factor_share * change.after_nm_per_rad;
+        let factor_share = calibration.torque_factor_sigma / factor;
+        let slope_sigma = factor_share * later.slope_nm_per_rad;
+        let own_sigma = later.sigma_nm_per_rad;
         let change = SlopeChange {
-            after_sigma_nm_per_rad: sqrt(
-                change.after_sigma_nm_per_rad * change.after_sigma_nm_per_rad
-                    + slope_sigma * slope_sigma,
-            ),
+            after_nm_per_rad: later.slope_nm_per_rad,
+            after_sigma_nm_per_rad: sqrt(own_sigma * own_sigma + slope_sigma * slope_sigma),
             ..*change
         };
         let (compliance_rad_per_nm, compliance_sigma_rad_per_nm) =
             change.compliance(cable, cable_sigma);
+        let later_nm = later.torque_nm - change.torque_nm;
+        let turned_rad = later.theta_a_rad - change.theta_a_rad - cable * later_nm;
+        // The corner lies within a block, and the cable's twist is taken off.
+        let block_rad = CORNER_SHARE
+            * sensor
+                .drivetrain()
+                .rotation_rad(0, sensor.drivetrain().counts_per_turn as i32);
+        let twist_rad = cable_sigma * later_nm;
+        let turned_sigma_rad = sqrt(block_rad * block_rad + twist_rad * twist_rad);
         let is_rigid = change.is_rigid(cable, cable_sigma);
         // With two phalanges both in contact nothing is left to move.
         if !is_rigid && F::PHALANGES == 2 {
@@ -114,6 +137,10 @@ impl<C: Copy> Closing<C> {
                 let settings = sensor.settings();
                 let measured = SecondMeasured {
                     rise_nm: (change.torque_nm - free.torque_nm).at_least(0.0),
+                    torque_nm: change.torque_nm,
+                    later_nm: later_nm.at_least(0.0),
+                    turned_rad: turned_rad.at_least(0.0),
+                    turned_sigma_rad,
                     compliance_rad_per_nm,
                     compliance_sigma_rad_per_nm,
                     first_sigma_m,
@@ -140,14 +167,12 @@ impl<C: Copy> Closing<C> {
         let (phalanx, k_m, sigma_m) = held.map_or((0, f32::NAN, f32::NAN), |held| {
             (held.phalanx, held.k_m, held.sigma_m)
         });
-        let free = sensor.free_at(change.theta_a_rad);
-        let free_nm = free.map_or(0.0, |free| free.torque_nm);
         Some(Followed::SecondContact {
             phalanx,
             k_m,
             sigma_m,
             theta_a_rad: change.theta_a_rad,
-            torque_nm: (change.torque_nm - free_nm) / calibration.torque_factor,
+            torque_nm: (change.torque_nm - free_nm) / factor,
             stiffness_nm_per_rad: change.after_nm_per_rad,
             stiffness_sigma_nm_per_rad: change.after_sigma_nm_per_rad,
         })
