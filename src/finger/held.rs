@@ -3,7 +3,7 @@
 
 use super::{
     BaseJoint, Configuration, Contact, Finger, Free, JointStep, MAX_PHALANGES, Mechanics, Pressed,
-    SecondMeasured, Transmission,
+    SecondMeasured, SecondWeights, Transmission,
 };
 
 /// Nearer than this to the closing stop of a joint, radian, a stiffer finger stands at the stop.
@@ -63,17 +63,47 @@ pub enum NoSecondContact {
 
 /// What sensing asks of a finger that touches with two phalanges.
 pub trait HoldsTwice: Mechanics {
-    /// Phalanx and place of a second contact from the stiffness that it leaves. The first one was made in the free posture
-    /// `at`.
+    /// Weighs where a second contact may be by the stiffness that it leaves, a step at a time, the first 0: some 150,000 instructions. The
+    /// first contact was made in the free posture `at`. False where there is no further step.
+    fn weigh_second(
+        &self,
+        _at: &Free<Self::Configuration>,
+        _first: Contact,
+        _measured: &SecondMeasured,
+        _step: u8,
+        _weights: &mut SecondWeights,
+    ) -> bool {
+        false
+    }
+
+    /// Phalanx and place of a second contact that was weighed.
     ///
     /// # Errors
     /// Why there are no two contacts in a posture.
+    fn weighed_second(
+        &self,
+        at: &Free<Self::Configuration>,
+        first: Contact,
+        measured: &SecondMeasured,
+        weights: &SecondWeights,
+    ) -> Result<TwoContacts<Self::Configuration>, NoSecondContact>;
+
+    /// Both at once.
+    ///
+    /// # Errors
+    /// As [`weighed_second`](Self::weighed_second).
     fn second_contact(
         &self,
         at: &Free<Self::Configuration>,
         first: Contact,
         measured: &SecondMeasured,
-    ) -> Result<TwoContacts<Self::Configuration>, NoSecondContact>;
+    ) -> Result<TwoContacts<Self::Configuration>, NoSecondContact> {
+        let (mut weights, mut step) = (SecondWeights::default(), 0);
+        while self.weigh_second(at, first, measured, step, &mut weights) {
+            step += 1;
+        }
+        self.weighed_second(at, first, measured, &weights)
+    }
 
     /// Forces at a torque not much above that of the second contact.
     fn held_forces(&self, held: &TwoContacts<Self::Configuration>, torque_nm: f32) -> HeldForces;
@@ -104,11 +134,12 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
 }
 
 impl<T: Transmission<2>, B: BaseJoint> HoldsTwice for Finger<2, T, B> {
-    fn second_contact(
+    fn weighed_second(
         &self,
         at: &Free<Configuration<2>>,
         first: Contact,
         measured: &SecondMeasured,
+        _: &SecondWeights,
     ) -> Result<TwoContacts<Configuration<2>>, NoSecondContact> {
         let (pressed, configuration) = self.pressed_on(at, first, measured.rise_nm)?;
         Ok(TwoContacts {
@@ -137,21 +168,27 @@ impl<T: Transmission<2>, B: BaseJoint> HoldsTwice for Finger<2, T, B> {
 }
 
 impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
-    /// The phalanges compete by how likely the measured compliance is with a contact anywhere on each; where the place does
-    /// not change the compliance, by how far the measured one is from it.
-    fn second_contact(
+    fn weigh_second(
         &self,
         at: &Free<Configuration<3>>,
         first: Contact,
         measured: &SecondMeasured,
+        step: u8,
+        weights: &mut SecondWeights,
+    ) -> bool {
+        self.weigh_step(at, first, measured, step, weights)
+    }
+
+    /// The phalanges compete by how likely what was measured is with a contact anywhere on each.
+    fn weighed_second(
+        &self,
+        at: &Free<Configuration<3>>,
+        first: Contact,
+        measured: &SecondMeasured,
+        weights: &SecondWeights,
     ) -> Result<TwoContacts<Configuration<3>>, NoSecondContact> {
-        let (pressed, configuration, along) = self.second_posterior(at, first, measured)?;
-        let [one, other] = along;
-        let (best, next) = if one.likely > other.likely {
-            (one, other)
-        } else {
-            (other, one)
-        };
+        let (pressed, configuration) = self.pressed_on(at, first, measured.rise_nm)?;
+        let [best, next] = weights.ordered();
         if best.likely < DECISIVE_ODDS * next.likely {
             // Either would do: that is no answer.
             return Err(NoSecondContact::Unexplained);

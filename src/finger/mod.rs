@@ -68,6 +68,7 @@ pub use mechanics::{
 };
 pub use path::{Path, Pressed};
 pub use return_cable::ReturnCable;
+pub use second_posterior::SecondWeights;
 pub use tendon::Tendon;
 pub use three_joint::ThreeJointContact;
 pub use transmission::{Transmission, TransmissionFactors};

@@ -5,9 +5,9 @@
 //! are not known either: all three are summed over.
 
 use super::{
-    BaseJoint, Configuration, Finger, Free, Mechanics, Pressed, SecondMeasured, Transmission,
+    BaseJoint, Configuration, Contact, Finger, Free, Mechanics, Pressed, SecondMeasured,
+    Transmission,
 };
-use super::{Contact, NoSecondContact};
 use crate::numeric::{Bounded, exp, sqrt};
 
 /// Places along a phalanx.
@@ -45,6 +45,22 @@ pub(super) struct Along {
     /// Sums of place and its square, weighted by that.
     k_m: f32,
     squares_m2: f32,
+}
+
+/// How likely each of the other phalanges is to be the second in contact, being summed up.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SecondWeights([Along; 2]);
+
+impl SecondWeights {
+    /// The likelier phalanx, and the other.
+    pub(super) fn ordered(&self) -> [Along; 2] {
+        let [one, other] = self.0;
+        if one.likely > other.likely {
+            [one, other]
+        } else {
+            [other, one]
+        }
+    }
 }
 
 impl Along {
@@ -134,55 +150,51 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
         }
     }
 
-    /// How likely what was measured is with a second contact on each of the other phalanges, with the finger at that instant.
-    ///
-    /// # Errors
-    /// A joint may stand at its closing stop, or the first contact leads to no posture.
-    #[allow(clippy::type_complexity)]
-    pub(super) fn second_posterior(
+    /// See [`HoldsTwice::weigh_second`](super::HoldsTwice::weigh_second): a step is one phalanx with one place of the first contact.
+    pub(super) fn weigh_step(
         &self,
         at: &Free<Configuration<3>>,
         first: Contact,
         measured: &SecondMeasured,
-    ) -> Result<(Pressed<3>, Configuration<3>, [Along; 2]), NoSecondContact> {
-        let (here, configuration) = self.pressed_on(at, first, measured.rise_nm)?;
+        step: u8,
+        weights: &mut SecondWeights,
+    ) -> bool {
+        let (index, of_first) = (usize::from(step % 2), usize::from(step / 2));
         let others = match first.phalanx {
             1 => [2, 3],
             2 => [1, 3],
             _ => [1, 2],
         };
-        let mut along = others.map(|phalanx| Along {
-            phalanx,
-            ..Along::default()
-        });
-        for [deviations, weight] in FIRSTS {
-            let k_m = first.k_m + deviations * measured.first_sigma_m;
-            if deviations != 0.0 && measured.first_sigma_m <= 0.0 {
-                continue;
-            }
-            for along in &mut along {
-                let pressed = |radius_m: f32| {
-                    let first = Contact {
-                        k_m,
-                        radius_m,
-                        ..first
-                    };
-                    self.pressed_on(at, first, measured.rise_nm)
-                };
-                let Ok((mut there, _)) = pressed(first.radius_m) else {
-                    // Off the phalanx, or not to be reached.
-                    continue;
-                };
-                // One cylinder touches both: how thick it is follows.
-                if let Some(radius_m) = there.round_m(along.phalanx)
-                    && let Ok((round, _)) = pressed(radius_m)
-                {
-                    there = round;
-                }
-                self.add_along(along, &there, weight, measured);
-            }
+        let (Some([deviations, weight]), Some(along), Some(&phalanx)) = (
+            FIRSTS.get(of_first),
+            weights.0.get_mut(index),
+            others.get(index),
+        ) else {
+            return false;
+        };
+        along.phalanx = phalanx;
+        if *deviations != 0.0 && measured.first_sigma_m <= 0.0 {
+            return false;
         }
-        Ok((here, configuration, along))
+        let pressed = |radius_m: f32| {
+            let first = Contact {
+                k_m: first.k_m + deviations * measured.first_sigma_m,
+                radius_m,
+                ..first
+            };
+            self.pressed_on(at, first, measured.rise_nm)
+        };
+        // Off the phalanx, or not to be reached: nothing is added.
+        if let Ok((mut there, _)) = pressed(first.radius_m) {
+            // One cylinder touches both: how thick it is follows.
+            if let Some(radius_m) = there.round_m(phalanx)
+                && let Ok((round, _)) = pressed(radius_m)
+            {
+                there = round;
+            }
+            self.add_along(along, &there, *weight, measured);
+        }
+        usize::from(step) + 1 < 2 * FIRSTS.len()
     }
 }
 

@@ -1,7 +1,10 @@
 //! A closing in contact: what its blocks show, and what a change of slope in it means.
 
 use super::{Followed, Grip};
-use crate::finger::{Contact, HoldsTwice, Mechanics, NoSecondContact, SecondMeasured, TwoContacts};
+use crate::finger::{
+    Contact, Free, HoldsTwice, Mechanics, NoSecondContact, SecondMeasured, SecondWeights,
+    TwoContacts,
+};
 use crate::joint_sensor::JointSensor;
 use crate::numeric::{Bounded, sqrt};
 use crate::sensing::Sensor;
@@ -51,6 +54,20 @@ pub(super) struct Closing<C> {
     pub(super) first: First,
     pub(super) grip: Grip,
     pub(super) held: Option<TwoContacts<C>>,
+    /// Where the second contact may be, and how many steps of finding out are done.
+    pub(super) weights: SecondWeights,
+    pub(super) step: u8,
+}
+
+/// What was measured of a second contact.
+struct Measured<C> {
+    change: SlopeChange,
+    /// Compliance of the cable at that torque, radian per newton metre, and its deviation.
+    cable: [f32; 2],
+    /// Torque of the free finger at the corner, newton metre.
+    free_nm: f32,
+    /// What the finger is asked, where the first contact is known.
+    asked: Option<(Free<C>, Contact, SecondMeasured)>,
 }
 
 impl<C: Copy> Closing<C> {
@@ -76,14 +93,15 @@ impl<C: Copy> Closing<C> {
         }
     }
 
-    /// Whether a change of slope is a second contact, and what is known of it.
-    pub(super) fn second_contact<F, H: JointSensor, X: SeriesElement>(
-        &mut self,
+    /// What was measured of a second contact at a change of slope: that with what is known of the slope after it, the cable that is part of
+    /// it, and the first contact with what the finger is asked.
+    fn measured<F, H: JointSensor, X: SeriesElement>(
+        &self,
         sensor: &Sensor<F, H, X>,
         change: &SlopeChange,
-    ) -> Option<Followed>
+    ) -> Measured<C>
     where
-        F: HoldsTwice + Mechanics<Configuration = C>,
+        F: Mechanics<Configuration = C>,
     {
         let calibration = sensor.calibration();
         let factor = calibration.torque_factor;
@@ -126,14 +144,8 @@ impl<C: Copy> Closing<C> {
                 .rotation_rad(0, sensor.drivetrain().counts_per_turn as i32);
         let twist_rad = cable_sigma * later_nm;
         let turned_sigma_rad = sqrt(block_rad * block_rad + twist_rad * twist_rad);
-        let is_rigid = change.is_rigid(cable, cable_sigma);
-        // With two phalanges both in contact nothing is left to move.
-        if !is_rigid && F::PHALANGES == 2 {
-            return None;
-        }
-        let held = match self.first {
-            First::At(contact, first_sigma_m) => {
-                let free = sensor.free_at(self.onset_rad)?;
+        let asked = match self.first {
+            First::At(contact, first_sigma_m) => sensor.free_at(self.onset_rad).map(|free| {
                 let settings = sensor.settings();
                 let measured = SecondMeasured {
                     rise_nm: (change.torque_nm - free.torque_nm).at_least(0.0),
@@ -148,13 +160,61 @@ impl<C: Copy> Closing<C> {
                     half_thickness_m: settings.half_thickness_m,
                     leverage_sigma: settings.leverage_sigma,
                 };
-                match sensor.finger().second_contact(&free, contact, &measured) {
-                    Ok(held) => Some(held),
-                    Err(NoSecondContact::AtStop) => return None,
-                    Err(NoSecondContact::Unexplained) => None,
-                }
-            }
+                (free, contact, measured)
+            }),
             First::Awaited | First::Unplaced => None,
+        };
+        Measured {
+            change,
+            cable: [cable, cable_sigma],
+            free_nm,
+            asked,
+        }
+    }
+
+    /// Takes a step of finding the phalanx and the place of a second contact; false where that is done.
+    pub(super) fn weigh<F, H: JointSensor, X: SeriesElement>(
+        &mut self,
+        sensor: &Sensor<F, H, X>,
+        change: &SlopeChange,
+    ) -> bool
+    where
+        F: HoldsTwice + Mechanics<Configuration = C>,
+    {
+        let Some((free, first, measured)) = self.measured(sensor, change).asked else {
+            return false;
+        };
+        let (finger, step) = (sensor.finger(), self.step);
+        self.step += 1;
+        finger.weigh_second(&free, first, &measured, step, &mut self.weights)
+    }
+
+    /// Whether a change of slope is a second contact, and what is known of it.
+    pub(super) fn second_contact<F, H: JointSensor, X: SeriesElement>(
+        &mut self,
+        sensor: &Sensor<F, H, X>,
+        change: &SlopeChange,
+    ) -> Option<Followed>
+    where
+        F: HoldsTwice + Mechanics<Configuration = C>,
+    {
+        let Measured {
+            change,
+            cable: [cable, cable_sigma],
+            free_nm,
+            asked,
+        } = self.measured(sensor, change);
+        let is_rigid = change.is_rigid(cable, cable_sigma);
+        // With two phalanges both in contact nothing is left to move.
+        if !is_rigid && F::PHALANGES == 2 {
+            return None;
+        }
+        let found = asked.map(|(free, first, measured)| {
+            (sensor.finger()).weighed_second(&free, first, &measured, &self.weights)
+        });
+        let held = match found {
+            Some(Err(NoSecondContact::AtStop)) => return None,
+            found => found.and_then(Result::ok),
         };
         // With three phalanges a motion is left, unless the stiffness itself says that it is not.
         let is_enveloped = F::PHALANGES == 2 || change.is_rigid(cable, 0.0);
@@ -172,7 +232,7 @@ impl<C: Copy> Closing<C> {
             k_m,
             sigma_m,
             theta_a_rad: change.theta_a_rad,
-            torque_nm: (change.torque_nm - free_nm) / factor,
+            torque_nm: (change.torque_nm - free_nm) / sensor.calibration().torque_factor,
             stiffness_nm_per_rad: change.after_nm_per_rad,
             stiffness_sigma_nm_per_rad: change.after_sigma_nm_per_rad,
         })

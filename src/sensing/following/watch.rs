@@ -5,7 +5,7 @@ use core::fmt::Debug;
 use super::closing::{Closing, First};
 use super::level::{Above, Level};
 use super::{AfterContact, Followed, Grip};
-use crate::finger::{Contact, HeldForces, HoldsTwice, Mechanics};
+use crate::finger::{Contact, HeldForces, HoldsTwice, Mechanics, SecondWeights};
 use crate::joint_sensor::JointSensor;
 use crate::sensing::block::{Block, BlockAverager, BlockUpdate};
 use crate::sensing::location::SeriesElement;
@@ -189,6 +189,8 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
                     first: First::Awaited,
                     grip: Grip::Single,
                     held: None,
+                    weights: SecondWeights::default(),
+                    step: 0,
                 });
                 return;
             }
@@ -247,6 +249,12 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
             return None;
         }
         if matches!(closing.first, First::Awaited) {
+            return None;
+        }
+        // A step a sample.
+        if let Some(change) = closing.change
+            && closing.weigh(sensor, &change)
+        {
             return None;
         }
         if let Some(change) = closing.change.take()
