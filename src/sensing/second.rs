@@ -216,3 +216,72 @@ impl SecondContact {
         later::fit(&self.blocks, change, variance_nm2)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CABLE: f64 = 1.2;
+
+    /// Pushes a curve, and returns what was told, where, and the search afterwards.
+    fn told(torque: impl Fn(f64) -> f64, to_rad: f64) -> (Option<SlopeChange>, SecondContact) {
+        let (mut search, mut found, mut theta) = (SecondContact::default(), None, 0.0);
+        search.begin(0.0, 0.0, 0.01);
+        while theta < to_rad {
+            let change = search.push(theta as f32, torque(theta) as f32, 1e-8);
+            found = found.or(change);
+            theta += 0.005;
+        }
+        (found, search)
+    }
+
+    /// A corner of a quarter is found in pairs of blocks, and a curve that only bends has none: that of one contact on a finger behind a
+    /// cable, whose slope doubles on the way.
+    #[test]
+    fn small_corners_are_told_from_bends() {
+        let bend = |theta: f64| 0.4 * theta + 0.35 * theta * theta;
+        assert_eq!(told(bend, 0.9).0, None);
+        let corner = |theta: f64| bend(theta) + 0.2 * (theta - 0.5).max(0.0);
+        let change = told(corner, 0.9).0.expect("a corner");
+        assert!((change.theta_a_rad - 0.5).abs() < 0.016, "{change:?}");
+        assert!((change.after_nm_per_rad - 0.95).abs() < 0.1, "{change:?}");
+    }
+
+    /// A finger that sticks after the corner shows the cable first; the slope some blocks later is its own.
+    #[test]
+    fn the_later_slope_is_that_of_a_finger_that_moves_again() {
+        // 0.2 N m/rad, then the cable alone for five blocks, then 0.6.
+        let curve = |theta: f64| {
+            0.2 * theta + (CABLE - 0.2) * (theta - 0.3).max(0.0)
+                - (CABLE - 0.6) * (theta - 0.325).max(0.0)
+        };
+        let (change, search) = told(curve, 0.401);
+        let change = change.expect("a corner");
+        let later = search.later(&change, 1e-8).expect("enough blocks");
+        assert!((later.slope_nm_per_rad - 0.6).abs() < 0.01, "{later:?}");
+        let there = curve(f64::from(later.theta_a_rad)) as f32;
+        assert!((later.torque_nm - there).abs() < 1e-3, "{later:?} {there}");
+        assert!(change.after_nm_per_rad > 0.75, "{change:?}");
+        assert_eq!(
+            search.later(
+                &SlopeChange {
+                    theta_a_rad: 0.39,
+                    ..change
+                },
+                1e-8
+            ),
+            None
+        );
+    }
+
+    /// What only the last two blocks before a break show is the drive's doing; without a break it counts.
+    #[test]
+    fn a_step_before_a_break_is_no_corner() {
+        let curve = |theta: f64| 0.2 * theta + (theta - 0.39).max(0.0);
+        let (change, mut search) = told(curve, 0.402);
+        assert_eq!(change, None);
+        assert!(search.clone().finish().is_some());
+        search.interrupt();
+        assert_eq!(search.finish(), None);
+    }
+}
