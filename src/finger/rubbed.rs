@@ -87,8 +87,8 @@ impl Pressed<3> {
     }
 
     /// Share of the torque's work that contact friction with a coefficient of 1 takes while two contacts hold: along the motion v
-    /// that they leave, each slides by s . v under a force that grows with the torque. Forces that act already when the second contact
-    /// is made, and turn back where the sliding does, are left out.
+    /// that they leave, each slides by s . v under a force that grows with the torque. Forces that act already when the second
+    /// contact is made, and turn back where the sliding does, are left out.
     pub(super) fn rubbed_share(&self, phalanx: u8, k_m: f32, half_thickness_m: f32) -> Option<f32> {
         let motion = self.between(phalanx, k_m)?;
         let Motion {
@@ -123,8 +123,8 @@ impl Pressed<3> {
         share.is_finite().then_some(share)
     }
 
-    /// By how much larger than that of each joint's factor the doubt about x . v is, as shares: its terms cancel where the finger is nearly
-    /// rigid. That of joint 1, x_1 = 1, is exact.
+    /// By how much larger than that of each joint's factor the doubt about x . v is, as shares: its terms cancel where the finger
+    /// is nearly rigid. That of joint 1, x_1 = 1, is exact.
     pub(super) fn lever_doubt(&self, phalanx: u8, k_m: f32) -> Option<f32> {
         let Motion { v, lever, .. } = self.between(phalanx, k_m)?;
         let [_, two, three] = core::array::from_fn(|i| self.x[i] * v[i]);
@@ -132,8 +132,8 @@ impl Pressed<3> {
         doubt.is_finite().then_some(doubt)
     }
 
-    /// Torque through which contact friction with a coefficient of 1 holds the finger at first: where the first contact's sliding turns
-    /// back, its force has to be overcome twice. That of the second one grows from nothing.
+    /// Torque through which contact friction with a coefficient of 1 holds the finger at first: where the first contact's sliding
+    /// turns back, its force has to be overcome twice. That of the second one grows from nothing.
     pub(super) fn stick_nm(&self, phalanx: u8, k_m: f32, half_thickness_m: f32) -> Option<f32> {
         let Motion { tips, v, lever, .. } = self.between(phalanx, k_m)?;
         let [first, _] = tips;

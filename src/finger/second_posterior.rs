@@ -1,8 +1,9 @@
-//! Where a second contact is, by how likely what was measured after it is with one at every place (docs/MECHANICS.md#two-contacts).
+//! Where a second contact is, by how likely what was measured after it is with one at every place
+//! (docs/MECHANICS.md#two-contacts).
 //!
-//! Measured are the compliance some way after it, and how far the input link has turned until there: friction takes from both, and the
-//! first contact's sliding, where it turns back, holds the finger for a while. The coefficient of friction and the first contact's place
-//! are not known either: all three are summed over.
+//! Measured are the compliance some way after it, and how far the input link has turned until there: friction takes from both,
+//! and the first contact's sliding, where it turns back, holds the finger for a while. The coefficient of friction and the first
+//! contact's place are not known either: all three are summed over.
 
 use super::{
     BaseJoint, Configuration, Contact, Finger, Free, Mechanics, Pressed, SecondMeasured,
@@ -12,7 +13,8 @@ use crate::numeric::{Bounded, exp, sqrt};
 
 /// Places along a phalanx.
 const PLACES: u8 = 16;
-/// Deviations of the coefficient of friction from its mean, with their weights: a normal distribution in steps of half a deviation.
+/// Deviations of the coefficient of friction from its mean, with their weights: a normal distribution in steps of half a
+/// deviation.
 const FRICTIONS: [[f32; 2]; 8] = [
     [-1.5, 0.13],
     [-1.0, 0.24],
@@ -150,7 +152,8 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
         }
     }
 
-    /// See [`HoldsTwice::weigh_second`](super::HoldsTwice::weigh_second): a step is one phalanx with one place of the first contact.
+    /// See [`HoldsTwice::weigh_second`](super::HoldsTwice::weigh_second): a step is one phalanx with one place of the first
+    /// contact.
     pub(super) fn weigh_step(
         &self,
         at: &Free<Configuration<3>>,
@@ -199,8 +202,8 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
 }
 
 impl Pressed<3> {
-    /// How likely a place is on a roundish object: on a cylinder both contacts are as far from the joint between their phalanges. Mean 1
-    /// over places far and near; 1 for phalanges that do not meet.
+    /// How likely a place is on a roundish object: on a cylinder both contacts are as far from the joint between their phalanges.
+    /// Mean 1 over places far and near; 1 for phalanges that do not meet.
     fn as_round(&self, phalanx: u8, k_m: f32, measured: &SecondMeasured) -> f32 {
         let Some([near_m, _]) = self
             .between_joint(phalanx)

@@ -9,7 +9,8 @@ use crate::numeric::{Bounded, Rotation, dot};
 
 /// Pieces of the way, over each of which the motion that the contacts leave is that at its middle.
 const PIECES: u8 = 2;
-/// A joint turns by no more, radian (chosen): where the contacts leave hardly a motion of the input link the way in the joints has no bound.
+/// A joint turns by no more, radian (chosen): where the contacts leave hardly a motion of the input link the way in the joints
+/// has no bound.
 const MOST_RAD: f32 = 0.5;
 /// Farthest that an object's centre lies from the axes of the phalanges, metre (chosen): one of 0.3 m across.
 const MOST_OFF_M: f32 = 0.15;
@@ -65,9 +66,9 @@ fn added(force_n: f32, slides: &[f32; 3], tip: usize) -> [[f32; 3]; 3] {
 }
 
 impl Pressed<3> {
-    /// Of two phalanges side by side: how far the first contact is from the joint between them, metre, and the tangent of half that
-    /// joint's angle. A cylinder that touches both is as far from that joint on one as on the other, and its centre that distance over the
-    /// tangent from their axes.
+    /// Of two phalanges side by side: how far the first contact is from the joint between them, metre, and the tangent of half
+    /// that joint's angle. A cylinder that touches both is as far from that joint on one as on the other, and its centre that
+    /// distance over the tangent from their axes.
     pub(super) fn between_joint(&self, phalanx: u8) -> Option<[f32; 2]> {
         let first = self.contact.phalanx;
         let is_beside = first.abs_diff(phalanx) == 1;
@@ -91,7 +92,8 @@ impl Pressed<3> {
         self.lengths_m.get(index).map_or(k_m, |length| length - k_m)
     }
 
-    /// Centre's distance from the axes of a cylinder that touches the phalanx beside the first contact's, as that contact has it, metre.
+    /// Centre's distance from the axes of a cylinder that touches the phalanx beside the first contact's, as that contact has it,
+    /// metre.
     pub(super) fn round_m(&self, phalanx: u8) -> Option<f32> {
         let [near_m, half] = self.between_joint(phalanx)?;
         Some(
@@ -103,8 +105,9 @@ impl Pressed<3> {
 }
 
 impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
-    /// The finger after the input link has turned on with a second contact at `k_m` on a phalanx, and where that is by then: posture, places
-    /// and forces of both contacts. The contacts' forces are those without friction. `None` where the contacts leave no motion.
+    /// The finger after the input link has turned on with a second contact at `k_m` on a phalanx, and where that is by then:
+    /// posture, places and forces of both contacts. The contacts' forces are those without friction. `None` where the contacts
+    /// leave no motion.
     pub fn turned_on(
         &self,
         pressed: &Pressed<3>,

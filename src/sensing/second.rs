@@ -3,9 +3,9 @@
 //! Independent of the [`Sensor`](super::Sensor): it takes the blocks of a closing after the sensor has reported a touch.
 //! [`Follow`](super::Follow) does so in a scene with that option.
 //!
-//! With a single contact the slope of the curve changes smoothly, at a second one it jumps. The last blocks since the first contact are
-//! compared twice with a curve that has a corner: as they are, against a parabola (a line, while they are few), and in pairs, twice as far
-//! back, against a cubic. Worm and wandering friction bend the curve too, but slowly and far less.
+//! With a single contact the slope of the curve changes smoothly, at a second one it jumps. The last blocks since the first
+//! contact are compared twice with a curve that has a corner: as they are, against a parabola (a line, while they are few), and
+//! in pairs, twice as far back, against a cubic. Worm and wandering friction bend the curve too, but slowly and far less.
 
 mod corner;
 mod later;
@@ -23,9 +23,9 @@ const BLOCKS: Rule = Rule {
     ratio: 1.5,
     sigmas: 8.0,
 };
-/// Pairs of blocks: a cubic leaves so little of what a single contact bends that a fifth counts, and six deviations (chosen on drawn fingers
-/// of two seeds, three scenes and two worlds: one of 1,224 single contacts made such a corner beside those at a stop, with a growth of 0.15
-/// fourteen did).
+/// Pairs of blocks: a cubic leaves so little of what a single contact bends that a fifth counts, and six deviations (chosen on
+/// drawn fingers of two seeds, three scenes and two worlds: one of 1,224 single contacts made such a corner beside those at a
+/// stop, with a growth of 0.15 fourteen did).
 const PAIRS: Rule = Rule {
     after: &[3, 4, 6, 8, 12],
     bends_from: 0,
@@ -144,8 +144,8 @@ impl SecondContact {
     }
 
     /// Takes a block of the closing in contact: angle of the input link with the cable's twist, torque above friction, and
-    /// the variance of its white noise. Returns the second contact, once, when the blocks after it fit a change of slope no better any
-    /// more.
+    /// the variance of its white noise. Returns the second contact, once, when the blocks after it fit a change of slope no
+    /// better any more.
     pub fn push(
         &mut self,
         theta_a_rad: f32,
@@ -236,8 +236,8 @@ mod tests {
         (found, search)
     }
 
-    /// A corner of a quarter is found in pairs of blocks, and a curve that only bends has none: that of one contact on a finger behind a
-    /// cable, whose slope doubles on the way.
+    /// A corner of a quarter is found in pairs of blocks, and a curve that only bends has none: that of one contact on a finger
+    /// behind a cable, whose slope doubles on the way.
     #[test]
     fn small_corners_are_told_from_bends() {
         let bend = |theta: f64| 0.4 * theta + 0.35 * theta * theta;

@@ -212,8 +212,8 @@ fn actuators_together_place_a_contact() {
     let _: Finger<3, Tendon<3>> = Finger::new(without, [0.01; 4]).expect("one motor needs none");
 }
 
-/// What sensing asks of three phalanges: the phalanx and the place behind a well-known stiffness, the distal moment that belongs to
-/// it, and no answer where two phalanges would do.
+/// What sensing asks of three phalanges: the phalanx and the place behind a well-known stiffness, the distal moment that belongs
+/// to it, and no answer where two phalanges would do.
 #[test]
 fn the_second_phalanx_is_named_where_the_stiffness_tells() {
     let finger = Tendon3::MECHANISM;
@@ -476,8 +476,8 @@ mod rolling {
         ]
     }
 
-    /// Posture, forces and places on two phalanges whose axes stay at distances from centres, at a torque: Newton's method with numerical
-    /// derivatives of the arms.
+    /// Posture, forces and places on two phalanges whose axes stay at distances from centres, at a torque: Newton's method with
+    /// numerical derivatives of the arms.
     pub(super) fn posture(
         torque: f64,
         rest: &[f64; 3],
@@ -522,8 +522,8 @@ mod rolling {
     }
 }
 
-/// Some way after a second contact posture, places and compliance are those of the full equations, on a thick cylinder that touches both
-/// phalanges.
+/// Some way after a second contact posture, places and compliance are those of the full equations, on a thick cylinder that
+/// touches both phalanges.
 #[test]
 fn the_finger_some_way_after_a_second_contact_is_that_of_the_full_equations() {
     let finger = Tendon3::MECHANISM;
@@ -595,8 +595,8 @@ fn the_finger_some_way_after_a_second_contact_is_that_of_the_full_equations() {
     assert!(checked >= 2, "{checked}");
 }
 
-/// Sticking and rubbing that the finger's user does not know place a second contact no farther off than its deviation says, and much nearer
-/// than the slope at the corner, where the finger sticks, would.
+/// Sticking and rubbing that the finger's user does not know place a second contact no farther off than its deviation says, and
+/// much nearer than the slope at the corner, where the finger sticks, would.
 #[test]
 fn a_finger_that_sticks_at_first_is_placed_by_what_follows() {
     let finger = Tendon3::MECHANISM;

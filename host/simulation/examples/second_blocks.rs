@@ -1,5 +1,6 @@
 //! Blocks of closings on which a second contact is looked for, next to the truth, as a table.
-//! `second_blocks SCENE WORLD [FINGERS] [FIRST SEED]`: lines `grasp`, `event` and `block`, for whoever wants to know why one was not told.
+//! `second_blocks SCENE WORLD [FINGERS] [FIRST SEED]`: lines `grasp`, `event` and `block`, for whoever wants to know why one was
+//! not told.
 
 use std::cell::RefCell;
 use std::fmt::Debug;

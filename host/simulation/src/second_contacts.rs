@@ -1,4 +1,5 @@
-//! Second contacts told next to the truth, on drawn grasps: power grasps, in which another phalanx presses too, and single contacts.
+//! Second contacts told next to the truth, on drawn grasps: power grasps, in which another phalanx presses too, and single
+//! contacts.
 
 use crate::places::{PIN_RAD, PIN_SHARES};
 use crate::{Error, Outcome, Row, Simulated, Simulation};
@@ -17,7 +18,8 @@ use std::marker::PhantomData;
 const PRESSES_N: f64 = 0.2;
 /// Samples most of which show two phalanges in contact.
 const PRESSES_MS: usize = 20;
-/// Turns that the motor makes at least while two phalanges press and it closes: with fewer they met as the motion ended, or in passing.
+/// Turns that the motor makes at least while two phalanges press and it closes: with fewer they met as the motion ended, or in
+/// passing.
 const LEAST_TURNS: f64 = 4.0;
 
 /// A scene with the option `second_contact`, whether its file has it or not.
@@ -93,8 +95,8 @@ impl Score {
         self
     }
 
-    /// Adds a closing on an object that phalanx `first` touched first, with the second contact as it began and so many turns of the
-    /// motor with two.
+    /// Adds a closing on an object that phalanx `first` touched first, with the second contact as it began and so many turns of
+    /// the motor with two.
     fn add(
         &mut self,
         outcome: &Outcome,
@@ -193,8 +195,8 @@ fn drawn(lengths_m: &[f64], random: &mut Pcg64Mcg) -> Grasp {
     Grasp::touching(phalanx as u8, k_m, theta_1_rad, shape)
 }
 
-/// Turns that the motor made while two phalanges pressed, bounces left out, as far as closing and probing go. Beyond that the motor holds
-/// with a current of its own and shows no torque.
+/// Turns that the motor made while two phalanges pressed, bounces left out, as far as closing and probing go. Beyond that the
+/// motor holds with a current of its own and shows no torque.
 fn turns_with_two(
     outcome: &Outcome,
     counts_per_turn: f64,

@@ -93,8 +93,8 @@ impl<C: Copy> Closing<C> {
         }
     }
 
-    /// What was measured of a second contact at a change of slope: that with what is known of the slope after it, the cable that is part of
-    /// it, and the first contact with what the finger is asked.
+    /// What was measured of a second contact at a change of slope: that with what is known of the slope after it, the cable that
+    /// is part of it, and the first contact with what the finger is asked.
     fn measured<F, H: JointSensor, X: SeriesElement>(
         &self,
         sensor: &Sensor<F, H, X>,

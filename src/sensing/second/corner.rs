@@ -22,7 +22,8 @@ const STEADY_SHARE: f32 = 0.4;
 pub(super) struct Rule {
     /// Points after the hinge with which one is sought. What is found with few may be the best when the motion ends.
     pub(super) after: &'static [usize],
-    /// Points before it from which on the curve may bend by itself, and from which on by more than a parabola: fewer do not show it.
+    /// Points before it from which on the curve may bend by itself, and from which on by more than a parabola: fewer do not show
+    /// it.
     pub(super) bends_from: usize,
     pub(super) turns_from: usize,
     /// Points before the hinge at least.
