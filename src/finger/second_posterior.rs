@@ -214,7 +214,7 @@ impl Pressed<3> {
         let length_m = (self.lengths_m.get(usize::from(phalanx).saturating_sub(1))).copied();
         let (uneven, unsure) = (ROUND_SHARE * near_m, FIRST_SHARE * measured.first_sigma_m);
         let sigma_m = sqrt(uneven * uneven + unsure * unsure);
-        let off = (self.from_joint(phalanx, k_m) - near_m) / sigma_m;
+        let off = (self.near_joint(phalanx, k_m) - near_m) / sigma_m;
         let peak = NORMAL_PEAK * length_m.unwrap_or(sigma_m) / sigma_m;
         peak * exp(-0.5 * (off * off).at_most(HOPELESS))
     }

@@ -84,7 +84,7 @@ impl Pressed<3> {
     }
 
     /// Distance of a second contact beside the first from the joint between them, metre.
-    pub(super) fn from_joint(&self, phalanx: u8, k_m: f32) -> f32 {
+    pub(super) fn near_joint(&self, phalanx: u8, k_m: f32) -> f32 {
         if phalanx > self.contact.phalanx {
             return k_m;
         }
@@ -124,7 +124,7 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
             off_m: pressed.contact.radius_m,
         };
         if let Some([near_m, half]) = pressed.between_joint(phalanx) {
-            let near_m = 0.5 * (near_m + pressed.from_joint(phalanx, k_m));
+            let near_m = 0.5 * (near_m + pressed.near_joint(phalanx, k_m));
             held.off_m = (near_m / half).at_least(held.off_m).at_most(MOST_OFF_M);
         }
         let from = Configuration::of(pressed.joints_rad)?;

@@ -1,6 +1,6 @@
 //! Blocks of closings on which a second contact is looked for, next to the truth, as a table.
 //! `second_blocks SCENE WORLD [FINGERS] [FIRST SEED]`: lines `grasp`, `event` and `block`, for whoever wants to know why one was
-//! not told.
+//! not told. With WHOLE in the environment nothing is told, and every closing goes on to its end.
 
 use std::cell::RefCell;
 use std::fmt::Debug;
