@@ -1,21 +1,17 @@
 //! A finger that touches with two phalanges: which one the second is, where, and the forces as far as statics determines them
 //! (docs/MECHANICS.md#two-contacts). The questions are the same for two and three phalanges ([`HoldsTwice`]).
 
-use super::rubbed::Rubbed;
 use super::{
-    BaseJoint, Candidate, Configuration, Contact, Finger, Free, JointStep, MAX_PHALANGES,
-    Mechanics, Pressed, SecondMeasured, Transmission,
+    BaseJoint, Configuration, Contact, Finger, Free, JointStep, MAX_PHALANGES, Mechanics, Pressed,
+    SecondMeasured, SecondWeights, Transmission,
 };
-use crate::numeric::{Bounded, exp};
 
 /// Nearer than this to the closing stop of a joint, radian, a stiffer finger stands at the stop.
 const STOP_MARGIN_RAD: f32 = 0.03;
 /// Odds from which on a phalanx is named (chosen).
 const DECISIVE_ODDS: f32 = 4.0;
-/// Places along a phalanx over which a likelihood is averaged.
-const PLACES: u8 = 12;
-/// Density of a normal variable at its mean, in units of its deviation.
-const NORMAL_PEAK: f32 = 0.399;
+/// Deviation of a place, as a share of the phalanx, above which none is told: it is hardly less than that of any place.
+const VAGUE: f32 = 0.25;
 
 /// The finger when a second contact begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,17 +63,47 @@ pub enum NoSecondContact {
 
 /// What sensing asks of a finger that touches with two phalanges.
 pub trait HoldsTwice: Mechanics {
-    /// Phalanx and place of a second contact from the stiffness that it leaves. The first one was made in the free posture
-    /// `at`.
+    /// Weighs where a second contact may be by the stiffness that it leaves, a step at a time, the first 0: some 150,000
+    /// instructions. The first contact was made in the free posture `at`. False where there is no further step.
+    fn weigh_second(
+        &self,
+        _at: &Free<Self::Configuration>,
+        _first: Contact,
+        _measured: &SecondMeasured,
+        _step: u8,
+        _weights: &mut SecondWeights,
+    ) -> bool {
+        false
+    }
+
+    /// Phalanx and place of a second contact that was weighed.
     ///
     /// # Errors
     /// Why there are no two contacts in a posture.
+    fn weighed_second(
+        &self,
+        at: &Free<Self::Configuration>,
+        first: Contact,
+        measured: &SecondMeasured,
+        weights: &SecondWeights,
+    ) -> Result<TwoContacts<Self::Configuration>, NoSecondContact>;
+
+    /// Both at once.
+    ///
+    /// # Errors
+    /// As [`weighed_second`](Self::weighed_second).
     fn second_contact(
         &self,
         at: &Free<Self::Configuration>,
         first: Contact,
         measured: &SecondMeasured,
-    ) -> Result<TwoContacts<Self::Configuration>, NoSecondContact>;
+    ) -> Result<TwoContacts<Self::Configuration>, NoSecondContact> {
+        let (mut weights, mut step) = (SecondWeights::default(), 0);
+        while self.weigh_second(at, first, measured, step, &mut weights) {
+            step += 1;
+        }
+        self.weighed_second(at, first, measured, &weights)
+    }
 
     /// Forces at a torque not much above that of the second contact.
     fn held_forces(&self, held: &TwoContacts<Self::Configuration>, torque_nm: f32) -> HeldForces;
@@ -85,7 +111,7 @@ pub trait HoldsTwice: Mechanics {
 
 impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     /// The finger on its first contact after a rise of torque.
-    fn pressed_on(
+    pub(super) fn pressed_on(
         &self,
         at: &Free<Configuration<N>>,
         first: Contact,
@@ -108,11 +134,12 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
 }
 
 impl<T: Transmission<2>, B: BaseJoint> HoldsTwice for Finger<2, T, B> {
-    fn second_contact(
+    fn weighed_second(
         &self,
         at: &Free<Configuration<2>>,
         first: Contact,
         measured: &SecondMeasured,
+        _: &SecondWeights,
     ) -> Result<TwoContacts<Configuration<2>>, NoSecondContact> {
         let (pressed, configuration) = self.pressed_on(at, first, measured.rise_nm)?;
         Ok(TwoContacts {
@@ -141,45 +168,37 @@ impl<T: Transmission<2>, B: BaseJoint> HoldsTwice for Finger<2, T, B> {
 }
 
 impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
-    /// The phalanges compete by how likely the measured compliance is with a contact anywhere on each; where the place does
-    /// not change the compliance, by how far the measured one is from it.
-    fn second_contact(
+    fn weigh_second(
         &self,
         at: &Free<Configuration<3>>,
         first: Contact,
         measured: &SecondMeasured,
+        step: u8,
+        weights: &mut SecondWeights,
+    ) -> bool {
+        self.weigh_step(at, first, measured, step, weights)
+    }
+
+    /// The phalanges compete by how likely what was measured is with a contact anywhere on each.
+    fn weighed_second(
+        &self,
+        at: &Free<Configuration<3>>,
+        first: Contact,
+        measured: &SecondMeasured,
+        weights: &SecondWeights,
     ) -> Result<TwoContacts<Configuration<3>>, NoSecondContact> {
         let (pressed, configuration) = self.pressed_on(at, first, measured.rise_nm)?;
-        let with_place = if first.phalanx == 3 { 2 } else { 3 };
-        let mut best = (0.0, with_place, f32::NAN, f32::NAN);
-        let places = self.second_places(&at.configuration, at.torque_nm, first, measured);
-        for found in places.iter().flatten() {
-            let Candidate { phalanx, k_m, .. } = found.place;
-            // The likelihood's integral along the phalanx, about this place.
-            let length_m = self.phalanx_length_m(phalanx).unwrap_or(f32::MAX);
-            let share = (found.sigma_m / length_m).at_most(NORMAL_PEAK);
-            let likely = (pressed.rubbed(phalanx, k_m, measured)).map_or(0.0, |rubbed| {
-                share / rubbed.sigma.at_least(f32::MIN_POSITIVE)
-            });
-            if likely > best.0 && pressed.second_presses(phalanx, k_m) {
-                best = (likely, phalanx, k_m, found.sigma_m);
-            }
+        let [best, next] = weights.ordered();
+        if best.likely < DECISIVE_ODDS * next.likely {
+            // Either would do: that is no answer.
+            return Err(NoSecondContact::Unexplained);
         }
-        // No place is exactly as stiff, or the measured compliance is so uncertain that many would do.
-        best.0 = best.0.at_least(pressed.likely_along(with_place, measured));
-        let without_place = if first.phalanx == 1 { 2 } else { 1 };
-        let [middle_m, ..] = self.parameters.lengths_m.map(|length| 0.5 * length);
-        if let Some(expected) = pressed.rubbed(without_place, middle_m, measured) {
-            let likely = expected.likely(measured);
-            if best.0 > 0.0 && likely.at_least(best.0) < DECISIVE_ODDS * likely.at_most(best.0) {
-                // Either would do: that is no answer.
-                return Err(NoSecondContact::Unexplained);
-            }
-            if likely > best.0 {
-                best = (likely, without_place, f32::NAN, f32::NAN);
-            }
+        let (likely, phalanx) = (best.likely, best.phalanx);
+        let length_m = self.phalanx_length_m(phalanx).unwrap_or(f32::MAX);
+        let [mut k_m, mut sigma_m] = best.place(length_m);
+        if !pressed.tells_place(phalanx) || sigma_m > VAGUE * length_m {
+            (k_m, sigma_m) = (f32::NAN, f32::NAN);
         }
-        let (likely, phalanx, k_m, sigma_m) = best;
         // Where the place does not matter any place leaves the same motion; one that is not known may be the middle.
         let k_any_m = match self.phalanx_length_m(phalanx) {
             Some(length_m) if k_m.is_nan() => 0.5 * length_m,
@@ -222,32 +241,5 @@ impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
             distal_force_n: tau_3 / distal_k_m,
             proximal_moment_nm: f32::NAN,
         })
-    }
-}
-
-impl Rubbed {
-    /// Probability density of the measured compliance.
-    fn likely(&self, measured: &SecondMeasured) -> f32 {
-        let sigma = self.sigma.at_least(f32::MIN_POSITIVE);
-        let off = (measured.compliance_rad_per_nm - self.compliance) / sigma;
-        NORMAL_PEAK / sigma * exp(-0.5 * (off * off).at_most(100.0))
-    }
-}
-
-impl Pressed<3> {
-    /// Mean probability density of the measured compliance over the places of a phalanx, those that would not press included.
-    fn likely_along(&self, phalanx: u8, measured: &SecondMeasured) -> f32 {
-        let index = usize::from(phalanx).saturating_sub(1);
-        let length_m = self.lengths_m.get(index).copied().unwrap_or(0.0);
-        let mut sum = 0.0;
-        for place in 0..PLACES {
-            let k_m = (place as f32 + 0.5) / PLACES as f32 * length_m;
-            if self.second_presses(phalanx, k_m) {
-                sum += self
-                    .rubbed(phalanx, k_m, measured)
-                    .map_or(0.0, |rubbed| rubbed.likely(measured));
-            }
-        }
-        sum / PLACES as f32
     }
 }

@@ -6,7 +6,7 @@ use super::{Pressed, SecondMeasured};
 use crate::numeric::{Bounded, dot, sqrt};
 
 /// Least share of the frictionless compliance that friction leaves (chosen): at 0 the finger would not move.
-const LEAST_LEFT: f32 = 0.1;
+pub(super) const LEAST_LEFT: f32 = 0.1;
 
 /// A compliance that a second contact at some place would show, radian per newton metre.
 #[derive(Clone, Copy, Debug)]
@@ -77,7 +77,7 @@ impl Pressed<3> {
         let spread = [
             measured.compliance_sigma_rad_per_nm,
             free * share * deviation,
-            2.0 * free * left * measured.leverage_sigma,
+            2.0 * free * left * measured.leverage_sigma * self.lever_doubt(phalanx, k_m)?,
         ];
         Some(Rubbed {
             left,
@@ -87,9 +87,9 @@ impl Pressed<3> {
     }
 
     /// Share of the torque's work that contact friction with a coefficient of 1 takes while two contacts hold: along the motion v
-    /// that they leave, each slides by s . v under a force that grows with the torque. Forces that act already when the second contact
-    /// is made, and turn back where the sliding does, are left out.
-    fn rubbed_share(&self, phalanx: u8, k_m: f32, half_thickness_m: f32) -> Option<f32> {
+    /// that they leave, each slides by s . v under a force that grows with the torque. Forces that act already when the second
+    /// contact is made, and turn back where the sliding does, are left out.
+    pub(super) fn rubbed_share(&self, phalanx: u8, k_m: f32, half_thickness_m: f32) -> Option<f32> {
         let motion = self.between(phalanx, k_m)?;
         let Motion {
             tips,
@@ -121,5 +121,30 @@ impl Pressed<3> {
         }
         let share = work / lever.abs();
         share.is_finite().then_some(share)
+    }
+
+    /// By how much larger than that of each joint's factor the doubt about x . v is, as shares: its terms cancel where the finger
+    /// is nearly rigid. That of joint 1, x_1 = 1, is exact.
+    pub(super) fn lever_doubt(&self, phalanx: u8, k_m: f32) -> Option<f32> {
+        let Motion { v, lever, .. } = self.between(phalanx, k_m)?;
+        let [_, two, three] = core::array::from_fn(|i| self.x[i] * v[i]);
+        let doubt = sqrt(two * two + three * three) / lever.abs();
+        doubt.is_finite().then_some(doubt)
+    }
+
+    /// Torque through which contact friction with a coefficient of 1 holds the finger at first: where the first contact's sliding
+    /// turns back, its force has to be overcome twice. That of the second one grows from nothing.
+    pub(super) fn stick_nm(&self, phalanx: u8, k_m: f32, half_thickness_m: f32) -> Option<f32> {
+        let Motion { tips, v, lever, .. } = self.between(phalanx, k_m)?;
+        let [first, _] = tips;
+        let arms = rubbing_arms(&self.lengths_m, &self.turn, first, half_thickness_m);
+        let (before, after) = (dot(&arms, &self.tangent_per_nm), dot(&arms, &v) / lever);
+        let turns_back = before * after < 0.0;
+        let stick = if turns_back {
+            2.0 * self.force_n.at_least(0.0) * after.abs()
+        } else {
+            0.0
+        };
+        stick.is_finite().then_some(stick)
     }
 }

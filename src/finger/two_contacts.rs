@@ -30,7 +30,15 @@ pub struct SecondPlace {
 pub struct SecondMeasured {
     /// Torque from the first contact to the second, newton metre, >= 0.
     pub rise_nm: f32,
-    /// Compliance of the finger after the second contact, without the cable's, radian per newton metre, >= 0.
+    /// Torque at the second contact, newton metre.
+    pub torque_nm: f32,
+    /// How much farther the torque has risen where the compliance was measured, newton metre, >= 0.
+    pub later_nm: f32,
+    /// And the input link turned, without the cable's twist, radian, >= 0.
+    pub turned_rad: f32,
+    /// Deviation of that, > 0 where the torque has risen.
+    pub turned_sigma_rad: f32,
+    /// Compliance of the finger there, without the cable's, radian per newton metre, >= 0.
     pub compliance_rad_per_nm: f32,
     /// Deviation of the compliance, >= 0.
     pub compliance_sigma_rad_per_nm: f32,
@@ -67,9 +75,7 @@ impl SecondContact {
     /// On a phalanx, 1 for the first; `None` where the place does not change the stiffness: on phalanx 1, and on phalanx 2
     /// after phalanx 1.
     fn on(pressed: &Pressed<3>, phalanx: u8) -> Option<Self> {
-        let first = pressed.contact.phalanx;
-        let observable = matches!((first, phalanx), (1 | 2, 3) | (3, 2));
-        if !observable {
+        if !pressed.tells_place(phalanx) {
             return None;
         }
         let tip = usize::from(phalanx) - 1;
@@ -152,6 +158,11 @@ impl QuadraticContact for SecondContact {
 }
 
 impl Pressed<3> {
+    /// Whether the compliance depends on where a second contact on a phalanx is.
+    pub(super) fn tells_place(&self, phalanx: u8) -> bool {
+        matches!((self.contact.phalanx, phalanx), (1 | 2, 3) | (3, 2))
+    }
+
     /// Compliance of the input link with a second contact at `k_m` on another phalanx, at the instant of that contact,
     /// radian per newton metre; `None` on a phalanx that the finger does not have or that is in contact already.
     pub fn second_compliance(&self, phalanx: u8, k_m: f32) -> Option<f32> {
@@ -257,6 +268,10 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
     /// let compliance = pressed.second_compliance(3, 0.025).expect("a place");
     /// let measured = SecondMeasured {
     ///     rise_nm: 0.010,
+    ///     torque_nm: 0.030,
+    ///     later_nm: 0.0,
+    ///     turned_rad: 0.0,
+    ///     turned_sigma_rad: 0.0,
     ///     compliance_rad_per_nm: compliance,
     ///     compliance_sigma_rad_per_nm: 0.02 * compliance,
     ///     first_sigma_m: 0.5e-3,
@@ -295,7 +310,8 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
             let Some(contact) = SecondContact::on(&here, place.phalanx) else {
                 continue;
             };
-            let rubbed_at = |place: &Candidate| here.rubbed(place.phalanx, place.k_m, measured);
+            let rubbed_at =
+                |place: &Candidate| self.shown(&here, place.phalanx, place.k_m, measured);
             let Some(mut rubbed) = rubbed_at(&place) else {
                 continue;
             };

@@ -6,6 +6,7 @@
 //! its phalanx and the posture follow from that.
 
 mod changes;
+mod closing;
 mod fade;
 mod jump;
 mod level;

@@ -1,4 +1,5 @@
-//! Second contacts told next to the truth, on drawn grasps: power grasps, in which another phalanx presses too, and single contacts.
+//! Second contacts told next to the truth, on drawn grasps: power grasps, in which another phalanx presses too, and single
+//! contacts.
 
 use crate::places::{PIN_RAD, PIN_SHARES};
 use crate::{Error, Outcome, Row, Simulated, Simulation};
@@ -7,7 +8,7 @@ use palpate::drive::sequence::Motion;
 use palpate::finger::HoldsTwice;
 use palpate::joint_sensor::AngleSensor;
 use palpate::scene::Scene;
-use palpate::sensing::{Calibration, Drivetrain, Follow, Followed, Grip, Settings};
+use palpate::sensing::{Calibration, Drivetrain, Event, Follow, Followed, Grip, Settings};
 use palpate_plant::{Contact, Grasp, Shape, Truth, World};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -17,7 +18,8 @@ use std::marker::PhantomData;
 const PRESSES_N: f64 = 0.2;
 /// Samples most of which show two phalanges in contact.
 const PRESSES_MS: usize = 20;
-/// Turns that the motor makes at least while two phalanges press: with fewer they met as the motion ended, or in passing.
+/// Turns that the motor makes at least while two phalanges press and it closes: with fewer they met as the motion ended, or in
+/// passing.
 const LEAST_TURNS: f64 = 4.0;
 
 /// A scene with the option `second_contact`, whether its file has it or not.
@@ -94,8 +96,8 @@ impl Score {
         self
     }
 
-    /// Adds a closing on an object that phalanx `first` touched first, with the second contact as it began and so many turns of the
-    /// motor with two.
+    /// Adds a closing on an object that phalanx `first` touched first, with the second contact as it began and so many turns of
+    /// the motor with two.
     fn add(
         &mut self,
         outcome: &Outcome,
@@ -194,16 +196,30 @@ fn drawn(lengths_m: &[f64], random: &mut Pcg64Mcg) -> Grasp {
     Grasp::touching(phalanx as u8, k_m, theta_1_rad, shape)
 }
 
-/// Turns that the motor made while two phalanges pressed, bounces left out, as far as closing goes. Beyond that the motor holds with a
-/// current of its own and shows no torque.
-fn turns_with_two(outcome: &Outcome, counts_per_turn: f64, travel_counts: f64) -> f64 {
+/// Turns that the motor made while two phalanges pressed, bounces left out, as far as closing and probing go. Beyond that the
+/// motor holds with a current of its own and shows no torque.
+fn turns_with_two(
+    outcome: &Outcome,
+    counts_per_turn: f64,
+    travel_counts: f64,
+    probing_counts: f64,
+) -> f64 {
+    let touched_s = outcome.events.iter().find_map(|(time_us, event)| {
+        #[expect(clippy::cast_precision_loss, reason = "microseconds of a simulation")]
+        matches!(event, Event::Touch { .. }).then_some(*time_us as f64 * 1e-6)
+    });
+    let touched = (outcome.trace.iter()).find(|row| touched_s.is_some_and(|s| row.time_s >= s));
+    let probed = touched.map_or(travel_counts, |row| {
+        f64::from(row.encoder_counts) + probing_counts
+    });
+    let end_counts = travel_counts.min(probed);
     let pressing = |row: &&Row| row.true_pressing.count_ones() > 1;
     let began = (outcome.trace.windows(PRESSES_MS))
         .position(|rows| rows.iter().filter(pressing).count() > PRESSES_MS / 2);
     let since = began.and_then(|first| outcome.trace.get(first..));
     let way = since.and_then(|rows| {
         let last = rows.iter().filter(pressing).map(|row| row.encoder_counts);
-        let last_counts = f64::from(last.max()?).min(travel_counts);
+        let last_counts = f64::from(last.max()?).min(end_counts);
         Some(last_counts - f64::from(rows.first()?.encoder_counts))
     });
     way.unwrap_or(0.0) / counts_per_turn
@@ -219,17 +235,32 @@ pub fn finger<S>(
     seed: u64,
     grasps: usize,
     calibrated: bool,
-    mut tell: impl FnMut(&Outcome, Option<&Contact>, f64),
+    tell: impl FnMut(&Outcome, Option<&Contact>, f64),
 ) -> Result<Score, Error>
 where
     S: Simulated<Finger: HoldsTwice>,
 {
+    finger_of::<Grasping<S>>(world, seed, grasps, calibrated, tell)
+}
+
+/// The same of a scene that looks for second contacts by itself.
+///
+/// # Errors
+/// As [`finger`].
+pub fn finger_of<S: Simulated>(
+    world: &World,
+    seed: u64,
+    grasps: usize,
+    calibrated: bool,
+    mut tell: impl FnMut(&Outcome, Option<&Contact>, f64),
+) -> Result<Score, Error> {
     let parameters = world.of(S::NAME)?.randomised(seed);
     let lengths_m = &parameters.finger.length_m;
     let drivetrain = S::drivetrain(&S::MECHANISM);
-    let travel_counts = f64::from(S::TRAVEL_RAD / drivetrain.rad_per_count);
+    let [travel_counts, probing_counts] =
+        [S::TRAVEL_RAD, S::MOTION.probing_rad].map(|rad| f64::from(rad / drivetrain.rad_per_count));
     let mut random = Pcg64Mcg::seed_from_u64(seed);
-    let mut simulation = Simulation::<Grasping<S>>::new(&parameters, seed)?;
+    let mut simulation = Simulation::<S>::new(&parameters, seed)?;
     simulation.prepare()?;
     if calibrated {
         let length_m = lengths_m[usize::from(S::PHALANGES) - 1];
@@ -249,7 +280,7 @@ where
             continue;
         };
         let counts_per_turn = parameters.encoder.counts_per_rev;
-        let turns = turns_with_two(&outcome, counts_per_turn, travel_counts);
+        let turns = turns_with_two(&outcome, counts_per_turn, travel_counts, probing_counts);
         tell(&outcome, second.began.as_ref(), turns);
         if outcome.fault.is_some() {
             score.faults += 1;

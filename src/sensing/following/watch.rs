@@ -2,62 +2,29 @@
 
 use core::fmt::Debug;
 
+use super::closing::{Closing, First};
 use super::level::{Above, Level};
 use super::{AfterContact, Followed, Grip};
-use crate::finger::{
-    Contact, HeldForces, HoldsTwice, Mechanics, NoSecondContact, SecondMeasured, TwoContacts,
-};
+use crate::finger::{Contact, HeldForces, HoldsTwice, Mechanics, SecondWeights};
 use crate::joint_sensor::JointSensor;
-use crate::numeric::{Bounded, sqrt};
 use crate::sensing::block::{Block, BlockAverager, BlockUpdate};
 use crate::sensing::location::SeriesElement;
-use crate::sensing::second::{SecondContact, SlopeChange};
+use crate::sensing::second::SecondContact;
 use crate::sensing::{Directive, Drive, Event, NotLocated, Sample, Sensor};
 
 /// Share of the torque limit from which on a change of slope is a second contact, and not the onset of the first (chosen): twice as far
 /// as friction wanders.
 const LEAST_SHARE: f32 = 0.03;
-/// A contact is lost when two blocks in a row lie below the largest torque so far by this share of it and so many deviations of a
-/// block.
-const LOST_SHARE: f32 = 0.1;
+/// Deviations of a block within which it is no fall.
 const LOST_SIGMAS: f32 = 8.0;
 /// Within so many deviations a place on phalanx 2 may be its joint.
 const AT_JOINT_SIGMAS: f32 = 2.5;
+/// Blocks after a second contact over which a finger of more than two phalanges is watched: at first it may stick.
+const MEASURED: u8 = 20;
+/// A way between two blocks of more than this many of their widths is a break in the motion.
+const BREAK: f32 = 1.5;
 /// Without a block of steady motion for so long the finger stands, microseconds.
 const STANDS_US: u64 = 250_000;
-
-/// The first contact as the sensor's last word has it.
-#[derive(Clone, Copy, Debug)]
-enum First {
-    /// The last word is still to come.
-    Awaited,
-    /// A contact without a place.
-    Unplaced,
-    /// Where, and the deviation.
-    At(Contact, f32),
-}
-
-/// A closing in contact.
-#[derive(Clone, Debug)]
-struct Closing<C> {
-    /// Angle of the input link at the onset, radian.
-    onset_rad: f32,
-    /// What the record's level was off by at the onset, newton metre at the input link.
-    level_nm: f32,
-    /// When the last block was, its torque above friction, and with what the springs of the free finger take.
-    last_us: u64,
-    excess_nm: f32,
-    torque_nm: f32,
-    /// The largest `excess_nm`, and blocks in a row far below it.
-    top_nm: f32,
-    fallen: u8,
-    change: Option<SlopeChange>,
-    /// Nothing more is looked for: the change of slope was found, or the finger stands.
-    is_over: bool,
-    first: First,
-    grip: Grip,
-    held: Option<TwoContacts<C>>,
-}
 
 /// Looks for a second contact of a finger that [holds twice](HoldsTwice), and tells how the object is held.
 #[derive(Clone, Debug)]
@@ -66,6 +33,8 @@ pub struct Follow<F: Mechanics> {
     watches: bool,
     level: Level,
     search: SecondContact,
+    /// Encoder position in the middle of the last block.
+    counts: i32,
     closing: Option<Closing<F::Configuration>>,
 }
 
@@ -76,6 +45,7 @@ impl<F: Mechanics> Default for Follow<F> {
             watches: false,
             level: Level::default(),
             search: SecondContact::default(),
+            counts: 0,
             closing: None,
         }
     }
@@ -128,6 +98,7 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
             return;
         };
         self.level.push(above.torque_nm);
+        self.counts = block.counts;
         let angle_rad = sensor.drivetrain().closing_rad(block.counts);
         let free_nm = sensor.free_at(angle_rad).map_or(0.0, |free| free.torque_nm);
         let factor = sensor.calibration().torque_factor;
@@ -136,7 +107,17 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
                 .note(angle_rad, factor * above.torque_nm + free_nm);
             return;
         };
+        let way_counts = block.counts.wrapping_sub(closing.counts) as f32;
+        let breaks = way_counts > BREAK * block.width_counts as f32;
         closing.last_us = block.time_us;
+        closing.counts = block.counts;
+        if breaks && !closing.is_over {
+            // The drive went over to holding, and shows no torque of the finger any more.
+            self.search.interrupt();
+            closing.end(&mut self.search);
+            conclude(sensor, closing, angle_rad, block.counts);
+            return;
+        }
         closing.excess_nm = above.torque_nm - closing.level_nm;
         closing.torque_nm = factor * closing.excess_nm + free_nm;
         if closing.is_over {
@@ -153,27 +134,28 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
         let way_rad = sensor.drivetrain().rotation_rad(0, block.counts);
         let is_at_end = way_rad >= sensor.settings().travel_rad
             || sensor.is_at_stop(angle_rad, closing.excess_nm);
+        let was_found = closing.change.is_some();
         if !is_at_end {
             let sigma_nm = factor * above.sigma_nm;
-            closing.change = (self.search).push(angle_rad, closing.torque_nm, sigma_nm * sigma_nm);
+            let variance_nm2 = sigma_nm * sigma_nm;
+            let found = (self.search).push(angle_rad, closing.torque_nm, variance_nm2);
+            closing.change = closing.change.or(found);
+            closing.measure(&self.search, variance_nm2);
         }
         let noise_nm = LOST_SIGMAS * above.sigma_nm;
-        if !is_at_end && closing.is_lost(noise_nm) {
+        if !is_at_end && closing.is_lost(noise_nm) && !was_found {
             closing.grip = Grip::Lost;
             closing.is_over = true;
             sensor.conclude();
             return;
         }
-        if is_at_end || closing.change.is_some() || closing.excess_nm >= enough_nm {
+        let is_measured =
+            closing.change.is_some() && (F::PHALANGES == 2 || closing.since >= MEASURED);
+        if is_at_end || is_measured || closing.excess_nm >= enough_nm || closing.fallen > 1 {
             closing.end(&mut self.search);
-            match closing.change {
-                Some(change) => {
-                    let back_rad = angle_rad - change.theta_a_rad;
-                    let back_counts = (back_rad / sensor.drivetrain().rad_per_count) as i32;
-                    sensor.conclude_before(block.counts.wrapping_sub(back_counts));
-                }
-                None => sensor.conclude(),
-            }
+        }
+        if closing.is_over || closing.change.is_some() && !was_found {
+            conclude(sensor, closing, angle_rad, block.counts);
         }
     }
 
@@ -195,15 +177,20 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
                     onset_rad: theta_a_rad,
                     level_nm: self.level.at_touch(torque_nm),
                     last_us: now_us,
+                    counts: self.counts,
                     excess_nm: torque_nm,
                     torque_nm,
                     top_nm: torque_nm,
                     fallen: 0,
                     change: None,
+                    since: 0,
+                    later: None,
                     is_over: false,
                     first: First::Awaited,
                     grip: Grip::Single,
                     held: None,
+                    weights: SecondWeights::default(),
+                    step: 0,
                 });
                 return;
             }
@@ -264,6 +251,12 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
         if matches!(closing.first, First::Awaited) {
             return None;
         }
+        // A step a sample.
+        if let Some(change) = closing.change
+            && closing.weigh(sensor, &change)
+        {
+            return None;
+        }
         if let Some(change) = closing.change.take()
             && let Some(second) = closing.second_contact(sensor, &change)
         {
@@ -282,6 +275,23 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
     }
 }
 
+/// No more of the first contact is to be judged, and nothing after a change of slope.
+fn conclude<F: Mechanics, H: JointSensor, X: SeriesElement>(
+    sensor: &mut Sensor<F, H, X>,
+    closing: &Closing<F::Configuration>,
+    angle_rad: f32,
+    counts: i32,
+) {
+    match closing.change {
+        Some(change) => {
+            let back_rad = angle_rad - change.theta_a_rad;
+            let back_counts = (back_rad / sensor.drivetrain().rad_per_count) as i32;
+            sensor.conclude_before(counts.wrapping_sub(back_counts));
+        }
+        None => sensor.conclude(),
+    }
+}
+
 /// A contact somewhere on phalanx 1: joint 1 stands wherever it is.
 fn proximal<F: Mechanics, H: JointSensor, X: SeriesElement>(sensor: &Sensor<F, H, X>) -> First {
     let length_m = sensor.finger().phalanx_length_m(1).unwrap_or(f32::NAN);
@@ -291,101 +301,4 @@ fn proximal<F: Mechanics, H: JointSensor, X: SeriesElement>(sensor: &Sensor<F, H
         radius_m: 0.0,
     };
     First::At(contact, 0.0)
-}
-
-impl<C: Copy> Closing<C> {
-    /// Whether the contact has let go: the finger slid off, or the object gave way.
-    fn is_lost(&mut self, noise_nm: f32) -> bool {
-        self.top_nm = self.top_nm.at_least(self.excess_nm);
-        let has_fallen = self.top_nm - self.excess_nm > LOST_SHARE * self.top_nm + noise_nm;
-        self.fallen = if has_fallen { self.fallen + 1 } else { 0 };
-        self.fallen > 1
-    }
-
-    /// No more is to come: what the blocks show counts.
-    fn end(&mut self, search: &mut SecondContact) {
-        self.is_over = true;
-        self.change = self.change.or_else(|| search.finish());
-    }
-
-    /// Whether a change of slope is a second contact, and what is known of it.
-    fn second_contact<F, H: JointSensor, X: SeriesElement>(
-        &mut self,
-        sensor: &Sensor<F, H, X>,
-        change: &SlopeChange,
-    ) -> Option<Followed>
-    where
-        F: HoldsTwice + Mechanics<Configuration = C>,
-    {
-        let calibration = sensor.calibration();
-        let (cable, cable_sigma) = if X::FLEXIBLE {
-            // Kept for a nominal torque.
-            (
-                calibration.cable_rad_per_nm / calibration.torque_factor,
-                calibration.cable_sigma_rad_per_nm / calibration.torque_factor,
-            )
-        } else {
-            (0.0, 0.0)
-        };
-        // What is not known of the torque is not known of the slope.
-        let factor_share = calibration.torque_factor_sigma / calibration.torque_factor;
-        let slope_sigma = factor_share * change.after_nm_per_rad;
-        let change = SlopeChange {
-            after_sigma_nm_per_rad: sqrt(
-                change.after_sigma_nm_per_rad * change.after_sigma_nm_per_rad
-                    + slope_sigma * slope_sigma,
-            ),
-            ..*change
-        };
-        let (compliance_rad_per_nm, compliance_sigma_rad_per_nm) =
-            change.compliance(cable, cable_sigma);
-        let is_rigid = change.is_rigid(cable, cable_sigma);
-        // With two phalanges both in contact nothing is left to move.
-        if !is_rigid && F::PHALANGES == 2 {
-            return None;
-        }
-        let held = match self.first {
-            First::At(contact, first_sigma_m) => {
-                let free = sensor.free_at(self.onset_rad)?;
-                let settings = sensor.settings();
-                let measured = SecondMeasured {
-                    rise_nm: (change.torque_nm - free.torque_nm).at_least(0.0),
-                    compliance_rad_per_nm,
-                    compliance_sigma_rad_per_nm,
-                    first_sigma_m,
-                    friction: settings.contact_friction,
-                    half_thickness_m: settings.half_thickness_m,
-                    leverage_sigma: settings.leverage_sigma,
-                };
-                match sensor.finger().second_contact(&free, contact, &measured) {
-                    Ok(held) => Some(held),
-                    Err(NoSecondContact::AtStop) => return None,
-                    Err(NoSecondContact::Unexplained) => None,
-                }
-            }
-            First::Awaited | First::Unplaced => None,
-        };
-        // With three phalanges a motion is left, unless the stiffness itself says that it is not.
-        let is_enveloped = F::PHALANGES == 2 || change.is_rigid(cable, 0.0);
-        self.grip = if is_enveloped {
-            Grip::Enveloped
-        } else {
-            Grip::TwoContacts
-        };
-        self.held = held;
-        let (phalanx, k_m, sigma_m) = held.map_or((0, f32::NAN, f32::NAN), |held| {
-            (held.phalanx, held.k_m, held.sigma_m)
-        });
-        let free = sensor.free_at(change.theta_a_rad);
-        let free_nm = free.map_or(0.0, |free| free.torque_nm);
-        Some(Followed::SecondContact {
-            phalanx,
-            k_m,
-            sigma_m,
-            theta_a_rad: change.theta_a_rad,
-            torque_nm: (change.torque_nm - free_nm) / calibration.torque_factor,
-            stiffness_nm_per_rad: change.after_nm_per_rad,
-            stiffness_sigma_nm_per_rad: change.after_sigma_nm_per_rad,
-        })
-    }
 }

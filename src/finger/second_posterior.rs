@@ -1,0 +1,261 @@
+//! Where a second contact is, by how likely what was measured after it is with one at every place
+//! (docs/MECHANICS.md#two-contacts).
+//!
+//! Measured are the compliance some way after it, and how far the input link has turned until there: friction takes from both,
+//! and the first contact's sliding, where it turns back, holds the finger for a while. The coefficient of friction and the first
+//! contact's place are not known either: all three are summed over.
+
+use super::{
+    BaseJoint, Configuration, Contact, Finger, Free, Mechanics, Pressed, SecondMeasured,
+    Transmission,
+};
+use crate::numeric::{Bounded, exp, sqrt};
+
+/// Places along a phalanx.
+const PLACES: u8 = 16;
+/// Deviations of the coefficient of friction from its mean, with their weights: a normal distribution in steps of half a
+/// deviation.
+const FRICTIONS: [[f32; 2]; 8] = [
+    [-1.5, 0.13],
+    [-1.0, 0.24],
+    [-0.5, 0.35],
+    [0.0, 0.40],
+    [0.5, 0.35],
+    [1.0, 0.24],
+    [1.5, 0.13],
+    [2.0, 0.05],
+];
+/// The same of the first contact's place: three points with a normal distribution's mean and deviation.
+const FIRSTS: [[f32; 2]; 3] = [[0.0, 0.67], [-1.73, 0.165], [1.73, 0.165]];
+/// Deviation of two places' distances from the joint between them, as a share: objects are roundish (chosen).
+const ROUND_SHARE: f32 = 0.15;
+/// And of the first place's deviation, what the three points do not cover.
+const FIRST_SHARE: f32 = 0.6;
+/// Density of a normal variable at its mean, in units of its deviation.
+const NORMAL_PEAK: f32 = 0.399;
+/// A difference of neighbouring places counts as uniform.
+const UNIFORM: f32 = 0.289;
+/// Squares of deviations beyond which nothing is likely.
+const HOPELESS: f32 = 60.0;
+
+/// How likely what was measured is with a second contact on one phalanx, and where it is then.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Along {
+    pub(super) phalanx: u8,
+    /// Mean of the likelihood over the places, not normalised.
+    pub(super) likely: f32,
+    /// Sums of place and its square, weighted by that.
+    k_m: f32,
+    squares_m2: f32,
+}
+
+/// How likely each of the other phalanges is to be the second in contact, being summed up.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SecondWeights([Along; 2]);
+
+impl SecondWeights {
+    /// The likelier phalanx, and the other.
+    pub(super) fn ordered(&self) -> [Along; 2] {
+        let [one, other] = self.0;
+        if one.likely > other.likely {
+            [one, other]
+        } else {
+            [other, one]
+        }
+    }
+}
+
+impl Along {
+    fn add(&mut self, k_m: f32, likely: f32) {
+        self.likely += likely;
+        self.k_m += likely * k_m;
+        self.squares_m2 += likely * k_m * k_m;
+    }
+
+    /// Mean and standard deviation of the place, metre.
+    pub(super) fn place(&self, length_m: f32) -> [f32; 2] {
+        let mean = self.k_m / self.likely;
+        let variance = (self.squares_m2 / self.likely - mean * mean).at_least(0.0);
+        let spacing = UNIFORM * length_m / f32::from(PLACES);
+        [mean, sqrt(variance + spacing * spacing)]
+    }
+}
+
+/// What a second contact at one place would show without friction, and what a coefficient of 1 takes of it.
+#[derive(Clone, Copy, Debug)]
+struct Expected {
+    /// Compliance at once and where it was measured, with the shares that friction takes.
+    compliances: [f32; 2],
+    taken: [f32; 2],
+    /// Torque through which the finger sticks.
+    stick_nm: f32,
+    /// Doubt about the lever, as a share of that about each joint's.
+    doubts: f32,
+}
+
+impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
+    fn expected(
+        &self,
+        pressed: &Pressed<3>,
+        phalanx: u8,
+        k_m: f32,
+        measured: &SecondMeasured,
+    ) -> Option<Expected> {
+        let instant = pressed.second_compliance(phalanx, k_m)?;
+        let half_m = measured.half_thickness_m;
+        let taken = pressed.rubbed_share(phalanx, k_m, half_m)?;
+        let stick_nm = pressed.stick_nm(phalanx, k_m, half_m)?;
+        let there = self.turned_on(pressed, phalanx, k_m, measured);
+        let later = there.and_then(|(there, k_there_m)| {
+            Some([
+                there.second_compliance(phalanx, k_there_m)?,
+                there.rubbed_share(phalanx, k_there_m, half_m)?,
+            ])
+        });
+        let [compliance, taken_there] = later.unwrap_or([instant, taken]);
+        let doubts = pressed.lever_doubt(phalanx, k_m)?;
+        Some(Expected {
+            doubts,
+            compliances: [instant, compliance],
+            taken: [taken, taken_there],
+            stick_nm,
+        })
+    }
+
+    /// Adds how likely the measurement is with a contact on a phalanx.
+    fn add_along(
+        &self,
+        along: &mut Along,
+        pressed: &Pressed<3>,
+        weight: f32,
+        measured: &SecondMeasured,
+    ) {
+        let phalanx = along.phalanx;
+        let length_m = self.phalanx_length_m(phalanx).unwrap_or(0.0);
+        let has_place = pressed.tells_place(phalanx);
+        let places = if has_place { PLACES } else { 1 };
+        let mut before: Option<Expected> = None;
+        for place in 0..places {
+            let k_m = (f32::from(place) + 0.5) / f32::from(places) * length_m;
+            let expected = (pressed.second_presses(phalanx, k_m))
+                .then(|| self.expected(pressed, phalanx, k_m, measured))
+                .flatten();
+            if let Some(expected) = expected {
+                let step = before.map_or(0.0, |before| {
+                    UNIFORM * (expected.compliances[1] - before.compliances[1])
+                });
+                let likely =
+                    expected.likely(step, measured) * pressed.as_round(phalanx, k_m, measured);
+                along.add(k_m, weight * likely / f32::from(places));
+            }
+            before = expected;
+        }
+    }
+
+    /// See [`HoldsTwice::weigh_second`](super::HoldsTwice::weigh_second): a step is one phalanx with one place of the first
+    /// contact.
+    pub(super) fn weigh_step(
+        &self,
+        at: &Free<Configuration<3>>,
+        first: Contact,
+        measured: &SecondMeasured,
+        step: u8,
+        weights: &mut SecondWeights,
+    ) -> bool {
+        let (index, of_first) = (usize::from(step % 2), usize::from(step / 2));
+        let others = match first.phalanx {
+            1 => [2, 3],
+            2 => [1, 3],
+            _ => [1, 2],
+        };
+        let (Some([deviations, weight]), Some(along), Some(&phalanx)) = (
+            FIRSTS.get(of_first),
+            weights.0.get_mut(index),
+            others.get(index),
+        ) else {
+            return false;
+        };
+        along.phalanx = phalanx;
+        if *deviations != 0.0 && measured.first_sigma_m <= 0.0 {
+            return false;
+        }
+        let pressed = |radius_m: f32| {
+            let first = Contact {
+                k_m: first.k_m + deviations * measured.first_sigma_m,
+                radius_m,
+                ..first
+            };
+            self.pressed_on(at, first, measured.rise_nm)
+        };
+        // Off the phalanx, or not to be reached: nothing is added.
+        if let Ok((mut there, _)) = pressed(first.radius_m) {
+            // One cylinder touches both: how thick it is follows.
+            if let Some(radius_m) = there.round_m(phalanx)
+                && let Ok((round, _)) = pressed(radius_m)
+            {
+                there = round;
+            }
+            self.add_along(along, &there, *weight, measured);
+        }
+        usize::from(step) + 1 < 2 * FIRSTS.len()
+    }
+}
+
+impl Pressed<3> {
+    /// How likely a place is on a roundish object: on a cylinder both contacts are as far from the joint between their phalanges.
+    /// Mean 1 over places far and near; 1 for phalanges that do not meet.
+    fn as_round(&self, phalanx: u8, k_m: f32, measured: &SecondMeasured) -> f32 {
+        let Some([near_m, _]) = self
+            .between_joint(phalanx)
+            .filter(|_| self.tells_place(phalanx))
+        else {
+            return 1.0;
+        };
+        let length_m = (self.lengths_m.get(usize::from(phalanx).saturating_sub(1))).copied();
+        let (uneven, unsure) = (ROUND_SHARE * near_m, FIRST_SHARE * measured.first_sigma_m);
+        let sigma_m = sqrt(uneven * uneven + unsure * unsure);
+        let off = (self.near_joint(phalanx, k_m) - near_m) / sigma_m;
+        let peak = NORMAL_PEAK * length_m.unwrap_or(sigma_m) / sigma_m;
+        peak * exp(-0.5 * (off * off).at_most(HOPELESS))
+    }
+}
+
+impl Expected {
+    /// Probability density of the measurement; `step` is what the compliance changes by from place to place.
+    fn likely(&self, step: f32, measured: &SecondMeasured) -> f32 {
+        let [mean, deviation] = measured.friction;
+        let [at_once, there] = self.compliances;
+        let [taken, taken_there] = self.taken;
+        let mut sum = 0.0;
+        for [deviations, weight] in FRICTIONS {
+            let friction = mean + deviations * deviation;
+            // There is none below zero.
+            if friction < 0.0 {
+                continue;
+            }
+            let left = |taken: f32| (1.0 - friction * taken).at_least(super::rubbed::LEAST_LEFT);
+            let compliance = there * left(taken_there);
+            let moves_nm = (measured.later_nm - friction * self.stick_nm).at_least(0.0);
+            let turned = 0.5 * moves_nm * (at_once * left(taken) + compliance);
+            // The lever enters twice, as torque and as rotation.
+            let lever = 2.0 * measured.leverage_sigma * self.doubts;
+            let variance =
+                |own: f32, expected: f32| own * own + lever * lever * expected * expected;
+            let of_compliance =
+                variance(measured.compliance_sigma_rad_per_nm, compliance) + step * step;
+            let off = measured.compliance_rad_per_nm - compliance;
+            let mut squares = off * off / of_compliance;
+            let mut scale = of_compliance;
+            if measured.later_nm > 0.0 {
+                let of_turned = variance(measured.turned_sigma_rad, turned);
+                let off = measured.turned_rad - turned;
+                squares += off * off / of_turned;
+                scale *= of_turned;
+            }
+            if squares < HOPELESS {
+                sum += weight * exp(-0.5 * squares) / sqrt(scale.at_least(f32::MIN_POSITIVE));
+            }
+        }
+        sum
+    }
+}

@@ -1,0 +1,240 @@
+//! A closing in contact: what its blocks show, and what a change of slope in it means.
+
+use super::{Followed, Grip};
+use crate::finger::{
+    Contact, Free, HoldsTwice, Mechanics, NoSecondContact, SecondMeasured, SecondWeights,
+    TwoContacts,
+};
+use crate::joint_sensor::JointSensor;
+use crate::numeric::{Bounded, sqrt};
+use crate::sensing::Sensor;
+use crate::sensing::calibration::MIDDLE_NM;
+use crate::sensing::location::SeriesElement;
+use crate::sensing::second::{Later, SecondContact, SlopeChange};
+
+/// A contact is lost when two blocks in a row lie below the largest torque so far by this share of it, and their noise.
+const LOST_SHARE: f32 = 0.1;
+
+/// Deviation of a corner's angle, in turns of the motor (chosen): it is told to a block, or to a pair of them.
+const CORNER_SHARE: f32 = 0.7;
+
+/// The first contact as the sensor's last word has it.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum First {
+    /// The last word is still to come.
+    Awaited,
+    /// A contact without a place.
+    Unplaced,
+    /// Where, and the deviation.
+    At(Contact, f32),
+}
+
+/// A closing in contact.
+#[derive(Clone, Debug)]
+pub(super) struct Closing<C> {
+    /// Angle of the input link at the onset, radian.
+    pub(super) onset_rad: f32,
+    /// What the record's level was off by at the onset, newton metre at the input link.
+    pub(super) level_nm: f32,
+    /// When the last block was, its torque above friction, and with what the springs of the free finger take.
+    pub(super) last_us: u64,
+    pub(super) excess_nm: f32,
+    pub(super) torque_nm: f32,
+    /// Encoder position in the middle of it.
+    pub(super) counts: i32,
+    /// The largest `excess_nm`, and blocks in a row far below it.
+    pub(super) top_nm: f32,
+    pub(super) fallen: u8,
+    pub(super) change: Option<SlopeChange>,
+    /// Blocks since it was found, and the slope some blocks after it.
+    pub(super) since: u8,
+    pub(super) later: Option<Later>,
+    /// Nothing more is looked for: the change of slope was found and measured, or the finger stands.
+    pub(super) is_over: bool,
+    pub(super) first: First,
+    pub(super) grip: Grip,
+    pub(super) held: Option<TwoContacts<C>>,
+    /// Where the second contact may be, and how many steps of finding out are done.
+    pub(super) weights: SecondWeights,
+    pub(super) step: u8,
+}
+
+/// What was measured of a second contact.
+struct Measured<C> {
+    change: SlopeChange,
+    /// Compliance of the cable at that torque, radian per newton metre, and its deviation.
+    cable: [f32; 2],
+    /// Torque of the free finger at the corner, newton metre.
+    free_nm: f32,
+    /// What the finger is asked, where the first contact is known.
+    asked: Option<(Free<C>, Contact, SecondMeasured)>,
+}
+
+impl<C: Copy> Closing<C> {
+    /// Whether the contact has let go: the finger slid off, or the object gave way.
+    pub(super) fn is_lost(&mut self, noise_nm: f32) -> bool {
+        self.top_nm = self.top_nm.at_least(self.excess_nm);
+        let has_fallen = self.top_nm - self.excess_nm > LOST_SHARE * self.top_nm + noise_nm;
+        self.fallen = if has_fallen { self.fallen + 1 } else { 0 };
+        self.fallen > 1
+    }
+
+    /// No more is to come: what the blocks show counts.
+    pub(super) fn end(&mut self, search: &mut SecondContact) {
+        self.is_over = true;
+        self.change = self.change.or_else(|| search.finish());
+    }
+
+    /// Takes what the blocks after a change of slope show, of which there is one more.
+    pub(super) fn measure(&mut self, search: &SecondContact, variance_nm2: f32) {
+        if let Some(change) = &self.change {
+            self.since = self.since.saturating_add(1);
+            self.later = search.later(change, variance_nm2).or(self.later);
+        }
+    }
+
+    /// What was measured of a second contact at a change of slope: that with what is known of the slope after it, the cable that
+    /// is part of it, and the first contact with what the finger is asked.
+    fn measured<F, H: JointSensor, X: SeriesElement>(
+        &self,
+        sensor: &Sensor<F, H, X>,
+        change: &SlopeChange,
+    ) -> Measured<C>
+    where
+        F: Mechanics<Configuration = C>,
+    {
+        let calibration = sensor.calibration();
+        let factor = calibration.torque_factor;
+        let free = sensor.free_at(change.theta_a_rad);
+        let free_nm = free.map_or(0.0, |free| free.torque_nm);
+        let later = self.later.unwrap_or(Later {
+            theta_a_rad: change.theta_a_rad,
+            torque_nm: change.torque_nm,
+            slope_nm_per_rad: change.after_nm_per_rad,
+            sigma_nm_per_rad: change.after_sigma_nm_per_rad,
+        });
+        let (cable, cable_sigma) = if X::FLEXIBLE {
+            // Kept for a nominal torque, and for the middle of a probing.
+            let beyond_nm = (later.torque_nm - free_nm) / factor - MIDDLE_NM;
+            let share = 1.0 - calibration.stiffening_per_nm * beyond_nm;
+            let cable = calibration.cable_rad_per_nm * share.at_least(0.0) / factor;
+            let bend = calibration.stiffening_sigma_per_nm * beyond_nm * cable;
+            let sigma = calibration.cable_sigma_rad_per_nm / factor;
+            (cable, sqrt(sigma * sigma + bend * bend))
+        } else {
+            (0.0, 0.0)
+        };
+        // What is not known of the torque is not known of the slope.
+        let factor_share = calibration.torque_factor_sigma / factor;
+        let slope_sigma = factor_share * later.slope_nm_per_rad;
+        let own_sigma = later.sigma_nm_per_rad;
+        let change = SlopeChange {
+            after_nm_per_rad: later.slope_nm_per_rad,
+            after_sigma_nm_per_rad: sqrt(own_sigma * own_sigma + slope_sigma * slope_sigma),
+            ..*change
+        };
+        let (compliance_rad_per_nm, compliance_sigma_rad_per_nm) =
+            change.compliance(cable, cable_sigma);
+        let later_nm = later.torque_nm - change.torque_nm;
+        let turned_rad = later.theta_a_rad - change.theta_a_rad - cable * later_nm;
+        // The corner lies within a block, and the cable's twist is taken off.
+        let block_rad = CORNER_SHARE
+            * sensor
+                .drivetrain()
+                .rotation_rad(0, sensor.drivetrain().counts_per_turn as i32);
+        let twist_rad = cable_sigma * later_nm;
+        let turned_sigma_rad = sqrt(block_rad * block_rad + twist_rad * twist_rad);
+        let asked = match self.first {
+            First::At(contact, first_sigma_m) => sensor.free_at(self.onset_rad).map(|free| {
+                let settings = sensor.settings();
+                let measured = SecondMeasured {
+                    rise_nm: (change.torque_nm - free.torque_nm).at_least(0.0),
+                    torque_nm: change.torque_nm,
+                    later_nm: later_nm.at_least(0.0),
+                    turned_rad: turned_rad.at_least(0.0),
+                    turned_sigma_rad,
+                    compliance_rad_per_nm,
+                    compliance_sigma_rad_per_nm,
+                    first_sigma_m,
+                    friction: settings.contact_friction,
+                    half_thickness_m: settings.half_thickness_m,
+                    leverage_sigma: settings.leverage_sigma,
+                };
+                (free, contact, measured)
+            }),
+            First::Awaited | First::Unplaced => None,
+        };
+        Measured {
+            change,
+            cable: [cable, cable_sigma],
+            free_nm,
+            asked,
+        }
+    }
+
+    /// Takes a step of finding the phalanx and the place of a second contact; false where that is done.
+    pub(super) fn weigh<F, H: JointSensor, X: SeriesElement>(
+        &mut self,
+        sensor: &Sensor<F, H, X>,
+        change: &SlopeChange,
+    ) -> bool
+    where
+        F: HoldsTwice + Mechanics<Configuration = C>,
+    {
+        let Some((free, first, measured)) = self.measured(sensor, change).asked else {
+            return false;
+        };
+        let (finger, step) = (sensor.finger(), self.step);
+        self.step += 1;
+        finger.weigh_second(&free, first, &measured, step, &mut self.weights)
+    }
+
+    /// Whether a change of slope is a second contact, and what is known of it.
+    pub(super) fn second_contact<F, H: JointSensor, X: SeriesElement>(
+        &mut self,
+        sensor: &Sensor<F, H, X>,
+        change: &SlopeChange,
+    ) -> Option<Followed>
+    where
+        F: HoldsTwice + Mechanics<Configuration = C>,
+    {
+        let Measured {
+            change,
+            cable: [cable, cable_sigma],
+            free_nm,
+            asked,
+        } = self.measured(sensor, change);
+        let is_rigid = change.is_rigid(cable, cable_sigma);
+        // With two phalanges both in contact nothing is left to move.
+        if !is_rigid && F::PHALANGES == 2 {
+            return None;
+        }
+        let found = asked.map(|(free, first, measured)| {
+            (sensor.finger()).weighed_second(&free, first, &measured, &self.weights)
+        });
+        let held = match found {
+            Some(Err(NoSecondContact::AtStop)) => return None,
+            found => found.and_then(Result::ok),
+        };
+        // With three phalanges a motion is left, unless the stiffness itself says that it is not.
+        let is_enveloped = F::PHALANGES == 2 || change.is_rigid(cable, 0.0);
+        self.grip = if is_enveloped {
+            Grip::Enveloped
+        } else {
+            Grip::TwoContacts
+        };
+        self.held = held;
+        let (phalanx, k_m, sigma_m) = held.map_or((0, f32::NAN, f32::NAN), |held| {
+            (held.phalanx, held.k_m, held.sigma_m)
+        });
+        Some(Followed::SecondContact {
+            phalanx,
+            k_m,
+            sigma_m,
+            theta_a_rad: change.theta_a_rad,
+            torque_nm: (change.torque_nm - free_nm) / sensor.calibration().torque_factor,
+            stiffness_nm_per_rad: change.after_nm_per_rad,
+            stiffness_sigma_nm_per_rad: change.after_sigma_nm_per_rad,
+        })
+    }
+}
