@@ -140,7 +140,9 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
             let variance_nm2 = sigma_nm * sigma_nm;
             let found = (self.search).push(angle_rad, closing.torque_nm, variance_nm2);
             closing.change = closing.change.or(found);
-            closing.measure(&self.search, variance_nm2);
+            if F::PHALANGES > 2 {
+                closing.measure(&self.search, variance_nm2);
+            }
         }
         let noise_nm = LOST_SIGMAS * above.sigma_nm;
         if !is_at_end && closing.is_lost(noise_nm) && !was_found {
@@ -251,8 +253,9 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
         if matches!(closing.first, First::Awaited) {
             return None;
         }
-        // A step a sample.
-        if let Some(change) = closing.change
+        // A step a sample; two phalanges hold each other, wherever the second contact is.
+        if F::PHALANGES > 2
+            && let Some(change) = closing.change
             && closing.weigh(sensor, &change)
         {
             return None;
