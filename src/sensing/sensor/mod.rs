@@ -59,6 +59,7 @@ enum Stage<F: Mechanics, R, X: SeriesElement> {
 ///     time_us: 1_000,
 ///     position_counts: 0,
 ///     current_a: 0.015,
+///     emf_v: 3.4,
 ///     drive: Drive::Closing,
 ///     joint: (),
 /// };
