@@ -3,11 +3,11 @@
 
 use crate::support;
 use crate::support::firmware;
-use palpate::app::storage::record::{Record, scene_id};
 use palpate::drive::identify::Quantity;
 use palpate::scene::Scene;
 use palpate_emulator::Firmware;
 use palpate_emulator::sim::{Script, Session, Settings};
+use palpate_evaluation::replay::kept as kept_record;
 use palpate_plant::Parameters;
 use palpate_scenes::P70Shunt;
 
@@ -116,7 +116,7 @@ fn kept(session: &mut Session<'_>) -> (f32, bool) {
         .flat_map(|piece| piece.split_whitespace().skip(1))
         .map(|byte| byte.parse().expect("a byte"))
         .collect();
-    Record::decode::<true, _>(&bytes, scene_id::<P70Shunt>(), |record| {
+    kept_record::<P70Shunt, _>(&bytes, |record| {
         let factor = record.calibration.torque_factor;
         (factor, record.identified.is_some())
     })

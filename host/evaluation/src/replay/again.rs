@@ -7,12 +7,12 @@ use palpate::app::grasp::ContactSensing;
 use palpate::app::grasp::coordinator::directive;
 use palpate::app::grasp::sensing::SensingRequest;
 use palpate::app::log::{self, Parsed, Value};
-use palpate::app::storage::record::{Record, scene_id};
 use palpate::drive::Fault;
 use palpate::drive::sequence::State;
 use palpate::scene::Scene;
 use palpate::sensing::{Directive, Event, Followed, JointSensor, Object};
 
+use super::kept::kept;
 use super::{Fields, Replay, Source, TimedEvent, fields, followed_fields, note, object_fields};
 use crate::trace::Streamed;
 
@@ -190,7 +190,7 @@ impl<S: Scene> Following<S> {
             .extend(words.filter_map(|word| word.parse::<u8>().ok()));
         // As long as pieces are missing it is refused; what was identified may follow a whole record.
         let sensing = &mut self.sensing;
-        let _ = Record::decode::<true, _>(&self.kept, scene_id::<S>(), |record| {
+        let _ = kept::<S, _>(&self.kept, |record| {
             sensing.restore(record);
         });
     }

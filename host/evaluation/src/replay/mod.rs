@@ -8,17 +8,20 @@
 //! |---|---|
 //! | `again` | the same events from what the firmware streamed |
 //! | `find` | free motion in a recording |
+//! | `kept` | what the firmware had in flash |
 //! | `event` | events as text and JSON |
 
 mod again;
 mod event;
 mod find;
+mod kept;
 
 use again::again;
 
 pub use again::Comparison;
 pub use event::{Fields, fields, followed_fields, line, object_fields};
 pub use find::{MotionSegment, NoFreeClosing};
+pub use kept::kept;
 
 use palpate::app::log::object_with;
 use palpate::finger::Mechanics;
