@@ -124,6 +124,7 @@ impl<S: Scene<Finger: HoldsTwice + Clone + Debug>> Scene for Recorded<S> {
     const FRICTION_NM: f32 = S::FRICTION_NM;
     const IDENTIFIES: bool = S::IDENTIFIES;
     const HOLD_FORCE_N: f32 = S::HOLD_FORCE_N;
+    const MOUNTING_RAD: f32 = S::MOUNTING_RAD;
     const ANGLE_SENSOR: AngleSensor = S::ANGLE_SENSOR;
 
     fn settings() -> Settings {

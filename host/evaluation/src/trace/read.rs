@@ -16,7 +16,7 @@ const LARGEST_COUNTS: f64 = 9.0e15;
 /// No motor of this size draws that much; a file in milliampere would.
 const LARGEST_CURRENT_A: f64 = 1.0e3;
 /// Nor is its back-EMF larger.
-pub(super) const LARGEST_VOLTAGE_V: f64 = 1.0e3;
+const LARGEST_VOLTAGE_V: f64 = 1.0e3;
 /// Share of a full duty below which its sign says nothing.
 const NO_DUTY: f64 = 1e-9;
 
@@ -139,6 +139,26 @@ pub(super) fn field(
     }
 }
 
+/// The back-EMF of a row, volt; `None` where the cell is empty or there is no such column.
+pub(super) fn back_emf(
+    record: &csv::StringRecord,
+    columns: &Columns,
+) -> Result<Option<f64>, ReadError> {
+    columns
+        .emf
+        .filter(|at| !record.get(*at).unwrap_or("").trim().is_empty())
+        .map(|at| {
+            field(
+                record,
+                at,
+                "emf_v",
+                LARGEST_VOLTAGE_V,
+                "a voltage in volt below 1000",
+            )
+        })
+        .transpose()
+}
+
 /// A reader that skips comments.
 pub(super) fn reader<R: Read>(input: R) -> csv::Reader<R> {
     csv::ReaderBuilder::new()
@@ -192,18 +212,7 @@ pub fn read(input: impl Read) -> Result<(Vec<Row>, Findings), ReadError> {
                 .duty
                 .map(|index| field(index, "duty", f64::MAX, "a number"))
                 .transpose()?,
-            emf_v: columns
-                .emf
-                .filter(|index| !record.get(*index).unwrap_or("").trim().is_empty())
-                .map(|index| {
-                    field(
-                        index,
-                        "emf_v",
-                        LARGEST_VOLTAGE_V,
-                        "a voltage in volt below 1000",
-                    )
-                })
-                .transpose()?,
+            emf_v: back_emf(&record, &columns)?,
         };
         findings.rows += 1;
         match rows.last() {

@@ -7,7 +7,7 @@ use std::io::Read;
 use palpate::sample::{Drive, Sample};
 
 use super::PERIOD_US;
-use super::read::{LARGEST_VOLTAGE_V, ReadError, columns, field, malformed, reader};
+use super::read::{ReadError, back_emf, columns, field, malformed, reader};
 
 /// Between two lines that were logged before the same sample.
 const SEPARATOR: &str = " | ";
@@ -47,11 +47,7 @@ pub fn stream(input: impl Read) -> Result<Option<Vec<Streamed>>, ReadError> {
         let expected = "a current in ampere below 1000";
         let current_a = field(&record, columns.current, "current_a", 1.0e3, expected)?;
         let duty = field(&record, duty, "duty", f64::MAX, "a number")?;
-        let expected = "a voltage in volt below 1000";
-        let emf_v = (columns.emf)
-            .filter(|at| !record.get(*at).unwrap_or("").trim().is_empty())
-            .map(|at| field(&record, at, "emf_v", LARGEST_VOLTAGE_V, expected))
-            .transpose()?;
+        let emf_v = back_emf(&record, &columns)?;
         let text = |at: usize| record.get(at).unwrap_or("").trim();
         #[expect(
             clippy::cast_possible_truncation,
