@@ -19,6 +19,17 @@ pub(super) struct Rubbed {
     pub(super) sigma: f32,
 }
 
+/// What joints that turn back take of the motion after a second contact.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct TurningBack {
+    /// Twice the way of these joints for one of the input link: times a joint's friction the torque through which the finger
+    /// sticks.
+    pub(super) turned: f32,
+    /// Twice their share of the torque's work: times what is lost there the share of the compliance that goes; times that and the
+    /// torque more of that through which the finger sticks.
+    pub(super) share: f32,
+}
+
 /// What a second contact leaves of a finger's motion.
 pub(super) struct Motion {
     /// Indices of the phalanges that touch, the first contact's first.
@@ -72,11 +83,14 @@ impl Pressed<3> {
         let free = self.second_compliance(phalanx, k_m)?;
         let share = self.rubbed_share(phalanx, k_m, measured.half_thickness_m)?;
         let [mean, deviation] = measured.friction;
-        let left = (1.0 - mean * share).at_least(LEAST_LEFT);
+        let [loss, loss_deviation] = measured.joint_loss;
+        let back = self.turning_back(phalanx, k_m)?.share;
+        let left = (1.0 - mean * share - loss * back).at_least(LEAST_LEFT);
         // The lever enters twice, as torque and as rotation.
         let spread = [
             measured.compliance_sigma_rad_per_nm,
             free * share * deviation,
+            free * back * loss_deviation,
             2.0 * free * left * measured.leverage_sigma * self.lever_doubt(phalanx, k_m)?,
         ];
         Some(Rubbed {
@@ -130,6 +144,24 @@ impl Pressed<3> {
         let [_, two, three] = core::array::from_fn(|i| self.x[i] * v[i]);
         let doubt = sqrt(two * two + three * three) / lever.abs();
         doubt.is_finite().then_some(doubt)
+    }
+
+    /// What joints whose turning the second contact reverses take. What is lost on the way to a joint helped against the torque
+    /// before and is gained now, and so counts twice; a calibration knows it as it is while the finger closes.
+    pub(super) fn turning_back(&self, phalanx: u8, k_m: f32) -> Option<TurningBack> {
+        let Motion { v, lever, .. } = self.between(phalanx, k_m)?;
+        let mut back = TurningBack::default();
+        for (joint, (v, x)) in v.into_iter().zip(self.x).enumerate() {
+            let after = v / lever;
+            if self.tangent_per_nm[joint] * after < 0.0 {
+                back.turned += 2.0 * after.abs();
+                // What joint 1 gets is carried by nothing.
+                if joint > 0 {
+                    back.share += 2.0 * (x * after).abs();
+                }
+            }
+        }
+        (back.turned.is_finite() && back.share.is_finite()).then_some(back)
     }
 
     /// Torque through which contact friction with a coefficient of 1 holds the finger at first: where the first contact's sliding

@@ -5,6 +5,7 @@
 //! and the first contact's sliding, where it turns back, holds the finger for a while. The coefficient of friction and the first
 //! contact's place are not known either: all three are summed over.
 
+use super::rubbed::{LEAST_LEFT, TurningBack};
 use super::{
     BaseJoint, Configuration, Contact, Finger, Free, Mechanics, Pressed, SecondMeasured,
     Transmission,
@@ -89,6 +90,8 @@ struct Expected {
     taken: [f32; 2],
     /// Torque through which the finger sticks.
     stick_nm: f32,
+    /// What joints that turn back take, at once and where it was measured.
+    back: [TurningBack; 2],
     /// Doubt about the lever, as a share of that about each joint's.
     doubts: f32,
 }
@@ -107,18 +110,21 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
         let stick_nm = pressed.stick_nm(phalanx, k_m, half_m)?;
         let there = self.turned_on(pressed, phalanx, k_m, measured);
         let later = there.and_then(|(there, k_there_m)| {
-            Some([
+            Some((
                 there.second_compliance(phalanx, k_there_m)?,
                 there.rubbed_share(phalanx, k_there_m, half_m)?,
-            ])
+                there.turning_back(phalanx, k_there_m)?,
+            ))
         });
-        let [compliance, taken_there] = later.unwrap_or([instant, taken]);
+        let back = pressed.turning_back(phalanx, k_m)?;
+        let (compliance, taken_there, back_there) = later.unwrap_or((instant, taken, back));
         let doubts = pressed.lever_doubt(phalanx, k_m)?;
         Some(Expected {
             doubts,
             compliances: [instant, compliance],
             taken: [taken, taken_there],
             stick_nm,
+            back: [back, back_there],
         })
     }
 
@@ -226,6 +232,15 @@ impl Expected {
         let [mean, deviation] = measured.friction;
         let [at_once, there] = self.compliances;
         let [taken, taken_there] = self.taken;
+        let [back, back_there] = self.back;
+        let [joint_nm, joint_sigma_nm] = measured.joint_friction_nm;
+        let [loss, loss_sigma] = measured.joint_loss;
+        let carried_nm = back.share * measured.torque_nm;
+        let held_nm = joint_nm * back.turned + loss * carried_nm;
+        let held_sigma_nm = {
+            let (of_joints, of_losses) = (joint_sigma_nm * back.turned, loss_sigma * carried_nm);
+            sqrt(of_joints * of_joints + of_losses * of_losses)
+        };
         let mut sum = 0.0;
         for [deviations, weight] in FRICTIONS {
             let friction = mean + deviations * deviation;
@@ -233,21 +248,26 @@ impl Expected {
             if friction < 0.0 {
                 continue;
             }
-            let left = |taken: f32| (1.0 - friction * taken).at_least(super::rubbed::LEAST_LEFT);
-            let compliance = there * left(taken_there);
-            let moves_nm = (measured.later_nm - friction * self.stick_nm).at_least(0.0);
-            let turned = 0.5 * moves_nm * (at_once * left(taken) + compliance);
+            let left = |taken: f32, back: TurningBack| {
+                (1.0 - friction * taken - loss * back.share).at_least(LEAST_LEFT)
+            };
+            let compliance = there * left(taken_there, back_there);
+            let moves_nm = (measured.later_nm - friction * self.stick_nm - held_nm).at_least(0.0);
+            let mean = 0.5 * (at_once * left(taken, back) + compliance);
+            let turned = moves_nm * mean;
             // The lever enters twice, as torque and as rotation.
             let lever = 2.0 * measured.leverage_sigma * self.doubts;
-            let variance =
-                |own: f32, expected: f32| own * own + lever * lever * expected * expected;
+            let lost = loss_sigma * back_there.share;
+            let unsure = lever * lever + lost * lost;
+            let variance = |own: f32, expected: f32| own * own + unsure * expected * expected;
             let of_compliance =
                 variance(measured.compliance_sigma_rad_per_nm, compliance) + step * step;
             let off = measured.compliance_rad_per_nm - compliance;
             let mut squares = off * off / of_compliance;
             let mut scale = of_compliance;
             if measured.later_nm > 0.0 {
-                let of_turned = variance(measured.turned_sigma_rad, turned);
+                let held = held_sigma_nm * mean;
+                let of_turned = variance(measured.turned_sigma_rad, turned) + held * held;
                 let off = measured.turned_rad - turned;
                 squares += off * off / of_turned;
                 scale *= of_turned;

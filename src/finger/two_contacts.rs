@@ -50,6 +50,10 @@ pub struct SecondMeasured {
     pub half_thickness_m: f32,
     /// Deviation of the finger's leverage, as a share, >= 0.
     pub leverage_sigma: f32,
+    /// Friction of each joint, newton metre: mean and deviation, >= 0.
+    pub joint_friction_nm: [f32; 2],
+    /// Share of the torque carried to each joint beyond the first that is lost there: mean and deviation, >= 0.
+    pub joint_loss: [f32; 2],
 }
 
 /// The stiffness problem of a second contact on one phalanx: C = (x . v)^2 / (v^T H v) along v = p_a x p_b, linear in k.
@@ -278,6 +282,8 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
     ///     friction: [0.0; 2],
     ///     half_thickness_m: 0.006,
     ///     leverage_sigma: 0.0,
+    ///     joint_friction_nm: [0.0; 2],
+    ///     joint_loss: [0.0; 2],
     /// };
     /// let places = finger.second_places(&at, 0.02, first, &measured).expect("a posture");
     /// assert!(places.iter().any(|p| p.place.phalanx == 3 && (p.place.k_m - 0.025).abs() < 1e-5));

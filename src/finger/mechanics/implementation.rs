@@ -12,6 +12,7 @@ where
     const PHALANGES: usize = N;
     const FIRST_TOUCHING: u8 = B::FIRST_TOUCHING;
     const UNEVEN: bool = T::UNEVEN;
+    const JOINT_LOSS: [f32; 2] = T::JOINT_LOSS;
     const WEIGHS: bool = B::WEIGHS;
     type Configuration = Configuration<N>;
     type Path = Path<N, B>;

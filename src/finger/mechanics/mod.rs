@@ -76,6 +76,8 @@ pub trait Mechanics {
     const FIRST_TOUCHING: u8 = 1;
     /// Whether its leverage may differ from what the lengths say by percents, and from one contact to another.
     const UNEVEN: bool;
+    /// Share of the torque carried to each joint beyond the first that is lost there: mean and deviation.
+    const JOINT_LOSS: [f32; 2];
     /// Whether the weight of its phalanges is stated ([`Weighted`](super::Weighted)).
     const WEIGHS: bool;
     /// Joint angles with their cosines and sines.

@@ -6,7 +6,7 @@ use crate::finger::{
     TwoContacts,
 };
 use crate::joint_sensor::JointSensor;
-use crate::numeric::{Bounded, sqrt};
+use crate::numeric::{Bounded, not_negative, sqrt};
 use crate::sensing::Sensor;
 use crate::sensing::calibration::MIDDLE_NM;
 use crate::sensing::location::SeriesElement;
@@ -116,9 +116,14 @@ impl<C: Copy> Closing<C> {
         let (cable, cable_sigma) = if X::FLEXIBLE {
             // Kept for a nominal torque, and for the middle of a probing.
             let beyond_nm = (later.torque_nm - free_nm) / factor - MIDDLE_NM;
-            let share = 1.0 - calibration.stiffening_per_nm * beyond_nm;
+            // A cable stiffens and does not soften: from the middle of a probing to its end that is much of its twist.
+            let [stiffening, unsure] = not_negative([
+                calibration.stiffening_per_nm,
+                calibration.stiffening_sigma_per_nm,
+            ]);
+            let share = 1.0 - stiffening * beyond_nm;
             let cable = calibration.cable_rad_per_nm * share.at_least(0.0) / factor;
-            let bend = calibration.stiffening_sigma_per_nm * beyond_nm * cable;
+            let bend = unsure * beyond_nm * cable;
             let sigma = calibration.cable_sigma_rad_per_nm / factor;
             (cable, sqrt(sigma * sigma + bend * bend))
         } else {
@@ -159,6 +164,8 @@ impl<C: Copy> Closing<C> {
                     friction: settings.contact_friction,
                     half_thickness_m: settings.half_thickness_m,
                     leverage_sigma: settings.leverage_sigma,
+                    joint_friction_nm: not_negative(settings.joint_friction_nm),
+                    joint_loss: F::JOINT_LOSS,
                 };
                 (free, contact, measured)
             }),
