@@ -1,4 +1,5 @@
-//! Trade-off of the user's settings: the time from first contact to an answer against the answer's error. Simulated: the library's control, sequence and sensing on the simulation's plant, default scene.
+//! Trade-off of the user's settings: the time from first contact to an answer against the answer's error. Simulated: the library's
+//! control, sequence and sensing on the simulation's plant, default scene.
 //!
 //! Fingers differ from one another and from the scene as the plant's parameters are uncertain. Each is homed, records its
 //! friction at the closing speed and goes through the guided calibration; then it closes on cylinders of 4 to 40 mm
