@@ -141,23 +141,36 @@ impl ReturnedContact {
         let Some(proximal) = self.proximal().filter(|_| compliance >= 0.0) else {
             return Inverse::of(heapless::Vec::new(), Class::Invalid);
         };
-        let mut candidates = heapless::Vec::new();
         let root = S::returned(self, compliance, length_m).near_m;
-        if let Some(k_m) = root.filter(|k_m| *k_m <= length_m) {
-            // Room for two places a phalanx.
-            let _ = candidates.push(Candidate {
-                phalanx: 2,
-                k_m,
-                beyond_stiffest: false,
-            });
-        }
-        let class = if compliance * self.cable.stiffness_nm_per_rad > 1.0 {
-            Class::TooSoft
-        } else if compliance >= proximal {
-            Class::Gap
-        } else {
-            Class::TooStiff
-        };
-        Inverse::of(candidates, class)
+        let free = self.cable.stiffness_nm_per_rad;
+        explained(compliance, root, length_m, proximal, free)
     }
+}
+
+/// What explains a compliance after break-away, with its root on phalanx 2 wherever that lies. Nothing is softer than joint 1 turned
+/// alone, whose stiffness is `free_nm_per_rad`.
+pub(super) fn explained(
+    compliance: f32,
+    root_m: Option<f32>,
+    length_m: f32,
+    proximal: f32,
+    free_nm_per_rad: f32,
+) -> Inverse {
+    let mut candidates = heapless::Vec::new();
+    if let Some(k_m) = root_m.filter(|k_m| *k_m <= length_m) {
+        // Room for two places a phalanx.
+        let _ = candidates.push(Candidate {
+            phalanx: 2,
+            k_m,
+            beyond_stiffest: false,
+        });
+    }
+    let class = if compliance * free_nm_per_rad > 1.0 {
+        Class::TooSoft
+    } else if compliance >= proximal {
+        Class::Gap
+    } else {
+        Class::TooStiff
+    };
+    Inverse::of(candidates, class)
 }

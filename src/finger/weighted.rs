@@ -9,9 +9,9 @@
 use super::chain::StiffnessRoot;
 use super::inverse::{ContactStatics, PostureStiffness, Solver, without_tip};
 use super::quadratic::{Quadratic, QuadraticContact};
-use super::return_cable::ReturnedContact;
+use super::return_cable::{ReturnedContact, explained};
 use super::statics::contact_arms;
-use super::{BaseJoint, Candidate, Class, Configuration, Finger, Inverse, Roots, Transmission};
+use super::{BaseJoint, Class, Configuration, Finger, Inverse, Roots, Transmission};
 use crate::numeric::{Bounded, dot};
 use core::array::from_fn;
 
@@ -120,26 +120,10 @@ impl WeightedReturn {
         let Some(proximal) = self.compliance(0.0).filter(|_| compliance >= 0.0) else {
             return Inverse::of(heapless::Vec::new(), Class::Invalid);
         };
-        let mut candidates = heapless::Vec::new();
         let root = S::weighted(self, compliance, length_m).near_m;
-        if let Some(k_m) = root.filter(|k_m| *k_m <= length_m) {
-            // Room for two places a phalanx.
-            let _ = candidates.push(Candidate {
-                phalanx: 2,
-                k_m,
-                beyond_stiffest: false,
-            });
-        }
         // Free it turns joint 1 alone, and lifts both links.
         let free = self.contact.cable.stiffness_nm_per_rad + self.links[0] + self.links[1];
-        let class = if compliance * free > 1.0 {
-            Class::TooSoft
-        } else if compliance >= proximal {
-            Class::Gap
-        } else {
-            Class::TooStiff
-        };
-        Inverse::of(candidates, class)
+        explained(compliance, root, length_m, proximal, free)
     }
 }
 

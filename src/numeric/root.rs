@@ -29,7 +29,8 @@ extern "C" fn vsqrt(x: f32) -> f32 {
     core::arch::naked_asm!(".fpu fpv4-sp-d16", "vsqrt.f32 s0, s0", "bx lr")
 }
 
-/// Square root for constants, where VSQRT.F32 is not available: correctly rounded too, by the integer root of the mantissa. 0 where the argument is not a positive, normal and finite number.
+/// Square root for constants, where VSQRT.F32 is not available: correctly rounded too, by the integer root of the mantissa. 0 where the
+/// argument is not a positive, normal and finite number.
 pub const fn constant_sqrt(x: f32) -> f32 {
     if !(x >= f32::MIN_POSITIVE && x < f32::INFINITY) {
         return 0.0;

@@ -7,7 +7,8 @@ use crate::numeric::{ln, sqrt};
 use crate::sensing::location::{Cable, SeriesElement, SoftObject};
 use core::marker::PhantomData;
 
-/// Normal equations of `P` unknowns, fewer where `X` has no cable or no soft object, about a point, and the Cholesky factor of their matrix.
+/// Normal equations of `P` unknowns, fewer where `X` has no cable or no soft object, about a point, and the Cholesky factor of their
+/// matrix.
 ///
 /// The matrix is symmetric and stored on and below the diagonal; the factor is stored above.
 #[derive(Clone, Copy, Debug)]

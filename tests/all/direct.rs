@@ -1,8 +1,9 @@
 //! A motor at every joint, the others held by their worms behind springs: what joint 1's motor feels
 //! (docs/MECHANICS.md#one-motor-a-joint), against plane geometry in f64 and against the finger whose motors keep their torque.
 
+use crate::finger_support::Noise;
 use palpate::finger::{
-    ActuatedFinger, Class, Contact, Direct, Finger, Mechanics, Parameters, Springless,
+    ActuatedFinger, Class, Contact, Direct, Finger, Mechanics, Parameters, Springless, Tendon,
 };
 use palpate::scene::Scene;
 use palpate_scenes::Direct2;
@@ -218,4 +219,51 @@ fn a_phalanx_that_is_pushed_open_rubs_the_other_way() {
             "{told} {by_friction}"
         );
     }
+}
+
+/// Two actuators of a fully actuated finger place a contact with the deviation they claim; none is told without one.
+#[test]
+fn actuators_together_place_a_contact() {
+    let finger = ActuatedFinger::new(Parameters {
+        lengths_m: [0.060, 0.045, 0.030],
+        stiffness_nm_per_rad: [0.4, 0.3, 0.2],
+        rest_rad: [0.0; 3],
+        range_rad: [[-0.5, 2.0]; 3],
+    })
+    .expect("in range");
+    let at = finger.free_at_torques([0.2, 0.15, 0.1]).expect("a posture");
+    let free = finger.expected_k_a().map(|k| 1.0 / k);
+    assert_eq!(finger.locate(&at, free, free.map(|c| 0.01 * c)), None);
+    assert_eq!(finger.locate(&at, [f32::NAN; 3], free), None);
+    let mut noise = Noise(2);
+    for (phalanx, k) in [(2, 0.02), (3, 0.02), (3, 0.027)] {
+        let truth = finger
+            .contact_compliance(&at, phalanx, k)
+            .expect("on the finger");
+        let sigma = free.map(|c| 0.003 * c);
+        let mut squares = 0.0;
+        for _ in 0..200 {
+            let measured = core::array::from_fn(|j| truth[j] + sigma[j] * noise.deviate());
+            let place = finger.locate(&at, measured, sigma).expect("a contact");
+            assert_eq!(place.phalanx, phalanx);
+            let z = (place.k_m.expect("a place") - k) / place.sigma_m;
+            squares += z * z;
+        }
+        let rms = (squares / 200.0).sqrt();
+        println!("phalanx {phalanx} at {k} m: rms of error over deviation {rms:.2}");
+        assert!((0.8..1.25).contains(&rms), "{rms}");
+    }
+    let blocked = finger
+        .contact_compliance(&at, 1, 0.03)
+        .expect("on the finger");
+    let place = finger
+        .locate(&at, blocked, free.map(|c| 0.01 * c))
+        .expect("a contact");
+    assert_eq!((place.phalanx, place.k_m), (1, None));
+    let without = Parameters {
+        stiffness_nm_per_rad: [0.0, 0.3, 0.2],
+        ..*finger.parameters()
+    };
+    assert!(ActuatedFinger::new(without).is_err());
+    let _: Finger<3, Tendon<3>> = Finger::new(without, [0.01; 4]).expect("one motor needs none");
 }

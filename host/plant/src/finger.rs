@@ -7,12 +7,14 @@
 mod balance;
 #[cfg(test)]
 mod reference;
+mod returning;
 mod stage;
 
 use crate::object::{Body, Grasp, Point};
 use crate::parameters::{Object, ObjectMount, Parameters};
 use crate::{Contact, Error};
 use balance::Pusher;
+use returning::Returning;
 use stage::Stage;
 
 /// Largest number of phalanges.
@@ -37,13 +39,13 @@ struct Held {
     flanks: [f64; 2],
 }
 
-/// A cable that opens the finger: it pulls at every joint by its pulley there.
-#[derive(Clone, Copy, Debug)]
-struct Returning {
-    pulley: [f64; MAX],
-    /// Tension where every joint is at its rest angle.
-    tension: f64,
-    stiffness: f64,
+/// Values of a list, one a joint.
+fn list(values: &[f64], f: fn(f64) -> f64) -> [f64; MAX] {
+    let mut list = [0.0; MAX];
+    list.iter_mut()
+        .zip(values)
+        .for_each(|(to, &from)| *to = f(from));
+    list
 }
 
 /// Configuration and state.
@@ -96,13 +98,6 @@ impl Finger {
     pub fn new(parameters: &Parameters) -> Result<Self, Error> {
         let finger = &parameters.finger;
         let count = finger.length_m.len();
-        let list = |values: &[f64], f: fn(f64) -> f64| {
-            let mut list = [0.0; MAX];
-            list.iter_mut()
-                .zip(values)
-                .for_each(|(to, &from)| *to = f(from));
-            list
-        };
         let stage = |i: usize| -> Result<Stage, Error> {
             if i + 1 >= count || !finger.held_backlash_deg.is_empty() {
                 return Ok(Stage::Tendon { ratio: 0.0 });
@@ -142,16 +137,7 @@ impl Finger {
             });
         }
         let low = list(&finger.joint_min_deg, f64::to_radians);
-        let returning = finger.return_pulley_m.first().map(|first| {
-            // The error of the springs is this one's too, and it is preloaded over the pulley of joint 1.
-            let made = 1.0 + mechanism.spring_error;
-            let stretched = first * mechanism.preload_deg.to_radians();
-            Returning {
-                pulley: list(&finger.return_pulley_m, |r| r),
-                tension: made * (finger.return_tension_n + finger.return_n_per_m * stretched),
-                stiffness: made * finger.return_n_per_m,
-            }
-        });
+        let returning = Returning::of(parameters);
         for i in (1..count).filter(|_| returning.is_none()) {
             // A spring can be preloaded only if its joint rests at the stop.
             if rest[i] < low[i] + 1e-6 {
@@ -245,22 +231,6 @@ impl Finger {
             }
         };
         Ok(())
-    }
-
-    /// Pull of the return cable in a posture, newton.
-    fn return_pull(&self, cable: &Returning, angle: [f64; MAX]) -> f64 {
-        let taken: f64 = (0..self.count)
-            .map(|i| cable.pulley[i] * (angle[i] - self.rest[i]))
-            .sum();
-        self.springs_left * (cable.tension + cable.stiffness * taken).max(0.0)
-    }
-
-    /// Its torque at each joint, newton metre, closing positive.
-    fn return_torques(&self, angle: [f64; MAX]) -> [f64; MAX] {
-        self.returning.map_or([0.0; MAX], |cable| {
-            let pull = self.return_pull(&cable, angle);
-            cable.pulley.map(|radius| -radius * pull)
-        })
     }
 
     /// Torque of gravity at each joint, newton metre, closing positive.
@@ -392,10 +362,8 @@ impl Finger {
         let springs = (0..self.count).map(|i| {
             0.5 * self.springs_left * self.spring[i] * (self.angle[i] - self.rest[i]).powi(2)
         });
-        let returned = self.returning.map_or(0.0, |cable| {
-            let pull = self.return_pull(&cable, self.angle);
-            0.5 * pull * pull / (self.springs_left * cable.stiffness).max(f64::MIN_POSITIVE)
-        });
-        springs.sum::<f64>() + returned + self.pushers.iter().map(Pusher::energy).sum::<f64>()
+        springs.sum::<f64>()
+            + self.return_energy()
+            + self.pushers.iter().map(Pusher::energy).sum::<f64>()
     }
 }

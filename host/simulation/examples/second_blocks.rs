@@ -5,18 +5,15 @@
 use std::cell::RefCell;
 use std::fmt::Debug;
 
-use palpate::drive::config::Config;
-use palpate::drive::sequence::Motion;
 use palpate::finger::HoldsTwice;
-use palpate::joint_sensor::{AngleSensor, JointSensor};
+use palpate::joint_sensor::JointSensor;
 use palpate::scene::Scene;
 use palpate::sensing::block::{BlockAverager, BlockUpdate};
 use palpate::sensing::{
-    AfterContact, Calibration, Directive, Drive, Drivetrain, Event, Follow, Followed, Sample,
-    Sensor, SeriesElement, Settings,
+    AfterContact, Directive, Drive, Event, Follow, Followed, Sample, Sensor, SeriesElement,
 };
 use palpate_plant::World;
-use palpate_simulation::second_contacts;
+use palpate_simulation::second_contacts::{self, With};
 use palpate_simulation::{Error, Simulated};
 
 /// Motor position, measured angle, torque above the record, of the free finger, deviation, calibration, time.
@@ -107,30 +104,7 @@ impl<F: HoldsTwice + Clone + Debug> AfterContact<F> for Recorder<Follow<F>> {
     }
 }
 
-#[derive(Clone, Debug)]
-struct Recorded<S>(std::marker::PhantomData<S>);
-
-impl<S: Scene<Finger: HoldsTwice + Clone + Debug>> Scene for Recorded<S> {
-    const NAME: &'static str = S::NAME;
-    type Finger = S::Finger;
-    type Joint = S::Joint;
-    type Series = S::Series;
-    type After = Recorder<Follow<S::Finger>>;
-    const MECHANISM: Self::Finger = S::MECHANISM;
-    const DRIVE: Config = S::DRIVE;
-    const MOTION: Motion = S::MOTION;
-    const UNCALIBRATED: Calibration = S::UNCALIBRATED;
-    const DRIVETRAIN: Drivetrain = S::DRIVETRAIN;
-    const FRICTION_NM: f32 = S::FRICTION_NM;
-    const IDENTIFIES: bool = S::IDENTIFIES;
-    const HOLD_FORCE_N: f32 = S::HOLD_FORCE_N;
-    const MOUNTING_RAD: f32 = S::MOUNTING_RAD;
-    const ANGLE_SENSOR: AngleSensor = S::ANGLE_SENSOR;
-
-    fn settings() -> Settings {
-        S::settings()
-    }
-}
+type Recorded<S> = With<S, Recorder<Follow<<S as Scene>::Finger>>>;
 
 fn run<S: Simulated<Finger: HoldsTwice>>(
     world: &str,

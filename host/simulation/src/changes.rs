@@ -2,6 +2,7 @@
 //! object is held; and contacts that nothing happens to.
 
 use crate::disturbance::{Disturbance, Happened, What, When};
+use crate::places::PIN_RAD;
 use crate::{Error, Outcome, Simulated, Simulation, Verdict};
 use palpate::sensing::{Change, Followed};
 use palpate_plant::{Grasp, Shape, World};
@@ -16,9 +17,8 @@ const IN_TIME_S: f64 = 0.05;
 /// gone.
 const LARGE_NM: f64 = 0.02;
 const LARGE_SHARE: f64 = 0.5;
-/// Pins of the calibration on the last phalanx, as shares of its length, and the angle of joint 1 then, radian.
+/// Pins of the calibration on the last phalanx, as shares of its length.
 const PINS: [f64; 2] = [0.29, 0.71];
-const PIN_RAD: f64 = 0.8;
 
 /// Kinds of things that happen, with what of them counts as told right.
 pub const KINDS: [(&str, &[Change]); 8] = [

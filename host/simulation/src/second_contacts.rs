@@ -8,7 +8,9 @@ use palpate::drive::sequence::Motion;
 use palpate::finger::HoldsTwice;
 use palpate::joint_sensor::AngleSensor;
 use palpate::scene::Scene;
-use palpate::sensing::{Calibration, Drivetrain, Event, Follow, Followed, Grip, Settings};
+use palpate::sensing::{
+    AfterContact, Calibration, Drivetrain, Event, Follow, Followed, Grip, Settings,
+};
 use palpate_plant::{Contact, Grasp, Shape, Truth, World};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -22,16 +24,19 @@ const PRESSES_MS: usize = 20;
 /// passing.
 const LEAST_TURNS: f64 = 4.0;
 
-/// A scene with the option `second_contact`, whether its file has it or not.
+/// A scene with something else after the first contact, whatever its file says.
 #[derive(Clone, Copy, Debug)]
-pub struct Grasping<S>(PhantomData<S>);
+pub struct With<S, A>(PhantomData<(S, A)>);
 
-impl<S: Scene<Finger: HoldsTwice + Clone + std::fmt::Debug>> Scene for Grasping<S> {
+/// A scene with the option `second_contact`, whether its file has it or not.
+pub type Grasping<S> = With<S, Follow<<S as Scene>::Finger>>;
+
+impl<S: Scene, A: AfterContact<S::Finger>> Scene for With<S, A> {
     const NAME: &'static str = S::NAME;
     type Finger = S::Finger;
     type Joint = S::Joint;
     type Series = S::Series;
-    type After = Follow<S::Finger>;
+    type After = A;
     const MECHANISM: Self::Finger = S::MECHANISM;
     const DRIVE: Config = S::DRIVE;
     const MOTION: Motion = S::MOTION;
@@ -243,7 +248,7 @@ where
     finger_of::<Grasping<S>>(world, seed, grasps, calibrated, tell)
 }
 
-/// The same of a scene that looks for second contacts by itself.
+/// The same of a scene that looks for second contacts by itself: its own, or [`With`] what follows.
 ///
 /// # Errors
 /// As [`finger`].

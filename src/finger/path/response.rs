@@ -61,7 +61,8 @@ impl<const N: usize> Linearization<N> {
         a
     }
 
-    /// Answers to some loads, [`MOST`] at most; those beyond the loads mean nothing. Then the change of the joints that closes a unit of gap.
+    /// Answers to some loads, [`MOST`] at most; those beyond the loads mean nothing. Then the change of the joints that closes a unit of
+    /// gap.
     #[inline(never)]
     fn respond(&self, loads: &[Load<N>]) -> Option<([Response<N>; MOST], [f32; N])> {
         let mut sides = [self.pressing; MOST + 1];

@@ -141,3 +141,19 @@ pub fn linkage3() -> impl Strategy<Value = Finger<3, Linkage<2>>> {
             Finger::new(parameters(l, k, rest, [-0.4, 1.2]), design).ok()
         })
 }
+
+/// Deviates of a normal distribution: sums of twelve uniform ones.
+pub struct Noise(pub u64);
+
+impl Noise {
+    pub fn deviate(&mut self) -> f32 {
+        let uniform = |_| {
+            self.0 = self
+                .0
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 40) as f32 / (1u64 << 24) as f32
+        };
+        (0..12).map(uniform).sum::<f32>() - 6.0
+    }
+}

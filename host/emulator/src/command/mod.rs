@@ -5,6 +5,7 @@ pub mod bench;
 pub mod campaign;
 mod counts;
 pub mod faults;
+mod live;
 mod output;
 mod ports;
 pub mod sim;

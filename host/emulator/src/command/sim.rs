@@ -3,7 +3,6 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::{Duration, Instant};
 
 use clap::Args;
@@ -15,6 +14,7 @@ use palpate_emulator::sim::{
 use palpate_emulator::{Error, Firmware, Setup};
 use palpate_plant::{Engine, ObjectMount, Parameters, World};
 
+use super::live::{Pace, Typed};
 use super::output::{Form, Output};
 use super::ports::Ports;
 
@@ -328,74 +328,6 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
     } else {
         ExitCode::FAILURE
     })
-}
-
-/// Keeps simulated time to a multiple of real time.
-struct Pace {
-    speed: f64,
-    from: Instant,
-    from_s: f64,
-}
-
-impl Pace {
-    fn new(speed: f64) -> Self {
-        Self {
-            speed,
-            from: Instant::now(),
-            from_s: 0.0,
-        }
-    }
-
-    /// Restarts the pace, so that time in which the core was halted is not caught up.
-    fn restart(&mut self, time_s: f64) {
-        (self.from, self.from_s) = (Instant::now(), time_s);
-    }
-
-    /// Waits until the time is due.
-    fn keep(&self, time_s: f64) {
-        let due = Duration::from_secs_f64((time_s - self.from_s).max(0.0) / self.speed);
-        std::thread::sleep(due.saturating_sub(self.from.elapsed()));
-    }
-}
-
-/// Command lines typed while the emulation runs.
-struct Typed {
-    lines: Receiver<String>,
-    open: bool,
-}
-
-impl Typed {
-    /// Reads standard input in a thread of its own.
-    fn listen() -> Self {
-        let (sender, lines) = std::sync::mpsc::channel();
-        std::thread::spawn(move || {
-            for line in std::io::stdin().lines().map_while(Result::ok) {
-                if sender.send(line).is_err() {
-                    return;
-                }
-            }
-        });
-        Self { lines, open: true }
-    }
-
-    /// Whether standard input is still open.
-    fn open(&self) -> bool {
-        self.open
-    }
-
-    fn pass_on(&mut self, session: &mut Session<'_>) {
-        loop {
-            match self.lines.try_recv() {
-                Ok(line) if line.trim() == "stop" => session.interrupt("stop"),
-                Ok(line) => session.enter(Step::Command(line.trim().to_owned())),
-                Err(TryRecvError::Empty) => return,
-                Err(TryRecvError::Disconnected) => {
-                    self.open = false;
-                    return;
-                }
-            }
-        }
-    }
 }
 
 /// The fault, once, when it is due.

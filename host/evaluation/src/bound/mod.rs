@@ -87,8 +87,8 @@ pub fn levels() -> Vec<Knowledge> {
     ]
 }
 
-/// A finger in which nothing rubs, nothing is off and nothing is noisy, as in the world `ideal`, and its locator, calibrated by pins, does not
-/// know.
+/// A finger in which nothing rubs, nothing is off and nothing is noisy, as in the world `ideal`, and its locator, calibrated by pins,
+/// does not know.
 ///
 /// # Panics
 /// Never: there are levels.

@@ -7,13 +7,15 @@
 mod finger;
 mod held;
 mod measured;
+mod opened;
 mod posterior;
 mod rolling;
 mod stiffness;
 
 pub use finger::{Finger, Stage};
-pub use held::{Drive, Held, Opened, Press, ReturnCable, State};
+pub use held::{Held, Press};
 pub use measured::{BESIDE, Curve, Noise, Place, Priors, Sample, predicted};
+pub use opened::{Drive, Opened, ReturnCable, State};
 pub use posterior::Posterior;
 pub use rolling::{Rolled, Rolling, Touch};
 pub use stiffness::{ClosurePoint, contact_curve, free_posture, tangent_compliance};

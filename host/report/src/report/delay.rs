@@ -1,4 +1,5 @@
-//! Trade-off of the user's settings: the time from first contact to an answer against the answer's error. Simulated: the library's control, sequence and sensing on the simulation's plant, default scene.
+//! Trade-off of the user's settings: the time from first contact to an answer against the answer's error. Simulated: the library's
+//! control, sequence and sensing on the simulation's plant, default scene.
 //!
 //! Fingers differ from one another and from the scene as the plant's parameters are uncertain. Each is homed, records its
 //! friction at the closing speed and goes through the guided calibration; then it closes on cylinders of 4 to 40 mm
@@ -11,6 +12,7 @@ use palpate::app::console::settings::Setting;
 use palpate::sensing::Event;
 use palpate_plant::{Grasp, Parameters, Shape};
 use palpate_scenes::P70;
+use palpate_simulation::places::PIN_SHARES;
 use palpate_simulation::{Outcome, Simulation};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -19,9 +21,8 @@ use serde::Serialize;
 pub const FINGERS: u64 = 4;
 pub const CLOSINGS: u32 = 20;
 
-/// Length of the distal phalanx, metre, and the pins of the guided calibration as shares of it.
+/// Length of the distal phalanx, metre.
 const LENGTH_M: f32 = 0.070;
-const PIN_SHARES: [f32; 2] = [0.3, 0.75];
 /// theta_1 at the pins, radian.
 const PIN_RAD: f64 = 0.6;
 
@@ -214,7 +215,7 @@ fn finger(seed: u64, speed: f32) -> Result<Simulation<P70>> {
     );
     simulation.press()?;
     for share in PIN_SHARES {
-        simulation.calibrate(2, share * LENGTH_M, PIN_RAD)?;
+        simulation.calibrate(2, share as f32 * LENGTH_M, PIN_RAD)?;
     }
     Ok(simulation)
 }

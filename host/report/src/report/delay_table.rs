@@ -53,8 +53,8 @@ pub fn short_table(rows: &[Row]) -> String {
 /// The table.
 pub fn table(rows: &[Row]) -> String {
     let mut text = format!(
-        "Simulated: {FINGERS} calibrated fingers, {CLOSINGS} closings of each a row, on cylinders of 4 to 40 mm. Times from the \
-         plant's true first contact until the firmware tells, milliseconds; |error| of k in mm; median / 90 %. First: the \
+        "Simulated: {FINGERS} calibrated fingers, {CLOSINGS} closings of each a row, on cylinders of 4 to 40 mm. Times from the\n\
+         plant's true first contact until the firmware tells, milliseconds; |error| of k in mm; median / 90 %. First: the\n\
          first place told; last: settled, or at the torque's limit. The chip's time for a fit is not in the delays.\n\n\
          {}",
         head(

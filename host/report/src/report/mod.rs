@@ -157,7 +157,7 @@ impl Report {
     /// The whole text of the tables.
     fn text(&self, compiler: &str, with_plots: bool) -> String {
         let mut text = format!(
-            "Instructions are counted exactly on an emulated Cortex-M4F, not on silicon; cycles are a bracket computed from \
+            "Instructions are counted exactly on an emulated Cortex-M4F, not on silicon; cycles are a bracket computed from\n\
              them. {compiler}. Chosen methods in bold.\n"
         );
         text += &format!("\n## Targets\n\n{}", target::table(&self.targets()));

@@ -1,5 +1,5 @@
-//! A scale under a contact sets the scale of every force after it: springs, and what contact friction changes. Simulated: the ideal world with springs that are off by
-//! 10 %.
+//! A scale under a contact sets the scale of every force after it: springs, and what contact friction changes. Simulated: the ideal world
+//! with springs that are off by 10 %.
 
 use crate::support::{calibrated_on_pins, close_and_open};
 use palpate::app::console::command::Command;

@@ -1,0 +1,190 @@
+//! A second contact of a finger that rubs and sticks.
+
+use super::{FRICTIONLESS, pressed_on, pressed_on_both};
+use palpate::finger::{Contact, Free, HoldsTwice, Mechanics, Mounting, SecondMeasured};
+use palpate::scene::Scene;
+use palpate_scenes::Tendon3;
+
+/// Contact friction by the full equations: unknown are the growth of both forces and the turning of the joints.
+mod rubbing {
+    use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+
+    const HALF_M: f64 = 0.006;
+
+    /// Moment arms of a contact's force and of a force along its phalanx towards the joint, from the joints' angles.
+    fn arms(lengths_m: [f64; 3], rad: [f64; 3], phalanx: usize, k_m: f64) -> [Vector3<f64>; 2] {
+        let (mut press, mut rub) = (Vector3::zeros(), Vector3::zeros());
+        for joint in 0..phalanx {
+            (press[joint], rub[joint]) = (k_m, HALF_M);
+            for below in joint..phalanx - 1 {
+                let bend: f64 = rad[below + 1..phalanx].iter().sum();
+                press[joint] += lengths_m[below] * bend.cos();
+                rub[joint] -= lengths_m[below] * bend.sin();
+            }
+        }
+        [press, rub]
+    }
+
+    /// Compliance of a finger that two contacts with friction hold.
+    pub(super) fn compliance(
+        pressed: &palpate::finger::Pressed<3>,
+        (phalanx, k_m): (usize, f64),
+        friction: f64,
+    ) -> f64 {
+        let lengths_m = [0.090, 0.0675, 0.045];
+        let rad = pressed.joints_rad.map(f64::from);
+        let first = usize::from(pressed.contact.phalanx);
+        let contacts = [
+            arms(lengths_m, rad, first, f64::from(pressed.k_now_m)),
+            arms(lengths_m, rad, phalanx, k_m),
+        ];
+        let x = Vector3::from(pressed.x.map(f64::from));
+        let h =
+            Matrix3::from_fn(|row, column| f64::from(pressed.stiffness_nm_per_rad[row][column]));
+        let turning = |senses: [f64; 2]| {
+            let mut matrix = SMatrix::<f64, 5, 5>::zeros();
+            matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&h);
+            for (at, ([press, rub], sense)) in contacts.iter().zip(senses).enumerate() {
+                let force = press + friction * sense * rub;
+                matrix.fixed_view_mut::<3, 1>(0, 3 + at).copy_from(&force);
+                matrix
+                    .fixed_view_mut::<1, 3>(3 + at, 0)
+                    .copy_from(&press.transpose());
+            }
+            let mut right = SVector::<f64, 5>::zeros();
+            right.fixed_rows_mut::<3>(0).copy_from(&x);
+            let solved = matrix.lu().solve(&right).expect("a finger that moves");
+            let turned: Vector3<f64> = solved.fixed_rows::<3>(0).into();
+            turned
+        };
+        let free = turning([0.0; 2]);
+        let senses = contacts.each_ref().map(|[_, rub]| rub.dot(&free).signum());
+        x.dot(&turning(senses))
+    }
+}
+
+/// With friction the finger is stiffer, and a place that takes it into account is nearer to the truth.
+#[test]
+fn friction_is_taken_off_a_second_place() {
+    let finger = Tendon3::MECHANISM.mounted(Mounting::LEVEL);
+    let (torque, rise) = (0.03, 0.02);
+    let at = finger.free_at_torque(torque, &finger.rest()).expect("free");
+    let (mut with, mut without, mut count) = (0.0f64, 0.0f64, 0.0);
+    for first_m in [0.025, 0.030, 0.035] {
+        let first = Contact {
+            phalanx: 2,
+            k_m: first_m,
+            radius_m: 0.006,
+        };
+        let pressed = pressed_on(&finger, &at, torque, first, rise);
+        for truth_m in [0.022, 0.027, 0.032] {
+            let frictionless = f64::from(
+                pressed
+                    .second_compliance(3, truth_m as f32)
+                    .expect("a place"),
+            );
+            let none = rubbing::compliance(&pressed, (3, truth_m), 0.0);
+            assert!(
+                (none / frictionless - 1.0).abs() < 1e-3,
+                "{none} {frictionless}"
+            );
+            let compliance = rubbing::compliance(&pressed, (3, truth_m), 0.1);
+            assert!(compliance < frictionless, "{compliance} {frictionless}");
+            let places = |friction: f32| {
+                let measured = SecondMeasured {
+                    rise_nm: rise,
+                    compliance_rad_per_nm: compliance as f32,
+                    compliance_sigma_rad_per_nm: 0.01 * compliance as f32,
+                    friction: [friction, 0.5 * friction],
+                    ..FRICTIONLESS
+                };
+                let found = finger.second_places(&at, torque, first, &measured);
+                let off = |found: &palpate::finger::SecondPlace| {
+                    (
+                        f64::from(found.place.k_m) - truth_m,
+                        f64::from(found.sigma_m),
+                    )
+                };
+                (found
+                    .expect("a posture")
+                    .iter()
+                    .filter(|found| found.place.phalanx == 3)
+                    .map(off))
+                .min_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))
+            };
+            println!(
+                "{first_m} {truth_m}: {frictionless:.4} {compliance:.4} {:?} {:?}",
+                places(0.1),
+                places(0.0)
+            );
+            let (Some((taken, sigma_m)), Some((left, _))) = (places(0.1), places(0.0)) else {
+                continue;
+            };
+            assert!(
+                taken.abs() < 2.0 * sigma_m,
+                "{first_m} {truth_m}: {taken} {sigma_m}"
+            );
+            with += taken.abs();
+            without += left.abs();
+            count += 1.0;
+        }
+    }
+    println!(
+        "off by {:.2} mm, without friction {:.2} mm",
+        1e3 * with / count,
+        1e3 * without / count
+    );
+    assert!(count >= 5.0 && with < 0.4 * without);
+}
+
+/// Sticking and rubbing that the finger's user does not know place a second contact no farther off than its deviation says, and
+/// much nearer than the slope at the corner, where the finger sticks, would.
+#[test]
+fn a_finger_that_sticks_at_first_is_placed_by_what_follows() {
+    let finger = Tendon3::MECHANISM;
+    let (torque, rise, later) = (0.03f32, 0.03, 0.04f32);
+    let configuration = finger.free_at_torque(torque, &finger.rest()).expect("free");
+    let at = Free {
+        configuration,
+        torque_nm: torque,
+    };
+    let (mut worst, mut count) = (0.0f32, 0);
+    for first_m in [0.038f32, 0.042, 0.046] {
+        let (first, pressed) = pressed_on_both(&finger, &configuration, torque, first_m, rise);
+        let truth_m = 0.0675 - pressed.k_now_m;
+        for friction in [0.0f64, 0.1, 0.2] {
+            // The finger sticks for 12 mN m per 0.1, then gives way, rubbed by the full equations.
+            let moves = later - 0.12 * friction as f32;
+            let at_once = rubbing::compliance(&pressed, (3, f64::from(truth_m)), friction) as f32;
+            let measured = SecondMeasured {
+                rise_nm: rise,
+                torque_nm: torque + rise,
+                later_nm: later,
+                turned_rad: 0.9 * at_once * moves,
+                ..FRICTIONLESS
+            };
+            let (there, k_m) = finger
+                .turned_on(&pressed, 3, truth_m, &measured)
+                .expect("a posture");
+            let compliance = rubbing::compliance(&there, (3, f64::from(k_m)), friction) as f32;
+            let measured = SecondMeasured {
+                turned_rad: 0.5 * moves * (at_once + compliance),
+                turned_sigma_rad: 0.0035,
+                compliance_rad_per_nm: compliance,
+                compliance_sigma_rad_per_nm: 0.05 * compliance,
+                first_sigma_m: 1.5e-3,
+                friction: [0.1, 0.1],
+                ..measured
+            };
+            let found = finger.second_contact(&at, first, &measured).expect("one");
+            println!(
+                "{first_m} {friction}: {truth_m} {} {}",
+                found.k_m, found.sigma_m
+            );
+            assert_eq!(found.phalanx, 3);
+            worst = worst.max(((found.k_m - truth_m) / found.sigma_m).abs());
+            count += 1;
+        }
+    }
+    assert!(count == 9 && worst < 2.0, "{worst}");
+}
