@@ -17,7 +17,10 @@ pub fn not_negative([mean, deviation]: [f32; 2]) -> [f32; 2] {
     let at = mean / deviation;
     let ratio = PEAK * exp(-0.5 * at * at) * (1.0 + exp(-LOGISTIC * at));
     let left = 1.0 - ratio * (at + ratio);
-    [mean + deviation * ratio, deviation * sqrt(left.at_least(0.0))]
+    [
+        mean + deviation * ratio,
+        deviation * sqrt(left.at_least(0.0)),
+    ]
 }
 
 #[cfg(test)]
@@ -32,7 +35,11 @@ mod tests {
             let x = (f64::from(step) + 0.5) / f64::from(steps) * (mean.abs() + 12.0 * deviation);
             let off = (x - mean) / deviation;
             let weight = (-0.5 * off * off).exp();
-            sums = [sums[0] + weight, sums[1] + weight * x, sums[2] + weight * x * x];
+            sums = [
+                sums[0] + weight,
+                sums[1] + weight * x,
+                sums[2] + weight * x * x,
+            ];
         }
         let [all, first, second] = sums;
         let middle = first / all;

@@ -26,6 +26,8 @@ const FRICTIONLESS: SecondMeasured = SecondMeasured {
     friction: [0.0; 2],
     half_thickness_m: 0.006,
     leverage_sigma: 0.0,
+    joint_friction_nm: [0.0; 2],
+    joint_loss: [0.0; 2],
 };
 
 /// The finger that has pressed on `first` since `torque_nm`, after a rise of it.

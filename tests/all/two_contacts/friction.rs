@@ -1,4 +1,4 @@
-//! A second contact of a finger that rubs and sticks.
+//! A second contact of a finger that rubs and sticks, and whose pulleys take some of the tension.
 
 use super::{FRICTIONLESS, pressed_on, pressed_on_both};
 use palpate::finger::{Contact, Free, HoldsTwice, Mechanics, Mounting, SecondMeasured};
@@ -25,11 +25,13 @@ mod rubbing {
         [press, rub]
     }
 
-    /// Compliance of a finger that two contacts with friction hold.
+    /// Compliance of a finger that two contacts with friction hold. A pulley takes a share of the torque that is carried to a joint
+    /// in the sense in which it turns; `x` has it as it was with one contact.
     pub(super) fn compliance(
         pressed: &palpate::finger::Pressed<3>,
         (phalanx, k_m): (usize, f64),
         friction: f64,
+        loss: f64,
     ) -> f64 {
         let lengths_m = [0.090, 0.0675, 0.045];
         let rad = pressed.joints_rad.map(f64::from);
@@ -41,7 +43,7 @@ mod rubbing {
         let x = Vector3::from(pressed.x.map(f64::from));
         let h =
             Matrix3::from_fn(|row, column| f64::from(pressed.stiffness_nm_per_rad[row][column]));
-        let turning = |senses: [f64; 2]| {
+        let turning = |senses: [f64; 2], carried: Vector3<f64>| {
             let mut matrix = SMatrix::<f64, 5, 5>::zeros();
             matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&h);
             for (at, ([press, rub], sense)) in contacts.iter().zip(senses).enumerate() {
@@ -52,14 +54,22 @@ mod rubbing {
                     .copy_from(&press.transpose());
             }
             let mut right = SVector::<f64, 5>::zeros();
-            right.fixed_rows_mut::<3>(0).copy_from(&x);
+            right.fixed_rows_mut::<3>(0).copy_from(&carried);
             let solved = matrix.lu().solve(&right).expect("a finger that moves");
             let turned: Vector3<f64> = solved.fixed_rows::<3>(0).into();
             turned
         };
-        let free = turning([0.0; 2]);
+        let free = turning([0.0; 2], x);
         let senses = contacts.each_ref().map(|[_, rub]| rub.dot(&free).signum());
-        x.dot(&turning(senses))
+        let arrives = |turned: f64| 1.0 - loss * turned.signum();
+        let carried = Vector3::from_fn(|joint, _| {
+            let before = f64::from(pressed.tangent_per_nm[joint]);
+            match joint {
+                0 => x[0],
+                _ => x[joint] * arrives(free[joint]) / arrives(before),
+            }
+        });
+        x.dot(&turning(senses, carried))
     }
 }
 
@@ -83,12 +93,12 @@ fn friction_is_taken_off_a_second_place() {
                     .second_compliance(3, truth_m as f32)
                     .expect("a place"),
             );
-            let none = rubbing::compliance(&pressed, (3, truth_m), 0.0);
+            let none = rubbing::compliance(&pressed, (3, truth_m), 0.0, 0.0);
             assert!(
                 (none / frictionless - 1.0).abs() < 1e-3,
                 "{none} {frictionless}"
             );
-            let compliance = rubbing::compliance(&pressed, (3, truth_m), 0.1);
+            let compliance = rubbing::compliance(&pressed, (3, truth_m), 0.1, 0.0);
             assert!(compliance < frictionless, "{compliance} {frictionless}");
             let places = |friction: f32| {
                 let measured = SecondMeasured {
@@ -137,6 +147,53 @@ fn friction_is_taken_off_a_second_place() {
     assert!(count >= 5.0 && with < 0.4 * without);
 }
 
+/// A pulley of a joint that turns back gives what it took before: the finger is stiffer, and a place that takes it into account is
+/// nearer to the truth.
+#[test]
+fn what_pulleys_take_is_taken_off_a_second_place() {
+    let finger = Tendon3::MECHANISM.mounted(Mounting::LEVEL);
+    let (torque, rise) = (0.03, 0.02);
+    let at = finger.free_at_torque(torque, &finger.rest()).expect("free");
+    let (mut with, mut without, mut count) = (0.0f64, 0.0f64, 0);
+    for first_m in [0.025, 0.030, 0.035] {
+        let first = Contact {
+            phalanx: 2,
+            k_m: first_m,
+            radius_m: 0.006,
+        };
+        let pressed = pressed_on(&finger, &at, torque, first, rise);
+        for truth_m in [0.022, 0.027, 0.032] {
+            let compliance = rubbing::compliance(&pressed, (3, truth_m), 0.0, 0.03) as f32;
+            let off_m = |loss: f32| {
+                let measured = SecondMeasured {
+                    rise_nm: rise,
+                    compliance_rad_per_nm: compliance,
+                    compliance_sigma_rad_per_nm: 0.01 * compliance,
+                    joint_loss: [loss, 0.0],
+                    ..FRICTIONLESS
+                };
+                let found = finger.second_places(&at, torque, first, &measured);
+                (found.expect("a posture").iter())
+                    .filter(|found| found.place.phalanx == 3)
+                    .map(|found| (f64::from(found.place.k_m) - truth_m).abs())
+                    .min_by(f64::total_cmp)
+            };
+            if let (Some(taken), Some(left)) = (off_m(0.03), off_m(0.0)) {
+                with += taken;
+                without += left;
+                count += 1;
+            }
+        }
+    }
+    let each = 1e3 / f64::from(count);
+    println!(
+        "{count} off by {:.2} mm, without losses {:.2} mm",
+        each * with,
+        each * without
+    );
+    assert!(count >= 5 && with < 0.3 * without);
+}
+
 /// Sticking and rubbing that the finger's user does not know place a second contact no farther off than its deviation says, and
 /// much nearer than the slope at the corner, where the finger sticks, would.
 #[test]
@@ -155,7 +212,8 @@ fn a_finger_that_sticks_at_first_is_placed_by_what_follows() {
         for friction in [0.0f64, 0.1, 0.2] {
             // The finger sticks for 12 mN m per 0.1, then gives way, rubbed by the full equations.
             let moves = later - 0.12 * friction as f32;
-            let at_once = rubbing::compliance(&pressed, (3, f64::from(truth_m)), friction) as f32;
+            let at_once =
+                rubbing::compliance(&pressed, (3, f64::from(truth_m)), friction, 0.0) as f32;
             let measured = SecondMeasured {
                 rise_nm: rise,
                 torque_nm: torque + rise,
@@ -166,7 +224,7 @@ fn a_finger_that_sticks_at_first_is_placed_by_what_follows() {
             let (there, k_m) = finger
                 .turned_on(&pressed, 3, truth_m, &measured)
                 .expect("a posture");
-            let compliance = rubbing::compliance(&there, (3, f64::from(k_m)), friction) as f32;
+            let compliance = rubbing::compliance(&there, (3, f64::from(k_m)), friction, 0.0) as f32;
             let measured = SecondMeasured {
                 turned_rad: 0.5 * moves * (at_once + compliance),
                 turned_sigma_rad: 0.0035,
