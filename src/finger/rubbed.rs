@@ -81,17 +81,18 @@ impl Pressed<3> {
         measured: &SecondMeasured,
     ) -> Option<Rubbed> {
         let free = self.second_compliance(phalanx, k_m)?;
-        let share = self.rubbed_share(phalanx, k_m, measured.half_thickness_m)?;
+        let motion = self.between(phalanx, k_m)?;
+        let share = self.rubbed_share(&motion, measured.half_thickness_m)?;
         let [mean, deviation] = measured.friction;
         let [loss, loss_deviation] = measured.joint_loss;
-        let back = self.turning_back(phalanx, k_m)?.share;
+        let back = self.turning_back(&motion)?.share;
         let left = (1.0 - mean * share - loss * back).at_least(LEAST_LEFT);
         // The lever enters twice, as torque and as rotation.
         let spread = [
             measured.compliance_sigma_rad_per_nm,
             free * share * deviation,
             free * back * loss_deviation,
-            2.0 * free * left * measured.leverage_sigma * self.lever_doubt(phalanx, k_m)?,
+            2.0 * free * left * measured.leverage_sigma * self.lever_doubt(&motion)?,
         ];
         Some(Rubbed {
             left,
@@ -103,9 +104,8 @@ impl Pressed<3> {
     /// Share of the torque's work that contact friction with a coefficient of 1 takes while two contacts hold: along the motion v
     /// that they leave, each slides by s . v under a force that grows with the torque. Forces that act already when the second
     /// contact is made, and turn back where the sliding does, are left out.
-    pub(super) fn rubbed_share(&self, phalanx: u8, k_m: f32, half_thickness_m: f32) -> Option<f32> {
-        let motion = self.between(phalanx, k_m)?;
-        let Motion {
+    pub(super) fn rubbed_share(&self, motion: &Motion, half_thickness_m: f32) -> Option<f32> {
+        let &Motion {
             tips,
             arms,
             v,
@@ -139,8 +139,7 @@ impl Pressed<3> {
 
     /// By how much larger than that of each joint's factor the doubt about x . v is, as shares: its terms cancel where the finger
     /// is nearly rigid. That of joint 1, x_1 = 1, is exact.
-    pub(super) fn lever_doubt(&self, phalanx: u8, k_m: f32) -> Option<f32> {
-        let Motion { v, lever, .. } = self.between(phalanx, k_m)?;
+    pub(super) fn lever_doubt(&self, &Motion { v, lever, .. }: &Motion) -> Option<f32> {
         let [_, two, three] = core::array::from_fn(|i| self.x[i] * v[i]);
         let doubt = sqrt(two * two + three * three) / lever.abs();
         doubt.is_finite().then_some(doubt)
@@ -148,8 +147,7 @@ impl Pressed<3> {
 
     /// What joints whose turning the second contact reverses take. What is lost on the way to a joint helped against the torque
     /// before and is gained now, and so counts twice; a calibration knows it as it is while the finger closes.
-    pub(super) fn turning_back(&self, phalanx: u8, k_m: f32) -> Option<TurningBack> {
-        let Motion { v, lever, .. } = self.between(phalanx, k_m)?;
+    pub(super) fn turning_back(&self, &Motion { v, lever, .. }: &Motion) -> Option<TurningBack> {
         let mut back = TurningBack::default();
         for (joint, (v, x)) in v.into_iter().zip(self.x).enumerate() {
             let after = v / lever;
@@ -166,8 +164,8 @@ impl Pressed<3> {
 
     /// Torque through which contact friction with a coefficient of 1 holds the finger at first: where the first contact's sliding
     /// turns back, its force has to be overcome twice. That of the second one grows from nothing.
-    pub(super) fn stick_nm(&self, phalanx: u8, k_m: f32, half_thickness_m: f32) -> Option<f32> {
-        let Motion { tips, v, lever, .. } = self.between(phalanx, k_m)?;
+    pub(super) fn stick_nm(&self, motion: &Motion, half_thickness_m: f32) -> Option<f32> {
+        let &Motion { tips, v, lever, .. } = motion;
         let [first, _] = tips;
         let arms = rubbing_arms(&self.lengths_m, &self.turn, first, half_thickness_m);
         let (before, after) = (dot(&arms, &self.tangent_per_nm), dot(&arms, &v) / lever);

@@ -116,19 +116,21 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
     ) -> Option<Expected> {
         let instant = pressed.second_compliance(phalanx, k_m)?;
         let half_m = measured.half_thickness_m;
-        let taken = pressed.rubbed_share(phalanx, k_m, half_m)?;
-        let stick_nm = pressed.stick_nm(phalanx, k_m, half_m)?;
+        let motion = pressed.between(phalanx, k_m)?;
+        let taken = pressed.rubbed_share(&motion, half_m)?;
+        let stick_nm = pressed.stick_nm(&motion, half_m)?;
         let there = self.turned_on(pressed, phalanx, k_m, measured);
         let later = there.and_then(|(there, k_there_m)| {
+            let motion = there.between(phalanx, k_there_m)?;
             Some((
                 there.second_compliance(phalanx, k_there_m)?,
-                there.rubbed_share(phalanx, k_there_m, half_m)?,
-                there.turning_back(phalanx, k_there_m)?,
+                there.rubbed_share(&motion, half_m)?,
+                there.turning_back(&motion)?,
             ))
         });
-        let back = pressed.turning_back(phalanx, k_m)?;
+        let back = pressed.turning_back(&motion)?;
         let (compliance, taken_there, back_there) = later.unwrap_or((instant, taken, back));
-        let doubts = pressed.lever_doubt(phalanx, k_m)?;
+        let doubts = pressed.lever_doubt(&motion)?;
         Some(Expected {
             doubts,
             compliances: [instant, compliance],
