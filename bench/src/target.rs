@@ -24,7 +24,7 @@ use palpate_bench::arithmetic;
 use crate::{bridge, ccm, clock, reset};
 
 /// Pages in front of those of the firmware's records, which stay as they are; this image does not reach so far.
-const STORE_START: u32 = 0x1_8000;
+const STORE_START: u32 = 128 * 1024 - 2 * (PAGES * PAGE) as u32;
 const FLASH_START: usize = 0x0800_0000;
 /// Longest step of the controller, counts: a control period has 8,500 cycles (chosen: less than half of it).
 const STEP_MAX: u32 = 4000;

@@ -26,7 +26,7 @@ use crate::scene::Active;
 use palpate::drive::io::Inputs;
 use palpate::drive::{Controller, Demand, Status};
 use palpate::joint_sensor::JointSensor;
-use palpate::scene::SampleOf;
+use palpate::scene::{SampleOf, Scene as _};
 
 use super::bridge::{self, Bridge};
 use super::encoder::Encoder;
@@ -37,8 +37,9 @@ use super::watchdog::{self, Reporter};
 type Sample = palpate::sample::Sample<<Joint as JointSensor>::Code>;
 
 /// Samples on their way to the sensing task, one a millisecond: one less than this fits. The task is never kept from running
-/// for nearly as long; if it is, the loss is a fault.
-const QUEUE_SAMPLES: usize = 16;
+/// for nearly as long; if it is, the loss is a fault. On three phalanges the update that begins a contact takes 10 ms at one
+/// cycle an instruction, and up to 41 ms by the upper bracket of cycles.
+const QUEUE_SAMPLES: usize = if Active::PHALANGES > 2 { 48 } else { 16 };
 
 /// What the interrupt works with. Inside the interrupt the lock costs two instructions: nothing can preempt it anyway.
 static CONTROL: Mutex<CriticalSectionRawMutex, RefCell<Slot>> =

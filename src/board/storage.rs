@@ -1,4 +1,4 @@
-//! The record in the last 16 KiB of flash, eight pages: the flash controller under a [`Store`].
+//! The record in the last pages of flash: the flash controller under a [`Store`].
 //!
 //! The chip has one bank: while it erases (25 ms at most) or programs (14 ms for the longest record), the core stalls on
 //! every fetch from flash, and the control interrupt with it. So nothing is written unless the bridge is off, and the
@@ -21,10 +21,10 @@ use super::{bridge, control};
 
 /// Where flash begins for the core, and from where on it is counted in registers and in [`RANGE`].
 const FLASH_START: usize = 0x0800_0000;
+const FLASH_BYTES: u32 = 128 * 1024;
 /// Where the records lie, as offsets from the start of flash; `memory.x` keeps the linker out of it.
-const RANGE: Range<u32> = 0x1_C000..0x2_0000;
+const RANGE: Range<u32> = FLASH_BYTES - (PAGES * PAGE) as u32..FLASH_BYTES;
 
-const _: () = assert!(RANGE.end - RANGE.start == (PAGES * PAGE) as u32);
 // The linker compares: `memory.x` has the same bounds, or there is no image.
 global_asm!(
     ".global _records_start",

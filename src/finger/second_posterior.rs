@@ -14,6 +14,8 @@ use crate::numeric::{Bounded, exp, sqrt};
 
 /// Places along a phalanx.
 const PLACES: u8 = 16;
+/// Steps that these are spread over: all at once take longer than a sensing update may.
+const PARTS: u8 = 2;
 /// Deviations of the coefficient of friction from its mean, with their weights: a normal distribution in steps of half a
 /// deviation.
 const FRICTIONS: [[f32; 2]; 8] = [
@@ -140,10 +142,11 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
         })
     }
 
-    /// Adds how likely the measurement is with a contact on a phalanx.
+    /// Adds how likely the measurement is with a contact on a part of a phalanx.
     fn add_along(
         &self,
         along: &mut Along,
+        part: u8,
         pressed: &Pressed<3>,
         weight: f32,
         measured: &SecondMeasured,
@@ -152,12 +155,20 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
         let length_m = self.phalanx_length_m(phalanx).unwrap_or(0.0);
         let has_place = pressed.tells_place(phalanx);
         let places = if has_place { PLACES } else { 1 };
-        let mut before: Option<Expected> = None;
-        for place in 0..places {
-            let k_m = (f32::from(place) + 0.5) / f32::from(places) * length_m;
-            let expected = (pressed.second_presses(phalanx, k_m))
+        let in_part = places.div_ceil(PARTS);
+        let (first, end) = (part * in_part, ((part + 1) * in_part).min(places));
+        let k_at_m = |place: u8| (f32::from(place) + 0.5) / f32::from(places) * length_m;
+        let expected_at = |k_m: f32| {
+            (pressed.second_presses(phalanx, k_m))
                 .then(|| self.expected(pressed, phalanx, k_m, measured))
-                .flatten();
+                .flatten()
+        };
+        let mut before = (first.checked_sub(1))
+            .filter(|_| first < end)
+            .and_then(|place| expected_at(k_at_m(place)));
+        for place in first..end {
+            let k_m = k_at_m(place);
+            let expected = expected_at(k_m);
             if let Some(expected) = expected {
                 let step = before.map_or(0.0, |before| {
                     UNIFORM * (expected.compliances[1] - before.compliances[1])
@@ -170,8 +181,8 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
         }
     }
 
-    /// See [`HoldsTwice::weigh_second`](super::HoldsTwice::weigh_second): a step is one phalanx with one place of the first
-    /// contact.
+    /// See [`HoldsTwice::weigh_second`](super::HoldsTwice::weigh_second): a step is a part of one phalanx with one place of the
+    /// first contact.
     pub(super) fn weigh_step(
         &self,
         at: &Free<Configuration<3>>,
@@ -180,7 +191,8 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
         step: u8,
         weights: &mut SecondWeights,
     ) -> bool {
-        let (index, of_first) = (usize::from(step % 2), usize::from(step / 2));
+        let (part, whole) = (step % PARTS, usize::from(step / PARTS));
+        let (index, of_first) = (whole % 2, whole / 2);
         let others = match first.phalanx {
             1 => [2, 3],
             2 => [1, 3],
@@ -213,9 +225,10 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
             {
                 there = round;
             }
-            self.add_along(along, &there, *weight, measured);
+            self.add_along(along, part, &there, *weight, measured);
         }
-        usize::from(step) + 1 < 2 * FIRSTS.len()
+        // After the last step, too: what was found is asked for in an update of its own.
+        true
     }
 }
 

@@ -18,8 +18,9 @@ const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
 pub const PAGE: usize = 2048;
 /// What can be programmed, once after it was erased, bytes.
 pub const WORD: usize = 8;
-/// Number of pages.
-pub const PAGES: usize = 8;
+/// Number of pages. Each endures 10,000 erasures (M) and a save erases one in turn: 40,000 saves. More of them would take flash
+/// that the largest image needs.
+pub const PAGES: usize = 4;
 /// Longest record, bytes: a page without its number, length and checksum.
 pub const RECORD_MAX: usize = PAGE - WORD - 4;
 

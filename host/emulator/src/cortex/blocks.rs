@@ -154,7 +154,7 @@ mod tests {
         blocks.watch(Map::CCM, 3);
         let program = Map::FLASH + 0x1000;
         let records = Map::FLASH + PROGRAM_SIZE;
-        let (before, after) = (records + 0x1000, records + 0x3000);
+        let (before, after) = (records + 0x1000, records + 0x1800);
         let all = [Map::CCM, program, before, after];
         for start in all {
             blocks.keep(at(start), 0);

@@ -2,6 +2,7 @@
 //! The memories as the core sees them: RAM at its addresses, flash at two, system memory.
 
 use super::Map;
+use palpate::app::storage::store::{PAGE, PAGES};
 
 /// RAM and system memory. The flash belongs to its controller.
 pub(super) struct Memory {
@@ -131,7 +132,7 @@ impl Memory {
 }
 
 /// The flash without its last pages, where a firmware keeps records and where damaged double words are looked for.
-pub(super) const PROGRAM_SIZE: u32 = Map::FLASH_SIZE - 16 * 1024;
+pub(super) const PROGRAM_SIZE: u32 = Map::FLASH_SIZE - (PAGES * PAGE) as u32;
 
 /// Offset in the flash of an address in either of its two ranges.
 #[inline]

@@ -7,6 +7,7 @@ use crate::cortex::account::Calls;
 use crate::rtt::Reader;
 use crate::time::{self, TICKS_PER_MS, TICKS_PER_US, Ticks};
 use crate::{Error, Firmware};
+use palpate::app::storage::store::{PAGE, PAGES};
 
 impl Session<'_> {
     /// Lets the fault happen now.
@@ -144,10 +145,10 @@ pub(super) fn names(faults: &[(u32, String)]) -> Vec<String> {
     faults.iter().map(|(_, name)| name.clone()).collect()
 }
 
-/// The pages that hold records: the last 16 KiB.
+/// The pages that hold records: the last ones.
 pub(super) fn stored(session: &Session<'_>) -> Vec<u8> {
     let flash = session.machine.flash();
-    flash[flash.len() - 16 * 1024..].to_vec()
+    flash[flash.len() - PAGES * PAGE..].to_vec()
 }
 
 /// The run must end as if nothing had happened.

@@ -38,9 +38,10 @@ impl Step {
         }
     }
 
-    /// What lies in the finger's way when it closes: the object of this run, or the pin a calibration names.
+    /// What lies in the way of a finger with so many phalanges when it closes: the object of this run, or the pin a calibration
+    /// names, on the last phalanx.
     #[must_use]
-    pub fn object(&self, wanted: Option<Object>) -> Option<Object> {
+    pub fn object(&self, wanted: Option<Object>, phalanges: u8) -> Option<Object> {
         let Self::Command(line) = self else {
             return wanted;
         };
@@ -51,9 +52,11 @@ impl Step {
         ) {
             (Some("run" | "close"), _) => wanted,
             (Some("calibrate"), Some(contact_mm)) => {
-                wanted.or(Some(Object::default())).map(|pin| Object {
-                    phalanx: 2,
+                let pin = Object::default();
+                Some(Object {
+                    phalanx: phalanges,
                     contact_mm,
+                    theta_1_deg: wanted.map_or(pin.theta_1_deg, |wanted| wanted.theta_1_deg),
                     ..pin
                 })
             }
@@ -114,7 +117,7 @@ mod tests {
     #[test]
     fn a_pin_stands_firmly_wherever_the_object_is() {
         let calibrate = Step::Command("calibrate 30".into());
-        assert_eq!(calibrate.object(None), Some(Object::default()));
+        assert_eq!(calibrate.object(None, 2), Some(Object::default()));
         assert!(calibrate.calibrates());
         assert!(!Step::Command("run".into()).calibrates() && !Step::Button.calibrates());
     }
@@ -139,11 +142,12 @@ mod tests {
         let objects: Vec<_> = script
             .0
             .iter()
-            .map(|step| step.object(Some(wanted)))
+            .map(|step| step.object(Some(wanted), 3))
             .collect();
         let pin = Object {
-            phalanx: 2,
+            phalanx: 3,
             contact_mm: 40.0,
+            diameter_mm: 10.0,
             ..wanted
         };
         assert_eq!(objects, [None, Some(pin), Some(wanted), None, Some(wanted)]);

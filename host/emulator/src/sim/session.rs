@@ -249,7 +249,9 @@ impl<'f> Session<'f> {
             .next
             .checked_sub(1)
             .and_then(|n| self.settings.script.0.get(n));
-        let object = step.and_then(|step| step.object(self.settings.object));
+        let phalanges = self.settings.parameters.finger.length_m.len();
+        let phalanges = u8::try_from(phalanges).unwrap_or(u8::MAX);
+        let object = step.and_then(|step| step.object(self.settings.object, phalanges));
         if let Some(plant) = self.machine.plant_mut()
             && !self.placed
         {

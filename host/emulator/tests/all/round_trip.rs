@@ -182,20 +182,36 @@ fn the_sensor_of_joint_2_is_in_the_recording() {
     round_trip("tendon2-hall", &session).has(&["friction-recorded", "touch", "located"]);
 }
 
-/// A cylinder that both phalanges meet.
-#[test]
-fn a_second_contact_is_replayed_as_well() {
-    let Some(firmware) = support::image(support::GRASP) else {
+/// A cylinder that two phalanges meet.
+fn second_contact(variable: &str, scene: &str, object: Object) {
+    let Some(firmware) = support::image(variable) else {
         return;
     };
+    let session = session(&firmware, scene, object, "trace on; run", None);
+    round_trip(scene, &session).has(&["touch", "second-contact", "grasp"]);
+}
+
+#[test]
+fn a_second_contact_is_replayed_as_well() {
     let object = Object {
         phalanx: 1,
         contact_mm: 70.0,
         diameter_mm: 70.0,
         theta_1_deg: 40.0,
     };
-    let session = session(&firmware, "p70-grasp", object, "trace on; run", None);
-    round_trip("p70-grasp", &session).has(&["touch", "second-contact", "grasp"]);
+    second_contact(support::GRASP, "p70-grasp", object);
+}
+
+/// Its place is weighed step by step, sample by sample.
+#[test]
+fn a_second_contact_of_three_phalanges_is_replayed_as_well() {
+    let object = Object {
+        phalanx: 2,
+        contact_mm: 41.5,
+        diameter_mm: 61.5,
+        theta_1_deg: 49.0,
+    };
+    second_contact(support::GRASP_TENDON3, "tendon3-grasp", object);
 }
 
 /// A place with the stiffness of its object, which the default scene would misplace.

@@ -3,6 +3,7 @@
 //! one, whole, never something else.
 
 use crate::support::firmware;
+use palpate::app::storage::store::{PAGE, PAGES};
 use palpate_emulator::chip::{FLASH_SIZE, Operation, PowerCut};
 use palpate_emulator::log::Line;
 use palpate_emulator::sim::{Script, Settings, end_of};
@@ -10,7 +11,7 @@ use palpate_emulator::time::{TICKS_PER_MS, Ticks};
 use palpate_emulator::{Firmware, Machine, Pause, Setup};
 
 /// Flash pages that hold records.
-const RECORDS: usize = FLASH_SIZE - 16 * 1024;
+const RECORDS: usize = FLASH_SIZE - PAGES * PAGE;
 /// The firmware is up and has read its record.
 const BOOT: Ticks = 100 * TICKS_PER_MS;
 /// Longest time to an answer: a save takes some 60 ms.

@@ -22,6 +22,8 @@ pub const RIGID: &str = "PALPATE_RIGID_ELF";
 pub const SHUNT: &str = "PALPATE_SHUNT_ELF";
 /// The scene `p70-grasp`: a second contact.
 pub const GRASP: &str = "PALPATE_GRASP_ELF";
+/// The scene `tendon3-grasp`: a second contact on three phalanges.
+pub const GRASP_TENDON3: &str = "PALPATE_GRASP_TENDON3_ELF";
 /// The scene `p70-soft`: objects that may give way.
 pub const SOFT: &str = "PALPATE_SOFT_ELF";
 /// The scene `direct2`: a motor at every joint.
