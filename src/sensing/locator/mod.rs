@@ -229,8 +229,11 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             Progress::Converged => fit.fitted(prior),
             _ => None,
         };
-        // A known place is fitted once; the fit is kept for the calibration.
+        // A known place is fitted once a round; the fit is kept for the calibration, and its result for what `stands` compares.
         if !matches!(prior.place, Place::Anywhere) {
+            if F::PHALANGES > shares::STIFF_WITH_TWO {
+                self.keep(fitted);
+            }
             self.under_way = false;
             return true;
         }
