@@ -342,17 +342,17 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             _ => None,
         };
         let neighbour = track.fit(from).filter(|_| self.order > 0);
-        let x = match before.or(neighbour) {
-            Some(fitted) => fitted.x,
+        let (x, fitted) = match before.or(neighbour) {
+            Some(fitted) => (fitted.x, true),
             None => {
                 let place = match self.start.checked_sub(1).and_then(|i| STARTS.get(i)) {
                     Some(share) => track.side[0] + share * (track.side[1] - track.side[0]),
                     None => track.candidate,
                 };
-                fit::start(place, prior)
+                (fit::start(place, prior), false)
             }
         };
-        Some(Fit::new(hypothesis, x))
+        Some(Fit::new(hypothesis, x, fitted))
     }
 }
 
