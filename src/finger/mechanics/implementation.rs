@@ -11,6 +11,7 @@ where
 {
     const PHALANGES: usize = N;
     const FIRST_TOUCHING: u8 = B::FIRST_TOUCHING;
+    const CABLE_DECIDES: bool = B::FIRST_TOUCHING > 1 || !T::COUPLES;
     const UNEVEN: bool = T::UNEVEN;
     const JOINT_LOSS: [f32; 2] = T::JOINT_LOSS;
     const WEIGHS: bool = B::WEIGHS;

@@ -74,6 +74,9 @@ pub trait Mechanics {
     const PHALANGES: usize;
     /// The first phalanx that can touch anything: 1, or 2 where the first lies within the palm.
     const FIRST_TOUCHING: u8 = 1;
+    /// Whether the stiffness of a cable that is not known decides which phalanx a contact is taken for: where the first lies within the
+    /// palm, and where the motor turns joint 1 alone (docs/MECHANICS.md#which-phalanx).
+    const CABLE_DECIDES: bool;
     /// Whether its leverage may differ from what the lengths say by percents, and from one contact to another.
     const UNEVEN: bool;
     /// Share of the torque carried to each joint beyond the first that is lost there: mean and deviation.

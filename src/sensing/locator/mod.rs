@@ -229,8 +229,11 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             Progress::Converged => fit.fitted(prior),
             _ => None,
         };
-        // A known place is fitted once; the fit is kept for the calibration.
+        // A known place is fitted once a round; the fit is kept for the calibration, and its result for what `stands` compares.
         if !matches!(prior.place, Place::Anywhere) {
+            if F::PHALANGES > shares::STIFF_WITH_TWO {
+                self.keep(fitted);
+            }
             self.under_way = false;
             return true;
         }
@@ -339,17 +342,17 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             _ => None,
         };
         let neighbour = track.fit(from).filter(|_| self.order > 0);
-        let x = match before.or(neighbour) {
-            Some(fitted) => fitted.x,
+        let (x, fitted) = match before.or(neighbour) {
+            Some(fitted) => (fitted.x, true),
             None => {
                 let place = match self.start.checked_sub(1).and_then(|i| STARTS.get(i)) {
                     Some(share) => track.side[0] + share * (track.side[1] - track.side[0]),
                     None => track.candidate,
                 };
-                fit::start(place, prior)
+                (fit::start(place, prior), false)
             }
         };
-        Some(Fit::new(hypothesis, x))
+        Some(Fit::new(hypothesis, x, fitted))
     }
 }
 

@@ -82,6 +82,9 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
                 continue;
             };
             new.ln_evidence += bonus(&new.estimate);
+            if X::FLEXIBLE && F::CABLE_DECIDES {
+                new.ln_evidence += prior.ln_cable(&new.estimate.best.x) / spread;
+            }
             // Two starts that ended in one minimum are one hypothesis.
             let same = weighed
                 .iter_mut()

@@ -1,7 +1,7 @@
 //! Priors of a fit, and its unknowns.
 
 use super::noise::Noise;
-use crate::numeric::Bounded;
+use crate::numeric::{Bounded, clamp, ln};
 use crate::sensing::calibration::independence;
 use crate::sensing::{Calibration, SeriesElement};
 use core::marker::PhantomData;
@@ -86,6 +86,27 @@ pub struct Prior<X: SeriesElement> {
     pub noise: Noise,
     /// What lies in series.
     pub series: PhantomData<X>,
+}
+
+/// Range of a cable's compliance over the nominal one: 10 and 1.5 kN/m about 3 (docs/HARDWARE.md#drivetrain).
+const CABLES: [f32; 2] = [0.3, 2.0];
+
+impl<X: SeriesElement> Prior<X> {
+    /// Logarithm of how much likelier the cable of a fit is than the fit takes it for. Nobody knows more of a cable than a range of
+    /// its stiffness, and only what is even in the logarithm is the same for stiffness and compliance; a fit has a normal distribution
+    /// as wide as that. Nothing once a press or a pin has told the cable.
+    pub(super) fn ln_cable(&self, x: &[f32; UNKNOWNS]) -> f32 {
+        let known = &self.calibration;
+        if known.presses > 0 || known.contacts > 0 || known.cable_rad_per_nm <= 0.0 {
+            return 0.0;
+        }
+        let [stiffest, softest] = CABLES;
+        let sigma = (known.cable_sigma_rad_per_nm / known.cable_rad_per_nm).at_least(1e-3);
+        // Beyond the range the normal distribution goes on.
+        let over = clamp(1.0 + x[CABLE] * sigma, stiffest, softest);
+        let x = (over - 1.0) / sigma;
+        0.5 * x * x - ln(over)
+    }
 }
 
 /// Physical values of the unknowns, each in its place.
@@ -197,4 +218,37 @@ pub(super) fn strain(
         }
     }
     (moved / expected).at_least(1.0)
+}
+
+#[cfg(all(test, feature = "firmware"))]
+mod tests {
+    use super::*;
+    use crate::sensing::Cable;
+    use crate::sensing::tests::locator::{CALIBRATION, prior};
+
+    #[test]
+    fn a_cable_that_nobody_measured_is_even_in_the_logarithm_over_its_range() {
+        let mut prior: Prior<Cable> = prior(0.8);
+        prior.calibration = Calibration {
+            cable_rad_per_nm: 0.8,
+            cable_sigma_rad_per_nm: 0.4,
+            contacts: 0,
+            presses: 0,
+            ..CALIBRATION
+        };
+        // With the density of the fit itself, of a compliance over the nominal one.
+        let ln_density = |prior: &Prior<Cable>, over: f32| {
+            let mut x = [0.0; UNKNOWNS];
+            x[CABLE] = (over - 1.0) * 0.8 / 0.4;
+            prior.ln_cable(&x) - 0.5 * x[CABLE] * x[CABLE]
+        };
+        let density = |over| ln_density(&prior, over);
+        for over in [0.35, 0.5, 1.0, 1.9] {
+            assert!((density(over) + ln(over)).abs() < 1e-5, "{over}");
+        }
+        // Beyond the range it falls as steeply as that of the fit.
+        assert!(density(0.1) < density(0.3) - 0.5 && density(3.0) < density(2.0) - 4.0);
+        prior.calibration.presses = 1;
+        assert!((ln_density(&prior, 0.5) + 0.5).abs() < 1e-6);
+    }
 }

@@ -18,7 +18,7 @@ use crate::sensing::SeriesElement;
 const SHARES: [f32; 5] = [1.0, 0.6, 0.35, 0.2, 0.12];
 /// Most phalanges with which a second contact leaves nothing to turn but the cable: a rise so steep that no single contact
 /// explains it.
-const STIFF_WITH_TWO: usize = 2;
+pub(super) const STIFF_WITH_TWO: usize = 2;
 
 /// A part of the curve that one contact explains, and that a shorter part may explain better.
 #[derive(Clone, Copy, Debug)]
@@ -77,6 +77,12 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         stands
     }
 
+    /// The same for a contact at a known place, which learns from the part before a second phalanx touched. With two phalanges the whole
+    /// curve counts: a pin that both touch is a misfit.
+    pub fn teaches(&mut self, data: &Data) -> bool {
+        F::PHALANGES <= STIFF_WITH_TWO || self.stands(data)
+    }
+
     /// Whether the end of the curve may be that of two contacts, between which the force is then divided. Never with two
     /// phalanges.
     pub fn may_be_shared(&self) -> bool {
@@ -94,7 +100,9 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     fn cost(&self) -> f32 {
         self.best_fit().map_or(f32::INFINITY, |fit| {
             let all: f32 = fit.x.iter().map(|x| x * x).sum();
-            fit.chi_square + all - fit.x[K] * fit.x[K]
+            // Only a known place has a prior, and only its fit is kept after a round.
+            let place = if self.fit.is_some() { 0.0 } else { fit.x[K] };
+            fit.chi_square + all - place * place
         })
     }
 }

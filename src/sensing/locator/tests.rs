@@ -132,7 +132,7 @@ fn no_start_anywhere_finds_better_than_a_round() {
             };
             let (mut least, mut place_m) = (f32::INFINITY, f32::NAN);
             for i in 1..40 {
-                let mut fit = Fit::new(hypothesis, fit::start(i as f32 / 40.0, &prior));
+                let mut fit = Fit::new(hypothesis, fit::start(i as f32 / 40.0, &prior), false);
                 let mut progress = Progress::UnderWay;
                 while progress == Progress::UnderWay {
                     progress = fit.step(&finger, &data, &prior, &near);

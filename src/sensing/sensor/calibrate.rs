@@ -16,6 +16,13 @@ const STOP_YIELD_RAD_PER_NM: f32 = 4e-3;
 const PRESS_SHARE: f32 = 0.02;
 
 impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
+    pub(super) fn is_calibrating(&self) -> bool {
+        matches!(
+            self.directive,
+            Directive::Calibrate { .. } | Directive::CalibrateCable
+        )
+    }
+
     /// Calibration from the curve of a contact at a known place or with the stop.
     pub(super) fn learn(
         &self,

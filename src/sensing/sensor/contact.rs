@@ -173,6 +173,12 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         } else if !state.step(contact) {
             return;
         } else if state.is_calibrating() {
+            let curve = &contact.collector.curve;
+            // At the stop nothing else can touch.
+            if !state.presses_stop() && !contact.locator.teaches(&state.data(curve, curve.points()))
+            {
+                return;
+            }
             let learned = state.learn(contact);
             state.emit_calibration(learned);
         } else {
@@ -261,13 +267,6 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         } else {
             contact.pass_due = true;
         }
-    }
-
-    pub(super) fn is_calibrating(&self) -> bool {
-        matches!(
-            self.directive,
-            Directive::Calibrate { .. } | Directive::CalibrateCable
-        )
     }
 
     /// Whether the torque has fallen: the finger slid off, or the object gave way. What comes after is another contact.

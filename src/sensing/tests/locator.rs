@@ -6,7 +6,7 @@ use crate::sensing::locator::{Data, Estimate, Locator, LocatorResult, Noise, Pla
 use crate::sensing::{Cable, Calibration, NotLocated};
 use core::marker::PhantomData;
 
-pub(super) const CALIBRATION: Calibration = Calibration {
+pub(in crate::sensing) const CALIBRATION: Calibration = Calibration {
     torque_factor: 1.0,
     torque_factor_sigma: 0.01,
     cable_rad_per_nm: 0.5,
@@ -26,7 +26,7 @@ const LEVEL_NM: f32 = 1e-3;
 pub(super) const HALF_THICKNESS_M: f32 = 0.006;
 const SPEED_RAD_PER_S: f32 = 0.3;
 
-pub(super) fn prior(onset_rad: f32) -> Prior<Cable> {
+pub(in crate::sensing) fn prior(onset_rad: f32) -> Prior<Cable> {
     Prior {
         place: Place::Anywhere,
         half_thickness_m: HALF_THICKNESS_M,

@@ -9,7 +9,7 @@ mod free;
 mod friction;
 // With the fingers of the scenes.
 #[cfg(feature = "firmware")]
-mod locator;
+pub(super) mod locator;
 #[cfg(feature = "firmware")]
 mod pins;
 #[cfg(feature = "firmware")]

@@ -75,3 +75,31 @@ fn phalanx_1_is_named_and_nothing_is_not() {
     let free = simulation.close(&Grasp::Free).expect("accepted");
     assert_eq!(free.verdict, Verdict::Free);
 }
+
+/// Stiffness of a cable at the stiff end of its range, newton per metre, and places about the middle of phalanx 2, metre.
+const STIFF_N_PER_M: f64 = 8300.0;
+const MIDDLE_M: [f64; 4] = [0.026, 0.030, 0.033, 0.040];
+
+/// Without a calibration a fit that begins with a cable two and a half times as soft ends at joint 2, where the place hardly shows, and
+/// its cable then stiffens more than any does.
+#[test]
+fn the_middle_of_phalanx_2_is_not_taken_for_phalanx_1_on_a_stiff_cable() {
+    let world = World::named("workshop").expect("a named world");
+    let mut parameters = world.of(Direct2::NAME).expect("valid");
+    parameters.cable.stiffness_n_per_m = STIFF_N_PER_M;
+    let mut simulation = Simulation::<Direct2>::new(&parameters, 1).expect("a plant");
+    simulation.prepare().expect("accepted");
+    for k_m in MIDDLE_M {
+        for diameter_m in [0.006, 0.015] {
+            let grasp = Grasp::touching(2, k_m, 0.8, cylinder(diameter_m));
+            let outcome = simulation.close(&grasp).expect("accepted");
+            println!("{k_m} m, {diameter_m} m: {:?}", outcome.verdict);
+            assert_ne!(
+                outcome.verdict,
+                Verdict::NotLocated(NotLocated::Proximal),
+                "{k_m} m"
+            );
+            simulation.open().expect("accepted");
+        }
+    }
+}

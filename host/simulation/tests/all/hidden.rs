@@ -3,7 +3,7 @@
 use crate::support::{calibrated_on_pins, close_and_open, settled};
 use palpate_plant::{Grasp, Shape, World};
 use palpate_scenes::Hidden3;
-use palpate_simulation::Simulation;
+use palpate_simulation::{Simulation, Verdict};
 
 const LAST_M: f64 = 0.0675;
 const PINS_RAD: f64 = 0.7;
@@ -57,4 +57,32 @@ fn what_only_the_hidden_phalanx_meets_is_not_touched() {
             "{engine}"
         );
     }
+}
+
+/// Stiffness of a cable at the stiff end of its range, newton per metre, and places near the end of phalanx 2, metre.
+const STIFF_N_PER_M: f64 = 8300.0;
+const BEFORE_JOINT_3_M: [f64; 4] = [0.056, 0.060, 0.066, 0.072];
+
+/// Without a calibration the end of phalanx 2 behind a stiff cable looks like the beginning of phalanx 3 behind a soft one; a prior that
+/// takes a stiff cable for next to impossible names phalanx 3.
+#[test]
+fn a_stiff_cable_is_not_taken_for_the_next_phalanx() {
+    let world = World::named("workshop").expect("a world");
+    let mut parameters = world.of("hidden3").expect("a scene");
+    parameters.cable.stiffness_n_per_m = STIFF_N_PER_M;
+    let mut simulation = Simulation::<Hidden3>::new(&parameters, 1).expect("a simulation");
+    simulation.prepare().expect("a record");
+    let mut right = 0;
+    for k_m in BEFORE_JOINT_3_M {
+        let grasp = Grasp::touching(2, k_m, 0.8, Shape::Cylinder { diameter_m: 0.010 });
+        let outcome = close_and_open(&mut simulation, &grasp);
+        println!("{:.0} mm: {:?}", 1e3 * k_m, outcome.verdict);
+        right += match outcome.verdict {
+            Verdict::Located { phalanx: 2, .. } => 1,
+            // Both are named.
+            Verdict::Ambiguous { phalanx, .. } => usize::from(phalanx[0] == 2),
+            _ => 0,
+        };
+    }
+    assert!(right + 1 >= BEFORE_JOINT_3_M.len(), "{right}");
 }

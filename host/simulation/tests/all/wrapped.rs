@@ -5,6 +5,7 @@ use crate::support::calibrated_on_pins;
 use palpate::sensing::Event;
 use palpate_plant::{Grasp, Shape, World};
 use palpate_scenes::Tendon3;
+use palpate_simulation::Simulation;
 
 /// Length of the last phalanx, metre, and the angle of joint 1 at the pins, radian.
 const LAST_M: f64 = 0.045;
@@ -66,4 +67,39 @@ fn a_second_phalanx_that_touches_later_does_not_move_the_first_place() {
     assert!(within + 1 >= located, "{within} of {located}");
     // Two contacts share the force.
     assert!(4 * forces <= located, "{forces} of {located}");
+}
+
+/// Weight of a printed finger that carries as much again, kilogram per metre, and gravity.
+const HEAVY_KG_PER_M: f64 = 0.2;
+const GRAVITY_M_PER_S2: f64 = 9.81;
+
+/// A heavy finger that its weight opens folds round a pin near the last joint. What it learns there must not differ from what a pin near
+/// the tip teaches, which one phalanx touches: from the whole curve it learnt 0.65 for 0.91.
+#[test]
+fn a_pin_that_two_phalanges_touch_teaches_what_one_that_one_touches_does() {
+    let world = World::named("ideal").expect("a world");
+    let mut parameters = world.of("tendon3").expect("a scene");
+    parameters.mechanism.linear_density_kg_per_m = HEAVY_KG_PER_M;
+    parameters.mechanism.gravity_m_per_s2 = GRAVITY_M_PER_S2;
+    let mut pressed = Simulation::<Tendon3>::new(&parameters, 1).expect("a simulation");
+    pressed.prepare().expect("a record");
+    pressed.press().expect("pressed");
+    pressed.traced = true;
+    let [near, far] = [(0.3, 2), (0.75, 1)].map(|(share, touching)| {
+        let mut simulation = pressed.clone();
+        let outcome = simulation
+            .calibrate(3, (share * LAST_M) as f32, PINS_RAD)
+            .expect("a pin");
+        let most = (outcome.trace.iter()).map(|row| row.true_pressing.count_ones());
+        assert_eq!(most.max(), Some(touching), "{share}");
+        let learned = *simulation.calibration();
+        println!("{share}: {learned:?}");
+        assert_eq!(learned.contacts, 1, "{share}: {:?}", outcome.events);
+        learned
+    });
+    let apart = (near.torque_factor / far.torque_factor).ln().abs();
+    let sigma = near.torque_factor_sigma.hypot(far.torque_factor_sigma);
+    assert!(apart < 1.5 * sigma, "{apart} {sigma}");
+    // It is the surer of the two, being nearer to the joint, unless a curve that does not fit spoils it.
+    assert!(near.torque_factor_sigma < far.torque_factor_sigma);
 }
