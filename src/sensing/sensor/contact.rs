@@ -242,10 +242,10 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     pub(super) fn press(
         &mut self,
         contact: &mut Contact<F, H::Reading, X>,
-        corrected: &CorrectedBlock<H::Reading>,
+        mut corrected: CorrectedBlock<H::Reading>,
     ) {
         let collector = &mut contact.collector;
-        let fallen = self.has_fallen(collector, corrected);
+        let fallen = self.has_fallen(collector, &corrected);
         collector.fallen = u8::from(fallen) * collector.fallen.saturating_add(1);
         if collector.phase == CurvePhase::Ending {
             return;
@@ -254,7 +254,9 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             contact.end();
             return;
         }
-        self.collect(&mut contact.collector, corrected);
+        let free = self.free(self.drivetrain.closing_rad(corrected.counts));
+        corrected.free_nm = free.map_or(0.0, |free| free.torque_nm);
+        self.collect(&mut contact.collector, &corrected);
         if self.is_calibrating() {
             return;
         }
@@ -345,7 +347,6 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
                 drivetrain.counts_per_worm_turn as f32 / corrected.width_counts.max(1) as f32;
             variance += unevenness_nm * unevenness_nm * 0.25 * periods;
         }
-        let free = self.free(drivetrain.closing_rad(corrected.counts));
         let [weight_nm, per_rad] = collector.weight;
         let turned_rad = drivetrain.rotation_rad(collector.curve.origin_counts(), corrected.counts);
         let weight_nm = weight_nm + per_rad * turned_rad;
@@ -354,7 +355,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             time_s: corrected.time_us.wrapping_sub(collector.onset_us) as i32 as f32 * 1e-6,
             excess_nm: efficiency * (residual_nm - collector.level_nm),
             // Nothing below zero shows: there the weight closes the finger, and a worm passes it no more than what rubs.
-            free_nm: (free.map_or(0.0, |free| free.torque_nm) + weight_nm).at_least(0.0),
+            free_nm: (corrected.free_nm + weight_nm).at_least(0.0),
             variance_nm2: efficiency * efficiency * variance,
             width_counts: corrected.width_counts as f32,
             ..Point::EMPTY

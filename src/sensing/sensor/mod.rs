@@ -271,7 +271,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             state.remember(block);
         }
         match &mut self.stage {
-            Stage::Contact(contact) => state.press(contact, &corrected),
+            Stage::Contact(contact) => state.press(contact, corrected),
             Stage::Searching(search) => match state.search(search, block, corrected) {
                 SearchOutcome::Nothing => {}
                 SearchOutcome::Over => {

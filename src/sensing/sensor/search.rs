@@ -37,6 +37,9 @@ pub(super) struct CorrectedBlock<R> {
     pub(super) counts: i32,
     pub(super) width_counts: u32,
     pub(super) residual_nm: f32,
+    /// Torque that the free finger would take there, newton metre: kept, because a finger with springs takes long to tell it, and a
+    /// contact begins with all blocks of its history.
+    pub(super) free_nm: f32,
     /// Variance of its white noise, newton metre squared.
     pub(super) variance_nm2: f32,
     /// Distance beyond the friction record, counts.
@@ -149,6 +152,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             counts: block.counts,
             width_counts: block.width_counts,
             residual_nm: block.drive_torque_nm - recorded.torque_nm,
+            free_nm: 0.0,
             variance_nm2: friction.white_nm2(block.duration_s)
                 + recorded.variance_nm2
                 + swing_nm * swing_nm,
@@ -165,12 +169,13 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         &mut self,
         search: &mut Search<H::Reading>,
         block: &Block,
-        corrected: CorrectedBlock<H::Reading>,
+        mut corrected: CorrectedBlock<H::Reading>,
     ) -> SearchOutcome {
         let residual = corrected.residual();
         let theta_a_rad = self.drivetrain.closing_rad(block.counts);
         if let Some(free) = self.free(theta_a_rad) {
             self.posture = free.configuration;
+            corrected.free_nm = free.torque_nm;
         }
         if self.shift_counts.is_none()
             && let Some(friction) = &self.friction
