@@ -101,21 +101,21 @@ fn run(firmware: &Firmware, flash: Vec<u8>) -> (Session<'_>, BTreeMap<String, Wr
     (session, wraps)
 }
 
-/// The log's words, but for the times; of several lines of a kind in a row, the last. How often a contact is told before its last
-/// word depends on how many samples a round of the locator took.
+/// The log's words, but for the times: what is said of the contact, the last of each kind, and then the rest in its order, of
+/// several lines of a kind in a row the last. How often and when a contact is told before its last word depends on how many
+/// samples a round of the locator took.
 fn words(session: &Session<'_>) -> Vec<String> {
-    let kind = |message: &str| message.split(' ').next().map(str::to_owned);
-    let messages: Vec<&str> = session
+    let kind = |message: &str| message.split(' ').next().unwrap_or_default().to_owned();
+    let (of_contact, mut rest): (Vec<&str>, Vec<&str>) = session
         .lines
         .iter()
         .map(|line| line.message.as_str())
-        .collect();
-    let last = messages.iter().enumerate().filter(|&(at, message)| {
-        messages
-            .get(at + 1)
-            .is_none_or(|next| kind(next) != kind(message))
-    });
-    last.flat_map(|(_, message)| message.split(' '))
+        .partition(|message| ["located", "stiffness"].contains(&kind(message).as_str()));
+    let last: BTreeMap<_, _> = of_contact.iter().map(|line| (kind(line), *line)).collect();
+    rest.reverse();
+    rest.dedup_by_key(|message| kind(message));
+    (last.into_values().chain(rest.into_iter().rev()))
+        .flat_map(|message| message.split(' '))
         .filter(|word| !word.starts_with("time_us="))
         .map(str::to_owned)
         .collect()
