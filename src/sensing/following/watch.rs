@@ -9,7 +9,7 @@ use crate::finger::{Contact, HeldForces, HoldsTwice, Mechanics, SecondWeights};
 use crate::joint_sensor::JointSensor;
 use crate::sensing::block::{Block, BlockAverager, BlockUpdate};
 use crate::sensing::location::SeriesElement;
-use crate::sensing::second::SecondContact;
+use crate::sensing::second::{BlockNoise, SecondContact};
 use crate::sensing::{Directive, Drive, Event, NotLocated, Sample, Sensor};
 
 /// Share of the torque limit from which on a change of slope is a second contact, and not the onset of the first (chosen): twice as far
@@ -138,7 +138,12 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
         if !is_at_end {
             let sigma_nm = factor * above.sigma_nm;
             let variance_nm2 = sigma_nm * sigma_nm;
-            let found = (self.search).push(angle_rad, closing.torque_nm, variance_nm2);
+            let noise = BlockNoise {
+                white_nm2: variance_nm2,
+                walk_nm2: factor * factor * sensor.walk_nm2(block),
+                worm_turn_rad: sensor.worm_turn_rad(),
+            };
+            let found = (self.search).push(angle_rad, closing.torque_nm, &noise);
             closing.change = closing.change.or(found);
             if F::PHALANGES > 2 {
                 closing.measure(&self.search, variance_nm2);

@@ -33,6 +33,7 @@ mod starts;
 mod tests;
 
 pub use noise::Noise;
+pub(super) use noise::WAVE_SHARE;
 pub use onset::free_behind_cable;
 pub use posterior::{Estimate, LocatorResult, ln_likelihood};
 pub use prior::{Place, Prior};

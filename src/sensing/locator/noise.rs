@@ -28,7 +28,7 @@ const REST: usize = 5;
 
 /// Amplitude of the efficiency's wave over a turn of the worm, standard deviation, as a share of the load
 /// (docs/MECHANICS.md#estimation-from-recordings: 1 %; a little more, because it is taken from recordings).
-const WAVE_SHARE: f32 = 0.012;
+pub(in crate::sensing) const WAVE_SHARE: f32 = 0.012;
 /// Standard deviation of the remainder, as a share of the load (R, chosen).
 const REST_SHARE: f32 = 0.004;
 /// Distance over which it is correlated, as a share of a turn of the worm.

@@ -1,8 +1,10 @@
 //! The last stretch of a torque-angle curve, and whether it has a corner: a polynomial against one plus a hinge
 //! (docs/MECHANICS.md#two-contacts).
 
-use super::SlopeChange;
-use crate::numeric::{Bounded, solve, sqrt};
+use super::{BlockNoise, SlopeChange};
+use crate::numeric::{Bounded, dot, sin_cos, solve, sqrt};
+use crate::sensing::locator::WAVE_SHARE;
+use core::f32::consts::TAU;
 use heapless::Deque;
 
 /// Points of a stretch at most. Motor turns of P70 are 5 mrad: some 120 mrad of the input link, or twice that in pairs.
@@ -63,11 +65,11 @@ impl Stretch {
         &self,
         rule: &Rule,
         least_nm: f32,
-        variance_nm2: f32,
+        noise: &BlockNoise,
     ) -> Option<(SlopeChange, f32)> {
         let mut best: Option<(SlopeChange, f32)> = None;
         for &after in rule.after {
-            if let Some((change, sigmas)) = self.hinge(rule, after, variance_nm2)
+            if let Some((change, sigmas)) = self.hinge(rule, after, noise)
                 && change.torque_nm > least_nm
                 && best.is_none_or(|(_, most)| sigmas > most)
             {
@@ -78,7 +80,7 @@ impl Stretch {
     }
 
     /// The change of slope that the points show with so many after it.
-    fn hinge(&self, rule: &Rule, after: usize, variance_nm2: f32) -> Option<(SlopeChange, f32)> {
+    fn hinge(&self, rule: &Rule, after: usize, noise: &BlockNoise) -> Option<(SlopeChange, f32)> {
         let before = self.0.len().checked_sub(after)?;
         if before < rule.least_before.max(LEAST_BEFORE) {
             return None;
@@ -130,9 +132,10 @@ impl Stretch {
         let unused = usize::from(!bends) + usize::from(!turns);
         let spare = (self.0.len() + unused).checked_sub(TERMS)?;
         // What scatters, or what is known to: the larger.
-        let variance = (squares / spare as f32).at_least(variance_nm2);
+        let variance = (squares / spare as f32).at_least(noise.white_nm2);
         let [offset, slope, _, _, hinge] = fit;
-        let sigmas = hinge / sqrt(variance * by_hinge[HINGE]);
+        let slowly = self.slowly(noise, |theta| [theta - at, dot(&by_hinge, &terms(theta))]);
+        let sigmas = hinge / sqrt(variance * by_hinge[HINGE] + slowly);
         let rises = slope + hinge;
         let after_variance = by_slope[1] + 2.0 * by_slope[HINGE] + by_hinge[HINGE];
         let change = SlopeChange {
@@ -149,5 +152,22 @@ impl Stretch {
                 above - below > STEADY_SHARE * change.after_nm_per_rad * (b - a)
             });
         (is_change && is_steady).then_some((change, sigmas))
+    }
+
+    /// Variance of a sum of the torques that what changes slowly makes: friction that wanders, and the efficiency's wave over a turn
+    /// of the worm, of unknown size and phase. `part` has the angle from a fixed one and the torque's weight in the sum.
+    fn slowly(&self, noise: &BlockNoise, part: impl Fn(f32) -> [f32; 2]) -> f32 {
+        let (mut rest, mut walked, mut wave) = (0.0, 0.0, [0.0; 2]);
+        // What friction wanders between two blocks is in all the later ones.
+        for [theta, torque] in self.0.iter().rev() {
+            let [from_rad, weight] = part(*theta);
+            rest += weight;
+            walked += rest * rest;
+            let (sin, cos) = sin_cos(TAU / noise.worm_turn_rad * from_rad);
+            let [of_sin, of_cos] = &mut wave;
+            *of_sin += weight * torque * sin;
+            *of_cos += weight * torque * cos;
+        }
+        noise.walk_nm2 * walked + WAVE_SHARE * WAVE_SHARE * dot(&wave, &wave)
     }
 }

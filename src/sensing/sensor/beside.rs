@@ -21,6 +21,24 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             .map(|corrected| corrected.residual())
     }
 
+    /// By how much the variance of wandering friction grows from one block to the next like this, at the input link, newton metre
+    /// squared; 0 without a record.
+    pub fn walk_nm2(&self, block: &Block) -> f32 {
+        let state = &self.state;
+        let speed = state.settings.speed_rad_per_s;
+        state.friction.as_ref().map_or(0.0, |friction| {
+            let wander = friction.wander(speed);
+            let rms_nm = state.drivetrain.efficiency * wander.rms_nm;
+            2.0 * rms_nm * rms_nm * block.duration_s / wander.time_s
+        })
+    }
+
+    /// Angle of the input link over a turn of the worm, radian.
+    pub fn worm_turn_rad(&self) -> f32 {
+        let drivetrain = &self.state.drivetrain;
+        drivetrain.counts_per_worm_turn as f32 * drivetrain.rad_per_count
+    }
+
     /// Posture and torque of the free finger at a measured angle, the cable's twist included.
     pub fn free_at(&self, measured_rad: f32) -> Option<Free<F::Configuration>> {
         self.state.free(measured_rad)
