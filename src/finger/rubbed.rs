@@ -19,14 +19,15 @@ pub(super) struct Rubbed {
     pub(super) sigma: f32,
 }
 
-/// What joints that turn back take of the motion after a second contact.
+/// Friction of the joints whose sense of turning a second contact reverses.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct TurningBack {
-    /// Twice the way of these joints for one of the input link: times a joint's friction the torque through which the finger
-    /// sticks.
+    /// Twice the sum of these joints' rotations per rotation of the input link. Multiplied by the friction of a joint it is the
+    /// torque through which the finger sticks.
     pub(super) turned: f32,
-    /// Twice their share of the torque's work: times what is lost there the share of the compliance that goes; times that and the
-    /// torque more of that through which the finger sticks.
+    /// Twice the share of the input torque's work that is carried to these joints. Multiplied by the share lost on the way it is
+    /// the share that the compliance loses, and multiplied by the torque as well it adds to the torque through which the finger
+    /// sticks.
     pub(super) share: f32,
 }
 
@@ -145,8 +146,8 @@ impl Pressed<3> {
         doubt.is_finite().then_some(doubt)
     }
 
-    /// What joints whose turning the second contact reverses take. What is lost on the way to a joint helped against the torque
-    /// before and is gained now, and so counts twice; a calibration knows it as it is while the finger closes.
+    /// Finds the joints whose sense of turning the second contact reverses. The torque factor of a calibration contains what a
+    /// pulley takes while its joint closes. The pulley gives as much once the joint opens, so its loss counts twice.
     pub(super) fn turning_back(&self, &Motion { v, lever, .. }: &Motion) -> Option<TurningBack> {
         let mut back = TurningBack::default();
         for (joint, (v, x)) in v.into_iter().zip(self.x).enumerate() {

@@ -15,7 +15,7 @@
 //! | [`clamp`], [`Bounded`] | two compares | none | `f32::clamp` can panic; `min` and `max` cost three times as much to treat a NaN on either side alike |
 //! | [`ln`] | micromath's polynomial, arguments below one lifted by a power of two | 7.2e-5 | thresholds and evidences are compared with differences of one and more |
 //! | [`exp`] | exponent and the series of the rest | 5e-7 relative | micromath's is 7.6e-4 off (2.4e-3 below zero): weights would bear it, but the covariance of wandering friction that is built from it must stay positive definite |
-//! | [`not_negative`] | a logistic curve for the normal distribution | 2 % of the deviation | what is not known of a cable or a joint is not known better |
+//! | [`not_negative`] | a logistic curve for the normal distribution | 2 % of the deviation | deviations of cables and joints are known to no more than that |
 //! | [`dot`] | a sum in the order of the elements | a rounding for each product and each sum | `core` has none |
 //! | [`solve`], [`solve_in_place`] | Gaussian elimination, row pivoting | grows with the matrix's condition number | one unknown a joint, never more than three |
 //! | [`LeastSquares`] | covariance form | 1e-4 of unknowns of size one after 1,000 equations | samples need not be kept |

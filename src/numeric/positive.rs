@@ -1,4 +1,4 @@
-//! What is known of a quantity that cannot be negative.
+//! A normal distribution truncated at zero, for quantities that cannot be negative.
 
 use super::{Bounded, exp, sqrt};
 
@@ -7,8 +7,8 @@ const PEAK: f32 = 0.398_942_3;
 /// A logistic curve of this rate is the normal distribution within 0.0095.
 const LOGISTIC: f32 = 1.702;
 
-/// Mean and deviation of a normal variable of which is known besides that it is not negative, from those without that: for means
-/// of 0 and more within 2 % of the deviation.
+/// Returns mean and deviation of a normal distribution truncated at zero, from those of the whole one. Valid for means >= 0, where
+/// both are within 2 % of the deviation.
 pub fn not_negative([mean, deviation]: [f32; 2]) -> [f32; 2] {
     let known = deviation > 0.0;
     if !known {

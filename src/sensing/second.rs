@@ -74,7 +74,7 @@ impl SlopeChange {
     }
 }
 
-/// How the torque of a block may be off.
+/// Noise of a block's torque.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlockNoise {
     /// Variance of its white noise, newton metre squared, >= 0.
@@ -166,9 +166,8 @@ impl SecondContact {
         self.half = None;
     }
 
-    /// Takes a block of the closing in contact: angle of the input link with the cable's twist, torque above friction, and how
-    /// that may be off. Returns the second contact, once, when the blocks after it fit a change of slope no
-    /// better any more.
+    /// Takes a block of the closing in contact: angle of the input link with the cable's twist, torque above friction, and the
+    /// torque's noise. Returns the second contact, once, when the blocks after it fit a change of slope no better any more.
     pub fn push(
         &mut self,
         theta_a_rad: f32,
@@ -284,8 +283,8 @@ mod tests {
         assert!((change.after_nm_per_rad - 0.95).abs() < 0.1, "{change:?}");
     }
 
-    /// The efficiency's wave over a turn of the worm bends the curve as a corner does: it is told for one only by who does not know
-    /// of it. A corner that is larger is still told.
+    /// The efficiency's wave over a turn of the worm bends the curve like a corner. A search that does not know the worm tells a
+    /// corner, one that knows it tells none, and still tells a larger one.
     #[test]
     fn what_the_worm_does_is_no_corner() {
         let wave = |theta: f64| 1.0 + 0.02 * (std::f64::consts::TAU * theta / 0.3).sin();
@@ -301,7 +300,8 @@ mod tests {
         assert!((change.theta_a_rad - 0.5).abs() < 0.016, "{change:?}");
     }
 
-    /// Friction that wanders makes corners too, and is known to: of 200 closings with steps of 0.5 mN m a block.
+    /// Friction that wanders makes corners too. In 200 closings with steps of 0.5 mN m a block, a search that knows the steps tells
+    /// hardly any.
     #[test]
     fn what_wanders_is_no_corner() {
         let mut state = 1u32;

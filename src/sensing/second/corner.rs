@@ -154,11 +154,12 @@ impl Stretch {
         (is_change && is_steady).then_some((change, sigmas))
     }
 
-    /// Variance of a sum of the torques that what changes slowly makes: friction that wanders, and the efficiency's wave over a turn
-    /// of the worm, of unknown size and phase. `part` has the angle from a fixed one and the torque's weight in the sum.
+    /// Returns the variance of a weighted sum of the torques due to slow disturbances: wandering friction, and the efficiency's
+    /// wave over a turn of the worm, whose amplitude and phase are not known. `part` maps an angle to its distance from a fixed
+    /// angle and to the weight of its torque.
     fn slowly(&self, noise: &BlockNoise, part: impl Fn(f32) -> [f32; 2]) -> f32 {
         let (mut rest, mut walked, mut wave) = (0.0, 0.0, [0.0; 2]);
-        // What friction wanders between two blocks is in all the later ones.
+        // A change of friction between two blocks stays in all later ones: the weights of those are added up from the end.
         for [theta, torque] in self.0.iter().rev() {
             let [from_rad, weight] = part(*theta);
             rest += weight;

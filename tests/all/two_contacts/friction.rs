@@ -1,7 +1,9 @@
 //! A second contact of a finger that rubs and sticks, and whose pulleys take some of the tension.
 
 use super::{FRICTIONLESS, pressed_on, pressed_on_both};
-use palpate::finger::{Contact, Free, HoldsTwice, Mechanics, Mounting, SecondMeasured};
+use palpate::finger::{
+    Configuration, Contact, Free, HoldsTwice, Mechanics, Mounting, Pressed, SecondMeasured,
+};
 use palpate::scene::Scene;
 use palpate_scenes::Tendon3;
 
@@ -73,124 +75,119 @@ mod rubbing {
     }
 }
 
-/// With friction the finger is stiffer, and a place that takes it into account is nearer to the truth.
-#[test]
-fn friction_is_taken_off_a_second_place() {
-    let finger = Tendon3::MECHANISM.mounted(Mounting::LEVEL);
-    let (torque, rise) = (0.03, 0.02);
-    let at = finger.free_at_torque(torque, &finger.rest()).expect("free");
-    let (mut with, mut without, mut count) = (0.0f64, 0.0f64, 0.0);
-    for first_m in [0.025, 0.030, 0.035] {
-        let first = Contact {
-            phalanx: 2,
-            k_m: first_m,
-            radius_m: 0.006,
-        };
-        let pressed = pressed_on(&finger, &at, torque, first, rise);
-        for truth_m in [0.022, 0.027, 0.032] {
-            let frictionless = f64::from(
-                pressed
-                    .second_compliance(3, truth_m as f32)
-                    .expect("a place"),
-            );
-            let none = rubbing::compliance(&pressed, (3, truth_m), 0.0, 0.0);
-            assert!(
-                (none / frictionless - 1.0).abs() < 1e-3,
-                "{none} {frictionless}"
-            );
-            let compliance = rubbing::compliance(&pressed, (3, truth_m), 0.1, 0.0);
-            assert!(compliance < frictionless, "{compliance} {frictionless}");
-            let places = |friction: f32| {
-                let measured = SecondMeasured {
-                    rise_nm: rise,
-                    compliance_rad_per_nm: compliance as f32,
-                    compliance_sigma_rad_per_nm: 0.01 * compliance as f32,
-                    friction: [friction, 0.5 * friction],
-                    ..FRICTIONLESS
-                };
-                let found = finger.second_places(&at, torque, first, &measured);
-                let off = |found: &palpate::finger::SecondPlace| {
-                    (
-                        f64::from(found.place.k_m) - truth_m,
-                        f64::from(found.sigma_m),
-                    )
-                };
-                (found
-                    .expect("a posture")
-                    .iter()
-                    .filter(|found| found.place.phalanx == 3)
-                    .map(off))
-                .min_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))
-            };
-            println!(
-                "{first_m} {truth_m}: {frictionless:.4} {compliance:.4} {:?} {:?}",
-                places(0.1),
-                places(0.0)
-            );
-            let (Some((taken, sigma_m)), Some((left, _))) = (places(0.1), places(0.0)) else {
-                continue;
-            };
-            assert!(
-                taken.abs() < 2.0 * sigma_m,
-                "{first_m} {truth_m}: {taken} {sigma_m}"
-            );
-            with += taken.abs();
-            without += left.abs();
-            count += 1.0;
-        }
-    }
-    println!(
-        "off by {:.2} mm, without friction {:.2} mm",
-        1e3 * with / count,
-        1e3 * without / count
-    );
-    assert!(count >= 5.0 && with < 0.4 * without);
+/// Torque at which phalanx 2 is touched, and the rise until phalanx 3 is, newton metre.
+const TORQUE_NM: f32 = 0.03;
+const RISE_NM: f32 = 0.02;
+
+/// The level finger, its posture at the first contact, and that contact with the posture at the second.
+struct Grip {
+    finger: super::Three,
+    at: Configuration<3>,
+    first: Contact,
+    pressed: Pressed<3>,
 }
 
-/// A pulley of a joint that turns back gives what it took before: the finger is stiffer, and a place that takes it into account is
-/// nearer to the truth.
-#[test]
-fn what_pulleys_take_is_taken_off_a_second_place() {
+impl Grip {
+    /// How far from the truth a contact on phalanx 3 is told that shows a compliance, with its deviation, metre; `None` where no
+    /// place there is as stiff. `measured` says what is known of friction and losses.
+    fn off_m(&self, truth_m: f64, compliance: f32, measured: SecondMeasured) -> Option<(f64, f64)> {
+        let measured = SecondMeasured {
+            rise_nm: RISE_NM,
+            compliance_rad_per_nm: compliance,
+            compliance_sigma_rad_per_nm: 0.01 * compliance,
+            ..measured
+        };
+        let found = (self.finger).second_places(&self.at, TORQUE_NM, self.first, &measured);
+        (found.expect("a posture").iter())
+            .filter(|found| found.place.phalanx == 3)
+            .map(|found| {
+                let off_m = f64::from(found.place.k_m) - truth_m;
+                (off_m, f64::from(found.sigma_m))
+            })
+            .min_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))
+    }
+}
+
+/// Goes through places of both contacts: `off_m` tells how far from the truth the second one is placed by who knows what rubs,
+/// and by who does not. Prints the means over those that have a place, and returns them with their number.
+fn compared(off_m: impl Fn(&Grip, f64) -> Option<[f64; 2]>) -> (u32, [f64; 2]) {
     let finger = Tendon3::MECHANISM.mounted(Mounting::LEVEL);
-    let (torque, rise) = (0.03, 0.02);
-    let at = finger.free_at_torque(torque, &finger.rest()).expect("free");
-    let (mut with, mut without, mut count) = (0.0f64, 0.0f64, 0);
+    let at = (finger.free_at_torque(TORQUE_NM, &finger.rest())).expect("free");
+    let (mut count, mut sums) = (0, [0.0; 2]);
     for first_m in [0.025, 0.030, 0.035] {
         let first = Contact {
             phalanx: 2,
             k_m: first_m,
             radius_m: 0.006,
         };
-        let pressed = pressed_on(&finger, &at, torque, first, rise);
+        let pressed = pressed_on(&finger, &at, TORQUE_NM, first, RISE_NM);
+        let grip = Grip {
+            finger,
+            at,
+            first,
+            pressed,
+        };
         for truth_m in [0.022, 0.027, 0.032] {
-            let compliance = rubbing::compliance(&pressed, (3, truth_m), 0.0, 0.03) as f32;
-            let off_m = |loss: f32| {
-                let measured = SecondMeasured {
-                    rise_nm: rise,
-                    compliance_rad_per_nm: compliance,
-                    compliance_sigma_rad_per_nm: 0.01 * compliance,
-                    joint_loss: [loss, 0.0],
-                    ..FRICTIONLESS
-                };
-                let found = finger.second_places(&at, torque, first, &measured);
-                (found.expect("a posture").iter())
-                    .filter(|found| found.place.phalanx == 3)
-                    .map(|found| (f64::from(found.place.k_m) - truth_m).abs())
-                    .min_by(f64::total_cmp)
-            };
-            if let (Some(taken), Some(left)) = (off_m(0.03), off_m(0.0)) {
-                with += taken;
-                without += left;
+            if let Some(off_m) = off_m(&grip, truth_m) {
                 count += 1;
+                for (sum, off_m) in sums.iter_mut().zip(off_m) {
+                    *sum += off_m.abs();
+                }
             }
         }
     }
-    let each = 1e3 / f64::from(count);
-    println!(
-        "{count} off by {:.2} mm, without losses {:.2} mm",
-        each * with,
-        each * without
-    );
+    let means_m = sums.map(|sum| sum / f64::from(count));
+    let [with, without] = means_m.map(|m| 1e3 * m);
+    println!("{count} off by {with:.2} mm, by {without:.2} mm without it");
+    (count, means_m)
+}
+
+/// With friction the finger is stiffer, and a place that takes it into account is nearer to the truth.
+#[test]
+fn friction_is_taken_off_a_second_place() {
+    let (count, [with, without]) = compared(|grip, truth_m| {
+        let frictionless = f64::from(
+            (grip.pressed)
+                .second_compliance(3, truth_m as f32)
+                .expect("a place"),
+        );
+        let none = rubbing::compliance(&grip.pressed, (3, truth_m), 0.0, 0.0);
+        assert!(
+            (none / frictionless - 1.0).abs() < 1e-3,
+            "{none} {frictionless}"
+        );
+        let compliance = rubbing::compliance(&grip.pressed, (3, truth_m), 0.1, 0.0);
+        assert!(compliance < frictionless, "{compliance} {frictionless}");
+        let told = |friction: f32| {
+            let measured = SecondMeasured {
+                friction: [friction, 0.5 * friction],
+                ..FRICTIONLESS
+            };
+            grip.off_m(truth_m, compliance as f32, measured)
+        };
+        let ((taken, sigma_m), (left, _)) = (told(0.1)?, told(0.0)?);
+        assert!(taken.abs() < 2.0 * sigma_m, "{truth_m}: {taken} {sigma_m}");
+        Some([taken, left])
+    });
+    assert!(count >= 5 && with < 0.4 * without);
+}
+
+/// Where a joint turns back a pulley gives what it took before: the finger is stiffer, and a place that takes it into account is
+/// nearer to the truth.
+#[test]
+fn what_pulleys_take_is_taken_off_a_second_place() {
+    let (count, [with, without]) = compared(|grip, truth_m| {
+        let compliance = rubbing::compliance(&grip.pressed, (3, truth_m), 0.0, 0.03) as f32;
+        let told = |loss: f32| {
+            let measured = SecondMeasured {
+                joint_loss: [loss, 0.0],
+                ..FRICTIONLESS
+            };
+            grip.off_m(truth_m, compliance, measured)
+        };
+        let ((taken, _), (left, _)) = (told(0.03)?, told(0.0)?);
+        Some([taken, left])
+    });
     assert!(count >= 5 && with < 0.3 * without);
 }
 

@@ -14,6 +14,7 @@ mod reference;
 mod round_trip;
 mod same_events;
 mod scenes;
+mod second_contacts;
 mod selftest;
 mod serial;
 mod start;

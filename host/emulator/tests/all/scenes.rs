@@ -2,17 +2,9 @@
 //! Images of other scenes on the emulated chip: what they have in addition to the default scene works.
 
 use crate::support;
-use palpate_emulator::log::{Event, Line};
-use palpate_emulator::sim::{
-    CONTROL_INSTRUCTIONS, Object, Script, Session, Settings, Summary, Told, end_of,
-};
-use palpate_emulator::{Firmware, Setup};
-use palpate_plant::{Grasp, ObjectMount, Parameters};
-
-/// Most that an update may take: the limit of the default scene's (`host/report`).
-const UPDATE_INSTRUCTIONS: u64 = 250_000;
-/// Bytes of each stack that are never touched.
-const STACK_MARGIN: usize = 1024;
+use palpate_emulator::Firmware;
+use palpate_emulator::sim::{Object, Script, Session, Settings, Summary, Told, end_of};
+use palpate_plant::{ObjectMount, Parameters};
 
 /// A grasp; control stays within its bounds whatever a scene adds to it.
 fn grasp<'f>(
@@ -35,12 +27,7 @@ fn grasp<'f>(
     let session = end_of(firmware, settings).expect("the firmware keeps to the rules of the chip");
     assert!(session.completed(), "not completed");
     assert_eq!(session.faults, []);
-    let control = session.machine.account().exceptions()[&34];
-    assert!(
-        control.max.instructions <= CONTROL_INSTRUCTIONS,
-        "{control:?}"
-    );
-    assert_eq!(session.machine.chip().missed_triggers(), 0);
+    support::keeps_up(&session);
     session
 }
 
@@ -156,207 +143,6 @@ fn a_signed_current_is_read_with_its_sign() {
         steps.iter().any(|step| step.contains("value=-5")),
         "{steps:#?}"
     );
-}
-
-/// A closing whose firmware looks for a second contact: the grasp is the last word. `watch` names functions whose calls are
-/// counted, and those that are counted apart.
-fn held<'f>(
-    firmware: &'f Firmware,
-    scene: &str,
-    object: Object,
-    [watch, apart]: [&[&str]; 2],
-) -> Session<'f> {
-    let names = |of: &[&str]| of.iter().map(|&name| name.to_owned()).collect();
-    let settings = Settings {
-        parameters: Parameters::of(scene).expect("one of the scenes"),
-        script: Script::parse("record-friction; close"),
-        object: Some(object),
-        setup: Setup {
-            watch: names(watch),
-            apart: names(apart),
-            ..Setup::default()
-        },
-        ..Settings::default()
-    };
-    let session = end_of(firmware, settings).expect("the firmware keeps to the rules of the chip");
-    assert!(session.completed(), "not completed");
-    assert_eq!(session.faults, []);
-    let at = |name: &str| {
-        let named = |line: &Line| line.event().name == name;
-        session.lines.iter().rposition(named)
-    };
-    let first = at("located").max(at("not-located"));
-    assert!(
-        first.is_some() && first < at("grasp"),
-        "the grasp comes last"
-    );
-    assert!(at("second-contact") < at("grasp"), "of all that is told");
-    assert!(
-        at("grasp") < at("sequence done"),
-        "but for the motion's end"
-    );
-    session
-}
-
-/// How a closing said that the object is held, and the line of its second contact.
-fn told<'s>(session: &'s Session<'_>) -> (&'s str, Option<Event<'s>>) {
-    let event = |name: &str| {
-        let mut lines = session.lines.iter().map(Line::event);
-        lines.find(|event| event.name == name)
-    };
-    let grip = event("grasp").and_then(|event| event.field("grip"));
-    (grip.expect("a last word"), event("second-contact"))
-}
-
-/// What is taken away while the finger closes on is lost, and the closing ends at once.
-#[test]
-fn a_contact_that_lets_go_is_told_as_lost() {
-    let Some(firmware) = support::image(support::GRASP) else {
-        return;
-    };
-    let settings = Settings {
-        parameters: Parameters::of("p70-grasp").expect("one of the scenes"),
-        script: Script::parse("record-friction; close"),
-        object: Some(Object {
-            phalanx: 1,
-            contact_mm: 50.0,
-            diameter_mm: 10.0,
-            theta_1_deg: 30.0,
-        }),
-        ..Settings::default()
-    };
-    let mut session = Session::start(&firmware, settings, None).expect("a session");
-    let mut taken_s = None;
-    while !session.over() {
-        session.millisecond().expect("no misuse");
-        let told = |session: &Session<'_>, name: &str| {
-            let mut lines = session.lines.iter().map(|line| line.event());
-            lines.any(|event| event.name == name)
-        };
-        // Some tenths of a second later, with a torque that can fall.
-        let touched = told(&session, "touch");
-        let now_s = session.machine.time_s();
-        let since_s = *taken_s.get_or_insert(if touched { now_s } else { f64::INFINITY });
-        if !touched {
-            taken_s = None;
-        } else if (0.3..0.302).contains(&(now_s - since_s))
-            && let Some(plant) = session.machine.plant_mut()
-        {
-            plant.place(&Grasp::Free).expect("nothing fits anywhere");
-        }
-    }
-    session.finish().expect("the log");
-    let grasps: Vec<_> = session
-        .lines
-        .iter()
-        .map(|line| line.event())
-        .filter(|event| event.name == "grasp")
-        .collect();
-    assert_eq!(grasps.len(), 1, "{grasps:?}");
-    assert_eq!(grasps[0].field("grip"), Some("lost"), "{grasps:?}");
-}
-
-/// A large cylinder is met by both phalanges, a small one by the first alone.
-#[test]
-fn a_second_contact_is_told_of_a_power_grasp_only() {
-    let Some(firmware) = support::image(support::GRASP) else {
-        return;
-    };
-    let closing = |contact_mm, diameter_mm| {
-        let object = Object {
-            phalanx: 1,
-            contact_mm,
-            diameter_mm,
-            theta_1_deg: 40.0,
-        };
-        held(&firmware, "p70-grasp", object, [&[], &[]])
-    };
-    let power = closing(70.0, 70.0);
-    let (grip, second) = told(&power);
-    let phalanx = second.as_ref().and_then(|second| second.field("phalanx"));
-    assert_eq!((grip, phalanx), ("enveloped", Some("2")));
-    let single = closing(50.0, 10.0);
-    let (grip, second) = told(&single);
-    assert_eq!((grip, second.is_none()), ("single", true));
-}
-
-/// Cylinders that two phalanges of three meet and one that only the last does: what is told of them, and what that costs the chip.
-#[test]
-fn three_phalanges_tell_a_second_contact_in_time() {
-    let Some(firmware) = support::image(support::GRASP_TENDON3) else {
-        return;
-    };
-    let closing = |phalanx, contact_mm, diameter_mm, theta_1_deg| {
-        let object = Object {
-            phalanx,
-            contact_mm,
-            diameter_mm,
-            theta_1_deg,
-        };
-        // The sensor's own updates are those of `tendon3`, most of all the one that begins a contact.
-        let watch: [&[&str]; 2] = [
-            &["watch::Follow", "Sensor<F,H,X>::update", "begin_contact"],
-            &["begin_contact"],
-        ];
-        let session = held(&firmware, "tendon3-grasp", object, watch);
-        judge_costs(&session);
-        session
-    };
-
-    // Met by phalanx 2 first: the second contact has a place.
-    let placed = closing(2, 41.5, 61.5, 49.0);
-    let (grip, second) = told(&placed);
-    let second = second.expect("a second contact");
-    assert_eq!((grip, second.field("phalanx")), ("two-contacts", Some("3")));
-    let truth = placed.truth_at_estimate.as_ref().expect("contacts");
-    let true_m = (truth.contacts.iter().find(|contact| contact.phalanx == 3)).map(|c| c.k_m);
-    let [k_mm, sigma_mm] = ["k_mm", "sigma_mm"].map(|key| second.number(key).expect("a number"));
-    let error_mm = k_mm - 1e3 * true_m.expect("phalanx 3 presses");
-    assert!(
-        error_mm.abs() < 2.0 * sigma_mm && sigma_mm < 8.0,
-        "{error_mm}, {second:?}"
-    );
-
-    // By phalanx 1 first: the phalanx is known, and any place on it leaves the same motion.
-    let proximal = closing(1, 60.0, 60.0, 40.0);
-    let (grip, second) = told(&proximal);
-    let second = second.expect("a second contact");
-    assert_eq!((grip, second.field("phalanx")), ("two-contacts", Some("2")));
-    assert_eq!(second.field("k_mm"), Some("NaN"));
-
-    let single = closing(3, 20.0, 10.0, 45.0);
-    let (grip, second) = told(&single);
-    assert_eq!((grip, second.is_none()), ("single", true));
-}
-
-/// Bounds of the chip: the control interrupt, samples in time, an update of what follows the first contact, the sensor's but for that
-/// which begins a contact, and the stacks.
-fn judge_costs(session: &Session<'_>) {
-    let account = session.machine.account();
-    let control = account.exceptions()[&34];
-    assert!(
-        control.max.instructions <= CONTROL_INSTRUCTIONS,
-        "{control:?}"
-    );
-    assert_eq!(session.machine.chip().missed_triggers(), 0);
-    let of = |name: &str| {
-        let mut functions = account.functions().iter();
-        let found = functions.find(|(function, _)| function.contains(name));
-        found.map_or_else(|| panic!("no {name}"), |(_, watched)| *watched)
-    };
-    let follow = of("AfterContact").all;
-    assert!(
-        follow.count > 1000 && follow.max.instructions <= UPDATE_INSTRUCTIONS,
-        "{follow:?}"
-    );
-    let sensor = of("::update").without;
-    assert!(
-        sensor.max.instructions <= 2 * UPDATE_INSTRUCTIONS,
-        "{sensor:?}"
-    );
-    for stack in session.machine.stacks() {
-        assert!(stack.used + STACK_MARGIN <= stack.size, "{stack:?}");
-    }
 }
 
 /// An object on springs of 0.5 N/mm behind pins that are fixed.

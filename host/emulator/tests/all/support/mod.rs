@@ -5,6 +5,7 @@
 use std::path::PathBuf;
 
 use palpate_emulator::Firmware;
+use palpate_emulator::sim::{CONTROL_INSTRUCTIONS, Session};
 
 /// The default scene, `p70`.
 pub const DEFAULT: &str = "PALPATE_ELF";
@@ -46,4 +47,14 @@ pub fn firmware() -> Option<Firmware> {
 /// An image.
 pub fn image(variable: &str) -> Option<Firmware> {
     path(variable).map(|path| Firmware::load(&path).expect("the image loads"))
+}
+
+/// Checks that the control interrupt stayed within its bound and was never late.
+pub fn keeps_up(session: &Session<'_>) {
+    let control = session.machine.account().exceptions()[&34];
+    assert!(
+        control.max.instructions <= CONTROL_INSTRUCTIONS,
+        "{control:?}"
+    );
+    assert_eq!(session.machine.chip().missed_triggers(), 0);
 }
