@@ -44,17 +44,25 @@ impl<const P: usize, X: SeriesElement> Normal<P, X> {
         }
     }
 
-    /// Adds the prior of one unknown that stands at `value` (whitened): mean 0, variance 1/`weight`.
-    pub fn add_prior(&mut self, unknown: usize, value: f32, weight: f32) {
-        if let Some(cell) = self
-            .matrix
-            .get_mut(unknown)
-            .and_then(|row| row.get_mut(unknown))
-        {
-            *cell += weight;
+    /// The priors alone, mean 0 and variance 1, of unknowns that stand at `values` (whitened).
+    pub fn of_priors(values: &[f32; P]) -> Self {
+        let mut normal = Self::EMPTY;
+        for (unknown, value) in values.iter().enumerate() {
+            normal.set_prior(unknown, *value, 1.0);
+        }
+        normal
+    }
+
+    /// Gives one unknown that stands at `value` another prior: mean 0, variance 1/`weight`. Before any residual is added.
+    // Not inlined: written out for each unknown it would be twice as long.
+    #[inline(never)]
+    pub fn set_prior(&mut self, unknown: usize, value: f32, weight: f32) {
+        let row = self.matrix.get_mut(unknown);
+        if let Some(cell) = row.and_then(|row| row.get_mut(unknown)) {
+            *cell = weight;
         }
         if let Some(right) = self.right.get_mut(unknown) {
-            *right -= weight * value;
+            *right = -weight * value;
         }
     }
 
@@ -200,7 +208,7 @@ mod tests {
         let mut normal = Normal::<2>::EMPTY;
         normal.add(1.0, &[1.0, 0.0], 4.0);
         assert!(normal.factor(0.0).is_none());
-        normal.add_prior(1, 0.5, 1.0);
+        normal.set_prior(1, 0.5, 1.0);
         let factor = normal.factor(0.0).unwrap();
         let step = factor.step();
         assert!((step[0] - 1.0).abs() < 1e-6 && (step[1] + 0.5).abs() < 1e-6);

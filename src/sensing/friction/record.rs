@@ -3,7 +3,7 @@
 use super::bins::{BINS, Bins};
 use super::harmonics::{self, HARMONICS};
 use super::wander::{Evidence, Wander};
-use crate::numeric::{Bounded, sin_cos, solve, sqrt};
+use crate::numeric::{Bounded, dot, sin_cos, sqrt};
 use crate::sensing::Drivetrain;
 use serde::{Deserialize, Serialize};
 use serde_big_array::BigArray;
@@ -13,6 +13,9 @@ use serde_big_array::BigArray;
 const SMOOTHING_RAD: f32 = 0.12;
 /// Largest extrapolation beyond the last bin, turns of the worm.
 const BEYOND_TURNS: f32 = 4.0;
+/// Smallest determinant of the normal equations of a quadratic, as a share of the cube of the weights' sum: three bins side by side have
+/// 1e-5, two none but for rounding.
+const SINGULAR: f32 = 1e-6;
 
 /// Free motion as it was recorded: friction torque of the motor, the free torque of the finger included, over the angle of
 /// the input link. Plain data: valid after a restart with another zero, once aligned.
@@ -242,23 +245,30 @@ impl Friction {
                 power *= x;
             }
         }
-        // The two right-hand sides: the polynomial of the values, and the weight of each bin in the value at the place.
-        let normal = [[s[0], s[1], s[2]], [s[1], s[2], s[3]], [s[2], s[3], s[4]]];
-        let flat =
-            || Some(([t[0] / s[0], 0.0, 0.0], [1.0 / s[0], 0.0, 0.0])).filter(|_| s[0] > 0.0);
-        let (value, leverage) = solve(normal, [t, [1.0, 0.0, 0.0]])
-            .map(|[value, leverage]| (value, leverage))
-            .or_else(flat)?;
+        // The polynomial's value at the place and the weight of each bin in it, by the first row of the adjugate: distances are at most 1,
+        // so that 1e-5 of the level are lost where all bins lie on one side. Fewer than three bins have a mean alone.
+        let row = [
+            s[2] * s[4] - s[3] * s[3],
+            s[2] * s[3] - s[1] * s[4],
+            s[1] * s[3] - s[2] * s[2],
+        ];
+        let determinant = dot(&row, &[s[0], s[1], s[2]]);
+        let singular = !(determinant > SINGULAR * s[0] * s[0] * s[0]);
+        let (smooth_nm, leverage) = if singular {
+            (t[0] / s[0], 1.0 / s[0])
+        } else {
+            (dot(&row, &t) / determinant, row[0] / determinant)
+        };
         // Weights are at most 1, so the leverage bounds the sum.
         let bin_s = bin * self.rad_per_count / self.speed_rad_per_s;
         let passes = self.closing_nm.count.get(place as usize).copied();
         let passes = f32::from(passes.unwrap_or(0).max(1));
-        let variance_nm2 = leverage[0].at_least(0.0) * self.white_nm2(bin_s) / passes;
+        let variance_nm2 = leverage.at_least(0.0) * self.white_nm2(bin_s) / passes;
         let waves = harmonics::waves(position, self.worm_counts);
-        let torque_nm = value[0] + harmonics::sum(&self.worm_nm, &waves);
+        let torque_nm = smooth_nm + harmonics::sum(&self.worm_nm, &waves);
         (torque_nm + variance_nm2).is_finite().then_some(Estimate {
             torque_nm,
-            smooth_nm: value[0],
+            smooth_nm,
             variance_nm2,
             beyond_counts: 0.0,
         })

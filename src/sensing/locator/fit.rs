@@ -10,7 +10,7 @@ use super::model::{Hold, Model};
 use super::noise::{Row, Whitening};
 use super::posterior::JOINT_SHARE;
 use super::prior::{
-    CABLE, FACTOR, FRICTION, GIVE, JOINT, K, LEAST_SHARE, ONSET, Place, Prior, Scaling, UNKNOWNS,
+    CABLE, FACTOR, GIVE, JOINT, K, LEAST_SHARE, ONSET, Place, Prior, Scaling, UNKNOWNS,
 };
 use super::{Data, LEAST_POINTS, onset};
 use crate::finger::Mechanics;
@@ -209,7 +209,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
                 penalty += x * x;
             }
         }
-        penalty
+        penalty + prior.beside_normal::<F>(self.trial[JOINT])[0]
     }
 
     /// Moves the trial by the best step; false if its predicted gain is too small.
@@ -313,17 +313,17 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             self.hypothesis.hold,
             &onset,
         );
-        let mut normal = Normal::EMPTY;
-        for unknown in 0..UNKNOWNS {
-            let (pull, weight) = if unknown != K || matches!(prior.place, Place::Known { .. }) {
-                (self.trial[unknown], 1.0)
-            } else if self.hypothesis.has_place() {
-                // A uniform prior adds no gradient.
-                (0.0, 1e-3)
+        let mut normal = Normal::of_priors(&self.trial);
+        let joint = self.trial[JOINT];
+        normal.set_prior(JOINT, joint, prior.beside_normal::<F>(joint)[1]);
+        if !matches!(prior.place, Place::Known { .. }) {
+            // A uniform prior adds no gradient.
+            let weight = if self.hypothesis.has_place() {
+                1e-3
             } else {
-                (0.0, 1.0)
+                1.0
             };
-            normal.add_prior(unknown, pull, weight);
+            normal.set_prior(K, 0.0, weight);
         }
         self.pass = model.map(|model| Pass {
             model,
@@ -393,6 +393,5 @@ pub(super) fn start<X: SeriesElement>(place: f32, prior: &Prior<X>) -> [f32; UNK
     if matches!(prior.place, Place::Anywhere) {
         x[K] = place.at_least(LEAST_SHARE).at_most(1.0);
     }
-    x[FRICTION] = 0.0;
     x
 }

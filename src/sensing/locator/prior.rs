@@ -1,6 +1,7 @@
 //! Priors of a fit, and its unknowns.
 
 use super::noise::Noise;
+use crate::finger::Mechanics;
 use crate::numeric::{Bounded, clamp, ln};
 use crate::sensing::calibration::independence;
 use crate::sensing::{Calibration, SeriesElement};
@@ -88,10 +89,26 @@ pub struct Prior<X: SeriesElement> {
     pub series: PhantomData<X>,
 }
 
+/// Exponent of the tails of what holds the joints: Student's distribution with three degrees of freedom.
+const TAIL: f32 = 4.0;
+
 /// Range of a cable's compliance over the nominal one: 10 and 1.5 kN/m about 3 (docs/HARDWARE.md#drivetrain).
 const CABLES: [f32; 2] = [0.3, 2.0];
 
 impl<X: SeriesElement> Prior<X> {
+    /// How far a spring is preloaded and how much its bearings rub, a scene assumes and nobody knows, not even by the order. Until a pin has
+    /// told it, its distribution is Student's with three degrees of freedom: near the mean the normal one, but six deviations cost 9 instead
+    /// of 36. By how much its cost at x deviations (minus twice the logarithm) differs from the normal one's, and the precision of a normal
+    /// one that pulls as it does. Where the leverage is in doubt, what the joints take is in that.
+    #[inline(never)]
+    pub(super) fn beside_normal<F: Mechanics>(&self, x: f32) -> [f32; 2] {
+        if F::UNEVEN || self.calibration.contacts > 0 {
+            return [0.0, 1.0];
+        }
+        let precision = TAIL / (TAIL + x * x);
+        [-TAIL * ln(precision) - x * x, precision]
+    }
+
     /// Logarithm of how much likelier the cable of a fit is than the fit takes it for. Nobody knows more of a cable than a range of
     /// its stiffness, and only what is even in the logarithm is the same for stiffness and compliance; a fit has a normal distribution
     /// as wide as that. Nothing once a press or a pin has told the cable.
@@ -223,6 +240,7 @@ pub(super) fn strain(
 #[cfg(all(test, feature = "firmware"))]
 mod tests {
     use super::*;
+    use crate::scene::{P70, Scene, Tendon2};
     use crate::sensing::Cable;
     use crate::sensing::tests::locator::{CALIBRATION, prior};
 
@@ -250,5 +268,26 @@ mod tests {
         assert!(density(0.1) < density(0.3) - 0.5 && density(3.0) < density(2.0) - 4.0);
         prior.calibration.presses = 1;
         assert!((ln_density(&prior, 0.5) + 0.5).abs() < 1e-6);
+    }
+
+    #[test]
+    fn what_holds_the_joints_has_the_tails_of_three_degrees_of_freedom_until_a_pin_tells_it() {
+        type Long = <P70 as Scene>::Finger;
+        type Pulleys = <Tendon2 as Scene>::Finger;
+        let mut prior: Prior<Cable> = prior(0.8);
+        prior.calibration.contacts = 0;
+        let cost = |x: f32| x * x + prior.beside_normal::<Long>(x)[0];
+        for x in [-6.0f32, -2.0, -0.3, 0.0, 0.5, 1.0, 3.0, 6.0] {
+            // Student's t of variance 4/3 of the scale, so that its curvature at the mean is 1.
+            let t = f64::from(x) / (4.0f64 / 3.0).sqrt();
+            let exact = 4.0 * (1.0 + t * t / 3.0).ln();
+            assert!((f64::from(cost(x)) - exact).abs() < 1e-3, "{x}");
+            let slope = (cost(x + 0.01) - cost(x - 0.01)) / 0.02;
+            let pull = 2.0 * x * prior.beside_normal::<Long>(x)[1];
+            assert!((slope - pull).abs() < 2e-2, "{x}: {slope} {pull}");
+        }
+        assert_eq!(prior.beside_normal::<Pulleys>(3.0), [0.0, 1.0]);
+        prior.calibration.contacts = 1;
+        assert_eq!(prior.beside_normal::<Long>(3.0), [0.0, 1.0]);
     }
 }

@@ -89,30 +89,51 @@ fn curve(k_m: f32, radius_m: f32, joint_nm: f32, drivetrain: &Drivetrain) -> Vec
     points
 }
 
+/// Places and radii of objects, metre.
+const CONTACTS: [[f32; 2]; 7] = [
+    [0.003, 0.002],
+    [0.008, 0.002],
+    [0.02, 0.005],
+    [0.035, 0.02],
+    [0.05, 0.01],
+    [0.062, 0.002],
+    [0.067, 0.01],
+];
+
 #[test]
 fn no_start_anywhere_finds_better_than_a_round() {
+    compare_with_starts_everywhere(&prior(), 0.0, &CONTACTS);
+}
+
+/// But at the very tip, where a round may end 3 mm beside, as far as it claims.
+#[test]
+fn nor_where_the_joints_take_seven_times_what_a_scene_assumes() {
+    let mut prior = prior();
+    prior.calibration.contacts = 0;
+    prior.calibration.torque_factor_sigma = 0.1;
+    compare_with_starts_everywhere(&prior, 3e-3, &CONTACTS[..6]);
+}
+
+fn compare_with_starts_everywhere(prior: &Prior<Cable>, joint_nm: f32, contacts: &[[f32; 2]]) {
     let finger = P70::MECHANISM;
     let drivetrain = P70::drivetrain(&finger);
-    let (prior, near) = (prior(), finger.rest());
+    let near = finger.rest();
     let length_m = finger.phalanx_length_m(2).unwrap();
-    for (k_m, object_m) in [
-        (0.003, 0.002),
-        (0.008, 0.002),
-        (0.02, 0.005),
-        (0.035, 0.02),
-        (0.05, 0.01),
-        (0.062, 0.002),
-        (0.067, 0.01),
-    ] {
-        let points = curve(k_m, object_m + prior.half_thickness_m, 0.0, &drivetrain);
+    for &[k_m, object_m] in contacts {
+        let points = curve(
+            k_m,
+            object_m + prior.half_thickness_m,
+            joint_nm,
+            &drivetrain,
+        );
         let data = Data {
             points: &points,
             origin_rad: 0.0,
             drivetrain: &drivetrain,
         };
         let mut locator = Locator::<_, Cable>::default();
-        assert!(locator.begin(&finger, &data, &prior, &near, true));
-        while !locator.step(&finger, &data, &prior, &near) {}
+        assert!(locator.begin(&finger, &data, prior, &near, true));
+        while !locator.step(&finger, &data, prior, &near) {}
         let track = locator.tracks.iter().find(|t| t.phalanx == 2).unwrap();
         let best = |fits: &mut dyn Iterator<Item = f32>| fits.fold(f32::NEG_INFINITY, f32::max);
         let most = best(&mut track.fits.iter().flatten().map(|f| f.ln_evidence));
@@ -122,39 +143,41 @@ fn no_start_anywhere_finds_better_than_a_round() {
                 continue;
             }
             let hypothesis = Hypothesis {
-                hold: track.hold(radius, &prior),
+                hold: track.hold(radius, prior),
                 length_m,
             };
             // What a fit minimises but for the logarithms of variances: they move by about one with the onset.
             let cost = |fitted: &Fitted| {
                 let priors: f32 = fitted.x.iter().skip(1).map(|x| x * x).sum();
-                fitted.chi_square + priors
+                let [joint, _] = prior.beside_normal::<<P70 as Scene>::Finger>(fitted.x[JOINT]);
+                fitted.chi_square + priors + joint
             };
             let (mut least, mut place_m) = (f32::INFINITY, f32::NAN);
             for i in 1..40 {
-                let mut fit = Fit::new(hypothesis, fit::start(i as f32 / 40.0, &prior), false);
+                let mut fit = Fit::new(hypothesis, fit::start(i as f32 / 40.0, prior), false);
                 let mut progress = Progress::UnderWay;
                 while progress == Progress::UnderWay {
-                    progress = fit.step(&finger, &data, &prior, &near);
+                    progress = fit.step(&finger, &data, prior, &near);
                 }
-                if let (Progress::Converged, Some(fitted)) = (progress, fit.fitted(&prior))
+                if let (Progress::Converged, Some(fitted)) = (progress, fit.fitted(prior))
                     && cost(&fitted) < least
                 {
                     (least, place_m) = (cost(&fitted), length_m * fitted.x[K]);
                 }
             }
             // Near the joint the finger is four times as soft as the cable, so the break-away torque puts a kink at the first point of
-            // the curve. A fit may stop on the wrong side of the kink, but at the same place.
+            // the curve. A fit may stop on the wrong side of the kink, but no farther off than it claims.
             let off_m = (length_m * found.x[K] - place_m).abs();
-            let enough = if k_m < 0.005 && off_m < 1e-4 {
-                15.0
+            let enough = if k_m < 0.005 && off_m < found.k_sigma_m {
+                25.0
             } else {
                 2.0
             };
             assert!(
                 cost(found) < least + enough,
-                "{k_m} {object_m} radius {radius}: {} {least}, {off_m} m apart",
-                cost(found)
+                "{k_m} {object_m} radius {radius}: {} {least}, {off_m} m apart, +- {}",
+                cost(found),
+                found.k_sigma_m
             );
         }
     }
