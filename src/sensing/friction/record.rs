@@ -253,11 +253,10 @@ impl Friction {
             s[1] * s[3] - s[2] * s[2],
         ];
         let determinant = dot(&row, &[s[0], s[1], s[2]]);
-        let singular = !(determinant > SINGULAR * s[0] * s[0] * s[0]);
-        let (smooth_nm, leverage) = if singular {
-            (t[0] / s[0], 1.0 / s[0])
-        } else {
+        let (smooth_nm, leverage) = if determinant > SINGULAR * s[0] * s[0] * s[0] {
             (dot(&row, &t) / determinant, row[0] / determinant)
+        } else {
+            (t[0] / s[0], 1.0 / s[0])
         };
         // Weights are at most 1, so the leverage bounds the sum.
         let bin_s = bin * self.rad_per_count / self.speed_rad_per_s;

@@ -235,13 +235,19 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             Progress::Converged => fit.fitted(prior),
             _ => None,
         };
-        // A known place is fitted once a round; the fit is kept for the calibration, and its result for what `stands` compares.
+        // Of a known place the fit itself is kept, for the calibration: if the last start was not the best, that is fitted once more.
         if !matches!(prior.place, Place::Anywhere) {
-            if F::PHALANGES > shares::STIFF_WITH_TWO {
-                self.keep(fitted);
-            }
-            self.under_way = false;
-            return true;
+            let best = self.keep(fitted);
+            self.start = match (prior.place, self.start) {
+                (Place::Known { .. }, 0) => LAST_START,
+                (Place::Known { .. }, LAST_START) if !best => LAST_START + 1,
+                _ => {
+                    self.under_way = false;
+                    return true;
+                }
+            };
+            self.fit = None;
+            return false;
         }
         self.fit = None;
         self.keep(fitted);
@@ -270,13 +276,14 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         self.fit = None;
     }
 
-    fn keep(&mut self, fitted: Option<Fitted>) {
+    /// Keeps a result if it is better than that of the starts before; whether it is.
+    fn keep(&mut self, fitted: Option<Fitted>) -> bool {
         let track = self.tracks.get_mut(self.track);
         let Some(kept) = track
             .zip(ORDER.get(self.order))
             .and_then(|(track, (radius, _))| track.fits.get_mut(*radius))
         else {
-            return;
+            return false;
         };
         let better = match (&fitted, &kept) {
             (Some(new), Some(old)) => self.start == 0 || new.ln_evidence > old.ln_evidence,
@@ -286,6 +293,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         if better {
             *kept = fitted;
         }
+        better
     }
 
     /// Moves on to the next start, radius or hypothesis.
@@ -344,7 +352,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         };
         let before = match (self.start, self.order, self.thorough) {
             // Starts from the result of the last round, or of the neighbouring radius.
-            (0, 0, _) | (0, _, false) | (LAST_START, ..) => track.fit(radius),
+            (0, 0, _) | (0, _, false) | (LAST_START.., ..) => track.fit(radius),
             _ => None,
         };
         let neighbour = track.fit(from).filter(|_| self.order > 0);

@@ -134,8 +134,6 @@ impl Stretch {
         // What scatters, or what is known to: the larger.
         let variance = (squares / spare as f32).at_least(noise.white_nm2);
         let [offset, slope, _, _, hinge] = fit;
-        let slowly = self.slowly(noise, |theta| [theta - at, dot(&by_hinge, &terms(theta))]);
-        let sigmas = hinge / sqrt(variance * by_hinge[HINGE] + slowly);
         let rises = slope + hinge;
         let after_variance = by_slope[1] + 2.0 * by_slope[HINGE] + by_hinge[HINGE];
         let change = SlopeChange {
@@ -145,13 +143,21 @@ impl Stretch {
             after_nm_per_rad: rises / scale,
             after_sigma_nm_per_rad: sqrt(variance * after_variance) / scale,
         };
-        let is_change = sigmas > rule.sigmas && slope > 0.0 && rises > rule.ratio * slope;
+        let own = variance * by_hinge[HINGE];
+        let is_change =
+            hinge > rule.sigmas * sqrt(own) && slope > 0.0 && rises > rule.ratio * slope;
         let is_steady = (self.0.iter().zip(self.0.iter().skip(1)))
             .skip(self.0.len() - 3)
             .all(|([a, below], [b, above])| {
                 above - below > STEADY_SHARE * change.after_nm_per_rad * (b - a)
             });
-        (is_change && is_steady).then_some((change, sigmas))
+        if !(is_change && is_steady) {
+            return None;
+        }
+        // What takes the longest last: few stretches come so far.
+        let slowly = self.slowly(noise, |theta| [theta - at, dot(&by_hinge, &terms(theta))]);
+        let sigmas = hinge / sqrt(own + slowly);
+        (sigmas > rule.sigmas).then_some((change, sigmas))
     }
 
     /// Returns the variance of a weighted sum of the torques due to slow disturbances: wandering friction, and the efficiency's

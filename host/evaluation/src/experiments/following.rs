@@ -1,5 +1,7 @@
 //! What follows the first contact: second contacts, and what becomes of a contact that is held.
 
+use std::f64::consts::FRAC_2_PI;
+
 use palpate::finger::HoldsTwice;
 use palpate_document::table::head;
 use palpate_scenes::{Linkage3, P70, P70Hold, Tendon3};
@@ -111,14 +113,15 @@ pub fn second_contacts(plan: &Plan) -> (Vec<(&'static str, Score)>, Failed) {
 pub fn second_contacts_table(scores: &[(&'static str, Score)]) -> String {
     let mut text = head(
         "finger | power grasps | told | right phalanx, wrong | enveloped | single contacts | told as two | in passing or as the motion ended: n, told | places | \
-         error, mean, % | within 2σ, % | faults",
+         error, mean, % | claimed, % | within 2σ, % | faults",
     );
     for (name, score) in scores {
         let places = if score.places.is_empty() {
-            "– | –".to_owned()
+            "– | – | –".to_owned()
         } else {
             let [error, within] = summary(&score.places);
-            format!("{:.1} | {within:.0}", 100.0 * error)
+            let claimed = claimed_pct(&score.places);
+            format!("{:.1} | {claimed:.1} | {within:.0}", 100.0 * error)
         };
         text += &format!(
             "| {name} | {} | {} | {}, {} | {} | {} | {} | {}, {} | {} | {places} | {} |\n",
@@ -152,6 +155,15 @@ pub fn second_contacts_json(
             "phalanx_wrong": score.phalanx_wrong, "enveloped": score.enveloped, "single": score.single,
             "false": score.false_ones, "late": score.late, "late_told": score.late_told, "faults": score.faults,
             "places": score.places.len(), "mean_abs_err_pct": 100.0 * error, "within_2sigma_pct": within,
+            "claimed_abs_err_pct": claimed_pct(&score.places),
         })
     })
+}
+
+/// The mean error without sign that the told deviations stand for, percent; NaN of none. Of each place: told less true, with the deviation
+/// told.
+#[expect(clippy::cast_precision_loss, reason = "a count")]
+fn claimed_pct(places: &[[f64; 2]]) -> f64 {
+    let sigmas: f64 = places.iter().map(|[_, sigma]| sigma).sum();
+    100.0 * FRAC_2_PI.sqrt() * sigmas / places.len() as f64
 }
