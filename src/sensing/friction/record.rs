@@ -14,7 +14,7 @@ const SMOOTHING_RAD: f32 = 0.12;
 /// Largest extrapolation beyond the last bin, turns of the worm.
 const BEYOND_TURNS: f32 = 4.0;
 /// Smallest determinant of the normal equations of a quadratic, as a share of the cube of the weights' sum: three bins side by side have
-/// 1e-5, two none but for rounding.
+/// 1e-5 in the narrowest window, two none but for rounding.
 const SINGULAR: f32 = 1e-6;
 
 /// Free motion as it was recorded: friction torque of the motor, the free torque of the finger included, over the angle of

@@ -83,6 +83,34 @@ fn a_record_follows_the_friction() {
     assert!((friction.speed_rad_per_s / speed - 1.0).abs() < 1e-3);
 }
 
+/// The normal equations are solved in f32 by an adjugate: at the ends, where all bins lie on one side of the place, digits cancel.
+#[test]
+fn a_quadratic_is_kept_to_the_ends() {
+    let mut record = Friction::empty(TRAVEL, &geared());
+    (record.speed_rad_per_s, record.white_nm2_s) = (0.3, 1e-8);
+    let bin = f64::from(record.bin_counts);
+    let quadratic = |counts: f64| {
+        let x = counts / f64::from(TRAVEL);
+        0.055 + 0.03 * x - 0.1 * x * x
+    };
+    for index in 5..100 {
+        record.closing_nm.mean[index] = quadratic((index as f64 + 0.5) * bin) as f32;
+        record.closing_nm.count[index] = 3;
+    }
+    for counts in ((5.5 * bin) as i32 + 1..(99.5 * bin) as i32).step_by(37) {
+        let found = f64::from(record.at(counts).unwrap().torque_nm);
+        let off = found - quadratic(f64::from(counts));
+        assert!(off.abs() < 1e-5 * 0.055, "{counts}: {off}");
+    }
+    // Two bins tell a mean alone, one itself.
+    record.closing_nm.count[7..].fill(0);
+    let middle = record.at((6.0 * bin) as i32).unwrap().torque_nm;
+    assert!((middle - 0.5 * (record.closing_nm.mean[5] + record.closing_nm.mean[6])).abs() < 1e-6);
+    record.closing_nm.count[6] = 0;
+    let alone = record.at((5.5 * bin) as i32).unwrap().torque_nm;
+    assert!((alone - record.closing_nm.mean[5]).abs() < 1e-8);
+}
+
 #[test]
 fn its_deviation_is_told_truly() {
     let (mut square, mut count, mut told) = (0.0, 0.0, 0.0);
