@@ -44,7 +44,7 @@ impl<const P: usize, X: SeriesElement> Normal<P, X> {
         }
     }
 
-    /// The priors alone, mean 0 and variance 1, of unknowns that stand at `values` (whitened).
+    /// Starts with the priors of all unknowns, which stand at `values` (whitened): mean 0, variance 1.
     pub fn of_priors(values: &[f32; P]) -> Self {
         let mut normal = Self::EMPTY;
         for (unknown, value) in values.iter().enumerate() {
@@ -53,7 +53,7 @@ impl<const P: usize, X: SeriesElement> Normal<P, X> {
         normal
     }
 
-    /// Gives one unknown that stands at `value` another prior: mean 0, variance 1/`weight`. Before any residual is added.
+    /// Sets the prior of one unknown that stands at `value`: mean 0, variance 1/`weight`. Call before adding residuals, which it discards.
     // Not inlined: written out for each unknown it would be twice as long.
     #[inline(never)]
     pub fn set_prior(&mut self, unknown: usize, value: f32, weight: f32) {

@@ -13,8 +13,8 @@ use serde_big_array::BigArray;
 const SMOOTHING_RAD: f32 = 0.12;
 /// Largest extrapolation beyond the last bin, turns of the worm.
 const BEYOND_TURNS: f32 = 4.0;
-/// Smallest determinant of the normal equations of a quadratic, as a share of the cube of the weights' sum: three bins side by side have
-/// 1e-5 in the narrowest window, two none but for rounding.
+/// Smallest determinant of the normal equations of a quadratic, as a share of the cube of the weights' sum. Three neighbouring bins in the
+/// narrowest window have 1e-5; with two it is zero but for rounding.
 const SINGULAR: f32 = 1e-6;
 
 /// Free motion as it was recorded: friction torque of the motor, the free torque of the finger included, over the angle of
@@ -245,8 +245,8 @@ impl Friction {
                 power *= x;
             }
         }
-        // The polynomial's value at the place and the weight of each bin in it, by the first row of the adjugate: distances are at most 1,
-        // so that 1e-5 of the level are lost where all bins lie on one side. Fewer than three bins have a mean alone.
+        // The polynomial's value at the place and its variance follow from the first row of the adjugate. Distances are at most 1, so
+        // cancellation costs at most 1e-5 of the level, where all bins lie on one side. Fewer than three bins only have a mean.
         let row = [
             s[2] * s[4] - s[3] * s[3],
             s[2] * s[3] - s[1] * s[4],

@@ -69,9 +69,10 @@ const DEMANDED: f32 = 2.0;
 const MOST: usize = 5;
 /// Starting places of a thorough search, as shares of one side of a phalanx's stiffest place.
 const STARTS: [f32; 2] = [0.2, 0.75];
-/// Its last start is the best fit so far, with joints that take more than their mean by this many deviations. A break-away torque is a kink
-/// in the curve, over which a fit does not come from a smaller one; from a larger one it does (compared in `locator::tests`).
+/// Index of the last start: the best fit so far, with joints that take [`HELD`].
 const LAST_START: usize = 1 + STARTS.len();
+/// Torque of the joints at the last start, in deviations from its mean. A break-away torque puts a kink into the curve: a fit that starts
+/// below it stops there, one that starts above it passes (compared in `locator::tests`).
 const HELD: f32 = 6.0;
 
 /// Calibration from a contact at a known place or from the closing stop.
@@ -235,7 +236,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             Progress::Converged => fit.fitted(prior),
             _ => None,
         };
-        // Of a known place the fit itself is kept, for the calibration: if the last start was not the best, that is fitted once more.
+        // The calibration needs the best fit itself at a known place. Repeat that fit if the last start was not the best.
         if !matches!(prior.place, Place::Anywhere) {
             let best = self.keep(fitted);
             self.start = match (prior.place, self.start) {
@@ -276,7 +277,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         self.fit = None;
     }
 
-    /// Keeps a result if it is better than that of the starts before; whether it is.
+    /// Keeps a result if it is better than those of earlier starts. Returns whether it was kept.
     fn keep(&mut self, fitted: Option<Fitted>) -> bool {
         let track = self.tracks.get_mut(self.track);
         let Some(kept) = track

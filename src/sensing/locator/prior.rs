@@ -89,17 +89,19 @@ pub struct Prior<X: SeriesElement> {
     pub series: PhantomData<X>,
 }
 
-/// Exponent of the tails of what holds the joints: Student's distribution with three degrees of freedom.
+/// Exponent of the tails of Student's distribution with three degrees of freedom.
 const TAIL: f32 = 4.0;
 
 /// Range of a cable's compliance over the nominal one: 10 and 1.5 kN/m about 3 (docs/HARDWARE.md#drivetrain).
 const CABLES: [f32; 2] = [0.3, 2.0];
 
 impl<X: SeriesElement> Prior<X> {
-    /// How far a spring is preloaded and how much its bearings rub, a scene assumes and nobody knows, not even by the order. Until a pin has
-    /// told it, its distribution is Student's with three degrees of freedom: near the mean the normal one, but six deviations cost 9 instead
-    /// of 36. By how much its cost at x deviations (minus twice the logarithm) differs from the normal one's, and the precision of a normal
-    /// one that pulls as it does. Where the leverage is in doubt, what the joints take is in that.
+    /// Prior of the joints' friction and preload at x deviations from its mean, compared with a normal one: the difference of their costs
+    /// (minus twice the logarithm of the density), and the precision of the normal distribution with the same gradient at x.
+    ///
+    /// A scene only guesses this torque, and may be wrong by an order of magnitude. Before a pin calibrates it, the prior is therefore
+    /// Student's distribution with three degrees of freedom, which costs as much as the normal one near the mean, but 9 instead of 36 at six
+    /// deviations. It stays normal for transmissions whose leverage is uncertain (`UNEVEN`): that deviation covers the joints as well.
     #[inline(never)]
     pub(super) fn beside_normal<F: Mechanics>(&self, x: f32) -> [f32; 2] {
         if F::UNEVEN || self.calibration.contacts > 0 {

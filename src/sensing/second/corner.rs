@@ -154,7 +154,7 @@ impl Stretch {
         if !(is_change && is_steady) {
             return None;
         }
-        // What takes the longest last: few stretches come so far.
+        // The slow part is computed last: few stretches pass the checks above.
         let slowly = self.slowly(noise, |theta| [theta - at, dot(&by_hinge, &terms(theta))]);
         let sigmas = hinge / sqrt(own + slowly);
         (sigmas > rule.sigmas).then_some((change, sigmas))

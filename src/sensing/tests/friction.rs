@@ -83,7 +83,7 @@ fn a_record_follows_the_friction() {
     assert!((friction.speed_rad_per_s / speed - 1.0).abs() < 1e-3);
 }
 
-/// The normal equations are solved in f32 by an adjugate: at the ends, where all bins lie on one side of the place, digits cancel.
+/// Digits of the adjugate cancel most at the ends, where all bins lie on one side of the place.
 #[test]
 fn a_quadratic_is_kept_to_the_ends() {
     let mut record = Friction::empty(TRAVEL, &geared());
@@ -102,7 +102,7 @@ fn a_quadratic_is_kept_to_the_ends() {
         let off = found - quadratic(f64::from(counts));
         assert!(off.abs() < 1e-5 * 0.055, "{counts}: {off}");
     }
-    // Two bins tell a mean alone, one itself.
+    // Two bins only have a mean, one its own value.
     record.closing_nm.count[7..].fill(0);
     let middle = record.at((6.0 * bin) as i32).unwrap().torque_nm;
     assert!((middle - 0.5 * (record.closing_nm.mean[5] + record.closing_nm.mean[6])).abs() < 1e-6);

@@ -160,8 +160,8 @@ pub fn second_contacts_json(
     })
 }
 
-/// The mean error without sign that the told deviations stand for, percent; NaN of none. Of each place: told less true, with the deviation
-/// told.
+/// Mean absolute error that normal errors with the told deviations would have, percent; NaN without places. Each place is its error and
+/// the told deviation, as shares of the phalanx.
 #[expect(clippy::cast_precision_loss, reason = "a count")]
 fn claimed_pct(places: &[[f64; 2]]) -> f64 {
     let sigmas: f64 = places.iter().map(|[_, sigma]| sigma).sum();

@@ -30,8 +30,13 @@ fn told<S: Simulated>(parameters: &Parameters, last_m: f64) -> Vec<Option<[f64; 
         .into()
 }
 
-fn every_place_is_told<S: Simulated>(scene: &str, last_m: f64) {
+/// Most that a place may be off, metre; one on the wrong side of the kink that the break-away torque puts into the curve may be further.
+const OFF_M: f64 = 0.004;
+
+/// Compares all places with the truth in both engines; `beyond` of them may be farther off than [`OFF_M`].
+fn every_place_is_told<S: Simulated>(scene: &str, last_m: f64, beyond: usize) {
     let world = World::named("ideal").expect("a world");
+    let mut far = 0;
     for engine in ["plant", "mujoco"] {
         let mut parameters = world.of(scene).expect("a scene");
         parameters.engine = engine.parse().expect("an engine");
@@ -40,22 +45,23 @@ fn every_place_is_told<S: Simulated>(scene: &str, last_m: f64) {
         for (k_m, told) in PLACES_M.iter().zip(told::<S>(&parameters, last_m)) {
             let [told_m, sigma_m] = told.unwrap_or_else(|| panic!("{k_m}"));
             let off_m = (told_m - k_m).abs();
-            // One may lie on the wrong side of the kink that the break-away torque puts into the curve: 5.7 +- 4.6 mm off in MuJoCo at
-            // 56 mm, where the break-away torque of a finger with a return cable is the largest.
             assert!(off_m < 2.0 * sigma_m && off_m < 0.006, "{off_m} {sigma_m}");
+            far += usize::from(off_m >= OFF_M);
             sum_m += off_m;
         }
         let mean_m = sum_m / PLACES_M.len() as f64;
         assert!(mean_m < 0.002, "off by {mean_m} on average");
     }
+    assert!(far <= beyond, "{far} are far off");
 }
 
 #[test]
 fn a_return_cable_lets_every_place_be_told() {
-    every_place_is_told::<Return2>("return2", 0.0675);
+    // At 56 mm, where the break-away torque is the largest, MuJoCo's is told 5.7 +- 4.6 mm off.
+    every_place_is_told::<Return2>("return2", 0.0675, 1);
 }
 
 #[test]
 fn a_preloaded_spring_lets_every_place_be_told() {
-    every_place_is_told::<P70Preloaded>("p70-preloaded", 0.070);
+    every_place_is_told::<P70Preloaded>("p70-preloaded", 0.070, 0);
 }
