@@ -18,7 +18,7 @@ use crate::sensing::SeriesElement;
 const SHARES: [f32; 5] = [1.0, 0.6, 0.35, 0.2, 0.12];
 /// Most phalanges with which a second contact leaves nothing to turn but the cable: a rise so steep that no single contact
 /// explains it.
-pub(super) const STIFF_WITH_TWO: usize = 2;
+const STIFF_WITH_TWO: usize = 2;
 
 /// A part of the curve that one contact explains, and that a shorter part may explain better.
 #[derive(Clone, Copy, Debug)]

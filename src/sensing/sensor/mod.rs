@@ -232,9 +232,10 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             BlockUpdate::Block(block) => self.take(&block),
             BlockUpdate::Ended => self.end_run(),
         }
+        // Before the judgement: an update that gives the last word on a contact has no time to learn as well.
+        let busy = matches!(self.stage, Stage::Searching(_) | Stage::Contact(_));
         self.judge();
-        let searching = matches!(self.stage, Stage::Searching(_) | Stage::Contact(_));
-        self.learning.step(&mut self.state, searching);
+        self.learning.step(&mut self.state, busy);
         self.state.events.pop_front()
     }
 
