@@ -22,8 +22,11 @@ use crate::sensing::normal::Normal;
 const ENOUGH: f32 = 0.02;
 /// Largest number of passes.
 const MOST_PASSES: u8 = 24;
-/// Points of the curve per call: some 70,000 instructions.
-const POINTS_A_STEP: usize = 8;
+/// Points of the curve per call (docs/RESULTS.md#step-cost): fewer on three phalanges, whose points cost more, now and then twenty times
+/// as much.
+const fn points_a_step(phalanges: usize) -> usize {
+    if phalanges > 2 { 5 } else { 8 }
+}
 /// Passes after which the place is fitted too, where a cable that is not known decides: at the joint the stiffness hardly changes with
 /// the place, and a fit that the wrong cable sends there stays.
 const PLACE_AFTER: u8 = 2;
@@ -344,7 +347,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         let Some(pass) = &mut self.pass else {
             return Progress::Failed;
         };
-        let end = (pass.next + POINTS_A_STEP).min(data.points.len());
+        let end = (pass.next + const { points_a_step(F::PHALANGES) }).min(data.points.len());
         for point in data.points.get(pass.next..end).unwrap_or_default() {
             if point.blocks == 0 {
                 continue;

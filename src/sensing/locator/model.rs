@@ -30,6 +30,9 @@ const BEYOND_SHARE: f32 = 0.2;
 /// Error of a force there, as a share of what the torque would add.
 const BEYOND_FORCE: f32 = 0.5;
 
+/// Last step towards a torque, as a share of it.
+const ARRIVED_SHARE: f32 = 1e-3;
+
 /// What holds the input link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Hold {
@@ -298,7 +301,12 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         let [measured_nm, predicted_nm] = self.before_nm;
         let mut near_nm = predicted_nm + last.excess_nm - measured_nm;
         for _ in 0..5 {
+            let before_nm = near_nm;
             near_nm = self.on_path(finger, past_rad, near_nm, last)?.excess_nm;
+            // Newton's method: the next step is about the square of this one.
+            if (near_nm - before_nm).abs() <= ARRIVED_SHARE * near_nm {
+                break;
+            }
         }
         Some(())
     }

@@ -5,13 +5,14 @@
 //! | free motion recorded, and the free part of every closing since | [`Pass`](super::friction::Pass), [`Assessment`](super::friction::Assessment) | `record` |
 //! | first closing with a record of before a restart | [`Alignment`](super::friction::Alignment) | `search` |
 //! | closing, nothing felt | [`Detector`](super::detector::Detector) on the residual of the record | `search` |
-//! | contact | [`Curve`](super::curve::Curve), and every block one pass of the [`Locator`](super::locator::Locator), a few points a sample | `contact` |
+//! | contact | [`Curve`](super::curve::Curve) (`collector`), and every block one pass of the [`Locator`](super::locator::Locator), a few points a sample | `contact` |
 //! | what there is to say | a location, an ambiguity, a reason why not | `report` |
 //! | motion over | the locator's last rounds, a few points a sample; then the last word | `contact` |
 //! | contact at a known place, or with the stop | the calibration | `calibrate` |
 
 mod beside;
 mod calibrate;
+mod collector;
 mod contact;
 mod record;
 mod report;

@@ -1,6 +1,6 @@
 //! State that every stage of the sensor shares: finger, drivetrain, friction record, calibration, and the events to report.
 
-use super::contact::CurveCollector;
+use super::collector::CurveCollector;
 use super::weight;
 use crate::finger::{Free, Mechanics};
 use crate::joint_sensor::JointSensor;
