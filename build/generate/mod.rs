@@ -130,12 +130,14 @@ pub struct {name};
 #[allow(clippy::approx_constant, clippy::excessive_precision, reason = \"numbers of the scene's file\")]
 impl palpate::scene::Scene for {name} {{
     const NAME: &'static str = {:?};
+    const DIMENSIONS: &'static str = {:?};
     type Finger = {finger};
     type Joint = palpate::sensing::{joint};
     type Series = palpate::sensing::{series};
     type After = {after};
     const MECHANISM: Self::Finger = {mechanism};",
-        scene.name
+        scene.name,
+        scene.dimensions()
     ));
     section(&format!(
         "    const DRIVE: palpate::drive::config::Config = palpate::drive::config::Config {{
@@ -255,7 +257,7 @@ impl palpate::scene::Scene for {name} {{
         resistance_ohm: {},
         efficiency: {},
         inertia_kg_m2: {},
-        inertia_share: {},
+        inertia_sigma: {},
         viscous_nm_s_per_rad: {},
         efficiency_per_speed: {},
         backlash_rad: {},
@@ -329,7 +331,7 @@ const _: &<{name} as palpate::scene::Scene>::Finger = &<{name} as palpate::scene
         of("sensing.probe_torque_nm"),
         of("sensing.wanted_sigma_m"),
         of("travel.stop_rad"),
-        of("sensing.half_thickness_m"),
+        of("finger.half_thickness_m"),
         of("sensing.pin_radius_m"),
         of("sensing.contact_friction"),
         of("sensing.contact_friction_sigma"),

@@ -14,6 +14,27 @@ use toml::{Table, Value};
 
 /// The values of the keys that a scene leaves out.
 const DEFAULTS: &str = "common/defaults.toml";
+/// Sections on which a record of friction or a calibration depends.
+const DIMENSIONS: [&str; 12] = [
+    "finger",
+    "linkage",
+    "tendon",
+    "direct",
+    "return_cable",
+    "travel",
+    "encoder",
+    "gearhead",
+    "worm",
+    "cable",
+    "sense",
+    "shunt",
+];
+/// Keys of other sections that do: pins were calibrated with, and friction was recorded at.
+const OF_OTHERS: [&str; 3] = [
+    "motor.torque_constant_nm_per_a",
+    "motion.closing_rad_per_s",
+    "sensing.pin_radius_m",
+];
 /// Sections of which a finger has one.
 const TRANSMISSIONS: [&str; 3] = ["linkage", "tendon", "direct"];
 /// Longest chain of bases: a longer one is a circle.
@@ -168,6 +189,34 @@ impl Scene {
     /// Whether it has a section or key.
     pub fn has(&self, key: &str) -> bool {
         self.value(key).is_some()
+    }
+
+    /// Every key on which a record of friction or a calibration depends, with its value: two scenes that differ in none can share one.
+    pub fn dimensions(&self) -> String {
+        let mut text = String::new();
+        for section in DIMENSIONS {
+            let keys = self.values.get(section).and_then(Value::as_table);
+            for key in keys.into_iter().flat_map(Table::keys) {
+                text += &self.written(&format!("{section}.{key}"));
+            }
+        }
+        for key in OF_OTHERS {
+            text += &self.written(key);
+        }
+        text
+    }
+
+    /// A key and its value; the same for 4 and 4.0.
+    fn written(&self, key: &str) -> String {
+        let value = match self.value(key) {
+            Some(Value::Array(_)) if self.list(key).is_empty() => format!("{:?}", self.value(key)),
+            Some(Value::Array(_)) => format!("{:?}", self.list(key)),
+            Some(value) => {
+                number(value).map_or_else(|| value.to_string(), |number| format!("{number:?}"))
+            }
+            None => String::new(),
+        };
+        format!("{key}={value};")
     }
 
     /// Torque with which springs at rest beyond their stops hold their joints there, newton metre: the largest of them.

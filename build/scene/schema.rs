@@ -129,7 +129,6 @@ pub(super) const KEYS: &[Key] = &[
     must("motion.rest_rad", Number(0.0, 0.5)),
     must("sensing.probe_torque_nm", Number(1e-3, 100.0)),
     must("sensing.wanted_sigma_m", Number(1e-6, 0.1)),
-    must("sensing.half_thickness_m", Number(0.0, 1.0)),
     must("sensing.pin_radius_m", Number(0.0, 1.0)),
     must("sensing.contact_friction", Number(0.0, 2.0)),
     must("sensing.contact_friction_sigma", Number(1e-4, 2.0)),

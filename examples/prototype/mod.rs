@@ -62,7 +62,7 @@ pub fn drivetrain(finger: &Prototype) -> Drivetrain {
         torque_per_ampere_nm: 8.9e-3 * reduction,
         efficiency: 0.33,
         inertia_kg_m2: 1e-8 * reduction * reduction,
-        inertia_share: 0.115,
+        inertia_sigma: 0.115,
         viscous_nm_s_per_rad: 2.3e-8 * reduction * reduction,
         efficiency_per_speed: 0.07,
         backlash_rad: 1456.0 * rad_per_count,

@@ -164,7 +164,7 @@ pub fn remedy(
             "nFAULT is held high: remove a pull-up of its own (the chip has one) or a short to 3.3 V"
         }
         (SelfTestStep::Offset, None) if low => {
-            "the offset reads zero, it may be negative: fit the resistor that lifts the sense, check the wire at A1"
+            "the offset reads zero, it may be negative: check the wire at A1; else fit another bridge, or the INA240 on a shunt"
         }
         (SelfTestStep::Offset, _) => {
             "the offset is too large: check ground and the sense resistor at A1"

@@ -29,7 +29,7 @@ impl Button {
     }
 }
 
-/// The LED (PA5): dark at rest, lit in motion, blinking after a fault.
+/// The LED (PA5): dark while the bridge is off, lit while it is not, blinking after a fault.
 pub struct Led {
     pin: Output<'static>,
     state: State,
@@ -54,11 +54,11 @@ impl Led {
         self.state = state;
     }
 
-    /// Call once a millisecond.
-    pub fn tick(&mut self) {
+    /// Call once a millisecond, with whether the motor is driven: a self-test drives it in the state of rest.
+    pub fn tick(&mut self, driven: bool) {
         self.ticks = self.ticks.wrapping_add(1);
         let lit = match self.state {
-            State::Idle => false,
+            State::Idle => driven,
             State::Fault => (self.ticks / Self::BLINK).is_multiple_of(2),
             _ => true,
         };

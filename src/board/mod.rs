@@ -43,7 +43,7 @@ use static_cell::StaticCell;
 use crate::scene::Active;
 use palpate::app::console::settings::Overrides;
 use palpate::app::grasp::coordinator::{Coordinator, drive};
-use palpate::app::grasp::sensing::ContactSensing;
+use palpate::app::grasp::sensing::{ContactSensing, SensingRequest};
 use palpate::app::log::Log;
 use palpate::app::storage::store::Store;
 use palpate::drive::config::{CheckedConfig, OutOfRange};
@@ -138,7 +138,7 @@ fn start(spawner: Spawner) {
             notice,
         } => {
             (overrides, identified) = (set, measured);
-            // There is room for this one, and for the one below.
+            // There is room for this one, and for the two below.
             let _ = tasks::NOTICES.try_send(notice);
         }
     }
@@ -147,7 +147,8 @@ fn start(spawner: Spawner) {
         encoder,
         sampling,
     };
-    let Some((samples, coordinator)) = launch(chip, reset, overrides, identified, &mut fault)
+    let Some((samples, coordinator)) =
+        launch(chip, reset, sensing, overrides, identified, &mut fault)
     else {
         return;
     };
@@ -180,11 +181,12 @@ fn sensing() -> Option<&'static Shared<ContactSensing<Active>>> {
 }
 
 /// Starts the control interrupt and makes the motion half, with what the user has set. Where that no longer fits the scene
-/// there is a fault, and the scene's own values are in force; where joint 2's sensor does not fit the board, nothing can move.
+/// there is a fault, and the scene's own values are in force, in the sensing as well; where joint 2's sensor does not fit the board, nothing can move.
 #[inline(never)]
 fn launch(
     chip: control::Chip,
     reset: Reset,
+    sensing: &Shared<ContactSensing<Active>>,
     set: Overrides,
     identified: Option<Identified>,
     fault: &mut Option<Fault>,
@@ -196,7 +198,11 @@ fn launch(
         Err(wrong) => {
             bad_configuration(&wrong);
             *fault = fault.or(Some(Fault::BadConfiguration));
-            (Active::CHECKED, Overrides::default())
+            // Sensing has them from the record, with friction that may be of another speed.
+            let scenes = Overrides::default();
+            sensing.with(|sensing| sensing.request(SensingRequest::Adjust(scenes)));
+            let _ = tasks::NOTICES.try_send(Notice::FrictionUnknown);
+            (Active::CHECKED, scenes)
         }
     };
     let mut coordinator = Coordinator::new(set);

@@ -35,8 +35,8 @@ global_asm!(
     end = const RANGE.end,
 );
 
-/// After an operation, for all others: two samples.
-const PAUSE: Duration = Duration::from_millis(2);
+/// After an operation, for all others: long enough that they report and the watchdog is fed before the next one.
+const PAUSE: Duration = Duration::from_millis(12);
 
 /// Why the flash was not written.
 #[derive(Clone, Copy)]

@@ -173,7 +173,7 @@ pub async fn sequence(mut led: Led, mut button: Button, application: Application
         }
         report(&step.motion);
         changes.report(state, &status);
-        led.tick();
+        led.tick(!rests);
         watchdog::report(Reporter::Sequence);
     }
 }

@@ -2,8 +2,9 @@
 //! reported since the last feed.
 //!
 //! Budget. The watchdog counts the LSI, 29.5 to 34 kHz over temperature and supply (datasheet), nominally 32 kHz. Set to
-//! 100 ms nominal it resets the chip after 94 to 108.5 ms. Feeds come every 10 ms; the longest planned stall is
-//! the erasure of one flash page, 25 ms at most, with the bridge off. 10 + 25 ms leave a factor of 2.7 to the
+//! 100 ms nominal it resets the chip after 94 to 108.5 ms. Feeds come every 10 ms; the longest planned stalls are
+//! the erasure of a flash page and the writing of another, 25 ms each at most, with the bridge off and a pause between that holds a
+//! feed. The wake that an operation delayed finds no reports, so up to 10 + 25 + 10 ms lie between two feeds: a factor of 2.1 to the
 //! earliest bite. The other way round: a task that hangs with the motor live is reset after at most
 //! 10 ms (its last report may be that old) + 108.5 ms.
 

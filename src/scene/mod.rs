@@ -41,6 +41,10 @@ pub trait Scene {
     /// Name, as logged and as `--scene` takes it.
     const NAME: &'static str;
 
+    /// Every number on which a record of friction or a calibration depends, as text: lengths, springs, gears, cable, current sense,
+    /// closing speed. A stored record of a scene with another name or other dimensions is refused.
+    const DIMENSIONS: &'static str;
+
     /// The finger's mechanics.
     type Finger: Mechanics;
 
@@ -139,6 +143,7 @@ pub const fn valid<F: Copy>(finger: Result<F, ConfigError>) -> F {
 #[cfg(all(test, feature = "firmware"))]
 mod tests {
     use super::*;
+    use crate::app::storage::record::scene_id;
 
     fn holds_together<S: Scene>() {
         let finger = S::MECHANISM;
@@ -174,5 +179,12 @@ mod tests {
     #[test]
     fn every_scene_is_valid_and_its_parts_fit_each_other() {
         for_each_scene!(|S| holds_together::<S>());
+    }
+
+    #[test]
+    fn no_scene_takes_the_stored_record_of_another() {
+        let mut ids = std::collections::BTreeSet::new();
+        for_each_scene!(|S| assert!(ids.insert(scene_id::<S>()), "{}", S::NAME));
+        assert!(ids.len() > 10);
     }
 }

@@ -31,7 +31,7 @@ pub struct Drivetrain {
     /// the load's.
     pub inertia_kg_m2: f32,
     /// Its standard deviation, as a share of it.
-    pub inertia_share: f32,
+    pub inertia_sigma: f32,
     /// Viscous part of the friction seen from the input link, newton metre second per radian, >= 0: what it adds when the
     /// speed is not quite the one that friction was recorded at.
     pub viscous_nm_s_per_rad: f32,

@@ -63,6 +63,11 @@ impl Settings {
         [mean, deviation.at_least(mean / 3.0)]
     }
 
+    /// Effective contact radius of a pin that calibrates, metre: it touches the surface, places are measured on the centre line.
+    pub fn pin_contact_radius_m(&self) -> f32 {
+        self.pin_radius_m + self.half_thickness_m
+    }
+
     /// Torque above friction at which the last word on a contact, or on how the object is held, is due, newton metre.
     pub fn enough_nm(&self) -> f32 {
         ENOUGH * self.torque_limit_nm

@@ -242,3 +242,38 @@ fn a_finger_of_ones_own_takes_base_and_defaults() {
     let scene = scene::load(&folder("direct", direct), "own").expect("a valid scene");
     assert!(scene.has("direct") && !scene.has("tendon"));
 }
+
+#[test]
+fn dimensions_change_with_what_a_stored_record_depends_on_and_with_nothing_else() {
+    let of = |name: &str, own: &str| {
+        let folder = folder(name, &format!("base = \"p70\"\n{own}"));
+        scene::load(&folder, "own").expect(own).dimensions()
+    };
+    let p70 = of("dimensions", "");
+    for own in [
+        "finger.length_m = [0.09, 0.0701]",
+        "finger.spring_nm_per_rad = [0.0, 0.08]",
+        "finger.half_thickness_m = 0.007",
+        "linkage.assembly = [\"counterclockwise\"]",
+        "travel.free_rad = 1.25",
+        "motor.torque_constant_nm_per_a = 9e-3",
+        "motion.closing_rad_per_s = 0.31",
+        "encoder.counts_per_rev = 512",
+        "worm.efficiency = 0.46",
+        "cable.fitted = false",
+        "sense.resistor_ohm = 6700",
+        "shunt.fitted = true",
+        "sensing.pin_radius_m = 0.004",
+    ] {
+        assert_ne!(of("dimensions", own), p70, "{own}");
+    }
+    for own in [
+        "gearhead.ratio = 64.0",
+        "motion.hold_force_n = 2.0",
+        "sensing.torque_factor_sigma = 0.1",
+        "limits.current_a = 0.125",
+        "motor.ambient_c = 30",
+    ] {
+        assert_eq!(of("dimensions", own), p70, "{own}");
+    }
+}

@@ -33,6 +33,7 @@ pub type Grasping<S> = With<S, Follow<<S as Scene>::Finger>>;
 
 impl<S: Scene, A: AfterContact<S::Finger>> Scene for With<S, A> {
     const NAME: &'static str = S::NAME;
+    const DIMENSIONS: &'static str = S::DIMENSIONS;
     type Finger = S::Finger;
     type Joint = S::Joint;
     type Series = S::Series;

@@ -107,14 +107,14 @@ const COMMANDS: &[Command] = &[
     },
     Command {
         name: "recordings",
-        arguments: "DIR [--json] [--uncalibrated] [--only PART]",
+        arguments: "DIR [--json] [--uncalibrated] [--only PART] [--scene S] [--scale]",
         summary: "the sensing on a folder of recordings whose truth is known, scored",
         example: "recordings recordings --uncalibrated",
         run: commands::recordings,
     },
     Command {
         name: "false-contacts",
-        arguments: "[--world W] [--closings N] [--json]",
+        arguments: "[--scene S] [--world W] [--closings N] [--json]",
         summary: "what each choice of the setting sensitivity costs: false contacts against delay (simulated)",
         example: "false-contacts --world workshop --closings 200",
         run: commands::false_contacts,
@@ -128,7 +128,7 @@ const COMMANDS: &[Command] = &[
     },
     Command {
         name: "record",
-        arguments: "FILE.csv [--from emulator|probe|PORT]",
+        arguments: "FILE.csv [--from sim|probe|PORT]",
         summary: "write the firmware's samples to a file that replay reads",
         example: "record grasp.csv",
         run: monitor::record,

@@ -52,6 +52,16 @@ pub fn report(arguments: &[String]) -> Outcome {
             &folder,
         )?;
         words.push(format!("--grasp={}", grasp.display()));
+        for (name, arguments) in OTHERS {
+            let counted = ["--counts", "--watch", "sensing::sensor::Sensor"];
+            let arguments: Vec<&str> = arguments.iter().copied().chain(counted).collect();
+            let folder = folder.join(name.replace(' ', "-"));
+            std::fs::create_dir_all(&folder).map_err(|error| {
+                Failure::new(format!("cannot create {}: {error}", folder.display()))
+            })?;
+            let other = emulate("sim", firmware, &arguments, &folder)?;
+            words.push(format!("--other-grasp={name}={}", other.display()));
+        }
     }
     words.extend(
         images
@@ -80,6 +90,15 @@ pub fn report(arguments: &[String]) -> Outcome {
         host::program("palpate-report", &[])?.args(words),
     )
 }
+
+/// Other grasps in which the longest update of the sensing is looked for: near the joint, near the tip, on phalanx 1, with friction that
+/// wanders.
+const OTHERS: [(&str, &[&str]); 4] = [
+    ("at 8 mm", &["--contact-mm", "8", "--world", "workshop"]),
+    ("at 45 mm", &["--contact-mm", "45", "--world", "workshop"]),
+    ("at 62 mm", &["--contact-mm", "62", "--world", "workshop"]),
+    ("on phalanx 1", &["--proximal", "--world", "workshop"]),
+];
 
 /// Runs an image in the emulator and keeps what it prints.
 fn emulate(subcommand: &str, elf: &Path, arguments: &[&str], folder: &Path) -> Outcome<PathBuf> {

@@ -212,6 +212,8 @@ impl<S: Scene> Coordinator<S> {
         self.sequence.request(request)?;
         if !matches!(request, Request::Stop | Request::Open | Request::Clear) {
             self.purpose = purpose;
+            // The current that held the last object is not this one's.
+            self.sequence.set_motion(motion::<S>(&self.overrides));
         }
         Ok(())
     }
@@ -222,7 +224,7 @@ impl<S: Scene> Coordinator<S> {
             return;
         };
         let wanted_n = self.value(Setting::HoldForce);
-        let limit_a = S::DRIVE.limits.current_a;
+        let limit_a = self.value(Setting::CurrentLimit);
         let current_a = self
             .hold
             .current_a(status.current_a, *force_n, wanted_n, limit_a);

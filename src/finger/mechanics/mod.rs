@@ -67,7 +67,7 @@ pub struct PathPoint {
 
 /// A finger as sensing sees it: the number of phalanges and the transmission are hidden.
 ///
-/// Torques and angles are those of the input link, closing positive. Every function respond `None` where a value is not
+/// Torques and angles are those of the input link, closing positive. Every function returns `None` where a value is not
 /// finite, the posture cannot be taken, or the finger is not stable there; nothing panics and no NaN comes out.
 pub trait Mechanics {
     /// Number of phalanges.

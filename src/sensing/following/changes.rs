@@ -272,7 +272,7 @@ impl<A> Changes<A> {
                 sigma_rad = sqrt(sigma_rad * sigma_rad + twist_sigma_rad * twist_sigma_rad);
             }
             let settings = sensor.settings();
-            let nominal_m = settings.half_thickness_m + settings.pin_radius_m;
+            let nominal_m = settings.pin_contact_radius_m();
             self.rolled = watched.placed.take().map(|placed| {
                 Rolled::new(
                     placed,

@@ -217,7 +217,7 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
                 settled: true,
                 ..
             } => {
-                let nominal_m = settings.half_thickness_m + settings.pin_radius_m;
+                let nominal_m = settings.pin_contact_radius_m();
                 let contact = Contact {
                     phalanx,
                     k_m,

@@ -116,7 +116,7 @@ impl Watched {
         let (drivetrain, settings) = (sensor.drivetrain(), sensor.settings());
         let efficiency = drivetrain.efficiency;
         let inertia_nm = (block.inertia_nm - turn.before_inertia_nm).abs();
-        let inertia_nm = INERTIA_SIGMAS * drivetrain.inertia_share * efficiency * inertia_nm;
+        let inertia_nm = INERTIA_SIGMAS * drivetrain.inertia_sigma * efficiency * inertia_nm;
         let ripple_share = RIPPLE_SHARE + drivetrain.efficiency_per_speed * block.overspeed.abs();
         let is_turning =
             !turn.is_short && turn.speed_rad_per_s > SLOW_SHARE * settings.speed_rad_per_s;

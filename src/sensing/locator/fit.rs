@@ -22,7 +22,7 @@ use crate::sensing::normal::Normal;
 const ENOUGH: f32 = 0.02;
 /// Largest number of passes.
 const MOST_PASSES: u8 = 24;
-/// Points of the curve per call (docs/RESULTS.md#step-cost): fewer on three phalanges, whose points cost more, now and then twenty times
+/// Points of the curve per call (docs/RESULTS.md#speed-and-size): fewer on three phalanges, whose points cost more, now and then twenty times
 /// as much.
 const fn points_a_step(phalanges: usize) -> usize {
     if phalanges > 2 { 5 } else { 8 }

@@ -208,7 +208,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         }
     }
 
-    /// Evaluates the next points of a pass over the curve, some 70,000 instructions. True at the end of the round: then there is
+    /// Evaluates the next points of a pass over the curve (cost: docs/RESULTS.md#speed-and-size). True at the end of the round: then there is
     /// a verdict.
     pub fn step(
         &mut self,

@@ -224,12 +224,14 @@ impl Scaling {
 /// (its place, contact friction, the joints, the cable that a press has measured, the factor once a pin has told it) should
 /// move by as much as the curve determines it: 1 less its variance in units of the prior's. More says that the priors, or the
 /// model, are not this finger's; one more value as large as expected keeps a few of them from saying so by chance.
+/// `beside_normal` is what the prior of the joints costs beside a normal one.
 pub(super) fn strain(
     x: &[f32; UNKNOWNS],
+    beside_normal: f32,
     learns_factor: bool,
     variance: impl Fn(usize) -> f32,
 ) -> f32 {
-    let (mut moved, mut expected) = (1.0, 1.0);
+    let (mut moved, mut expected) = (1.0 + beside_normal, 1.0);
     for (unknown, x) in x.iter().enumerate() {
         if !(learns_factor && unknown == FACTOR) {
             moved += x * x;

@@ -18,7 +18,7 @@ const LEAST_SIDE: f32 = 0.04;
 fn add(tracks: &mut Tracks, phalanx: u8, length_m: f32, side: [f32; 2], candidate: f32) {
     let [low, high] = side;
     let margin = MARGIN.at_most(0.4 * (high - low));
-    // The capacity is the largest number that a finger has.
+    // The capacity is the largest number that a finger of three phalanges has.
     let _ = tracks.push(Track {
         phalanx,
         length_m,

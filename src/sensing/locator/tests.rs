@@ -138,6 +138,7 @@ fn compare_with_starts_everywhere(prior: &Prior<Cable>, joint_nm: f32, contacts:
         let track = locator.tracks.iter().find(|t| t.phalanx == 2).unwrap();
         let best = |fits: &mut dyn Iterator<Item = f32>| fits.fold(f32::NEG_INFINITY, f32::max);
         let most = best(&mut track.fits.iter().flatten().map(|f| f.ln_evidence));
+        assert!(most.is_finite());
         for (radius, found) in track.fits.iter().enumerate() {
             let Some(found) = found else { continue };
             if found.ln_evidence < most - 5.0 {

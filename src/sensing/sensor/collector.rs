@@ -186,7 +186,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         let efficiency =
             drivetrain.efficiency * (1.0 + drivetrain.efficiency_per_speed * corrected.overspeed);
         let residual_nm = corrected.residual_nm + 0.5 * (corrected.inertia_nm - next_nm);
-        let inertia_nm = drivetrain.inertia_share * 0.5 * (corrected.inertia_nm + next_nm);
+        let inertia_nm = drivetrain.inertia_sigma * 0.5 * (corrected.inertia_nm + next_nm);
         let mut variance = corrected.variance_nm2 + inertia_nm * inertia_nm;
         if corrected.beyond_counts > 0.0 {
             // The error has the same sign for a good part of a period.

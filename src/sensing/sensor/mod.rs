@@ -20,7 +20,7 @@ mod search;
 mod state;
 mod weight;
 
-use crate::finger::Mechanics;
+use crate::finger::{MAX_PHALANGES, Mechanics};
 use crate::joint_sensor::{JointSensor, NoJointSensor};
 use crate::sensing::block::{Block, BlockAverager, BlockUpdate};
 use crate::sensing::friction::Friction;
@@ -81,13 +81,20 @@ pub struct Sensor<F: Mechanics, H: JointSensor = NoJointSensor, X: SeriesElement
 }
 
 impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
-    /// A sensor without friction record.
+    /// A sensor without friction record. A finger of more than [`MAX_PHALANGES`] phalanges does not compile: it has more hypotheses than
+    /// the locator holds.
     pub fn new(
         finger: F,
         drivetrain: Drivetrain,
         settings: Settings,
         calibration: Calibration,
     ) -> Self {
+        const {
+            assert!(
+                F::PHALANGES <= MAX_PHALANGES,
+                "sensing has hypotheses for three phalanges"
+            );
+        }
         Self {
             state: SensorState::new(finger, drivetrain, settings, calibration),
             averager: BlockAverager::default(),
@@ -107,13 +114,13 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         &self.state.settings
     }
 
-    /// Other settings, from the next closing on.
+    /// Other settings, from the next sample on: a closing under way goes on with them.
     pub fn set_settings(&mut self, settings: Settings) {
         self.state.settings = settings;
         self.state.hang();
     }
 
-    /// Nominal efficiency of the drivetrain, 0 to 1, from the next closing on; anything else is ignored.
+    /// Nominal efficiency of the drivetrain, 0 to 1, from the next sample on; anything else is ignored.
     pub fn set_efficiency(&mut self, efficiency: f32) {
         if efficiency > 0.0 && efficiency <= 1.0 {
             self.state.drivetrain.efficiency = efficiency;

@@ -122,7 +122,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
                 phalanx,
                 k_m,
                 sigma_m: PIN_SIGMA_M,
-                radius_m: settings.pin_radius_m + settings.half_thickness_m,
+                radius_m: settings.pin_contact_radius_m(),
             },
             Directive::CalibrateCable => Place::Stop,
             _ => Place::Anywhere,

@@ -35,7 +35,7 @@ pub(in crate::sensing) fn drivetrain() -> Drivetrain {
         torque_per_ampere_nm: 10.0,
         efficiency: 0.3,
         inertia_kg_m2: 0.01,
-        inertia_share: 0.1,
+        inertia_sigma: 0.1,
         viscous_nm_s_per_rad: 0.0,
         efficiency_per_speed: 0.0,
         backlash_rad: 0.01,

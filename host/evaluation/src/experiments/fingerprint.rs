@@ -4,10 +4,14 @@ use std::path::{Path, PathBuf};
 
 /// Sources that decide the results, from the root of the checkout.
 const SOURCES: &[&str] = &[
+    "build/generate",
+    "build/scene",
+    "scenes",
     "src/app/grasp",
     "src/app/console/settings.rs",
     "src/drive",
     "src/finger",
+    "src/joint_sensor.rs",
     "src/numeric",
     "src/scene",
     "src/sensing",

@@ -46,6 +46,9 @@ pub struct Arguments {
     /// What the emulator counted during a grasp of the default scene.
     #[arg(long)]
     grasp: Option<PathBuf>,
+    /// What it counted during other ones, each with words for it: where the longest update of the sensing is looked for.
+    #[arg(long, value_name = "WORDS=FILE")]
+    other_grasp: Vec<String>,
     /// Firmware images of the scenes, NAME=ELF, the default one first.
     #[arg(long, value_name = "NAME=ELF")]
     image: Vec<String>,
@@ -133,7 +136,12 @@ impl Report {
         let progress = palpate_cli::progress::spinner();
         progress.set_message("errors of every candidate");
         let rows = join(arguments)?;
-        let grasp = arguments.grasp.as_deref().map(whole::read).transpose()?;
+        let mut grasp = arguments.grasp.as_deref().map(whole::read).transpose()?;
+        for other in &arguments.other_grasp {
+            if let Some(grasp) = &mut grasp {
+                grasp.add(other)?;
+            }
+        }
         let sizes = size::rows(&arguments.image)?;
         progress.set_message("delays");
         let delays = if arguments.delays {

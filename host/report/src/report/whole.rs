@@ -46,6 +46,8 @@ pub struct Stack {
 #[derive(Default)]
 pub struct Grasp {
     parts: Vec<Part>,
+    /// Other grasps, in words, and the longest update of the sensing in each, instructions.
+    others: Vec<(String, u64)>,
     /// The stacks.
     pub stacks: Vec<Stack>,
     events: Vec<Value>,
@@ -69,8 +71,14 @@ pub struct Figure {
     pub load_high_percent: f64,
 }
 
-/// Reads what `palpate-emulator sim --json --counts` printed.
+/// Reads what `palpate-emulator sim --json --counts` printed, with every figure that is needed.
 pub fn read(path: &Path) -> Result<Grasp> {
+    let grasp = parse(path)?;
+    grasp.complete()?;
+    Ok(grasp)
+}
+
+fn parse(path: &Path) -> Result<Grasp> {
     let text =
         std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
     let mut grasp = Grasp::default();
@@ -85,7 +93,6 @@ pub fn read(path: &Path) -> Result<Grasp> {
             _ => {}
         }
     }
-    grasp.complete()?;
     Ok(grasp)
 }
 
@@ -239,6 +246,28 @@ impl Grasp {
         self.stacks.iter().map(|stack| stack.used_bytes).sum()
     }
 
+    /// Adds what the emulator counted during another grasp, of which only the longest update is told: WORDS=FILE.
+    pub fn add(&mut self, other: &str) -> Result<()> {
+        let (words, path) = other
+            .split_once('=')
+            .with_context(|| format!("'{other}' is not WORDS=FILE"))?;
+        let update = parse(Path::new(path))?.of(UPDATE);
+        let update = update.with_context(|| format!("{path}: no {UPDATE} was counted"))?;
+        self.others
+            .push((words.to_owned(), update.part.instructions_max));
+        Ok(())
+    }
+
+    /// The longest update of the sensing, of this grasp and the others, instructions.
+    pub fn longest_update(&self) -> Option<u64> {
+        let own = self.of(UPDATE)?.part.instructions_max;
+        self.others
+            .iter()
+            .map(|(_, longest)| *longest)
+            .chain([own])
+            .max()
+    }
+
     fn at(&self, name: &str) -> Option<f64> {
         let event = self
             .events
@@ -268,6 +297,15 @@ impl Grasp {
                 part.cycles_high_mean,
                 figure.load_low_percent,
                 figure.load_high_percent,
+            );
+        }
+        if !self.others.is_empty() {
+            let each = |(words, longest): &(String, u64)| format!("{longest} {words}");
+            let each: Vec<_> = self.others.iter().map(each).collect();
+            let _ = writeln!(
+                text,
+                "\nLongest update of the sensing in other grasps, instructions: {}.",
+                each.join(", ")
             );
         }
         text.push('\n');
@@ -356,5 +394,29 @@ mod tests {
         let lines = [count("interrupt", "ADC1_2", 1, 1.0, 1)];
         let error = grasp(&lines).err().expect("no sensing update");
         assert!(error.to_string().contains(TYPICAL), "{error}");
+    }
+
+    #[test]
+    fn the_longest_update_is_that_of_all_grasps() {
+        let mut whole = grasp(&[
+            count("interrupt", "ADC1_2", 2000, 500.0, 580),
+            count("function", NAME, 100, 1300.0, 100_300),
+            count("function", BISECT, 7, 240.0, 241),
+            count("without", NAME, 99, 300.0, 700),
+        ])
+        .expect("complete");
+        assert_eq!(whole.longest_update(), Some(100_300));
+        let path = std::env::temp_dir().join(format!("palpate-other-{}", std::process::id()));
+        for longest in [90_000, 120_000] {
+            std::fs::write(&path, count("function", NAME, 100, 1300.0, longest)).expect("written");
+            whole
+                .add(&format!("at 8 mm={}", path.display()))
+                .expect("counted");
+            assert_eq!(whole.longest_update(), Some(longest.max(100_300)));
+        }
+        std::fs::write(&path, count("interrupt", "ADC1_2", 1, 1.0, 1)).expect("written");
+        assert!(whole.add(&format!("nothing={}", path.display())).is_err());
+        assert!(whole.add("no file").is_err());
+        std::fs::remove_file(&path).expect("removed");
     }
 }

@@ -14,7 +14,7 @@ fn cylinder() -> Shape {
     Shape::Cylinder { diameter_m: 0.01 }
 }
 
-/// Issue-sized promises on the default plant without any calibration: 5 % of l_2.
+/// On the default plant without any calibration: 5 % of l_2.
 #[test]
 fn contacts_are_felt_and_placed() {
     let mut simulation = Simulation::<P70>::new(&Parameters::default(), 1).unwrap();

@@ -226,6 +226,17 @@ fn a_located_contact_sets_the_holding_current() {
     assert!((held_a(&coordinator) - 0.065).abs() < 1e-6);
     coordinator.event(&located(-1.0), &status);
     assert!((held_a(&coordinator) - 0.065).abs() < 1e-6);
+    // The next grasp may end in a contact without a force: it is held as the scene says.
+    known(&mut coordinator);
+    coordinator.command(Command::Run).expect("at rest");
+    assert!((held_a(&coordinator) - P70::MOTION.holding_current_a).abs() < 1e-6);
+    // At most what the user allows.
+    coordinator
+        .overrides
+        .set(Setting::CurrentLimit, 0.05)
+        .expect("in range");
+    coordinator.event(&located(1.5), &status);
+    assert!((held_a(&coordinator) - 0.05).abs() < 1e-6);
 }
 
 #[test]

@@ -20,7 +20,8 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         let strain = match prior.place {
             Place::Known { .. } => {
                 let variance = |unknown: usize| factor.covariance(unknown)[unknown];
-                strain(&self.x, before.contacts == 0, variance)
+                let [beside_normal, _] = prior.beside_normal::<F>(self.x[JOINT]);
+                strain(&self.x, beside_normal, before.contacts == 0, variance)
             }
             _ => 1.0,
         };
