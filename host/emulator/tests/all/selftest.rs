@@ -169,7 +169,7 @@ fn what_is_wrong_is_named_and_nothing_moves_before_it_is_safe() {
             "sense reads zero",
             Wrong::Current(0.0, None),
             "offset",
-            "resistor that lifts",
+            "another bridge",
         ),
         (
             "sense offset too large",
