@@ -29,7 +29,7 @@ const DIMENSIONS: [&str; 12] = [
     "sense",
     "shunt",
 ];
-/// Keys of other sections that do: pins were calibrated with, and friction was recorded at.
+/// Keys of other sections on which one depends.
 const OF_OTHERS: [&str; 3] = [
     "motor.torque_constant_nm_per_a",
     "motion.closing_rad_per_s",

@@ -181,7 +181,8 @@ fn sensing() -> Option<&'static Shared<ContactSensing<Active>>> {
 }
 
 /// Starts the control interrupt and makes the motion half, with what the user has set. Where that no longer fits the scene
-/// there is a fault, and the scene's own values are in force, in the sensing as well; where joint 2's sensor does not fit the board, nothing can move.
+/// there is a fault, and the scene's own values are in force, in the sensing as well; where joint 2's sensor does not fit the board,
+/// nothing can move.
 #[inline(never)]
 fn launch(
     chip: control::Chip,
@@ -198,7 +199,7 @@ fn launch(
         Err(wrong) => {
             bad_configuration(&wrong);
             *fault = fault.or(Some(Fault::BadConfiguration));
-            // Sensing has them from the record, with friction that may be of another speed.
+            // The sensing took the refused ones with the record, and friction recorded at their speed.
             let scenes = Overrides::default();
             sensing.with(|sensing| sensing.request(SensingRequest::Adjust(scenes)));
             let _ = tasks::NOTICES.try_send(Notice::FrictionUnknown);

@@ -35,7 +35,7 @@ global_asm!(
     end = const RANGE.end,
 );
 
-/// After an operation, for all others: long enough that they report and the watchdog is fed before the next one.
+/// Pause after an operation: long enough that every task reports, and the watchdog is fed, before the next one.
 const PAUSE: Duration = Duration::from_millis(12);
 
 /// Why the flash was not written.

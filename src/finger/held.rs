@@ -63,7 +63,8 @@ pub enum NoSecondContact {
 
 /// What sensing asks of a finger that touches with two phalanges.
 pub trait HoldsTwice: Mechanics {
-    /// Weighs where a second contact may be by the stiffness that it leaves, a step at a time, the first 0. The first contact was made in the free posture `at`. False where there is no further step.
+    /// Weighs where a second contact may be by the stiffness that it leaves, a step at a time, the first 0. The first contact was made
+    /// in the free posture `at`. False where there is no further step.
     fn weigh_second(
         &self,
         _at: &Free<Self::Configuration>,

@@ -26,7 +26,12 @@ pub fn report(arguments: &[String]) -> Outcome {
     let folder = target_dir().join("report");
     std::fs::create_dir_all(&folder)
         .map_err(|error| Failure::new(format!("cannot create {}: {error}", folder.display())))?;
-    let counts = emulate("bench", &bench, &["--watch", "palpate_bench"], &folder)?;
+    let counts = emulate(
+        "bench",
+        &bench,
+        &["--watch", "palpate_bench"],
+        folder.join("bench.jsonl"),
+    )?;
     let mut words = vec![
         "report".to_owned(),
         format!("--bench={}", bench.display()),
@@ -49,17 +54,13 @@ pub fn report(arguments: &[String]) -> Outcome {
                 "--apart",
                 "sensing::locator",
             ],
-            &folder,
+            folder.join("sim.jsonl"),
         )?;
         words.push(format!("--grasp={}", grasp.display()));
         for (name, arguments) in OTHERS {
             let counted = ["--counts", "--watch", "sensing::sensor::Sensor"];
-            let arguments: Vec<&str> = arguments.iter().copied().chain(counted).collect();
-            let folder = folder.join(name.replace(' ', "-"));
-            std::fs::create_dir_all(&folder).map_err(|error| {
-                Failure::new(format!("cannot create {}: {error}", folder.display()))
-            })?;
-            let other = emulate("sim", firmware, &arguments, &folder)?;
+            let file = folder.join(format!("sim-{}.jsonl", name.replace(' ', "-")));
+            let other = emulate("sim", firmware, &[arguments, &counted].concat(), file)?;
             words.push(format!("--other-grasp={name}={}", other.display()));
         }
     }
@@ -101,8 +102,7 @@ const OTHERS: [(&str, &[&str]); 4] = [
 ];
 
 /// Runs an image in the emulator and keeps what it prints.
-fn emulate(subcommand: &str, elf: &Path, arguments: &[&str], folder: &Path) -> Outcome<PathBuf> {
-    let path = folder.join(format!("{subcommand}.jsonl"));
+fn emulate(subcommand: &str, elf: &Path, arguments: &[&str], path: PathBuf) -> Outcome<PathBuf> {
     let file = File::create(&path)
         .map_err(|error| Failure::new(format!("cannot write {}: {error}", path.display())))?;
     let mut command = host::emulator(subcommand, elf, &[])?;

@@ -212,7 +212,7 @@ impl<S: Scene> Coordinator<S> {
         self.sequence.request(request)?;
         if !matches!(request, Request::Stop | Request::Open | Request::Clear) {
             self.purpose = purpose;
-            // The current that held the last object is not this one's.
+            // Forget the current that held the last object.
             self.sequence.set_motion(motion::<S>(&self.overrides));
         }
         Ok(())

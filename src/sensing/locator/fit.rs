@@ -22,8 +22,8 @@ use crate::sensing::normal::Normal;
 const ENOUGH: f32 = 0.02;
 /// Largest number of passes.
 const MOST_PASSES: u8 = 24;
-/// Points of the curve per call (docs/RESULTS.md#speed-and-size): fewer on three phalanges, whose points cost more, now and then twenty times
-/// as much.
+/// Points of the curve per call (cost: docs/RESULTS.md#speed-and-size). Three phalanges take fewer: their points cost more, and now and
+/// then one costs twenty times as much.
 const fn points_a_step(phalanges: usize) -> usize {
     if phalanges > 2 { 5 } else { 8 }
 }

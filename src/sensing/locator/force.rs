@@ -12,7 +12,7 @@ use crate::sensing::{Calibration, SeriesElement};
 const fn stride(phalanges: usize) -> usize {
     if phalanges > 2 { 14 } else { 6 }
 }
-/// Strides at once where the path serves a deviation.
+/// Factor on the stride where only a deviation follows from the path.
 const ROUGH: usize = 3;
 /// Standard deviation of contact friction for a force: handbooks have 0.04 to 0.67 for engineering plastics (V2, CRC Handbook of
 /// Materials Science). For a place the prior's counts: what rubs alike on pins and objects went into the torque factor with the
@@ -65,7 +65,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     ) -> Option<State<F::Configuration>> {
         let data = self.of_round(data);
         let scaling = Scaling::of(prior, estimate.length_m);
-        // The place does not enter.
+        // The onset is the same at every place.
         let onset_rad = scaling.values(&estimate.best.x)[ONSET];
         let onset = onset::at::<F, X>(finger, onset_rad, prior, near)?;
         let force_at = |k: f32, stride: usize| -> Option<(Force, PathPoint)> {
@@ -109,7 +109,6 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         let (along, end) = force_at(0.0, stride)?;
         let force_n = along.force_n;
         let beside = estimate.k_sigma_m / estimate.length_m;
-        // For a deviation a rougher path will do.
         let stride = ROUGH * stride;
         let mut moved_n = 0.0;
         for k in [beside, -beside] {

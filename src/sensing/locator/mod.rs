@@ -208,8 +208,8 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         }
     }
 
-    /// Evaluates the next points of a pass over the curve (cost: docs/RESULTS.md#speed-and-size). True at the end of the round: then there is
-    /// a verdict.
+    /// Evaluates the next points of a pass over the curve (cost: docs/RESULTS.md#speed-and-size). True at the end of the round: then
+    /// there is a verdict.
     pub fn step(
         &mut self,
         finger: &F,

@@ -30,7 +30,7 @@ const BEYOND_SHARE: f32 = 0.2;
 /// Error of a force there, as a share of what the torque would add.
 const BEYOND_FORCE: f32 = 0.5;
 
-/// Last step towards a torque, as a share of it.
+/// Newton's method ends after a step below this share of the torque.
 const ARRIVED_SHARE: f32 = 1e-3;
 
 /// What holds the input link.

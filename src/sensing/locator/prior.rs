@@ -100,8 +100,8 @@ impl<X: SeriesElement> Prior<X> {
     /// (minus twice the logarithm of the density), and the precision of the normal distribution with the same gradient at x.
     ///
     /// A scene only guesses this torque, and may be wrong by an order of magnitude. Before a pin calibrates it, the prior is therefore
-    /// Student's distribution with three degrees of freedom, which costs as much as the normal one near the mean, but 9 instead of 36 at six
-    /// deviations. It stays normal for transmissions whose leverage is uncertain (`UNEVEN`): that deviation covers the joints as well.
+    /// Student's distribution with three degrees of freedom, which costs as much as the normal one near the mean, but 9 instead of 36 at
+    /// six deviations. It stays normal for transmissions whose leverage is uncertain (`UNEVEN`): that deviation covers the joints as well.
     #[inline(never)]
     pub(super) fn beside_normal<F: Mechanics>(&self, x: f32) -> [f32; 2] {
         if F::UNEVEN || self.calibration.contacts > 0 {
