@@ -349,18 +349,22 @@ fn the_likelihood_in_steps_is_that_of_the_whole_covariance() {
 fn the_rate_of_the_wander_is_found_from_one_closing_and_opening() {
     for world in &WORLDS {
         // Of the variance of the difference of two blocks, the share that is the wander's.
-        let found: f64 = (0..24)
-            .map(|seed| {
-                let mut life = Life::new(*world, 9000 + seed);
-                let record = life.record();
-                let mean = record.evidence.mean();
-                f64::from(mean.rate_per_s2 * record.white_nm2_s).ln()
-            })
-            .sum::<f64>()
-            / 24.0;
+        let each = |seed: u64| {
+            let record = Life::new(*world, 9000 + seed).record();
+            let mean = record.evidence.mean();
+            f64::from(mean.rate_per_s2 * record.white_nm2_s).ln()
+        };
+        let rates: Vec<f64> = (0..24).map(each).collect();
+        let found = rates.iter().sum::<f64>() / 24.0;
+        let squares = rates.iter().map(|rate| (rate - found).powi(2));
+        let scatter = (squares.sum::<f64>() / 24.0).sqrt();
         let size = world.wander * super::free::FRICTION_NM;
         let truth = (2.0 * size * size / world.time_s).max(1e-12).ln();
         // The mean of a posterior lies above: false contacts cost more than milliseconds.
+        if world.wander > 0.015 {
+            // Much less than the grid's steps, the logarithm of four.
+            assert!(scatter < 0.3, "{world:?}: {scatter}");
+        }
         if world.wander > 0.005 {
             assert!(
                 (-0.7..1.4).contains(&(found - truth)),
