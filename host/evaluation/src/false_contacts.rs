@@ -26,8 +26,9 @@ pub const CHOICES: [f32; 6] = [100.0, 10.0, 1.0, 0.1, 0.01, 0.001];
 const SEEDS: u64 = 7000;
 /// Free closings of one finger.
 const CLOSINGS: usize = 25;
-/// Contacts of one finger on each of two phalanges: the first that can touch, where a contact is softest, and the last.
-const CONTACTS: usize = 5;
+/// Contacts of one finger on each of two phalanges, unless other wanted: the first that can touch, where a contact is softest, and the
+/// last.
+pub const CONTACTS: usize = 5;
 /// Postures of the contacts, `theta_1`, radian: a finger without a spring at joint 1 meets objects anywhere on its travel, the others
 /// past the rest angle of their springs, with way left for the probing.
 const POSTURES_RAD: [std::ops::Range<f64>; 2] = [0.25..1.1, 0.65..0.95];
@@ -76,12 +77,19 @@ fn judged<S: Simulated>(
     Ok(trials)
 }
 
-fn finger<S: Simulated>(plan: &Plan, seed: u64, closings: usize) -> Result<Trials, Failure> {
+/// What each finger of a study does.
+#[derive(Clone, Copy, Debug)]
+struct Each {
+    closings: usize,
+    contacts: usize,
+}
+
+fn finger<S: Simulated>(plan: &Plan, seed: u64, each: Each) -> Result<Trials, Failure> {
     let parameters = plan.of(S::NAME).map_err(palpate_simulation::Error::Plant)?;
     let mut session = Session::<S>::new(&parameters.randomised(seed), &Setup::default(), seed)?;
     let mut random = Pcg64Mcg::seed_from_u64(seed ^ 0x00fa_15e0);
     let mut trials = Trials::new();
-    for _ in 0..closings {
+    for _ in 0..each.closings {
         let case = session.free_closing()?;
         trials.push(judged(&mut session, &case)?);
     }
@@ -93,7 +101,7 @@ fn finger<S: Simulated>(plan: &Plan, seed: u64, closings: usize) -> Result<Trial
     };
     for phalanx in [first_touching::<S>(), S::PHALANGES] {
         let length_m = length_m::<S>(phalanx)?;
-        for _ in 0..CONTACTS {
+        for _ in 0..each.contacts {
             let case = closing(&mut session, || Wanted {
                 object: random_cylinder(&mut random),
                 phalanx,
@@ -115,15 +123,19 @@ fn first_touching<S: Scene>() -> u8 {
 /// Rows, and seeds of the fingers that did not get through, with the reason.
 pub type Study = (Vec<Row>, Vec<(u64, Failure)>);
 
-/// `closings` free closings on as many fingers of a scene as they need. `None` where there is no such scene.
+/// `closings` free closings on as many fingers of a scene as they need, and `contacts` of each finger on either phalanx. `None` where
+/// there is no such scene.
 #[must_use]
-pub fn study(plan: &Plan, scene: &str, closings: usize) -> Option<Study> {
-    palpate_scenes::for_scene!(scene, |S| study_of::<S>(plan, closings))
+pub fn study(plan: &Plan, scene: &str, closings: usize, contacts: usize) -> Option<Study> {
+    palpate_scenes::for_scene!(scene, |S| study_of::<S>(plan, closings, contacts))
 }
 
-fn study_of<S: Simulated>(plan: &Plan, closings: usize) -> Study {
+fn study_of<S: Simulated>(plan: &Plan, closings: usize, contacts: usize) -> Study {
     let fingers = closings.div_ceil(CLOSINGS) as u64;
-    let each = closings.div_ceil(fingers.max(1) as usize);
+    let each = Each {
+        closings: closings.div_ceil(fingers.max(1) as usize),
+        contacts,
+    };
     let first = plan.seed + SEEDS;
     let label = format!("{} {}", S::NAME, world(&plan.place));
     let (found, failed) = fingers::each(&label, first..first + fingers, |seed| {

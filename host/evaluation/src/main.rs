@@ -114,6 +114,9 @@ struct FalseContacts {
     /// Free closings in each world.
     #[arg(long, default_value_t = 1000)]
     closings: usize,
+    /// Contacts of each finger on the first phalanx that can touch, and on the last; 0 for free closings alone, in a third of the time.
+    #[arg(long, default_value_t = false_contacts::CONTACTS)]
+    contacts: usize,
     /// Seed of everything that is drawn at random.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -193,7 +196,8 @@ fn false_contacts(options: &FalseContacts) -> Outcome {
     let mut all = Vec::new();
     for world in worlds {
         let plan = plan(world, options.engine, options.seed, false)?;
-        let (rows, failed) = false_contacts::study(&plan, &options.scene, options.closings)
+        let (closings, contacts) = (options.closings, options.contacts);
+        let (rows, failed) = false_contacts::study(&plan, &options.scene, closings, contacts)
             .ok_or_else(|| format!("there is no scene '{}'", options.scene))?;
         for (seed, failure) in failed {
             eprintln!("{world}, finger of seed {seed}: {failure}");
