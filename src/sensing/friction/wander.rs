@@ -24,6 +24,8 @@ const TIME_S: [f32; TIMES] = [0.5, 2.0, 8.0];
 const BETWEEN: f32 = core::f32::consts::SQRT_2;
 /// Ratio of the first rate of the grid and the first place about it, three eighths of a step.
 const FIRST: f32 = 1.681_793;
+/// Bound of what a place between the grid's points is likelier than all of them, as a logarithm.
+const MOST_BESIDE: f32 = 31.0;
 /// Weight of earlier evidence after another pass: friction changes with wear and temperature.
 const MEMORY: f32 = 0.9;
 /// Deviation of the level since the recording, as a share of the friction (chosen: a warm-up of 5 % and a sense
@@ -126,9 +128,9 @@ impl Evidence {
             let mut rate_per_s2 = point.rate_per_s2 / FIRST;
             let mut x = -0.375;
             while x < 0.5 {
-                let weight = exp(here
-                    + 0.5 * x * (after - before + x * (after - here + before - here))
-                    - most);
+                let beside = 0.5 * x * (after - before + x * (after - here + before - here));
+                // Between the points it may well be likelier than at any of them, but not without bounds.
+                let weight = exp((here + beside - most).at_most(MOST_BESIDE));
                 sum += weight;
                 rate += weight * rate_per_s2;
                 ln_time += weight * ln(point.time_s);
@@ -180,7 +182,7 @@ impl Wander {
         Self {
             rms_nm: sqrt(variance),
             time_s,
-            level_sigma_nm: (LEVEL_SHARE + other_speed).at_most(1.0) * friction_nm.abs(),
+            level_sigma_nm: (LEVEL_SHARE + other_speed) * friction_nm.abs(),
             trend_sigma_nm_per_s: TREND_SHARE_PER_S * friction_nm.abs(),
         }
     }

@@ -397,3 +397,27 @@ fn evidence_grows_with_passes_and_survives_nonsense() {
     });
     assert_eq!(before, record.evidence);
 }
+
+#[test]
+fn any_evidence_has_a_mean_within_its_grid() {
+    let mut noise = super::Noise(77);
+    for round in 0..20_000u32 {
+        // From flat ones to the largest numbers, smooth and not.
+        let size = 10.0f32.powf((round % 40) as f32 - 2.0);
+        let mut level = 0.0;
+        let smooth = round % 2 == 0;
+        let ln_likelihood = core::array::from_fn(|_| {
+            let step = size * noise.normal();
+            level = if smooth { level + step } else { step };
+            level.clamp(-f32::MAX, f32::MAX)
+        });
+        let mean = Evidence { ln_likelihood }.mean();
+        let [least, most] = [Hypothesis::of(0), Hypothesis::of(RATES * TIMES - 1)];
+        let rates = 0.5 * least.rate_per_s2..2.0 * most.rate_per_s2;
+        let times = 0.999 * least.time_s..1.001 * most.time_s;
+        assert!(
+            rates.contains(&mean.rate_per_s2) && times.contains(&mean.time_s),
+            "{ln_likelihood:?}: {mean:?}"
+        );
+    }
+}
