@@ -17,15 +17,9 @@ pub const TIMES: usize = 3;
 /// Smallest rate of the grid, per second squared.
 const LEAST_RATE: f32 = 0.5;
 /// Ratio of neighbouring rates.
-const STEP: f32 = 4.0;
+const RATE_STEP: f32 = 4.0;
 /// Time constants of the grid, second.
 const TIME_S: [f32; TIMES] = [0.5, 2.0, 8.0];
-/// Ratio of neighbouring rates between the grid's, a quarter of a step.
-const BETWEEN: f32 = core::f32::consts::SQRT_2;
-/// Ratio of the first rate of the grid and the first place about it, three eighths of a step.
-const FIRST: f32 = 1.681_793;
-/// Bound of what a place between the grid's points is likelier than all of them, as a logarithm.
-const MOST_BESIDE: f32 = 31.0;
 /// Weight of earlier evidence after another pass: friction changes with wear and temperature.
 const MEMORY: f32 = 0.9;
 /// Deviation of the level since the recording, as a share of the friction (chosen: a warm-up of 5 % and a sense
@@ -49,7 +43,7 @@ impl Hypothesis {
     pub fn of(index: usize) -> Self {
         let mut rate_per_s2 = LEAST_RATE;
         for _ in 0..index % RATES {
-            rate_per_s2 *= STEP;
+            rate_per_s2 *= RATE_STEP;
         }
         Self {
             rate_per_s2,
@@ -89,8 +83,6 @@ impl Evidence {
         }
     }
 
-    // Not inlined: called in three places.
-    #[inline(never)]
     fn most(&self) -> f32 {
         self.ln_likelihood
             .iter()
@@ -106,39 +98,18 @@ impl Evidence {
     }
 
     /// Posterior mean of the rate (a rate taken too low makes false alarms, one taken too high costs milliseconds), and
-    /// geometric mean of the time constant; the prior is even over the logarithm of the rate and over the time constants.
-    ///
-    /// Two passes tell the rate to a fifth, while the grid's points are a factor of four apart: between them the logarithm of
-    /// the likelihood is a parabola through the nearest point and its neighbours.
+    /// geometric mean of the time constant; the prior is flat over the grid.
     pub fn mean(&self) -> Hypothesis {
         let most = self.most();
-        let (mut sum, mut rate, mut ln_time, mut last) = (0.0, 0.0, 0.0, 0.0);
-        for (index, &here) in self.ln_likelihood.iter().enumerate() {
+        let (mut sum, mut rate, mut ln_time) = (0.0, 0.0, 0.0);
+        for (index, value) in self.ln_likelihood.iter().enumerate() {
+            let weight = exp(value - most);
             let point = Hypothesis::of(index);
-            // At the ends of the grid, the point's own value stands for the neighbour's.
-            let rank = index % RATES;
-            let before = if rank > 0 { last } else { here };
-            let after = self
-                .ln_likelihood
-                .get(index + 1)
-                .filter(|_| rank + 1 < RATES);
-            let after = after.copied().unwrap_or(here);
-            last = here;
-            // Four places about the point, from three eighths of a step before it to as much behind it.
-            let mut rate_per_s2 = point.rate_per_s2 / FIRST;
-            let mut x = -0.375;
-            while x < 0.5 {
-                let beside = 0.5 * x * (after - before + x * (after - here + before - here));
-                // Between the points it may well be likelier than at any of them, but not without bounds.
-                let weight = exp((here + beside - most).at_most(MOST_BESIDE));
-                sum += weight;
-                rate += weight * rate_per_s2;
-                ln_time += weight * ln(point.time_s);
-                rate_per_s2 *= BETWEEN;
-                x += 0.25;
-            }
+            sum += weight;
+            rate += weight * point.rate_per_s2;
+            ln_time += weight * ln(point.time_s);
         }
-        // The likeliest has a weight of about 1.
+        // The likeliest has a weight of 1.
         Hypothesis {
             rate_per_s2: rate / sum,
             time_s: exp(ln_time / sum),
@@ -180,7 +151,7 @@ impl Wander {
         // Stribeck's curve: friction may change by half the change of speed, as shares of themselves (chosen).
         let other_speed = 0.5 * (speed_ratio - 1.0).abs();
         Self {
-            rms_nm: sqrt(variance),
+            rms_nm: sqrt(variance.at_least(0.0)),
             time_s,
             level_sigma_nm: (LEVEL_SHARE + other_speed) * friction_nm.abs(),
             trend_sigma_nm_per_s: TREND_SHARE_PER_S * friction_nm.abs(),
