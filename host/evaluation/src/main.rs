@@ -114,7 +114,7 @@ struct FalseContacts {
     /// Free closings in each world.
     #[arg(long, default_value_t = 1000)]
     closings: usize,
-    /// Contacts of each finger on the first phalanx that can touch, and on the last; 0 for free closings alone, in a third of the time.
+    /// Contacts of each finger on the first phalanx that can touch, and on the last; 0 for free closings alone.
     #[arg(long, default_value_t = false_contacts::CONTACTS)]
     contacts: usize,
     /// Seed of everything that is drawn at random.
