@@ -26,8 +26,7 @@ pub const CHOICES: [f32; 6] = [100.0, 10.0, 1.0, 0.1, 0.01, 0.001];
 const SEEDS: u64 = 7000;
 /// Free closings of one finger.
 const CLOSINGS: usize = 25;
-/// Contacts of one finger on each of two phalanges, unless other wanted: the first that can touch, where a contact is softest, and the
-/// last.
+/// Default number of contacts of one finger on each of two phalanges: the first that can touch, where a contact is softest, and the last.
 pub const CONTACTS: usize = 5;
 /// Postures of the contacts, `theta_1`, radian: a finger without a spring at joint 1 meets objects anywhere on its travel, the others
 /// past the rest angle of their springs, with way left for the probing.
