@@ -124,7 +124,7 @@ mod tests {
 
     fn of(parameters: &Parameters) -> TrueCalibration {
         let constant = Parameters::default().motor.torque_constant_nm_per_a;
-        TrueCalibration::of(parameters, 0.33, constant, 0.3)
+        TrueCalibration::of(parameters, 0.317, constant, 0.3)
     }
 
     #[test]

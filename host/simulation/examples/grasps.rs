@@ -12,7 +12,6 @@ fn grasps<S: Simulated>(theta_1: f64, random: bool) -> Result<(), Error> {
         println!("seed {seed}: {:?}", simulation.prepare()?.events.last());
         for calibrated in [false, true] {
             if calibrated {
-                println!("{:?}", simulation.press()?.events.last());
                 for k_m in [0.02, 0.045] {
                     println!("{:?}", simulation.calibrate(2, k_m, theta_1)?.events.last());
                 }

@@ -44,7 +44,6 @@ fn pair(
         let mut finger = Simulation::<P70>::new(&parameters, seed)?;
         let mut calibrated = || {
             finger.prepare()?;
-            finger.press()?;
             for k_m in [0.02, 0.05] {
                 finger.calibrate(2, k_m, 0.8)?;
             }

@@ -127,7 +127,8 @@ impl<S: Simulated> Simulation<S> {
         }
     }
 
-    /// What the user knows of the skin is set; then offset, homing, and friction recorded on a free closing and opening.
+    /// What the user knows of the skin is set; then offset, homing, friction recorded on a free closing and opening, and, where there is
+    /// a cable that nobody knows yet, a press on the closing stop.
     ///
     /// # Errors
     /// The sequence refused.
@@ -208,17 +209,7 @@ impl<S: Simulated> Simulation<S> {
         Ok(outcome)
     }
 
-    /// Presses on the closing stop, learns the cable, opens.
-    ///
-    /// # Errors
-    /// The sequence refused.
-    pub fn press(&mut self) -> Result<Outcome, Error> {
-        self.machine.board.plant.place(&Grasp::Free)?;
-        self.motion(Request::Press, Directive::CalibrateCable)
-    }
-
-    /// Calibrates on the closing stop and on pins at these shares of the last phalanx, whose length is given, with joint 1 at an
-    /// angle.
+    /// Calibrates on pins at these shares of the last phalanx, whose length is given, with joint 1 at an angle.
     ///
     /// # Errors
     /// As [`calibrate`](Self::calibrate).
@@ -228,7 +219,6 @@ impl<S: Simulated> Simulation<S> {
         shares: [f64; 2],
         theta_1_rad: f64,
     ) -> Result<(), Error> {
-        self.press()?;
         for share in shares {
             #[expect(clippy::cast_possible_truncation, reason = "the firmware's precision")]
             self.calibrate(S::PHALANGES, (share * length_m) as f32, theta_1_rad)?;
@@ -302,7 +292,7 @@ pub struct Scenario {
     pub grasp: Grasp,
     /// Seed of everything random.
     pub seed: u64,
-    /// Press on the stop, and contacts at these places (phalanx, metre) first.
+    /// Pins at these places (phalanx, metre) first.
     pub calibrate: Vec<(u8, f32)>,
     /// Keep the samples of the closing.
     pub traced: bool,
@@ -315,9 +305,6 @@ pub struct Scenario {
 pub fn run<S: Simulated>(scenario: &Scenario) -> Result<Outcome, Error> {
     let mut simulation = Simulation::<S>::new(&scenario.parameters, scenario.seed)?;
     let mut last = simulation.prepare()?;
-    if last.fault.is_none() && !scenario.calibrate.is_empty() {
-        last = simulation.press()?;
-    }
     for &(phalanx, k_m) in &scenario.calibrate {
         if last.fault.is_none() {
             last = simulation.calibrate(phalanx, k_m, MIDDLE_RAD)?;

@@ -94,8 +94,10 @@ pub fn drive<S: Scene>(
 impl<S: Scene> Coordinator<S> {
     /// A sequence at rest, with what the user has set.
     pub fn new(overrides: Overrides) -> Self {
+        let mut sequence = Sequence::new(motion::<S>(&overrides), *S::CHECKED.scale());
+        sequence.set_press(S::Series::FLEXIBLE);
         Self {
-            sequence: Sequence::new(motion::<S>(&overrides), *S::CHECKED.scale()),
+            sequence,
             overrides,
             purpose: Directive::Watch,
             pending: None,
@@ -174,6 +176,7 @@ impl<S: Scene> Coordinator<S> {
             Command::Calibrate(Calibrate::Forget) => {
                 self.resting()?;
                 self.pending = Some(SensingRequest::ForgetCalibration);
+                self.sequence.set_press(S::Series::FLEXIBLE);
                 return Ok(Action::Accepted);
             }
             Command::Calibrate(Calibrate::Cable) if !S::Series::FLEXIBLE => {
@@ -255,10 +258,14 @@ impl<S: Scene> Coordinator<S> {
         if self.sequence.state() == State::Close {
             self.hold.closing(status.current_a);
         }
-        let request = motion
-            .changed
-            .and_then(|(_, to)| directive(to, self.purpose))
-            .map(SensingRequest::Direct);
+        let directive = match motion.changed {
+            Some((_, State::Close)) if self.sequence.is_pressing() => {
+                Some(Directive::CalibrateCable)
+            }
+            Some((_, to)) => directive(to, self.purpose),
+            None => None,
+        };
+        let request = directive.map(SensingRequest::Direct);
         let request = request.or_else(|| self.pending.take());
         CoordinatorOutput { motion, request }
     }
@@ -334,8 +341,8 @@ fn purpose<S: Scene>(calibrate: Calibrate) -> Directive {
             phalanx: S::PHALANGES,
             k_m,
         },
-        Calibrate::Cable => Directive::CalibrateCable,
-        Calibrate::Forget => Directive::Rest,
+        // The sequence presses, and that tells what it is for.
+        Calibrate::Cable | Calibrate::Forget => Directive::Rest,
     }
 }
 

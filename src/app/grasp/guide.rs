@@ -15,8 +15,6 @@ const PIN_SHARES: [f32; 2] = [0.3, 0.75];
 /// What the user should do next; displayed as a sentence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Hint {
-    /// Friction is recorded: press on the closing stop.
-    Press,
     /// Put a pin at a place and calibrate there.
     Pin {
         /// From the joint of the distal phalanx, whole millimetres, as a pin is placed.
@@ -34,7 +32,8 @@ impl Hint {
     /// What follows from an event, given what is known after it; `None` for those outside the guided sequence.
     pub fn after<S: Scene>(event: &Event, known: &Calibration, finger: &S::Finger) -> Option<Self> {
         match event {
-            Event::FrictionRecorded { .. } if known.presses == 0 && known.contacts == 0 => {
+            // Where there is a cable, a press on the closing stop follows by itself, and its result leads on.
+            Event::FrictionRecorded { .. } if !S::Series::FLEXIBLE && known.contacts == 0 => {
                 Some(Self::next::<S>(known, finger))
             }
             Event::FrictionStale { .. } | Event::FrictionNotRecorded { .. } => {
@@ -50,11 +49,8 @@ impl Hint {
         }
     }
 
-    /// The step after those that have been taken: the stop, then one pin, then the other.
+    /// The step after those that have been taken: one pin, then the other. A press on the closing stop came by itself.
     fn next<S: Scene>(known: &Calibration, finger: &S::Finger) -> Self {
-        if S::Series::FLEXIBLE && known.presses == 0 {
-            return Self::Press;
-        }
         let share = PIN_SHARES.get(usize::from(known.contacts));
         let length_m = finger.phalanx_length_m(S::PHALANGES);
         match (share, length_m) {
@@ -69,7 +65,6 @@ impl Hint {
 impl fmt::Display for Hint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Press => "leave the finger free and enter: calibrate cable",
             Self::Pin { k_mm } => {
                 let k_mm = Whole((*k_mm).into());
                 return write!(
@@ -89,7 +84,7 @@ impl fmt::Display for Hint {
                 "no such place on the last phalanx: give the pin's distance"
             }
             Self::Again(Refusal::Misfit) => {
-                "that was no single fixed pin: fix it, let nothing else touch, and repeat"
+                "that was no single fixed pin or stop: let nothing else touch, and repeat"
             }
             Self::Again(Refusal::Implausible) => {
                 "too far from what was known: check the place and repeat, or enter: calibrate forget"
@@ -133,6 +128,7 @@ mod tests {
     #[test]
     fn the_sequence_leads_from_friction_to_save() {
         let said = [
+            // A press on the closing stop follows by itself.
             after(RECORDED, &known(0, 0)),
             calibrated(1, 0),
             calibrated(1, 1),
@@ -141,7 +137,7 @@ mod tests {
         assert_eq!(
             said,
             [
-                Some(Hint::Press),
+                None,
                 Some(Hint::Pin { k_mm: 21 }),
                 Some(Hint::Pin { k_mm: 53 }),
                 Some(Hint::Save),
@@ -151,7 +147,7 @@ mod tests {
 
     #[test]
     fn whoever_begins_with_a_pin_is_led_to_the_rest() {
-        assert_eq!(calibrated(0, 1), Some(Hint::Press));
+        assert_eq!(calibrated(0, 1), Some(Hint::Pin { k_mm: 53 }));
         assert_eq!(calibrated(1, 7), Some(Hint::Save));
     }
 

@@ -76,6 +76,10 @@ pub struct Sequence {
     unsure: bool,
     /// Sensing has said its last word on the contact of this closing.
     judged: bool,
+    /// The next recording is followed by a press on the closing stop.
+    press: bool,
+    /// This closing presses on the closing stop.
+    pressing: bool,
 }
 
 impl Sequence {
@@ -103,6 +107,8 @@ impl Sequence {
             clearing: false,
             returning: false,
             judged: false,
+            press: false,
+            pressing: false,
             unsure: false,
         }
     }
@@ -137,6 +143,17 @@ impl Sequence {
         self.friction_known = false;
     }
 
+    /// Whether the next recording, which shows that nothing is in the way, is followed by a press on the closing stop: where nobody
+    /// knows the cable.
+    pub fn set_press(&mut self, press: bool) {
+        self.press = press;
+    }
+
+    /// Whether the closing under way, or the last one, presses on the closing stop.
+    pub fn is_pressing(&self) -> bool {
+        self.pressing
+    }
+
     /// Asks for a motion. `Stop` is never refused and replaces whatever was asked before.
     ///
     /// # Errors
@@ -167,7 +184,11 @@ impl Sequence {
     pub fn advance(&mut self, now_us: u64, status: &Status, notice: Option<Notice>) -> StepOutput {
         let before = self.state;
         match notice {
-            Some(Notice::FrictionKnown) => self.friction_known = true,
+            Some(Notice::FrictionKnown) => {
+                self.friction_known = true;
+                // The press has begun; or the record was kept from before, and what pins and presses told with it.
+                self.press = false;
+            }
             Some(Notice::FrictionUnknown | Notice::FrictionNotRecorded) => {
                 self.friction_known = false
             }

@@ -68,7 +68,7 @@ impl State {
             Close => &[Probe, Open, Idle, Fault],
             Probe => &[Hold, Open, Idle, Fault],
             Hold => &[Open, Idle, Fault],
-            Open => &[RecordClosing, Idle, Fault],
+            Open => &[RecordClosing, Close, Idle, Fault],
             Fault => &[Idle],
         }
     }

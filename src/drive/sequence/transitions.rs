@@ -44,6 +44,7 @@ impl Sequence {
             (Some(Request::Stop), _) => return self.end(MotionResult::Stopped),
             (_, State::Idle) => return self.start(request),
             (Some(Request::Open), State::Close | State::Probe | State::Hold) => {
+                self.pressing = false;
                 return self.open_with(MotionResult::Complete);
             }
             _ => {}
@@ -123,6 +124,7 @@ impl Sequence {
         }
         self.goal = goal;
         self.returning = false;
+        self.pressing = goal == Request::Press;
         Some(State::CalibrateOffset)
     }
 
@@ -176,25 +178,28 @@ impl Sequence {
             return self.fail_if_stalled(seen);
         }
         self.friction_known = true;
-        if self.goal == Request::RecordFriction {
+        self.pressing |= self.press;
+        if self.goal == Request::RecordFriction && !self.pressing {
             return self.end(MotionResult::Complete);
         }
         Some(State::Close)
     }
 
     fn close(&mut self, seen: &Observation) -> Option<State> {
-        if self.goal == Request::Press {
-            // Pressing on the stop ends at the current limit, or where a soft cable is wound up to the position limit.
-            self.outcome = MotionResult::Complete;
-            let wound_up = seen.status.limited.position;
-            return (seen.stalled || wound_up).then_some(State::Open);
-        }
         match seen.notice {
+            Some(Notice::FrictionNotRecorded) => {
+                self.pressing = false;
+                self.open_with(MotionResult::NotRecorded)
+            }
+            _ if self.pressing => {
+                // Pressing on the stop ends at the current limit, or where a soft cable is wound up to the position limit.
+                let wound_up = seen.status.limited.position;
+                (seen.stalled || wound_up).then_some(State::Open)
+            }
             Some(Notice::Touched) => {
                 self.outcome = MotionResult::Contact;
                 Some(State::Probe)
             }
-            Some(Notice::FrictionNotRecorded) => self.open_with(MotionResult::NotRecorded),
             _ if seen.angle_rad >= self.motion.travel_rad => {
                 self.open_with(MotionResult::NoContact)
             }
@@ -227,7 +232,12 @@ impl Sequence {
             return self.fail_if_stalled(seen);
         }
         if !self.returning && self.must_record() {
-            Some(State::RecordClosing)
+            return Some(State::RecordClosing);
+        }
+        // After a press of its own the motion goes on to what was asked for.
+        let pressed = core::mem::take(&mut self.pressing);
+        if pressed && matches!(self.goal, Request::Run | Request::Close) {
+            Some(State::Close)
         } else {
             Some(State::Idle)
         }

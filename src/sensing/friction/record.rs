@@ -146,34 +146,25 @@ impl Friction {
 
     /// The wander since the recording, for a motion at a speed (radian per second).
     pub fn wander(&self, speed_rad_per_s: f32) -> Wander {
-        let ratio = speed_rad_per_s / self.speed_rad_per_s;
         Wander::new(
             &self.evidence,
             self.white_nm2_s,
             self.mean_nm().unwrap_or(0.0),
             self.passes(),
-            if ratio.is_finite() { ratio } else { 1.0 },
+            speed_rad_per_s / self.speed_rad_per_s,
         )
     }
 
     /// Standard deviation of the residual that a shift of the record would leave, newton metre per count. It is that of the
     /// worm's harmonics, the steepest part.
     pub fn steepness_nm_per_count(&self) -> f32 {
-        let squares = self
-            .worm_nm
-            .chunks_exact(2)
-            .enumerate()
-            .map(|(index, pair)| {
-                let order = index as f32 + 1.0;
-                order
-                    * order
-                    * pair
-                        .iter()
-                        .map(|amplitude| amplitude * amplitude)
-                        .sum::<f32>()
-            });
+        let slopes = self.worm_nm.iter().enumerate().map(|(index, amplitude)| {
+            // A pair for each order.
+            let slope = (index / 2 + 1) as f32 * amplitude;
+            slope * slope
+        });
         let turn = self.worm_counts.max(1) as f32;
-        sqrt(0.5 * squares.sum::<f32>()) * core::f32::consts::TAU / turn
+        sqrt(0.5 * slopes.sum::<f32>()) * core::f32::consts::TAU / turn
     }
 
     /// The record at a position. None outside the travel or where nothing was recorded.

@@ -22,14 +22,14 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
     }
 
     /// By how much the variance of wandering friction grows from one block to the next like this, at the input link, newton metre
-    /// squared; 0 without a record.
+    /// squared; 0 without a record. Twice what free motion tells: friction that grows with the load wanders as well (chosen).
     pub fn walk_nm2(&self, block: &Block) -> f32 {
         let state = &self.state;
         let speed = state.settings.speed_rad_per_s;
         state.friction.as_ref().map_or(0.0, |friction| {
             let wander = friction.wander(speed);
             let rms_nm = state.drivetrain.efficiency * wander.rms_nm;
-            2.0 * rms_nm * rms_nm * block.duration_s / wander.time_s
+            4.0 * rms_nm * rms_nm * block.duration_s / wander.time_s
         })
     }
 

@@ -349,18 +349,22 @@ fn the_likelihood_in_steps_is_that_of_the_whole_covariance() {
 fn the_rate_of_the_wander_is_found_from_one_closing_and_opening() {
     for world in &WORLDS {
         // Of the variance of the difference of two blocks, the share that is the wander's.
-        let found: f64 = (0..24)
-            .map(|seed| {
-                let mut life = Life::new(*world, 9000 + seed);
-                let record = life.record();
-                let mean = record.evidence.mean();
-                f64::from(mean.rate_per_s2 * record.white_nm2_s).ln()
-            })
-            .sum::<f64>()
-            / 24.0;
+        let each = |seed: u64| {
+            let record = Life::new(*world, 9000 + seed).record();
+            let mean = record.evidence.mean();
+            f64::from(mean.rate_per_s2 * record.white_nm2_s).ln()
+        };
+        let rates: Vec<f64> = (0..24).map(each).collect();
+        let found = rates.iter().sum::<f64>() / 24.0;
+        let squares = rates.iter().map(|rate| (rate - found).powi(2));
+        let scatter = (squares.sum::<f64>() / 24.0).sqrt();
         let size = world.wander * super::free::FRICTION_NM;
         let truth = (2.0 * size * size / world.time_s).max(1e-12).ln();
         // The mean of a posterior lies above: false contacts cost more than milliseconds.
+        if world.wander > 0.015 {
+            // Much less than the grid's steps, the logarithm of four.
+            assert!(scatter < 0.3, "{world:?}: {scatter}");
+        }
         if world.wander > 0.005 {
             assert!(
                 (-0.7..1.4).contains(&(found - truth)),
@@ -392,4 +396,28 @@ fn evidence_grows_with_passes_and_survives_nonsense() {
         ln_likelihood: [f32::NAN; RATES * TIMES],
     });
     assert_eq!(before, record.evidence);
+}
+
+#[test]
+fn any_evidence_has_a_mean_within_its_grid() {
+    let mut noise = super::Noise(77);
+    for round in 0..20_000u32 {
+        // From flat ones to the largest numbers, smooth and not.
+        let size = 10.0f32.powf((round % 40) as f32 - 2.0);
+        let mut level = 0.0;
+        let smooth = round % 2 == 0;
+        let ln_likelihood = core::array::from_fn(|_| {
+            let step = size * noise.normal();
+            level = if smooth { level + step } else { step };
+            level.clamp(-f32::MAX, f32::MAX)
+        });
+        let mean = Evidence { ln_likelihood }.mean();
+        let [least, most] = [Hypothesis::of(0), Hypothesis::of(RATES * TIMES - 1)];
+        let rates = 0.5 * least.rate_per_s2..2.0 * most.rate_per_s2;
+        let times = 0.999 * least.time_s..1.001 * most.time_s;
+        assert!(
+            rates.contains(&mean.rate_per_s2) && times.contains(&mean.time_s),
+            "{ln_likelihood:?}: {mean:?}"
+        );
+    }
 }

@@ -6,8 +6,8 @@ use serde_json::{Value, json};
 
 use crate::log::Line;
 
-/// What the firmware computes with before it is calibrated; `show` lists it.
-const NOMINAL_EFFICIENCY: f64 = 0.33;
+/// What the firmware computes with before it is calibrated, worm and gearhead (scenes/common/defaults.toml); `show` lists it.
+const NOMINAL_EFFICIENCY: f64 = 0.434 * 0.73;
 /// Speed at which the finger closes, radian per second.
 const SPEED_RAD_PER_S: f64 = 0.3;
 /// A value that was found, with its claimed deviation, and the true one.

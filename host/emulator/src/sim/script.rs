@@ -76,14 +76,12 @@ impl Script {
         Self(vec![Step::Button])
     }
 
-    /// The guided calibration: a press on the closing stop, a pin at each of these places, what was learned is kept; then a
-    /// grasp.
+    /// The guided calibration: friction, with the press on the closing stop that follows it, a pin at each of these places, what was
+    /// learned is kept; then a grasp.
     #[must_use]
     pub fn calibration(places_mm: &[f64]) -> Self {
         let commands = places_mm.iter().map(|place| format!("calibrate {place}"));
-        let all = ["record-friction", "calibrate cable"]
-            .map(str::to_owned)
-            .into_iter()
+        let all = core::iter::once("record-friction".to_owned())
             .chain(commands)
             .chain(["save", "run"].map(str::to_owned));
         Self(all.map(Step::Command).collect())

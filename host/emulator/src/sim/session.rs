@@ -77,6 +77,8 @@ pub struct Session<'f> {
     progress: Progress,
     release: Option<Ticks>,
     placed: bool,
+    /// The closing that follows presses on the closing stop.
+    presses: bool,
     /// Every log line so far.
     pub lines: Vec<Line>,
     /// Resets so far, with their time in seconds.
@@ -116,6 +118,7 @@ impl<'f> Session<'f> {
             progress: Progress::Next(FIRST_STEP),
             release: None,
             placed: false,
+            presses: false,
             lines: Vec::new(),
             resets: Vec::new(),
             state: String::new(),
@@ -205,12 +208,16 @@ impl<'f> Session<'f> {
             self.progress = Progress::Answering(self.machine.now() + PAUSE);
         }
         match event.name {
+            // Told right before the closing begins.
+            "calibrating" => self.presses = event.number("pin_m").is_none(),
             "state" => {
                 event
                     .field("name")
                     .unwrap_or_default()
                     .clone_into(&mut self.state);
                 match self.state.as_str() {
+                    // To press on its closing stop.
+                    "close" if std::mem::take(&mut self.presses) => {}
                     // The finger is at its opening stop and about to close: now the object is put there.
                     "close" => self.place()?,
                     // Whoever records friction takes the object away.

@@ -194,8 +194,8 @@ impl<S: Simulated> Bench<S> {
         Recording::try_from(simulation.close(grasp)?)
     }
 
-    /// The guided calibration: a press against the closing stop, then a pin at each of these places of the distal
-    /// phalanx, met with joint 1 at the first of these angles that the finger takes. Friction is recorded again where the log asks
+    /// The guided calibration, after the press on the closing stop that follows the record: a pin at each of these places of the
+    /// distal phalanx, met with joint 1 at the first of these angles that the finger takes. Friction is recorded again where the log asks
     /// for it.
     ///
     /// Returns what was refused, and the recording of the last friction record if there was another one.
@@ -207,10 +207,7 @@ impl<S: Simulated> Bench<S> {
         places_m: &[f64],
         theta_1_rad: &[f64],
     ) -> Result<(Vec<Refusal>, Option<Recording>), Failure> {
-        let pressed = Recording::try_from(self.simulation.press()?)?;
-        self.stale |= tells_to_record(&pressed);
-        let mut refused = refusals(&pressed);
-        let mut again = self.record_if_stale()?;
+        let (mut refused, mut again) = (Vec::new(), None);
         for &k_m in places_m {
             let mut met = Err(Failure::Missing("angle for a pin"));
             for &angle_rad in theta_1_rad {
@@ -257,7 +254,8 @@ fn tells_to_record(recording: &Recording) -> bool {
     })
 }
 
-fn refusals(recording: &Recording) -> Vec<Refusal> {
+/// What a recording shows of calibrations that were refused.
+pub(super) fn refusals(recording: &Recording) -> Vec<Refusal> {
     recording
         .events
         .iter()

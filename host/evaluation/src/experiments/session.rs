@@ -6,7 +6,7 @@ use palpate_simulation::Simulated;
 use palpate_simulation::places::PIN_SHARES;
 
 use super::judge::{self, Knowledge};
-use super::live::{Bench, Failure, Recording, Setup};
+use super::live::{Bench, Failure, Recording, Setup, refusals};
 use super::objects::{Object, felt_m};
 use super::result::Method;
 use crate::paper;
@@ -58,7 +58,9 @@ impl<S: Simulated> Session<S> {
         let nominal = *bench.calibration();
         let length = judge::length_m::<S>(S::PHALANGES)?;
         let places = PIN_SHARES.map(|share| share * length);
-        let (refused, again) = bench.calibrate(&places, &PIN_THETA_1_RAD)?;
+        let mut refused = refusals(&free);
+        let (pins, again) = bench.calibrate(&places, &PIN_THETA_1_RAD)?;
+        refused.extend(pins);
         let free = again.unwrap_or(free);
         let friction = bench.friction()?;
         let model = judge::paper_model::<S>()?;

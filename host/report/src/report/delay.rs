@@ -213,7 +213,6 @@ fn finger(seed: u64, speed: f32) -> Result<Simulation<P70>> {
         "finger {seed}: {:?}",
         prepared.fault
     );
-    simulation.press()?;
     for share in PIN_SHARES {
         simulation.calibrate(2, share as f32 * LENGTH_M, PIN_RAD)?;
     }

@@ -23,7 +23,6 @@ fn contacts_are_placed_with_honest_deviations() {
         let parameters = world.of(Direct2::NAME).expect("valid").randomised(seed);
         let mut simulation = Simulation::<Direct2>::new(&parameters, seed).expect("a plant");
         simulation.prepare().expect("accepted");
-        simulation.press().expect("accepted");
         for k_m in [0.021, 0.0525] {
             simulation.calibrate(2, k_m, 0.6).expect("accepted");
         }
@@ -61,7 +60,6 @@ fn phalanx_1_is_named_and_nothing_is_not() {
     let parameters = Direct2::parameters().expect("valid");
     let mut simulation = Simulation::<Direct2>::new(&parameters, 1).expect("a plant");
     simulation.prepare().expect("accepted");
-    simulation.press().expect("accepted");
     for k_m in [0.03, 0.06, 0.08] {
         let grasp = Grasp::touching(1, k_m, 0.8, cylinder(0.01));
         let outcome = simulation.close(&grasp).expect("accepted");

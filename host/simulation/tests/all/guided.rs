@@ -16,7 +16,6 @@ const THETA_1_RAD: f64 = 0.785;
 fn prepared(parameters: &Parameters, seed: u64) -> Simulation<P70> {
     let mut simulation = Simulation::<P70>::new(parameters, seed).unwrap();
     assert_eq!(simulation.prepare().unwrap().fault, None);
-    assert_eq!(simulation.press().unwrap().fault, None);
     simulation
 }
 
@@ -105,7 +104,6 @@ fn a_pin_that_is_met_where_the_record_does_not_fit_teaches_nothing() {
     let parameters = world.of("tendon3").expect("a scene").randomised(SEED);
     let mut simulation = Simulation::<Tendon3>::new(&parameters, SEED).expect("a simulation");
     simulation.prepare().expect("a record");
-    simulation.press().expect("a press");
     let before = *simulation.calibration();
     let outcome = simulation.calibrate(3, 0.0135, 0.6).expect("a closing");
     let told = |wanted: fn(&Event) -> bool| outcome.events.iter().any(|(_, event)| wanted(event));

@@ -10,7 +10,6 @@ use palpate_simulation::{Outcome, Simulated, Simulation, Verdict};
 fn calibrated<S: Simulated>() -> Simulation<S> {
     let mut simulation = Simulation::<S>::new(&S::parameters().unwrap(), 1).unwrap();
     simulation.prepare().unwrap();
-    simulation.press().unwrap();
     for k_m in [0.020, 0.045] {
         simulation.calibrate(2, k_m, 0.8).unwrap();
     }

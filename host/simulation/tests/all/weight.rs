@@ -25,7 +25,6 @@ fn calibrate(engine: Engine, seed: u64) {
     let record = simulation.slow().sensing.sensor().friction().cloned();
     let asymmetry_nm = record.expect("recorded").asymmetry(0)[0];
     assert!(asymmetry_nm < -0.01, "{seed}: {asymmetry_nm} N m");
-    assert_eq!(simulation.press().unwrap().fault, None, "{seed}");
     for k_m in PINS_M {
         let outcome = simulation.calibrate(2, k_m, THETA_1_RAD).unwrap();
         let told = format!("{engine}, seed {seed}, {k_m} m: {:?}", outcome.events);

@@ -83,7 +83,6 @@ fn a_pin_that_two_phalanges_touch_teaches_what_one_that_one_touches_does() {
     parameters.mechanism.gravity_m_per_s2 = GRAVITY_M_PER_S2;
     let mut pressed = Simulation::<Tendon3>::new(&parameters, 1).expect("a simulation");
     pressed.prepare().expect("a record");
-    pressed.press().expect("pressed");
     pressed.traced = true;
     let [near, far] = [(0.3, 2), (0.75, 1)].map(|(share, touching)| {
         let mut simulation = pressed.clone();

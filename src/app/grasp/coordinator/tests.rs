@@ -1,6 +1,7 @@
 //! What commands and events make of the state.
 
 use super::*;
+use crate::drive::OffsetState;
 use crate::scene::P70;
 
 fn coordinator() -> Coordinator<P70> {
@@ -254,4 +255,30 @@ fn another_mounting_or_weight_discards_the_friction_record() {
             .expect("at rest");
         assert!(coordinator.sequence.friction_known(), "nothing changed");
     }
+}
+
+/// Where there is a cable the first recording leads to a press on the closing stop, and so does the first after `calibrate forget`;
+/// what was kept from before needs none.
+#[test]
+fn the_sensing_is_told_that_a_closing_presses() {
+    let mut coordinator = coordinator();
+    coordinator.sequence.set_press(false);
+    coordinator
+        .command(Command::Calibrate(Calibrate::Forget))
+        .expect("at rest");
+    known(&mut coordinator);
+    coordinator
+        .command(Command::Calibrate(Calibrate::Cable))
+        .expect("friction is known");
+    let mut status = Status {
+        homed: true,
+        ..Status::default()
+    };
+    let mut requests = Vec::new();
+    for step in 1..20 {
+        status.offset = [OffsetState::Measuring, OffsetState::Known][usize::from(step > 3)];
+        requests.extend(coordinator.advance(1000 * step, &status, None).request);
+    }
+    let pressing = SensingRequest::Direct(Directive::CalibrateCable);
+    assert!(requests.contains(&pressing), "{requests:?}");
 }

@@ -118,6 +118,70 @@ fn pressing_ends_at_the_closing_stop() {
     );
 }
 
+/// Whoever records friction shows that nothing is in the way. What was asked for follows the press.
+#[test]
+fn a_recording_is_followed_by_a_press_where_nobody_knows_the_cable() {
+    use State::*;
+    let recorded = [CalibrateOffset, Home, RecordClosing, RecordOpening];
+    for (request, result, last) in [
+        (
+            Request::RecordFriction,
+            MotionResult::Complete,
+            &[Close, Open, Idle][..],
+        ),
+        (
+            Request::Run,
+            MotionResult::NoContact,
+            &[Close, Open, Close, Open, Idle],
+        ),
+        (Request::Press, MotionResult::Complete, &[Close, Open, Idle]),
+    ] {
+        let mut simulation = Simulation::new(3);
+        simulation.sequence.set_press(true);
+        simulation.ends(request, result);
+        assert_eq!(simulation.states(), [&recorded[..], last].concat());
+    }
+}
+
+/// Once the sensing has found the record good, that press has begun, and another recording needs none.
+#[test]
+fn another_recording_is_not_followed_by_a_press() {
+    let mut simulation = Simulation::new(3);
+    simulation.sequence.set_press(true);
+    simulation.millisecond(Some(Notice::FrictionKnown));
+    simulation.ends(Request::RecordFriction, MotionResult::Complete);
+    assert!(!simulation.states().contains(&State::Close));
+}
+
+#[test]
+fn a_press_ends_where_friction_was_not_recorded_or_the_user_opens() {
+    for (notice, request, result) in [
+        (
+            Some(Notice::FrictionNotRecorded),
+            None,
+            MotionResult::NotRecorded,
+        ),
+        (None, Some(Request::Open), MotionResult::Complete),
+    ] {
+        let mut simulation = Simulation::new(3);
+        simulation.sequence.set_press(true);
+        simulation.sequence.request(Request::Run).expect("accepted");
+        while simulation.sequence.state() != State::Close {
+            simulation.millisecond(None);
+        }
+        assert!(simulation.sequence.is_pressing());
+        if let Some(request) = request {
+            simulation.sequence.request(request).expect("accepted");
+        }
+        simulation.millisecond(notice);
+        assert_eq!(simulation.sequence.state(), State::Open);
+        while simulation.done.is_none() {
+            simulation.millisecond(None);
+        }
+        assert_eq!(simulation.done, Some(result));
+    }
+}
+
 #[test]
 fn pressing_on_a_soft_cable_ends_at_the_position_limit() {
     let mut simulation = Simulation::new(3);

@@ -58,6 +58,7 @@ fn the_table_is_what_really_happens_no_more_no_less() {
                 }
                 simulation.bench.object_rad = if known { 0.9 } else { f64::INFINITY };
                 simulation.sequence.friction_known = known;
+                simulation.sequence.set_press(!homed_before);
                 simulation.done = None;
                 let _ = simulation.sequence.request(goal);
                 let mut last = None;
