@@ -124,7 +124,7 @@ mod tests {
     fn a_calibration_is_a_script() {
         assert_eq!(
             Script::calibration(&[20.0, 45.5]),
-            Script::parse("record-friction;calibrate cable;calibrate 20;calibrate 45.5;save;run")
+            Script::parse("record-friction;calibrate 20;calibrate 45.5;save;run")
         );
     }
 

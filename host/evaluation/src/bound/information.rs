@@ -51,6 +51,8 @@ pub struct Bound {
     pub joints_forgotten_pct: f64,
     /// With pins, if the leverage at a place differs from that at the pins by as much as the scene says.
     pub leverage_pct: f64,
+    /// With a press on the stop alone.
+    pub pressed_pct: f64,
     /// By the data sheets.
     pub sheet_pct: f64,
     /// Contacts.
@@ -144,7 +146,7 @@ impl Known {
     }
 
     /// Deviations of a contact's place, percent of the phalanx, for each level of [`Bound`].
-    fn sigmas_pct(&self, chosen: &Chosen) -> Option<[f64; 4]> {
+    fn sigmas_pct(&self, chosen: &Chosen) -> Option<[f64; 5]> {
         let deviations = self.deviations(self.lengths_m[chosen.phalanx - 1]);
         let information = self.information(chosen, &deviations)?;
         let calibrated = self.calibrated(&deviations)?;
@@ -162,20 +164,28 @@ impl Known {
             sigma_pct(&calibrated)?,
             sigma_pct(&forgotten)?,
             sigma_pct(&uneven)?,
+            sigma_pct(&self.pressed(&deviations))?,
             sigma_pct(&prior(&deviations))?,
         ])
     }
 
-    /// Covariance of all unknowns after the guided calibration: a press on the stop, then two pins.
+    /// Covariance of all unknowns after a press on the stop.
+    fn pressed(&self, deviations: &[f64; UNKNOWNS]) -> DMatrix<f64> {
+        let mut known = prior(deviations);
+        // As src/sensing/sensor/calibrate.rs leaves them.
+        let pressed_rad = 0.02 * f64::from(self.sheet.cable_rad_per_nm) + 4e-3;
+        for (unknown, deviation) in [(CABLE, pressed_rad), (BEND, 0.1)] {
+            let least = known[(unknown, unknown)];
+            known[(unknown, unknown)] = (deviation / deviations[unknown]).powi(2).min(least);
+        }
+        known
+    }
+
+    /// The same after the guided calibration, which adds two pins.
     fn calibrated(&self, deviations: &[f64; UNKNOWNS]) -> Option<DMatrix<f64>> {
         let phalanx = self.lengths_m.len();
         let length_m = self.lengths_m[phalanx - 1];
-        let mut known = prior(deviations);
-        // As a press leaves them (src/sensing/sensor/calibrate.rs).
-        let pressed_rad = 0.02 * f64::from(self.sheet.cable_rad_per_nm) + 4e-3;
-        for (unknown, deviation) in [(CABLE, pressed_rad), (BEND, 0.1)] {
-            known[(unknown, unknown)] = (deviation / deviations[unknown]).powi(2).min(1.0);
-        }
+        let mut known = self.pressed(deviations);
         for share in PIN_SHARES {
             let pin = Chosen {
                 phalanx,
@@ -229,7 +239,7 @@ fn told(known: &DMatrix<f64>, information: &DMatrix<f64>) -> Option<DMatrix<f64>
 #[must_use]
 pub fn bound<S: Scene>(parameters: &Parameters, contacts: u64, seed: u64) -> Option<Bound> {
     let known = Known::of::<S>(parameters);
-    let sigmas: Vec<[f64; 4]> = (0..contacts)
+    let sigmas: Vec<[f64; 5]> = (0..contacts)
         .into_par_iter()
         .filter_map(|index| {
             let mut random = Pcg64Mcg::seed_from_u64((seed << 32) + index);
@@ -245,7 +255,8 @@ pub fn bound<S: Scene>(parameters: &Parameters, contacts: u64, seed: u64) -> Opt
         calibrated_pct: mean(0),
         joints_forgotten_pct: mean(1),
         leverage_pct: mean(2),
-        sheet_pct: mean(3),
+        pressed_pct: mean(3),
+        sheet_pct: mean(4),
         contacts: sigmas.len(),
     })
 }
@@ -254,15 +265,16 @@ pub fn bound<S: Scene>(parameters: &Parameters, contacts: u64, seed: u64) -> Opt
 #[must_use]
 pub fn markdown(bounds: &[Bound]) -> String {
     let mut out = head(
-        "scene | pins, % | pins, joints forgotten, % | pins, leverage in doubt, % | data sheets, %",
+        "scene | pins, % | pins, joints forgotten, % | pins, leverage in doubt, % | a press, % | data sheets, %",
     );
     for bound in bounds {
         out.push_str(&format!(
-            "| {} | {:.2} | {:.2} | {:.2} | {:.2} |\n",
+            "| {} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} |\n",
             bound.scene,
             bound.calibrated_pct,
             bound.joints_forgotten_pct,
             bound.leverage_pct,
+            bound.pressed_pct,
             bound.sheet_pct,
         ));
     }

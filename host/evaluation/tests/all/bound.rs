@@ -64,6 +64,11 @@ fn pins_tell_places_on_every_finger_and_fisher_agrees_with_the_posterior() {
             "pins tell little: {bound:?}"
         );
         assert!(
+            bound.calibrated_pct < 1.02 * bound.pressed_pct
+                && bound.pressed_pct < 1.02 * bound.sheet_pct,
+            "{bound:?}"
+        );
+        assert!(
             bound.calibrated_pct < 1.02 * bound.joints_forgotten_pct,
             "{bound:?}"
         );
