@@ -58,7 +58,7 @@ pub enum Error {
 }
 
 /// Longest motion, second: the sequence's own timeouts end every motion before.
-const LONGEST_S: f64 = 120.0;
+const LONGEST_S: f64 = 240.0;
 /// Samples after a motion, for the last word of the sensing.
 const AFTERWARDS_S: f64 = 0.6;
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! The firmware image on the emulated chip, with the simulated finger in its default state.
 
-use crate::support::firmware;
+use crate::support::{self, firmware};
 use palpate_emulator::sim::{Object, Script, Session, Settings, Summary, Told, end_of};
 use palpate_emulator::{Firmware, Pause, ResetCause};
 
@@ -84,10 +84,8 @@ fn feels_nothing_where_there_is_nothing() {
     let session = end_of(&firmware, Settings::default()).expect("a sound run");
     assert!(session.completed());
     assert!(
-        session
-            .lines
-            .iter()
-            .all(|line| !["touch", "located", "unusual"].contains(&line.event().name))
+        support::last_closing(&session)
+            .all(|event| !["touch", "located", "unusual"].contains(&event.name))
     );
     assert_eq!(Summary::of(&session).told, Told::None);
 }

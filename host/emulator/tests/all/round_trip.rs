@@ -151,7 +151,7 @@ fn a_recorded_grasp_is_replayed_to_what_was_said_live() {
 fn what_was_kept_and_what_a_closing_is_for_are_in_the_recording() {
     let Some(firmware) = firmware() else { return };
     let run = |commands, flash| session(&firmware, "p70", Object::default(), commands, flash);
-    let before = run("record-friction; calibrate cable; save", None);
+    let before = run("record-friction; save", None);
     let flash = before.machine.flash().to_vec();
     let trip = round_trip("p70", &run("trace on; calibrate 21; run", Some(flash)));
     assert!(!trip.said.contains(&"friction-recorded"), "{:?}", trip.said);
@@ -220,7 +220,7 @@ fn the_stiffness_of_an_object_is_replayed_as_well() {
     let Some(firmware) = support::image(support::SOFT) else {
         return;
     };
-    let commands = "trace on; record-friction; calibrate cable; run";
+    let commands = "trace on; record-friction; run";
     let session = session(&firmware, "p70-soft", Object::default(), commands, None);
     round_trip("p70-soft", &session).has(&["touch", "located", "object"]);
 }

@@ -6,7 +6,7 @@
 //! periods apart. So each event has a stated tolerance: friction 2 %, the onset of the touch 15 mrad (a block or two), its delay 15 ms, a place
 //! within twice what both claim together, their claims within a quarter.
 
-use crate::support::firmware;
+use crate::support::{self, firmware};
 use palpate::sensing::{Event, NotLocated};
 use palpate_emulator::Firmware;
 use palpate_emulator::sim::{Object, Script, Session, Settings, end_of};
@@ -44,6 +44,8 @@ fn emulated(firmware: &Firmware, object: Option<Object>, seed: u64) -> Told {
         "{:?}",
         session.faults
     );
+    let mut lines = session.lines.iter().map(|line| line.event());
+    let friction = lines.find_map(|event| event.number("closing_mnm"));
     let last = |name: &str, key: &str| last(&session, name, key);
     let contact = session
         .machine
@@ -52,7 +54,7 @@ fn emulated(firmware: &Firmware, object: Option<Object>, seed: u64) -> Told {
     let touch_s = last("touch", "time_us").map(|us| 1e-6 * us);
     let located = last("located", "k_mm");
     Told {
-        friction_mnm: last("friction-recorded", "closing_mnm").expect("friction is recorded"),
+        friction_mnm: friction.expect("friction is recorded"),
         onset_mrad: last("touch", "theta_a_mrad"),
         delay_ms: touch_s.and_then(|touch_s| delay_ms(touch_s, contact.as_ref())),
         place: located.map(|k_mm| {
@@ -66,10 +68,9 @@ fn emulated(firmware: &Firmware, object: Option<Object>, seed: u64) -> Told {
     }
 }
 
-/// The last value of a field.
+/// The last value of a field in the last closing.
 fn last(session: &Session<'_>, name: &str, key: &str) -> Option<f64> {
-    let events = session.lines.iter().map(|line| line.event());
-    events
+    support::last_closing(session)
         .filter(|event| event.name == name)
         .filter_map(|event| event.number(key))
         .next_back()

@@ -3,7 +3,7 @@
 
 use crate::support;
 use palpate_emulator::log::{Event, Line};
-use palpate_emulator::sim::{Object, Script, Session, Settings, end_of};
+use palpate_emulator::sim::{Object, Script, Session, Settings};
 use palpate_emulator::{Firmware, Setup};
 use palpate_plant::{Grasp, Parameters};
 
@@ -13,8 +13,13 @@ const UPDATE_INSTRUCTIONS: u64 = 250_000;
 const STACK_MARGIN: usize = 1024;
 
 /// Closes a finger whose firmware looks for a second contact: the grasp is the last word. `watch` names functions whose calls are
-/// counted.
-fn held<'f>(firmware: &'f Firmware, scene: &str, object: Object, watch: &[&str]) -> Session<'f> {
+/// counted. Returns the places where each phalanx touched first, metre, too.
+fn held<'f>(
+    firmware: &'f Firmware,
+    scene: &str,
+    object: Object,
+    watch: &[&str],
+) -> (Session<'f>, [Option<f64>; 3]) {
     let settings = Settings {
         parameters: Parameters::of(scene).expect("one of the scenes"),
         script: Script::parse("record-friction; close"),
@@ -25,7 +30,16 @@ fn held<'f>(firmware: &'f Firmware, scene: &str, object: Object, watch: &[&str])
         },
         ..Settings::default()
     };
-    let session = end_of(firmware, settings).expect("the firmware keeps to the rules of the chip");
+    let mut session = Session::start(firmware, settings, None).expect("a session");
+    let mut first_m = [None; 3];
+    while !session.over() {
+        session.millisecond().expect("no misuse");
+        let truth = session.machine.plant().map(palpate_plant::Plant::truth);
+        for contact in truth.iter().flat_map(|truth| &truth.contacts) {
+            first_m[usize::from(contact.phalanx) - 1].get_or_insert(contact.k_m);
+        }
+    }
+    session.finish().expect("the log");
     assert!(session.completed(), "not completed");
     assert_eq!(session.faults, []);
     let at = |name: &str| {
@@ -42,7 +56,7 @@ fn held<'f>(firmware: &'f Firmware, scene: &str, object: Object, watch: &[&str])
         at("grasp") < at("sequence done"),
         "but for the motion's end"
     );
-    session
+    (session, first_m)
 }
 
 /// How a closing said that the object is held, and the line of its second contact.
@@ -76,12 +90,8 @@ fn a_contact_that_lets_go_is_told_as_lost() {
     let mut taken_s = None;
     while !session.over() {
         session.millisecond().expect("no misuse");
-        let told = |session: &Session<'_>, name: &str| {
-            let mut lines = session.lines.iter().map(|line| line.event());
-            lines.any(|event| event.name == name)
-        };
         // Some tenths of a second later, with a torque that can fall.
-        let touched = told(&session, "touch");
+        let touched = support::last_closing(&session).any(|event| event.name == "touch");
         let now_s = session.machine.time_s();
         let since_s = *taken_s.get_or_insert(if touched { now_s } else { f64::INFINITY });
         if !touched {
@@ -116,7 +126,7 @@ fn a_second_contact_is_told_of_a_power_grasp_only() {
             diameter_mm,
             theta_1_deg: 40.0,
         };
-        held(&firmware, "p70-grasp", object, &[])
+        held(&firmware, "p70-grasp", object, &[]).0
     };
     let power = closing(70.0, 70.0);
     let (grip, second) = told(&power);
@@ -141,18 +151,16 @@ fn three_phalanges_tell_a_second_contact_in_time() {
             theta_1_deg,
         };
         let watch = ["watch::Follow", "Sensor<F,H,X>::update"];
-        let session = held(&firmware, "tendon3-grasp", object, &watch);
-        judge_costs(&session);
-        session
+        let held = held(&firmware, "tendon3-grasp", object, &watch);
+        judge_costs(&held.0);
+        held
     };
 
     // Met by phalanx 2 first: the second contact has a place.
-    let placed = closing(2, 41.5, 61.5, 49.0);
+    let (placed, [.., true_m]) = closing(2, 41.5, 61.5, 49.0);
     let (grip, second) = told(&placed);
     let second = second.expect("a second contact");
     assert_eq!((grip, second.field("phalanx")), ("two-contacts", Some("3")));
-    let truth = placed.truth_at_estimate.as_ref().expect("contacts");
-    let true_m = (truth.contacts.iter().find(|contact| contact.phalanx == 3)).map(|c| c.k_m);
     let [k_mm, sigma_mm] = ["k_mm", "sigma_mm"].map(|key| second.number(key).expect("a number"));
     let error_mm = k_mm - 1e3 * true_m.expect("phalanx 3 presses");
     assert!(
@@ -161,13 +169,13 @@ fn three_phalanges_tell_a_second_contact_in_time() {
     );
 
     // By phalanx 1 first: the phalanx is known, and any place on it leaves the same motion.
-    let proximal = closing(1, 60.0, 60.0, 40.0);
+    let (proximal, _) = closing(1, 60.0, 60.0, 40.0);
     let (grip, second) = told(&proximal);
     let second = second.expect("a second contact");
     assert_eq!((grip, second.field("phalanx")), ("two-contacts", Some("2")));
     assert_eq!(second.field("k_mm"), Some("NaN"));
 
-    let single = closing(3, 20.0, 10.0, 45.0);
+    let (single, _) = closing(3, 20.0, 10.0, 45.0);
     let (grip, second) = told(&single);
     assert_eq!((grip, second.is_none()), ("single", true));
 }

@@ -14,18 +14,17 @@ fn cylinder() -> Shape {
     Shape::Cylinder { diameter_m: 0.01 }
 }
 
-/// On the default plant without any calibration: 5 % of l_2.
+/// On the default plant without pins: 5 % of l_2.
 #[test]
 fn contacts_are_felt_and_placed() {
     let mut simulation = Simulation::<P70>::new(&Parameters::default(), 1).unwrap();
     let prepared = simulation.prepare().unwrap();
+    let events = &prepared.events;
+    // Then a press on the closing stop tells the cable.
     assert!(
-        matches!(
-            prepared.events.last(),
-            Some((_, Event::FrictionRecorded { .. }))
-        ),
-        "{:?}",
-        prepared.events
+        matches!(events.first(), Some((_, Event::FrictionRecorded { .. })))
+            && matches!(events.last(), Some((_, Event::Calibrated { .. }))),
+        "{events:?}"
     );
     for k_m in [0.015, 0.03, 0.045, 0.06] {
         let outcome = simulation

@@ -7,10 +7,14 @@ use palpate_plant::{Grasp, Shape};
 use palpate_scenes::{P70, P70Rigid};
 use palpate_simulation::{Simulated, Simulation, Verdict};
 
-/// Error and deviation of a contact at every place, millimetre, nothing calibrated.
+/// Error and deviation of a contact at every place, millimetre, with nothing calibrated and no press.
 fn uncalibrated<S: Simulated>() -> Vec<(f64, f64)> {
     let mut simulation = Simulation::<S>::new(&S::parameters().unwrap(), 1).unwrap();
     simulation.prepare().unwrap();
+    let forget = Command::Calibrate(Calibrate::Forget);
+    simulation.slow().coordinator.command(forget).unwrap();
+    simulation.idle(0.01);
+    assert_eq!(simulation.calibration().presses, 0);
     let cylinder = Shape::Cylinder { diameter_m: 0.01 };
     [0.015, 0.03, 0.045, 0.06]
         .map(|k_m| {

@@ -5,6 +5,7 @@
 use std::path::PathBuf;
 
 use palpate_emulator::Firmware;
+use palpate_emulator::log::{Event, Line};
 use palpate_emulator::sim::{CONTROL_INSTRUCTIONS, Session};
 
 /// The default scene, `p70`.
@@ -57,4 +58,14 @@ pub fn keeps_up(session: &Session<'_>) {
         "{control:?}"
     );
     assert_eq!(session.machine.chip().missed_triggers(), 0);
+}
+
+/// What the log tells from the last closing on. The first closing presses on the closing stop.
+pub fn last_closing<'s>(session: &'s Session<'_>) -> impl DoubleEndedIterator<Item = Event<'s>> {
+    let closes = |line: &Line| {
+        let event = line.event();
+        event.name == "state" && event.field("name") == Some("close")
+    };
+    let from = session.lines.iter().rposition(closes).unwrap_or(0);
+    session.lines[from..].iter().map(Line::event)
 }
