@@ -341,7 +341,7 @@ fn purpose<S: Scene>(calibrate: Calibrate) -> Directive {
             phalanx: S::PHALANGES,
             k_m,
         },
-        // The sequence presses, and that tells what it is for.
+        // Not used: where the sequence presses, `advance` directs the sensing.
         Calibrate::Cable | Calibrate::Forget => Directive::Rest,
     }
 }

@@ -186,7 +186,7 @@ impl Sequence {
         match notice {
             Some(Notice::FrictionKnown) => {
                 self.friction_known = true;
-                // The press has begun; or the record was kept from before, and what pins and presses told with it.
+                // Either the press after this recording has begun, or record and calibration come from flash: no other press is due.
                 self.press = false;
             }
             Some(Notice::FrictionUnknown | Notice::FrictionNotRecorded) => {

@@ -234,7 +234,7 @@ impl Sequence {
         if !self.returning && self.must_record() {
             return Some(State::RecordClosing);
         }
-        // After a press of its own the motion goes on to what was asked for.
+        // After a press that nobody asked for, go on to what was asked for.
         let pressed = core::mem::take(&mut self.pressing);
         if pressed && matches!(self.goal, Request::Run | Request::Close) {
             Some(State::Close)

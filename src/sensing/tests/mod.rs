@@ -18,6 +18,7 @@ mod softer;
 #[cfg(feature = "firmware")]
 mod sprung;
 mod torque_constant;
+mod wander;
 
 use crate::sensing::{Drivetrain, Settings};
 

@@ -106,3 +106,17 @@ impl Calibration {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use palpate::scene::Scene;
+    use palpate_scenes::P70;
+
+    /// The truth is told as a factor on what the firmware assumes: both must be the scenes' own.
+    #[test]
+    fn efficiency_and_speed_are_those_of_the_scenes() {
+        assert!((NOMINAL_EFFICIENCY - f64::from(P70::EFFICIENCY)).abs() < 1e-6);
+        assert!((SPEED_RAD_PER_S - f64::from(P70::MOTION.closing_rad_per_s)).abs() < 1e-6);
+    }
+}

@@ -216,7 +216,7 @@ impl<'f> Session<'f> {
                     .unwrap_or_default()
                     .clone_into(&mut self.state);
                 match self.state.as_str() {
-                    // To press on its closing stop.
+                    // The finger closes to press on its closing stop: nothing may lie in its way.
                     "close" if std::mem::take(&mut self.presses) => {}
                     // The finger is at its opening stop and about to close: now the object is put there.
                     "close" => self.place()?,

@@ -44,8 +44,10 @@ fn emulated(firmware: &Firmware, object: Option<Object>, seed: u64) -> Told {
         "{:?}",
         session.faults
     );
-    let mut lines = session.lines.iter().map(|line| line.event());
-    let friction = lines.find_map(|event| event.number("closing_mnm"));
+    // Told when the press on the closing stop has begun, before the last closing.
+    let lines = session.lines.iter().map(|line| line.event());
+    let recorded = |event: &palpate_emulator::log::Event| event.name == "friction-recorded";
+    let friction = (lines.filter(recorded).last()).and_then(|event| event.number("closing_mnm"));
     let last = |name: &str, key: &str| last(&session, name, key);
     let contact = session
         .machine

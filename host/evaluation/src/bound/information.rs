@@ -175,8 +175,8 @@ impl Known {
         // As src/sensing/sensor/calibrate.rs leaves them.
         let pressed_rad = 0.02 * f64::from(self.sheet.cable_rad_per_nm) + 4e-3;
         for (unknown, deviation) in [(CABLE, pressed_rad), (BEND, 0.1)] {
-            let least = known[(unknown, unknown)];
-            known[(unknown, unknown)] = (deviation / deviations[unknown]).powi(2).min(least);
+            let before = known[(unknown, unknown)];
+            known[(unknown, unknown)] = (deviation / deviations[unknown]).powi(2).min(before);
         }
         known
     }

@@ -257,15 +257,45 @@ fn another_mounting_or_weight_discards_the_friction_record() {
     }
 }
 
+/// Records friction from rest; whether the sensing is told of a press on the closing stop afterwards. Then stops.
+fn presses(coordinator: &mut Coordinator<P70>) -> bool {
+    let record = coordinator.command(Command::RecordFriction);
+    record.expect("at rest");
+    let mut requests = Vec::new();
+    for step in 1..20 {
+        let beyond_the_travel = coordinator.state() == State::RecordClosing;
+        let status = Status {
+            homed: true,
+            offset: [OffsetState::Measuring, OffsetState::Known][usize::from(step > 3)],
+            position_counts: if beyond_the_travel { i32::MAX / 2 } else { 0 },
+            ..Status::default()
+        };
+        requests.extend(coordinator.advance(1000 * step, &status, None).request);
+    }
+    let record = SensingRequest::Direct(Directive::RecordFriction);
+    assert!(requests.contains(&record), "{requests:?}");
+    coordinator.command(Command::Stop).expect("never refused");
+    coordinator.advance(20_000, &Status::default(), None);
+    assert_eq!(coordinator.state(), State::Idle);
+    requests.contains(&SensingRequest::Direct(Directive::CalibrateCable))
+}
+
 /// Where there is a cable the first recording leads to a press on the closing stop, and so does the first after `calibrate forget`;
 /// what was kept from before needs none.
 #[test]
-fn the_sensing_is_told_that_a_closing_presses() {
+fn the_first_recording_leads_to_a_press() {
     let mut coordinator = coordinator();
-    coordinator.sequence.set_press(false);
-    coordinator
-        .command(Command::Calibrate(Calibrate::Forget))
-        .expect("at rest");
+    assert!(presses(&mut coordinator), "nobody knows the cable");
+    known(&mut coordinator);
+    assert!(!presses(&mut coordinator), "a record from before");
+    let forget = coordinator.command(Command::Calibrate(Calibrate::Forget));
+    forget.expect("at rest");
+    assert!(presses(&mut coordinator), "forgotten");
+}
+
+#[test]
+fn the_sensing_is_told_of_a_press_that_was_asked_for() {
+    let mut coordinator = coordinator();
     known(&mut coordinator);
     coordinator
         .command(Command::Calibrate(Calibrate::Cable))
