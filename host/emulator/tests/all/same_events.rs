@@ -45,9 +45,9 @@ fn emulated(firmware: &Firmware, object: Option<Object>, seed: u64) -> Told {
         session.faults
     );
     // Told when the press on the closing stop has begun, before the last closing.
-    let lines = session.lines.iter().map(|line| line.event());
+    let mut lines = session.lines.iter().map(|line| line.event());
     let recorded = |event: &palpate_emulator::log::Event| event.name == "friction-recorded";
-    let friction = (lines.filter(recorded).last()).and_then(|event| event.number("closing_mnm"));
+    let friction = (lines.rfind(recorded)).and_then(|event| event.number("closing_mnm"));
     let last = |name: &str, key: &str| last(&session, name, key);
     let contact = session
         .machine
