@@ -3,13 +3,13 @@
 //!
 //! Both run the same library against the same plant with the same seed. They cannot agree to the last bit: the chip's plant
 //! is stepped where its peripherals look, so that the noise is drawn at other instants, and the chip's tasks start a few
-//! periods apart. So each event has a stated tolerance: friction 2 %, the onset of the touch 15 mrad (a block or two), its delay 15 ms, a place
-//! within twice what both claim together, their claims within a quarter.
+//! periods apart. So each event has a stated tolerance: friction 2 %, the onset of the touch 15 mrad (a block or two), its
+//! delay 15 ms, a place within twice what both claim together, their claims within a quarter.
 
 use crate::support::{self, firmware};
 use palpate::sensing::{Event, NotLocated};
-use palpate_emulator::Firmware;
-use palpate_emulator::sim::{Object, Script, Session, Settings, end_of};
+use palpate_emulator::sim::{Object, Script, Settings, end_of};
+use palpate_emulator::{Firmware, log};
 use palpate_plant::{FirstContact, Grasp, Parameters};
 use palpate_scenes::P70;
 use palpate_simulation::{Outcome, Simulation};
@@ -44,11 +44,10 @@ fn emulated(firmware: &Firmware, object: Option<Object>, seed: u64) -> Told {
         "{:?}",
         session.faults
     );
-    // Told when the press on the closing stop has begun, before the last closing.
-    let mut lines = session.lines.iter().map(|line| line.event());
-    let recorded = |event: &palpate_emulator::log::Event| event.name == "friction-recorded";
-    let friction = (lines.rfind(recorded)).and_then(|event| event.number("closing_mnm"));
-    let last = |name: &str, key: &str| last(&session, name, key);
+    // Friction is told when the press on the closing stop begins, which is not the last closing.
+    let whole_run = session.lines.iter().map(|line| line.event());
+    let friction = last(whole_run, "friction-recorded", "closing_mnm");
+    let last = |name: &str, key: &str| last(support::last_closing(&session), name, key);
     let contact = session
         .machine
         .plant()
@@ -70,10 +69,13 @@ fn emulated(firmware: &Firmware, object: Option<Object>, seed: u64) -> Told {
     }
 }
 
-/// The last value of a field in the last closing.
-fn last(session: &Session<'_>, name: &str, key: &str) -> Option<f64> {
-    support::last_closing(session)
-        .filter(|event| event.name == name)
+/// The last value of a field of the events with a name.
+fn last<'s>(
+    events: impl DoubleEndedIterator<Item = log::Event<'s>>,
+    name: &str,
+    key: &str,
+) -> Option<f64> {
+    (events.filter(|event| event.name == name))
         .filter_map(|event| event.number(key))
         .next_back()
 }
