@@ -4,6 +4,7 @@ pub mod coordinator;
 pub mod guide;
 pub mod hold;
 pub mod sensing;
+pub mod values;
 
 pub use coordinator::Coordinator;
 pub use sensing::ContactSensing;

@@ -42,8 +42,9 @@ use static_cell::StaticCell;
 
 use crate::scene::Active;
 use palpate::app::console::settings::Overrides;
-use palpate::app::grasp::coordinator::{Coordinator, drive};
+use palpate::app::grasp::coordinator::Coordinator;
 use palpate::app::grasp::sensing::{ContactSensing, SensingRequest};
+use palpate::app::grasp::values::drive;
 use palpate::app::log::Log;
 use palpate::app::storage::store::Store;
 use palpate::drive::config::{CheckedConfig, OutOfRange};
