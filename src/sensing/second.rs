@@ -9,6 +9,7 @@
 
 mod corner;
 mod later;
+mod whitened;
 
 use crate::numeric::{Bounded, sqrt};
 use corner::{Rule, Stretch};

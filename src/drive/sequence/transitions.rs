@@ -231,13 +231,11 @@ impl Sequence {
         if seen.angle_rad > self.motion.rest_rad {
             return self.fail_if_stalled(seen);
         }
-        if !self.returning && self.must_record() {
-            return Some(State::RecordClosing);
-        }
         // After a press that nobody asked for, go on to what was asked for.
         let pressed = core::mem::take(&mut self.pressing);
-        if pressed && matches!(self.goal, Request::Run | Request::Close) {
-            Some(State::Close)
+        let goes_on = pressed && matches!(self.goal, Request::Run | Request::Close);
+        if goes_on || !self.returning && self.must_record() {
+            self.first_motion()
         } else {
             Some(State::Idle)
         }

@@ -1,20 +1,15 @@
 //! The last stretch of a torque-angle curve, and whether it has a corner: a polynomial against one plus a hinge
-//! (docs/MECHANICS.md#two-contacts).
+//! (docs/MECHANICS.md#two-contacts), by generalised least squares ([`Whitened`]).
 
+use super::whitened::{BEND, HINGE, TERMS, TURN, WAVES, Whitened};
 use super::{BlockNoise, SlopeChange};
-use crate::numeric::{Bounded, dot, sin_cos, solve, sqrt};
-use crate::sensing::locator::WAVE_SHARE;
-use core::f32::consts::TAU;
+use crate::numeric::{Bounded, dot, solve, sqrt};
 use heapless::Deque;
 
 /// Points of a stretch at most. Motor turns of P70 are 5 mrad: some 120 mrad of the input link, or twice that in pairs.
 pub(super) const WINDOW: usize = 24;
 /// Points before the hinge at least.
 const LEAST_BEFORE: usize = 4;
-/// Terms of the curve: constant, slope, curvature, change of curvature, hinge.
-const TERMS: usize = 5;
-/// The last of them.
-const HINGE: usize = TERMS - 1;
 /// Each of the last two points must rise by this share of the slope after the hinge: a drive that goes over to another current
 /// makes a step, and no slope.
 const STEADY_SHARE: f32 = 0.4;
@@ -67,9 +62,10 @@ impl Stretch {
         least_nm: f32,
         noise: &BlockNoise,
     ) -> Option<(SlopeChange, f32)> {
+        let mut white = Whitened::of(&self.0, noise)?;
         let mut best: Option<(SlopeChange, f32)> = None;
         for &after in rule.after {
-            if let Some((change, sigmas)) = self.hinge(rule, after, noise)
+            if let Some((change, sigmas)) = self.hinge(rule, after, &mut white)
                 && change.torque_nm > least_nm
                 && best.is_none_or(|(_, most)| sigmas > most)
             {
@@ -80,101 +76,60 @@ impl Stretch {
     }
 
     /// The change of slope that the points show with so many after it.
-    fn hinge(&self, rule: &Rule, after: usize, noise: &BlockNoise) -> Option<(SlopeChange, f32)> {
-        let before = self.0.len().checked_sub(after)?;
+    fn hinge(&self, rule: &Rule, after: usize, white: &mut Whitened) -> Option<(SlopeChange, f32)> {
+        let number = self.0.len();
+        let before = number.checked_sub(after)?;
         if before < rule.least_before.max(LEAST_BEFORE) {
             return None;
         }
-        let [from, _] = *self.0.front()?;
-        let [to, _] = *self.0.back()?;
-        let [at, level] = *self.0.iter().nth(before)?;
-        let scale = to - from;
-        let closes = scale > 0.0;
-        if !closes {
-            return None;
-        }
-        let (bends, turns) = (before >= rule.bends_from, before >= rule.turns_from);
-        // About the hinge and in units of the stretch: the terms have one size.
-        let terms = |theta: f32| {
-            let u = (theta - at) / scale;
-            let bent = if bends { u * u } else { 0.0 };
-            let turned = if turns { u * u * u } else { 0.0 };
-            [1.0, u, bent, turned, u.at_least(0.0)]
-        };
-        let (mut normal, mut right) = ([[0.0f32; TERMS]; TERMS], [0.0f32; TERMS]);
-        for [theta, torque] in &self.0 {
-            let row = terms(*theta);
-            for (line, a) in normal.iter_mut().zip(row) {
-                for (entry, b) in line.iter_mut().zip(row) {
-                    *entry += a * b;
-                }
-            }
-            for (sum, a) in right.iter_mut().zip(row) {
-                *sum += a * (torque - level);
-            }
-        }
+        let [theta_a_rad, _] = *self.0.iter().nth(before)?;
+        let u = white.set_hinge(theta_a_rad);
+        let (mut normal, mut right) = (white.normal, white.right);
+        // The curve at the hinge by its coefficients, and its slope before and after.
+        let mut there = [1.0, u, u * u, u * u * u, 0.0, 0.0, 0.0];
+        let mut before_it = [0.0, 1.0, 2.0 * u, 3.0 * u * u, 0.0, 0.0, 0.0];
         // A term that is not there has the coefficient 0.
-        if !bends {
-            normal[2][2] = 1.0;
+        let mut terms = HINGE;
+        for (term, from) in [(BEND, rule.bends_from), (TURN, rule.turns_from)] {
+            if before >= from {
+                continue;
+            }
+            terms -= 1;
+            for line in &mut normal {
+                line[term] = 0.0;
+            }
+            normal[term] = unit(term);
+            for side in [&mut right, &mut there, &mut before_it] {
+                side[term] = 0.0;
+            }
         }
-        if !turns {
-            normal[3][3] = 1.0;
-        }
-        let unit = |term: usize| core::array::from_fn(|i| if i == term { 1.0 } else { 0.0 });
-        let [fit, by_slope, by_hinge] = solve(normal, [right, unit(1), unit(HINGE)])?;
-        let squares: f32 = (self.0.iter())
-            .map(|[theta, torque]| {
-                let fitted: f32 = terms(*theta).iter().zip(fit).map(|(a, b)| a * b).sum();
-                let off = torque - level - fitted;
-                off * off
-            })
-            .sum();
-        let unused = usize::from(!bends) + usize::from(!turns);
-        let spare = (self.0.len() + unused).checked_sub(TERMS)?;
+        let mut after_it = before_it;
+        after_it[HINGE] = 1.0;
+        let [fit, by_after, by_hinge] = solve(normal, [right, after_it, unit(HINGE)])?;
+        // The wave's two terms have a prior: they take no point's freedom.
+        let spare = (number + WAVES).checked_sub(terms + 1)?;
         // What scatters, or what is known to: the larger.
-        let variance = (squares / spare as f32).at_least(noise.white_nm2);
-        let [offset, slope, _, _, hinge] = fit;
-        let rises = slope + hinge;
-        let after_variance = by_slope[1] + 2.0 * by_slope[HINGE] + by_hinge[HINGE];
+        let scatter = (white.squares(&fit) / spare as f32).at_least(1.0);
+        let [slope, rises] = [dot(&before_it, &fit), dot(&after_it, &fit)];
         let change = SlopeChange {
-            theta_a_rad: at,
-            torque_nm: level + offset,
-            before_nm_per_rad: slope / scale,
-            after_nm_per_rad: rises / scale,
-            after_sigma_nm_per_rad: sqrt(variance * after_variance) / scale,
+            theta_a_rad,
+            torque_nm: white.level_nm + dot(&there, &fit),
+            before_nm_per_rad: slope / white.scale_rad,
+            after_nm_per_rad: rises / white.scale_rad,
+            after_sigma_nm_per_rad: sqrt(scatter * dot(&after_it, &by_after)) / white.scale_rad,
         };
-        let own = variance * by_hinge[HINGE];
-        let is_change =
-            hinge > rule.sigmas * sqrt(own) && slope > 0.0 && rises > rule.ratio * slope;
+        let sigmas = fit[HINGE] / sqrt(scatter * by_hinge[HINGE]);
+        let is_change = sigmas > rule.sigmas && slope > 0.0 && rises > rule.ratio * slope;
         let is_steady = (self.0.iter().zip(self.0.iter().skip(1)))
-            .skip(self.0.len() - 3)
+            .skip(number - 3)
             .all(|([a, below], [b, above])| {
                 above - below > STEADY_SHARE * change.after_nm_per_rad * (b - a)
             });
-        if !(is_change && is_steady) {
-            return None;
-        }
-        // The slow part is computed last: few stretches pass the checks above.
-        let slowly = self.slowly(noise, |theta| [theta - at, dot(&by_hinge, &terms(theta))]);
-        let sigmas = hinge / sqrt(own + slowly);
-        (sigmas > rule.sigmas).then_some((change, sigmas))
+        (is_change && is_steady).then_some((change, sigmas))
     }
+}
 
-    /// Returns the variance of a weighted sum of the torques due to slow disturbances: wandering friction, and the efficiency's
-    /// wave over a turn of the worm, whose amplitude and phase are not known. `part` maps an angle to its distance from a fixed
-    /// angle and to the weight of its torque.
-    fn slowly(&self, noise: &BlockNoise, part: impl Fn(f32) -> [f32; 2]) -> f32 {
-        let (mut rest, mut walked, mut wave) = (0.0, 0.0, [0.0; 2]);
-        // A change of friction between two blocks stays in all later ones: the weights of those are added up from the end.
-        for [theta, torque] in self.0.iter().rev() {
-            let [from_rad, weight] = part(*theta);
-            rest += weight;
-            walked += rest * rest;
-            let (sin, cos) = sin_cos(TAU / noise.worm_turn_rad * from_rad);
-            let [of_sin, of_cos] = &mut wave;
-            *of_sin += weight * torque * sin;
-            *of_cos += weight * torque * cos;
-        }
-        noise.walk_nm2 * walked + WAVE_SHARE * WAVE_SHARE * dot(&wave, &wave)
-    }
+/// One at a term, zero elsewhere.
+fn unit(term: usize) -> [f32; TERMS] {
+    core::array::from_fn(|i| if i == term { 1.0 } else { 0.0 })
 }

@@ -29,7 +29,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         state.friction.as_ref().map_or(0.0, |friction| {
             let wander = friction.wander(speed);
             let rms_nm = state.drivetrain.efficiency * wander.rms_nm;
-            4.0 * rms_nm * rms_nm * block.duration_s / wander.time_s
+            2.0 * rms_nm * rms_nm * block.duration_s / wander.time_s
         })
     }
 

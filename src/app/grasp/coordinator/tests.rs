@@ -1,6 +1,7 @@
 //! What commands and events make of the state.
 
 use super::*;
+use crate::app::grasp::values::drive;
 use crate::drive::OffsetState;
 use crate::scene::P70;
 

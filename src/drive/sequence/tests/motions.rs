@@ -153,6 +153,28 @@ fn another_recording_is_not_followed_by_a_press() {
     assert!(!simulation.states().contains(&State::Close));
 }
 
+/// A record that becomes stale during the press is recorded anew before what was asked for follows.
+#[test]
+fn after_a_press_with_a_stale_record_friction_is_recorded_again() {
+    use State::*;
+    let mut simulation = Simulation::new(3);
+    simulation.sequence.set_press(true);
+    simulation.sequence.request(Request::Run).expect("accepted");
+    while simulation.sequence.state() != Close {
+        simulation.millisecond(None);
+    }
+    simulation.millisecond(Some(Notice::FrictionKnown));
+    simulation.millisecond(Some(Notice::FrictionUnknown));
+    while simulation.done.is_none() {
+        simulation.millisecond(None);
+    }
+    assert_eq!(simulation.done, Some(MotionResult::NoContact));
+    assert_eq!(
+        simulation.states()[4..],
+        [Close, Open, RecordClosing, RecordOpening, Close, Open, Idle]
+    );
+}
+
 #[test]
 fn a_press_ends_where_friction_was_not_recorded_or_the_user_opens() {
     for (notice, request, result) in [
