@@ -175,14 +175,20 @@ impl Application {
     /// Encodes what is to be kept.
     #[inline(never)]
     fn encode(self, put: &mut dyn FnMut(u8)) {
-        let (overrides, identified) = self
-            .coordinator
-            .with(|coordinator| (*coordinator.overrides(), coordinator.identified().copied()));
+        let (overrides, identified, friction_known) = self.coordinator.with(|coordinator| {
+            let identified = coordinator.identified().copied();
+            (
+                *coordinator.overrides(),
+                identified,
+                coordinator.friction_known(),
+            )
+        });
         self.sensing.with(|sensing| {
             let record = Record {
                 overrides: &overrides,
                 calibration: sensing.calibration(),
-                friction: sensing.sensor().friction(),
+                // One of another speed or mounting, or one that is stale, would count as known after a restart.
+                friction: sensing.sensor().friction().filter(|_| friction_known),
                 identified: identified.as_ref(),
             };
             record.encode(SCENE_ID, put);

@@ -96,6 +96,11 @@ impl<S: Scene> Coordinator<S> {
         self.sequence.fault()
     }
 
+    /// Whether the friction record is that of the motion to come.
+    pub fn friction_known(&self) -> bool {
+        self.sequence.friction_known()
+    }
+
     /// What the user has set.
     pub fn overrides(&self) -> &Overrides {
         &self.overrides
