@@ -252,3 +252,21 @@ fn a_wrong_bit_in_the_records_is_corrected_or_noticed() {
     }
     assert!(noticed > 20, "{noticed}");
 }
+
+/// A record of friction counts as known after a restart only if it was saved while it held: the worm's friction depends on speed.
+#[test]
+fn friction_of_another_speed_is_not_kept() {
+    let Some(firmware) = firmware() else { return };
+    for (speed, expected) in [(None, "ok"), (Some("0.200"), "no friction")] {
+        let mut board = Board::with_friction(&firmware);
+        if let Some(speed) = speed {
+            board
+                .ask(&format!("set closing-speed {speed}"), "ok")
+                .expect("at rest");
+        }
+        assert!(board.save());
+        assert_eq!(board.power_cycle(), "loaded");
+        let answer = board.ask("calibrate 30", "").expect("an answer");
+        assert!(answer.contains(expected), "{speed:?}: {answer}");
+    }
+}
