@@ -22,7 +22,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
     }
 
     /// By how much the variance of wandering friction grows from one block to the next like this, at the input link, newton metre
-    /// squared; 0 without a record. Twice what free motion tells: friction that grows with the load wanders as well (chosen).
+    /// squared; 0 without a record.
     pub fn walk_nm2(&self, block: &Block) -> f32 {
         let state = &self.state;
         let speed = state.settings.speed_rad_per_s;
