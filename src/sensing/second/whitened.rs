@@ -195,7 +195,7 @@ mod tests {
         (fit, inverse, squares)
     }
 
-    /// Coefficients, deviations and squared residuals agree with the oracle, whatever makes the noise.
+    /// The hinge, its deviation and the squared residuals agree with the oracle, whatever makes the noise.
     #[test]
     fn whitening_is_generalised_least_squares() {
         let mut state = 1u32;
