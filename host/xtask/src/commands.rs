@@ -30,7 +30,7 @@ pub fn take(arguments: &mut Vec<String>, name: &str) -> Outcome<Option<String>> 
 }
 
 /// `--scene NAME`, or what `PALPATE_SCENE` names.
-fn scene(arguments: &mut Vec<String>) -> Outcome<Option<String>> {
+pub fn scene(arguments: &mut Vec<String>) -> Outcome<Option<String>> {
     let given = take(arguments, "--scene")?.or_else(|| std::env::var("PALPATE_SCENE").ok());
     let Some(name) = given else {
         return Ok(None);
@@ -43,6 +43,16 @@ fn scene(arguments: &mut Vec<String>) -> Outcome<Option<String>> {
         "there is no scene '{name}'; there are: {}",
         known.join(", ")
     )))
+}
+
+/// The arguments with the scene that `PALPATE_SCENE` names, where they name none themselves.
+pub fn with_scene(arguments: &[String]) -> Vec<String> {
+    let mut words = arguments.to_vec();
+    let given = words.iter().any(|word| word.starts_with("--scene"));
+    if !given && let Ok(name) = std::env::var("PALPATE_SCENE") {
+        words.push(format!("--scene={name}"));
+    }
+    words
 }
 
 /// No argument is left over.
@@ -192,18 +202,18 @@ pub fn experiments(arguments: &[String]) -> Outcome {
 /// `replay`: a recorded trace.
 pub fn replay(arguments: &[String]) -> Outcome {
     monitor::with_page(&mut arguments.to_vec(), "A recorded grasp", |rest| {
-        evaluate("replay", rest)
+        evaluate("replay", &with_scene(rest))
     })
 }
 
 /// `recordings`: a folder of them, with their truth.
 pub fn recordings(arguments: &[String]) -> Outcome {
-    evaluate("recordings", arguments)
+    evaluate("recordings", &with_scene(arguments))
 }
 
 /// `false-contacts`: what each choice of the sensitivity costs.
 pub fn false_contacts(arguments: &[String]) -> Outcome {
-    evaluate("false-contacts", arguments)
+    evaluate("false-contacts", &with_scene(arguments))
 }
 
 /// `figures`: pictures of the above.

@@ -1,6 +1,6 @@
 //! The live view, recordings and pages: programs that read what the firmware says.
 
-use crate::commands::{host_program, take};
+use crate::commands::{host_program, scene, take, with_scene};
 use crate::firmware::Build;
 use crate::host;
 use crate::machine;
@@ -34,7 +34,7 @@ fn live(subcommand: &str, arguments: &[String]) -> Outcome {
     let given = arguments.iter().any(|word| word.starts_with("--elf"));
     if !help && !given && (simulated || framed) {
         let build = Build {
-            scene: take(&mut arguments.to_vec(), "--scene")?,
+            scene: scene(&mut arguments.to_vec())?,
             // The image that sends its log there.
             features: serial.then(|| SERIAL_LOG.to_owned()),
             ..Build::default()
@@ -47,7 +47,7 @@ fn live(subcommand: &str, arguments: &[String]) -> Outcome {
         let program = emulator.get_program().to_string_lossy().into_owned();
         words.extend(["--emulator".to_owned(), program]);
     }
-    words.extend_from_slice(arguments);
+    words.extend(with_scene(arguments));
     let probe = (from == "probe").then_some("palpate-monitor/probe");
     run(host::program_with(PACKAGE, probe, arguments)?.args(words))
 }

@@ -35,7 +35,7 @@ pub struct Options {
     /// Number of random pairs of faults to inject at random times; the grasp after each is judged
     #[arg(long, default_value_t = 0)]
     pairs: usize,
-    /// The finger, as the image has it (with --matrix or --pairs)
+    /// The finger, as the image has it
     #[arg(long, default_value_t = palpate_plant::default_scene().to_owned())]
     scene: String,
     /// Seed of the simulated noise
@@ -52,6 +52,13 @@ type Row = (Option<Injected>, Result<Judgement, Error>);
 /// Runs them all.
 pub fn run(options: &Options) -> Result<ExitCode, Error> {
     let firmware = Firmware::load(&options.elf)?;
+    let settings = Settings {
+        parameters: Parameters::of(&options.scene)?,
+        object: Some(Object::default()),
+        seed: options.seed,
+        max_s: 60.0,
+        ..Settings::default()
+    };
     if options.matrix || options.pairs > 0 {
         let plan = super::campaign::Plan {
             matrix: options.matrix.then(|| {
@@ -65,10 +72,6 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
             pairs: options.pairs,
             seed: options.seed,
             json: options.json,
-        };
-        let settings = Settings {
-            parameters: Parameters::of(&options.scene)?,
-            ..settings(options.seed)
         };
         return super::campaign::run(&firmware, &settings, &plan);
     }
@@ -93,7 +96,7 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
             "fault", "reported", "off_us", "limit_us", ""
         );
     }
-    let all_passed = parallel(&firmware, options, &runs);
+    let all_passed = parallel(&firmware, &settings, options.json, &runs);
     Ok(if all_passed {
         ExitCode::SUCCESS
     } else {
@@ -102,10 +105,15 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
 }
 
 /// Runs on all cores, prints in order. True if all passed.
-fn parallel(firmware: &Firmware, options: &Options, runs: &[Option<Injected>]) -> bool {
+fn parallel(
+    firmware: &Firmware,
+    settings: &Settings,
+    json: bool,
+    runs: &[Option<Injected>],
+) -> bool {
     let next = AtomicUsize::new(0);
     let printer = Mutex::new(Printer {
-        json: options.json,
+        json,
         rows: runs.iter().map(|_| None).collect(),
         next: 0,
         passed: true,
@@ -123,7 +131,7 @@ fn parallel(firmware: &Firmware, options: &Options, runs: &[Option<Injected>]) -
                     let Some(&injected) = runs.get(index) else {
                         break;
                     };
-                    let outcome = judge(firmware, settings(options.seed), injected);
+                    let outcome = judge(firmware, settings.clone(), injected);
                     if let Ok(mut printer) = printer.lock() {
                         printer.take(index, (injected, outcome));
                     }
@@ -136,15 +144,6 @@ fn parallel(firmware: &Firmware, options: &Options, runs: &[Option<Injected>]) -
         printer.print_control();
         printer.passed && printer.next == runs.len()
     })
-}
-
-fn settings(seed: u64) -> Settings {
-    Settings {
-        object: Some(Object::default()),
-        seed,
-        max_s: 60.0,
-        ..Settings::default()
-    }
 }
 
 struct Printer {
