@@ -2,6 +2,7 @@
 //! Script of the user's actions at the bench.
 
 use super::grasp::Object;
+use palpate::app::console::command::{Calibrate, Command};
 
 /// One thing the user does.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,49 +14,50 @@ pub enum Step {
 }
 
 impl Step {
+    /// The command as the firmware reads it; none for the button and for what the firmware refuses.
+    fn command(&self) -> Option<Command> {
+        match self {
+            Self::Button => None,
+            Self::Command(line) => Command::parse(line.as_bytes()).ok().flatten(),
+        }
+    }
+
     /// The firmware answers with a motion that ends in `sequence done`.
     #[must_use]
     pub fn moves(&self) -> bool {
-        match self {
-            Self::Button => true,
-            Self::Command(line) => {
-                let mut words = line.split_whitespace();
-                match (words.next(), words.next()) {
-                    (Some("run" | "home" | "record-friction" | "close" | "open"), _) => true,
-                    (Some("calibrate"), word) => word != Some("forget"),
-                    _ => false,
-                }
-            }
+        match self.command() {
+            None => *self == Self::Button,
+            Some(Command::Calibrate(calibrate)) => calibrate != Calibrate::Forget,
+            Some(command) => matches!(
+                command,
+                Command::Run
+                    | Command::Home
+                    | Command::RecordFriction
+                    | Command::Close
+                    | Command::Open
+            ),
         }
     }
 
     /// What lies in the way is a pin, which stands firmly.
     #[must_use]
     pub fn calibrates(&self) -> bool {
-        match self {
-            Self::Button => false,
-            Self::Command(line) => line.split_whitespace().next() == Some("calibrate"),
-        }
+        matches!(self.command(), Some(Command::Calibrate(_)))
     }
 
     /// What lies in the way of a finger with so many phalanges when it closes: the object of this run, or the pin a calibration
     /// names, on the last phalanx.
     #[must_use]
     pub fn object(&self, wanted: Option<Object>, phalanges: u8) -> Option<Object> {
-        let Self::Command(line) = self else {
-            return wanted;
-        };
-        let mut words = line.split_whitespace();
-        match (
-            words.next(),
-            words.next().and_then(|word| word.parse().ok()),
-        ) {
-            (Some("run" | "close"), _) => wanted,
-            (Some("calibrate"), Some(contact_mm)) => {
+        match self.command() {
+            None if *self == Self::Button => wanted,
+            Some(Command::Run | Command::Close) => wanted,
+            Some(Command::Calibrate(Calibrate::At { k_m })) => {
                 let pin = Object::default();
                 Some(Object {
                     phalanx: phalanges,
-                    contact_mm,
+                    // To a micrometre, as near as single precision has it.
+                    contact_mm: (1e6 * f64::from(k_m)).round() * 1e-3,
                     theta_1_deg: wanted.map_or(pin.theta_1_deg, |wanted| wanted.theta_1_deg),
                     ..pin
                 })
@@ -150,5 +152,18 @@ mod tests {
         };
         assert_eq!(objects, [None, Some(pin), Some(wanted), None, Some(wanted)]);
         assert_eq!(script.0.iter().filter(|step| step.moves()).count(), 4);
+    }
+
+    /// A line means what it means to the firmware: any case, with its unit or without.
+    #[test]
+    fn a_line_is_read_as_the_firmware_reads_it() {
+        let pin = |text: &str| Script::parse(text).0[0].object(None, 2);
+        assert!(pin("calibrate 40").is_some());
+        assert_eq!(pin("Calibrate 40mm"), pin("calibrate 40"));
+        assert_eq!(pin("calibrate 40 mm"), pin("calibrate 40"));
+        assert!(Step::Command("RUN".into()).moves());
+        for still in ["calibrate forget", "calibrate here", "status", "walk"] {
+            assert!(!Step::Command(still.into()).moves(), "{still}");
+        }
     }
 }
