@@ -130,6 +130,7 @@ fn drive(scene: &Scene) -> Checked {
         ),
         ("limits.position_min_rad", -5e8 / counts_per_rad, 0.0),
         ("limits.position_max_rad", 0.0, 5e8 / counts_per_rad),
+        ("limits.overtravel_rad", 1e-3, 5e8 / counts_per_rad),
         // Saturation of the sense would hide more.
         ("limits.current_trip_a", 0.001, 0.95 * full_scale_a),
         // Below the trip by what a motor 20 % off its resistance overshoots.
@@ -142,6 +143,13 @@ fn drive(scene: &Scene) -> Checked {
     ] {
         within(key, of(key), min, max)?;
     }
+    // What the sense makes of an ampere, 0.01 to 1000 V, by the part that a board changes.
+    let (part, per_part) = if scene.flag("shunt.fitted") {
+        ("shunt.shunt_ohm", of("shunt.gain_v_per_v"))
+    } else {
+        ("sense.resistor_ohm", of("sense.mirror_a_per_a"))
+    };
+    within(part, of(part), 0.01 / per_part, 1000.0 / per_part)?;
     let reduction = of("gearhead.ratio") * of("worm.ratio");
     if (1.0..=10_000.0).contains(&reduction) {
         return Ok(());

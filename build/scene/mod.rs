@@ -5,7 +5,7 @@
 
 mod check;
 pub mod list;
-mod schema;
+pub mod schema;
 
 use std::fmt;
 use std::path::{Path, PathBuf};

@@ -4,7 +4,7 @@ use toml::{Table, Value};
 
 /// Kind and range of a value.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Kind {
+pub enum Kind {
     /// A number.
     Number(f64, f64),
     /// A number for each phalanx.
@@ -23,7 +23,7 @@ pub(super) enum Kind {
 
 /// A key.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Key {
+pub struct Key {
     pub name: &'static str,
     pub kind: Kind,
     pub optional: bool,
@@ -50,7 +50,7 @@ use Kind::{Flag, Number, PerPhalanx, PerPulley, PerStage, Text, Words};
 /// Keys that every scene has, its own or by default, and keys that it may have. Ranges that depend on other values are in
 /// `check`.
 #[rustfmt::skip]
-pub(super) const KEYS: &[Key] = &[
+pub const KEYS: &[Key] = &[
     must("title", Text),
     // From a miniature gripper to a harvesting hand; millimetres or a lost zero (0.8 for 0.08) fall outside.
     must("finger.length_m", PerPhalanx(5e-3, 0.5)),

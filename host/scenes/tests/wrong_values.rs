@@ -33,6 +33,11 @@ fn a_value_out_of_range_is_named_with_its_range() {
             "motor.resistance_ohm = 1000",
             "`motor.resistance_ohm` = 1000 is out of range, allowed 0.1 to 500",
         ),
+        // Together they would make 0.001 V of an ampere.
+        (
+            "sense.resistor_ohm = 10\nsense.mirror_a_per_a = 1e-4",
+            "`sense.resistor_ohm` = 10 is out of range, allowed 100 to 10000000",
+        ),
         (
             "motor.resistance_ohm = nan",
             "`motor.resistance_ohm` = NaN is out of range, allowed 0.1 to 500",

@@ -160,9 +160,9 @@ impl FingerParameters {
             list("held_backlash_deg", held, phalanges - 1, 0.0, 10.0)
         } else if !self.lever_m.is_empty() {
             let stages = phalanges - 1;
-            list("lever_m", &self.lever_m, stages, 1e-3, 10.0)?;
-            list("coupler_m", &self.coupler_m, stages, 1e-3, 10.0)?;
-            list("driven_m", &self.driven_m, stages, 1e-3, 10.0)?;
+            list("lever_m", &self.lever_m, stages, 1e-4, 10.0)?;
+            list("coupler_m", &self.coupler_m, stages, 1e-4, 10.0)?;
+            list("driven_m", &self.driven_m, stages, 1e-4, 10.0)?;
             list("offset_deg", &self.offset_deg, stages, -180.0, 180.0)?;
             list("mode", &self.mode, stages, -1.0, 1.0)?;
             for i in 0..stages {
@@ -195,7 +195,7 @@ impl FingerParameters {
         }
     }
 
-    /// The loop must close over the joint's own range; with a second stage behind it, theta_3 adds to that range.
+    /// The loop must close over the joint's own range.
     fn closes(&self, key: &str, stage: usize) -> Result<(), Error> {
         let fourbar = self.fourbar(stage);
         let (low, high) = (self.joint_min_deg[stage + 1], self.joint_max_deg[stage + 1]);

@@ -266,3 +266,57 @@ fn number(value: Value, key: &str) -> Result<Value, Error> {
         }),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::scenes::scene::schema::{KEYS, Kind};
+    use super::*;
+
+    /// What a scene may say a world can compute: at either end of a key's range no world finds it out of range.
+    #[test]
+    fn a_world_takes_every_value_that_a_scene_may_have() {
+        let names = SAME.iter().map(|key| (key, key));
+        let names = names.chain(RENAMED.iter().map(|(from, to)| (from, to)));
+        let mut tried = 0;
+        for (from, to) in names {
+            // Ranges that follow from each other, in scenes and worlds alike.
+            if ["joint_min_deg", "joint_max_deg", "rest_deg"]
+                .iter()
+                .any(|name| from.ends_with(name))
+            {
+                continue;
+            }
+            let key = KEYS.iter().find(|key| key.name == *from);
+            let key = key.unwrap_or_else(|| panic!("no key {from}"));
+            let (number, ends) = match key.kind {
+                Kind::Number(min, max) => (None, [min, max]),
+                // Those of the default scene.
+                Kind::PerPhalanx(min, max) | Kind::PerPulley(min, max) => (Some(2), [min, max]),
+                Kind::PerStage(min, max) => (Some(1), [min, max]),
+                Kind::Words(_) | Kind::Flag | Kind::Text => continue,
+            };
+            let (section, name) = to.split_once('.').expect("a section");
+            for end in ends {
+                // Both want a spring beyond joint 1.
+                let end = if *from == "finger.spring_nm_per_rad" {
+                    end.max(1e-6)
+                } else {
+                    end
+                };
+                let value = number.map_or(format!("{end:e}"), |number| {
+                    format!("{:?}", vec![end; number])
+                });
+                let world = World::from_toml(&format!("[{section}]\n{name} = {value}\n"));
+                tried += 1;
+                if let Err(Error::OutOfRange { key, .. }) = &world {
+                    assert!(!key.starts_with(*to), "{from} = {value}: {world:?}");
+                }
+                assert!(
+                    !matches!(world, Err(Error::Syntax(_))),
+                    "{value}: {world:?}"
+                );
+            }
+        }
+        assert!(tried > 60, "{tried}");
+    }
+}

@@ -5,7 +5,7 @@
     dead_code,
     reason = "the reader serves the build scripts, which want more of it"
 )]
-mod scene;
+pub(super) mod scene;
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -114,7 +114,7 @@ section! {
         /// Elastic stiffness, newton per metre.
         stiffness_n_per_m in 10.0, 1e10;
         /// Radius of both pulleys, metre.
-        pulley_radius_m in 1e-3, 0.2;
+        pulley_radius_m in 1e-3, 1.0;
         /// Final creep strain, relative to the elastic strain.
         creep_fraction in 0.0, 1.0;
         /// Time constant of creep, second.
@@ -256,7 +256,7 @@ section! {
         /// Inductance, henry; 0: none fitted.
         inductance_h in 0.0, 0.1;
         /// Of its wire, ohm.
-        resistance_ohm in 0.0, 50.0;
+        resistance_ohm in 0.0, 100.0;
     }
 }
 
@@ -294,7 +294,7 @@ section! {
     /// Optional angle sensor at joint 2.
     Hall {
         /// Output at theta_2 = 0, volt.
-        zero_v in -10.0, 10.0;
+        zero_v in -20.0, 20.0;
         /// Output per radian, volt.
         sensitivity_v_per_rad in -10.0, 10.0;
         /// Noise, volt.
