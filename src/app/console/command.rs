@@ -190,7 +190,7 @@ impl<'l> Words<'l> {
 }
 
 impl Command {
-    /// Reads a line. Words are separated by blanks; case does not matter; an empty line is no command.
+    /// Reads a line. Words are separated by blanks; case does not matter but for a unit joined to its number; an empty line is no command.
     ///
     /// # Errors
     /// What was expected instead.

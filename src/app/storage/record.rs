@@ -355,5 +355,22 @@ mod tests {
                 prop_assert!(record.record().is_plausible());
             }
         }
+
+        /// A few wrong bytes in a whole record: most decode, some to nonsense.
+        #[test]
+        fn a_damaged_record_is_refused_or_plausible(
+            wrong in proptest::collection::vec((5_usize..1200, any::<u8>()), 1..4),
+        ) {
+            let mut bytes = encoded(&record());
+            for (at, value) in wrong {
+                let at = at % bytes.len();
+                if at >= 5 {
+                    bytes[at] = value;
+                }
+            }
+            if let Ok(record) = decoded(&bytes) {
+                prop_assert!(record.record().is_plausible());
+            }
+        }
     }
 }

@@ -195,10 +195,7 @@ fn judge_costs(session: &Session<'_>) {
         "{follow:?}"
     );
     let sensor = of("::update");
-    assert!(
-        sensor.max.instructions <= 2 * UPDATE_INSTRUCTIONS,
-        "{sensor:?}"
-    );
+    assert!(sensor.max.instructions <= UPDATE_INSTRUCTIONS, "{sensor:?}");
     for stack in session.machine.stacks() {
         assert!(stack.used + STACK_MARGIN <= stack.size, "{stack:?}");
     }

@@ -130,6 +130,8 @@ fn names(directory: &Path) -> Result<Vec<(String, Vec<String>)>, String> {
     }
     for names in found.values_mut() {
         names.sort();
+        // One that lies there twice, compressed and not, counts once.
+        names.dedup();
     }
     Ok(found.into_iter().collect())
 }

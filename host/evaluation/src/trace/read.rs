@@ -309,6 +309,38 @@ mod tests {
     }
 
     proptest! {
+        /// Rows in any order, now and then with a cell that is none.
+        #[test]
+        fn any_rows_are_put_in_order_or_refused(
+            rows in proptest::collection::vec((0_u32..40, -9..9_i32, 0_u32..60), 0..40),
+        ) {
+            let mut file = String::from("time_s,encoder_counts,current_a,duty\n");
+            let mut damaged = false;
+            for (time_ms, counts, damage) in &rows {
+                let current = if *damage == 0 { "x" } else { "0.02" };
+                damaged |= *damage == 0;
+                file.push_str(&format!("{},{counts},{current},1\n", f64::from(*time_ms) * 1e-3));
+            }
+            // A row counts if it is later than all before it.
+            let mut latest = None;
+            let mut later = 0;
+            for (time_ms, ..) in &rows {
+                if latest.is_none_or(|latest| *time_ms > latest) {
+                    latest = Some(*time_ms);
+                    later += 1;
+                }
+            }
+            match read(file.as_bytes()) {
+                Ok((read, findings)) => {
+                    prop_assert!(!damaged && read.len() >= 2);
+                    prop_assert_eq!(read.len(), later);
+                    prop_assert!(read.windows(2).all(|pair| pair[0].time_s < pair[1].time_s));
+                    prop_assert_eq!(read.len() + findings.repeated + findings.backward, findings.rows);
+                }
+                Err(error) => prop_assert!(damaged || later < 2, "{error:?}"),
+            }
+        }
+
         #[test]
         fn any_bytes_are_read_or_refused(bytes in proptest::collection::vec(any::<u8>(), 0..600)) {
             let _ = read(bytes.as_slice());

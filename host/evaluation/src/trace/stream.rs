@@ -78,7 +78,8 @@ pub fn stream(input: impl Read) -> Result<Option<Vec<Streamed>>, ReadError> {
         let log = log.map(str::to_owned).collect();
         rows.push(Streamed { sample, log });
     }
-    Ok(Some(rows))
+    // Too few are told by the other reader.
+    Ok((rows.len() > 1).then_some(rows))
 }
 
 #[cfg(test)]
@@ -120,6 +121,7 @@ mod tests {
     fn what_lacks_samples_or_lines_is_no_stream() {
         let gap = format!("{HEADER}1.000,0,0,,1,,\n1.002,0,0,,1,,\n");
         assert_eq!(stream(gap.as_bytes()), Ok(None));
+        assert_eq!(stream(HEADER.as_bytes()), Ok(None));
         let other = "time_s,encoder_counts,current_a,duty\n1.000,0,0,1\n";
         assert_eq!(stream(other.as_bytes()), Ok(None));
         let wrong = format!("{HEADER}1.000,zero,0,,1,,\n");

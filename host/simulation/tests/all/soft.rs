@@ -91,9 +91,9 @@ fn what_gives_way_more_is_told() {
     assert_eq!(close::<P70Soft>(3000.0, 0.020), Some(Relative::Stiffer));
 }
 
-/// Both engines give way by what the springs say, and a free object is refused where there is none.
+/// The plant has no object that moves freely.
 #[test]
-fn a_mount_lasts_until_the_next() {
+fn a_free_object_is_refused_by_name() {
     let world = World::named("ideal").expect("a world");
     let parameters = world.of("p70-soft").expect("a scene");
     let mut simulation = Simulation::<P70Soft>::new(&parameters, 1).expect("a simulation");
