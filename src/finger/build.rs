@@ -87,6 +87,9 @@ pub trait BaseJoint: Copy + core::fmt::Debug {
     /// Whether the weight of the phalanges is stated.
     const WEIGHS: bool = false;
 
+    /// What pins leave of the doubt about the leverage, as a share.
+    const PINS_LEAVE: f32 = 1.0;
+
     /// What opens the finger in place of springs.
     fn return_cable(&self) -> Option<&ReturnCable> {
         None

@@ -28,6 +28,8 @@ pub struct ReturnCable {
 impl BaseJoint for ReturnCable {
     const BASE: Base = Base::ReturnCable;
     const HOLDS: bool = true;
+    // 0.29 of what pulleys are off by (docs/MECHANICS.md#return-cable), and more for losses that differ from place to place.
+    const PINS_LEAVE: f32 = 0.4;
 
     fn return_cable(&self) -> Option<&ReturnCable> {
         Some(self)

@@ -126,6 +126,7 @@ impl<B: BaseJoint> BaseJoint for Weighted<B> {
     const FIRST_TOUCHING: u8 = B::FIRST_TOUCHING;
     const HOLDS: bool = B::HOLDS;
     const WEIGHS: bool = true;
+    const PINS_LEAVE: f32 = B::PINS_LEAVE;
 
     fn return_cable(&self) -> Option<&ReturnCable> {
         self.base.return_cable()

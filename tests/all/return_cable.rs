@@ -306,3 +306,60 @@ fn a_preloaded_spring_lets_go_at_its_break_away_torque() {
         }
     }
 }
+
+/// Pulleys that are off move the break-away torque. A pin at a known place takes most of that into the torque factor: how far the
+/// places are off elsewhere, against those without a pin.
+#[test]
+fn pins_leave_a_third_of_what_pulleys_are_off_by() {
+    const SHARES: [f64; 2] = [0.3, 0.75];
+    let real = Balance {
+        x_2: 1.01 * BALANCE.x_2,
+        ..BALANCE
+    };
+    let excess_nm = |of: &Balance, theta_1: f64, k: f64| {
+        of.on_pin(theta_1, k, 0.0).torque_nm - of.pulleys[0] * of.pull([theta_1, 0.0])
+    };
+    // Where the drawing's finger shows a torque.
+    let place = |theta_1: f64, torque_nm: f64| {
+        let [mut low, mut high] = [-0.05, 0.085];
+        while high - low > 1e-9 {
+            let middle = 0.5 * (low + high);
+            if excess_nm(&BALANCE, theta_1, middle) < torque_nm {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        low
+    };
+    // The torque factor of a pin, each weighted as a place that is off says.
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for share in SHARES {
+        let (theta_1, k) = (0.6, 0.0675 * share);
+        let shown_nm = excess_nm(&real, theta_1, k);
+        let told_nm = excess_nm(&BALANCE, theta_1, k);
+        let by_factor = place(theta_1, 1.01 * told_nm) - place(theta_1, 0.99 * told_nm);
+        sum += by_factor * by_factor * told_nm / shown_nm;
+        weights += by_factor * by_factor;
+    }
+    let factor = sum / weights;
+    let rms_m = |factor: f64| {
+        let squares: Vec<f64> = (THETA_1_RAD.into_iter().map(f64::from))
+            .flat_map(|theta_1| {
+                (0..17).map(move |i| (theta_1, 0.0675 * (0.1 + 0.05 * f64::from(i))))
+            })
+            .map(|(theta_1, k)| place(theta_1, factor * excess_nm(&real, theta_1, k)) - k)
+            .map(|off| off * off)
+            .collect();
+        (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+    };
+    let (without, with) = (rms_m(1.0), rms_m(factor));
+    let left = with / without;
+    println!(
+        "1 % of x_2 is {:.2} mm without pins, {:.2} mm with: {left:.2} of it",
+        1e3 * without,
+        1e3 * with,
+    );
+    let allowed = f64::from(<<Return2 as Scene>::Finger as Mechanics>::PINS_LEAVE);
+    assert!((0.25..allowed).contains(&left), "{left}");
+}

@@ -130,6 +130,6 @@ impl Stretch {
 }
 
 /// One at a term, zero elsewhere.
-fn unit(term: usize) -> [f32; TERMS] {
+pub(super) fn unit(term: usize) -> [f32; TERMS] {
     core::array::from_fn(|i| if i == term { 1.0 } else { 0.0 })
 }

@@ -17,8 +17,9 @@ pub(super) const BEND: usize = 2;
 pub(super) const TURN: usize = 3;
 /// The two of the wave.
 const WAVE: [usize; WAVES] = [4, 5];
-/// Terms of the wave.
+/// Terms of the wave, and one over the variance of their amplitudes.
 pub(super) const WAVES: usize = 2;
+const WAVE_PRIOR: f32 = 1.0 / (WAVE_SHARE * WAVE_SHARE);
 /// The hinge.
 pub(super) const HINGE: usize = 6;
 
@@ -63,8 +64,6 @@ pub(super) struct Whitened {
     /// Of the terms, and of the terms with the torque; the wave's prior is in them.
     pub(super) normal: [[f32; TERMS]; TERMS],
     pub(super) right: [f32; TERMS],
-    /// Of the wave's amplitudes, one over the variance.
-    prior: f32,
 }
 
 impl Whitened {
@@ -84,7 +83,6 @@ impl Whitened {
             points: Vec::new(),
             normal: [[0.0; TERMS]; TERMS],
             right: [0.0; TERMS],
-            prior: 1.0 / (WAVE_SHARE * WAVE_SHARE),
         };
         let (mut predicted, mut predicted_nm, mut wandered_nm2) = ([0.0; TERMS], 0.0, 0.0);
         for &[theta, torque] in stretch {
@@ -120,7 +118,7 @@ impl Whitened {
             });
         }
         for term in WAVE {
-            white.normal[term][term] += white.prior;
+            white.normal[term][term] += WAVE_PRIOR;
         }
         Some(white)
     }
@@ -151,12 +149,13 @@ impl Whitened {
         let prior: f32 = WAVE.iter().map(|&term| fit[term] * fit[term]).sum();
         let off = |point: &Point| point.torque - dot(&point.row, fit);
         let residuals: f32 = self.points.iter().map(off).map(|off| off * off).sum();
-        residuals + self.prior * prior
+        residuals + WAVE_PRIOR * prior
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::corner::unit;
     use super::*;
     use crate::numeric::solve;
     use nalgebra::{DMatrix, DVector};
@@ -236,8 +235,8 @@ mod tests {
             let _ = white.set_hinge(points[number - 7][0]);
             let again = white.set_hinge(points[number - 4][0]);
             assert_eq!(hinge, again);
-            let unit = core::array::from_fn(|i| if i == HINGE { 1.0 } else { 0.0 });
-            let [fit, by_hinge] = solve(white.normal, [white.right, unit]).expect("a unique fit");
+            let sides = [white.right, unit(HINGE)];
+            let [fit, by_hinge] = solve(white.normal, sides).expect("a unique fit");
             let (wanted, covariance, squares) = oracle(&points, &noise, &white, hinge);
             let deviation = covariance[(4, 4)].sqrt();
             let off = (f64::from(fit[HINGE]) - wanted[4]) / deviation;

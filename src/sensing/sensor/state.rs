@@ -137,6 +137,9 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             sqrt(joint_sigma_nm * joint_sigma_nm + held_sigma_nm * held_sigma_nm),
         ]);
         let leverage_sigma = match place {
+            Place::Anywhere if F::UNEVEN && calibration.contacts > 0 => {
+                F::PINS_LEAVE * settings.leverage_sigma
+            }
             Place::Anywhere if F::UNEVEN => settings.leverage_sigma,
             _ => 0.0,
         };

@@ -140,6 +140,7 @@ fn where_the_stiffness_does_not_depend_on_the_place_it_is_not_claimed() {
     let free = finger.free_at_angle(onset_rad, &finger.rest()).unwrap();
     let measured_rad = onset_rad + CALIBRATION.cable_rad_per_nm * free.torque_nm;
     let length_m = finger.phalanx_length_m(2).unwrap();
+    let mut judged = [0, 0];
     for k_m in [0.015, 0.03, 0.045] {
         let contact = Contact {
             phalanx: 2,
@@ -160,6 +161,7 @@ fn where_the_stiffness_does_not_depend_on_the_place_it_is_not_claimed() {
             let LocatorResult::At(estimate @ Estimate { phalanx: 2, .. }) = verdict else {
                 continue;
             };
+            judged[usize::from(share == 1.0)] += 1;
             // So vague a place is told as unobservable by the sensor.
             let vague = estimate.k_sigma_m >= 0.25 * length_m;
             assert!(vague || share == 1.0, "{k_m} {share}: {estimate:?}");
@@ -171,4 +173,5 @@ fn where_the_stiffness_does_not_depend_on_the_place_it_is_not_claimed() {
             );
         }
     }
+    assert_eq!(judged, [3, 3]);
 }
