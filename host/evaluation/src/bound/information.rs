@@ -49,7 +49,7 @@ pub struct Bound {
     pub calibrated_pct: f64,
     /// The same if nothing were known of the joints' friction and preload but what the scene says.
     pub joints_forgotten_pct: f64,
-    /// With pins, if the leverage at a place differs from that at the pins by as much as the scene says.
+    /// With pins, if the leverage at a place differs from that at the pins by what they leave of the doubt that the scene states.
     pub leverage_pct: f64,
     /// With a press on the stop alone.
     pub pressed_pct: f64,

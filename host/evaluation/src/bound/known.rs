@@ -1,5 +1,6 @@
 //! What is known of a scene's finger before a contact: its lengths as the reference has them, and every unknown with its deviation.
 
+use palpate::finger::Mechanics;
 use palpate::scene::Scene;
 use palpate::sensing::{Calibration, SeriesElement, Settings};
 use palpate_plant::{FingerParameters, Parameters};
@@ -121,7 +122,9 @@ fn opened(of: &FingerParameters) -> Opened {
 impl Known {
     pub(super) fn of<S: Scene>(parameters: &Parameters) -> Self {
         let drivetrain = S::drivetrain(&S::MECHANISM);
-        let settings = S::settings();
+        let mut settings = S::settings();
+        // It counts after pins alone.
+        settings.leverage_sigma *= <S::Finger as Mechanics>::PINS_LEAVE;
         let counts = f64::from(drivetrain.counts_per_turn);
         let turn_rad = counts * f64::from(drivetrain.rad_per_count);
         let opened_rad = f64::from(drivetrain.opening_stop_rad);
