@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use palpate_golden::table::Table;
-use palpate_golden::{compare, generate, sample};
+use palpate_golden::{compare, family, generate, sample};
 
 /// Largest relative difference that rounding to f64 explains, with the last digit of the other evaluation.
 const ROUNDING: f64 = 4.5e-16;
@@ -65,6 +65,9 @@ fn files(directory: &Path, only: &str) -> Result<Vec<PathBuf>, String> {
 
 /// True where every file agrees.
 fn run(arguments: &Arguments) -> Result<bool, String> {
+    if arguments.rows == 0 {
+        return Err("--rows = 0 compares nothing, allowed 1 and more".to_owned());
+    }
     if let (Some(name), Some(directory)) = (&arguments.new, &arguments.generate) {
         let table = palpate_golden::inputs::table(name, arguments.rows)?;
         write(directory, &format!("{name}.csv"), &table.text())?;
@@ -84,6 +87,9 @@ fn run(arguments: &Arguments) -> Result<bool, String> {
     let bar = palpate_cli::progress::bar(files.len(), "files");
     for file in files {
         let table = Table::read(&file)?;
+        if family(&table.name).is_none() {
+            return Err(format!("{}: no kind of reference file", file.display()));
+        }
         if let Some(directory) = &arguments.generate {
             let name = file.file_name().unwrap_or_default().to_string_lossy();
             let text = generate(&table);
@@ -97,6 +103,9 @@ fn run(arguments: &Arguments) -> Result<bool, String> {
             arguments.rows
         };
         let found = compare(&table, sample(&table, count));
+        if found.cells == 0 {
+            return Err(format!("{}: no rows to compare", file.display()));
+        }
         agree &= found.worst.deviation <= ROUNDING;
         bar.inc(1);
         bar.suspend(|| println!(
