@@ -8,9 +8,10 @@ use embassy_stm32::{Peri, Peripherals, peripherals};
 /// R1MODE in PWR_CR5 (reference manual RM0440); clear is boost mode. The register crate has it at bit 0, and so has the
 /// driver's own `boost`.
 const NO_BOOST: u32 = 1 << 8;
-/// Looks at the crystal, of about ten cycles of 16 MHz each: 20 ms at least. The data sheet (DS12589) has 2 ms typical for
-/// its start.
-const CRYSTAL_LOOKS: u32 = 32_000;
+/// Looks at the crystal, of about ten cycles of 16 MHz each: 10 ms at least. The data sheet (DS12589) has 2 ms typical for
+/// its start. All looks must end within 32 ms: when half a turn of the tasks' timer has been counted, setting it up anew for
+/// the faster clock leaves its driver out of step.
+const CRYSTAL_LOOKS: u32 = 16_000;
 
 /// Where the clock comes from.
 #[derive(Clone, Copy, PartialEq, Eq)]

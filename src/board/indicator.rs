@@ -18,7 +18,8 @@ impl Button {
     pub fn new(pin: Peri<'static, PC13>) -> Self {
         Self {
             pin: Input::new(pin, Pull::None),
-            history: 0,
+            // Rest must be seen first: a button held through a reset is no press.
+            history: u32::MAX,
         }
     }
 

@@ -80,7 +80,11 @@ impl Watchdog {
     /// Starts it.
     pub fn start(iwdg: Peri<'static, peripherals::IWDG>) -> Self {
         // By register: the driver neither stops the counter with the core nor waits for its values to reach the LSI's side.
-        DBGMCU.apb1lfzr().modify(|w| w.set_iwdg(true));
+        // The tasks' clock stops with the core too: its driver counts half turns of the timer, and would miss some.
+        DBGMCU.apb1lfzr().modify(|w| {
+            w.set_iwdg(true);
+            w.set_tim2(true);
+        });
         let mut watchdog = IndependentWatchdog::new(iwdg, TIMEOUT_US);
         watchdog.unleash();
         while IWDG.sr().read().0 != 0 {}

@@ -8,6 +8,7 @@ use crate::machine;
 use crate::monitor;
 use crate::new_scene;
 use crate::process::{Failure, Outcome, run, step};
+use crate::target;
 use crate::tools;
 
 /// Takes `--name VALUE` or `--name=VALUE` out of the arguments.
@@ -132,7 +133,7 @@ pub fn flash(arguments: &[String]) -> Outcome {
         )));
     }
     run(std::process::Command::new("probe-rs")
-        .args(["run", "--chip", "STM32G431RBTx"])
+        .args(target::RUN)
         .arg(elf))
 }
 

@@ -9,8 +9,14 @@ use crate::host;
 use crate::machine;
 use crate::process::{Failure, Outcome, output, run, step, target_dir};
 
-/// What probe-rs calls the chip.
-const CHIP: &str = "STM32G431RBTx";
+/// How probe-rs runs an image, as in .cargo/config.toml: the firmware handles resets and hard faults itself, bridge off first.
+pub const RUN: [&str; 5] = [
+    "run",
+    "--chip",
+    "STM32G431RBTx",
+    "--no-catch-reset",
+    "--no-catch-hardfault",
+];
 
 /// The image of the tests.
 pub fn image() -> Outcome<PathBuf> {
@@ -30,7 +36,7 @@ pub fn test(board: bool) -> Outcome {
     let elf = image()?;
     let (mut command, what) = if board {
         let mut command = Command::new("probe-rs");
-        command.args(["run", "--chip", CHIP]).arg(&elf);
+        command.args(RUN).arg(&elf);
         (command, "tests on the connected board")
     } else {
         let mut command = host::emulator("bench", &elf, &[])?;
