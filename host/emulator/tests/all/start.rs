@@ -193,3 +193,24 @@ fn the_winding_s_temperature_survives_a_reset_and_is_assumed_warm_after_a_power_
     let again = winding_c(&mut session);
     assert!((again - assumed).abs() < 0.5, "{assumed} and {again}");
 }
+
+/// A button that is held through the reset is no press; let go and pressed it is one.
+#[test]
+fn a_button_held_through_a_reset_starts_nothing() {
+    let Some(firmware) = firmware() else { return };
+    let settings = Settings {
+        script: Script(Vec::new()),
+        ..Settings::default()
+    };
+    let mut session = Session::start(&firmware, settings, None).expect("a sound start");
+    session.machine.button(true);
+    run(&mut session, "", 0.3);
+    assert!(!session.machine.world().bridge_on(), "moved by itself");
+    assert!(says(&session, "boot "), "it has started");
+    session.machine.button(false);
+    run(&mut session, "", 0.1);
+    session.machine.button(true);
+    run(&mut session, "", 0.3);
+    assert!(session.machine.world().bridge_on(), "a press");
+    assert_eq!(faults(&session), [""; 0]);
+}
