@@ -87,7 +87,7 @@ pub trait BaseJoint: Copy + core::fmt::Debug {
     /// Whether the weight of the phalanges is stated.
     const WEIGHS: bool = false;
 
-    /// What pins leave of the doubt about the leverage, as a share.
+    /// See [`Mechanics::PINS_LEAVE`](super::Mechanics::PINS_LEAVE).
     const PINS_LEAVE: f32 = 1.0;
 
     /// What opens the finger in place of springs.

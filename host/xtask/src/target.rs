@@ -9,7 +9,7 @@ use crate::host;
 use crate::machine;
 use crate::process::{Failure, Outcome, output, run, step, target_dir};
 
-/// How probe-rs runs an image, as in .cargo/config.toml: the firmware handles resets and hard faults itself, bridge off first.
+/// How probe-rs runs an image, as the runner in .cargo/config.toml does: the firmware handles resets and hard faults itself, bridge off first.
 pub const RUN: [&str; 5] = [
     "run",
     "--chip",
@@ -90,7 +90,15 @@ fn connected(listed: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::connected;
+    use super::{RUN, connected};
+    use crate::process::root;
+
+    #[test]
+    fn cargo_run_and_xtask_run_an_image_alike() {
+        let config = std::fs::read_to_string(root().join(".cargo/config.toml")).expect("a file");
+        let runner = format!("runner = \"probe-rs {}\"", RUN.join(" "));
+        assert!(config.lines().any(|line| line == runner), "{runner}");
+    }
 
     #[test]
     fn a_probe_is_a_line_with_a_number() {

@@ -79,7 +79,7 @@ pub trait Mechanics {
     const CABLE_DECIDES: bool;
     /// Whether its leverage may differ from what the lengths say by percents, and from one contact to another.
     const UNEVEN: bool;
-    /// What pins leave of that doubt, as a share.
+    /// Share, 0 to 1, of the doubt about the leverage (`leverage_sigma`) that is left after a calibration by pins.
     const PINS_LEAVE: f32;
     /// Share of the torque carried to each joint beyond the first that is lost there: mean and deviation.
     const JOINT_LOSS: [f32; 2];

@@ -123,7 +123,7 @@ impl Known {
     pub(super) fn of<S: Scene>(parameters: &Parameters) -> Self {
         let drivetrain = S::drivetrain(&S::MECHANISM);
         let mut settings = S::settings();
-        // It counts after pins alone.
+        // Only the bound after pins doubts the leverage.
         settings.leverage_sigma *= <S::Finger as Mechanics>::PINS_LEAVE;
         let counts = f64::from(drivetrain.counts_per_turn);
         let turn_rad = counts * f64::from(drivetrain.rad_per_count);

@@ -240,7 +240,7 @@ impl Aftermath {
             }
             on |= wait(session, 300)?;
             if on || counts(session) != before {
-                self.fail("moved before a command after clear");
+                self.fail("moved while the fault stood, or by clearing it");
             }
         }
         // A motion that nothing disturbed, or that a reset ended without a word.
