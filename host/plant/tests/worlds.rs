@@ -172,3 +172,32 @@ fn preload_holds_phalanx_2_until_its_torque_is_reached() {
     assert!(truth.torque_nm > preload_nm, "{truth:?}");
     assert!(truth.contacts.iter().any(|contact| contact.phalanx == 2));
 }
+
+/// A user knows the kind of skin, not the coefficient: what is stated is the manual's figure for it, the truth another one in its range.
+#[test]
+fn a_user_states_the_skin_by_the_manuals_table() {
+    let manual = include_str!("../../../docs/MANUAL.md");
+    let (_, table) = manual
+        .split_once("| skin | `contact-friction` |")
+        .expect("a table of skins");
+    let rows = table.lines().skip(2).map_while(|line| {
+        let mut cells = line.strip_prefix('|')?.split('|').skip(1).map(str::trim);
+        let stated: f64 = cells.next()?.parse().ok()?;
+        let (least, most) = cells.next()?.strip_suffix(" %")?.split_once(" to ")?;
+        let [least, most] = [least, most].map(|bound| bound.parse::<f64>().expect("a number"));
+        Some((stated, least..=most))
+    });
+    let rows: Vec<_> = rows.collect();
+    assert_eq!(rows.len(), 3, "{rows:?}");
+    for (name, skin) in [("workshop", 1), ("harsh", 2)] {
+        let contact = world(name).contact;
+        let truth = 100.0 * contact.friction;
+        let (stated, range) = &rows[skin];
+        assert_eq!(contact.stated(), Some(stated / 100.0), "{name}");
+        assert!(
+            range.contains(&truth) && truth != *stated,
+            "{name}: {truth}"
+        );
+    }
+    assert_eq!(world("ideal").contact.stated(), None);
+}

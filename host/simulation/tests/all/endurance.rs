@@ -1,7 +1,7 @@
 //! Many grasps in one piece, while the time passes 2^32 microseconds: nothing drifts, nothing wraps wrongly.
 //!
 //! The controller first stands until shortly before that time, some 71 minutes. Then the finger grasps and opens, again and again, for
-//! 600 s (25 s, unless `PALPATE_ENDURANCE_S` says otherwise; `cargo xtask test` says 600). In that time the 16-bit encoder counter
+//! 600 s (40 s, unless `PALPATE_ENDURANCE_S` says otherwise; `cargo xtask test` says 600). In that time the 16-bit encoder counter
 //! wraps hundreds of times. The 32-bit position starts near its wrap, so that the homing motion crosses it.
 
 use palpate::drive::Demand;
@@ -31,7 +31,7 @@ fn follow(outcome: &Outcome, last_us: &mut Option<u64>) {
 
 #[test]
 fn grasp_after_grasp_leaves_everything_where_it_was() {
-    let seconds: f64 = std::env::var("PALPATE_ENDURANCE_S").map_or(25.0, |number| {
+    let seconds: f64 = std::env::var("PALPATE_ENDURANCE_S").map_or(40.0, |number| {
         number.parse().expect("PALPATE_ENDURANCE_S is a number")
     });
     let mut simulation = Simulation::<P70>::new(&Parameters::default(), 3).expect("defaults");
