@@ -83,7 +83,7 @@ pub fn rust(scene: &Scene) -> String {
     } else {
         follows.to_owned()
     };
-    let (series, cable, creep, stiffening_sigma) = if scene.flag("cable.fitted") {
+    let (series, cable, creep, stiffening) = if scene.flag("cable.fitted") {
         let radius_m = scene.number("cable.pulley_radius_m");
         let stiffness = scene.number("cable.stiffness_n_per_m") * radius_m * radius_m;
         let cable = [
@@ -94,10 +94,13 @@ pub fn rust(scene: &Scene) -> String {
             "Cable",
             cable,
             scene.number("cable.creep_fraction"),
-            scene.number("sensing.cable_stiffening_sigma_per_nm"),
+            [
+                scene.number("sensing.cable_stiffening_per_nm"),
+                scene.number("sensing.cable_stiffening_sigma_per_nm"),
+            ],
         )
     } else {
-        ("Rigid", [0.0; 2], 0.0, 0.0)
+        ("Rigid", [0.0; 2], 0.0, [0.0; 2])
     };
     let series = if scene.flag("options.object_stiffness") {
         format!("SoftObject<palpate::sensing::{series}>")
@@ -105,7 +108,8 @@ pub fn rust(scene: &Scene) -> String {
         series.to_owned()
     };
     let [cable, cable_sigma] = cable.map(literal);
-    let [creep, stiffening_sigma] = [creep, stiffening_sigma].map(literal);
+    let [stiffening, stiffening_sigma] = stiffening.map(literal);
+    let creep = literal(creep);
 
     let gearhead = scene.number("gearhead.ratio");
     let reduction = gearhead * scene.number("worm.ratio");
@@ -233,7 +237,7 @@ impl palpate::scene::Scene for {name} {{
         cable_rad_per_nm: {cable},
         cable_sigma_rad_per_nm: {cable_sigma},
         correlation: 0.0,
-        stiffening_per_nm: 0.0,
+        stiffening_per_nm: {stiffening},
         stiffening_sigma_per_nm: {stiffening_sigma},
         joint_nm: 0.0,
         joint_sigma_nm: 0.0,

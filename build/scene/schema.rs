@@ -143,6 +143,7 @@ pub const KEYS: &[Key] = &[
     must("sensing.torque_factor_sigma", Number(1e-3, 1.0)),
     must("sensing.torque_constant_sigma", Number(0.0, 0.5)),
     must("sensing.cable_sigma_rad_per_nm", Number(0.0, 100.0)),
+    must("sensing.cable_stiffening_per_nm", Number(0.0, 10.0)),
     must("sensing.cable_stiffening_sigma_per_nm", Number(0.0, 10.0)),
     must("sensing.inertia_sigma", Number(0.0, 1.0)),
     must("options.second_contact", Flag),

@@ -116,6 +116,10 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             };
             return LocatorResult::Nowhere(why);
         }
+        // There it may as well be at the end of the phalanx before, whose normal is another: no fit of either holds.
+        if F::PHALANGES > 2 && first.estimate.phalanx > 2 && first.estimate.is_on_joint() {
+            return LocatorResult::Nowhere(NotLocated::Unobservable);
+        }
         match rival {
             Some(rival) if rival.estimate.phalanx > 1 => {
                 LocatorResult::Either([told(first, &weighed), told(rival, &weighed)])
@@ -291,8 +295,13 @@ impl Estimate {
     /// Whether it is on the proximal phalanx or on the very joint of phalanx 2: as compliant as a contact anywhere on
     /// phalanx 1 (docs/MECHANICS.md#contact-stiffness), and nearer to the joint than either phalanx is thick.
     fn is_without_place<F: Mechanics>(&self) -> bool {
-        let on_joint = self.phalanx == 2 && self.k_m < JOINT_SHARE * self.length_m;
+        let on_joint = self.phalanx == 2 && self.is_on_joint();
         F::FIRST_TOUCHING == 1 && (self.phalanx <= 1 || on_joint)
+    }
+
+    /// Whether it is as near to the joint before its phalanx as makes no place of its own.
+    fn is_on_joint(&self) -> bool {
+        self.k_m < JOINT_SHARE * self.length_m
     }
 
     /// Whether both are the same place within their deviations.

@@ -1,6 +1,6 @@
 use super::{Noise as Random, drivetrain};
 use crate::finger::{Contact, Mechanics};
-use crate::scene::{P70, Scene, Tendon2};
+use crate::scene::{P70, Scene, Tendon2, Tendon3};
 use crate::sensing::curve::Point;
 use crate::sensing::locator::{Data, Estimate, Locator, LocatorResult, Noise, Place, Prior};
 use crate::sensing::{Cable, Calibration, NotLocated};
@@ -217,6 +217,34 @@ fn a_proximal_contact_has_no_place() {
         let verdict = judged(&finger, 0.5, &points);
         assert_eq!(verdict, LocatorResult::Nowhere(NotLocated::Proximal));
     }
+}
+
+#[test]
+fn a_contact_on_a_later_joint_has_no_place() {
+    let finger = Tendon3::MECHANISM;
+    let mut random = Random(29);
+    let mut told = |phalanx: u8, k_m: f32| {
+        let contact = Contact {
+            phalanx,
+            k_m,
+            radius_m: HALF_THICKNESS_M + 0.005,
+        };
+        let points = curve(&finger, 0.8, contact, &mut random);
+        judged(&finger, 0.8, &points)
+    };
+    let unobservable = LocatorResult::Nowhere(NotLocated::Unobservable);
+    let mut without = 0;
+    for _ in 0..40 {
+        match told(3, 1e-4) {
+            LocatorResult::At(estimate) => assert!(estimate.k_m > 0.02 * 0.045, "{estimate:?}"),
+            verdict => without += usize::from(verdict == unobservable),
+        }
+        let beyond = told(3, 0.006);
+        let is_told = matches!(beyond, LocatorResult::At(Estimate { phalanx: 3, .. }));
+        assert!(is_told, "{beyond:?}");
+    }
+    // Without any, this would not try what it is for.
+    assert!(without > 0);
 }
 
 #[test]
