@@ -28,6 +28,9 @@ pub trait JointSensor: Copy + core::fmt::Debug {
     /// Stores a code, where there is a pin to convert.
     fn take(code: impl FnOnce() -> u16) -> Self::Code;
 
+    /// What the sensor tells of a contact; without a sensor it has no size.
+    type Told: Told;
+
     /// Angle of a stored code.
     fn reading(&self, code: Self::Code) -> Self::Reading;
 
@@ -40,11 +43,62 @@ pub trait JointSensor: Copy + core::fmt::Debug {
     /// A reading or a change, radian; None without a sensor or while it has no reading.
     fn rad(reading: Self::Reading) -> Option<f32>;
 
+    /// What a change of theta_2 since the curve's origin tells, read where the nominal excess torque is `excess_nm` and the free finger's
+    /// torque `free_nm`, newton metre.
+    fn told(change: Self::Reading, excess_nm: f32, free_nm: f32) -> Self::Told;
+
     /// Which side of phalanx 2's stiffest place e_2 a change since contact indicates; None without a sensor.
     fn side(change: Self::Reading) -> Option<Side> {
         Self::rad(change).map(|change_rad| Side::of(change_rad, SIDE_SIGMAS * Self::SIGMA_RAD))
     }
 }
+
+/// What a sensor of joint 2 tells of a contact: [`JointChange`] if it has a reading, or nothing.
+pub trait Told: Copy + Default + core::fmt::Debug {
+    /// The change, if there is one.
+    fn change(self) -> Option<JointChange>;
+
+    /// The same, taken for wrong: its deviation is infinite.
+    #[must_use]
+    fn distrusted(self) -> Self;
+}
+
+impl Told for () {
+    fn change(self) -> Option<JointChange> {
+        None
+    }
+
+    fn distrusted(self) {}
+}
+
+impl Told for Option<JointChange> {
+    fn change(self) -> Option<JointChange> {
+        self
+    }
+
+    fn distrusted(self) -> Self {
+        self.map(|change| JointChange {
+            sigma_rad: f32::INFINITY,
+            ..change
+        })
+    }
+}
+
+/// A change of theta_2 since the origin of the contact's curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointChange {
+    /// The change, closing positive, radian.
+    pub rad: f32,
+    /// Its standard deviation; infinite for one that is taken for wrong.
+    pub sigma_rad: f32,
+    /// Nominal torque above the free finger's where it was read, newton metre.
+    pub excess_nm: f32,
+    /// The free finger's torque there.
+    pub free_nm: f32,
+}
+
+/// Error of a measured change as a share of it: magnet and converter are as the scene says, and nobody calibrates them (chosen).
+const SCALE_SIGMA: f32 = 0.03;
 
 /// Standard deviations that a change must exceed to indicate a side.
 const SIDE_SIGMAS: f32 = 3.0;
@@ -104,6 +158,7 @@ pub struct NoJointSensor;
 impl JointSensor for NoJointSensor {
     type Code = ();
     type Reading = ();
+    type Told = ();
     const FITTED: bool = false;
     const SIGMA_RAD: f32 = f32::INFINITY;
 
@@ -122,6 +177,8 @@ impl JointSensor for NoJointSensor {
     fn rad((): ()) -> Option<f32> {
         None
     }
+
+    fn told((): (), _: f32, _: f32) {}
 }
 
 /// A Hall sensor. A code that the joint cannot have is no reading: a broken wire gives zero, a short circuit full scale.
@@ -137,6 +194,7 @@ impl JointSensor for HallSensor {
     type Code = u16;
     /// Radian.
     type Reading = Option<f32>;
+    type Told = Option<JointChange>;
     const FITTED: bool = true;
     // 0.2 degree: a few millivolt of such a sensor.
     const SIGMA_RAD: f32 = 3.5e-3;
@@ -185,6 +243,16 @@ impl JointSensor for HallSensor {
 
     fn rad(reading: Option<f32>) -> Option<f32> {
         reading.filter(|angle| angle.is_finite())
+    }
+
+    fn told(change: Option<f32>, excess_nm: f32, free_nm: f32) -> Option<JointChange> {
+        let rad = Self::rad(change)?;
+        Some(JointChange {
+            rad,
+            sigma_rad: Self::SIGMA_RAD + SCALE_SIGMA * rad.abs(),
+            excess_nm,
+            free_nm,
+        })
     }
 }
 

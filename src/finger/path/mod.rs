@@ -290,9 +290,10 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         // Joint 1 alone balances the contact.
         let share = rise / begun.rise;
         let force_n = point.force_n * share;
-        let presses = share >= 0.0 && force_n.is_finite();
+        let rotation_rad = point.compliance_rad_per_nm * missing_nm;
+        let presses = share >= 0.0 && force_n.is_finite() && rotation_rad.is_finite();
         presses.then_some(PathPoint {
-            rotation_rad: point.compliance_rad_per_nm * missing_nm,
+            rotation_rad,
             force_n,
             force_by_friction_n: point.force_by_friction_n * share,
             joints_rad: [0.0; MAX_PHALANGES],

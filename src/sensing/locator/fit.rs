@@ -4,6 +4,7 @@
 //! step starts from its unknowns; if not, the step is shortened. The fit has converged when the predicted gain of a step is at
 //! most [`ENOUGH`], or when no shortened step is better.
 
+mod joint;
 mod learned;
 
 use super::model::{Hold, Model};
@@ -14,6 +15,7 @@ use super::prior::{
 };
 use super::{Data, LEAST_POINTS, onset};
 use crate::finger::Mechanics;
+use crate::joint_sensor::Told;
 use crate::numeric::{Bounded, ln, sqrt};
 use crate::sensing::SeriesElement;
 use crate::sensing::normal::Normal;
@@ -64,8 +66,6 @@ pub(super) struct Fitted {
     pub(super) ln_evidence: f32,
     /// Sum of the squared whitened residuals.
     pub(super) chi_square: f32,
-    /// Change of the angle of joint 2 since the contact at the end of the curve, radian.
-    pub(super) joint_2_rad: f32,
     /// The contact slides off its phalanx before the curve ends.
     pub(super) leaves: bool,
 }
@@ -78,7 +78,6 @@ pub(super) struct Fit<F: Mechanics, X: SeriesElement> {
     trial: [f32; UNKNOWNS],
     cost: f32,
     chi_square: f32,
-    joint_2_rad: f32,
     leaves: bool,
     normal: Normal<UNKNOWNS, X>,
     damping: f32,
@@ -119,7 +118,6 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             trial: x,
             cost: f32::INFINITY,
             chi_square: f32::INFINITY,
-            joint_2_rad: 0.0,
             leaves: false,
             normal: Normal::EMPTY,
             damping: 0.0,
@@ -146,6 +144,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         data: &Data,
         prior: &Prior<X>,
         near: &F::Configuration,
+        joint: impl Told,
     ) -> Progress {
         let scaling = Scaling::of(prior, self.hypothesis.length_m);
         if self.pass.is_none() {
@@ -154,6 +153,9 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         let progress = self.go_on(finger, data, &scaling);
         if progress == Progress::UnderWay {
             return progress;
+        }
+        if let Some(change) = joint.change() {
+            self.weigh_joint(finger, data, prior, near, &change);
         }
         let progress = self.judge(progress == Progress::Converged, prior, &scaling);
         self.pass = None;
@@ -174,7 +176,6 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
                 self.cost = cost;
                 self.x = self.trial;
                 self.chi_square = pass.squares;
-                self.joint_2_rad = pass.model.end().joints_rad[1];
                 self.leaves = pass.model.has_ended();
                 self.normal = pass.normal;
                 self.damping *= 0.2;
@@ -289,7 +290,6 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             give_sigma,
             ln_evidence,
             chi_square: self.chi_square,
-            joint_2_rad: self.joint_2_rad,
             leaves: self.leaves,
         })
     }

@@ -35,17 +35,18 @@ mod tests;
 pub use noise::Noise;
 pub(super) use noise::WAVE_SHARE;
 pub use onset::free_behind_cable;
-pub use posterior::{Estimate, LocatorResult, ln_likelihood};
+pub use posterior::{Estimate, LocatorResult};
 pub use prior::{Place, Prior};
 
 use crate::finger::{Class, Free, Mechanics};
+use crate::joint_sensor::Told;
 use crate::numeric::Bounded;
 use crate::sensing::curve::Point;
 use crate::sensing::{Calibration, Drivetrain, SeriesElement};
-use fit::{Fit, Fitted, Hypothesis, Progress};
+use fit::{Fit, Fitted, Progress};
 use model::{Hold, Model};
-use prior::JOINT;
 use shares::Longer;
+use starts::LAST_START;
 
 /// Smallest number of points for a fit.
 pub const LEAST_POINTS: usize = 5;
@@ -67,13 +68,6 @@ const LARGE: usize = 5;
 const DEMANDED: f32 = 2.0;
 /// Largest number of hypotheses: two places on each of two phalanges, and a proximal contact.
 const MOST: usize = 5;
-/// Starting places of a thorough search, as shares of one side of a phalanx's stiffest place.
-const STARTS: [f32; 2] = [0.2, 0.75];
-/// Index of the last start: the best fit so far, with joints that take [`HELD`].
-const LAST_START: usize = 1 + STARTS.len();
-/// Torque of the joints at the last start, in deviations from its mean. A break-away torque puts a kink into the curve: a fit that starts
-/// below it stops there, one that starts above it passes (compared in `locator::tests`).
-const HELD: f32 = 6.0;
 
 /// Calibration from a contact at a known place or from the closing stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -208,7 +202,8 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         }
     }
 
-    /// Evaluates the next points of a pass over the curve (cost: docs/RESULTS.md#speed-and-size). True at the end of the round: then
+    /// Evaluates the next points of a pass over the curve (cost: docs/RESULTS.md#speed-and-size). `joint` is what the sensor of joint 2
+    /// told when the round began, `()` without one. True at the end of the round: then
     /// there is a verdict.
     pub fn step(
         &mut self,
@@ -216,19 +211,28 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         data: &Data,
         prior: &Prior<X>,
         near: &F::Configuration,
+        joint: impl Told,
     ) -> bool {
         if !self.under_way {
             return false;
         }
         let data = self.of_round(data);
+        // Read at the end of the whole curve, where a second contact may act.
+        let joint = if self.share == 0 {
+            joint
+        } else {
+            Default::default()
+        };
         if self.fit.is_none() {
-            self.fit = self.next_fit(prior);
+            self.fit = self.next_fit(prior, joint);
         }
+        let distrusts = joint.change().is_some() && self.start >= self.trusting_starts();
+        let joint = if distrusts { joint.distrusted() } else { joint };
         let Some(fit) = &mut self.fit else {
             self.under_way = false;
             return true;
         };
-        let progress = fit.step(finger, &data, prior, near);
+        let progress = fit.step(finger, &data, prior, near, joint);
         if progress == Progress::UnderWay {
             return false;
         }
@@ -252,7 +256,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         }
         self.fit = None;
         self.keep(fitted);
-        self.go_on(prior);
+        self.go_on(prior, joint);
         if self.track >= self.tracks.len() {
             self.under_way = false;
         }
@@ -298,18 +302,14 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     }
 
     /// Moves on to the next start, radius or hypothesis.
-    fn go_on(&mut self, prior: &Prior<X>) {
+    fn go_on(&mut self, prior: &Prior<X>, joint: impl Told) {
         let Some(track) = self.tracks.get_mut(self.track) else {
             return;
         };
         let has_place = track.phalanx > 1;
-        let starts = if self.thorough && has_place && self.order == 0 {
-            1 + LAST_START
-        } else {
-            1
-        };
+        let starts = starts::number(self.thorough && has_place && self.order == 0);
         self.start += 1;
-        if self.start < starts {
+        if self.start < starts + usize::from(joint.change().is_some()) {
             return;
         }
         self.start = 0;
@@ -340,37 +340,6 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
                 *fit = None;
             }
         }
-    }
-
-    /// Begins the current fit.
-    fn next_fit(&self, prior: &Prior<X>) -> Option<Fit<F, X>> {
-        let track = self.tracks.get(self.track)?;
-        let &(radius, from) = ORDER.get(self.order)?;
-        let hold = track.hold(radius, prior);
-        let hypothesis = Hypothesis {
-            hold,
-            length_m: track.length_m,
-        };
-        let before = match (self.start, self.order, self.thorough) {
-            // Starts from the result of the last round, or of the neighbouring radius.
-            (0, 0, _) | (0, _, false) | (LAST_START.., ..) => track.fit(radius),
-            _ => None,
-        };
-        let neighbour = track.fit(from).filter(|_| self.order > 0);
-        let (mut x, fitted) = match before.or(neighbour) {
-            Some(fitted) => (fitted.x, true),
-            None => {
-                let place = match self.start.checked_sub(1).and_then(|i| STARTS.get(i)) {
-                    Some(share) => track.side[0] + share * (track.side[1] - track.side[0]),
-                    None => track.candidate,
-                };
-                (fit::start(place, prior), false)
-            }
-        };
-        if self.start == LAST_START {
-            x[JOINT] = HELD;
-        }
-        Some(Fit::new(hypothesis, x, fitted))
     }
 }
 

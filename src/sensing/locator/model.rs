@@ -272,6 +272,14 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         })
     }
 
+    /// Change of joint 2 since the onset, on the way of a path that has not begun to a torque, radian; none without a contact, and none
+    /// where the path ends before.
+    pub(super) fn joint_2_rad(mut self, finger: &F, torque_nm: f32) -> Option<f32> {
+        let rise_nm = (torque_nm - self.contact_nm).at_least(LEAST_RISE_NM);
+        let end = finger.follow(self.path.as_mut()?, rise_nm)?;
+        Some(end.joints_rad[1])
+    }
+
     /// Contact force at the end of the path, newton.
     pub(super) fn force_n(&self) -> f32 {
         self.last.force_n * self.share()

@@ -40,8 +40,6 @@ pub struct Estimate {
     pub radius_sigma_m: f32,
     /// Compliance of the object and its standard deviation, metre per newton; 0 where it is not fitted.
     pub give_m_per_n: [f32; 2],
-    /// Change of the angle of joint 2 since the contact at the end of the curve, radian.
-    pub joint_2_rad: f32,
     /// The likeliest fit.
     pub(super) best: Fitted,
     pub(super) best_radius_m: f32,
@@ -68,10 +66,10 @@ struct Weighed {
 }
 
 impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
-    /// The verdict at the end of a round. `bonus` is further evidence on a hypothesis (a joint sensor), as a logarithm of odds.
+    /// The verdict at the end of a round.
     // Not inlined: the result is written directly to its place.
     #[inline(never)]
-    pub fn verdict(&self, prior: &Prior<X>, bonus: impl Fn(&Estimate) -> f32) -> LocatorResult {
+    pub fn verdict(&self, prior: &Prior<X>) -> LocatorResult {
         if self.under_way || self.number == 0 {
             return LocatorResult::Undecided;
         }
@@ -81,7 +79,6 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             let Some(mut new) = track.weigh(prior, spread) else {
                 continue;
             };
-            new.ln_evidence += bonus(&new.estimate);
             if X::FLEXIBLE && F::CABLE_DECIDES {
                 new.ln_evidence += prior.ln_cable(&new.estimate.best.x) / spread;
             }
@@ -260,7 +257,6 @@ impl Track {
             radius_m: radius_m(best_index) + r + prior.half_thickness_m,
             radius_sigma_m: sqrt(variance(rr, r)),
             give_m_per_n,
-            joint_2_rad: best.joint_2_rad,
             best: *best,
             best_radius_m: radius_m(best_index) + prior.half_thickness_m,
         };
@@ -309,11 +305,4 @@ impl Estimate {
         self.phalanx == other.phalanx
             && (self.k_m - other.k_m).abs() < self.k_sigma_m + other.k_sigma_m
     }
-}
-
-/// Logarithm of the likelihood of a measured change of a joint, given a hypothesis' prediction, up to a constant.
-pub fn ln_likelihood(measured_rad: f32, expected_rad: f32, sigma_rad: f32) -> f32 {
-    let deviation = (measured_rad - expected_rad) / sigma_rad.at_least(f32::MIN_POSITIVE);
-    // Bounded, so that a broken sensor does not decide alone.
-    -ln(1.0 + 0.5 * deviation * deviation) * 4.0
 }

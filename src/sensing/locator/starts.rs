@@ -1,8 +1,11 @@
 //! Hypotheses, and where their fits begin: the tangent stiffness K_c of the curve's beginning, inverted by bisection
 //! (docs/MECHANICS.md#contact-stiffness), gives the first guess on each phalanx.
 
-use super::{Data, Place, Prior, Track, Tracks, onset};
+use super::fit::{self, Fit, Hypothesis};
+use super::prior::{FRICTION, JOINT, Scaling};
+use super::{Data, Locator, ORDER, Place, Prior, Track, Tracks, onset};
 use crate::finger::{Class, Mechanics};
+use crate::joint_sensor::Told;
 use crate::numeric::{Bounded, clamp};
 use crate::sensing::{SeriesElement, curve};
 
@@ -12,6 +15,22 @@ const FIRST_SHARE: f32 = 0.4;
 const MARGIN: f32 = 0.03;
 /// If the stiffest place is nearer than this to the end of the phalanx, there is only one side.
 const LEAST_SIDE: f32 = 0.04;
+
+/// Starting places of a thorough search, as shares of one side of a phalanx's stiffest place.
+const STARTS: [f32; 2] = [0.2, 0.75];
+/// Index of the last start: the best fit so far, with joints that take [`HELD`].
+pub(super) const LAST_START: usize = 1 + STARTS.len();
+/// Torque of the joints at the last start, in deviations from its mean. A break-away torque puts a kink into the curve: a fit that starts
+/// below it stops there, one that starts above it passes (compared in `locator::tests`).
+const HELD: f32 = 6.0;
+/// Contact friction at the first starts where a sensor tells of joint 2, in deviations from its mean: so low that its bound holds it at
+/// none. Enough of it holds a finger near the stiffest place, and no slope leads out of that, nor from there to the place.
+const SLIPPERY: f32 = -6.0;
+
+/// Number of starts of a fit; a first one, of a thorough round, is tried from several places.
+pub(super) fn number(first: bool) -> usize {
+    if first { 1 + LAST_START } else { 1 }
+}
 
 // Not inlined: called from several places, with a large stack frame.
 #[inline(never)]
@@ -97,6 +116,46 @@ pub(super) fn find<F: Mechanics, X: SeriesElement>(
         (Some(inverse), Some(own)) if own > 0.0 => inverse.class(),
         (Some(_), _) => Class::TooStiff,
         (None, _) => Class::Invalid,
+    }
+}
+
+impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
+    /// Starts of the current fit in which a reading of joint 2 is believed; one more takes it for wrong.
+    pub(super) fn trusting_starts(&self) -> usize {
+        let has_place = (self.tracks.get(self.track)).is_some_and(|track| track.phalanx > 1);
+        number(self.thorough && has_place && self.order == 0)
+    }
+
+    /// Begins the current fit.
+    pub(super) fn next_fit(&self, prior: &Prior<X>, joint: impl Told) -> Option<Fit<F, X>> {
+        let track = self.tracks.get(self.track)?;
+        let &(radius, from) = ORDER.get(self.order)?;
+        let hold = track.hold(radius, prior);
+        let length_m = track.length_m;
+        let before = match (self.start, self.order, self.thorough) {
+            // Starts from the result of the last round, or of the neighbouring radius.
+            (0, 0, _) | (0, _, false) | (LAST_START.., ..) => track.fit(radius),
+            _ => None,
+        };
+        let neighbour = track.fit(from).filter(|_| self.order > 0);
+        let (mut x, fitted) = match before.or(neighbour) {
+            Some(fitted) => (fitted.x, true),
+            None => {
+                let place = match self.start.checked_sub(1).and_then(|i| STARTS.get(i)) {
+                    Some(share) => track.side[0] + share * (track.side[1] - track.side[0]),
+                    None => track.candidate,
+                };
+                (fit::start(place, prior), false)
+            }
+        };
+        if joint.change().is_some() && !fitted {
+            x[FRICTION] = SLIPPERY;
+            Scaling::of(prior, length_m).hold(&mut x, FRICTION);
+        }
+        if self.start == LAST_START {
+            x[JOINT] = HELD;
+        }
+        Some(Fit::new(Hypothesis { hold, length_m }, x, fitted))
     }
 }
 

@@ -1,5 +1,6 @@
 //! Whether the rounds find the minimum: fits from everywhere on the phalanx as oracle.
 
+use super::fit::Hypothesis;
 use super::prior::{CABLE, FACTOR, FRICTION, JOINT, K, ONSET, UNKNOWNS};
 use super::*;
 use crate::scene::{P70, Scene};
@@ -134,7 +135,7 @@ fn compare_with_starts_everywhere(prior: &Prior<Cable>, joint_nm: f32, contacts:
         };
         let mut locator = Locator::<_, Cable>::default();
         assert!(locator.begin(&finger, &data, prior, &near, true));
-        while !locator.step(&finger, &data, prior, &near) {}
+        while !locator.step(&finger, &data, prior, &near, ()) {}
         let track = locator.tracks.iter().find(|t| t.phalanx == 2).unwrap();
         let best = |fits: &mut dyn Iterator<Item = f32>| fits.fold(f32::NEG_INFINITY, f32::max);
         let most = best(&mut track.fits.iter().flatten().map(|f| f.ln_evidence));
@@ -159,7 +160,7 @@ fn compare_with_starts_everywhere(prior: &Prior<Cable>, joint_nm: f32, contacts:
                 let mut fit = Fit::new(hypothesis, fit::start(i as f32 / 40.0, prior), false);
                 let mut progress = Progress::UnderWay;
                 while progress == Progress::UnderWay {
-                    progress = fit.step(&finger, &data, prior, &near);
+                    progress = fit.step(&finger, &data, prior, &near, ());
                 }
                 if let (Progress::Converged, Some(fitted)) = (progress, fit.fitted(prior))
                     && cost(&fitted) < least
@@ -206,7 +207,7 @@ fn a_contact_uses_what_pins_have_told_of_the_joints() {
         };
         let mut locator = Locator::<_, Cable>::default();
         assert!(locator.begin(&finger, &data, prior, &near, true));
-        while !locator.step(&finger, &data, prior, &near) {}
+        while !locator.step(&finger, &data, prior, &near, ()) {}
         locator
     };
     let mut calibration = Calibration {
@@ -247,7 +248,7 @@ fn a_contact_uses_what_pins_have_told_of_the_joints() {
                 noise,
                 ..prior()
             };
-            match found(&prior, k_m).verdict(&prior, |_| 0.0) {
+            match found(&prior, k_m).verdict(&prior) {
                 LocatorResult::At(estimate) => [(estimate.k_m - k_m).abs(), estimate.k_sigma_m],
                 other => panic!("{k_m}: {other:?}"),
             }

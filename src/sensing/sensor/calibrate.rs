@@ -24,10 +24,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     }
 
     /// Calibration from the curve of a contact at a known place or with the stop.
-    pub(super) fn learn(
-        &self,
-        contact: &mut Contact<F, H::Reading, X>,
-    ) -> Result<Calibration, Refusal> {
+    pub(super) fn learn(&self, contact: &mut Contact<F, H, X>) -> Result<Calibration, Refusal> {
         if let Directive::CalibrateCable = self.directive {
             if !X::FLEXIBLE {
                 return Err(Refusal::Uninformative);
@@ -60,10 +57,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
 
     // Not inlined, so that its symbol shows whether a scene carries it: one without a cable must not.
     #[inline(never)]
-    fn learn_from_press(
-        &self,
-        contact: &mut Contact<F, H::Reading, X>,
-    ) -> Result<Calibration, Refusal> {
+    fn learn_from_press(&self, contact: &mut Contact<F, H, X>) -> Result<Calibration, Refusal> {
         let Learned {
             calibration: mut found,
             misfit,

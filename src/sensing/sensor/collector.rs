@@ -25,7 +25,7 @@ const UNSURE_BEYOND: f32 = 0.15;
 
 /// Collects the curve of a contact, with the values at the onset that its points need.
 #[derive(Clone, Debug)]
-pub(super) struct CurveCollector<R> {
+pub(super) struct CurveCollector<H: JointSensor> {
     pub(super) curve: Curve,
     pub(super) phase: CurvePhase,
     /// Error of the record's level at the onset, newton metre of motor torque.
@@ -37,8 +37,11 @@ pub(super) struct CurveCollector<R> {
     /// What the closing has told of the torque constant when the round of the fit began.
     pub(super) constant: ConstantShift,
     onset_us: u64,
-    /// Reading of joint 2 at the onset.
-    pub(super) reading: R,
+    /// Reading of joint 2 at the curve's origin.
+    pub(super) reading: H::Reading,
+    /// What it has told since, up to the last block of the curve, and up to the one before the round of the fit began.
+    pub(super) joint: H::Told,
+    pub(super) joint_of_round: H::Told,
     /// Torque of the finger's weight at the input link, at the curve's origin and by its angle, newton metre and per radian.
     pub(super) weight: [f32; 2],
     /// Torque that holds joint 2 at its stop, negative where the weight lifts it off, newton metre.
@@ -53,10 +56,10 @@ pub(super) struct CurveCollector<R> {
     late_nm: f32,
     late_us: u64,
     /// The last block: it is added to the curve when the next one has determined its acceleration.
-    pub(super) waiting: CorrectedBlock<R>,
+    pub(super) waiting: CorrectedBlock<H::Reading>,
 }
 
-impl<R> CurveCollector<R> {
+impl<H: JointSensor> CurveCollector<H> {
     /// The contact is lost: no path says what force acts since. One block may be that in which the motor is stopped.
     pub(super) fn is_lost(&self) -> bool {
         self.fallen >= 2
@@ -81,7 +84,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         &self,
         detection: &Detection,
         first: &CorrectedBlock<H::Reading>,
-    ) -> CurveCollector<H::Reading> {
+    ) -> CurveCollector<H> {
         let efficiency = self.drivetrain.efficiency;
         let wander = &detection.wander;
         let onset = &detection.onset;
@@ -108,6 +111,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             constant: ConstantShift::default(),
             onset_us: first.time_us,
             reading: first.reading,
+            joint: H::Told::default(),
+            joint_of_round: H::Told::default(),
             weight: [weight_nm, weight_nm_per_rad],
             stop_nm,
             torque_nm: 0.0,
@@ -122,7 +127,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     /// Whether the torque has fallen: the finger slid off, or the object gave way. What comes after is another contact.
     pub(super) fn has_fallen(
         &self,
-        collector: &CurveCollector<H::Reading>,
+        collector: &CurveCollector<H>,
         corrected: &CorrectedBlock<H::Reading>,
     ) -> bool {
         let efficiency = self.drivetrain.efficiency;
@@ -139,7 +144,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     /// the block after, so that it is complete only now.
     pub(super) fn collect(
         &self,
-        collector: &mut CurveCollector<H::Reading>,
+        collector: &mut CurveCollector<H>,
         next: &CorrectedBlock<H::Reading>,
     ) {
         let corrected = core::mem::replace(&mut collector.waiting, *next);
@@ -159,6 +164,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             collector.phase = CurvePhase::AtStop;
         }
         if collector.phase == CurvePhase::Growing {
+            let change = H::change(collector.reading, corrected.reading);
+            collector.joint = H::told(change, point.excess_nm, point.free_nm);
             collector.curve.push(corrected.counts, point);
         }
     }
@@ -178,7 +185,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     /// A block as a point of the curve; `next_nm` is the inertia's torque in the block after it.
     pub(super) fn point(
         &self,
-        collector: &CurveCollector<H::Reading>,
+        collector: &CurveCollector<H>,
         corrected: &CorrectedBlock<H::Reading>,
         next_nm: f32,
     ) -> Point {

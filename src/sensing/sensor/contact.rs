@@ -19,8 +19,8 @@ const LEAST_POINTS: usize = 6;
 
 /// A contact under way.
 #[derive(Clone, Debug)]
-pub(super) struct Contact<F: Mechanics, R, X: SeriesElement> {
-    pub(super) collector: CurveCollector<R>,
+pub(super) struct Contact<F: Mechanics, H: JointSensor, X: SeriesElement> {
+    pub(super) collector: CurveCollector<H>,
     pub(super) locator: Locator<F, X>,
     pub(super) reported: Reported,
     due: Due,
@@ -36,16 +36,19 @@ enum Due {
     Verdict,
 }
 
-impl<F: Mechanics, R, X: SeriesElement> Contact<F, R, X> {
+impl<F: Mechanics, H: JointSensor, X: SeriesElement> Contact<F, H, X> {
     /// Ends the curve before a position, unless it has ended already.
     pub(super) fn cut(&mut self, counts: i32) {
         if self.collector.phase != CurvePhase::Ending {
             self.collector.curve.cut(counts, LEAST_POINTS);
+            self.collector.joint = H::Told::default();
             self.end();
         }
     }
 
     /// Ends the curve: the final rounds follow.
+    // Not inlined: called from several places.
+    #[inline(never)]
     pub(super) fn end(&mut self) {
         if self.collector.phase != CurvePhase::Ending {
             self.collector.phase = CurvePhase::Ending;
@@ -150,7 +153,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     /// A block of a closing in contact.
     pub(super) fn press(
         &mut self,
-        contact: &mut Contact<F, H::Reading, X>,
+        contact: &mut Contact<F, H, X>,
         mut corrected: CorrectedBlock<H::Reading>,
     ) {
         let collector = &mut contact.collector;
@@ -183,7 +186,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         }
     }
 
-    fn begin_round(&self, contact: &mut Contact<F, H::Reading, X>, last: bool) -> bool {
+    fn begin_round(&self, contact: &mut Contact<F, H, X>, last: bool) -> bool {
+        contact.collector.joint_of_round = contact.collector.joint;
         contact.collector.constant = self.torque_constant.shift(&self.drivetrain);
         let prior = self.prior(&contact.collector);
         let Contact {
@@ -204,14 +208,17 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     /// A step of the locator; true at the end of a round.
     // Not inlined, so that its instructions can be counted on the chip.
     #[inline(never)]
-    fn step(&self, contact: &mut Contact<F, H::Reading, X>) -> bool {
+    fn step(&self, contact: &mut Contact<F, H, X>) -> bool {
         let prior = self.prior(&contact.collector);
         let Contact {
-            collector: CurveCollector { curve, .. },
-            locator,
-            ..
+            collector, locator, ..
         } = contact;
-        let data = self.data(curve, curve.points());
-        locator.step(&self.finger, &data, &prior, &self.posture)
+        let data = self.data(&collector.curve, collector.curve.points());
+        let joint = if self.is_calibrating() {
+            Default::default()
+        } else {
+            collector.joint_of_round
+        };
+        locator.step(&self.finger, &data, &prior, &self.posture, joint)
     }
 }

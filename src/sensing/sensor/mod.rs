@@ -36,12 +36,12 @@ use state::SensorState;
 /// The current stage. An enum because stages exclude each other and so share memory.
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "there is no heap to put one on")]
-enum Stage<F: Mechanics, R, X: SeriesElement> {
+enum Stage<F: Mechanics, H: JointSensor, X: SeriesElement> {
     Idle,
     /// The finger closes without a contact so far.
-    Searching(Search<R>),
+    Searching(Search<H::Reading>),
     /// A contact is being judged.
-    Contact(Contact<F, R, X>),
+    Contact(Contact<F, H, X>),
 }
 
 /// Contact sensing of one finger. See the module documentation.
@@ -76,7 +76,7 @@ pub struct Sensor<F: Mechanics, H: JointSensor = NoJointSensor, X: SeriesElement
     /// Whether this closing has its result: the rest of it is not searched.
     done: bool,
     state: SensorState<F, H, X>,
-    stage: Stage<F, H::Reading, X>,
+    stage: Stage<F, H, X>,
     learning: Learning,
 }
 

@@ -5,7 +5,7 @@ use super::state::SensorState;
 use crate::finger::Mechanics;
 use crate::joint_sensor::JointSensor;
 use crate::sensing::location::SeriesElement;
-use crate::sensing::locator::{self, Estimate, LocatorResult, Prior};
+use crate::sensing::locator::{Estimate, LocatorResult, Prior};
 use crate::sensing::{Event, NotLocated, Object, Refusal};
 
 /// Deviation of k, as a share of the phalanx, above which no location is reported: the curve hardly depends on the place.
@@ -23,28 +23,22 @@ pub(super) enum Reported {
     Ambiguous,
 }
 
-/// Whether every place that a verdict has is too uncertain to be one.
+/// Whether a place that a verdict has is too uncertain to be one. Of two places as well: "here, or anywhere" is no choice.
 fn is_vague(verdict: &LocatorResult) -> bool {
     let vague = |of: &Estimate| of.k_sigma_m >= VAGUE * of.length_m;
     match verdict {
         LocatorResult::At(estimate) => vague(estimate),
-        LocatorResult::Either(estimates) => estimates.iter().all(vague),
+        LocatorResult::Either(estimates) => estimates.iter().any(vague),
         _ => false,
     }
 }
 
 impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     /// Reports the verdict at the end of a round if it is new; `last` makes it final.
-    pub(super) fn report(&mut self, contact: &mut Contact<F, H::Reading, X>, last: bool) {
+    pub(super) fn report(&mut self, contact: &mut Contact<F, H, X>, last: bool) {
         let prior = self.prior(&contact.collector);
-        // Up to the end of the curve, which was fitted: the finger may have moved on.
         self.joint_change = H::change(contact.collector.reading, contact.collector.waiting.reading);
-        let change_rad = H::rad(self.joint_change);
-        let verdict = contact.locator.verdict(&prior, |estimate| {
-            change_rad.map_or(0.0, |measured| {
-                locator::ln_likelihood(measured, estimate.joint_2_rad, H::SIGMA_RAD)
-            })
-        });
+        let verdict = contact.locator.verdict(&prior);
         match verdict {
             verdict if is_vague(&verdict) => {
                 if last {
@@ -91,7 +85,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     }
 
     /// Reports that there were too few samples.
-    pub(super) fn give_up(&mut self, contact: &Contact<F, H::Reading, X>) {
+    pub(super) fn give_up(&mut self, contact: &Contact<F, H, X>) {
         if self.is_calibrating() {
             self.emit_calibration(Err(Refusal::TooFewSamples));
         } else {
@@ -99,7 +93,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         }
     }
 
-    fn emit_nowhere(&mut self, contact: &Contact<F, H::Reading, X>, why: NotLocated) {
+    fn emit_nowhere(&mut self, contact: &Contact<F, H, X>, why: NotLocated) {
         self.emit(Event::NotLocated {
             why,
             torque_nm: contact.collector.torque_nm,
@@ -108,7 +102,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
 
     fn emit_located(
         &mut self,
-        contact: &mut Contact<F, H::Reading, X>,
+        contact: &mut Contact<F, H, X>,
         prior: &Prior<X>,
         estimate: &Estimate,
         settled: bool,
@@ -180,7 +174,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
 
     fn emit_ambiguous(
         &mut self,
-        contact: &mut Contact<F, H::Reading, X>,
+        contact: &mut Contact<F, H, X>,
         estimates: &[Estimate; 2],
         settled: bool,
     ) {

@@ -116,7 +116,9 @@ impl<R> Search<R> {
     /// Makes a new search the current stage.
     // Not inlined, so that it does not enlarge the stack frame from which everything else is called.
     #[inline(never)]
-    pub(super) fn begin<F: Mechanics, X: SeriesElement>(stage: &mut Stage<F, R, X>) {
+    pub(super) fn begin<F: Mechanics, H: JointSensor<Reading = R>, X: SeriesElement>(
+        stage: &mut Stage<F, H, X>,
+    ) {
         *stage = Stage::Searching(Self::default());
     }
 }

@@ -113,7 +113,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     }
 
     /// What the locator assumes of a contact before it fits the curve.
-    pub(super) fn prior(&self, collector: &CurveCollector<H::Reading>) -> Prior<X> {
+    pub(super) fn prior(&self, collector: &CurveCollector<H>) -> Prior<X> {
         let settings = &self.settings;
         let [joint_nm, joint_sigma_nm] = settings.joint_friction_nm;
         let [held_nm, held_sigma_nm] = weight::held(collector.stop_nm, settings.preload_nm);

@@ -159,7 +159,7 @@ pub(super) fn locate<F: Mechanics>(
     let mut locator = Locator::default();
     if locator.begin(finger, &data, prior, &near, true) {
         let mut steps = 0;
-        while !locator.step(finger, &data, prior, &near) {
+        while !locator.step(finger, &data, prior, &near, ()) {
             steps += 1;
             assert!(steps < 6000);
         }
@@ -169,7 +169,7 @@ pub(super) fn locate<F: Mechanics>(
 
 pub(super) fn judged<F: Mechanics>(finger: &F, onset_rad: f32, points: &[Point]) -> LocatorResult {
     let prior = prior(onset_rad);
-    locate(finger, onset_rad, points, &prior).verdict(&prior, |_| 0.0)
+    locate(finger, onset_rad, points, &prior).verdict(&prior)
 }
 
 #[test]
@@ -336,8 +336,8 @@ fn the_force_is_that_of_the_present_angle() {
         let near = finger.rest();
         let mut locator = Locator::default();
         assert!(locator.begin(finger, &data, &prior, &near, true));
-        while !locator.step(finger, &data, &prior, &near) {}
-        let LocatorResult::At(estimate) = locator.verdict(&prior, |_| 0.0) else {
+        while !locator.step(finger, &data, &prior, &near, ()) {}
+        let LocatorResult::At(estimate) = locator.verdict(&prior) else {
             panic!("{k_m}");
         };
         // Half way up the curve, and at its end.

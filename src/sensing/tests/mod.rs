@@ -9,6 +9,8 @@ mod free;
 mod friction;
 // With the fingers of the scenes.
 #[cfg(feature = "firmware")]
+mod joint;
+#[cfg(feature = "firmware")]
 pub(super) mod locator;
 #[cfg(feature = "firmware")]
 mod pins;

@@ -157,7 +157,7 @@ fn where_the_stiffness_does_not_depend_on_the_place_it_is_not_claimed() {
                 .filter(|point| point.excess_nm <= share * most_nm)
                 .collect();
             let prior: Prior<Cable> = prior(measured_rad);
-            let verdict = locate(&finger, measured_rad, &points, &prior).verdict(&prior, |_| 0.0);
+            let verdict = locate(&finger, measured_rad, &points, &prior).verdict(&prior);
             let LocatorResult::At(estimate @ Estimate { phalanx: 2, .. }) = verdict else {
                 continue;
             };

@@ -54,7 +54,7 @@ fn sigma_with_leverage<F: Mechanics>(finger: &F, k_m: f32, leverage_sigma: f32) 
         },
         ..prior(measured_rad)
     };
-    match locate(finger, measured_rad, &points, &prior).verdict(&prior, |_| 0.0) {
+    match locate(finger, measured_rad, &points, &prior).verdict(&prior) {
         LocatorResult::At(estimate) => estimate.k_sigma_m,
         other => panic!("{other:?}"),
     }

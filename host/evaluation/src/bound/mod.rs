@@ -115,12 +115,12 @@ pub fn located(drawn: &Drawn) -> LocatorResult {
     let (prior, near) = (&drawn.prior, finger.rest());
     let mut locator = Locator::<_, Cable>::default();
     while locator.begin(&finger, &data, prior, &near, true) {
-        while !locator.step(&finger, &data, prior, &near) {}
+        while !locator.step(&finger, &data, prior, &near, ()) {}
         if locator.stands(&data) {
             break;
         }
     }
-    locator.verdict(prior, |_| 0.0)
+    locator.verdict(prior)
 }
 
 /// What the exact posterior says of it.

@@ -81,7 +81,7 @@ fn with_the_sensor_the_right_side_is_told() {
         let change = simulation.slow().sensing.joint_change();
         let (place, sigma_m) = match outcome.verdict {
             Verdict::Located { k_m, sigma_m, .. } => (k_m, sigma_m),
-            // Joint 2 is near 90 degrees, where the stiffness hardly depends on the place.
+            // Contact friction may hold joint 2, which then tells nothing.
             Verdict::NotLocated(NotLocated::Unobservable) => continue,
             _ => panic!("{case}"),
         };
@@ -91,7 +91,7 @@ fn with_the_sensor_the_right_side_is_told() {
         assert_eq!(place > e_2_m, side == Side::Beyond, "{case}: e_2 {e_2_m}");
         assert_eq!(HallSensor::side(change), Some(side), "{case}: {change:?}");
     }
-    assert!(located >= 1, "{located}");
+    assert!(located >= 4, "{located}");
 }
 
 /// A wire that has come off reads zero volt, which the joint cannot have: contacts are judged as if there were no sensor.
