@@ -6,8 +6,8 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 use palpate_evaluation::experiments::{
-    ablation, calibration, catalogue, document, fingerprint, following, job, result, run,
-    sensitivity, soft_objects,
+    ablation, calibration, catalogue, document, fingerprint, following, job, joint_sensor, result,
+    run, sensitivity, soft_objects,
 };
 use palpate_evaluation::{false_contacts, figures, recordings};
 use palpate_plant::{Engine, ObjectMount, World};
@@ -267,9 +267,10 @@ fn experiments(options: &Experiments) -> Outcome {
     };
     let [changes, second_contacts] = following::NAMES.map(is_wanted);
     let soft = is_wanted(soft_objects::NAME);
+    let joint = is_wanted(joint_sensor::NAME);
     if is_wanted("calibration") {
         studies::calibration(&plan, options.json);
-    } else if rows.is_empty() && !changes && !second_contacts && !soft {
+    } else if rows.is_empty() && !changes && !second_contacts && !soft && !joint {
         return Err("no experiment ran: does --only begin the name of one, and does the world suit the finger?".into());
     }
     if changes {
@@ -280,6 +281,9 @@ fn experiments(options: &Experiments) -> Outcome {
     }
     if soft {
         studies::soft_objects(&plan, options.json);
+    }
+    if joint {
+        studies::joint_sensor(&plan, options.json);
     }
     Ok(())
 }

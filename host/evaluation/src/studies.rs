@@ -3,7 +3,7 @@
 use std::fmt::Display;
 
 use palpate_evaluation::experiments::job::Plan;
-use palpate_evaluation::experiments::{calibration, following, soft_objects};
+use palpate_evaluation::experiments::{calibration, following, joint_sensor, soft_objects};
 
 /// Prints lines of JSON or a table, and to the error output what could not be done: the finger's seed, and why.
 fn print<E: Display>(
@@ -51,6 +51,14 @@ pub fn soft_objects(plan: &Plan, json: bool) {
         || soft_objects::table(&scores),
         &failed,
     );
+}
+
+/// The sensor of joint 2.
+pub fn joint_sensor(plan: &Plan, json: bool) {
+    let (scores, failed) = joint_sensor::study(plan);
+    let lines = json.then(|| joint_sensor::lines(plan, &scores));
+    let table = || joint_sensor::table(&scores);
+    print(joint_sensor::NAME, lines, table, &failed);
 }
 
 /// The guided calibration on fingers with hidden values of their own.

@@ -7,6 +7,7 @@ pub mod between;
 mod board;
 pub mod changes;
 pub mod disturbance;
+pub mod joint_sensor;
 mod machine;
 mod outcome;
 pub mod places;

@@ -8,6 +8,7 @@ pub mod fingerprint;
 pub mod fingers;
 pub mod following;
 pub mod job;
+pub mod joint_sensor;
 pub mod judge;
 pub mod live;
 pub mod objects;

@@ -1,0 +1,102 @@
+//! Places told with and without a sensor at joint 2, next to the truth: drawn fingers, calibrated on pins.
+
+use crate::places::{PIN_RAD, PIN_SHARES};
+use crate::{Error, Simulated, Simulation, Verdict};
+use palpate::sensing::NotLocated;
+use palpate_plant::{Grasp, Shape, World};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use std::ops::Range;
+
+/// Places of the contacts on the last phalanx, as shares of its length.
+const PLACES: Range<f64> = 0.15..0.9;
+
+/// Angles of joint 1, degree: in the travel, and where the stiffest place of `tendon2` lies on its phalanx.
+pub const POSTURES: [Range<f64>; 2] = [25.0..55.0, 92.0..98.0];
+
+/// What the closings in one range of postures came to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Score {
+    /// Closings on the last phalanx.
+    pub closings: u32,
+    /// Of these, told to be somewhere else.
+    pub elsewhere: u32,
+    /// Of these, told as two places.
+    pub ambiguous: u32,
+    /// Of these, told to be where the place cannot be observed.
+    pub unobservable: u32,
+    /// Places told on the right phalanx, as shares of it: told less true, with the deviation told.
+    pub places: Vec<[f64; 2]>,
+}
+
+impl Score {
+    /// Puts the scores of two fingers together.
+    #[must_use]
+    pub fn with(mut self, other: &Self) -> Self {
+        self.closings += other.closings;
+        self.elsewhere += other.elsewhere;
+        self.ambiguous += other.ambiguous;
+        self.unobservable += other.unobservable;
+        self.places.extend(&other.places);
+        self
+    }
+}
+
+/// A drawn finger of a world, calibrated, and `grasps` contacts in each of the [`POSTURES`]: the same for every scene of this geometry.
+///
+/// # Errors
+/// The world does not suit the scene; the sequence refused.
+pub fn finger<S: Simulated>(world: &World, seed: u64, grasps: usize) -> Result<Vec<Score>, Error> {
+    let parameters = world.of(S::NAME)?.randomised(seed);
+    let last = usize::from(S::PHALANGES) - 1;
+    let length_m = parameters.finger.length_m[last];
+    let mut simulation = Simulation::<S>::new(&parameters, seed)?;
+    simulation.prepare()?;
+    simulation.calibrate_on_pins(length_m, PIN_SHARES, PIN_RAD)?;
+    let one = |posture_deg: &Range<f64>| {
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let mut score = Score::default();
+        for index in 0..grasps {
+            let k_m = length_m * random.random_range(PLACES);
+            let diameter_m = random.random_range(0.006..0.03);
+            let theta_1_rad = random.random_range(posture_deg.clone()).to_radians();
+            let grasp = Grasp::touching(
+                S::PHALANGES,
+                k_m,
+                theta_1_rad,
+                Shape::Cylinder { diameter_m },
+            );
+            let mut simulation = simulation.clone();
+            simulation.reseed(seed.wrapping_mul(1_000_003) + index as u64);
+            // Not every object fits between the open finger and its place.
+            if let Ok(outcome) = simulation.close(&grasp)
+                && let Some(first) = outcome.first_contact
+                && first.contact.phalanx == S::PHALANGES
+            {
+                score.take(outcome.verdict, first.contact.k_m, length_m);
+            }
+        }
+        score
+    };
+    Ok(POSTURES.iter().map(one).collect())
+}
+
+impl Score {
+    fn take(&mut self, verdict: Verdict, true_m: f64, length_m: f64) {
+        self.closings += 1;
+        match verdict {
+            Verdict::Located {
+                phalanx,
+                k_m,
+                sigma_m,
+                ..
+            } if phalanx > 1 => {
+                let place = [k_m - true_m, sigma_m].map(|metre| metre / length_m);
+                self.places.push(place);
+            }
+            Verdict::Ambiguous { .. } => self.ambiguous += 1,
+            Verdict::NotLocated(NotLocated::Unobservable) => self.unobservable += 1,
+            _ => self.elsewhere += 1,
+        }
+    }
+}
