@@ -5,7 +5,7 @@
 //! | [`numeric`] | square root, sine and cosine, bisection, small linear algebra, each with its measured error | fingers |
 //! | [`name_list`] | look-up in a list of names kept as one text | what they mean |
 //! | [`range`] | which parameter is out of its range | what it is for |
-//! | [`joint_sensor`] | the optional angle sensor of joint 2, from code to angle | where the contact is |
+//! | [`joint_sensor`] | the optional angle sensor of joint 2, from code to angle and its deviation | where the contact is |
 //! | [`finger`] | phalanges, transmission, statics, stiffness, contact path | motors, time, noise |
 //! | [`sensing`] | samples to events: friction, detection, location, force, uncertainty | the chip |
 //! | [`drive`] | counts, codes, current and speed loops, motion sequence, faults | where the contact is |
