@@ -9,6 +9,7 @@ use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
 
 use crate::paths::machine_paths;
 use crate::reach::{self, Reach};
+use crate::thumb::{self, Flow};
 use crate::uses;
 
 /// Where the chip's memories are.
@@ -81,6 +82,8 @@ impl Footprint {
 pub struct Image {
     /// What it takes.
     pub footprint: Footprint,
+    /// Address of the first instruction after a reset.
+    entry: u32,
     /// Functions, and statics with a size, by address.
     symbols: Vec<Symbol>,
     debug_names: BTreeSet<String>,
@@ -106,6 +109,7 @@ impl Image {
         let file = object::File::parse(bytes)?;
         let mut image = Self {
             footprint: Footprint::default(),
+            entry: 0,
             symbols: Vec::new(),
             debug_names: BTreeSet::new(),
             flash: Vec::new(),
@@ -113,6 +117,7 @@ impl Image {
             marks: Vec::new(),
         };
         let word = |value: u64| u32::try_from(value).context("an address above 4 GiB");
+        image.entry = word(file.entry())? & !1;
         for section in file.sections() {
             let address = word(section.address())?;
             image.footprint.add(&section, address);
@@ -168,6 +173,18 @@ impl Image {
         let end = self.symbols.partition_point(|s| s.address <= address);
         let symbol = self.symbols.get(end.checked_sub(1)?)?;
         (address < symbol.address + symbol.size.max(1)).then_some(symbol)
+    }
+
+    /// The function that the first instruction after a reset calls; `None` if it calls none.
+    #[must_use]
+    pub fn first_call(&self) -> Option<&Symbol> {
+        let [first, second] = [0, 2].map(|offset| self.halfword(self.entry + offset));
+        // BL.
+        let (first, second) = (first?, second.filter(|second| second & 0xD000 == 0xD000)?);
+        match thumb::flow32(first, second, self.entry) {
+            Flow::To(address) => self.symbol_at(address),
+            _ => None,
+        }
     }
 
     /// Everything that the function at `address` uses, itself included: functions that it calls or jumps to at fixed places,

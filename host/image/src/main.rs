@@ -1,5 +1,5 @@
 //! `palpate-reach ELF...`: proves of each image that its control interrupt cannot panic, allocate or log, and runs from CCM
-//! SRAM alone.
+//! SRAM alone, and that its first instruction reads the SRAM before anything is written.
 
 use std::ops::Range;
 use std::path::Path;
@@ -12,6 +12,9 @@ use palpate_image::Image;
 const CONTROL: &str = "ADC1_2";
 /// Where all of it must lie: the CCM SRAM, by the address at which the core fetches from it without wait states.
 const CCM: Range<u32> = 0x1000_0000..0x1000_2800;
+
+/// What reads a word of each block of SRAM (`src/board/ram.rs`).
+const READS_RAM: &str = "__pre_init";
 
 fn main() -> ExitCode {
     let files: Vec<String> = std::env::args().skip(1).collect();
@@ -38,7 +41,17 @@ fn main() -> ExitCode {
 
 /// Prints what breaks a rule; true if nothing does.
 fn check(file: &Path) -> Result<bool> {
-    let reach = Image::open(file)?.reach(CONTROL, &CCM)?;
+    let image = Image::open(file)?;
+    let first = image.first_call().map(palpate_image::Symbol::name);
+    let reads_ram = first.as_deref() == Some(READS_RAM);
+    if !reads_ram {
+        println!(
+            "{}: the first instruction after a reset calls {}, not {READS_RAM}",
+            file.display(),
+            first.as_deref().unwrap_or("nothing")
+        );
+    }
+    let reach = image.reach(CONTROL, &CCM)?;
     for violation in &reach.violations {
         println!(
             "{CONTROL} reaches {:#010x}, which {}: {}",
@@ -55,5 +68,5 @@ fn check(file: &Path) -> Result<bool> {
         reach.instructions,
         reach.violations.len()
     );
-    Ok(reach.violations.is_empty())
+    Ok(reads_ram && reach.violations.is_empty())
 }

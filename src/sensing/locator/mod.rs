@@ -203,8 +203,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     }
 
     /// Evaluates the next points of a pass over the curve (cost: docs/RESULTS.md#speed-and-size). `joint` is what the sensor of joint 2
-    /// told when the round began, `()` without one. True at the end of the round: then
-    /// there is a verdict.
+    /// told when the round began, `()` without one. True at the end of the round: then there is a verdict.
     pub fn step(
         &mut self,
         finger: &F,

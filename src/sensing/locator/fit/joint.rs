@@ -1,5 +1,5 @@
 //! What a sensor of joint 2 adds to a fit: at a given torque the change of the joint depends on the place where the stiffness does not
-//! (docs/MECHANICS.md#observability).
+//! (docs/MECHANICS.md#joint-sensor).
 
 use super::Fit;
 use crate::finger::{Free, Mechanics};
