@@ -65,8 +65,8 @@ pub use fourbar::{Advance, Assembly, FourBar, Levers, Ratio};
 pub use held::{HeldForces, HoldsTwice, NoSecondContact, TwoContacts};
 pub use linkage::Linkage;
 pub use mechanics::{
-    Candidate, Candidates, Class, Contact, Free, Inverse, LONGEST_FINGER, MAX_PHALANGES,
-    MOST_CANDIDATES, Mechanics, PathPoint,
+    Candidate, Candidates, Class, Contact, Free, Inverse, JointPoint, LONGEST_FINGER,
+    MAX_PHALANGES, MOST_CANDIDATES, Mechanics, PathPoint,
 };
 pub use path::{Path, Pressed};
 pub use return_cable::ReturnCable;

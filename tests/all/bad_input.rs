@@ -94,6 +94,13 @@ where
             finger.rub(&mut soft, angle, radius_m);
             for path in [&mut path, &mut rubbed, &mut soft] {
                 for rise in [other, 1e-3, angle] {
+                    if let Some(joint) = finger.joint_2(path) {
+                        prop_assert!(joint.rad.is_finite() && joint.by_k_rad_per_m.is_finite());
+                        prop_assert!(
+                            joint.by_torque_rad_per_nm.is_finite()
+                                && joint.by_friction_rad.is_finite()
+                        );
+                    }
                     if let Some(p) = finger.follow(path, rise) {
                         let numbers = [
                             p.rotation_rad,

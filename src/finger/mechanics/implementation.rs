@@ -1,6 +1,6 @@
 //! Implements the questions of sensing for every finger of this crate.
 
-use super::{Contact, Free, Inverse, Mechanics, PathPoint};
+use super::{Contact, Free, Inverse, JointPoint, Mechanics, PathPoint};
 use crate::finger::inverse::{Bisection, ClosedForm, ContactStatics, PostureStiffness};
 use crate::finger::path::Path;
 use crate::finger::{BaseJoint, Configuration, Finger, Mounting, Transmission};
@@ -147,6 +147,10 @@ where
 
     fn follow(&self, path: &mut Self::Path, rise_nm: f32) -> Option<PathPoint> {
         self.continue_to(path, rise_nm)
+    }
+
+    fn joint_2(&self, path: &Self::Path) -> Option<JointPoint> {
+        self.second_joint(path)
     }
 
     fn place(

@@ -65,6 +65,19 @@ pub struct PathPoint {
     pub joints_rad: [f32; MAX_PHALANGES],
 }
 
+/// Joint 2 at the end of a contact path, for a sensor that reads it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct JointPoint {
+    /// Change of its angle since contact, radian.
+    pub rad: f32,
+    /// Slope of that over the input torque, radian per newton metre.
+    pub by_torque_rad_per_nm: f32,
+    /// Its derivative by the place of the contact on the phalanx, at this torque, radian per metre.
+    pub by_k_rad_per_m: f32,
+    /// Its derivative by the coefficient of contact friction, as [`PathPoint::rotation_by_friction_rad`], radian.
+    pub by_friction_rad: f32,
+}
+
 /// A finger as sensing sees it: the number of phalanges and the transmission are hidden.
 ///
 /// Torques and angles are those of the input link, closing positive. Every function returns `None` where a value is not
@@ -221,6 +234,9 @@ pub trait Mechanics {
     /// None where the contact is lost, slides off its phalanx, or equilibrium is not found; the path then stays where it
     /// was.
     fn follow(&self, path: &mut Self::Path, rise_nm: f32) -> Option<PathPoint>;
+
+    /// Joint 2 at the end of a path. None for a finger of one phalanx.
+    fn joint_2(&self, path: &Self::Path) -> Option<JointPoint>;
 
     /// The place of a contact from one finite step: the `k` with which the path of `guess` turns the input link by
     /// `rotation_rad` while the torque rises by `rise_nm`, both since contact (docs/MECHANICS.md#finite-torque-step);

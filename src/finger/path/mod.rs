@@ -12,6 +12,7 @@
 //! finite step. Everything is dimensionless inside: lengths over the finger's, stiffness over the largest.
 
 mod finite_step;
+mod joint;
 mod linearization;
 mod newton;
 mod response;

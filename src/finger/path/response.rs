@@ -199,6 +199,23 @@ impl<const N: usize> Linearization<N> {
         self.friction * tangent.force * dot(&self.rubbing, &tangent.delta)
     }
 
+    /// Changes of a joint, 0 for the first, for a unit of input torque, by the place of the contact and by the coefficient of friction, the
+    /// last two at a given torque. As [`Self::responses`], at a point to whose force it belongs.
+    pub(super) fn joint_responses(&self, force: f32, joint: usize) -> Option<[f32; 3]> {
+        let by_k = Load {
+            torques: self.loaded.map(|loaded| -force * self.phi.cos * loaded),
+            gap: -self.phi.sin,
+        };
+        let rubbed = Load {
+            torques: self.rubbing.map(|arm| -force * arm),
+            gap: 0.0,
+        };
+        let ([by_torque, by_k, by_friction, ..], _) =
+            self.respond(&[self.driven(), by_k, rubbed])?;
+        let of = |response: Response<N>| response.delta.get(joint).copied();
+        Some([of(by_torque)?, of(by_k)?, of(by_friction)?])
+    }
+
     /// Newton's step with the place of the contact unknown and the rotation of the input link `missing` given.
     pub(super) fn place_response(&self, force: f32, missing: f32) -> Option<Unknown<N>> {
         let arms_by_k = self.loaded.map(|loaded| self.phi.cos * loaded);

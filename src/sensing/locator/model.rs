@@ -11,7 +11,7 @@
 //! prediction plus the measured increment) and corrected by its slope there. Before the onset y is zero.
 
 use super::prior::{BEND, CABLE, FACTOR, FRICTION, GIVE, JOINT, K, ONSET, Prior, UNKNOWNS, Values};
-use crate::finger::{Contact, Free, Mechanics, PathPoint};
+use crate::finger::{Contact, Free, JointPoint, Mechanics, PathPoint};
 use crate::numeric::Bounded;
 use crate::sensing::calibration::MIDDLE_NM;
 use crate::sensing::curve::Point;
@@ -272,12 +272,16 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         })
     }
 
-    /// Change of joint 2 since the onset, on the way of a path that has not begun to a torque, radian; none without a contact, and none
-    /// where the path ends before.
-    pub(super) fn joint_2_rad(mut self, finger: &F, torque_nm: f32) -> Option<f32> {
-        let rise_nm = (torque_nm - self.contact_nm).at_least(LEAST_RISE_NM);
-        let end = finger.follow(self.path.as_mut()?, rise_nm)?;
-        Some(end.joints_rad[1])
+    /// Joint 2 at the end of the path, and its change since the onset at a torque near to the one there; none without a contact. A contact
+    /// that has slid off its phalanx turns the joint no further.
+    pub(super) fn joint_2(&self, finger: &F, torque_nm: f32) -> Option<(JointPoint, f32)> {
+        let joint = finger.joint_2(self.path.as_ref()?)?;
+        let beyond_nm = if self.ended {
+            0.0
+        } else {
+            torque_nm - self.last_torque_nm
+        };
+        Some((joint, joint.rad + joint.by_torque_rad_per_nm * beyond_nm))
     }
 
     /// Contact force at the end of the path, newton.

@@ -6,7 +6,6 @@ use crate::finger::{Free, Mechanics};
 use crate::joint_sensor::JointChange;
 use crate::numeric::ln;
 use crate::sensing::SeriesElement;
-use crate::sensing::locator::model::Model;
 use crate::sensing::locator::prior::{FACTOR, FRICTION, K, ONSET, Prior, Scaling, UNKNOWNS};
 use crate::sensing::locator::{Data, onset};
 
@@ -15,8 +14,6 @@ const FREEDOMS: f32 = 7.0;
 /// What it costs to take a reading for wrong, as twice a logarithm of odds: a sensor is wrong in one of fifty contacts, and tells any angle
 /// of 1.5 rad then (chosen). So a sensor that is wrong does not decide alone.
 const WRONG: f32 = 17.0;
-/// Step for the derivatives, in lengths of the phalanx or in deviations.
-const STEP: f32 = 0.02;
 
 impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
     /// Adds the reading to a complete pass. The torque counts as known: its error is small beside the reading's.
@@ -45,34 +42,19 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         let (Some(origin_rad), Some(onset_rad)) = (rad(&origin), rad(&onset)) else {
             return;
         };
-        let torque_nm = values[FACTOR] * change.excess_nm + change.free_nm;
-        let since = |x: &[f32; UNKNOWNS]| {
-            Model::<F, X>::new(
-                finger,
-                (data.origin_rad, data.drivetrain),
-                &scaling.values(x),
-                prior,
-                self.hypothesis.hold,
-                &onset,
-            )?
-            .joint_2_rad(finger, torque_nm)
-        };
         let Some(pass) = &mut self.pass else { return };
-        // A contact that slides off its phalanx turns the joint no further.
-        let end_rad = pass.model.end().joints_rad[1];
-        let turned_rad = since(&self.trial).unwrap_or(end_rad);
-        let mut slopes = [0.0; UNKNOWNS];
-        // About in proportion to the torque.
-        slopes[FACTOR] = turned_rad / values[FACTOR] * scaling.deviation[FACTOR];
-        let by = |unknown: usize, step: f32| {
-            let mut beside = self.trial;
-            beside[unknown] += step;
-            since(&beside).map_or(0.0, |other| (other - turned_rad) / step)
+        let torque_nm = values[FACTOR] * change.excess_nm + change.free_nm;
+        let Some((joint, turned_rad)) = pass.model.joint_2(finger, torque_nm) else {
+            return;
         };
+        let mut slopes = [0.0; UNKNOWNS];
+        slopes[FACTOR] = joint.by_torque_rad_per_nm * change.excess_nm;
         if self.hypothesis.has_place() {
-            let step = if self.trial[K] < 0.5 { STEP } else { -STEP };
-            slopes[K] = by(K, step);
-            slopes[FRICTION] = by(FRICTION, STEP);
+            slopes[K] = joint.by_k_rad_per_m;
+        }
+        slopes[FRICTION] = joint.by_friction_rad;
+        for (slope, deviation) in slopes.iter_mut().zip(&scaling.deviation) {
+            *slope *= deviation;
         }
         let residual = change.rad - (onset_rad - origin_rad) - turned_rad;
         let deviation = residual / change.sigma_rad;
