@@ -23,8 +23,8 @@ pub(super) const LAST_START: usize = 1 + STARTS.len();
 /// Torque of the joints at the last start, in deviations from its mean. A break-away torque puts a kink into the curve: a fit that starts
 /// below it stops there, one that starts above it passes (compared in `locator::tests`).
 const HELD: f32 = 6.0;
-/// Contact friction at the first starts where a sensor tells of joint 2, in deviations from its mean: so low that its bound holds it at
-/// none. Enough of it holds a finger near the stiffest place, and no slope leads out of that, nor from there to the place.
+/// Contact friction at further starts where a sensor tells of joint 2, in deviations from its mean: so low that its bound holds it at
+/// none. Enough of it holds a finger near the stiffest place, and no slope leads from there to the place of one that slides.
 const SLIPPERY: f32 = -6.0;
 
 /// Number of starts of a fit; a first one, of a thorough round, is tried from several places.
@@ -148,7 +148,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
                 (fit::start(place, prior), false)
             }
         };
-        if joint.change().is_some() && !fitted {
+        if joint.change().is_some() && !fitted && self.start > 0 {
             x[FRICTION] = SLIPPERY;
             Scaling::of(prior, length_m).hold(&mut x, FRICTION);
         }
