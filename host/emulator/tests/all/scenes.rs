@@ -4,17 +4,28 @@
 use crate::support;
 use palpate_emulator::Firmware;
 use palpate_emulator::sim::{Object, Script, Session, Settings, Summary, Told, end_of};
-use palpate_plant::{ObjectMount, Parameters};
+use palpate_plant::{ObjectMount, Parameters, World};
 
 /// A grasp; control stays within its bounds whatever a scene adds to it.
 fn grasp<'f>(
     firmware: &'f Firmware,
     scene: &str,
     script: Script,
-    (theta_1_deg, contact_mm): (f64, f64),
+    contact: (f64, f64),
 ) -> Session<'f> {
+    let parameters = Parameters::of(scene).expect("one of the scenes");
+    grasp_in(firmware, parameters, script, contact)
+}
+
+/// The same in any world; the contact by the angle of joint 1 and its place on phalanx 2.
+fn grasp_in(
+    firmware: &Firmware,
+    parameters: Parameters,
+    script: Script,
+    (theta_1_deg, contact_mm): (f64, f64),
+) -> Session<'_> {
     let settings = Settings {
-        parameters: Parameters::of(scene).expect("one of the scenes"),
+        parameters,
         script,
         object: Some(Object {
             phalanx: 2,
@@ -63,6 +74,19 @@ fn joint_2_is_read_and_decides_the_side() {
             .all(|line| line.event().name != "joint"),
         "the sensor was never without a reading"
     );
+}
+
+/// Contact friction holds joint 2 there, and the fits take their longest: samples must not wait.
+#[test]
+fn a_fit_with_the_sensor_ends_in_time() {
+    let Some(firmware) = support::image(support::HALL) else {
+        return;
+    };
+    let world = World::named("workshop").expect("one of the worlds");
+    for contact_mm in [12.0, 60.0] {
+        let parameters = world.of("tendon2-hall").expect("one of the scenes");
+        grasp_in(&firmware, parameters, Script::button(), (94.0, contact_mm));
+    }
 }
 
 /// The same finger without a cable: a contact is placed, and the guided calibration sends nobody to the closing stop.
