@@ -20,7 +20,10 @@ pub mod second;
 pub mod table;
 pub mod value;
 
-use table::{Row, Table};
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use table::{Error, Row, Table};
 use value::Values;
 
 /// Recomputes the outputs of a row.
@@ -45,6 +48,32 @@ pub fn family(file: &str) -> Option<Family> {
         .into_iter()
         .find(|(start, _)| file.starts_with(start))
         .map(|(_, family)| family)
+}
+
+/// The values of a row, recomputed by its family. A cell that is no number, and a finger that has no such posture, end in a panic deep in
+/// the computation: what it says becomes the error.
+fn recomputed(table: &Table, family: Family, index: usize) -> Result<Values, Error> {
+    let row = table.row(index);
+    catch_unwind(AssertUnwindSafe(|| family(&row))).map_err(|panic| {
+        format!(
+            "{}, row {}: cannot be recomputed, expected {}",
+            table.name,
+            index + 1,
+            said(&*panic)
+        )
+    })
+}
+
+/// What a panic says: in this crate, what was expected.
+#[must_use]
+pub fn said(panic: &(dyn Any + Send)) -> &str {
+    (panic.downcast_ref::<String>().map(String::as_str))
+        .or_else(|| panic.downcast_ref::<&str>().copied())
+        .unwrap_or("something else")
+}
+
+fn known(table: &Table) -> Result<Family, Error> {
+    family(&table.name).ok_or_else(|| format!("{}: no kind of reference file", table.name))
 }
 
 /// The cell that differs most from its recomputed value.
@@ -73,11 +102,10 @@ pub struct Comparison {
 
 /// Recomputes rows and compares all of their outputs.
 ///
-/// # Panics
-/// The file is of no known kind, or has a row that cannot be recomputed.
-#[must_use]
-pub fn compare(table: &Table, rows: impl Iterator<Item = usize>) -> Comparison {
-    let family = family(&table.name).expect("a known kind of file");
+/// # Errors
+/// The file is of no known kind, or has a row that cannot be recomputed: which, and why.
+pub fn compare(table: &Table, rows: impl Iterator<Item = usize>) -> Result<Comparison, Error> {
+    let family = known(table)?;
     let worst = Worst {
         deviation: 0.0,
         row: 0,
@@ -92,7 +120,7 @@ pub fn compare(table: &Table, rows: impl Iterator<Item = usize>) -> Comparison {
     for index in rows {
         let row = table.row(index);
         comparison.rows += 1;
-        for (column, value) in family(&row).iter() {
+        for (column, value) in recomputed(table, family, index)?.iter() {
             let deviation = value.deviation(row.text(column));
             comparison.cells += 1;
             comparison.equal += usize::from(deviation == 0.0);
@@ -105,7 +133,7 @@ pub fn compare(table: &Table, rows: impl Iterator<Item = usize>) -> Comparison {
             }
         }
     }
-    comparison
+    Ok(comparison)
 }
 
 /// So many rows of a table, evenly spread.
@@ -117,11 +145,10 @@ pub fn sample(table: &Table, count: usize) -> impl Iterator<Item = usize> {
 
 /// The file's text with its inputs as they are and its outputs recomputed.
 ///
-/// # Panics
+/// # Errors
 /// As [`compare`].
-#[must_use]
-pub fn generate(table: &Table) -> String {
-    let family = family(&table.name).expect("a known kind of file");
+pub fn generate(table: &Table) -> Result<String, Error> {
+    let family = known(table)?;
     let mut text = String::new();
     for line in table.comments.iter().chain([&table.columns.join(",")]) {
         text.push_str(line);
@@ -129,7 +156,7 @@ pub fn generate(table: &Table) -> String {
     }
     for index in 0..table.rows.len() {
         let row = table.row(index);
-        let values = family(&row);
+        let values = recomputed(table, family, index)?;
         let cells = table.columns.iter().map(|column| {
             values
                 .get(column)
@@ -138,5 +165,5 @@ pub fn generate(table: &Table) -> String {
         text.push_str(&cells.collect::<Vec<_>>().join(","));
         text.push('\n');
     }
-    text
+    Ok(text)
 }

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use palpate_golden::table::Table;
-use palpate_golden::{compare, family, generate, sample};
+use palpate_golden::{compare, generate, said, sample};
 
 /// Largest relative difference that rounding to f64 explains, with the last digit of the other evaluation.
 const ROUNDING: f64 = 4.5e-16;
@@ -87,12 +87,9 @@ fn run(arguments: &Arguments) -> Result<bool, String> {
     let bar = palpate_cli::progress::bar(files.len(), "files");
     for file in files {
         let table = Table::read(&file)?;
-        if family(&table.name).is_none() {
-            return Err(format!("{}: no kind of reference file", file.display()));
-        }
         if let Some(directory) = &arguments.generate {
             let name = file.file_name().unwrap_or_default().to_string_lossy();
-            let text = generate(&table);
+            let text = generate(&table)?;
             bar.suspend(|| write(directory, &name, &text))?;
             bar.inc(1);
             continue;
@@ -102,7 +99,7 @@ fn run(arguments: &Arguments) -> Result<bool, String> {
         } else {
             arguments.rows
         };
-        let found = compare(&table, sample(&table, count));
+        let found = compare(&table, sample(&table, count))?;
         if found.cells == 0 {
             return Err(format!("{}: no rows to compare", file.display()));
         }
@@ -124,7 +121,12 @@ fn run(arguments: &Arguments) -> Result<bool, String> {
 }
 
 fn main() -> ExitCode {
-    match run(&Arguments::parse()) {
+    let arguments = Arguments::parse();
+    // What a row is refused for is told as an error, not as a panic.
+    std::panic::set_hook(Box::new(|_| {}));
+    let done = std::panic::catch_unwind(|| run(&arguments));
+    let done = done.unwrap_or_else(|panic| Err(format!("stopped, expected {}", said(&*panic))));
+    match done {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => {
             eprintln!(
