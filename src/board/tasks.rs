@@ -143,6 +143,7 @@ pub async fn sequence(mut led: Led, mut button: Button, application: Application
         let status = control::status();
         let pressed = button.pressed();
         let notice = NOTICES.try_receive().ok();
+        let told = notice.is_some();
         let (state, step) = coordinator.with(|coordinator| {
             if console::stop_requested() {
                 // Never refused.
@@ -156,7 +157,11 @@ pub async fn sequence(mut led: Led, mut button: Button, application: Application
             (coordinator.state(), step)
         });
         let rests = matches!(step.motion.demand.setpoint, Setpoint::Off);
-        bridge::keep_live(!rests || state == State::Fault);
+        let is_live = !rests || state == State::Fault;
+        // After a start the fault may come behind other notices: the mark of the last run stays until all are heard.
+        if is_live || !told {
+            bridge::keep_live(is_live);
+        }
         control::demand(step.motion.demand);
         if let Some(request) = step.request {
             report_purpose(&request);

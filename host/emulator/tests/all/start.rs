@@ -214,3 +214,30 @@ fn a_button_held_through_a_reset_starts_nothing() {
     assert!(session.machine.world().bridge_on(), "a press");
     assert_eq!(faults(&session), [""; 0]);
 }
+
+/// The supply dips again soon after the start that a dip led to, at any time: nothing moves before `clear`. A record in flash makes the
+/// fault the second thing that the sequence hears of.
+#[test]
+fn a_second_dip_of_the_supply_right_after_a_start_is_a_brown_out_too() {
+    let Some(firmware) = firmware() else { return };
+    let mut session = session(&firmware, Quirks::default());
+    run(&mut session, "save\n", 0.5);
+    assert!(says(&session, "answer saved"));
+    run(&mut session, "home\n", 0.4);
+    assert!(session.machine.world().bridge_on(), "homing");
+    // Faults told since the last start, after a dip and so much time.
+    let dip = |session: &mut Session<'_>, seconds: f64| {
+        let reset = session.machine.reset(ResetCause::BrownOut);
+        reset.expect("the engine works");
+        run(session, "", seconds);
+        let boot = (session.lines.iter()).rposition(|line| line.event().name == "boot");
+        session.lines.drain(..boot.unwrap_or_default());
+        faults(session)
+    };
+    assert_eq!(dip(&mut session, 0.1), ["brown-out"]);
+    for millisecond in 1..20 {
+        dip(&mut session, 1e-3 * f64::from(millisecond));
+        let told = dip(&mut session, 0.1);
+        assert_eq!(told, ["brown-out"], "after {millisecond} ms");
+    }
+}
