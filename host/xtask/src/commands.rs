@@ -46,14 +46,13 @@ pub fn scene(arguments: &mut Vec<String>) -> Outcome<Option<String>> {
     )))
 }
 
-/// The arguments with the scene that `PALPATE_SCENE` names, where they name none themselves.
-pub fn with_scene(arguments: &[String]) -> Vec<String> {
+/// The arguments with the scene that they or `PALPATE_SCENE` name, for a host program.
+pub fn with_scene(arguments: &[String]) -> Outcome<Vec<String>> {
     let mut words = arguments.to_vec();
-    let given = words.iter().any(|word| word.starts_with("--scene"));
-    if !given && let Ok(name) = std::env::var("PALPATE_SCENE") {
+    if let Some(name) = scene(&mut words)? {
         words.push(format!("--scene={name}"));
     }
-    words
+    Ok(words)
 }
 
 /// No argument is left over.
@@ -203,18 +202,18 @@ pub fn experiments(arguments: &[String]) -> Outcome {
 /// `replay`: a recorded trace.
 pub fn replay(arguments: &[String]) -> Outcome {
     monitor::with_page(&mut arguments.to_vec(), "A recorded grasp", |rest| {
-        evaluate("replay", &with_scene(rest))
+        evaluate("replay", &with_scene(rest)?)
     })
 }
 
 /// `recordings`: a folder of them, with their truth.
 pub fn recordings(arguments: &[String]) -> Outcome {
-    evaluate("recordings", &with_scene(arguments))
+    evaluate("recordings", &with_scene(arguments)?)
 }
 
 /// `false-contacts`: what each choice of the sensitivity costs.
 pub fn false_contacts(arguments: &[String]) -> Outcome {
-    evaluate("false-contacts", &with_scene(arguments))
+    evaluate("false-contacts", &with_scene(arguments)?)
 }
 
 /// `figures`: pictures of the above.

@@ -47,7 +47,7 @@ fn live(subcommand: &str, arguments: &[String]) -> Outcome {
         let program = emulator.get_program().to_string_lossy().into_owned();
         words.extend(["--emulator".to_owned(), program]);
     }
-    words.extend(with_scene(arguments));
+    words.extend(with_scene(arguments)?);
     let probe = (from == "probe").then_some("palpate-monitor/probe");
     run(host::program_with(PACKAGE, probe, arguments)?.args(words))
 }
