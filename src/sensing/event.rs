@@ -16,7 +16,7 @@ pub enum NotLocated {
     TooStiff,
     /// The curve fits no single contact: there are two, or the object yields or slips.
     Unexplained,
-    /// The finger's stiffness hardly depends on the place in this posture.
+    /// The finger's stiffness hardly depends on the place in this posture, or two phalanges explain the curve alike.
     Unobservable,
     /// The motion ended, or the torque limit was reached, before there were enough points.
     TooFewSamples,
