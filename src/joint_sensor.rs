@@ -40,6 +40,9 @@ pub trait JointSensor: Copy + core::fmt::Debug {
     /// Change of theta_2 between two readings.
     fn change(from: Self::Reading, to: Self::Reading) -> Self::Reading;
 
+    /// The mean of two readings.
+    fn middle(a: Self::Reading, b: Self::Reading) -> Self::Reading;
+
     /// A reading or a change, radian; None without a sensor or while it has no reading.
     fn rad(reading: Self::Reading) -> Option<f32>;
 
@@ -174,6 +177,8 @@ impl JointSensor for NoJointSensor {
 
     fn change((): (), (): ()) {}
 
+    fn middle((): (), (): ()) {}
+
     fn rad((): ()) -> Option<f32> {
         None
     }
@@ -239,6 +244,10 @@ impl JointSensor for HallSensor {
 
     fn change(from: Option<f32>, to: Option<f32>) -> Option<f32> {
         Some(to? - from?)
+    }
+
+    fn middle(a: Option<f32>, b: Option<f32>) -> Option<f32> {
+        Some(0.5 * (a? + b?))
     }
 
     fn rad(reading: Option<f32>) -> Option<f32> {

@@ -76,6 +76,9 @@ pub struct JointPoint {
     pub by_k_rad_per_m: f32,
     /// Its derivative by the coefficient of contact friction, as [`PathPoint::rotation_by_friction_rad`], radian.
     pub by_friction_rad: f32,
+    /// Its derivative by a torque that opposes the turning of each joint beyond the first, as
+    /// [`PathPoint::rotation_by_joint_friction_rad_per_nm`], radian per newton metre.
+    pub by_joint_friction_rad_per_nm: f32,
 }
 
 /// A finger as sensing sees it: the number of phalanges and the transmission are hidden.

@@ -199,9 +199,10 @@ impl<const N: usize> Linearization<N> {
         self.friction * tangent.force * dot(&self.rubbing, &tangent.delta)
     }
 
-    /// Changes of a joint, 0 for the first, for a unit of input torque, by the place of the contact and by the coefficient of friction, the
-    /// last two at a given torque. As [`Self::responses`], at a point to whose force it belongs.
-    pub(super) fn joint_responses(&self, force: f32, joint: usize) -> Option<[f32; 3]> {
+    /// Changes of a joint, 0 for the first, for a unit of input torque, by the place of the contact, by the coefficient of friction and by a
+    /// torque that opposes the turning of each joint but the first, the last three at a given torque. As [`Self::responses`], at a point to
+    /// whose force it belongs.
+    pub(super) fn joint_responses(&self, force: f32, joint: usize) -> Option<[f32; 4]> {
         let by_k = Load {
             torques: self.loaded.map(|loaded| -force * self.phi.cos * loaded),
             gap: -self.phi.sin,
@@ -210,10 +211,19 @@ impl<const N: usize> Linearization<N> {
             torques: self.rubbing.map(|arm| -force * arm),
             gap: 0.0,
         };
-        let ([by_torque, by_k, by_friction, ..], _) =
-            self.respond(&[self.driven(), by_k, rubbed])?;
+        let braked = Load {
+            torques: from_fn(|m| if m == 0 { 0.0 } else { -self.turning[m] }),
+            gap: 0.0,
+        };
+        let ([by_torque, by_k, by_friction, by_joint_friction, ..], _) =
+            self.respond(&[self.driven(), by_k, rubbed, braked])?;
         let of = |response: Response<N>| response.delta.get(joint).copied();
-        Some([of(by_torque)?, of(by_k)?, of(by_friction)?])
+        Some([
+            of(by_torque)?,
+            of(by_k)?,
+            of(by_friction)?,
+            of(by_joint_friction)?,
+        ])
     }
 
     /// Newton's step with the place of the contact unknown and the rotation of the input link `missing` given.

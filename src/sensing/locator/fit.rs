@@ -154,7 +154,9 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         if progress == Progress::UnderWay {
             return progress;
         }
-        if let Some(change) = joint.change() {
+        if let Some(change) = joint.change()
+            && progress == Progress::Converged
+        {
             self.weigh_joint(finger, data, prior, near, &change);
         }
         let progress = self.judge(progress == Progress::Converged, prior, &scaling);

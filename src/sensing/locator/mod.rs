@@ -216,8 +216,8 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             return false;
         }
         let data = self.of_round(data);
-        // Read at the end of the whole curve, where a second contact may act.
-        let joint = if self.share == 0 {
+        // Read at the end of the whole curve, where a second contact may act. It checks places and does not calibrate.
+        let joint = if self.share == 0 && matches!(prior.place, Place::Anywhere) {
             joint
         } else {
             Default::default()

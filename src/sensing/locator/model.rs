@@ -272,16 +272,23 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         })
     }
 
-    /// Joint 2 at the end of the path, and its change since the onset at a torque near to the one there; none without a contact. A contact
-    /// that has slid off its phalanx turns the joint no further.
-    pub(super) fn joint_2(&self, finger: &F, torque_nm: f32) -> Option<(JointPoint, f32)> {
-        let joint = finger.joint_2(self.path.as_ref()?)?;
-        let beyond_nm = if self.ended {
-            0.0
-        } else {
-            torque_nm - self.last_torque_nm
-        };
-        Some((joint, joint.rad + joint.by_torque_rad_per_nm * beyond_nm))
+    /// Joint 2 at the end of the path, with its change since the onset at a torque near to the one there and the friction of the joints;
+    /// none without a contact. A contact that has slid off its phalanx turns the joint no further.
+    pub(super) fn joint_2(&self, finger: &F, torque_nm: f32) -> Option<JointPoint> {
+        let mut joint = finger.joint_2(self.path.as_ref()?)?;
+        if self.ended {
+            joint.by_torque_rad_per_nm = 0.0;
+        }
+        // No point of the curve may have reached the path.
+        let followed_nm = self.last_torque_nm.at_least(self.contact_nm);
+        joint.rad += joint.by_torque_rad_per_nm * (torque_nm - followed_nm)
+            + joint.by_joint_friction_rad_per_nm * self.values[JOINT];
+        Some(joint)
+    }
+
+    /// Derivative of the torque at the onset by the measured angle there.
+    pub(super) fn contact_by_onset(&self) -> f32 {
+        self.contact_by_onset
     }
 
     /// Contact force at the end of the path, newton.

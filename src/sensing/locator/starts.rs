@@ -137,6 +137,9 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             (0, 0, _) | (0, _, false) | (LAST_START.., ..) => track.fit(radius),
             _ => None,
         };
+        // Or from that in which the reading was believed.
+        let again = joint.change().is_some() && !self.thorough && self.start == 1;
+        let before = if again { track.fit(radius) } else { before };
         let neighbour = track.fit(from).filter(|_| self.order > 0);
         let (mut x, fitted) = match before.or(neighbour) {
             Some(fitted) => (fitted.x, true),

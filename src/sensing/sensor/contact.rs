@@ -214,11 +214,12 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             collector, locator, ..
         } = contact;
         let data = self.data(&collector.curve, collector.curve.points());
-        let joint = if self.is_calibrating() {
-            Default::default()
-        } else {
-            collector.joint_of_round
-        };
-        locator.step(&self.finger, &data, &prior, &self.posture, joint)
+        locator.step(
+            &self.finger,
+            &data,
+            &prior,
+            &self.posture,
+            collector.joint_of_round,
+        )
     }
 }

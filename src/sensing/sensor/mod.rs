@@ -237,7 +237,10 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             .push(sample, &state.drivetrain, &state.settings)
         {
             BlockUpdate::Pending => {}
-            BlockUpdate::Block(block) => self.take(&block),
+            BlockUpdate::Block(block) => {
+                self.take(&block);
+                self.state.before = self.state.reading;
+            }
             BlockUpdate::Ended => self.end_run(),
         }
         // Before the judgement: an update that gives the last word on a contact has no time to learn as well.

@@ -47,6 +47,7 @@ pub(super) struct CorrectedBlock<R> {
     /// As in [`Block`].
     pub(super) inertia_nm: f32,
     pub(super) overspeed: f32,
+    /// In the middle of the block, as its other values.
     pub(super) reading: R,
 }
 
@@ -161,7 +162,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             beyond_counts: recorded.beyond_counts,
             inertia_nm: block.inertia_nm,
             overspeed: block.overspeed,
-            reading: self.reading,
+            reading: H::middle(self.before, self.reading),
         })
         .filter(|corrected| corrected.residual_nm.is_finite())
     }

@@ -33,9 +33,11 @@ pub(super) struct SensorState<F: Mechanics, H: JointSensor, X: SeriesElement> {
     /// The free finger's posture at the last block: start value of the next solution.
     pub(super) posture: F::Configuration,
     pub(super) reading: H::Reading,
+    /// The same at the end of the last block.
+    pub(super) before: H::Reading,
     /// Encoder position of the last sample.
     pub(super) position_counts: i32,
-    /// Change of theta_2 since contact, as the last verdict took it into account.
+    /// Change of theta_2 since the curve's origin, at the last verdict.
     pub(super) joint_change: H::Reading,
     /// See [`Sensor::object`](super::Sensor::object).
     pub(super) object: Option<Object>,
@@ -75,6 +77,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             stale_told: false,
             posture,
             reading: H::Reading::default(),
+            before: H::Reading::default(),
             position_counts: 0,
             joint_change: H::Reading::default(),
             object: None,

@@ -2,15 +2,17 @@
 //! (docs/MECHANICS.md#joint-sensor).
 
 use super::Fit;
-use crate::finger::{Free, Mechanics};
+use crate::finger::Mechanics;
 use crate::joint_sensor::JointChange;
 use crate::numeric::ln;
 use crate::sensing::SeriesElement;
-use crate::sensing::locator::prior::{FACTOR, FRICTION, K, ONSET, Prior, Scaling, UNKNOWNS};
+use crate::sensing::locator::prior::{FACTOR, FRICTION, JOINT, K, ONSET, Prior, Scaling, UNKNOWNS};
 use crate::sensing::locator::{Data, onset};
 
 /// Degrees of freedom of the reading's distribution (Student's t): from a start far off, an error counts for less (chosen).
 const FREEDOMS: f32 = 7.0;
+/// Way of the free finger from the curve's origin to the onset from which its slope is taken, radian.
+const LEAST_WAY_RAD: f32 = 1e-3;
 /// What it costs to take a reading for wrong, as twice a logarithm of odds: a sensor is wrong in one of fifty contacts, and tells any angle
 /// of 1.5 rad then (chosen). So a sensor that is wrong does not decide alone.
 const WRONG: f32 = 17.0;
@@ -26,37 +28,18 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         near: &F::Configuration,
         change: &JointChange,
     ) {
-        if !change.sigma_rad.is_finite() {
-            if let Some(pass) = &mut self.pass {
-                pass.logarithms += WRONG;
-            }
-            return;
-        }
-        let scaling = Scaling::of(prior, self.hypothesis.length_m);
-        let values = scaling.values(&self.trial);
-        let free = |rad: f32| onset::at::<F, X>(finger, rad, prior, near);
-        let (Some(origin), Some(onset)) = (free(data.origin_rad), free(values[ONSET])) else {
-            return;
-        };
-        let rad = |free: &Free<F::Configuration>| finger.joint_rad(&free.configuration, 2);
-        let (Some(origin_rad), Some(onset_rad)) = (rad(&origin), rad(&onset)) else {
-            return;
-        };
+        let expected = change
+            .sigma_rad
+            .is_finite()
+            .then(|| self.expected(finger, data, prior, near, change))
+            .flatten();
         let Some(pass) = &mut self.pass else { return };
-        let torque_nm = values[FACTOR] * change.excess_nm + change.free_nm;
-        let Some((joint, turned_rad)) = pass.model.joint_2(finger, torque_nm) else {
+        let Some((rad, slopes)) = expected else {
+            // It is taken for wrong, or nothing can be said of it: neither must win.
+            pass.logarithms += WRONG;
             return;
         };
-        let mut slopes = [0.0; UNKNOWNS];
-        slopes[FACTOR] = joint.by_torque_rad_per_nm * change.excess_nm;
-        if self.hypothesis.has_place() {
-            slopes[K] = joint.by_k_rad_per_m;
-        }
-        slopes[FRICTION] = joint.by_friction_rad;
-        for (slope, deviation) in slopes.iter_mut().zip(&scaling.deviation) {
-            *slope *= deviation;
-        }
-        let residual = change.rad - (onset_rad - origin_rad) - turned_rad;
+        let residual = change.rad - rad;
         let deviation = residual / change.sigma_rad;
         let squares = deviation * deviation;
         pass.logarithms += (FREEDOMS + 1.0) * ln(1.0 + squares / FREEDOMS);
@@ -66,5 +49,45 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             &slopes,
             weight / (change.sigma_rad * change.sigma_rad),
         );
+    }
+
+    /// The change of joint 2 that the trial's unknowns predict, radian, with its derivatives by them. It does not depend on the cable, nor,
+    /// but by the torque, on the object's compliance.
+    fn expected(
+        &self,
+        finger: &F,
+        data: &Data,
+        prior: &Prior<X>,
+        near: &F::Configuration,
+        change: &JointChange,
+    ) -> Option<(f32, [f32; UNKNOWNS])> {
+        let scaling = Scaling::of(prior, self.hypothesis.length_m);
+        let values = scaling.values(&self.trial);
+        let free_rad = |rad: f32| -> Option<f32> {
+            let free = onset::at::<F, X>(finger, rad, prior, near)?;
+            finger.joint_rad(&free.configuration, 2)
+        };
+        let onset_rad = values[ONSET];
+        let before_rad = free_rad(onset_rad)? - free_rad(data.origin_rad)?;
+        let model = &self.pass.as_ref()?.model;
+        let torque_nm = values[FACTOR] * change.excess_nm + change.free_nm;
+        let joint = model.joint_2(finger, torque_nm)?;
+        let mut slopes = [0.0; UNKNOWNS];
+        slopes[FACTOR] = joint.by_torque_rad_per_nm * change.excess_nm;
+        slopes[JOINT] = joint.by_joint_friction_rad_per_nm;
+        slopes[FRICTION] = joint.by_friction_rad;
+        let way_rad = onset_rad - data.origin_rad;
+        if way_rad.abs() > LEAST_WAY_RAD {
+            slopes[ONSET] =
+                before_rad / way_rad - joint.by_torque_rad_per_nm * model.contact_by_onset();
+        }
+        if self.hypothesis.has_place() {
+            slopes[K] = joint.by_k_rad_per_m;
+        }
+        for (slope, deviation) in slopes.iter_mut().zip(&scaling.deviation) {
+            *slope *= deviation;
+        }
+        slopes[FACTOR] += joint.by_joint_friction_rad_per_nm * scaling.joint_by_factor;
+        Some((before_rad + joint.rad, slopes))
     }
 }
