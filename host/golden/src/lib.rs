@@ -121,6 +121,9 @@ pub fn compare(table: &Table, rows: impl Iterator<Item = usize>) -> Result<Compa
         let row = table.row(index);
         comparison.rows += 1;
         for (column, value) in recomputed(table, family, index)?.iter() {
+            if !row.has(column) {
+                return Err(format!("{}: no column {column}", table.name));
+            }
             let deviation = value.deviation(row.text(column));
             comparison.cells += 1;
             comparison.equal += usize::from(deviation == 0.0);
