@@ -2,8 +2,8 @@
 //! object is held; and contacts that nothing happens to.
 
 use crate::disturbance::{Disturbance, Happened, What, When};
-use crate::places::PIN_RAD;
-use crate::{Error, Outcome, Simulated, Simulation, Verdict};
+use crate::places::calibrated;
+use crate::{Error, Outcome, Simulated, Verdict};
 use palpate::sensing::{Change, Followed};
 use palpate_plant::{Grasp, Shape, World};
 use rand::{RngExt, SeedableRng};
@@ -254,11 +254,7 @@ pub fn finger<S: Simulated>(
     grasps: usize,
     mut tell: impl FnMut(usize, &str, Option<Happened>, &Outcome),
 ) -> Result<Scores, Error> {
-    let parameters = world.of(S::NAME)?.randomised(seed);
-    let mut simulation = Simulation::<S>::new(&parameters, seed)?;
-    simulation.prepare()?;
-    let length_m = parameters.finger.length_m[usize::from(S::PHALANGES) - 1];
-    simulation.calibrate_on_pins(length_m, PINS, PIN_RAD)?;
+    let (simulation, _, length_m) = calibrated::<S>(world, seed, PINS)?;
     let mut random = Pcg64Mcg::seed_from_u64(seed ^ 0x00c4_a26e);
     let mut scores = Scores::default();
     for grasp in 0..grasps {

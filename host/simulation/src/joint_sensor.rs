@@ -1,7 +1,7 @@
 //! Places told with and without a sensor at joint 2, next to the truth: drawn fingers, calibrated on pins.
 
-use crate::places::{PIN_RAD, PIN_SHARES};
-use crate::{Error, Simulated, Simulation, Verdict};
+use crate::places::{PIN_SHARES, calibrated};
+use crate::{Error, Simulated, Verdict};
 use palpate::sensing::NotLocated;
 use palpate_plant::{Grasp, Shape, World};
 use rand::{RngExt, SeedableRng};
@@ -47,12 +47,7 @@ impl Score {
 /// # Errors
 /// The world does not suit the scene; the sequence refused.
 pub fn finger<S: Simulated>(world: &World, seed: u64, grasps: usize) -> Result<Vec<Score>, Error> {
-    let parameters = world.of(S::NAME)?.randomised(seed);
-    let last = usize::from(S::PHALANGES) - 1;
-    let length_m = parameters.finger.length_m[last];
-    let mut simulation = Simulation::<S>::new(&parameters, seed)?;
-    simulation.prepare()?;
-    simulation.calibrate_on_pins(length_m, PIN_SHARES, PIN_RAD)?;
+    let (simulation, _, length_m) = calibrated::<S>(world, seed, PIN_SHARES)?;
     let one = |posture_deg: &Range<f64>| {
         let mut random = Pcg64Mcg::seed_from_u64(seed);
         let mut score = Score::default();

@@ -1,10 +1,31 @@
-//! What studies of drawn fingers share: where their pins stand, and how places that were told are summed up.
+//! What studies of drawn fingers share: how they are calibrated, and how places that were told are summed up.
+
+use crate::{Error, Simulated, Simulation};
+use palpate_plant::{Parameters, World};
 
 /// Pins of a calibration on the last phalanx, as shares of its length: one where the finger is soft, for the torque factor, and one where
 /// it is stiff, for the cable.
 pub const PIN_SHARES: [f64; 2] = [0.3, 0.75];
 /// Angle of joint 1 at which they are met, radian.
 pub const PIN_RAD: f64 = 0.8;
+
+/// A drawn finger of a world, prepared and calibrated on pins at these shares of its last phalanx; its parameters, and the length of that
+/// phalanx, metre.
+///
+/// # Errors
+/// The world does not suit the scene; the sequence refused.
+pub fn calibrated<S: Simulated>(
+    world: &World,
+    seed: u64,
+    pins: [f64; 2],
+) -> Result<(Simulation<S>, Parameters, f64), Error> {
+    let parameters = world.of(S::NAME)?.randomised(seed);
+    let length_m = parameters.finger.length_m[usize::from(S::PHALANGES) - 1];
+    let mut simulation = Simulation::<S>::new(&parameters, seed)?;
+    simulation.prepare()?;
+    simulation.calibrate_on_pins(length_m, pins, PIN_RAD)?;
+    Ok((simulation, parameters, length_m))
+}
 
 /// Deviations within which the truth should be in 95 of 100.
 const HONEST: f64 = 2.0;

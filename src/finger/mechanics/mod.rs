@@ -68,6 +68,8 @@ pub struct PathPoint {
 /// Joint 2 at the end of a contact path, for a sensor that reads it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JointPoint {
+    /// Its angle at contact, radian.
+    pub at_contact_rad: f32,
     /// Change of its angle since contact, radian.
     pub rad: f32,
     /// Slope of that over the input torque, radian per newton metre.

@@ -11,6 +11,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         let [by_torque, by_k, by_friction, by_joint_friction] =
             local.joint_responses(last.at.force, 1)?;
         let point = JointPoint {
+            at_contact_rad: *start.from.rad().get(1)?,
             rad: *last.at.delta.get(1)?,
             by_torque_rad_per_nm: by_torque / start.stiffness_scale,
             by_k_rad_per_m: by_k / start.length_scale,

@@ -111,6 +111,35 @@ impl<const N: usize> Linearization<N> {
         }
     }
 
+    /// Equilibrium and contact at a force, differentiated by what shifts the contact: the change of its loaded arms, and of the gap.
+    fn moved(&self, force: f32, arm: f32, gap: f32) -> Load<N> {
+        Load {
+            torques: self.loaded.map(|loaded| -force * arm * loaded),
+            gap: -gap,
+        }
+    }
+
+    /// The same by the place of the contact.
+    fn by_k(&self, force: f32) -> Load<N> {
+        self.moved(force, self.phi.cos, self.phi.sin)
+    }
+
+    /// The same by the coefficient of contact friction.
+    fn rubbed(&self, force: f32) -> Load<N> {
+        Load {
+            torques: self.rubbing.map(|arm| -force * arm),
+            gap: 0.0,
+        }
+    }
+
+    /// Equilibrium, differentiated by a torque that opposes the turning of each joint but the first.
+    fn braked(&self) -> Load<N> {
+        Load {
+            torques: from_fn(|m| if m == 0 { 0.0 } else { -self.turning[m] }),
+            gap: 0.0,
+        }
+    }
+
     /// Newton's step at a given torque.
     pub(super) fn step(&self) -> Option<Response<N>> {
         let ([step, ..], _) = self.respond(&[self.unbalanced()])?;
@@ -141,21 +170,10 @@ impl<const N: usize> Linearization<N> {
 
     /// Everything at a point, to whose force it belongs.
     pub(super) fn responses(&self, force: f32) -> Option<Responses<N>> {
-        // Equilibrium and contact, differentiated by k and by the radius.
-        let moved = |arm: f32, gap: f32| Load {
-            torques: self.loaded.map(|loaded| -force * arm * loaded),
-            gap: -gap,
-        };
-        let by_k = moved(self.phi.cos, self.phi.sin);
-        let by_radius = moved(self.phi.sin, self.gap_by_radius);
-        let rubbed = Load {
-            torques: self.rubbing.map(|arm| -force * arm),
-            gap: 0.0,
-        };
-        let braked = Load {
-            torques: from_fn(|m| if m == 0 { 0.0 } else { -self.turning[m] }),
-            gap: 0.0,
-        };
+        let by_k = self.by_k(force);
+        let by_radius = self.moved(force, self.phi.sin, self.gap_by_radius);
+        let rubbed = self.rubbed(force);
+        let braked = self.braked();
         let (
             [
                 step,
@@ -203,20 +221,12 @@ impl<const N: usize> Linearization<N> {
     /// torque that opposes the turning of each joint but the first, the last three at a given torque. As [`Self::responses`], at a point to
     /// whose force it belongs.
     pub(super) fn joint_responses(&self, force: f32, joint: usize) -> Option<[f32; 4]> {
-        let by_k = Load {
-            torques: self.loaded.map(|loaded| -force * self.phi.cos * loaded),
-            gap: -self.phi.sin,
-        };
-        let rubbed = Load {
-            torques: self.rubbing.map(|arm| -force * arm),
-            gap: 0.0,
-        };
-        let braked = Load {
-            torques: from_fn(|m| if m == 0 { 0.0 } else { -self.turning[m] }),
-            gap: 0.0,
-        };
-        let ([by_torque, by_k, by_friction, by_joint_friction, ..], _) =
-            self.respond(&[self.driven(), by_k, rubbed, braked])?;
+        let ([by_torque, by_k, by_friction, by_joint_friction, ..], _) = self.respond(&[
+            self.driven(),
+            self.by_k(force),
+            self.rubbed(force),
+            self.braked(),
+        ])?;
         let of = |response: Response<N>| response.delta.get(joint).copied();
         Some([
             of(by_torque)?,

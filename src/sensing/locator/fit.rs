@@ -10,9 +10,7 @@ mod learned;
 use super::model::{Hold, Model};
 use super::noise::{Row, Whitening};
 use super::posterior::JOINT_SHARE;
-use super::prior::{
-    CABLE, FACTOR, GIVE, JOINT, K, LEAST_SHARE, ONSET, Place, Prior, Scaling, UNKNOWNS,
-};
+use super::prior::{CABLE, FACTOR, GIVE, JOINT, K, ONSET, Place, Prior, Scaling, UNKNOWNS};
 use super::{Data, LEAST_POINTS, onset};
 use crate::finger::Mechanics;
 use crate::joint_sensor::Told;
@@ -390,13 +388,4 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             Progress::Failed
         }
     }
-}
-
-/// Values from which a fit starts: those of the prior, at a place in lengths of the phalanx.
-pub(super) fn start<X: SeriesElement>(place: f32, prior: &Prior<X>) -> [f32; UNKNOWNS] {
-    let mut x = [0.0; UNKNOWNS];
-    if matches!(prior.place, Place::Anywhere) {
-        x[K] = place.at_least(LEAST_SHARE).at_most(1.0);
-    }
-    x
 }

@@ -302,11 +302,11 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
 
     /// Moves on to the next start, radius or hypothesis.
     fn go_on(&mut self, prior: &Prior<X>, joint: impl Told) {
+        let starts = self.trusting_starts();
         let Some(track) = self.tracks.get_mut(self.track) else {
             return;
         };
         let has_place = track.phalanx > 1;
-        let starts = starts::number(self.thorough && has_place && self.order == 0);
         self.start += 1;
         if self.start < starts + usize::from(joint.change().is_some()) {
             return;

@@ -1,8 +1,8 @@
 //! Hypotheses, and where their fits begin: the tangent stiffness K_c of the curve's beginning, inverted by bisection
 //! (docs/MECHANICS.md#contact-stiffness), gives the first guess on each phalanx.
 
-use super::fit::{self, Fit, Hypothesis};
-use super::prior::{FRICTION, JOINT, Scaling};
+use super::fit::{Fit, Hypothesis};
+use super::prior::{FRICTION, JOINT, K, LEAST_SHARE, Scaling, UNKNOWNS};
 use super::{Data, Locator, ORDER, Place, Prior, Track, Tracks, onset};
 use crate::finger::{Class, Mechanics};
 use crate::joint_sensor::Told;
@@ -23,14 +23,10 @@ pub(super) const LAST_START: usize = 1 + STARTS.len();
 /// Torque of the joints at the last start, in deviations from its mean. A break-away torque puts a kink into the curve: a fit that starts
 /// below it stops there, one that starts above it passes (compared in `locator::tests`).
 const HELD: f32 = 6.0;
-/// Contact friction at further starts where a sensor tells of joint 2, in deviations from its mean: so low that its bound holds it at
-/// none. Enough of it holds a finger near the stiffest place, and no slope leads from there to the place of one that slides.
+/// Contact friction at which further starts begin where a sensor tells of joint 2, in deviations from its mean: below its bound, which
+/// makes it zero. A fit that begins with enough friction to hold the finger near its stiffest place finds no slope towards the place of a
+/// contact that slides.
 const SLIPPERY: f32 = -6.0;
-
-/// Number of starts of a fit; a first one, of a thorough round, is tried from several places.
-pub(super) fn number(first: bool) -> usize {
-    if first { 1 + LAST_START } else { 1 }
-}
 
 // Not inlined: called from several places, with a large stack frame.
 #[inline(never)]
@@ -123,7 +119,11 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     /// Starts of the current fit in which a reading of joint 2 is believed; one more takes it for wrong.
     pub(super) fn trusting_starts(&self) -> usize {
         let has_place = (self.tracks.get(self.track)).is_some_and(|track| track.phalanx > 1);
-        number(self.thorough && has_place && self.order == 0)
+        if self.thorough && has_place && self.order == 0 {
+            1 + LAST_START
+        } else {
+            1
+        }
     }
 
     /// Begins the current fit.
@@ -148,7 +148,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
                     Some(share) => track.side[0] + share * (track.side[1] - track.side[0]),
                     None => track.candidate,
                 };
-                (fit::start(place, prior), false)
+                (values(place, prior), false)
             }
         };
         if joint.change().is_some() && !fitted && self.start > 0 {
@@ -160,6 +160,15 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         }
         Some(Fit::new(Hypothesis { hold, length_m }, x, fitted))
     }
+}
+
+/// Values from which a fit starts: those of the prior, at a place in lengths of the phalanx.
+pub(super) fn values<X: SeriesElement>(place: f32, prior: &Prior<X>) -> [f32; UNKNOWNS] {
+    let mut x = [0.0; UNKNOWNS];
+    if matches!(prior.place, Place::Anywhere) {
+        x[K] = place.at_least(LEAST_SHARE).at_most(1.0);
+    }
+    x
 }
 
 /// Compliance of the finger at the contact by the slope of the curve's beginning, without the cable's, radian per newton

@@ -157,7 +157,7 @@ fn compare_with_starts_everywhere(prior: &Prior<Cable>, joint_nm: f32, contacts:
             };
             let (mut least, mut place_m) = (f32::INFINITY, f32::NAN);
             for i in 1..40 {
-                let mut fit = Fit::new(hypothesis, fit::start(i as f32 / 40.0, prior), false);
+                let mut fit = Fit::new(hypothesis, starts::values(i as f32 / 40.0, prior), false);
                 let mut progress = Progress::UnderWay;
                 while progress == Progress::UnderWay {
                     progress = fit.step(&finger, &data, prior, &near, ());

@@ -1,4 +1,4 @@
-//! Work on drawn fingers, side by side.
+//! Work on drawn fingers, side by side, and what it comes to.
 
 use palpate_cli::progress::bar;
 use rayon::prelude::*;
@@ -28,4 +28,17 @@ pub fn each<T: Send, E: Send>(
         }
     }
     (good, failed)
+}
+
+/// Puts the scores of all fingers together, one by one: each finger has `number` of them.
+pub fn total<S: Default>(
+    all: &[Vec<S>],
+    number: usize,
+    with: impl Fn(S, &S) -> S + Copy,
+) -> Vec<S> {
+    let one = |index: usize| {
+        let scores = all.iter().filter_map(|scores| scores.get(index));
+        scores.fold(S::default(), with)
+    };
+    (0..number).map(one).collect()
 }

@@ -30,13 +30,8 @@ pub fn study(plan: &Plan) -> ([Vec<Score>; 2], Failed) {
         finger::<Tendon2Hall>(&plan.world, seed, CONTACTS)
     });
     failed.extend(more);
-    let total = |all: &[Vec<Score>]| -> Vec<Score> {
-        let range = |index: usize| {
-            (all.iter().filter_map(|scores| scores.get(index))).fold(Score::default(), Score::with)
-        };
-        (0..POSTURES.len()).map(range).collect()
-    };
-    ([total(&without), total(&with)], failed)
+    let total = [without, with].map(|all| fingers::total(&all, POSTURES.len(), Score::with));
+    (total, failed)
 }
 
 /// A row for each range of postures and each scene: its name, the range, the score, and the mean deviation told, as a share.

@@ -27,13 +27,8 @@ pub fn study(plan: &Plan) -> ([Vec<Score>; 2], Failed) {
         finger::<P70>(&plan.world, seed, OBJECTS)
     });
     failed.extend(more);
-    let total = |all: &[Vec<Score>]| -> Vec<Score> {
-        let level = |index: usize| {
-            (all.iter().filter_map(|scores| scores.get(index))).fold(Score::default(), Score::with)
-        };
-        (0..LEVELS.len()).map(level).collect()
-    };
-    ([total(&soft), total(&rigid)], failed)
+    let total = [soft, rigid].map(|all| fingers::total(&all, LEVELS.len(), Score::with));
+    (total, failed)
 }
 
 fn stiffness(level: Option<f64>) -> String {

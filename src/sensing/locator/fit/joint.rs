@@ -11,7 +11,7 @@ use crate::sensing::locator::{Data, onset};
 
 /// Degrees of freedom of the reading's distribution (Student's t): from a start far off, an error counts for less (chosen).
 const FREEDOMS: f32 = 7.0;
-/// Way of the free finger from the curve's origin to the onset from which its slope is taken, radian.
+/// Least way of the free finger from the curve's origin to the onset that gives joint 2's slope on it, radian.
 const LEAST_WAY_RAD: f32 = 1e-3;
 /// What it costs to take a reading for wrong, as twice a logarithm of odds: a sensor is wrong in one of fifty contacts, and tells any angle
 /// of 1.5 rad then (chosen). So a sensor that is wrong does not decide alone.
@@ -35,7 +35,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             .flatten();
         let Some(pass) = &mut self.pass else { return };
         let Some((rad, slopes)) = expected else {
-            // It is taken for wrong, or nothing can be said of it: neither must win.
+            // Taken for wrong, or without a prediction: both cost the same, so that neither is chosen for saying nothing.
             pass.logarithms += WRONG;
             return;
         };
@@ -63,20 +63,17 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
     ) -> Option<(f32, [f32; UNKNOWNS])> {
         let scaling = Scaling::of(prior, self.hypothesis.length_m);
         let values = scaling.values(&self.trial);
-        let free_rad = |rad: f32| -> Option<f32> {
-            let free = onset::at::<F, X>(finger, rad, prior, near)?;
-            finger.joint_rad(&free.configuration, 2)
-        };
-        let onset_rad = values[ONSET];
-        let before_rad = free_rad(onset_rad)? - free_rad(data.origin_rad)?;
         let model = &self.pass.as_ref()?.model;
         let torque_nm = values[FACTOR] * change.excess_nm + change.free_nm;
         let joint = model.joint_2(finger, torque_nm)?;
+        // What it turned before the contact.
+        let origin = onset::at::<F, X>(finger, data.origin_rad, prior, near)?;
+        let before_rad = joint.at_contact_rad - finger.joint_rad(&origin.configuration, 2)?;
         let mut slopes = [0.0; UNKNOWNS];
         slopes[FACTOR] = joint.by_torque_rad_per_nm * change.excess_nm;
         slopes[JOINT] = joint.by_joint_friction_rad_per_nm;
         slopes[FRICTION] = joint.by_friction_rad;
-        let way_rad = onset_rad - data.origin_rad;
+        let way_rad = values[ONSET] - data.origin_rad;
         if way_rad.abs() > LEAST_WAY_RAD {
             slopes[ONSET] =
                 before_rad / way_rad - joint.by_torque_rad_per_nm * model.contact_by_onset();
