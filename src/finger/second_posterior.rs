@@ -15,7 +15,7 @@ use crate::numeric::{Bounded, exp, sqrt};
 /// Places along a phalanx.
 const PLACES: u8 = 16;
 /// Steps that these are spread over: all at once take longer than a sensing update may.
-const PARTS: u8 = 2;
+const PARTS: u8 = 4;
 /// Deviations of the coefficient of friction from its mean, with their weights: a normal distribution in steps of half a
 /// deviation.
 const FRICTIONS: [[f32; 2]; 8] = [
@@ -215,7 +215,7 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
                 radius_m,
                 ..first
             };
-            self.pressed_on(at, first, measured.rise_nm)
+            self.pressed_on(at, first, measured)
         };
         // Off the phalanx, or not to be reached: nothing is added.
         if let Ok((mut there, _)) = pressed(first.radius_m) {

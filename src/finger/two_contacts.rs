@@ -30,6 +30,10 @@ pub struct SecondPlace {
 pub struct SecondMeasured {
     /// Torque from the first contact to the second, newton metre, >= 0.
     pub rise_nm: f32,
+    /// Rotation of the input link from the first contact to the second, without the cable's twist, radian.
+    pub rotation_rad: f32,
+    /// Deviation of that, radian, > 0; infinite where the torque alone is known.
+    pub rotation_sigma_rad: f32,
     /// Torque at the second contact, newton metre.
     pub torque_nm: f32,
     /// How much farther the torque has risen where the compliance was measured, newton metre, >= 0.
@@ -272,6 +276,8 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
     /// let compliance = pressed.second_compliance(3, 0.025).expect("a place");
     /// let measured = SecondMeasured {
     ///     rise_nm: 0.010,
+    ///     rotation_rad: 0.0,
+    ///     rotation_sigma_rad: f32::INFINITY,
     ///     torque_nm: 0.030,
     ///     later_nm: 0.0,
     ///     turned_rad: 0.0,

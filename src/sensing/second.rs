@@ -36,6 +36,16 @@ const PAIRS: Rule = Rule {
     ratio: 1.25,
     sigmas: 4.5,
 };
+/// Pairs of pairs.
+const FOURS: Rule = Rule {
+    after: &[3, 4, 6, 8, 12],
+    bends_from: 0,
+    turns_from: 0,
+    least_before: 8,
+    ratio: 1.25,
+    sigmas: 3.5,
+};
+const RULES: [&Rule; 3] = [&BLOCKS, &PAIRS, &FOURS];
 /// Within this share of the cable's stiffness the finger counts as rigid.
 const RIGID_SHARE: f32 = 0.25;
 /// Blocks before a break in the motion that may show the drive rather than the finger: it goes over to another current.
@@ -122,15 +132,20 @@ impl BlockNoise {
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct SecondContact {
-    blocks: Stretch,
-    pairs: Stretch,
-    /// First half of a pair.
-    half: Option<[f32; 2]>,
+    scales: [Scale; RULES.len()],
     /// A second contact's torque at least; none before the first contact.
     least_nm: Option<f32>,
     /// The likeliest by now, and what it was before each of the last blocks.
     best: [Option<Found>; 1 + DOUBTFUL],
     is_told: bool,
+}
+
+/// The last stretch of the curve, in blocks or in means of some.
+#[derive(Clone, Debug, Default)]
+struct Scale {
+    stretch: Stretch,
+    /// First half of a point of the next scale.
+    half: Option<[f32; 2]>,
 }
 
 /// A change of slope.
@@ -139,21 +154,26 @@ struct Found {
     change: SlopeChange,
     /// Its deviations from a smooth curve.
     sigmas: f32,
-    /// Found in pairs of blocks.
-    in_pairs: bool,
+    /// In which scale it was found.
+    scale: usize,
 }
 
 impl SecondContact {
     /// Remembers a block of a closing in which nothing is felt yet: a contact is felt some blocks after it began.
     pub fn note(&mut self, theta_a_rad: f32, torque_nm: f32) {
-        let point = [theta_a_rad, torque_nm];
-        self.blocks.note(point);
-        match self.half.take() {
-            Some([theta, torque]) => {
-                let pair = [0.5 * (theta + theta_a_rad), 0.5 * (torque + torque_nm)];
-                self.pairs.note(pair);
-            }
-            None => self.half = Some(point),
+        let mut point = Some([theta_a_rad, torque_nm]);
+        for scale in &mut self.scales {
+            let Some([theta, torque]) = point else {
+                break;
+            };
+            scale.stretch.note([theta, torque]);
+            point = match scale.half.take() {
+                Some([before, below]) => Some([0.5 * (before + theta), 0.5 * (below + torque)]),
+                None => {
+                    scale.half = Some([theta, torque]);
+                    None
+                }
+            };
         }
     }
 
@@ -163,9 +183,10 @@ impl SecondContact {
         if self.least_nm.replace(least_nm).is_some() {
             return;
         }
-        self.blocks.begin(onset_rad, level_nm);
-        self.pairs.begin(onset_rad, level_nm);
-        self.half = None;
+        for scale in &mut self.scales {
+            scale.stretch.begin(onset_rad, level_nm);
+            scale.half = None;
+        }
     }
 
     /// Takes a block of the closing in contact: angle of the input link with the cable's twist, torque above friction, and the
@@ -185,38 +206,33 @@ impl SecondContact {
             return None;
         }
         let [last, ..] = self.best;
-        let mut best = last;
-        let mut is_better = false;
-        if let Some((change, sigmas)) = self.blocks.corner(&BLOCKS, least_nm, noise)
-            && best.is_none_or(|best| best.in_pairs || sigmas > best.sigmas)
-        {
-            is_better = true;
-            best = Some(Found {
-                change,
-                sigmas,
-                in_pairs: false,
-            });
-        }
-        let is_pair = self.half.is_none();
-        if is_pair
-            && best.is_none_or(|best| best.in_pairs)
-            && let Some((change, sigmas)) = self.pairs.corner(&PAIRS, least_nm, &noise.of_pairs())
-            && best.is_none_or(|best| sigmas > best.sigmas)
-        {
-            is_better = true;
-            best = Some(Found {
-                change,
-                sigmas,
-                in_pairs: true,
-            });
+        let (mut best, mut noise) = (last, *noise);
+        let (mut is_better, mut waits) = (false, false);
+        let [blocks, pairs, _] = &self.scales;
+        // A scale shows something new when its last point is complete; fours a block later, because more than two scales take too long.
+        let is_pair = blocks.half.is_none();
+        let is_new = [true, is_pair, !is_pair && pairs.half.is_none()];
+        for (index, (scale, rule)) in self.scales.iter().zip(RULES).enumerate() {
+            if !is_new.get(index).copied().unwrap_or(false) {
+                waits |= best.is_some_and(|best| best.scale == index);
+            } else if best.is_none_or(|best| best.scale >= index)
+                && let Some((change, sigmas)) = scale.stretch.corner(rule, least_nm, &noise)
+                && best.is_none_or(|best| best.scale > index || sigmas > best.sigmas)
+            {
+                is_better = true;
+                best = Some(Found {
+                    change,
+                    sigmas,
+                    scale: index,
+                });
+            }
+            noise = noise.of_pairs();
         }
         // Shift all by one. `rotate_right` would do the same, but links 1.5 KB of `memmove`.
         let mut moved = best;
         for kept in &mut self.best {
             core::mem::swap(kept, &mut moved);
         }
-        // A pair that is not complete shows nothing.
-        let waits = best.is_some_and(|best| best.in_pairs) && !is_pair;
         if is_better || waits {
             None
         } else {
@@ -240,7 +256,7 @@ impl SecondContact {
 
     /// The slope some blocks after a change that was told; `None` where too few have come since.
     pub fn later(&self, change: &SlopeChange, variance_nm2: f32) -> Option<Later> {
-        later::fit(&self.blocks, change, variance_nm2)
+        later::fit(&self.scales[0].stretch, change, variance_nm2)
     }
 }
 
@@ -302,6 +318,23 @@ mod tests {
         let corner = |theta: f64| curve(theta) + 0.6 * (theta - 0.5).max(0.0);
         let change = told(corner, 0.9).0.expect("a corner");
         assert!((change.theta_a_rad - 0.5).abs() < 0.016, "{change:?}");
+    }
+
+    /// Friction that wanders hides a corner over the way that pairs see, and not over the way that fours see.
+    #[test]
+    fn a_corner_in_friction_that_wanders_is_told_farther_on() {
+        let noise = BlockNoise {
+            walk_nm2: 2e-7,
+            ..QUIET
+        };
+        let curve = |theta: f64| 0.2 * theta + 0.3 * (theta - 0.7).max(0.0);
+        let (change, search) = told_with(&noise, curve, 1.2);
+        let change = change.expect("a corner");
+        assert!((change.theta_a_rad - 0.7).abs() < 0.021, "{change:?}");
+        let [Some(found), ..] = search.best else {
+            panic!("nothing found");
+        };
+        assert_eq!(found.scale, 2);
     }
 
     /// Friction that wanders makes corners too. In 200 closings with steps of 0.5 mN m a block, a search that knows the steps tells

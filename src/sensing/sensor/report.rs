@@ -2,7 +2,7 @@
 
 use super::contact::Contact;
 use super::state::SensorState;
-use crate::finger::Mechanics;
+use crate::finger::{Contact as FingerContact, Mechanics};
 use crate::joint_sensor::JointSensor;
 use crate::sensing::location::SeriesElement;
 use crate::sensing::locator::{Estimate, LocatorResult, Prior};
@@ -14,6 +14,9 @@ const VAGUE: f32 = 0.25;
 const SHARPER: f32 = 0.75;
 /// Share of the torque limit above which a proximal contact is reported: below, it may be a contact near the joint.
 const SURE_PROXIMAL: f32 = 0.5;
+
+/// Probability of a phalanx from which on a place on it that is too uncertain is known to be on it (chosen).
+const SURE_PHALANX: f32 = 0.9;
 
 /// The last report.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,6 +36,20 @@ fn is_vague(verdict: &LocatorResult) -> bool {
     }
 }
 
+/// Where a contact may be whose place is too uncertain to be one; nothing where its phalanx is not known either.
+fn vague_place(verdict: &LocatorResult) -> Option<(FingerContact, f32)> {
+    let estimate = match verdict {
+        LocatorResult::At(estimate) | LocatorResult::Either([estimate, _]) => estimate,
+        _ => return None,
+    };
+    let contact = FingerContact {
+        phalanx: estimate.phalanx,
+        k_m: estimate.k_m,
+        radius_m: estimate.radius_m,
+    };
+    (estimate.p_phalanx > SURE_PHALANX).then_some((contact, estimate.k_sigma_m))
+}
+
 impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     /// Reports the verdict at the end of a round if it is new; `last` makes it final.
     pub(super) fn report(&mut self, contact: &mut Contact<F, H, X>, last: bool) {
@@ -42,6 +59,10 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         match verdict {
             verdict if is_vague(&verdict) => {
                 if last {
+                    // With two phalanges nobody asks.
+                    if F::PHALANGES > 2 {
+                        self.vague = vague_place(&verdict);
+                    }
                     self.emit_nowhere(contact, NotLocated::Unobservable);
                 }
             }
