@@ -228,7 +228,8 @@ impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
         // A first place that is as vague gives no second one, whose deviation would be too small, and no force.
         let first_length_m = self.phalanx_length_m(first.phalanx).unwrap_or(0.0);
         let is_first_known = measured.first_sigma_m <= VAGUE * first_length_m;
-        if !is_first_known || !pressed.tells_place(phalanx) || sigma_m > VAGUE * length_m {
+        let is_sharp = k_m.is_finite() && sigma_m <= VAGUE * length_m;
+        if !(is_first_known && is_sharp && pressed.tells_place(phalanx)) {
             (k_m, sigma_m) = (f32::NAN, f32::NAN);
         }
         // Where the place does not matter any place leaves the same motion; one that is not known may be the middle.
