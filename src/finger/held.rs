@@ -148,17 +148,24 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     /// the posture follows from the rotation, whatever friction takes of the torque, but where the finger hardly turns any more the
     /// torque knows better.
     fn follow_measured(&self, path: &mut Path<N, B>, measured: &SecondMeasured) -> Option<()> {
-        let (mut rise_nm, mut taken) = (measured.rise_nm, 0.0);
+        let (mut rise_nm, mut taken, mut led) = (measured.rise_nm, 0.0, None);
         for _ in 0..POINTS {
-            let point = self.continue_to(path, rise_nm)?;
-            // In units of the deviation, and by the logarithm of the share.
-            let off = (measured.rotation_rad - point.rotation_rad) / measured.rotation_sigma_rad;
-            let slope = point.compliance_rad_per_nm * rise_nm / measured.rotation_sigma_rad;
-            let step = (slope * off - taken * TAKEN_WEIGHT) / (slope * slope + TAKEN_WEIGHT);
+            let mut step = -MOST_STEP;
+            if let Some(point) = self.continue_to(path, rise_nm) {
+                let off =
+                    (measured.rotation_rad - point.rotation_rad) / measured.rotation_sigma_rad;
+                // In units of the deviation, and by the logarithm of the share.
+                let slope = point.compliance_rad_per_nm * rise_nm / measured.rotation_sigma_rad;
+                step = (slope * off - taken * TAKEN_WEIGHT) / (slope * slope + TAKEN_WEIGHT);
+                led = Some(());
+            } else if led.is_some() {
+                // Off the phalanx: the last point is the best there is.
+                break;
+            }
             taken += step.at_least(-MOST_STEP).at_most(MOST_STEP);
             rise_nm = measured.rise_nm * exp(taken);
         }
-        Some(())
+        led
     }
 }
 

@@ -235,6 +235,8 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
 impl Pressed<3> {
     /// How likely a place is on a roundish object: on a cylinder both contacts are as far from the joint between their phalanges.
     /// Mean 1 over places far and near; 1 for phalanges that do not meet.
+    // Inlined as well.
+    #[inline(always)]
     fn as_round(&self, phalanx: u8, k_m: f32, measured: &SecondMeasured) -> f32 {
         let Some([near_m, _]) = self
             .between_joint(phalanx)
@@ -253,6 +255,8 @@ impl Pressed<3> {
 
 impl Expected {
     /// Probability density of the measurement; `step` is what the compliance changes by from place to place.
+    // Inlined: it is called in one place.
+    #[inline(always)]
     fn likely(&self, step: f32, measured: &SecondMeasured) -> f32 {
         let [mean, deviation] = measured.friction;
         let [at_once, there] = self.compliances;

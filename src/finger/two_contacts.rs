@@ -252,6 +252,7 @@ impl Pressed<3> {
 impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
     /// Places of a second contact with their deviations. The first one was made at `torque_nm` in the free posture `at`.
     ///
+    /// The posture is that of the first contact without friction after the rise of torque; the rotation is not asked.
     /// The deviation contains that of the compliance, of friction and leverage, and that of the first contact's place, which moves
     /// posture and force too. `None` where the first contact leads to no posture at the second; an empty list where no place is as stiff.
     ///

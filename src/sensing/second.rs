@@ -4,8 +4,8 @@
 //! [`Follow`](super::Follow) does so in a scene with that option.
 //!
 //! With a single contact the slope of the curve changes smoothly, at a second one it jumps. The last blocks since the first
-//! contact are compared twice with a curve that has a corner: as they are, against a parabola (a line, while they are few), and
-//! in pairs, twice as far back, against a cubic. Worm and wandering friction bend the curve too, but slowly and far less.
+//! contact are compared three times with a curve that has a corner: as they are, against a parabola (a line, while they are few), and
+//! in pairs and in fours, twice and four times as far back, against a cubic. Worm and wandering friction bend the curve too, but slowly and far less.
 
 mod corner;
 mod later;
@@ -64,6 +64,8 @@ pub struct SlopeChange {
     pub after_nm_per_rad: f32,
     /// Standard deviation of `after_nm_per_rad`.
     pub after_sigma_nm_per_rad: f32,
+    /// How far apart the points of the curve are in which it was found, radian: one, two or four blocks.
+    pub spacing_rad: f32,
 }
 
 impl SlopeChange {

@@ -16,11 +16,12 @@ use crate::sensing::second::{Later, SecondContact, SlopeChange};
 /// A contact is lost when two blocks in a row lie below the largest torque so far by this share of it, and their noise.
 const LOST_SHARE: f32 = 0.1;
 
-/// Standard deviation of the angle at which the first contact began, radian (chosen).
-const ONSET_SIGMA_RAD: f32 = 0.02;
+/// Standard deviation of the angle at which the first contact began, radian (chosen): without a place it is that of the detector.
+const ONSET_SIGMA_RAD: f32 = 0.03;
 
-/// Deviation of a corner's angle, in turns of the motor (chosen): it is told to a block, or to a pair of them.
+/// Deviation of a corner's angle, in turns of the motor at least, and in spacings of the points in which it was found (chosen).
 const CORNER_SHARE: f32 = 0.7;
+const SPACING_SHARE: f32 = 0.35;
 
 /// A closing in contact.
 #[derive(Clone, Debug)]
@@ -142,10 +143,9 @@ impl<C: Copy> Closing<C> {
         let later_nm = later.torque_nm - change.torque_nm;
         let turned_rad = later.theta_a_rad - change.theta_a_rad - cable * later_nm;
         // The corner lies within a block, and the cable's twist is taken off.
-        let block_rad = CORNER_SHARE
-            * sensor
-                .drivetrain()
-                .rotation_rad(0, sensor.drivetrain().counts_per_turn as i32);
+        let turn_rad =
+            (sensor.drivetrain()).rotation_rad(0, sensor.drivetrain().counts_per_turn as i32);
+        let block_rad = (SPACING_SHARE * change.spacing_rad).at_least(CORNER_SHARE * turn_rad);
         let twist_rad = cable_sigma * later_nm;
         let turned_sigma_rad = sqrt(block_rad * block_rad + twist_rad * twist_rad);
         let first = match first {
@@ -161,7 +161,7 @@ impl<C: Copy> Closing<C> {
                     (contact, 0.0)
                 })
             }
-            First::Awaited | First::Unplaced => None,
+            First::Awaited | First::Near(..) | First::Unplaced => None,
         };
         let asked = first.and_then(|(contact, first_sigma_m)| {
             sensor.free_at(self.onset_rad).map(|free| {

@@ -5,11 +5,12 @@ use crate::finger::{Contact, Mechanics};
 use crate::joint_sensor::JointSensor;
 use crate::sensing::Sensor;
 use crate::sensing::location::SeriesElement;
+use crate::sensing::second::SlopeChange;
 
 /// Within so many deviations a place on phalanx 2 may be its joint.
 const AT_JOINT_SIGMAS: f32 = 2.5;
-/// A contact that would have let the input link turn by this factor farther than it has is none on phalanx 1 (chosen): what friction takes
-/// of the torque makes it half as much.
+/// A contact that would have let the input link turn this much farther than it has, as a factor, is none on phalanx 1 (chosen): friction
+/// takes up to a third of the torque.
 const FARTHER: f32 = 1.5;
 
 /// The first contact.
@@ -21,6 +22,8 @@ pub(super) enum First {
     Unplaced,
     /// Where, and the deviation.
     At(Contact, f32),
+    /// As well, but near joint 2: to be decided.
+    Near(Contact, f32),
 }
 
 /// A contact somewhere on phalanx 1: joint 1 stands wherever it is.
@@ -35,51 +38,40 @@ pub(super) fn proximal<F: Mechanics, H: JointSensor, X: SeriesElement>(
     }
 }
 
-impl<C: Copy> Closing<C> {
-    /// Takes the last word on the first contact: its place, if it has one, with the deviation.
-    pub(super) fn take_first<F, H: JointSensor, X: SeriesElement>(
-        &mut self,
-        sensor: &Sensor<F, H, X>,
-        first: Option<(Contact, f32)>,
-    ) where
-        F: Mechanics<Configuration = C>,
-    {
-        self.first = match first {
-            None => First::Unplaced,
-            Some((mut contact, mut sigma_m)) => {
-                if !contact.radius_m.is_finite() {
-                    contact.radius_m = sensor.settings().pin_contact_radius_m();
-                }
-                let is_near = contact.phalanx == 2 && contact.k_m < AT_JOINT_SIGMAS * sigma_m;
-                let inner = proximal(sensor);
-                if is_near && self.may_be_first(sensor, inner) {
-                    (contact, sigma_m) = (inner, 0.0);
-                }
-                First::At(contact, sigma_m)
-            }
-        };
+impl First {
+    /// A place; near joint 2 one that the sensor told may be another.
+    pub(super) fn of(contact: Contact, sigma_m: f32, is_told: bool) -> Self {
+        if is_told && contact.phalanx == 2 && contact.k_m < AT_JOINT_SIGMAS * sigma_m {
+            Self::Near(contact, sigma_m)
+        } else {
+            Self::At(contact, sigma_m)
+        }
     }
+}
 
-    /// Whether a first contact on phalanx 1 would have let the input link turn no farther than it has until the change of slope.
+impl<C: Copy> Closing<C> {
+    /// Decides whether a place near joint 2 is one on phalanx 1: that would have let the input link turn farther until the change of slope.
     ///
-    /// A place on the joint of phalanx 2 is as soft as one anywhere on phalanx 1, and a place near it may be either. Farther out the
-    /// finger is stiffer the more it closes.
-    fn may_be_first<F, H: JointSensor, X: SeriesElement>(
+    /// A place on the very joint is as soft as one anywhere on phalanx 1. Farther out the finger is stiffer the more it closes.
+    pub(super) fn decide<F, H: JointSensor, X: SeriesElement>(
         &self,
         sensor: &Sensor<F, H, X>,
-        proximal: Contact,
-    ) -> bool
+        change: &SlopeChange,
+        (near, sigma_m): (Contact, f32),
+    ) -> First
     where
         F: Mechanics<Configuration = C>,
     {
-        let turned = || {
-            let (change, finger) = (self.change?, sensor.finger());
-            let (free, contact, measured) =
-                (self.measured(sensor, &change, First::At(proximal, 0.0))).asked?;
-            let mut path = finger.path(&free.configuration, free.torque_nm, contact)?;
-            let point = finger.follow(&mut path, measured.rise_nm)?;
-            Some(point.rotation_rad < FARTHER * measured.rotation_rad)
+        let inner = First::At(proximal(sensor), 0.0);
+        let rotations = || {
+            let (free, _, measured) = self.measured(sensor, change, inner).asked?;
+            let (at, torque_nm) = (&free.configuration, free.torque_nm);
+            let compliance = sensor.finger().proximal_compliance(at, torque_nm)?;
+            Some([compliance * measured.rise_nm, measured.rotation_rad])
         };
-        turned() != Some(false)
+        match rotations() {
+            Some([expected, turned]) if expected < FARTHER * turned => inner,
+            _ => First::At(near, sigma_m),
+        }
     }
 }

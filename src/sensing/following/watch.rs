@@ -230,7 +230,13 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
             _ => return,
         };
         if let Some(closing) = &mut self.closing {
-            closing.take_first(sensor, first);
+            let is_told = matches!(event, Event::Located { .. });
+            closing.first = first.map_or(First::Unplaced, |(mut contact, sigma_m)| {
+                if !contact.radius_m.is_finite() {
+                    contact.radius_m = sensor.settings().pin_contact_radius_m();
+                }
+                First::of(contact, sigma_m, is_told)
+            });
         }
     }
 
@@ -249,6 +255,12 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
             return None;
         }
         if matches!(closing.first, First::Awaited) {
+            return None;
+        }
+        if let Some(change) = closing.change
+            && let First::Near(contact, sigma_m) = closing.first
+        {
+            closing.first = closing.decide(sensor, &change, (contact, sigma_m));
             return None;
         }
         // A step a sample; two phalanges hold each other, wherever the second contact is.

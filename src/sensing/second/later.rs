@@ -1,9 +1,8 @@
 //! The slope some blocks after a second contact: at once the finger may stick (docs/MECHANICS.md#two-contacts).
 
 use super::SlopeChange;
-use super::corner::{Stretch, WINDOW};
+use super::corner::Stretch;
 use crate::numeric::{Bounded, sqrt};
-use heapless::Vec;
 
 /// Blocks after the corner that are left out, and the share of all where they are few: the finger may stick in them.
 const SKIPPED: usize = 8;
@@ -26,14 +25,11 @@ pub struct Later {
 
 /// The line through the blocks after a change, but for the first.
 pub(super) fn fit(stretch: &Stretch, change: &SlopeChange, variance_nm2: f32) -> Option<Later> {
-    // A copy in one piece: loops over the queue itself are far larger.
-    let mut after = Vec::<[f32; 2], WINDOW>::new();
-    for point in &stretch.0 {
-        if point[0] > change.theta_a_rad {
-            // As many as the stretch has at most.
-            let _ = after.push(*point);
-        }
-    }
+    let points = stretch.points();
+    let before = (points.iter())
+        .take_while(|[theta, _]| *theta <= change.theta_a_rad)
+        .count();
+    let after = points.get(before..)?;
     let skipped = SKIPPED.min(after.len() / SKIPPED_OF);
     let points = after.get(skipped..)?;
     if points.len() < LEAST {

@@ -49,8 +49,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         self.state.onset_rad
     }
 
-    /// Where the contact judged last as unobservable may be, with the deviation, metre: it is more than a quarter of the phalanx. `None`
-    /// where the phalanx is not known either, and with two phalanges. The radius may be unknown.
+    /// Where the contact judged last as unobservable may be, with the deviation, metre: a quarter of the phalanx at least. `None` where the
+    /// phalanx is not known either, and with two phalanges. The radius is NaN.
     pub fn vague_place(&self) -> Option<(Contact, f32)> {
         self.state.vague
     }

@@ -16,7 +16,7 @@ use crate::sensing::locator::Locator;
 const LEAD: usize = 4;
 /// Points that a curve cut short keeps at least, or it stays whole: what the locator fits needs some.
 const LEAST_POINTS: usize = 6;
-/// Updates after the end of the curve from which on the next round is the last (chosen): with three phalanges rounds on ever shorter parts
+/// Updates after the end of the curve from which on no shorter part of it is tried (chosen): with three phalanges rounds on ever shorter parts
 /// of the curve can take longer than the finger holds.
 const LAST_AFTER: u16 = 3000;
 
@@ -148,9 +148,9 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             state.emit_calibration(learned);
         } else {
             let curve = &contact.collector.curve;
-            let stands = contact.locator.stands(&state.data(curve, curve.points()));
             let is_late = F::PHALANGES > 2 && contact.ended >= LAST_AFTER;
-            if !stands && !is_late {
+            let data = state.data(curve, curve.points());
+            if !contact.locator.stands(&data, is_late) {
                 return;
             }
             state.report(contact, true);

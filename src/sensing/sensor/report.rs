@@ -4,6 +4,7 @@ use super::contact::Contact;
 use super::state::SensorState;
 use crate::finger::{Contact as FingerContact, Mechanics};
 use crate::joint_sensor::JointSensor;
+use crate::numeric::Bounded;
 use crate::sensing::location::SeriesElement;
 use crate::sensing::locator::{Estimate, LocatorResult, Prior};
 use crate::sensing::{Event, NotLocated, Object, Refusal};
@@ -36,18 +37,23 @@ fn is_vague(verdict: &LocatorResult) -> bool {
     }
 }
 
-/// Where a contact may be whose place is too uncertain to be one; nothing where its phalanx is not known either.
+/// Where a contact may be whose place is too uncertain to be one, with the larger deviation of two; nothing where its phalanx is not known
+/// either.
 fn vague_place(verdict: &LocatorResult) -> Option<(FingerContact, f32)> {
-    let estimate = match verdict {
-        LocatorResult::At(estimate) | LocatorResult::Either([estimate, _]) => estimate,
+    let (estimate, sigma_m) = match verdict {
+        LocatorResult::At(estimate) => (estimate, estimate.k_sigma_m),
+        LocatorResult::Either([estimate, other]) => {
+            (estimate, estimate.k_sigma_m.at_least(other.k_sigma_m))
+        }
         _ => return None,
     };
     let contact = FingerContact {
         phalanx: estimate.phalanx,
         k_m: estimate.k_m,
-        radius_m: estimate.radius_m,
+        // Known even less.
+        radius_m: f32::NAN,
     };
-    (estimate.p_phalanx > SURE_PHALANX).then_some((contact, estimate.k_sigma_m))
+    (estimate.p_phalanx > SURE_PHALANX).then_some((contact, sigma_m))
 }
 
 impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
@@ -56,13 +62,13 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         let prior = self.prior(&contact.collector);
         self.joint_change = H::change(contact.collector.reading, contact.collector.waiting.reading);
         let verdict = contact.locator.verdict(&prior);
+        // With two phalanges nobody asks.
+        if F::PHALANGES > 2 {
+            self.vague = vague_place(&verdict);
+        }
         match verdict {
             verdict if is_vague(&verdict) => {
                 if last {
-                    // With two phalanges nobody asks.
-                    if F::PHALANGES > 2 {
-                        self.vague = vague_place(&verdict);
-                    }
                     self.emit_nowhere(contact, NotLocated::Unobservable);
                 }
             }
