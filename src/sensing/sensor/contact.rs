@@ -18,7 +18,7 @@ const LEAD: usize = 4;
 const LEAST_POINTS: usize = 6;
 /// Updates after the end of the curve from which on no shorter part of it is tried (chosen): with three phalanges rounds on ever shorter parts
 /// of the curve can take longer than the finger holds.
-const LAST_AFTER: u16 = 3000;
+const LAST_AFTER: u16 = 4500;
 
 /// A contact under way.
 #[derive(Clone, Debug)]
