@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! Compares a calibration's result with the values of the simulated world.
 
-use palpate::scene::Scene;
 use palpate_plant::{Parameters, TrueCalibration};
 use serde_json::{Value, json};
 
 use crate::log::Line;
 
+/// What the firmware computes with before it is calibrated, worm and gearhead (scenes/common/defaults.toml); `show` lists it.
+const NOMINAL_EFFICIENCY: f64 = 0.434 * 0.73;
+/// Speed at which the finger closes, radian per second.
+const SPEED_RAD_PER_S: f64 = 0.3;
 /// A value that was found, with its claimed deviation, and the true one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found {
@@ -61,16 +64,11 @@ impl Calibration {
             .find(|line| line.event().name == "calibrated")?;
         let event = line.event();
         let nominal = Parameters::of(&parameters.scene).ok()?;
-        // What the firmware computes with before it is calibrated, and the speed at which its finger closes.
-        let [efficiency, speed_rad_per_s] = palpate_scenes::for_scene!(
-            parameters.scene.as_str(),
-            |S| [S::EFFICIENCY, S::MOTION.closing_rad_per_s].map(f64::from)
-        )?;
         let truth = TrueCalibration::of(
             parameters,
-            efficiency,
+            NOMINAL_EFFICIENCY,
             nominal.motor.torque_constant_nm_per_a,
-            speed_rad_per_s,
+            SPEED_RAD_PER_S,
         );
         let value = event.number("torque_factor")?;
         Some(Self {
@@ -106,5 +104,19 @@ impl Calibration {
             "type": "calibration", "torque_factor": self.torque_factor.json(),
             "cable_mrad_per_nm": self.cable_mrad_per_nm.json(),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use palpate::scene::Scene;
+    use palpate_scenes::P70;
+
+    /// The truth is told as a factor on what the firmware assumes: both must be the scenes' own.
+    #[test]
+    fn efficiency_and_speed_are_those_of_the_scenes() {
+        assert!((NOMINAL_EFFICIENCY - f64::from(P70::EFFICIENCY)).abs() < 1e-6);
+        assert!((SPEED_RAD_PER_S - f64::from(P70::MOTION.closing_rad_per_s)).abs() < 1e-6);
     }
 }
