@@ -15,7 +15,7 @@ use crate::numeric::{Bounded, exp, sqrt};
 /// Places along a phalanx.
 const PLACES: u8 = 16;
 /// Steps that these are spread over: all at once take longer than a sensing update may.
-const PARTS: u8 = 4;
+const PARTS: u8 = 8;
 /// Deviations of the coefficient of friction from its mean, with their weights: a normal distribution in steps of half a
 /// deviation.
 const FRICTIONS: [[f32; 2]; 8] = [
