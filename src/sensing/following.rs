@@ -8,7 +8,6 @@
 mod changes;
 mod closing;
 mod fade;
-mod first;
 mod jump;
 mod level;
 mod rolled;

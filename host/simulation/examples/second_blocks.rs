@@ -139,9 +139,6 @@ fn run<S: Simulated<Finger: HoldsTwice>>(
                 if let Some(second) = second {
                     println!("second {} {:.5}", second.phalanx, second.k_m);
                 }
-                if let Some(fault) = outcome.fault {
-                    println!("event fault {fault:?}");
-                }
                 for (time, event) in &outcome.events {
                     println!("event {time} {event:?}");
                 }

@@ -2,9 +2,8 @@
 
 use super::contact::Contact;
 use super::state::SensorState;
-use crate::finger::{Contact as FingerContact, Mechanics};
+use crate::finger::Mechanics;
 use crate::joint_sensor::JointSensor;
-use crate::numeric::Bounded;
 use crate::sensing::location::SeriesElement;
 use crate::sensing::locator::{Estimate, LocatorResult, Prior};
 use crate::sensing::{Event, NotLocated, Object, Refusal};
@@ -15,9 +14,6 @@ const VAGUE: f32 = 0.25;
 const SHARPER: f32 = 0.75;
 /// Share of the torque limit above which a proximal contact is reported: below, it may be a contact near the joint.
 const SURE_PROXIMAL: f32 = 0.5;
-
-/// Probability of a phalanx from which on a place on it that is too uncertain is known to be on it (chosen).
-const SURE_PHALANX: f32 = 0.9;
 
 /// The last report.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,35 +33,12 @@ fn is_vague(verdict: &LocatorResult) -> bool {
     }
 }
 
-/// Where a contact may be whose place is too uncertain to be one, with the larger deviation of two; nothing where its phalanx is not known
-/// either.
-fn vague_place(verdict: &LocatorResult) -> Option<(FingerContact, f32)> {
-    let (estimate, sigma_m) = match verdict {
-        LocatorResult::At(estimate) => (estimate, estimate.k_sigma_m),
-        LocatorResult::Either([estimate, other]) => {
-            (estimate, estimate.k_sigma_m.at_least(other.k_sigma_m))
-        }
-        _ => return None,
-    };
-    let contact = FingerContact {
-        phalanx: estimate.phalanx,
-        k_m: estimate.k_m,
-        // Known even less.
-        radius_m: f32::NAN,
-    };
-    (estimate.p_phalanx > SURE_PHALANX).then_some((contact, sigma_m))
-}
-
 impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     /// Reports the verdict at the end of a round if it is new; `last` makes it final.
     pub(super) fn report(&mut self, contact: &mut Contact<F, H, X>, last: bool) {
         let prior = self.prior(&contact.collector);
         self.joint_change = H::change(contact.collector.reading, contact.collector.waiting.reading);
         let verdict = contact.locator.verdict(&prior);
-        // With two phalanges nobody asks.
-        if F::PHALANGES > 2 {
-            self.vague = vague_place(&verdict);
-        }
         match verdict {
             verdict if is_vague(&verdict) => {
                 if last {

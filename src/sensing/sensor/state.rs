@@ -2,7 +2,7 @@
 
 use super::collector::CurveCollector;
 use super::weight;
-use crate::finger::{Contact, Free, Mechanics};
+use crate::finger::{Free, Mechanics};
 use crate::joint_sensor::JointSensor;
 use crate::numeric::sqrt;
 use crate::sensing::curve::{Curve, Point};
@@ -43,8 +43,6 @@ pub(super) struct SensorState<F: Mechanics, H: JointSensor, X: SeriesElement> {
     pub(super) object: Option<Object>,
     /// Measured angle of the input link at which the contact that was located last began, by the fit, radian.
     pub(super) onset_rad: f32,
-    /// See [`Sensor::vague_place`](super::Sensor::vague_place).
-    pub(super) vague: Option<(Contact, f32)>,
     pub(super) events: Deque<Event, 4>,
     pub(super) friction: Option<Friction>,
     /// Add this to an encoder position to get the record's, counts; `None` while a record from before a restart is not aligned.
@@ -84,7 +82,6 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             joint_change: H::Reading::default(),
             object: None,
             onset_rad: 0.0,
-            vague: None,
             torque_constant: TorqueConstant::default(),
             events: Deque::new(),
             series: PhantomData,
