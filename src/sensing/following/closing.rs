@@ -48,6 +48,8 @@ pub(super) struct Closing<C> {
     pub(super) first: First,
     pub(super) grip: Grip,
     pub(super) held: Option<TwoContacts<C>>,
+    /// What the finger is asked while places are weighed.
+    pub(super) asked: Option<(Free<C>, Contact, SecondMeasured)>,
     /// Where the second contact may be, and how many steps of finding out are done.
     pub(super) weights: SecondWeights,
     pub(super) step: u8,
@@ -214,12 +216,14 @@ impl<C: Copy> Closing<C> {
         if !matches!(self.first, First::At(..)) {
             return false;
         }
-        let Some((free, first, measured)) = self.measured(sensor, change, self.first).asked else {
-            return false;
+        // Once: it takes as long as weighing a few places does.
+        let Some((free, first, measured)) = &self.asked else {
+            self.asked = self.measured(sensor, change, self.first).asked;
+            return self.asked.is_some();
         };
         let (finger, step) = (sensor.finger(), self.step);
         self.step += 1;
-        finger.weigh_second(&free, first, &measured, step, &mut self.weights)
+        finger.weigh_second(free, *first, measured, step, &mut self.weights)
     }
 
     /// Whether a change of slope is a second contact, and what is known of it.

@@ -194,6 +194,7 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
                     first: First::Awaited,
                     grip: Grip::Single,
                     held: None,
+                    asked: None,
                     weights: SecondWeights::default(),
                     step: 0,
                 });
