@@ -2,12 +2,19 @@
 //! (docs/MECHANICS.md#two-contacts). The questions are the same for two and three phalanges ([`HoldsTwice`]).
 
 use super::{
-    BaseJoint, Configuration, Contact, Finger, Free, JointStep, MAX_PHALANGES, Mechanics, Pressed,
-    SecondMeasured, SecondWeights, Transmission,
+    BaseJoint, Configuration, Contact, Finger, Free, JointStep, MAX_PHALANGES, Mechanics, Path,
+    Pressed, SecondMeasured, SecondWeights, Transmission,
 };
+use crate::numeric::{Bounded, exp};
 
 /// Nearer than this to the closing stop of a joint, radian, a stiffer finger stands at the stop.
 const STOP_MARGIN_RAD: f32 = 0.03;
+/// One over the variance of the logarithm of the share of the torque that acts along the path of the first contact (chosen): friction
+/// takes more or less of it than its mean.
+const TAKEN_WEIGHT: f32 = 1.0;
+/// Points of that path until the logarithm is found, and how much it may change from one to the next.
+const POINTS: u8 = 4;
+const MOST_STEP: f32 = 0.7;
 /// Odds from which on a phalanx is named (chosen).
 const DECISIVE_ODDS: f32 = 4.0;
 /// Deviation of a place, as a share of the phalanx, above which none is told: it is hardly less than that of any place.
@@ -16,7 +23,7 @@ const VAGUE: f32 = 0.25;
 /// The finger when a second contact begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwoContacts<C> {
-    /// The first contact, where it is by now.
+    /// The first contact, where it is by now; `k_m` is NaN where that is too vague.
     pub first: Contact,
     /// Phalanx of the second contact.
     pub phalanx: u8,
@@ -110,16 +117,21 @@ pub trait HoldsTwice: Mechanics {
 }
 
 impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
-    /// The finger on its first contact after a rise of torque.
+    /// The finger on its first contact when the second one begins.
+    // Not inlined: called from several places.
+    #[inline(never)]
     pub(super) fn pressed_on(
         &self,
         at: &Free<Configuration<N>>,
         first: Contact,
-        rise_nm: f32,
+        measured: &SecondMeasured,
     ) -> Result<(Pressed<N>, Configuration<N>), NoSecondContact> {
         let led = || {
             let mut path = self.start(&at.configuration, at.torque_nm, first)?;
-            self.continue_to(&mut path, rise_nm)?;
+            let [friction, _] = measured.friction;
+            self.rubs(&mut path, friction, measured.half_thickness_m)?;
+            self.follow_measured(&mut path, measured)?;
+            path.slip();
             let pressed = self.pressed(&path)?;
             Some((pressed, Configuration::of(pressed.joints_rad)?))
         };
@@ -131,6 +143,30 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         }
         Ok((pressed, configuration))
     }
+
+    /// Follows the path of the first contact to the second, to the likeliest point by rotation and torque: on an object that stands
+    /// the posture follows from the rotation, whatever friction takes of the torque, but where the finger hardly turns any more the
+    /// torque knows better.
+    fn follow_measured(&self, path: &mut Path<N, B>, measured: &SecondMeasured) -> Option<()> {
+        let (mut rise_nm, mut taken, mut led) = (measured.rise_nm, 0.0, None);
+        for _ in 0..POINTS {
+            let mut step = -MOST_STEP;
+            if let Some(point) = self.continue_to(path, rise_nm) {
+                let off =
+                    (measured.rotation_rad - point.rotation_rad) / measured.rotation_sigma_rad;
+                // In units of the deviation, and by the logarithm of the share.
+                let slope = point.compliance_rad_per_nm * rise_nm / measured.rotation_sigma_rad;
+                step = (slope * off - taken * TAKEN_WEIGHT) / (slope * slope + TAKEN_WEIGHT);
+                led = Some(());
+            } else if led.is_some() {
+                // Off the phalanx: the last point is the best there is.
+                break;
+            }
+            taken += step.at_least(-MOST_STEP).at_most(MOST_STEP);
+            rise_nm = measured.rise_nm * exp(taken);
+        }
+        led
+    }
 }
 
 impl<T: Transmission<2>, B: BaseJoint> HoldsTwice for Finger<2, T, B> {
@@ -141,7 +177,7 @@ impl<T: Transmission<2>, B: BaseJoint> HoldsTwice for Finger<2, T, B> {
         measured: &SecondMeasured,
         _: &SecondWeights,
     ) -> Result<TwoContacts<Configuration<2>>, NoSecondContact> {
-        let (pressed, configuration) = self.pressed_on(at, first, measured.rise_nm)?;
+        let (pressed, configuration) = self.pressed_on(at, first, measured)?;
         Ok(TwoContacts {
             first: Contact {
                 k_m: pressed.k_now_m,
@@ -187,7 +223,7 @@ impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
         measured: &SecondMeasured,
         weights: &SecondWeights,
     ) -> Result<TwoContacts<Configuration<3>>, NoSecondContact> {
-        let (pressed, configuration) = self.pressed_on(at, first, measured.rise_nm)?;
+        let (pressed, configuration) = self.pressed_on(at, first, measured)?;
         let [best, next] = weights.ordered();
         if best.likely < DECISIVE_ODDS * next.likely {
             // Either would do: that is no answer.
@@ -196,7 +232,11 @@ impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
         let (likely, phalanx) = (best.likely, best.phalanx);
         let length_m = self.phalanx_length_m(phalanx).unwrap_or(f32::MAX);
         let [mut k_m, mut sigma_m] = best.place(length_m);
-        if !pressed.tells_place(phalanx) || sigma_m > VAGUE * length_m {
+        // A first place that is as vague gives no second one, whose deviation would be too small, and no force.
+        let first_length_m = self.phalanx_length_m(first.phalanx).unwrap_or(0.0);
+        let is_first_known = measured.first_sigma_m <= VAGUE * first_length_m;
+        let is_sharp = k_m.is_finite() && sigma_m <= VAGUE * length_m;
+        if !(is_first_known && is_sharp && pressed.tells_place(phalanx)) {
             (k_m, sigma_m) = (f32::NAN, f32::NAN);
         }
         // Where the place does not matter any place leaves the same motion; one that is not known may be the middle.
@@ -211,7 +251,11 @@ impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
             .ok_or(NoSecondContact::Unexplained)?;
         Ok(TwoContacts {
             first: Contact {
-                k_m: pressed.k_now_m,
+                k_m: if is_first_known {
+                    pressed.k_now_m
+                } else {
+                    f32::NAN
+                },
                 ..first
             },
             phalanx,

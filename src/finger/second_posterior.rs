@@ -15,7 +15,7 @@ use crate::numeric::{Bounded, exp, sqrt};
 /// Places along a phalanx.
 const PLACES: u8 = 16;
 /// Steps that these are spread over: all at once take longer than a sensing update may.
-const PARTS: u8 = 2;
+const PARTS: u8 = 4;
 /// Deviations of the coefficient of friction from its mean, with their weights: a normal distribution in steps of half a
 /// deviation.
 const FRICTIONS: [[f32; 2]; 8] = [
@@ -215,7 +215,7 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
                 radius_m,
                 ..first
             };
-            self.pressed_on(at, first, measured.rise_nm)
+            self.pressed_on(at, first, measured)
         };
         // Off the phalanx, or not to be reached: nothing is added.
         if let Ok((mut there, _)) = pressed(first.radius_m) {
@@ -235,6 +235,8 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
 impl Pressed<3> {
     /// How likely a place is on a roundish object: on a cylinder both contacts are as far from the joint between their phalanges.
     /// Mean 1 over places far and near; 1 for phalanges that do not meet.
+    // Inlined as well.
+    #[inline(always)]
     fn as_round(&self, phalanx: u8, k_m: f32, measured: &SecondMeasured) -> f32 {
         let Some([near_m, _]) = self
             .between_joint(phalanx)
@@ -253,6 +255,8 @@ impl Pressed<3> {
 
 impl Expected {
     /// Probability density of the measurement; `step` is what the compliance changes by from place to place.
+    // Inlined: it is called in one place.
+    #[inline(always)]
     fn likely(&self, step: f32, measured: &SecondMeasured) -> f32 {
         let [mean, deviation] = measured.friction;
         let [at_once, there] = self.compliances;

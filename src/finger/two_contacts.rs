@@ -30,6 +30,10 @@ pub struct SecondPlace {
 pub struct SecondMeasured {
     /// Torque from the first contact to the second, newton metre, >= 0.
     pub rise_nm: f32,
+    /// Rotation of the input link from the first contact to the second, without the cable's twist, radian.
+    pub rotation_rad: f32,
+    /// Deviation of that, radian, > 0; infinite where the torque alone is known.
+    pub rotation_sigma_rad: f32,
     /// Torque at the second contact, newton metre.
     pub torque_nm: f32,
     /// How much farther the torque has risen where the compliance was measured, newton metre, >= 0.
@@ -248,6 +252,7 @@ impl Pressed<3> {
 impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
     /// Places of a second contact with their deviations. The first one was made at `torque_nm` in the free posture `at`.
     ///
+    /// The posture is that of the first contact without friction after the rise of torque; the rotation is not asked.
     /// The deviation contains that of the compliance, of friction and leverage, and that of the first contact's place, which moves
     /// posture and force too. `None` where the first contact leads to no posture at the second; an empty list where no place is as stiff.
     ///
@@ -272,6 +277,8 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
     /// let compliance = pressed.second_compliance(3, 0.025).expect("a place");
     /// let measured = SecondMeasured {
     ///     rise_nm: 0.010,
+    ///     rotation_rad: 0.0,
+    ///     rotation_sigma_rad: f32::INFINITY,
     ///     torque_nm: 0.030,
     ///     later_nm: 0.0,
     ///     turned_rad: 0.0,

@@ -8,6 +8,7 @@
 mod changes;
 mod closing;
 mod fade;
+mod first;
 mod jump;
 mod level;
 mod rolled;

@@ -2,11 +2,13 @@
 
 use crate::finger_support::{linkage2, linkage3, return2, tendon2, tendon3};
 use palpate::finger::{
-    Assembly, BaseJoint, Configuration, Contact, Finger, Free, Levers, Linkage, Mechanics,
-    Parameters, ReturnCable, Springless, Tendon, ThreeJointContact, Transmission, TwoJointContact,
+    Assembly, BaseJoint, Configuration, Contact, Finger, Free, HoldsTwice, Levers, Linkage,
+    Mechanics, Parameters, ReturnCable, SecondMeasured, Springless, Tendon, ThreeJointContact,
+    Transmission, TwoJointContact,
 };
 use palpate::sensing::Side;
 use palpate::sensing::location::{Cable, Rigid, places};
+use palpate::sensing::second::{BlockNoise, SecondContact};
 use palpate::sensing::step;
 use proptest::prelude::*;
 
@@ -236,5 +238,99 @@ proptest! {
         check(triple.compliance(c))?;
         check(triple.stiffest_m())?;
         check(Cable::new(c).ok().map(|cable| palpate::sensing::location::SeriesElement::compliance_rad_per_nm(&cable)))?;
+    }
+}
+
+/// A second contact from any measurement, on any first one.
+fn abuse_twice<const N: usize, T: Transmission<N>, B: BaseJoint>(
+    finger: &Finger<N, T, B>,
+    n: &[f32],
+    phalanx: u8,
+) -> Result<(), TestCaseError>
+where
+    Finger<N, T, B>: HoldsTwice<Configuration = Configuration<N>>,
+{
+    let at = |i: usize| n[i % n.len()];
+    let measured = SecondMeasured {
+        rise_nm: at(0),
+        rotation_rad: at(1),
+        rotation_sigma_rad: at(2),
+        torque_nm: at(3),
+        later_nm: at(4),
+        turned_rad: at(5),
+        turned_sigma_rad: at(6),
+        compliance_rad_per_nm: at(7),
+        compliance_sigma_rad_per_nm: at(8),
+        first_sigma_m: at(9),
+        friction: [at(10), at(11)],
+        half_thickness_m: at(12),
+        leverage_sigma: at(13),
+        joint_friction_nm: [at(14), at(15)],
+        joint_loss: [at(16), at(17)],
+    };
+    let first = Contact {
+        phalanx,
+        k_m: at(18),
+        radius_m: at(19),
+    };
+    let Some(free) = finger.free_at_torque(0.02, &finger.rest()) else {
+        return Ok(());
+    };
+    // As they are, and with what lets a path begin, so that the rest is reached.
+    let sane = SecondMeasured {
+        rise_nm: 0.02,
+        friction: [0.1, 0.1],
+        half_thickness_m: 0.006,
+        ..measured
+    };
+    let there = Contact {
+        phalanx: 2,
+        k_m: 0.02,
+        radius_m: 0.01,
+    };
+    for (first, measured) in [(first, measured), (there, sane)] {
+        let free = Free {
+            configuration: free,
+            torque_nm: 0.02,
+        };
+        if let Ok(held) = finger.second_contact(&free, first, &measured) {
+            prop_assert!(held.configuration.rad().iter().all(|a| a.is_finite()));
+            prop_assert!(held.turning_per_nm.iter().all(|a| a.is_finite()));
+            prop_assert!(held.k_m.is_nan() == held.sigma_m.is_nan(), "{held:?}");
+            let _ = finger.held_forces(&held, at(3));
+        }
+    }
+    Ok(())
+}
+
+proptest! {
+    #[test]
+    fn second_contacts(
+        n in prop::collection::vec(any_number(), 20),
+        phalanx in 0u8..5,
+        (three, linked, two) in (tendon3(), linkage3(), tendon2()),
+    ) {
+        abuse_twice(&three, &n, phalanx)?;
+        abuse_twice(&linked, &n, phalanx)?;
+        abuse_twice(&two, &n, phalanx)?;
+    }
+
+    /// Blocks, noise and the onset of a search: what is told is finite.
+    #[test]
+    fn corners(
+        points in prop::collection::vec((any_number(), any_number()), 1..120),
+        noise in any_number(),
+        walk in any_number(),
+        turn in any_number(),
+        onset in any_number(),
+    ) {
+        let noise = BlockNoise { white_nm2: noise, walk_nm2: walk, worm_turn_rad: turn };
+        let mut search = SecondContact::default();
+        search.begin(onset, onset, 0.01);
+        for (theta, torque) in points {
+            if let Some(change) = search.push(theta, torque, &noise) {
+                prop_assert!(change.theta_a_rad.is_finite() && change.torque_nm.is_finite(), "{change:?}");
+            }
+        }
     }
 }

@@ -16,6 +16,8 @@ type Three = <Tendon3 as Scene>::Finger;
 /// A measurement of a finger without friction.
 const FRICTIONLESS: SecondMeasured = SecondMeasured {
     rise_nm: 0.0,
+    rotation_rad: 0.0,
+    rotation_sigma_rad: f32::INFINITY,
     torque_nm: 0.0,
     later_nm: 0.0,
     turned_rad: 0.0,

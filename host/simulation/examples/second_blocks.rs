@@ -139,6 +139,9 @@ fn run<S: Simulated<Finger: HoldsTwice>>(
                 if let Some(second) = second {
                     println!("second {} {:.5}", second.phalanx, second.k_m);
                 }
+                if let Some(fault) = outcome.fault {
+                    println!("event fault {fault:?}");
+                }
                 for (time, event) in &outcome.events {
                     println!("event {time} {event:?}");
                 }

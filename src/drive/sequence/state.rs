@@ -5,8 +5,8 @@ use crate::name_list::nth;
 use super::motion::{Motion, WINDUP_RAD};
 
 /// Longest wait for the last word on a contact after its hold, second (chosen). With two phalanges it takes some tenths of a second,
-/// with three, where no single contact explains the curve, up to 3.6 (simulated).
-pub(super) const JUDGING_S: f32 = 6.0;
+/// with three, where no single contact explains the curve, 4.5 and the round that is then the last, some 2 (simulated).
+pub(super) const JUDGING_S: f32 = 8.0;
 
 /// What the finger is doing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

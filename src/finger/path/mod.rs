@@ -84,6 +84,12 @@ impl<const N: usize, B> Path<N, B> {
     pub fn joint_changes_rad(&self) -> [f32; N] {
         self.last.at.delta
     }
+
+    /// From the last point on nothing rubs: contact friction acts against the motion, and where another contact changes that it is no
+    /// longer what it was along the path.
+    pub(super) fn slip(&mut self) {
+        self.start.friction = 0.0;
+    }
 }
 
 /// The instant of contact, dimensionless.

@@ -1,5 +1,6 @@
 //! A closing in contact: what its blocks show, and what a change of slope in it means.
 
+use super::first::First;
 use super::{Followed, Grip};
 use crate::finger::{
     Contact, Free, HoldsTwice, Mechanics, NoSecondContact, SecondMeasured, SecondWeights,
@@ -15,19 +16,12 @@ use crate::sensing::second::{Later, SecondContact, SlopeChange};
 /// A contact is lost when two blocks in a row lie below the largest torque so far by this share of it, and their noise.
 const LOST_SHARE: f32 = 0.1;
 
-/// Deviation of a corner's angle, in turns of the motor (chosen): it is told to a block, or to a pair of them.
-const CORNER_SHARE: f32 = 0.7;
+/// Standard deviation of the angle at which the first contact began, radian (chosen): without a place it is that of the detector.
+const ONSET_SIGMA_RAD: f32 = 0.03;
 
-/// The first contact as the sensor's last word has it.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum First {
-    /// The last word is still to come.
-    Awaited,
-    /// A contact without a place.
-    Unplaced,
-    /// Where, and the deviation.
-    At(Contact, f32),
-}
+/// Deviation of a corner's angle, in turns of the motor at least, and in spacings of the points in which it was found (chosen).
+const CORNER_SHARE: f32 = 0.7;
+const SPACING_SHARE: f32 = 0.35;
 
 /// A closing in contact.
 #[derive(Clone, Debug)]
@@ -54,20 +48,22 @@ pub(super) struct Closing<C> {
     pub(super) first: First,
     pub(super) grip: Grip,
     pub(super) held: Option<TwoContacts<C>>,
+    /// What the finger is asked while places are weighed.
+    pub(super) asked: Option<(Free<C>, Contact, SecondMeasured)>,
     /// Where the second contact may be, and how many steps of finding out are done.
     pub(super) weights: SecondWeights,
     pub(super) step: u8,
 }
 
 /// What was measured of a second contact.
-struct Measured<C> {
+pub(super) struct Measured<C> {
     change: SlopeChange,
     /// Compliance of the cable at that torque, radian per newton metre, and its deviation.
     cable: [f32; 2],
     /// Torque of the free finger at the corner, newton metre.
     free_nm: f32,
-    /// What the finger is asked, where the first contact is known.
-    asked: Option<(Free<C>, Contact, SecondMeasured)>,
+    /// What the finger is asked: whether a joint stands at its stop, and where the first contact is known about the second.
+    pub(super) asked: Option<(Free<C>, Contact, SecondMeasured)>,
 }
 
 impl<C: Copy> Closing<C> {
@@ -95,10 +91,11 @@ impl<C: Copy> Closing<C> {
 
     /// What was measured of a second contact at a change of slope: that with what is known of the slope after it, the cable that
     /// is part of it, and the first contact with what the finger is asked.
-    fn measured<F, H: JointSensor, X: SeriesElement>(
+    pub(super) fn measured<F, H: JointSensor, X: SeriesElement>(
         &self,
         sensor: &Sensor<F, H, X>,
         change: &SlopeChange,
+        first: First,
     ) -> Measured<C>
     where
         F: Mechanics<Configuration = C>,
@@ -116,11 +113,16 @@ impl<C: Copy> Closing<C> {
         let (cable, cable_sigma) = if X::FLEXIBLE {
             // Kept for a nominal torque, and for the middle of a probing.
             let beyond_nm = (later.torque_nm - free_nm) / factor - MIDDLE_NM;
-            // A cable stiffens and does not soften: from the middle of a probing to its end that is much of its twist.
-            let [stiffening, unsure] = not_negative([
+            // From the middle of a probing to its end that is much of its twist. A cable stiffens and does not soften: where no mean is
+            // stated, and no press has told one, it is that of what cannot be negative.
+            let mut told = [
                 calibration.stiffening_per_nm,
                 calibration.stiffening_sigma_per_nm,
-            ]);
+            ];
+            if told[0] <= 0.0 {
+                told = not_negative(told);
+            }
+            let [stiffening, unsure] = told;
             let share = 1.0 - stiffening * beyond_nm;
             let cable = calibration.cable_rad_per_nm * share.at_least(0.0) / factor;
             let bend = unsure * beyond_nm * cable;
@@ -143,17 +145,41 @@ impl<C: Copy> Closing<C> {
         let later_nm = later.torque_nm - change.torque_nm;
         let turned_rad = later.theta_a_rad - change.theta_a_rad - cable * later_nm;
         // The corner lies within a block, and the cable's twist is taken off.
-        let block_rad = CORNER_SHARE
-            * sensor
-                .drivetrain()
-                .rotation_rad(0, sensor.drivetrain().counts_per_turn as i32);
+        let turn_rad =
+            (sensor.drivetrain()).rotation_rad(0, sensor.drivetrain().counts_per_turn as i32);
+        let block_rad = (SPACING_SHARE * change.spacing_rad).at_least(CORNER_SHARE * turn_rad);
         let twist_rad = cable_sigma * later_nm;
         let turned_sigma_rad = sqrt(block_rad * block_rad + twist_rad * twist_rad);
-        let asked = match self.first {
-            First::At(contact, first_sigma_m) => sensor.free_at(self.onset_rad).map(|free| {
+        let first = match first {
+            First::At(contact, sigma_m) => Some((contact, sigma_m)),
+            // The last joint turns by much the same wherever the contact is.
+            First::Unplaced if F::PHALANGES > 2 => {
+                sensor.finger().phalanx_length_m(2).map(|length_m| {
+                    let contact = Contact {
+                        phalanx: 2,
+                        k_m: 0.5 * length_m,
+                        radius_m: sensor.settings().pin_contact_radius_m(),
+                    };
+                    (contact, 0.0)
+                })
+            }
+            First::Awaited | First::Near(..) | First::Unplaced => None,
+        };
+        let asked = first.and_then(|(contact, first_sigma_m)| {
+            sensor.free_at(self.onset_rad).map(|free| {
                 let settings = sensor.settings();
+                let rise_nm = (change.torque_nm - free.torque_nm).at_least(0.0);
+                let [twist_rad, twist_sigma_rad] = if X::FLEXIBLE {
+                    calibration.twist_rad(rise_nm / factor)
+                } else {
+                    [0.0; 2]
+                };
+                let rotation_sigma_rad =
+                    sqrt(ONSET_SIGMA_RAD * ONSET_SIGMA_RAD + twist_sigma_rad * twist_sigma_rad);
                 let measured = SecondMeasured {
-                    rise_nm: (change.torque_nm - free.torque_nm).at_least(0.0),
+                    rise_nm,
+                    rotation_rad: change.theta_a_rad - self.onset_rad - twist_rad,
+                    rotation_sigma_rad,
                     torque_nm: change.torque_nm,
                     later_nm: later_nm.at_least(0.0),
                     turned_rad: turned_rad.at_least(0.0),
@@ -168,9 +194,8 @@ impl<C: Copy> Closing<C> {
                     joint_loss: F::JOINT_LOSS,
                 };
                 (free, contact, measured)
-            }),
-            First::Awaited | First::Unplaced => None,
-        };
+            })
+        });
         Measured {
             change,
             cable: [cable, cable_sigma],
@@ -188,12 +213,17 @@ impl<C: Copy> Closing<C> {
     where
         F: HoldsTwice + Mechanics<Configuration = C>,
     {
-        let Some((free, first, measured)) = self.measured(sensor, change).asked else {
+        if !matches!(self.first, First::At(..)) {
             return false;
+        }
+        // Once: it takes as long as weighing a few places does.
+        let Some((free, first, measured)) = &self.asked else {
+            self.asked = self.measured(sensor, change, self.first).asked;
+            return self.asked.is_some();
         };
         let (finger, step) = (sensor.finger(), self.step);
         self.step += 1;
-        finger.weigh_second(&free, first, &measured, step, &mut self.weights)
+        finger.weigh_second(free, *first, measured, step, &mut self.weights)
     }
 
     /// Whether a change of slope is a second contact, and what is known of it.
@@ -210,7 +240,7 @@ impl<C: Copy> Closing<C> {
             cable: [cable, cable_sigma],
             free_nm,
             asked,
-        } = self.measured(sensor, change);
+        } = self.measured(sensor, change, self.first);
         let is_rigid = change.is_rigid(cable, cable_sigma);
         // With two phalanges both in contact nothing is left to move.
         if !is_rigid && F::PHALANGES == 2 {

@@ -2,7 +2,8 @@
 
 use core::fmt::Debug;
 
-use super::closing::{Closing, First};
+use super::closing::Closing;
+use super::first::{First, proximal};
 use super::level::{Above, Level};
 use super::{AfterContact, Followed, Grip};
 use crate::finger::{Contact, HeldForces, HoldsTwice, Mechanics, SecondWeights};
@@ -17,8 +18,6 @@ use crate::sensing::{Directive, Drive, Event, NotLocated, Sample, Sensor};
 const LEAST_SHARE: f32 = 0.03;
 /// Deviations of a block within which it is no fall.
 const LOST_SIGMAS: f32 = 8.0;
-/// Within so many deviations a place on phalanx 2 may be its joint.
-const AT_JOINT_SIGMAS: f32 = 2.5;
 /// Blocks after a second contact over which a finger of more than two phalanges is watched: at first it may stick.
 const MEASURED: u8 = 20;
 /// A way between two blocks of more than this many of their widths is a break in the motion.
@@ -173,7 +172,6 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
         now_us: u64,
         event: &Event,
     ) {
-        let settings = sensor.settings();
         let first = match *event {
             Event::Touch {
                 theta_a_rad,
@@ -196,19 +194,12 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
                     first: First::Awaited,
                     grip: Grip::Single,
                     held: None,
+                    asked: None,
                     weights: SecondWeights::default(),
                     step: 0,
                 });
                 return;
             }
-            // A place on the very joint is as soft as one anywhere on the phalanx before it.
-            Event::Located {
-                phalanx: 2,
-                k_m,
-                sigma_m,
-                settled: true,
-                ..
-            } if k_m < AT_JOINT_SIGMAS * sigma_m => proximal(sensor),
             Event::Located {
                 phalanx,
                 k_m,
@@ -217,27 +208,36 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
                 settled: true,
                 ..
             } => {
-                let nominal_m = settings.pin_contact_radius_m();
+                if let Some(closing) = &mut self.closing {
+                    closing.onset_rad = sensor.onset_rad();
+                }
                 let contact = Contact {
                     phalanx,
                     k_m,
-                    radius_m: if radius_m.is_finite() {
-                        radius_m
-                    } else {
-                        nominal_m
-                    },
+                    radius_m,
                 };
-                First::At(contact, sigma_m)
+                Some((contact, sigma_m))
             }
             Event::NotLocated {
                 why: NotLocated::Proximal,
                 ..
-            } => proximal(sensor),
-            Event::Ambiguous { settled: true, .. } | Event::NotLocated { .. } => First::Unplaced,
+            } => Some((proximal(sensor), 0.0)),
+            // A phalanx at least.
+            Event::NotLocated {
+                why: NotLocated::Unobservable,
+                ..
+            } => sensor.vague_place(),
+            Event::Ambiguous { settled: true, .. } | Event::NotLocated { .. } => None,
             _ => return,
         };
         if let Some(closing) = &mut self.closing {
-            closing.first = first;
+            let is_told = matches!(event, Event::Located { .. });
+            closing.first = first.map_or(First::Unplaced, |(mut contact, sigma_m)| {
+                if !contact.radius_m.is_finite() {
+                    contact.radius_m = sensor.settings().pin_contact_radius_m();
+                }
+                First::of(contact, sigma_m, is_told)
+            });
         }
     }
 
@@ -256,6 +256,12 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
             return None;
         }
         if matches!(closing.first, First::Awaited) {
+            return None;
+        }
+        if let Some(change) = closing.change
+            && let First::Near(contact, sigma_m) = closing.first
+        {
+            closing.first = closing.decide(sensor, &change, (contact, sigma_m));
             return None;
         }
         // A step a sample; two phalanges hold each other, wherever the second contact is.
@@ -298,15 +304,4 @@ fn conclude<F: Mechanics, H: JointSensor, X: SeriesElement>(
         }
         None => sensor.conclude(),
     }
-}
-
-/// A contact somewhere on phalanx 1: joint 1 stands wherever it is.
-fn proximal<F: Mechanics, H: JointSensor, X: SeriesElement>(sensor: &Sensor<F, H, X>) -> First {
-    let length_m = sensor.finger().phalanx_length_m(1).unwrap_or(f32::NAN);
-    let contact = Contact {
-        phalanx: 1,
-        k_m: 0.5 * length_m,
-        radius_m: 0.0,
-    };
-    First::At(contact, 0.0)
 }

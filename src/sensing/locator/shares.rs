@@ -44,8 +44,9 @@ pub(super) fn points(data: &Data, share: usize) -> (usize, bool) {
 }
 
 impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
-    /// Whether the verdict of a final round stands; if not, another round follows on a share of the curve that has been chosen.
-    pub fn stands(&mut self, data: &Data) -> bool {
+    /// Whether the verdict of a final round stands; if not, another round follows on a share of the curve that has been chosen. Where it
+    /// is late no shorter part is tried, but the longest that is explained is gone back to.
+    pub fn stands(&mut self, data: &Data, is_late: bool) -> bool {
         let explained = self.explains() && !self.leans_on_its_end();
         if F::PHALANGES <= STIFF_WITH_TWO {
             return explained || !self.shorten();
@@ -62,13 +63,13 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         let found = match self.longer {
             Some(longer) if !explained || longer.explains_beyond(&own) => longer,
             _ if explained => own,
-            _ => return !self.shorten(),
+            _ => return is_late || !self.shorten(),
         };
         self.longer = Some(found);
         let (fewer, _) = points(data, self.share + 1);
         // Stop where even a perfect fit of the next shorter part would show nothing.
         let hopeless = found.cost <= allowed(found.points.saturating_sub(fewer) as f32);
-        if !hopeless && self.shorten() {
+        if !hopeless && !is_late && self.shorten() {
             return false;
         }
         self.compared = true;
@@ -80,7 +81,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     /// The same for a contact at a known place, which learns from the part before a second phalanx touched. With two phalanges the whole
     /// curve counts: a pin that both touch is a misfit.
     pub fn teaches(&mut self, data: &Data) -> bool {
-        F::PHALANGES <= STIFF_WITH_TWO || self.stands(data)
+        F::PHALANGES <= STIFF_WITH_TWO || self.stands(data, false)
     }
 
     /// Whether the end of the curve may be that of two contacts, between which the force is then divided. Never with two

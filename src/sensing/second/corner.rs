@@ -4,9 +4,9 @@
 use super::whitened::{BEND, HINGE, TERMS, TURN, WAVES, Whitened};
 use super::{BlockNoise, SlopeChange};
 use crate::numeric::{Bounded, dot, solve, sqrt};
-use heapless::Deque;
+use heapless::{Deque, Vec};
 
-/// Points of a stretch at most. Motor turns of P70 are 5 mrad: some 120 mrad of the input link, or twice that in pairs.
+/// Points of a stretch at most. Motor turns of P70 are 5 mrad: some 120 mrad of the input link, and twice that in pairs, four times in fours.
 pub(super) const WINDOW: usize = 24;
 /// Points before the hinge at least.
 const LEAST_BEFORE: usize = 4;
@@ -62,10 +62,11 @@ impl Stretch {
         least_nm: f32,
         noise: &BlockNoise,
     ) -> Option<(SlopeChange, f32)> {
-        let mut white = Whitened::of(&self.0, noise)?;
+        let points = self.points();
+        let mut white = Whitened::of(&points, noise)?;
         let mut best: Option<(SlopeChange, f32)> = None;
         for &after in rule.after {
-            if let Some((change, sigmas)) = self.hinge(rule, after, &mut white)
+            if let Some((change, sigmas)) = hinge(&points, rule, after, &mut white)
                 && change.torque_nm > least_nm
                 && best.is_none_or(|(_, most)| sigmas > most)
             {
@@ -75,58 +76,76 @@ impl Stretch {
         best
     }
 
-    /// The change of slope that the points show with so many after it.
-    fn hinge(&self, rule: &Rule, after: usize, white: &mut Whitened) -> Option<(SlopeChange, f32)> {
-        let number = self.0.len();
-        let before = number.checked_sub(after)?;
-        if before < rule.least_before.max(LEAST_BEFORE) {
-            return None;
+    /// The points in one piece, the oldest first: loops over the queue itself are far larger.
+    pub(super) fn points(&self) -> Vec<[f32; 2], WINDOW> {
+        let mut points = Vec::new();
+        for point in &self.0 {
+            // As many as the queue has at most.
+            let _ = points.push(*point);
         }
-        let [theta_a_rad, _] = *self.0.iter().nth(before)?;
-        let u = white.set_hinge(theta_a_rad);
-        let (mut normal, mut right) = (white.normal, white.right);
-        // The curve at the hinge by its coefficients, and its slope before and after.
-        let mut there = [1.0, u, u * u, u * u * u, 0.0, 0.0, 0.0];
-        let mut before_it = [0.0, 1.0, 2.0 * u, 3.0 * u * u, 0.0, 0.0, 0.0];
-        // A term that is not there has the coefficient 0.
-        let mut terms = HINGE;
-        for (term, from) in [(BEND, rule.bends_from), (TURN, rule.turns_from)] {
-            if before >= from {
-                continue;
-            }
-            terms -= 1;
-            for line in &mut normal {
-                line[term] = 0.0;
-            }
-            normal[term] = unit(term);
-            for side in [&mut right, &mut there, &mut before_it] {
-                side[term] = 0.0;
-            }
-        }
-        let mut after_it = before_it;
-        after_it[HINGE] = 1.0;
-        let [fit, by_after, by_hinge] = solve(normal, [right, after_it, unit(HINGE)])?;
-        // The wave's two terms have a prior: they take no point's freedom.
-        let spare = (number + WAVES).checked_sub(terms + 1)?;
-        // What scatters, or what is known to: the larger.
-        let scatter = (white.squares(&fit) / spare as f32).at_least(1.0);
-        let [slope, rises] = [dot(&before_it, &fit), dot(&after_it, &fit)];
-        let change = SlopeChange {
-            theta_a_rad,
-            torque_nm: white.level_nm + dot(&there, &fit),
-            before_nm_per_rad: slope / white.scale_rad,
-            after_nm_per_rad: rises / white.scale_rad,
-            after_sigma_nm_per_rad: sqrt(scatter * dot(&after_it, &by_after)) / white.scale_rad,
-        };
-        let sigmas = fit[HINGE] / sqrt(scatter * by_hinge[HINGE]);
-        let is_change = sigmas > rule.sigmas && slope > 0.0 && rises > rule.ratio * slope;
-        let is_steady = (self.0.iter().zip(self.0.iter().skip(1)))
-            .skip(number - 3)
-            .all(|([a, below], [b, above])| {
-                above - below > STEADY_SHARE * change.after_nm_per_rad * (b - a)
-            });
-        (is_change && is_steady).then_some((change, sigmas))
+        points
     }
+}
+
+/// The change of slope that the points show with so many after it.
+fn hinge(
+    points: &[[f32; 2]],
+    rule: &Rule,
+    after: usize,
+    white: &mut Whitened,
+) -> Option<(SlopeChange, f32)> {
+    let number = points.len();
+    let before = number.checked_sub(after)?;
+    if before < rule.least_before.max(LEAST_BEFORE) {
+        return None;
+    }
+    let [theta_a_rad, _] = *points.get(before)?;
+    let u = white.set_hinge(theta_a_rad);
+    let (mut normal, mut right) = (white.normal, white.right);
+    // The curve at the hinge by its coefficients, and its slope before and after.
+    let mut there = [1.0, u, u * u, u * u * u, 0.0, 0.0, 0.0];
+    let mut before_it = [0.0, 1.0, 2.0 * u, 3.0 * u * u, 0.0, 0.0, 0.0];
+    // A term that is not there has the coefficient 0.
+    let mut terms = HINGE;
+    for (term, from) in [(BEND, rule.bends_from), (TURN, rule.turns_from)] {
+        if before >= from {
+            continue;
+        }
+        terms -= 1;
+        for line in &mut normal {
+            line[term] = 0.0;
+        }
+        normal[term] = unit(term);
+        for side in [&mut right, &mut there, &mut before_it] {
+            side[term] = 0.0;
+        }
+    }
+    let mut after_it = before_it;
+    after_it[HINGE] = 1.0;
+    let [fit, by_after, by_hinge] = solve(normal, [right, after_it, unit(HINGE)])?;
+    // The wave's two terms have a prior: they take no point's freedom.
+    let spare = (number + WAVES).checked_sub(terms + 1)?;
+    // What scatters, or what is known to: the larger.
+    let scatter = (white.squares(&fit) / spare as f32).at_least(1.0);
+    let [slope, rises] = [dot(&before_it, &fit), dot(&after_it, &fit)];
+    let change = SlopeChange {
+        theta_a_rad,
+        torque_nm: white.level_nm + dot(&there, &fit),
+        before_nm_per_rad: slope / white.scale_rad,
+        after_nm_per_rad: rises / white.scale_rad,
+        after_sigma_nm_per_rad: sqrt(scatter * dot(&after_it, &by_after)) / white.scale_rad,
+        spacing_rad: 2.0 * white.scale_rad / (number - 1) as f32,
+    };
+    let sigmas = fit[HINGE] / sqrt(scatter * by_hinge[HINGE]);
+    let is_change = sigmas > rule.sigmas && slope > 0.0 && rises > rule.ratio * slope;
+    let last = points.get(number.saturating_sub(3)..).unwrap_or_default();
+    let is_steady = last.windows(2).all(|pair| match *pair {
+        [[a, below], [b, above]] => {
+            above - below > STEADY_SHARE * change.after_nm_per_rad * (b - a)
+        }
+        _ => true,
+    });
+    (is_change && is_steady).then_some((change, sigmas))
 }
 
 /// One at a term, zero elsewhere.

@@ -25,30 +25,31 @@ pub struct Later {
 
 /// The line through the blocks after a change, but for the first.
 pub(super) fn fit(stretch: &Stretch, change: &SlopeChange, variance_nm2: f32) -> Option<Later> {
-    let since = |point: &&[f32; 2]| point[0] > change.theta_a_rad;
-    let count = stretch.0.iter().filter(since).count();
-    let skipped = SKIPPED.min(count / SKIPPED_OF);
-    let left = count - skipped;
-    if left < LEAST {
+    let points = stretch.points();
+    let before = (points.iter())
+        .take_while(|[theta, _]| *theta <= change.theta_a_rad)
+        .count();
+    let after = points.get(before..)?;
+    let skipped = SKIPPED.min(after.len() / SKIPPED_OF);
+    let points = after.get(skipped..)?;
+    if points.len() < LEAST {
         return None;
     }
-    let points = || stretch.0.iter().filter(since).skip(skipped);
-    let number = left as f32;
-    let [at, torque] = points().fold([0.0; 2], |[a, b], [theta, torque]| {
+    let number = points.len() as f32;
+    let [at, torque] = points.iter().fold([0.0; 2], |[a, b], [theta, torque]| {
         [a + theta / number, b + torque / number]
     });
     let (mut squares, mut products) = (0.0, 0.0);
-    for [theta, above] in points() {
+    for [theta, above] in points {
         squares += (theta - at) * (theta - at);
         products += (theta - at) * (above - torque);
     }
     let slope = products / squares;
-    let scatter: f32 = points()
-        .map(|[theta, above]| {
-            let off = above - torque - slope * (theta - at);
-            off * off
-        })
-        .sum();
+    let mut scatter = 0.0;
+    for [theta, above] in points {
+        let off = above - torque - slope * (theta - at);
+        scatter += off * off;
+    }
     let variance = (scatter / (number - 2.0)).at_least(variance_nm2);
     let later = Later {
         theta_a_rad: at,

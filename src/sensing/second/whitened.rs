@@ -6,7 +6,7 @@ use super::corner::WINDOW;
 use crate::numeric::{Bounded, dot, sin_cos, sqrt};
 use crate::sensing::locator::WAVE_SHARE;
 use core::f32::consts::TAU;
-use heapless::{Deque, Vec};
+use heapless::Vec;
 
 /// Terms of the curve: constant, slope, curvature, change of curvature, the wave in phase and out of phase with the middle of the
 /// stretch, hinge. About the middle and in units of half the stretch, the first four and the last have one size.
@@ -68,9 +68,9 @@ pub(super) struct Whitened {
 
 impl Whitened {
     /// A stretch of angles and torques; `None` unless it closes. There is no hinge yet.
-    pub(super) fn of(stretch: &Deque<[f32; 2], WINDOW>, noise: &BlockNoise) -> Option<Self> {
-        let [from, level_nm] = *stretch.front()?;
-        let [to, _] = *stretch.back()?;
+    pub(super) fn of(stretch: &[[f32; 2]], noise: &BlockNoise) -> Option<Self> {
+        let [from, level_nm] = *stretch.first()?;
+        let [to, _] = *stretch.last()?;
         let scale_rad = 0.5 * (to - from);
         let closes = scale_rad > 0.0;
         if !closes {
@@ -225,11 +225,7 @@ mod tests {
                     [1.3 + theta, torque + 3e-4 * (draw() - 0.5)]
                 })
                 .collect();
-            let mut stretch = Deque::new();
-            for point in &points {
-                stretch.push_back(*point).expect("room");
-            }
-            let mut white = Whitened::of(&stretch, &noise).expect("it closes");
+            let mut white = Whitened::of(&points, &noise).expect("it closes");
             let hinge = white.set_hinge(points[number - 4][0]);
             // A hinge that was put elsewhere before leaves nothing behind.
             let _ = white.set_hinge(points[number - 7][0]);

@@ -1,7 +1,7 @@
 //! What a program beside the sensor asks it: the record's share of a block, the free finger, an early end of a contact.
 
 use super::{Sensor, Stage};
-use crate::finger::{Free, Mechanics};
+use crate::finger::{Contact, Free, Mechanics};
 use crate::joint_sensor::JointSensor;
 use crate::sensing::Drivetrain;
 use crate::sensing::block::Block;
@@ -47,6 +47,27 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
     /// Measured angle of the input link at which the contact that was located last began, as its curve has it, radian.
     pub fn onset_rad(&self) -> f32 {
         self.state.onset_rad
+    }
+
+    /// Where the contact just judged as unobservable may be, with the deviation, metre: a quarter of the phalanx at least. `None` where the
+    /// phalanx is not known either, and with two phalanges. The radius is NaN.
+    pub fn vague_place(&self) -> Option<(Contact, f32)> {
+        match self.stage {
+            Stage::Vague {
+                phalanx,
+                k_m,
+                sigma_m,
+            } => {
+                let contact = Contact {
+                    phalanx,
+                    k_m,
+                    // Known even less.
+                    radius_m: f32::NAN,
+                };
+                Some((contact, sigma_m))
+            }
+            _ => None,
+        }
     }
 
     /// Whether the input link, behind the cable, is at the closing stop: there the cable alone gives way. `excess_nm` is the

@@ -16,6 +16,9 @@ use crate::sensing::locator::Locator;
 const LEAD: usize = 4;
 /// Points that a curve cut short keeps at least, or it stays whole: what the locator fits needs some.
 const LEAST_POINTS: usize = 6;
+/// Updates after the end of the curve from which on no shorter part of it is tried (chosen): with three phalanges rounds on ever shorter parts
+/// of the curve can take longer than the finger holds.
+const LAST_AFTER: u16 = 4500;
 
 /// A contact under way.
 #[derive(Clone, Debug)]
@@ -24,6 +27,8 @@ pub(super) struct Contact<F: Mechanics, H: JointSensor, X: SeriesElement> {
     pub(super) locator: Locator<F, X>,
     pub(super) reported: Reported,
     due: Due,
+    /// Updates since the end of the curve; not counted with two phalanges, whose rounds are short.
+    ended: u16,
 }
 
 /// What the next update does for a contact. Each in an update of its own: a step of a fit and a report together take too long.
@@ -96,6 +101,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             locator: Locator::default(),
             reported: Reported::Nothing,
             due: Due::Nothing,
+            ended: 0,
         });
     }
 
@@ -107,6 +113,9 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             return;
         };
         let ending = contact.collector.phase == CurvePhase::Ending;
+        if ending && F::PHALANGES > 2 {
+            contact.ended = contact.ended.saturating_add(1);
+        }
         let due = core::mem::replace(&mut contact.due, Due::Nothing);
         if due != Due::Verdict {
             if !ending && due == Due::Nothing {
@@ -139,13 +148,26 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             state.emit_calibration(learned);
         } else {
             let curve = &contact.collector.curve;
-            if !contact.locator.stands(&state.data(curve, curve.points())) {
+            let is_late = F::PHALANGES > 2 && contact.ended >= LAST_AFTER;
+            let data = state.data(curve, curve.points());
+            if !contact.locator.stands(&data, is_late) {
                 return;
             }
             state.report(contact, true);
         }
         self.done = true;
-        self.stage = Stage::Idle;
+        self.stage = match contact.reported {
+            Reported::Vague {
+                phalanx,
+                k_m,
+                sigma_m,
+            } if F::PHALANGES > 2 => Stage::Vague {
+                phalanx,
+                k_m,
+                sigma_m,
+            },
+            _ => Stage::Idle,
+        };
     }
 }
 

@@ -42,6 +42,12 @@ enum Stage<F: Mechanics, H: JointSensor, X: SeriesElement> {
     Searching(Search<H::Reading>),
     /// A contact is being judged.
     Contact(Contact<F, H, X>),
+    /// Idle after a contact that is unobservable; see [`Sensor::vague_place`].
+    Vague {
+        phalanx: u8,
+        k_m: f32,
+        sigma_m: f32,
+    },
 }
 
 /// Contact sensing of one finger. See the module documentation.
@@ -266,7 +272,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
     /// A block of a closing.
     fn search_closing(&mut self, block: &Block) {
         let state = &mut self.state;
-        if let Stage::Idle = self.stage {
+        if let Stage::Idle | Stage::Vague { .. } = self.stage {
             Search::begin(&mut self.stage);
         }
         let Some(corrected) = state.corrected(block) else {
@@ -295,7 +301,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
                     self.begin_contact(block, &found);
                 }
             },
-            Stage::Idle => {}
+            Stage::Idle | Stage::Vague { .. } => {}
         }
     }
 

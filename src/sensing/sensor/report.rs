@@ -4,6 +4,7 @@ use super::contact::Contact;
 use super::state::SensorState;
 use crate::finger::Mechanics;
 use crate::joint_sensor::JointSensor;
+use crate::numeric::Bounded;
 use crate::sensing::location::SeriesElement;
 use crate::sensing::locator::{Estimate, LocatorResult, Prior};
 use crate::sensing::{Event, NotLocated, Object, Refusal};
@@ -15,12 +16,25 @@ const SHARPER: f32 = 0.75;
 /// Share of the torque limit above which a proximal contact is reported: below, it may be a contact near the joint.
 const SURE_PROXIMAL: f32 = 0.5;
 
+/// Probability of a phalanx from which on a place on it that is too uncertain is known to be on it (chosen).
+const SURE_PHALANX: f32 = 0.9;
+
 /// The last report.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Reported {
     Nothing,
-    Located { phalanx: u8, k_m: f32, sigma_m: f32 },
+    Located {
+        phalanx: u8,
+        k_m: f32,
+        sigma_m: f32,
+    },
     Ambiguous,
+    /// Unobservable, but known to be on a phalanx.
+    Vague {
+        phalanx: u8,
+        k_m: f32,
+        sigma_m: f32,
+    },
 }
 
 /// Whether a place that a verdict has is too uncertain to be one. Of two places as well: "here, or anywhere" is no choice.
@@ -30,6 +44,27 @@ fn is_vague(verdict: &LocatorResult) -> bool {
         LocatorResult::At(estimate) => vague(estimate),
         LocatorResult::Either(estimates) => estimates.iter().any(vague),
         _ => false,
+    }
+}
+
+/// Where a contact may be whose place is too uncertain to be one, with the larger deviation of two; nothing where its phalanx is not known
+/// either.
+fn vague_place(verdict: &LocatorResult) -> Reported {
+    let (estimate, sigma_m) = match verdict {
+        LocatorResult::At(estimate) => (estimate, estimate.k_sigma_m),
+        LocatorResult::Either([estimate, other]) => {
+            (estimate, estimate.k_sigma_m.at_least(other.k_sigma_m))
+        }
+        _ => return Reported::Nothing,
+    };
+    if estimate.p_phalanx > SURE_PHALANX {
+        Reported::Vague {
+            phalanx: estimate.phalanx,
+            k_m: estimate.k_m,
+            sigma_m,
+        }
+    } else {
+        Reported::Nothing
     }
 }
 
@@ -43,6 +78,10 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             verdict if is_vague(&verdict) => {
                 if last {
                     self.emit_nowhere(contact, NotLocated::Unobservable);
+                    // With two phalanges nobody asks.
+                    if F::PHALANGES > 2 {
+                        contact.reported = vague_place(&verdict);
+                    }
                 }
             }
             LocatorResult::At(estimate) => {

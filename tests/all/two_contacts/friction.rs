@@ -191,6 +191,72 @@ fn what_pulleys_take_is_taken_off_a_second_place() {
     assert!(count >= 5 && with < 0.3 * without);
 }
 
+/// The posture at the second contact is that of a first contact that rubs. Where something else takes of the torque, or adds to it, the
+/// posture follows from how far the input link has turned.
+#[test]
+fn the_posture_at_a_second_contact_is_that_of_a_finger_that_rubs() {
+    let finger = Tendon3::MECHANISM;
+    let (torque, rise) = (0.03f32, 0.08f32);
+    let configuration = finger.free_at_torque(torque, &finger.rest()).expect("free");
+    let free = Free {
+        configuration,
+        torque_nm: torque,
+    };
+    let mut worst = [0.0f32; 4];
+    for (k_m, friction) in [
+        (0.02, 0.1),
+        (0.02, 0.3),
+        (0.035, 0.1),
+        (0.035, 0.3),
+        (0.05, 0.2),
+    ] {
+        let first = Contact {
+            phalanx: 2,
+            k_m,
+            radius_m: 0.01,
+        };
+        let mut path = finger
+            .path(&free.configuration, torque, first)
+            .expect("it presses");
+        finger.rub(&mut path, friction, 0.006).expect("stable");
+        let point = finger.follow(&mut path, rise).expect("it stays");
+        let truth_rad = finger.pressed(&path).expect("stable").joints_rad;
+        let off_rad = |mean: f32, share: f32, rotation_sigma_rad: f32| {
+            let measured = SecondMeasured {
+                rise_nm: share * rise,
+                torque_nm: torque + share * rise,
+                rotation_rad: point.rotation_rad,
+                rotation_sigma_rad,
+                friction: [mean, 0.1],
+                compliance_rad_per_nm: 1.0,
+                compliance_sigma_rad_per_nm: 1.0,
+                ..FRICTIONLESS
+            };
+            let held = finger
+                .second_contact(&free, first, &measured)
+                .expect("it holds");
+            let off = held.configuration.rad().into_iter().zip(truth_rad);
+            off.fold(0.0f32, |most, (told, truth)| most.max((told - truth).abs()))
+        };
+        let found = [
+            off_rad(friction, 1.0, f32::INFINITY),
+            off_rad(0.0, 1.0, f32::INFINITY),
+            off_rad(friction, 1.2, 0.005),
+            off_rad(friction, 1.2, f32::INFINITY),
+        ];
+        println!("{k_m} m, friction {friction}: {found:?}");
+        for (worst, found) in worst.iter_mut().zip(found) {
+            *worst = worst.max(found);
+        }
+    }
+    let [known, unaware, by_rotation, by_torque] = worst;
+    assert!(known < 1e-5 && unaware > 0.05, "{known} {unaware}");
+    assert!(
+        by_rotation < 1e-3 && by_torque > 0.05,
+        "{by_rotation} {by_torque}"
+    );
+}
+
 /// Sticking and rubbing that the finger's user does not know place a second contact no farther off than its deviation says, and
 /// much nearer than the slope at the corner, where the finger sticks, would.
 #[test]

@@ -116,7 +116,7 @@ pub fn located(drawn: &Drawn) -> LocatorResult {
     let mut locator = Locator::<_, Cable>::default();
     while locator.begin(&finger, &data, prior, &near, true) {
         while !locator.step(&finger, &data, prior, &near, ()) {}
-        if locator.stands(&data) {
+        if locator.stands(&data, false) {
             break;
         }
     }
