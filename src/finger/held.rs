@@ -70,6 +70,9 @@ pub enum NoSecondContact {
 
 /// What sensing asks of a finger that touches with two phalanges.
 pub trait HoldsTwice: Mechanics {
+    /// Whether the curve of a contact on phalanx 1 is a straight line ([`Transmission::CONSTANT`]).
+    const STRAIGHT: bool;
+
     /// Weighs where a second contact may be by the stiffness that it leaves, a step at a time, the first 0. The first contact was made
     /// in the free posture `at`. False where there is no further step.
     fn weigh_second(
@@ -170,6 +173,8 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
 }
 
 impl<T: Transmission<2>, B: BaseJoint> HoldsTwice for Finger<2, T, B> {
+    const STRAIGHT: bool = T::CONSTANT;
+
     fn weighed_second(
         &self,
         at: &Free<Configuration<2>>,
@@ -204,6 +209,8 @@ impl<T: Transmission<2>, B: BaseJoint> HoldsTwice for Finger<2, T, B> {
 }
 
 impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
+    const STRAIGHT: bool = T::CONSTANT;
+
     fn weigh_second(
         &self,
         at: &Free<Configuration<3>>,

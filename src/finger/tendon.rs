@@ -61,6 +61,8 @@ macro_rules! tendons {
         impl Transmission<$phalanges> for Tendon<$phalanges> {
             type Design = [f32; $radii];
 
+            const CONSTANT: bool = true;
+
             // A pulley in balls takes 1 % of the tension, a plain one 3, a dirty one 8 (R).
             const JOINT_LOSS: [f32; 2] = [0.03, 0.03];
 

@@ -25,6 +25,10 @@ pub trait Transmission<const N: usize>: Copy + core::fmt::Debug {
     /// millimetres or several stages, but neither one stage of long levers nor none.
     const UNEVEN: bool = true;
 
+    /// Whether its derivatives are the same in every posture. Then torque rises in a straight line with the angle while joint 1 stands
+    /// and the springs alone give way; the weight bends it by some percent.
+    const CONSTANT: bool = false;
+
     /// Share of the torque carried to each joint beyond the first that is lost there: mean and deviation. A torque factor has its
     /// mean while the finger closes; it matters where a joint turns back.
     const JOINT_LOSS: [f32; 2] = [0.0; 2];

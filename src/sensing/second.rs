@@ -7,13 +7,16 @@
 //! compared three times with a curve that has a corner: as they are, against a parabola (a line, while they are few), and in pairs and
 //! in fours, twice and four times as far back, against a cubic. Worm and wandering friction bend the curve too, but far less.
 
+mod change;
 mod corner;
 mod later;
+mod straight;
 mod whitened;
 
-use crate::numeric::{Bounded, sqrt};
+pub use change::SlopeChange;
 use corner::{Rule, Stretch};
 pub use later::Later;
+use straight::Straight;
 
 /// Blocks as they are. The slope must grow by half (chosen): that of a single contact grows too, but over several windows.
 const BLOCKS: Rule = Rule {
@@ -23,6 +26,12 @@ const BLOCKS: Rule = Rule {
     least_before: 4,
     ratio: 1.5,
     sigmas: 8.0,
+};
+/// The same on three phalanges and more (chosen: of 1,007 single contacts of `tendon3` and `linkage3` no more make a corner than with 8; of
+/// 429 of `p70` six more do, and there every second contact is told with 8).
+const BLOCKS_OF_THREE: Rule = Rule {
+    sigmas: 6.0,
+    ..BLOCKS
 };
 /// Pairs of blocks: a cubic leaves so little of what a single contact bends that a quarter counts (chosen on drawn fingers of two
 /// seeds, three scenes and two worlds: with a growth of 0.15 fourteen times as many single contacts made a corner as with 0.2, and second
@@ -44,47 +53,9 @@ const FOURS: Rule = Rule {
     ratio: 1.25,
     sigmas: 3.5,
 };
-const RULES: [&Rule; 3] = [&BLOCKS, &PAIRS, &FOURS];
-/// Within this share of the cable's stiffness the finger counts as rigid.
-const RIGID_SHARE: f32 = 0.25;
+const SCALES: usize = 3;
 /// Blocks before a break in the motion that may show the drive rather than the finger: it goes over to another current.
 const DOUBTFUL: usize = 2;
-
-/// A second contact.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SlopeChange {
-    /// Angle of the input link there, the cable's twist included, radian.
-    pub theta_a_rad: f32,
-    /// Torque above friction there, newton metre.
-    pub torque_nm: f32,
-    /// Slope of torque over angle before it, cable included, newton metre per radian.
-    pub before_nm_per_rad: f32,
-    /// The same after it.
-    pub after_nm_per_rad: f32,
-    /// Standard deviation of `after_nm_per_rad`.
-    pub after_sigma_nm_per_rad: f32,
-    /// How far apart the points of the curve are in which it was found, radian: one, two or four blocks.
-    pub spacing_rad: f32,
-}
-
-impl SlopeChange {
-    /// Compliance of the finger after the second contact and its deviation, the cable's taken off; radian per newton metre.
-    /// For [`second_places`](crate::finger::Finger::second_places). At least 0.
-    pub fn compliance(&self, cable_rad_per_nm: f32, cable_sigma_rad_per_nm: f32) -> (f32, f32) {
-        let together = 1.0 / self.after_nm_per_rad;
-        let share = together * together * self.after_sigma_nm_per_rad;
-        (
-            (together - cable_rad_per_nm).at_least(0.0),
-            sqrt(share * share + cable_sigma_rad_per_nm * cable_sigma_rad_per_nm),
-        )
-    }
-
-    /// Whether nothing but the cable gives way: the object is enveloped. Two phalanges that both touch are always so.
-    pub fn is_rigid(&self, cable_rad_per_nm: f32, cable_sigma_rad_per_nm: f32) -> bool {
-        let (left, sigma) = self.compliance(cable_rad_per_nm, cable_sigma_rad_per_nm);
-        left <= RIGID_SHARE * cable_rad_per_nm + 2.0 * sigma
-    }
-}
 
 /// Noise of a block's torque.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,11 +69,11 @@ pub struct BlockNoise {
 }
 
 impl BlockNoise {
-    /// That of pairs.
-    fn of_pairs(&self) -> Self {
+    /// That of means of so many.
+    fn of_means(&self, number: f32) -> Self {
         Self {
-            white_nm2: 0.5 * self.white_nm2,
-            walk_nm2: 2.0 * self.walk_nm2,
+            white_nm2: self.white_nm2 / number,
+            walk_nm2: number * self.walk_nm2,
             ..*self
         }
     }
@@ -125,19 +96,20 @@ impl BlockNoise {
 ///         return None;
 ///     }
 ///     search.begin(0.6, 0.0, 0.01);
-///     search.push(theta_a_rad, torque_nm, &noise)
+///     search.push(theta_a_rad, torque_nm, &noise, false)
 /// });
 /// let change = change.expect("a second contact");
 /// assert!((change.theta_a_rad - 1.2).abs() < 0.01 && change.is_rigid(1.0 / 1.2, 0.05));
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct SecondContact {
-    scales: [Scale; RULES.len()],
+    scales: [Scale; SCALES],
     /// A second contact's torque at least; none before the first contact.
     least_nm: Option<f32>,
     /// The likeliest by now, and what it was before each of the last blocks.
     best: [Option<Found>; 1 + DOUBTFUL],
     is_told: bool,
+    straight: Straight,
 }
 
 /// The last stretch of the curve, in blocks or in means of some.
@@ -190,12 +162,13 @@ impl SecondContact {
     }
 
     /// Takes a block of the closing in contact: angle of the input link with the cable's twist, torque above friction, and the
-    /// torque's noise. Returns the second contact, once, when the blocks after it fit a change of slope no better any more.
+    /// torque's noise; whether the finger has three phalanges or more. Returns the second contact, once, when the blocks after it fit a change of slope no better any more.
     pub fn push(
         &mut self,
         theta_a_rad: f32,
         torque_nm: f32,
         noise: &BlockNoise,
+        moves_on: bool,
     ) -> Option<SlopeChange> {
         if !torque_nm.is_finite() {
             return None;
@@ -212,7 +185,9 @@ impl SecondContact {
         // A scale shows something new when its last point is complete; fours a block later, because more than two scales take too long.
         let is_pair = blocks.half.is_none();
         let is_new = [true, is_pair, !is_pair && pairs.half.is_none()];
-        for (index, (scale, rule)) in self.scales.iter().zip(RULES).enumerate() {
+        let blocks = if moves_on { &BLOCKS_OF_THREE } else { &BLOCKS };
+        let rules: [_; SCALES] = [blocks, &PAIRS, &FOURS];
+        for (index, (scale, rule)) in self.scales.iter().zip(rules).enumerate() {
             if !is_new.get(index).copied().unwrap_or(false) {
                 waits |= best.is_some_and(|best| best.scale == index);
             } else if best.is_none_or(|best| best.scale >= index)
@@ -226,7 +201,7 @@ impl SecondContact {
                     scale: index,
                 });
             }
-            noise = noise.of_pairs();
+            noise = noise.of_means(2.0);
         }
         // Shift all by one. `rotate_right` would do the same, but links 1.5 KB of `memmove`.
         let mut moved = best;
@@ -284,7 +259,7 @@ mod tests {
         let (mut search, mut found, mut theta) = (SecondContact::default(), None, 0.0);
         search.begin(0.0, 0.0, 0.01);
         while theta < to_rad {
-            let change = search.push(theta as f32, torque(theta) as f32, noise);
+            let change = search.push(theta as f32, torque(theta) as f32, noise, false);
             found = found.or(change);
             theta += 0.005;
         }

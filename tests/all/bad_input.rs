@@ -323,14 +323,19 @@ proptest! {
         walk in any_number(),
         turn in any_number(),
         onset in any_number(),
+        moves_on in any::<bool>(),
     ) {
         let noise = BlockNoise { white_nm2: noise, walk_nm2: walk, worm_turn_rad: turn };
         let mut search = SecondContact::default();
         search.begin(onset, onset, 0.01);
         for (theta, torque) in points {
-            if let Some(change) = search.push(theta, torque, &noise) {
+            if let Some(change) = search.push(theta, torque, &noise, moves_on) {
                 prop_assert!(change.theta_a_rad.is_finite() && change.torque_nm.is_finite(), "{change:?}");
             }
+            search.look_straight(&noise);
+        }
+        if let Some(change) = search.take_straight() {
+            prop_assert!(change.theta_a_rad.is_finite() && change.torque_nm.is_finite(), "{change:?}");
         }
     }
 }

@@ -9,7 +9,7 @@ use palpate::finger::{
     SecondMeasured,
 };
 use palpate::scene::Scene;
-use palpate_scenes::{P70, Tendon3};
+use palpate_scenes::{Linkage3, P70, Tendon2, Tendon3};
 
 type Three = <Tendon3 as Scene>::Finger;
 
@@ -252,4 +252,42 @@ fn the_second_phalanx_is_named_where_the_stiffness_tells() {
     // Where two phalanges would do, neither is named.
     let vague = finger.second_contact(&at, proximal, &measured(without_place, 30.0));
     assert_eq!(vague, Err(NoSecondContact::Unexplained));
+}
+
+/// Largest change of slope, as a share, of the curve of a contact on phalanx 1 over a rise of 0.3 N m.
+fn bend<F: HoldsTwice>(finger: &F) -> f32 {
+    let mut worst = 0.0f32;
+    for theta_a_rad in [0.3, 0.6, 0.9] {
+        let free = (finger.free_at_angle(theta_a_rad, &finger.rest())).expect("free");
+        let first = Contact {
+            phalanx: 1,
+            k_m: 0.03,
+            radius_m: 0.006,
+        };
+        let mut path = (finger.path(&free.configuration, free.torque_nm, first)).expect("presses");
+        let slopes: Vec<f32> = (1..=12)
+            .map_while(|step| finger.follow(&mut path, 0.025 * step as f32))
+            .map(|point| point.compliance_rad_per_nm)
+            .collect();
+        assert!(slopes.len() > 4, "{slopes:?}");
+        for slope in &slopes {
+            worst = worst.max((slope / slopes[0] - 1.0).abs());
+        }
+    }
+    worst
+}
+
+/// Pulleys leave a straight line of a contact on phalanx 1, which only the weight bends, and links do not: a search for corners relies on
+/// it.
+#[test]
+fn only_a_tendon_makes_a_straight_line() {
+    type Tendon = <Tendon2 as Scene>::Finger;
+    type Links = <Linkage3 as Scene>::Finger;
+    const { assert!(Three::STRAIGHT && Tendon::STRAIGHT) };
+    const { assert!(!<P70 as Scene>::Finger::STRAIGHT && !Links::STRAIGHT) };
+    let straight = [bend(&Tendon3::MECHANISM), bend(&Tendon2::MECHANISM)];
+    let bent = [bend(&P70::MECHANISM), bend(&Linkage3::MECHANISM)];
+    println!("change of slope: pulleys {straight:?}, links {bent:?}");
+    assert!(straight.iter().all(|bend| *bend < 0.1), "{straight:?}");
+    assert!(bent.iter().all(|bend| *bend > 0.5), "{bent:?}");
 }

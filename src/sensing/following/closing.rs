@@ -82,10 +82,13 @@ impl<C: Copy> Closing<C> {
     }
 
     /// Takes what the blocks after a change of slope show, of which there is one more.
-    pub(super) fn measure(&mut self, search: &SecondContact, variance_nm2: f32) {
-        if let Some(change) = &self.change {
-            self.since = self.since.saturating_add(1);
-            self.later = search.later(change, variance_nm2).or(self.later);
+    pub(super) fn measure<F: HoldsTwice>(&mut self, search: &SecondContact, variance_nm2: f32) {
+        let waiting = search.straight().filter(|_| F::STRAIGHT);
+        if let Some(change) = self.change.as_ref().or(waiting) {
+            self.since = self.since.saturating_add(u8::from(self.change.is_some()));
+            // What was measured of an earlier change does not count.
+            let before = (self.later).filter(|later| later.theta_a_rad > change.theta_a_rad);
+            self.later = search.later(change, variance_nm2).or(before);
         }
     }
 

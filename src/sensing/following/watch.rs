@@ -142,10 +142,14 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
                 walk_nm2: factor * factor * sensor.walk_nm2(block),
                 worm_turn_rad: sensor.worm_turn_rad(),
             };
-            let found = (self.search).push(angle_rad, closing.torque_nm, &noise);
+            let moves_on = F::PHALANGES > 2;
+            let found = (self.search).push(angle_rad, closing.torque_nm, &noise, moves_on);
             closing.change = closing.change.or(found);
+            if F::STRAIGHT {
+                self.search.look_straight(&noise);
+            }
             if F::PHALANGES > 2 {
-                closing.measure(&self.search, variance_nm2);
+                closing.measure::<F>(&self.search, variance_nm2);
             }
         }
         let noise_nm = LOST_SIGMAS * above.sigma_nm;
@@ -263,6 +267,12 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
         {
             closing.first = closing.decide(sensor, &change, (contact, sigma_m));
             return None;
+        }
+        if F::STRAIGHT
+            && closing.change.is_none()
+            && let First::At(Contact { phalanx: 1, .. }, _) = closing.first
+        {
+            closing.change = self.search.take_straight();
         }
         // A step a sample; two phalanges hold each other, wherever the second contact is.
         if F::PHALANGES > 2
