@@ -161,8 +161,9 @@ impl SecondContact {
         }
     }
 
-    /// Takes a block of the closing in contact: angle of the input link with the cable's twist, torque above friction, and the
-    /// torque's noise; whether the finger has three phalanges or more. Returns the second contact, once, when the blocks after it fit a change of slope no better any more.
+    /// Takes a block of the closing in contact: angle of the input link with the cable's twist, torque above friction, the torque's noise,
+    /// and whether the finger has three phalanges or more. Returns the second contact, once, when the blocks after it fit a change of
+    /// slope no better any more.
     pub fn push(
         &mut self,
         theta_a_rad: f32,
