@@ -268,8 +268,10 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
             closing.first = closing.decide(sensor, &change, (contact, sigma_m));
             return None;
         }
+        // Not of a contact that was lost.
         if F::STRAIGHT
             && closing.change.is_none()
+            && closing.grip == Grip::Single
             && let First::At(Contact { phalanx: 1, .. }, _) = closing.first
         {
             closing.change = self.search.take_straight();
