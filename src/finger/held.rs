@@ -7,8 +7,9 @@ use super::{
 };
 use crate::numeric::{Bounded, exp};
 
-/// Nearer than this to the closing stop of a joint, radian, a stiffer finger stands at the stop.
-const STOP_MARGIN_RAD: f32 = 0.03;
+/// Nearer than this to the closing stop of a joint, radian, a stiffer finger stands at the stop: two deviations of the posture, which is off
+/// by 0.054 in the 13 single contacts of `tendon3` that end there.
+const STOP_MARGIN_RAD: f32 = 0.1;
 /// One over the variance of the logarithm of the share of the torque that acts along the path of the first contact (chosen): friction
 /// takes more or less of it than its mean.
 const TAKEN_WEIGHT: f32 = 1.0;
