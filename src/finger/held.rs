@@ -6,6 +6,7 @@ use super::{
     Pressed, SecondMeasured, SecondWeights, Transmission,
 };
 use crate::numeric::{Bounded, exp};
+use core::fmt::Debug;
 
 /// Nearer than this to the closing stop of a joint, radian, a stiffer finger stands at the stop: two deviations of the posture, which is off
 /// by 0.054 in the 13 single contacts of `tendon3` that end there.
@@ -60,6 +61,45 @@ impl HeldForces {
     };
 }
 
+/// What is kept between the steps of weighing where a second contact may be.
+#[derive(Clone, Copy, Debug)]
+pub struct Weighing<C> {
+    /// What the finger is asked: the free posture in which the first contact was made, that contact, and what was measured.
+    pub asked: Option<(Free<C>, Contact, SecondMeasured)>,
+    /// What the steps so far found.
+    pub weights: SecondWeights,
+    /// How many they were.
+    pub step: u8,
+}
+
+impl<C> Default for Weighing<C> {
+    fn default() -> Self {
+        Self {
+            asked: None,
+            weights: SecondWeights::default(),
+            step: 0,
+        }
+    }
+}
+
+/// [`Weighing`], or nothing where there is nothing to weigh.
+pub trait Weighs<C>: Clone + Debug + Default {
+    /// What is kept, if anything.
+    fn kept(&mut self) -> Option<&mut Weighing<C>>;
+}
+
+impl<C> Weighs<C> for () {
+    fn kept(&mut self) -> Option<&mut Weighing<C>> {
+        None
+    }
+}
+
+impl<C: Copy + Debug> Weighs<C> for Weighing<C> {
+    fn kept(&mut self) -> Option<&mut Self> {
+        Some(self)
+    }
+}
+
 /// Why a stiffer finger is not told as two contacts in a posture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoSecondContact {
@@ -73,6 +113,9 @@ pub enum NoSecondContact {
 pub trait HoldsTwice: Mechanics {
     /// Whether the curve of a contact on phalanx 1 is a straight line ([`Transmission::CONSTANT`]).
     const STRAIGHT: bool;
+
+    /// What is kept between the steps of weighing: [`Weighing`], or nothing.
+    type Weighing: Weighs<Self::Configuration>;
 
     /// Weighs where a second contact may be by the stiffness that it leaves, a step at a time, the first 0. The first contact was made
     /// in the free posture `at`. False where there is no further step.
@@ -176,6 +219,9 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
 impl<T: Transmission<2>, B: BaseJoint> HoldsTwice for Finger<2, T, B> {
     const STRAIGHT: bool = T::CONSTANT;
 
+    /// Two phalanges hold each other, wherever the second contact is.
+    type Weighing = ();
+
     fn weighed_second(
         &self,
         at: &Free<Configuration<2>>,
@@ -211,6 +257,8 @@ impl<T: Transmission<2>, B: BaseJoint> HoldsTwice for Finger<2, T, B> {
 
 impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
     const STRAIGHT: bool = T::CONSTANT;
+
+    type Weighing = Weighing<Configuration<3>>;
 
     fn weigh_second(
         &self,

@@ -4,7 +4,7 @@ use super::first::First;
 use super::{Followed, Grip};
 use crate::finger::{
     Contact, Free, HoldsTwice, Mechanics, NoSecondContact, SecondMeasured, SecondWeights,
-    TwoContacts,
+    TwoContacts, Weighs,
 };
 use crate::joint_sensor::JointSensor;
 use crate::numeric::{Bounded, not_negative, sqrt};
@@ -25,7 +25,7 @@ const SPACING_SHARE: f32 = 0.35;
 
 /// A closing in contact.
 #[derive(Clone, Debug)]
-pub(super) struct Closing<C> {
+pub(super) struct Closing<C, W> {
     /// Angle of the input link at the onset, radian.
     pub(super) onset_rad: f32,
     /// What the record's level was off by at the onset, newton metre at the input link.
@@ -48,11 +48,8 @@ pub(super) struct Closing<C> {
     pub(super) first: First,
     pub(super) grip: Grip,
     pub(super) held: Option<TwoContacts<C>>,
-    /// What the finger is asked while places are weighed.
-    pub(super) asked: Option<(Free<C>, Contact, SecondMeasured)>,
-    /// Where the second contact may be, and how many steps of finding out are done.
-    pub(super) weights: SecondWeights,
-    pub(super) step: u8,
+    /// Where the second contact may be.
+    pub(super) weighing: W,
 }
 
 /// What was measured of a second contact.
@@ -66,7 +63,7 @@ pub(super) struct Measured<C> {
     pub(super) asked: Option<(Free<C>, Contact, SecondMeasured)>,
 }
 
-impl<C: Copy> Closing<C> {
+impl<C: Copy, W: Weighs<C>> Closing<C, W> {
     /// Whether the contact has let go: the finger slid off, or the object gave way.
     pub(super) fn is_lost(&mut self, noise_nm: f32) -> bool {
         self.top_nm = self.top_nm.at_least(self.excess_nm);
@@ -219,17 +216,26 @@ impl<C: Copy> Closing<C> {
         if !matches!(self.first, First::At(..)) {
             return false;
         }
-        // Once: it takes as long as weighing a few places does.
-        let Some((free, first, measured)) = &self.asked else {
-            self.asked = self.measured(sensor, change, self.first).asked;
-            return self.asked.is_some();
+        let Some(kept) = self.weighing.kept() else {
+            return false;
         };
-        let (finger, step) = (sensor.finger(), self.step);
-        self.step += 1;
-        finger.weigh_second(free, *first, measured, step, &mut self.weights)
+        if let Some((free, first, measured)) = &kept.asked {
+            let step = kept.step;
+            kept.step += 1;
+            return (sensor.finger()).weigh_second(free, *first, measured, step, &mut kept.weights);
+        }
+        // Once: it takes as long as weighing a few places does.
+        let asked = self.measured(sensor, change, self.first).asked;
+        let is_asked = asked.is_some();
+        if let Some(kept) = self.weighing.kept() {
+            kept.asked = asked;
+        }
+        is_asked
     }
 
     /// Whether a change of slope is a second contact, and what is known of it.
+    // Not inlined: 90 bytes of flash less.
+    #[inline(never)]
     pub(super) fn second_contact<F, H: JointSensor, X: SeriesElement>(
         &mut self,
         sensor: &Sensor<F, H, X>,
@@ -249,8 +255,10 @@ impl<C: Copy> Closing<C> {
         if !is_rigid && F::PHALANGES == 2 {
             return None;
         }
+        let nothing = SecondWeights::default();
+        let weights = (self.weighing.kept()).map_or(&nothing, |kept| &kept.weights);
         let found = asked.map(|(free, first, measured)| {
-            (sensor.finger()).weighed_second(&free, first, &measured, &self.weights)
+            (sensor.finger()).weighed_second(&free, first, &measured, weights)
         });
         let held = match found {
             Some(Err(NoSecondContact::AtStop)) => return None,

@@ -1,7 +1,7 @@
 //! The first contact of a closing, as the sensor's last word has it and as what followed allows.
 
 use super::closing::Closing;
-use crate::finger::{Contact, Mechanics};
+use crate::finger::{Contact, Mechanics, Weighs};
 use crate::joint_sensor::JointSensor;
 use crate::sensing::Sensor;
 use crate::sensing::location::SeriesElement;
@@ -49,7 +49,7 @@ impl First {
     }
 }
 
-impl<C: Copy> Closing<C> {
+impl<C: Copy, W: Weighs<C>> Closing<C, W> {
     /// Decides whether a place near joint 2 is one on phalanx 1: that would have let the input link turn farther until the change of slope.
     ///
     /// A place on the very joint is as soft as one anywhere on phalanx 1. Farther out the finger is stiffer the more it closes.

@@ -6,7 +6,7 @@ use super::closing::Closing;
 use super::first::{First, proximal};
 use super::level::{Above, Level};
 use super::{AfterContact, Followed, Grip};
-use crate::finger::{Contact, HeldForces, HoldsTwice, Mechanics, SecondWeights};
+use crate::finger::{Contact, HeldForces, HoldsTwice};
 use crate::joint_sensor::JointSensor;
 use crate::sensing::block::{Block, BlockAverager, BlockUpdate};
 use crate::sensing::location::SeriesElement;
@@ -27,17 +27,17 @@ const STANDS_US: u64 = 250_000;
 
 /// Looks for a second contact of a finger that [holds twice](HoldsTwice), and tells how the object is held.
 #[derive(Clone, Debug)]
-pub struct Follow<F: Mechanics> {
+pub struct Follow<F: HoldsTwice> {
     averager: BlockAverager,
     watches: bool,
     level: Level,
     search: SecondContact,
     /// Encoder position in the middle of the last block.
     counts: i32,
-    closing: Option<Closing<F::Configuration>>,
+    closing: Option<Closing<F::Configuration, F::Weighing>>,
 }
 
-impl<F: Mechanics> Default for Follow<F> {
+impl<F: HoldsTwice> Default for Follow<F> {
     fn default() -> Self {
         Self {
             averager: BlockAverager::default(),
@@ -198,9 +198,7 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
                     first: First::Awaited,
                     grip: Grip::Single,
                     held: None,
-                    asked: None,
-                    weights: SecondWeights::default(),
-                    step: 0,
+                    weighing: F::Weighing::default(),
                 });
                 return;
             }
@@ -302,9 +300,9 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
 }
 
 /// No more of the first contact is to be judged, and nothing after a change of slope.
-fn conclude<F: Mechanics, H: JointSensor, X: SeriesElement>(
+fn conclude<F: HoldsTwice, H: JointSensor, X: SeriesElement>(
     sensor: &mut Sensor<F, H, X>,
-    closing: &Closing<F::Configuration>,
+    closing: &Closing<F::Configuration, F::Weighing>,
     angle_rad: f32,
     counts: i32,
 ) {
