@@ -18,17 +18,19 @@ use corner::{Rule, Stretch};
 pub use later::Later;
 use straight::Straight;
 
-/// Blocks as they are. The slope must grow by half (chosen): that of a single contact grows too, but over several windows.
+/// Blocks as they are. The slope must grow by half (chosen): that of a single contact grows too, but over several windows; and double in the
+/// first of them, which show no bend: right after a contact near the tip of `tendon3` it does not.
 const BLOCKS: Rule = Rule {
     after: &[3, 4, 6, 8],
     bends_from: 12,
     turns_from: usize::MAX,
     least_before: 4,
     ratio: 1.5,
+    line_ratio: 2.0,
     sigmas: 8.0,
 };
-/// The same on three phalanges and more (chosen: of 1,007 single contacts of `tendon3` and `linkage3` no more make a corner than with 8; of
-/// 429 of `p70` six more do, and there every second contact is told with 8).
+/// The same on three phalanges and more (chosen: of 1,007 single contacts of `tendon3` and `linkage3` no more make a corner than with 8, nor
+/// of 34 others where the slope must double; of 429 of `p70` six more do, and there every second contact is told with 8).
 const BLOCKS_OF_THREE: Rule = Rule {
     sigmas: 6.0,
     ..BLOCKS
@@ -42,6 +44,7 @@ const PAIRS: Rule = Rule {
     turns_from: 0,
     least_before: 8,
     ratio: 1.25,
+    line_ratio: 1.25,
     sigmas: 4.5,
 };
 /// Pairs of pairs: a corner grows with the way, what wanders with its root (chosen: of 411 single contacts none has more than 3.1).
@@ -51,6 +54,7 @@ const FOURS: Rule = Rule {
     turns_from: 0,
     least_before: 8,
     ratio: 1.25,
+    line_ratio: 1.25,
     sigmas: 3.5,
 };
 const SCALES: usize = 3;

@@ -25,8 +25,9 @@ pub(super) struct Rule {
     pub(super) turns_from: usize,
     /// Points before the hinge at least.
     pub(super) least_before: usize,
-    /// The slope must grow by this factor.
+    /// The slope must grow by this factor, and by this one where the curve is taken for a line.
     pub(super) ratio: f32,
+    pub(super) line_ratio: f32,
     /// And by this many standard deviations of the hinge.
     pub(super) sigmas: f32,
 }
@@ -137,7 +138,12 @@ fn hinge(
         spacing_rad: 2.0 * white.scale_rad / (number - 1) as f32,
     };
     let sigmas = fit[HINGE] / sqrt(scatter * by_hinge[HINGE]);
-    let is_change = sigmas > rule.sigmas && slope > 0.0 && rises > rule.ratio * slope;
+    let ratio = if before < rule.bends_from {
+        rule.line_ratio
+    } else {
+        rule.ratio
+    };
+    let is_change = sigmas > rule.sigmas && slope > 0.0 && rises > ratio * slope;
     let last = points.get(number.saturating_sub(3)..).unwrap_or_default();
     let is_steady = last.windows(2).all(|pair| match *pair {
         [[a, below], [b, above]] => {
