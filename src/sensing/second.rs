@@ -18,8 +18,8 @@ use corner::{Rule, Stretch};
 pub use later::Later;
 use straight::Straight;
 
-/// Blocks as they are. The slope must grow by half (chosen): that of a single contact grows too, but over several windows; and double in the
-/// first of them, which show no bend: right after a contact near the tip of `tendon3` it does not.
+/// Blocks as they are. The slope must grow by half (chosen): that of a single contact grows too, but over several windows. Over a stretch
+/// too short to show a bend it must double: right after a touch near the tip of `tendon3` a single contact's slope grows by half.
 const BLOCKS: Rule = Rule {
     after: &[3, 4, 6, 8],
     bends_from: 12,
@@ -166,8 +166,8 @@ impl SecondContact {
     }
 
     /// Takes a block of the closing in contact: angle of the input link with the cable's twist, torque above friction, the torque's noise,
-    /// and whether the finger has three phalanges or more. Returns the second contact, once, when the blocks after it fit a change of
-    /// slope no better any more.
+    /// and whether the finger moves on after a second contact, as one of three phalanges does. Returns the second contact, once, when the
+    /// blocks after it fit a change of slope no better any more.
     pub fn push(
         &mut self,
         theta_a_rad: f32,

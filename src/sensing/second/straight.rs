@@ -1,7 +1,7 @@
 //! Second contacts after one on phalanx 1, where the curve of that one is a straight line ([`HoldsTwice::STRAIGHT`]).
 //!
-//! A curve that may bend by itself leaves little of a corner that friction wanders as far as; of a straight line a corner stands out. Which
-//! phalanx was touched first is known at the end, so what is found here waits for the last word on the first contact.
+//! Where a curve may bend by itself, a corner is hard to tell from friction that wanders; in a straight line it stands out. Which phalanx
+//! was touched first is known only at the end of the closing, so what is found here waits for the last word on the first contact.
 //!
 //! [`HoldsTwice::STRAIGHT`]: crate::finger::HoldsTwice::STRAIGHT
 
