@@ -176,6 +176,9 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         let led = || {
             let mut path = self.start(&at.configuration, at.torque_nm, first)?;
             let [friction, _] = measured.friction;
+            if measured.joint_loss[0] > 0.0 {
+                Self::loses(&mut path);
+            }
             self.rubs(&mut path, friction, measured.half_thickness_m)?;
             self.follow_measured(&mut path, measured)?;
             path.slip();

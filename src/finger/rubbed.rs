@@ -7,6 +7,8 @@ use crate::numeric::{Bounded, dot, sqrt};
 
 /// Least share of the frictionless compliance that friction leaves (chosen): at 0 the finger would not move.
 pub(super) const LEAST_LEFT: f32 = 0.1;
+/// Largest share of the work that is carried to joints beyond the first (chosen): beyond, nothing is known of the place.
+const MOST_CARRIED: f32 = 100.0;
 
 /// A compliance that a second contact at some place would show, radian per newton metre.
 #[derive(Clone, Copy, Debug)]
@@ -25,9 +27,8 @@ pub(super) struct TurningBack {
     /// Twice the sum of these joints' rotations per rotation of the input link. Multiplied by the friction of a joint it is the
     /// torque through which the finger sticks.
     pub(super) turned: f32,
-    /// Twice the share of the input torque's work that is carried to these joints. Multiplied by the share lost on the way it is
-    /// the share that the compliance loses, and multiplied by the torque as well it adds to the torque through which the finger
-    /// sticks.
+    /// Twice the share of the input torque's work that is carried to these joints. Multiplied by the share lost on the way and by the
+    /// torque it adds to the torque through which the finger sticks.
     pub(super) share: f32,
 }
 
@@ -86,14 +87,14 @@ impl Pressed<3> {
         let share = self.rubbed_share(&motion, measured.half_thickness_m)?;
         let [mean, deviation] = measured.friction;
         let [loss, loss_deviation] = measured.joint_loss;
-        let back = self.turning_back(&motion)?.share;
-        let left = (1.0 - mean * share - loss * back).at_least(LEAST_LEFT);
+        let carried = self.carried(&motion);
+        let left = (1.0 - mean * share - loss * carried).at_least(LEAST_LEFT);
         // The lever enters twice, as torque and as rotation.
         let spread = [
             measured.compliance_sigma_rad_per_nm,
             free * share * deviation,
-            free * back * loss_deviation,
-            2.0 * free * left * measured.leverage_sigma * self.lever_doubt(&motion)?,
+            free * carried * loss_deviation,
+            2.0 * free * left * measured.leverage_sigma * carried,
         ];
         Some(Rubbed {
             left,
@@ -138,16 +139,15 @@ impl Pressed<3> {
         share.is_finite().then_some(share)
     }
 
-    /// By how much larger than that of each joint's factor the doubt about x . v is, as shares: its terms cancel where the finger
-    /// is nearly rigid. That of joint 1, x_1 = 1, is exact.
-    pub(super) fn lever_doubt(&self, &Motion { v, lever, .. }: &Motion) -> Option<f32> {
-        let [_, two, three] = core::array::from_fn(|i| self.x[i] * v[i]);
-        let doubt = sqrt(two * two + three * three) / lever.abs();
-        doubt.is_finite().then_some(doubt)
+    /// Share of the input torque's work that is carried to joints beyond the first, whether they close or open. More than 1 where the
+    /// terms of x . v cancel: the finger is nearly rigid there. Multiplied by the share lost on the way it is the share that the compliance
+    /// loses, multiplied by the doubt about the factors that about x . v, for x_1 = 1 is exact.
+    pub(super) fn carried(&self, &Motion { v, lever, .. }: &Motion) -> f32 {
+        let [_, x2, x3] = self.x;
+        (((x2 * v[1]).abs() + (x3 * v[2]).abs()) / lever.abs()).at_most(MOST_CARRIED)
     }
 
-    /// Finds the joints whose sense of turning the second contact reverses. The torque factor of a calibration contains what a
-    /// pulley takes while its joint closes. The pulley gives as much once the joint opens, so its loss counts twice.
+    /// Finds the joints whose sense of turning the second contact reverses: what rubs there has to be overcome twice.
     pub(super) fn turning_back(&self, &Motion { v, lever, .. }: &Motion) -> Option<TurningBack> {
         let mut back = TurningBack::default();
         for (joint, (v, x)) in v.into_iter().zip(self.x).enumerate() {

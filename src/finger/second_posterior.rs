@@ -5,7 +5,7 @@
 //! and the first contact's sliding, where it turns back, holds the finger for a while. The coefficient of friction and the first
 //! contact's place are not known either: all three are summed over.
 
-use super::rubbed::{LEAST_LEFT, TurningBack};
+use super::rubbed::{LEAST_LEFT, Motion, TurningBack};
 use super::{
     BaseJoint, Configuration, Contact, Finger, Free, Mechanics, Pressed, SecondMeasured,
     Transmission,
@@ -94,18 +94,27 @@ impl Along {
     }
 }
 
-/// What a second contact at one place would show without friction, and what a coefficient of 1 takes of it.
+/// What a second contact at one place shows in one posture.
+#[derive(Clone, Copy, Debug)]
+struct Shown {
+    /// Compliance without friction, radian per newton metre.
+    compliance: f32,
+    /// Share that contact friction with a coefficient of 1 takes of it.
+    taken: f32,
+    /// Share of the work that is carried to joints beyond the first.
+    carried: f32,
+}
+
+/// What a second contact at one place would show.
 #[derive(Clone, Copy, Debug)]
 struct Expected {
-    /// Compliance at once and where it was measured, with the shares that friction takes.
-    compliances: [f32; 2],
-    taken: [f32; 2],
+    at_once: Shown,
+    /// Where it was measured.
+    there: Shown,
     /// Torque through which the finger sticks.
     stick_nm: f32,
-    /// What joints that turn back take, at once and where it was measured.
-    back: [TurningBack; 2],
-    /// Doubt about the lever, as a share of that about each joint's.
-    doubts: f32,
+    /// Joints that turn back.
+    back: TurningBack,
 }
 
 impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
@@ -116,29 +125,18 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
         k_m: f32,
         measured: &SecondMeasured,
     ) -> Option<Expected> {
-        let instant = pressed.second_compliance(phalanx, k_m)?;
         let half_m = measured.half_thickness_m;
         let motion = pressed.between(phalanx, k_m)?;
-        let taken = pressed.rubbed_share(&motion, half_m)?;
-        let stick_nm = pressed.stick_nm(&motion, half_m)?;
-        let there = self.turned_on(pressed, phalanx, k_m, measured);
-        let later = there.and_then(|(there, k_there_m)| {
-            let motion = there.between(phalanx, k_there_m)?;
-            Some((
-                there.second_compliance(phalanx, k_there_m)?,
-                there.rubbed_share(&motion, half_m)?,
-                there.turning_back(&motion)?,
-            ))
+        let at_once = pressed.shown(&motion, phalanx, k_m, half_m)?;
+        let there = (self.turned_on(pressed, phalanx, k_m, measured)).and_then(|(there, k_m)| {
+            let motion = there.between(phalanx, k_m)?;
+            there.shown(&motion, phalanx, k_m, half_m)
         });
-        let back = pressed.turning_back(&motion)?;
-        let (compliance, taken_there, back_there) = later.unwrap_or((instant, taken, back));
-        let doubts = pressed.lever_doubt(&motion)?;
         Some(Expected {
-            doubts,
-            compliances: [instant, compliance],
-            taken: [taken, taken_there],
-            stick_nm,
-            back: [back, back_there],
+            at_once,
+            there: there.unwrap_or(at_once),
+            stick_nm: pressed.stick_nm(&motion, half_m)?,
+            back: pressed.turning_back(&motion)?,
         })
     }
 
@@ -165,19 +163,19 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
         };
         let mut before = (first.checked_sub(1))
             .filter(|_| first < end)
-            .and_then(|place| expected_at(k_at_m(place)));
+            .and_then(|place| expected_at(k_at_m(place)))
+            .map(|expected| expected.there.compliance);
         for place in first..end {
             let k_m = k_at_m(place);
             let expected = expected_at(k_m);
             if let Some(expected) = expected {
-                let step = before.map_or(0.0, |before| {
-                    UNIFORM * (expected.compliances[1] - before.compliances[1])
-                });
+                let compliance = expected.there.compliance;
+                let step = UNIFORM * (compliance - before.unwrap_or(compliance));
                 let likely =
                     expected.likely(step, measured) * pressed.as_round(phalanx, k_m, measured);
                 along.add(k_m, weight * likely / f32::from(places));
             }
-            before = expected;
+            before = expected.map(|expected| expected.there.compliance);
         }
     }
 
@@ -233,6 +231,22 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
 }
 
 impl Pressed<3> {
+    // Not inlined: called from two places.
+    #[inline(never)]
+    fn shown(
+        &self,
+        motion: &Motion,
+        phalanx: u8,
+        k_m: f32,
+        half_thickness_m: f32,
+    ) -> Option<Shown> {
+        Some(Shown {
+            compliance: self.second_compliance(phalanx, k_m)?,
+            taken: self.rubbed_share(motion, half_thickness_m)?,
+            carried: self.carried(motion),
+        })
+    }
+
     /// How likely a place is on a roundish object: on a cylinder both contacts are as far from the joint between their phalanges.
     /// Mean 1 over places far and near; 1 for phalanges that do not meet.
     // Inlined as well.
@@ -259,9 +273,12 @@ impl Expected {
     #[inline(always)]
     fn likely(&self, step: f32, measured: &SecondMeasured) -> f32 {
         let [mean, deviation] = measured.friction;
-        let [at_once, there] = self.compliances;
-        let [taken, taken_there] = self.taken;
-        let [back, back_there] = self.back;
+        let Self {
+            at_once,
+            there,
+            back,
+            ..
+        } = self;
         let [joint_nm, joint_sigma_nm] = measured.joint_friction_nm;
         let [loss, loss_sigma] = measured.joint_loss;
         let carried_nm = back.share * measured.torque_nm;
@@ -277,16 +294,17 @@ impl Expected {
             if friction < 0.0 {
                 continue;
             }
-            let left = |taken: f32, back: TurningBack| {
-                (1.0 - friction * taken - loss * back.share).at_least(LEAST_LEFT)
+            let left = |of: &Shown| {
+                let share = 1.0 - friction * of.taken - loss * of.carried;
+                of.compliance * share.at_least(LEAST_LEFT)
             };
-            let compliance = there * left(taken_there, back_there);
+            let compliance = left(there);
             let moves_nm = (measured.later_nm - friction * self.stick_nm - held_nm).at_least(0.0);
-            let mean = 0.5 * (at_once * left(taken, back) + compliance);
+            let mean = 0.5 * (left(at_once) + compliance);
             let turned = moves_nm * mean;
             // The lever enters twice, as torque and as rotation.
-            let lever = 2.0 * measured.leverage_sigma * self.doubts;
-            let lost = loss_sigma * back_there.share;
+            let lever = 2.0 * measured.leverage_sigma * at_once.carried;
+            let lost = loss_sigma * there.carried;
             let unsure = lever * lever + lost * lost;
             let variance = |own: f32, expected: f32| own * own + unsure * expected * expected;
             let of_compliance =

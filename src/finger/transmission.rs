@@ -29,8 +29,7 @@ pub trait Transmission<const N: usize>: Copy + core::fmt::Debug {
     /// and the springs alone give way; the weight bends it by some percent.
     const CONSTANT: bool = false;
 
-    /// Share of the torque carried to each joint beyond the first that is lost there: mean and deviation. A torque factor has its
-    /// mean while the finger closes; it matters where a joint turns back.
+    /// Share of the torque carried to each joint beyond the first that is lost there: mean and deviation.
     const JOINT_LOSS: [f32; 2] = [0.0; 2];
 
     /// Checks a design against the finger that it shall drive.

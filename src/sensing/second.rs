@@ -29,8 +29,8 @@ const BLOCKS: Rule = Rule {
     line_ratio: 2.0,
     sigmas: 8.0,
 };
-/// The same on three phalanges and more (chosen: of 1,007 single contacts of `tendon3` and `linkage3` no more make a corner than with 8, nor
-/// of 34 others where the slope must double; of 429 of `p70` six more do, and there every second contact is told with 8).
+/// The same on three phalanges and more (chosen: of 1,007 single contacts of `tendon3` and `linkage3` no more make a corner than with 8,
+/// nor of 34 others where the slope must double; of 429 of `p70` six more do, and there every second contact is told with 8).
 const BLOCKS_OF_THREE: Rule = Rule {
     sigmas: 6.0,
     ..BLOCKS
@@ -190,8 +190,8 @@ impl SecondContact {
         // A scale shows something new when its last point is complete; fours a block later, because more than two scales take too long.
         let is_pair = blocks.half.is_none();
         let is_new = [true, is_pair, !is_pair && pairs.half.is_none()];
-        let blocks = if moves_on { &BLOCKS_OF_THREE } else { &BLOCKS };
-        let rules: [_; SCALES] = [blocks, &PAIRS, &FOURS];
+        let single = if moves_on { &BLOCKS_OF_THREE } else { &BLOCKS };
+        let rules: [_; SCALES] = [single, &PAIRS, &FOURS];
         for (index, (scale, rule)) in self.scales.iter().zip(rules).enumerate() {
             if !is_new.get(index).copied().unwrap_or(false) {
                 waits |= best.is_some_and(|best| best.scale == index);

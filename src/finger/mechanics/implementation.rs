@@ -141,6 +141,10 @@ where
         self.gives(path, compliance_m_per_n)
     }
 
+    fn lose(&self, path: &mut Self::Path) {
+        Self::loses(path);
+    }
+
     fn rub(&self, path: &mut Self::Path, friction: f32, half_thickness_m: f32) -> Option<()> {
         self.rubs(path, friction, half_thickness_m)
     }

@@ -99,7 +99,7 @@ pub trait Mechanics {
     const UNEVEN: bool;
     /// Share, 0 to 1, of the doubt about the leverage (`leverage_sigma`) that is left after a calibration by pins.
     const PINS_LEAVE: f32;
-    /// Share of the torque carried to each joint beyond the first that is lost there: mean and deviation.
+    /// Share of the torque carried to each joint beyond the first that is lost there: mean and deviation. See [`Self::lose`].
     const JOINT_LOSS: [f32; 2];
     /// Whether the weight of its phalanges is stated ([`Weighted`](super::Weighted)).
     const WEIGHS: bool;
@@ -227,6 +227,11 @@ pub trait Mechanics {
     /// (docs/MECHANICS.md#soft-objects). Before [`Mechanics::rub`]. Not for a finger that a preload holds at its stops. None where
     /// such a contact would not press; with a value that is not finite the path cannot be followed.
     fn soften(&self, path: &mut Self::Path, compliance_m_per_n: f32) -> Option<()>;
+
+    /// Takes off what is lost on the way to the joints ([`Self::JOINT_LOSS`]) along a path that has just begun, in the sense in which each
+    /// joint begins to turn: a few turn back later, and lose in the other sense then (docs/MECHANICS.md#real-fingers). Before
+    /// [`Mechanics::rub`].
+    fn lose(&self, path: &mut Self::Path);
 
     /// Makes contact friction of a coefficient from 0 act along a path that has just begun, on the surface of a phalanx that lies
     /// `half_thickness_m` from its centre line (docs/MECHANICS.md#real-fingers). It acts against the sense in which the phalanx begins

@@ -54,7 +54,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             let (size, shortened) = at.add(&step)?;
             let moved = size.at_least(step.k.abs() * largest(&at.delta));
             if settling.done(moved, shortened, &at.delta) {
-                let reach = *start.lengths.get(start.before)?;
+                let reach = *start.lengths.get(usize::from(start.before))?;
                 let (point, _) = self.point(start, &path.last, &at, rise)?;
                 let on_it = at.k > 0.0 && at.k <= reach;
                 return on_it.then_some((self.on_phalanx(start, at.k)?, point));

@@ -7,13 +7,16 @@ use super::Start;
 use super::newton::Unknown;
 use crate::finger::{BaseJoint, JointStep, Transmission, TransmissionFactors, Weight};
 use crate::numeric::{Bounded, Rotation, dot};
+use core::array::from_fn;
 
 /// What holds a joint at its stop at least, as a share of the return cable's torque.
 const BARELY_HELD: f32 = 1e-3;
 
 /// The finger a step after contact, and what is unbalanced there.
 pub(super) struct Linearization<const N: usize> {
-    pub(super) gear: TransmissionFactors<N>,
+    /// Transmission factors, and what of them arrives as torque.
+    pub(super) x: [f32; N],
+    pub(super) driving: [f32; N],
     /// H + f dp/ddelta.
     pub(super) stiffness: [[f32; N]; N],
     /// Moment arms p of the contact.
@@ -120,7 +123,13 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
     ) -> Option<Linearization<N>> {
         let step = JointStep::of(at.delta);
         let now = self.from.advanced(&step);
-        let gear = transmission.factors(&now)?;
+        let TransmissionFactors { x, w } = transmission.factors(&now)?;
+        let [loss, _] = T::JOINT_LOSS;
+        let driving = if loss > 0.0 {
+            from_fn(|m| x[m] * (1.0 - loss * f32::from(self.senses[m])))
+        } else {
+            x
+        };
         // Without a torque at contact nothing asks for it.
         let x_change = if self.torque == 0.0 {
             [0.0; N]
@@ -128,7 +137,7 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
             transmission.x_change(&self.from, &step)?
         };
         let torque = self.torque + rise;
-        let (was, turn, i) = (self.from.turn(), now.turn(), self.before);
+        let (was, turn, i) = (self.from.turn(), now.turn(), usize::from(self.before));
 
         // Down from the contact: bend of phalanx i against phalanx j at contact and now, and half the rotation of j.
         let mut half = step
@@ -168,7 +177,7 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
         let mut loaded = [0.0; N];
         // The force of friction for a contact force of 1, towards the joint.
         let pulled = self.slides * self.friction;
-        let mut stiffness = gear.w;
+        let mut stiffness = w;
         let mut torques = [0.0; N];
         let weight = self.weight(&step);
         for m in 0..N {
@@ -191,7 +200,7 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
                 pressing[m] = arms[m] + self.friction * rubbing[m];
                 loaded[m] = 1.0;
             }
-            let driven = gear.x[m] * rise + x_change[m] * self.torque;
+            let driven = driving[m] * rise + x_change[m] * self.torque;
             let sprung = weight[m][0] - self.stiffness[m] * at.delta[m];
             torques[m] = driven + sprung - at.force * pressing[m];
         }
@@ -199,9 +208,9 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
             // The stiffness scale is the cable's; the transmission factors do not change.
             let lever: [f32; N] = cable.factors();
             let stretched = dot(&lever, &at.delta);
-            let weight = self.weight_at_stop(&lever, &gear.x);
+            let weight = self.weight_at_stop(&lever, &driving);
             for m in 0..N {
-                torques[m] += (gear.x[m] - lever[m]) * self.torque - lever[m] * stretched;
+                torques[m] += (driving[m] - lever[m]) * self.torque - lever[m] * stretched;
                 if B::WEIGHS {
                     torques[m] += weight[m];
                 }
@@ -216,7 +225,8 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
             }
         }
         Some(Linearization {
-            gear,
+            x,
+            driving,
             stiffness,
             arms,
             rubbing,
@@ -240,7 +250,7 @@ impl<const N: usize> Linearization<N> {
     pub(super) fn break_away(&self) -> Option<[f32; 2]> {
         // Joint 1 balances the contact; what is left over at joint 2 must overcome what holds it.
         let (first, second) = (self.pressing.first()?, self.pressing.get(1)?);
-        let lever = self.gear.x.get(1)? * first - second;
+        let lever = self.driving.get(1)? * first - second;
         let held = -self.torques.get(1)?;
         let force = held / lever;
         (lever > 0.0 && held > 0.0 && force.is_finite()).then_some([force * first, force])

@@ -11,6 +11,7 @@
 //! contact's place k unknown too and the rotation of the input link given, the same system is the estimator of one
 //! finite step. Everything is dimensionless inside: lengths over the finger's, stiffness over the largest.
 
+mod acting;
 mod finite_step;
 mod joint;
 mod linearization;
@@ -30,9 +31,6 @@ use response::Responses;
 
 /// Pieces into which a torque is divided when Newton's method does not reach it in one.
 const PIECES: u8 = 8;
-
-/// Largest share of the friction that holds a contact which acts: the path keeps a motion larger than its rounding.
-const HELD_SHARE: f32 = 0.99;
 
 /// Torque beyond break-away over which the tangent is followed, as a share of it: its error is the square of that, and smaller changes of
 /// the joints would be rounding.
@@ -89,6 +87,7 @@ impl<const N: usize, B> Path<N, B> {
     /// longer what it was along the path.
     pub(super) fn slip(&mut self) {
         self.start.friction = 0.0;
+        self.start.senses = [0; N];
     }
 }
 
@@ -99,7 +98,9 @@ struct Start<const N: usize, B> {
     base: B,
     torque: f32,
     /// Phalanges before the one in contact.
-    before: usize,
+    before: u8,
+    /// For each joint 1 or -1, the sense in which it turns, where losses on the way to it count, else 0.
+    senses: [i8; N],
     lengths: [f32; N],
     stiffness: [f32; N],
     radius: f32,
@@ -137,8 +138,8 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             k_m,
             radius_m,
         } = contact;
-        let before = usize::from(phalanx).checked_sub(1)?;
-        let length = *self.parameters.lengths_m.get(before)?;
+        let before = phalanx.checked_sub(1)?;
+        let length = *self.parameters.lengths_m.get(usize::from(before))?;
         if !(k_m > 0.0 && k_m <= length && radius_m >= 0.0 && torque_nm.is_finite()) {
             return None;
         }
@@ -154,6 +155,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             base: self.base,
             torque: torque_nm / stiffness_scale,
             before,
+            senses: [0; N],
             lengths: self.parameters.lengths_m.map(|l| l / length_scale),
             stiffness: self
                 .parameters
@@ -201,41 +203,6 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         })
     }
 
-    /// See [`super::Mechanics::load`].
-    pub(crate) fn weigh(&self, path: &mut Path<N, B>, [weight_nm, per_rad]: [f32; 2]) {
-        let double = 2.0 / path.start.stiffness_scale;
-        path.start.weight = [double * per_rad, -double * weight_nm];
-    }
-
-    /// See [`super::Mechanics::soften`].
-    pub(crate) fn gives(&self, path: &mut Path<N, B>, compliance_m_per_n: f32) -> Option<()> {
-        let Path { start, last } = path;
-        start.give = compliance_m_per_n * start.give_scale();
-        *last = self.begun(start, last.at.k)?;
-        Some(())
-    }
-
-    /// See [`super::Mechanics::rub`].
-    pub(crate) fn rubs(
-        &self,
-        path: &mut Path<N, B>,
-        friction: f32,
-        half_thickness_m: f32,
-    ) -> Option<()> {
-        let Path { start, last } = path;
-        start.half_thickness = half_thickness_m / start.length_scale;
-        let local = start.local(&self.transmission, &last.at, last.rise)?;
-        let [slide, holding] = local.sliding(&last.tangent)?;
-        if slide < 0.0 {
-            start.slides = -1.0;
-        }
-        start.friction = friction.at_most(HELD_SHARE * holding);
-        if B::HOLDS {
-            *last = self.begun(start, last.at.k)?;
-        }
-        Some(())
-    }
-
     /// The finger at the last point of a path; `None` where it is not stable there.
     pub fn pressed(&self, path: &Path<N, B>) -> Option<Pressed<N>> {
         let Path { start, last } = path;
@@ -246,14 +213,14 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         let scale = start.stiffness_scale;
         Some(Pressed {
             contact: Contact {
-                phalanx: start.before as u8 + 1,
+                phalanx: start.before + 1,
                 k_m: at.k * start.length_scale,
                 radius_m: start.radius * start.length_scale,
             },
             k_now_m: self.on_phalanx(start, local.k_now)?,
             force_n: at.force * scale / start.length_scale,
             joints_rad: now.rad(),
-            x: local.gear.x,
+            x: local.x,
             stiffness_nm_per_rad: local.stiffness.map(|row| row.map(|h| h * scale)),
             arms_m: local.arms.map(|arm| arm * start.length_scale),
             tangent_per_nm: tangent.delta.map(|delta| delta / scale),
@@ -349,11 +316,15 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         let mut at = *near;
         at.add(&step.into())?;
         let stable = local.compliance(&tangent);
-        let compliance =
-            (stable + local.rubbed_compliance(&tangent)).at_least(0.0) / start.stiffness_scale;
+        let mut compliance = stable + local.rubbed_compliance(&tangent);
+        let [loss, _] = T::JOINT_LOSS;
+        if loss > 0.0 {
+            compliance += local.lost_compliance(&tangent);
+        }
+        let compliance = compliance.at_least(0.0) / start.stiffness_scale;
         let step = JointStep::of(at.delta);
         let rotation_rad = self.transmission.turned_rad(&start.from, &step)?;
-        let reach = start.lengths.get(start.before)?;
+        let reach = start.lengths.get(usize::from(start.before))?;
         let stays = local.k_now > 0.0
             && local.k_now <= *reach
             && at.force >= -f32::EPSILON
@@ -390,6 +361,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
 
     /// A distance along the phalanx in metre; the change of scale may round past the tip.
     fn on_phalanx(&self, start: &Start<N, B>, k: f32) -> Option<f32> {
-        Some((k * start.length_scale).at_most(*self.parameters.lengths_m.get(start.before)?))
+        let length_m = self.parameters.lengths_m.get(usize::from(start.before))?;
+        Some((k * start.length_scale).at_most(*length_m))
     }
 }

@@ -106,7 +106,7 @@ impl<const N: usize> Linearization<N> {
 
     fn driven(&self) -> Load<N> {
         Load {
-            torques: self.gear.x,
+            torques: self.driving,
             gap: 0.0,
         }
     }
@@ -195,12 +195,12 @@ impl<const N: usize> Linearization<N> {
         Some(Responses {
             step,
             tangent,
-            by_k: dot(&self.gear.x, &by_k.delta),
-            by_radius: dot(&self.gear.x, &by_radius.delta),
-            by_friction: dot(&self.gear.x, &by_friction.delta),
+            by_k: dot(&self.x, &by_k.delta),
+            by_radius: dot(&self.x, &by_radius.delta),
+            by_friction: dot(&self.x, &by_friction.delta),
             force_by_friction: by_friction.force,
-            by_joint_friction: dot(&self.gear.x, &by_joint_friction.delta),
-            by_give: force * dot(&self.gear.x, &closing),
+            by_joint_friction: dot(&self.x, &by_joint_friction.delta),
+            by_give: force * dot(&self.x, &closing),
         })
     }
 
@@ -215,6 +215,15 @@ impl<const N: usize> Linearization<N> {
     /// What the work of friction adds to it.
     pub(super) fn rubbed_compliance(&self, tangent: &Response<N>) -> f32 {
         self.friction * tangent.force * dot(&self.rubbing, &tangent.delta)
+    }
+
+    /// What is lost on the way to the joints adds to it.
+    pub(super) fn lost_compliance(&self, tangent: &Response<N>) -> f32 {
+        let mut lost = 0.0;
+        for m in 1..N {
+            lost += (self.x[m] - self.driving[m]) * tangent.delta[m];
+        }
+        lost
     }
 
     /// Changes of a joint, 0 for the first, for a unit of input torque, by the place of the contact, by the coefficient of friction and by a
@@ -241,7 +250,7 @@ impl<const N: usize> Linearization<N> {
         let arms_by_k = self.loaded.map(|loaded| self.phi.cos * loaded);
         let [u, w, z] = solve(self.braced(), [self.torques, self.pressing, arms_by_k])?;
         let z = z.map(|z| z * force);
-        let (p, x) = (&self.arms, &self.gear.x);
+        let (p, x) = (&self.arms, &self.x);
         let rows = [
             [dot(p, &w), dot(p, &z) - self.phi.sin],
             [dot(x, &w), dot(x, &z)],

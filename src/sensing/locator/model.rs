@@ -115,6 +115,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
                 if X::OBJECT_GIVES {
                     finger.soften(&mut path, values[GIVE])?;
                 }
+                finger.lose(&mut path);
                 finger.rub(&mut path, values[FRICTION], prior.half_thickness_m)?;
                 Some(path)
             }

@@ -8,8 +8,6 @@ use heapless::{Deque, Vec};
 
 /// Points of a stretch at most. Motor turns of P70 are 5 mrad: some 120 mrad of the input link, and twice that in pairs, four times in fours.
 pub(super) const WINDOW: usize = 24;
-/// Points before the hinge at least.
-const LEAST_BEFORE: usize = 4;
 /// Each of the last two points must rise by this share of the slope after the hinge: a drive that goes over to another current
 /// makes a step, and no slope.
 const STEADY_SHARE: f32 = 0.4;
@@ -97,7 +95,7 @@ fn hinge(
 ) -> Option<(SlopeChange, f32)> {
     let number = points.len();
     let before = number.checked_sub(after)?;
-    if before < rule.least_before.max(LEAST_BEFORE) {
+    if before < rule.least_before {
         return None;
     }
     let [theta_a_rad, _] = *points.get(before)?;

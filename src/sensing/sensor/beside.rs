@@ -53,18 +53,14 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
     /// phalanx is not known either, and with two phalanges. The radius is NaN.
     pub fn vague_place(&self) -> Option<(Contact, f32)> {
         match self.stage {
-            Stage::Vague {
-                phalanx,
-                k_m,
-                sigma_m,
-            } => {
+            Stage::Vague(spot) => {
                 let contact = Contact {
-                    phalanx,
-                    k_m,
+                    phalanx: spot.phalanx,
+                    k_m: spot.k_m,
                     // Known even less.
                     radius_m: f32::NAN,
                 };
-                Some((contact, sigma_m))
+                Some((contact, spot.sigma_m))
             }
             _ => None,
         }

@@ -157,15 +157,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         }
         self.done = true;
         self.stage = match contact.reported {
-            Reported::Vague {
-                phalanx,
-                k_m,
-                sigma_m,
-            } if F::PHALANGES > 2 => Stage::Vague {
-                phalanx,
-                k_m,
-                sigma_m,
-            },
+            Reported::Vague(spot) if F::PHALANGES > 2 => Stage::Vague(spot),
             _ => Stage::Idle,
         };
     }

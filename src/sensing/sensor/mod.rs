@@ -29,6 +29,7 @@ use crate::sensing::torque_constant::TorqueConstant;
 use crate::sensing::{Calibration, Directive, Drive, Drivetrain, Event, Object, Sample, Settings};
 use contact::Contact;
 use record::Learning;
+use report::Spot;
 pub use search::Suspicion;
 use search::{Search, SearchOutcome};
 use state::SensorState;
@@ -43,11 +44,7 @@ enum Stage<F: Mechanics, H: JointSensor, X: SeriesElement> {
     /// A contact is being judged.
     Contact(Contact<F, H, X>),
     /// Idle after a contact that is unobservable; see [`Sensor::vague_place`].
-    Vague {
-        phalanx: u8,
-        k_m: f32,
-        sigma_m: f32,
-    },
+    Vague(Spot),
 }
 
 /// Contact sensing of one finger. See the module documentation.
@@ -272,7 +269,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
     /// A block of a closing.
     fn search_closing(&mut self, block: &Block) {
         let state = &mut self.state;
-        if let Stage::Idle | Stage::Vague { .. } = self.stage {
+        if let Stage::Idle | Stage::Vague(_) = self.stage {
             Search::begin(&mut self.stage);
         }
         let Some(corrected) = state.corrected(block) else {
@@ -301,7 +298,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
                     self.begin_contact(block, &found);
                 }
             },
-            Stage::Idle | Stage::Vague { .. } => {}
+            Stage::Idle | Stage::Vague(_) => {}
         }
     }
 

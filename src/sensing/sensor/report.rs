@@ -23,18 +23,18 @@ const SURE_PHALANX: f32 = 0.9;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Reported {
     Nothing,
-    Located {
-        phalanx: u8,
-        k_m: f32,
-        sigma_m: f32,
-    },
+    Located(Spot),
     Ambiguous,
     /// Unobservable, but known to be on a phalanx.
-    Vague {
-        phalanx: u8,
-        k_m: f32,
-        sigma_m: f32,
-    },
+    Vague(Spot),
+}
+
+/// Where a contact is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Spot {
+    pub(super) phalanx: u8,
+    pub(super) k_m: f32,
+    pub(super) sigma_m: f32,
 }
 
 /// Whether a place that a verdict has is too uncertain to be one. Of two places as well: "here, or anywhere" is no choice.
@@ -58,11 +58,11 @@ fn vague_place(verdict: &LocatorResult) -> Reported {
         _ => return Reported::Nothing,
     };
     if estimate.p_phalanx > SURE_PHALANX {
-        Reported::Vague {
+        Reported::Vague(Spot {
             phalanx: estimate.phalanx,
             k_m: estimate.k_m,
             sigma_m,
-        }
+        })
     } else {
         Reported::Nothing
     }
@@ -87,14 +87,10 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             LocatorResult::At(estimate) => {
                 let sigma_m = estimate.k_sigma_m;
                 let news = match contact.reported {
-                    Reported::Located {
-                        phalanx: before,
-                        k_m,
-                        sigma_m: was,
-                    } => {
-                        before != estimate.phalanx
-                            || sigma_m < SHARPER * was
-                            || (estimate.k_m - k_m).abs() > 2.0 * was
+                    Reported::Located(before) => {
+                        before.phalanx != estimate.phalanx
+                            || sigma_m < SHARPER * before.sigma_m
+                            || (estimate.k_m - before.k_m).abs() > 2.0 * before.sigma_m
                     }
                     _ => true,
                 };
@@ -186,11 +182,11 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
                 share: compliance_m_per_n.map(|give| share_by_give * give),
             });
         }
-        contact.reported = Reported::Located {
+        contact.reported = Reported::Located(Spot {
             phalanx,
             k_m,
             sigma_m,
-        };
+        });
         // With a deviation of half of itself or more the curve does not determine the radius.
         let (radius_m, radius_sigma_m) = if estimate.radius_sigma_m < 0.5 * estimate.radius_m {
             (estimate.radius_m, estimate.radius_sigma_m)

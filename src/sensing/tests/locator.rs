@@ -76,6 +76,7 @@ pub(super) fn curve<F: Mechanics>(
     let before_rad = 0.05;
     // The whole path first: excess torque and measured angle since the onset, by rising torque.
     let mut follower = path;
+    finger.lose(&mut follower);
     finger
         .rub(&mut follower, friction, HALF_THICKNESS_M)
         .unwrap();
@@ -350,6 +351,7 @@ fn the_force_is_that_of_the_present_angle() {
             let mut path = finger
                 .path(&free.configuration, free.torque_nm, contact)
                 .unwrap();
+            finger.lose(&mut path);
             finger.rub(&mut path, 0.1, HALF_THICKNESS_M).unwrap();
             let rise_nm = point.excess_nm + point.free_nm - free.torque_nm;
             let force_n = finger.follow(&mut path, rise_nm).unwrap().force_n;

@@ -28,7 +28,7 @@ mod rubbing {
     }
 
     /// Compliance of a finger that two contacts with friction hold. A pulley takes a share of the torque that is carried to a joint
-    /// in the sense in which it turns; `x` has it as it was with one contact.
+    /// in the sense in which it turns.
     pub(super) fn compliance(
         pressed: &palpate::finger::Pressed<3>,
         (phalanx, k_m): (usize, f64),
@@ -64,12 +64,9 @@ mod rubbing {
         let free = turning([0.0; 2], x);
         let senses = contacts.each_ref().map(|[_, rub]| rub.dot(&free).signum());
         let arrives = |turned: f64| 1.0 - loss * turned.signum();
-        let carried = Vector3::from_fn(|joint, _| {
-            let before = f64::from(pressed.tangent_per_nm[joint]);
-            match joint {
-                0 => x[0],
-                _ => x[joint] * arrives(free[joint]) / arrives(before),
-            }
+        let carried = Vector3::from_fn(|joint, _| match joint {
+            0 => x[0],
+            _ => x[joint] * arrives(free[joint]),
         });
         x.dot(&turning(senses, carried))
     }
@@ -172,8 +169,8 @@ fn friction_is_taken_off_a_second_place() {
     assert!(count >= 5 && with < 0.4 * without);
 }
 
-/// Where a joint turns back a pulley gives what it took before: the finger is stiffer, and a place that takes it into account is
-/// nearer to the truth.
+/// A pulley takes some of the torque, whether its joint closes or opens: the finger is stiffer, and a place that takes it into account
+/// is nearer to the truth.
 #[test]
 fn what_pulleys_take_is_taken_off_a_second_place() {
     let (count, [with, without]) = compared(|grip, truth_m| {

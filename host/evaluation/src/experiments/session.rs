@@ -1,5 +1,6 @@
 //! A finger with what it learned, its closings, and what each method says of them.
 
+use palpate::finger::Mechanics;
 use palpate::sensing::{Calibration, Friction, Refusal, Settings};
 use palpate_plant::{Grasp, Parameters};
 use palpate_simulation::Simulated;
@@ -88,7 +89,9 @@ impl<S: Simulated> Session<S> {
     /// The paper's algorithm, with this finger's calibration where it is wanted, and its threshold.
     #[must_use]
     pub fn papers_model(&self, calibration: &Calibration) -> (paper::Model, f64) {
-        let factor = f64::from(calibration.torque_factor);
+        // Its torque has what is lost on the way to the joints, ours takes that off along the path.
+        let [loss, _] = <S::Finger as Mechanics>::JOINT_LOSS;
+        let factor = f64::from(calibration.torque_factor) * (1.0 - f64::from(loss));
         let mut model = self.model.clone();
         model.torque_nm_per_a *= factor;
         model.cable_rad_per_nm = f64::from(calibration.cable_rad_per_nm) / factor;

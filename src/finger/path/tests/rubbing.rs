@@ -1,6 +1,8 @@
-//! A contact path with contact friction, against the balance of every joint in f64, and its derivatives against differences.
+//! A contact path with contact friction and losses on the way to the joints, against the balance of every joint in f64, and its
+//! derivatives against differences.
 
 use super::{arms, closed, derivatives, factors, followed, light, slope};
+use crate::finger::path::Start;
 use crate::finger::{
     BaseJoint, Configuration, Contact, Finger, Free, Mechanics, Mounting, PathPoint, Transmission,
 };
@@ -38,29 +40,43 @@ fn pulled<const N: usize>(
     })
 }
 
-/// The finger pressed by a contact on its last phalanx, with the friction that acts and its sense; `None` where that is lost on the way.
+/// What a rising torque sends to each joint, of 1 that would without losses.
+fn arriving<const N: usize, T: Transmission<N>>(senses: &[i8; N]) -> [f64; N] {
+    senses.map(|sense| 1.0 - f64::from(sense) * f64::from(T::JOINT_LOSS[0]))
+}
+
+/// The finger pressed by a contact on its last phalanx, with the friction that acts and its sense, and the sense in which joints lose;
+/// `None` where that is lost on the way.
 fn pressed<const N: usize, T: Transmission<N>, B: BaseJoint>(
     finger: &Finger<N, T, B>,
     free: &Free<Configuration<N>>,
     contact: Contact,
     friction: f32,
     rise_nm: f32,
-) -> Option<(PathPoint, [f32; 2])>
+) -> Option<(PathPoint, [f32; 2], [i8; N])>
 where
     Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = crate::finger::Path<N, B>>,
 {
     let mut path = Mechanics::path(finger, &free.configuration, free.torque_nm, contact)?;
+    finger.lose(&mut path);
     finger.rub(&mut path, friction, HALF_THICKNESS_M)?;
     let point = followed(finger, &mut path, rise_nm)?;
-    Some((point, [path.start.friction, path.start.slides]))
+    let Start {
+        friction,
+        slides,
+        senses,
+        ..
+    } = path.start;
+    Some((point, [friction, slides], senses))
 }
 
-/// Checks the balance of every joint; the number of points that were on the finger, with how many of them slid outwards.
+/// Checks the balance of every joint; the number of points that were on the finger, with how many of them slid outwards and how many joints
+/// turned in another sense than they began to.
 fn balance<const N: usize, T: Transmission<N>, B: BaseJoint>(
     finger: &Finger<N, T, B>,
     theta_a_rad: f32,
     rise_nm: f32,
-) -> [u32; 2]
+) -> [u32; 3]
 where
     Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = crate::finger::Path<N, B>>,
 {
@@ -68,7 +84,7 @@ where
     let free = closed(finger, theta_a_rad);
     let at_rad = free.configuration.rad().map(f64::from);
     let x_before = factors(finger, &at_rad);
-    let mut counts = [0; 2];
+    let mut counts = [0; 3];
     for share in [0.2, 0.5, 0.9] {
         let contact = Contact {
             phalanx: N as u8,
@@ -76,10 +92,12 @@ where
             radius_m: 0.0,
         };
         for friction in FRICTIONS {
-            let Some((point, [acting, sense])) = pressed(finger, &free, contact, friction, rise_nm)
+            let Some((point, [acting, sense], senses)) =
+                pressed(finger, &free, contact, friction, rise_nm)
             else {
                 continue;
             };
+            let arriving = arriving::<N, T>(&senses);
             if point.rotation_rad < 0.0 {
                 continue; // a return cable still holds it
             }
@@ -93,6 +111,7 @@ where
             let p = arms(&lengths_m, &now, k_now_m);
             let rubbed = pulled(&lengths_m, &now, k_now_m, f64::from(sense * acting));
             for joint in 0..N {
+                counts[2] += u32::from(delta[joint] * f64::from(senses[joint]) < -1e-3);
                 let (before_nm, rise_nm) = (f64::from(free.torque_nm), f64::from(rise_nm));
                 let stiffness = f64::from(finger.parameters.stiffness_nm_per_rad[joint]);
                 let sprung = x_before[joint] * before_nm + stiffness * delta[joint];
@@ -101,8 +120,14 @@ where
                     let taken: f64 = lever.iter().zip(delta).map(|(y, turned)| y * turned).sum();
                     lever[joint] * (before_nm + f64::from(cable.stiffness_nm_per_rad) * taken)
                 });
+                let lost_nm = (1.0 - arriving[joint]) * x_now[joint];
+                // A preload is lost on as well: with a return cable all of the torque.
+                let lost_nm = match finger.base.return_cable() {
+                    Some(_) => lost_nm * (before_nm + rise_nm),
+                    None => lost_nm * rise_nm,
+                };
                 let driven = x_now[joint] * (before_nm + rise_nm) - x_before[joint] * before_nm;
-                let left = x_now[joint] * (before_nm + rise_nm) - opened
+                let left = x_now[joint] * (before_nm + rise_nm) - lost_nm - opened
                     + f64::from(point.force_n) * (rubbed[joint] - p[joint]);
                 assert!(
                     left.abs() < 2e-5 + 1e-3 * driven.abs(),
@@ -116,9 +141,9 @@ where
 
 #[test]
 fn every_joint_is_balanced_with_friction() {
-    let mut counts = [0; 2];
+    let mut counts = [0; 3];
     for theta_a_rad in [0.3, 1.0] {
-        for [points, outwards] in [
+        for [points, outwards, otherwise] in [
             balance(&P70::MECHANISM, theta_a_rad, 0.04),
             balance(&light(Tendon2::MECHANISM), theta_a_rad, 0.04),
             balance(&light(Tendon3::MECHANISM), theta_a_rad, 0.04),
@@ -129,10 +154,18 @@ fn every_joint_is_balanced_with_friction() {
                 0.15,
             ),
         ] {
-            counts = [counts[0] + points, counts[1] + outwards];
+            counts = [
+                counts[0] + points,
+                counts[1] + outwards,
+                counts[2] + otherwise,
+            ];
         }
     }
-    let [points, outwards] = counts;
+    let [points, outwards, otherwise] = counts;
+    println!(
+        "{points} points, {outwards} slide outwards, {otherwise} joints turn otherwise than they began to"
+    );
+    assert!(otherwise < points / 10);
     assert!(
         points > 50 && outwards > 5 && outwards < points - 5,
         "{counts:?}"
@@ -159,10 +192,10 @@ fn derivatives_with_friction_are_those_of_the_path() {
         for friction in FRICTIONS {
             let at = |contact: Contact, friction: f32, rise_nm: f32| {
                 pressed(finger, &free, contact, friction, rise_nm)
-                    .map(|(point, _)| point)
+                    .map(|(point, ..)| point)
                     .unwrap_or_else(|| panic!("{name} {friction} {contact:?}"))
             };
-            let (told, [acting, _]) = pressed(finger, &free, contact, friction, rise_nm)
+            let (told, [acting, _], _) = pressed(finger, &free, contact, friction, rise_nm)
                 .unwrap_or_else(|| panic!("{name} {friction}"));
             if acting < friction {
                 // The contact stays where it is but for rolling, and what the path bends.

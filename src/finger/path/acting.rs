@@ -1,0 +1,59 @@
+//! What acts on the finger along a contact path, besides its motor and its springs: set where the path begins.
+
+use super::Path;
+use crate::finger::{BaseJoint, Finger, Transmission};
+use crate::numeric::Bounded;
+use core::array::from_fn;
+
+/// Largest share of the friction that holds a contact which acts: the path keeps a motion larger than its rounding.
+const HELD_SHARE: f32 = 0.99;
+
+impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
+    /// See [`crate::finger::Mechanics::load`].
+    pub(crate) fn weigh(&self, path: &mut Path<N, B>, [weight_nm, per_rad]: [f32; 2]) {
+        let double = 2.0 / path.start.stiffness_scale;
+        path.start.weight = [double * per_rad, -double * weight_nm];
+    }
+
+    /// See [`crate::finger::Mechanics::soften`].
+    pub(crate) fn gives(&self, path: &mut Path<N, B>, compliance_m_per_n: f32) -> Option<()> {
+        let Path { start, last } = path;
+        start.give = compliance_m_per_n * start.give_scale();
+        *last = self.begun(start, last.at.k)?;
+        Some(())
+    }
+
+    /// See [`crate::finger::Mechanics::lose`].
+    pub(crate) fn loses(path: &mut Path<N, B>) {
+        let [loss, _] = T::JOINT_LOSS;
+        if loss > 0.0 {
+            let turning = &path.last.tangent.delta;
+            path.start.senses = from_fn(|m| match m {
+                0 => 0,
+                _ if turning[m] < 0.0 => -1,
+                _ => 1,
+            });
+        }
+    }
+
+    /// See [`crate::finger::Mechanics::rub`].
+    pub(crate) fn rubs(
+        &self,
+        path: &mut Path<N, B>,
+        friction: f32,
+        half_thickness_m: f32,
+    ) -> Option<()> {
+        let Path { start, last } = path;
+        start.half_thickness = half_thickness_m / start.length_scale;
+        let local = start.local(&self.transmission, &last.at, last.rise)?;
+        let [slide, holding] = local.sliding(&last.tangent)?;
+        if slide < 0.0 {
+            start.slides = -1.0;
+        }
+        start.friction = friction.at_most(HELD_SHARE * holding);
+        if B::HOLDS {
+            *last = self.begun(start, last.at.k)?;
+        }
+        Some(())
+    }
+}
