@@ -141,7 +141,7 @@ impl Pressed<3> {
 
     /// Share of the input torque's work that is carried to joints beyond the first, whether they close or open. More than 1 where the
     /// terms of x . v cancel: the finger is nearly rigid there. Multiplied by the share lost on the way it is the share that the compliance
-    /// loses, multiplied by the doubt about the factors that about x . v, for x_1 = 1 is exact.
+    /// loses; multiplied by the doubt about each factor it is the doubt about x . v (x_1 = 1 is exact).
     pub(super) fn carried(&self, &Motion { v, lever, .. }: &Motion) -> f32 {
         let [_, x2, x3] = self.x;
         (((x2 * v[1]).abs() + (x3 * v[2]).abs()) / lever.abs()).at_most(MOST_CARRIED)

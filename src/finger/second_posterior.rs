@@ -231,6 +231,7 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
 }
 
 impl Pressed<3> {
+    /// Computes what a second contact at `k_m` shows in this posture along the motion that it leaves.
     // Not inlined: called from two places.
     #[inline(never)]
     fn shown(
