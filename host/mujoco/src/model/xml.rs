@@ -15,9 +15,11 @@ const ROD_KG: f64 = 5e-4;
 /// How fast the engine ends slipping, per second. Stiffer than some 300 a sliding contact chatters, up to being thrown
 /// across the object; from 30 to 300 the contact's path is the same within 1e-6.
 const SLIP_PER_S: f64 = 200.0;
-/// The same of joints and pulleys, and their impedance. With the engine's own values their friction creeps: links are light, and of 3 %
-/// lost on a pulley hardly any acts. With 0.99 or 400 per second torques of the harsh world hang on the length of a step.
+/// How fast the engine ends slipping in joints and on pulleys, per second. With the engine's defaults for this and for the impedance,
+/// friction creeps on such light links, and hardly any of the 3 % that a pulley takes acts. With 400 per second torques of the harsh world
+/// depend on the length of a step.
 const JOINT_SLIP_PER_S: f64 = 1000.0;
+/// Impedance of that friction. With 0.99 (and 200 per second) torques depend on the length of a step as well.
 const JOINT_IMPEDANCE: f64 = 0.995;
 /// Ratio of the stiffness of friction to that of the normal force (MuJoCo's `impratio`). The engine softens friction, which then grows
 /// with the sliding speed up to Coulomb's limit. With a ratio of 1 it stays below 0.4 N at 7 mm/s, and torques at the end of a probing

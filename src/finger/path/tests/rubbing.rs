@@ -40,13 +40,13 @@ fn pulled<const N: usize>(
     })
 }
 
-/// What a rising torque sends to each joint, of 1 that would without losses.
+/// Share of the torque that arrives at each joint.
 fn arriving<const N: usize, T: Transmission<N>>(senses: &[i8; N]) -> [f64; N] {
     senses.map(|sense| 1.0 - f64::from(sense) * f64::from(T::JOINT_LOSS[0]))
 }
 
-/// The finger pressed by a contact on its last phalanx, with the friction that acts and its sense, and the sense in which joints lose;
-/// `None` where that is lost on the way.
+/// Presses the finger with a contact on its last phalanx. Returns the point, the friction that acts with its sense, and the sense in which
+/// each joint loses torque; `None` where the path ends before.
 fn pressed<const N: usize, T: Transmission<N>, B: BaseJoint>(
     finger: &Finger<N, T, B>,
     free: &Free<Configuration<N>>,
@@ -121,7 +121,7 @@ where
                     lever[joint] * (before_nm + f64::from(cable.stiffness_nm_per_rad) * taken)
                 });
                 let lost_nm = (1.0 - arriving[joint]) * x_now[joint];
-                // A preload is lost on as well: with a return cable all of the torque.
+                // A pulley takes its share of all torque that a return cable holds against, of a spring's of the rise alone.
                 let lost_nm = match finger.base.return_cable() {
                     Some(_) => lost_nm * (before_nm + rise_nm),
                     None => lost_nm * rise_nm,
