@@ -5,7 +5,7 @@
 
 mod finger;
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 use std::fmt::Write as _;
 
 use crate::scene::Scene;
@@ -315,7 +315,7 @@ impl palpate::scene::Scene for {name} {{
             preload_nm: [{}, {}],
             object_give_m_per_n: {},
             leverage_sigma: {},
-            swing_nm: {},
+            swing_rms_nm: {},
             ..palpate::sensing::Settings::default()
         }}
     }}
@@ -345,7 +345,8 @@ const _: &<{name} as palpate::scene::Scene>::Finger = &<{name} as palpate::scene
         of("sensing.preload_sigma_nm"),
         of("sensing.object_compliance_sigma_m_per_n"),
         of("sensing.leverage_sigma"),
-        of("sensing.swing_nm"),
+        // The scene has the largest torque of the swing, of the finger; the motor has its gears' efficiency to overcome.
+        literal(scene.number("sensing.swing_nm") * FRAC_1_SQRT_2 / efficiency),
     ));
     text
 }

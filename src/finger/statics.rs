@@ -19,11 +19,14 @@ fn arms<const N: usize>(
     let mut arms = [0.0; N];
     // The phalanx's angle against those below grows joint by joint.
     let (mut arm, mut bend) = (own_m, Rotation::NONE);
-    for m in (0..N).rev().filter(|m| *m <= tip) {
-        arms[m] = arm;
-        if let Some(below) = m.checked_sub(1) {
-            bend = bend.then(turn[m]);
-            arm += lengths_m[below] * share(bend);
+    for (m, (own, turn)) in arms.iter_mut().zip(turn).enumerate().rev() {
+        if m > tip {
+            continue;
+        }
+        *own = arm;
+        if let Some(length) = m.checked_sub(1).and_then(|below| lengths_m.get(below)) {
+            bend = bend.then(*turn);
+            arm += length * share(bend);
         }
     }
     arms

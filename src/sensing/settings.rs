@@ -48,8 +48,9 @@ pub struct Settings {
     /// How a finger whose weight is stated hangs, if not as it was built; no other finger reads it.
     #[cfg(not(weightless))]
     pub mounting: Option<Mounting>,
-    /// Torque at the input link with which the finger swings in its cable and on its springs after a motion has begun, newton metre.
-    pub swing_nm: f32,
+    /// Root mean square of the motor's torque, as [`Block::drive_torque_nm`](super::block::Block::drive_torque_nm), with which the finger
+    /// swings in its cable and on its springs after a motion has begun, newton metre.
+    pub swing_rms_nm: f32,
 }
 
 /// Share of the torque limit at which the last word on a contact is due: the finger goes on closing meanwhile.
@@ -100,7 +101,7 @@ impl Default for Settings {
             leverage_sigma: 0.0,
             #[cfg(not(weightless))]
             mounting: None,
-            swing_nm: 0.0,
+            swing_rms_nm: 0.0,
         }
     }
 }

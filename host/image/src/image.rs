@@ -202,6 +202,12 @@ impl Image {
         reach::from(self, handler, home)
     }
 
+    /// Panics that functions of these modules, named as in the source, can reach; what they call through a register is not followed.
+    #[must_use]
+    pub fn panics(&self, modules: &[&str]) -> Reach {
+        reach::panics(self, modules)
+    }
+
     /// Text in flash that tells where the machine that built the image keeps its files.
     #[must_use]
     pub fn machine_paths(&self) -> Vec<String> {

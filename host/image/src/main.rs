@@ -1,5 +1,5 @@
 //! `palpate-reach ELF...`: proves of each image that its control interrupt cannot panic, allocate or log, and runs from CCM
-//! SRAM alone, and that its first instruction reads the SRAM before anything is written.
+//! SRAM alone, that no function of the sensing can panic, and that its first instruction reads the SRAM before anything is written.
 
 use std::ops::Range;
 use std::path::Path;
@@ -12,6 +12,15 @@ use palpate_image::Image;
 const CONTROL: &str = "ADC1_2";
 /// Where all of it must lie: the CCM SRAM, by the address at which the core fetches from it without wait states.
 const CCM: Range<u32> = 0x1000_0000..0x1000_2800;
+
+/// Modules that compute what moves the motor and what is said of a contact.
+const COMPUTING: [&str; 5] = [
+    "palpate::drive",
+    "palpate::finger",
+    "palpate::joint_sensor",
+    "palpate::numeric",
+    "palpate::sensing",
+];
 
 /// What reads a word of each block of SRAM (`src/board/ram.rs`).
 const READS_RAM: &str = "__pre_init";
@@ -52,13 +61,16 @@ fn check(file: &Path) -> Result<bool> {
         );
     }
     let reach = image.reach(CONTROL, &CCM)?;
-    for violation in &reach.violations {
-        println!(
-            "{CONTROL} reaches {:#010x}, which {}: {}",
-            violation.address,
-            violation.what,
-            violation.path.join(" > ")
-        );
+    let panics = image.panics(&COMPUTING);
+    for (from, found) in [(CONTROL, &reach), ("what computes", &panics)] {
+        for violation in &found.violations {
+            println!(
+                "{from} reaches {:#010x}, which {}: {}",
+                violation.address,
+                violation.what,
+                violation.path.join(" > ")
+            );
+        }
     }
     println!(
         "{}: {CONTROL} reaches {} functions, {} bytes, {} instructions, {} violations",
@@ -68,5 +80,11 @@ fn check(file: &Path) -> Result<bool> {
         reach.instructions,
         reach.violations.len()
     );
-    Ok(reads_ram && reach.violations.is_empty())
+    println!(
+        "{}: {} functions that compute or are called there reach {} panics",
+        file.display(),
+        panics.functions.len(),
+        panics.violations.len()
+    );
+    Ok(reads_ram && reach.violations.is_empty() && panics.violations.is_empty())
 }

@@ -34,12 +34,15 @@ pub struct Reach {
     pub violations: Vec<Violation>,
 }
 
+/// What a function that panics is told.
+const PANICS: &str = "can panic";
+
 /// What no handler may call, as parts of mangled names.
 const FORBIDDEN: &[(&str, &str)] = &[
-    ("panic", "can panic"),
-    ("rust_begin_unwind", "can panic"),
-    ("unwrap_failed", "can panic"),
-    ("expect_failed", "can panic"),
+    ("panic", PANICS),
+    ("rust_begin_unwind", PANICS),
+    ("unwrap_failed", PANICS),
+    ("expect_failed", PANICS),
     ("__rust_alloc", "allocates"),
     ("__rust_realloc", "allocates"),
     ("_defmt_", "formats a log record"),
@@ -51,6 +54,21 @@ pub fn from(image: &Image, handler: &str, home: &Range<u32>) -> Result<Reach> {
         .symbols()
         .find(|s| s.is_code && s.symbol == handler)
         .with_context(|| format!("no function {handler}"))?;
+    Ok(walk(image, vec![first], home))
+}
+
+/// Panics that functions of these modules can reach. What is called through a register goes unseen.
+pub fn panics(image: &Image, modules: &[&str]) -> Reach {
+    let is_within = |name: &str| modules.iter().any(|module| name.contains(module));
+    let first = image
+        .symbols()
+        .filter(|s| s.is_code && is_within(&s.name()));
+    let mut reach = walk(image, first.collect(), &(0..u32::MAX));
+    reach.violations.retain(|found| found.what == PANICS);
+    reach
+}
+
+fn walk(image: &Image, first: Vec<&Symbol>, home: &Range<u32>) -> Reach {
     let mut walk = Walk {
         image,
         home,
@@ -59,8 +77,8 @@ pub fn from(image: &Image, handler: &str, home: &Range<u32>) -> Result<Reach> {
         instructions: 0,
     };
     let mut order = Vec::new();
-    let mut seen = BTreeSet::from([first.address]);
-    let mut open = vec![first];
+    let mut seen: BTreeSet<u32> = first.iter().map(|function| function.address).collect();
+    let mut open = first;
     while let Some(function) = open.pop() {
         order.push(function.clone());
         for callee in walk.scan(function) {
@@ -75,11 +93,11 @@ pub fn from(image: &Image, handler: &str, home: &Range<u32>) -> Result<Reach> {
         instructions,
         ..
     } = walk;
-    Ok(Reach {
+    Reach {
         functions: order,
         instructions,
         violations,
-    })
+    }
 }
 
 struct Walk<'a> {
@@ -260,6 +278,31 @@ mod tests {
         assert_eq!(found[0].what, "can panic");
         assert_eq!(found[0].path[..2], ["ADC1_2", "compute"]);
         assert_eq!(found[0].path.len(), 3);
+    }
+
+    #[test]
+    fn a_panic_in_a_module_is_found_and_others_may() {
+        let functions: &[Function<'_>] = &[
+            (
+                "_ZN7palpate7sensing4pass17h0123456789abcdefE",
+                &calling(0, 6),
+                0,
+            ),
+            ("_ZN4core3fmt5write17h0E", &calling(6, 12), 0),
+            ("_ZN4core9panicking5panic17h0E", &[UNDEFINED], 0),
+        ];
+        // What formats text is not asked what it calls.
+        let image = image(functions);
+        assert_eq!(image.panics(&["palpate::sensing"]).violations, []);
+        let functions = [functions[0], ("compute", functions[1].1, 0), functions[2]];
+        let image = self::image(&functions);
+        let found = image.panics(&["palpate::finger", "palpate::sensing"]);
+        assert_eq!(found.violations.len(), 1);
+        assert_eq!(
+            found.violations[0].path[..2],
+            ["palpate::sensing::pass", "compute"]
+        );
+        assert_eq!(image.panics(&["palpate::finger"]).functions, []);
     }
 
     #[test]

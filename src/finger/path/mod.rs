@@ -317,9 +317,13 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         at.add(&step.into())?;
         let stable = local.compliance(&tangent);
         let mut compliance = stable + local.rubbed_compliance(&tangent);
-        let [loss, _] = T::JOINT_LOSS;
+        let [loss, deviation] = T::JOINT_LOSS;
+        let mut loss_sigma = 0.0;
         if loss > 0.0 {
-            compliance += local.lost_compliance(&tangent);
+            let lost = local.lost_compliance(&tangent);
+            compliance += lost;
+            // Near e_2 nothing is left of the compliance but what is lost.
+            loss_sigma = deviation / loss * lost / compliance.at_least(f32::EPSILON);
         }
         let compliance = compliance.at_least(0.0) / start.stiffness_scale;
         let step = JointStep::of(at.delta);
@@ -337,6 +341,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         let point = PathPoint {
             rotation_rad,
             compliance_rad_per_nm: compliance,
+            loss_sigma,
             rotation_by_k_rad_per_m: by_k / start.length_scale,
             rotation_by_radius_rad_per_m: by_radius / start.length_scale,
             rotation_by_friction_rad: by_friction,

@@ -77,6 +77,8 @@ pub(super) struct Fit<F: Mechanics, X: SeriesElement> {
     cost: f32,
     chi_square: f32,
     leaves: bool,
+    /// [`PathPoint::loss_sigma`] at the end of the path.
+    loss_sigma: f32,
     normal: Normal<UNKNOWNS, X>,
     damping: f32,
     passes: u8,
@@ -117,6 +119,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             cost: f32::INFINITY,
             chi_square: f32::INFINITY,
             leaves: false,
+            loss_sigma: 0.0,
             normal: Normal::EMPTY,
             damping: 0.0,
             passes: if F::CABLE_DECIDES && fitted {
@@ -177,6 +180,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
                 self.x = self.trial;
                 self.chi_square = pass.squares;
                 self.leaves = pass.model.has_ended();
+                self.loss_sigma = pass.model.end().loss_sigma;
                 self.normal = pass.normal;
                 self.damping *= 0.2;
                 if self.damping < 1e-3 {
@@ -271,10 +275,14 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             flat = 0.5 * ln(core::f32::consts::TAU / (1.0 + precision * variance));
             if F::UNEVEN {
                 // As much of the torque factor as the curve itself has told holds for the leverage along the curve, not at the place.
-                let told = 1.0 - factor.covariance(FACTOR)[FACTOR];
-                let shift =
-                    by_factor * prior.leverage_sigma / prior.calibration.torque_factor_sigma;
-                variance += told.at_least(0.0) * (shift * shift);
+                let covariance = factor.covariance(FACTOR);
+                let told = 1.0 - covariance[FACTOR];
+                let sigma = prior.calibration.torque_factor_sigma;
+                let shift = by_factor * prior.leverage_sigma / sigma;
+                // What is lost on the way to the joints is another share at every place. It acts as an error of the factor, of which the
+                // curve has told as much as of the factor itself.
+                let lost = covariance[K] * self.loss_sigma / sigma;
+                variance += told.at_least(0.0) * (shift * shift) + lost * lost;
             }
             k_sigma_m = length_m * sqrt(variance / (1.0 + precision * variance));
         }

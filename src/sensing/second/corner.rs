@@ -111,12 +111,13 @@ fn hinge(
             continue;
         }
         terms -= 1;
-        for line in &mut normal {
-            line[term] = 0.0;
+        for line in (normal.iter_mut()).chain([&mut right, &mut there, &mut before_it]) {
+            if let Some(entry) = line.get_mut(term) {
+                *entry = 0.0;
+            }
         }
-        normal[term] = unit(term);
-        for side in [&mut right, &mut there, &mut before_it] {
-            side[term] = 0.0;
+        if let Some(line) = normal.get_mut(term) {
+            *line = unit(term);
         }
     }
     let mut after_it = before_it;

@@ -118,7 +118,9 @@ impl Whitened {
             });
         }
         for term in WAVE {
-            white.normal[term][term] += WAVE_PRIOR;
+            if let Some(entry) = (white.normal.get_mut(term)).and_then(|line| line.get_mut(term)) {
+                *entry += WAVE_PRIOR;
+            }
         }
         Some(white)
     }

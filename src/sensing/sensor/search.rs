@@ -149,7 +149,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         // The record is extrapolated, because a contact may begin at the very end of the travel.
         let recorded = friction.beyond(counts)?;
         let way_rad = block.way_counts as f32 * self.drivetrain.rad_per_count;
-        let swing_nm = self.settings.swing_nm * exp(-way_rad / SWING_RAD);
+        let swing_nm = self.settings.swing_rms_nm * exp(-way_rad / SWING_RAD);
         Some(CorrectedBlock {
             time_us: block.time_us,
             counts: block.counts,
