@@ -21,6 +21,7 @@ pub mod table;
 pub mod value;
 
 use std::any::Any;
+use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use table::{Error, Row, Table};
@@ -54,7 +55,10 @@ pub fn family(file: &str) -> Option<Family> {
 /// the computation: what it says becomes the error.
 fn recomputed(table: &Table, family: Family, index: usize) -> Result<Values, Error> {
     let row = table.row(index);
-    catch_unwind(AssertUnwindSafe(|| family(&row))).map_err(|panic| {
+    REFUSING.set(true);
+    let values = catch_unwind(AssertUnwindSafe(|| family(&row)));
+    REFUSING.set(false);
+    values.map_err(|panic| {
         format!(
             "{}, row {}: cannot be recomputed, expected {}",
             table.name,
@@ -64,9 +68,19 @@ fn recomputed(table: &Table, family: Family, index: usize) -> Result<Values, Err
     })
 }
 
-/// What a panic says: in this crate, what was expected.
+thread_local! {
+    /// Whether a row is being recomputed on this thread.
+    static REFUSING: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Whether a panic on this thread refuses a row, which is told as an error.
 #[must_use]
-pub fn said(panic: &(dyn Any + Send)) -> &str {
+pub fn is_refusing() -> bool {
+    REFUSING.get()
+}
+
+/// What a panic says: in this crate, what was expected.
+fn said(panic: &(dyn Any + Send)) -> &str {
     (panic.downcast_ref::<String>().map(String::as_str))
         .or_else(|| panic.downcast_ref::<&str>().copied())
         .unwrap_or("something else")

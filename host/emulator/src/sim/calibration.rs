@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! Compares a calibration's result with the values of the simulated world.
 
+use palpate::scene::Scene;
 use palpate_plant::{Parameters, TrueCalibration};
+use palpate_scenes::P70;
 use serde_json::{Value, json};
 
 use crate::log::Line;
 
-/// What the firmware computes with before it is calibrated, worm and gearhead (scenes/common/defaults.toml); `show` lists it.
-const NOMINAL_EFFICIENCY: f64 = 0.434 * 0.73;
-/// Speed at which the finger closes, radian per second.
-const SPEED_RAD_PER_S: f64 = 0.3;
+/// Efficiency of the gears that a scene's firmware computes with before it is calibrated, and the speed at which it closes, radian per
+/// second.
+fn nominal<S: Scene>() -> [f64; 2] {
+    [S::EFFICIENCY, S::MOTION.closing_rad_per_s].map(f64::from)
+}
+
 /// A value that was found, with its claimed deviation, and the true one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found {
@@ -64,11 +68,15 @@ impl Calibration {
             .find(|line| line.event().name == "calibrated")?;
         let event = line.event();
         let nominal = Parameters::of(&parameters.scene).ok()?;
+        // A scene of the user's own has the drivetrain of the scenes here, or of none that is known.
+        let [efficiency, speed_rad_per_s] =
+            palpate_scenes::for_scene!(parameters.scene.as_str(), |S| self::nominal::<S>())
+                .unwrap_or_else(self::nominal::<P70>);
         let truth = TrueCalibration::of(
             parameters,
-            NOMINAL_EFFICIENCY,
+            efficiency,
             nominal.motor.torque_constant_nm_per_a,
-            SPEED_RAD_PER_S,
+            speed_rad_per_s,
         );
         let value = event.number("torque_factor")?;
         Some(Self {
@@ -110,13 +118,27 @@ impl Calibration {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use palpate::scene::Scene;
-    use palpate_scenes::P70;
 
-    /// The truth is told as a factor on what the firmware assumes: both must be the scenes' own.
+    fn found(scene: &str) -> Calibration {
+        let message = "calibrated torque_factor=0.9 torque_factor_sigma=0.1 cable_mrad_per_nm=800 cable_sigma_mrad_per_nm=20";
+        let line = Line {
+            fetched_s: 0.0,
+            timestamp: String::new(),
+            level: "info".into(),
+            message: message.into(),
+            location: String::new(),
+        };
+        let parameters = Parameters::of(scene).expect("a scene of this project");
+        Calibration::of(&[line], &parameters).expect("a calibration")
+    }
+
+    /// The truth is told as a factor on what the firmware of that scene assumes: within 3 %, what the plant's worm loses besides.
     #[test]
-    fn efficiency_and_speed_are_those_of_the_scenes() {
-        assert!((NOMINAL_EFFICIENCY - f64::from(P70::EFFICIENCY)).abs() < 1e-6);
-        assert!((SPEED_RAD_PER_S - f64::from(P70::MOTION.closing_rad_per_s)).abs() < 1e-6);
+    fn a_finger_as_its_scene_has_it_has_a_factor_of_one() {
+        for scene in palpate_scenes::NAMES {
+            let factor = found(scene).torque_factor;
+            assert!((factor.truth - 1.0).abs() < 0.03, "{scene}: {factor:?}");
+            assert!((factor.sigma - 0.09).abs() < 1e-12);
+        }
     }
 }

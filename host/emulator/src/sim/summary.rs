@@ -8,13 +8,14 @@ use super::session::Session;
 use crate::log::Line;
 
 /// What the firmware said about the contact.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Told {
     /// A place on a phalanx beyond the first.
     Located,
     /// A contact on the first phalanx.
     Proximal,
     /// No contact.
+    #[default]
     None,
     /// Softer than the free finger should be.
     Unusual,
@@ -49,10 +50,12 @@ pub enum Stiffness {
 }
 
 /// Estimate and truth of one run.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Summary {
     /// What the firmware said.
     pub told: Told,
+    /// Why it has no place, in the firmware's word, as `unobservable`.
+    pub why: Option<String>,
     /// Phalanx of the estimate.
     pub phalanx: Option<u32>,
     /// Estimated place.
@@ -84,19 +87,10 @@ impl Summary {
     #[must_use]
     pub fn of(session: &Session<'_>) -> Self {
         let mut summary = Self {
-            told: Told::None,
-            phalanx: None,
-            k_mm: None,
-            sigma_mm: None,
-            true_phalanx: None,
-            true_k_mm: None,
-            force_n: None,
-            true_force_n: None,
-            object: None,
-            true_object_n_per_mm: None,
             fault: session.faults.first().map(|fault| fault.1.clone()),
             instructions: session.machine.account().total().instructions,
             emulated_s: session.machine.time_s(),
+            ..Self::default()
         };
         for line in &session.lines {
             summary.hear(line);
@@ -128,6 +122,7 @@ impl Summary {
         let event = line.event();
         let mut place = |told| {
             self.told = told;
+            self.why = event.field("why").map(str::to_owned);
             self.phalanx = event.number("phalanx").map(|n| n as u32);
             self.k_mm = event.number("k_mm");
             self.sigma_mm = event.number("sigma_mm");
@@ -170,6 +165,7 @@ impl Summary {
         json!({
             "type": "summary",
             "verdict": self.told.name(),
+            "why": self.why,
             "phalanx": self.phalanx,
             "k_mm": self.k_mm,
             "sigma_mm": self.sigma_mm,
@@ -197,9 +193,10 @@ impl Summary {
         let sigma = self
             .sigma_mm
             .map_or(String::new(), |s| format!(" +- {s:.2}"));
-        let fault = self
-            .fault
-            .as_ref()
+        // A proximal contact has no place whatever it is.
+        let why = (self.why.as_ref()).filter(|_| self.told != Told::Proximal);
+        let reason = (self.fault.as_ref())
+            .or(why)
             .map_or(String::new(), |name| format!(" ({name})"));
         let object = self.object.map_or(String::new(), |stiffness| {
             let told = match stiffness {
@@ -215,7 +212,7 @@ impl Summary {
         });
         let faster = self.emulated_s / wall_s.max(1e-9);
         format!(
-            "verdict   {}{fault}\n\
+            "verdict   {}{reason}\n\
              \x20         estimate             simulated truth\n\
              phalanx   {:<20} {}\n\
              k         {:<20} {}\n\
@@ -285,6 +282,25 @@ mod tests {
             message: message.into(),
             location: String::new(),
         }
+    }
+
+    #[test]
+    fn what_has_no_place_says_why_until_the_next_word() {
+        let mut summary = Summary::default();
+        summary.hear(&line("not-located why=unobservable torque_nm=0.2"));
+        assert_eq!(summary.json(1.0)["verdict"], "ambiguous");
+        assert_eq!(summary.json(1.0)["why"], "unobservable");
+        assert!(
+            summary
+                .text(1.0)
+                .starts_with("verdict   ambiguous (unobservable)\n")
+        );
+        summary.hear(&line("not-located why=proximal torque_nm=0.2"));
+        assert!(summary.text(1.0).starts_with("verdict   proximal\n"));
+        summary.hear(&line(
+            "located phalanx=2 k_mm=30.0 sigma_mm=1.0 force_n=2.0",
+        ));
+        assert_eq!(summary.json(1.0)["why"], Value::Null);
     }
 
     #[test]
