@@ -156,6 +156,11 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         &self.last
     }
 
+    /// Leaves what is lost on the way to the joints out of the place's deviation.
+    pub(super) fn forget_loss(&mut self) {
+        self.last.loss_sigma = 0.0;
+    }
+
     /// The next point, by rising angle.
     pub(super) fn next(&mut self, finger: &F, point: &Point) -> Option<Prediction> {
         let angle_rad = self.origin_rad + point.counts * self.rad_per_count;

@@ -49,6 +49,8 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             &slopes,
             weight / (change.sigma_rad * change.sigma_rad),
         );
+        // Where the compliance alone would not tell the place, the reading does: what is lost of it counts no more.
+        pass.model.forget_loss();
     }
 
     /// The change of joint 2 that the trial's unknowns predict, radian, with its derivatives by them. It does not depend on the cable, nor,
