@@ -235,3 +235,50 @@ fn derivatives_with_friction_are_those_of_the_path() {
         0.16,
     );
 }
+
+/// The deviation of what is lost is as large as all of it: compares it with the compliance of the same finger without losses, at once, where
+/// both are in one posture.
+#[test]
+fn the_deviation_of_losses_is_what_they_change() {
+    fn check<const N: usize, T: Transmission<N>, B: BaseJoint>(
+        finger: &Finger<N, T, B>,
+        name: &str,
+    ) -> [f32; 2]
+    where
+        Finger<N, T, B>:
+            Mechanics<Configuration = Configuration<N>, Path = crate::finger::Path<N, B>>,
+    {
+        let free = closed(finger, 0.7);
+        let mut range = [f32::INFINITY, f32::NEG_INFINITY];
+        for share in [0.2, 0.4, 0.6, 0.8] {
+            let contact = Contact {
+                phalanx: N as u8,
+                k_m: share * finger.parameters.lengths_m[N - 1],
+                radius_m: 0.0,
+            };
+            let [lossless, lossy] = [false, true].map(|loses| {
+                let mut path =
+                    Mechanics::path(finger, &free.configuration, free.torque_nm, contact).unwrap();
+                if loses {
+                    finger.lose(&mut path);
+                }
+                followed(finger, &mut path, 1e-4).unwrap()
+            });
+            let [was, is] = [lossless, lossy].map(|point| point.compliance_rad_per_nm);
+            let changed = was / is - 1.0;
+            let told = lossy.loss_sigma;
+            // What is left out is the square of it, and the path's rounding.
+            let left = 2.0 * told * told + 2e-3;
+            assert!(
+                (told - changed).abs() < left,
+                "{name} {share}: {told} {changed}"
+            );
+            range = [range[0].min(told), range[1].max(told)];
+        }
+        range
+    }
+    let [least, most] = check(&light(Tendon2::MECHANISM), "tendon2");
+    assert!(most > 0.05 && most > 1.5 * least, "{least} {most}");
+    check(&light(Tendon3::MECHANISM), "tendon3");
+    assert_eq!(check(&light(Linkage3::MECHANISM), "linkage3"), [0.0; 2]);
+}
