@@ -1,4 +1,4 @@
-//! Follows control flow from a handler through the linked instructions.
+//! Follows control flow from a handler, or from all functions of some modules, through the linked instructions.
 //!
 //! From the handler's symbol every direct branch and call is followed. A jump through a register or a trap instruction is a
 //! violation, since nothing could then be said about where it ends, and so is reaching a function that panics, allocates or
@@ -17,16 +17,16 @@ use crate::{Image, Symbol};
 pub struct Violation {
     /// Address of the instruction.
     pub address: u32,
-    /// Functions from the handler to it.
+    /// Functions from the handler, or from one of the modules', to it.
     pub path: Vec<String>,
     /// What is wrong.
     pub what: String,
 }
 
-/// What a handler can reach.
+/// What a handler, or some modules, can reach.
 #[derive(Clone, Debug)]
 pub struct Reach {
-    /// Functions, with the handler itself first.
+    /// Functions, with the handler itself first, or those of the modules.
     pub functions: Vec<Symbol>,
     /// Instructions in them.
     pub instructions: usize,
@@ -34,7 +34,7 @@ pub struct Reach {
     pub violations: Vec<Violation>,
 }
 
-/// What a function that panics is told.
+/// What is said of a function that panics.
 const PANICS: &str = "can panic";
 
 /// What no handler may call, as parts of mangled names.
@@ -57,7 +57,8 @@ pub fn from(image: &Image, handler: &str, home: &Range<u32>) -> Result<Reach> {
     Ok(walk(image, vec![first], home))
 }
 
-/// Panics that functions of these modules can reach. What is called through a register goes unseen.
+/// Panics that functions of these modules can reach. What is called through a register, and what the compiler has put into functions of
+/// others, goes unseen; traps behind calls that do not return, and texts that are formatted, are no matter.
 pub fn panics(image: &Image, modules: &[&str]) -> Reach {
     let is_within = |name: &str| modules.iter().any(|module| name.contains(module));
     let first = image
@@ -281,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_in_a_module_is_found_and_others_may() {
+    fn a_panic_is_found_from_a_module_and_not_from_others() {
         let functions: &[Function<'_>] = &[
             (
                 "_ZN7palpate7sensing4pass17h0123456789abcdefE",

@@ -68,7 +68,7 @@ impl Calibration {
             .find(|line| line.event().name == "calibrated")?;
         let event = line.event();
         let nominal = Parameters::of(&parameters.scene).ok()?;
-        // A scene of the user's own has the drivetrain of the scenes here, or of none that is known.
+        // A scene that is not among these is taken to have the drivetrain that they share.
         let [efficiency, speed_rad_per_s] =
             palpate_scenes::for_scene!(parameters.scene.as_str(), |S| self::nominal::<S>())
                 .unwrap_or_else(self::nominal::<P70>);

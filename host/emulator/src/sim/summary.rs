@@ -137,7 +137,7 @@ impl Summary {
             "not-located" => match event.field("why") {
                 Some("proximal") => {
                     place(Told::Proximal);
-                    self.phalanx = Some(1);
+                    (self.phalanx, self.why) = (Some(1), None);
                 }
                 Some("too-soft") => place(Told::Unusual),
                 _ => place(Told::Ambiguous),
@@ -193,10 +193,8 @@ impl Summary {
         let sigma = self
             .sigma_mm
             .map_or(String::new(), |s| format!(" +- {s:.2}"));
-        // A proximal contact has no place whatever it is.
-        let why = (self.why.as_ref()).filter(|_| self.told != Told::Proximal);
         let reason = (self.fault.as_ref())
-            .or(why)
+            .or(self.why.as_ref())
             .map_or(String::new(), |name| format!(" ({name})"));
         let object = self.object.map_or(String::new(), |stiffness| {
             let told = match stiffness {

@@ -49,7 +49,8 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             &slopes,
             weight / (change.sigma_rad * change.sigma_rad),
         );
-        // Where the compliance alone would not tell the place, the reading does: what is lost of it counts no more.
+        // Where the compliance alone would not tell the place, the reading does: what is lost of it counts no more. Elsewhere that leaves
+        // a little out (docs/MECHANICS.md#real-fingers).
         pass.model.forget_loss();
     }
 
