@@ -345,7 +345,7 @@ const _: &<{name} as palpate::scene::Scene>::Finger = &<{name} as palpate::scene
         of("sensing.preload_sigma_nm"),
         of("sensing.object_compliance_sigma_m_per_n"),
         of("sensing.leverage_sigma"),
-        // The scene has the largest torque of the swing, of the finger; the motor has its gears' efficiency to overcome.
+        // Convert the finger's largest swing to the motor's torque before the gears' losses, root mean square.
         literal(scene.number("sensing.swing_nm") * FRAC_1_SQRT_2 / efficiency),
     ));
     text

@@ -55,9 +55,9 @@ pub fn family(file: &str) -> Option<Family> {
 /// the computation: what it says becomes the error.
 fn recomputed(table: &Table, family: Family, index: usize) -> Result<Values, Error> {
     let row = table.row(index);
-    REFUSING.set(true);
+    RECOMPUTING.set(true);
     let values = catch_unwind(AssertUnwindSafe(|| family(&row)));
-    REFUSING.set(false);
+    RECOMPUTING.set(false);
     values.map_err(|panic| {
         format!(
             "{}, row {}: cannot be recomputed, expected {}",
@@ -70,13 +70,13 @@ fn recomputed(table: &Table, family: Family, index: usize) -> Result<Values, Err
 
 thread_local! {
     /// Whether a row is being recomputed on this thread.
-    static REFUSING: Cell<bool> = const { Cell::new(false) };
+    static RECOMPUTING: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Whether a panic on this thread refuses a row, which is told as an error.
+/// Whether a row is being recomputed on this thread: a panic then refuses the row and is told as an error.
 #[must_use]
-pub fn is_refusing() -> bool {
-    REFUSING.get()
+pub fn is_recomputing() -> bool {
+    RECOMPUTING.get()
 }
 
 /// What a panic says: in this crate, what was expected.

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use palpate_golden::table::Table;
-use palpate_golden::{compare, generate, is_refusing, sample};
+use palpate_golden::{compare, generate, is_recomputing, sample};
 
 /// Largest relative difference that rounding to f64 explains, with the last digit of the other evaluation.
 const ROUNDING: f64 = 4.5e-16;
@@ -122,9 +122,9 @@ fn run(arguments: &Arguments) -> Result<bool, String> {
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    // What a row is refused for is told as an error, not as a panic; any other panic is a fault of this program.
+    // A panic that refuses a row is told as an error. Print any other: it is a fault of this program.
     std::panic::set_hook(Box::new(|panic| {
-        if !is_refusing() {
+        if !is_recomputing() {
             eprintln!("palpate-golden: {panic}");
         }
     }));

@@ -78,8 +78,9 @@ fn walk(image: &Image, first: Vec<&Symbol>, home: &Range<u32>) -> Reach {
         instructions: 0,
     };
     let mut order = Vec::new();
-    let mut seen: BTreeSet<u32> = first.iter().map(|function| function.address).collect();
-    let mut open = first;
+    let (mut seen, mut open) = (BTreeSet::new(), first);
+    // Functions with the same instructions share an address.
+    open.retain(|function| seen.insert(function.address));
     while let Some(function) = open.pop() {
         order.push(function.clone());
         for callee in walk.scan(function) {

@@ -322,7 +322,8 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         if loss > 0.0 {
             let lost = local.lost_compliance(&tangent);
             compliance += lost;
-            // Near e_2 little but what is lost is left of the compliance; where contact friction takes even that, the place is not known.
+            // Near e_2 the compliance is little more than its lost part. Where contact friction cancels both, the bound makes this so large
+            // that the place counts as unknown.
             loss_sigma = deviation / loss * lost / compliance.at_least(f32::EPSILON);
         }
         let compliance = compliance.at_least(0.0) / start.stiffness_scale;

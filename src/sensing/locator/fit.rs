@@ -77,7 +77,7 @@ pub(super) struct Fit<F: Mechanics, X: SeriesElement> {
     cost: f32,
     chi_square: f32,
     leaves: bool,
-    /// [`PathPoint::loss_sigma`] at the end of the path.
+    /// [`crate::finger::PathPoint::loss_sigma`] at the end of the path.
     loss_sigma: f32,
     normal: Normal<UNKNOWNS, X>,
     damping: f32,
@@ -279,8 +279,8 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
                 let told = 1.0 - covariance[FACTOR];
                 let sigma = prior.calibration.torque_factor_sigma;
                 let shift = by_factor * prior.leverage_sigma / sigma;
-                // What is lost on the way to the joints is another share at every place. It acts as an error of the factor, of which the
-                // curve has told as much as of the factor itself.
+                // What is lost on the way to the joints is uncertain, by another share at every place. It shifts the place as an error of
+                // the torque factor by that share would: by the covariance of the two.
                 let lost = covariance[K] * self.loss_sigma / sigma;
                 variance += told.at_least(0.0) * (shift * shift) + lost * lost;
             }

@@ -3,14 +3,13 @@
 
 use palpate::scene::Scene;
 use palpate_plant::{Parameters, TrueCalibration};
-use palpate_scenes::P70;
 use serde_json::{Value, json};
 
 use crate::log::Line;
 
 /// Efficiency of the gears that a scene's firmware computes with before it is calibrated, and the speed at which it closes, radian per
 /// second.
-fn nominal<S: Scene>() -> [f64; 2] {
+fn assumed<S: Scene>() -> [f64; 2] {
     [S::EFFICIENCY, S::MOTION.closing_rad_per_s].map(f64::from)
 }
 
@@ -68,10 +67,8 @@ impl Calibration {
             .find(|line| line.event().name == "calibrated")?;
         let event = line.event();
         let nominal = Parameters::of(&parameters.scene).ok()?;
-        // A scene that is not among these is taken to have the drivetrain that they share.
         let [efficiency, speed_rad_per_s] =
-            palpate_scenes::for_scene!(parameters.scene.as_str(), |S| self::nominal::<S>())
-                .unwrap_or_else(self::nominal::<P70>);
+            palpate_scenes::for_scene!(parameters.scene.as_str(), |S| assumed::<S>())?;
         let truth = TrueCalibration::of(
             parameters,
             efficiency,

@@ -49,8 +49,8 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             &slopes,
             weight / (change.sigma_rad * change.sigma_rad),
         );
-        // Where the compliance alone would not tell the place, the reading does: what is lost of it counts no more. Elsewhere that leaves
-        // a little out (docs/MECHANICS.md#real-fingers).
+        // Leave the doubt about losses out: the reading tells the place where the compliance would not. At other places this leaves out a
+        // little that should count (docs/MECHANICS.md#real-fingers).
         pass.model.forget_loss();
     }
 
