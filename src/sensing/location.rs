@@ -18,15 +18,6 @@ pub trait SeriesElement: Copy + core::fmt::Debug {
     /// Whether the object may be soft: only then is its compliance fitted ([`SoftObject`]).
     const OBJECT_GIVES: bool = false;
 
-    /// Unknowns of a contact's fit that are missing without a soft object and without a cable: the last ones.
-    const MISSING: usize = if Self::OBJECT_GIVES {
-        0
-    } else if Self::FLEXIBLE {
-        1
-    } else {
-        3
-    };
-
     /// 1/K_t, radian per newton metre.
     fn compliance_rad_per_nm(&self) -> f32;
 }

@@ -4,33 +4,39 @@
 //! which bounds the condition number so that f32 suffices; an unknown that a hypothesis lacks stays at 0.
 
 use crate::numeric::{ln, sqrt};
-use crate::sensing::location::{Cable, SeriesElement, SoftObject};
 use core::marker::PhantomData;
 
-/// Normal equations of `P` unknowns, fewer where `X` has no cable or no soft object, about a point, and the Cholesky factor of their
-/// matrix.
+/// Which of the unknowns of a problem there are.
+pub trait Unknowns: Copy + core::fmt::Debug {
+    /// The number of those that are missing: the last ones.
+    const MISSING: usize = 0;
+}
+
+impl Unknowns for () {}
+
+/// Normal equations of `P` unknowns, but for those that `U` says are missing, about a point, and the Cholesky factor of their matrix.
 ///
 /// The matrix is symmetric and stored on and below the diagonal; the factor is stored above.
 #[derive(Clone, Copy, Debug)]
-pub struct Normal<const P: usize, X: SeriesElement = SoftObject<Cable>> {
+pub struct Normal<const P: usize, U: Unknowns = ()> {
     matrix: [[f32; P]; P],
     /// Diagonal of the factor.
     diagonal: [f32; P],
     right: [f32; P],
-    series: PhantomData<X>,
+    unknowns: PhantomData<U>,
 }
 
-impl<const P: usize, X: SeriesElement> Normal<P, X> {
+impl<const P: usize, U: Unknowns> Normal<P, U> {
     /// No information.
     pub const EMPTY: Self = Self {
         matrix: [[0.0; P]; P],
         diagonal: [0.0; P],
         right: [0.0; P],
-        series: PhantomData,
+        unknowns: PhantomData,
     };
 
     /// Number of unknowns: the last ones are those that may be missing.
-    const USED: usize = P - X::MISSING;
+    const USED: usize = P - U::MISSING;
 
     /// Adds a residual (measured less model) with the model's derivatives and the inverse of its variance.
     #[expect(clippy::needless_range_loop, reason = "a triangle of a matrix")]
@@ -101,7 +107,7 @@ impl<const P: usize, X: SeriesElement> Normal<P, X> {
     }
 
     /// Factors the matrix, its diagonal raised by `damping` times itself. None unless it is positive definite.
-    pub fn factor(&mut self, damping: f32) -> Option<Factor<'_, P, X>> {
+    pub fn factor(&mut self, damping: f32) -> Option<Factor<'_, P, U>> {
         for row in 0..Self::USED {
             for column in 0..=row {
                 let mut sum = self.matrix[row][column];
@@ -127,11 +133,11 @@ impl<const P: usize, X: SeriesElement> Normal<P, X> {
 
 /// Normal equations whose matrix has been factored.
 #[derive(Clone, Copy, Debug)]
-pub struct Factor<'a, const P: usize, X: SeriesElement = SoftObject<Cable>> {
-    normal: &'a Normal<P, X>,
+pub struct Factor<'a, const P: usize, U: Unknowns = ()> {
+    normal: &'a Normal<P, U>,
 }
 
-impl<const P: usize, X: SeriesElement> Factor<'_, P, X> {
+impl<const P: usize, U: Unknowns> Factor<'_, P, U> {
     /// The step to the minimum.
     pub fn step(&self) -> [f32; P] {
         let mut x = self.normal.right;
@@ -145,16 +151,16 @@ impl<const P: usize, X: SeriesElement> Factor<'_, P, X> {
         let Normal {
             matrix, diagonal, ..
         } = self.normal;
-        for row in 0..Normal::<P, X>::USED {
+        for row in 0..Normal::<P, U>::USED {
             let mut sum = x[row];
             for column in 0..row {
                 sum -= matrix[column][row] * x[column];
             }
             x[row] = sum / diagonal[row];
         }
-        for row in (0..Normal::<P, X>::USED).rev() {
+        for row in (0..Normal::<P, U>::USED).rev() {
             let mut sum = x[row];
-            for column in row + 1..Normal::<P, X>::USED {
+            for column in row + 1..Normal::<P, U>::USED {
                 sum -= matrix[row][column] * x[column];
             }
             x[row] = sum / diagonal[row];
@@ -177,7 +183,7 @@ impl<const P: usize, X: SeriesElement> Factor<'_, P, X> {
             .normal
             .diagonal
             .iter()
-            .take(Normal::<P, X>::USED)
+            .take(Normal::<P, U>::USED)
             .map(|&diagonal| ln(diagonal))
             .sum::<f32>()
     }

@@ -41,13 +41,11 @@ pub struct PathPoint {
     pub rotation_rad: f32,
     /// Slope of `rotation_rad` over torque at this point, radian per newton metre.
     pub compliance_rad_per_nm: f32,
-    /// Standard deviation of what is lost on the way to the joints ([`Mechanics::JOINT_LOSS`]), as a share of that slope: positive where the
-    /// loss makes the finger stiffer, negative where it makes it softer.
-    pub loss_sigma: f32,
+    /// Derivative of that slope by the share of the torque that is lost at each joint beyond the first ([`Mechanics::JOINT_LOSS`]), radian
+    /// per newton metre.
+    pub compliance_by_loss_rad_per_nm: f32,
     /// Derivative of `rotation_rad` by the place of the contact on the phalanx, at this torque, radian per metre.
     pub rotation_by_k_rad_per_m: f32,
-    /// Derivative of `rotation_rad` by the contact radius, at this torque, radian per metre.
-    pub rotation_by_radius_rad_per_m: f32,
     /// Derivative of `rotation_rad` by the coefficient of contact friction, at this torque and that coefficient, radian
     /// (docs/MECHANICS.md#real-fingers).
     pub rotation_by_friction_rad: f32,

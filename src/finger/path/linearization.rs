@@ -31,11 +31,9 @@ pub(super) struct Linearization<const N: usize> {
     pub(super) turning: [f32; N],
     /// 1 for each joint that the contact has an arm about, 0 beyond.
     pub(super) loaded: [f32; N],
-    /// Rotation of the phalanx in contact: of the loaded arms, dp/dk is its cosine and dp/dR its sine; that sine is also
+    /// Rotation of the phalanx in contact: of the loaded arms, dp/dk is its cosine; its sine is
     /// what k shifts the gap by.
     pub(super) phi: Rotation,
-    /// Its versine, what the radius R shifts the gap by.
-    pub(super) gap_by_radius: f32,
     /// What is left of every joint's balance.
     pub(super) torques: [f32; N],
     /// Distance of the cylinder from the phalanx, the object's give taken off.
@@ -235,7 +233,6 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
             turning: at.delta.map(|delta| if delta < 0.0 { -1.0 } else { 1.0 }),
             loaded,
             phi,
-            gap_by_radius: versine,
             torques,
             gap,
             give: self.give,

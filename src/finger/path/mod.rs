@@ -307,7 +307,6 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             step,
             tangent,
             by_k,
-            by_radius,
             by_friction,
             force_by_friction,
             by_joint_friction,
@@ -317,14 +316,12 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         at.add(&step.into())?;
         let stable = local.compliance(&tangent);
         let mut compliance = stable + local.rubbed_compliance(&tangent);
-        let [loss, deviation] = T::JOINT_LOSS;
-        let mut loss_sigma = 0.0;
+        let [loss, _] = T::JOINT_LOSS;
+        let mut by_loss = 0.0;
         if loss > 0.0 {
             let lost = local.lost_compliance(&tangent);
             compliance += lost;
-            // Near e_2 the compliance is little more than its lost part. Where contact friction cancels both, the bound makes this so large
-            // that the place counts as unknown.
-            loss_sigma = deviation / loss * lost / compliance.at_least(f32::EPSILON);
+            by_loss = -lost / (loss * start.stiffness_scale);
         }
         let compliance = compliance.at_least(0.0) / start.stiffness_scale;
         let step = JointStep::of(at.delta);
@@ -342,9 +339,8 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         let point = PathPoint {
             rotation_rad,
             compliance_rad_per_nm: compliance,
-            loss_sigma,
+            compliance_by_loss_rad_per_nm: by_loss,
             rotation_by_k_rad_per_m: by_k / start.length_scale,
-            rotation_by_radius_rad_per_m: by_radius / start.length_scale,
             rotation_by_friction_rad: by_friction,
             rotation_by_joint_friction_rad_per_nm: by_joint_friction / start.stiffness_scale,
             rotation_by_give_rad_n_per_m: by_give * start.give_scale(),
@@ -353,7 +349,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             force_by_friction_n: force_by_friction * force_scale,
             joints_rad,
         };
-        let finite = [rotation_rad, compliance, by_k, by_radius, point.force_n]
+        let finite = [rotation_rad, compliance, by_k, point.force_n]
             .iter()
             .all(|x| x.is_finite());
         let station = PathState {

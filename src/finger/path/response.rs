@@ -9,7 +9,7 @@ use crate::numeric::{Bounded, dot, solve, solve_in_place};
 use core::array::from_fn;
 
 /// Most loads at a time.
-const MOST: usize = 6;
+const MOST: usize = 5;
 
 /// What the finger held by the contact is loaded with.
 #[derive(Clone, Copy, Debug)]
@@ -37,8 +37,6 @@ pub(super) struct Responses<const N: usize> {
     pub(super) tangent: Response<N>,
     /// Derivative of the input link's rotation by the place of the contact at a given torque.
     pub(super) by_k: f32,
-    /// The same by the contact radius.
-    pub(super) by_radius: f32,
     /// The same by the coefficient of contact friction, with the change of the contact force.
     pub(super) by_friction: f32,
     pub(super) force_by_friction: f32,
@@ -111,17 +109,12 @@ impl<const N: usize> Linearization<N> {
         }
     }
 
-    /// Equilibrium and contact at a force, differentiated by what shifts the contact: the change of its loaded arms, and of the gap.
-    fn moved(&self, force: f32, arm: f32, gap: f32) -> Load<N> {
-        Load {
-            torques: self.loaded.map(|loaded| -force * arm * loaded),
-            gap: -gap,
-        }
-    }
-
-    /// The same by the place of the contact.
+    /// Equilibrium and contact at a force, differentiated by the place of the contact: the change of its loaded arms, and of the gap.
     fn by_k(&self, force: f32) -> Load<N> {
-        self.moved(force, self.phi.cos, self.phi.sin)
+        Load {
+            torques: self.loaded.map(|loaded| -force * self.phi.cos * loaded),
+            gap: -self.phi.sin,
+        }
     }
 
     /// The same by the coefficient of contact friction.
@@ -171,32 +164,14 @@ impl<const N: usize> Linearization<N> {
     /// Everything at a point, to whose force it belongs.
     pub(super) fn responses(&self, force: f32) -> Option<Responses<N>> {
         let by_k = self.by_k(force);
-        let by_radius = self.moved(force, self.phi.sin, self.gap_by_radius);
         let rubbed = self.rubbed(force);
         let braked = self.braked();
-        let (
-            [
-                step,
-                tangent,
-                by_k,
-                by_radius,
-                by_friction,
-                by_joint_friction,
-            ],
-            closing,
-        ) = self.respond(&[
-            self.unbalanced(),
-            self.driven(),
-            by_k,
-            by_radius,
-            rubbed,
-            braked,
-        ])?;
+        let ([step, tangent, by_k, by_friction, by_joint_friction], closing) =
+            self.respond(&[self.unbalanced(), self.driven(), by_k, rubbed, braked])?;
         Some(Responses {
             step,
             tangent,
             by_k: dot(&self.x, &by_k.delta),
-            by_radius: dot(&self.x, &by_radius.delta),
             by_friction: dot(&self.x, &by_friction.delta),
             force_by_friction: by_friction.force,
             by_joint_friction: dot(&self.x, &by_joint_friction.delta),

@@ -102,7 +102,7 @@ fn slope(more: PathPoint, less: PathPoint, step: f32) -> f32 {
     (more.rotation_rad - less.rotation_rad) / (2.0 * step)
 }
 
-/// Names, what a point tells and what differences show of the derivatives of the rotation by place, radius and torque; `at` is the point
+/// Names, what a point tells and what differences show of the derivatives of the rotation by place and torque; `at` is the point
 /// of a contact and a torque.
 fn derivatives(
     contact: Contact,
@@ -110,22 +110,19 @@ fn derivatives(
     at: impl Fn(Contact, f32) -> PathPoint,
 ) -> Vec<(&'static str, f32, f32)> {
     let (short, little) = (4e-4, 2e-3);
-    let moved = |k: f32, radius: f32| {
+    let moved = |k: f32| {
         let moved = Contact {
             k_m: contact.k_m + k,
-            radius_m: contact.radius_m + radius,
             ..contact
         };
         at(moved, rise_nm)
     };
     let told = at(contact, rise_nm);
-    let by_k = slope(moved(short, 0.0), moved(-short, 0.0), short);
-    let by_radius = slope(moved(0.0, short), moved(0.0, -short), short);
+    let by_k = slope(moved(short), moved(-short), short);
     let torques = [rise_nm + little, rise_nm - little];
     let [more, less] = torques.map(|rise_nm| at(contact, rise_nm));
     std::vec![
         ("k", told.rotation_by_k_rad_per_m, by_k),
-        ("radius", told.rotation_by_radius_rad_per_m, by_radius),
         (
             "torque",
             told.compliance_rad_per_nm,

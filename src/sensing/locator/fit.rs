@@ -10,13 +10,13 @@ mod learned;
 use super::model::{Hold, Model};
 use super::noise::{Row, Whitening};
 use super::posterior::JOINT_SHARE;
-use super::prior::{CABLE, FACTOR, GIVE, JOINT, K, ONSET, Place, Prior, Scaling, UNKNOWNS};
+use super::prior::{CABLE, FACTOR, GIVE, JOINT, K, ONSET, Of, Place, Prior, Scaling, UNKNOWNS};
 use super::{Data, LEAST_POINTS, onset};
 use crate::finger::Mechanics;
 use crate::joint_sensor::Told;
 use crate::numeric::{Bounded, ln, sqrt};
 use crate::sensing::SeriesElement;
-use crate::sensing::normal::Normal;
+use crate::sensing::normal::{Normal, Unknowns};
 
 /// Smallest gain worth a step, in units of the cost (minus twice the logarithm of the likelihood).
 const ENOUGH: f32 = 0.02;
@@ -77,9 +77,7 @@ pub(super) struct Fit<F: Mechanics, X: SeriesElement> {
     cost: f32,
     chi_square: f32,
     leaves: bool,
-    /// [`crate::finger::PathPoint::loss_sigma`] at the end of the path.
-    loss_sigma: f32,
-    normal: Normal<UNKNOWNS, X>,
+    normal: Normal<UNKNOWNS, Of<F, X>>,
     damping: f32,
     passes: u8,
     /// The pass at the trial's unknowns, once it has begun.
@@ -106,7 +104,7 @@ struct Pass<F: Mechanics, X: SeriesElement> {
     points: usize,
     squares: f32,
     logarithms: f32,
-    normal: Normal<UNKNOWNS, X>,
+    normal: Normal<UNKNOWNS, Of<F, X>>,
 }
 
 impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
@@ -119,7 +117,6 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             cost: f32::INFINITY,
             chi_square: f32::INFINITY,
             leaves: false,
-            loss_sigma: 0.0,
             normal: Normal::EMPTY,
             damping: 0.0,
             passes: if F::CABLE_DECIDES && fitted {
@@ -147,7 +144,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         near: &F::Configuration,
         joint: impl Told,
     ) -> Progress {
-        let scaling = Scaling::of(prior, self.hypothesis.length_m);
+        let scaling = Scaling::of::<F, X>(prior, self.hypothesis.length_m);
         if self.pass.is_none() {
             self.begin(finger, data, prior, near, &scaling);
         }
@@ -180,7 +177,6 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
                 self.x = self.trial;
                 self.chi_square = pass.squares;
                 self.leaves = pass.model.has_ended();
-                self.loss_sigma = pass.model.end().loss_sigma;
                 self.normal = pass.normal;
                 self.damping *= 0.2;
                 if self.damping < 1e-3 {
@@ -279,10 +275,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
                 let told = 1.0 - covariance[FACTOR];
                 let sigma = prior.calibration.torque_factor_sigma;
                 let shift = by_factor * prior.leverage_sigma / sigma;
-                // What is lost on the way to the joints is uncertain, by another share at every place. It shifts the place as an error of
-                // the torque factor by that share would: by the covariance of the two.
-                let lost = covariance[K] * self.loss_sigma / sigma;
-                variance += told.at_least(0.0) * (shift * shift) + lost * lost;
+                variance += told.at_least(0.0) * (shift * shift);
             }
             k_sigma_m = length_m * sqrt(variance / (1.0 + precision * variance));
         }
@@ -380,7 +373,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
                 row.slopes[FACTOR] += prediction.slopes[CABLE] * scaling.cable_by_factor;
             }
             let past_rad = data.end_rad(point) - onset_rad;
-            (pass.whitening).whiten(point, past_rad, UNKNOWNS - X::MISSING, &mut row);
+            (pass.whitening).whiten(point, past_rad, UNKNOWNS - Of::<F, X>::MISSING, &mut row);
             let weight = 1.0 / row.variance;
             pass.squares += row.residual * row.residual * weight;
             pass.logarithms += ln(row.variance);

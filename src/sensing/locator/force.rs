@@ -64,7 +64,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         measured_rad: f32,
     ) -> Option<State<F::Configuration>> {
         let data = self.of_round(data);
-        let scaling = Scaling::of(prior, estimate.length_m);
+        let scaling = Scaling::of::<F, X>(prior, estimate.length_m);
         // The onset is the same at every place.
         let onset_rad = scaling.values(&estimate.best.x)[ONSET];
         let onset = onset::at::<F, X>(finger, onset_rad, prior, near)?;

@@ -10,11 +10,15 @@
 //! twist per unit of s, zero at the torque at which c is given. The path is followed to a torque near the solution (the previous
 //! prediction plus the measured increment) and corrected by its slope there. Before the onset y is zero.
 
-use super::prior::{BEND, CABLE, FACTOR, FRICTION, GIVE, JOINT, K, ONSET, Prior, UNKNOWNS, Values};
+use super::prior::{
+    BEND, CABLE, FACTOR, FRICTION, GIVE, JOINT, K, LOSS, ONSET, Of, Prior, UNKNOWNS, Values,
+    fits_loss,
+};
 use crate::finger::{Contact, Free, JointPoint, Mechanics, PathPoint};
 use crate::numeric::Bounded;
 use crate::sensing::calibration::MIDDLE_NM;
 use crate::sensing::curve::Point;
+use crate::sensing::normal::Unknowns;
 use crate::sensing::{Drivetrain, SeriesElement};
 use core::marker::PhantomData;
 
@@ -78,6 +82,8 @@ pub(super) struct Model<F: Mechanics, X> {
     /// The last point of the path.
     last: PathPoint,
     last_torque_nm: f32,
+    /// Derivative of its compliance by what is lost on the way to the joints, summed up over the torque, radian.
+    lost_rad: f32,
     /// Torque of the last prediction.
     torque_nm: f32,
     ended: bool,
@@ -140,6 +146,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
             before_nm: [0.0; 2],
             last: PathPoint::default(),
             last_torque_nm: 0.0,
+            lost_rad: 0.0,
             torque_nm: 0.0,
             ended: false,
             series: PhantomData,
@@ -154,11 +161,6 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
     /// The end of the path so far.
     pub(super) fn end(&self) -> &PathPoint {
         &self.last
-    }
-
-    /// Leaves what is lost on the way to the joints out of the place's deviation.
-    pub(super) fn forget_loss(&mut self) {
-        self.last.loss_sigma = 0.0;
     }
 
     /// The next point, by rising angle.
@@ -215,6 +217,17 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         {
             match finger.follow(path, torque_nm - self.contact_nm) {
                 Some(last) => {
+                    if fits_loss::<F, X>() {
+                        let from_nm = self.last_torque_nm.at_least(self.contact_nm);
+                        let [by_loss, now] =
+                            [&self.last, &last].map(|point| point.compliance_by_loss_rad_per_nm);
+                        let mean = if self.last_torque_nm > 0.0 {
+                            0.5 * (by_loss + now)
+                        } else {
+                            now
+                        };
+                        self.lost_rad += mean * (torque_nm - from_nm);
+                    }
                     self.last = last;
                     self.last_torque_nm = torque_nm;
                 }
@@ -231,8 +244,15 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
             self.torque_nm = factor * point.excess_nm + point.free_nm; // it may fall
         }
         let at = &self.last;
-        let rotation_rad =
+        let mut rotation_rad =
             at.rotation_rad + values[JOINT] * at.rotation_by_joint_friction_rad_per_nm;
+        let mut compliance = at.compliance_rad_per_nm;
+        if fits_loss::<F, X>() {
+            // More than the path has.
+            let more = values[LOSS] - F::JOINT_LOSS[0];
+            rotation_rad += more * self.lost_rad;
+            compliance = (compliance + more * at.compliance_by_loss_rad_per_nm).at_least(0.0);
+        }
         let held_nm = (torque_nm - self.contact_nm) / factor;
         let (mut twisting_nm, mut cable, mut bent_nm2) = (0.0, 0.0, 0.0);
         if X::FLEXIBLE {
@@ -247,10 +267,10 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         // Preload and joint friction hold the finger until a break-away torque, and below it only the cable twists. Test for that:
         // assume that the cable takes the whole angle, and ask whether the finger would turn at the torque which that needs. Fingers
         // whose joints already turn before the contact are left out.
-        let turns_rad = rotation_rad + factor * at.compliance_rad_per_nm * (missing_rad / cable);
+        let turns_rad = rotation_rad + factor * compliance * (missing_rad / cable);
         let held = X::FLEXIBLE && finger.stands_at_stops() && turns_rad < 0.0;
         let gives = if held { 0.0 } else { 1.0 };
-        let compliance = gives * at.compliance_rad_per_nm;
+        let compliance = gives * compliance;
         // Radian per newton metre of excess.
         let slope = factor * compliance + cable;
         let excess_nm = near_nm + (missing_rad - gives * rotation_rad) / slope;
@@ -268,7 +288,13 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         if X::OBJECT_GIVES {
             slopes[GIVE] = gives * at.rotation_by_give_rad_n_per_m;
         }
-        for slope_of in slopes.iter_mut().take(UNKNOWNS - X::MISSING) {
+        if fits_loss::<F, X>() {
+            slopes[LOSS] = gives * self.lost_rad;
+        }
+        for slope_of in slopes
+            .iter_mut()
+            .take(const { UNKNOWNS - Of::<F, X>::MISSING })
+        {
             *slope_of /= -slope;
         }
         excess_nm.is_finite().then_some(Prediction {
@@ -295,6 +321,12 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
     /// Derivative of the torque at the onset by the measured angle there.
     pub(super) fn contact_by_onset(&self) -> f32 {
         self.contact_by_onset
+    }
+
+    /// Torque that what is lost on the way to the joints takes of that at the end of the path, for a share of 1, newton metre: negative.
+    pub(super) fn lost_nm(&self) -> f32 {
+        let least_nm = (self.contact_nm - self.last_torque_nm).at_most(0.0);
+        (self.lost_rad / self.last.compliance_rad_per_nm).at_least(least_nm)
     }
 
     /// Contact force at the end of the path, newton.

@@ -76,7 +76,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         let spread = self.spread();
         let mut weighed: heapless::Vec<Weighed, { super::MOST }> = heapless::Vec::new();
         for track in &self.tracks {
-            let Some(mut new) = track.weigh(prior, spread) else {
+            let Some(mut new) = track.weigh::<F, X>(prior, spread) else {
                 continue;
             };
             if X::FLEXIBLE && F::CABLE_DECIDES {
@@ -203,7 +203,11 @@ fn told(of: &Weighed, all: &[Weighed]) -> Estimate {
 
 impl Track {
     /// Combines all radii; `spread` is the ratio of the residuals' variance to the expected one.
-    fn weigh<X: SeriesElement>(&self, prior: &Prior<X>, spread: f32) -> Option<Weighed> {
+    fn weigh<F: Mechanics, X: SeriesElement>(
+        &self,
+        prior: &Prior<X>,
+        spread: f32,
+    ) -> Option<Weighed> {
         let mut best: Option<(&Fitted, usize)> = None;
         for (index, fitted) in self.fits.iter().enumerate() {
             let Some(fitted) = fitted else { continue };
@@ -212,7 +216,7 @@ impl Track {
             }
         }
         let (best, best_index) = best?;
-        let scaling = Scaling::of(prior, self.length_m);
+        let scaling = Scaling::of::<F, X>(prior, self.length_m);
         let has_place = self.phalanx > 1;
         let (mut total, mut k, mut kk, mut r, mut rr) = (0.0, 0.0, 0.0, 0.0, 0.0);
         let (mut give, mut give_squares) = (0.0, 0.0);

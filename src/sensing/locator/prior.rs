@@ -4,11 +4,12 @@ use super::noise::Noise;
 use crate::finger::Mechanics;
 use crate::numeric::{Bounded, clamp, ln};
 use crate::sensing::calibration::independence;
+use crate::sensing::normal::Unknowns;
 use crate::sensing::{Calibration, SeriesElement};
+use core::fmt::{self, Debug, Formatter};
 use core::marker::PhantomData;
 
-/// Number of unknowns: those of the cable and of a soft object are the last ones, and a scene without has no more than
-/// `UNKNOWNS - X::MISSING`.
+/// Number of unknowns: those of cable, soft object and losses are the last ones, and may be [missing](Of).
 pub(super) const UNKNOWNS: usize = 8;
 /// Location, in lengths of the phalanx (at a known place: in deviations from it).
 pub(super) const K: usize = 0;
@@ -24,8 +25,43 @@ pub(super) const JOINT: usize = 4;
 pub(super) const CABLE: usize = 5;
 /// Growth of its stiffness with the torque.
 pub(super) const BEND: usize = 6;
-/// Compliance of the object.
+/// Compliance of the object, where it may be soft.
 pub(super) const GIVE: usize = 7;
+/// What is lost on the way to the joints ([`Mechanics::JOINT_LOSS`]), where [it is fitted](fits_loss). A number of its own would take
+/// 120 bytes of RAM in the results of fits alone.
+pub(super) const LOSS: usize = GIVE;
+
+/// Whether the losses are fitted: only with transmissions that have any. Objects that may be soft take their place, and hide them.
+pub(super) const fn fits_loss<F: Mechanics, X: SeriesElement>() -> bool {
+    F::JOINT_LOSS[0] > 0.0 && !X::OBJECT_GIVES
+}
+
+/// The unknowns of a finger `F` with `X` in series.
+pub(super) struct Of<F, X>(PhantomData<fn() -> (F, X)>);
+
+impl<F, X> Clone for Of<F, X> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<F, X> Copy for Of<F, X> {}
+
+impl<F, X> Debug for Of<F, X> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str("Of")
+    }
+}
+
+impl<F: Mechanics, X: SeriesElement> Unknowns for Of<F, X> {
+    const MISSING: usize = if X::OBJECT_GIVES || fits_loss::<F, X>() {
+        0
+    } else if X::FLEXIBLE {
+        1
+    } else {
+        3
+    };
+}
 
 /// Smallest location, as a share of the phalanx.
 pub(super) const LEAST_SHARE: f32 = 0.007;
@@ -145,7 +181,7 @@ pub(super) struct Scaling {
 
 impl Scaling {
     /// Scaling by the prior, for a phalanx of a length.
-    pub(super) fn of<X: SeriesElement>(prior: &Prior<X>, length_m: f32) -> Self {
+    pub(super) fn of<F: Mechanics, X: SeriesElement>(prior: &Prior<X>, length_m: f32) -> Self {
         let (mut mean, mut deviation) = ([0.0; UNKNOWNS], [0.0; UNKNOWNS]);
         let mut lowest = [-MOST_DEVIATIONS; UNKNOWNS];
         let mut highest = [MOST_DEVIATIONS; UNKNOWNS];
@@ -177,6 +213,14 @@ impl Scaling {
         if X::OBJECT_GIVES && matches!(prior.place, Place::Anywhere) {
             deviation[GIVE] = prior.give_m_per_n;
         }
+        if fits_loss::<F, X>() {
+            let sigma;
+            [mean[LOSS], sigma] = F::JOINT_LOSS;
+            // With pins, the torque factor takes what is lost at their places.
+            if matches!(prior.place, Place::Anywhere) {
+                deviation[LOSS] = sigma;
+            }
+        }
         let mut bound = |unknown: usize, least: f32| {
             let least = (least - mean[unknown]) / deviation[unknown].at_least(f32::MIN_POSITIVE);
             lowest[unknown] = lowest[unknown].at_least(least);
@@ -185,7 +229,7 @@ impl Scaling {
         bound(FACTOR, LEAST_FACTOR * mean[FACTOR]);
         bound(CABLE, LEAST_CABLE * mean[CABLE]);
         bound(BEND, 0.0);
-        if X::OBJECT_GIVES {
+        if Of::<F, X>::MISSING == 0 {
             bound(GIVE, 0.0);
         }
         Self {

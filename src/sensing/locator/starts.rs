@@ -153,7 +153,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         };
         if joint.change().is_some() && !fitted && self.start > 0 {
             x[FRICTION] = SLIPPERY;
-            Scaling::of(prior, length_m).hold(&mut x, FRICTION);
+            Scaling::of::<F, X>(prior, length_m).hold(&mut x, FRICTION);
         }
         if self.start == LAST_START {
             x[JOINT] = HELD;

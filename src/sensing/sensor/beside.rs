@@ -16,9 +16,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
 
     /// What the friction record leaves of a block's torque; `None` without a record, or too far beyond it.
     pub fn residual(&self, block: &Block) -> Option<Residual> {
-        self.state
-            .corrected(block)
-            .map(|corrected| corrected.residual())
+        let corrected = self.state.corrected(block)?;
+        Some(self.state.residual(block, &corrected))
     }
 
     /// By how much the variance of wandering friction grows from one block to the next like this, at the input link, newton metre

@@ -36,7 +36,7 @@ pub(super) struct CurveCollector<H: JointSensor> {
     pub(super) onset_rad: [f32; 2],
     /// What the closing has told of the torque constant when the round of the fit began.
     pub(super) constant: ConstantShift,
-    onset_us: u64,
+    onset_us: u32,
     /// Reading of joint 2 at the curve's origin.
     pub(super) reading: H::Reading,
     /// What it has told since, up to the last block of the curve, and up to the one before the round of the fit began.
@@ -54,7 +54,7 @@ pub(super) struct CurveCollector<H: JointSensor> {
     pub(super) fallen: u8,
     /// The torque delayed by the cable's creep, and time of its last update.
     late_nm: f32,
-    late_us: u64,
+    late_us: u32,
     /// The last block: it is added to the curve when the next one has determined its acceleration.
     pub(super) waiting: CorrectedBlock<H::Reading>,
 }
@@ -150,7 +150,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         let corrected = core::mem::replace(&mut collector.waiting, *next);
         let mut point = self.point(collector, &corrected, next.inertia_nm);
         // Wraps after an hour, and a closing takes seconds.
-        let elapsed_s = corrected.time_us.wrapping_sub(collector.late_us) as u32 as f32 * 1e-6;
+        let elapsed_s = corrected.time_us.wrapping_sub(collector.late_us) as f32 * 1e-6;
         collector.late_us = corrected.time_us;
         collector.late_nm += (elapsed_s / self.drivetrain.creep_s).at_most(1.0)
             * (point.excess_nm - collector.late_nm);

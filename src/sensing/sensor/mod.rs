@@ -14,6 +14,7 @@ mod beside;
 mod calibrate;
 mod collector;
 mod contact;
+mod global;
 mod record;
 mod report;
 mod search;

@@ -27,20 +27,24 @@ const HIDDEN_SIGMA: f32 = 0.5;
 /// Way over which the finger's swing after a start fades to a third, radian: the slowest of printed three-phalanx fingers takes 0.7 s
 /// (I, from springs, mass and damping).
 const SWING_RAD: f32 = 0.2;
+/// Share of that swing's mean square that counts on the curve to which a place is fitted: of swings of two to five blocks a line through
+/// ten to twenty feels a hundredth to nine tenths of what it feels of white noise, a quarter on average (R, chosen).
+const SWING_ON_CURVE: f32 = 0.2;
 /// Logarithm of the likelihood ratio above which a motion is not learned as free.
 const SUSPICIOUS: f32 = 3.0;
 
 /// A block with the recorded friction taken off.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CorrectedBlock<R> {
-    pub(super) time_us: u64,
+    /// The lower half: a history is long.
+    pub(super) time_us: u32,
     pub(super) counts: i32,
     pub(super) width_counts: u32,
     pub(super) residual_nm: f32,
     /// Torque that the free finger would take there, newton metre: kept, because a finger with springs takes long to tell it, and a
     /// contact begins with all blocks of its history.
     pub(super) free_nm: f32,
-    /// Variance of its white noise, newton metre squared.
+    /// Variance of its white noise on a curve, newton metre squared.
     pub(super) variance_nm2: f32,
     /// Distance beyond the friction record, counts.
     pub(super) beyond_counts: f32,
@@ -49,19 +53,6 @@ pub(super) struct CorrectedBlock<R> {
     pub(super) overspeed: f32,
     /// In the middle of the block, as its other values.
     pub(super) reading: R,
-}
-
-impl<R> CorrectedBlock<R> {
-    /// The part that the detector needs.
-    pub(super) fn residual(&self) -> Residual {
-        Residual {
-            time_us: self.time_us,
-            counts: self.counts,
-            width_counts: self.width_counts,
-            torque_nm: self.residual_nm,
-            variance_nm2: self.variance_nm2,
-        }
-    }
 }
 
 /// How near the search for a contact is to a decision.
@@ -148,23 +139,43 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         let counts = block.counts.wrapping_add(self.shift_counts.unwrap_or(0));
         // The record is extrapolated, because a contact may begin at the very end of the travel.
         let recorded = friction.beyond(counts)?;
-        let way_rad = block.way_counts as f32 * self.drivetrain.rad_per_count;
-        let swing_nm = self.settings.swing_rms_nm * exp(-way_rad / SWING_RAD);
         Some(CorrectedBlock {
-            time_us: block.time_us,
+            time_us: block.time_us as u32,
             counts: block.counts,
             width_counts: block.width_counts,
             residual_nm: block.drive_torque_nm - recorded.torque_nm,
             free_nm: 0.0,
             variance_nm2: friction.white_nm2(block.duration_s)
                 + recorded.variance_nm2
-                + swing_nm * swing_nm,
+                + SWING_ON_CURVE * self.swing_nm2(block),
             beyond_counts: recorded.beyond_counts,
             inertia_nm: block.inertia_nm,
             overspeed: block.overspeed,
             reading: H::middle(self.before, self.reading),
         })
         .filter(|corrected| corrected.residual_nm.is_finite())
+    }
+
+    /// The part of a corrected block that the detector needs: single blocks bear all of the swing.
+    pub(super) fn residual(
+        &self,
+        block: &Block,
+        corrected: &CorrectedBlock<H::Reading>,
+    ) -> Residual {
+        Residual {
+            time_us: block.time_us,
+            counts: corrected.counts,
+            width_counts: corrected.width_counts,
+            torque_nm: corrected.residual_nm,
+            variance_nm2: corrected.variance_nm2 + (1.0 - SWING_ON_CURVE) * self.swing_nm2(block),
+        }
+    }
+
+    /// Mean square of the finger's swing after a start, at the motor, newton metre squared.
+    fn swing_nm2(&self, block: &Block) -> f32 {
+        let way_rad = block.way_counts as f32 * self.drivetrain.rad_per_count;
+        let swing_nm = self.settings.swing_rms_nm * exp(-way_rad / SWING_RAD);
+        swing_nm * swing_nm
     }
 
     /// Takes a block of a closing without a contact so far.
@@ -174,7 +185,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         block: &Block,
         mut corrected: CorrectedBlock<H::Reading>,
     ) -> SearchOutcome {
-        let residual = corrected.residual();
+        let residual = self.residual(block, &corrected);
         let theta_a_rad = self.drivetrain.closing_rad(block.counts);
         if let Some(free) = self.free(theta_a_rad) {
             self.posture = free.configuration;
@@ -328,71 +339,4 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             self.last_residual = Some((theta_a_rad, corrected.residual_nm));
         }
     }
-
-    /// Ends a closing and reports the global stiffness from rest to its last block; `free` means without a contact. If it lies
-    /// below that of a free finger by more than the uncertainty of friction, something pushes on the back or a spring has lost
-    /// its hold (Fig. 8).
-    pub(super) fn conclude_closing(&mut self, free: bool) {
-        let Some((theta_a_rad, residual_nm)) = self.last_residual.take() else {
-            return;
-        };
-        let Some(k_a) = self.k_a(theta_a_rad, residual_nm) else {
-            return;
-        };
-        let blocks = self.settings.travel_rad
-            / self.drivetrain.rad_per_count
-            / self.drivetrain.counts_per_turn.max(1) as f32;
-        let threshold = detector::threshold(self.settings.false_contacts_per_thousand, blocks);
-        let below = (k_a.free_nm_per_rad - k_a.nm_per_rad) / k_a.sigma_nm_per_rad;
-        if free && below > 0.0 && below * below > 2.0 * threshold {
-            self.emit_unusual(&k_a);
-        }
-        self.emit(Event::Stiffness {
-            k_a_nm_per_rad: k_a.nm_per_rad,
-            k_a_sigma_nm_per_rad: k_a.sigma_nm_per_rad,
-            k_a_free_nm_per_rad: k_a.free_nm_per_rad,
-        });
-    }
-
-    fn emit_unusual(&mut self, k_a: &GlobalStiffness) {
-        self.emit(Event::Unusual {
-            k_a_nm_per_rad: k_a.nm_per_rad,
-            k_a_sigma_nm_per_rad: k_a.sigma_nm_per_rad,
-            k_a_free_nm_per_rad: k_a.free_nm_per_rad,
-        });
-    }
-
-    /// K_a (7) at an angle from the residual torque there. None at rest.
-    fn k_a(&self, theta_a_rad: f32, residual_nm: f32) -> Option<GlobalStiffness> {
-        let rest_rad = self.finger.input_angle_rad(&self.finger.rest());
-        let free_nm_per_rad = self
-            .free(theta_a_rad)
-            .and_then(|free| self.finger.expected_k_a(&free))
-            .unwrap_or(0.0);
-        let wander = self
-            .friction
-            .as_ref()?
-            .wander(self.settings.speed_rad_per_s);
-        let friction_nm =
-            sqrt(wander.rms_nm * wander.rms_nm + wander.level_sigma_nm * wander.level_sigma_nm);
-        // From the motor's torque to the springs'.
-        let share = self.drivetrain.efficiency * self.calibration.torque_factor;
-        let per_rad = share / (theta_a_rad - rest_rad);
-        let found = GlobalStiffness {
-            nm_per_rad: free_nm_per_rad + per_rad * residual_nm,
-            sigma_nm_per_rad: per_rad.abs() * friction_nm,
-            free_nm_per_rad,
-        };
-        (found.nm_per_rad + found.sigma_nm_per_rad)
-            .is_finite()
-            .then_some(found)
-    }
-}
-
-/// K_a (7), measured and expected without contact, newton metre per radian.
-#[derive(Clone, Copy, Debug)]
-struct GlobalStiffness {
-    nm_per_rad: f32,
-    sigma_nm_per_rad: f32,
-    free_nm_per_rad: f32,
 }

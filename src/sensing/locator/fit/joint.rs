@@ -6,7 +6,9 @@ use crate::finger::Mechanics;
 use crate::joint_sensor::JointChange;
 use crate::numeric::ln;
 use crate::sensing::SeriesElement;
-use crate::sensing::locator::prior::{FACTOR, FRICTION, JOINT, K, ONSET, Prior, Scaling, UNKNOWNS};
+use crate::sensing::locator::prior::{
+    FACTOR, FRICTION, JOINT, K, LOSS, ONSET, Prior, Scaling, UNKNOWNS, fits_loss,
+};
 use crate::sensing::locator::{Data, onset};
 
 /// Degrees of freedom of the reading's distribution (Student's t): from a start far off, an error counts for less (chosen).
@@ -49,9 +51,6 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             &slopes,
             weight / (change.sigma_rad * change.sigma_rad),
         );
-        // Leave the doubt about losses out: the reading tells the place where the compliance would not. At other places this leaves out a
-        // little that should count (docs/MECHANICS.md#real-fingers).
-        pass.model.forget_loss();
     }
 
     /// The change of joint 2 that the trial's unknowns predict, radian, with its derivatives by them. It does not depend on the cable, nor,
@@ -64,7 +63,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         near: &F::Configuration,
         change: &JointChange,
     ) -> Option<(f32, [f32; UNKNOWNS])> {
-        let scaling = Scaling::of(prior, self.hypothesis.length_m);
+        let scaling = Scaling::of::<F, X>(prior, self.hypothesis.length_m);
         let values = scaling.values(&self.trial);
         let model = &self.pass.as_ref()?.model;
         let torque_nm = values[FACTOR] * change.excess_nm + change.free_nm;
@@ -80,6 +79,9 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         if way_rad.abs() > LEAST_WAY_RAD {
             slopes[ONSET] =
                 before_rad / way_rad - joint.by_torque_rad_per_nm * model.contact_by_onset();
+        }
+        if fits_loss::<F, X>() {
+            slopes[LOSS] = joint.by_torque_rad_per_nm * model.lost_nm();
         }
         if self.hypothesis.has_place() {
             slopes[K] = joint.by_k_rad_per_m;

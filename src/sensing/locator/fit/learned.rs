@@ -12,7 +12,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
     /// Calibration from a fit at a known place or at the stop: torque factor and cable with their covariance. The misfit
     /// is the sum of squared residuals.
     pub(in super::super) fn learned(&mut self, prior: &Prior<X>) -> Option<Learned> {
-        let scaling = Scaling::of(prior, self.hypothesis.length_m);
+        let scaling = Scaling::of::<F, X>(prior, self.hypothesis.length_m);
         let values = scaling.values(&self.x);
         let factor = self.normal.factor(0.0)?;
         let by_factor = factor.covariance(FACTOR);

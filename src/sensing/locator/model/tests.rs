@@ -63,7 +63,11 @@ fn check<F: Mechanics>(
     values[JOINT] = 1e-4;
     values[CABLE] = 0.7;
     values[BEND] = 0.2;
-    let steps = [2e-4, 1e-3, 0.01, 0.005, 1e-4, 0.01, 0.02];
+    let mut steps = vec![2e-4, 1e-3, 0.01, 0.005, 1e-4, 0.01, 0.02];
+    if fits_loss::<F, Cable>() {
+        values[LOSS] = 0.04;
+        steps.push(0.01);
+    }
     for (past_rad, late_nm) in [(0.05, 0.0), (0.12, 0.02)] {
         let point = Point {
             late_nm,
@@ -78,7 +82,7 @@ fn check<F: Mechanics>(
         };
         let held = (hold, weight);
         let here = predicted(finger, drivetrain, &values, held, &point);
-        for (unknown, step) in steps.into_iter().enumerate() {
+        for (unknown, &step) in steps.iter().enumerate() {
             let beside = |sign: f32| {
                 let mut moved = values;
                 moved[unknown] += sign * step;
