@@ -323,12 +323,6 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         self.contact_by_onset
     }
 
-    /// Torque that what is lost on the way to the joints takes of that at the end of the path, for a share of 1, newton metre: negative.
-    pub(super) fn lost_nm(&self) -> f32 {
-        let least_nm = (self.contact_nm - self.last_torque_nm).at_most(0.0);
-        (self.lost_rad / self.last.compliance_rad_per_nm).at_least(least_nm)
-    }
-
     /// Contact force at the end of the path, newton.
     pub(super) fn force_n(&self) -> f32 {
         self.last.force_n * self.share()

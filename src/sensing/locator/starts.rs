@@ -2,7 +2,7 @@
 //! (docs/MECHANICS.md#contact-stiffness), gives the first guess on each phalanx.
 
 use super::fit::{Fit, Hypothesis};
-use super::prior::{FRICTION, JOINT, K, LEAST_SHARE, Scaling, UNKNOWNS};
+use super::prior::{FRICTION, JOINT, K, LEAST_SHARE, LOSS, Scaling, UNKNOWNS, fits_loss};
 use super::{Data, Locator, ORDER, Place, Prior, Track, Tracks, onset};
 use crate::finger::{Class, Mechanics};
 use crate::joint_sensor::Told;
@@ -151,6 +151,10 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
                 (values(place, prior), false)
             }
         };
+        if fits_loss::<F, X>() && joint.change().is_some() {
+            // Held by the reading.
+            x[LOSS] = 0.0;
+        }
         if joint.change().is_some() && !fitted && self.start > 0 {
             x[FRICTION] = SLIPPERY;
             Scaling::of::<F, X>(prior, length_m).hold(&mut x, FRICTION);

@@ -51,6 +51,11 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             &slopes,
             weight / (change.sigma_rad * change.sigma_rad),
         );
+        // Leave the doubt about losses out: the reading tells the place where the compliance would not, and losses that are fitted as
+        // well would explain any reading there.
+        if fits_loss::<F, X>() {
+            pass.normal.hold(LOSS);
+        }
     }
 
     /// The change of joint 2 that the trial's unknowns predict, radian, with its derivatives by them. It does not depend on the cable, nor,
@@ -79,9 +84,6 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         if way_rad.abs() > LEAST_WAY_RAD {
             slopes[ONSET] =
                 before_rad / way_rad - joint.by_torque_rad_per_nm * model.contact_by_onset();
-        }
-        if fits_loss::<F, X>() {
-            slopes[LOSS] = joint.by_torque_rad_per_nm * model.lost_nm();
         }
         if self.hypothesis.has_place() {
             slopes[K] = joint.by_k_rad_per_m;
