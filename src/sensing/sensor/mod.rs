@@ -8,6 +8,7 @@
 //! | contact | [`Curve`](super::curve::Curve) (`collector`), and every block one pass of the [`Locator`](super::locator::Locator), a few points a sample | `contact` |
 //! | what there is to say | a location, an ambiguity, a reason why not | `report` |
 //! | motion over | the locator's last rounds, a few points a sample; then the last word | `contact` |
+//! | end of a closing | `K_a` against that of a free finger (7) | `global` |
 //! | contact at a known place, or with the stop | the calibration | `calibrate` |
 
 mod beside;
