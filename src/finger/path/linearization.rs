@@ -31,8 +31,7 @@ pub(super) struct Linearization<const N: usize> {
     pub(super) turning: [f32; N],
     /// 1 for each joint that the contact has an arm about, 0 beyond.
     pub(super) loaded: [f32; N],
-    /// Rotation of the phalanx in contact: of the loaded arms, dp/dk is its cosine; its sine is
-    /// what k shifts the gap by.
+    /// Rotation of the phalanx in contact: its cosine is dp/dk of the loaded arms, its sine is what k shifts the gap by.
     pub(super) phi: Rotation,
     /// What is left of every joint's balance.
     pub(super) torques: [f32; N],

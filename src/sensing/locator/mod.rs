@@ -3,8 +3,8 @@
 //!
 //! A hypothesis is a phalanx, on one side of its stiffest place. For each of several contact radii the location is fitted
 //! together with the other unknowns of contact and drivetrain, each with a prior: the onset, contact friction, torque factor,
-//! friction or preload of the joints, the cable's twist and its creep. Residuals are correlated by friction and efficiency
-//! ([`Noise`]). The fits at all radii together, weighted by their evidence, are the posterior: its mean and deviation are the
+//! friction or preload of the joints, the cable's twist and stiffening, losses or the object's compliance. Residuals are
+//! correlated by friction and efficiency ([`Noise`]). The fits at all radii together, weighted by their evidence, are the posterior: its mean and deviation are the
 //! location's, and its integral over a phalanx is that phalanx's probability. A contact on the proximal phalanx, which has no
 //! place, competes with them.
 //!

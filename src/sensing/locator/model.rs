@@ -8,7 +8,9 @@
 //! holds along the contact path, o, T_c being angle and torque at the onset, c the cable's twist for a nominal torque, g the
 //! share of it that creeps, L the torque delayed by the creep's time constant, s the cable's stiffening and B the decrease of the
 //! twist per unit of s, zero at the torque at which c is given. The path is followed to a torque near the solution (the previous
-//! prediction plus the measured increment) and corrected by its slope there. Before the onset y is zero.
+//! prediction plus the measured increment) and corrected by its slope there. Before the onset y is zero. Where losses on the way to the
+//! joints are fitted, the rotation is that of the path, which has the expected share, plus what is lost more times the integral of the
+//! compliance's derivative by the share.
 
 use super::prior::{
     BEND, CABLE, FACTOR, FRICTION, GIVE, JOINT, K, LOSS, ONSET, Of, Prior, UNKNOWNS, Values,
@@ -82,7 +84,7 @@ pub(super) struct Model<F: Mechanics, X> {
     /// The last point of the path.
     last: PathPoint,
     last_torque_nm: f32,
-    /// Derivative of its compliance by what is lost on the way to the joints, summed up over the torque, radian.
+    /// Integral over the torque of the compliance's derivative by what is lost on the way to the joints, radian.
     lost_rad: f32,
     /// Torque of the last prediction.
     torque_nm: f32,
@@ -248,7 +250,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
             at.rotation_rad + values[JOINT] * at.rotation_by_joint_friction_rad_per_nm;
         let mut compliance = at.compliance_rad_per_nm;
         if fits_loss::<F, X>() {
-            // More than the path has.
+            // What is lost beyond the share that the path takes off.
             let more = values[LOSS] - F::JOINT_LOSS[0];
             rotation_rad += more * self.lost_rad;
             compliance = (compliance + more * at.compliance_by_loss_rad_per_nm).at_least(0.0);

@@ -31,12 +31,13 @@ pub(super) const GIVE: usize = 7;
 /// 120 bytes of RAM in the results of fits alone.
 pub(super) const LOSS: usize = GIVE;
 
-/// Whether the losses are fitted: only with transmissions that have any. Objects that may be soft take their place, and hide them.
+/// Whether the losses are fitted: only with transmissions that have any, and only on rigid objects, because a soft one needs the number
+/// ([`LOSS`]).
 pub(super) const fn fits_loss<F: Mechanics, X: SeriesElement>() -> bool {
     F::JOINT_LOSS[0] > 0.0 && !X::OBJECT_GIVES
 }
 
-/// The unknowns of a finger `F` with `X` in series.
+/// Names the finger `F` and what is in series with it, `X`: they decide which unknowns a fit has.
 pub(super) struct Of<F, X>(PhantomData<fn() -> (F, X)>);
 
 impl<F, X> Clone for Of<F, X> {

@@ -152,7 +152,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             }
         };
         if fits_loss::<F, X>() && joint.change().is_some() {
-            // Held by the reading.
+            // Start from the expected loss: a fit with a reading of joint 2 does not move it.
             x[LOSS] = 0.0;
         }
         if joint.change().is_some() && !fitted && self.start > 0 {

@@ -27,8 +27,9 @@ const HIDDEN_SIGMA: f32 = 0.5;
 /// Way over which the finger's swing after a start fades to a third, radian: the slowest of printed three-phalanx fingers takes 0.7 s
 /// (I, from springs, mass and damping).
 const SWING_RAD: f32 = 0.2;
-/// Share of that swing's mean square that counts on the curve to which a place is fitted: of swings of two to five blocks a line through
-/// ten to twenty feels a hundredth to nine tenths of what it feels of white noise, a quarter on average (R, chosen).
+/// Share of that swing's mean square that counts as white noise of the curve to which a place is fitted (R, chosen). A swing averages out
+/// along a curve: with a period of two to five blocks it changes the slope of a line through ten to twenty blocks by 0.01 to 0.9 times the
+/// variance that white noise of the same mean square would, a quarter on average.
 const SWING_ON_CURVE: f32 = 0.2;
 /// Logarithm of the likelihood ratio above which a motion is not learned as free.
 const SUSPICIOUS: f32 = 3.0;
@@ -36,7 +37,7 @@ const SUSPICIOUS: f32 = 3.0;
 /// A block with the recorded friction taken off.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CorrectedBlock<R> {
-    /// The lower half: a history is long.
+    /// Lower 32 bits of the time, which suffice for differences: a history keeps many blocks.
     pub(super) time_us: u32,
     pub(super) counts: i32,
     pub(super) width_counts: u32,
@@ -156,7 +157,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         .filter(|corrected| corrected.residual_nm.is_finite())
     }
 
-    /// The part of a corrected block that the detector needs: single blocks bear all of the swing.
+    /// The part of a corrected block that the detector needs, with all of the swing in its noise: on single blocks nothing averages out.
     pub(super) fn residual(
         &self,
         block: &Block,

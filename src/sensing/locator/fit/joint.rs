@@ -51,8 +51,8 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             &slopes,
             weight / (change.sigma_rad * change.sigma_rad),
         );
-        // Leave the doubt about losses out: the reading tells the place where the compliance would not, and losses that are fitted as
-        // well would explain any reading there.
+        // Do not fit the losses: near the stiffest place they would explain any reading, and the reading alone tells the place there
+        // (docs/MECHANICS.md#real-fingers).
         if fits_loss::<F, X>() {
             pass.normal.hold(LOSS);
         }
