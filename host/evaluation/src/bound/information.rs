@@ -53,6 +53,8 @@ pub struct Bound {
     pub leverage_pct: f64,
     /// With a press on the stop alone.
     pub pressed_pct: f64,
+    /// The same if the leverage at a place is as doubtful as the scene states.
+    pub pressed_leverage_pct: f64,
     /// By the data sheets.
     pub sheet_pct: f64,
     /// Contacts.
@@ -150,16 +152,20 @@ impl Known {
     }
 
     /// Deviations of a contact's place, percent of the phalanx, for each level of [`Bound`].
-    fn sigmas_pct(&self, chosen: &Chosen) -> Option<[f64; 5]> {
+    fn sigmas_pct(&self, chosen: &Chosen) -> Option<[f64; 6]> {
         let deviations = self.deviations(self.lengths_m[chosen.phalanx - 1]);
         let information = self.information(chosen, &deviations)?;
         let calibrated = self.calibrated(&deviations)?;
         let mut forgotten = calibrated.clone();
         forget(&mut forgotten, JOINT, 1.0);
-        let mut uneven = calibrated.clone();
-        let leverage =
-            f64::from(self.settings.leverage_sigma * self.sheet.torque_factor) / deviations[FACTOR];
-        uneven[(FACTOR, FACTOR)] += leverage * leverage;
+        let pressed = self.pressed(&deviations);
+        let uneven = |known: &DMatrix<f64>, leverage: f64| {
+            let mut uneven = known.clone();
+            let share = leverage * f64::from(self.sheet.torque_factor) / deviations[FACTOR];
+            uneven[(FACTOR, FACTOR)] += share * share;
+            uneven
+        };
+        let [doubt, left] = self.leverage;
         let sigma_pct = |before: &DMatrix<f64>| {
             let variance = told(before, &information)?[(K, K)];
             Some(100.0 * UNIFORM * variance.max(0.0).sqrt())
@@ -167,8 +173,9 @@ impl Known {
         Some([
             sigma_pct(&calibrated)?,
             sigma_pct(&forgotten)?,
-            sigma_pct(&uneven)?,
-            sigma_pct(&self.pressed(&deviations))?,
+            sigma_pct(&uneven(&calibrated, left))?,
+            sigma_pct(&pressed)?,
+            sigma_pct(&uneven(&pressed, doubt))?,
             sigma_pct(&prior(&deviations))?,
         ])
     }
@@ -243,7 +250,7 @@ fn told(known: &DMatrix<f64>, information: &DMatrix<f64>) -> Option<DMatrix<f64>
 #[must_use]
 pub fn bound<S: Scene>(parameters: &Parameters, contacts: u64, seed: u64) -> Option<Bound> {
     let known = Known::of::<S>(parameters);
-    let sigmas: Vec<[f64; 5]> = (0..contacts)
+    let sigmas: Vec<[f64; 6]> = (0..contacts)
         .into_par_iter()
         .filter_map(|index| {
             let mut random = Pcg64Mcg::seed_from_u64((seed << 32) + index);
@@ -260,7 +267,8 @@ pub fn bound<S: Scene>(parameters: &Parameters, contacts: u64, seed: u64) -> Opt
         joints_forgotten_pct: mean(1),
         leverage_pct: mean(2),
         pressed_pct: mean(3),
-        sheet_pct: mean(4),
+        pressed_leverage_pct: mean(4),
+        sheet_pct: mean(5),
         contacts: sigmas.len(),
     })
 }
@@ -269,16 +277,17 @@ pub fn bound<S: Scene>(parameters: &Parameters, contacts: u64, seed: u64) -> Opt
 #[must_use]
 pub fn markdown(bounds: &[Bound]) -> String {
     let mut out = head(
-        "scene | pins, % | pins, joints forgotten, % | pins, leverage in doubt, % | a press, % | data sheets, %",
+        "scene | pins, % | pins, joints forgotten, % | pins, leverage in doubt, % | a press, % | a press, leverage in doubt, % | data sheets, %",
     );
     for bound in bounds {
         out.push_str(&format!(
-            "| {} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} |\n",
+            "| {} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} |\n",
             bound.scene,
             bound.calibrated_pct,
             bound.joints_forgotten_pct,
             bound.leverage_pct,
             bound.pressed_pct,
+            bound.pressed_leverage_pct,
             bound.sheet_pct,
         ));
     }

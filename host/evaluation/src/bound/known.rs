@@ -9,19 +9,21 @@ use rand_pcg::Pcg64Mcg;
 
 use crate::reference::{Drive, Finger, Opened, Press, ReturnCable, Stage};
 
-/// Unknowns that the finger takes from one contact to the next: torque factor, cable, its stiffening, friction of the joints.
+/// Unknowns that the finger takes from one contact to the next: torque factor, cable, its stiffening, friction of the joints, and
+/// what is lost on the way to them.
 pub(super) const FACTOR: usize = 0;
 pub(super) const CABLE: usize = 1;
 pub(super) const BEND: usize = 2;
 pub(super) const JOINT: usize = 3;
+pub(super) const LOSS: usize = 4;
 /// Unknown of a material: the pins', or the object's.
-pub(super) const FRICTION: usize = 4;
+pub(super) const FRICTION: usize = 5;
 /// Unknowns of a contact: place, logarithm of the object's radius plus [`OFFSET_M`], measured angle of the onset, compliance.
-pub(super) const K: usize = 5;
-pub(super) const RADIUS: usize = 6;
-pub(super) const ONSET: usize = 7;
-pub(super) const GIVE: usize = 8;
-pub(super) const UNKNOWNS: usize = 9;
+pub(super) const K: usize = 6;
+pub(super) const RADIUS: usize = 7;
+pub(super) const ONSET: usize = 8;
+pub(super) const GIVE: usize = 9;
+pub(super) const UNKNOWNS: usize = 10;
 /// Added to a radius before its logarithm is taken, metre, and the deviation of that logarithm: even from 1 to 50 mm.
 pub(super) const OFFSET_M: f64 = 0.003;
 const RADIUS_SIGMA: f64 = 0.746;
@@ -35,10 +37,14 @@ pub(super) struct Known {
     pub(super) opened: Opened,
     /// Lengths of the phalanges, metre.
     pub(super) lengths_m: Vec<f64>,
+    /// Deviation of the leverage at a place, as a share, without pins and from that at the pins.
+    pub(super) leverage: [f64; 2],
     /// What the sensing is told.
     pub(super) settings: Settings,
     /// Deviation of the object's compliance, metre per newton; 0 where the scene takes objects as rigid.
     give_m_per_n: f64,
+    /// Share that is lost on the way to each joint beyond the first: mean and deviation.
+    joint_loss: [f64; 2],
     /// Torque factor and cable by the data sheets.
     pub(super) sheet: Calibration,
     /// Angle of the input link in a turn of the motor, radian, turns of the worm in it, and its duration, second.
@@ -122,9 +128,9 @@ fn opened(of: &FingerParameters) -> Opened {
 impl Known {
     pub(super) fn of<S: Scene>(parameters: &Parameters) -> Self {
         let drivetrain = S::drivetrain(&S::MECHANISM);
-        let mut settings = S::settings();
-        // Only the bound after pins doubts the leverage.
-        settings.leverage_sigma *= <S::Finger as Mechanics>::PINS_LEAVE;
+        let settings = S::settings();
+        let leverage = f64::from(settings.leverage_sigma);
+        let left = f64::from(<S::Finger as Mechanics>::PINS_LEAVE);
         let counts = f64::from(drivetrain.counts_per_turn);
         let turn_rad = counts * f64::from(drivetrain.rad_per_count);
         let opened_rad = f64::from(drivetrain.opening_stop_rad);
@@ -140,6 +146,7 @@ impl Known {
             } else {
                 0.0
             },
+            joint_loss: <S::Finger as Mechanics>::JOINT_LOSS.map(f64::from),
             sheet,
             turn_rad,
             worm_turns: counts / f64::from(drivetrain.counts_per_worm_turn),
@@ -147,6 +154,7 @@ impl Known {
             probing_rad: f64::from(S::MOTION.probing_rad),
             closed_rad: opened_rad + f64::from(settings.closing_stop_rad),
             first: usize::from(parameters.finger.hidden_base) + 1,
+            leverage: [leverage, left * leverage],
             settings,
         }
     }
@@ -159,6 +167,7 @@ impl Known {
         means[BEND] = self.sheet.stiffening_per_nm.into();
         means[JOINT] = self.settings.joint_friction_nm[0].into();
         means[FRICTION] = self.settings.contact_friction[0].into();
+        [means[LOSS], _] = self.joint_loss;
         means[K] = chosen.k_m;
         means[RADIUS] = (chosen.object_m + OFFSET_M).ln();
         means[ONSET] = chosen.onset_rad;
@@ -175,6 +184,7 @@ impl Known {
         let [joint_nm, preload_nm] = [settings.joint_friction_nm[1], settings.preload_nm[1]];
         deviations[JOINT] = f64::from(joint_nm).hypot(preload_nm.into());
         deviations[FRICTION] = settings.contact_friction[1].into();
+        [_, deviations[LOSS]] = self.joint_loss;
         deviations[K] = UNIFORM * length_m;
         deviations[RADIUS] = RADIUS_SIGMA;
         deviations[ONSET] = 0.03;
@@ -191,6 +201,7 @@ impl Known {
             half_thickness_m,
             friction: values[FRICTION],
             joint_nm: values[JOINT],
+            lost: values[LOSS],
             give_m_per_n: values[GIVE],
         };
         let drive = Drive {

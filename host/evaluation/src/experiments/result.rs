@@ -164,8 +164,8 @@ fn pair(first: Option<f64>, second: Option<f64>, digits: usize, between: &str) -
 }
 
 /// Headings of [`cells`].
-const SCORES: &str = "named, % | wrong phalanx (of two) | error, mean ± sd, % | 95 %, max | within 1σ, 2σ, % | mean z² | force error, mean, \
-                      95 %, % | early | false alarms / 1000 | unusual | delay, ms";
+const SCORES: &str = "named, % | wrong phalanx (of two, passed on) | error, mean ± sd, % | 95 %, max | within 1σ, 2σ, % | mean z² | \
+                      force error, mean, 95 %, % | early | false alarms / 1000 | unusual | delay, ms";
 
 /// Every score of a row, in the order of [`SCORES`].
 fn cells(row: &Row) -> String {
@@ -173,9 +173,9 @@ fn cells(row: &Row) -> String {
     format!(
         "{} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {}",
         or_dash(row.named_pct(), 0),
-        match scores.wrong_ambiguous {
-            0 => scores.wrong_phalanx.to_string(),
-            of_two => format!("{} ({of_two})", scores.wrong_phalanx),
+        match (scores.wrong_ambiguous, scores.wrong_passed_on) {
+            (0, 0) => scores.wrong_phalanx.to_string(),
+            (of_two, passed_on) => format!("{} ({of_two}, {passed_on})", scores.wrong_phalanx),
         },
         pair(scores.err_mean_pct, scores.err_sd_pct, 2, " ± "),
         pair(scores.err_95_pct, scores.err_max_pct, 1, ", "),
@@ -253,7 +253,7 @@ pub fn headline(rows: &[Row]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::{Answer, Contact};
+    use crate::score::{Answer, Contact, Force};
 
     fn place() -> Place {
         Place {
@@ -365,13 +365,23 @@ mod tests {
             k_m: 0.02,
             sigma_m: 0.001,
         };
-        let trials = [wrong, proximal, of_two];
+        // The object had passed on to the phalanx that was named.
+        let mut passed_on = trial(Some(0.02), Some(1.1));
+        passed_on.truth = proximal.truth;
+        passed_on.force = Some(Force {
+            time_s: 1.3,
+            told_n: 1.0,
+            sigma_n: 0.1,
+            true_n: 0.9,
+        });
+        let trials = [wrong, proximal, of_two, passed_on];
         let row = row("x", Method::PaperTwoLevels, false, &trials);
         assert_eq!(row.scores.err_mean_pct, None);
         let scores = &row.scores;
-        assert_eq!((scores.wrong_phalanx, scores.wrong_ambiguous), (2, 1));
+        assert_eq!((scores.wrong_phalanx, scores.wrong_ambiguous), (3, 1));
+        assert_eq!(scores.wrong_passed_on, 1);
         assert_eq!((scores.proximal_named, scores.ambiguous), (1, 1));
-        assert!(markdown(&[row]).contains("| 2 (1) |"));
+        assert!(markdown(&[row]).contains("| 3 (1, 1) |"));
     }
 
     #[test]

@@ -24,6 +24,9 @@ pub struct Press {
     pub friction: f64,
     /// Friction of each joint beyond the first against its motion since the contact, newton metre.
     pub joint_nm: f64,
+    /// Share that is lost at each joint beyond the first, against its motion, of the torque since the contact; with a return cable, which
+    /// the whole torque has to overcome, of all of it.
+    pub lost: f64,
     /// Compliance of the object, metre per newton.
     pub give_m_per_n: f64,
 }
@@ -136,8 +139,14 @@ impl<'a> Held<'a> {
             self.opened.energy(theta) - torque_nm * finger.theta_a(theta)
         });
         left -= (normal - slip * (press.friction * self.senses.slide)) * force_n;
-        for (left, sense) in left.iter_mut().zip(&self.senses.joints) {
-            *left += press.joint_nm * sense;
+        let levers = gradient(theta, |theta| finger.theta_a(theta));
+        let passed_nm = match self.opened.back {
+            Some(_) => torque_nm,
+            None => torque_nm - self.start.torque_nm,
+        };
+        for (joint, sense) in self.senses.joints.iter().enumerate() {
+            let lost_nm = press.lost * levers[joint].abs() * passed_nm;
+            left[joint] += (press.joint_nm + lost_nm) * sense;
         }
         let distance_m = finger.distance(theta, press.phalanx, self.middle);
         left.push(distance_m - press.radius_m + press.give_m_per_n * force_n)
@@ -229,6 +238,7 @@ mod tests {
             half_thickness_m: 0.0,
             friction: 0.0,
             joint_nm: 0.0,
+            lost: 0.0,
             give_m_per_n: 0.0,
         }
     }

@@ -54,6 +54,8 @@ pub struct Scores {
     pub wrong_phalanx: usize,
     /// Of them: as the likelier of two places.
     pub wrong_ambiguous: usize,
+    /// Of them: the phalanx that was named pressed harder than any other when it was named, because the object had passed on to it.
+    pub wrong_passed_on: usize,
     /// Contacts that were never felt.
     pub missed: usize,
     /// Mean absolute error.
@@ -164,6 +166,9 @@ impl Scores {
             ambiguous: count(&is_ambiguous),
             wrong_phalanx: count(&is_wrong),
             wrong_ambiguous: count(&|t| is_wrong(t) && is_ambiguous(t)),
+            wrong_passed_on: count(&|t| {
+                is_wrong(t) && t.force.is_some_and(|force| force.true_n > 0.0)
+            }),
             missed: count(&|t| t.truth.is_some() && t.touched_s.is_none()),
             err_mean_pct: spread.map(|(mean, _)| mean),
             err_sd_pct: spread.map(|(_, deviation)| deviation),
