@@ -14,6 +14,7 @@ where
     const CABLE_DECIDES: bool = B::FIRST_TOUCHING > 1 || !T::COUPLES;
     const UNEVEN: bool = T::UNEVEN;
     const PINS_LEAVE: f32 = B::PINS_LEAVE;
+    const HOLDS: bool = B::HOLDS;
     const JOINT_LOSS: [f32; 2] = T::JOINT_LOSS;
     const WEIGHS: bool = B::WEIGHS;
     type Configuration = Configuration<N>;

@@ -44,6 +44,9 @@ pub struct PathPoint {
     /// Derivative of that slope by the share of the torque that is lost at each joint beyond the first ([`Mechanics::JOINT_LOSS`]), radian
     /// per newton metre.
     pub compliance_by_loss_rad_per_nm: f32,
+    /// Derivative of `rotation_rad` by that share of the torque's rise, at this torque, radian. Not for a finger that is
+    /// [held at a stop](Mechanics::HOLDS): there the share of what was overcome counts as well.
+    pub rotation_by_loss_rad: f32,
     /// Derivative of `rotation_rad` by the place of the contact on the phalanx, at this torque, radian per metre.
     pub rotation_by_k_rad_per_m: f32,
     /// Derivative of `rotation_rad` by the coefficient of contact friction, at this torque and that coefficient, radian
@@ -100,6 +103,9 @@ pub trait Mechanics {
     const UNEVEN: bool;
     /// Share, 0 to 1, of the doubt about the leverage (`leverage_sigma`) that is left after a calibration by pins.
     const PINS_LEAVE: f32;
+    /// Whether something holds joint 2 at its stop until a contact has raised the torque by a break-away torque
+    /// (docs/MECHANICS.md#break-away).
+    const HOLDS: bool;
     /// Share of the torque carried to each joint beyond the first that is lost there: mean and deviation. See [`Self::lose`].
     const JOINT_LOSS: [f32; 2];
     /// Whether the weight of its phalanges is stated ([`Weighted`](super::Weighted)).

@@ -310,18 +310,20 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             by_friction,
             force_by_friction,
             by_joint_friction,
+            by_loss: by_ln_loss,
             by_give,
-        } = local.responses(near.force)?;
+        } = local.responses(near.force, rise)?;
         let mut at = *near;
         at.add(&step.into())?;
         let stable = local.compliance(&tangent);
         let mut compliance = stable + local.rubbed_compliance(&tangent);
         let [loss, _] = T::JOINT_LOSS;
-        let mut by_loss = 0.0;
+        let (mut compliance_by_loss, mut rotation_by_loss) = (0.0, 0.0);
         if loss > 0.0 {
             let lost = local.lost_compliance(&tangent);
             compliance += lost;
-            by_loss = -lost / (loss * start.stiffness_scale);
+            compliance_by_loss = -lost / (loss * start.stiffness_scale);
+            rotation_by_loss = by_ln_loss / loss;
         }
         let compliance = compliance.at_least(0.0) / start.stiffness_scale;
         let step = JointStep::of(at.delta);
@@ -339,7 +341,8 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         let point = PathPoint {
             rotation_rad,
             compliance_rad_per_nm: compliance,
-            compliance_by_loss_rad_per_nm: by_loss,
+            compliance_by_loss_rad_per_nm: compliance_by_loss,
+            rotation_by_loss_rad: rotation_by_loss,
             rotation_by_k_rad_per_m: by_k / start.length_scale,
             rotation_by_friction_rad: by_friction,
             rotation_by_joint_friction_rad_per_nm: by_joint_friction / start.stiffness_scale,

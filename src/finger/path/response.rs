@@ -9,7 +9,7 @@ use crate::numeric::{Bounded, dot, solve, solve_in_place};
 use core::array::from_fn;
 
 /// Most loads at a time.
-const MOST: usize = 5;
+const MOST: usize = 6;
 
 /// What the finger held by the contact is loaded with.
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +42,8 @@ pub(super) struct Responses<const N: usize> {
     pub(super) force_by_friction: f32,
     /// The same by a torque that opposes the turning of each joint but the first.
     pub(super) by_joint_friction: f32,
+    /// The same by the logarithm of the share that is lost on the way to the joints.
+    pub(super) by_loss: f32,
     /// The same by the compliance of the object.
     pub(super) by_give: f32,
 }
@@ -133,6 +135,14 @@ impl<const N: usize> Linearization<N> {
         }
     }
 
+    /// The same by the logarithm of the share that is lost on the way to the joints, of a rise of the torque.
+    fn lost(&self, rise: f32) -> Load<N> {
+        Load {
+            torques: from_fn(|m| rise * (self.driving[m] - self.x[m])),
+            gap: 0.0,
+        }
+    }
+
     /// Newton's step at a given torque.
     pub(super) fn step(&self) -> Option<Response<N>> {
         let ([step, ..], _) = self.respond(&[self.unbalanced()])?;
@@ -161,13 +171,14 @@ impl<const N: usize> Linearization<N> {
         Some([slide, holding])
     }
 
-    /// Everything at a point, to whose force it belongs.
-    pub(super) fn responses(&self, force: f32) -> Option<Responses<N>> {
+    /// Everything at a point, to whose force and rise of the torque it belongs.
+    pub(super) fn responses(&self, force: f32, rise: f32) -> Option<Responses<N>> {
         let by_k = self.by_k(force);
         let rubbed = self.rubbed(force);
         let braked = self.braked();
-        let ([step, tangent, by_k, by_friction, by_joint_friction], closing) =
-            self.respond(&[self.unbalanced(), self.driven(), by_k, rubbed, braked])?;
+        let lost = self.lost(rise);
+        let ([step, tangent, by_k, by_friction, by_joint_friction, by_loss], closing) =
+            self.respond(&[self.unbalanced(), self.driven(), by_k, rubbed, braked, lost])?;
         Some(Responses {
             step,
             tangent,
@@ -175,6 +186,7 @@ impl<const N: usize> Linearization<N> {
             by_friction: dot(&self.x, &by_friction.delta),
             force_by_friction: by_friction.force,
             by_joint_friction: dot(&self.x, &by_joint_friction.delta),
+            by_loss: dot(&self.x, &by_loss.delta),
             by_give: force * dot(&self.x, &closing),
         })
     }

@@ -9,8 +9,8 @@
 //! share of it that creeps, L the torque delayed by the creep's time constant, s the cable's stiffening and B the decrease of the
 //! twist per unit of s, zero at the torque at which c is given. The path is followed to a torque near the solution (the previous
 //! prediction plus the measured increment) and corrected by its slope there. Before the onset y is zero. Where losses on the way to the
-//! joints are fitted, the rotation is that of the path, which has the expected share, plus what is lost more times the integral of the
-//! compliance's derivative by the share.
+//! joints are fitted, the rotation is that of the path, which has the expected share, plus what is lost more times its derivative by
+//! the share, or of a finger that is held at a stop the integral of the compliance's.
 
 use super::prior::{
     BEND, CABLE, FACTOR, FRICTION, GIVE, JOINT, K, LOSS, ONSET, Of, Prior, UNKNOWNS, Values,
@@ -84,7 +84,8 @@ pub(super) struct Model<F: Mechanics, X> {
     /// The last point of the path.
     last: PathPoint,
     last_torque_nm: f32,
-    /// Integral over the torque of the compliance's derivative by what is lost on the way to the joints, radian.
+    /// Integral over the torque of the compliance's derivative by what is lost on the way to the joints, radian; only of a finger that is
+    /// held at a stop.
     lost_rad: f32,
     /// Torque of the last prediction.
     torque_nm: f32,
@@ -219,7 +220,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         {
             match finger.follow(path, torque_nm - self.contact_nm) {
                 Some(last) => {
-                    if fits_loss::<F, X>() {
+                    if fits_loss::<F, X>() && F::HOLDS {
                         let from_nm = self.last_torque_nm.at_least(self.contact_nm);
                         let [by_loss, now] =
                             [&self.last, &last].map(|point| point.compliance_by_loss_rad_per_nm);
@@ -252,7 +253,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         if fits_loss::<F, X>() {
             // What is lost beyond the share that the path takes off.
             let more = values[LOSS] - F::JOINT_LOSS[0];
-            rotation_rad += more * self.lost_rad;
+            rotation_rad += more * self.lost_rad();
             compliance = (compliance + more * at.compliance_by_loss_rad_per_nm).at_least(0.0);
         }
         let held_nm = (torque_nm - self.contact_nm) / factor;
@@ -291,7 +292,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
             slopes[GIVE] = gives * at.rotation_by_give_rad_n_per_m;
         }
         if fits_loss::<F, X>() {
-            slopes[LOSS] = gives * self.lost_rad;
+            slopes[LOSS] = gives * self.lost_rad();
         }
         for slope_of in slopes
             .iter_mut()
@@ -304,6 +305,15 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
             slopes,
             variance_nm2,
         })
+    }
+
+    /// Derivative of the rotation by what is lost on the way to the joints, radian.
+    fn lost_rad(&self) -> f32 {
+        if F::HOLDS {
+            self.lost_rad
+        } else {
+            self.last.rotation_by_loss_rad
+        }
     }
 
     /// Joint 2 at the end of the path, with its change since the onset at a torque near to the one there and the friction of the joints;
