@@ -24,21 +24,21 @@ use crate::reference::{Curve, Held, Sample, State};
 /// Mean of a normal variable without its sign, over its deviation.
 pub const MEAN_SHARE: f64 = 0.798;
 /// Steps of the differences, in deviations of an unknown.
-const DIFFERENCE: f64 = 5e-3;
+pub(super) const DIFFERENCE: f64 = 5e-3;
 /// What a pin leaves open: its place and its radius, metre.
-const PIN_SIGMA_M: f64 = 0.3e-3;
+pub(super) const PIN_SIGMA_M: f64 = 0.3e-3;
 /// Turns of the motor in a point, and points before the onset.
-const TURNS: f64 = 2.0;
-const LEAD: usize = 4;
+pub(super) const TURNS: f64 = 2.0;
+pub(super) const LEAD: usize = 4;
 /// Points of a curve, at least and at most.
 const LEAST_POINTS: usize = 8;
 const MOST_POINTS: usize = 80;
 /// White noise of one turn of the motor, newton metre.
-const WHITE_NM: f64 = 2e-4;
+pub(super) const WHITE_NM: f64 = 2e-4;
 /// Share of the probing's torque up to which a curve is taken.
-const TOP_SHARE: f64 = 0.95;
+pub(super) const TOP_SHARE: f64 = 0.95;
 /// Contacts that a finger cannot make are drawn again, so often.
-const DRAWS: usize = 50;
+pub(super) const DRAWS: usize = 50;
 
 /// Mean errors without sign that the data allow, percent of the phalanx.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -225,23 +225,24 @@ impl Known {
 }
 
 /// Covariance before any contact, in units of the deviations.
-fn prior(deviations: &[f64; UNKNOWNS]) -> DMatrix<f64> {
+pub(super) fn prior(deviations: &[f64]) -> DMatrix<f64> {
     DMatrix::from_diagonal(&DVector::from_iterator(
-        UNKNOWNS,
+        deviations.len(),
         deviations.iter().map(|d| if *d > 0.0 { 1.0 } else { 0.0 }),
     ))
 }
 
 /// Replaces what is known of one unknown.
-fn forget(known: &mut DMatrix<f64>, unknown: usize, variance: f64) {
+pub(super) fn forget(known: &mut DMatrix<f64>, unknown: usize, variance: f64) {
     known.row_mut(unknown).fill(0.0);
     known.column_mut(unknown).fill(0.0);
     known[(unknown, unknown)] = variance;
 }
 
 /// Covariance after a curve: P (1 + I P)^-1, which bears with unknowns that are known.
-fn told(known: &DMatrix<f64>, information: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let more = DMatrix::identity(UNKNOWNS, UNKNOWNS) + information * known;
+pub(super) fn told(known: &DMatrix<f64>, information: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let unknowns = known.nrows();
+    let more = DMatrix::identity(unknowns, unknowns) + information * known;
     let told = known * more.try_inverse()?;
     Some((&told + told.transpose()) * 0.5)
 }

@@ -26,7 +26,7 @@ pub(super) const GIVE: usize = 9;
 pub(super) const UNKNOWNS: usize = 10;
 /// Added to a radius before its logarithm is taken, metre, and the deviation of that logarithm: even from 1 to 50 mm.
 pub(super) const OFFSET_M: f64 = 0.003;
-const RADIUS_SIGMA: f64 = 0.746;
+pub(super) const RADIUS_SIGMA: f64 = 0.746;
 /// Deviation of a uniform distribution, as a share of its width.
 pub(super) const UNIFORM: f64 = 0.289;
 

@@ -1,6 +1,6 @@
 //! What the data hold: contacts drawn from everything that the locator assumes, given to the locator and to the exact
 //! posterior ([`crate::reference::Posterior`]). No estimator that knows as little does better than the posterior. For other fingers than
-//! the prototype there is Fisher's information ([`information`]).
+//! the prototype there is Fisher's information ([`information`]), and for the place of a second contact ([`second`]).
 //!
 //! An uncalibrated finger does not know its torque factor, efficiency over spring stiffness. Pressing on the closing stop and
 //! releasing would tell the worm's share of it, back-EMF the torque constant's; the springs and the gearhead remain.
@@ -8,6 +8,7 @@
 pub mod drawn;
 pub mod information;
 mod known;
+pub mod second;
 
 use palpate::finger::Mechanics;
 use palpate::scene::Scene;

@@ -6,6 +6,7 @@
 
 mod finger;
 mod held;
+mod held_twice;
 mod measured;
 mod opened;
 mod posterior;
@@ -14,6 +15,7 @@ mod stiffness;
 
 pub use finger::{Finger, Stage};
 pub use held::{Held, Press};
+pub use held_twice::{HeldTwice, Rubs, Stand, Touching};
 pub use measured::{BESIDE, Curve, Noise, Place, Priors, Sample, predicted};
 pub use opened::{Drive, Opened, ReturnCable, State};
 pub use posterior::Posterior;

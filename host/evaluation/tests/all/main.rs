@@ -2,7 +2,9 @@
 
 mod bound;
 mod documents;
+mod held_twice;
 mod oracle;
 mod recordings;
 mod replay;
 mod replay_page;
+mod second_bound;
