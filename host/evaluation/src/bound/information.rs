@@ -17,7 +17,8 @@ use serde::Serialize;
 
 use super::drawn::REFERENCE_NOISE;
 use super::known::{
-    BEND, CABLE, Chosen, FACTOR, FRICTION, GIVE, JOINT, K, Known, ONSET, RADIUS, UNIFORM, UNKNOWNS,
+    BEND, CABLE, Chosen, FACTOR, FRICTION, GIVE, JOINT, K, Known, ONSET, PULLEYS, RADIUS, UNIFORM,
+    UNKNOWNS,
 };
 use crate::reference::{Curve, Held, Sample, State};
 
@@ -51,14 +52,38 @@ pub struct Bound {
     pub joints_forgotten_pct: f64,
     /// With pins, if the leverage at a place differs from that at the pins by what they leave of the doubt that the scene states.
     pub leverage_pct: f64,
+    /// With pins, if a tendon's pulleys are off one by one.
+    pub pulleys_pct: f64,
     /// With a press on the stop alone.
     pub pressed_pct: f64,
     /// The same if the leverage at a place is as doubtful as the scene states.
     pub pressed_leverage_pct: f64,
+    /// The same if a tendon's pulleys are off one by one.
+    pub pressed_pulleys_pct: f64,
     /// By the data sheets.
     pub sheet_pct: f64,
     /// Contacts.
     pub contacts: usize,
+}
+
+/// What is known of a tendon's pulleys.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Pulleys {
+    /// They are as the scene has them.
+    Exact,
+    /// Each is off by itself.
+    Off,
+}
+
+impl Pulleys {
+    /// Makes exact what is.
+    fn know(self, known: &mut DMatrix<f64>) {
+        if self == Self::Exact {
+            for unknown in PULLEYS {
+                forget(known, unknown, 0.0);
+            }
+        }
+    }
 }
 
 impl Known {
@@ -71,7 +96,8 @@ impl Known {
         angles: &[f64],
     ) -> Option<Vec<f64>> {
         let (press, drive) = self.press(phalanx, values);
-        let held = Held::new(&self.opened, press, values[ONSET], &drive)?;
+        let opened = self.with_pulleys(values);
+        let held = Held::new(&opened, press, values[ONSET], &drive)?;
         let length_m = self.lengths_m[phalanx - 1];
         let top_nm = TOP_SHARE * f64::from(self.settings.torque_limit_nm);
         let mut near: State = held.start().clone();
@@ -82,7 +108,7 @@ impl Known {
                 break;
             };
             near = next;
-            let free = self.opened.free(angle_rad, &drive)?;
+            let free = opened.free(angle_rad, &drive)?;
             let excess_nm = (near.torque_nm - free.torque_nm) / drive.factor;
             if !held.stays(&near, length_m) || excess_nm > top_nm {
                 break;
@@ -152,13 +178,16 @@ impl Known {
     }
 
     /// Deviations of a contact's place, percent of the phalanx, for each level of [`Bound`].
-    fn sigmas_pct(&self, chosen: &Chosen) -> Option<[f64; 6]> {
+    fn sigmas_pct(&self, chosen: &Chosen) -> Option<[f64; 8]> {
         let deviations = self.deviations(self.lengths_m[chosen.phalanx - 1]);
         let information = self.information(chosen, &deviations)?;
-        let calibrated = self.calibrated(&deviations)?;
+        let calibrated = self.calibrated(&deviations, Pulleys::Exact)?;
+        let uneven_pulleys = self.calibrated(&deviations, Pulleys::Off)?;
         let mut forgotten = calibrated.clone();
         forget(&mut forgotten, JOINT, 1.0);
-        let pressed = self.pressed(&deviations);
+        let pressed = self.pressed(&deviations, Pulleys::Exact);
+        let mut sheet = prior(&deviations);
+        Pulleys::Exact.know(&mut sheet);
         let uneven = |known: &DMatrix<f64>, leverage: f64| {
             let mut uneven = known.clone();
             let share = leverage * f64::from(self.sheet.torque_factor) / deviations[FACTOR];
@@ -174,15 +203,18 @@ impl Known {
             sigma_pct(&calibrated)?,
             sigma_pct(&forgotten)?,
             sigma_pct(&uneven(&calibrated, left))?,
+            sigma_pct(&uneven_pulleys)?,
             sigma_pct(&pressed)?,
             sigma_pct(&uneven(&pressed, doubt))?,
-            sigma_pct(&prior(&deviations))?,
+            sigma_pct(&self.pressed(&deviations, Pulleys::Off))?,
+            sigma_pct(&sheet)?,
         ])
     }
 
     /// Covariance of all unknowns after a press on the stop.
-    fn pressed(&self, deviations: &[f64; UNKNOWNS]) -> DMatrix<f64> {
+    fn pressed(&self, deviations: &[f64; UNKNOWNS], pulleys: Pulleys) -> DMatrix<f64> {
         let mut known = prior(deviations);
+        pulleys.know(&mut known);
         // As src/sensing/sensor/calibrate.rs leaves them.
         let pressed_rad = 0.02 * f64::from(self.sheet.cable_rad_per_nm) + 4e-3;
         for (unknown, deviation) in [(CABLE, pressed_rad), (BEND, 0.1)] {
@@ -193,10 +225,10 @@ impl Known {
     }
 
     /// The same after the guided calibration, which adds two pins.
-    fn calibrated(&self, deviations: &[f64; UNKNOWNS]) -> Option<DMatrix<f64>> {
+    fn calibrated(&self, deviations: &[f64; UNKNOWNS], pulleys: Pulleys) -> Option<DMatrix<f64>> {
         let phalanx = self.lengths_m.len();
         let length_m = self.lengths_m[phalanx - 1];
-        let mut known = self.pressed(deviations);
+        let mut known = self.pressed(deviations, pulleys);
         for share in PIN_SHARES {
             let pin = Chosen {
                 phalanx,
@@ -251,7 +283,7 @@ pub(super) fn told(known: &DMatrix<f64>, information: &DMatrix<f64>) -> Option<D
 #[must_use]
 pub fn bound<S: Scene>(parameters: &Parameters, contacts: u64, seed: u64) -> Option<Bound> {
     let known = Known::of::<S>(parameters);
-    let sigmas: Vec<[f64; 6]> = (0..contacts)
+    let sigmas: Vec<[f64; 8]> = (0..contacts)
         .into_par_iter()
         .filter_map(|index| {
             let mut random = Pcg64Mcg::seed_from_u64((seed << 32) + index);
@@ -267,9 +299,11 @@ pub fn bound<S: Scene>(parameters: &Parameters, contacts: u64, seed: u64) -> Opt
         calibrated_pct: mean(0),
         joints_forgotten_pct: mean(1),
         leverage_pct: mean(2),
-        pressed_pct: mean(3),
-        pressed_leverage_pct: mean(4),
-        sheet_pct: mean(5),
+        pulleys_pct: mean(3),
+        pressed_pct: mean(4),
+        pressed_leverage_pct: mean(5),
+        pressed_pulleys_pct: mean(6),
+        sheet_pct: mean(7),
         contacts: sigmas.len(),
     })
 }
@@ -278,17 +312,20 @@ pub fn bound<S: Scene>(parameters: &Parameters, contacts: u64, seed: u64) -> Opt
 #[must_use]
 pub fn markdown(bounds: &[Bound]) -> String {
     let mut out = head(
-        "scene | pins, % | pins, joints forgotten, % | pins, leverage in doubt, % | a press, % | a press, leverage in doubt, % | data sheets, %",
+        "scene | pins, % | pins, joints forgotten, % | pins, leverage in doubt, % | pins, pulleys off, % \
+         | a press, % | a press, leverage in doubt, % | a press, pulleys off, % | data sheets, %",
     );
     for bound in bounds {
         out.push_str(&format!(
-            "| {} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} |\n",
+            "| {} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} |\n",
             bound.scene,
             bound.calibrated_pct,
             bound.joints_forgotten_pct,
             bound.leverage_pct,
+            bound.pulleys_pct,
             bound.pressed_pct,
             bound.pressed_leverage_pct,
+            bound.pressed_pulleys_pct,
             bound.sheet_pct,
         ));
     }

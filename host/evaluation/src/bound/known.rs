@@ -16,6 +16,8 @@ pub(super) const CABLE: usize = 1;
 pub(super) const BEND: usize = 2;
 pub(super) const JOINT: usize = 3;
 pub(super) const LOSS: usize = 4;
+/// The same of a tendon's pulleys: share by which the ratio of each of two pairs is off.
+pub(super) const PULLEYS: [usize; 2] = [10, 11];
 /// Unknown of a material: the pins', or the object's.
 pub(super) const FRICTION: usize = 5;
 /// Unknowns of a contact: place, logarithm of the object's radius plus [`OFFSET_M`], measured angle of the onset, compliance.
@@ -23,7 +25,9 @@ pub(super) const K: usize = 6;
 pub(super) const RADIUS: usize = 7;
 pub(super) const ONSET: usize = 8;
 pub(super) const GIVE: usize = 9;
-pub(super) const UNKNOWNS: usize = 10;
+pub(super) const UNKNOWNS: usize = 12;
+/// Radii of pulleys are within so much of the scene's, metre.
+const PULLEY_M: f64 = 0.15e-3;
 /// Added to a radius before its logarithm is taken, metre, and the deviation of that logarithm: even from 1 to 50 mm.
 pub(super) const OFFSET_M: f64 = 0.003;
 pub(super) const RADIUS_SIGMA: f64 = 0.746;
@@ -45,6 +49,8 @@ pub(super) struct Known {
     give_m_per_n: f64,
     /// Share that is lost on the way to each joint beyond the first: mean and deviation.
     joint_loss: [f64; 2],
+    /// Deviation of the ratio of each pair of pulleys, as a share.
+    pulleys: [f64; 2],
     /// Torque factor and cable by the data sheets.
     pub(super) sheet: Calibration,
     /// Angle of the input link in a turn of the motor, radian, turns of the worm in it, and its duration, second.
@@ -125,6 +131,15 @@ fn opened(of: &FingerParameters) -> Opened {
     }
 }
 
+/// Deviation of the ratio of each pair of pulleys, as a share; 0 without pulleys.
+fn pulleys(of: &FingerParameters) -> [f64; 2] {
+    let sigma_m = 2.0 * UNIFORM * PULLEY_M;
+    let mut pairs = of.pulley_m.chunks_exact(2);
+    std::array::from_fn(|_| {
+        (pairs.next()).map_or(0.0, |pair| sigma_m * (1.0 / pair[0]).hypot(1.0 / pair[1]))
+    })
+}
+
 impl Known {
     pub(super) fn of<S: Scene>(parameters: &Parameters) -> Self {
         let drivetrain = S::drivetrain(&S::MECHANISM);
@@ -146,6 +161,7 @@ impl Known {
             } else {
                 0.0
             },
+            pulleys: pulleys(&parameters.finger),
             joint_loss: <S::Finger as Mechanics>::JOINT_LOSS.map(f64::from),
             sheet,
             turn_rad,
@@ -185,11 +201,25 @@ impl Known {
         deviations[JOINT] = f64::from(joint_nm).hypot(preload_nm.into());
         deviations[FRICTION] = settings.contact_friction[1].into();
         [_, deviations[LOSS]] = self.joint_loss;
+        for (unknown, deviation) in PULLEYS.into_iter().zip(self.pulleys) {
+            deviations[unknown] = deviation;
+        }
         deviations[K] = UNIFORM * length_m;
         deviations[RADIUS] = RADIUS_SIGMA;
         deviations[ONSET] = 0.03;
         deviations[GIVE] = self.give_m_per_n;
         deviations
+    }
+
+    /// The finger with its pulleys off.
+    pub(super) fn with_pulleys(&self, values: &[f64; UNKNOWNS]) -> Opened {
+        let mut opened = self.opened.clone();
+        for (stage, unknown) in opened.finger.stages.iter_mut().zip(PULLEYS) {
+            if let Stage::Tendon { ratio } = stage {
+                *ratio *= 1.0 + values[unknown];
+            }
+        }
+        opened
     }
 
     pub(super) fn press(&self, phalanx: usize, values: &[f64; UNKNOWNS]) -> (Press, Drive) {

@@ -306,4 +306,42 @@ mod tests {
             }
         }
     }
+
+    /// What is lost on the way to the joints is work that the springs do not get.
+    #[test]
+    fn what_is_lost_is_missing_in_the_springs() {
+        const STEP_RAD: f64 = 2e-3;
+        let opened = opened(table_1());
+        let rest = DVector::from_vec(opened.stand_rad.clone());
+        let onset_rad = opened.finger.theta_a(&rest) + 0.4;
+        let done = |lost: f64| {
+            let pressed = Press {
+                lost,
+                ..press(3, 0.3, 0.0)
+            };
+            let held = Held::new(&opened, pressed, onset_rad, &RIGID).unwrap();
+            let start = held.start().clone();
+            let (mut near, mut work, mut taken) = (start.clone(), 0.0, 0.0);
+            for step in 1..=60 {
+                let angle_rad = onset_rad + STEP_RAD * f64::from(step);
+                let next = held.at(angle_rad, &RIGID, &near).unwrap();
+                let torque_nm = 0.5 * (near.torque_nm + next.torque_nm);
+                work += torque_nm * STEP_RAD;
+                let levers = gradient(&next.theta, |theta| opened.finger.theta_a(theta));
+                for joint in 1..3 {
+                    let turned = (next.theta[joint] - near.theta[joint]).abs();
+                    taken += lost * levers[joint] * (torque_nm - start.torque_nm) * turned;
+                }
+                near = next;
+            }
+            let stored = opened.energy(&near.theta) - opened.energy(&start.theta);
+            // What is left is the trapezoids.
+            assert!(
+                (work - stored - taken).abs() < 5e-4 * work,
+                "{work} {stored} {taken}"
+            );
+            near.torque_nm
+        };
+        assert!(done(0.04) > 1.01 * done(0.0));
+    }
 }

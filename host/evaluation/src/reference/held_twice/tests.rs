@@ -88,6 +88,7 @@ fn with_one_contact_it_is_the_finger_that_is_held_once() {
                 half_thickness_m: 0.006,
                 friction,
                 joint_nm: 0.0,
+                lost: 0.0,
                 give_m_per_n: 0.0,
             };
             let once = Held::new(&opened, press, onset_rad, &drive).unwrap();
