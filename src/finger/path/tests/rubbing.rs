@@ -288,8 +288,11 @@ fn the_derivative_by_losses_is_what_they_change() {
 fn what_is_lost_of_a_rotation_is_its_derivative() {
     fn check<F: Mechanics>(finger: &F, name: &str) {
         let [loss, _] = F::JOINT_LOSS;
-        for share in [0.2, 0.4, 0.6] {
+        for (share, friction) in [(0.2, 0.0), (0.4, 0.0), (0.6, 0.0), (0.2, 0.3), (0.4, 0.3)] {
             let [mut lossless, mut lossy] = lossless_and_lossy(finger, share, 0.01);
+            for path in [&mut lossless, &mut lossy] {
+                finger.rub(path, friction, HALF_THICKNESS_M).unwrap();
+            }
             for rise_nm in [2e-3, 0.01, 0.02, 0.04] {
                 let [all, left] = [&mut lossless, &mut lossy]
                     .map(|path| followed(finger, path, rise_nm).unwrap());
@@ -299,7 +302,7 @@ fn what_is_lost_of_a_rotation_is_its_derivative() {
                 let off = told / changed - 1.0;
                 assert!(
                     changed < 0.0 && off.abs() < 0.02,
-                    "{name} {share} {rise_nm}: {told} {changed}"
+                    "{name} {share} {friction} {rise_nm}: {told} {changed}"
                 );
             }
         }
