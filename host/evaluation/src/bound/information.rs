@@ -17,10 +17,10 @@ use serde::Serialize;
 
 use super::drawn::REFERENCE_NOISE;
 use super::known::{
-    BEND, CABLE, Chosen, FACTOR, FRICTION, GIVE, JOINT, K, Known, ONSET, PULLEYS, RADIUS, UNIFORM,
+    Chosen, FACTOR, FRICTION, GIVE, JOINT, K, Known, ONSET, PULLEYS, RADIUS, TURNS, UNIFORM,
     UNKNOWNS,
 };
-use crate::reference::{Curve, Held, Sample, State};
+use crate::reference::{Curve, Held, State};
 
 /// Mean of a normal variable without its sign, over its deviation.
 pub const MEAN_SHARE: f64 = 0.798;
@@ -28,14 +28,11 @@ pub const MEAN_SHARE: f64 = 0.798;
 pub(super) const DIFFERENCE: f64 = 5e-3;
 /// What a pin leaves open: its place and its radius, metre.
 pub(super) const PIN_SIGMA_M: f64 = 0.3e-3;
-/// Turns of the motor in a point, and points before the onset.
-pub(super) const TURNS: f64 = 2.0;
+/// Points before the onset.
 pub(super) const LEAD: usize = 4;
 /// Points of a curve, at least and at most.
 const LEAST_POINTS: usize = 8;
 const MOST_POINTS: usize = 80;
-/// White noise of one turn of the motor, newton metre.
-pub(super) const WHITE_NM: f64 = 2e-4;
 /// Share of the probing's torque up to which a curve is taken.
 pub(super) const TOP_SHARE: f64 = 0.95;
 /// Contacts that a finger cannot make are drawn again, so often.
@@ -134,19 +131,9 @@ impl Known {
         }
         let mut torques = vec![0.0; LEAD];
         torques.extend(&here);
-        let samples = torques
-            .iter()
-            .enumerate()
-            .map(|(index, &excess_nm)| Sample {
-                angle_rad: angle_rad(index),
-                time_s: index as f64 * TURNS * self.turn_s,
-                excess_nm,
-                late_nm: 0.0,
-                variance_nm2: WHITE_NM * WHITE_NM / TURNS,
-                width_rad,
-                blocks: TURNS,
-                worm_turns: index as f64 * TURNS * self.worm_turns,
-            });
+        let samples = torques.iter().enumerate().map(|(index, &excess_nm)| {
+            self.sample(angle_rad(index), TURNS * index as f64, excess_nm)
+        });
         let curve = Curve {
             samples: samples.collect(),
             creep: 0.0,
@@ -182,19 +169,19 @@ impl Known {
         let deviations = self.deviations(self.lengths_m[chosen.phalanx - 1]);
         let information = self.information(chosen, &deviations)?;
         let calibrated = self.calibrated(&deviations, Pulleys::Exact)?;
-        let uneven_pulleys = self.calibrated(&deviations, Pulleys::Off)?;
+        let pulleys_off = self.calibrated(&deviations, Pulleys::Off)?;
         let mut forgotten = calibrated.clone();
         forget(&mut forgotten, JOINT, 1.0);
         let pressed = self.pressed(&deviations, Pulleys::Exact);
         let mut sheet = prior(&deviations);
         Pulleys::Exact.know(&mut sheet);
-        let uneven = |known: &DMatrix<f64>, leverage: f64| {
-            let mut uneven = known.clone();
+        let doubted = |known: &DMatrix<f64>, leverage: f64| {
+            let mut doubted = known.clone();
             let share = leverage * f64::from(self.sheet.torque_factor) / deviations[FACTOR];
-            uneven[(FACTOR, FACTOR)] += share * share;
-            uneven
+            doubted[(FACTOR, FACTOR)] += share * share;
+            doubted
         };
-        let [doubt, left] = self.leverage;
+        let [leverage, left] = self.leverage;
         let sigma_pct = |before: &DMatrix<f64>| {
             let variance = told(before, &information)?[(K, K)];
             Some(100.0 * UNIFORM * variance.max(0.0).sqrt())
@@ -202,10 +189,10 @@ impl Known {
         Some([
             sigma_pct(&calibrated)?,
             sigma_pct(&forgotten)?,
-            sigma_pct(&uneven(&calibrated, left))?,
-            sigma_pct(&uneven_pulleys)?,
+            sigma_pct(&doubted(&calibrated, left))?,
+            sigma_pct(&pulleys_off)?,
             sigma_pct(&pressed)?,
-            sigma_pct(&uneven(&pressed, doubt))?,
+            sigma_pct(&doubted(&pressed, leverage))?,
             sigma_pct(&self.pressed(&deviations, Pulleys::Off))?,
             sigma_pct(&sheet)?,
         ])
@@ -215,12 +202,7 @@ impl Known {
     fn pressed(&self, deviations: &[f64; UNKNOWNS], pulleys: Pulleys) -> DMatrix<f64> {
         let mut known = prior(deviations);
         pulleys.know(&mut known);
-        // As src/sensing/sensor/calibrate.rs leaves them.
-        let pressed_rad = 0.02 * f64::from(self.sheet.cable_rad_per_nm) + 4e-3;
-        for (unknown, deviation) in [(CABLE, pressed_rad), (BEND, 0.1)] {
-            let before = known[(unknown, unknown)];
-            known[(unknown, unknown)] = (deviation / deviations[unknown]).powi(2).min(before);
-        }
+        self.press_on_stop(&mut known, deviations);
         known
     }
 

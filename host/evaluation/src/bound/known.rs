@@ -1,5 +1,6 @@
 //! What is known of a scene's finger before a contact: its lengths as the reference has them, and every unknown with its deviation.
 
+use nalgebra::DMatrix;
 use palpate::finger::Mechanics;
 use palpate::scene::Scene;
 use palpate::sensing::{Calibration, SeriesElement, Settings};
@@ -7,7 +8,7 @@ use palpate_plant::{FingerParameters, Parameters};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
-use crate::reference::{Drive, Finger, Opened, Press, ReturnCable, Stage};
+use crate::reference::{Drive, Finger, Opened, Press, ReturnCable, Sample, Stage};
 
 /// Unknowns that the finger takes from one contact to the next: torque factor, cable, its stiffening, friction of the joints, and
 /// what is lost on the way to them.
@@ -31,6 +32,10 @@ const PULLEY_M: f64 = 0.15e-3;
 /// Added to a radius before its logarithm is taken, metre, and the deviation of that logarithm: even from 1 to 50 mm.
 pub(super) const OFFSET_M: f64 = 0.003;
 pub(super) const RADIUS_SIGMA: f64 = 0.746;
+/// Turns of the motor in a point.
+pub(super) const TURNS: f64 = 2.0;
+/// White noise of one turn of the motor, newton metre.
+const WHITE_NM: f64 = 2e-4;
 /// Deviation of a uniform distribution, as a share of its width.
 pub(super) const UNIFORM: f64 = 0.289;
 
@@ -48,15 +53,15 @@ pub(super) struct Known {
     /// Deviation of the object's compliance, metre per newton; 0 where the scene takes objects as rigid.
     give_m_per_n: f64,
     /// Share that is lost on the way to each joint beyond the first: mean and deviation.
-    joint_loss: [f64; 2],
+    pub(super) joint_loss: [f64; 2],
     /// Deviation of the ratio of each pair of pulleys, as a share.
     pulleys: [f64; 2],
     /// Torque factor and cable by the data sheets.
     pub(super) sheet: Calibration,
     /// Angle of the input link in a turn of the motor, radian, turns of the worm in it, and its duration, second.
     pub(super) turn_rad: f64,
-    pub(super) worm_turns: f64,
-    pub(super) turn_s: f64,
+    worm_turns: f64,
+    turn_s: f64,
     /// How far probing closes on, and the closing stop, radian.
     pub(super) probing_rad: f64,
     pub(super) closed_rad: f64,
@@ -88,7 +93,8 @@ impl Chosen {
 }
 
 /// The finger of the reference from a scene's lengths.
-fn opened(of: &FingerParameters) -> Opened {
+#[must_use]
+pub fn opened(of: &FingerParameters) -> Opened {
     let radians =
         |degrees: &[f64]| -> Vec<f64> { degrees.iter().map(|x| x.to_radians()).collect() };
     let rest_rad = radians(&of.rest_deg);
@@ -172,6 +178,29 @@ impl Known {
             first: usize::from(parameters.finger.hidden_base) + 1,
             leverage: [leverage, left * leverage],
             settings,
+        }
+    }
+
+    /// Tells cable and stiffening, as a press on the stop does (src/sensing/sensor/calibrate.rs).
+    pub(super) fn press_on_stop(&self, known: &mut DMatrix<f64>, deviations: &[f64]) {
+        let pressed_rad = 0.02 * f64::from(self.sheet.cable_rad_per_nm) + 4e-3;
+        for (unknown, deviation) in [(CABLE, pressed_rad), (BEND, 0.1)] {
+            let before = known[(unknown, unknown)];
+            known[(unknown, unknown)] = (deviation / deviations[unknown]).powi(2).min(before);
+        }
+    }
+
+    /// A point of a curve, so many turns of the motor after its first one.
+    pub(super) fn sample(&self, angle_rad: f64, turns: f64, excess_nm: f64) -> Sample {
+        Sample {
+            angle_rad,
+            time_s: turns * self.turn_s,
+            excess_nm,
+            late_nm: 0.0,
+            variance_nm2: WHITE_NM * WHITE_NM / TURNS,
+            width_rad: TURNS * self.turn_rad,
+            blocks: TURNS,
+            worm_turns: turns * self.worm_turns,
         }
     }
 

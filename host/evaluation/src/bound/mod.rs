@@ -10,6 +10,8 @@ pub mod information;
 mod known;
 pub mod second;
 
+pub use known::opened;
+
 use palpate::finger::Mechanics;
 use palpate::scene::Scene;
 use palpate::sensing::locator::{Data, Locator, LocatorResult};

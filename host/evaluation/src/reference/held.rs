@@ -221,14 +221,9 @@ impl<'a> Held<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Finger, Rolling, Touch, contact_curve, p70, table_1};
+    use super::super::support::{RIGID, opened};
+    use super::super::{Rolling, Touch, contact_curve, p70, table_1};
     use super::*;
-
-    const RIGID: Drive = Drive {
-        factor: 1.0,
-        cable_rad_per_nm: 0.0,
-        stiffening_per_nm: 0.0,
-    };
 
     fn press(phalanx: usize, k_m: f64, radius_m: f64) -> Press {
         Press {
@@ -240,16 +235,6 @@ mod tests {
             joint_nm: 0.0,
             lost: 0.0,
             give_m_per_n: 0.0,
-        }
-    }
-
-    fn opened(finger: Finger) -> Opened {
-        Opened {
-            back: None,
-            stand_rad: finger.rest_rad.clone(),
-            stopped: false,
-            most_rad: vec![3.0; finger.lengths.len()],
-            finger,
         }
     }
 

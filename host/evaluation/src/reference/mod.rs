@@ -12,6 +12,8 @@ mod opened;
 mod posterior;
 mod rolling;
 mod stiffness;
+#[cfg(test)]
+mod support;
 
 pub use finger::{Finger, Stage};
 pub use held::{Held, Press};

@@ -1,39 +1,11 @@
 //! The reference finger that is held at two contacts next to the simulated plant, which shares no code with it.
 
-use palpate_evaluation::reference::{Drive, Finger, HeldTwice, Opened, Rubs, Stage, Touching};
+use palpate_evaluation::bound::opened;
+use palpate_evaluation::reference::{Drive, HeldTwice, Rubs, Touching};
 use palpate_plant::{Grasp, Parameters, Shape};
 use palpate_scenes::{Linkage3, Tendon3};
 use palpate_simulation::second_contacts::Grasping;
 use palpate_simulation::{Simulated, Simulation};
-
-/// The scene's finger, without what a world adds.
-fn opened(parameters: &Parameters) -> Opened {
-    let of = &parameters.finger;
-    let radians =
-        |degrees: &[f64]| -> Vec<f64> { degrees.iter().map(|x| x.to_radians()).collect() };
-    let tendons = of.pulley_m.chunks_exact(2).map(|pair| Stage::Tendon {
-        ratio: pair[1] / pair[0],
-    });
-    let linkages = (0..of.lever_m.len()).map(|i| Stage::Linkage {
-        drive: of.lever_m[i],
-        coupler: of.coupler_m[i],
-        driven: of.driven_m[i],
-        offset_rad: of.offset_deg[i].to_radians(),
-        mode: of.mode[i],
-    });
-    Opened {
-        stopped: false,
-        stand_rad: radians(&of.rest_deg),
-        most_rad: radians(&of.joint_max_deg),
-        back: None,
-        finger: Finger {
-            lengths: of.length_m.clone(),
-            springs: of.spring_nm_per_rad.clone(),
-            rest_rad: radians(&of.rest_deg),
-            stages: tendons.chain(linkages).collect(),
-        },
-    }
-}
 
 /// Torque of the plant at the input link next to that of the reference at the same angles, after a second contact: the largest
 /// difference and how far the torque rises meanwhile, newton metre, and how far the second contacts are apart, metre. The reference
@@ -59,7 +31,7 @@ fn compared<S: Simulated>(parameters: &Parameters, is_smooth: bool) -> [f64; 3] 
     let second = began.expect("a second contact");
     assert_eq!(first.contact.phalanx, phalanx);
 
-    let opened = opened(parameters);
+    let opened = opened(&parameters.finger);
     let mechanism = &parameters.mechanism;
     let rubs = if is_smooth {
         Rubs::default()

@@ -1,7 +1,6 @@
 //! Fisher's information of a second contact's place, and what is known before.
 
 use nalgebra::{DMatrix, DVector};
-use palpate::finger::Mechanics;
 use palpate::scene::Scene;
 use palpate_plant::Parameters;
 use palpate_simulation::places::PIN_SHARES;
@@ -13,11 +12,9 @@ use super::grasp::{
     RADIUS_THERE, SECOND, Shown, UNKNOWNS, Values,
 };
 use crate::bound::drawn::REFERENCE_NOISE;
-use crate::bound::information::{
-    DIFFERENCE, DRAWS, PIN_SIGMA_M, TURNS, WHITE_NM, forget, prior, told,
-};
+use crate::bound::information::{DIFFERENCE, DRAWS, PIN_SIGMA_M, forget, prior, told};
 use crate::bound::known::{Known, RADIUS_SIGMA, UNIFORM};
-use crate::reference::{Curve, Noise, Sample};
+use crate::reference::{Curve, Noise};
 
 /// Friction that free motion shows at the input link, newton metre (docs/MECHANICS.md#real-fingers), of which a share wanders.
 const FRICTION_NM: f64 = 0.055;
@@ -41,7 +38,7 @@ struct Information {
     whole: DMatrix<f64>,
     before: DMatrix<f64>,
     after: DMatrix<f64>,
-    /// Of a shape that is known to 1.
+    /// What the shape tells, were its deviation 1.
     shape: DMatrix<f64>,
 }
 
@@ -78,7 +75,6 @@ impl Asked {
         });
         Self {
             friction: friction.map(f64::from),
-            loss: <S::Finger as Mechanics>::JOINT_LOSS.map(f64::from),
             known,
         }
     }
@@ -94,7 +90,7 @@ impl Asked {
         deviations[CABLE] = sheet.cable_sigma_rad_per_nm.into();
         deviations[BEND] = sheet.stiffening_sigma_per_nm.into();
         deviations[JOINT] = settings.joint_friction_nm[1].into();
-        deviations[LOSS] = self.loss[1];
+        [_, deviations[LOSS]] = self.known.joint_loss;
         for lever in LEVERS {
             deviations[lever] = settings.leverage_sigma.into();
         }
@@ -149,21 +145,11 @@ impl Asked {
         [from, to]: [usize; 2],
     ) -> Option<DMatrix<f64>> {
         let known = &self.known;
-        let width_rad = TURNS * known.turn_rad;
         let torques = shown.excess_nm.get(from..to)?;
         let angles = grasp.angles.get(from..to)?;
         let samples = angles.iter().zip(torques).map(|(&angle_rad, &excess_nm)| {
             let turns = (angle_rad - grasp.angles[0]) / known.turn_rad;
-            Sample {
-                angle_rad,
-                time_s: turns * known.turn_s,
-                excess_nm,
-                late_nm: 0.0,
-                variance_nm2: WHITE_NM * WHITE_NM / TURNS,
-                width_rad,
-                blocks: TURNS,
-                worm_turns: turns * known.worm_turns,
-            }
+            known.sample(angle_rad, turns, excess_nm)
         });
         let curve = Curve {
             samples: samples.collect(),
@@ -207,12 +193,7 @@ impl Asked {
         let pins = PIN_SHARES.map(|share| self.pin(share));
         let deviations = self.deviations([Some(self.known.lengths_m.len()), None]);
         let mut covariance = prior(&deviations);
-        // As src/sensing/sensor/calibrate.rs leaves them.
-        let pressed_rad = 0.02 * f64::from(self.known.sheet.cable_rad_per_nm) + 4e-3;
-        for (unknown, deviation) in [(CABLE, pressed_rad), (BEND, 0.1)] {
-            let before = covariance[(unknown, unknown)];
-            covariance[(unknown, unknown)] = (deviation / deviations[unknown]).powi(2).min(before);
-        }
+        self.known.press_on_stop(&mut covariance, &deviations);
         for unknown in [LOSS, LEVERS[0], LEVERS[1]] {
             forget(&mut covariance, unknown, 0.0);
         }

@@ -4,17 +4,13 @@ use palpate_simulation::places::PIN_RAD;
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
-use super::super::information::{LEAD, TOP_SHARE, TURNS};
-use super::super::known::{Known, OFFSET_M};
+use crate::bound::information::{LEAD, TOP_SHARE};
+pub(super) use crate::bound::known::{BEND, CABLE, FACTOR, JOINT, LOSS};
+use crate::bound::known::{Known, OFFSET_M, TURNS};
 use crate::reference::{Drive, HeldTwice, Rubs, Touching};
 
-/// Unknowns that the finger takes from one contact to the next: torque factor, cable, its stiffening, friction of the joints, loss on
-/// pulleys, and what each stage of the transmission is off by.
-pub(super) const FACTOR: usize = 0;
-pub(super) const CABLE: usize = 1;
-pub(super) const BEND: usize = 2;
-pub(super) const JOINT: usize = 3;
-pub(super) const LOSS: usize = 4;
+/// Unknowns that the finger takes from one contact to the next, beside the first five of [`Known`]: what each stage of the transmission is
+/// off by.
 pub(super) const LEVERS: [usize; 2] = [5, 6];
 /// Unknown of a material: the pins', or the object's.
 pub(super) const FRICTION: usize = 7;
@@ -38,14 +34,12 @@ const BEGINS: f64 = 0.3;
 /// Halvings of a step within which the second contact begins.
 const HALVINGS: u8 = 40;
 
-/// What a finger is asked: what is known of it, and its priors' means and deviations that depend on the world.
+/// What is known of a finger before it grasps, with the mean and deviation that depend on the world.
 #[derive(Clone, Debug)]
 pub(super) struct Asked {
     pub(super) known: Known,
     /// Contact friction, as its user states it.
     pub(super) friction: [f64; 2],
-    /// Share of the torque that a pulley takes.
-    pub(super) loss: [f64; 2],
 }
 
 /// A grasp, with the measured angles of its curve's points.
@@ -109,7 +103,7 @@ impl Asked {
         means[CABLE] = sheet.cable_rad_per_nm.into();
         means[BEND] = sheet.stiffening_per_nm.into();
         means[JOINT] = self.known.settings.joint_friction_nm[0].into();
-        means[LOSS] = self.loss[0];
+        [means[LOSS], _] = self.known.joint_loss;
         means[FRICTION] = self.friction[0];
         means
     }

@@ -23,6 +23,7 @@ mod fisher;
 mod grasp;
 mod sampled;
 
+use nalgebra::DMatrix;
 use palpate::scene::Scene;
 use palpate_document::table::head;
 use palpate_plant::Parameters;
@@ -32,8 +33,9 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::information::{DRAWS, MEAN_SHARE};
+use crate::reference::Noise;
 use fisher::{LEVELS, noise};
-use grasp::Asked;
+use grasp::{Asked, Grasp};
 
 /// Deviation of a place from which on it is not told, as a share of the phalanx.
 const TOLD: f64 = 0.25;
@@ -67,6 +69,33 @@ pub struct SecondBound {
     pub grasps: usize,
 }
 
+/// What a calibration leaves unknown of a finger, in units of the deviations, and the noise of its curves.
+struct Calibrated {
+    known: DMatrix<f64>,
+    noise: Noise,
+}
+
+/// Draws grasps on a scene's calibrated finger and asks for something of each; those that do not tell it are drawn again.
+fn each_drawn<S: Scene, const N: usize>(
+    parameters: &Parameters,
+    contacts: u64,
+    seed: u64,
+    of: impl Fn(&Asked, &Calibrated, &Grasp, &mut Pcg64Mcg) -> Option<[f64; N]> + Sync,
+) -> Option<Vec<[f64; N]>> {
+    let asked = Asked::of::<S>(parameters);
+    let noise = noise(parameters);
+    let known = asked.calibrated(&noise)?;
+    let calibrated = Calibrated { known, noise };
+    let drawn = (0..contacts).into_par_iter().filter_map(|index| {
+        let mut random = Pcg64Mcg::seed_from_u64((seed << 32) + index);
+        (0..DRAWS * DRAWS).find_map(|_| {
+            let grasp = asked.drawn(asked.finger(&calibrated.known, &mut random)?, &mut random)?;
+            of(&asked, &calibrated, &grasp, &mut random)
+        })
+    });
+    Some(drawn.collect())
+}
+
 /// What the data hold of second contacts on a scene's finger in a world. `None` where the finger cannot make them.
 #[must_use]
 pub fn second_bound<S: Scene>(
@@ -74,19 +103,10 @@ pub fn second_bound<S: Scene>(
     contacts: u64,
     seed: u64,
 ) -> Option<SecondBound> {
-    let asked = Asked::of::<S>(parameters);
-    let noise = noise(parameters);
-    let known = asked.calibrated(&noise)?;
-    let sigmas: Vec<[f64; LEVELS]> = (0..contacts)
-        .into_par_iter()
-        .filter_map(|index| {
-            let mut random = Pcg64Mcg::seed_from_u64((seed << 32) + index);
-            (0..DRAWS * DRAWS).find_map(|_| {
-                let grasp = asked.drawn(asked.finger(&known, &mut random)?, &mut random)?;
-                asked.sigmas(&grasp, &known, &noise)
-            })
-        })
-        .collect();
+    let sigmas =
+        each_drawn::<S, LEVELS>(parameters, contacts, seed, |asked, calibrated, grasp, _| {
+            asked.sigmas(grasp, &calibrated.known, &calibrated.noise)
+        })?;
     let told: Vec<&[f64; LEVELS]> = sigmas.iter().filter(|sigma| sigma[3] < TOLD).collect();
     let mean_pct = |level: usize| {
         let sum: f64 = told.iter().map(|sigma| sigma[level]).sum();
@@ -159,19 +179,14 @@ pub fn second_posterior<S: Scene>(
     contacts: u64,
     seed: u64,
 ) -> Option<SecondPosterior> {
-    let asked = Asked::of::<S>(parameters);
-    let noise = noise(parameters);
-    let known = asked.calibrated(&noise)?;
-    let all: Vec<[f64; 2]> = (0..contacts)
-        .into_par_iter()
-        .filter_map(|index| {
-            let mut random = Pcg64Mcg::seed_from_u64((seed << 32) + index);
-            (0..DRAWS * DRAWS).find_map(|_| {
-                let grasp = asked.drawn(asked.finger(&known, &mut random)?, &mut random)?;
-                asked.sampled(&grasp, &known, &noise, &mut random)
-            })
-        })
-        .collect();
+    let all = each_drawn::<S, 2>(
+        parameters,
+        contacts,
+        seed,
+        |asked, calibrated, grasp, random| {
+            asked.sampled(grasp, &calibrated.known, &calibrated.noise, random)
+        },
+    )?;
     let told: Vec<&[f64; 2]> = all.iter().filter(|[_, sigma]| *sigma < TOLD).collect();
     let mean_pct = |of: &dyn Fn(&[f64; 2]) -> f64| {
         100.0 * told.iter().map(|one| of(one)).sum::<f64>() / told.len() as f64

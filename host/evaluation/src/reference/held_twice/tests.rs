@@ -1,29 +1,15 @@
 use super::super::finger::{Finger, hessian};
+use super::super::support::{RIGID, opened};
 use super::super::{Held, Press, Stage};
 use super::*;
 use nalgebra::DVector;
 
-const RIGID: Drive = Drive {
-    factor: 1.0,
-    cable_rad_per_nm: 0.0,
-    stiffening_per_nm: 0.0,
-};
 const SMOOTH: Rubs = Rubs {
     friction: 0.0,
     joint_nm: 0.0,
     loss: 0.0,
     uneven: [0.0; 2],
 };
-
-fn opened(finger: Finger) -> Opened {
-    Opened {
-        back: None,
-        stand_rad: finger.rest_rad.clone(),
-        stopped: false,
-        most_rad: vec![3.0; finger.lengths.len()],
-        finger,
-    }
-}
 
 /// A linkage of two stages, as the scene `linkage3` has it, in metre.
 fn linkage() -> Finger {
