@@ -5,11 +5,11 @@
 
 use super::linearization::Linearization;
 use super::newton::Unknown;
-use crate::numeric::{Bounded, dot, solve, solve_in_place};
+use crate::numeric::{Bounded, dot, solve_in_place};
 use core::array::from_fn;
 
 /// Most loads at a time.
-const MOST: usize = 6;
+const MOST: usize = 7;
 
 /// What the finger held by the contact is loaded with.
 #[derive(Clone, Copy, Debug)]
@@ -49,52 +49,51 @@ pub(super) struct Responses<const N: usize> {
 }
 
 impl<const N: usize> Linearization<N> {
-    /// The stiffness made regular by a spring across the contact, which moves no solution and lends joint 1 without a
-    /// spring a pivot.
-    fn braced(&self) -> [[f32; N]; N] {
-        let mut a = self.stiffness;
-        for m in 0..N {
-            for q in 0..N {
-                a[m][q] += self.pressing[m] * self.arms[q];
+    /// Answers to some loads, [`MOST`] at most; those beyond the loads mean nothing.
+    ///
+    /// Beside the joints the contact force is an unknown, and `p . delta = gap + give F` an equation: what gives the joint of the largest
+    /// moment arm by the others and the force, which takes its place. So nothing is singular that the object holds, be it joint 1 without
+    /// a spring or a finger that the object alone keeps stable.
+    #[inline(never)]
+    fn respond(&self, loads: &[Load<N>]) -> Option<[Response<N>; MOST]> {
+        let (mut given, mut arm) = (0, 0.0f32);
+        for (m, other) in self.arms.iter().enumerate() {
+            if other.abs() > arm.abs() {
+                (given, arm) = (m, *other);
             }
         }
-        a
-    }
-
-    /// Answers to some loads, [`MOST`] at most; those beyond the loads mean nothing. Then the change of the joints that closes a unit of
-    /// gap.
-    #[inline(never)]
-    fn respond(&self, loads: &[Load<N>]) -> Option<([Response<N>; MOST], [f32; N])> {
-        let mut sides = [self.pressing; MOST + 1];
-        for (side, load) in sides.iter_mut().skip(1).zip(loads) {
-            *side = load.torques;
+        let by_gap = 1.0 / arm;
+        let follows = self.arms.map(|other| -other * by_gap);
+        let (mut held, mut column) = (self.stiffness, [0.0; N]);
+        for m in 0..N {
+            let of_given = *held[m].get(given)?;
+            for q in 0..N {
+                held[m][q] += of_given * follows[q];
+            }
+            column[m] = of_given * by_gap;
+            *held[m].get_mut(given)? = self.pressing[m] + column[m] * self.give;
         }
-        if !solve_in_place(self.braced(), sides.get_mut(..=loads.len())?) {
-            return None;
-        }
-        let [held_by, solved @ ..] = sides;
-        let held = dot(&self.arms, &held_by);
-        // A force F leaves p . delta = gap + give F. Held is h / (1 + h) for the compliance h of the finger at the contact, so that
-        // nothing vanishes with h, nor where h is infinite.
-        let given = self.give * (1.0 - held);
-        let closed = 1.0 / (held + given);
-        let share = 1.0 - given * closed;
         let mut respond = [Response {
             delta: [0.0; N],
             force: 0.0,
         }; MOST];
-        for ((answer, load), free) in respond.iter_mut().zip(loads).zip(&solved) {
-            let force = (dot(&self.arms, free) - load.gap) * closed;
-            let braced = force - self.give * (force + load.gap * closed);
+        let mut sides = [[0.0; N]; MOST];
+        for (side, load) in sides.iter_mut().zip(loads) {
             for m in 0..N {
-                answer.delta[m] = free[m] - held_by[m] * braced;
-            }
-            answer.force = force + share * load.gap;
-            if !(answer.force.is_finite() && answer.delta.iter().all(|x| x.is_finite())) {
-                return None;
+                side[m] = load.torques[m] - column[m] * load.gap;
             }
         }
-        Some((respond, held_by.map(|turned| turned * closed)))
+        if !solve_in_place(held, sides.get_mut(..loads.len())?) {
+            return None;
+        }
+        for ((answer, load), solved) in respond.iter_mut().zip(loads).zip(sides) {
+            answer.delta = solved;
+            let joint = answer.delta.get_mut(given)?;
+            answer.force = core::mem::take(joint);
+            let gap = load.gap + self.give * answer.force;
+            *answer.delta.get_mut(given)? = by_gap * gap + dot(&follows, &answer.delta);
+        }
+        Some(respond)
     }
 
     fn unbalanced(&self) -> Load<N> {
@@ -145,13 +144,13 @@ impl<const N: usize> Linearization<N> {
 
     /// Newton's step at a given torque.
     pub(super) fn step(&self) -> Option<Response<N>> {
-        let ([step, ..], _) = self.respond(&[self.unbalanced()])?;
+        let [step, ..] = self.respond(&[self.unbalanced()])?;
         Some(step)
     }
 
     /// Change along the path for a unit of input torque.
     pub(super) fn tangent(&self) -> Option<Response<N>> {
-        let ([tangent, ..], _) = self.respond(&[self.driven()])?;
+        let [tangent, ..] = self.respond(&[self.driven()])?;
         Some(tangent)
     }
 
@@ -162,7 +161,7 @@ impl<const N: usize> Linearization<N> {
             torques: self.rubbing,
             gap: 0.0,
         };
-        let ([answer, ..], _) = self.respond(&[rubbed])?;
+        let [answer, ..] = self.respond(&[rubbed])?;
         // Friction f in the sense s of sliding leaves the force F / (1 + s f answer.force), and takes s f times that of the answer off
         // the motion.
         let slide = dot(&self.rubbing, &tangent.delta);
@@ -177,8 +176,27 @@ impl<const N: usize> Linearization<N> {
         let rubbed = self.rubbed(force);
         let braked = self.braked();
         let lost = self.lost(rise);
-        let ([step, tangent, by_k, by_friction, by_joint_friction, by_loss], closing) =
-            self.respond(&[self.unbalanced(), self.driven(), by_k, rubbed, braked, lost])?;
+        let closed = Load {
+            torques: [0.0; N],
+            gap: 1.0,
+        };
+        let [
+            step,
+            tangent,
+            by_k,
+            by_friction,
+            by_joint_friction,
+            by_loss,
+            closing,
+        ] = self.respond(&[
+            self.unbalanced(),
+            self.driven(),
+            by_k,
+            rubbed,
+            braked,
+            lost,
+            closed,
+        ])?;
         Some(Responses {
             step,
             tangent,
@@ -187,7 +205,7 @@ impl<const N: usize> Linearization<N> {
             force_by_friction: by_friction.force,
             by_joint_friction: dot(&self.x, &by_joint_friction.delta),
             by_loss: dot(&self.x, &by_loss.delta),
-            by_give: force * dot(&self.x, &closing),
+            by_give: force * dot(&self.x, &closing.delta),
         })
     }
 
@@ -217,7 +235,7 @@ impl<const N: usize> Linearization<N> {
     /// torque that opposes the turning of each joint but the first, the last three at a given torque. As [`Self::responses`], at a point to
     /// whose force it belongs.
     pub(super) fn joint_responses(&self, force: f32, joint: usize) -> Option<[f32; 4]> {
-        let ([by_torque, by_k, by_friction, by_joint_friction, ..], _) = self.respond(&[
+        let [by_torque, by_k, by_friction, by_joint_friction, ..] = self.respond(&[
             self.driven(),
             self.by_k(force),
             self.rubbed(force),
@@ -234,22 +252,14 @@ impl<const N: usize> Linearization<N> {
 
     /// Newton's step with the place of the contact unknown and the rotation of the input link `missing` given.
     pub(super) fn place_response(&self, force: f32, missing: f32) -> Option<Unknown<N>> {
-        let arms_by_k = self.loaded.map(|loaded| self.phi.cos * loaded);
-        let [u, w, z] = solve(self.braced(), [self.torques, self.pressing, arms_by_k])?;
-        let z = z.map(|z| z * force);
-        let (p, x) = (&self.arms, &self.x);
-        let rows = [
-            [dot(p, &w), dot(p, &z) - self.phi.sin],
-            [dot(x, &w), dot(x, &z)],
-        ];
-        let [[more, k]] = solve(rows, [[dot(p, &u) - self.gap, dot(x, &u) - missing]])?;
-        let mut delta = u;
+        let [mut step, by_k, ..] = self.respond(&[self.unbalanced(), self.by_k(force)])?;
+        let k = (missing - dot(&self.x, &step.delta)) / dot(&self.x, &by_k.delta);
         for m in 0..N {
-            delta[m] -= w[m] * more + z[m] * k;
+            step.delta[m] += k * by_k.delta[m];
         }
         Some(Unknown {
-            delta,
-            force: more + self.gap - self.phi.sin * k,
+            delta: step.delta,
+            force: step.force + k * by_k.force,
             k,
         })
     }

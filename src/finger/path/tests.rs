@@ -1,5 +1,6 @@
 //! A contact path under the finger's weight, against the balance of every joint with masses of their own, in f64.
 
+mod held;
 mod joint;
 mod rubbing;
 mod soft;

@@ -155,7 +155,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         if let Some(change) = joint.change()
             && progress == Progress::Converged
         {
-            self.weigh_joint(finger, data, prior, near, &change);
+            self.weigh_joint(finger, data, prior, near, &change, &scaling);
         }
         let progress = self.judge(progress == Progress::Converged, prior, &scaling);
         self.pass = None;

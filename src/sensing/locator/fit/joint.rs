@@ -29,11 +29,12 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         prior: &Prior<X>,
         near: &F::Configuration,
         change: &JointChange,
+        scaling: &Scaling,
     ) {
         let expected = change
             .sigma_rad
             .is_finite()
-            .then(|| self.expected(finger, data, prior, near, change))
+            .then(|| self.expected(finger, data, prior, near, change, scaling))
             .flatten();
         let Some(pass) = &mut self.pass else { return };
         let Some((rad, slopes)) = expected else {
@@ -67,8 +68,8 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         prior: &Prior<X>,
         near: &F::Configuration,
         change: &JointChange,
+        scaling: &Scaling,
     ) -> Option<(f32, [f32; UNKNOWNS])> {
-        let scaling = Scaling::of::<F, X>(prior, self.hypothesis.length_m);
         let values = scaling.values(&self.trial);
         let model = &self.pass.as_ref()?.model;
         let torque_nm = values[FACTOR] * change.excess_nm + change.free_nm;
