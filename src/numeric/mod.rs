@@ -17,7 +17,7 @@
 //! | [`exp`] | exponent and the series of the rest | 5e-7 relative | micromath's is 7.6e-4 off (2.4e-3 below zero): weights would bear it, but the covariance of wandering friction that is built from it must stay positive definite |
 //! | [`not_negative`] | a logistic curve for the normal distribution | 2 % of the deviation | deviations of cables and joints are known to no more than that |
 //! | [`dot`] | a sum in the order of the elements | a rounding for each product and each sum | `core` has none |
-//! | [`solve`], [`solve_in_place`] | Gaussian elimination, row pivoting | grows with the matrix's condition number | one unknown a joint, never more than three |
+//! | [`solve`], [`solve_in_place`] | Gaussian elimination, row pivoting | grows with the matrix's condition number | one unknown a joint, or the seven of a curve with a corner |
 //! | [`LeastSquares`] | covariance form | 1e-4 of unknowns of size one after 1,000 equations | samples need not be kept |
 //!
 //! Host and target run the same operations in the same order (nothing is fused), so they give the same numbers.

@@ -65,7 +65,7 @@ pub struct Bound {
 
 /// What is known of a tendon's pulleys.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Pulleys {
+pub(super) enum Pulleys {
     /// They are as the scene has them.
     Exact,
     /// Each is off by itself.
@@ -83,23 +83,39 @@ impl Pulleys {
     }
 }
 
+/// The curve of a contact.
+pub(super) struct Observed {
+    pub(super) phalanx: usize,
+    /// Values of all unknowns.
+    pub(super) values: [f64; UNKNOWNS],
+    /// Measured angles, radian, and nominal torque above the free finger's there, newton metre.
+    pub(super) angles: Vec<f64>,
+    pub(super) torques: DVector<f64>,
+    /// Cholesky factor, lower triangle, of the noise's covariance.
+    pub(super) lower: DMatrix<f64>,
+}
+
 impl Known {
-    /// Nominal torque above the free finger's at measured angles, until the torque has risen enough, a joint has met its stop, the
-    /// contact has left its phalanx or no posture is found.
-    fn excess_nm(
+    /// Nominal torque above the free finger's at measured angles, until it has risen to `top_nm`, a joint has met its stop, the contact
+    /// has left its phalanx or no posture is found.
+    pub(super) fn excess_nm(
         &self,
         phalanx: usize,
         values: &[f64; UNKNOWNS],
         angles: &[f64],
+        top_nm: f64,
     ) -> Option<Vec<f64>> {
         let (press, drive) = self.press(phalanx, values);
         let opened = self.with_pulleys(values);
         let held = Held::new(&opened, press, values[ONSET], &drive)?;
         let length_m = self.lengths_m[phalanx - 1];
-        let top_nm = TOP_SHARE * f64::from(self.settings.torque_limit_nm);
         let mut near: State = held.start().clone();
         let mut found = Vec::new();
         for &angle_rad in angles {
+            if angle_rad <= values[ONSET] {
+                found.push(0.0);
+                continue;
+            }
             // Less is known then, and the bound is larger: of one pin of `tendon3` a third of its torque counts.
             let Some(next) = held.at(angle_rad, &drive, &near) else {
                 break;
@@ -115,22 +131,20 @@ impl Known {
         Some(found)
     }
 
-    /// Fisher's information of a curve on all unknowns, in units of their deviations.
-    fn information(&self, chosen: &Chosen, deviations: &[f64; UNKNOWNS]) -> Option<DMatrix<f64>> {
-        let means = self.means(chosen);
+    /// The curve of a contact with these values: `None` where it is too short.
+    pub(super) fn observed(&self, phalanx: usize, values: [f64; UNKNOWNS]) -> Option<Observed> {
+        let onset_rad = values[ONSET];
         let width_rad = TURNS * self.turn_rad;
-        let angle_rad =
-            |index: usize| chosen.onset_rad + width_rad * (index as f64 + 0.5 - LEAD as f64);
-        let way_rad = self.probing_rad.min(self.closed_rad - chosen.onset_rad);
+        let angle_rad = |index: usize| onset_rad + width_rad * (index as f64 + 0.5 - LEAD as f64);
+        let way_rad = self.probing_rad.min(self.closed_rad - onset_rad);
         let points = ((way_rad / width_rad).max(0.0) as usize).min(MOST_POINTS);
-        let angles: Vec<f64> = (LEAD..LEAD + points).map(angle_rad).collect();
-        let here = self.excess_nm(chosen.phalanx, &means, &angles)?;
-        let angles = &angles[..here.len()];
-        if here.len() < LEAST_POINTS {
+        let mut angles: Vec<f64> = (0..LEAD + points).map(angle_rad).collect();
+        let top_nm = TOP_SHARE * f64::from(self.settings.torque_limit_nm);
+        let torques = self.excess_nm(phalanx, &values, &angles, top_nm)?;
+        angles.truncate(torques.len());
+        if torques.len() < LEAD + LEAST_POINTS {
             return None;
         }
-        let mut torques = vec![0.0; LEAD];
-        torques.extend(&here);
         let samples = torques.iter().enumerate().map(|(index, &excess_nm)| {
             self.sample(angle_rad(index), TURNS * index as f64, excess_nm)
         });
@@ -139,28 +153,45 @@ impl Known {
             creep: 0.0,
         };
         let noise = &REFERENCE_NOISE;
-        let lower = noise.whitening(
-            &noise.covariance(&curve),
-            &curve,
-            chosen.onset_rad,
-            &torques,
-        )?;
-        let mut slopes = DMatrix::zeros(torques.len(), UNKNOWNS);
+        let lower = noise.whitening(&noise.covariance(&curve), &curve, onset_rad, &torques)?;
+        Some(Observed {
+            phalanx,
+            values,
+            angles,
+            torques: DVector::from_vec(torques),
+            lower,
+        })
+    }
+
+    /// Derivatives of a curve by all unknowns in units of their deviations, whitened.
+    pub(super) fn slopes(
+        &self,
+        observed: &Observed,
+        deviations: &[f64; UNKNOWNS],
+    ) -> Option<DMatrix<f64>> {
+        let points = observed.torques.len();
+        let mut slopes = DMatrix::zeros(points, UNKNOWNS);
         for unknown in (0..UNKNOWNS).filter(|&i| deviations[i] > 0.0) {
             let beside = |steps: f64| {
-                let mut values = means;
+                let mut values = observed.values;
                 values[unknown] += steps * DIFFERENCE * deviations[unknown];
-                self.excess_nm(chosen.phalanx, &values, angles)
+                self.excess_nm(observed.phalanx, &values, &observed.angles, f64::INFINITY)
             };
             let (more, less) = (beside(1.0)?, beside(-1.0)?);
             // The last points may lie beyond the end of one of them.
-            let number = more.len().min(less.len());
-            let mut column = DVector::zeros(torques.len());
-            for index in 0..number {
-                column[LEAD + index] = (more[index] - less[index]) / (2.0 * DIFFERENCE);
+            let mut column = DVector::zeros(points);
+            for (index, (more, less)) in more.iter().zip(&less).enumerate() {
+                column[index] = (more - less) / (2.0 * DIFFERENCE);
             }
-            slopes.set_column(unknown, &lower.solve_lower_triangular(&column)?);
+            slopes.set_column(unknown, &observed.lower.solve_lower_triangular(&column)?);
         }
+        Some(slopes)
+    }
+
+    /// Fisher's information of a curve on all unknowns, in units of their deviations.
+    fn information(&self, chosen: &Chosen, deviations: &[f64; UNKNOWNS]) -> Option<DMatrix<f64>> {
+        let observed = self.observed(chosen.phalanx, self.means(chosen))?;
+        let slopes = self.slopes(&observed, deviations)?;
         Some(slopes.tr_mul(&slopes))
     }
 
@@ -199,7 +230,7 @@ impl Known {
     }
 
     /// Covariance of all unknowns after a press on the stop.
-    fn pressed(&self, deviations: &[f64; UNKNOWNS], pulleys: Pulleys) -> DMatrix<f64> {
+    pub(super) fn pressed(&self, deviations: &[f64; UNKNOWNS], pulleys: Pulleys) -> DMatrix<f64> {
         let mut known = prior(deviations);
         pulleys.know(&mut known);
         self.press_on_stop(&mut known, deviations);
@@ -207,7 +238,11 @@ impl Known {
     }
 
     /// The same after the guided calibration, which adds two pins.
-    fn calibrated(&self, deviations: &[f64; UNKNOWNS], pulleys: Pulleys) -> Option<DMatrix<f64>> {
+    pub(super) fn calibrated(
+        &self,
+        deviations: &[f64; UNKNOWNS],
+        pulleys: Pulleys,
+    ) -> Option<DMatrix<f64>> {
         let phalanx = self.lengths_m.len();
         let length_m = self.lengths_m[phalanx - 1];
         let mut known = self.pressed(deviations, pulleys);

@@ -32,6 +32,10 @@ const PULLEY_M: f64 = 0.15e-3;
 /// Added to a radius before its logarithm is taken, metre, and the deviation of that logarithm: even from 1 to 50 mm.
 pub(super) const OFFSET_M: f64 = 0.003;
 pub(super) const RADIUS_SIGMA: f64 = 0.746;
+/// Radii of objects, metre: even in the logarithm of radius plus [`OFFSET_M`].
+pub(super) const RADII_M: [f64; 2] = [0.001, 0.056];
+/// Deviation of a detected onset from the true one, radian.
+pub(super) const DETECTED_RAD: f64 = 0.01;
 /// Turns of the motor in a point.
 pub(super) const TURNS: f64 = 2.0;
 /// White noise of one turn of the motor, newton metre.
@@ -84,7 +88,7 @@ pub(super) struct Chosen {
 
 impl Chosen {
     /// Any, for what does not depend on it.
-    const SOME: Self = Self {
+    pub(super) const SOME: Self = Self {
         phalanx: 1,
         k_m: 0.0,
         object_m: 0.0,

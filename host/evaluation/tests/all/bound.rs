@@ -2,6 +2,7 @@
 //! `PALPATE_CONTACTS` says at how many contacts each).
 
 use palpate_evaluation::bound::information::{self, MEAN_SHARE, bound};
+use palpate_evaluation::bound::sampled::{self, first_posterior};
 use palpate_evaluation::bound::{ideal, levels, markdown, study};
 use palpate_plant::Parameters;
 use palpate_scenes::for_scene;
@@ -76,4 +77,26 @@ fn pins_tell_places_on_every_finger_and_fisher_agrees_with_the_posterior() {
     let exact = &study(&levels()[..1], contacts, 1)[0];
     let ratio = bounds[0].sheet_pct / (MEAN_SHARE * exact.exact_sigma_pct);
     assert!((0.7..1.3).contains(&ratio), "{ratio}: {exact:?}");
+}
+
+/// Fingers whose stiffness hardly changes with the place on a part of a phalanx, where the bound means little.
+const FLAT: [&str; 5] = ["tendon2", "tendon3", "hidden3", "linkage3", "return2"];
+
+/// The exact posterior where Fisher's information is rough: a third of the contacts, because each takes a thousand curves.
+#[test]
+fn the_posterior_of_a_first_contact_is_as_sure_as_its_errors_say() {
+    let contacts = (contacts(6) / 3).max(1);
+    let posteriors = FLAT.map(|name| {
+        let parameters = Parameters::of(name).expect("a scene");
+        for_scene!(name, |S| first_posterior::<S>(&parameters, contacts, 1))
+            .flatten()
+            .unwrap_or_else(|| panic!("{name}: no contacts"))
+    });
+    println!("{}", sampled::markdown(&posteriors));
+    for of in posteriors {
+        assert_eq!(of.contacts as u64, contacts, "{of:?}");
+        for told in [of.pins, of.press] {
+            assert!(told.within2_pct > 60.0, "{of:?}");
+        }
+    }
 }

@@ -1,16 +1,16 @@
 //! Fisher's information of a second contact's place, and what is known before.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use palpate::scene::Scene;
 use palpate_plant::Parameters;
 use palpate_simulation::places::PIN_SHARES;
-use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 
 use super::grasp::{
     Asked, BEND, CABLE, CORNER, FACTOR, FRICTION, Grasp, JOINT, K, LEVERS, LOSS, ONSET, RADIUS,
     RADIUS_THERE, SECOND, Shown, UNKNOWNS, Values,
 };
+use crate::bound::chain::normals;
 use crate::bound::drawn::REFERENCE_NOISE;
 use crate::bound::information::{DIFFERENCE, DRAWS, PIN_SIGMA_M, forget, prior, told};
 use crate::bound::known::{Known, RADIUS_SIGMA, UNIFORM};
@@ -50,11 +50,6 @@ pub(super) fn noise(parameters: &Parameters) -> Noise {
         wave: WAVE_SHARE * parameters.worm.friction_ripple,
         ..REFERENCE_NOISE
     }
-}
-
-/// Independent normal variables.
-pub(super) fn normals(number: usize, random: &mut Pcg64Mcg) -> DVector<f64> {
-    DVector::from_fn(number, |_, _| StandardNormal.sample(random))
 }
 
 /// Whether values are those of a finger: nothing pushes, and no cable softens.

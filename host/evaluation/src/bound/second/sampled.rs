@@ -1,30 +1,16 @@
 //! The exact posterior of a second contact's place: a curve is drawn with noise, and values of all unknowns are sampled by how likely they
-//! make it (Metropolis and Hastings).
-//!
-//! The chain begins at the truth and is proposed to by the linear solution about it, which only saves time: what it comes to does not
-//! depend on either.
+//! make it ([`Linear::sampled`]).
 
 use nalgebra::{DMatrix, DVector};
-use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
-use super::fisher::{ROUND, SHARED, is_possible, normals};
+use super::fisher::{ROUND, SHARED, is_possible};
 use super::grasp::{
     Asked, CORNER, Grasp, K, ONSET, RADIUS, RADIUS_THERE, SECOND, UNKNOWNS, Values,
 };
-use crate::bound::known::{OFFSET_M, UNIFORM};
+use crate::bound::chain::{Linear, normals, of_open};
+use crate::bound::known::{DETECTED_RAD, OFFSET_M, RADII_M, UNIFORM};
 use crate::reference::Noise;
-
-/// Deviation of a detected onset from the true one, radian.
-const DETECTED_RAD: f64 = 0.01;
-/// Radii of objects, metre: even in the logarithm of radius plus [`OFFSET_M`].
-const RADII_M: [f64; 2] = [0.001, 0.056];
-/// Steps of a chain, and those at its beginning that do not count.
-const STEPS: usize = 600;
-const FORGOTTEN: usize = 100;
-/// Width of the proposals about the linear solution, and of steps from where the chain is, over the root of the unknowns' number.
-const WIDER: f64 = 1.2;
-const WALK: f64 = 1.5;
 
 /// A curve with noise, and what is known beside it.
 struct Asking<'a> {
@@ -133,8 +119,6 @@ impl Asked {
             .lower
             .solve_lower_triangular(&slopes.select_columns(&asking.open))?;
         let shape = shape.select_columns(&asking.open) / ROUND;
-        let matrix = white.tr_mul(&white) + shape.tr_mul(&shape) + &precision;
-        let covariance = matrix.try_inverse()?;
         let means = self.means();
         let expected = DVector::from_iterator(
             asking.open.len(),
@@ -148,56 +132,10 @@ impl Asked {
             }),
         );
         let noise_white = asking.lower.solve_lower_triangular(&noise_nm)?;
-        let middle = &covariance * (white.tr_mul(&noise_white) + &precision * expected);
-        let root = ((&covariance + covariance.transpose()) * 0.5)
-            .cholesky()?
-            .unpack();
-        Some(asking.chain(&middle, &root, random))
-    }
-}
-
-/// Rows and columns of unknowns that are not exact.
-fn of_open(matrix: &DMatrix<f64>, open: &[usize]) -> DMatrix<f64> {
-    matrix.select_rows(open).select_columns(open)
-}
-
-impl Asking<'_> {
-    /// Error and deviation of the place by a chain from the truth.
-    fn chain(&self, middle: &DVector<f64>, root: &DMatrix<f64>, random: &mut Pcg64Mcg) -> [f64; 2] {
-        let number = self.open.len();
-        let place = self.open.iter().position(|&unknown| unknown == SECOND);
-        let mut at = DVector::zeros(number);
-        let mut density = self.density(&at).unwrap_or(f64::NEG_INFINITY);
-        // Logarithm of the density of proposals about the linear solution.
-        let proposed = |at: &DVector<f64>| {
-            let off = root.solve_lower_triangular(&(at - middle));
-            off.map_or(0.0, |off| -0.5 * off.norm_squared() / (WIDER * WIDER))
-        };
-        let (mut sum, mut squares) = (0.0, 0.0);
-        for step in 0..STEPS {
-            let walks = step % 2 == 1;
-            let next = if walks {
-                &at + root * normals(number, random) * (WALK / (number as f64).sqrt())
-            } else {
-                middle + root * normals(number, random) * WIDER
-            };
-            if let Some(there) = self.density(&next) {
-                let mut gain = there - density;
-                if !walks {
-                    gain += proposed(&at) - proposed(&next);
-                }
-                if gain >= 0.0 || random.random_range(0.0..1.0) < gain.exp() {
-                    (at, density) = (next, there);
-                }
-            }
-            if step >= FORGOTTEN {
-                let off = place.map_or(0.0, |place| UNIFORM * at[place]);
-                sum += off;
-                squares += off * off;
-            }
-        }
-        let counted = (STEPS - FORGOTTEN) as f64;
-        let mean = sum / counted;
-        [mean, (squares / counted - mean * mean).max(0.0).sqrt()]
+        let beside = shape.tr_mul(&shape);
+        let linear = Linear::of([&white, &beside], &noise_white, (&expected, &precision))?;
+        let place = asking.open.iter().position(|&unknown| unknown == SECOND)?;
+        let sampled = linear.sampled(place, |off| asking.density(off), random);
+        Some(sampled.map(|off| UNIFORM * off))
     }
 }

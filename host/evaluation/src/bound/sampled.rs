@@ -1,0 +1,229 @@
+//! The exact posterior of a first contact's place on any finger: a curve is drawn with noise on a finger that is drawn from what is known,
+//! and values of all unknowns are sampled by how likely they make it ([`Linear::sampled`]). Unlike Fisher's information it means
+//! something where the torque hardly depends on the place.
+
+use nalgebra::{DMatrix, DVector};
+use palpate::scene::Scene;
+use palpate_document::table::head;
+use palpate_plant::Parameters;
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::chain::{Linear, normals, of_open};
+use super::information::{DRAWS, MEAN_SHARE, Observed, Pulleys};
+use super::known::{
+    BEND, CABLE, DETECTED_RAD, FACTOR, FRICTION, GIVE, JOINT, K, Known, LOSS, OFFSET_M, ONSET,
+    RADII_M, RADIUS, UNIFORM, UNKNOWNS,
+};
+
+/// Unknowns of a contact alone, whose priors are no normal ones.
+const OF_CONTACT: [usize; 3] = [K, RADIUS, ONSET];
+
+/// What the exact posterior makes of drawn contacts, percent of the phalanx.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Told {
+    /// Mean error without sign of the posterior's mean.
+    pub error_pct: f64,
+    /// Mean error without sign that its deviations stand for.
+    pub claimed_pct: f64,
+    /// Errors within two deviations.
+    pub within2_pct: f64,
+}
+
+/// The same of a scene's finger with pins and without. A tendon's pulleys are off one by one.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct FirstPosterior {
+    /// The scene.
+    pub scene: &'static str,
+    /// After a press on the stop and two pins.
+    pub pins: Told,
+    /// After the press alone.
+    pub press: Told,
+    /// Contacts of each.
+    pub contacts: usize,
+}
+
+/// A curve with noise, and what is known beside it.
+struct Asking<'a> {
+    known: &'a Known,
+    observed: &'a Observed,
+    means: [f64; UNKNOWNS],
+    deviations: [f64; UNKNOWNS],
+    /// Unknowns that are not exact.
+    open: Vec<usize>,
+    measured: DVector<f64>,
+    /// Inverse covariance of what is known beforehand, in units of the deviations, of the unknowns that are not exact.
+    precision: DMatrix<f64>,
+    detected_rad: f64,
+}
+
+/// Whether values are those of a finger and an object: nothing pushes, and no cable softens.
+fn is_possible(values: &[f64; UNKNOWNS]) -> bool {
+    values[FACTOR] > 0.0
+        && values[CABLE] > 0.0
+        && [BEND, JOINT, LOSS, FRICTION, GIVE]
+            .iter()
+            .all(|&unknown| values[unknown] >= 0.0)
+}
+
+impl Asking<'_> {
+    /// Logarithm of the posterior's density, but for a constant; none where the values cannot be.
+    fn density(&self, off: &DVector<f64>) -> Option<f64> {
+        let mut values = self.observed.values;
+        for (&unknown, off) in self.open.iter().zip(off) {
+            values[unknown] += self.deviations[unknown] * off;
+        }
+        let phalanx = self.observed.phalanx;
+        let [least, most] = RADII_M.map(|radius_m| (radius_m + OFFSET_M).ln());
+        let is_within = values[K] > 0.0
+            && values[K] < self.known.lengths_m[phalanx - 1]
+            && values[RADIUS] > least
+            && values[RADIUS] < most;
+        if !is_within || !is_possible(&values) {
+            return None;
+        }
+        let from_means = self.open.iter().map(|&unknown| {
+            let mean = match unknown {
+                ONSET => self.detected_rad,
+                K | RADIUS => return 0.0,
+                _ => self.means[unknown],
+            };
+            (values[unknown] - mean) / self.deviations[unknown]
+        });
+        let from_means = DVector::from_iterator(self.open.len(), from_means);
+        let angles = &self.observed.angles;
+        let shown = self
+            .known
+            .excess_nm(phalanx, &values, angles, f64::INFINITY)?;
+        if shown.len() != angles.len() {
+            return None;
+        }
+        let left = &self.measured - DVector::from_vec(shown);
+        let white = self.observed.lower.solve_lower_triangular(&left)?;
+        Some(-0.5 * (white.norm_squared() + from_means.dot(&(&self.precision * &from_means))))
+    }
+}
+
+impl Known {
+    /// Values of a finger and of a contact on it, drawn.
+    fn contact(&self, known: &DMatrix<f64>, random: &mut Pcg64Mcg) -> Option<Observed> {
+        let chosen = self.drawn(random)?;
+        let deviations = self.deviations(self.lengths_m[chosen.phalanx - 1]);
+        let mut values = self.means(&chosen);
+        let tiny = DMatrix::identity(UNKNOWNS, UNKNOWNS) * 1e-12;
+        let off = (known + tiny).cholesky()?.unpack() * normals(UNKNOWNS, random);
+        for unknown in (0..UNKNOWNS).filter(|unknown| !OF_CONTACT.contains(unknown)) {
+            values[unknown] += deviations[unknown] * off[unknown];
+        }
+        is_possible(&values).then(|| self.observed(chosen.phalanx, values))?
+    }
+
+    /// Error and deviation of the posterior's place, as shares of the phalanx.
+    fn sampled(
+        &self,
+        observed: &Observed,
+        known: &DMatrix<f64>,
+        random: &mut Pcg64Mcg,
+    ) -> Option<[f64; 2]> {
+        let deviations = self.deviations(self.lengths_m[observed.phalanx - 1]);
+        let open: Vec<usize> = (0..UNKNOWNS).filter(|&i| deviations[i] > 0.0).collect();
+        let slopes = self.slopes(observed, &deviations)?.select_columns(&open);
+        let noise_white = normals(observed.torques.len(), random);
+        let late_rad = DETECTED_RAD * normals(1, random)[0];
+        let chosen_means = self.means(&super::known::Chosen::SOME);
+        let precision = of_open(known, &open).try_inverse()?;
+        let expected = DVector::from_iterator(
+            open.len(),
+            open.iter().map(|&unknown| {
+                let off = match unknown {
+                    ONSET => late_rad,
+                    K | RADIUS => 0.0,
+                    _ => chosen_means[unknown] - observed.values[unknown],
+                };
+                off / deviations[unknown]
+            }),
+        );
+        let beside = DMatrix::zeros(open.len(), open.len());
+        let linear = Linear::of([&slopes, &beside], &noise_white, (&expected, &precision))?;
+        let place = open.iter().position(|&unknown| unknown == K)?;
+        let asking = Asking {
+            known: self,
+            observed,
+            means: chosen_means,
+            deviations,
+            measured: &observed.torques + &observed.lower * noise_white,
+            precision,
+            detected_rad: observed.values[ONSET] + late_rad,
+            open,
+        };
+        let sampled = linear.sampled(place, |off| asking.density(off), random);
+        Some(sampled.map(|off| UNIFORM * off))
+    }
+
+    /// Contacts drawn with so much known, given to the posterior.
+    fn told(&self, known: &DMatrix<f64>, contacts: u64, seed: u64) -> (Told, usize) {
+        let all: Vec<[f64; 2]> = (0..contacts)
+            .into_par_iter()
+            .filter_map(|index| {
+                let mut random = Pcg64Mcg::seed_from_u64((seed << 32) + index);
+                (0..DRAWS).find_map(|_| {
+                    let observed = self.contact(known, &mut random)?;
+                    self.sampled(&observed, known, &mut random)
+                })
+            })
+            .collect();
+        let mean_pct = |of: &dyn Fn(&[f64; 2]) -> f64| {
+            100.0 * all.iter().map(of).sum::<f64>() / all.len() as f64
+        };
+        let told = Told {
+            error_pct: mean_pct(&|[error, _]| error.abs()),
+            claimed_pct: MEAN_SHARE * mean_pct(&|[_, sigma]| *sigma),
+            within2_pct: mean_pct(&|[error, sigma]| f64::from(u8::from(error.abs() < 2.0 * sigma))),
+        };
+        (told, all.len())
+    }
+}
+
+/// What the exact posterior makes of first contacts on a scene's finger. `None` where the finger cannot make them.
+#[must_use]
+pub fn first_posterior<S: Scene>(
+    parameters: &Parameters,
+    contacts: u64,
+    seed: u64,
+) -> Option<FirstPosterior> {
+    let known = Known::of::<S>(parameters);
+    let deviations = known.deviations(*known.lengths_m.last()?);
+    let (pins, number) = known.told(
+        &known.calibrated(&deviations, Pulleys::Off)?,
+        contacts,
+        seed,
+    );
+    let (press, same) = known.told(&known.pressed(&deviations, Pulleys::Off), contacts, seed);
+    (number > 0 && same > 0).then_some(FirstPosterior {
+        scene: S::NAME,
+        pins,
+        press,
+        contacts: number.min(same),
+    })
+}
+
+/// A table for the manual.
+#[must_use]
+pub fn markdown(posteriors: &[FirstPosterior]) -> String {
+    let mut out = head(
+        "scene | pins: error, % | claimed, % | within 2σ, % | a press: error, % | claimed, % | within 2σ, %",
+    );
+    for of in posteriors {
+        out.push_str(&format!("| {} ", of.scene));
+        for told in [of.pins, of.press] {
+            out.push_str(&format!(
+                "| {:.2} | {:.2} | {:.0} ",
+                told.error_pct, told.claimed_pct, told.within2_pct
+            ));
+        }
+        out.push_str("|\n");
+    }
+    out
+}
