@@ -72,13 +72,12 @@ impl<const P: usize, U: Unknowns> Normal<P, U> {
         }
     }
 
-    /// Fixes an unknown: the others are solved for.
+    /// Fixes an unknown: the others are solved for. What the equations tell of it alone stays in the determinant, so that evidence counts
+    /// it as an unknown still.
     pub fn hold(&mut self, unknown: usize) {
         for (row, cells) in self.matrix.iter_mut().enumerate() {
             for (column, cell) in cells.iter_mut().enumerate() {
-                if row == unknown && column == unknown {
-                    *cell = 1.0;
-                } else if row == unknown || column == unknown {
+                if (row == unknown) != (column == unknown) {
                     *cell = 0.0;
                 }
             }
@@ -207,6 +206,23 @@ mod tests {
         assert!((factor.covariance(1)[1] - 0.5).abs() < 1e-6);
         assert!(factor.covariance(0)[1].abs() < 1e-6);
         assert!((factor.ln_determinant() - 6.0f32.ln()).abs() < 1e-5);
+    }
+
+    #[test]
+    fn a_held_unknown_does_not_move_and_counts_in_the_determinant() {
+        let mut normal = Normal::<2>::of_priors(&[0.5, 0.0]);
+        normal.add(1.0, &[1.0, 1.0], 4.0);
+        let mut held = normal;
+        held.hold(0);
+        let factor = held.factor(0.0).unwrap();
+        // Alone, the second has the information 1 + 4, and 4 of the residual; the first has 1 + 4.
+        let [still, moved] = factor.step();
+        assert!(
+            still == 0.0 && (moved - 0.8).abs() < 1e-6,
+            "{still} {moved}"
+        );
+        assert!((factor.ln_determinant() - 25.0f32.ln()).abs() < 3e-4);
+        assert!(normal.factor(0.0).unwrap().step()[0] != 0.0);
     }
 
     #[test]

@@ -51,9 +51,9 @@ pub(super) struct Responses<const N: usize> {
 impl<const N: usize> Linearization<N> {
     /// Answers to some loads, [`MOST`] at most; those beyond the loads mean nothing.
     ///
-    /// Beside the joints the contact force is an unknown, and `p . delta = gap + give F` an equation: what gives the joint of the largest
-    /// moment arm by the others and the force, which takes its place. So nothing is singular that the object holds, be it joint 1 without
-    /// a spring or a finger that the object alone keeps stable.
+    /// Beside the joints the contact force F is an unknown, and `arms . delta = gap + give F` an equation. It gives the joint of the
+    /// largest moment arm by the others and F, which takes its place among the unknowns. So nothing is singular that the object holds, be
+    /// it joint 1 without a spring or a finger that the object alone keeps stable (docs/MECHANICS.md#soft-objects).
     #[inline(never)]
     fn respond(&self, loads: &[Load<N>]) -> Option<[Response<N>; MOST]> {
         let (mut given, mut arm) = (0, 0.0f32);

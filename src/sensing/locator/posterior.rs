@@ -4,7 +4,7 @@ use super::fit::Fitted;
 use super::prior::{GIVE, K, Scaling};
 use super::{Locator, Prior, RADII_M, Track, radius_m};
 use crate::finger::{Class, Mechanics};
-use crate::numeric::{Bounded, exp, ln, sqrt};
+use crate::numeric::{Bounded, exp, ln, not_negative, sqrt};
 use crate::sensing::{NotLocated, SeriesElement};
 
 /// Probability below which a second phalanx, or a second place on the same, is not reported.
@@ -248,16 +248,23 @@ impl Track {
             let sigma = sqrt(variance(give_squares, give));
             give_m_per_n = [best.x[GIVE] + give, sigma].map(|x| x * prior.give_m_per_n);
         }
+        let k_sigma_m = sqrt(variance(kk, k));
+        let mut k_m = 0.0;
+        if has_place {
+            k_m = scaling.values(&best.x)[K] + k;
+            let left_m = (self.length_m - k_m).at_least(0.0);
+            if left_m < k_m {
+                // The mean of what lies on the phalanx: the likeliest place may be its tip.
+                let [left_m, _] = not_negative([left_m, k_sigma_m]);
+                k_m = self.length_m - left_m;
+            }
+        }
         let estimate = Estimate {
             phalanx: self.phalanx,
             length_m: self.length_m,
             p_phalanx: 0.0,
-            k_m: if has_place {
-                (scaling.values(&best.x)[K] + k).at_most(self.length_m)
-            } else {
-                0.0
-            },
-            k_sigma_m: sqrt(variance(kk, k)),
+            k_m,
+            k_sigma_m,
             radius_m: radius_m(best_index) + r + prior.half_thickness_m,
             radius_sigma_m: sqrt(variance(rr, r)),
             give_m_per_n,
@@ -308,5 +315,79 @@ impl Estimate {
     fn is_as(&self, other: &Self) -> bool {
         self.phalanx == other.phalanx
             && (self.k_m - other.k_m).abs() < self.k_sigma_m + other.k_sigma_m
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Scene, Tendon3};
+    use crate::sensing::Cable;
+    use crate::sensing::locator::prior::UNKNOWNS;
+
+    /// Place and deviation, in lengths of the phalanx, that a likeliest place and its deviation are told as.
+    fn told(place: f32, sigma: f32) -> [f32; 2] {
+        const LENGTH_M: f32 = 0.05;
+        let mut x = [0.0; UNKNOWNS];
+        x[K] = place;
+        let fitted = Fitted {
+            x,
+            k_sigma_m: sigma * LENGTH_M,
+            give_sigma: 0.0,
+            ln_evidence: 0.0,
+            chi_square: 1.0,
+            leaves: false,
+        };
+        let track = Track {
+            phalanx: 3,
+            length_m: LENGTH_M,
+            candidate: place,
+            side: [0.0, 1.0],
+            fits: [Some(fitted), None, None, None, None, None],
+        };
+        let prior = crate::sensing::locator::tests::prior();
+        let weighed = track.weigh::<<Tendon3 as Scene>::Finger, Cable>(&prior, 1.0);
+        let Estimate { k_m, k_sigma_m, .. } = weighed.expect("a fit").estimate;
+        [k_m / LENGTH_M, k_sigma_m / LENGTH_M]
+    }
+
+    #[test]
+    fn a_place_is_the_mean_of_what_lies_on_the_phalanx() {
+        for (place, sigma) in [
+            (1.0f32, 0.1f32),
+            (0.9, 0.1),
+            (0.95, 0.02),
+            (0.8, 0.25),
+            (0.3, 0.05),
+        ] {
+            let [k, claimed] = told(place, sigma);
+            let (mut weights, mut sum) = (0.0f64, 0.0f64);
+            for step in 0..10_000u16 {
+                let at = 1.0 - (f64::from(step) + 0.5) * 1e-4;
+                let off = (at - f64::from(place)) / f64::from(sigma);
+                let weight = (-0.5 * off * off).exp();
+                weights += weight;
+                sum += weight * at;
+            }
+            let mean = (sum / weights) as f32;
+            assert!(
+                (k - mean).abs() < 0.03 * sigma,
+                "{place} {sigma}: {k} {mean}"
+            );
+            assert!(
+                (claimed / sigma - 1.0).abs() < 1e-3,
+                "{place} {sigma}: {claimed}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_place_stays_on_the_phalanx_however_little_is_known() {
+        for place in [0.0, 1e-3, 0.5, 1.0, 1.2] {
+            for sigma in [0.0, 1e-20, 0.1, 0.5] {
+                let [k, _] = told(place, sigma);
+                assert!((0.0..=1.0).contains(&k), "{place} {sigma}: {k}");
+            }
+        }
     }
 }

@@ -69,7 +69,7 @@ fn a_finger_that_the_object_alone_keeps_stable_costs_no_digits() {
         let finger = finger(lengths_m);
         let free = closed(&finger, 0.3);
         for (phalanx, share) in [(2u8, 0.3f32), (2, 0.9), (3, 0.2), (3, 0.5), (3, 0.9)] {
-            for radius_m in [0.0, 0.1, 0.3] {
+            for (radius_m, give) in [(0.0, 0.0), (0.1, 0.0), (0.3, 0.0), (0.1, 0.05)] {
                 let contact = Contact {
                     phalanx,
                     k_m: share * lengths_m[usize::from(phalanx) - 1],
@@ -77,6 +77,9 @@ fn a_finger_that_the_object_alone_keeps_stable_costs_no_digits() {
                 };
                 let path = Mechanics::path(&finger, &free.configuration, free.torque_nm, contact);
                 let Some(mut path) = path else { continue };
+                if finger.soften(&mut path, give).is_none() {
+                    continue;
+                }
                 for step in 1..400u16 {
                     if finger.follow(&mut path, f32::from(step) * 0.01).is_none() {
                         break;
