@@ -7,10 +7,8 @@ use crate::finger::{Class, Mechanics};
 use crate::numeric::{Bounded, exp, ln, not_negative, sqrt};
 use crate::sensing::{NotLocated, SeriesElement};
 
-/// Probability below which a second phalanx, or a second place on the same, is not reported.
+/// Odds below which a second phalanx, or a second place on the same, does not count.
 const UNLIKELY: f32 = 0.05;
-/// Odds of a place beyond joint 2 above which a contact is not told to be on phalanx 1.
-const UNCLEAR: f32 = 0.25;
 /// Nearer to the joint than this share of the phalanx, a contact counts as one on the joint.
 pub(super) const JOINT_SHARE: f32 = 0.02;
 /// Deviations of chi square above which a hypothesis does not explain the curve.
@@ -30,9 +28,9 @@ pub struct Estimate {
     pub length_m: f32,
     /// Probability that the contact is on this phalanx, 0 to 1.
     pub p_phalanx: f32,
-    /// Location at first contact, metre.
+    /// Location at first contact, metre: the mean of what lies on the phalanx, where it is nearer to the tip than to the joint.
     pub k_m: f32,
-    /// Its standard deviation, metre.
+    /// Its standard deviation, metre, as if the phalanx had no tip.
     pub k_sigma_m: f32,
     /// Effective contact radius, metre.
     pub radius_m: f32,
@@ -107,9 +105,10 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         let rival = likeliest(Some(first)).filter(|rival| odds(rival) > UNLIKELY);
         if first.estimate.is_without_place::<F>() {
             // Perhaps beyond joint 2, near to it.
-            let why = match rival {
-                Some(rival) if odds(rival) > UNCLEAR => NotLocated::Unobservable,
-                _ => NotLocated::Proximal,
+            let why = if rival.is_some() {
+                NotLocated::Unobservable
+            } else {
+                NotLocated::Proximal
             };
             return LocatorResult::Nowhere(why);
         }
@@ -254,7 +253,7 @@ impl Track {
             k_m = scaling.values(&best.x)[K] + k;
             let left_m = (self.length_m - k_m).at_least(0.0);
             if left_m < k_m {
-                // The mean of what lies on the phalanx: the likeliest place may be its tip.
+                // The mean of what lies on the phalanx: the likeliest place may be its tip. One beyond the tip counts as on it.
                 let [left_m, _] = not_negative([left_m, k_sigma_m]);
                 k_m = self.length_m - left_m;
             }

@@ -1,7 +1,7 @@
 //! Sampling of a posterior: values of all unknowns by how likely they make a curve (Metropolis and Hastings).
 //!
-//! The chain begins at the truth and is proposed to by the linear solution about it, which only saves time: what it comes to does not
-//! depend on either.
+//! The chain begins at the truth and is proposed to by the linear solution about it, which saves time: what it comes to in the end does not
+//! depend on either. One that ends too early is too near to the truth and too sure, so that its error is a bound still.
 
 use nalgebra::{DMatrix, DVector};
 use rand::RngExt;

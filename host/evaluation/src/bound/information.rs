@@ -3,7 +3,8 @@
 //!
 //! It bounds the mean square error of an estimator that knows as little and whose lengths are exact; for a normal error the mean without
 //! sign is [`MEAN_SHARE`] of the deviation. Where the torque hardly depends on the place the curve is not linear in it over that
-//! deviation, and the bound is rough; on the prototype it is compared with the exact posterior (`tests/all/bound.rs`).
+//! deviation, and the bound is rough; there is a posterior by sampling for that ([`super::sampled`]). On the
+//! prototype it is compared with the exact posterior (`tests/all/bound.rs`).
 
 use nalgebra::{DMatrix, DVector};
 use palpate::scene::Scene;
@@ -131,6 +132,11 @@ impl Known {
         Some(found)
     }
 
+    /// Torque at which a curve ends, newton metre.
+    fn top_nm(&self) -> f64 {
+        TOP_SHARE * f64::from(self.settings.torque_limit_nm)
+    }
+
     /// The curve of a contact with these values: `None` where it is too short.
     pub(super) fn observed(&self, phalanx: usize, values: [f64; UNKNOWNS]) -> Option<Observed> {
         let onset_rad = values[ONSET];
@@ -139,8 +145,7 @@ impl Known {
         let way_rad = self.probing_rad.min(self.closed_rad - onset_rad);
         let points = ((way_rad / width_rad).max(0.0) as usize).min(MOST_POINTS);
         let mut angles: Vec<f64> = (0..LEAD + points).map(angle_rad).collect();
-        let top_nm = TOP_SHARE * f64::from(self.settings.torque_limit_nm);
-        let torques = self.excess_nm(phalanx, &values, &angles, top_nm)?;
+        let torques = self.excess_nm(phalanx, &values, &angles, self.top_nm())?;
         angles.truncate(torques.len());
         if torques.len() < LEAD + LEAST_POINTS {
             return None;
@@ -175,7 +180,7 @@ impl Known {
             let beside = |steps: f64| {
                 let mut values = observed.values;
                 values[unknown] += steps * DIFFERENCE * deviations[unknown];
-                self.excess_nm(observed.phalanx, &values, &observed.angles, f64::INFINITY)
+                self.excess_nm(observed.phalanx, &values, &observed.angles, self.top_nm())
             };
             let (more, less) = (beside(1.0)?, beside(-1.0)?);
             // The last points may lie beyond the end of one of them.

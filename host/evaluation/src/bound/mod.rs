@@ -1,6 +1,7 @@
 //! What the data hold: contacts drawn from everything that the locator assumes, given to the locator and to the exact
 //! posterior ([`crate::reference::Posterior`]). No estimator that knows as little does better than the posterior. For other fingers than
-//! the prototype there is Fisher's information ([`information`]), and for the place of a second contact ([`second`]).
+//! the prototype there is Fisher's information ([`information`]) and a posterior by sampling ([`sampled`]), and both for the place of a
+//! second contact ([`second`]).
 //!
 //! An uncalibrated finger does not know its torque factor, efficiency over spring stiffness. Pressing on the closing stop and
 //! releasing would tell the worm's share of it, back-EMF the torque constant's; the springs and the gearhead remain.

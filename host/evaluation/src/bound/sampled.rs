@@ -1,6 +1,9 @@
 //! The exact posterior of a first contact's place on any finger: a curve is drawn with noise on a finger that is drawn from what is known,
 //! and values of all unknowns are sampled by how likely they make it ([`Linear::sampled`]). Unlike Fisher's information it means
-//! something where the torque hardly depends on the place.
+//! something where the torque hardly depends on the place. The phalanx and all lengths but for a tendon's pulleys count as known.
+//!
+//! It knows less than what contacts are drawn from: places from 10 to 90 % of the phalanx and objects of 4 to 40 mm, of which it takes any
+//! place and 2 to 112 mm, nor does it use where a curve ends. So it may claim more than its errors.
 
 use nalgebra::{DMatrix, DVector};
 use palpate::scene::Scene;

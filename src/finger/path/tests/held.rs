@@ -59,8 +59,8 @@ fn off(local: &Linearization<3>, force: f32, rise: f32) -> f64 {
     by_torque.max(by_place)
 }
 
-/// Within 1e-7 where the finger's own compliance at the contact is near -1, at which a spring of 1 across the contact would be singular
-/// (and was: 1e-4); 1e-5 at the ends of paths, where the object hardly keeps the finger stable any more.
+/// Near -1 of the finger's own compliance at the contact a spring of 1 across it would be singular (and was: 1e-4). The largest errors are
+/// at the ends of paths, where the object hardly keeps the finger stable any more.
 #[test]
 fn a_finger_that_the_object_alone_keeps_stable_costs_no_digits() {
     let (mut points, mut unstable, mut near) = (0, 0, 0);
