@@ -1,5 +1,5 @@
 //! The exact posterior of a first contact's place on any finger: a curve is drawn with noise on a finger that is drawn from what is known,
-//! and values of all unknowns are sampled by how likely they make it ([`Linear::sampled`]). Unlike Fisher's information it means
+//! and values of all unknowns are sampled by how likely they make it (`chain.rs`). Unlike Fisher's information it means
 //! something where the torque hardly depends on the place. The phalanx and all lengths but for a tendon's pulleys count as known.
 //!
 //! It knows less than what contacts are drawn from: places from 10 to 90 % of the phalanx and objects of 4 to 40 mm, of which it takes any
