@@ -7,6 +7,9 @@ use nalgebra::{DMatrix, DVector};
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
+use serde::Serialize;
+
+use super::information::MEAN_SHARE;
 
 /// Steps of a chain that count, and those before them: rounds, after each of which the walk takes the shape of what it has come to.
 const STEPS: usize = 800;
@@ -17,6 +20,31 @@ const WIDER: f64 = 1.2;
 const WALK: f64 = 1.8;
 /// Share of the linear solution's covariance in the shape of the walk.
 const OF_LINEAR: f64 = 0.05;
+
+/// What a posterior makes of drawn contacts, percent of the phalanx.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Told {
+    /// Mean error without sign of the posterior's mean.
+    pub error_pct: f64,
+    /// Mean error without sign that its deviations stand for.
+    pub claimed_pct: f64,
+    /// Errors within two deviations.
+    pub within2_pct: f64,
+}
+
+impl Told {
+    /// From errors and deviations, shares of the phalanx.
+    pub(super) fn of(all: &[[f64; 2]]) -> Self {
+        let mean_pct = |of: &dyn Fn(&[f64; 2]) -> f64| {
+            100.0 * all.iter().map(of).sum::<f64>() / all.len() as f64
+        };
+        Self {
+            error_pct: mean_pct(&|[error, _]| error.abs()),
+            claimed_pct: MEAN_SHARE * mean_pct(&|[_, sigma]| *sigma),
+            within2_pct: mean_pct(&|[error, sigma]| f64::from(u8::from(error.abs() < 2.0 * sigma))),
+        }
+    }
+}
 
 /// Independent normal variables.
 pub(super) fn normals(number: usize, random: &mut Pcg64Mcg) -> DVector<f64> {

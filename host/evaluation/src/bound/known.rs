@@ -43,6 +43,16 @@ const WHITE_NM: f64 = 2e-4;
 /// Deviation of a uniform distribution, as a share of its width.
 pub(super) const UNIFORM: f64 = 0.289;
 
+/// Whether values are those of a finger: no cable softens, and neither its joints and pulleys nor these other unknowns push.
+pub(super) fn is_possible(values: &[f64], others: &[usize]) -> bool {
+    values[FACTOR] > 0.0
+        && values[CABLE] > 0.0
+        && [BEND, JOINT, LOSS]
+            .iter()
+            .chain(others)
+            .all(|&unknown| values[unknown] >= 0.0)
+}
+
 /// What is known of a scene before a contact.
 #[derive(Clone, Debug)]
 pub(super) struct Known {

@@ -13,6 +13,7 @@ mod known;
 pub mod sampled;
 pub mod second;
 
+pub use chain::Told;
 pub use known::opened;
 
 use palpate::finger::Mechanics;

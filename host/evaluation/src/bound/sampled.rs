@@ -1,9 +1,9 @@
-//! The exact posterior of a first contact's place on any finger: a curve is drawn with noise on a finger that is drawn from what is known,
-//! and values of all unknowns are sampled by how likely they make it (`chain.rs`). Unlike Fisher's information it means
-//! something where the torque hardly depends on the place. The phalanx and all lengths but for a tendon's pulleys count as known.
+//! The exact posterior of a first contact's place on any finger: draws a finger from what is known of it, a contact and noise, and samples
+//! values of all unknowns by how likely they make the curve (`chain.rs`). Unlike Fisher's information it means something where the torque
+//! hardly depends on the place. The phalanx counts as known, and so do all lengths but for a tendon's pulleys.
 //!
-//! It knows less than what contacts are drawn from: places from 10 to 90 % of the phalanx and objects of 4 to 40 mm, of which it takes any
-//! place and 2 to 112 mm, nor does it use where a curve ends. So it may claim more than its errors.
+//! Its priors of a contact are wider than the draw: contacts lie on 10 to 90 % of the phalanx, on objects of 4 to 40 mm, while it expects
+//! any place and 2 to 112 mm. And it does not use where a curve ends. So it may claim more than its errors.
 
 use nalgebra::{DMatrix, DVector};
 use palpate::scene::Scene;
@@ -14,28 +14,19 @@ use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::chain::{Linear, normals, of_open};
-use super::information::{DRAWS, MEAN_SHARE, Observed, Pulleys};
+use super::chain::{Linear, Told, normals, of_open};
+use super::information::{DRAWS, Observed, Pulleys};
 use super::known::{
-    BEND, CABLE, DETECTED_RAD, FACTOR, FRICTION, GIVE, JOINT, K, Known, LOSS, OFFSET_M, ONSET,
-    RADII_M, RADIUS, UNIFORM, UNKNOWNS,
+    Chosen, DETECTED_RAD, FRICTION, GIVE, K, Known, OFFSET_M, ONSET, RADII_M, RADIUS, UNIFORM,
+    UNKNOWNS, is_possible,
 };
 
 /// Unknowns of a contact alone, whose priors are no normal ones.
 const OF_CONTACT: [usize; 3] = [K, RADIUS, ONSET];
+/// Unknowns of the object that cannot be negative.
+const OF_OBJECT: [usize; 2] = [FRICTION, GIVE];
 
-/// What the exact posterior makes of drawn contacts, percent of the phalanx.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Told {
-    /// Mean error without sign of the posterior's mean.
-    pub error_pct: f64,
-    /// Mean error without sign that its deviations stand for.
-    pub claimed_pct: f64,
-    /// Errors within two deviations.
-    pub within2_pct: f64,
-}
-
-/// The same of a scene's finger with pins and without. A tendon's pulleys are off one by one.
+/// What the exact posterior makes of contacts on a scene's finger, with pins and without. A tendon's pulleys are off one by one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FirstPosterior {
     /// The scene.
@@ -62,15 +53,6 @@ struct Asking<'a> {
     detected_rad: f64,
 }
 
-/// Whether values are those of a finger and an object: nothing pushes, and no cable softens.
-fn is_possible(values: &[f64; UNKNOWNS]) -> bool {
-    values[FACTOR] > 0.0
-        && values[CABLE] > 0.0
-        && [BEND, JOINT, LOSS, FRICTION, GIVE]
-            .iter()
-            .all(|&unknown| values[unknown] >= 0.0)
-}
-
 impl Asking<'_> {
     /// Logarithm of the posterior's density, but for a constant; none where the values cannot be.
     fn density(&self, off: &DVector<f64>) -> Option<f64> {
@@ -84,7 +66,7 @@ impl Asking<'_> {
             && values[K] < self.known.lengths_m[phalanx - 1]
             && values[RADIUS] > least
             && values[RADIUS] < most;
-        if !is_within || !is_possible(&values) {
+        if !is_within || !is_possible(&values, &OF_OBJECT) {
             return None;
         }
         let from_means = self.open.iter().map(|&unknown| {
@@ -120,7 +102,7 @@ impl Known {
         for unknown in (0..UNKNOWNS).filter(|unknown| !OF_CONTACT.contains(unknown)) {
             values[unknown] += deviations[unknown] * off[unknown];
         }
-        is_possible(&values).then(|| self.observed(chosen.phalanx, values))?
+        is_possible(&values, &OF_OBJECT).then(|| self.observed(chosen.phalanx, values))?
     }
 
     /// Error and deviation of the posterior's place, as shares of the phalanx.
@@ -135,7 +117,7 @@ impl Known {
         let slopes = self.slopes(observed, &deviations)?.select_columns(&open);
         let noise_white = normals(observed.torques.len(), random);
         let late_rad = DETECTED_RAD * normals(1, random)[0];
-        let chosen_means = self.means(&super::known::Chosen::SOME);
+        let means = self.means(&Chosen::SOME);
         let precision = of_open(known, &open).try_inverse()?;
         let expected = DVector::from_iterator(
             open.len(),
@@ -143,7 +125,7 @@ impl Known {
                 let off = match unknown {
                     ONSET => late_rad,
                     K | RADIUS => 0.0,
-                    _ => chosen_means[unknown] - observed.values[unknown],
+                    _ => means[unknown] - observed.values[unknown],
                 };
                 off / deviations[unknown]
             }),
@@ -154,7 +136,7 @@ impl Known {
         let asking = Asking {
             known: self,
             observed,
-            means: chosen_means,
+            means,
             deviations,
             measured: &observed.torques + &observed.lower * noise_white,
             precision,
@@ -177,15 +159,7 @@ impl Known {
                 })
             })
             .collect();
-        let mean_pct = |of: &dyn Fn(&[f64; 2]) -> f64| {
-            100.0 * all.iter().map(of).sum::<f64>() / all.len() as f64
-        };
-        let told = Told {
-            error_pct: mean_pct(&|[error, _]| error.abs()),
-            claimed_pct: MEAN_SHARE * mean_pct(&|[_, sigma]| *sigma),
-            within2_pct: mean_pct(&|[error, sigma]| f64::from(u8::from(error.abs() < 2.0 * sigma))),
-        };
-        (told, all.len())
+        (Told::of(&all), all.len())
     }
 }
 

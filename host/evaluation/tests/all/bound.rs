@@ -2,8 +2,8 @@
 //! `PALPATE_CONTACTS` says at how many contacts each).
 
 use palpate_evaluation::bound::information::{self, MEAN_SHARE, bound};
-use palpate_evaluation::bound::sampled::{self, Told, first_posterior};
-use palpate_evaluation::bound::{ideal, levels, markdown, study};
+use palpate_evaluation::bound::sampled::{self, first_posterior};
+use palpate_evaluation::bound::{Told, ideal, levels, markdown, study};
 use palpate_plant::Parameters;
 use palpate_scenes::for_scene;
 

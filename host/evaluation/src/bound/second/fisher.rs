@@ -13,7 +13,7 @@ use super::grasp::{
 use crate::bound::chain::normals;
 use crate::bound::drawn::REFERENCE_NOISE;
 use crate::bound::information::{DIFFERENCE, DRAWS, PIN_SIGMA_M, forget, prior, told};
-use crate::bound::known::{Known, RADIUS_SIGMA, UNIFORM};
+use crate::bound::known::{Known, RADIUS_SIGMA, UNIFORM, is_possible};
 use crate::reference::{Curve, Noise};
 
 /// Friction that free motion shows at the input link, newton metre (docs/MECHANICS.md#real-fingers), of which a share wanders.
@@ -50,15 +50,6 @@ pub(super) fn noise(parameters: &Parameters) -> Noise {
         wave: WAVE_SHARE * parameters.worm.friction_ripple,
         ..REFERENCE_NOISE
     }
-}
-
-/// Whether values are those of a finger: nothing pushes, and no cable softens.
-pub(super) fn is_possible(values: &Values) -> bool {
-    values[FACTOR] > 0.0
-        && values[CABLE] > 0.0
-        && [BEND, JOINT, LOSS, FRICTION]
-            .iter()
-            .all(|&unknown| values[unknown] >= 0.0)
 }
 
 impl Asked {
@@ -230,7 +221,7 @@ impl Asked {
             for unknown in 0..SHARED {
                 values[unknown] += deviations[unknown] * off[unknown];
             }
-            is_possible(&values).then_some(values)
+            is_possible(&values, &[FRICTION]).then_some(values)
         })
     }
 

@@ -32,6 +32,7 @@ use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::chain::Told;
 use super::information::{DRAWS, MEAN_SHARE};
 use crate::reference::Noise;
 use fisher::{LEVELS, noise};
@@ -187,15 +188,21 @@ pub fn second_posterior<S: Scene>(
             asked.sampled(grasp, &calibrated.known, &calibrated.noise, random)
         },
     )?;
-    let told: Vec<&[f64; 2]> = all.iter().filter(|[_, sigma]| *sigma < TOLD).collect();
-    let mean_pct = |of: &dyn Fn(&[f64; 2]) -> f64| {
-        100.0 * told.iter().map(|one| of(one)).sum::<f64>() / told.len() as f64
-    };
-    (!told.is_empty()).then(|| SecondPosterior {
+    let told: Vec<[f64; 2]> = all
+        .iter()
+        .copied()
+        .filter(|[_, sigma]| *sigma < TOLD)
+        .collect();
+    let Told {
+        error_pct,
+        claimed_pct,
+        within2_pct,
+    } = Told::of(&told);
+    (!told.is_empty()).then_some(SecondPosterior {
         scene: S::NAME,
-        error_pct: mean_pct(&|[error, _]| error.abs()),
-        claimed_pct: MEAN_SHARE * mean_pct(&|[_, sigma]| *sigma),
-        within2_pct: mean_pct(&|[error, sigma]| f64::from(u8::from(error.abs() < 2.0 * sigma))),
+        error_pct,
+        claimed_pct,
+        within2_pct,
         told: told.len(),
         grasps: all.len(),
     })

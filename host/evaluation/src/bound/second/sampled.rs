@@ -4,12 +4,12 @@
 use nalgebra::{DMatrix, DVector};
 use rand_pcg::Pcg64Mcg;
 
-use super::fisher::{ROUND, SHARED, is_possible};
+use super::fisher::{ROUND, SHARED};
 use super::grasp::{
-    Asked, CORNER, Grasp, K, ONSET, RADIUS, RADIUS_THERE, SECOND, UNKNOWNS, Values,
+    Asked, CORNER, FRICTION, Grasp, K, ONSET, RADIUS, RADIUS_THERE, SECOND, UNKNOWNS, Values,
 };
 use crate::bound::chain::{Linear, normals, of_open};
-use crate::bound::known::{DETECTED_RAD, OFFSET_M, RADII_M, UNIFORM};
+use crate::bound::known::{DETECTED_RAD, OFFSET_M, RADII_M, UNIFORM, is_possible};
 use crate::reference::Noise;
 
 /// A curve with noise, and what is known beside it.
@@ -52,7 +52,7 @@ impl Asking<'_> {
             && within(RADIUS, radii)
             && within(RADIUS_THERE, radii)
             && within(CORNER, [values[ONSET], f64::INFINITY]);
-        if !is_within || !is_possible(&values) {
+        if !is_within || !is_possible(&values, &[FRICTION]) {
             return None;
         }
         let means = self.asked.means();
