@@ -72,8 +72,8 @@ impl<const P: usize, U: Unknowns> Normal<P, U> {
         }
     }
 
-    /// Fixes an unknown: the others are solved for. What the equations tell of it, were it alone, stays in the determinant, so that
-    /// evidence counts it as an unknown still.
+    /// Fixes an unknown, so that only the others are solved for. Keeps its diagonal entry: the determinant, and with it the evidence, still
+    /// counts the unknown.
     pub fn hold(&mut self, unknown: usize) {
         for (row, cells) in self.matrix.iter_mut().enumerate() {
             for (column, cell) in cells.iter_mut().enumerate() {

@@ -49,11 +49,12 @@ pub(super) struct Responses<const N: usize> {
 }
 
 impl<const N: usize> Linearization<N> {
-    /// Answers to some loads, [`MOST`] at most; those beyond the loads mean nothing.
+    /// Solves for the changes of the joints and of the contact force F under each of some loads, [`MOST`] at most; answers beyond the
+    /// number of loads mean nothing.
     ///
-    /// Beside the joints the contact force F is an unknown, and `arms . delta = gap + give F` an equation. It gives the joint of the
-    /// largest moment arm by the others and F, which takes its place among the unknowns. So nothing is singular that the object holds, be
-    /// it joint 1 without a spring or a finger that the object alone keeps stable (docs/MECHANICS.md#soft-objects).
+    /// Uses the contact, `arms . delta = gap + give F`, to eliminate the joint with the largest moment arm; F takes that joint's place
+    /// among the unknowns. The system is then regular wherever the object holds the finger, also if joint 1 has no spring or the finger
+    /// would be unstable without the object (docs/MECHANICS.md#soft-objects).
     #[inline(never)]
     fn respond(&self, loads: &[Load<N>]) -> Option<[Response<N>; MOST]> {
         let (mut given, mut arm) = (0, 0.0f32);

@@ -7,7 +7,7 @@ use crate::finger::{Class, Mechanics};
 use crate::numeric::{Bounded, exp, ln, not_negative, sqrt};
 use crate::sensing::{NotLocated, SeriesElement};
 
-/// Odds below which a second phalanx, or a second place on the same, does not count.
+/// Ignore a second phalanx, or a second place on the same, with lower odds than this against the likeliest one.
 const UNLIKELY: f32 = 0.05;
 /// Nearer to the joint than this share of the phalanx, a contact counts as one on the joint.
 pub(super) const JOINT_SHARE: f32 = 0.02;
@@ -28,9 +28,9 @@ pub struct Estimate {
     pub length_m: f32,
     /// Probability that the contact is on this phalanx, 0 to 1.
     pub p_phalanx: f32,
-    /// Location at first contact, metre: the mean of what lies on the phalanx, where it is nearer to the tip than to the joint.
+    /// Location at first contact, metre. On the distal half of the phalanx the mean of the distribution cut off at the tip.
     pub k_m: f32,
-    /// Its standard deviation, metre, as if the phalanx had no tip.
+    /// Its standard deviation, metre, before the distribution is cut off.
     pub k_sigma_m: f32,
     /// Effective contact radius, metre.
     pub radius_m: f32,
@@ -253,7 +253,7 @@ impl Track {
             k_m = scaling.values(&best.x)[K] + k;
             let left_m = (self.length_m - k_m).at_least(0.0);
             if left_m < k_m {
-                // The mean of what lies on the phalanx: the likeliest place may be its tip. One beyond the tip counts as on it.
+                // Cut the distribution off at the tip and take its mean. The fit ends at the tip, so an optimum beyond counts as there.
                 let [left_m, _] = not_negative([left_m, k_sigma_m]);
                 k_m = self.length_m - left_m;
             }

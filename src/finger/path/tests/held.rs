@@ -6,7 +6,7 @@ use crate::finger::path::response::Responses;
 use crate::finger::{Contact, Direct, Finger, Mechanics, Parameters};
 use nalgebra::{DMatrix, DVector};
 
-/// Finger, held by the object: `H delta + p F = t`, `p . delta - a F = g` and its answer.
+/// Solves `H delta + p F = t` and `p . delta - a F = g` in f64 for the joints' changes and, last, the contact force.
 fn exact<const N: usize>(local: &Linearization<N>, torques: [f64; N], gap: f64) -> DVector<f64> {
     let held = DMatrix::from_fn(N + 1, N + 1, |row, column| match (row < N, column < N) {
         (true, true) => f64::from(local.stiffness[row][column]),
@@ -18,7 +18,7 @@ fn exact<const N: usize>(local: &Linearization<N>, torques: [f64; N], gap: f64) 
     held.lu().solve(&side).expect("held by the object")
 }
 
-/// Compliance of the finger itself at the contact, 1 for a length and a spring of 1.
+/// Compliance h of the finger at the contact without the object, dimensionless; `None` where the finger alone is singular.
 fn own<const N: usize>(local: &Linearization<N>) -> Option<f64> {
     let stiffness = DMatrix::from_fn(N, N, |row, column| f64::from(local.stiffness[row][column]));
     let pressing = DVector::from_iterator(N, local.pressing.map(f64::from));
@@ -43,7 +43,8 @@ fn finger([a, b, c]: [f32; 3]) -> Finger<3, Direct<3>> {
     Finger::new(parameters, ()).expect("in range")
 }
 
-/// How far the answers at a point are from the exact ones, over the largest change of a joint: by the torque, and by the place.
+/// Returns the larger relative error of two answers at a point: the tangent, and the rotation's derivative by the place. Both are
+/// relative to the largest change of a joint.
 fn off(local: &Linearization<3>, force: f32, rise: f32) -> f64 {
     let Responses { by_k, tangent, .. } = local.responses(force, rise).expect("held");
     let along = exact(local, local.driving.map(f64::from), 0.0);
@@ -59,8 +60,8 @@ fn off(local: &Linearization<3>, force: f32, rise: f32) -> f64 {
     by_torque.max(by_place)
 }
 
-/// Near -1 of the finger's own compliance at the contact a spring of 1 across it would be singular (and was: 1e-4). The largest errors are
-/// at the ends of paths, where the object hardly keeps the finger stable any more.
+/// A formulation with a spring of stiffness 1 across the contact is singular at h = -1 and loses digits near it: 1e-4. The largest errors
+/// that are left lie at the ends of paths, where even the object hardly keeps the finger stable.
 #[test]
 fn a_finger_that_the_object_alone_keeps_stable_costs_no_digits() {
     let (mut points, mut unstable, mut near) = (0, 0, 0);
