@@ -84,6 +84,11 @@ pub trait BaseJoint: Copy + core::fmt::Debug {
     /// (docs/MECHANICS.md#break-away).
     const HOLDS: bool = false;
 
+    /// Whether the joints beyond the first stand at their stops until a contact, in a finger whose joints have springs of some stiffness.
+    fn stands_at_stops(stiffness: &[f32]) -> bool {
+        !matches!(Self::BASE, Base::Any) || stiffness.first() == Some(&0.0)
+    }
+
     /// Whether the weight of the phalanges is stated.
     const WEIGHS: bool = false;
 
@@ -344,16 +349,12 @@ impl<const N: usize, T: Copy, B: BaseJoint> Finger<N, T, B> {
 
     /// Nothing but a contact holds the input link.
     pub(crate) fn springless(&self) -> bool {
-        match B::BASE {
-            Base::Any => self.parameters.stiffness_nm_per_rad.first() == Some(&0.0),
-            Base::Springless => true,
-            Base::ReturnCable => false,
-        }
+        !matches!(B::BASE, Base::ReturnCable) && self.stands_at_stops()
     }
 
     /// The joints beyond the first stand at their stops until a contact.
     pub(crate) fn stands_at_stops(&self) -> bool {
-        matches!(B::BASE, Base::ReturnCable) || self.springless()
+        B::stands_at_stops(&self.parameters.stiffness_nm_per_rad)
     }
 
     /// What the finger was built from.

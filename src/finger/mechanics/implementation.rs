@@ -20,10 +20,6 @@ where
     type Configuration = Configuration<N>;
     type Path = Path<N, B>;
 
-    fn stands_at_stops(&self) -> bool {
-        self.stands_at_stops()
-    }
-
     fn preload_nm(&self) -> f32 {
         self.base.preload_nm().unwrap_or(0.0)
     }

@@ -35,9 +35,9 @@ pub struct Contact {
 /// One point of the path that the finger takes after contact as the torque rises (docs/MECHANICS.md#finite-torque-step).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PathPoint {
-    /// Change of the input link's angle since contact, radian. Negative while a return cable or a preloaded spring holds the finger
-    /// rigid: how far the path's
-    /// tangent at break-away leads back.
+    /// Change of the input link's angle since contact, radian. Negative while something holds the finger: while a return cable or a
+    /// preloaded spring does, how far the path's tangent at break-away leads back; while a pulley keeps a joint from turning back, where the
+    /// finger would be if that acted as it does later.
     pub rotation_rad: f32,
     /// Slope of `rotation_rad` over torque at this point, radian per newton metre.
     pub compliance_rad_per_nm: f32,
@@ -115,10 +115,6 @@ pub trait Mechanics {
     type Configuration: Copy + core::fmt::Debug;
     /// A contact path under way; see [`Mechanics::path`].
     type Path: Clone + core::fmt::Debug;
-
-    /// Whether the joints beyond the first stand at their stops until a contact has made them give way: without a spring at joint 1, or
-    /// with a return cable.
-    fn stands_at_stops(&self) -> bool;
 
     /// Torque with which a spring that is preloaded by design holds joint 2 at its stop, newton metre; paths have it, 0 elsewhere.
     fn preload_nm(&self) -> f32;
@@ -237,7 +233,8 @@ pub trait Mechanics {
     fn soften(&self, path: &mut Self::Path, compliance_m_per_n: f32) -> Option<()>;
 
     /// Takes off what is lost on the way to the joints ([`Self::JOINT_LOSS`]) along a path that has just begun, in the sense in which each
-    /// joint begins to turn: a few turn back later, and lose in the other sense then (docs/MECHANICS.md#real-fingers). Before
+    /// joint begins to turn: a few turn in the other later (docs/MECHANICS.md#real-fingers). Where one turns back, which the free finger
+    /// closed, what it lost at contact changes its sign as well, and holds the finger until the torque has made up for that. Before
     /// [`Mechanics::rub`].
     fn lose(&self, path: &mut Self::Path);
 

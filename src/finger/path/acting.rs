@@ -3,7 +3,6 @@
 use super::Path;
 use crate::finger::{BaseJoint, Finger, Transmission};
 use crate::numeric::Bounded;
-use core::array::from_fn;
 
 /// Largest share of the friction that holds a contact which acts: the path keeps a motion larger than its rounding.
 const HELD_SHARE: f32 = 0.99;
@@ -27,12 +26,16 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     pub(crate) fn loses(path: &mut Path<N, B>) {
         let [loss, _] = T::JOINT_LOSS;
         if loss > 0.0 {
-            let turning = &path.last.tangent.delta;
-            path.start.senses = from_fn(|m| match m {
-                0 => 0,
-                _ if turning[m] < 0.0 => -1,
-                _ => 1,
-            });
+            let Path { start, last } = path;
+            for m in 1..N {
+                start.taken[m] = loss;
+                if last.tangent.delta[m] < 0.0 {
+                    start.taken[m] = -loss;
+                    if !B::HOLDS {
+                        start.back[m] = 2.0 * start.torque;
+                    }
+                }
+            }
         }
     }
 

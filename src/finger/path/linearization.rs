@@ -7,7 +7,6 @@ use super::Start;
 use super::newton::Unknown;
 use crate::finger::{BaseJoint, JointStep, Transmission, TransmissionFactors, Weight};
 use crate::numeric::{Bounded, Rotation, dot};
-use core::array::from_fn;
 
 /// What holds a joint at its stop at least, as a share of the return cable's torque.
 const BARELY_HELD: f32 = 1e-3;
@@ -17,6 +16,8 @@ pub(super) struct Linearization<const N: usize> {
     /// Transmission factors, and what of them arrives as torque.
     pub(super) x: [f32; N],
     pub(super) driving: [f32; N],
+    /// Torque that is lost on the way to each joint since contact, less than zero where it is.
+    pub(super) lost: [f32; N],
     /// H + f dp/ddelta.
     pub(super) stiffness: [[f32; N]; N],
     /// Moment arms p of the contact.
@@ -27,8 +28,9 @@ pub(super) struct Linearization<const N: usize> {
     pub(super) pressing: [f32; N],
     /// Coefficient of contact friction.
     pub(super) friction: f32,
-    /// Sense in which each joint has turned since contact, 1 or -1.
-    pub(super) turning: [f32; N],
+    /// Torque at each joint since contact where its bearings take 1: 2 where it turns back, else 0. Of a finger that stood at its stops 1
+    /// and -1.
+    pub(super) braking: [f32; N],
     /// 1 for each joint that the contact has an arm about, 0 beyond.
     pub(super) loaded: [f32; N],
     /// Rotation of the phalanx in contact: its cosine is dp/dk of the loaded arms, its sine is what k shifts the gap by.
@@ -122,11 +124,14 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
         let now = self.from.advanced(&step);
         let TransmissionFactors { x, w } = transmission.factors(&now)?;
         let [loss, _] = T::JOINT_LOSS;
-        let driving = if loss > 0.0 {
-            from_fn(|m| x[m] * (1.0 - loss * f32::from(self.senses[m])))
-        } else {
-            x
-        };
+        let (mut driving, mut lost) = (x, [0.0; N]);
+        if loss > 0.0 {
+            for m in 0..N {
+                let taken = self.taken[m] * x[m];
+                driving[m] -= taken;
+                lost[m] = -taken * (rise + self.back[m]);
+            }
+        }
         // Without a torque at contact nothing asks for it.
         let x_change = if self.torque == 0.0 {
             [0.0; N]
@@ -197,7 +202,10 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
                 pressing[m] = arms[m] + self.friction * rubbing[m];
                 loaded[m] = 1.0;
             }
-            let driven = driving[m] * rise + x_change[m] * self.torque;
+            let mut driven = x[m] * rise + x_change[m] * self.torque;
+            if loss > 0.0 {
+                driven += lost[m];
+            }
             let sprung = weight[m][0] - self.stiffness[m] * at.delta[m];
             torques[m] = driven + sprung - at.force * pressing[m];
         }
@@ -224,12 +232,13 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
         Some(Linearization {
             x,
             driving,
+            lost,
             stiffness,
             arms,
             rubbing,
             pressing,
             friction: self.friction,
-            turning: at.delta.map(|delta| if delta < 0.0 { -1.0 } else { 1.0 }),
+            braking: (at.delta).map(|delta| if delta < 0.0 { 1.0 } else { -1.0 } + self.rubbed()),
             loaded,
             phi,
             torques,

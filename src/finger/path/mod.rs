@@ -87,7 +87,7 @@ impl<const N: usize, B> Path<N, B> {
     /// longer what it was along the path.
     pub(super) fn slip(&mut self) {
         self.start.friction = 0.0;
-        self.start.senses = [0; N];
+        self.start.taken = [0.0; N];
     }
 }
 
@@ -99,8 +99,11 @@ struct Start<const N: usize, B> {
     torque: f32,
     /// Phalanges before the one in contact.
     before: u8,
-    /// For each joint 1 or -1, the sense in which it turns, where losses on the way to it count, else 0.
-    senses: [i8; N],
+    /// Share of the torque that is lost on the way to each joint, less than zero where it turns back.
+    taken: [f32; N],
+    /// Twice the torque at contact where a joint turns back: the free finger closed it, so a pulley first gives up what it took, then takes
+    /// as much.
+    back: [f32; N],
     lengths: [f32; N],
     stiffness: [f32; N],
     radius: f32,
@@ -118,7 +121,16 @@ struct Start<const N: usize, B> {
     stiffness_scale: f32,
 }
 
-impl<const N: usize, B> Start<N, B> {
+impl<const N: usize, B: BaseJoint> Start<N, B> {
+    /// 1 where bearings rubbed before the contact, because the joints turned; 0 of a finger that stood at its stops.
+    fn rubbed(&self) -> f32 {
+        if B::stands_at_stops(&self.stiffness) {
+            0.0
+        } else {
+            1.0
+        }
+    }
+
     /// Of a compliance in metre per newton.
     fn give_scale(&self) -> f32 {
         self.stiffness_scale / (self.length_scale * self.length_scale)
@@ -155,7 +167,8 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             base: self.base,
             torque: torque_nm / stiffness_scale,
             before,
-            senses: [0; N],
+            taken: [0.0; N],
+            back: [0.0; N],
             lengths: self.parameters.lengths_m.map(|l| l / length_scale),
             stiffness: self
                 .parameters
@@ -312,7 +325,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             by_joint_friction,
             by_loss: by_ln_loss,
             by_give,
-        } = local.responses(near.force, rise)?;
+        } = local.responses(near.force)?;
         let mut at = *near;
         at.add(&step.into())?;
         let stable = local.compliance(&tangent);
@@ -325,13 +338,15 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             compliance_by_loss = -lost / (loss * start.stiffness_scale);
             rotation_by_loss = by_ln_loss / loss;
         }
+        // Pulleys still keep a joint from turning back.
+        let is_held = loss > 0.0 && dot(&start.back, &at.delta) > 0.0;
         let compliance = compliance.at_least(0.0) / start.stiffness_scale;
         let step = JointStep::of(at.delta);
         let rotation_rad = self.transmission.turned_rad(&start.from, &step)?;
         let reach = start.lengths.get(usize::from(start.before))?;
         let stays = local.k_now > 0.0
             && local.k_now <= *reach
-            && at.force >= -f32::EPSILON
+            && (at.force >= -f32::EPSILON || is_held)
             && stable >= 0.0;
         let force_scale = start.stiffness_scale / start.length_scale;
         let mut joints_rad = [0.0; MAX_PHALANGES];
@@ -348,7 +363,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             rotation_by_joint_friction_rad_per_nm: by_joint_friction / start.stiffness_scale,
             rotation_by_give_rad_n_per_m: by_give * start.give_scale(),
             k_now_m: self.on_phalanx(start, local.k_now)?,
-            force_n: at.force * force_scale,
+            force_n: at.force.at_least(0.0) * force_scale,
             force_by_friction_n: force_by_friction * force_scale,
             joints_rad,
         };

@@ -130,15 +130,15 @@ impl<const N: usize> Linearization<N> {
     /// Equilibrium, differentiated by a torque that opposes the turning of each joint but the first.
     fn braked(&self) -> Load<N> {
         Load {
-            torques: from_fn(|m| if m == 0 { 0.0 } else { -self.turning[m] }),
+            torques: from_fn(|m| if m == 0 { 0.0 } else { self.braking[m] }),
             gap: 0.0,
         }
     }
 
-    /// The same by the logarithm of the share that is lost on the way to the joints, of a rise of the torque.
-    fn lost(&self, rise: f32) -> Load<N> {
+    /// The same by the logarithm of the share that is lost on the way to the joints.
+    fn lost(&self) -> Load<N> {
         Load {
-            torques: from_fn(|m| rise * (self.driving[m] - self.x[m])),
+            torques: self.lost,
             gap: 0.0,
         }
     }
@@ -171,12 +171,12 @@ impl<const N: usize> Linearization<N> {
         Some([slide, holding])
     }
 
-    /// Everything at a point, to whose force and rise of the torque it belongs.
-    pub(super) fn responses(&self, force: f32, rise: f32) -> Option<Responses<N>> {
+    /// Everything at a point, to whose force it belongs.
+    pub(super) fn responses(&self, force: f32) -> Option<Responses<N>> {
         let by_k = self.by_k(force);
         let rubbed = self.rubbed(force);
         let braked = self.braked();
-        let lost = self.lost(rise);
+        let lost = self.lost();
         let closed = Load {
             torques: [0.0; N],
             gap: 1.0,

@@ -225,8 +225,11 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         if self.fit.is_none() {
             self.fit = self.next_fit(prior, joint);
         }
-        let distrusts = joint.change().is_some() && self.start >= self.trusting_starts();
-        let joint = if distrusts { joint.distrusted() } else { joint };
+        let joint = if self.distrusts(joint) {
+            joint.distrusted()
+        } else {
+            joint
+        };
         let Some(fit) = &mut self.fit else {
             self.under_way = false;
             return true;
@@ -302,13 +305,13 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
 
     /// Moves on to the next start, radius or hypothesis.
     fn go_on(&mut self, prior: &Prior<X>, joint: impl Told) {
-        let starts = self.trusting_starts();
+        let starts = self.starts();
         let Some(track) = self.tracks.get_mut(self.track) else {
             return;
         };
         let has_place = track.phalanx > 1;
         self.start += 1;
-        if self.start < starts + usize::from(joint.change().is_some()) {
+        if self.start < starts << u32::from(joint.change().is_some()) {
             return;
         }
         self.start = 0;

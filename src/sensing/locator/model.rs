@@ -12,6 +12,8 @@
 //! joints are fitted, the rotation is that of the path, which has the expected share, plus what is lost more times its derivative by
 //! the share, or of a finger that is held at a stop the integral of the compliance's.
 
+mod prediction;
+
 use super::prior::{
     BEND, CABLE, FACTOR, FRICTION, GIVE, JOINT, K, LOSS, ONSET, Of, Prior, UNKNOWNS, Values,
     fits_loss,
@@ -23,6 +25,7 @@ use crate::sensing::curve::Point;
 use crate::sensing::normal::Unknowns;
 use crate::sensing::{Drivetrain, SeriesElement};
 use core::marker::PhantomData;
+use prediction::{NOTHING, Prediction};
 
 /// Smallest torque rise to which a path is followed, newton metre: its derivatives vanish at the onset.
 const LEAST_RISE_NM: f32 = 5e-4;
@@ -49,23 +52,6 @@ pub(super) enum Hold {
     /// The closing stop.
     Stop,
 }
-
-/// The model at a point.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Prediction {
-    /// Excess torque, newton metre.
-    pub(super) excess_nm: f32,
-    /// Its derivatives by the physical unknowns.
-    pub(super) slopes: [f32; UNKNOWNS],
-    /// Its variance.
-    pub(super) variance_nm2: f32,
-}
-
-const NOTHING: Prediction = Prediction {
-    excess_nm: 0.0,
-    slopes: [0.0; UNKNOWNS],
-    variance_nm2: 0.0,
-};
 
 /// Prediction along one curve. It borrows nothing, because a pass over a curve is interrupted between points.
 #[derive(Clone, Debug)]
@@ -267,11 +253,11 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         }
         let near_nm = (torque_nm - point.free_nm) / factor;
         let missing_rad = past_rad - values[CABLE] * twisting_nm;
-        // Preload and joint friction hold the finger until a break-away torque, and below it only the cable twists. Test for that:
-        // assume that the cable takes the whole angle, and ask whether the finger would turn at the torque which that needs. Fingers
-        // whose joints already turn before the contact are left out.
+        // What holds the joints, at their stops or against turning back, holds the finger until a break-away torque, and below it only the
+        // cable twists. Test for that: assume that the cable takes the whole angle, and ask whether the finger would turn at the torque
+        // which that needs.
         let turns_rad = rotation_rad + factor * compliance * (missing_rad / cable);
-        let held = X::FLEXIBLE && finger.stands_at_stops() && turns_rad < 0.0;
+        let held = X::FLEXIBLE && turns_rad < 0.0;
         let gives = if held { 0.0 } else { 1.0 };
         let compliance = gives * compliance;
         // Radian per newton metre of excess.
@@ -317,9 +303,17 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
     }
 
     /// Joint 2 at the end of the path, with its change since the onset at a torque near to the one there and the friction of the joints;
-    /// none without a contact. A contact that has slid off its phalanx turns the joint no further.
+    /// none without a contact. A contact that has slid off its phalanx turns the joint no further, and a finger that is held not at all.
     pub(super) fn joint_2(&self, finger: &F, torque_nm: f32) -> Option<JointPoint> {
         let mut joint = finger.joint_2(self.path.as_ref()?)?;
+        let at = &self.last;
+        let by_friction_rad = self.values[JOINT] * at.rotation_by_joint_friction_rad_per_nm;
+        if at.rotation_rad + by_friction_rad < 0.0 {
+            return Some(JointPoint {
+                at_contact_rad: joint.at_contact_rad,
+                ..JointPoint::default()
+            });
+        }
         if self.ended {
             joint.by_torque_rad_per_nm = 0.0;
         }
@@ -337,6 +331,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
 
     /// Contact force at the end of the path, newton.
     pub(super) fn force_n(&self) -> f32 {
+        // Less than none of a finger that is held.
         self.last.force_n * self.share()
     }
 
@@ -372,27 +367,6 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
             }
         }
         Some(())
-    }
-}
-
-impl Prediction {
-    /// Takes the mean over a point in which the contact begins, for a finger without a cable. Nothing gives way there until the torque
-    /// overcomes what holds the joints, so the torque rises in a step at the onset, and in a ramp from then on.
-    fn begin_with_step(&mut self, past_rad: f32, half_rad: f32) {
-        let slope = -self.slopes[ONSET];
-        let step_nm = self.excess_nm - slope * past_rad;
-        let share = 0.5 * (past_rad / half_rad + 1.0);
-        self.excess_nm = share * (step_nm + slope * share * half_rad);
-        for slope_of in &mut self.slopes {
-            *slope_of *= share;
-        }
-        self.slopes[ONSET] -= 0.5 * step_nm / half_rad;
-    }
-
-    /// Excess over half a point's width.
-    fn steepness(&self, half_rad: f32) -> f32 {
-        // By the measured angle, which counts against the onset's.
-        (-self.slopes[ONSET] * half_rad).at_least(f32::MIN_POSITIVE)
     }
 }
 

@@ -116,8 +116,9 @@ pub(super) fn find<F: Mechanics, X: SeriesElement>(
 }
 
 impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
-    /// Starts of the current fit in which a reading of joint 2 is believed; one more takes it for wrong.
-    pub(super) fn trusting_starts(&self) -> usize {
+    /// Starts of the current fit. Where a sensor tells of joint 2, first with its reading, then as often with it taken for wrong: a start
+    /// from what a wrong reading has led to finds another minimum than a curve without a reading.
+    pub(super) fn starts(&self) -> usize {
         let has_place = (self.tracks.get(self.track)).is_some_and(|track| track.phalanx > 1);
         if self.thorough && has_place && self.order == 0 {
             1 + LAST_START
@@ -126,25 +127,33 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         }
     }
 
+    /// Whether the current start takes the reading of joint 2 for wrong.
+    pub(super) fn distrusts(&self, joint: impl Told) -> bool {
+        joint.change().is_some() && self.start >= self.starts()
+    }
+
     /// Begins the current fit.
     pub(super) fn next_fit(&self, prior: &Prior<X>, joint: impl Told) -> Option<Fit<F, X>> {
         let track = self.tracks.get(self.track)?;
         let &(radius, from) = ORDER.get(self.order)?;
         let hold = track.hold(radius, prior);
         let length_m = track.length_m;
-        let before = match (self.start, self.order, self.thorough) {
-            // Starts from the result of the last round, or of the neighbouring radius.
+        let distrusts = self.distrusts(joint);
+        let start = if distrusts {
+            self.start - self.starts()
+        } else {
+            self.start
+        };
+        let before = match (start, self.order, self.thorough) {
+            // Starts from the result of the last round, of the fit that believes the reading, or of the neighbouring radius.
             (0, 0, _) | (0, _, false) | (LAST_START.., ..) => track.fit(radius),
             _ => None,
         };
-        // Or from that in which the reading was believed.
-        let again = joint.change().is_some() && !self.thorough && self.start == 1;
-        let before = if again { track.fit(radius) } else { before };
         let neighbour = track.fit(from).filter(|_| self.order > 0);
         let (mut x, fitted) = match before.or(neighbour) {
             Some(fitted) => (fitted.x, true),
             None => {
-                let place = match self.start.checked_sub(1).and_then(|i| STARTS.get(i)) {
+                let place = match start.checked_sub(1).and_then(|i| STARTS.get(i)) {
                     Some(share) => track.side[0] + share * (track.side[1] - track.side[0]),
                     None => track.candidate,
                 };
@@ -155,11 +164,11 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             // Start from the expected loss: a fit with a reading of joint 2 does not move it.
             x[LOSS] = 0.0;
         }
-        if joint.change().is_some() && !fitted && self.start > 0 {
+        if joint.change().is_some() && !distrusts && !fitted && start > 0 {
             x[FRICTION] = SLIPPERY;
             Scaling::of::<F, X>(prior, length_m).hold(&mut x, FRICTION);
         }
-        if self.start == LAST_START {
+        if start == LAST_START {
             x[JOINT] = HELD;
         }
         Some(Fit::new(Hypothesis { hold, length_m }, x, fitted))

@@ -36,8 +36,11 @@ fn grasp(onset_rad: f32, k_m: f32) -> Grasp {
             5e-3 * i as f32
         } else {
             let end = finger.follow(&mut path, torque_nm).unwrap();
-            turned_rad = end.joints_rad[1];
-            end.rotation_rad + cable * torque_nm
+            // Until a joint that is to turn back does, the finger is rigid.
+            if end.rotation_rad > 0.0 {
+                turned_rad = end.joints_rad[1];
+            }
+            end.rotation_rad.max(0.0) + cable * torque_nm
         };
         let at = finger.free_at_angle(onset_rad + past_rad, &free.configuration);
         let free_nm = at.unwrap().torque_nm;

@@ -27,5 +27,6 @@ mod softer;
 mod speed;
 mod support;
 mod travel;
+mod turning_back;
 mod weight;
 mod wrapped;

@@ -45,8 +45,8 @@ fn finger([a, b, c]: [f32; 3]) -> Finger<3, Direct<3>> {
 
 /// Returns the larger relative error of two answers at a point: the tangent, and the rotation's derivative by the place. Both are
 /// relative to the largest change of a joint.
-fn off(local: &Linearization<3>, force: f32, rise: f32) -> f64 {
-    let Responses { by_k, tangent, .. } = local.responses(force, rise).expect("held");
+fn off(local: &Linearization<3>, force: f32) -> f64 {
+    let Responses { by_k, tangent, .. } = local.responses(force).expect("held");
     let along = exact(local, local.driving.map(f64::from), 0.0);
     let turns = tangent.delta.iter().zip(&along);
     let off = turns.map(|(told, turns)| (f64::from(*told) - turns).abs());
@@ -88,7 +88,7 @@ fn a_finger_that_the_object_alone_keeps_stable_costs_no_digits() {
                     let (at, rise) = (&path.last.at, path.last.rise);
                     let local =
                         (path.start.local(&finger.transmission, at, rise)).expect("a point");
-                    let off = off(&local, at.force, rise);
+                    let off = off(&local, at.force);
                     let h = own(&local).unwrap_or(f64::INFINITY);
                     points += 1;
                     unstable += u32::from(h < 0.0);

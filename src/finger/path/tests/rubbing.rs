@@ -2,7 +2,7 @@
 //! derivatives against differences.
 
 use super::{arms, closed, derivatives, factors, followed, light, slope};
-use crate::finger::path::Start;
+use crate::finger::path::{Path, Start};
 use crate::finger::{
     BaseJoint, Configuration, Contact, Finger, Free, Mechanics, Mounting, PathPoint, Transmission,
 };
@@ -40,20 +40,15 @@ fn pulled<const N: usize>(
     })
 }
 
-/// Share of the torque that arrives at each joint.
-fn arriving<const N: usize, T: Transmission<N>>(senses: &[i8; N]) -> [f64; N] {
-    senses.map(|sense| 1.0 - f64::from(sense) * f64::from(T::JOINT_LOSS[0]))
-}
-
-/// Presses the finger with a contact on its last phalanx. Returns the point, the friction that acts with its sense, and the sense in which
-/// each joint loses torque; `None` where the path ends before.
+/// Presses the finger with a contact on its last phalanx. Returns the point, the friction that acts with its sense, and for each joint the
+/// share of its torque that is lost; `None` where the path ends before.
 fn pressed<const N: usize, T: Transmission<N>, B: BaseJoint>(
     finger: &Finger<N, T, B>,
     free: &Free<Configuration<N>>,
     contact: Contact,
     friction: f32,
     rise_nm: f32,
-) -> Option<(PathPoint, [f32; 2], [i8; N])>
+) -> Option<(PathPoint, [f32; 2], [f64; N])>
 where
     Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = crate::finger::Path<N, B>>,
 {
@@ -64,10 +59,10 @@ where
     let Start {
         friction,
         slides,
-        senses,
+        taken,
         ..
     } = path.start;
-    Some((point, [friction, slides], senses))
+    Some((point, [friction, slides], taken.map(f64::from)))
 }
 
 /// Checks the balance of every joint; the number of points that were on the finger, with how many of them slid outwards and how many joints
@@ -92,12 +87,16 @@ where
             radius_m: 0.0,
         };
         for friction in FRICTIONS {
-            let Some((point, [acting, sense], senses)) =
+            let Some((point, [acting, sense], taken)) =
                 pressed(finger, &free, contact, friction, rise_nm)
             else {
                 continue;
             };
-            let arriving = arriving::<N, T>(&senses);
+            assert!(
+                taken
+                    .iter()
+                    .all(|taken| [0.0, T::JOINT_LOSS[0].into()].contains(&taken.abs()))
+            );
             if point.rotation_rad < 0.0 {
                 continue; // a return cable still holds it
             }
@@ -111,7 +110,8 @@ where
             let p = arms(&lengths_m, &now, k_now_m);
             let rubbed = pulled(&lengths_m, &now, k_now_m, f64::from(sense * acting));
             for joint in 0..N {
-                counts[2] += u32::from(delta[joint] * f64::from(senses[joint]) < -1e-3);
+                counts[2] +=
+                    u32::from(delta[joint] * taken[joint] < -1e-3 * f64::from(T::JOINT_LOSS[0]));
                 let (before_nm, rise_nm) = (f64::from(free.torque_nm), f64::from(rise_nm));
                 let stiffness = f64::from(finger.parameters.stiffness_nm_per_rad[joint]);
                 let sprung = x_before[joint] * before_nm + stiffness * delta[joint];
@@ -120,10 +120,12 @@ where
                     let taken: f64 = lever.iter().zip(delta).map(|(y, turned)| y * turned).sum();
                     lever[joint] * (before_nm + f64::from(cable.stiffness_nm_per_rad) * taken)
                 });
-                let lost_nm = (1.0 - arriving[joint]) * x_now[joint];
-                // A pulley takes its share of all torque that a return cable holds against, of a spring's of the rise alone.
+                let lost_nm = taken[joint] * x_now[joint];
+                // A pulley takes its share of all torque that a return cable holds against, of a spring's of the rise alone, and where the
+                // joint turns back twice what it took of the free finger's.
                 let lost_nm = match finger.base.return_cable() {
                     Some(_) => lost_nm * (before_nm + rise_nm),
+                    None if taken[joint] < 0.0 => lost_nm * (2.0 * before_nm + rise_nm),
                     None => lost_nm * rise_nm,
                 };
                 let driven = x_now[joint] * (before_nm + rise_nm) - x_before[joint] * before_nm;
@@ -236,35 +238,58 @@ fn derivatives_with_friction_are_those_of_the_path() {
     );
 }
 
-/// Begins two paths from the same contact on the last phalanx of a closed finger: one that loses nothing on the way to the joints, and one
-/// that does.
-fn lossless_and_lossy<F: Mechanics>(finger: &F, share: f32, radius_m: f32) -> [F::Path; 2] {
+/// Begins a path from a contact on the last phalanx of a closed finger that loses some times the usual share on the way to the joints.
+fn lossy<const N: usize, T: Transmission<N>, B: BaseJoint>(
+    finger: &Finger<N, T, B>,
+    [share, radius_m]: [f32; 2],
+    times: f32,
+) -> Path<N, B>
+where
+    Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = Path<N, B>>,
+{
     let free = closed(finger, 0.7);
-    let phalanx = F::PHALANGES as u8;
     let contact = Contact {
-        phalanx,
-        k_m: share * finger.phalanx_length_m(phalanx).unwrap(),
+        phalanx: N as u8,
+        k_m: share * finger.parameters.lengths_m[N - 1],
         radius_m,
     };
-    let [lossless, mut lossy] = [(); 2].map(|()| {
-        finger
-            .path(&free.configuration, free.torque_nm, contact)
-            .unwrap()
-    });
-    finger.lose(&mut lossy);
-    [lossless, lossy]
+    let mut path = Mechanics::path(finger, &free.configuration, free.torque_nm, contact).unwrap();
+    finger.lose(&mut path);
+    path.start.taken = path.start.taken.map(|taken| times * taken);
+    path
+}
+
+/// The same with none of it and with the usual share, of the rise of the torque alone, as of a finger that is held at a stop.
+fn lossless_and_lossy<const N: usize, T: Transmission<N>, B: BaseJoint>(
+    finger: &Finger<N, T, B>,
+    contact: [f32; 2],
+) -> [Path<N, B>; 2]
+where
+    Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = Path<N, B>>,
+{
+    [0.0, 1.0].map(|times| {
+        let mut path = lossy(finger, contact, times);
+        path.start.back = [0.0; N];
+        path
+    })
 }
 
 /// Compares the derivative by what is lost with the compliance of the same finger without losses, at once, where both are in one posture.
 #[test]
 fn the_derivative_by_losses_is_what_they_change() {
-    fn check<F: Mechanics>(finger: &F, name: &str) -> [f32; 2] {
+    fn check<const N: usize, T: Transmission<N>, B: BaseJoint>(
+        finger: &Finger<N, T, B>,
+        name: &str,
+    ) -> [f32; 2]
+    where
+        Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = Path<N, B>>,
+    {
         let mut range = [f32::INFINITY, f32::NEG_INFINITY];
         for share in [0.2, 0.4, 0.6, 0.8] {
-            let [lossless, lossy] = lossless_and_lossy(finger, share, 0.0)
+            let [lossless, lossy] = lossless_and_lossy(finger, [share, 0.0])
                 .map(|mut path| followed(finger, &mut path, 1e-4).unwrap());
             let [was, is] = [lossless, lossy].map(|point| point.compliance_rad_per_nm);
-            let [loss, _] = F::JOINT_LOSS;
+            let [loss, _] = T::JOINT_LOSS;
             let changed = (is - was) / was;
             let told = loss * lossy.compliance_by_loss_rad_per_nm / is;
             // What is left out is the square of it, and the path's rounding.
@@ -283,32 +308,41 @@ fn the_derivative_by_losses_is_what_they_change() {
     assert_eq!(check(&light(Linkage3::MECHANISM), "linkage3"), [0.0; 2]);
 }
 
-/// Compares the derivative of the rotation by what is lost with how much farther the same finger turns without losses.
+/// Compares the derivative of the rotation by what is lost with how far the same finger turns if it loses a tenth more or less. Where a
+/// joint turns back, as on `tendon3`, the rotation is negative until it does.
 #[test]
 fn what_is_lost_of_a_rotation_is_its_derivative() {
-    fn check<F: Mechanics>(finger: &F, name: &str) {
-        let [loss, _] = F::JOINT_LOSS;
+    fn check<const N: usize, T: Transmission<N>, B: BaseJoint>(
+        finger: &Finger<N, T, B>,
+        name: &str,
+    ) -> usize
+    where
+        Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = Path<N, B>>,
+    {
+        let [loss, _] = T::JOINT_LOSS;
+        let mut held = 0;
         for (share, friction) in [(0.2, 0.0), (0.4, 0.0), (0.6, 0.0), (0.2, 0.3), (0.4, 0.3)] {
-            let [mut lossless, mut lossy] = lossless_and_lossy(finger, share, 0.01);
-            for path in [&mut lossless, &mut lossy] {
+            let mut paths = [0.9, 1.0, 1.1].map(|times| lossy(finger, [share, 0.01], times));
+            for path in &mut paths {
                 finger.rub(path, friction, HALF_THICKNESS_M).unwrap();
             }
-            for rise_nm in [2e-3, 0.01, 0.02, 0.04] {
-                let [all, left] = [&mut lossless, &mut lossy]
+            for rise_nm in [1e-3, 2e-3, 0.01, 0.02, 0.04] {
+                let [less, usual, more] = paths
+                    .each_mut()
                     .map(|path| followed(finger, path, rise_nm).unwrap());
-                let told = loss * left.rotation_by_loss_rad;
-                let changed = left.rotation_rad - all.rotation_rad;
-                // What is left is the square of the loss.
-                let off = told / changed - 1.0;
+                let expected = slope(more, less, 0.1 * loss);
+                let off = usual.rotation_by_loss_rad / expected - 1.0;
                 assert!(
-                    changed < 0.0 && off.abs() < 0.02,
-                    "{name} {share} {friction} {rise_nm}: {told} {changed}"
+                    expected < 0.0 && off.abs() < 0.01,
+                    "{name} {share} {friction} {rise_nm}: {off}"
                 );
+                held += usize::from(usual.rotation_rad < 0.0);
             }
         }
+        held
     }
-    check(&light(Tendon2::MECHANISM), "tendon2");
-    check(&light(Tendon3::MECHANISM), "tendon3");
+    assert_eq!(check(&light(Tendon2::MECHANISM), "tendon2"), 0);
+    assert!(check(&light(Tendon3::MECHANISM), "tendon3") > 5);
     check(&light(Hidden3::MECHANISM), "hidden3");
 }
 
@@ -319,11 +353,17 @@ fn what_is_lost_of_a_rotation_is_its_derivative() {
 fn what_is_lost_of_a_rotation_is_about_the_sum_of_its_derivative() {
     const STEP_NM: f32 = 2.5e-3;
     /// The largest ratio of the sum to the rotation that is lacking.
-    fn check<F: Mechanics>(finger: &F, name: &str) -> f32 {
-        let [loss, _] = F::JOINT_LOSS;
+    fn check<const N: usize, T: Transmission<N>, B: BaseJoint>(
+        finger: &Finger<N, T, B>,
+        name: &str,
+    ) -> f32
+    where
+        Finger<N, T, B>: Mechanics<Configuration = Configuration<N>, Path = Path<N, B>>,
+    {
+        let [loss, _] = T::JOINT_LOSS;
         let mut most = f32::NEG_INFINITY;
         for share in [0.2, 0.4, 0.6] {
-            let [mut lossless, mut lossy] = lossless_and_lossy(finger, share, 0.01);
+            let [mut lossless, mut lossy] = lossless_and_lossy(finger, [share, 0.01]);
             let (mut lost_rad, mut before) = (0.0, None);
             for step in 1..=16 {
                 let rise_nm = STEP_NM * step as f32;
