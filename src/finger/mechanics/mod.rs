@@ -54,14 +54,15 @@ pub struct PathPoint {
     /// (docs/MECHANICS.md#real-fingers).
     pub rotation_by_friction_rad: f32,
     /// Derivative of `rotation_rad` by a torque that opposes the turning of each joint beyond the first (friction, or a
-    /// spring that was held against its stop), at this torque, radian per newton metre.
+    /// spring that was held against its stop), at this torque, radian per newton metre. Where the joints turned before the contact friction
+    /// in those that go on changes nothing, and in those that turn back it counts twice (docs/MECHANICS.md#real-fingers).
     pub rotation_by_joint_friction_rad_per_nm: f32,
     /// Derivative of `rotation_rad` by the compliance of the object, at this torque and that compliance, radian newton per metre
     /// (docs/MECHANICS.md#soft-objects).
     pub rotation_by_give_rad_n_per_m: f32,
     /// Where the contact is now, metre from the phalanx's joint (21).
     pub k_now_m: f32,
-    /// Normal contact force, newton, positive when pressing.
+    /// Normal contact force, newton, at least 0: while a pulley keeps a joint from turning back no force is told.
     pub force_n: f32,
     /// Its derivative by the coefficient of contact friction, as `rotation_by_friction_rad`, newton.
     pub force_by_friction_n: f32,

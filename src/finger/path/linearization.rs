@@ -16,7 +16,8 @@ pub(super) struct Linearization<const N: usize> {
     /// Transmission factors, and what of them arrives as torque.
     pub(super) x: [f32; N],
     pub(super) driving: [f32; N],
-    /// Torque that is lost on the way to each joint since contact, less than zero where it is.
+    /// What losses on the way to each joint have changed of its torque since contact: less than zero where it closes, more where it turns
+    /// back.
     pub(super) lost: [f32; N],
     /// H + f dp/ddelta.
     pub(super) stiffness: [[f32; N]; N],

@@ -127,7 +127,7 @@ impl<const N: usize> Linearization<N> {
         }
     }
 
-    /// Equilibrium, differentiated by a torque that opposes the turning of each joint but the first.
+    /// Equilibrium, differentiated by the torque that bearings take at each joint but the first.
     fn braked(&self) -> Load<N> {
         Load {
             torques: from_fn(|m| if m == 0 { 0.0 } else { self.braking[m] }),
