@@ -98,7 +98,7 @@ where
                     .all(|taken| [0.0, T::JOINT_LOSS[0].into()].contains(&taken.abs()))
             );
             if point.rotation_rad < 0.0 {
-                continue; // a return cable still holds it
+                continue; // a return cable or a pulley still holds it
             }
             let delta: [f64; N] = std::array::from_fn(|joint| point.joints_rad[joint].into());
             let now: [f64; N] = std::array::from_fn(|joint| at_rad[joint] + delta[joint]);
