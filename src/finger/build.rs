@@ -84,7 +84,8 @@ pub trait BaseJoint: Copy + core::fmt::Debug {
     /// (docs/MECHANICS.md#break-away).
     const HOLDS: bool = false;
 
-    /// Whether the joints beyond the first stand at their stops until a contact, in a finger whose joints have springs of some stiffness.
+    /// Returns whether the joints beyond the first stand at their stops until a contact: without a spring at joint 1, or with a return
+    /// cable. `stiffness` is that of each joint's spring, joint 1 first, in any unit.
     fn stands_at_stops(stiffness: &[f32]) -> bool {
         !matches!(Self::BASE, Base::Any) || stiffness.first() == Some(&0.0)
     }

@@ -36,8 +36,8 @@ pub struct Contact {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PathPoint {
     /// Change of the input link's angle since contact, radian. Negative while something holds the finger: while a return cable or a
-    /// preloaded spring does, how far the path's tangent at break-away leads back; while a pulley keeps a joint from turning back, where the
-    /// finger would be if that acted as it does later.
+    /// preloaded spring does, how far the path's tangent at break-away leads back; while the friction of a pulley keeps a joint from
+    /// turning back, the rotation in equilibrium with that friction as it acts once the joint turns.
     pub rotation_rad: f32,
     /// Slope of `rotation_rad` over torque at this point, radian per newton metre.
     pub compliance_rad_per_nm: f32,
@@ -234,9 +234,9 @@ pub trait Mechanics {
     fn soften(&self, path: &mut Self::Path, compliance_m_per_n: f32) -> Option<()>;
 
     /// Takes off what is lost on the way to the joints ([`Self::JOINT_LOSS`]) along a path that has just begun, in the sense in which each
-    /// joint begins to turn: a few turn in the other later (docs/MECHANICS.md#real-fingers). Where one turns back, which the free finger
-    /// closed, what it lost at contact changes its sign as well, and holds the finger until the torque has made up for that. Before
-    /// [`Mechanics::rub`].
+    /// joint begins to turn: a few turn in the other sense later (docs/MECHANICS.md#real-fingers). The free finger closed all joints; where
+    /// one turns back, the loss that there was at contact changes its sign as well, and the joint stands until the torque has made up for
+    /// that. Before [`Mechanics::rub`].
     fn lose(&self, path: &mut Self::Path);
 
     /// Makes contact friction of a coefficient from 0 act along a path that has just begun, on the surface of a phalanx that lies

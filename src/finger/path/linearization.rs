@@ -29,8 +29,8 @@ pub(super) struct Linearization<const N: usize> {
     pub(super) pressing: [f32; N],
     /// Coefficient of contact friction.
     pub(super) friction: f32,
-    /// Torque at each joint since contact where its bearings take 1: 2 where it turns back, else 0. Of a finger that stood at its stops 1
-    /// and -1.
+    /// Change of each joint's torque since contact per unit of friction in its bearings. In a finger whose joints turned before: 2 where a
+    /// joint turns back, else 0. In one that stood at its stops: -1 where a joint closes, 1 where it opens.
     pub(super) braking: [f32; N],
     /// 1 for each joint that the contact has an arm about, 0 beyond.
     pub(super) loaded: [f32; N],

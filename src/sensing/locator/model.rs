@@ -331,7 +331,6 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
 
     /// Contact force at the end of the path, newton.
     pub(super) fn force_n(&self) -> f32 {
-        // Less than none of a finger that is held.
         self.last.force_n * self.share()
     }
 

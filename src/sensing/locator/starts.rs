@@ -116,8 +116,9 @@ pub(super) fn find<F: Mechanics, X: SeriesElement>(
 }
 
 impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
-    /// Starts of the current fit. Where a sensor tells of joint 2, first with its reading, then as often with it taken for wrong: a start
-    /// from what a wrong reading has led to finds another minimum than a curve without a reading.
+    /// Returns how many starts the current fit has. With a reading of joint 2 it takes each of them twice, first believing the reading,
+    /// then taking it for wrong: a fit that only starts where a wrong reading has led may end in another minimum than one without a
+    /// reading.
     pub(super) fn starts(&self) -> usize {
         let has_place = (self.tracks.get(self.track)).is_some_and(|track| track.phalanx > 1);
         if self.thorough && has_place && self.order == 0 {

@@ -1,7 +1,7 @@
 //! A finger of three phalanges that touches with its last one: joint 2, which the free finger closed, turns back, and its pulley first
 //! holds it. The path that sensing follows, next to the plant, which shares no code with it. Simulated.
 
-use palpate::finger::{Contact, Mechanics as _, Mounting};
+use palpate::finger::{Contact, Mechanics as LibraryMechanics, Mounting};
 use palpate::scene::Scene;
 use palpate_plant::{CableEnd, Grasp, Mechanics, Parameters, Quasistatic, Shape};
 use palpate_scenes::Tendon3;
@@ -24,7 +24,7 @@ const OFF_SHARE: f64 = 0.01;
 fn turned(k_m: f64) -> Vec<[f64; 4]> {
     let mut parameters = Parameters::of("tendon3").expect("a scene of this project");
     let finger = Tendon3::MECHANISM.mounted(Mounting::LEVEL);
-    let [loss, _] = loss_of(&finger);
+    let [loss, _] = <<Tendon3 as Scene>::Finger as LibraryMechanics>::JOINT_LOSS;
     parameters.mechanism.capstan_share = loss.into();
     let mut plant = Quasistatic::new(&parameters).expect("the defaults are valid");
     let shape = Shape::Cylinder {
@@ -85,10 +85,6 @@ fn turned(k_m: f64) -> Vec<[f64; 4]> {
         }
     }
     turned
-}
-
-fn loss_of<F: palpate::finger::Mechanics>(_: &F) -> [f32; 2] {
-    F::JOINT_LOSS
 }
 
 #[test]
