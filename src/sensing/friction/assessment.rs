@@ -10,7 +10,7 @@ use super::Friction;
 use super::bins::BINS;
 use super::harmonics::{HARMONICS, waves};
 use super::pass::Pass;
-use super::wander::{Evidence, Hypothesis, RATES, TIMES, correlation};
+use super::wander::{Evidence, Hypothesis, RATES, TIMES, averaged_out, correlation};
 use crate::numeric::{Bounded, ln, sin_cos, sqrt};
 use crate::sensing::Drive;
 
@@ -206,6 +206,7 @@ impl Assessment {
         let mut ln_determinant = 0.0;
         let mut filled = 0.0f32;
         let mut before: Option<usize> = None;
+        let faded = block_s / point.time_s;
         for step in 0..BINS {
             // In order of time.
             let index = if self.is_closing() {
@@ -229,7 +230,8 @@ impl Assessment {
             let mut row = [0.0; ALL];
             row[..COLUMNS].copy_from_slice(&self.columns(record, index));
             row[COLUMNS] = value;
-            let total = variance + 1.0 / f32::from(count);
+            let blocks = f32::from(count);
+            let total = variance + 1.0 / blocks - stationary * averaged_out(blocks * faded);
             let gain = variance / total;
             let scale = 1.0 / sqrt(total);
             for (x, y) in state.iter_mut().zip(&mut row) {
@@ -254,9 +256,9 @@ impl Assessment {
             }
         }
         let left = products[COLUMNS][COLUMNS];
-        // Second differences contain a third of the wander's growth over a block.
+        // Second differences of means contain a sixth of the wander's growth over a block.
         let (white_nm2, freedoms) = self.pass.white_nm2();
-        let seen = 1.0 + growth / 3.0;
+        let seen = 1.0 + growth / 6.0;
         let sum = left * left + freedoms * white_nm2 / seen;
         let all = filled - rank + freedoms;
         let white_nm2 = (sum / all).at_least(f32::MIN_POSITIVE);

@@ -20,4 +20,6 @@ pub use bins::{BINS, Bins};
 pub use harmonics::HARMONICS;
 pub use pass::Pass;
 pub use record::{Estimate, Friction};
+#[cfg(all(test, feature = "firmware"))]
+pub(in crate::sensing) use wander::averaged_out;
 pub use wander::{Evidence, Hypothesis, RATES, TIMES, Wander};

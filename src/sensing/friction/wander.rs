@@ -196,3 +196,12 @@ impl Wander {
 pub(super) fn correlation(x: f32) -> f32 {
     ((1.0 - 0.5 * x) / (1.0 + 0.5 * x)).at_least(0.0)
 }
+
+/// Share of an Ornstein-Uhlenbeck process's variance that its mean over a time lacks, for that time x >= 0 in units of its time constant:
+/// within 0.055 of 1 - 2 (x - 1 + exp(-x)) / x^2 for any x.
+///
+/// Neighbouring means share nearly what instants do. Means are therefore modelled as instants whose white noise has this variance less; of a
+/// walk, the limit for small x, they lack a sixth of its growth. Taken for instants, they made rates of large wanders 0.8 times what they are.
+pub(in crate::sensing) fn averaged_out(x: f32) -> f32 {
+    x / (3.0 + x)
+}

@@ -233,8 +233,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
             self.torque_nm = factor * point.excess_nm + point.free_nm; // it may fall
         }
         let at = &self.last;
-        let mut rotation_rad =
-            at.rotation_rad + values[JOINT] * at.rotation_by_joint_friction_rad_per_nm;
+        let mut rotation_rad = self.turned_rad();
         let mut compliance = at.compliance_rad_per_nm;
         if fits_loss::<F, X>() {
             // What is lost beyond the share that the path takes off.
@@ -293,6 +292,12 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         })
     }
 
+    /// Rotation at the end of the path, against the friction of the joints, radian.
+    fn turned_rad(&self) -> f32 {
+        let at = &self.last;
+        at.rotation_rad + self.values[JOINT] * at.rotation_by_joint_friction_rad_per_nm
+    }
+
     /// Derivative of the rotation by what is lost on the way to the joints, radian.
     fn lost_rad(&self) -> f32 {
         if F::HOLDS {
@@ -306,9 +311,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
     /// none without a contact. A contact that has slid off its phalanx turns the joint no further, and a finger that is held not at all.
     pub(super) fn joint_2(&self, finger: &F, torque_nm: f32) -> Option<JointPoint> {
         let mut joint = finger.joint_2(self.path.as_ref()?)?;
-        let at = &self.last;
-        let by_friction_rad = self.values[JOINT] * at.rotation_by_joint_friction_rad_per_nm;
-        if at.rotation_rad + by_friction_rad < 0.0 {
+        if self.turned_rad() < 0.0 {
             return Some(JointPoint {
                 at_contact_rad: joint.at_contact_rad,
                 ..JointPoint::default()

@@ -263,20 +263,26 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             Directive::RecordFriction => self.learning.record(block),
             // Opening ends a closing: the next one is searched again.
             _ if block.drive != Drive::Closing => self.done = false,
-            _ if self.done => self.state.remember(block),
-            _ => self.search_closing(block),
+            _ => self.close(block),
         }
     }
 
     /// A block of a closing.
-    fn search_closing(&mut self, block: &Block) {
+    fn close(&mut self, block: &Block) {
         let state = &mut self.state;
-        if let Stage::Idle | Stage::Vague(_) = self.stage {
+        let corrected = state.corrected(block);
+        if !self.done
+            && let Stage::Idle | Stage::Vague(_) = self.stage
+        {
             Search::begin(&mut self.stage);
         }
-        let Some(corrected) = state.corrected(block) else {
+        let Some(corrected) = corrected else {
             return;
         };
+        if self.done {
+            state.remember(&corrected);
+            return;
+        }
         if let Stage::Searching(search) = &self.stage {
             if search.unusual {
                 self.learning.forget();
@@ -285,7 +291,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             }
         }
         if let Stage::Contact(_) = self.stage {
-            state.remember(block);
+            state.remember(&corrected);
         }
         match &mut self.stage {
             Stage::Contact(contact) => state.press(contact, corrected),

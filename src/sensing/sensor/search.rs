@@ -334,10 +334,10 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     }
 
     /// Takes a block of a closing whose contact has been decided: the global stiffness at its end is still to be reported.
-    pub(super) fn remember(&mut self, block: &Block) {
-        if let (Some(_), Some(corrected)) = (self.last_residual, self.corrected(block)) {
-            let theta_a_rad = self.drivetrain.closing_rad(block.counts);
-            self.last_residual = Some((theta_a_rad, corrected.residual_nm));
+    pub(super) fn remember(&mut self, corrected: &CorrectedBlock<H::Reading>) {
+        if let Some(last) = &mut self.last_residual {
+            let theta_a_rad = self.drivetrain.closing_rad(corrected.counts);
+            *last = (theta_a_rad, corrected.residual_nm);
         }
     }
 }

@@ -8,6 +8,8 @@ use crate::sensing::{Drive, Drivetrain};
 /// Blocks of a pass, and where they begin.
 pub const FIRST: i32 = 16;
 pub const BLOCKS: i32 = 290;
+/// Instants whose mean is a block.
+const INSTANTS: u32 = 8;
 
 /// A drivetrain whose friction wanders, all shares of its mean friction.
 #[derive(Clone, Copy, Debug)]
@@ -94,7 +96,12 @@ impl Life {
 
     /// The next block, of number `index`.
     pub fn block(&mut self, drive: Drive, index: i32, load_nm: f64) -> Block {
-        self.wait(self.block_s());
+        // A block is a mean over its time.
+        let mut mean = 0.0;
+        for _ in 0..INSTANTS {
+            self.wait(self.block_s() / f64::from(INSTANTS));
+            mean += self.wander / f64::from(INSTANTS);
+        }
         let World {
             wander,
             drift,
@@ -104,7 +111,7 @@ impl Life {
         let counts = 1024 * index + 512;
         let warm = 1.0 - (-self.now_s / 8.0).exp();
         let friction = curve(f64::from(counts))
-            + FRICTION_NM * (wander * self.wander + drift * warm)
+            + FRICTION_NM * (wander * mean + drift * warm)
             + white_nm * f64::from(self.noise.normal());
         let torque = if drive == Drive::Opening {
             -friction
