@@ -153,16 +153,14 @@ impl<C: Copy, W: Weighs<C>> Closing<C, W> {
         let first = match first {
             First::At(contact, sigma_m) => Some((contact, sigma_m)),
             // The last joint turns by much the same wherever the contact is.
-            First::Unplaced if F::PHALANGES > 2 => {
-                sensor.finger().phalanx_length_m(2).map(|length_m| {
-                    let contact = Contact {
-                        phalanx: 2,
-                        k_m: 0.5 * length_m,
-                        radius_m: sensor.settings().pin_contact_radius_m(),
-                    };
-                    (contact, 0.0)
-                })
-            }
+            First::Unplaced if F::MOVES_ON => sensor.finger().phalanx_length_m(2).map(|length_m| {
+                let contact = Contact {
+                    phalanx: 2,
+                    k_m: 0.5 * length_m,
+                    radius_m: sensor.settings().pin_contact_radius_m(),
+                };
+                (contact, 0.0)
+            }),
             First::Awaited | First::Near(..) | First::Unplaced => None,
         };
         let asked = first.and_then(|(contact, first_sigma_m)| {

@@ -142,13 +142,12 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
                 walk_nm2: factor * factor * sensor.walk_nm2(block),
                 worm_turn_rad: sensor.worm_turn_rad(),
             };
-            let moves_on = F::PHALANGES > 2;
-            let found = (self.search).push(angle_rad, closing.torque_nm, &noise, moves_on);
+            let found = (self.search).push(angle_rad, closing.torque_nm, &noise, F::MOVES_ON);
             closing.change = closing.change.or(found);
             if F::STRAIGHT {
                 self.search.look_straight(&noise);
             }
-            if F::PHALANGES > 2 {
+            if F::MOVES_ON {
                 closing.measure::<F>(&self.search, variance_nm2);
             }
         }
@@ -274,8 +273,8 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
         {
             closing.change = self.search.take_straight();
         }
-        // A step a sample; two phalanges hold each other, wherever the second contact is.
-        if F::PHALANGES > 2
+        // A step a sample.
+        if F::MOVES_ON
             && let Some(change) = closing.change
             && closing.weigh(sensor, &change)
         {

@@ -113,7 +113,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             return;
         };
         let ending = contact.collector.phase == CurvePhase::Ending;
-        if ending && F::PHALANGES > 2 {
+        if ending && F::MOVES_ON {
             contact.ended = contact.ended.saturating_add(1);
         }
         let due = core::mem::replace(&mut contact.due, Due::Nothing);
@@ -148,7 +148,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             state.emit_calibration(learned);
         } else {
             let curve = &contact.collector.curve;
-            let is_late = F::PHALANGES > 2 && contact.ended >= LAST_AFTER;
+            let is_late = F::MOVES_ON && contact.ended >= LAST_AFTER;
             let data = state.data(curve, curve.points());
             if !contact.locator.stands(&data, is_late) {
                 return;
@@ -157,7 +157,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         }
         self.done = true;
         self.stage = match contact.reported {
-            Reported::Vague(spot) if F::PHALANGES > 2 => Stage::Vague(spot),
+            Reported::Vague(spot) if F::MOVES_ON => Stage::Vague(spot),
             _ => Stage::Idle,
         };
     }

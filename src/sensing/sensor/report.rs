@@ -78,8 +78,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             verdict if is_vague(&verdict) => {
                 if last {
                     self.emit_nowhere(contact, NotLocated::Unobservable);
-                    // With two phalanges nobody asks.
-                    if F::PHALANGES > 2 {
+                    // Only who looks for a second contact asks.
+                    if F::MOVES_ON {
                         contact.reported = vague_place(&verdict);
                     }
                 }
