@@ -4,7 +4,8 @@
 //! in time and white noise. Curve and harmonics are marginalised with a flat prior, the variance of the white noise gets its
 //! likeliest value (restricted maximum likelihood): a scalar Kalman filter whitens the bins and each regressor, and a
 //! Cholesky factor of their products gives the likelihood. The white noise of single blocks, from their second differences,
-//! enters as additional data. A step evaluates one point of the grid, to keep steps short.
+//! enters as additional data. While a closing finger swings after its start nothing is learned of the wander. A step evaluates one
+//! point of the grid, to keep steps short.
 
 use super::Friction;
 use super::bins::BINS;
@@ -28,6 +29,9 @@ const LEAST_TURNS: f32 = 1.5;
 const PASSES_MAX: u8 = 8;
 /// Share of a pass's mean deviation by which the record's level is corrected.
 const LEVEL_GAIN: f32 = 0.5;
+/// One over the share of a closing in which the finger may swing in its cable after the start: some 0.1 rad of a travel of 1.5 to 2.2 rad.
+/// That is no wander, and taken for one it made the rate of single fingers up to 20 times too large.
+const SWINGS: usize = 16;
 /// Smallest noise of a block, as a share of the mean friction: one quiet pass proves little.
 const LEAST_NOISE: f32 = 1e-3;
 /// A pivot below this share of its column counts as zero.
@@ -207,12 +211,18 @@ impl Assessment {
         let mut filled = 0.0f32;
         let mut before: Option<usize> = None;
         let faded = block_s / point.time_s;
-        for step in 0..BINS {
+        let (first, last) = self.ends;
+        let swings = if self.is_closing() {
+            (last - first) / SWINGS
+        } else {
+            0
+        };
+        for step in swings..=last - first {
             // In order of time.
             let index = if self.is_closing() {
-                step
+                first + step
             } else {
-                BINS - 1 - step
+                last - step
             };
             let (Some(value), Some(&count)) =
                 (self.pass.bins.get(index), self.pass.bins.count.get(index))

@@ -34,15 +34,20 @@ fn solve_lower(factor: &[Vec<f64>], values: &[f64]) -> Vec<f64> {
 }
 
 /// Restricted likelihood with the whole covariance matrix, f64: bins of three blocks, 13 regressors. What means over bins lack of the
-/// wander's variance is the rational function, as on the chip: it is tested by itself.
+/// wander's variance is the rational function, as on the chip: it is tested by itself. The first sixteenth of the bins is
+/// left out.
 fn exact(values: &[f64], white: (f64, f64), block_s: f64, point: Hypothesis) -> f64 {
+    // Positions count on all bins.
+    let last = values.len() - 1;
+    let skipped = last / 16;
+    let values = &values[skipped..];
     let n = values.len();
     let growth = f64::from(point.rate_per_s2) * block_s * block_s;
     let time = f64::from(point.time_s);
     let stationary = 0.5 * growth * time / block_s;
     let phi = (1.0 - 1.5 * block_s / time) / (1.0 + 1.5 * block_s / time);
-    let bin = 3.0 * block_s / time;
-    let own = 1.0 / 3.0 - stationary * bin / (3.0 + bin);
+    let averaged = 3.0 * block_s / time;
+    let own = 1.0 / 3.0 - stationary * averaged / (3.0 + averaged);
     let covariance: Vec<Vec<f64>> = (0..n)
         .map(|i| {
             (0..n)
@@ -57,8 +62,9 @@ fn exact(values: &[f64], white: (f64, f64), block_s: f64, point: Hypothesis) -> 
         .map(|c| {
             let column: Vec<f64> = (0..n)
                 .map(|i| {
-                    let x = 2.0 * i as f64 / (n - 1) as f64 - 1.0;
-                    let worm = std::f64::consts::TAU * 3.0 * i as f64 / 64.0;
+                    let bin = (skipped + i) as f64;
+                    let x = 2.0 * bin / last as f64 - 1.0;
+                    let worm = std::f64::consts::TAU * 3.0 * bin / 64.0;
                     match c {
                         0..=4 => x.powi(c),
                         _ if c % 2 == 1 => (f64::from((c - 3) / 2) * worm).cos(),
