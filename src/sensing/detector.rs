@@ -6,7 +6,8 @@
 //! finger. What a ramp of slope 1 from a certain onset would add to an innovation, g, follows from the filter's gains alone
 //! (Willsky and Jones, IEEE Trans. Automatic Control 21, 1976). With c = sum g e / S and d = sum g^2 / S since the onset, the
 //! logarithm of the likelihood ratio is b c - b^2 d / 2, largest for the slope b = max(c / d, b_least). Every block is a possible
-//! onset, the last [`ONSETS`] are followed; a contact is decided when the largest of these logarithms exceeds the threshold.
+//! onset. [`ONSETS`] are followed, the last ones all, of older ones every second, fourth and so on: a slow contact is not forgotten.
+//! A contact is decided when the largest of these logarithms exceeds the threshold.
 //!
 //! An innovation far outside the model gets a larger variance, so that a decision takes at least two blocks.
 //!
@@ -15,8 +16,9 @@
 use crate::numeric::{Bounded, exp, ln, sqrt};
 use crate::sensing::friction::Wander;
 use core::f32::consts::PI;
+use heapless::Vec;
 
-/// Onsets followed, which is the largest number of blocks between an onset and its decision.
+/// Onsets followed: at least the last half as many blocks, and some of those before.
 pub const ONSETS: usize = 60;
 /// Number of independent tests that a block stands for, measured with closings drawn from the model (docs/MANUAL.md).
 const CHANCES_PER_BLOCK: f32 = 4.0;
@@ -101,6 +103,8 @@ pub enum Finding {
 #[derive(Clone, Copy, Debug)]
 struct Ramp {
     onset_counts: i32,
+    /// Blocks since it began.
+    since: u32,
     /// Its contribution to the filter's states.
     states: [f32; STATES],
     /// Sums of g e / S and g^2 / S.
@@ -133,9 +137,8 @@ pub struct Detector {
     states: [f32; STATES],
     covariance: Covariance,
     last_us: Option<u64>,
-    ramps: [Ramp; ONSETS],
-    /// Number of ramps begun; the next one replaces the ramp at this index modulo their number.
-    begun: usize,
+    /// By time.
+    ramps: Vec<Ramp, ONSETS>,
     /// Variance of the last innovation, newton metre squared.
     variance_nm2: f32,
     square_sum: f32,
@@ -158,13 +161,7 @@ impl Detector {
             ],
             wander,
             last_us: None,
-            ramps: [Ramp {
-                onset_counts: 0,
-                states: [0.0; STATES],
-                correlation: 0.0,
-                energy: 0.0,
-            }; ONSETS],
-            begun: 0,
+            ramps: Vec::new(),
             variance_nm2: 0.0,
             square_sum: 0.0,
             square_count: 0,
@@ -186,7 +183,7 @@ impl Detector {
 
     /// The likeliest ramp so far.
     pub fn suspect(&self) -> Option<Onset> {
-        self.largest(1.0).map(|(index, ..)| self.onset(index, 1.0))
+        self.largest(1.0).map(|(ramp, _)| self.onset(ramp, 1.0))
     }
 
     /// Logarithm of the likelihood ratio of the likeliest contact at the last block, and the one that decides.
@@ -206,15 +203,21 @@ impl Detector {
         // Wraps after an hour, and a closing takes seconds.
         self.predict(elapsed_us.min(3_600_000_000) as u32 as f32 * 1e-6);
         let half = (block.width_counts / 2) as i32;
-        if let Some(ramp) = self.ramps.get_mut(self.begun % ONSETS) {
-            *ramp = Ramp {
-                onset_counts: block.counts.wrapping_sub(half),
-                states: [0.0; STATES],
-                correlation: 0.0,
-                energy: 0.0,
-            };
+        if self.ramps.is_full() {
+            // Drop every second of the older half.
+            let mut rank = 0;
+            self.ramps.retain(|_| {
+                rank += 1;
+                rank % 2 == 1 || rank > ONSETS / 2
+            });
         }
-        self.begun = self.begun.wrapping_add(1);
+        let _ = self.ramps.push(Ramp {
+            onset_counts: block.counts.wrapping_sub(half),
+            since: 0,
+            states: [0.0; STATES],
+            correlation: 0.0,
+            energy: 0.0,
+        });
         let p = &self.covariance;
         let gains: [f32; STATES] = core::array::from_fn(|i| p[i][0] + p[i][1]);
         let innovation = block.torque_nm - self.states[0] - self.states[1];
@@ -225,9 +228,10 @@ impl Detector {
         let expected = gains[0] + gains[1] + block.variance_nm2;
         let weight = 1.0 / expected.at_least(least);
         self.variance_nm2 = expected;
-        for ramp in self.ramps.iter_mut().take(self.begun) {
+        for ramp in &mut self.ramps {
             let signal = block.counts.wrapping_sub(ramp.onset_counts) as f32;
             let seen = signal - ramp.states[0] - ramp.states[1];
+            ramp.since += 1;
             ramp.correlation += seen * innovation * weight;
             ramp.energy += seen * seen * weight;
             for (state, gain) in ramp.states.iter_mut().zip(&gains) {
@@ -241,7 +245,7 @@ impl Detector {
     /// Predicts the filter's states.
     fn predict(&mut self, elapsed_s: f32) {
         let phi = self.wander.correlation(elapsed_s);
-        for ramp in self.ramps.iter_mut().take(self.begun) {
+        for ramp in &mut self.ramps {
             ramp.states[0] *= phi;
             ramp.states[1] += elapsed_s * ramp.states[2];
         }
@@ -268,16 +272,18 @@ impl Detector {
     }
 
     fn find(&mut self, square: f32) -> Finding {
-        if let Some((index, ratio)) = self.largest(1.0) {
+        if let Some((ramp, ratio)) = self.largest(1.0) {
+            let found = ratio > self.test.threshold;
+            let contact = found.then(|| self.onset(ramp, 1.0));
             self.ln_ratio = ratio;
-            if ratio > self.test.threshold {
-                return Finding::Contact(self.onset(index, 1.0));
+            if let Some(onset) = contact {
+                return Finding::Contact(onset);
             }
         }
-        if let Some((index, ratio)) = self.largest(-1.0)
+        if let Some((ramp, ratio)) = self.largest(-1.0)
             && ratio > self.test.threshold
         {
-            return Finding::Softer(self.onset(index, -1.0));
+            return Finding::Softer(self.onset(ramp, -1.0));
         }
         self.stale(square)
     }
@@ -297,26 +303,25 @@ impl Detector {
     }
 
     /// The ramp with the largest likelihood ratio.
-    fn largest(&self, sign: f32) -> Option<(usize, f32)> {
+    fn largest(&self, sign: f32) -> Option<(&Ramp, f32)> {
         let mut found = None;
         let mut most = f32::NEG_INFINITY;
-        for (index, ramp) in self.ramps.iter().take(self.begun).enumerate() {
+        for ramp in &self.ramps {
             let ratio = self.ln_ratio(ramp, sign);
             if ratio > most {
                 most = ratio;
-                found = Some((index, ratio));
+                found = Some((ramp, ratio));
             }
         }
         found
     }
 
-    /// Details of the ramp at an index, which has the largest likelihood ratio.
+    /// Details of the ramp that has the largest likelihood ratio.
     #[inline(never)]
-    fn onset(&self, index: usize, sign: f32) -> Onset {
-        let best = self.ramps[index % ONSETS];
-        let most = self.ln_ratio(&best, sign);
+    fn onset(&self, best: &Ramp, sign: f32) -> Onset {
+        let most = self.ln_ratio(best, sign);
         let (mut sum, mut mean, mut square) = (0.0, 0.0, 0.0);
-        for ramp in self.ramps.iter().take(self.begun) {
+        for ramp in &self.ramps {
             let weight = exp(self.ln_ratio(ramp, sign) - most);
             let beside = ramp.onset_counts.wrapping_sub(best.onset_counts) as f32;
             sum += weight;
@@ -325,11 +330,10 @@ impl Detector {
         }
         // The best one has a weight of 1.
         mean /= sum;
-        let slope = sign * self.slope(&best, sign);
+        let slope = sign * self.slope(best, sign);
         let (level_nm, level_variance_nm2) = self.level();
-        let first = self.begun.saturating_sub(1) % ONSETS;
         Onset {
-            since: (first + ONSETS - index % ONSETS) % ONSETS + 1,
+            since: best.since as usize,
             counts: best.onset_counts as f32 + mean,
             sigma_counts: sqrt((square / sum - mean * mean).at_least(0.0)),
             slope_nm_per_count: slope,
