@@ -20,6 +20,6 @@ pub use bins::{BINS, Bins};
 pub use harmonics::HARMONICS;
 pub use pass::Pass;
 pub use record::{Estimate, Friction};
-#[cfg(all(test, feature = "firmware"))]
+#[cfg(test)]
 pub(in crate::sensing) use wander::averaged_out;
 pub use wander::{Evidence, Hypothesis, RATES, TIMES, Wander};
