@@ -6,8 +6,9 @@
 //! finger. What a ramp of slope 1 from a certain onset would add to an innovation, g, follows from the filter's gains alone
 //! (Willsky and Jones, IEEE Trans. Automatic Control 21, 1976). With c = sum g e / S and d = sum g^2 / S since the onset, the
 //! logarithm of the likelihood ratio is b c - b^2 d / 2, largest for the slope b = max(c / d, b_least). Every block is a possible
-//! onset. [`ONSETS`] are followed, the last ones all, of older ones every second, fourth and so on: a slow contact is not forgotten.
-//! A contact is decided when the largest of these logarithms exceeds the threshold.
+//! onset. At most [`ONSETS`] are followed, back to the start of the closing: the newest are consecutive blocks, older ones are
+//! spaced ever wider. A contact whose torque rises slowly is therefore found too. A contact is decided when the largest of these
+//! logarithms exceeds the threshold.
 //!
 //! An innovation far outside the model gets a larger variance, so that a decision takes at least two blocks.
 //!
@@ -18,7 +19,7 @@ use crate::sensing::friction::Wander;
 use core::f32::consts::PI;
 use heapless::Vec;
 
-/// Onsets followed: at least the last half as many blocks, and some of those before.
+/// Largest number of onsets followed at once. The newer half are consecutive blocks.
 pub const ONSETS: usize = 60;
 /// Number of independent tests that a block stands for, measured with closings drawn from the model (docs/MANUAL.md).
 const CHANCES_PER_BLOCK: f32 = 4.0;
@@ -137,7 +138,7 @@ pub struct Detector {
     states: [f32; STATES],
     covariance: Covariance,
     last_us: Option<u64>,
-    /// By time.
+    /// In the order of their onsets, the oldest first.
     ramps: Vec<Ramp, ONSETS>,
     /// Variance of the last innovation, newton metre squared.
     variance_nm2: f32,
@@ -204,7 +205,7 @@ impl Detector {
         self.predict(elapsed_us.min(3_600_000_000) as u32 as f32 * 1e-6);
         let half = (block.width_counts / 2) as i32;
         if self.ramps.is_full() {
-            // Drop every second of the older half.
+            // Make room: drop every second ramp of the older half.
             let mut rank = 0;
             self.ramps.retain(|_| {
                 rank += 1;

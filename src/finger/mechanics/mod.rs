@@ -98,8 +98,8 @@ pub trait Mechanics {
     const PHALANGES: usize;
     /// The first phalanx that can touch anything: 1, or 2 where the first lies within the palm.
     const FIRST_TOUCHING: u8 = 1;
-    /// Whether it turns on after a first contact, by more than the contact gives way, so that a second one is looked for. Two phalanges hold
-    /// each other.
+    /// Whether the finger goes on closing round an object after the first contact, so that a second one may follow: with three phalanges.
+    /// Two hold each other after one contact.
     const MOVES_ON: bool = Self::PHALANGES > 2;
     /// Whether the stiffness of a cable that is not known decides which phalanx a contact is taken for: where the first lies within the
     /// palm, and where the motor turns joint 1 alone (docs/MECHANICS.md#which-phalanx).

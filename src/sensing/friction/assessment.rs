@@ -29,8 +29,7 @@ const LEAST_TURNS: f32 = 1.5;
 const PASSES_MAX: u8 = 8;
 /// Share of a pass's mean deviation by which the record's level is corrected.
 const LEVEL_GAIN: f32 = 0.5;
-/// One over the share of a closing in which the finger may swing in its cable after the start: some 0.1 rad of a travel of 1.5 to 2.2 rad.
-/// That is no wander, and taken for one it made the rate of single fingers up to 20 times too large.
+/// One over the share of a closing that is left out at its start, some 0.1 rad: the finger swings in its cable there, which is not wander.
 const SWINGS: usize = 16;
 /// Smallest noise of a block, as a share of the mean friction: one quiet pass proves little.
 const LEAST_NOISE: f32 = 1e-3;

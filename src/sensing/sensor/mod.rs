@@ -267,7 +267,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         }
     }
 
-    /// A block of a closing.
+    /// Takes a block of a closing: searches for a contact, presses on one, or remembers the block once all is told.
     fn close(&mut self, block: &Block) {
         let state = &mut self.state;
         let corrected = state.corrected(block);

@@ -78,7 +78,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             verdict if is_vague(&verdict) => {
                 if last {
                     self.emit_nowhere(contact, NotLocated::Unobservable);
-                    // Only who looks for a second contact asks.
+                    // Keep the place for the search for a second contact.
                     if F::MOVES_ON {
                         contact.reported = vague_place(&verdict);
                     }

@@ -12,6 +12,7 @@ mod friction;
 mod joint;
 #[cfg(feature = "firmware")]
 pub(super) mod locator;
+mod operating_curve;
 #[cfg(feature = "firmware")]
 mod pins;
 #[cfg(feature = "firmware")]
