@@ -184,7 +184,7 @@ impl Detector {
 
     /// The likeliest ramp so far.
     pub fn suspect(&self) -> Option<Onset> {
-        self.largest(1.0).map(|(ramp, _)| self.onset(ramp, 1.0))
+        self.largest(1.0).map(|(ramp, _)| self.onset(&ramp, 1.0))
     }
 
     /// Logarithm of the likelihood ratio of the likeliest contact at the last block, and the one that decides.
@@ -274,17 +274,15 @@ impl Detector {
 
     fn find(&mut self, square: f32) -> Finding {
         if let Some((ramp, ratio)) = self.largest(1.0) {
-            let found = ratio > self.test.threshold;
-            let contact = found.then(|| self.onset(ramp, 1.0));
             self.ln_ratio = ratio;
-            if let Some(onset) = contact {
-                return Finding::Contact(onset);
+            if ratio > self.test.threshold {
+                return Finding::Contact(self.onset(&ramp, 1.0));
             }
         }
         if let Some((ramp, ratio)) = self.largest(-1.0)
             && ratio > self.test.threshold
         {
-            return Finding::Softer(self.onset(ramp, -1.0));
+            return Finding::Softer(self.onset(&ramp, -1.0));
         }
         self.stale(square)
     }
@@ -304,14 +302,14 @@ impl Detector {
     }
 
     /// The ramp with the largest likelihood ratio.
-    fn largest(&self, sign: f32) -> Option<(&Ramp, f32)> {
+    fn largest(&self, sign: f32) -> Option<(Ramp, f32)> {
         let mut found = None;
         let mut most = f32::NEG_INFINITY;
         for ramp in &self.ramps {
             let ratio = self.ln_ratio(ramp, sign);
             if ratio > most {
                 most = ratio;
-                found = Some((ramp, ratio));
+                found = Some((*ramp, ratio));
             }
         }
         found

@@ -249,8 +249,8 @@ impl<C: Copy, W: Weighs<C>> Closing<C, W> {
             asked,
         } = self.measured(sensor, change, self.first);
         let is_rigid = change.is_rigid(cable, cable_sigma);
-        // With two phalanges both in contact nothing is left to move.
-        if !is_rigid && F::PHALANGES == 2 {
+        // Two phalanges that both touch have nothing left to move.
+        if !is_rigid && !F::MOVES_ON {
             return None;
         }
         let nothing = SecondWeights::default();
@@ -262,8 +262,8 @@ impl<C: Copy, W: Weighs<C>> Closing<C, W> {
             Some(Err(NoSecondContact::AtStop)) => return None,
             found => found.and_then(Result::ok),
         };
-        // With three phalanges a motion is left, unless the stiffness itself says that it is not.
-        let is_enveloped = F::PHALANGES == 2 || change.is_rigid(cable, 0.0);
+        // Three have a motion left, unless the stiffness itself says that it is not.
+        let is_enveloped = !F::MOVES_ON || change.is_rigid(cable, 0.0);
         self.grip = if is_enveloped {
             Grip::Enveloped
         } else {

@@ -8,6 +8,7 @@ use super::level::{Above, Level};
 use super::{AfterContact, Followed, Grip};
 use crate::finger::{Contact, HeldForces, HoldsTwice};
 use crate::joint_sensor::JointSensor;
+use crate::numeric::Bounded;
 use crate::sensing::block::{Block, BlockAverager, BlockUpdate};
 use crate::sensing::location::SeriesElement;
 use crate::sensing::second::{BlockNoise, SecondContact};
@@ -99,7 +100,8 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
         self.level.push(above.torque_nm);
         self.counts = block.counts;
         let angle_rad = sensor.drivetrain().closing_rad(block.counts);
-        let free_nm = sensor.free_at(angle_rad).map_or(0.0, |free| free.torque_nm);
+        // The motor holds nothing back that closes the finger: the worm does.
+        let free_nm = (sensor.free_at(angle_rad)).map_or(0.0, |free| free.torque_nm.at_least(0.0));
         let factor = sensor.calibration().torque_factor;
         let Some(closing) = &mut self.closing else {
             self.search
@@ -158,8 +160,7 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
             sensor.conclude();
             return;
         }
-        let is_measured =
-            closing.change.is_some() && (F::PHALANGES == 2 || closing.since >= MEASURED);
+        let is_measured = closing.change.is_some() && (!F::MOVES_ON || closing.since >= MEASURED);
         if is_at_end || is_measured || closing.excess_nm >= enough_nm || closing.fallen > 1 {
             closing.end(&mut self.search);
         }

@@ -11,6 +11,7 @@ use super::Friction;
 use super::bins::BINS;
 use super::harmonics::{HARMONICS, waves};
 use super::pass::Pass;
+use super::regression::{Regression, dot};
 use super::wander::{Evidence, Hypothesis, RATES, TIMES, averaged_out, correlation};
 use crate::numeric::{Bounded, ln, sin_cos, sqrt};
 use crate::sensing::Drive;
@@ -33,11 +34,6 @@ const LEVEL_GAIN: f32 = 0.5;
 const SWINGS: usize = 16;
 /// Smallest noise of a block, as a share of the mean friction: one quiet pass proves little.
 const LEAST_NOISE: f32 = 1e-3;
-/// A pivot below this share of its column counts as zero.
-const SINGULAR: f32 = 1e-5;
-
-/// Products of the columns, lower triangle.
-type Products = [[f32; ALL]; ALL];
 
 /// A pass being assessed, step by step.
 #[derive(Clone, Debug)]
@@ -161,28 +157,19 @@ impl Assessment {
     /// small remainders make single precision sufficient.
     fn take_off(&mut self, record: &Friction) -> bool {
         let mean = self.pass.bins.mean().unwrap_or(0.0);
-        let mut products: Products = [[0.0; ALL]; ALL];
+        let mut regression = Regression::<ALL>::new();
         for index in 0..BINS {
             if let Some(value) = self.pass.bins.get(index) {
                 let mut row = [0.0; ALL];
                 row[..COLUMNS].copy_from_slice(&self.columns(record, index));
                 row[COLUMNS] = value - mean;
-                accumulate(&mut products, &row);
+                regression.add(&row);
             }
         }
-        if !factor(&mut products) {
+        if !regression.factor() {
             return false;
         }
-        // Back substitution: the last row of the factor holds the right-hand side.
-        let mut coefficients = products[COLUMNS];
-        for i in (0..COLUMNS).rev() {
-            let mut sum = coefficients[i];
-            for k in i + 1..COLUMNS {
-                sum -= products[k][i] * coefficients[k];
-            }
-            let pivot = products[i][i];
-            coefficients[i] = if pivot > 0.0 { sum / pivot } else { 0.0 };
-        }
+        let coefficients = regression.coefficients();
         self.coefficients.copy_from_slice(&coefficients[..COLUMNS]);
         self.coefficients[0] += mean;
         for index in 0..BINS {
@@ -205,7 +192,7 @@ impl Assessment {
         let bin_s = block_s * blocks_per_bin;
         let mut state = [0.0f32; ALL];
         let mut variance = stationary;
-        let mut products: Products = [[0.0; ALL]; ALL];
+        let mut regression = Regression::<ALL>::new();
         let mut ln_determinant = 0.0;
         let mut filled = 0.0f32;
         let mut before: Option<usize> = None;
@@ -250,21 +237,20 @@ impl Assessment {
             }
             variance *= 1.0 - gain;
             ln_determinant += ln(total);
-            accumulate(&mut products, &row);
+            regression.add(&row);
             filled += 1.0;
         }
-        if !factor(&mut products) {
+        if !regression.factor() {
             return None;
         }
         let mut rank = 0.0;
-        for (i, row) in products.iter().enumerate().take(COLUMNS) {
-            let pivot = row[i];
+        for pivot in regression.pivots() {
             if pivot > 0.0 {
                 ln_determinant += 2.0 * ln(pivot);
                 rank += 1.0;
             }
         }
-        let left = products[COLUMNS][COLUMNS];
+        let left = regression.left();
         // Second differences of means contain a sixth of the wander's growth over a block.
         let (white_nm2, freedoms) = self.pass.white_nm2();
         let seen = 1.0 + growth / 6.0;
@@ -347,54 +333,4 @@ impl Assessment {
             }
         }
     }
-}
-
-fn dot(a: &[f32], b: &[f32]) -> f32 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// Adds a row's products with itself.
-fn accumulate(products: &mut Products, row: &[f32; ALL]) {
-    // The hottest loop of the assessment, therefore two lines and two columns at a time; what of that lies above the diagonal is
-    // not looked at.
-    const { assert!(ALL.is_multiple_of(2)) };
-    let (pairs, lines) = (row.as_chunks::<2>().0, products.as_chunks_mut::<2>().0);
-    for (i, ([one, two], own)) in lines.iter_mut().zip(pairs).enumerate() {
-        let ones = one.as_chunks_mut::<2>().0.iter_mut();
-        let twos = two.as_chunks_mut::<2>().0.iter_mut();
-        let others = pairs.get(..=i).unwrap_or_default();
-        for ((one, two), other) in ones.zip(twos).zip(others) {
-            one[0] += own[0] * other[0];
-            one[1] += own[0] * other[1];
-            two[0] += own[1] * other[0];
-            two[1] += own[1] * other[1];
-        }
-    }
-}
-
-/// Cholesky factor in place of the lower triangle. A column that is zero or depends on earlier ones gets a pivot of 0 and is left
-/// out. False if a value is NaN.
-fn factor(products: &mut Products) -> bool {
-    for i in 0..ALL {
-        let own = products[i][i];
-        for j in 0..=i {
-            let (above, rest) = products.split_at_mut(i);
-            let line = &mut rest[0];
-            let mut sum = line[j];
-            if j < i {
-                let other = &above[j];
-                sum -= dot(&line[..j], &other[..j]);
-                let pivot = other[j];
-                line[j] = if pivot > 0.0 { sum / pivot } else { 0.0 };
-            } else {
-                sum -= line[..j].iter().map(|value| value * value).sum::<f32>();
-                let least = if i == COLUMNS { 0.0 } else { SINGULAR * own };
-                line[j] = if sum > least { sqrt(sum) } else { 0.0 };
-            }
-            if !line[j].is_finite() {
-                return false;
-            }
-        }
-    }
-    true
 }

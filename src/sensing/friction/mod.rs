@@ -12,6 +12,7 @@ mod bins;
 mod harmonics;
 mod pass;
 mod record;
+mod regression;
 mod wander;
 
 pub use alignment::{Aligned, Alignment};
@@ -20,6 +21,4 @@ pub use bins::{BINS, Bins};
 pub use harmonics::HARMONICS;
 pub use pass::Pass;
 pub use record::{Estimate, Friction};
-#[cfg(test)]
-pub(in crate::sensing) use wander::averaged_out;
 pub use wander::{Evidence, Hypothesis, RATES, TIMES, Wander};

@@ -202,6 +202,34 @@ pub(super) fn correlation(x: f32) -> f32 {
 ///
 /// Neighbouring means share nearly what instants do. Means are therefore modelled as instants whose white noise has this variance less; of a
 /// walk, the limit for small x, they lack a sixth of its growth. Taken for instants, they made rates of large wanders 0.8 times what they are.
-pub(in crate::sensing) fn averaged_out(x: f32) -> f32 {
+pub(super) fn averaged_out(x: f32) -> f32 {
     x / (3.0 + x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::averaged_out;
+
+    #[test]
+    fn means_of_a_wandering_process_are_instants_with_less_white_noise() {
+        // Exact covariance of means over a time x, the process's variance 1 and its time constant 1, `lag` means apart.
+        let exact = |x: f64, lag: i32| match lag {
+            0 => 2.0 * (x + (-x).exp_m1()) / (x * x),
+            _ => (2.0 * x.cosh() - 2.0) / (x * x) * (-x * f64::from(lag)).exp(),
+        };
+        for x in [1e-3f64, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0] {
+            let own = 1.0 - f64::from(averaged_out(x as f32));
+            assert!((own - exact(x, 0)).abs() < 0.055, "{x}: {own}");
+            // The variance of the difference of neighbouring means is what the rate is found from: two thirds of a walk's growth 2 x. A block
+            // or a bin is at most a fifth of the shortest time constant of the grid.
+            if x <= 0.2 {
+                let told = 2.0 * (own - (-x).exp());
+                let true_one = 2.0 * (exact(x, 0) - exact(x, 1));
+                assert!(
+                    (told / true_one - 1.0).abs() < 0.15,
+                    "{x}: {told} {true_one}"
+                );
+            }
+        }
+    }
 }

@@ -62,7 +62,8 @@ pub(super) struct Fitted {
     pub(super) give_sigma: f32,
     /// Logarithm of the evidence, integrated over the unknowns (Laplace's approximation).
     pub(super) ln_evidence: f32,
-    /// Sum of the squared whitened residuals.
+    /// Sum of the squared whitened residuals and of what the priors gave way: chi square with as many degrees of freedom as there are
+    /// points, because the priors determine the unknowns too.
     pub(super) chi_square: f32,
     /// The contact slides off its phalanx before the curve ends.
     pub(super) leaves: bool,
@@ -168,7 +169,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         let mut gained = f32::INFINITY;
         // Small gain of a shortened step does not mean convergence: the full step may gain more.
         let whole = self.damping == 0.0;
-        let penalty = self.penalty(prior);
+        let penalty = Self::penalty(&self.trial, prior);
         match &self.pass {
             Some(pass) if complete && pass.squares + pass.logarithms + penalty < self.cost => {
                 let cost = pass.squares + pass.logarithms + penalty;
@@ -205,15 +206,15 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         Progress::UnderWay
     }
 
-    /// Contribution of the priors to the cost at the trial's unknowns.
-    fn penalty(&self, prior: &Prior<X>) -> f32 {
+    /// Contribution of the priors to the cost at some unknowns.
+    fn penalty(x: &[f32; UNKNOWNS], prior: &Prior<X>) -> f32 {
         let mut penalty = 0.0;
-        for (unknown, x) in self.trial.iter().enumerate() {
+        for (unknown, x) in x.iter().enumerate() {
             if unknown != K || matches!(prior.place, Place::Known { .. }) {
                 penalty += x * x;
             }
         }
-        penalty + prior.beside_normal::<F>(self.trial[JOINT])[0]
+        penalty + prior.beside_normal::<F>(x[JOINT])[0]
     }
 
     /// Moves the trial by the best step; false if its predicted gain is too small.
@@ -290,7 +291,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             k_sigma_m,
             give_sigma,
             ln_evidence,
-            chi_square: self.chi_square,
+            chi_square: self.chi_square + Self::penalty(&self.x, prior),
             leaves: self.leaves,
         })
     }

@@ -14,7 +14,7 @@ pub(super) const JOINT_SHARE: f32 = 0.02;
 /// Deviations of chi square above which a hypothesis does not explain the curve.
 const MISFIT_SIGMAS: f32 = 3.0;
 
-/// Largest sum of squared residuals with which a number of points counts as explained.
+/// Largest chi square with which a number of points counts as explained.
 pub(super) fn allowed(points: f32) -> f32 {
     points + MISFIT_SIGMAS * sqrt(2.0 * points)
 }
@@ -141,15 +141,15 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         })
     }
 
-    /// Mean square residual of the likeliest hypothesis, in variances; at least 1.
+    /// [Chi square](Fitted::chi_square) of the likeliest hypothesis over its degrees of freedom; at least 1.
     fn spread(&self) -> f32 {
         (self.chi_square() / self.number as f32)
             .at_least(1.0)
             .at_most(1e6)
     }
 
-    /// Sum of squared residuals of the likeliest fit; infinite if there is none.
-    fn chi_square(&self) -> f32 {
+    /// [The same](Fitted::chi_square) of the likeliest fit; infinite if there is none.
+    pub(super) fn chi_square(&self) -> f32 {
         self.best_fit().map_or(f32::INFINITY, |fit| fit.chi_square)
     }
 

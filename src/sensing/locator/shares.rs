@@ -8,7 +8,6 @@
 //! their noise allows.
 
 use super::posterior::allowed;
-use super::prior::K;
 use super::{Data, LEAST_POINTS, Locator};
 use crate::finger::Mechanics;
 use crate::numeric::Bounded;
@@ -16,9 +15,6 @@ use crate::sensing::SeriesElement;
 
 /// Shares of the rise to which the curve is shortened.
 const SHARES: [f32; 5] = [1.0, 0.6, 0.35, 0.2, 0.12];
-/// Most phalanges with which a second contact leaves nothing to turn but the cable: a rise so steep that no single contact
-/// explains it.
-const STIFF_WITH_TWO: usize = 2;
 
 /// A part of the curve that one contact explains, and that a shorter part may explain better.
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +44,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     /// is late no shorter part is tried, but the longest that is explained is gone back to.
     pub fn stands(&mut self, data: &Data, is_late: bool) -> bool {
         let explained = self.explains() && !self.leans_on_its_end();
-        if F::PHALANGES <= STIFF_WITH_TWO {
+        if !F::MOVES_ON {
             return explained || !self.shorten();
         }
         if self.compared {
@@ -57,7 +53,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         let own = Longer {
             share: self.share,
             points: self.number,
-            cost: self.cost(),
+            cost: self.chi_square(),
         };
         // Stay with the longer part, unless this one is explained and the longer one's further points are not.
         let found = match self.longer {
@@ -81,13 +77,13 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     /// The same for a contact at a known place, which learns from the part before a second phalanx touched. With two phalanges the whole
     /// curve counts: a pin that both touch is a misfit.
     pub fn teaches(&mut self, data: &Data) -> bool {
-        F::PHALANGES <= STIFF_WITH_TWO || self.stands(data, false)
+        !F::MOVES_ON || self.stands(data, false)
     }
 
     /// Whether the end of the curve may be that of two contacts, between which the force is then divided. Never with two
     /// phalanges.
     pub fn may_be_shared(&self) -> bool {
-        F::PHALANGES > STIFF_WITH_TWO && self.share > 0
+        F::MOVES_ON && self.share > 0
     }
 
     /// Shortens the curve at its end; false if it cannot be shortened further.
@@ -95,16 +91,6 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         let shorter = self.share + 1 < SHARES.len();
         self.share += usize::from(shorter);
         shorter
-    }
-
-    /// Squared residuals of the likeliest fit and what its priors gave way; infinite if there is none.
-    fn cost(&self) -> f32 {
-        self.best_fit().map_or(f32::INFINITY, |fit| {
-            let all: f32 = fit.x.iter().map(|x| x * x).sum();
-            // Only a known place has a prior, and only its fit is kept after a round.
-            let place = if self.fit.is_some() { 0.0 } else { fit.x[K] };
-            fit.chi_square + all - place * place
-        })
     }
 }
 

@@ -17,13 +17,6 @@ pub(super) const HISTORY: usize = detector::ONSETS;
 /// Smallest slope of a contact, as a share of that of the softest contact.
 const LEAST_SLOPE: f32 = 0.5;
 
-/// Largest fall of the motor's torque while an object takes over the weight that closes the finger, as a share of the weight's
-/// torque at the input link: 1 / eta - 2 with the efficiency eta of the worm, which is 0.38 at least, over that of the other gears
-/// (docs/MECHANICS.md#real-fingers).
-const CARRIED: f32 = 0.85;
-/// Standard deviation of the way on which an object takes it over, as a share of the way: the slope of the torque's rise
-/// tells it, and rises have a curvature (R, chosen).
-const HIDDEN_SIGMA: f32 = 0.5;
 /// Way over which the finger's swing after a start fades to a third, radian: the slowest of printed three-phalanx fingers takes 0.7 s
 /// (I, from springs, mass and damping).
 const SWING_RAD: f32 = 0.2;
@@ -240,7 +233,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             Finding::Softer(onset) => {
                 let fallen_nm = residual.torque_nm - onset.level_nm;
                 if !search.unusual
-                    && fallen_nm < -self.carried_nm(block)
+                    && fallen_nm < -self.carried_nm(&corrected)
                     && let Some(k_a) = self.k_a(theta_a_rad, fallen_nm)
                 {
                     // The search goes on: what the finger meets from here on must still stop it.
@@ -250,33 +243,14 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             }
             Finding::Contact(onset) => {
                 let wander = *detector.wander();
+                let first = search.history.front().unwrap_or(&corrected);
                 return SearchOutcome::Contact(Detection {
-                    onset: self.before_weight(onset, block),
+                    onset: self.before_weight(onset, [first, &corrected]),
                     wander,
                 });
             }
         }
         SearchOutcome::Nothing
-    }
-
-    /// By how much the torque of the motor may fall while an object takes over the weight that closes the finger
-    /// (docs/MECHANICS.md#real-fingers), newton metre; 0 of a finger that its weight opens.
-    fn carried_nm(&self, block: &Block) -> f32 {
-        let ([weight_nm, _], _) = self.weight(block.counts);
-        (-CARRIED * weight_nm).at_least(0.0)
-    }
-
-    /// The onset of a contact that took over the weight that closes the finger before its torque rose.
-    fn before_weight(&self, mut onset: Onset, block: &Block) -> Onset {
-        let ([weight_nm, _], _) = self.weight(onset.counts as i32);
-        let slope = self.drivetrain.efficiency * onset.slope_nm_per_count;
-        let hidden_counts = -weight_nm.at_most(0.0) / slope;
-        onset.counts -= hidden_counts;
-        let sigma_counts = HIDDEN_SIGMA * hidden_counts;
-        onset.sigma_counts =
-            sqrt(onset.sigma_counts * onset.sigma_counts + sigma_counts * sigma_counts);
-        onset.since += (hidden_counts / block.width_counts.max(1) as f32) as usize;
-        onset
     }
 
     // Not inlined: the detector is large and should not enlarge the stack frame from which everything else is called.

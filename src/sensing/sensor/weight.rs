@@ -1,9 +1,12 @@
-//! The finger's weight, from the difference between closing and opening in the friction record.
+//! The finger's weight: what the difference between closing and opening in the friction record tells of it, and contacts that take it
+//! over.
 
+use super::search::CorrectedBlock;
 use super::state::SensorState;
 use crate::finger::Mechanics;
 use crate::joint_sensor::JointSensor;
-use crate::numeric::sqrt;
+use crate::numeric::{Bounded, sqrt};
+use crate::sensing::detector::Onset;
 use crate::sensing::location::SeriesElement;
 
 /// Torque of the finger's weight over the difference between closing and opening: half of it, because a worm's friction cancels,
@@ -11,6 +14,15 @@ use crate::sensing::location::SeriesElement;
 const WEIGHT_SHARE: f32 = 0.4;
 /// Standard deviation of the torque with which the weight turns joint 2, as a share of it.
 const TURNING_SIGMA: f32 = 0.3;
+/// Largest fall of the motor's torque while an object takes over the weight that closes the finger, as a share of the weight's
+/// torque at the input link: 1 / eta - 2 with the efficiency eta of the worm, which is 0.38 at least, over that of the other gears
+/// (docs/MECHANICS.md#real-fingers).
+const CARRIED: f32 = 0.85;
+/// Standard deviation of the way on which an object takes it over, as a share of the way: the slope of the torque's rise
+/// tells it, and rises have a curvature (R, chosen).
+const HIDDEN_SIGMA: f32 = 0.5;
+/// Least share of the rise's slope by which the contact gains on the free finger (chosen).
+const LEAST_GAIN: f32 = 0.3;
 /// A torque far below any that holds a joint, newton metre: prevents a division by 0.
 const NO_TORQUE_NM: f32 = 1e-6;
 
@@ -51,6 +63,46 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         self.free(self.drivetrain.closing_rad(counts))
             .and_then(|free| self.finger.weighed(&free, weight_nm, preload_nm))
             .map_or(none, |(_, stop_nm)| ([weight_nm, per_rad], stop_nm))
+    }
+
+    /// By how much the torque of the motor may fall while an object takes over what closes the finger
+    /// (docs/MECHANICS.md#real-fingers), newton metre; 0 of a finger that the motor has to close.
+    pub(super) fn carried_nm(&self, at: &CorrectedBlock<H::Reading>) -> f32 {
+        let needed_nm = if F::WEIGHS {
+            at.free_nm
+        } else {
+            self.weight(at.counts).0[0]
+        };
+        (-CARRIED * needed_nm).at_least(0.0)
+    }
+
+    /// The onset of a contact that took over the weight that closes the finger before its torque rose: on the way on which the contact
+    /// gains on the free finger what that lacks to zero where the rise begins.
+    pub(super) fn before_weight(
+        &self,
+        mut onset: Onset,
+        [first, last]: [&CorrectedBlock<H::Reading>; 2],
+    ) -> Onset {
+        let rad_per_count = self.drivetrain.rad_per_count;
+        // Torque that the free finger takes there, and its slope.
+        let (needed_nm, needed_nm_per_count) = if F::WEIGHS {
+            let way_counts = last.counts.wrapping_sub(first.counts).max(1) as f32;
+            let slope = (last.free_nm - first.free_nm) / way_counts;
+            let back_counts = last.counts as f32 - onset.counts;
+            (last.free_nm - slope * back_counts, slope)
+        } else {
+            let ([weight_nm, per_rad], _) = self.weight(onset.counts as i32);
+            (weight_nm, per_rad * rad_per_count)
+        };
+        let nm_per_count = self.drivetrain.efficiency * onset.slope_nm_per_count;
+        let gain = (nm_per_count - needed_nm_per_count).at_least(LEAST_GAIN * nm_per_count);
+        let hidden_counts = -needed_nm.at_most(0.0) / gain;
+        let sigma_counts = HIDDEN_SIGMA * hidden_counts;
+        onset.counts -= hidden_counts;
+        onset.sigma_counts =
+            sqrt(onset.sigma_counts * onset.sigma_counts + sigma_counts * sigma_counts);
+        onset.since += (hidden_counts / last.width_counts.max(1) as f32) as usize;
+        onset
     }
 }
 

@@ -1,8 +1,9 @@
 //! The torque falls: a softer finger, or one whose weight an object takes over.
 
 use super::sensor::{friction_a, motion, recorded, sensor};
-use crate::scene::{P70, Scene};
-use crate::sensing::{Directive, Event};
+use crate::finger::Mounting;
+use crate::scene::{P70, Scene, Tendon2};
+use crate::sensing::{Directive, Event, Sensor, Settings};
 
 /// The finger becomes softer and then meets something: it must be felt, or the motor would press until it stands.
 #[test]
@@ -58,4 +59,53 @@ fn an_object_that_carries_the_weight_is_not_unusual() {
     // Where the object was met, not where the torque began to rise.
     let rise_rad = contact_rad + 15e-3 / stiffness;
     assert!((theta_a_rad - contact_rad).abs() < (theta_a_rad - rise_rad).abs());
+}
+
+/// The same for a finger with springs, whose weight beats them: the scene states it, and the record tells nothing of it.
+#[test]
+fn an_object_that_carries_more_than_the_springs_hold_is_met_where_it_is() {
+    // Twice the weight that the scene states, hanging so that it closes the finger.
+    let settings = Settings {
+        mounting: Some(Mounting {
+            gravity_rad: 100f32.to_radians(),
+            share: 2.0,
+        }),
+        ..Tendon2::settings()
+    };
+    let drivetrain = P70::drivetrain(&P70::MECHANISM);
+    let finger = Tendon2::MECHANISM;
+    let mut sensor = Sensor::new(finger, drivetrain, settings, Tendon2::UNCALIBRATED);
+    let mut time_us = 0;
+    let model = sensor.clone();
+    let needed_nm = |angle: f32| model.free_at(angle).map_or(0.0, |free| free.torque_nm);
+    let nm = |a: f32| a * drivetrain.torque_per_ampere_nm * drivetrain.efficiency;
+    let current_a = |angle: f32, load_nm: f32| {
+        let share = if load_nm < 0.0 { -0.1 } else { 1.0 };
+        friction_a(angle) + share * load_nm / nm(1.0)
+    };
+    sensor.direct(Directive::RecordFriction);
+    motion(&mut sensor, &mut time_us, (0.0, 1.5), |angle| {
+        current_a(angle, needed_nm(angle))
+    });
+    motion(&mut sensor, &mut time_us, (1.5, 0.0), |angle| {
+        -friction_a(angle) + needed_nm(angle) / nm(1.0)
+    });
+    sensor.direct(Directive::Watch);
+    let (contact_rad, stiffness) = (0.5, 0.3);
+    let told = motion(&mut sensor, &mut time_us, (0.0, 1.0), |angle| {
+        let pressed_nm = needed_nm(contact_rad) + stiffness * (angle - contact_rad);
+        current_a(angle, needed_nm(angle).max(pressed_nm))
+    });
+    let [
+        Event::FrictionRecorded { .. },
+        Event::Touch { theta_a_rad, .. },
+        ..,
+    ] = told[..]
+    else {
+        panic!("{told:?}");
+    };
+    let unusual = |event: &Event| matches!(event, Event::Unusual { .. });
+    assert!(!told.iter().any(unusual), "{told:?}");
+    let rise_rad = contact_rad - needed_nm(contact_rad) / stiffness;
+    assert!((theta_a_rad - contact_rad).abs() < 0.2 * (rise_rad - contact_rad));
 }
