@@ -62,8 +62,7 @@ pub(super) struct Fitted {
     pub(super) give_sigma: f32,
     /// Logarithm of the evidence, integrated over the unknowns (Laplace's approximation).
     pub(super) ln_evidence: f32,
-    /// Sum of the squared whitened residuals and of what the priors gave way: chi square with as many degrees of freedom as there are
-    /// points, because the priors determine the unknowns too.
+    /// Sum of the squared whitened residuals and of what the priors gave way.
     pub(super) chi_square: f32,
     /// The contact slides off its phalanx before the curve ends.
     pub(super) leaves: bool,

@@ -1,7 +1,7 @@
 //! The posterior: all fits, each weighted by its evidence.
 
 use super::fit::Fitted;
-use super::prior::{GIVE, K, Scaling};
+use super::prior::{GIVE, K, Scaling, UNKNOWNS};
 use super::{Locator, Prior, RADII_M, Track, radius_m};
 use crate::finger::{Class, Mechanics};
 use crate::numeric::{Bounded, exp, ln, not_negative, sqrt};
@@ -14,9 +14,9 @@ pub(super) const JOINT_SHARE: f32 = 0.02;
 /// Deviations of chi square above which a hypothesis does not explain the curve.
 const MISFIT_SIGMAS: f32 = 3.0;
 
-/// Largest chi square with which a number of points counts as explained.
-pub(super) fn allowed(points: f32) -> f32 {
-    points + MISFIT_SIGMAS * sqrt(2.0 * points)
+/// Largest chi square of a number of squares that counts as explained.
+pub(super) fn allowed(squares: f32) -> f32 {
+    squares + MISFIT_SIGMAS * sqrt(2.0 * squares)
 }
 
 /// Result of all fits of one place.
@@ -126,8 +126,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
 
     /// Whether any hypothesis explains the curve.
     pub fn explains(&self) -> bool {
-        let points = self.number as f32;
-        self.chi_square() <= allowed(points)
+        self.chi_square() <= allowed(self.terms())
     }
 
     /// Whether the likeliest contact slides off its phalanx before the curve ends, while one on another phalanx would not:
@@ -141,9 +140,14 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         })
     }
 
-    /// [Chi square](Fitted::chi_square) of the likeliest hypothesis over its degrees of freedom; at least 1.
+    /// Number of squares in [chi square](Fitted::chi_square).
+    fn terms(&self) -> f32 {
+        (self.number + UNKNOWNS) as f32
+    }
+
+    /// [Chi square](Fitted::chi_square) of the likeliest hypothesis over the number of its squares; at least 1.
     fn spread(&self) -> f32 {
-        (self.chi_square() / self.number as f32)
+        (self.chi_square() / self.terms())
             .at_least(1.0)
             .at_most(1e6)
     }
@@ -322,7 +326,6 @@ mod tests {
     use super::*;
     use crate::scene::{Scene, Tendon3};
     use crate::sensing::Cable;
-    use crate::sensing::locator::prior::UNKNOWNS;
 
     /// Place and deviation, in lengths of the phalanx, that a likeliest place and its deviation are told as.
     fn told(place: f32, sigma: f32) -> [f32; 2] {
