@@ -135,12 +135,14 @@ impl Application {
                 let _ = write!(answer, "error: {error}");
                 return Action::Accepted;
             }
-            // The sequence has taken a stop already, before this line was carried out.
-            Ok(Command::Stop) => Action::Accepted,
             Ok(command) => {
-                let accepted = self
-                    .coordinator
-                    .with(|coordinator| coordinator.command(command));
+                let accepted = self.coordinator.with(|coordinator| {
+                    if command == Command::Stop {
+                        // Taken here, so that it does not stop what is asked for after it.
+                        console::stop_requested();
+                    }
+                    coordinator.command(command)
+                });
                 match accepted {
                     Ok(action) => action,
                     Err(refused) => {

@@ -132,7 +132,7 @@ faults! {
         5_000 "from the lost sample to the sequence's next step",
         "Samples were lost because the sensing task was too slow.",
         "Report it; look for a task that blocks.";
-    17 BadConfiguration "bad-configuration", "start, set command",
+    17 BadConfiguration "bad-configuration", "start",
         0 "the bridge has not been on",
         "The scene or a setting is out of its range.",
         "The log names the parameter and its range: correct it, or use the factory command.";

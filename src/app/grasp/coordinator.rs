@@ -60,8 +60,8 @@ pub struct Coordinator<S: Scene> {
     overrides: Overrides,
     /// What the next closing is for.
     purpose: Directive,
-    /// A request that does not follow from a change of state.
-    pending: Option<SensingRequest>,
+    /// Requests that do not follow from a change of state.
+    pending: Pending,
     hold: ForceHold,
     /// What the self-test or the identification asks of the motor, while it runs.
     test: Option<Setpoint>,
@@ -78,7 +78,7 @@ impl<S: Scene> Coordinator<S> {
             sequence,
             overrides,
             purpose: Directive::Watch,
-            pending: None,
+            pending: Pending::default(),
             hold: ForceHold::default(),
             test: None,
             identified: None,
@@ -158,8 +158,7 @@ impl<S: Scene> Coordinator<S> {
             Command::Set(setting, value_si) => return self.set(setting, value_si),
             Command::Calibrate(Calibrate::Forget) => {
                 self.resting()?;
-                self.pending = Some(SensingRequest::ForgetCalibration);
-                self.sequence.set_press(S::Series::FLEXIBLE);
+                self.forget_calibration();
                 return Ok(Action::Accepted);
             }
             Command::Calibrate(Calibrate::Cable) if !S::Series::FLEXIBLE => {
@@ -235,8 +234,10 @@ impl<S: Scene> Coordinator<S> {
         if let Some(setpoint) = self.test {
             motion.demand.setpoint = setpoint;
         }
-        if motion.fault.is_some_and(Fault::loses_counts) {
-            self.pending = Some(SensingRequest::Realign);
+        let homed = matches!(motion.changed, Some((State::Home, _)));
+        let moved = homed && motion.demand.zero_at_counts != 0;
+        if moved || motion.fault.is_some_and(Fault::loses_counts) {
+            self.pending.realign = true;
         }
         if self.sequence.state() == State::Close {
             self.hold.closing(status.current_a);
@@ -249,7 +250,7 @@ impl<S: Scene> Coordinator<S> {
             None => None,
         };
         let request = directive.map(SensingRequest::Direct);
-        let request = request.or_else(|| self.pending.take());
+        let request = request.or_else(|| self.pending.take(&self.overrides));
         CoordinatorOutput { motion, request }
     }
 
@@ -299,9 +300,40 @@ impl<S: Scene> Coordinator<S> {
             // The record has the weight in it.
             self.sequence.forget_friction();
         }
+        if overrides.get(Setting::Efficiency) != self.overrides.get(Setting::Efficiency) {
+            // The torque factor corrects the efficiency that it was calibrated with.
+            self.forget_calibration();
+        }
         self.overrides = overrides;
         self.sequence.set_motion(motion::<S>(&overrides));
-        self.pending = Some(SensingRequest::Adjust(overrides));
+        self.pending.adjust = true;
+    }
+
+    fn forget_calibration(&mut self) {
+        self.pending.forget = true;
+        self.sequence.set_press(S::Series::FLEXIBLE);
+    }
+}
+
+/// Requests of which one a step is handed over.
+#[derive(Clone, Copy, Debug, Default)]
+struct Pending {
+    adjust: bool,
+    forget: bool,
+    realign: bool,
+}
+
+impl Pending {
+    fn take(&mut self, overrides: &Overrides) -> Option<SensingRequest> {
+        if core::mem::take(&mut self.adjust) {
+            Some(SensingRequest::Adjust(*overrides))
+        } else if core::mem::take(&mut self.forget) {
+            Some(SensingRequest::ForgetCalibration)
+        } else if core::mem::take(&mut self.realign) {
+            Some(SensingRequest::Realign)
+        } else {
+            None
+        }
     }
 }
 

@@ -128,7 +128,7 @@ impl Sequence {
         &self.motion
     }
 
-    /// Changes speeds, currents and angles; `motion` is assumed valid. Takes effect at the next change of state.
+    /// Changes speeds, currents and angles; `motion` is assumed valid. Takes effect with the next step.
     pub fn set_motion(&mut self, motion: Motion) {
         self.motion = motion;
     }
@@ -165,9 +165,8 @@ impl Sequence {
             (Request::Clear, State::Fault) => true,
             (Request::Clear, _) => return Err(Refused::NoFault),
             (_, State::Fault) => false,
-            (_, State::Idle) | (Request::Open, State::Close | State::Probe | State::Hold) => {
-                !waiting
-            }
+            (_, State::Idle) => true,
+            (Request::Open, State::Close | State::Probe | State::Hold) => !waiting,
             _ => false,
         };
         if permitted {

@@ -132,8 +132,7 @@ impl<C: Copy, W: Weighs<C>> Closing<C, W> {
             (0.0, 0.0)
         };
         // What is not known of the torque is not known of the slope.
-        let factor_share = calibration.torque_factor_sigma / factor;
-        let slope_sigma = factor_share * later.slope_nm_per_rad;
+        let slope_sigma = calibration.torque_factor_sigma * later.slope_nm_per_rad;
         let own_sigma = later.sigma_nm_per_rad;
         let change = SlopeChange {
             after_nm_per_rad: later.slope_nm_per_rad,

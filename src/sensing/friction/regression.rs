@@ -2,6 +2,9 @@
 //!
 //! Own code: Cholesky factors of libraries end at a column that depends on others, and here it is left out.
 
+// Indices are those of the matrix; loops over 0..N need no bounds check.
+#![allow(clippy::needless_range_loop)]
+
 use crate::numeric::sqrt;
 
 /// A pivot below this share of its column counts as zero.

@@ -28,7 +28,9 @@ use crate::sensing::block::{Block, BlockAverager, BlockUpdate};
 use crate::sensing::friction::Friction;
 use crate::sensing::location::{Cable, SeriesElement};
 use crate::sensing::torque_constant::TorqueConstant;
-use crate::sensing::{Calibration, Directive, Drive, Drivetrain, Event, Object, Sample, Settings};
+use crate::sensing::{
+    Calibration, Directive, Drive, Drivetrain, Event, Object, Refusal, Sample, Settings,
+};
 use contact::Contact;
 use record::Learning;
 use report::Spot;
@@ -326,11 +328,18 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
     }
 
     /// Ends a closing without contact.
+    // Not inlined: called from two places.
+    #[inline(never)]
     fn conclude_search(&mut self) {
         if let Stage::Searching(search) = &self.stage {
             // An unusual one has been reported already.
             let free = !search.unusual && !self.done;
             self.state.conclude_closing(free);
+            if !self.done && self.state.is_calibrating() {
+                self.state.emit(Event::CalibrationRefused {
+                    why: Refusal::NoContact,
+                });
+            }
             self.stage = Stage::Idle;
         }
     }

@@ -170,7 +170,9 @@ impl Learning {
             return;
         };
         let coverage = draft.coverage();
+        // Without an opening the recording ended before its closing was over: something may have been in the way.
         if coverage >= COVERAGE
+            && draft.opening_nm != 0.0
             && draft.is_valid()
             && let Some(closing_nm) = draft.mean_nm()
         {

@@ -15,6 +15,7 @@ pub(super) mod locator;
 mod operating_curve;
 #[cfg(feature = "firmware")]
 mod pins;
+mod recording;
 #[cfg(feature = "firmware")]
 mod sensor;
 mod softer;

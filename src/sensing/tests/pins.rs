@@ -2,10 +2,11 @@
 
 use super::Noise as Random;
 use super::locator::{CALIBRATION, HALF_THICKNESS_M, curve, locate, prior};
+use super::sensor::{friction_a, motion, recorded};
 use crate::finger::{Contact, Mechanics};
 use crate::scene::{P70, Scene, Tendon2};
 use crate::sensing::locator::{Estimate, LocatorResult, Place, Prior};
-use crate::sensing::{Cable, Calibration, Refusal};
+use crate::sensing::{Cable, Calibration, Directive, Event, Refusal};
 
 /// What a pin at `true_m` teaches who is told that it is at `told_m`.
 fn taught(
@@ -174,4 +175,23 @@ fn where_the_stiffness_does_not_depend_on_the_place_it_is_not_claimed() {
         }
     }
     assert_eq!(judged, [3, 3]);
+}
+
+#[test]
+fn a_pin_that_the_finger_misses_is_told() {
+    let (mut sensor, mut time_us) = recorded();
+    sensor.direct(Directive::Calibrate {
+        phalanx: 2,
+        k_m: 0.03,
+    });
+    let mut told = motion(&mut sensor, &mut time_us, (0.0, 1.4), friction_a);
+    sensor.direct(Directive::Rest);
+    told.extend(motion(&mut sensor, &mut time_us, (1.4, 1.3), |a| {
+        -friction_a(a)
+    }));
+    let why = Refusal::NoContact;
+    assert!(
+        matches!(told[..], [Event::Stiffness { .. }, Event::CalibrationRefused { why: told }] if told == why),
+        "{told:?}"
+    );
 }

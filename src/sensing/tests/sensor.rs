@@ -149,20 +149,6 @@ fn a_free_closing_tells_its_stiffness_only() {
 }
 
 #[test]
-fn a_motion_that_is_too_short_leaves_the_old_record() {
-    let (mut sensor, mut time_us) = recorded();
-    sensor.direct(Directive::RecordFriction);
-    motion(&mut sensor, &mut time_us, (0.0, 0.5), friction_a);
-    sensor.direct(Directive::Rest);
-    let told = motion(&mut sensor, &mut time_us, (0.5, 0.49), friction_a);
-    assert!(
-        matches!(told[..], [Event::FrictionNotRecorded { coverage }] if coverage < 0.4),
-        "{told:?}"
-    );
-    assert!(sensor.friction().is_some(), "the old record stands");
-}
-
-#[test]
 fn what_is_free_of_a_closing_improves_the_record() {
     let (mut sensor, mut time_us) = recorded();
     assert_eq!(sensor.friction().map(Friction::passes), Some(1));

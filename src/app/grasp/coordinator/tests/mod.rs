@@ -1,5 +1,7 @@
 //! What commands and events make of the state.
 
+mod homing;
+
 use super::*;
 use crate::app::grasp::values::drive;
 use crate::drive::OffsetState;
@@ -91,6 +93,55 @@ fn an_encoder_s_fault_has_the_friction_record_aligned_anew() {
         coordinator.advance(2000, &status, None);
         assert_eq!(coordinator.advance(3000, &status, None).request, wanted);
     }
+}
+
+#[test]
+fn no_request_replaces_another() {
+    let mut coordinator = coordinator();
+    for command in [
+        Command::Calibrate(Calibrate::Forget),
+        Command::Set(Setting::ContactFriction, 0.25),
+    ] {
+        coordinator.command(command).expect("at rest");
+    }
+    let mut told = [1, 2, 3].map(|i| coordinator.advance(i, &Status::default(), None).request);
+    told.sort_by_key(|request| *request != Some(SensingRequest::ForgetCalibration));
+    assert_eq!(
+        told,
+        [
+            Some(SensingRequest::ForgetCalibration),
+            Some(SensingRequest::Adjust(*coordinator.overrides())),
+            None
+        ]
+    );
+}
+
+/// The torque factor corrects the efficiency that it was calibrated with.
+#[test]
+fn another_efficiency_forgets_the_calibration() {
+    for (setting, wanted) in [(Setting::Efficiency, true), (Setting::HoldForce, false)] {
+        let mut coordinator = coordinator();
+        coordinator
+            .command(Command::Set(setting, 0.45))
+            .expect("at rest");
+        let forgets = [1, 2].map(|i| {
+            coordinator.advance(i, &Status::default(), None).request
+                == Some(SensingRequest::ForgetCalibration)
+        });
+        assert_eq!(forgets.contains(&true), wanted, "{setting:?}");
+    }
+}
+
+#[test]
+fn what_is_asked_for_after_a_stop_at_rest_is_carried_out() {
+    let mut coordinator = coordinator();
+    coordinator.command(Command::Stop).expect("never refused");
+    coordinator.command(Command::Run).expect("at rest");
+    let step = coordinator.advance(1000, &Status::default(), None);
+    assert_eq!(
+        step.motion.changed,
+        Some((State::Idle, State::CalibrateOffset))
+    );
 }
 
 #[test]

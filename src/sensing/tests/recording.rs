@@ -1,0 +1,48 @@
+//! Recordings of friction that end too early.
+
+use super::sensor::{friction_a, motion, recorded};
+use crate::scene::{P70, Scene};
+use crate::sensing::{Directive, Event};
+
+#[test]
+fn a_motion_that_is_too_short_leaves_the_old_record() {
+    let (mut sensor, mut time_us) = recorded();
+    sensor.direct(Directive::RecordFriction);
+    motion(&mut sensor, &mut time_us, (0.0, 0.5), friction_a);
+    sensor.direct(Directive::Rest);
+    let told = motion(&mut sensor, &mut time_us, (0.5, 0.49), friction_a);
+    assert!(
+        matches!(told[..], [Event::FrictionNotRecorded { coverage }] if coverage < 0.4),
+        "{told:?}"
+    );
+    assert!(sensor.friction().is_some(), "the old record stands");
+}
+
+/// Something stood in the way: what it took would be subtracted as friction from then on.
+#[test]
+fn a_recording_that_ends_while_the_finger_closes_is_none() {
+    for reached in [1.1, 1.3] {
+        let (mut sensor, mut time_us) = recorded();
+        sensor.direct(Directive::RecordFriction);
+        motion(&mut sensor, &mut time_us, (0.0, reached), |angle| {
+            friction_a(angle) + 0.02 * (angle - 0.9).max(0.0)
+        });
+        sensor.direct(Directive::Rest);
+        let told = motion(&mut sensor, &mut time_us, (reached, reached - 0.05), |a| {
+            -friction_a(a)
+        });
+        assert!(
+            matches!(told[..], [Event::FrictionNotRecorded { coverage }] if coverage > 0.6),
+            "{told:?}"
+        );
+        let friction = sensor.friction().expect("the old record stands");
+        let counts = (1.2 / P70::drivetrain(sensor.finger()).rad_per_count) as i32;
+        let recorded = friction.at(counts).expect("within the record");
+        let nm = friction.mean_nm().expect("recorded");
+        assert!(
+            recorded.torque_nm < 1.15 * nm,
+            "{}",
+            recorded.torque_nm / nm
+        );
+    }
+}
