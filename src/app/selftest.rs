@@ -155,7 +155,7 @@ pub fn remedy(
     let low = value < wanted.min;
     match (step, fault) {
         (_, Some(Fault::SupplyLow | Fault::SupplyHigh)) | (SelfTestStep::Supply, _) => {
-            "check the supply and the divider at A5; set supply-min and supply-max to the supply in use"
+            "check the supply and the divider at A5; set supply-min and supply-max to it, save, restart"
         }
         (SelfTestStep::Wake, _) => {
             "nFAULT stays low: is the bridge supplied, nSLEEP at D4, nFAULT at D6, no short at the outputs?"

@@ -1,6 +1,7 @@
 //! Fingerprint of the code that a table describes.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// Sources that decide the results, from the root of the checkout.
 const SOURCES: &[&str] = &[
@@ -47,6 +48,22 @@ fn files(at: &Path, found: &mut Vec<PathBuf>) -> std::io::Result<()> {
     Ok(())
 }
 
+/// Scenes that a user has added and git does not track: the tables do not have them. None without git.
+fn own_scenes(root: &Path) -> Vec<PathBuf> {
+    let listed = Command::new("git")
+        .args(["ls-files", "--others", "-z", "scenes"])
+        .current_dir(root)
+        .output();
+    listed.map_or_else(
+        |_| Vec::new(),
+        |listed| {
+            let names = String::from_utf8_lossy(&listed.stdout);
+            let names = names.split('\0').filter(|name| !name.is_empty());
+            names.map(|name| root.join(name)).collect()
+        },
+    )
+}
+
 /// FNV-1a, 64 bit: to notice a change, not to withstand an attack.
 struct Hash(u64);
 
@@ -74,6 +91,8 @@ pub fn fingerprint() -> std::io::Result<String> {
     for source in SOURCES {
         files(&root.join(source), &mut paths)?;
     }
+    let own = own_scenes(&root);
+    paths.retain(|path| !own.contains(path));
     paths.sort();
     let mut hash = Hash(0xcbf2_9ce4_8422_2325);
     for path in paths {
@@ -110,6 +129,28 @@ mod tests {
         let tests = |path: &PathBuf| path.components().any(|part| part.as_os_str() == "tests");
         assert!(found.len() > 20 && !found.iter().any(tests));
         assert!(!found.iter().any(|path| path.ends_with("tests.rs")));
+    }
+
+    #[test]
+    fn a_scene_of_a_user_s_own_does_not_count() {
+        let name = format!("palpate-own-scenes-{}", std::process::id());
+        let folder = std::env::temp_dir().join(name);
+        let git = |arguments: &[&str]| {
+            let status = Command::new("git")
+                .args(arguments)
+                .current_dir(&folder)
+                .status();
+            assert!(status.unwrap().success(), "{arguments:?}");
+        };
+        std::fs::create_dir_all(folder.join("scenes")).unwrap();
+        for name in ["kept.toml", "mine.toml"] {
+            std::fs::write(folder.join("scenes").join(name), "").unwrap();
+        }
+        git(&["init", "--quiet"]);
+        git(&["add", "scenes/kept.toml"]);
+        let own = own_scenes(&folder);
+        std::fs::remove_dir_all(&folder).unwrap();
+        assert_eq!(own, [folder.join("scenes/mine.toml")]);
     }
 
     #[test]
