@@ -155,7 +155,7 @@ pub fn remedy(
     let low = value < wanted.min;
     match (step, fault) {
         (_, Some(Fault::SupplyLow | Fault::SupplyHigh)) | (SelfTestStep::Supply, _) => {
-            "check the supply and the divider at A5; set supply-min and supply-max to it, save, restart"
+            "check supply and divider at A5; set supply-min, supply-max to it, save, restart"
         }
         (SelfTestStep::Wake, _) => {
             "nFAULT stays low: is the bridge supplied, nSLEEP at D4, nFAULT at D6, no short at the outputs?"
@@ -164,7 +164,7 @@ pub fn remedy(
             "nFAULT is held high: remove a pull-up of its own (the chip has one) or a short to 3.3 V"
         }
         (SelfTestStep::Offset, None) if low => {
-            "the offset reads zero, it may be negative: check the wire at A1; else fit another bridge, or the INA240 on a shunt"
+            "the offset reads zero or is negative: check the wire at A1; else fit another bridge, or the INA240"
         }
         (SelfTestStep::Offset, _) => {
             "the offset is too large: check ground and the sense resistor at A1"
@@ -172,7 +172,7 @@ pub fn remedy(
         (SelfTestStep::Noise, _) if low => "no noise at all: is the sense connected to A1?",
         (SelfTestStep::Noise, _) => "keep the motor's wires away from A1, fit the capacitor at A1",
         (_, Some(Fault::EncoderReversed)) => {
-            "the encoder counts against the motor: swap the motor's wires or the encoder's A and B"
+            "swap the motor's wires if the finger opened, the encoder's A and B if it closed"
         }
         (_, Some(Fault::EncoderStuck | Fault::EncoderJump)) => {
             "the encoder does not follow the motor: check its supply, A at D12 and B at D11"
@@ -185,7 +185,7 @@ pub fn remedy(
         }
         (SelfTestStep::Current, _) => "more current is read than driven: check the sense resistor",
         (SelfTestStep::Encoder, _) if value < -wanted.min => {
-            "the encoder counts against the motor: swap the motor's wires or the encoder's A and B"
+            "swap the motor's wires if the finger opened, the encoder's A and B if it closed"
         }
         (SelfTestStep::Encoder, _) => {
             "the motor does not turn, or the encoder does not count: check the encoder's supply, A at D12 and B at D11; free the finger"

@@ -277,7 +277,7 @@ impl Controller {
         match self.average.add(Period {
             signed_a,
             closing,
-            speed_along: if asked_along && !flow.opposes {
+            speed_along: if asked_along && observed.applied_v != 0.0 && !flow.opposes {
                 speed_along
             } else {
                 0.0

@@ -111,7 +111,7 @@ faults! {
     11 EncoderReversed "encoder-reversed", "control interrupt",
         30_000 "as encoder-stuck",
         "The encoder counts against the motor's back-EMF.",
-        "Swap the encoder's two phases, or the motor's two wires.";
+        "Swap the motor's two wires if the finger moves the wrong way, else the encoder's two phases.";
     12 Stall "stall", "sequence",
         250_000 "150 ms at the current limit without motion: static friction and backlash take less",
         "The motor stands still where nothing should stop it.",
