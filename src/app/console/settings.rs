@@ -81,7 +81,8 @@ settings! {
     HoldForce "hold-force" "N" 1.0, 0.1 to 20.0;
     /// How long to hold it, second.
     HoldTime "hold-time" "s" 1.0, 0.0 to 60.0;
-    /// Efficiency of the drivetrain under load, used until a calibration replaces it, 0 to 1.
+    /// Efficiency of the drivetrain under load, used until a calibration replaces it, 0 to 1. A change forgets the calibration, which
+    /// corrects the old one.
     Efficiency "efficiency" "%" 1e-2, 5.0 to 95.0;
     /// Coefficient of friction between the phalanges' skin and objects, as a share.
     ContactFriction "contact-friction" "%" 1e-2, 0.0 to 150.0;

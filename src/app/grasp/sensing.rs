@@ -18,7 +18,7 @@ pub enum SensingRequest {
     /// What the samples from now on are used for.
     Direct(Directive),
     /// Settings changed. None is set after `factory` alone, which forgets what was identified, too; what contacts have calibrated
-    /// stays.
+    /// stays, and is forgotten by a request of its own where the efficiency changes.
     Adjust(Overrides),
     /// Back to the scene's calibration.
     ForgetCalibration,
