@@ -188,7 +188,7 @@ pub fn remedy(
             "swap the motor's wires if the finger opened, the encoder's A and B if it closed"
         }
         (SelfTestStep::Encoder, _) => {
-            "the motor does not turn, or the encoder does not count: check the encoder's supply, A at D12 and B at D11; free the finger"
+            "nothing is counted: free the finger; check the encoder's supply, A at D12 and B at D11"
         }
         (SelfTestStep::Travel, _) => "the motion is too stiff: free the finger and the drivetrain",
     }

@@ -59,6 +59,16 @@ impl HeldForces {
         distal_force_n: f32::NAN,
         proximal_moment_nm: f32::NAN,
     };
+
+    /// With springs that are so many times as stiff.
+    #[must_use]
+    pub fn scaled(self, by: f32) -> Self {
+        Self {
+            distal_moment_nm: by * self.distal_moment_nm,
+            distal_force_n: by * self.distal_force_n,
+            proximal_moment_nm: by * self.proximal_moment_nm,
+        }
+    }
 }
 
 /// What is kept between the steps of weighing where a second contact may be.

@@ -38,7 +38,7 @@ const FIRSTS: [[f32; 2]; 5] = [
 ];
 /// Deviation of two places' distances from the joint between them, as a share: objects are roundish (chosen).
 const ROUND_SHARE: f32 = 0.15;
-/// And of the first place's deviation, what the three points do not cover.
+/// And of the first place's deviation, as a share, what the five points do not cover (chosen).
 const FIRST_SHARE: f32 = 0.6;
 /// Density of a normal variable at its mean, in units of its deviation.
 const NORMAL_PEAK: f32 = 0.399;

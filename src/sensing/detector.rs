@@ -80,8 +80,6 @@ pub struct Onset {
     pub ln_ratio: f32,
     /// Residual that friction alone would have left by now, newton metre, with its variance.
     pub level_nm: f32,
-    /// See `level_nm`.
-    pub level_variance_nm2: f32,
 }
 
 /// Result of the test after a block.
@@ -330,7 +328,7 @@ impl Detector {
         // The best one has a weight of 1.
         mean /= sum;
         let slope = sign * self.slope(best, sign);
-        let (level_nm, level_variance_nm2) = self.level();
+        let (level_nm, _) = self.level();
         Onset {
             since: best.since as usize,
             counts: best.onset_counts as f32 + mean,
@@ -338,7 +336,6 @@ impl Detector {
             slope_nm_per_count: slope,
             ln_ratio: most,
             level_nm: level_nm - slope * (best.states[0] + best.states[1]),
-            level_variance_nm2,
         }
     }
 

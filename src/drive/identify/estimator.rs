@@ -61,6 +61,7 @@ pub struct Estimator {
     unit: Unit,
     motor_rad_per_count: f32,
     friction_speed: f32,
+    choke_ohm: f32,
     ambient_c: f32,
     gain_sigma: f32,
     /// Of the voltage: resistance, torque constant, intercept.
@@ -90,6 +91,7 @@ impl Estimator {
             },
             motor_rad_per_count: core::f32::consts::TAU / gears.counts_per_motor_rev,
             friction_speed: friction_rad_per_s / config.limits.speed_rad_per_s,
+            choke_ohm: motor.choke_ohm,
             ambient_c: motor.thermal.ambient_c,
             gain_sigma: if config.sense.signed {
                 SHUNT_GAIN
@@ -182,7 +184,8 @@ impl Estimator {
         // After a power cut the thermal model begins warm: the winding is between ambient and what it says.
         let half_k = 0.5 * (self.winding_c - self.ambient_c);
         let growth = 1.0 + COPPER_PER_K * (self.ambient_c + half_k - COLD_C);
-        let cold_ohm = (total_ohm - SWITCHES_OHM) / growth;
+        // The choke hardly warms.
+        let cold_ohm = (total_ohm - SWITCHES_OHM - self.choke_ohm) / growth + self.choke_ohm;
         let cold_ohm2 = square(unit.v / unit.a) * electrical([1.0, 0.0, 0.0, 0.0])
             + square(SWITCHES_SIGMA_OHM)
             // Speed rises with the current while a voltage waits: that looks like resistance.

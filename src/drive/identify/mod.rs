@@ -17,7 +17,7 @@ pub use procedure::{FREE_WAY_RAD, Identification, NotIdentified, Step};
 /// What is identified.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
-    /// Winding resistance at 25 degrees Celsius, ohm.
+    /// Resistance of the winding at 25 degrees Celsius and of the choke, ohm.
     Resistance,
     /// Torque constant, newton metre per ampere.
     TorqueConstant,

@@ -253,7 +253,8 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
         if !closing.is_over {
             if now_us.saturating_sub(closing.last_us) > STANDS_US {
                 closing.end(&mut self.search);
-                sensor.conclude();
+                let angle_rad = sensor.drivetrain().closing_rad(closing.counts);
+                conclude(sensor, closing, angle_rad, closing.counts);
             }
             return None;
         }
@@ -289,10 +290,11 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
         let forces = (closing.held.as_ref()).map_or(HeldForces::UNKNOWN, |held| {
             sensor.finger().held_forces(held, closing.torque_nm)
         });
+        let springs = sensor.settings().force_scale.unwrap_or(1.0);
         let over = Followed::Grasp {
             grip: closing.grip,
             torque_nm: closing.excess_nm,
-            forces,
+            forces: forces.scaled(springs),
         };
         self.closing = None;
         Some(over)

@@ -17,7 +17,8 @@ pub(super) const BEND: usize = 2;
 pub(super) const TURN: usize = 3;
 /// The two of the wave.
 const WAVE: [usize; WAVES] = [4, 5];
-/// Terms of the wave, and one over the variance of their amplitudes.
+/// Terms of the wave, and one over the variance of their amplitudes: each has all of [`WAVE_SHARE`], which makes a wave of twice the
+/// variance that a first contact's has, because thresholds of corners were chosen with that.
 pub(super) const WAVES: usize = 2;
 const WAVE_PRIOR: f32 = 1.0 / (WAVE_SHARE * WAVE_SHARE);
 /// The hinge.

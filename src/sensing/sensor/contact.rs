@@ -27,6 +27,8 @@ pub(super) struct Contact<F: Mechanics, H: JointSensor, X: SeriesElement> {
     pub(super) locator: Locator<F, X>,
     pub(super) reported: Reported,
     due: Due,
+    /// Another contact shares the torque by now.
+    pub(super) shared: bool,
     /// Updates since the end of the curve; not counted with two phalanges, whose rounds are short.
     ended: u16,
 }
@@ -42,8 +44,9 @@ enum Due {
 }
 
 impl<F: Mechanics, H: JointSensor, X: SeriesElement> Contact<F, H, X> {
-    /// Ends the curve before a position, unless it has ended already.
+    /// Ends the curve before a position, from which another contact shares the torque; a curve that has ended already stays.
     pub(super) fn cut(&mut self, counts: i32) {
+        self.shared = true;
         if self.collector.phase != CurvePhase::Ending {
             self.collector.curve.cut(counts, LEAST_POINTS);
             self.collector.joint = H::Told::default();
@@ -101,6 +104,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             locator: Locator::default(),
             reported: Reported::Nothing,
             due: Due::Nothing,
+            shared: false,
             ended: 0,
         });
     }

@@ -248,7 +248,11 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
                 self.take(&block);
                 self.state.before = self.state.reading;
             }
-            BlockUpdate::Ended => self.end_run(),
+            BlockUpdate::Ended => {
+                // The next run's first turn makes no block: its beginning was not read.
+                self.state.before = H::Reading::default();
+                self.end_run();
+            }
         }
         // Before the judgement: an update that gives the last word on a contact has no time to learn as well.
         let busy = matches!(self.stage, Stage::Searching(_) | Stage::Contact(_));

@@ -163,7 +163,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         let mut share_by_give = f32::NAN;
         if let Some(state) = state {
             share_by_give = state.share_by_give_n_per_m;
-            let known = !contact.collector.is_lost() && !contact.locator.may_be_shared();
+            let shared = contact.shared || contact.locator.may_be_shared();
+            let known = !contact.collector.is_lost() && !shared;
             if known {
                 (force_n, force_sigma_n) = (state.force.force_n, state.force.sigma_n);
             }

@@ -94,7 +94,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             let ([weight_nm, per_rad], _) = self.weight(onset.counts as i32);
             (weight_nm, per_rad * rad_per_count)
         };
-        let nm_per_count = self.drivetrain.efficiency * onset.slope_nm_per_count;
+        let share = self.drivetrain.efficiency * self.calibration.torque_factor;
+        let nm_per_count = share * onset.slope_nm_per_count;
         let gain = (nm_per_count - needed_nm_per_count).at_least(LEAST_GAIN * nm_per_count);
         let hidden_counts = -needed_nm.at_most(0.0) / gain;
         let sigma_counts = HIDDEN_SIGMA * hidden_counts;
