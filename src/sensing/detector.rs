@@ -78,7 +78,7 @@ pub struct Onset {
     pub slope_nm_per_count: f32,
     /// Logarithm of its likelihood ratio.
     pub ln_ratio: f32,
-    /// Residual that friction alone would have left by now, newton metre, with its variance.
+    /// Residual that friction alone would have left by now, newton metre.
     pub level_nm: f32,
 }
 
