@@ -8,7 +8,6 @@ use super::level::{Above, Level};
 use super::{AfterContact, Followed, Grip};
 use crate::finger::{Contact, HeldForces, HoldsTwice};
 use crate::joint_sensor::JointSensor;
-use crate::numeric::Bounded;
 use crate::sensing::block::{Block, BlockAverager, BlockUpdate};
 use crate::sensing::location::SeriesElement;
 use crate::sensing::second::{BlockNoise, SecondContact};
@@ -100,8 +99,8 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
         self.level.push(above.torque_nm);
         self.counts = block.counts;
         let angle_rad = sensor.drivetrain().closing_rad(block.counts);
-        // The motor holds nothing back that closes the finger: the worm does.
-        let free_nm = (sensor.free_at(angle_rad)).map_or(0.0, |free| free.torque_nm.at_least(0.0));
+        // Below zero too, where a weight closes the finger and the motor shows nothing: else the curve has a corner where it ends.
+        let free_nm = sensor.free_at(angle_rad).map_or(0.0, |free| free.torque_nm);
         let factor = sensor.calibration().torque_factor;
         let Some(closing) = &mut self.closing else {
             self.search
