@@ -220,8 +220,8 @@ mod tests {
         for x in [1e-3f64, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0] {
             let own = 1.0 - f64::from(averaged_out(x as f32));
             assert!((own - exact(x, 0)).abs() < 0.055, "{x}: {own}");
-            // The variance of the difference of neighbouring means is what the rate is found from: two thirds of a walk's growth 2 x. A block
-            // or a bin is at most a fifth of the shortest time constant of the grid.
+            // The variance of the difference of neighbouring means is what the rate is found from: two thirds of a walk's growth 2 x.
+            // A block or a bin is at most a fifth of the shortest time constant of the grid.
             if x <= 0.2 {
                 let told = 2.0 * (own - (-x).exp());
                 let true_one = 2.0 * (exact(x, 0) - exact(x, 1));
