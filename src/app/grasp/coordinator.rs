@@ -234,6 +234,7 @@ impl<S: Scene> Coordinator<S> {
         if let Some(setpoint) = self.test {
             motion.demand.setpoint = setpoint;
         }
+        // Homing keeps the zero, 0 counts, where a friction record belongs to it and no counts were lost.
         let homed = matches!(motion.changed, Some((State::Home, _)));
         let moved = homed && motion.demand.zero_at_counts != 0;
         if moved || motion.fault.is_some_and(Fault::loses_counts) {
@@ -315,7 +316,7 @@ impl<S: Scene> Coordinator<S> {
     }
 }
 
-/// Requests of which one a step is handed over.
+/// Requests that wait: one is handed over per step. Those that are made twice count once, and none replaces another.
 #[derive(Clone, Copy, Debug, Default)]
 struct Pending {
     adjust: bool,

@@ -99,7 +99,8 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
         self.level.push(above.torque_nm);
         self.counts = block.counts;
         let angle_rad = sensor.drivetrain().closing_rad(block.counts);
-        // Below zero too, where a weight closes the finger and the motor shows nothing: else the curve has a corner where it ends.
+        // Keep it where it is negative, because a weight closes the finger, although the motor does not show it then: cut off at zero it
+        // puts a corner into the curve, and single contacts are told as two.
         let free_nm = sensor.free_at(angle_rad).map_or(0.0, |free| free.torque_nm);
         let factor = sensor.calibration().torque_factor;
         let Some(closing) = &mut self.closing else {

@@ -249,7 +249,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
                 self.state.before = self.state.reading;
             }
             BlockUpdate::Ended => {
-                // The next run's first turn makes no block: its beginning was not read.
+                // Forget the reading: the first turn of the next run makes no block, and the one after it would be averaged with this.
                 self.state.before = H::Reading::default();
                 self.end_run();
             }

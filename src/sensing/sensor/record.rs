@@ -170,7 +170,7 @@ impl Learning {
             return;
         };
         let coverage = draft.coverage();
-        // Without an opening the recording ended before its closing was over: something may have been in the way.
+        // No torque of an opening: the recording was ended while the finger closed, perhaps by something in its way.
         if coverage >= COVERAGE
             && draft.opening_nm != 0.0
             && draft.is_valid()

@@ -3,7 +3,33 @@
 use super::sensor::{friction_a, motion, recorded, sensor};
 use crate::finger::Mounting;
 use crate::scene::{P70, Scene, Tendon2};
-use crate::sensing::{Directive, Event, Sensor, Settings};
+use crate::sensing::{Directive, Drivetrain, Event, Sensor, Settings};
+
+/// Current of a closing whose load is held back by the worm where it is negative, with a tenth of the torque that would lift it.
+fn closing_a(drivetrain: &Drivetrain, angle: f32, load_nm: f32) -> f32 {
+    let share = if load_nm < 0.0 { -0.1 } else { 1.0 };
+    friction_a(angle) + share * load_nm / nm_per_a(drivetrain)
+}
+
+/// Torque at the input link per ampere, newton metre.
+fn nm_per_a(drivetrain: &Drivetrain) -> f32 {
+    drivetrain.torque_per_ampere_nm * drivetrain.efficiency
+}
+
+/// Angle of the touch that follows a friction record, where the finger was not taken for softer.
+fn touched_rad(told: &[Event]) -> f32 {
+    let [
+        Event::FrictionRecorded { .. },
+        Event::Touch { theta_a_rad, .. },
+        ..,
+    ] = told[..]
+    else {
+        panic!("{told:?}");
+    };
+    let unusual = |event: &Event| matches!(event, Event::Unusual { .. });
+    assert!(!told.iter().any(unusual), "{told:?}");
+    theta_a_rad
+}
 
 /// The finger becomes softer and then meets something: it must be felt, or the motor would press until it stands.
 #[test]
@@ -28,10 +54,9 @@ fn a_softer_finger_still_feels_a_contact() {
 fn an_object_that_carries_the_weight_is_not_unusual() {
     let (mut sensor, mut time_us) = (sensor(), 0);
     let drivetrain = P70::drivetrain(sensor.finger());
-    let nm = |a: f32| a * drivetrain.torque_per_ampere_nm * drivetrain.efficiency;
-    // 15 mN m of weight.
-    let lifted_a = 15e-3 / nm(1.0);
-    let closing = |angle: f32| friction_a(angle) + 0.1 * lifted_a;
+    let weight_nm = 15e-3;
+    let lifted_a = weight_nm / nm_per_a(&drivetrain);
+    let closing = |angle: f32| closing_a(&drivetrain, angle, -weight_nm);
     sensor.direct(Directive::RecordFriction);
     motion(&mut sensor, &mut time_us, (0.0, 1.5), closing);
     motion(&mut sensor, &mut time_us, (1.5, 0.0), |angle| {
@@ -41,23 +66,13 @@ fn an_object_that_carries_the_weight_is_not_unusual() {
     // As stiff as a contact in the middle of the distal phalanx.
     let (contact_rad, stiffness) = (0.7, 0.6);
     let told = motion(&mut sensor, &mut time_us, (0.0, 1.2), |angle| {
-        let load_nm = stiffness * (angle - contact_rad).max(0.0) - 15e-3;
-        let share = if load_nm < 0.0 { -0.1 } else { 1.0 };
-        friction_a(angle) + share * load_nm / nm(1.0)
+        let load_nm = stiffness * (angle - contact_rad).max(0.0) - weight_nm;
+        closing_a(&drivetrain, angle, load_nm)
     });
     // The place is not checked: this straight rise is no contact of P70, whose weight first holds joint 2 at its stop.
-    let [
-        Event::FrictionRecorded { .. },
-        Event::Touch { theta_a_rad, .. },
-        ..,
-    ] = told[..]
-    else {
-        panic!("{told:?}");
-    };
-    let unusual = |event: &Event| matches!(event, Event::Unusual { .. });
-    assert!(!told.iter().any(unusual), "{told:?}");
+    let theta_a_rad = touched_rad(&told);
     // Where the object was met, not where the torque began to rise.
-    let rise_rad = contact_rad + 15e-3 / stiffness;
+    let rise_rad = contact_rad + weight_nm / stiffness;
     assert!((theta_a_rad - contact_rad).abs() < (theta_a_rad - rise_rad).abs());
 }
 
@@ -78,17 +93,13 @@ fn an_object_that_carries_more_than_the_springs_hold_is_met_where_it_is() {
     let mut time_us = 0;
     let model = sensor.clone();
     let needed_nm = |angle: f32| model.free_at(angle).map_or(0.0, |free| free.torque_nm);
-    let nm = |a: f32| a * drivetrain.torque_per_ampere_nm * drivetrain.efficiency;
-    let current_a = |angle: f32, load_nm: f32| {
-        let share = if load_nm < 0.0 { -0.1 } else { 1.0 };
-        friction_a(angle) + share * load_nm / nm(1.0)
-    };
+    let current_a = |angle: f32, load_nm: f32| closing_a(&drivetrain, angle, load_nm);
     sensor.direct(Directive::RecordFriction);
     motion(&mut sensor, &mut time_us, (0.0, 1.5), |angle| {
         current_a(angle, needed_nm(angle))
     });
     motion(&mut sensor, &mut time_us, (1.5, 0.0), |angle| {
-        -friction_a(angle) + needed_nm(angle) / nm(1.0)
+        -friction_a(angle) + needed_nm(angle) / nm_per_a(&drivetrain)
     });
     sensor.direct(Directive::Watch);
     let (contact_rad, stiffness) = (0.5, 0.3);
@@ -96,16 +107,7 @@ fn an_object_that_carries_more_than_the_springs_hold_is_met_where_it_is() {
         let pressed_nm = needed_nm(contact_rad) + stiffness * (angle - contact_rad);
         current_a(angle, needed_nm(angle).max(pressed_nm))
     });
-    let [
-        Event::FrictionRecorded { .. },
-        Event::Touch { theta_a_rad, .. },
-        ..,
-    ] = told[..]
-    else {
-        panic!("{told:?}");
-    };
-    let unusual = |event: &Event| matches!(event, Event::Unusual { .. });
-    assert!(!told.iter().any(unusual), "{told:?}");
+    let theta_a_rad = touched_rad(&told);
     let rise_rad = contact_rad - needed_nm(contact_rad) / stiffness;
     assert!((theta_a_rad - contact_rad).abs() < 0.2 * (rise_rad - contact_rad));
 }
