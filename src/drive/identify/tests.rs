@@ -4,9 +4,10 @@ use super::*;
 use crate::drive::Controller;
 use crate::drive::config::CheckedConfig;
 use crate::drive::config::tests::p70;
-use crate::drive::demand::{Demand, Setpoint};
+use crate::drive::demand::{Demand, Setpoint, Status};
 use crate::drive::io::Outputs;
 use crate::drive::test_motor::TestMotor;
+use crate::drive::thermal::COPPER_PER_K;
 
 /// Where the link stands at the start, radian from its stop.
 const START_RAD: f64 = 0.05;
@@ -23,7 +24,16 @@ struct Run {
 
 /// Identifies; `calls` says how often the procedure's turn comes in a millisecond, `change` may change the motor at a way from
 /// the start, radian.
-fn identify(mut calls: impl FnMut() -> u32, mut change: impl FnMut(&mut TestMotor, f64)) -> Run {
+fn identify(calls: impl FnMut() -> u32, change: impl FnMut(&mut TestMotor, f64)) -> Run {
+    identify_told(calls, change, |_| ())
+}
+
+/// The same; `tell` may change what the procedure is told of the controller.
+fn identify_told(
+    mut calls: impl FnMut() -> u32,
+    mut change: impl FnMut(&mut TestMotor, f64),
+    tell: impl Fn(&mut Status),
+) -> Run {
     let config = CheckedConfig::new(p70()).expect("valid");
     let mut controller = Controller::new(&config);
     let mut motor = TestMotor::new(3);
@@ -45,7 +55,9 @@ fn identify(mut calls: impl FnMut() -> u32, mut change: impl FnMut(&mut TestMoto
         assert_eq!(controller.status().fault, None);
         for _ in 0..calls() {
             if ended.is_none() {
-                let setpoint = match identification.advance(controller.status()) {
+                let mut status = *controller.status();
+                tell(&mut status);
+                let setpoint = match identification.advance(&status) {
                     Ok(Step::Ask(setpoint)) => setpoint,
                     Ok(Step::Done(identified)) => {
                         ended = Some(Ok(identified));
@@ -162,11 +174,35 @@ fn turns_that_come_late_and_together_change_nothing_but_scatter() {
     }
 }
 
+/// The winding's resistance is told at 25 degrees Celsius; the choke in its lead hardly warms.
+#[test]
+fn a_warm_winding_counts_as_warm_and_the_choke_does_not() {
+    const RISE_K: f32 = 80.0;
+    let motor = p70().motor;
+    let ohm = |run: Run| {
+        let identified = run.ended.expect("identified");
+        identified.of(Quantity::Resistance).value
+    };
+    let cold = ohm(undisturbed());
+    let warm = ohm(identify_told(
+        || 1,
+        |_, _| (),
+        |status| status.winding_c = motor.thermal.ambient_c + RISE_K,
+    ));
+    // The procedure takes it for half as warm as it is told: after a power cut nobody knows.
+    let growth = 1.0 + 0.5 * RISE_K * COPPER_PER_K;
+    let (told, expected) = ((warm - motor.choke_ohm) * growth, cold - motor.choke_ohm);
+    assert!(
+        motor.choke_ohm > 0.0 && (told / expected - 1.0).abs() < 0.005,
+        "{told} {expected}"
+    );
+}
+
 /// The same status for ever: the control interrupt hangs.
 #[test]
 fn a_status_that_only_repeats_ends_it_in_time_and_asks_for_no_motion() {
     let config = CheckedConfig::new(p70()).expect("valid");
-    let status = crate::drive::Status::default();
+    let status = Status::default();
     let mut identification = Identification::new(&config, 0.3, &status);
     for _ in 0..20_000 {
         let step = identification.advance(&status);
