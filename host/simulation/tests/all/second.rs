@@ -1,5 +1,7 @@
 //! Second contacts of simulated closings: told where both phalanges press, not where one does.
 
+use palpate::app::console::command::Command;
+use palpate::app::console::settings::Setting;
 use palpate::sensing::{Event, Followed, Grip};
 use palpate_plant::{Grasp, Shape, World};
 use palpate_scenes::{P70Grasp, Tendon3};
@@ -71,6 +73,40 @@ fn a_second_contact_is_told_and_a_single_one_is_not() {
     );
     assert!(power >= 3 && single >= 3);
     assert_eq!((told, false_ones), (power, 0));
+}
+
+/// What a scale under a contact has told of the springs counts for the forces of two contacts as well.
+#[test]
+fn the_forces_of_two_contacts_go_with_the_force_scale() {
+    let moments = |scale: Option<f32>| {
+        let parameters = (World::named("ideal").expect("a world")).of("p70-grasp");
+        let parameters = parameters.expect("a scene");
+        let mut simulation = Simulation::<P70Grasp>::new(&parameters, 1).expect("a simulation");
+        if let Some(scale) = scale {
+            let command = Command::Set(Setting::ForceScale, scale);
+            simulation
+                .slow()
+                .coordinator
+                .command(command)
+                .expect("taken");
+        }
+        simulation.prepare().expect("a record");
+        let (phalanx, k_m, diameter_m) = GRASPS[0];
+        let grasp = Grasp::touching(phalanx, k_m, 0.6, Shape::Cylinder { diameter_m });
+        let outcome = simulation.close(&grasp).expect("a closing");
+        let told = outcome.followed.iter().find_map(|(_, event)| match event {
+            Followed::Grasp { grip, forces, .. } => Some((*grip, *forces)),
+            _ => None,
+        });
+        let (grip, forces) = told.expect("a last word");
+        assert_eq!(grip, Grip::Enveloped);
+        forces.distal_moment_nm
+    };
+    let [plain, scaled] = [None, Some(1.25)].map(moments);
+    assert!(
+        plain > 0.0 && (scaled / plain - 1.25).abs() < 1e-5,
+        "{plain} {scaled}"
+    );
 }
 
 /// Three phalanges in `harsh`, where single contacts end with joint 3 at its stop, as rigid as two contacts, and where a curve that one
