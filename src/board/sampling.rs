@@ -7,11 +7,12 @@
 //! ([`palpate::drive::sign`]). The interrupt follows 14.1 us after the trigger. ADC2 takes 64 conversions of its one rank from the
 //! same trigger, 37.6 us: the mean of most of a control period, which the interrupt finds finished in the next.
 
+use cortex_m::peripheral::NVIC;
 use embassy_stm32::Peri;
 use embassy_stm32::adc::{
     Adc, AdcChannel, AdcConfig, AnyAdcChannel, Exten, InjectedAdc, Rovsm, SampleTime, Trovs,
 };
-use embassy_stm32::pac::{ADC1, ADC2};
+use embassy_stm32::pac::{ADC1, ADC2, Interrupt};
 use embassy_stm32::peripherals::{self, PA1, PC0, PC1};
 use embassy_stm32::triggers::TIM1_TRGO2;
 
@@ -123,6 +124,15 @@ pub fn read() -> Readings {
         late_excess: late.wrapping_sub(early).cast_signed(),
         supply: AdcCode(supply.wrapping_mul(2)),
     }
+}
+
+/// Drops a sequence that has finished while nobody looked.
+pub fn drop_pending() {
+    ADC1.isr().write(|w| {
+        w.set_jeoc(true);
+        w.set_jeos(true);
+    });
+    NVIC::unpend(Interrupt::ADC1_2);
 }
 
 /// The next sequence has finished already.
