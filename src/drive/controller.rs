@@ -168,6 +168,8 @@ impl Controller {
         if demand.zero != self.status.zero {
             self.status.zero = demand.zero;
             self.encoder.rezero(demand.zero_at_counts);
+            // Whoever sees the echo must not see a position of before it, which the next sample alone would replace.
+            self.status.position_counts = self.encoder.position_counts();
             self.status.homed = true;
         }
         if demand.clear != self.status.clear {

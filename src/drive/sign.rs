@@ -109,7 +109,11 @@ impl CurrentSign {
     /// Judges the excess of the last [`PERIODS_PER_SAMPLE`] periods; `None` where the bridge was off.
     pub fn judge(&mut self, driven: Option<Driven>) {
         let excess_a = core::mem::take(&mut self.sum) as f32 * self.a_per_sum - self.zero_a;
-        let Some(driven) = driven else { return };
+        let Some(driven) = driven else {
+            // No current flows any more that the next drive begins with.
+            self.flow = Flow::ALONG;
+            return;
+        };
         if driven.duty == 0.0 {
             // Nothing switches: this is what the converter makes of a steady pin.
             self.zero_a += REST_GAIN * excess_a;
@@ -235,6 +239,13 @@ mod tests {
     #[test]
     fn a_bridge_that_is_off_tells_nothing() {
         let mut sign = CurrentSign::new(&Scale::of(&p70()));
+        sign.add(i16::MAX);
+        sign.judge(Some(Driven {
+            reading_a: 10e-3,
+            duty: 0.3,
+            reference_opposes: true,
+        }));
+        assert!(sign.flow().opposes);
         sign.add(i16::MAX);
         sign.judge(None);
         assert_eq!((sign.sum, sign.zero_a, sign.flow()), (0, 0.0, Flow::ALONG));

@@ -185,8 +185,8 @@ impl Sequence {
         match notice {
             Some(Notice::FrictionKnown) => {
                 self.friction_known = true;
-                // Either the press after this recording has begun, or record and calibration come from flash: no other press is due.
-                self.press = false;
+                // A recording that was stopped early may be good, but no press follows it.
+                self.press &= !self.pressing;
             }
             Some(Notice::FrictionUnknown | Notice::FrictionNotRecorded) => {
                 self.friction_known = false

@@ -246,3 +246,25 @@ fn braking_from_full_speed_is_no_over_current() {
     );
     assert_eq!(controller.status().fault, None);
 }
+
+/// Whoever sees the echo of a new zero sees the position in its counts, in the very period: samples come every twentieth.
+#[test]
+fn the_echo_of_a_zero_comes_with_a_position_in_its_counts() {
+    let mut simulation = Simulation::new(3);
+    simulation.ends(Request::Home, MotionResult::Complete);
+    for period in 1..40 {
+        let before = *simulation.controller.status();
+        simulation.demand = Demand {
+            zero: before.zero.wrapping_add(1),
+            zero_at_counts: 1000,
+            ..simulation.demand
+        };
+        let inputs = simulation.bench.step(simulation.outputs);
+        simulation.outputs = simulation.controller.step(&inputs, &simulation.demand);
+        let after = simulation.controller.status();
+        assert_eq!(after.zero, simulation.demand.zero);
+        let moved = before.position_counts - after.position_counts;
+        // The motor may turn meanwhile.
+        assert!((moved - 1000).abs() < 50, "{period}: {moved}");
+    }
+}

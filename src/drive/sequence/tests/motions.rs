@@ -148,7 +148,16 @@ fn a_recording_is_followed_by_a_press_where_nobody_knows_the_cable() {
 fn another_recording_is_not_followed_by_a_press() {
     let mut simulation = Simulation::new(3);
     simulation.sequence.set_press(true);
+    let record = simulation.sequence.request(Request::RecordFriction);
+    record.expect("accepted");
+    while simulation.sequence.state() != State::Close {
+        simulation.millisecond(None);
+    }
     simulation.millisecond(Some(Notice::FrictionKnown));
+    while simulation.done.is_none() {
+        simulation.millisecond(None);
+    }
+    simulation.log.clear();
     simulation.ends(Request::RecordFriction, MotionResult::Complete);
     assert!(!simulation.states().contains(&State::Close));
 }
