@@ -72,7 +72,7 @@ pub enum Event {
     Touch {
         /// Time of the decision, microseconds since boot.
         time_us: u64,
-        /// Input-link angle at the onset of contact, radian from the opening stop.
+        /// Input-link angle at the onset of contact, radian.
         theta_a_rad: f32,
         /// Torque above friction when the contact was decided.
         torque_nm: f32,

@@ -127,11 +127,14 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         self.state.hang();
     }
 
-    /// Nominal efficiency of the drivetrain, 0 to 1, from the next sample on; anything else is ignored.
-    pub fn set_efficiency(&mut self, efficiency: f32) {
-        if efficiency > 0.0 && efficiency <= 1.0 {
-            self.state.drivetrain.efficiency = efficiency;
+    /// Nominal efficiency of the drivetrain, 0 to 1, from the next sample on; anything else is ignored. Whether it is another one.
+    pub fn set_efficiency(&mut self, efficiency: f32) -> bool {
+        let in_force = &mut self.state.drivetrain.efficiency;
+        let changes = efficiency > 0.0 && efficiency <= 1.0 && efficiency != *in_force;
+        if changes {
+            *in_force = efficiency;
         }
+        changes
     }
 
     /// Standard deviation of the torque constant, as a share, 0 to 1; anything else is ignored. 0 where it was measured: the back-EMF of
@@ -197,6 +200,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
     }
 
     /// Takes a stored or nominal calibration. Returns false for an invalid one, which is ignored.
+    // Not inlined: called from several places.
+    #[inline(never)]
     pub fn set_calibration(&mut self, calibration: Calibration) -> bool {
         let valid = calibration.is_valid();
         if valid {
@@ -317,13 +322,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
     }
 
     fn end_run(&mut self) {
-        if let Stage::Searching(search) = &self.stage
-            && let Some(suspect) = search.suspect()
-        {
-            self.learning.cut(&self.state, &suspect);
-        }
-        self.learning.end_run(&self.state);
         self.conclude_search();
+        self.learning.end_run(&self.state);
         // Closings in contact, and those whose search is over, end here too.
         self.state.conclude_closing(false);
         if let Stage::Contact(contact) = &mut self.stage {
@@ -336,6 +336,10 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
     #[inline(never)]
     fn conclude_search(&mut self) {
         if let Stage::Searching(search) = &self.stage {
+            // What may be a contact is not learned as friction. Here, because the motion ends some samples after its directive.
+            if let Some(suspect) = search.suspect() {
+                self.learning.cut(&self.state, &suspect);
+            }
             // An unusual one has been reported already.
             let free = !search.unusual && !self.done;
             self.state.conclude_closing(free);

@@ -208,7 +208,7 @@ impl Learning {
         let Some(assessment) = &mut self.assessment else {
             return;
         };
-        // A search uses nothing that the assessment of an opening changes.
+        // Of what the assessment of an opening changes a search uses the noise alone, and it begins after the way that settles.
         if busy && assessment.is_closing() {
             return;
         }
