@@ -47,7 +47,8 @@ const UNIFORM: f32 = 0.289;
 /// What is measured after one contact in ten is off three times as far (chosen): the drive may go over to holding meanwhile, or
 /// another contact follow. The share, and that variance.
 const BAD_SHARE: f32 = 0.1;
-const BAD: f32 = 9.0;
+const BAD_SIGMAS: f32 = 3.0;
+const BAD: f32 = BAD_SIGMAS * BAD_SIGMAS;
 /// Squares of deviations beyond which nothing is likely, nor less.
 const HOPELESS: f32 = 60.0;
 
@@ -312,16 +313,17 @@ impl Expected {
                 variance(measured.compliance_sigma_rad_per_nm, compliance) + step * step;
             let off = measured.compliance_rad_per_nm - compliance;
             let mut squares = off * off / of_compliance;
-            let mut scale = of_compliance;
+            let (mut scale, mut bad_share) = (of_compliance, BAD_SHARE / BAD_SIGMAS);
             if measured.later_nm > 0.0 {
                 let held = held_sigma_nm * mean;
                 let of_turned = variance(measured.turned_sigma_rad, turned) + held * held;
                 let off = measured.turned_rad - turned;
                 squares += off * off / of_turned;
                 scale *= of_turned;
+                bad_share /= BAD_SIGMAS;
             }
             let squares = 0.5 * squares.at_most(HOPELESS);
-            let likely = exp(-squares) + BAD_SHARE / BAD * exp(-squares / BAD);
+            let likely = exp(-squares) + bad_share * exp(-squares / BAD);
             sum += weight * likely / sqrt(scale.at_least(f32::MIN_POSITIVE));
         }
         sum

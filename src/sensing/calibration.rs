@@ -66,14 +66,14 @@ impl Calibration {
                 .all(|value| (-1.0..=1.0).contains(value))
     }
 
-    /// The cable's twist under a nominal torque, and its standard deviation, radian.
-    pub fn twist_rad(&self, nominal_nm: f32) -> [f32; 2] {
-        let bent_nm2 = nominal_nm * (0.5 * nominal_nm - MIDDLE_NM);
+    /// The cable's twist by a rise of the nominal torque up to `nominal_nm`, and its standard deviation, radian.
+    pub fn twist_rad(&self, rise_nm: f32, nominal_nm: f32) -> [f32; 2] {
+        let bent_nm2 = rise_nm * (nominal_nm - 0.5 * rise_nm - MIDDLE_NM);
         let bent_by = self.cable_rad_per_nm * bent_nm2;
         let stiff_sigma_rad = bent_by * self.stiffening_sigma_per_nm;
-        let cable_sigma_rad = self.cable_sigma_rad_per_nm * nominal_nm;
+        let cable_sigma_rad = self.cable_sigma_rad_per_nm * rise_nm;
         [
-            self.cable_rad_per_nm * nominal_nm - bent_by * self.stiffening_per_nm,
+            self.cable_rad_per_nm * rise_nm - bent_by * self.stiffening_per_nm,
             sqrt(cable_sigma_rad * cable_sigma_rad + stiff_sigma_rad * stiff_sigma_rad),
         ]
     }

@@ -235,8 +235,8 @@ impl SecondContact {
     }
 
     /// The slope some blocks after a change that was told; `None` where too few have come since.
-    pub fn later(&self, change: &SlopeChange, variance_nm2: f32) -> Option<Later> {
-        later::fit(&self.scales[0].stretch, change, variance_nm2)
+    pub fn later(&self, change: &SlopeChange, noise: &BlockNoise) -> Option<Later> {
+        later::fit(&self.scales[0].stretch, change, noise)
     }
 }
 
@@ -350,7 +350,7 @@ mod tests {
         };
         let (change, search) = told(curve, 0.401);
         let change = change.expect("a corner");
-        let later = search.later(&change, 1e-8).expect("enough blocks");
+        let later = search.later(&change, &QUIET).expect("enough blocks");
         assert!((later.slope_nm_per_rad - 0.6).abs() < 0.01, "{later:?}");
         let there = curve(f64::from(later.theta_a_rad)) as f32;
         assert!((later.torque_nm - there).abs() < 1e-3, "{later:?} {there}");
@@ -361,7 +361,7 @@ mod tests {
                     theta_a_rad: 0.39,
                     ..change
                 },
-                1e-8
+                &QUIET
             ),
             None
         );

@@ -246,12 +246,16 @@ impl<A> Changes<A> {
         let is_over = match (followed, told) {
             (
                 Some(Followed::SecondContact {
+                    phalanx,
                     torque_nm,
                     theta_a_rad,
                     ..
                 }),
                 _,
             ) => {
+                // The first one is on another phalanx then than was told, and has no place.
+                watched.placed =
+                    (watched.placed).filter(|placed| placed.contact.phalanx != *phalanx);
                 watched.second = Some([*theta_a_rad, *torque_nm]);
                 false
             }
@@ -263,11 +267,16 @@ impl<A> Changes<A> {
             // With a second contact the first does not move any more.
             let [angle_rad, excess_nm] = watched.second.unwrap_or(watched.last);
             let calibration = sensor.calibration();
-            let torque_nm = calibration.torque_factor * excess_nm;
+            let springs_nm = |rad| sensor.free_at(rad).map_or(0.0, |free| free.torque_nm);
+            let free_nm = springs_nm(watched.onset_rad);
+            let end_nm = calibration.torque_factor * excess_nm + springs_nm(angle_rad);
+            let torque_nm = end_nm - free_nm;
             let (mut rotation_rad, mut sigma_rad) =
                 (angle_rad - watched.onset_rad, ONSET_SIGMA_RAD);
             if X::FLEXIBLE {
-                let [twist_rad, twist_sigma_rad] = calibration.twist_rad(excess_nm);
+                let [rise_nm, nominal_nm] =
+                    [torque_nm, end_nm].map(|nm| nm / calibration.torque_factor);
+                let [twist_rad, twist_sigma_rad] = calibration.twist_rad(rise_nm, nominal_nm);
                 rotation_rad -= twist_rad;
                 sigma_rad = sqrt(sigma_rad * sigma_rad + twist_sigma_rad * twist_sigma_rad);
             }

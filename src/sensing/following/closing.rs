@@ -11,7 +11,7 @@ use crate::numeric::{Bounded, not_negative, sqrt};
 use crate::sensing::Sensor;
 use crate::sensing::calibration::MIDDLE_NM;
 use crate::sensing::location::SeriesElement;
-use crate::sensing::second::{Later, SecondContact, SlopeChange};
+use crate::sensing::second::{BlockNoise, Later, SecondContact, SlopeChange};
 
 /// A contact is lost when two blocks in a row lie below the largest torque so far by this share of it, and their noise.
 const LOST_SHARE: f32 = 0.1;
@@ -75,17 +75,21 @@ impl<C: Copy, W: Weighs<C>> Closing<C, W> {
     /// No more is to come: what the blocks show counts.
     pub(super) fn end(&mut self, search: &mut SecondContact) {
         self.is_over = true;
-        self.change = self.change.or_else(|| search.finish());
+        if self.change.is_none() {
+            self.change = search.finish();
+            // What was measured is that of a corner which waits: of one where a line ends.
+            self.later = self.later.filter(|_| self.change.is_none());
+        }
     }
 
     /// Takes what the blocks after a change of slope show, of which there is one more.
-    pub(super) fn measure<F: HoldsTwice>(&mut self, search: &SecondContact, variance_nm2: f32) {
+    pub(super) fn measure<F: HoldsTwice>(&mut self, search: &SecondContact, noise: &BlockNoise) {
         let waiting = search.straight().filter(|_| F::STRAIGHT);
         if let Some(change) = self.change.as_ref().or(waiting) {
             self.since = self.since.saturating_add(u8::from(self.change.is_some()));
             // What was measured of an earlier change does not count.
             let before = (self.later).filter(|later| later.theta_a_rad > change.theta_a_rad);
-            self.later = search.later(change, variance_nm2).or(before);
+            self.later = search.later(change, noise).or(before);
         }
     }
 
@@ -112,7 +116,7 @@ impl<C: Copy, W: Weighs<C>> Closing<C, W> {
         });
         let (cable, cable_sigma) = if X::FLEXIBLE {
             // Kept for a nominal torque, and for the middle of a probing.
-            let beyond_nm = (later.torque_nm - free_nm) / factor - MIDDLE_NM;
+            let beyond_nm = later.torque_nm / factor - MIDDLE_NM;
             // From the middle of a probing to its end that is much of its twist. A cable stiffens and does not soften: where no mean is
             // stated, and no press has told one, it is that of what cannot be negative.
             let mut told = [
@@ -167,7 +171,7 @@ impl<C: Copy, W: Weighs<C>> Closing<C, W> {
                 let settings = sensor.settings();
                 let rise_nm = (change.torque_nm - free.torque_nm).at_least(0.0);
                 let [twist_rad, twist_sigma_rad] = if X::FLEXIBLE {
-                    calibration.twist_rad(rise_nm / factor)
+                    calibration.twist_rad(rise_nm / factor, change.torque_nm / factor)
                 } else {
                     [0.0; 2]
                 };
@@ -281,5 +285,58 @@ impl<C: Copy, W: Weighs<C>> Closing<C, W> {
             stiffness_nm_per_rad: change.after_nm_per_rad,
             stiffness_sigma_nm_per_rad: change.after_sigma_nm_per_rad,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What was measured behind a corner that a straight line waits with is none of another corner, which the end of the motion shows.
+    #[test]
+    fn a_corner_that_the_end_shows_has_no_slope_of_another() {
+        let noise = BlockNoise {
+            white_nm2: 1e-8,
+            walk_nm2: 0.0,
+            worm_turn_rad: 0.3,
+        };
+        for corner_rad in [0.38, f32::INFINITY] {
+            let mut search = SecondContact::default();
+            search.begin(0.0, 0.0, 0.01);
+            for block in 0..80 {
+                let theta_a_rad = 0.005 * block as f32;
+                let torque_nm = 0.2 * theta_a_rad + (theta_a_rad - corner_rad).at_least(0.0);
+                let told = search.push(theta_a_rad, torque_nm, &noise, true);
+                assert_eq!(told, None, "not while it is still getting better");
+            }
+            let later = Later {
+                theta_a_rad: 0.37,
+                torque_nm: 0.07,
+                slope_nm_per_rad: 0.2,
+                sigma_nm_per_rad: 0.01,
+            };
+            let mut closing = Closing::<(), ()> {
+                onset_rad: 0.0,
+                level_nm: 0.0,
+                last_us: 0,
+                excess_nm: 0.1,
+                torque_nm: 0.1,
+                counts: 0,
+                top_nm: 0.1,
+                fallen: 0,
+                change: None,
+                since: 0,
+                later: Some(later),
+                is_over: false,
+                first: First::Awaited,
+                grip: Grip::Single,
+                held: None,
+                weighing: (),
+            };
+            closing.end(&mut search);
+            let ends_in_corner = corner_rad.is_finite();
+            assert!(closing.is_over && closing.change.is_some() == ends_in_corner);
+            assert_eq!(closing.later, (!ends_in_corner).then_some(later));
+        }
     }
 }

@@ -60,8 +60,8 @@ impl<F: HoldsTwice + Clone + Debug> AfterContact<F> for Follow<F> {
             self.search = SecondContact::default();
             self.closing = None;
         } else if let Some(closing) = &mut self.closing {
-            // The last word is still to be said.
-            closing.end(&mut self.search);
+            // The last word is still to be said: as if it had stood for long.
+            closing.last_us = 0;
         }
     }
 
@@ -138,9 +138,8 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
         let was_found = closing.change.is_some();
         if !is_at_end {
             let sigma_nm = factor * above.sigma_nm;
-            let variance_nm2 = sigma_nm * sigma_nm;
             let noise = BlockNoise {
-                white_nm2: variance_nm2,
+                white_nm2: sigma_nm * sigma_nm,
                 walk_nm2: factor * factor * sensor.walk_nm2(block),
                 worm_turn_rad: sensor.worm_turn_rad(),
             };
@@ -150,13 +149,15 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
                 self.search.look_straight(&noise);
             }
             if F::MOVES_ON {
-                closing.measure::<F>(&self.search, variance_nm2);
+                closing.measure::<F>(&self.search, &noise);
             }
         }
         let noise_nm = LOST_SIGMAS * above.sigma_nm;
         if !is_at_end && closing.is_lost(noise_nm) && !was_found {
             closing.grip = Grip::Lost;
             closing.is_over = true;
+            // Nor is a second contact told that the very block has shown.
+            closing.change = None;
             sensor.conclude();
             return;
         }
