@@ -110,13 +110,14 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         let force_n = along.force_n;
         let beside = estimate.k_sigma_m / estimate.length_m;
         let stride = ROUGH * stride;
-        let mut moved_n = 0.0;
-        for k in [beside, -beside] {
-            if let Some((other, _)) = force_at(k, stride) {
-                moved_n = other.force_n - force_n;
-                break;
-            }
-        }
+        // Away from the nearer end, where the phalanx goes on.
+        let inward = if estimate.best.x[K] > 0.5 {
+            -beside
+        } else {
+            beside
+        };
+        let beside = force_at(inward, stride).or_else(|| force_at(-inward, stride));
+        let moved_n = beside.map_or(0.0, |(other, _)| other.force_n - force_n);
         let [springs, sigma] = prior.force_scale.map_or_else(
             || springs(&prior.calibration),
             |scale| [scale, MEASURED * scale],
