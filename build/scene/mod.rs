@@ -30,10 +30,14 @@ const DIMENSIONS: [&str; 12] = [
     "shunt",
 ];
 /// Keys of other sections on which one depends.
-const OF_OTHERS: [&str; 3] = [
+const OF_OTHERS: [&str; 7] = [
     "motor.torque_constant_nm_per_a",
     "motion.closing_rad_per_s",
     "sensing.pin_radius_m",
+    "sensing.torque_factor",
+    "sensing.torque_factor_sigma",
+    "sensing.joint_friction_nm",
+    "sensing.preload_nm",
 ];
 /// Sections of which a finger has one.
 const TRANSMISSIONS: [&str; 3] = ["linkage", "tendon", "direct"];

@@ -208,7 +208,8 @@ fn launch(
             (Active::CHECKED, scenes)
         }
     };
-    let mut coordinator = Coordinator::new(set);
+    let presses = sensing.with(|sensing| sensing.calibration().presses);
+    let mut coordinator = Coordinator::new(set, presses);
     if let Some(identified) = identified {
         coordinator.set_identified(identified);
     }

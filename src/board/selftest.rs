@@ -25,16 +25,20 @@ struct Ended;
 impl Application {
     /// Runs the self-test; each step is reported on both sides, the result is the answer.
     pub async fn selftest(self, port: &mut BufferedUartTx<'static>, answer: &mut Answer) {
-        let failed = self.steps(port).await;
+        let result = self.steps(port).await;
         self.coordinator.with(|coordinator| coordinator.end_test());
-        let _ = match failed {
-            None => write!(answer, "selftest passed"),
-            Some(step) => write!(answer, "selftest failed at {}", Plain(step.name())),
+        let _ = match result {
+            Ok(None) => write!(answer, "selftest passed"),
+            Ok(Some(step)) => write!(answer, "selftest failed at {}", Plain(step.name())),
+            Err(Ended) => write!(answer, "selftest stopped"),
         };
     }
 
-    /// The first step that failed.
-    async fn steps(self, port: &mut BufferedUartTx<'static>) -> Option<SelfTestStep> {
+    /// The first step that failed; an error where the user stopped it.
+    async fn steps(
+        self,
+        port: &mut BufferedUartTx<'static>,
+    ) -> Result<Option<SelfTestStep>, Ended> {
         let limit = |setting| {
             self.coordinator
                 .with(|coordinator| coordinator.value(setting))
@@ -48,18 +52,22 @@ impl Application {
             let mut told = step;
             let mut wanted = ExpectedRange::of(step, supply_min_v, supply_max_v, signed);
             let passed = wanted.contains(value);
+            let fault = control::status().fault;
+            if !passed && fault.is_none() {
+                // Nothing is wrong where nothing is asked of the motor any more.
+                self.ask(Setpoint::Off)?;
+            }
             if !passed {
                 // A fault may belong to another step than the one in which it was detected.
-                let fault = control::status().fault;
                 told = fault.and_then(SelfTestStep::of_fault).unwrap_or(step);
                 wanted = ExpectedRange::of(told, supply_min_v, supply_max_v, signed);
             }
             self.report_step(port, told, value, &wanted, passed).await;
             if !passed {
-                return Some(told);
+                return Ok(Some(told));
             }
         }
-        None
+        Ok(None)
     }
 
     async fn report_step(

@@ -68,8 +68,7 @@ pub async fn sense(mut samples: Samples, application: Application) {
             let mut told = None;
             if let Some(event) = event {
                 application.report(&event);
-                let status = control::status();
-                coordinator.with(|coordinator| coordinator.event(&event, &status));
+                coordinator.with(|coordinator| coordinator.event(&event));
                 told = notice::<Active>(&event);
             }
             if let Some(followed) = followed {

@@ -42,7 +42,7 @@ impl<S: Simulated> Slow<S> {
     pub fn new() -> Self {
         Self {
             sensing: ContactSensing::new(),
-            coordinator: Coordinator::new(Overrides::default()),
+            coordinator: Coordinator::new(Overrides::default(), 0),
             events: Vec::new(),
             followed: Vec::new(),
             samples: Vec::new(),
@@ -74,7 +74,7 @@ impl<S: Simulated> SlowLoop for Slow<S> {
         self.samples.push((self.directive, sample.with_joint(())));
         let told = self.sensing.sample(sample);
         if let Some(event) = told {
-            self.coordinator.event(&event, status);
+            self.coordinator.event(&event);
             self.events.push((sample.time_us, event));
             self.notice = notice::<S>(&event).or(self.notice);
         }

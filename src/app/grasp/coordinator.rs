@@ -53,6 +53,15 @@ pub struct CoordinatorOutput {
     pub request: Option<SensingRequest>,
 }
 
+/// Settings that the friction record depends on: the worm's friction on speed, and the weight is in it.
+const IN_RECORD: &[Setting] = &[
+    Setting::ClosingSpeed,
+    #[cfg(not(weightless))]
+    Setting::Mounting,
+    #[cfg(not(weightless))]
+    Setting::Weight,
+];
+
 /// The motion half. See [`ContactSensing`](super::ContactSensing) for why there are two.
 #[derive(Clone, Debug)]
 pub struct Coordinator<S: Scene> {
@@ -63,6 +72,8 @@ pub struct Coordinator<S: Scene> {
     /// Requests that do not follow from a change of state.
     pending: Pending,
     hold: ForceHold,
+    /// The encoder's zero that was asked for last.
+    zero: u8,
     /// What the self-test or the identification asks of the motor, while it runs.
     test: Option<Setpoint>,
     identified: Option<Identified>,
@@ -70,16 +81,17 @@ pub struct Coordinator<S: Scene> {
 }
 
 impl<S: Scene> Coordinator<S> {
-    /// A sequence at rest, with what the user has set.
-    pub fn new(overrides: Overrides) -> Self {
+    /// A sequence at rest, with what the user has set. Where no press has told the cable yet, the first recording leads to one.
+    pub fn new(overrides: Overrides, presses: u8) -> Self {
         let mut sequence = Sequence::new(motion::<S>(&overrides), *S::CHECKED.scale());
-        sequence.set_press(S::Series::FLEXIBLE);
+        sequence.set_press(S::Series::FLEXIBLE && presses == 0);
         Self {
             sequence,
             overrides,
             purpose: Directive::Watch,
             pending: Pending::default(),
             hold: ForceHold::default(),
+            zero: 0,
             test: None,
             identified: None,
             scene: PhantomData,
@@ -204,15 +216,13 @@ impl<S: Scene> Coordinator<S> {
     }
 
     /// Takes an event of the sensing half: a located contact sets the current that holds the wanted force.
-    pub fn event(&mut self, event: &Event, status: &Status) {
+    pub fn event(&mut self, event: &Event) {
         let Event::Located { force_n, .. } = event else {
             return;
         };
         let wanted_n = self.value(Setting::HoldForce);
         let limit_a = self.value(Setting::CurrentLimit);
-        let current_a = self
-            .hold
-            .current_a(status.current_a, *force_n, wanted_n, limit_a);
+        let current_a = self.hold.current_a(*force_n, wanted_n, limit_a);
         if let Some(current_a) = current_a {
             let mut motion = motion::<S>(&self.overrides);
             motion.holding_current_a = current_a;
@@ -235,13 +245,15 @@ impl<S: Scene> Coordinator<S> {
             motion.demand.setpoint = setpoint;
         }
         // Homing keeps the zero, 0 counts, where a friction record belongs to it and no counts were lost.
-        let homed = matches!(motion.changed, Some((State::Home, _)));
-        let moved = homed && motion.demand.zero_at_counts != 0;
+        let zero = core::mem::replace(&mut self.zero, motion.demand.zero);
+        let moved = zero != motion.demand.zero && motion.demand.zero_at_counts != 0;
         if moved || motion.fault.is_some_and(Fault::loses_counts) {
             self.pending.realign = true;
         }
-        if self.sequence.state() == State::Close {
-            self.hold.closing(status.current_a);
+        match self.sequence.state() {
+            State::Close => self.hold.closing(status.current_a),
+            State::Probe => self.hold.probing(status.current_a),
+            _ => {}
         }
         let directive = match motion.changed {
             Some((_, State::Close)) if self.sequence.is_pressing() => {
@@ -289,23 +301,17 @@ impl<S: Scene> Coordinator<S> {
     }
 
     fn adjust(&mut self, overrides: Overrides) {
-        if overrides.get(Setting::ClosingSpeed) != self.overrides.get(Setting::ClosingSpeed) {
-            // The worm's friction depends on speed.
+        let before = core::mem::replace(&mut self.overrides, overrides);
+        // Whether its value is another one: the scene's own may have been set.
+        let changes = |setting: &Setting| value::<S>(&before, *setting) != self.value(*setting);
+        let recalibrates = changes(&Setting::Efficiency);
+        if IN_RECORD.iter().any(changes) {
             self.sequence.forget_friction();
         }
-        #[cfg(not(weightless))]
-        if [Setting::Mounting, Setting::Weight]
-            .iter()
-            .any(|setting| overrides.get(*setting) != self.overrides.get(*setting))
-        {
-            // The record has the weight in it.
-            self.sequence.forget_friction();
+        if recalibrates {
+            // The sensing forgets its calibration then.
+            self.sequence.set_press(S::Series::FLEXIBLE);
         }
-        if overrides.get(Setting::Efficiency) != self.overrides.get(Setting::Efficiency) {
-            // The torque factor corrects the efficiency that it was calibrated with.
-            self.forget_calibration();
-        }
-        self.overrides = overrides;
         self.sequence.set_motion(motion::<S>(&overrides));
         self.pending.adjust = true;
     }

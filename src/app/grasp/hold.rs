@@ -12,6 +12,7 @@ const GAIN: f32 = 0.01;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ForceHold {
     free_a: f32,
+    probing_a: f32,
 }
 
 impl ForceHold {
@@ -20,16 +21,15 @@ impl ForceHold {
         self.free_a += GAIN * (current_a - self.free_a);
     }
 
-    /// The current that holds `wanted_n`, at most `limit_a`, given that `current_a` makes the contact force `force_n`. None
+    /// Takes the current while probing. Once the motor holds, its current says nothing of the force: the worm stands.
+    pub fn probing(&mut self, current_a: f32) {
+        self.probing_a = current_a;
+    }
+
+    /// The current that holds `wanted_n`, at most `limit_a`, given that probing has reached the contact force `force_n`. None
     /// where the two do not determine it: no force, or no current above that of free motion.
-    pub fn current_a(
-        &self,
-        current_a: f32,
-        force_n: f32,
-        wanted_n: f32,
-        limit_a: f32,
-    ) -> Option<f32> {
-        let load_a = current_a - self.free_a;
+    pub fn current_a(&self, force_n: f32, wanted_n: f32, limit_a: f32) -> Option<f32> {
+        let load_a = self.probing_a - self.free_a;
         // A NaN is not greater than zero.
         (load_a > 0.0 && force_n > 0.0)
             .then(|| clamp(self.free_a + load_a * wanted_n / force_n, 0.0, limit_a))
@@ -42,14 +42,19 @@ mod tests {
 
     #[test]
     fn the_current_above_free_motion_is_proportional_to_the_force() {
-        let hold = ForceHold { free_a: 0.015 };
-        let held_a = |force_n, wanted_n| hold.current_a(0.065, force_n, wanted_n, 0.12);
+        let mut hold = ForceHold {
+            free_a: 0.015,
+            ..ForceHold::default()
+        };
+        hold.probing(0.065);
+        let held_a = |force_n, wanted_n| hold.current_a(force_n, wanted_n, 0.12);
         assert!((held_a(1.0, 1.5).expect("told") - 0.09).abs() < 1e-6);
         assert_eq!(held_a(0.1, 1.5), Some(0.12), "within the limit");
         for force_n in [0.0, -1.0, f32::NAN] {
             assert_eq!(held_a(force_n, 1.5), None);
         }
-        assert_eq!(hold.current_a(0.01, 1.0, 1.5, 0.12), None);
+        hold.probing(0.01);
+        assert_eq!(hold.current_a(1.0, 1.5, 0.12), None);
     }
 
     #[test]

@@ -7,6 +7,7 @@ use crate::app::storage::record::Record;
 use crate::drive::sequence::Notice;
 #[cfg(not(weightless))]
 use crate::finger::Mounting;
+use crate::numeric::Bounded;
 use crate::scene::{Reading, SampleOf, Scene};
 use crate::sensing::{
     AfterContact, Calibration, Directive, Event, Followed, Object, Sensor, Settings,
@@ -153,7 +154,9 @@ impl<S: Scene> ContactSensing<S> {
         let nominal = S::settings();
         let set = |setting, nominal| overrides.get(setting).unwrap_or(nominal);
         self.sensor.set_settings(Settings {
-            speed_rad_per_s: set(Setting::ClosingSpeed, nominal.speed_rad_per_s),
+            // As the motion has it.
+            speed_rad_per_s: set(Setting::ClosingSpeed, nominal.speed_rad_per_s)
+                .at_most(S::DRIVE.limits.speed_rad_per_s),
             torque_limit_nm: set(Setting::ProbeTorque, nominal.torque_limit_nm),
             wanted_sigma_m: set(Setting::WantedDeviation, nominal.wanted_sigma_m),
             false_contacts_per_thousand: set(
@@ -173,8 +176,13 @@ impl<S: Scene> ContactSensing<S> {
             ..*self.sensor.settings()
         });
         let nominal = S::drivetrain(self.sensor.finger()).efficiency;
-        self.sensor
-            .set_efficiency(overrides.get(Setting::Efficiency).unwrap_or(nominal));
+        if self
+            .sensor
+            .set_efficiency(overrides.get(Setting::Efficiency).unwrap_or(nominal))
+        {
+            // The torque factor corrects the efficiency that it was calibrated with.
+            self.sensor.set_calibration(self.uncalibrated);
+        }
     }
 }
 

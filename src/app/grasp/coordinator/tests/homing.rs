@@ -44,6 +44,32 @@ fn homes(
     panic!("{:?}", coordinator.state());
 }
 
+/// A homing that ends before the finger meets its stop finds no zero, whatever the last one found.
+#[test]
+fn a_homing_that_is_stopped_leaves_the_friction_record_aligned() {
+    let mut coordinator = coordinator();
+    known(&mut coordinator);
+    let mut status = Status::default();
+    let told = homes(&mut coordinator, &mut status, -0.3);
+    assert!(told.contains(&SensingRequest::Realign), "{told:?}");
+    coordinator.command(Command::Home).expect("at rest");
+    let mut told = Vec::new();
+    for ms in 0..100 {
+        status.offset = [OffsetState::Measuring, OffsetState::Known][usize::from(ms > 10)];
+        if ms == 50 {
+            assert_eq!(coordinator.state(), State::Home);
+            coordinator.command(Command::Stop).expect("never refused");
+        }
+        told.extend(
+            coordinator
+                .advance(30_000_000 + ms * 1000, &status, None)
+                .request,
+        );
+    }
+    assert_eq!(coordinator.state(), State::Idle);
+    assert!(!told.contains(&SensingRequest::Realign), "{told:?}");
+}
+
 /// A stop that is elsewhere than the zero of the friction record says that counts were lost.
 #[test]
 fn a_zero_that_moves_has_the_friction_record_aligned_anew() {

@@ -1,5 +1,6 @@
 //! What commands and events make of the state.
 
+mod calibration;
 mod homing;
 
 use super::*;
@@ -8,7 +9,7 @@ use crate::drive::OffsetState;
 use crate::scene::P70;
 
 fn coordinator() -> Coordinator<P70> {
-    Coordinator::new(Overrides::default())
+    Coordinator::new(Overrides::default(), 0)
 }
 
 fn known(coordinator: &mut Coordinator<P70>) {
@@ -114,22 +115,6 @@ fn no_request_replaces_another() {
             None
         ]
     );
-}
-
-/// The torque factor corrects the efficiency that it was calibrated with.
-#[test]
-fn another_efficiency_forgets_the_calibration() {
-    for (setting, wanted) in [(Setting::Efficiency, true), (Setting::HoldForce, false)] {
-        let mut coordinator = coordinator();
-        coordinator
-            .command(Command::Set(setting, 0.45))
-            .expect("at rest");
-        let forgets = [1, 2].map(|i| {
-            coordinator.advance(i, &Status::default(), None).request
-                == Some(SensingRequest::ForgetCalibration)
-        });
-        assert_eq!(forgets.contains(&true), wanted, "{setting:?}");
-    }
 }
 
 #[test]
@@ -266,18 +251,16 @@ fn a_located_contact_sets_the_holding_current() {
         radius_sigma_m: f32::NAN,
         settled: true,
     };
-    let status = Status {
-        current_a: 0.065,
-        ..Status::default()
-    };
     let held_a = |coordinator: &Coordinator<P70>| coordinator.sequence.motion().holding_current_a;
     coordinator
         .overrides
         .set(Setting::HoldForce, 1.5)
         .expect("in range");
-    coordinator.event(&located(1.5), &status);
+    // What the motor takes while it turns counts, not what it is given to hold.
+    coordinator.hold.probing(0.065);
+    coordinator.event(&located(1.5));
     assert!((held_a(&coordinator) - 0.065).abs() < 1e-6);
-    coordinator.event(&located(-1.0), &status);
+    coordinator.event(&located(-1.0));
     assert!((held_a(&coordinator) - 0.065).abs() < 1e-6);
     // The next grasp may end in a contact without a force: it is held as the scene says.
     known(&mut coordinator);
@@ -288,7 +271,7 @@ fn a_located_contact_sets_the_holding_current() {
         .overrides
         .set(Setting::CurrentLimit, 0.05)
         .expect("in range");
-    coordinator.event(&located(1.5), &status);
+    coordinator.event(&located(1.5));
     assert!((held_a(&coordinator) - 0.05).abs() < 1e-6);
 }
 
@@ -307,42 +290,6 @@ fn another_mounting_or_weight_discards_the_friction_record() {
             .expect("at rest");
         assert!(coordinator.sequence.friction_known(), "nothing changed");
     }
-}
-
-/// Records friction from rest; whether the sensing is told of a press on the closing stop afterwards. Then stops.
-fn presses(coordinator: &mut Coordinator<P70>) -> bool {
-    let record = coordinator.command(Command::RecordFriction);
-    record.expect("at rest");
-    let mut requests = Vec::new();
-    for step in 1..20 {
-        let beyond_the_travel = coordinator.state() == State::RecordClosing;
-        let status = Status {
-            homed: true,
-            offset: [OffsetState::Measuring, OffsetState::Known][usize::from(step > 3)],
-            position_counts: if beyond_the_travel { i32::MAX / 2 } else { 0 },
-            ..Status::default()
-        };
-        requests.extend(coordinator.advance(1000 * step, &status, None).request);
-    }
-    let record = SensingRequest::Direct(Directive::RecordFriction);
-    assert!(requests.contains(&record), "{requests:?}");
-    coordinator.command(Command::Stop).expect("never refused");
-    coordinator.advance(20_000, &Status::default(), None);
-    assert_eq!(coordinator.state(), State::Idle);
-    requests.contains(&SensingRequest::Direct(Directive::CalibrateCable))
-}
-
-/// Where there is a cable the first recording leads to a press on the closing stop, and so does the first after `calibrate forget`;
-/// what was kept from before needs none.
-#[test]
-fn the_first_recording_leads_to_a_press() {
-    let mut coordinator = coordinator();
-    assert!(presses(&mut coordinator), "nobody knows the cable");
-    known(&mut coordinator);
-    assert!(!presses(&mut coordinator), "a record from before");
-    let forget = coordinator.command(Command::Calibrate(Calibrate::Forget));
-    forget.expect("at rest");
-    assert!(presses(&mut coordinator), "forgotten");
 }
 
 #[test]
