@@ -8,6 +8,7 @@ use super::level::{Above, Level};
 use super::{AfterContact, Followed, Grip};
 use crate::finger::{Contact, HeldForces, HoldsTwice};
 use crate::joint_sensor::JointSensor;
+use crate::numeric::Bounded;
 use crate::sensing::block::{Block, BlockAverager, BlockUpdate};
 use crate::sensing::location::SeriesElement;
 use crate::sensing::second::{BlockNoise, SecondContact};
@@ -129,7 +130,8 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
         let onset_nm = sensor
             .free_at(closing.onset_rad)
             .map_or(0.0, |free| free.torque_nm);
-        let least_nm = onset_nm + LEAST_SHARE * limit_nm;
+        // A finger that its weight closes shows no torque until the contact has taken that over, and then as abruptly as at a corner.
+        let least_nm = onset_nm.at_least(0.0) + LEAST_SHARE * limit_nm;
         (self.search).begin(closing.onset_rad, factor * closing.level_nm, least_nm);
         // From the end of the travel on the motor holds, with a current of its own that shows no torque of the finger.
         let way_rad = sensor.drivetrain().rotation_rad(0, block.counts);
