@@ -164,3 +164,15 @@ fn a_second_contact_after_phalanx_1_stands_out_of_friction_that_wanders() {
     assert!(after_inner > 2 && shared > 0 && score.power > 5 && score.single >= 3);
     assert_eq!((score.told, score.false_ones), (score.power, 0));
 }
+
+/// A finger that its weight closes shows no torque until an object has taken that over, and then all of the slope: no second contact.
+#[test]
+fn what_takes_a_weight_over_is_no_second_contact() {
+    let world = World::named("harsh").expect("a world");
+    // Found among many: it told one on phalanx 1 as two.
+    let score = second_contacts::finger::<Tendon3>(&world, 6006, 20, true, |_, _, _| ());
+    let score = score.expect("a finger");
+    println!("{score:?}");
+    assert!(score.single > 5);
+    assert_eq!(score.false_ones, 0);
+}
