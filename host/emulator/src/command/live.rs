@@ -64,8 +64,10 @@ impl Typed {
     pub fn pass_on(&mut self, session: &mut Session<'_>) {
         loop {
             match self.lines.try_recv() {
-                Ok(line) if line.trim() == "stop" => session.interrupt("stop"),
-                Ok(line) => session.enter(Step::Command(line.trim().to_owned())),
+                Ok(line) => match Step::Command(line.trim().to_owned()) {
+                    step if step.stops() => session.stop(),
+                    step => session.enter(step),
+                },
                 Err(TryRecvError::Empty) => return,
                 Err(TryRecvError::Disconnected) => {
                     self.open = false;

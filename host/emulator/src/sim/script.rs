@@ -22,7 +22,7 @@ impl Step {
         }
     }
 
-    /// The firmware answers with a motion that ends in `sequence done`.
+    /// The firmware answers with a motion that ends in `sequence done`, unless it refuses.
     #[must_use]
     pub fn moves(&self) -> bool {
         match self.command() {
@@ -37,6 +37,12 @@ impl Step {
                     | Command::Open
             ),
         }
+    }
+
+    /// Takes the bridge off the motor, whatever is going on.
+    #[must_use]
+    pub fn stops(&self) -> bool {
+        self.command() == Some(Command::Stop)
     }
 
     /// What lies in the way is a pin, which stands firmly.
@@ -162,6 +168,7 @@ mod tests {
         assert_eq!(pin("Calibrate 40mm"), pin("calibrate 40"));
         assert_eq!(pin("calibrate 40 mm"), pin("calibrate 40"));
         assert!(Step::Command("RUN".into()).moves());
+        assert!(Step::Command(" Stop".into()).stops());
         for still in ["calibrate forget", "calibrate here", "status", "walk"] {
             assert!(!Step::Command(still.into()).moves(), "{still}");
         }

@@ -55,13 +55,16 @@ const TEST: Ticks = 20_000 * TICKS_PER_MS;
 /// Resets after which the firmware will not come up any more.
 const RESET_LOOP: usize = 10;
 
+/// What answers to commands that are not carried out begin with.
+const REFUSALS: [&str; 2] = ["refused:", "error:"];
+
 /// Where the user is in the script.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Progress {
     /// The next step comes at this time.
     Next(Ticks),
-    /// A motion is going on.
-    Moving,
+    /// A motion was asked for; until its first answer it may still be refused.
+    Moving { answered: bool },
     /// A command that moves nothing was typed: its answer is awaited until then.
     Answering(Ticks),
     /// Every step is done.
@@ -158,9 +161,22 @@ impl<'f> Session<'f> {
         self.next = self.settings.script.0.len();
     }
 
-    /// Types a line at once, whatever is going on: a `stop` must not wait.
+    /// Types a line at once, whatever is going on.
     pub fn interrupt(&mut self, line: &str) {
         self.machine.command(&format!("{line}\n"));
+    }
+
+    /// Types `stop` at once.
+    pub fn stop(&mut self) {
+        self.interrupt("stop");
+        if self.moving() {
+            // A command that had not begun is dropped without a word of its own: the answer is the end of either.
+            self.progress = Progress::Answering(self.machine.now() + ANSWER);
+        }
+    }
+
+    fn moving(&self) -> bool {
+        matches!(self.progress, Progress::Moving { .. })
     }
 
     /// The time allowed is up.
@@ -202,10 +218,20 @@ impl<'f> Session<'f> {
     fn hear(&mut self, line: &Line) -> Result<(), Error> {
         let event = line.event();
         // Other lines may come before an answer.
-        if let Progress::Answering(_) = self.progress
-            && event.name.starts_with("answer")
-        {
-            self.progress = Progress::Answering(self.machine.now() + PAUSE);
+        if let Some(answer) = line.message.strip_prefix("answer ") {
+            let refused = REFUSALS.iter().any(|word| answer.starts_with(word));
+            match &mut self.progress {
+                Progress::Answering(_) => {
+                    self.progress = Progress::Answering(self.machine.now() + PAUSE);
+                }
+                // Nothing will move, and nothing will say `sequence done`.
+                Progress::Moving { answered: false } if refused => {
+                    self.progress = Progress::Next(self.machine.now() + PAUSE);
+                }
+                // Later answers are to what others typed.
+                Progress::Moving { answered } => *answered = true,
+                Progress::Next(_) | Progress::Done => {}
+            }
         }
         match event.name {
             // Told right before the closing begins.
@@ -231,12 +257,12 @@ impl<'f> Session<'f> {
                     _ => {}
                 }
             }
-            "sequence done" if self.progress == Progress::Moving => {
+            "sequence done" if self.moving() => {
                 self.progress = Progress::Next(self.machine.now() + PAUSE);
             }
             "fault" => {
                 // The motion has ended, without a word of its own.
-                if self.progress == Progress::Moving {
+                if self.moving() {
                     self.progress = Progress::Next(self.machine.now() + PAUSE);
                 }
                 let number = event.number("number").map_or(0, |n| n as u32);
@@ -292,7 +318,8 @@ impl<'f> Session<'f> {
         };
         self.next += 1;
         self.progress = match step {
-            _ if step.moves() => Progress::Moving,
+            Step::Button => Progress::Moving { answered: true },
+            _ if step.moves() => Progress::Moving { answered: false },
             Step::Command(line) if line == "selftest" || line == "identify" => {
                 Progress::Answering(now + TEST)
             }

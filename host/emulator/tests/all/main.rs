@@ -11,6 +11,7 @@ mod firmware;
 mod identify;
 mod instructions;
 mod reference;
+mod refused;
 mod round_trip;
 mod same_events;
 mod scenes;
