@@ -4,6 +4,7 @@
 //! same strokes and curves ([`figure`]). The mechanics that draws the finger is the library's own ([`posture`]).
 
 pub mod command_line;
+pub mod ending;
 pub mod figure;
 pub mod page;
 pub mod posture;

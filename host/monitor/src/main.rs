@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use clap::{Args, Parser};
+use palpate_monitor::ending::Ending;
 use palpate_monitor::page::GraspPage;
 use palpate_monitor::recording::Recording;
 use palpate_monitor::scenes;
@@ -98,9 +99,6 @@ struct RecordOptions {
     #[arg(long, value_name = "COMMANDS")]
     commands: Option<String>,
 }
-
-/// How long a recording goes on after the motion, for what the sensing still has to say.
-const LAST_WORD_S: f64 = 0.5;
 
 #[derive(Args)]
 struct PageOptions {
@@ -232,24 +230,21 @@ fn record(options: &RecordOptions) -> Result<(), String> {
     let mut recording = Recording::create(&options.file).map_err(cannot)?;
     let commands = options.commands.as_deref();
     let commands = commands.unwrap_or_else(|| options.source.recording_commands());
+    let mut asked = false;
     for line in commands.split(';').map(str::trim) {
         if !line.is_empty() {
-            source.command(line);
+            asked |= source.command(line);
         }
     }
-    let (mut first_s, mut shown) = (None, Instant::now());
-    let mut lost = 0;
-    let mut done_s = None;
+    let mut ending = Ending::new(options.seconds, asked);
+    let (mut lost, mut shown) = (0, Instant::now());
     let terminal = std::io::stderr().is_terminal();
-    while let Ok(message) = source.messages.recv() {
+    while let Some(message) = source.next(ending.patience()) {
         recording.take(&message).map_err(cannot)?;
         match message {
             Message::Sample(sample) => {
-                let since_s = sample.time_s - *first_s.get_or_insert(sample.time_s);
-                let over = |from_s: f64| sample.time_s - from_s >= LAST_WORD_S;
-                if options.seconds.is_some_and(|seconds| since_s >= seconds)
-                    || done_s.is_some_and(over)
-                {
+                let since_s = ending.sample(sample.time_s);
+                if ending.over(sample.time_s) {
                     break;
                 }
                 if terminal && shown.elapsed() > Duration::from_millis(200) {
@@ -267,9 +262,7 @@ fn record(options: &RecordOptions) -> Result<(), String> {
                     eprint!("\r\x1b[K");
                 }
                 eprintln!("{:10.3} {}", event.time_s.unwrap_or_default(), event.text());
-                if event.name == "sequence done" && options.seconds.is_none() {
-                    done_s = event.time_s.or(done_s);
-                }
+                ending.event(&event);
             }
             Message::Note(text) => eprintln!("{text}"),
             Message::Truth { .. } => {}
@@ -290,7 +283,10 @@ fn record(options: &RecordOptions) -> Result<(), String> {
         );
     }
     println!("{rows} samples in {}", options.file.display());
-    Ok(())
+    match ending.refused() {
+        Some(answer) => Err(format!("nothing moved, the firmware answered: {answer}")),
+        None => Ok(()),
+    }
 }
 
 fn cannot_write(file: &Path, error: &std::io::Error) -> String {

@@ -136,6 +136,15 @@ impl Source {
         }
     }
 
+    /// The next message; none after the last one, or after so long without one.
+    #[must_use]
+    pub fn next(&self, patience: Option<Duration>) -> Option<Message> {
+        match patience {
+            Some(patience) => self.messages.recv_timeout(patience).ok(),
+            None => self.messages.recv().ok(),
+        }
+    }
+
     /// Sends a command line. `false` where nobody reads it.
     pub fn command(&self, line: &str) -> bool {
         self.commands

@@ -79,11 +79,17 @@ impl Drop for Emulator {
 }
 
 fn record(file: &Path, source: &[String]) -> Output {
+    record_with(file, source, &["trace on;home", "--seconds", "1"])
+}
+
+/// The same with other commands, and options after them.
+fn record_with(file: &Path, source: &[String], commands: &[&str]) -> Output {
     Command::new(MONITOR)
         .arg("record")
         .arg(file)
         .args(source)
-        .args(["--commands", "trace on;home", "--seconds", "1"])
+        .arg("--commands")
+        .args(commands)
         .output()
         .expect("the program starts")
 }
@@ -111,6 +117,28 @@ fn a_recording_comes_over_tcp() {
     // From the first line on, though it came late, and with the answers to its commands.
     for part in ["boot version=", "scene=p70", "answer ok", "state name=home"] {
         assert!(text.contains(part), "{part}");
+    }
+}
+
+/// Nothing moves, so no `sequence done` would end it.
+#[test]
+fn a_refused_motion_ends_a_recording() {
+    let Some(emulator) = Emulator::start() else {
+        return;
+    };
+    let file = std::env::temp_dir().join(format!("palpate-no-{}.csv", std::process::id()));
+    for commands in ["trace on;calibrate 21;status", "trace off;wlak"] {
+        let refused = record_with(&file, &emulator.source(), &[commands]);
+        let told = String::from_utf8_lossy(&refused.stderr);
+        assert!(!refused.status.success(), "{told}");
+        assert!(
+            ["answer refused:", "no sample came"]
+                .iter()
+                .any(|part| told.contains(part)),
+            "{told}"
+        );
+        // Samples of the finger at rest, where there are some.
+        let _ = std::fs::remove_file(&file);
     }
 }
 
