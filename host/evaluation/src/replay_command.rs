@@ -276,6 +276,16 @@ fn all(sensing: &Replayer, options: &Options) -> Result<(), Box<dyn Error>> {
     };
     let found = (sensing.replay)(&recorded, &before, Directive::Watch);
     tell(&found, &recorded, options);
+    let mut told = found.told.iter();
+    let touched = told.any(|told| matches!(told.event, Event::Touch { .. }));
+    if options.calibrate.is_empty() && touched {
+        eprintln!(
+            "{}: the file does not say which closings calibrate: a press on the closing stop or on a pin is told as a contact like any \
+             other; `cargo xtask record` writes recordings that say it, and --calibrate FILE[@MM] takes what calibrates from a file of its \
+             own",
+            options.file.display()
+        );
+    }
     page::leave(&found, &recorded, options)
 }
 

@@ -46,6 +46,12 @@ fn a_recording_becomes_a_page() {
     assert!(replay.status.success(), "{replay:?}");
     let printed = String::from_utf8_lossy(&replay.stdout);
     assert!(printed.contains("located phalanx=2"), "{printed}");
+    // Samples alone: what a closing was for is not in them.
+    let told = String::from_utf8_lossy(&replay.stderr);
+    assert!(
+        told.contains("does not say which closings calibrate") && told.contains("--calibrate"),
+        "{told}"
+    );
 
     let mut page = GraspPage::default();
     let lines = std::fs::read_to_string(&events).expect("the events");
