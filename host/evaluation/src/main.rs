@@ -111,8 +111,8 @@ struct FalseContacts {
     /// The finger: one of scenes/*.toml, by name or file.
     #[arg(long, default_value = palpate_scenes::NAMES[0], value_parser = scene::named)]
     scene: String,
-    /// Free closings in each world.
-    #[arg(long, default_value_t = 1000)]
+    /// Free closings in each world, at least one.
+    #[arg(long, default_value_t = 1000, value_parser = at_least_one)]
     closings: usize,
     /// Contacts of each finger on the first phalanx that can touch, and on the last; 0 for free closings alone.
     #[arg(long, default_value_t = false_contacts::CONTACTS)]
@@ -144,6 +144,13 @@ struct Recordings {
     /// One JSON object a line instead of a table.
     #[arg(long)]
     json: bool,
+}
+
+fn at_least_one(text: &str) -> Result<usize, String> {
+    text.parse()
+        .ok()
+        .filter(|number| *number > 0)
+        .ok_or_else(|| "a whole number from 1 on is expected".to_owned())
 }
 
 fn plan(
@@ -239,8 +246,9 @@ fn experiments(options: &Experiments) -> Outcome {
         plan.parameters = plan.of(palpate_plant::default_scene())?;
     }
     let mut jobs = everything(&plan);
-    if let Some(name) = &options.only {
-        jobs.retain(|job| job.name.starts_with(name));
+    if let Some(begins) = &options.only {
+        studies::begins_a_name(&jobs, begins)?;
+        jobs.retain(|job| job.name.starts_with(begins));
     }
     let (rows, failed) = rows(&plan, &jobs);
     if options.json {
@@ -268,10 +276,10 @@ fn experiments(options: &Experiments) -> Outcome {
     let [changes, second_contacts] = following::NAMES.map(is_wanted);
     let soft = is_wanted(soft_objects::NAME);
     let joint = is_wanted(joint_sensor::NAME);
-    if is_wanted("calibration") {
+    if is_wanted(studies::CALIBRATION) {
         studies::calibration(&plan, options.json);
     } else if rows.is_empty() && !changes && !second_contacts && !soft && !joint {
-        return Err("no experiment ran: does --only begin the name of one, and does the world suit the finger?".into());
+        return Err("no experiment ran: does the world suit the finger?".into());
     }
     if changes {
         studies::changes(&plan, options.json);
@@ -359,6 +367,26 @@ fn main() -> ExitCode {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn wrong_calls_tell_what_there_is() {
+        let call = ["palpate-evaluation", "false-contacts", "--closings", "0"];
+        let Err(refused) = Arguments::try_parse_from(call) else {
+            panic!("no closing at all");
+        };
+        assert!(refused.to_string().contains("from 1 on"), "{refused}");
+        let call = ["palpate-evaluation", "experiments", "--only", "nope"];
+        let Ok(Arguments {
+            command: Command::Experiments(options),
+        }) = Arguments::try_parse_from(call)
+        else {
+            panic!("a sound call");
+        };
+        let told = experiments(&options).expect_err("none").to_string();
+        for name in ["nope", "distal", "calibration", "joint sensor"] {
+            assert!(told.contains(name), "{told}");
+        }
+    }
 
     #[test]
     fn every_command_has_examples_in_its_help() {

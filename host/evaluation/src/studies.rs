@@ -2,8 +2,33 @@
 
 use std::fmt::Display;
 
-use palpate_evaluation::experiments::job::Plan;
+use palpate_evaluation::experiments::job::{Job, Plan};
 use palpate_evaluation::experiments::{calibration, following, joint_sensor, soft_objects};
+
+/// The study of calibrated fingers.
+pub const CALIBRATION: &str = "calibration";
+
+/// Checks that `--only` begins the name of an experiment that there is: of these jobs, or of a study.
+///
+/// # Errors
+/// None begins so; the names.
+pub fn begins_a_name(jobs: &[Job], begins: &str) -> Result<(), String> {
+    let jobs = jobs.iter().map(|job| job.name.as_str());
+    let studies = [CALIBRATION, soft_objects::NAME, joint_sensor::NAME];
+    let mut names = Vec::new();
+    for name in jobs.chain(studies).chain(following::NAMES) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    if names.iter().any(|name| name.starts_with(begins)) {
+        return Ok(());
+    }
+    let names = names.join(", ");
+    Err(format!(
+        "no experiment's name begins with '{begins}'; there are: {names}"
+    ))
+}
 
 /// Prints lines of JSON or a table, and to the error output what could not be done: the finger's seed, and why.
 fn print<E: Display>(
