@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::firmware::{Build, every_scene, list, scenes};
+use crate::help;
 use crate::host;
 use crate::machine;
 use crate::monitor;
@@ -75,6 +76,11 @@ fn evaluate(subcommand: &str, arguments: &[String]) -> Outcome {
 }
 
 fn emulate(subcommand: &str, image: &Build, arguments: &[String]) -> Outcome {
+    if help::asked(arguments) {
+        // Without the image, which takes longer than the program.
+        machine::emulator_packages()?;
+        return run(host::program(host::EMULATOR, &[])?.args([subcommand, "--help"]));
+    }
     run(host::emulator_of(image, subcommand, arguments)?.args(arguments))
 }
 

@@ -7,6 +7,7 @@ mod check;
 mod commands;
 mod completions;
 mod firmware;
+mod help;
 mod host;
 mod machine;
 mod monitor;
@@ -192,35 +193,8 @@ fn usage() {
     println!("On a machine with a board, `cargo run --release` is `cargo xtask flash`.");
 }
 
-/// Commands whose program explains its own options.
-const PASS_HELP: &[&str] = &[
-    "sim",
-    "faults",
-    "experiments",
-    "replay",
-    "recordings",
-    "false-contacts",
-    "report",
-    "monitor",
-    "record",
-    "figures",
-    "golden",
-];
-
 /// Exit status of a call that cannot be understood.
 const WRONG_CALL: u8 = 2;
-
-fn asks_for_help(arguments: &[String]) -> bool {
-    arguments
-        .iter()
-        .any(|word| word == "--help" || word == "-h")
-}
-
-fn help(command: &Command) {
-    println!("cargo xtask {} {}\n", command.name, command.arguments);
-    println!("{}\n", command.summary);
-    println!("Example: cargo xtask {}", command.example);
-}
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -236,8 +210,8 @@ fn main() -> ExitCode {
         eprintln!("xtask: there is no command '{name}'; `cargo xtask` lists them");
         return ExitCode::from(WRONG_CALL);
     };
-    if asks_for_help(rest) && !PASS_HELP.contains(&command.name) {
-        help(command);
+    if help::wanted(command.name, rest) {
+        print!("{}", help::text(command));
         return ExitCode::SUCCESS;
     }
     match own_scene::adopt(rest).and_then(|rest| (command.run)(&rest)) {
@@ -263,12 +237,6 @@ mod tests {
         for command in COMMANDS {
             let first = command.example.split_whitespace().next();
             assert_eq!(first, Some(command.name));
-        }
-        for name in PASS_HELP {
-            assert!(
-                COMMANDS.iter().any(|command| command.name == *name),
-                "{name}"
-            );
         }
     }
 }

@@ -25,6 +25,20 @@ fn every_command_has_examples_in_its_help() {
     }
 }
 
+/// `cargo xtask` explains `faults` before it builds anything: with the options that the program has.
+#[test]
+fn the_help_of_faults_is_that_of_its_command() {
+    let help = Command::new(PROGRAM).args(["faults", "-h"]).output();
+    let text = String::from_utf8(help.expect("the program starts").stdout).expect("text");
+    let told = include_str!("../../../xtask/src/help.rs");
+    let options = text
+        .split([' ', ',', '\n'])
+        .filter(|word| word.starts_with("--") && !matches!(*word, "--help" | "--elf" | "--fault"));
+    for option in options {
+        assert!(told.contains(&format!("\"{option}")), "{option}");
+    }
+}
+
 /// What cannot be is refused before anything runs, with what to do.
 #[test]
 fn wrong_calls_end_with_what_to_do() {
