@@ -14,9 +14,14 @@ type Checked = Result<(), String>;
 pub(super) fn check(scene: &Scene) -> Checked {
     let count = scene.phalanges();
     if !(2..=3).contains(&count) {
-        return Err(format!(
-            "`finger.length_m` has {count} numbers, expected 2 or 3"
-        ));
+        const LENGTHS: &str = "finger.length_m";
+        return Err(match scene.value(LENGTHS) {
+            None => format!("`{LENGTHS}` is missing: it has no default"),
+            Some(Value::Array(list)) if list.len() == count => {
+                format!("`{LENGTHS}` has {count} numbers, expected 2 or 3")
+            }
+            Some(value) => format!("`{LENGTHS}` = {value} must be a list of 2 or 3 numbers"),
+        });
     }
     transmission(scene)?;
     for key in KEYS {

@@ -138,12 +138,18 @@ pub fn load(folder: &Path, name: &str) -> Result<Scene, Error> {
 impl Scene {
     /// Reads a file over its base, and that over the defaults.
     fn read(&mut self, folder: &Path, file: &str, depth: usize) -> Result<(), Error> {
+        // By its name: the folder may be a copy, in which the user must not look for the mistake.
+        let scene = file.trim_end_matches(".toml");
+        let named = |problem: String| Error(format!("scene '{scene}': {problem}"));
         let path = folder.join(file);
-        let named = |problem: String| Error(format!("{}: {problem}", path.display()));
-        let text = std::fs::read_to_string(&path).map_err(|error| named(error.to_string()))?;
-        let mut own: Table = text
-            .parse()
-            .map_err(|error: toml::de::Error| named(error.to_string()))?;
+        let text = std::fs::read_to_string(&path)
+            .map_err(|error| Error(format!("{}: {error}", path.display())))?;
+        let mut own: Table = text.parse().map_err(|error: toml::de::Error| {
+            // One line: cargo shows no more of what a build script says.
+            let all = error.to_string();
+            let place = all.lines().next().unwrap_or_default();
+            named(format!("{place}: {}", error.message().replace('\n', ", ")))
+        })?;
         let base = match own.remove("base") {
             None if file == DEFAULTS => None,
             None => Some(DEFAULTS.to_owned()),
@@ -158,8 +164,18 @@ impl Scene {
             }
         };
         if let Some(base) = base {
+            if base != DEFAULTS && !folder.join(&base).exists() {
+                let mut known = names(folder)?;
+                known.retain(|name| name != scene);
+                return Err(named(format!(
+                    "`base` = \"{}\" is no scene; there are: {}",
+                    base.trim_end_matches(".toml"),
+                    known.join(", ")
+                )));
+            }
             self.read(folder, &base, depth + 1)?;
         }
+        sections_are_known(&own).map_err(named)?;
         schema::known(&own).map_err(named)?;
         // A finger has one transmission: its own takes the place of its base's.
         if TRANSMISSIONS
@@ -283,6 +299,23 @@ impl Scene {
     /// Number of phalanges.
     pub fn phalanges(&self) -> usize {
         self.list("finger.length_m").len()
+    }
+}
+
+/// Checks that a file has no section of which no key is read.
+fn sections_are_known(own: &Table) -> Result<(), String> {
+    let sections = schema::KEYS
+        .iter()
+        .filter_map(|key| key.name.split_once('.'));
+    let mut known: Vec<&str> = sections.map(|(section, _)| section).collect();
+    known.dedup();
+    let mut tables = own.iter().filter(|(_, value)| value.is_table());
+    match tables.find(|(name, _)| !known.contains(&name.as_str())) {
+        None => Ok(()),
+        Some((name, _)) => {
+            let known = known.join(", ");
+            Err(format!("unknown section [{name}]; there are: {known}"))
+        }
     }
 }
 

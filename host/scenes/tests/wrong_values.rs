@@ -205,12 +205,22 @@ fn what_is_not_a_key_or_not_a_number_is_told() {
         unknown.contains("motor.resistance_ohm") || unknown.contains("resistance_ohm"),
         "{unknown}"
     );
-    assert!(told("moter.resistance_ohm = 3").contains("the sections are: "));
+    let unknown = told("moter.resistance_ohm = 3");
+    assert!(
+        unknown.contains("unknown section [moter]; there are: finger, "),
+        "{unknown}"
+    );
     assert!(told("motor.resistance_ohm = \"big\"").contains("must be a number from 0.1 to 500"));
     assert!(
         told("finger.length_m = [0.09]")
             .contains("`finger.length_m` has 1 numbers, expected 2 or 3")
     );
+    assert!(
+        told("finger.length_m = 0.09")
+            .contains("`finger.length_m` = 0.09 must be a list of 2 or 3 numbers")
+    );
+    let none = problem("none", "title = \"own\"\n[finger]\nrest_deg = [0, 0]");
+    assert!(none.contains("`finger.length_m` is missing"), "{none}");
     assert!(
         told("linkage.assembly = [\"up\"]").contains("must be one of: clockwise, counterclockwise")
     );
@@ -221,7 +231,10 @@ fn what_is_not_a_key_or_not_a_number_is_told() {
         told("direct = { backlash_deg = [0.3, 0.3] }")
             .contains("`direct.backlash_deg` has 2 values, expected 1")
     );
-    assert!(problem("base", "base = \"nothing\"").contains("nothing.toml"));
+    assert_eq!(
+        problem("base", "base = \"nothing\""),
+        "scene 'own': `base` = \"nothing\" is no scene; there are: p70, tendon2"
+    );
     assert!(problem("circle", "base = \"own\"\ntitle = \"own\"").contains("circle"));
     let bare = problem(
         "bare",
@@ -231,6 +244,20 @@ fn what_is_not_a_key_or_not_a_number_is_told() {
         bare.contains("`finger.spring_nm_per_rad` is missing"),
         "{bare}"
     );
+}
+
+/// Cargo shows the first line of what a build script says, and the file may be a copy that its user does not know.
+#[test]
+fn what_is_no_toml_is_explained_in_one_line_without_the_copys_path() {
+    let told = problem(
+        "syntax",
+        "base = \"p70\"\n[finger\nlength_m = [0.08, 0.06]\n",
+    );
+    assert!(
+        told.starts_with("scene 'own': TOML parse error at line 2, column 8: unclosed table"),
+        "{told}"
+    );
+    assert_eq!(told.lines().count(), 1, "{told}");
 }
 
 #[test]
