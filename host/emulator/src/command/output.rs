@@ -80,6 +80,9 @@ impl Output {
         for note in session.machine.take_notes() {
             self.progress.suspend(|| eprintln!("chip: {note}"));
         }
+        for note in session.notes.drain(..) {
+            self.progress.suspend(|| eprintln!("sim: {note}"));
+        }
         let emulated_s = session.machine.time_s();
         // Not every millisecond: writing the text takes longer than simulating a millisecond.
         if ((1e3 * emulated_s) as u64).is_multiple_of(100) {

@@ -84,6 +84,8 @@ pub struct Session<'f> {
     presses: bool,
     /// Every log line so far.
     pub lines: Vec<Line>,
+    /// What the simulation itself has to say.
+    pub notes: Vec<String>,
     /// Resets so far, with their time in seconds.
     pub resets: Vec<(f64, ResetCause)>,
     /// The last `state` reported, empty before the first.
@@ -123,6 +125,7 @@ impl<'f> Session<'f> {
             placed: false,
             presses: false,
             lines: Vec::new(),
+            notes: Vec::new(),
             resets: Vec::new(),
             state: String::new(),
             faults: Vec::new(),
@@ -295,7 +298,21 @@ impl<'f> Session<'f> {
                 held.mount
             };
             plant.mount(&palpate_plant::Object { mount, ..held })?;
-            plant.place(&object.map_or(Grasp::Free, |object| object.grasp()))?;
+            if let Some(object) = object {
+                match plant.place(&object.grasp()) {
+                    // The firmware takes any place that some finger could have: that this one has not ends no run.
+                    Err(palpate_plant::Error::Contact(why)) => {
+                        let (at, phalanx) = (object.contact_mm, object.phalanx);
+                        self.notes.push(format!(
+                            "nothing can stand at {at} mm of phalanx {phalanx}, so the finger closes freely: {why}"
+                        ));
+                        plant.place(&Grasp::Free)?;
+                    }
+                    placed => placed?,
+                }
+            } else {
+                plant.place(&Grasp::Free)?;
+            }
             self.placed = true;
         }
         Ok(())

@@ -31,6 +31,24 @@ fn a_refused_motion_ends_no_script() {
     assert_eq!(said, ["refused:", "error: n", "refused:", "state id"]);
 }
 
+/// The firmware takes any place that a finger could have; in this world no pin can stand there.
+#[test]
+fn a_pin_beyond_the_tip_ends_no_run() {
+    let Some(firmware) = firmware() else { return };
+    let settings = Settings {
+        script: Script::parse("record-friction; calibrate 500; status"),
+        ..Settings::default()
+    };
+    let session = end_of(&firmware, settings).expect("a sound run");
+    assert!(session.completed(), "{:?}", session.state);
+    assert!(session.notes[0].contains("nothing can stand at 500 mm of phalanx 2"));
+    let last = session.lines.last().map(|line| line.message.as_str());
+    assert!(
+        last.is_some_and(|line| line.starts_with("answer state")),
+        "{last:?}"
+    );
+}
+
 /// What the program says with these lines at its standard input; it ends after the last one.
 fn typed(lines: &str) -> Option<String> {
     let elf = support::path(support::DEFAULT)?;
