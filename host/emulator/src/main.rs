@@ -9,7 +9,7 @@ use clap::Parser;
 
 /// Runs the firmware image on an emulated STM32G431RB against a simulated finger.
 #[derive(Parser)]
-#[command(name = "palpate-emulator", version)]
+#[command(name = "palpate-emulator", bin_name = "cargo xtask", version)]
 enum Command {
     /// Close the simulated finger on an object and print the log
     #[command(
@@ -22,7 +22,10 @@ enum Command {
     )]
     Faults(command::faults::Options),
     /// Run a benchmark image to its end and count instructions
-    #[command(after_help = "Example:\n  palpate-emulator bench --elf IMAGE --watch solve")]
+    #[command(
+        override_usage = "palpate-emulator bench [OPTIONS]",
+        after_help = "Example:\n  palpate-emulator bench --elf IMAGE --watch solve"
+    )]
     Bench(command::bench::Options),
     /// Print the completions of a shell
     #[command(hide = true)]

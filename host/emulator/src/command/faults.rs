@@ -21,7 +21,7 @@ use serde_json::json;
 #[derive(Args)]
 pub struct Options {
     /// Firmware image, built with the feature `fault-injection`
-    #[arg(long, default_value_os_t = default_path())]
+    #[arg(long, hide = true, default_value_os_t = default_path())]
     elf: PathBuf,
     /// Only this one: NAME or NAME@SECONDS
     #[arg(long, value_name = "NAME[@TIME_S]")]

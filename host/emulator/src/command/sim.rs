@@ -22,16 +22,16 @@ use super::ports::Ports;
 #[derive(Args)]
 pub struct Options {
     /// Firmware image
-    #[arg(long, default_value_os_t = default_path())]
+    #[arg(long, hide = true, default_value_os_t = default_path())]
     elf: PathBuf,
     /// Finger that the firmware was built for
     #[arg(long, default_value = "p70", value_parser = clap::builder::PossibleValuesParser::new(palpate_plant::scenes()))]
     scene: String,
     /// Place of the contact on its phalanx, from the joint, in millimetre
-    #[arg(long, value_name = "MM", default_value_t = 30.0, value_parser = positive)]
+    #[arg(long, value_name = "MM", default_value_t = 30.0, value_parser = finite, allow_negative_numbers = true)]
     contact_mm: f64,
-    /// Diameter of the cylinder
-    #[arg(long, value_name = "MM", default_value_t = 10.0, value_parser = positive)]
+    /// Diameter of the cylinder in millimetre, up to 1000
+    #[arg(long, value_name = "MM", default_value_t = 10.0, value_parser = diameter, allow_negative_numbers = true)]
     object_mm: f64,
     /// Phalanx that meets the object, from 1
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=3))]
@@ -43,12 +43,12 @@ pub struct Options {
     #[arg(long, conflicts_with_all = ["contact_mm", "object_mm", "phalanx"])]
     free: bool,
     /// Angle of joint 1 at contact
-    #[arg(long, value_name = "DEG", default_value_t = 45.0, value_parser = finite)]
+    #[arg(long, value_name = "DEG", default_value_t = 45.0, value_parser = finite, allow_negative_numbers = true)]
     theta1_deg: f64,
     /// Seed of the simulated noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// The simulated world: ideal, bench, workshop, harsh, or a TOML file
+    /// The simulated world: ideal, bench, workshop, harsh, or a TOML file [default: ideal]
     #[arg(long, value_name = "NAME|FILE", alias = "plant")]
     world: Option<String>,
     /// What computes finger and object: `plant`, or `mujoco` where the program was built with it (`cargo xtask` does)
@@ -57,8 +57,8 @@ pub struct Options {
     /// How the object is held: `fixed`, `spring` or `free`, the last with the engine mujoco; the world says the rest
     #[arg(long, value_name = "MOUNT")]
     mount: Option<ObjectMount>,
-    /// Stiffness of springs that hold the object (and no pin), newton per millimetre
-    #[arg(long, value_name = "N/MM", value_parser = finite, conflicts_with = "mount")]
+    /// Stiffness of springs that hold the object (and no pin), newton per millimetre, 0.001 to 10000
+    #[arg(long, value_name = "N/MM", value_parser = stiffness, allow_negative_numbers = true, conflicts_with = "mount")]
     object_n_per_mm: Option<f64>,
     /// Writes what was measured and what is true, a row a millisecond
     #[arg(long, value_name = "FILE.csv")]
@@ -80,7 +80,7 @@ pub struct Options {
     commands: Option<String>,
     /// Records friction, calibrates on the closing stop and on a pin at each of these places, saves, then grasps; without
     /// --world, a finger whose hidden values are drawn from their spreads by the seed
-    #[arg(long, value_name = "MM,MM", value_delimiter = ',', value_parser = positive, conflicts_with = "commands")]
+    #[arg(long, value_name = "MM,MM", value_delimiter = ',', value_parser = positive, allow_negative_numbers = true, conflicts_with = "commands")]
     calibrate: Vec<f64>,
     /// Flash contents to start from, if the file exists, and where they are kept at the end
     #[arg(long, value_name = "FILE")]
@@ -98,13 +98,13 @@ pub struct Options {
     #[arg(long, value_name = "NAME", requires = "watch")]
     apart: Vec<String>,
     /// Simulated seconds after which the run is given up
-    #[arg(long, value_name = "S", default_value_t = 300.0, value_parser = positive)]
+    #[arg(long, value_name = "S", default_value_t = 300.0, value_parser = positive, allow_negative_numbers = true)]
     max_s: f64,
     /// Goes on after the script and after faults, and takes command lines from standard input, until that ends
     #[arg(long)]
     keep_running: bool,
     /// Pace in multiples of real time; as fast as it goes without it
-    #[arg(long, value_name = "TIMES", value_parser = positive)]
+    #[arg(long, value_name = "TIMES", value_parser = positive, allow_negative_numbers = true)]
     speed: Option<f64>,
     /// Passes the log's bytes on over TCP, as a probe's RTT server does; for `defmt-print tcp`
     #[arg(long, value_name = "PORT")]
@@ -141,6 +141,21 @@ fn positive(text: &str) -> Result<f64, String> {
         .ok()
         .filter(|&v| v > 0.0)
         .ok_or_else(|| "a number above zero is expected".to_owned())
+}
+
+fn between(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> {
+    finite(text)
+        .ok()
+        .filter(|v| (least..=most).contains(v))
+        .ok_or_else(|| format!("{least} to {most} {unit} is expected"))
+}
+
+fn diameter(text: &str) -> Result<f64, String> {
+    between(text, 0.001, 1000.0, "mm")
+}
+
+fn stiffness(text: &str) -> Result<f64, String> {
+    between(text, 0.001, 10_000.0, "N/mm")
 }
 
 /// Reads the plant's parameters, or takes the defaults; for a calibration, values that are not the firmware's.
@@ -225,6 +240,9 @@ fn settings(options: &Options) -> Result<Settings, Error> {
         diameter_mm: options.object_mm,
         theta_1_deg: options.theta1_deg,
     };
+    if !options.free {
+        super::object::check(&object, &parameters)?;
+    }
     let length_mm = 1e3
         * parameters
             .finger
@@ -256,6 +274,9 @@ fn settings(options: &Options) -> Result<Settings, Error> {
 pub fn run(options: &Options) -> Result<ExitCode, Error> {
     let firmware = Firmware::load(&options.elf)?;
     let settings = settings(options)?;
+    if let Some(path) = &options.flash {
+        super::can_be_written(path)?;
+    }
     let trace = match &options.trace {
         Some(path) => Some(Trace::create(path).map_err(|source| Error::Write {
             path: path.clone(),
@@ -322,7 +343,16 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
             options.max_s
         );
     }
-    let fine = session.completed() && session.faults.is_empty() && session.resets.is_empty();
+    if let Some(Injected { fault, at_s }) = fault {
+        let (name, end_s) = (fault.name, session.machine.time_s());
+        eprintln!(
+            "error: {name}@{at_s} not injected: the run ended at {end_s:.3} s; --max-s and --keep-running make it longer"
+        );
+    }
+    let fine = fault.is_none()
+        && session.completed()
+        && session.faults.is_empty()
+        && session.resets.is_empty();
     Ok(if fine {
         ExitCode::SUCCESS
     } else {

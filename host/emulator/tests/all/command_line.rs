@@ -44,12 +44,38 @@ fn the_help_of_faults_is_that_of_its_command() {
 fn wrong_calls_end_with_what_to_do() {
     let busy = std::net::TcpListener::bind("127.0.0.1:0").expect("a free port");
     let port = busy.local_addr().expect("its address").port().to_string();
-    let calls: [(&[&str], &str); 5] = [
+    let calls: [(&[&str], &str); 15] = [
         (&["--rtt-port", &port], "choose another"),
         (&["--gdb-port", &port], "choose another"),
         (&["--calibrate", "500"], "--calibrate takes places on it"),
         (&["--world", "nowhere"], "none of ideal"),
         (&["--html", "page.html"], "cargo xtask"),
+        // Options, values and ranges in the options' own units; negative numbers are values.
+        (
+            &["--contact-mm", "500"],
+            "--contact-mm 500: 0 to 70 mm on phalanx 2",
+        ),
+        (
+            &["--contact-mm", "-5"],
+            "--contact-mm -5: 0 to 70 mm on phalanx 2",
+        ),
+        (
+            &["--proximal", "--contact-mm", "95"],
+            "0 to 90 mm on phalanx 1",
+        ),
+        (&["--phalanx", "3"], "--phalanx 3: 1 to 2"),
+        (&["--object-mm", "100000"], "0.001 to 1000 mm"),
+        (
+            &["--theta1-deg", "200"],
+            "--theta1-deg 200: 4 to 91 degrees",
+        ),
+        (
+            &["--theta1-deg", "-10"],
+            "--theta1-deg -10: 4 to 91 degrees",
+        ),
+        (&["--theta1-deg", "0"], "--theta1-deg 0: 4 to 91 degrees"),
+        (&["--object-n-per-mm", "0"], "0.001 to 10000 N/mm"),
+        (&["--flash", "/no/such/folder/f"], "does the folder exist"),
     ];
     for (words, remedy) in calls {
         let Some(elf) = support::path(support::DEFAULT) else {
@@ -65,6 +91,42 @@ fn wrong_calls_end_with_what_to_do() {
             "{words:?}: {told}"
         );
     }
+}
+
+#[test]
+fn the_help_of_sim_is_for_callers_of_xtask() {
+    let help = Command::new(PROGRAM).args(["sim", "--help"]).output();
+    let text = String::from_utf8(help.expect("the program starts").stdout).expect("text");
+    assert!(text.contains("Usage: cargo xtask sim [OPTIONS]"), "{text}");
+    assert!(text.contains("[default: ideal]"), "{text}");
+    assert!(!text.contains("--elf"), "{text}");
+}
+
+/// What is left of a file that is tried before the run is what was there.
+#[test]
+fn flash_is_kept_where_nothing_was() {
+    let Some(mut call) = sim() else { return };
+    let file = std::env::temp_dir().join(format!("palpate-flash-{}", std::process::id()));
+    for _ in 0..2 {
+        let kept = call.arg("--flash").arg(&file).output().expect("it starts");
+        assert!(kept.status.success(), "{kept:?}");
+        assert!(std::fs::metadata(&file).is_ok_and(|file| file.len() > 100_000));
+        call = sim().expect("as before");
+    }
+    std::fs::remove_file(&file).expect("the file is there");
+}
+
+#[test]
+fn a_fault_whose_time_never_comes_is_told() {
+    let Some(mut call) = sim() else { return };
+    let late = call.args(["--fault", "encoder-cut@9999"]).output();
+    let late = late.expect("the program starts");
+    let told = String::from_utf8_lossy(&late.stderr);
+    assert!(!late.status.success());
+    assert!(
+        told.contains("encoder-cut@9999 not injected: the run ended at 0.1"),
+        "{told}"
+    );
 }
 
 /// A short run that says a few lines.

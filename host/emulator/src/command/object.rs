@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-2.0-only
+//! Checks what the finger is to meet, in the units of the options that say it.
+
+use palpate_emulator::Error;
+use palpate_emulator::sim::Object;
+use palpate_plant::{Engine, Grasp, Parameters};
+
+/// Angles of joint 1 that are looked through for those an object allows, degree.
+const ANGLES_DEG: std::ops::RangeInclusive<i32> = -180..=180;
+
+/// Refuses an object that cannot stand where it is wanted.
+///
+/// # Errors
+/// Option, value, and what is allowed.
+pub fn check(object: &Object, parameters: &Parameters) -> Result<(), Error> {
+    let lengths = &parameters.finger.length_m;
+    let Object {
+        phalanx,
+        contact_mm,
+        diameter_mm,
+        theta_1_deg,
+    } = *object;
+    let Some(length_m) = lengths.get(usize::from(phalanx).wrapping_sub(1)) else {
+        return refused("--phalanx", phalanx, &format!("1 to {}", lengths.len()));
+    };
+    // Downwards: what is told as allowed must be.
+    let length_mm = (1e4 * length_m).floor() / 10.0;
+    if !(0.0..=length_mm).contains(&contact_mm) {
+        let allowed = format!("0 to {length_mm} mm on phalanx {phalanx}");
+        return refused("--contact-mm", contact_mm, &allowed);
+    }
+    // Objects are placed by the plant's own geometry, whatever engine moves them.
+    let parameters = Parameters {
+        engine: Engine::Plant,
+        ..parameters.clone()
+    };
+    let mut plant = palpate_mujoco::plant(&parameters, &Grasp::Free, 1)?;
+    let Err(why) = plant.place(&object.grasp()) else {
+        return Ok(());
+    };
+    let mut fits = |deg: &i32| {
+        let theta_1_deg = f64::from(*deg);
+        let turned = Object {
+            theta_1_deg,
+            ..*object
+        };
+        plant.place(&turned.grasp()).is_ok()
+    };
+    let allowed: Vec<i32> = ANGLES_DEG.filter(|deg| fits(deg)).collect();
+    let there =
+        format!("for a cylinder of {diameter_mm} mm at {contact_mm} mm of phalanx {phalanx}");
+    match (allowed.first(), allowed.last()) {
+        (Some(first), Some(last)) => {
+            let allowed = format!("{first} to {last} degrees {there}");
+            refused("--theta1-deg", theta_1_deg, &allowed)
+        }
+        // A hidden phalanx, for one.
+        _ => Err(Error::Call(format!("no place {there}: {why}"))),
+    }
+}
+
+fn refused(option: &str, value: impl std::fmt::Display, allowed: &str) -> Result<(), Error> {
+    Err(Error::Call(format!("{option} {value}: {allowed}")))
+}
