@@ -3,6 +3,9 @@
 use crate::firmware::{list, scenes};
 use crate::process::{Failure, Outcome, root};
 
+/// Folder of what all scenes share, beside them.
+const COMMON: &str = "common";
+
 /// Writes `scenes/NAME.toml`: a copy of another scene, then every default as a comment.
 pub fn write(name: &str, from: &str) -> Outcome {
     let letter = |c: char| c.is_ascii_lowercase();
@@ -12,7 +15,17 @@ pub fn write(name: &str, from: &str) -> Outcome {
             "'{name}' cannot be a scene's name: it begins with a small letter and has small letters, digits and '-'"
         )));
     }
+    if name == COMMON {
+        return Err(Failure::usage(format!(
+            "'{COMMON}' is the folder of what all scenes share: choose another name"
+        )));
+    }
     let known = scenes()?;
+    if known.iter().any(|scene| scene == name) {
+        return Err(Failure::usage(format!(
+            "there is a scene '{name}' already: edit its file, scenes/{name}.toml, or choose another name"
+        )));
+    }
     if !known.iter().any(|scene| scene == from) {
         return Err(Failure::usage(format!(
             "there is no scene '{from}'; there are: {}",
@@ -72,7 +85,24 @@ fn text(name: &str, from: &str, copied: &str, defaults: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::text;
+    use super::{text, write};
+
+    /// Before anything is written.
+    #[test]
+    fn a_name_that_is_taken_is_refused_with_what_to_do() {
+        for (name, remedy) in [
+            ("common", "choose another name"),
+            (
+                "p70",
+                "edit its file, scenes/p70.toml, or choose another name",
+            ),
+            ("Mine", "begins with a small letter"),
+        ] {
+            let refused = write(name, "p70").expect_err("refused");
+            assert_eq!(refused.code, 2);
+            assert!(refused.message.contains(remedy), "{}", refused.message);
+        }
+    }
 
     #[test]
     fn a_copy_keeps_its_keys_and_lists_the_defaults() {
