@@ -1,10 +1,13 @@
 //! The live view, recordings and pages: programs that read what the firmware says.
 
+use std::fs::File;
+use std::path::Path;
+
 use crate::commands::{host_program, scene, take, with_scene};
 use crate::firmware::Build;
 use crate::host;
 use crate::machine;
-use crate::process::{Outcome, run, target_dir};
+use crate::process::{Failure, Outcome, root, run, target_dir};
 
 const PACKAGE: &str = "palpate-monitor";
 
@@ -61,6 +64,7 @@ pub fn with_page(
     let Some(page) = take(arguments, "--html")? else {
         return command(arguments);
     };
+    can_be_written(Path::new(&page))?;
     let events = target_dir().join(format!("page-{}.jsonl", std::process::id()));
     let events_text = events.display().to_string();
     arguments.extend(["--events".to_owned(), events_text.clone()]);
@@ -71,4 +75,43 @@ pub fn with_page(
     // One that cannot be removed lies in the folder of build products.
     let _ = std::fs::remove_file(&events);
     outcome.and(written)
+}
+
+/// Finds out before a long run whether a file can be written after it. What is there stays, and what was not there is not.
+fn can_be_written(path: &Path) -> Outcome {
+    // Programs that write it run in the root.
+    let path = root().join(path);
+    let tried = if path.exists() {
+        File::options().append(true).open(&path).map(drop)
+    } else {
+        File::create_new(&path).and_then(|_| std::fs::remove_file(&path))
+    };
+    tried.map_err(|error| {
+        Failure::usage(format!(
+            "cannot write {}: {error}; does the folder exist, and may you write there?",
+            path.display()
+        ))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_that_cannot_be_written_is_refused_before_the_run() {
+        let page = std::env::temp_dir().join(format!("palpate-page-{}.html", std::process::id()));
+        let path = |page: &Path| ["--html".to_owned(), page.display().to_string()].to_vec();
+        let refused = with_page(&mut path(&page.join("page.html")), "", |_| {
+            panic!("it must not run")
+        });
+        let told = refused.expect_err("no such folder").message;
+        assert!(told.contains("does the folder exist"), "{told}");
+        assert!(can_be_written(&page).is_ok() && !page.exists());
+        std::fs::write(&page, "there").expect("a temporary file");
+        assert!(can_be_written(&page).is_ok());
+        let left = std::fs::read_to_string(&page).expect("still there");
+        std::fs::remove_file(&page).expect("removed");
+        assert_eq!(left, "there");
+    }
 }
