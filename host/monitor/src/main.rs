@@ -95,6 +95,9 @@ struct RecordOptions {
     /// Ends after so many seconds of the recording; without it when the source ends
     #[arg(long, value_name = "S", value_parser = pace)]
     seconds: Option<f64>,
+    /// Writes over a recording that is there
+    #[arg(long)]
+    force: bool,
     /// Command lines to send first, separated by semicolons [default: trace on;run, over a serial port trace on 5;run]
     #[arg(long, value_name = "COMMANDS")]
     commands: Option<String>,
@@ -225,6 +228,12 @@ fn watch(options: &WatchOptions) -> Result<(), String> {
 }
 
 fn record(options: &RecordOptions) -> Result<(), String> {
+    if options.file.exists() && !options.force {
+        let file = options.file.display();
+        return Err(format!(
+            "{file} is there already: name another file, or write over it with --force"
+        ));
+    }
     let source = options.source.open()?;
     let cannot = |error: std::io::Error| cannot_write(&options.file, &error);
     let mut recording = Recording::create(&options.file).map_err(cannot)?;

@@ -171,13 +171,23 @@ fn a_recording_without_a_sample_is_none() {
     std::fs::write(&log, "1.0 INFO  boot version=0.1.0 scene=p70\n").expect("a temporary file");
     let source = ["--speed", "0", "--from", &log.to_string_lossy()].map(str::to_owned);
     let refused = record(&file, &source);
-    std::fs::remove_file(&log).expect("the file is there");
     let told = String::from_utf8_lossy(&refused.stderr);
     assert!(
         !refused.status.success() && told.contains("trace on"),
         "{told}"
     );
     assert!(!file.exists());
+    // A recording that is there stays.
+    std::fs::write(&file, "earlier").expect("a temporary file");
+    let refused = record(&file, &source);
+    let told = String::from_utf8_lossy(&refused.stderr);
+    assert!(!refused.status.success() && told.contains("--force"));
+    let kept = std::fs::read_to_string(&file).expect("still there");
+    assert_eq!(kept, "earlier");
+    let forced = record_with(&file, &source, &["run", "--force"]);
+    assert!(String::from_utf8_lossy(&forced.stderr).contains("no sample came"));
+    assert!(!file.exists());
+    std::fs::remove_file(&log).expect("the file is there");
 }
 
 #[test]
