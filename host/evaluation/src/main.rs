@@ -21,6 +21,7 @@ type Outcome = Result<(), Box<dyn Error>>;
 #[derive(Parser)]
 #[command(
     name = "palpate-evaluation",
+    bin_name = "cargo xtask",
     about = "Experiments, recordings and figures (simulated)"
 )]
 struct Arguments {

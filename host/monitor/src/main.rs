@@ -16,10 +16,12 @@ use palpate_monitor::watch::Watch;
 
 /// A live view of a finger, and recordings of it
 #[derive(Parser)]
-#[command(name = "palpate-monitor", version)]
+#[command(name = "palpate-monitor", bin_name = "cargo xtask", version)]
 enum Command {
     /// Show the finger in the terminal
     #[command(
+        name = "monitor",
+        alias = "watch",
         after_help = "Examples:\n  cargo xtask monitor\n  cargo xtask monitor --from /dev/ttyACM0\n  cargo xtask monitor --from grasp.csv --speed 2"
     )]
     Watch(WatchOptions),
@@ -30,6 +32,7 @@ enum Command {
     Record(RecordOptions),
     /// Write a page about a grasp from the lines that it left
     #[command(
+        override_usage = "palpate-monitor page <LINES> --out <FILE.html>",
         after_help = "Examples:\n  cargo xtask sim --html grasp.html\n  palpate-monitor page grasp.jsonl --out grasp.html"
     )]
     Page(PageOptions),
@@ -333,6 +336,18 @@ fn main() -> ExitCode {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn usage_is_that_of_xtask() {
+        for (command, usage) in [
+            ("watch", "Usage: cargo xtask monitor [OPTIONS]"),
+            ("record", "Usage: cargo xtask record [OPTIONS] <FILE>"),
+        ] {
+            let told = Command::try_parse_from(["palpate-monitor", command, "--help"]);
+            let told = told.err().map(|help| help.to_string()).unwrap_or_default();
+            assert!(told.contains(usage), "{told}");
+        }
+    }
 
     #[test]
     fn every_command_has_examples_in_its_help() {

@@ -4,23 +4,20 @@ use crate::commands::host_program;
 use crate::host;
 use crate::process::{Failure, Outcome};
 
-/// The programs with options, each with its commands here and there.
-const PROGRAMS: &[(&str, &[(&str, &str)])] = &[
-    (host::EMULATOR, &[("sim", "sim"), ("faults", "faults")]),
+/// The programs with options, each with its commands.
+const PROGRAMS: &[(&str, &[&str])] = &[
+    (host::EMULATOR, &["sim", "faults"]),
     (
         host::EVALUATION,
         &[
-            ("experiments", "experiments"),
-            ("replay", "replay"),
-            ("recordings", "recordings"),
-            ("false-contacts", "false-contacts"),
-            ("figures", "figures"),
+            "experiments",
+            "replay",
+            "recordings",
+            "false-contacts",
+            "figures",
         ],
     ),
-    (
-        "palpate-monitor",
-        &[("monitor", "watch"), ("record", "record")],
-    ),
+    ("palpate-monitor", &["monitor", "record"]),
 ];
 
 /// What bash calls for the word `cargo`: the completions of before, unless the next word is `xtask`. `COMMANDS` and `CASES` are
@@ -67,11 +64,11 @@ pub fn print(commands: &[&str], arguments: &[String]) -> Outcome {
 
 fn bash(commands: &[&str]) -> String {
     let mut cases = String::new();
-    for (program, calls) in PROGRAMS {
-        for (here, there) in *calls {
+    for (program, theirs) in PROGRAMS {
+        for command in *theirs {
             // The name of the program's function in bash, see host/cli.
             let name = program.replace('-', "_");
-            cases += &format!("        {here}) program={name} command={there} ;;\n");
+            cases += &format!("        {command}) program={name} command={command} ;;\n");
         }
     }
     BASH.replace("COMMANDS", &commands.join(" "))
@@ -107,7 +104,10 @@ mod tests {
         };
         assert_eq!(commands, "sim size");
         let monitor = offered(&["cargo", "xtask", "monitor", "--from", "si"]);
-        assert_eq!(monitor.as_deref(), Some("palpate_monitor:watch:si:--from"));
+        assert_eq!(
+            monitor.as_deref(),
+            Some("palpate_monitor:monitor:si:--from")
+        );
         let nothing = offered(&["cargo", "xtask", "test", "--"]);
         assert_eq!(nothing.as_deref(), Some(""));
         // Cargo's own completions are still there.

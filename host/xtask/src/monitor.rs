@@ -16,7 +16,7 @@ pub const SERIAL_LOG: &str = "serial-log";
 
 /// `monitor`: the finger, live in the terminal.
 pub fn monitor(arguments: &[String]) -> Outcome {
-    live("watch", arguments)
+    live("monitor", arguments)
 }
 
 /// `record`: samples into a file.
