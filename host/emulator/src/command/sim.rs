@@ -80,7 +80,7 @@ pub struct Options {
     commands: Option<String>,
     /// Records friction, calibrates on the closing stop and on a pin at each of these places, saves, then grasps; without
     /// --world, a finger whose hidden values are drawn from their spreads by the seed
-    #[arg(long, value_name = "MM,MM", value_delimiter = ',', value_parser = positive, allow_negative_numbers = true, conflicts_with = "commands")]
+    #[arg(long, value_name = "MM,MM", value_delimiter = ',', value_parser = positive, conflicts_with = "commands")]
     calibrate: Vec<f64>,
     /// Flash contents to start from, if the file exists, and where they are kept at the end
     #[arg(long, value_name = "FILE")]
