@@ -54,7 +54,7 @@ impl Application {
             let passed = wanted.contains(value);
             let fault = control::status().fault;
             if !passed && fault.is_none() {
-                // Nothing is wrong where nothing is asked of the motor any more.
+                // Where the user has stopped the test no part is to blame.
                 self.ask(Setpoint::Off)?;
             }
             if !passed {

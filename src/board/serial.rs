@@ -14,7 +14,8 @@ bind_interrupts!(struct Interrupts {
 /// Bytes that wait to be sent: a line of an answer, so that most commands do not wait for the port.
 pub const SEND_BYTES: usize = 128;
 /// Bytes that wait for the console: 11 ms at full speed, longer than it is ever kept from looking (10 ms by a step of a fit on three
-/// phalanges), except while flash is written. What finds no room is lost, as on a line without flow control: it spoils a command, which is answered.
+/// phalanges), except while flash is written. What finds no room is lost, as on a line without flow control: it spoils a command,
+/// which is answered.
 const RECEIVE_BYTES: usize = 128;
 
 /// Opens the port, once.
