@@ -30,12 +30,15 @@ const DIMENSIONS: [&str; 12] = [
     "shunt",
 ];
 /// Keys of other sections on which one depends.
-const OF_OTHERS: [&str; 7] = [
+const OF_OTHERS: [&str; 10] = [
     "motor.torque_constant_nm_per_a",
     "motion.closing_rad_per_s",
     "sensing.pin_radius_m",
     "sensing.torque_factor",
     "sensing.torque_factor_sigma",
+    "sensing.cable_sigma_rad_per_nm",
+    "sensing.cable_stiffening_per_nm",
+    "sensing.cable_stiffening_sigma_per_nm",
     "sensing.joint_friction_nm",
     "sensing.preload_nm",
 ];

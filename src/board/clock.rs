@@ -33,7 +33,7 @@ pub fn start() -> Peripherals {
 }
 
 /// The internal oscillator of 32 kHz, for the watchdog alone. The driver's default clocks the RTC with it as well, which nobody
-/// uses here: then it can run half as fast again after a dip of the supply (errata ES0431), and the watchdog with it.
+/// uses here: then it can run up to twice as fast after a dip of the supply (errata ES0431), and the watchdog with it.
 fn low_speed() -> LsConfig {
     LsConfig {
         rtc: RtcClockSource::DISABLE,

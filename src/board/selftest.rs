@@ -52,7 +52,8 @@ impl Application {
             let mut told = step;
             let mut wanted = ExpectedRange::of(step, supply_min_v, supply_max_v, signed);
             let passed = wanted.contains(value);
-            let fault = control::status().fault;
+            let fault = (control::status().fault)
+                .or_else(|| self.coordinator.with(|coordinator| coordinator.fault()));
             if !passed && fault.is_none() {
                 // Where the user has stopped the test no part is to blame.
                 self.ask(Setpoint::Off)?;

@@ -19,6 +19,8 @@ pub struct Ending {
     first_s: Option<f64>,
     /// The motion's end.
     done_s: Option<f64>,
+    /// The fault that ended it.
+    fault: Option<String>,
     moving: bool,
     /// The answer to a command that is not carried out, while nothing moves.
     refused: Option<String>,
@@ -41,8 +43,16 @@ impl Ending {
     pub fn event(&mut self, event: &Event) {
         match event.name.as_str() {
             "sequence done" if self.seconds.is_none() => self.done_s = event.time_s.or(self.done_s),
+            // A motion that a fault ends says no `sequence done`.
+            "fault" if self.moving => {
+                if self.seconds.is_none() {
+                    self.done_s = event.time_s.or(self.done_s);
+                }
+                self.fault = event.field("name").map(str::to_owned);
+            }
             "state" => {
-                self.moving = event.field("name").is_some_and(|name| name != "idle");
+                let rests = |name| matches!(name, "idle" | "fault");
+                self.moving = event.field("name").is_some_and(|name| !rests(name));
                 if self.moving {
                     (self.refused, self.refused_s) = (None, None);
                 }
@@ -80,6 +90,12 @@ impl Ending {
     #[must_use]
     pub fn patience(&self) -> Option<Duration> {
         (self.done_s.is_some() || self.refused.is_some()).then_some(SILENCE)
+    }
+
+    /// The fault that ended the motion.
+    #[must_use]
+    pub fn fault(&self) -> Option<&str> {
+        self.fault.as_deref()
     }
 
     /// What the firmware answered instead of moving.
@@ -120,6 +136,25 @@ mod tests {
         let mut ending = after(&["1.0 INFO state name=close", REFUSED]);
         ending.sample(2.0);
         assert!(!ending.over(9.0) && ending.refused().is_none());
+    }
+
+    /// With a fault latched nothing moves, and a motion that it ends has no other end.
+    #[test]
+    fn a_fault_ends_it() {
+        let mut ending = after(&[
+            "0.1 INFO state name=fault from=idle",
+            "1.0 INFO answer refused: supply-low is latched: clear first",
+        ]);
+        ending.sample(2.0);
+        assert!(ending.over(2.5) && ending.refused().is_some() && ending.fault().is_none());
+        let mut ending = after(&[
+            "1.0 INFO state name=close from=home",
+            "2.0 ERROR fault number=12 name=stall",
+            "2.0 INFO state name=fault from=close",
+        ]);
+        ending.sample(2.0);
+        assert!(!ending.over(2.4) && ending.over(2.5));
+        assert_eq!((ending.fault(), ending.refused()), (Some("stall"), None));
     }
 
     #[test]

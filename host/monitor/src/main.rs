@@ -295,9 +295,10 @@ fn record(options: &RecordOptions) -> Result<(), String> {
         );
     }
     println!("{rows} samples in {}", options.file.display());
-    match ending.refused() {
-        Some(answer) => Err(format!("nothing moved, the firmware answered: {answer}")),
-        None => Ok(()),
+    match (ending.refused(), ending.fault()) {
+        (Some(answer), _) => Err(format!("nothing moved, the firmware answered: {answer}")),
+        (None, Some(fault)) => Err(format!("a fault ended the motion: {fault}")),
+        (None, None) => Ok(()),
     }
 }
 

@@ -296,13 +296,20 @@ fn dimensions_change_with_what_a_stored_record_depends_on_and_with_nothing_else(
         "sense.resistor_ohm = 6700",
         "shunt.fitted = true",
         "sensing.pin_radius_m = 0.004",
+        "sensing.torque_factor = 0.9",
+        "sensing.torque_factor_sigma = 0.1",
+        "sensing.cable_sigma_rad_per_nm = 0.1",
+        "sensing.cable_stiffening_per_nm = 0.1",
+        "sensing.cable_stiffening_sigma_per_nm = 0.1",
+        "sensing.joint_friction_nm = 0.3e-3",
+        "sensing.preload_nm = 0.5e-3",
     ] {
         assert_ne!(of("dimensions", own), p70, "{own}");
     }
     for own in [
         "gearhead.ratio = 64.0",
         "motion.hold_force_n = 2.0",
-        "sensing.torque_factor_sigma = 0.1",
+        "sensing.wanted_sigma_m = 0.5e-3",
         "limits.current_a = 0.125",
         "motor.ambient_c = 30",
     ] {

@@ -77,7 +77,8 @@ pub fn with_page(
     outcome.and(written)
 }
 
-/// Finds out before a long run whether a file can be written after it. What is there stays, and what was not there is not.
+/// Finds out before a long run whether a file can be written after it. A file that is there stays, and one that was not is not left
+/// behind.
 fn can_be_written(path: &Path) -> Outcome {
     // Programs that write it run in the root.
     let path = root().join(path);

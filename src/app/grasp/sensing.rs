@@ -19,7 +19,7 @@ pub enum SensingRequest {
     /// What the samples from now on are used for.
     Direct(Directive),
     /// Settings changed. None is set after `factory` alone, which forgets what was identified, too; what contacts have calibrated
-    /// stays, and is forgotten by a request of its own where the efficiency changes.
+    /// stays, unless the efficiency becomes another one.
     Adjust(Overrides),
     /// Back to the scene's calibration.
     ForgetCalibration,

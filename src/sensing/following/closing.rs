@@ -77,7 +77,7 @@ impl<C: Copy, W: Weighs<C>> Closing<C, W> {
         self.is_over = true;
         if self.change.is_none() {
             self.change = search.finish();
-            // What was measured is that of a corner which waits: of one where a line ends.
+            // What was measured belongs to the corner that waits in a straight line, not to this one.
             self.later = self.later.filter(|_| self.change.is_none());
         }
     }

@@ -61,7 +61,7 @@ impl<F: HoldsTwice + Clone + Debug> AfterContact<F> for Follow<F> {
             self.search = SecondContact::default();
             self.closing = None;
         } else if let Some(closing) = &mut self.closing {
-            // The last word is still to be said: as if it had stood for long.
+            // The last word is still to be said, as if it had stood for long; the sensor has ended the first contact's curve already.
             closing.last_us = 0;
         }
     }

@@ -208,7 +208,8 @@ impl Learning {
         let Some(assessment) = &mut self.assessment else {
             return;
         };
-        // Of what the assessment of an opening changes a search uses the noise alone, and it begins after the way that settles.
+        // Of what the assessment of an opening changes a search uses the noise alone, and by the time a search has got through the way
+        // that settles, the assessment is over.
         if busy && assessment.is_closing() {
             return;
         }

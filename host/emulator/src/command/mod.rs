@@ -17,7 +17,8 @@ use std::process::ExitCode;
 
 use palpate_emulator::Error;
 
-/// Finds out before a long run whether a file can be written after it. What is there stays, and what was not there is not.
+/// Finds out before a long run whether a file can be written after it. A file that is there stays, and one that was not is not left
+/// behind.
 fn can_be_written(path: &Path) -> Result<(), Error> {
     let tried = if path.exists() {
         File::options().append(true).open(path).map(drop)

@@ -3,7 +3,7 @@
 
 use palpate_emulator::Error;
 use palpate_emulator::sim::Object;
-use palpate_plant::{Engine, Grasp, Parameters};
+use palpate_plant::{Engine, Grasp, ObjectMount, Parameters};
 
 /// Angles of joint 1 that are looked through for those an object allows, degree.
 const ANGLES_DEG: std::ops::RangeInclusive<i32> = -180..=180;
@@ -29,11 +29,10 @@ pub fn check(object: &Object, parameters: &Parameters) -> Result<(), Error> {
         let allowed = format!("0 to {length_mm} mm on phalanx {phalanx}");
         return refused("--contact-mm", contact_mm, &allowed);
     }
-    // Objects are placed by the plant's own geometry, whatever engine moves them.
-    let parameters = Parameters {
-        engine: Engine::Plant,
-        ..parameters.clone()
-    };
+    // Objects are placed by the plant's own geometry, whatever engine moves them and however they are held then.
+    let mut parameters = parameters.clone();
+    parameters.engine = Engine::Plant;
+    parameters.object.mount = ObjectMount::Fixed;
     let mut plant = palpate_mujoco::plant(&parameters, &Grasp::Free, 1)?;
     let Err(why) = plant.place(&object.grasp()) else {
         return Ok(());

@@ -172,10 +172,9 @@ impl<'f> Session<'f> {
     /// Types `stop` at once.
     pub fn stop(&mut self) {
         self.interrupt("stop");
-        if self.moving() {
-            // A command that had not begun is dropped without a word of its own: the answer is the end of either.
-            self.progress = Progress::Answering(self.machine.now() + ANSWER);
-        }
+        // A command that had not begun is dropped without a word of its own: the answer is the end of either. Where nothing moves it is
+        // still waited for, or it would be taken for that of the next line.
+        self.progress = Progress::Answering(self.machine.now() + ANSWER);
     }
 
     fn moving(&self) -> bool {

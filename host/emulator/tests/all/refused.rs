@@ -80,6 +80,30 @@ fn lines_typed_after_a_refusal_are_answered() {
     );
 }
 
+/// The answer to a `stop` of a finger at rest is none to the line that is typed at the same time.
+#[test]
+fn a_stop_at_rest_does_not_hide_a_refusal() {
+    let Some(firmware) = firmware() else { return };
+    let settings = Settings {
+        script: Script::parse("status"),
+        ..Settings::default()
+    };
+    let mut session = Session::start(&firmware, settings, None).expect("a start");
+    while !session.over() {
+        session.millisecond().expect("a sound run");
+    }
+    session.stop();
+    for line in ["calibrate 21", "status"] {
+        session.enter(Step::Command(line.to_owned()));
+    }
+    while !session.over() && session.machine.time_s() < SOON_S {
+        session.millisecond().expect("a sound run");
+    }
+    let said = answers(session.lines.iter().map(|line| line.message.as_str()));
+    assert_eq!(said, ["state id", "ok", "refused:", "state id"]);
+    assert!(session.completed());
+}
+
 /// `stop` ends what is asked for, whether it has begun or still waits, and what is typed after it is carried out.
 #[test]
 fn a_stop_lets_the_next_line_through() {
