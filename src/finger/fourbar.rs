@@ -323,7 +323,7 @@ impl FourBar {
         // (e + 2 q) t^2 - 2 p t + e = 0, the root that vanishes with e.
         let root = p * p - e * (e + 2.0 * q);
         // A negative root gives NaN, which the last line refuses.
-        let t = e / (p + sqrt(root).copysign(p));
+        let t = e / (p + sqrt(root).copysign(area));
         let cos = 1.0 / sqrt(1.0 + t * t);
         let lever = Rotation { cos, sin: t * cos };
 

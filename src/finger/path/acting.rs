@@ -49,7 +49,8 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         let Path { start, last } = path;
         start.half_thickness = half_thickness_m / start.length_scale;
         let local = start.local(&self.transmission, &last.at, last.rise)?;
-        let [slide, holding] = local.sliding(&last.tangent)?;
+        // Not the path's own tangent, which knows neither losses nor weight: friction would hold what hardly moves with them.
+        let [slide, holding] = local.sliding(&local.tangent()?)?;
         if slide < 0.0 {
             start.slides = -1.0;
         }
