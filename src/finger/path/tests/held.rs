@@ -1,9 +1,10 @@
 //! Linear responses of the finger held by the contact, against the same equations with the contact force as an unknown, in f64.
 
-use super::closed;
+use super::{closed, followed, light};
 use crate::finger::path::linearization::Linearization;
 use crate::finger::path::response::Responses;
 use crate::finger::{Contact, Direct, Finger, Mechanics, Parameters};
+use crate::scene::{Scene, Tendon2};
 use nalgebra::{DMatrix, DVector};
 
 /// Solves `H delta + p F = t` and `p . delta - a F = g` in f64 for the joints' changes and, last, the contact force.
@@ -104,4 +105,29 @@ fn a_finger_that_the_object_alone_keeps_stable_costs_no_digits() {
         points > 50_000 && unstable > 1_000 && near >= 5,
         "{points} {unstable} {near}"
     );
+}
+
+/// However much a contact rubs, what losses leave of its slide goes on: a finger does not turn back by friction.
+#[test]
+fn friction_that_holds_a_lossy_finger_turns_it_no_way_back() {
+    for (torque_nm, k_m) in [(0.1, 0.0608), (0.1, 0.0405), (0.08, 0.0608), (0.05, 0.0405)] {
+        let finger = light(Tendon2::MECHANISM);
+        let free = finger.preshape(torque_nm, &finger.rest()).unwrap();
+        let contact = Contact {
+            phalanx: 2,
+            k_m,
+            radius_m: 0.011,
+        };
+        for friction in [0.0, 0.06, 0.1, 0.25, 0.6] {
+            let mut path = finger.path(&free, torque_nm, contact).unwrap();
+            finger.lose(&mut path);
+            finger.rub(&mut path, friction, 0.006).unwrap();
+            let point = followed(&finger, &mut path, 0.05).unwrap();
+            let [turned, softness] = [point.rotation_rad, point.compliance_rad_per_nm];
+            assert!(
+                turned > 0.0 && softness > 0.0,
+                "{torque_nm} {k_m} {friction}: {turned} {softness}"
+            );
+        }
+    }
 }
