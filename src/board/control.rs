@@ -175,7 +175,8 @@ impl Drop for Pause {
     // Not inlined: in three places.
     #[inline(never)]
     fn drop(&mut self) {
-        // The interrupt begins with a sequence of its own: at any other moment the next one may end while it runs, an overrun.
+        // The interrupt waits for the next sequence. Raised by an old one it would run at any moment, and a sequence that ends while it
+        // runs counts as an overrun.
         sampling::drop_pending();
         // SAFETY: the state is in place, or the handler returns at once.
         unsafe { interrupt::ADC1_2.enable() };

@@ -110,10 +110,7 @@ pub struct Readings {
 
 /// Readings of the sequence that raised the interrupt. Acknowledges it.
 pub fn read() -> Readings {
-    ADC1.isr().write(|w| {
-        w.set_jeoc(true);
-        w.set_jeos(true);
-    });
+    acknowledge();
     // One by one: of an array the compiler makes a loop.
     let early = ADC1.jdr(0).read().jdata();
     let late = ADC1.jdr(1).read().jdata();
@@ -128,11 +125,18 @@ pub fn read() -> Readings {
 
 /// Drops a sequence that has finished while nobody looked.
 pub fn drop_pending() {
+    acknowledge();
+    NVIC::unpend(Interrupt::ADC1_2);
+}
+
+/// Clears the flags of a finished sequence.
+// Part of the control interrupt, which calls nothing in flash.
+#[inline(always)]
+fn acknowledge() {
     ADC1.isr().write(|w| {
         w.set_jeoc(true);
         w.set_jeos(true);
     });
-    NVIC::unpend(Interrupt::ADC1_2);
 }
 
 /// The next sequence has finished already.

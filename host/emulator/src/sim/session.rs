@@ -297,20 +297,17 @@ impl<'f> Session<'f> {
                 held.mount
             };
             plant.mount(&palpate_plant::Object { mount, ..held })?;
-            if let Some(object) = object {
-                match plant.place(&object.grasp()) {
-                    // The firmware takes any place that some finger could have: that this one has not ends no run.
-                    Err(palpate_plant::Error::Contact(why)) => {
-                        let (at, phalanx) = (object.contact_mm, object.phalanx);
-                        self.notes.push(format!(
-                            "nothing can stand at {at} mm of phalanx {phalanx}, so the finger closes freely: {why}"
-                        ));
-                        plant.place(&Grasp::Free)?;
-                    }
-                    placed => placed?,
+            let grasp = object.map_or(Grasp::Free, |object| object.grasp());
+            match (plant.place(&grasp), object) {
+                // The firmware takes any place that some finger could have: that this one has not ends no run.
+                (Err(palpate_plant::Error::Contact(why)), Some(object)) => {
+                    let (at, phalanx) = (object.contact_mm, object.phalanx);
+                    self.notes.push(format!(
+                        "nothing can stand at {at} mm of phalanx {phalanx}, so the finger closes freely: {why}"
+                    ));
+                    plant.place(&Grasp::Free)?;
                 }
-            } else {
-                plant.place(&Grasp::Free)?;
+                (placed, _) => placed?,
             }
             self.placed = true;
         }

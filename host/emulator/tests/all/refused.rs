@@ -18,13 +18,17 @@ fn answers<'l>(lines: impl Iterator<Item = &'l str>) -> Vec<String> {
         .collect()
 }
 
+fn script(commands: &str) -> Settings {
+    Settings {
+        script: Script::parse(commands),
+        ..Settings::default()
+    }
+}
+
 #[test]
 fn a_refused_motion_ends_no_script() {
     let Some(firmware) = firmware() else { return };
-    let settings = Settings {
-        script: Script::parse("calibrate 21; walk; calibrate cable; status"),
-        ..Settings::default()
-    };
+    let settings = script("calibrate 21; walk; calibrate cable; status");
     let session = end_of(&firmware, settings).expect("a sound run");
     assert!(session.completed() && session.machine.time_s() < SOON_S);
     let said = answers(session.lines.iter().map(|line| line.message.as_str()));
@@ -35,10 +39,7 @@ fn a_refused_motion_ends_no_script() {
 #[test]
 fn a_pin_beyond_the_tip_ends_no_run() {
     let Some(firmware) = firmware() else { return };
-    let settings = Settings {
-        script: Script::parse("record-friction; calibrate 500; status"),
-        ..Settings::default()
-    };
+    let settings = script("record-friction; calibrate 500; status");
     let session = end_of(&firmware, settings).expect("a sound run");
     assert!(session.completed(), "{:?}", session.state);
     assert!(session.notes[0].contains("nothing can stand at 500 mm of phalanx 2"));
@@ -84,11 +85,7 @@ fn lines_typed_after_a_refusal_are_answered() {
 #[test]
 fn a_stop_at_rest_does_not_hide_a_refusal() {
     let Some(firmware) = firmware() else { return };
-    let settings = Settings {
-        script: Script::parse("status"),
-        ..Settings::default()
-    };
-    let mut session = Session::start(&firmware, settings, None).expect("a start");
+    let mut session = Session::start(&firmware, script("status"), None).expect("a start");
     while !session.over() {
         session.millisecond().expect("a sound run");
     }
@@ -109,11 +106,7 @@ fn a_stop_at_rest_does_not_hide_a_refusal() {
 fn a_stop_lets_the_next_line_through() {
     let Some(firmware) = firmware() else { return };
     for wait_ms in [0, 1, 2, 5, 50, 1000] {
-        let settings = Settings {
-            script: Script::parse("home"),
-            ..Settings::default()
-        };
-        let mut session = Session::start(&firmware, settings, None).expect("a start");
+        let mut session = Session::start(&firmware, script("home"), None).expect("a start");
         // The first step is typed after 100 ms.
         while session.machine.time_s() < 0.1005 + 1e-3 * f64::from(wait_ms) {
             session.millisecond().expect("a sound run");
