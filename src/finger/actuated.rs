@@ -1,5 +1,5 @@
 //! A finger with a motor at every joint: T* is the identity, and every actuator has its own K_a and K_c
-//! (docs/MECHANICS.md#fully-actuated-fingers).
+//! (docs/FINGERS.md#fully-actuated-fingers).
 
 use super::error::{ConfigError, check_range};
 use super::quadratic::roots_of;

@@ -1,5 +1,5 @@
 //! A finger of two phalanges whose joint 2 is held at its stop while joint 1 closes: the torque at which a contact makes it leave that
-//! stop, a measure of the contact's place beside the stiffness (docs/MECHANICS.md#break-away).
+//! stop, a measure of the contact's place beside the stiffness (docs/FINGERS.md#break-away).
 
 use super::two_joint::lever;
 use super::{BaseJoint, Configuration, Finger, Transmission};

@@ -81,7 +81,7 @@ pub trait BaseJoint: Copy + core::fmt::Debug {
     const FIRST_TOUCHING: u8 = 1;
 
     /// Whether something holds joint 2 at its stop until a contact has raised the torque by a break-away torque
-    /// (docs/MECHANICS.md#break-away).
+    /// (docs/FINGERS.md#break-away).
     const HOLDS: bool = false;
 
     /// Returns whether the joints beyond the first stand at their stops until a contact: without a spring at joint 1, or with a return
@@ -165,7 +165,7 @@ impl BaseJoint for Preloaded {
 }
 
 /// A base whose phalanx lies within the palm and touches nothing: its joint gives way to a contact anywhere on the next phalanx,
-/// whose place then changes the stiffness as well (docs/MECHANICS.md#hidden-phalanx).
+/// whose place then changes the stiffness as well (docs/FINGERS.md#hidden-phalanx).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HiddenBase<B>(B);
 

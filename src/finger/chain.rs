@@ -1,4 +1,4 @@
-//! A contact anywhere on a finger of any number of phalanges (docs/MECHANICS.md#longer-fingers).
+//! A contact anywhere on a finger of any number of phalanges (docs/FINGERS.md#longer-fingers).
 //!
 //! Joint 1 is the only one that may lack a spring, and no other couples to it (the first row of W is zero). The others'
 //! stiffness H' has a root R, H' = R R^T, taken from the tip inwards, so that joints beyond the contact are eliminated on

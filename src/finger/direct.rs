@@ -1,4 +1,4 @@
-//! A motor at every joint: the one that is asked turns joint 1 alone (docs/MECHANICS.md#one-motor-a-joint).
+//! A motor at every joint: the one that is asked turns joint 1 alone (docs/FINGERS.md#one-motor-a-joint).
 
 use super::error::ConfigError;
 use super::{Configuration, JointStep, Parameters, Transmission, TransmissionFactors};

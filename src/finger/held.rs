@@ -1,5 +1,5 @@
 //! A finger that touches with two phalanges: which one the second is, where, and the forces as far as statics determines them
-//! (docs/MECHANICS.md#two-contacts). The questions are the same for two and three phalanges ([`HoldsTwice`]).
+//! (docs/SECOND_CONTACTS.md#two-contacts). The questions are the same for two and three phalanges ([`HoldsTwice`]).
 
 use super::{
     BaseJoint, Configuration, Contact, Finger, Free, JointStep, MAX_PHALANGES, Mechanics, Path,

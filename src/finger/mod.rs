@@ -1,6 +1,6 @@
 //! Finger mechanics: geometry, springs, transmission; nothing of motors, time or noise.
 //!
-//! Numbers in brackets are the equations of the source paper; docs/MECHANICS.md derives and corrects them.
+//! Numbers in brackets are the equations of the source paper; docs/MECHANICS.md and docs/FINGERS.md derive and correct them.
 //! Lengths and torques may be in any consistent set of units; the names say metre and newton metre.
 //!
 //! A finger has two to six phalanges; the questions are the same for any number ([`Mechanics`]):

@@ -16,7 +16,7 @@ const SETTLED_SHARE: f32 = 3e-7;
 const NOISE_SHARE: f32 = 3e-5;
 
 impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
-    /// H = K - T_a W - dg/dtheta, the stiffness seen by the joints (docs/MECHANICS.md#transmission, docs/MECHANICS.md#weight).
+    /// H = K - T_a W - dg/dtheta, the stiffness seen by the joints (docs/MECHANICS.md#transmission, docs/FINGERS.md#weight).
     pub(crate) fn hessian(
         &self,
         at: &Configuration<N>,

@@ -1,5 +1,5 @@
 //! A finger of two phalanges that a preloaded return cable opens in place of springs: what a contact changes there
-//! (docs/MECHANICS.md#return-cable).
+//! (docs/FINGERS.md#return-cable).
 //!
 //! The cable runs over a pulley at each joint to one spring. It holds joint 2 at its opening stop while joint 1 closes. A contact on
 //! phalanx 2 makes the finger rigid until a break-away torque ([`super::StoppedContact`]); then both joints turn.
@@ -28,7 +28,7 @@ pub struct ReturnCable {
 impl BaseJoint for ReturnCable {
     const BASE: Base = Base::ReturnCable;
     const HOLDS: bool = true;
-    // 0.29 of what pulleys are off by (docs/MECHANICS.md#return-cable), and more for losses that differ from place to place.
+    // 0.29 of what pulleys are off by (docs/FINGERS.md#return-cable), and more for losses that differ from place to place.
     const PINS_LEAVE: f32 = 0.4;
 
     fn return_cable(&self) -> Option<&ReturnCable> {

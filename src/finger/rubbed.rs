@@ -1,4 +1,4 @@
-//! What friction takes of a finger's motion between two contacts (docs/MECHANICS.md#two-contacts).
+//! What friction takes of a finger's motion between two contacts (docs/SECOND_CONTACTS.md#friction-of-the-contacts).
 
 use super::statics::{contact_arms, rubbing_arms};
 use super::two_contacts::cross;

@@ -1,5 +1,5 @@
 //! Where a second contact is, by how likely what was measured after it is with one at every place
-//! (docs/MECHANICS.md#two-contacts).
+//! (docs/SECOND_CONTACTS.md#posterior).
 //!
 //! Measured are the compliance some way after it, and how far the input link has turned until there: friction takes from both,
 //! and the first contact's sliding, where it turns back, holds the finger for a while. The coefficient of friction and the first

@@ -1,5 +1,5 @@
 //! The finger some way after a second contact: there the slope is measured, because at once friction may hold the finger
-//! (docs/MECHANICS.md#two-contacts).
+//! (docs/SECOND_CONTACTS.md#sticking).
 
 use super::rubbed::Rubbed;
 use super::statics::{contact_arms, rubbing_arms};

@@ -1,5 +1,5 @@
 //! A second contact after the first: its place on three phalanges, and what statics still tells with two
-//! (docs/MECHANICS.md#two-contacts).
+//! (docs/SECOND_CONTACTS.md#two-contacts).
 
 // Indices are those of the vectors in the equations.
 #![allow(clippy::needless_range_loop)]

@@ -1,4 +1,4 @@
-//! The weight of the phalanges, where the finger's springs do not let the motor tell it (docs/MECHANICS.md#weight).
+//! The weight of the phalanges, where the finger's springs do not let the motor tell it (docs/FINGERS.md#weight).
 //!
 //! Phalanx j, with all that it carries, pulls by a constant moment M_j times the sine of the angle between it and gravity; a joint
 //! bears the sum of the phalanges beyond it. A type, so that a finger whose weight is not stated carries nothing of it.

@@ -1,4 +1,4 @@
-//! A contact on a finger under its weight: K_c (18) where the weight couples every joint to the first (docs/MECHANICS.md#weight).
+//! A contact on a finger under its weight: K_c (18) where the weight couples every joint to the first (docs/FINGERS.md#weight).
 //!
 //! With the root R of the whole stiffness, H = R R^T, compliances are those of whitened vectors: C = |x|^2 - (p . x)^2 / |p|^2, by
 //! Lagrange's identity a quotient of two sums of squares, each a quadratic in the contact's place.

@@ -149,7 +149,7 @@ impl Calibration {
 
     /// Deviation of ln f by the new contact alone, where others came before. Most of it (friction in the contact and in the
     /// joints, lengths of the links) is the same at every pin and does not average out: several are as sure as the best of them
-    /// (docs/MECHANICS.md#pins).
+    /// (docs/SENSING.md#pins).
     fn factor_sigma_alone(&self, learned: &Self) -> f32 {
         if self.contacts == 0 {
             return learned.torque_factor_sigma;

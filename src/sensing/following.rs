@@ -40,7 +40,7 @@ pub enum Grip {
     Enveloped,
 }
 
-/// What becomes of a contact that was felt (docs/MECHANICS.md#held-contacts).
+/// What becomes of a contact that was felt (docs/SECOND_CONTACTS.md#held-contacts).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
     /// The object gave way, or the phalanx slid on it: some of the torque is gone, and some is left. The place is not known

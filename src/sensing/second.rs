@@ -1,4 +1,4 @@
-//! A second contact: where the slope of torque over angle jumps after the first (docs/MECHANICS.md#two-contacts).
+//! A second contact: where the slope of torque over angle jumps after the first (docs/SECOND_CONTACTS.md#telling-it).
 //!
 //! Independent of the [`Sensor`](super::Sensor): it takes the blocks of a closing after the sensor has reported a touch.
 //! [`Follow`](super::Follow) does so in a scene with that option.

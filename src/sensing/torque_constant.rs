@@ -10,7 +10,7 @@
 //!
 //! `kappa` is the deviation of k, `rho` that of the resistance R that was assumed at the current i, `e` what bridge, supply and sense are
 //! off by. The rise of the current after a contact tells rho, a second speed (of the opening) tells e. Least squares with the priors of
-//! all three take what there is (docs/MECHANICS.md#torque-constant).
+//! all three take what there is (docs/SENSING.md#torque-constant).
 
 use crate::numeric::Bounded;
 use crate::sensing::block::Block;

@@ -1,5 +1,5 @@
 //! A motor at every joint, the others held by their worms behind springs: what joint 1's motor feels
-//! (docs/MECHANICS.md#one-motor-a-joint), against plane geometry in f64 and against the finger whose motors keep their torque.
+//! (docs/FINGERS.md#one-motor-a-joint), against plane geometry in f64 and against the finger whose motors keep their torque.
 
 use crate::finger_support::Noise;
 use palpate::finger::{

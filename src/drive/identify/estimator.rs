@@ -1,4 +1,4 @@
-//! The motor's equations, and what follows from their coefficients (docs/MECHANICS.md#identification-of-the-motor).
+//! The motor's equations, and what follows from their coefficients (docs/SENSING.md#identification-of-the-motor).
 
 use super::{Estimate, Identified};
 use crate::drive::config::CheckedConfig;

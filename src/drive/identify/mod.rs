@@ -3,7 +3,7 @@
 //! Short pulses of two currents spin the motor up, between them it coasts to a stop with the bridge off: closing over one turn
 //! of the worm, then opening until another pulse could lead back beyond where all began. Nothing but the drivetrain and a free
 //! finger is moved, never against a stop, with less than the drive's limits. The equations are in
-//! docs/MECHANICS.md#identification-of-the-motor.
+//! docs/SENSING.md#identification-of-the-motor.
 
 mod estimator;
 mod procedure;

@@ -51,11 +51,11 @@ pub struct PathPoint {
     /// Derivative of `rotation_rad` by the place of the contact on the phalanx, at this torque, radian per metre.
     pub rotation_by_k_rad_per_m: f32,
     /// Derivative of `rotation_rad` by the coefficient of contact friction, at this torque and that coefficient, radian
-    /// (docs/MECHANICS.md#real-fingers).
+    /// (docs/SENSING.md#contact-friction).
     pub rotation_by_friction_rad: f32,
     /// Derivative of `rotation_rad` by a torque that opposes the turning of each joint beyond the first (friction, or a
     /// spring that was held against its stop), at this torque, radian per newton metre. Where the joints turned before the contact friction
-    /// in those that go on changes nothing, and in those that turn back it counts twice (docs/MECHANICS.md#real-fingers).
+    /// in those that go on changes nothing, and in those that turn back it counts twice (docs/SENSING.md#a-joint-that-turns-back).
     pub rotation_by_joint_friction_rad_per_nm: f32,
     /// Derivative of `rotation_rad` by the compliance of the object, at this torque and that compliance, radian newton per metre
     /// (docs/MECHANICS.md#soft-objects).
@@ -102,14 +102,14 @@ pub trait Mechanics {
     /// Two hold each other after one contact.
     const MOVES_ON: bool = Self::PHALANGES > 2;
     /// Whether the stiffness of a cable that is not known decides which phalanx a contact is taken for: where the first lies within the
-    /// palm, and where the motor turns joint 1 alone (docs/MECHANICS.md#which-phalanx).
+    /// palm, and where the motor turns joint 1 alone (docs/SENSING.md#which-phalanx).
     const CABLE_DECIDES: bool;
     /// Whether its leverage may differ from what the lengths say by percents, and from one contact to another.
     const UNEVEN: bool;
     /// Share, 0 to 1, of the doubt about the leverage (`leverage_sigma`) that is left after a calibration by pins.
     const PINS_LEAVE: f32;
     /// Whether something holds joint 2 at its stop until a contact has raised the torque by a break-away torque
-    /// (docs/MECHANICS.md#break-away).
+    /// (docs/FINGERS.md#break-away).
     const HOLDS: bool;
     /// Share of the torque carried to each joint beyond the first that is lost there: mean and deviation. See [`Self::lose`].
     const JOINT_LOSS: [f32; 2];
@@ -226,7 +226,7 @@ pub trait Mechanics {
         contact: Contact,
     ) -> Option<Self::Path>;
 
-    /// Makes the finger's weight act along a path that has just begun (docs/MECHANICS.md#real-fingers). `weight` is the torque with
+    /// Makes the finger's weight act along a path that has just begun (docs/SENSING.md#gravity). `weight` is the torque with
     /// which the input link held the weight at contact, newton metre, and the derivative of that torque by the input angle, newton
     /// metre per radian. Assumes even mass and phalanges in line at contact, as [`Mechanics::weighed`] does.
     fn load(&self, path: &mut Self::Path, weight: [f32; 2]);
@@ -237,13 +237,13 @@ pub trait Mechanics {
     fn soften(&self, path: &mut Self::Path, compliance_m_per_n: f32) -> Option<()>;
 
     /// Takes off what is lost on the way to the joints ([`Self::JOINT_LOSS`]) along a path that has just begun, in the sense in which each
-    /// joint begins to turn: a few turn in the other sense later (docs/MECHANICS.md#real-fingers). The free finger closed all joints; where
-    /// one turns back, the loss that there was at contact changes its sign as well, and the joint stands until the torque has made up for
-    /// that. Before [`Mechanics::rub`].
+    /// joint begins to turn: a few turn in the other sense later (docs/SENSING.md#a-joint-that-turns-back). The free finger closed all
+    /// joints; where one turns back, the loss that there was at contact changes its sign as well, and the joint stands until the torque
+    /// has made up for that. Before [`Mechanics::rub`].
     fn lose(&self, path: &mut Self::Path);
 
     /// Makes contact friction of a coefficient from 0 act along a path that has just begun, on the surface of a phalanx that lies
-    /// `half_thickness_m` from its centre line (docs/MECHANICS.md#real-fingers). It acts against the sense in which the phalanx begins
+    /// `half_thickness_m` from its centre line (docs/SENSING.md#contact-friction). It acts against the sense in which the phalanx begins
     /// to slide on the object. Where less holds the contact in its place, no more acts: a finger of two phalanges is rigid then. None
     /// where the finger is not stable; with a value that is not finite the path cannot be followed.
     fn rub(&self, path: &mut Self::Path, friction: f32, half_thickness_m: f32) -> Option<()>;

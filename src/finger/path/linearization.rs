@@ -47,7 +47,7 @@ pub(super) struct Linearization<const N: usize> {
 
 impl<const N: usize, B: BaseJoint> Start<N, B> {
     /// Computes for each joint how much the weight's torque about it has changed since contact, and the derivative of that torque by
-    /// the angle of the joint or of any joint nearer to the base (docs/MECHANICS.md#real-fingers).
+    /// the angle of the joint or of any joint nearer to the base (docs/SENSING.md#gravity).
     fn weight(&self, step: &JointStep<N>) -> [[f32; 2]; N] {
         let mut torques = if let Some(weight) = self.base.weight() {
             self.stated(weight, step)

@@ -44,7 +44,7 @@ pub struct Path<const N: usize, B = AnyBase> {
 }
 
 /// A finger that presses on an object, linearised where its path has led: what a second contact starts from
-/// (docs/MECHANICS.md#two-contacts).
+/// (docs/SECOND_CONTACTS.md#two-contacts).
 #[derive(Clone, Copy, Debug)]
 pub struct Pressed<const N: usize> {
     /// The contact as it was made.

@@ -1,5 +1,5 @@
 //! Watches what becomes of a contact: where it has come to, and when it slips, is lost or is pushed from outside
-//! (docs/MECHANICS.md#held-contacts).
+//! (docs/SECOND_CONTACTS.md#held-contacts).
 
 use super::fade::Fade;
 use super::jump::Jumps;

@@ -1,9 +1,9 @@
-//! A torque that fades while the finger closes on a contact (docs/MECHANICS.md#held-contacts): the object gives way, but too slowly
+//! A torque that fades while the finger closes on a contact (docs/SECOND_CONTACTS.md#held-contacts): the object gives way, but too slowly
 //! for a [jump](super::jump).
 
 use crate::numeric::Bounded;
 
-/// What efficiency that ripples may do between two blocks, as a share of the torque: 1 % (docs/MECHANICS.md#estimation-from-recordings)
+/// What efficiency that ripples may do between two blocks, as a share of the torque: 1 % (docs/BOUNDS.md#estimation-from-recordings)
 /// either way.
 pub(super) const RIPPLE_SHARE: f32 = 0.02;
 /// A slow decrease is a slip when it comes to this share of the largest torque.

@@ -1,5 +1,5 @@
 //! Jumps of the torque while the finger closes on a contact, turn by turn of the motor, with every sample
-//! (docs/MECHANICS.md#held-contacts).
+//! (docs/SECOND_CONTACTS.md#while-the-motor-turns).
 //!
 //! The turn that ends now is compared with the one before it. Once they differ by more than an object that stands still allows, the
 //! torque before is kept until the motor has made another turn: then all of the jump is in it, and what was a disturbance of a moment

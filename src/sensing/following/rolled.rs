@@ -1,4 +1,4 @@
-//! Where a contact has come to on its phalanx as the finger closed on (docs/MECHANICS.md#held-contacts).
+//! Where a contact has come to on its phalanx as the finger closed on (docs/SECOND_CONTACTS.md#where-it-has-come-to).
 //!
 //! On an object that stands still the place follows from how far the input link has turned, whatever the friction in the contact:
 //! the phalanx stays on the object. The path after contact is followed to that angle; the torque decides only where the path hardly

@@ -1,4 +1,4 @@
-//! A motor that stands while it holds, and starts again by itself (docs/MECHANICS.md#held-contacts).
+//! A motor that stands while it holds, and starts again by itself (docs/SECOND_CONTACTS.md#while-the-motor-holds).
 //!
 //! With a constant current it stands because the worm's load is more than the current can turn. It starts when that load has
 //! gone: the object gave way.

@@ -1,4 +1,4 @@
-//! A contact that is watched: what its torque may be, and what a turn of the motor says of it (docs/MECHANICS.md#held-contacts).
+//! A contact that is watched: what its torque may be, and what a turn of the motor says of it (docs/SECOND_CONTACTS.md#held-contacts).
 
 use super::Change;
 use super::fade::{Fade, RIPPLE_SHARE};

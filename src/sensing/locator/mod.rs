@@ -1,5 +1,5 @@
 //! Locates the contact and estimates its radius: the whole torque-angle curve against the finger's exact path
-//! (docs/MECHANICS.md#finite-torque-step, docs/MECHANICS.md#estimation-from-recordings).
+//! (docs/MECHANICS.md#finite-torque-step, docs/BOUNDS.md#estimation-from-recordings).
 //!
 //! A hypothesis is a phalanx, on one side of its stiffest place. For each of several contact radii the location is fitted
 //! together with the other unknowns of contact and drivetrain, each with a prior: the onset, contact friction, torque factor,

@@ -27,16 +27,16 @@ const SINE: usize = 4;
 const REST: usize = 5;
 
 /// Amplitude of the efficiency's wave over a turn of the worm, standard deviation, as a share of the load
-/// (docs/MECHANICS.md#estimation-from-recordings: 1 %; a little more, because it is taken from recordings).
+/// (docs/BOUNDS.md#estimation-from-recordings: 1 %; a little more, because it is taken from recordings).
 pub(in crate::sensing) const WAVE_SHARE: f32 = 0.012;
 /// Standard deviation of the remainder, as a share of the load (R, chosen).
 const REST_SHARE: f32 = 0.004;
 /// Distance over which it is correlated, as a share of a turn of the worm.
 const REST_TURNS: f32 = 0.3;
-/// White noise of the efficiency, as a share of the load (docs/MECHANICS.md#estimation-from-recordings).
+/// White noise of the efficiency, as a share of the load (docs/BOUNDS.md#estimation-from-recordings).
 const WHITE_SHARE: f32 = 0.003;
 /// A contact bounces: torque per speed at contact, newton metre second per radian, and its decay time,
-/// second (docs/MECHANICS.md#estimation-from-recordings: 5 mN m at 0.3 rad/s, gone after 0.1 s).
+/// second (docs/BOUNDS.md#estimation-from-recordings: 5 mN m at 0.3 rad/s, gone after 0.1 s).
 const IMPACT_NM_S_PER_RAD: f32 = 5e-3 / 0.3;
 const IMPACT_S: f32 = 0.04;
 

@@ -1,5 +1,5 @@
 //! How much of the curve one contact explains: second contacts, flat faces and soft objects change its later part
-//! (docs/MECHANICS.md#estimation-from-recordings).
+//! (docs/BOUNDS.md#estimation-from-recordings).
 //!
 //! A finger of three phalanges goes on turning after its first contact, and in many grasps a second phalanx meets the object
 //! before the probing ends. The fit gives way to that: place, radius and friction bend until the whole curve is explained,

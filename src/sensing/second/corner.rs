@@ -1,5 +1,5 @@
 //! The last stretch of a torque-angle curve, and whether it has a corner: a polynomial against one plus a hinge
-//! (docs/MECHANICS.md#two-contacts), by generalised least squares ([`Whitened`]).
+//! (docs/SECOND_CONTACTS.md#telling-it), by generalised least squares ([`Whitened`]).
 
 use super::whitened::{BEND, HINGE, TERMS, TURN, WAVES, Whitened};
 use super::{BlockNoise, SlopeChange};

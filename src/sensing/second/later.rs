@@ -1,4 +1,4 @@
-//! The slope some blocks after a second contact: at once the finger may stick (docs/MECHANICS.md#two-contacts).
+//! The slope some blocks after a second contact: at once the finger may stick (docs/SECOND_CONTACTS.md#sticking).
 
 use super::corner::Stretch;
 use super::{BlockNoise, SlopeChange};

@@ -14,7 +14,7 @@ use core::marker::PhantomData;
 use heapless::Deque;
 
 /// Standard deviation of the place on the scene's finger at which a pin is felt, metre: of the pin by hand or by a gauge
-/// 0.3 mm (R, chosen), of the finger 0.4 mm, because its links are within 0.15 mm of the scene's (R; docs/MECHANICS.md#pins).
+/// 0.3 mm (R, chosen), of the finger 0.4 mm, because its links are within 0.15 mm of the scene's (R; docs/SENSING.md#pins).
 const PIN_SIGMA_M: f32 = 0.5e-3;
 
 /// See the module documentation.

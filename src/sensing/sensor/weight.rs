@@ -10,13 +10,13 @@ use crate::sensing::detector::Onset;
 use crate::sensing::location::SeriesElement;
 
 /// Torque of the finger's weight over the difference between closing and opening: half of it, because a worm's friction cancels,
-/// less the gearhead's losses (docs/MECHANICS.md#real-fingers).
+/// less the gearhead's losses (docs/SENSING.md#gravity).
 const WEIGHT_SHARE: f32 = 0.4;
 /// Standard deviation of the torque with which the weight turns joint 2, as a share of it.
 const TURNING_SIGMA: f32 = 0.3;
 /// Largest fall of the motor's torque while an object takes over the weight that closes the finger, as a share of the weight's
 /// torque at the input link: 1 / eta - 2 with the efficiency eta of the worm, which is 0.38 at least, over that of the other gears
-/// (docs/MECHANICS.md#real-fingers).
+/// (docs/SENSING.md#a-weight-that-closes-the-finger).
 const CARRIED: f32 = 0.85;
 /// Standard deviation of the way on which an object takes it over, as a share of the way: the slope of the torque's rise
 /// tells it, and rises have a curvature (R, chosen).
@@ -66,7 +66,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     }
 
     /// By how much the torque of the motor may fall while an object takes over what closes the finger
-    /// (docs/MECHANICS.md#real-fingers), newton metre; 0 of a finger that the motor has to close.
+    /// (docs/SENSING.md#a-weight-that-closes-the-finger), newton metre; 0 of a finger that the motor has to close.
     pub(super) fn carried_nm(&self, at: &CorrectedBlock<H::Reading>) -> f32 {
         let needed_nm = if F::WEIGHS {
             at.free_nm

@@ -66,7 +66,7 @@ const NOISE: AssumedNoise = AssumedNoise {
     speed_rad_per_s: 0.1,
 };
 
-/// The noise of every curve: docs/MECHANICS.md#estimation-from-recordings, as `palpate::sensing::locator` takes it over.
+/// The noise of every curve: docs/BOUNDS.md#estimation-from-recordings, as `palpate::sensing::locator` takes it over.
 pub const REFERENCE_NOISE: Noise = Noise {
     level_nm: 1e-3,
     trend_nm_per_s: 3e-4,

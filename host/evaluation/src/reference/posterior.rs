@@ -1,7 +1,7 @@
 //! The posterior of a contact's place from a torque-angle curve, by brute force: every place on a grid, every radius on a
 //! grid, the other unknowns by Gauss-Newton from numerical derivatives at each of them, all in f64.
 //!
-//! What it assumes of unknowns and noise is what `palpate::sensing::locator` states (docs/MECHANICS.md#estimation-from-recordings);
+//! What it assumes of unknowns and noise is what `palpate::sensing::locator` states (docs/BOUNDS.md#estimation-from-recordings);
 //! how it computes shares nothing with it: the finger is [`Rolling`], derivatives are differences, and the correlated noise is
 //! one covariance matrix.
 

@@ -7,7 +7,7 @@ use palpate_evaluation::bound::second::{
 use palpate_plant::{Parameters, World};
 use palpate_scenes::for_scene;
 
-/// Worlds and scenes, with the error that the experiments measured, percent of the phalanx (docs/MECHANICS.md#two-contacts).
+/// Worlds and scenes, with the error that the experiments measured, percent of the phalanx (docs/SECOND_CONTACTS.md#two-contacts).
 const MEASURED: [(&str, &str, f64); 4] = [
     ("workshop", "tendon3", 4.5),
     ("workshop", "linkage3", 4.7),

@@ -1,5 +1,5 @@
 //! What becomes of a contact, told next to the truth. A few grasps in `workshop`, with both engines; the figures of
-//! docs/MECHANICS.md are those of `cargo xtask experiments --only changes`.
+//! docs/SECOND_CONTACTS.md#changes-that-were-told are those of `cargo xtask experiments --only changes`.
 //! `PALPATE_HOLDS=100 PALPATE_WORLD=harsh@mujoco ... -- --nocapture` prints every closing.
 
 use palpate_plant::World;

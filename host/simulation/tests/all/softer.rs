@@ -9,7 +9,7 @@ use palpate_simulation::{Simulated, Simulation};
 
 /// Fingers drawn of each scene.
 const FINGERS: std::ops::Range<u64> = 0..5;
-/// Fingers that are pressed on their back: of 29 it was told as `unusual` on 19 (docs/MECHANICS.md).
+/// Fingers that are pressed on their back: of 29 it was told as `unusual` on 19 (docs/MECHANICS.md#preshaping).
 const BACKS: std::ops::Range<u64> = 0..10;
 /// Share of their stiffness that weak springs have left.
 const SPRINGS_LEFT: f64 = 0.4;

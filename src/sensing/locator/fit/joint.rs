@@ -53,7 +53,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             weight / (change.sigma_rad * change.sigma_rad),
         );
         // Do not fit the losses: near the stiffest place they would explain any reading, and the reading alone tells the place there
-        // (docs/MECHANICS.md#real-fingers).
+        // (docs/SENSING.md#losses-as-an-unknown-of-the-fit).
         if fits_loss::<F, X>() {
             pass.normal.hold(LOSS);
         }

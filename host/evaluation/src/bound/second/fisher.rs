@@ -16,7 +16,7 @@ use crate::bound::information::{DIFFERENCE, DRAWS, PIN_SIGMA_M, forget, prior, t
 use crate::bound::known::{Known, RADIUS_SIGMA, UNIFORM, is_possible};
 use crate::reference::{Curve, Noise};
 
-/// Friction that free motion shows at the input link, newton metre (docs/MECHANICS.md#real-fingers), of which a share wanders.
+/// Friction that free motion shows at the input link, newton metre (docs/SENSING.md#friction-wanders), of which a share wanders.
 const FRICTION_NM: f64 = 0.055;
 /// Wave of the efficiency over a turn of the worm, as a share of the ripple of a world's worm: 1.2 % for 2 %.
 const WAVE_SHARE: f64 = 0.6;

@@ -80,7 +80,7 @@ impl Closing<'_> {
     }
 }
 
-/// Whether the place of a second contact changes the stiffness (docs/MECHANICS.md#two-contacts).
+/// Whether the place of a second contact changes the stiffness (docs/SECOND_CONTACTS.md#place-of-the-second-contact).
 fn tells_place(first: usize, second: usize) -> bool {
     matches!((first, second), (1 | 2, 3) | (3, 2))
 }

@@ -1,7 +1,8 @@
-//! What the data hold of the place of a second contact on three phalanges (docs/MECHANICS.md#two-contacts): derivatives of the whole
-//! torque curve of an independent finger ([`HeldTwice`](crate::reference::HeldTwice)), from before the first contact to the end of the
-//! probing, by everything that the firmware does not know ([`second_bound`]), and the exact posterior of such curves by sampling
-//! ([`second_posterior`]), which needs no curve that is linear.
+//! What the data hold of the place of a second contact on three phalanges
+//! (docs/SECOND_CONTACTS.md#what-the-data-hold-of-a-second-contact): derivatives of the whole torque curve of an independent finger
+//! ([`HeldTwice`](crate::reference::HeldTwice)), from before the first contact to the end of the probing, by everything that the firmware
+//! does not know ([`second_bound`]), and the exact posterior of such curves by sampling ([`second_posterior`]), which needs no curve that
+//! is linear.
 //!
 //! **Not known** are the torque factor, the cable's twist and stiffening, as a press on the stop and two pins leave them; friction of the
 //! joints; what pulleys take, and what each stage of the transmission is off by, as the scene states both, whatever the pins told; contact

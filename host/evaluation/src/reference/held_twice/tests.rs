@@ -111,7 +111,7 @@ fn twice(opened: &Opened, rubs: Rubs, k_m: f64) -> HeldTwice<'_> {
 }
 
 /// Without friction the compliance at the instant of the second contact is that of the motion which both leave:
-/// (x . v)^2 / (v^T H v), with H from energies and distances alone (docs/MECHANICS.md#two-contacts).
+/// (x . v)^2 / (v^T H v), with H from energies and distances alone (docs/SECOND_CONTACTS.md#two-contacts).
 #[test]
 fn at_the_second_contact_the_motion_that_is_left_gives_way() {
     for finger in [tendon(), linkage()] {
