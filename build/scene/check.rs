@@ -1,6 +1,7 @@
 //! What a scene must satisfy: kind and range of every key, then the ranges that depend on other values.
 
 mod finger;
+mod linkage;
 
 use std::f64::consts::TAU;
 
@@ -32,6 +33,7 @@ pub(super) fn check(scene: &Scene) -> Checked {
         }
     }
     finger::joints(scene)?;
+    linkage::check(scene)?;
     drive(scene)?;
     motion(scene)?;
     finger::return_cable(scene)?;

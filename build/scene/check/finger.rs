@@ -1,11 +1,9 @@
 //! What the finger of a scene must satisfy beyond kind and range of every key.
 
-use std::f64::consts::TAU;
-
 use super::super::Scene;
 use super::{Checked, within};
 
-/// Stops, rest angles, springs, travel, and what the linkage needs.
+/// Stops, rest angles, springs and travel.
 pub(super) fn joints(scene: &Scene) -> Checked {
     let lists = [
         "joint_min_deg",
@@ -47,81 +45,6 @@ pub(super) fn joints(scene: &Scene) -> Checked {
         0.01,
         stop,
     )?;
-    if scene.has("linkage") {
-        closes(scene, &low, &high)
-    } else {
-        Ok(())
-    }
-}
-
-/// The coupler of every stage must reach at every angle of its joint, and at what the stage behind adds to that.
-fn closes(scene: &Scene, low: &[f64], high: &[f64]) -> Checked {
-    const STEPS: u32 = 64;
-    let ground = scene.list("finger.length_m");
-    let [drive, coupler, driven, offset] = ["driving_m", "coupler_m", "driven_m", "offset_deg"]
-        .map(|name| scene.list(&format!("linkage.{name}")));
-    let signs: Vec<f64> = scene
-        .words("linkage.assembly")
-        .iter()
-        .map(|word| if *word == "clockwise" { -1.0 } else { 1.0 })
-        .collect();
-    // What the stage behind adds to the angle of this one.
-    let mut behind = [0.0, 0.0];
-    for stage in (0..drive.len()).rev() {
-        let (a, b, c) = (drive[stage], coupler[stage], driven[stage]);
-        // Angle of the driving lever when the driven one is at v.
-        let lever = |v: f64| -> Result<f64, f64> {
-            let angle = v - offset[stage].to_radians();
-            let tip = [ground[stage] + c * angle.cos(), c * angle.sin()];
-            let reach = tip[0].hypot(tip[1]);
-            let cosine = (a * a + reach * reach - b * b) / (2.0 * a * reach);
-            if cosine.abs() < 1.0 {
-                Ok(tip[1].atan2(tip[0]) + signs[stage] * cosine.acos())
-            } else {
-                Err(reach)
-            }
-        };
-        let (from, to) = (
-            low[stage + 1].to_radians() + behind[0],
-            high[stage + 1].to_radians() + behind[1],
-        );
-        let zero = lever(0.0).unwrap_or(0.0);
-        let mut turned = [0.0f64, 0.0];
-        for step in 0..=STEPS {
-            let v = from + (to - from) * f64::from(step) / f64::from(STEPS);
-            match lever(v) {
-                Ok(angle) => {
-                    let mut turn = (angle - zero).rem_euclid(TAU);
-                    if turn > 0.5 * TAU {
-                        turn -= TAU;
-                    }
-                    turned = [turned[0].min(turn), turned[1].max(turn)];
-                }
-                Err(reach) => {
-                    let nearest = (reach - a).abs();
-                    let open = format!(
-                        "linkage {} does not close at theta_{} = {:.0} deg (with the stage behind)",
-                        stage + 1,
-                        stage + 2,
-                        v.to_degrees()
-                    );
-                    let open = if behind == [0.0, 0.0] {
-                        open.replace(" (with the stage behind)", "")
-                    } else {
-                        open
-                    };
-                    return within(
-                        &format!("linkage.coupler_m[{stage}]"),
-                        b,
-                        nearest,
-                        reach + a,
-                    )
-                    .map_err(|range| format!("{open}: {range}"));
-                }
-            }
-        }
-        behind = turned;
-    }
     Ok(())
 }
 
