@@ -1,5 +1,6 @@
 //! What a scene must satisfy: kind and range of every key, then the ranges that depend on other values.
 
+mod closing;
 mod finger;
 mod linkage;
 
@@ -36,6 +37,7 @@ pub(super) fn check(scene: &Scene) -> Checked {
     linkage::check(scene)?;
     drive(scene)?;
     motion(scene)?;
+    closing::check(scene)?;
     finger::return_cable(scene)?;
     finger::preload(scene)?;
     finger::hidden_base(scene)?;
@@ -184,16 +186,17 @@ fn motion(scene: &Scene) -> Checked {
             of("motion.rest_rad") + 0.05,
             of("limits.position_max_rad"),
         ),
+        // The drive goes no further, and a press on the closing stop tells the cable.
+        (
+            "travel.stop_rad",
+            of("travel.free_rad"),
+            of("limits.position_max_rad"),
+        ),
         // What the probing current gives at the input link, without friction.
         (
             "sensing.probe_torque_nm",
             1e-3,
-            of("motion.probing_current_a")
-                * of("motor.torque_constant_nm_per_a")
-                * of("gearhead.ratio")
-                * of("worm.ratio")
-                * of("gearhead.efficiency")
-                * of("worm.efficiency"),
+            of("motion.probing_current_a") * scene.torque_nm_per_a(),
         ),
     ] {
         within(key, of(key), min, max)?;

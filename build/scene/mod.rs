@@ -299,6 +299,20 @@ impl Scene {
         }
     }
 
+    /// Torque at the input link per ampere of the motor, less what the gears lose, newton metre per ampere.
+    pub fn torque_nm_per_a(&self) -> f64 {
+        [
+            "motor.torque_constant_nm_per_a",
+            "gearhead.ratio",
+            "worm.ratio",
+            "gearhead.efficiency",
+            "worm.efficiency",
+        ]
+        .map(|key| self.number(key))
+        .iter()
+        .product()
+    }
+
     /// Number of phalanges.
     pub fn phalanges(&self) -> usize {
         self.list("finger.length_m").len()

@@ -15,6 +15,91 @@ fn refused(test: &str, base: &str, cases: &[(&str, &str)]) {
     }
 }
 
+/// Asserts that each scene, laid over a base, is accepted.
+fn accepted(test: &str, base: &str, cases: &[&str]) {
+    for own in cases {
+        let text = format!("base = \"{base}\"\ntitle = \"own\"\n{own}");
+        support::scene::load(&support::folder(test, &[base], &text), "own").expect(own);
+    }
+}
+
+#[test]
+fn a_travel_beyond_a_joints_stop_names_the_joint() {
+    let first = "joint 1 comes to `finger.joint_max_deg[0]` = 80 deg before the input link to its stop: `travel.stop_rad` = ";
+    for (base, stop) in [("p70", "1.6"), ("direct2", "1.6"), ("return2", "1.8")] {
+        let expected = format!("{first}{stop} is out of range, allowed 0 to 1.3963");
+        let own = "finger.joint_max_deg = [80, 110]";
+        refused("travel", base, &[(own, &expected)]);
+    }
+    // Both at their stops at once.
+    accepted("travel", "p70", &["finger.joint_max_deg = [91.67, 120]"]);
+    accepted(
+        "travel",
+        "p70",
+        &["finger.joint_min_deg = [-30, 0]\nfinger.joint_max_deg = [92, 120]"],
+    );
+    refused(
+        "travel",
+        "p70",
+        &[
+            // It opens to its stop, not to zero.
+            (
+                "finger.joint_min_deg = [10, 0]\nfinger.rest_deg = [10, 0]\nfinger.joint_max_deg = [100, 120]",
+                "`travel.stop_rad` = 1.6 is out of range, allowed 0 to 1.5708",
+            ),
+            (
+                "travel = { stop_rad = 2.9, free_rad = 1.5 }",
+                "`travel.stop_rad` = 2.9 is out of range, allowed 1.5 to 2.8",
+            ),
+        ],
+    );
+    // Springs share the travel out: half of 1 / 1.64 of it, less 0.1 for what the weight may do.
+    for (base, own, expected) in [
+        (
+            "tendon2",
+            "finger.joint_max_deg = [150, 80]",
+            "joint 2 comes to `finger.joint_max_deg[1]` = 80 deg before the input link to its stop: `travel.stop_rad` = 2.2",
+        ),
+        (
+            "linkage3",
+            "finger.joint_max_deg = [60, 100, 100]",
+            "joint 1 comes to `finger.joint_max_deg[0]` = 60 deg before the input link to its stop: `travel.stop_rad` = 1.8",
+        ),
+    ] {
+        refused("travel", base, &[(own, expected)]);
+    }
+}
+
+#[test]
+fn springs_that_the_motor_cannot_close_are_told_with_both_torques() {
+    // N mm for N m. 100 N m/rad at both joints of factors 1 and 0.8: 210 / 1.64.
+    refused(
+        "stiff",
+        "tendon2",
+        &[(
+            "finger.spring_nm_per_rad = [100, 100]",
+            "`finger.spring_nm_per_rad` = [100.0, 100.0] take 128",
+        )],
+    );
+    refused(
+        "stiff",
+        "linkage3",
+        &[(
+            "finger.spring_nm_per_rad = [1, 1, 1]",
+            "N m at `travel.free_rad` = 1.7: `motion.free_current_a` = 0.08 gives 0.2887 N m without friction",
+        )],
+    );
+    // (35 + 200 x 0.017) N on 10 mm.
+    refused(
+        "stiff",
+        "return2",
+        &[(
+            "return_cable.tension_n = 35",
+            "[return_cable] takes 0.3840 N m at `travel.free_rad` = 1.7: `motion.free_current_a` = 0.08 gives 0.2887 N m",
+        )],
+    );
+}
+
 #[test]
 fn an_assembly_that_opens_a_joint_names_the_other_one() {
     refused(
