@@ -3,6 +3,7 @@
 mod closing;
 mod finger;
 mod linkage;
+mod single;
 
 use std::f64::consts::TAU;
 
@@ -45,7 +46,8 @@ pub(super) fn check(scene: &Scene) -> Checked {
     finger::leverage(scene)?;
     finger::weight(scene)?;
     soft_object(scene)?;
-    hall(scene)
+    hall(scene)?;
+    single::check(scene)
 }
 
 /// NaN is out of every range.
@@ -238,6 +240,12 @@ fn hall(scene: &Scene) -> Checked {
     for key in ["hall.min_rad", "hall.max_rad"] {
         let [first, last] = [margin, reference - margin].map(|volt| (volt - zero) / slope);
         within(key, of(key), first.min(last), first.max(last))?;
+    }
+    let rest_deg = scene.list("finger.rest_deg")[1].max(scene.list("finger.joint_min_deg")[1]);
+    let rest = rest_deg.to_radians();
+    for (key, min, max) in [("hall.min_rad", -3.2, rest), ("hall.max_rad", rest, 3.2)] {
+        within(key, of(key), min, max)
+            .map_err(|range| format!("{range}: joint 2 rests at {rest_deg} deg"))?;
     }
     Ok(())
 }

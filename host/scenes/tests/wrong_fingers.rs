@@ -158,3 +158,50 @@ fn a_linkage_must_close_where_its_angle_counts_from_and_off_dead_points() {
         ],
     );
 }
+
+/// 0.6 V and 1 V/rad at 2.634 rad give 3.234 V, which is 3.2340002 in single precision: the firmware would not start.
+#[test]
+fn a_joint_sensor_is_refused_as_the_firmware_would() {
+    refused(
+        "hall",
+        "tendon2",
+        &[
+            (
+                "hall = { fitted = true, zero_v = 0.6, max_rad = 2.634 }",
+                "`hall.max_rad` = 2.634 is out of range by a rounding: the sensor gives 3.2340002 V there, allowed 0.066 to 3.234 V in the firmware's single precision",
+            ),
+            (
+                "hall = { fitted = true, min_rad = 0.9 }",
+                "`hall.min_rad` = 0.9 is out of range, allowed -3.2 to 0.5236: joint 2 rests at 30 deg",
+            ),
+            (
+                "hall = { fitted = true, max_rad = 0.5 }",
+                "`hall.max_rad` = 0.5 is out of range, allowed 0.5236 to 3.2: joint 2 rests at 30 deg",
+            ),
+        ],
+    );
+}
+
+/// A rounding less than the limit in double precision, a rounding more in the firmware's.
+#[test]
+fn ends_of_ranges_are_those_of_the_firmwares_arithmetic() {
+    refused(
+        "rounding",
+        "tendon2",
+        &[
+            (
+                "limits = { current_trip_a = 0.362, current_a = 0.2896 }",
+                "`limits.current_a` = 0.2896 is out of range by a rounding, allowed 0.001 to 0.28959998 in the firmware's single precision",
+            ),
+            (
+                "motion.rest_rad = 0.43\ntravel.free_rad = 0.48",
+                "`travel.free_rad` = 0.48 is out of range by a rounding, allowed 0.48000002 to 2.8",
+            ),
+        ],
+    );
+    accepted(
+        "rounding",
+        "tendon2",
+        &["limits = { current_trip_a = 0.3, current_a = 0.24 }"],
+    );
+}
