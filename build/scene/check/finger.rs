@@ -3,6 +3,13 @@
 use super::super::Scene;
 use super::{Checked, within};
 
+/// Least angle from one stop of a joint to the other, degree: radians by mistake lie below.
+const LEAST_RANGE_DEG: f64 = 5.0;
+/// How far a joint that a motor of its own holds must rest above its opening stop, degree.
+const LEAST_WAY_DEG: f64 = 1.0;
+/// Largest mass of a phalanx by its length: steel of 35 mm square. Grams lie above.
+const MOST_KG_PER_M: f64 = 10.0;
+
 /// Stops, rest angles, springs and travel.
 pub(super) fn joints(scene: &Scene) -> Checked {
     let lists = [
@@ -16,18 +23,34 @@ pub(super) fn joints(scene: &Scene) -> Checked {
         within(
             &format!("finger.joint_max_deg[{i}]"),
             high[i],
-            low[i],
+            low[i] + LEAST_RANGE_DEG,
             180.0,
-        )?;
+        )
+        .map_err(|range| {
+            format!(
+                "{range} degrees: the closing stop lies {LEAST_RANGE_DEG} or more above `finger.joint_min_deg[{i}]` = {}",
+                low[i]
+            )
+        })?;
         // Where nothing turns joint 2 before a contact its spring may be preloaded against its stop.
         let may_be_preloaded =
             spring[0] == 0.0 && scene.phalanges() == 2 && !scene.flag("finger.hidden_base");
-        let least = if i > 0 && may_be_preloaded {
+        let is_held = i > 0 && scene.has("direct");
+        let least = if is_held {
+            low[i] + LEAST_WAY_DEG
+        } else if i > 0 && may_be_preloaded {
             low[i] - 90.0
         } else {
             low[i]
         };
-        within(&format!("finger.rest_deg[{i}]"), rest[i], least, high[i])?;
+        within(&format!("finger.rest_deg[{i}]"), rest[i], least, high[i]).map_err(|range| {
+            if is_held {
+                let joint = i + 1;
+                format!("{range}: with [direct] a contact pushes joint {joint} open, which cannot give way at its opening stop")
+            } else {
+                range
+            }
+        })?;
         // Joint 1 may be without a spring; the others would be left to themselves without a return cable.
         if i > 0 && !scene.has("return_cable") {
             within(
@@ -35,7 +58,10 @@ pub(super) fn joints(scene: &Scene) -> Checked {
                 spring[i],
                 1e-6,
                 1e3,
-            )?;
+            )
+            .map_err(|range| {
+                format!("{range}: only joint 1 may be without a spring, or all with [return_cable]")
+            })?;
         }
     }
     let stop = scene.number("travel.stop_rad");
@@ -149,6 +175,12 @@ pub(super) fn weight(scene: &Scene) -> Checked {
         return Err(format!(
             "`{lacking}` is missing: `finger.mass_kg` and `finger.mounting_deg` belong together"
         ));
+    }
+    let length_m = scene.list("finger.length_m");
+    for (i, mass_kg) in scene.list("finger.mass_kg").into_iter().enumerate() {
+        let key = format!("finger.mass_kg[{i}]");
+        within(&key, mass_kg, 0.0, MOST_KG_PER_M * length_m[i])
+            .map_err(|range| format!("{range}: a phalanx has at most {MOST_KG_PER_M} kg/m"))?;
     }
     let held = scene.has("return_cable") || scene.list("finger.spring_nm_per_rad")[0] > 0.0;
     if has_mass && !held {

@@ -24,6 +24,25 @@ fn accepted(test: &str, base: &str, cases: &[&str]) {
 }
 
 #[test]
+fn a_joint_that_its_own_motor_holds_must_be_able_to_open() {
+    let why = "allowed -44 to 120: with [direct] a contact pushes joint 2 open, which cannot give way at its opening stop";
+    refused(
+        "held",
+        "direct2",
+        &[
+            // Preloaded.
+            ("finger.rest_deg = [0, -57]", why),
+            ("finger.rest_deg = [0, -45]", why),
+            (
+                "finger.rest_deg = [0, -44.5]",
+                "`finger.rest_deg[1]` = -44.5 is out of range",
+            ),
+        ],
+    );
+    accepted("held", "direct2", &["finger.rest_deg = [0, -44]"]);
+}
+
+#[test]
 fn a_travel_beyond_a_joints_stop_names_the_joint() {
     let first = "joint 1 comes to `finger.joint_max_deg[0]` = 80 deg before the input link to its stop: `travel.stop_rad` = ";
     for (base, stop) in [("p70", "1.6"), ("direct2", "1.6"), ("return2", "1.8")] {
@@ -203,5 +222,44 @@ fn ends_of_ranges_are_those_of_the_firmwares_arithmetic() {
         "rounding",
         "tendon2",
         &["limits = { current_trip_a = 0.3, current_a = 0.24 }"],
+    );
+}
+
+#[test]
+fn units_and_stops_by_mistake_are_told_with_what_they_must_be() {
+    refused(
+        "units",
+        "tendon2",
+        &[
+            // Radians.
+            (
+                "finger.joint_min_deg = [-0.5, -0.5]\nfinger.joint_max_deg = [2.6, 2.1]\nfinger.rest_deg = [0.5, 0.5]",
+                "`finger.joint_max_deg[0]` = 2.6 is out of range, allowed 4.5 to 180 degrees: the closing stop lies 5 or more above \
+                 `finger.joint_min_deg[0]` = -0.5",
+            ),
+            // The stops' lists in each other's place.
+            (
+                "finger.joint_min_deg = [150, 120]\nfinger.joint_max_deg = [-30, -30]",
+                "`finger.joint_max_deg[0]` = -30 is out of range, allowed 155 to 180 degrees: the closing stop",
+            ),
+            // Gram.
+            (
+                "finger.mass_kg = [9, 6.75]",
+                "`finger.mass_kg[0]` = 9 is out of range, allowed 0 to 0.9: a phalanx has at most 10 kg/m",
+            ),
+            (
+                "finger.spring_nm_per_rad = [0, 0]",
+                "`finger.spring_nm_per_rad[1]` = 0 is out of range, allowed 0.000001 to 1000: only joint 1 may be without a spring",
+            ),
+            // Millimetre.
+            (
+                "tendon.pulley_m = [9, 7.2]",
+                "`tendon.pulley_m[0]` = 9 is out of range, allowed 0.0001 to 1",
+            ),
+            (
+                "finger.length_m = [-0.09, 0.0675]",
+                "`finger.length_m[0]` = -0.09 is out of range, allowed 0.005 to 0.5",
+            ),
+        ],
     );
 }
