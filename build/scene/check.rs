@@ -77,7 +77,7 @@ fn kind(key: &Key, value: &Value, count: usize) -> Checked {
         };
         if list.len() != expected {
             return Err(format!(
-                "`{name}` has {} values, expected {expected}",
+                "`{name}` has {} values, expected {expected} in a finger of {count} phalanges",
                 list.len()
             ));
         }
@@ -106,8 +106,15 @@ fn kind(key: &Key, value: &Value, count: usize) -> Checked {
         }),
         Kind::Flag if value.is_bool() => Ok(()),
         Kind::Flag => wrong("true or false"),
-        Kind::Text if value.is_str() => Ok(()),
-        Kind::Text => wrong("a text"),
+        // It becomes a comment.
+        Kind::Text
+            if value
+                .as_str()
+                .is_some_and(|text| !text.contains(char::is_control)) =>
+        {
+            Ok(())
+        }
+        Kind::Text => wrong("a text of one line"),
     }
 }
 

@@ -134,7 +134,9 @@ pub fn load(folder: &Path, name: &str) -> Result<Scene, Error> {
         )));
     }
     scene.read(folder, &format!("{name}.toml"), 0)?;
-    check::check(&scene).map_err(|problem| Error(format!("scene '{name}': {problem}")))?;
+    // One line: a value may be a text of several.
+    check::check(&scene)
+        .map_err(|problem| Error(format!("scene '{name}': {}", problem.replace('\n', " "))))?;
     Ok(scene)
 }
 

@@ -263,3 +263,35 @@ fn units_and_stops_by_mistake_are_told_with_what_they_must_be() {
         ],
     );
 }
+
+#[test]
+fn what_is_in_the_wrong_place_is_told_with_its_own() {
+    refused(
+        "places",
+        "tendon2",
+        &[
+            (
+                "tension_n = 3.5",
+                "unknown key `tension_n`, which belongs to [return_cable]; the sections are: ",
+            ),
+            (
+                "tendon.length_m = [0.09, 0.0675]",
+                "unknown key `tendon.length_m`, which belongs to [finger]; [tendon] has: pulley_m",
+            ),
+            (
+                "finger.pulley_m = [0.009, 0.0072]",
+                "unknown key `finger.pulley_m`, which belongs to [return_cable] or [tendon]; [finger] has: ",
+            ),
+            ("motor = 3", "`motor` = 3 must be a section, [motor]"),
+            (
+                "tendon.pulley_m = [0.009, 0.0072, 0.0054]",
+                "`tendon.pulley_m` has 3 values, expected 2 in a finger of 2 phalanges",
+            ),
+        ],
+    );
+    let text = "base = \"tendon2\"\ntitle = \"\"\"two\nlines\"\"\"";
+    let problem = support::scene::load(&support::folder("places", &["tendon2"], text), "own");
+    let problem = problem.expect_err(text).to_string();
+    assert!(problem.contains("must be a text of one line"), "{problem}");
+    assert_eq!(problem.lines().count(), 1, "{problem}");
+}
