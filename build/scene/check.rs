@@ -1,6 +1,9 @@
 //! What a scene must satisfy: kind and range of every key, then the ranges that depend on other values.
 
+mod closing;
 mod finger;
+mod linkage;
+mod single;
 
 use std::f64::consts::TAU;
 
@@ -32,8 +35,10 @@ pub(super) fn check(scene: &Scene) -> Checked {
         }
     }
     finger::joints(scene)?;
+    linkage::check(scene)?;
     drive(scene)?;
     motion(scene)?;
+    closing::check(scene)?;
     finger::return_cable(scene)?;
     finger::preload(scene)?;
     finger::hidden_base(scene)?;
@@ -41,7 +46,8 @@ pub(super) fn check(scene: &Scene) -> Checked {
     finger::leverage(scene)?;
     finger::weight(scene)?;
     soft_object(scene)?;
-    hall(scene)
+    hall(scene)?;
+    single::check(scene)
 }
 
 /// NaN is out of every range.
@@ -71,7 +77,7 @@ fn kind(key: &Key, value: &Value, count: usize) -> Checked {
         };
         if list.len() != expected {
             return Err(format!(
-                "`{name}` has {} values, expected {expected}",
+                "`{name}` has {} values, expected {expected} in a finger of {count} phalanges",
                 list.len()
             ));
         }
@@ -100,8 +106,15 @@ fn kind(key: &Key, value: &Value, count: usize) -> Checked {
         }),
         Kind::Flag if value.is_bool() => Ok(()),
         Kind::Flag => wrong("true or false"),
-        Kind::Text if value.is_str() => Ok(()),
-        Kind::Text => wrong("a text"),
+        // It becomes a comment.
+        Kind::Text
+            if value
+                .as_str()
+                .is_some_and(|text| !text.contains(char::is_control)) =>
+        {
+            Ok(())
+        }
+        Kind::Text => wrong("a text of one line"),
     }
 }
 
@@ -182,16 +195,17 @@ fn motion(scene: &Scene) -> Checked {
             of("motion.rest_rad") + 0.05,
             of("limits.position_max_rad"),
         ),
+        // The drive goes no further, and a press on the closing stop tells the cable.
+        (
+            "travel.stop_rad",
+            of("travel.free_rad"),
+            of("limits.position_max_rad"),
+        ),
         // What the probing current gives at the input link, without friction.
         (
             "sensing.probe_torque_nm",
             1e-3,
-            of("motion.probing_current_a")
-                * of("motor.torque_constant_nm_per_a")
-                * of("gearhead.ratio")
-                * of("worm.ratio")
-                * of("gearhead.efficiency")
-                * of("worm.efficiency"),
+            of("motion.probing_current_a") * scene.torque_nm_per_a(),
         ),
     ] {
         within(key, of(key), min, max)?;
@@ -233,6 +247,12 @@ fn hall(scene: &Scene) -> Checked {
     for key in ["hall.min_rad", "hall.max_rad"] {
         let [first, last] = [margin, reference - margin].map(|volt| (volt - zero) / slope);
         within(key, of(key), first.min(last), first.max(last))?;
+    }
+    let rest_deg = scene.list("finger.rest_deg")[1].max(scene.list("finger.joint_min_deg")[1]);
+    let rest = rest_deg.to_radians();
+    for (key, min, max) in [("hall.min_rad", -3.2, rest), ("hall.max_rad", rest, 3.2)] {
+        within(key, of(key), min, max)
+            .map_err(|range| format!("{range}: joint 2 rests at {rest_deg} deg"))?;
     }
     Ok(())
 }

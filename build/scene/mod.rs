@@ -134,7 +134,9 @@ pub fn load(folder: &Path, name: &str) -> Result<Scene, Error> {
         )));
     }
     scene.read(folder, &format!("{name}.toml"), 0)?;
-    check::check(&scene).map_err(|problem| Error(format!("scene '{name}': {problem}")))?;
+    // One line: a value may be a text of several.
+    check::check(&scene)
+        .map_err(|problem| Error(format!("scene '{name}': {}", problem.replace('\n', " "))))?;
     Ok(scene)
 }
 
@@ -297,6 +299,20 @@ impl Scene {
         } else {
             0.0
         }
+    }
+
+    /// Torque at the input link per ampere of the motor, less what the gears lose, newton metre per ampere.
+    pub fn torque_nm_per_a(&self) -> f64 {
+        [
+            "motor.torque_constant_nm_per_a",
+            "gearhead.ratio",
+            "worm.ratio",
+            "gearhead.efficiency",
+            "worm.efficiency",
+        ]
+        .map(|key| self.number(key))
+        .iter()
+        .product()
     }
 
     /// Number of phalanges.

@@ -165,6 +165,11 @@ pub(super) fn known(file: &Table) -> Result<(), String> {
         let path = |name: &str| format!("{section}.{name}");
         let names: Vec<String> = match value {
             Value::Table(keys) => keys.keys().map(|name| path(name)).collect(),
+            _ if sections().contains(&section.as_str()) => {
+                return Err(format!(
+                    "`{section}` = {value} must be a section, [{section}]"
+                ));
+            }
             _ => vec![section.clone()],
         };
         for name in names {
@@ -175,20 +180,37 @@ pub(super) fn known(file: &Table) -> Result<(), String> {
                 .iter()
                 .filter_map(|key| key.name.strip_prefix(&path("")))
                 .collect();
+            let elsewhere = elsewhere(&name);
             return Err(if beside.is_empty() {
                 format!(
-                    "unknown key `{name}`; the sections are: {}",
+                    "unknown key `{name}`{elsewhere}; the sections are: {}",
                     sections().join(", ")
                 )
             } else {
                 format!(
-                    "unknown key `{name}`; [{section}] has: {}",
+                    "unknown key `{name}`{elsewhere}; [{section}] has: {}",
                     beside.join(", ")
                 )
             });
         }
     }
     Ok(())
+}
+
+/// The sections that have a key of this name, to be put behind it.
+fn elsewhere(name: &str) -> String {
+    let own = name.rsplit_once('.').map_or(name, |(_, own)| own);
+    let sections: Vec<String> = KEYS
+        .iter()
+        .filter_map(|key| key.name.split_once('.'))
+        .filter(|(_, key)| *key == own)
+        .map(|(section, _)| format!("[{section}]"))
+        .collect();
+    if sections.is_empty() {
+        String::new()
+    } else {
+        format!(", which belongs to {}", sections.join(" or "))
+    }
 }
 
 fn sections() -> Vec<&'static str> {

@@ -1,11 +1,16 @@
 //! What the finger of a scene must satisfy beyond kind and range of every key.
 
-use std::f64::consts::TAU;
-
 use super::super::Scene;
 use super::{Checked, within};
 
-/// Stops, rest angles, springs, travel, and what the linkage needs.
+/// Least angle from one stop of a joint to the other, degree: radians by mistake lie below.
+const LEAST_RANGE_DEG: f64 = 5.0;
+/// How far a joint that a motor of its own holds must rest above its opening stop, degree.
+const LEAST_WAY_DEG: f64 = 1.0;
+/// Largest mass of a phalanx by its length: steel of 35 mm square. Grams lie above.
+const MOST_KG_PER_M: f64 = 10.0;
+
+/// Stops, rest angles, springs and travel.
 pub(super) fn joints(scene: &Scene) -> Checked {
     let lists = [
         "joint_min_deg",
@@ -18,18 +23,34 @@ pub(super) fn joints(scene: &Scene) -> Checked {
         within(
             &format!("finger.joint_max_deg[{i}]"),
             high[i],
-            low[i],
+            low[i] + LEAST_RANGE_DEG,
             180.0,
-        )?;
+        )
+        .map_err(|range| {
+            format!(
+                "{range} degrees: the closing stop lies {LEAST_RANGE_DEG} or more above `finger.joint_min_deg[{i}]` = {}",
+                low[i]
+            )
+        })?;
         // Where nothing turns joint 2 before a contact its spring may be preloaded against its stop.
         let may_be_preloaded =
             spring[0] == 0.0 && scene.phalanges() == 2 && !scene.flag("finger.hidden_base");
-        let least = if i > 0 && may_be_preloaded {
+        let is_held = i > 0 && scene.has("direct");
+        let least = if is_held {
+            low[i] + LEAST_WAY_DEG
+        } else if i > 0 && may_be_preloaded {
             low[i] - 90.0
         } else {
             low[i]
         };
-        within(&format!("finger.rest_deg[{i}]"), rest[i], least, high[i])?;
+        within(&format!("finger.rest_deg[{i}]"), rest[i], least, high[i]).map_err(|range| {
+            if is_held {
+                let joint = i + 1;
+                format!("{range}: with [direct] a contact pushes joint {joint} open, which cannot give way at its opening stop")
+            } else {
+                range
+            }
+        })?;
         // Joint 1 may be without a spring; the others would be left to themselves without a return cable.
         if i > 0 && !scene.has("return_cable") {
             within(
@@ -37,7 +58,10 @@ pub(super) fn joints(scene: &Scene) -> Checked {
                 spring[i],
                 1e-6,
                 1e3,
-            )?;
+            )
+            .map_err(|range| {
+                format!("{range}: only joint 1 may be without a spring, or all with [return_cable]")
+            })?;
         }
     }
     let stop = scene.number("travel.stop_rad");
@@ -47,81 +71,6 @@ pub(super) fn joints(scene: &Scene) -> Checked {
         0.01,
         stop,
     )?;
-    if scene.has("linkage") {
-        closes(scene, &low, &high)
-    } else {
-        Ok(())
-    }
-}
-
-/// The coupler of every stage must reach at every angle of its joint, and at what the stage behind adds to that.
-fn closes(scene: &Scene, low: &[f64], high: &[f64]) -> Checked {
-    const STEPS: u32 = 64;
-    let ground = scene.list("finger.length_m");
-    let [drive, coupler, driven, offset] = ["driving_m", "coupler_m", "driven_m", "offset_deg"]
-        .map(|name| scene.list(&format!("linkage.{name}")));
-    let signs: Vec<f64> = scene
-        .words("linkage.assembly")
-        .iter()
-        .map(|word| if *word == "clockwise" { -1.0 } else { 1.0 })
-        .collect();
-    // What the stage behind adds to the angle of this one.
-    let mut behind = [0.0, 0.0];
-    for stage in (0..drive.len()).rev() {
-        let (a, b, c) = (drive[stage], coupler[stage], driven[stage]);
-        // Angle of the driving lever when the driven one is at v.
-        let lever = |v: f64| -> Result<f64, f64> {
-            let angle = v - offset[stage].to_radians();
-            let tip = [ground[stage] + c * angle.cos(), c * angle.sin()];
-            let reach = tip[0].hypot(tip[1]);
-            let cosine = (a * a + reach * reach - b * b) / (2.0 * a * reach);
-            if cosine.abs() < 1.0 {
-                Ok(tip[1].atan2(tip[0]) + signs[stage] * cosine.acos())
-            } else {
-                Err(reach)
-            }
-        };
-        let (from, to) = (
-            low[stage + 1].to_radians() + behind[0],
-            high[stage + 1].to_radians() + behind[1],
-        );
-        let zero = lever(0.0).unwrap_or(0.0);
-        let mut turned = [0.0f64, 0.0];
-        for step in 0..=STEPS {
-            let v = from + (to - from) * f64::from(step) / f64::from(STEPS);
-            match lever(v) {
-                Ok(angle) => {
-                    let mut turn = (angle - zero).rem_euclid(TAU);
-                    if turn > 0.5 * TAU {
-                        turn -= TAU;
-                    }
-                    turned = [turned[0].min(turn), turned[1].max(turn)];
-                }
-                Err(reach) => {
-                    let nearest = (reach - a).abs();
-                    let open = format!(
-                        "linkage {} does not close at theta_{} = {:.0} deg (with the stage behind)",
-                        stage + 1,
-                        stage + 2,
-                        v.to_degrees()
-                    );
-                    let open = if behind == [0.0, 0.0] {
-                        open.replace(" (with the stage behind)", "")
-                    } else {
-                        open
-                    };
-                    return within(
-                        &format!("linkage.coupler_m[{stage}]"),
-                        b,
-                        nearest,
-                        reach + a,
-                    )
-                    .map_err(|range| format!("{open}: {range}"));
-                }
-            }
-        }
-        behind = turned;
-    }
     Ok(())
 }
 
@@ -226,6 +175,12 @@ pub(super) fn weight(scene: &Scene) -> Checked {
         return Err(format!(
             "`{lacking}` is missing: `finger.mass_kg` and `finger.mounting_deg` belong together"
         ));
+    }
+    let length_m = scene.list("finger.length_m");
+    for (i, mass_kg) in scene.list("finger.mass_kg").into_iter().enumerate() {
+        let key = format!("finger.mass_kg[{i}]");
+        within(&key, mass_kg, 0.0, MOST_KG_PER_M * length_m[i])
+            .map_err(|range| format!("{range}: a phalanx has at most {MOST_KG_PER_M} kg/m"))?;
     }
     let held = scene.has("return_cable") || scene.list("finger.spring_nm_per_rad")[0] > 0.0;
     if has_mass && !held {

@@ -1,24 +1,14 @@
 //! A scene with a wrong value stops the build with key, value and range: the reader is the one that the build scripts use.
 
-#[path = "../../../build/scene/mod.rs"]
-#[allow(dead_code, reason = "the reader serves the build scripts as well")]
-mod scene;
+mod support;
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
+use support::scene;
 
-/// A folder with the defaults, p70 and one more scene.
+/// A folder with the defaults, p70, tendon2 and one more scene.
 fn folder(test: &str, own: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
-    let common = folder.join("common");
-    fs::create_dir_all(&common).expect("a folder for the test");
-    for file in ["common/defaults.toml", "p70.toml", "tendon2.toml"] {
-        fs::copy(Path::new(SCENES).join(file), folder.join(file)).expect("a scene to copy");
-    }
-    fs::write(folder.join("own.toml"), own).expect("a scene to write");
-    folder
+    support::folder(test, &["p70", "tendon2"], own)
 }
 
 fn problem(test: &str, own: &str) -> String {
@@ -286,7 +276,6 @@ fn dimensions_change_with_what_a_stored_record_depends_on_and_with_nothing_else(
         "finger.length_m = [0.09, 0.0701]",
         "finger.spring_nm_per_rad = [0.0, 0.08]",
         "finger.half_thickness_m = 0.007",
-        "linkage.assembly = [\"counterclockwise\"]",
         "travel.free_rad = 1.25",
         "motor.torque_constant_nm_per_a = 9e-3",
         "motion.closing_rad_per_s = 0.31",
@@ -306,6 +295,11 @@ fn dimensions_change_with_what_a_stored_record_depends_on_and_with_nothing_else(
     ] {
         assert_ne!(of("dimensions", own), p70, "{own}");
     }
+    // Where joint 2 rests at 110 degrees either assembly closes it.
+    let folded = "sensing = { preload_nm = 0, preload_sigma_nm = 0 }\nfinger.rest_deg = [0, 110]\nlinkage.assembly";
+    let [clockwise, counterclockwise] = ["clockwise", "counterclockwise"]
+        .map(|word| of("dimensions", &format!("{folded} = [\"{word}\"]")));
+    assert_ne!(clockwise, counterclockwise);
     for own in [
         "gearhead.ratio = 64.0",
         "motion.hold_force_n = 2.0",
