@@ -47,23 +47,18 @@ pub struct Calibration {
 impl Calibration {
     /// Whether every value is finite and in its range; to be checked after reading it from flash.
     pub fn is_valid(&self) -> bool {
-        let [cable, stiffening] = [self.cable_rad_per_nm, self.stiffening_per_nm];
-        let deviations = [
+        let sizes = [
+            self.cable_rad_per_nm,
+            self.stiffening_per_nm,
             self.torque_factor_sigma,
             self.cable_sigma_rad_per_nm,
             self.stiffening_sigma_per_nm,
             self.joint_sigma_nm,
         ];
-        let correlations = [self.correlation, self.joint_correlation];
+        let signed = [self.correlation, self.joint_correlation, self.joint_nm];
         (0.05..=20.0).contains(&self.torque_factor)
-            && [cable, stiffening]
-                .iter()
-                .chain(&deviations)
-                .all(|value| (0.0..=100.0).contains(value))
-            && correlations
-                .iter()
-                .chain([&self.joint_nm])
-                .all(|value| (-1.0..=1.0).contains(value))
+            && sizes.iter().all(|size| (0.0..=100.0).contains(size))
+            && signed.iter().all(|value| (-1.0..=1.0).contains(value))
     }
 
     /// The cable's twist by a rise of the nominal torque up to `nominal_nm`, and its standard deviation, radian.

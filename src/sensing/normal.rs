@@ -3,7 +3,7 @@
 //! Unknowns are whitened: in units of their prior deviation from their prior mean. A prior then adds 1 to the diagonal,
 //! which bounds the condition number so that f32 suffices; an unknown that a hypothesis lacks stays at 0.
 
-use crate::numeric::{ln, sqrt};
+use crate::numeric::{Bounded, ln, sqrt};
 use core::marker::PhantomData;
 
 /// Which of the unknowns of a problem there are.
@@ -174,6 +174,13 @@ impl<const P: usize, U: Unknowns> Factor<'_, P, U> {
         }
         self.solve(&mut unit);
         unit
+    }
+
+    /// Variance of one unknown, not below 0.
+    #[inline(never)]
+    pub fn variance(&self, unknown: usize) -> f32 {
+        let column = self.covariance(unknown);
+        column.get(unknown).copied().unwrap_or(0.0).at_least(0.0)
     }
 
     /// Logarithm of the matrix's determinant.

@@ -12,7 +12,7 @@
 //! off by. The rise of the current after a contact tells rho, a second speed (of the opening) tells e. Least squares with the priors of
 //! all three take what there is (docs/SENSING.md#torque-constant).
 
-use crate::numeric::Bounded;
+use crate::numeric::{Bounded, dot};
 use crate::sensing::block::Block;
 use crate::sensing::{Drive, Drivetrain};
 
@@ -25,18 +25,14 @@ pub(super) const BRIDGE_SIGMA_V: f32 = 0.15;
 const BLOCK_SIGMA: f32 = 0.02;
 /// Deviation of the constant, in standard deviations of what is expected, that is a fault of the measurement.
 pub(super) const IMPLAUSIBLE: f32 = 4.0;
-/// Normal equations of kappa, rho and e, of all blocks since the last recording of friction.
+
+/// What is known of kappa, rho and e by the blocks since the last recording of friction: means and covariance. A filter and not the normal
+/// equations: where the finger closes as fast as it opens these are nearly singular, and differences of sums over thousands of blocks
+/// are rounding.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct TorqueConstant {
-    blocks: f32,
-    r: f32,
-    e: f32,
-    rr: f32,
-    re: f32,
-    ee: f32,
-    y: f32,
-    ry: f32,
-    ey: f32,
+    mean: [f32; 3],
+    covariance: [[f32; 3]; 3],
 }
 
 /// What is known of the torque constant.
@@ -68,40 +64,42 @@ impl TorqueConstant {
         if !(y.abs() < 1.0 && r.abs() < 10.0 && e < 10.0) {
             return;
         }
-        self.blocks += 1.0;
-        self.r += r;
-        self.e += e;
-        self.rr += r * r;
-        self.re += r * e;
-        self.ee += e * e;
-        self.y += y;
-        self.ry += r * y;
-        self.ey += e * y;
+        if self.covariance[1][1] <= 0.0 {
+            let sigmas = [
+                drivetrain.torque_constant_sigma,
+                RESISTANCE_SIGMA,
+                BRIDGE_SIGMA_V,
+            ];
+            for (index, sigma) in sigmas.into_iter().enumerate() {
+                self.covariance[index][index] = sigma * sigma;
+            }
+        }
+        let row = [1.0, r, e];
+        let mut with_row = [0.0; 3];
+        for (with, line) in with_row.iter_mut().zip(&self.covariance) {
+            *with = dot(line, &row);
+        }
+        let variance = BLOCK_SIGMA * BLOCK_SIGMA + dot(&row, &with_row);
+        let news = y - dot(&row, &self.mean);
+        let lines = self.mean.iter_mut().zip(&mut self.covariance);
+        for ((mean, line), with) in lines.zip(&with_row) {
+            let gain = with / variance;
+            *mean += gain * news;
+            for (value, other) in line.iter_mut().zip(&with_row) {
+                *value -= gain * other;
+            }
+        }
     }
 
-    /// Posterior of kappa: rho and e are eliminated from the normal equations, which have the priors on their diagonal.
-    #[inline(never)]
+    /// Posterior of kappa.
     pub(super) fn shift(&self, drivetrain: &Drivetrain) -> ConstantShift {
-        const VARIANCE: f32 = BLOCK_SIGMA * BLOCK_SIGMA;
-        const RESISTANCE: f32 = VARIANCE / (RESISTANCE_SIGMA * RESISTANCE_SIGMA);
-        const BRIDGE: f32 = VARIANCE / (BRIDGE_SIGMA_V * BRIDGE_SIGMA_V);
         let prior = drivetrain.torque_constant_sigma * drivetrain.torque_constant_sigma;
-        let by_e = 1.0 / (self.ee + BRIDGE);
-        let (re, ke) = (self.re * by_e, self.e * by_e);
-        let rr = (self.rr + RESISTANCE - re * self.re).at_least(RESISTANCE);
-        let kr = self.r - ke * self.re;
-        let ry = self.ry - re * self.ey;
-        let by_r = kr / rr;
-        // Information of kappa by the blocks alone, and its mean times that.
-        let told = (self.blocks - ke * self.e - by_r * kr).at_least(0.0) / VARIANCE;
-        let weighted = (self.y - ke * self.ey - by_r * ry) / VARIANCE;
-        let variance = prior / (1.0 + prior * told);
-        let share = variance * weighted;
+        let ([share, ..], [[left, ..], line, _]) = (self.mean, self.covariance);
         // Of a mean that is expected within the prior; nor is it a NaN.
-        if share * share <= IMPLAUSIBLE * IMPLAUSIBLE * prior {
+        if line[1] > 0.0 && share * share <= IMPLAUSIBLE * IMPLAUSIBLE * prior {
             ConstantShift {
                 share,
-                variance: prior - variance,
+                variance: (prior - left).at_least(0.0),
             }
         } else {
             ConstantShift::default()

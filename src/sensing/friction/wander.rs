@@ -119,9 +119,11 @@ impl Evidence {
             let mut rate_per_s2 = LEAST_RATE / FIRST;
             let mut before = None;
             for (rank, &here) in line.iter().enumerate() {
-                // At the ends of the grid, the point's own value stands for the neighbour's.
-                let below = before.replace(here).unwrap_or(here);
-                let above = line.get(rank + 1).copied().unwrap_or(here);
+                // At the ends of the grid a point stands for its whole cell: a parabola would find a maximum outside.
+                let (below, above) = match (before.replace(here), line.get(rank + 1)) {
+                    (Some(below), Some(&above)) => (below, above),
+                    _ => (here, here),
+                };
                 // Four places about the point, from three eighths of a step before it to as much behind it.
                 let mut x = -0.375;
                 while x < 0.5 {
@@ -208,7 +210,23 @@ pub(super) fn averaged_out(x: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use super::averaged_out;
+    use super::{Evidence, Hypothesis, RATES, TIMES, averaged_out};
+
+    /// As sharp as ten passes make it, rates beyond the largest of the grid: nothing outside is found.
+    #[test]
+    fn evidence_at_an_end_of_the_grid_tells_the_rate_at_that_end() {
+        for (end, ratio) in [(0, 1.0 / 1.3), (RATES - 1, 1.3f32)] {
+            let there = Hypothesis::of(end).rate_per_s2 * ratio;
+            let ln_likelihood = core::array::from_fn(|index| {
+                let off = (Hypothesis::of(index % RATES).rate_per_s2 / there).ln();
+                -150.0 * off * off
+            });
+            let evidence = Evidence { ln_likelihood };
+            assert_eq!(evidence.ln_likelihood.len(), RATES * TIMES);
+            let found = evidence.mean().rate_per_s2;
+            assert!((0.65..1.55).contains(&(found / there)), "{found} {there}");
+        }
+    }
 
     #[test]
     fn means_of_a_wandering_process_are_instants_with_less_white_noise() {

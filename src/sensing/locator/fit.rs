@@ -261,18 +261,20 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         let mut k_sigma_m = 0.0;
         let mut flat = 0.0;
         if has_place {
-            // A place that the curve hardly tells is one on the phalanx nevertheless, and one on its joint is that.
-            let precision = if self.x[K] < JOINT_SHARE {
+            // A place that the curve hardly tells is one on the phalanx nevertheless, and one on its joint is that: but on the first
+            // phalanx that touches, where no other is so near.
+            let second = matches!(self.hypothesis.hold, Hold::Contact { phalanx: 2, .. });
+            let is_on_joint = self.x[K] < JOINT_SHARE && (F::FIRST_TOUCHING == 1 || !second);
+            let precision = if is_on_joint {
                 1.0 / (JOINT_SHARE * JOINT_SHARE)
             } else {
                 UNIFORM
             };
-            let mut variance = factor.covariance(K)[K].at_least(0.0);
+            let mut variance = factor.variance(K);
             flat = 0.5 * ln(core::f32::consts::TAU / (1.0 + precision * variance));
             if F::UNEVEN {
                 // As much of the torque factor as the curve itself has told holds for the leverage along the curve, not at the place.
-                let covariance = factor.covariance(FACTOR);
-                let told = 1.0 - covariance[FACTOR];
+                let told = 1.0 - factor.variance(FACTOR);
                 let sigma = prior.calibration.torque_factor_sigma;
                 let shift = by_factor * prior.leverage_sigma / sigma;
                 variance += told.at_least(0.0) * (shift * shift);
@@ -280,7 +282,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             k_sigma_m = length_m * sqrt(variance / (1.0 + precision * variance));
         }
         let give_sigma = if X::OBJECT_GIVES {
-            sqrt(factor.covariance(GIVE)[GIVE].at_least(0.0))
+            sqrt(factor.variance(GIVE))
         } else {
             0.0
         };

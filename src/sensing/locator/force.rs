@@ -66,10 +66,10 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         let data = self.of_round(data);
         let scaling = Scaling::of::<F, X>(prior, estimate.length_m);
         // The onset is the same at every place.
-        let onset_rad = scaling.values(&estimate.best.x)[ONSET];
+        let onset_rad = scaling.values(&estimate.best)[ONSET];
         let onset = onset::at::<F, X>(finger, onset_rad, prior, near)?;
         let force_at = |k: f32, stride: usize| -> Option<(Force, PathPoint)> {
-            let mut x = estimate.best.x;
+            let mut x = estimate.best;
             x[K] += k;
             scaling.hold(&mut x, K);
             let values = scaling.values(&x);
@@ -111,7 +111,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         let beside = estimate.k_sigma_m / estimate.length_m;
         let stride = ROUGH * stride;
         // Away from the nearer end, where the phalanx goes on.
-        let inward = if estimate.best.x[K] > 0.5 {
+        let inward = if estimate.best[K] > 0.5 {
             -beside
         } else {
             beside
@@ -142,10 +142,15 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     }
 }
 
-/// The springs' stiffness over the scene's, estimated from the torque factor f, with the standard deviation of a force by it: a
-/// force with the scene's springs is in proportion to f, with the estimated ones to the power of f that is not theirs.
+/// The springs' stiffness over the scene's, estimated from the torque factor f that pins have told, with the standard deviation of a force
+/// by it: a force with the scene's springs is in proportion to f, with the estimated ones to the power of f that is not theirs. Without
+/// pins f tells of the motor alone.
 fn springs(calibration: &Calibration) -> [f32; 2] {
-    let mean = exp(-SPRING_SHARE * ln(calibration.torque_factor));
+    let mean = if calibration.contacts > 0 {
+        exp(-SPRING_SHARE * ln(calibration.torque_factor))
+    } else {
+        1.0
+    };
     let sigma = (1.0 - SPRING_SHARE) * calibration.torque_factor_sigma;
     let variance = (1.0 - SPRING_SHARE) * SPRING_VARIANCE + sigma * sigma;
     [mean, mean * sqrt(variance)]

@@ -38,8 +38,8 @@ pub struct Estimate {
     pub radius_sigma_m: f32,
     /// Compliance of the object and its standard deviation, metre per newton; 0 where it is not fitted.
     pub give_m_per_n: [f32; 2],
-    /// The likeliest fit.
-    pub(super) best: Fitted,
+    /// Unknowns of the likeliest fit.
+    pub(super) best: [f32; UNKNOWNS],
     pub(super) best_radius_m: f32,
 }
 
@@ -78,7 +78,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
                 continue;
             };
             if X::FLEXIBLE && F::CABLE_DECIDES {
-                new.ln_evidence += prior.ln_cable(&new.estimate.best.x) / spread;
+                new.ln_evidence += prior.ln_cable(&new.estimate.best) / spread;
             }
             // Two starts that ended in one minimum are one hypothesis.
             let same = weighed
@@ -271,7 +271,7 @@ impl Track {
             radius_m: radius_m(best_index) + r + prior.half_thickness_m,
             radius_sigma_m: sqrt(variance(rr, r)),
             give_m_per_n,
-            best: *best,
+            best: best.x,
             best_radius_m: radius_m(best_index) + prior.half_thickness_m,
         };
         let radii = if has_place { RADII_M.len() as f32 } else { 1.0 };

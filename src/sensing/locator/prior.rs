@@ -222,16 +222,18 @@ impl Scaling {
                 deviation[LOSS] = sigma;
             }
         }
-        let mut bound = |unknown: usize, least: f32| {
-            let least = (least - mean[unknown]) / deviation[unknown].at_least(f32::MIN_POSITIVE);
-            lowest[unknown] = lowest[unknown].at_least(least);
-        };
-        bound(FRICTION, 0.0);
-        bound(FACTOR, LEAST_FACTOR * mean[FACTOR]);
-        bound(CABLE, LEAST_CABLE * mean[CABLE]);
-        bound(BEND, 0.0);
-        if Of::<F, X>::MISSING == 0 {
-            bound(GIVE, 0.0);
+        // Least values, as shares of the means.
+        let least = [
+            (FRICTION, 0.0),
+            (FACTOR, LEAST_FACTOR),
+            (CABLE, LEAST_CABLE),
+            (BEND, 0.0),
+            (GIVE, 0.0),
+        ];
+        for (unknown, share) in least {
+            let deviations =
+                (share - 1.0) * mean[unknown] / deviation[unknown].at_least(f32::MIN_POSITIVE);
+            lowest[unknown] = lowest[unknown].at_least(deviations);
         }
         Self {
             mean,

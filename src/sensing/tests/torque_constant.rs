@@ -65,6 +65,44 @@ fn two_speeds_and_a_rise_tell_it() {
     }
 }
 
+/// Hundreds of grasps, closing as fast as opening, where sums without end were their own rounding.
+#[test]
+fn hundreds_of_grasps_tell_no_less_than_some() {
+    let off = Off {
+        constant: 0.04,
+        resistance: 0.1,
+        bridge_v: -0.1,
+    };
+    let mut constant = TorqueConstant::default();
+    let mut state = 1u32;
+    let mut push = |constant: &mut TorqueConstant, drive: Drive, current_a: f32| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let noise = (state >> 8) as f32 / (1 << 24) as f32 - 0.5;
+        let mut block = block(drive, 0.6, current_a, off);
+        block.emf_v *= 1.0 + 0.06 * noise;
+        constant.push(&block, &drivetrain());
+    };
+    let mut after = |grasps: usize| {
+        for _ in 0..grasps {
+            for _ in 0..300 {
+                push(&mut constant, Drive::Opening, 0.017);
+                push(&mut constant, Drive::Closing, 0.015);
+            }
+            for step in 0..30 {
+                push(
+                    &mut constant,
+                    Drive::Closing,
+                    0.015 + 0.1 * step as f32 / 30.0,
+                );
+            }
+        }
+        constant.shift(&drivetrain())
+    };
+    let (some, many) = (after(8), after(400));
+    assert!((many.share - some.share).abs() < 3e-3, "{some:?} {many:?}");
+    assert!(many.variance > 0.98 * some.variance, "{some:?} {many:?}");
+}
+
 #[test]
 fn its_deviation_is_honest_whatever_has_been_seen() {
     let mut state = 1u32;

@@ -19,7 +19,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         let before = &prior.calibration;
         let strain = match prior.place {
             Place::Known { .. } => {
-                let variance = |unknown: usize| factor.covariance(unknown)[unknown];
+                let variance = |unknown: usize| factor.variance(unknown);
                 let [beside_normal, _] = prior.beside_normal::<F>(self.x[JOINT]);
                 strain(&self.x, beside_normal, before.contacts == 0, variance)
             }
@@ -28,11 +28,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         let ff = by_factor[FACTOR].at_least(0.0);
         let before_joint = (prior.joint_nm[1], before.joint_correlation);
         let coupled = |unknown: usize, (sigma, r): (f32, f32)| {
-            coupled(
-                [ff, by_factor[unknown], factor.covariance(unknown)[unknown]],
-                sigma,
-                r,
-            )
+            coupled([ff, by_factor[unknown], factor.variance(unknown)], sigma, r)
         };
         let (joint_sigma_nm, joint_correlation) = coupled(JOINT, before_joint);
         let mut learned = Calibration {
@@ -49,7 +45,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             learned.cable_rad_per_nm = values[CABLE].at_least(0.0);
             learned.stiffening_per_nm = values[BEND].at_least(0.0);
             learned.stiffening_sigma_per_nm =
-                before.stiffening_sigma_per_nm * sqrt(factor.covariance(BEND)[BEND].at_least(0.0));
+                before.stiffening_sigma_per_nm * sqrt(factor.variance(BEND));
             (learned.cable_sigma_rad_per_nm, learned.correlation) =
                 coupled(CABLE, (before.cable_sigma_rad_per_nm, before.correlation));
         }
