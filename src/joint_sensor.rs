@@ -360,4 +360,27 @@ mod tests {
             assert_eq!(side(nothing, Some(1.0)), None);
         }
     }
+
+    /// Magnet and converter are as the scene says, and a large change is as much in doubt as they are.
+    #[test]
+    fn the_larger_a_change_the_larger_its_deviation() {
+        for rad in [-1.0f32, -0.1, 0.0, 0.1, 1.0] {
+            let told = HallSensor::told(Some(rad), 0.2, 0.1).expect("a reading");
+            let sigma_rad = HallSensor::SIGMA_RAD + 0.03 * rad.abs();
+            assert!((told.sigma_rad - sigma_rad).abs() < 1e-6, "{told:?}");
+            assert_eq!([told.rad, told.excess_nm, told.free_nm], [rad, 0.2, 0.1]);
+            let change = Some(told).distrusted().change().expect("the same");
+            assert!(change.rad == rad && change.sigma_rad == f32::INFINITY);
+        }
+        for nothing in [None, Some(f32::NAN), Some(f32::INFINITY)] {
+            assert_eq!(HallSensor::told(nothing, 0.2, 0.1), None);
+        }
+    }
+
+    #[test]
+    fn the_middle_lies_between_two_readings() {
+        assert_eq!(HallSensor::middle(Some(0.5), Some(1.0)), Some(0.75));
+        assert_eq!(HallSensor::middle(None, Some(1.0)), None);
+        assert_eq!(HallSensor::middle(Some(0.5), None), None);
+    }
 }

@@ -277,3 +277,6 @@ impl Protection {
             .then_some(Fault::OffsetOutOfRange)
     }
 }
+
+#[cfg(test)]
+mod tests;

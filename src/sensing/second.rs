@@ -377,4 +377,21 @@ mod tests {
         search.interrupt();
         assert_eq!(search.finish(), None);
     }
+
+    /// A closing has one second contact, however the curve goes on.
+    #[test]
+    fn a_second_contact_is_told_once() {
+        let curve = |theta: f64| 0.2 * theta + (theta - 0.3).max(0.0);
+        let (change, mut search) = told(curve, 0.6);
+        assert!(change.is_some());
+        for block in 0..40 {
+            let theta = 0.6 + 0.005 * f64::from(block);
+            let torque = curve(theta) + 2.0 * (theta - 0.7).max(0.0);
+            assert_eq!(
+                search.push(theta as f32, torque as f32, &QUIET, false),
+                None
+            );
+        }
+        assert_eq!(search.finish(), None);
+    }
 }

@@ -54,3 +54,20 @@ impl Level {
         before_nm - torque_nm
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A touch is told with the torque of the block before the last.
+    #[test]
+    fn the_level_is_that_of_the_block_that_touched() {
+        let mut level = Level::default();
+        level.push(0.02);
+        assert!(level.at_touch(0.01).is_nan(), "one block tells nothing");
+        for above_nm in [0.03, 0.05, 0.08] {
+            level.push(above_nm);
+        }
+        assert!((level.at_touch(0.045) - 0.005).abs() < 1e-6);
+    }
+}

@@ -117,4 +117,10 @@ mod tests {
         let told = told(|s| 0.4 + 0.2 * (s - 0.2).clamp(0.0, 0.02));
         assert!(matches!(told[..], [200..250]), "{told:?}");
     }
+
+    /// A motor that is turned back did not start by itself: it is the load that grew.
+    #[test]
+    fn a_motion_backwards_is_no_start() {
+        assert_eq!(told(|s| 0.4 - 0.2 * (s - 0.2).clamp(0.0, 0.02)), []);
+    }
 }

@@ -1,5 +1,7 @@
 //! Tests of the sensing by synthetic signals; against the simulated world it is tested in the host crates.
 
+#[cfg(feature = "firmware")]
+mod again;
 mod alignment;
 mod block;
 mod calibration;

@@ -18,6 +18,25 @@ fn a_motion_that_is_too_short_leaves_the_old_record() {
     assert!(sensor.friction().is_some(), "the old record stands");
 }
 
+/// There and back, but not far enough: most of the travel would be without friction.
+#[test]
+fn a_recording_of_a_short_way_is_none() {
+    let (mut sensor, mut time_us) = recorded();
+    let before = sensor.friction().cloned();
+    sensor.direct(Directive::RecordFriction);
+    let mut told = motion(&mut sensor, &mut time_us, (0.0, 0.85), friction_a);
+    told.extend(motion(&mut sensor, &mut time_us, (0.85, 0.0), |a| {
+        -friction_a(a)
+    }));
+    sensor.direct(Directive::Rest);
+    told.extend(motion(&mut sensor, &mut time_us, (0.0, 0.01), friction_a));
+    assert!(
+        matches!(told[..], [Event::FrictionNotRecorded { coverage }] if coverage < 0.6),
+        "{told:?}"
+    );
+    assert_eq!(sensor.friction().cloned(), before);
+}
+
 /// Something stood in the way: what it took would be subtracted as friction from then on.
 #[test]
 fn a_recording_that_ends_while_the_finger_closes_is_none() {

@@ -32,6 +32,7 @@ fn position_is_limited_before_it_trips() {
         let inputs = simulation.bench.step(simulation.outputs);
         simulation.outputs = simulation.controller.step(&inputs, &simulation.demand);
     }
+    assert!(simulation.controller.status().limited.position);
     assert!(
         (simulation.bench.link_rad() - limit_rad).abs() < 0.03,
         "{}",

@@ -149,3 +149,28 @@ fn healthy_grasps_of_motors_at_the_edge_of_their_tolerances_never_fault() {
         );
     }
 }
+
+/// Homing closes too, for a run-up and off the stop: what stands in the way then stalls the motor at once, not until the timeout.
+#[test]
+fn a_homing_that_is_blocked_while_it_closes_is_a_stall() {
+    use super::homing::Homing;
+    for (start_rad, blocked) in [(0.02, Homing::RunUp), (0.5, Homing::BackOff)] {
+        let mut simulation = Simulation::new(1);
+        simulation.bench.angle = start_rad * 1280.0;
+        simulation.sequence.request(Request::Home).expect("at rest");
+        let mut since_ms = 0;
+        while simulation.sequence.state() != State::Fault && since_ms < 2000 {
+            simulation.millisecond(None);
+            if simulation.sequence.homing == blocked {
+                simulation.bench.wrong = Defect::RotorLocked;
+                since_ms += 1;
+            }
+        }
+        assert_eq!(
+            simulation.sequence.fault(),
+            Some(Fault::Stall),
+            "{blocked:?}"
+        );
+        assert!(since_ms < 500, "{since_ms} ms");
+    }
+}

@@ -1,7 +1,9 @@
 //! The sequence with the controller and a simple motor.
 
+mod bridge;
 mod control;
 mod faults;
+mod grasps;
 mod motions;
 mod transitions;
 

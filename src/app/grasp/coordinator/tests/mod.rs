@@ -1,7 +1,9 @@
 //! What commands and events make of the state.
 
 mod calibration;
+mod halves;
 mod homing;
+mod zero;
 
 use super::*;
 use crate::app::grasp::values::drive;
