@@ -5,6 +5,7 @@ pub mod bench;
 pub mod campaign;
 mod counts;
 pub mod faults;
+mod flash;
 mod live;
 mod object;
 mod output;

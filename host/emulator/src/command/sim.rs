@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! `sim`: one run, its log, its summary.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use palpate_emulator::chip::FLASH_SIZE;
 use palpate_emulator::firmware::default_path;
 use palpate_emulator::sim::{
     Calibration, Injected, Object, Script, Session, Settings, Step, Summary, Trace,
@@ -82,7 +81,7 @@ pub struct Options {
     /// --world, a finger whose hidden values are drawn from their spreads by the seed
     #[arg(long, value_name = "MM,MM", value_delimiter = ',', value_parser = positive, conflicts_with = "commands")]
     calibrate: Vec<f64>,
-    /// Flash contents to start from, if the file exists, and where they are kept at the end
+    /// File that keeps the flash: from one that exists, what the firmware has saved is taken, and the program is that of this run
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
     /// Injects a fault: NAME or NAME@SECONDS
@@ -198,31 +197,7 @@ fn script(options: &Options, parameters: &Parameters) -> Script {
     script
 }
 
-/// Flash contents of an earlier run, if the file exists.
-fn flash(path: Option<&Path>) -> Result<Option<Vec<u8>>, Error> {
-    match path {
-        Some(path) if path.exists() => {
-            let image = std::fs::read(path).map_err(|source| Error::Read {
-                path: path.to_owned(),
-                source,
-            })?;
-            if image.len() != FLASH_SIZE {
-                let why = format!(
-                    "{} bytes, a flash image has {FLASH_SIZE}; --flash takes a file that an earlier run kept, or one that does not exist yet",
-                    image.len()
-                );
-                return Err(Error::Elf {
-                    path: path.to_owned(),
-                    why,
-                });
-            }
-            Ok(Some(image))
-        }
-        _ => Ok(None),
-    }
-}
-
-fn settings(options: &Options) -> Result<Settings, Error> {
+fn settings(options: &Options, firmware: &Firmware) -> Result<Settings, Error> {
     let mut parameters = parameters(options)?;
     if let Some(engine) = options.engine {
         parameters.engine = engine;
@@ -264,7 +239,7 @@ fn settings(options: &Options) -> Result<Settings, Error> {
         setup: Setup {
             watch: options.watch.clone(),
             apart: options.apart.clone(),
-            flash: flash(options.flash.as_deref())?,
+            flash: super::flash::left(options.flash.as_deref(), firmware)?,
             ..Setup::default()
         },
     })
@@ -273,7 +248,7 @@ fn settings(options: &Options) -> Result<Settings, Error> {
 /// Runs it.
 pub fn run(options: &Options) -> Result<ExitCode, Error> {
     let firmware = Firmware::load(&options.elf)?;
-    let settings = settings(options)?;
+    let settings = settings(options, &firmware)?;
     if let Some(path) = &options.flash {
         super::can_be_written(path)?;
     }

@@ -116,6 +116,40 @@ fn flash_is_kept_where_nothing_was() {
     std::fs::remove_file(&file).expect("the file is there");
 }
 
+/// The file holds the program too; what runs is the program that was named, and of the file the record stays.
+#[test]
+fn another_firmware_runs_over_the_flash_that_was_kept() {
+    let Some(rigid) = support::path(support::RIGID) else {
+        return;
+    };
+    let Some(p70) = support::path(support::DEFAULT) else {
+        return;
+    };
+    let file = std::env::temp_dir().join(format!("palpate-other-{}", std::process::id()));
+    let run = |elf: &std::path::Path, scene: &str, commands: &str| {
+        let mut call = Command::new(PROGRAM);
+        call.args(["sim", "--scene", scene, "--commands", commands, "--elf"]);
+        let output = call.arg(elf).arg("--flash").arg(&file).output();
+        let output = output.expect("the program starts");
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    let saved = run(&p70, "p70", "set hold-force 7;save");
+    assert!(saved.contains("answer saved"), "{saved}");
+    let other = run(&rigid, "p70-rigid", "status");
+    for told in [
+        "scene=p70-rigid",
+        "record state=other-scene",
+        "name=bad-record",
+    ] {
+        assert!(other.contains(told), "{told}: {other}");
+    }
+    let back = run(&p70, "p70", "show");
+    for told in ["scene=p70\n", "record state=loaded", "hold-force 7"] {
+        assert!(back.contains(told), "{told}: {back}");
+    }
+    std::fs::remove_file(&file).expect("the file is there");
+}
+
 #[test]
 fn a_fault_whose_time_never_comes_is_told() {
     let Some(mut call) = sim() else { return };
