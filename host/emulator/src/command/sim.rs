@@ -53,11 +53,12 @@ pub struct Options {
     /// What computes finger and object: `plant`, or `mujoco` where the program was built with it (`cargo xtask` does)
     #[arg(long, value_name = "ENGINE")]
     engine: Option<Engine>,
-    /// How the object is held: `fixed`, `spring` or `free`, the last with the engine mujoco; the world says the rest
+    /// How the object is held: `fixed`, `spring` or `free`, the last with the engine mujoco [default: as the world has it]; mass and
+    /// springs are the world's
     #[arg(long, value_name = "MOUNT")]
     mount: Option<ObjectMount>,
-    /// Stiffness of springs that hold the object (and no pin), newton per millimetre, 0.001 to 10000
-    #[arg(long, value_name = "N/MM", value_parser = stiffness, allow_negative_numbers = true, conflicts_with = "mount")]
+    /// Stiffness of springs that hold the object (and no pin), newton per millimetre, 0.001 to 10000; implies `--mount spring`
+    #[arg(long, value_name = "N/MM", value_parser = stiffness, allow_negative_numbers = true)]
     object_n_per_mm: Option<f64>,
     /// Writes what was measured and what is true, a row a millisecond
     #[arg(long, value_name = "FILE.csv")]
@@ -202,13 +203,11 @@ fn settings(options: &Options, firmware: &Firmware) -> Result<Settings, Error> {
     if let Some(engine) = options.engine {
         parameters.engine = engine;
     }
-    if let Some(mount) = options.mount {
-        parameters.object.mount = mount;
-    }
-    if let Some(stiffness) = options.object_n_per_mm {
-        parameters.object.mount = ObjectMount::Spring;
-        parameters.object.stiffness_n_per_m = 1e3 * stiffness;
-    }
+    super::object::hold(
+        &mut parameters.object,
+        options.mount,
+        options.object_n_per_mm,
+    )?;
     let object = Object {
         phalanx: if options.proximal { 1 } else { options.phalanx },
         contact_mm: options.contact_mm,

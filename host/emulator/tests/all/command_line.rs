@@ -44,7 +44,7 @@ fn the_help_of_faults_is_that_of_its_command() {
 fn wrong_calls_end_with_what_to_do() {
     let busy = std::net::TcpListener::bind("127.0.0.1:0").expect("a free port");
     let port = busy.local_addr().expect("its address").port().to_string();
-    let calls: [(&[&str], &str); 15] = [
+    let calls: [(&[&str], &str); 17] = [
         (&["--rtt-port", &port], "choose another"),
         (&["--gdb-port", &port], "choose another"),
         (&["--calibrate", "500"], "--calibrate takes places on it"),
@@ -75,6 +75,14 @@ fn wrong_calls_end_with_what_to_do() {
         ),
         (&["--theta1-deg", "0"], "--theta1-deg 0: 4 to 91 degrees"),
         (&["--object-n-per-mm", "0"], "0.001 to 10000 N/mm"),
+        (
+            &["--mount", "fixed", "--object-n-per-mm", "2"],
+            "--mount fixed: --object-n-per-mm 2 implies --mount spring",
+        ),
+        (
+            &["--object-n-per-mm", "2", "--mount", "free"],
+            "--mount free: --object-n-per-mm 2 implies --mount spring",
+        ),
         (&["--flash", "/no/such/folder/f"], "does the folder exist"),
     ];
     for (words, remedy) in calls {
@@ -148,6 +156,14 @@ fn another_firmware_runs_over_the_flash_that_was_kept() {
         assert!(back.contains(told), "{told}: {back}");
     }
     std::fs::remove_file(&file).expect("the file is there");
+}
+
+#[test]
+fn a_stiffness_of_springs_stands_beside_their_mount() {
+    let Some(mut call) = sim() else { return };
+    call.args(["--mount", "spring", "--object-n-per-mm", "2"]);
+    let output = call.output().expect("the program starts");
+    assert!(output.status.success(), "{output:?}");
 }
 
 #[test]
