@@ -4,6 +4,7 @@
 pub mod bench;
 pub mod campaign;
 mod counts;
+mod ending;
 pub mod faults;
 mod flash;
 mod live;

@@ -85,7 +85,7 @@ pub struct Options {
     /// File that keeps the flash: from one that exists, what the firmware has saved is taken, and the program is that of this run
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
-    /// Injects a fault: NAME or NAME@SECONDS
+    /// Injects a fault: NAME or NAME@SECONDS. A fault ends the run, unless a `clear` is still among --commands
     #[arg(long, value_name = "NAME[@TIME_S]")]
     fault: Option<Injected>,
     /// Prints executed instructions of every interrupt, and the use of the stacks
@@ -267,7 +267,15 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
     let mut result = Ok(());
     let mut fault = options.fault;
     let mut typed = options.keep_running.then(Typed::listen);
-    while result.is_ok() && (typed.as_ref().is_some_and(Typed::open) || !session.over()) {
+    loop {
+        // Whoever wants to go on after faults wants the rest of the script as well.
+        let goes_on = match &typed {
+            Some(typed) => typed.open() || !session.ended(),
+            None => !session.over(),
+        };
+        if result.is_err() || !goes_on {
+            break;
+        }
         if !ports.serve(&mut session)? {
             // A debugger holds the core.
             std::thread::sleep(Duration::from_millis(1));
@@ -305,24 +313,7 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
     let calibration = Calibration::of(&session.lines, &world);
     let wall_s = start.elapsed().as_secs_f64();
     output.conclude(&summary, calibration.as_ref(), &world, wall_s)?;
-    if !session.resets.is_empty() {
-        eprintln!(
-            "error: the chip was reset {} times; the lines `crash`, `watchdog` and `chip:` above say why",
-            session.resets.len()
-        );
-    }
-    if session.timed_out() && !session.completed() {
-        eprintln!(
-            "error: the firmware did not reach its final state within {} s; --max-s allows more",
-            options.max_s
-        );
-    }
-    if let Some(Injected { fault, at_s }) = fault {
-        let (name, end_s) = (fault.name, session.machine.time_s());
-        eprintln!(
-            "error: {name}@{at_s} not injected: the run ended at {end_s:.3} s; --max-s and --keep-running make it longer"
-        );
-    }
+    super::ending::tell(&session, fault, options.max_s);
     let fine = fault.is_none()
         && session.completed()
         && session.faults.is_empty()

@@ -45,6 +45,12 @@ impl Step {
         self.command() == Some(Command::Stop)
     }
 
+    /// Clears a fault, so that what comes after it can be carried out.
+    #[must_use]
+    pub fn clears(&self) -> bool {
+        self.command() == Some(Command::Clear)
+    }
+
     /// What lies in the way is a pin, which stands firmly.
     #[must_use]
     pub fn calibrates(&self) -> bool {
@@ -70,6 +76,16 @@ impl Step {
             }
             _ => None,
         }
+    }
+}
+
+/// As a script has it.
+impl std::fmt::Display for Step {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(match self {
+            Self::Button => "button",
+            Self::Command(line) => line,
+        })
     }
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! A run from power-on to the end of the script, with the whole log of the firmware.
 
+mod ending;
+
 use palpate_plant::{Grasp, ObjectMount, Parameters, Truth};
 
 use super::grasp::Object;
@@ -52,9 +54,6 @@ const ANSWER: Ticks = 3000 * TICKS_PER_MS;
 /// The same where the self-test or the identification moves the motor first.
 const TEST: Ticks = 20_000 * TICKS_PER_MS;
 
-/// Resets after which the firmware will not come up any more.
-const RESET_LOOP: usize = 10;
-
 /// What answers to commands that are not carried out begin with.
 const REFUSALS: [&str; 2] = ["refused:", "error:"];
 
@@ -92,6 +91,8 @@ pub struct Session<'f> {
     pub state: String,
     /// Faults reported so far, by number and name.
     pub faults: Vec<(u32, String)>,
+    /// How many of them were reported before the user last typed `clear`.
+    cleared: usize,
     /// The true state when the last estimate was fetched.
     pub truth_at_estimate: Option<Truth>,
     trace: Option<Trace>,
@@ -129,25 +130,11 @@ impl<'f> Session<'f> {
             resets: Vec::new(),
             state: String::new(),
             faults: Vec::new(),
+            cleared: 0,
             truth_at_estimate: None,
             trace,
             held: None,
         })
-    }
-
-    /// The script is done, the firmware has reported a fault, or the time is up.
-    #[must_use]
-    pub fn over(&self) -> bool {
-        self.completed()
-            || !self.faults.is_empty()
-            || self.timed_out()
-            || self.resets.len() >= RESET_LOOP
-    }
-
-    /// Every step of the script was carried out and its motion ended.
-    #[must_use]
-    pub fn completed(&self) -> bool {
-        self.progress == Progress::Done
     }
 
     /// The user does one thing more, after what is still to be done.
@@ -179,12 +166,6 @@ impl<'f> Session<'f> {
 
     fn moving(&self) -> bool {
         matches!(self.progress, Progress::Moving { .. })
-    }
-
-    /// The time allowed is up.
-    #[must_use]
-    pub fn timed_out(&self) -> bool {
-        self.machine.time_s() >= self.settings.max_s
     }
 
     /// One millisecond of simulated time, or up to where a debugger holds the core. New log lines are in `lines`.
@@ -330,6 +311,9 @@ impl<'f> Session<'f> {
             return;
         };
         self.next += 1;
+        if step.clears() {
+            self.cleared = self.faults.len();
+        }
         self.progress = match step {
             Step::Button => Progress::Moving { answered: true },
             _ if step.moves() => Progress::Moving { answered: false },

@@ -166,6 +166,52 @@ fn a_stiffness_of_springs_stands_beside_their_mount() {
     assert!(output.status.success(), "{output:?}");
 }
 
+/// A fault ends a run, and what was not entered is told; a script that clears it goes on, and so does who asks for it.
+#[test]
+fn commands_behind_a_fault_are_entered_or_told() {
+    let Some(elf) = support::path(support::DEFAULT) else {
+        return;
+    };
+    let run = |commands: &str, further: &[&str]| {
+        let mut call = Command::new(PROGRAM);
+        call.args(["sim", "--fault", "encoder-cut@0.6", "--commands", commands])
+            .args(further)
+            .arg("--elf")
+            .arg(&elf)
+            .stdin(Stdio::null());
+        let output = call.output().expect("the program starts");
+        assert!(!output.status.success(), "there was a fault");
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        (text(&output.stdout), text(&output.stderr))
+    };
+    let (said, told) = run("home;status;open", &[]);
+    assert!(
+        told.contains(
+            "ended the run, so these commands were not entered: status; open; with --keep-running"
+        ),
+        "{told}"
+    );
+    assert!(!said.contains("answer state"), "{said}");
+    for (commands, further) in [
+        ("home;status;clear;status", &[][..]),
+        ("home;status", &["--keep-running"]),
+    ] {
+        let (said, told) = run(commands, further);
+        assert!(said.contains("answer state fault"), "{said}");
+        assert!(!told.contains("not entered"), "{told}");
+        assert_eq!(
+            commands.contains("clear"),
+            said.contains("answer state idle")
+        );
+        // The verdict is that of what came after the fault, where it was cleared.
+        assert_eq!(
+            commands.contains("clear"),
+            said.contains("verdict   none\n"),
+            "{said}"
+        );
+    }
+}
+
 #[test]
 fn a_fault_whose_time_never_comes_is_told() {
     let Some(mut call) = sim() else { return };
