@@ -23,8 +23,8 @@ pub struct Options {
     /// Firmware image
     #[arg(long, hide = true, default_value_os_t = default_path())]
     elf: PathBuf,
-    /// Finger that the firmware was built for
-    #[arg(long, default_value = "p70", value_parser = clap::builder::PossibleValuesParser::new(palpate_plant::scenes()))]
+    /// Finger that the firmware was built for; `cargo xtask` takes the file of one as well
+    #[arg(long, value_name = "NAME|FILE", default_value = "p70", value_parser = clap::builder::PossibleValuesParser::new(palpate_plant::scenes()))]
     scene: String,
     /// Place of the contact on its phalanx, from the joint, in millimetre
     #[arg(long, value_name = "MM", default_value_t = 30.0, value_parser = finite, allow_negative_numbers = true)]
@@ -310,7 +310,7 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
         })?;
     }
     let summary = Summary::of(&session);
-    let calibration = Calibration::of(&session.lines, &world);
+    let calibration = Calibration::of(&session.lines, &world, &session.calibrated_with);
     let wall_s = start.elapsed().as_secs_f64();
     output.conclude(&summary, calibration.as_ref(), &world, wall_s)?;
     super::ending::tell(&session, fault, options.max_s);

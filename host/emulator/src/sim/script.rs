@@ -3,6 +3,7 @@
 
 use super::grasp::Object;
 use palpate::app::console::command::{Calibrate, Command};
+use palpate::app::console::settings::Setting;
 
 /// One thing the user does.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,6 +50,15 @@ impl Step {
     #[must_use]
     pub fn clears(&self) -> bool {
         self.command() == Some(Command::Clear)
+    }
+
+    /// The setting that is changed, and its value, SI units.
+    #[must_use]
+    pub fn sets(&self) -> Option<(Setting, f32)> {
+        match self.command() {
+            Some(Command::Set(setting, value_si)) => Some((setting, value_si)),
+            _ => None,
+        }
     }
 
     /// What lies in the way is a pin, which stands firmly.

@@ -3,9 +3,11 @@
 
 mod ending;
 
+use palpate::app::console::settings::Overrides;
 use palpate_plant::{Grasp, ObjectMount, Parameters, Truth};
 
 use super::grasp::Object;
+use super::in_force;
 use super::script::{Script, Step};
 use super::trace::Trace;
 use crate::log::Line;
@@ -93,6 +95,10 @@ pub struct Session<'f> {
     pub faults: Vec<(u32, String)>,
     /// How many of them were reported before the user last typed `clear`.
     cleared: usize,
+    /// What is set in the firmware, of the settings up to the efficiency.
+    in_force: Overrides,
+    /// The same when the firmware last told of a calibration.
+    pub calibrated_with: Overrides,
     /// The true state when the last estimate was fetched.
     pub truth_at_estimate: Option<Truth>,
     trace: Option<Trace>,
@@ -131,6 +137,8 @@ impl<'f> Session<'f> {
             state: String::new(),
             faults: Vec::new(),
             cleared: 0,
+            in_force: Overrides::default(),
+            calibrated_with: Overrides::default(),
             truth_at_estimate: None,
             trace,
             held: None,
@@ -206,6 +214,7 @@ impl<'f> Session<'f> {
             match &mut self.progress {
                 Progress::Answering(_) => {
                     self.progress = Progress::Answering(self.machine.now() + PAUSE);
+                    self.note_setting(answer);
                 }
                 // Nothing will move, and nothing will say `sequence done`.
                 Progress::Moving { answered: false } if refused => {
@@ -217,6 +226,13 @@ impl<'f> Session<'f> {
             }
         }
         match event.name {
+            "record" => {
+                self.in_force = match event.field("state") {
+                    Some("loaded" | "older") => in_force::kept(self.machine.flash()),
+                    _ => Overrides::default(),
+                }
+            }
+            "calibrated" => self.calibrated_with = self.in_force,
             // Told right before the closing begins.
             "calibrating" => self.presses = event.number("pin_m").is_none(),
             "state" => {
@@ -258,6 +274,19 @@ impl<'f> Session<'f> {
             _ => {}
         }
         Ok(())
+    }
+
+    /// Takes note of a setting that the firmware has accepted.
+    fn note_setting(&mut self, answer: &str) {
+        let typed = self.next.checked_sub(1).map(|n| &self.settings.script.0[n]);
+        if let Some((setting, value_si)) = typed.and_then(Step::sets)
+            && answer.starts_with("ok;")
+        {
+            // In its range, or the line would not have been read as one that sets it.
+            let _ = self.in_force.set(setting, value_si);
+        } else if answer.starts_with("forgotten") {
+            self.in_force = Overrides::default();
+        }
     }
 
     fn place(&mut self) -> Result<(), Error> {
