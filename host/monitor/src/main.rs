@@ -54,7 +54,7 @@ struct SourceOptions {
         value_name = "sim|probe|tcp:HOST:PORT|PORT|FILE"
     )]
     from: String,
-    /// Finger: whose firmware `cargo xtask` builds, and which is drawn until the firmware names its own
+    /// Finger whose firmware `cargo xtask` builds; it is drawn until the firmware names its own
     #[arg(long, value_name = "NAME|FILE")]
     scene: Option<String>,
     /// Pace of a simulation or a file, in multiples of real time; 0: as fast as possible
