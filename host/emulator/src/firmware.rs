@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use defmt_decoder::{Locations, Table};
 use object::{Object, ObjectSymbol, SymbolKind};
+use palpate::app::storage::store::{PAGE, PAGES};
 
 use crate::Error;
 use crate::chip::FLASH_SIZE;
@@ -98,6 +99,20 @@ impl Firmware {
             table: None,
             locations: Locations::default(),
         }
+    }
+
+    /// Contents of the flash after this program is put onto a chip that had these: the pages of records stay, as when a board is
+    /// flashed.
+    #[must_use]
+    pub fn flashed_over(&self, flash: &[u8]) -> Vec<u8> {
+        let mut image = self.image.clone();
+        let records = FLASH_SIZE - PAGES * PAGE..;
+        if let (Some(pages), Some(kept)) = (image.get_mut(records.clone()), flash.get(records))
+            && kept.len() == pages.len()
+        {
+            pages.copy_from_slice(kept);
+        }
+        image
     }
 
     /// Address of a symbol by its exact name in the file.

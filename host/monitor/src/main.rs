@@ -54,8 +54,8 @@ struct SourceOptions {
         value_name = "sim|probe|tcp:HOST:PORT|PORT|FILE"
     )]
     from: String,
-    /// Finger to draw until the firmware names its own
-    #[arg(long, value_name = "NAME")]
+    /// Finger whose firmware `cargo xtask` builds; it is drawn until the firmware names its own
+    #[arg(long, value_name = "NAME|FILE")]
     scene: Option<String>,
     /// Pace of a simulation or a file, in multiples of real time; 0: as fast as possible
     #[arg(long, default_value_t = 1.0, value_name = "TIMES", value_parser = pace)]
@@ -95,7 +95,7 @@ struct RecordOptions {
     file: PathBuf,
     #[command(flatten)]
     source: SourceOptions,
-    /// Ends after so many seconds of the recording; without it when the source ends
+    /// Ends after so many seconds of the recording; without it with the motion, when the firmware refuses to move, or with the source
     #[arg(long, value_name = "S", value_parser = pace)]
     seconds: Option<f64>,
     /// Writes over a recording that is there

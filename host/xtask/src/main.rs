@@ -122,14 +122,14 @@ const COMMANDS: &[Command] = &[
     },
     Command {
         name: "monitor",
-        arguments: "[--from sim|probe|PORT|FILE] [--scene S] [--world W]",
+        arguments: "[--from sim|probe|tcp:HOST:PORT|PORT|FILE] [--scene S] [--world W]",
         summary: "show the finger live in the terminal, with a command line",
         example: "monitor --scene tendon2",
         run: monitor::monitor,
     },
     Command {
         name: "record",
-        arguments: "FILE.csv [--from sim|probe|PORT]",
+        arguments: "FILE.csv [--from sim|probe|tcp:HOST:PORT|PORT] [--scene S] [--world W]",
         summary: "write the firmware's samples to a file that replay reads",
         example: "record grasp.csv",
         run: monitor::record,

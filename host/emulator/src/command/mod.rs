@@ -4,7 +4,9 @@
 pub mod bench;
 pub mod campaign;
 mod counts;
+mod ending;
 pub mod faults;
+mod flash;
 mod live;
 mod object;
 mod output;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! Checks what the finger is to meet, in the units of the options that say it.
+//! What the finger is to meet: how that is held, and whether it can be, in the units of the options that say it.
 
 use palpate_emulator::Error;
 use palpate_emulator::sim::Object;
@@ -7,6 +7,30 @@ use palpate_plant::{Engine, Grasp, ObjectMount, Parameters};
 
 /// Angles of joint 1 that are looked through for those an object allows, degree.
 const ANGLES_DEG: std::ops::RangeInclusive<i32> = -180..=180;
+
+/// Holds an object as the options say; a stiffness of springs implies that it is held by them.
+///
+/// # Errors
+/// It is to be held otherwise.
+pub fn hold(
+    held: &mut palpate_plant::Object,
+    mount: Option<ObjectMount>,
+    n_per_mm: Option<f64>,
+) -> Result<(), Error> {
+    if let Some(n_per_mm) = n_per_mm {
+        if let Some(mount @ (ObjectMount::Fixed | ObjectMount::Free)) = mount {
+            let name = format!("{mount:?}").to_lowercase();
+            return Err(Error::Call(format!(
+                "--mount {name}: --object-n-per-mm {n_per_mm} implies --mount spring; leave one of the two out"
+            )));
+        }
+        held.stiffness_n_per_m = 1e3 * n_per_mm;
+        held.mount = ObjectMount::Spring;
+    } else if let Some(mount) = mount {
+        held.mount = mount;
+    }
+    Ok(())
+}
 
 /// Refuses an object that cannot stand where it is wanted.
 ///

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! `sim`: one run, its log, its summary.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use palpate_emulator::chip::FLASH_SIZE;
 use palpate_emulator::firmware::default_path;
 use palpate_emulator::sim::{
     Calibration, Injected, Object, Script, Session, Settings, Step, Summary, Trace,
@@ -24,8 +23,8 @@ pub struct Options {
     /// Firmware image
     #[arg(long, hide = true, default_value_os_t = default_path())]
     elf: PathBuf,
-    /// Finger that the firmware was built for
-    #[arg(long, default_value = "p70", value_parser = clap::builder::PossibleValuesParser::new(palpate_plant::scenes()))]
+    /// Finger that the firmware was built for; `cargo xtask` takes the file of one as well
+    #[arg(long, value_name = "NAME|FILE", default_value = "p70", value_parser = clap::builder::PossibleValuesParser::new(palpate_plant::scenes()))]
     scene: String,
     /// Place of the contact on its phalanx, from the joint, in millimetre
     #[arg(long, value_name = "MM", default_value_t = 30.0, value_parser = finite, allow_negative_numbers = true)]
@@ -54,11 +53,12 @@ pub struct Options {
     /// What computes finger and object: `plant`, or `mujoco` where the program was built with it (`cargo xtask` does)
     #[arg(long, value_name = "ENGINE")]
     engine: Option<Engine>,
-    /// How the object is held: `fixed`, `spring` or `free`, the last with the engine mujoco; the world says the rest
+    /// How the object is held: `fixed`, `spring` or `free`, the last with the engine mujoco [default: as the world has it]; mass and
+    /// springs are the world's
     #[arg(long, value_name = "MOUNT")]
     mount: Option<ObjectMount>,
-    /// Stiffness of springs that hold the object (and no pin), newton per millimetre, 0.001 to 10000
-    #[arg(long, value_name = "N/MM", value_parser = stiffness, allow_negative_numbers = true, conflicts_with = "mount")]
+    /// Stiffness of springs that hold the object (and no pin), newton per millimetre, 0.001 to 10000; implies `--mount spring`
+    #[arg(long, value_name = "N/MM", value_parser = stiffness, allow_negative_numbers = true)]
     object_n_per_mm: Option<f64>,
     /// Writes what was measured and what is true, a row a millisecond
     #[arg(long, value_name = "FILE.csv")]
@@ -82,10 +82,10 @@ pub struct Options {
     /// --world, a finger whose hidden values are drawn from their spreads by the seed
     #[arg(long, value_name = "MM,MM", value_delimiter = ',', value_parser = positive, conflicts_with = "commands")]
     calibrate: Vec<f64>,
-    /// Flash contents to start from, if the file exists, and where they are kept at the end
+    /// File that keeps the flash: from one that exists, what the firmware has saved is taken, and the program is that of this run
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
-    /// Injects a fault: NAME or NAME@SECONDS
+    /// Injects a fault: NAME or NAME@SECONDS. A fault ends the run, unless a `clear` is still among --commands
     #[arg(long, value_name = "NAME[@TIME_S]")]
     fault: Option<Injected>,
     /// Prints executed instructions of every interrupt, and the use of the stacks
@@ -198,42 +198,16 @@ fn script(options: &Options, parameters: &Parameters) -> Script {
     script
 }
 
-/// Flash contents of an earlier run, if the file exists.
-fn flash(path: Option<&Path>) -> Result<Option<Vec<u8>>, Error> {
-    match path {
-        Some(path) if path.exists() => {
-            let image = std::fs::read(path).map_err(|source| Error::Read {
-                path: path.to_owned(),
-                source,
-            })?;
-            if image.len() != FLASH_SIZE {
-                let why = format!(
-                    "{} bytes, a flash image has {FLASH_SIZE}; --flash takes a file that an earlier run kept, or one that does not exist yet",
-                    image.len()
-                );
-                return Err(Error::Elf {
-                    path: path.to_owned(),
-                    why,
-                });
-            }
-            Ok(Some(image))
-        }
-        _ => Ok(None),
-    }
-}
-
-fn settings(options: &Options) -> Result<Settings, Error> {
+fn settings(options: &Options, firmware: &Firmware) -> Result<Settings, Error> {
     let mut parameters = parameters(options)?;
     if let Some(engine) = options.engine {
         parameters.engine = engine;
     }
-    if let Some(mount) = options.mount {
-        parameters.object.mount = mount;
-    }
-    if let Some(stiffness) = options.object_n_per_mm {
-        parameters.object.mount = ObjectMount::Spring;
-        parameters.object.stiffness_n_per_m = 1e3 * stiffness;
-    }
+    super::object::hold(
+        &mut parameters.object,
+        options.mount,
+        options.object_n_per_mm,
+    )?;
     let object = Object {
         phalanx: if options.proximal { 1 } else { options.phalanx },
         contact_mm: options.contact_mm,
@@ -264,7 +238,7 @@ fn settings(options: &Options) -> Result<Settings, Error> {
         setup: Setup {
             watch: options.watch.clone(),
             apart: options.apart.clone(),
-            flash: flash(options.flash.as_deref())?,
+            flash: super::flash::left(options.flash.as_deref(), firmware)?,
             ..Setup::default()
         },
     })
@@ -273,7 +247,7 @@ fn settings(options: &Options) -> Result<Settings, Error> {
 /// Runs it.
 pub fn run(options: &Options) -> Result<ExitCode, Error> {
     let firmware = Firmware::load(&options.elf)?;
-    let settings = settings(options)?;
+    let settings = settings(options, &firmware)?;
     if let Some(path) = &options.flash {
         super::can_be_written(path)?;
     }
@@ -293,7 +267,15 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
     let mut result = Ok(());
     let mut fault = options.fault;
     let mut typed = options.keep_running.then(Typed::listen);
-    while result.is_ok() && (typed.as_ref().is_some_and(Typed::open) || !session.over()) {
+    loop {
+        // Whoever wants to go on after faults wants the rest of the script as well.
+        let goes_on = match &typed {
+            Some(typed) => typed.open() || !session.ended(),
+            None => !session.over(),
+        };
+        if result.is_err() || !goes_on {
+            break;
+        }
         if !ports.serve(&mut session)? {
             // A debugger holds the core.
             std::thread::sleep(Duration::from_millis(1));
@@ -328,27 +310,10 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
         })?;
     }
     let summary = Summary::of(&session);
-    let calibration = Calibration::of(&session.lines, &world);
+    let calibration = Calibration::of(&session.lines, &world, &session.calibrated_with);
     let wall_s = start.elapsed().as_secs_f64();
     output.conclude(&summary, calibration.as_ref(), &world, wall_s)?;
-    if !session.resets.is_empty() {
-        eprintln!(
-            "error: the chip was reset {} times; the lines `crash`, `watchdog` and `chip:` above say why",
-            session.resets.len()
-        );
-    }
-    if session.timed_out() && !session.completed() {
-        eprintln!(
-            "error: the firmware did not reach its final state within {} s; --max-s allows more",
-            options.max_s
-        );
-    }
-    if let Some(Injected { fault, at_s }) = fault {
-        let (name, end_s) = (fault.name, session.machine.time_s());
-        eprintln!(
-            "error: {name}@{at_s} not injected: the run ended at {end_s:.3} s; --max-s and --keep-running make it longer"
-        );
-    }
+    super::ending::tell(&session, fault, options.max_s);
     let fine = fault.is_none()
         && session.completed()
         && session.faults.is_empty()

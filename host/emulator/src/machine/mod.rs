@@ -20,7 +20,8 @@ use crate::world::{WiringFaults, World};
 pub struct Setup {
     /// How the log is read.
     pub reader: Reader,
-    /// Contents of the flash left by an earlier run, instead of a freshly programmed chip.
+    /// Contents of the flash, bit for bit, program included, instead of a freshly programmed chip;
+    /// [`Firmware::flashed_over`] puts the firmware over what an earlier run left.
     pub flash: Option<Vec<u8>>,
     /// Behaviour of real parts beyond their registers.
     pub quirks: Quirks,

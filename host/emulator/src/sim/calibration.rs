@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! Compares a calibration's result with the values of the simulated world.
 
+use palpate::app::console::settings::{Overrides, Setting};
 use palpate::scene::Scene;
 use palpate_plant::{Parameters, TrueCalibration};
 use serde_json::{Value, json};
@@ -8,9 +9,18 @@ use serde_json::{Value, json};
 use crate::log::Line;
 
 /// Efficiency of the gears that a scene's firmware computes with before it is calibrated, and the speed at which it closes, radian per
-/// second.
-fn assumed<S: Scene>() -> [f64; 2] {
-    [S::EFFICIENCY, S::MOTION.closing_rad_per_s].map(f64::from)
+/// second, with these settings.
+fn assumed<S: Scene>(set: &Overrides) -> [f64; 2] {
+    let efficiency = set.get(Setting::Efficiency).unwrap_or(S::EFFICIENCY);
+    let speed_rad_per_s = set
+        .get(Setting::ClosingSpeed)
+        .unwrap_or(S::MOTION.closing_rad_per_s);
+    // The firmware closes no faster than the scene's limit, whatever is set.
+    [
+        efficiency,
+        speed_rad_per_s.min(S::DRIVE.limits.speed_rad_per_s),
+    ]
+    .map(f64::from)
 }
 
 /// A value that was found, with its claimed deviation, and the true one.
@@ -58,9 +68,10 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// The last one that the log tells of.
+    /// The last one that the log tells of, with the settings in force then: the firmware tells a factor on the efficiency that is set, and
+    /// the cable's twist per torque computed with it, and the worm's efficiency is that at the speed of the closing.
     #[must_use]
-    pub fn of(lines: &[Line], parameters: &Parameters) -> Option<Self> {
+    pub fn of(lines: &[Line], parameters: &Parameters, set: &Overrides) -> Option<Self> {
         let line = lines
             .iter()
             .rev()
@@ -68,7 +79,7 @@ impl Calibration {
         let event = line.event();
         let nominal = Parameters::of(&parameters.scene).ok()?;
         let [efficiency, speed_rad_per_s] =
-            palpate_scenes::for_scene!(parameters.scene.as_str(), |S| assumed::<S>())?;
+            palpate_scenes::for_scene!(parameters.scene.as_str(), |S| assumed::<S>(set))?;
         let truth = TrueCalibration::of(
             parameters,
             efficiency,
@@ -116,7 +127,7 @@ impl Calibration {
 mod tests {
     use super::*;
 
-    fn found(scene: &str) -> Calibration {
+    fn found(scene: &str, set: &Overrides) -> Calibration {
         let message = "calibrated torque_factor=0.9 torque_factor_sigma=0.1 cable_mrad_per_nm=800 cable_sigma_mrad_per_nm=20";
         let line = Line {
             fetched_s: 0.0,
@@ -126,16 +137,45 @@ mod tests {
             location: String::new(),
         };
         let parameters = Parameters::of(scene).expect("a scene of this project");
-        Calibration::of(&[line], &parameters).expect("a calibration")
+        Calibration::of(&[line], &parameters, set).expect("a calibration")
     }
 
     /// The truth is told as a factor on what the firmware of that scene assumes: within 3 %, what the plant's worm loses besides.
     #[test]
     fn a_finger_as_its_scene_has_it_has_a_factor_of_one() {
         for scene in palpate_scenes::NAMES {
-            let factor = found(scene).torque_factor;
+            let factor = found(scene, &Overrides::default()).torque_factor;
             assert!((factor.truth - 1.0).abs() < 0.03, "{scene}: {factor:?}");
             assert!((factor.sigma - 0.09).abs() < 1e-12);
         }
+    }
+
+    fn with(setting: Setting, value_si: f32) -> Calibration {
+        let mut set = Overrides::default();
+        set.set(setting, value_si).expect("in range");
+        found("p70", &set)
+    }
+
+    /// The firmware computes torques with the efficiency that is set.
+    #[test]
+    fn the_truth_is_in_units_of_the_efficiency_that_is_set() {
+        let plain = found("p70", &Overrides::default());
+        let other = with(Setting::Efficiency, 0.4);
+        let share = f64::from(palpate_scenes::P70::EFFICIENCY) / 0.4;
+        for (other, plain) in [
+            (other.torque_factor, plain.torque_factor),
+            (other.cable_mrad_per_nm, plain.cable_mrad_per_nm),
+        ] {
+            let ratio = other.truth / plain.truth;
+            assert!((ratio - share).abs() < 1e-6, "{ratio} instead of {share}");
+        }
+    }
+
+    /// A worm slides with less friction the faster it turns.
+    #[test]
+    fn the_truth_is_that_at_the_speed_that_is_set() {
+        let truth = |speed| with(Setting::ClosingSpeed, speed).torque_factor.truth;
+        let plain = found("p70", &Overrides::default()).torque_factor.truth;
+        assert!(truth(0.1) < 0.97 * plain && plain < 0.97 * truth(0.8));
     }
 }

@@ -5,6 +5,7 @@ mod calibration;
 pub mod campaign;
 mod fault;
 mod grasp;
+mod in_force;
 mod judge;
 mod script;
 mod session;

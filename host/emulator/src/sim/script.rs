@@ -3,6 +3,7 @@
 
 use super::grasp::Object;
 use palpate::app::console::command::{Calibrate, Command};
+use palpate::app::console::settings::Setting;
 
 /// One thing the user does.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,6 +46,21 @@ impl Step {
         self.command() == Some(Command::Stop)
     }
 
+    /// Clears a fault, so that what comes after it can be carried out.
+    #[must_use]
+    pub fn clears(&self) -> bool {
+        self.command() == Some(Command::Clear)
+    }
+
+    /// The setting that is changed, and its value, SI units.
+    #[must_use]
+    pub fn sets(&self) -> Option<(Setting, f32)> {
+        match self.command() {
+            Some(Command::Set(setting, value_si)) => Some((setting, value_si)),
+            _ => None,
+        }
+    }
+
     /// What lies in the way is a pin, which stands firmly.
     #[must_use]
     pub fn calibrates(&self) -> bool {
@@ -70,6 +86,16 @@ impl Step {
             }
             _ => None,
         }
+    }
+}
+
+/// As a script has it.
+impl std::fmt::Display for Step {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(match self {
+            Self::Button => "button",
+            Self::Command(line) => line,
+        })
     }
 }
 

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! A run from power-on to the end of the script, with the whole log of the firmware.
 
+mod ending;
+
+use palpate::app::console::settings::Overrides;
 use palpate_plant::{Grasp, ObjectMount, Parameters, Truth};
 
 use super::grasp::Object;
+use super::in_force;
 use super::script::{Script, Step};
 use super::trace::Trace;
 use crate::log::Line;
@@ -52,9 +56,6 @@ const ANSWER: Ticks = 3000 * TICKS_PER_MS;
 /// The same where the self-test or the identification moves the motor first.
 const TEST: Ticks = 20_000 * TICKS_PER_MS;
 
-/// Resets after which the firmware will not come up any more.
-const RESET_LOOP: usize = 10;
-
 /// What answers to commands that are not carried out begin with.
 const REFUSALS: [&str; 2] = ["refused:", "error:"];
 
@@ -92,6 +93,12 @@ pub struct Session<'f> {
     pub state: String,
     /// Faults reported so far, by number and name.
     pub faults: Vec<(u32, String)>,
+    /// How many of them were reported before the user last typed `clear`.
+    cleared: usize,
+    /// What is set in the firmware, of the settings up to the efficiency.
+    in_force: Overrides,
+    /// The same when the firmware last told of a calibration.
+    pub calibrated_with: Overrides,
     /// The true state when the last estimate was fetched.
     pub truth_at_estimate: Option<Truth>,
     trace: Option<Trace>,
@@ -129,25 +136,13 @@ impl<'f> Session<'f> {
             resets: Vec::new(),
             state: String::new(),
             faults: Vec::new(),
+            cleared: 0,
+            in_force: Overrides::default(),
+            calibrated_with: Overrides::default(),
             truth_at_estimate: None,
             trace,
             held: None,
         })
-    }
-
-    /// The script is done, the firmware has reported a fault, or the time is up.
-    #[must_use]
-    pub fn over(&self) -> bool {
-        self.completed()
-            || !self.faults.is_empty()
-            || self.timed_out()
-            || self.resets.len() >= RESET_LOOP
-    }
-
-    /// Every step of the script was carried out and its motion ended.
-    #[must_use]
-    pub fn completed(&self) -> bool {
-        self.progress == Progress::Done
     }
 
     /// The user does one thing more, after what is still to be done.
@@ -179,12 +174,6 @@ impl<'f> Session<'f> {
 
     fn moving(&self) -> bool {
         matches!(self.progress, Progress::Moving { .. })
-    }
-
-    /// The time allowed is up.
-    #[must_use]
-    pub fn timed_out(&self) -> bool {
-        self.machine.time_s() >= self.settings.max_s
     }
 
     /// One millisecond of simulated time, or up to where a debugger holds the core. New log lines are in `lines`.
@@ -225,6 +214,7 @@ impl<'f> Session<'f> {
             match &mut self.progress {
                 Progress::Answering(_) => {
                     self.progress = Progress::Answering(self.machine.now() + PAUSE);
+                    self.note_setting(answer);
                 }
                 // Nothing will move, and nothing will say `sequence done`.
                 Progress::Moving { answered: false } if refused => {
@@ -236,6 +226,13 @@ impl<'f> Session<'f> {
             }
         }
         match event.name {
+            "record" => {
+                self.in_force = match event.field("state") {
+                    Some("loaded" | "older") => in_force::kept(self.machine.flash()),
+                    _ => Overrides::default(),
+                }
+            }
+            "calibrated" => self.calibrated_with = self.in_force,
             // Told right before the closing begins.
             "calibrating" => self.presses = event.number("pin_m").is_none(),
             "state" => {
@@ -277,6 +274,19 @@ impl<'f> Session<'f> {
             _ => {}
         }
         Ok(())
+    }
+
+    /// Takes note of a setting that the firmware has accepted.
+    fn note_setting(&mut self, answer: &str) {
+        let typed = self.next.checked_sub(1).map(|n| &self.settings.script.0[n]);
+        if let Some((setting, value_si)) = typed.and_then(Step::sets)
+            && answer.starts_with("ok;")
+        {
+            // In its range, or the line would not have been read as one that sets it.
+            let _ = self.in_force.set(setting, value_si);
+        } else if answer.starts_with("forgotten") {
+            self.in_force = Overrides::default();
+        }
     }
 
     fn place(&mut self) -> Result<(), Error> {
@@ -330,6 +340,9 @@ impl<'f> Session<'f> {
             return;
         };
         self.next += 1;
+        if step.clears() {
+            self.cleared = self.faults.len();
+        }
         self.progress = match step {
             Step::Button => Progress::Moving { answered: true },
             _ if step.moves() => Progress::Moving { answered: false },

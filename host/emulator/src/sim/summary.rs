@@ -21,7 +21,7 @@ pub enum Told {
     Unusual,
     /// A contact that fits no place, or more than one.
     Ambiguous,
-    /// The run ended in a fault.
+    /// The run ended in a fault, which nobody cleared.
     Fault,
 }
 
@@ -95,7 +95,7 @@ impl Summary {
         for line in &session.lines {
             summary.hear(line);
         }
-        if summary.fault.is_some() {
+        if session.faulted() {
             summary.told = Told::Fault;
         }
         if let Some(plant) = session.machine.plant()
@@ -193,7 +193,8 @@ impl Summary {
         let sigma = self
             .sigma_mm
             .map_or(String::new(), |s| format!(" +- {s:.2}"));
-        let reason = (self.fault.as_ref())
+        let fault = self.fault.as_ref().filter(|_| self.told == Told::Fault);
+        let reason = fault
             .or(self.why.as_ref())
             .map_or(String::new(), |name| format!(" ({name})"));
         let object = self.object.map_or(String::new(), |stiffness| {

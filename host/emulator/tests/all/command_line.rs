@@ -44,7 +44,7 @@ fn the_help_of_faults_is_that_of_its_command() {
 fn wrong_calls_end_with_what_to_do() {
     let busy = std::net::TcpListener::bind("127.0.0.1:0").expect("a free port");
     let port = busy.local_addr().expect("its address").port().to_string();
-    let calls: [(&[&str], &str); 15] = [
+    let calls: [(&[&str], &str); 17] = [
         (&["--rtt-port", &port], "choose another"),
         (&["--gdb-port", &port], "choose another"),
         (&["--calibrate", "500"], "--calibrate takes places on it"),
@@ -75,6 +75,14 @@ fn wrong_calls_end_with_what_to_do() {
         ),
         (&["--theta1-deg", "0"], "--theta1-deg 0: 4 to 91 degrees"),
         (&["--object-n-per-mm", "0"], "0.001 to 10000 N/mm"),
+        (
+            &["--mount", "fixed", "--object-n-per-mm", "2"],
+            "--mount fixed: --object-n-per-mm 2 implies --mount spring",
+        ),
+        (
+            &["--object-n-per-mm", "2", "--mount", "free"],
+            "--mount free: --object-n-per-mm 2 implies --mount spring",
+        ),
         (&["--flash", "/no/such/folder/f"], "does the folder exist"),
     ];
     for (words, remedy) in calls {
@@ -114,6 +122,94 @@ fn flash_is_kept_where_nothing_was() {
         call = sim().expect("as before");
     }
     std::fs::remove_file(&file).expect("the file is there");
+}
+
+/// The file holds the program too; what runs is the program that was named, and of the file the record stays.
+#[test]
+fn another_firmware_runs_over_the_flash_that_was_kept() {
+    let Some(rigid) = support::path(support::RIGID) else {
+        return;
+    };
+    let Some(p70) = support::path(support::DEFAULT) else {
+        return;
+    };
+    let file = std::env::temp_dir().join(format!("palpate-other-{}", std::process::id()));
+    let run = |elf: &std::path::Path, scene: &str, commands: &str| {
+        let mut call = Command::new(PROGRAM);
+        call.args(["sim", "--scene", scene, "--commands", commands, "--elf"]);
+        let output = call.arg(elf).arg("--flash").arg(&file).output();
+        let output = output.expect("the program starts");
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    let saved = run(&p70, "p70", "set hold-force 7;save");
+    assert!(saved.contains("answer saved"), "{saved}");
+    let other = run(&rigid, "p70-rigid", "status");
+    for told in [
+        "scene=p70-rigid",
+        "record state=other-scene",
+        "name=bad-record",
+    ] {
+        assert!(other.contains(told), "{told}: {other}");
+    }
+    let back = run(&p70, "p70", "show");
+    for told in ["scene=p70\n", "record state=loaded", "hold-force 7"] {
+        assert!(back.contains(told), "{told}: {back}");
+    }
+    std::fs::remove_file(&file).expect("the file is there");
+}
+
+#[test]
+fn a_stiffness_of_springs_stands_beside_their_mount() {
+    let Some(mut call) = sim() else { return };
+    call.args(["--mount", "spring", "--object-n-per-mm", "2"]);
+    let output = call.output().expect("the program starts");
+    assert!(output.status.success(), "{output:?}");
+}
+
+/// A fault ends a run, and what was not entered is told; a script that clears it goes on, and so does who asks for it.
+#[test]
+fn commands_behind_a_fault_are_entered_or_told() {
+    let Some(elf) = support::path(support::DEFAULT) else {
+        return;
+    };
+    let run = |commands: &str, further: &[&str]| {
+        let mut call = Command::new(PROGRAM);
+        call.args(["sim", "--fault", "encoder-cut@0.6", "--commands", commands])
+            .args(further)
+            .arg("--elf")
+            .arg(&elf)
+            .stdin(Stdio::null());
+        let output = call.output().expect("the program starts");
+        assert!(!output.status.success(), "there was a fault");
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        (text(&output.stdout), text(&output.stderr))
+    };
+    let (said, told) = run("home;status;open", &[]);
+    assert!(
+        told.contains(
+            "ended the run, so these commands were not entered: status; open; with --keep-running"
+        ),
+        "{told}"
+    );
+    assert!(!said.contains("answer state"), "{said}");
+    for (commands, further) in [
+        ("home;status;clear;status", &[][..]),
+        ("home;status", &["--keep-running"]),
+    ] {
+        let (said, told) = run(commands, further);
+        assert!(said.contains("answer state fault"), "{said}");
+        assert!(!told.contains("not entered"), "{told}");
+        assert_eq!(
+            commands.contains("clear"),
+            said.contains("answer state idle")
+        );
+        // The verdict is that of what came after the fault, where it was cleared.
+        assert_eq!(
+            commands.contains("clear"),
+            said.contains("verdict   none\n"),
+            "{said}"
+        );
+    }
 }
 
 #[test]

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! Tests on the emulated chip in one program: what is generic is compiled once for all of them.
 
+mod calibration;
 mod campaign;
 mod clients;
 mod clock;
