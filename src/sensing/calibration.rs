@@ -164,6 +164,24 @@ impl Calibration {
         self.joint_correlation *= narrower;
     }
 
+    /// Takes what pins and presses have told to another speed, where a worm's efficiency, which is in the torque factor and in the cable's
+    /// twist per nominal torque, differs by an expected share. Going back makes nothing surer again.
+    pub(super) fn change_speed(&mut self, share: f32) {
+        if self.contacts == 0 && self.presses == 0 {
+            return;
+        }
+        self.torque_factor *= 1.0 + share;
+        self.cable_rad_per_nm *= 1.0 + share;
+        let doubt = SPEED_DOUBT * share.abs();
+        let before = self.torque_factor_sigma;
+        self.torque_factor_sigma += doubt;
+        self.cable_sigma_rad_per_nm += doubt * self.cable_rad_per_nm;
+        // Both change together, however they were correlated.
+        let narrower = before / self.torque_factor_sigma;
+        self.correlation *= narrower;
+        self.joint_correlation *= narrower;
+    }
+
     /// Takes what the motor's back-EMF tells of its torque constant, as long as no pin has told the torque factor.
     pub(super) fn correct_constant(&mut self, constant: &ConstantShift) {
         if self.contacts == 0 {
@@ -211,6 +229,8 @@ pub(super) fn independence(correlation: f32) -> f32 {
 /// Standard deviation of the joints' friction from one contact to the next, newton metre: as much as is assumed of a joint in plain
 /// bearings, because its friction grows with the load (R, chosen).
 const CHANGE_NM: f32 = 0.4e-3;
+/// Deviation of what another speed makes of the torque factor, as a share of what is expected of it.
+const SPEED_DOUBT: f32 = 0.7;
 /// Least deviation of ln f that a torque constant leaves: gears and springs are never known from it.
 const LEAST_SIGMA: f32 = 0.03;
 /// Mean square residual, in variances, above which the curve is not that of the stated contact.

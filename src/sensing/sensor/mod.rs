@@ -121,10 +121,17 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         &self.state.settings
     }
 
-    /// Other settings, from the next sample on: a closing under way goes on with them.
+    /// Other settings, from the next sample on: a closing under way goes on with them. At another speed what was calibrated is less
+    /// sure.
     pub fn set_settings(&mut self, settings: Settings) {
-        self.state.settings = settings;
-        self.state.hang();
+        let state = &mut self.state;
+        let before = core::mem::replace(&mut state.settings, settings).speed_rad_per_s;
+        let now = state.settings.speed_rad_per_s;
+        // By the logarithm of their ratio, nearly: 0.9 for 0.98 where the speed is 2.7 times as high.
+        let change = (now - before) / (0.5 * (now + before));
+        let share = state.drivetrain.efficiency_per_speed * change;
+        state.calibration.change_speed(share);
+        state.hang();
     }
 
     /// Nominal efficiency of the drivetrain, 0 to 1, from the next sample on; anything else is ignored. Whether it is another one.

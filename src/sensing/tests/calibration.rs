@@ -142,3 +142,41 @@ fn elsewhere_the_factor_is_less_sure_and_the_cable_is_not() {
     same.widen(0.0);
     assert_eq!(same, here);
 }
+
+#[test]
+fn at_another_speed_what_was_told_is_less_sure_and_nothing_else_is() {
+    let mut told = Calibration {
+        torque_factor: 0.9,
+        torque_factor_sigma: 0.02,
+        cable_rad_per_nm: 0.8,
+        cable_sigma_rad_per_nm: 0.03,
+        correlation: -0.6,
+        contacts: 2,
+        presses: 1,
+        ..START
+    };
+    let before = told;
+    told.change_speed(0.0);
+    assert_eq!(told, before);
+    // Ten percent more efficient, with a deviation of seven.
+    told.change_speed(0.1);
+    assert!(
+        (told.torque_factor - 0.99).abs() < 1e-6 && (told.cable_rad_per_nm - 0.88).abs() < 1e-6
+    );
+    assert!((told.torque_factor_sigma - 0.09).abs() < 1e-6, "{told:?}");
+    assert!(
+        told.cable_sigma_rad_per_nm > 0.06 && told.is_valid(),
+        "{told:?}"
+    );
+    // Deviations along the change, both alike, cover it.
+    let [f, c] = [
+        told.torque_factor_sigma,
+        told.cable_sigma_rad_per_nm / told.cable_rad_per_nm,
+    ];
+    let alike = f * f + c * c + 2.0 * told.correlation * f * c;
+    assert!(alike > 2.0 * 0.07 * 0.07, "{alike}");
+    // What is only assumed is assumed for every speed.
+    let mut assumed = START;
+    assumed.change_speed(0.1);
+    assert_eq!(assumed, START);
+}

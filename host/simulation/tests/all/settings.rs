@@ -8,6 +8,8 @@ use palpate_plant::{Grasp, Parameters, Shape};
 use palpate_scenes::P70;
 use palpate_simulation::Simulation;
 
+use crate::support::{Places, calibrated_on_pins};
+
 /// Slow closings take ten times as long as the default's, fast ones leave little time before the finger is stopped: friction
 /// is recorded and a pin located at each, without a fault.
 #[test]
@@ -55,4 +57,27 @@ fn every_closing_speed_records_friction_and_locates() {
         assert!(error_m <= 0.0035_f32.max(2.0 * sigma_m), "{told}");
         assert!(sigma_m <= 0.007, "{told}");
     }
+}
+
+/// A worm is more efficient when it turns faster: what pins have told at one speed is less sure at another, and a place as well.
+#[test]
+fn a_calibration_made_at_another_speed_claims_less() {
+    let mut places = Places::default();
+    for speed_rad_per_s in [0.05, 0.15, 0.6, 0.8] {
+        let mut simulation = calibrated_on_pins::<P70>(&Parameters::default(), 0.07, 0.785);
+        let coordinator = &mut simulation.slow().coordinator;
+        let command = Command::Set(Setting::ClosingSpeed, speed_rad_per_s);
+        coordinator.command(command).unwrap();
+        simulation
+            .motion(Request::RecordFriction, Directive::Watch)
+            .unwrap();
+        for k_m in [0.02, 0.03, 0.05] {
+            let shape = Shape::Cylinder { diameter_m: 0.02 };
+            let grasp = Grasp::touching(2, k_m, 0.785, shape);
+            places.feel(&mut simulation, k_m, &grasp);
+        }
+    }
+    println!("{places:?}");
+    assert_eq!(places.located, places.closings, "{places:?}");
+    assert!(places.within + 1 >= places.located, "{places:?}");
 }
