@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::settings::{Range, Setting};
-use super::text::{Decimal, Plain, number, same};
+use super::text::{Plain, number, same};
 use crate::name_list::nth;
 
 /// Longest line that is understood, bytes, without its end.
@@ -155,10 +155,7 @@ pub enum CommandError {
 impl fmt::Display for CommandError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotALine => {
-                let most = Decimal(LINE_MAX as f32);
-                write!(f, "expected a line of text of at most {most} bytes")
-            }
+            Self::NotALine => f.write_str("expected a line of text of at most 64 bytes"),
             Self::Unknown => f.write_str("no such command; try help"),
             Self::Unexpected { usage: "" } => f.write_str("this command takes nothing"),
             Self::Unexpected { usage } => write!(f, "too many words; expected {}", Plain(usage)),

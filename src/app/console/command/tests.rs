@@ -121,6 +121,8 @@ fn wrong_lines_are_told_what_was_expected() {
         assert_eq!(error.to_string(), answer, "{line}");
     }
     assert_eq!(Command::parse(&[0xff, b'a']), Err(CommandError::NotALine));
+    let most = format!("of at most {LINE_MAX} bytes");
+    assert!(CommandError::NotALine.to_string().ends_with(&most));
     assert_eq!(
         Command::parse(&[b' '; LINE_MAX + 1]),
         Err(CommandError::NotALine)
