@@ -20,7 +20,7 @@ pub enum Request {
     Home,
     /// Record friction again.
     RecordFriction,
-    /// Press against the closing stop, then open: what calibrates the cable.
+    /// Open, press against the closing stop, open again: what calibrates the cable.
     Press,
 }
 
