@@ -165,6 +165,9 @@ impl<S: Scene> Coordinator<S> {
                 self.resting()?;
                 self.identified = None;
                 self.adjust(Overrides::default());
+                // What is known until then would be kept by the next `save`.
+                self.sequence.forget_friction();
+                self.forget_calibration();
                 return Ok(Action::Factory);
             }
             Command::Set(setting, value_si) => return self.set(setting, value_si),
