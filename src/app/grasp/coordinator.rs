@@ -31,7 +31,7 @@ pub enum Action {
     /// Identify the motor, moving it by [`Coordinator::set_test`].
     Identify,
     /// A setting changed; `at_restart`: it acts after `save` and a restart, because the control interrupt's limits are fixed
-    /// while it runs.
+    /// while it runs. A lower limit of the current acts with the next motion.
     Set {
         /// Acts only after `save` and a restart.
         at_restart: bool,
@@ -67,6 +67,8 @@ const IN_RECORD: &[Setting] = &[
 pub struct Coordinator<S: Scene> {
     sequence: Sequence,
     overrides: Overrides,
+    /// The control interrupt's own limit of the current, fixed at start, ampere.
+    limit_a: f32,
     /// What the next closing is for.
     purpose: Directive,
     /// Requests that do not follow from a change of state.
@@ -87,6 +89,7 @@ impl<S: Scene> Coordinator<S> {
         sequence.set_press(S::Series::FLEXIBLE && presses == 0);
         Self {
             sequence,
+            limit_a: value::<S>(&overrides, Setting::CurrentLimit),
             overrides,
             purpose: Directive::Watch,
             pending: Pending::default(),
@@ -296,10 +299,12 @@ impl<S: Scene> Coordinator<S> {
         if overrides.set(setting, value_si).is_ok() {
             self.adjust(overrides);
         }
-        let at_restart = matches!(
-            setting,
-            Setting::CurrentLimit | Setting::SupplyMin | Setting::SupplyMax
-        );
+        let at_restart = match setting {
+            // The motion asks for no more than a lower one from now on.
+            Setting::CurrentLimit => value_si > self.limit_a,
+            Setting::SupplyMin | Setting::SupplyMax => true,
+            _ => false,
+        };
         Ok(Action::Set { at_restart })
     }
 

@@ -56,6 +56,23 @@ fn every_command_at_rest_is_accepted_or_says_what_is_missing() {
     }
 }
 
+/// A limit above the one that the control interrupt has from the start on needs a restart, whatever was set meanwhile.
+#[test]
+fn a_lower_current_limit_acts_at_once_and_a_higher_one_after_a_restart() {
+    let mut coordinator = coordinator();
+    let started_a = coordinator.value(Setting::CurrentLimit);
+    for (value_a, at_restart) in [
+        (0.06, false),
+        (started_a, false),
+        (0.15, true),
+        (0.1, false),
+    ] {
+        let set = coordinator.command(Command::Set(Setting::CurrentLimit, value_a));
+        assert_eq!(set, Ok(Action::Set { at_restart }), "{value_a} A");
+    }
+    assert_eq!(coordinator.sequence.motion().probing_current_a, 0.1);
+}
+
 #[test]
 fn flash_and_settings_wait_until_the_bridge_is_off() {
     let mut coordinator = coordinator();
