@@ -18,7 +18,7 @@ use palpate::app::console::command::Command;
 use palpate::app::console::text::Answer;
 use palpate::app::grasp::sensing::{SensingRequest, followed_notice, notice};
 use palpate::app::log::{self, LimitReport, Log};
-use palpate::drive::sequence::{MotionResult, Notice, State, StepOutput};
+use palpate::drive::sequence::{Notice, State, StepOutput};
 use palpate::drive::thermal::Temperatures;
 use palpate::drive::{Fault, OffsetState, Setpoint, Status};
 use palpate::scene::Reading;
@@ -201,13 +201,7 @@ fn report(step: &StepOutput) {
         Telemetry.fault(fault.number(), fault.name());
     }
     if let Some(result) = step.done {
-        Telemetry.done(match result {
-            MotionResult::Contact => "contact",
-            MotionResult::NoContact => "no-contact",
-            MotionResult::NotRecorded => "not-recorded",
-            MotionResult::Complete => "complete",
-            MotionResult::Stopped => "stopped",
-        });
+        Telemetry.done(result.name());
     }
 }
 

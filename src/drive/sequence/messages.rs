@@ -2,6 +2,7 @@
 
 use super::state::State;
 use crate::drive::fault::Fault;
+use crate::name_list::nth;
 
 /// What the user asks of the sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,4 +72,13 @@ pub enum MotionResult {
     Complete,
     /// Ended by stop.
     Stopped,
+}
+
+impl MotionResult {
+    /// Name in the log.
+    pub fn name(self) -> &'static str {
+        // In the order of the enum.
+        const NAMES: &str = "contact\nno-contact\nnot-recorded\ncomplete\nstopped\n";
+        nth(NAMES, self as u8)
+    }
 }
