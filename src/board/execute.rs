@@ -269,6 +269,7 @@ impl Application {
 fn refuse(answer: &mut Answer, refused: Refused) {
     let (what, why) = match refused {
         Refused::Faulted(fault) => (fault.name(), " is latched: clear first"),
+        Refused::StillThere(fault) => (fault.name(), " is still there"),
         Refused::Busy(state) => (state.name(), " is going on: stop first"),
         Refused::NoFault => ("no fault", " is latched"),
         Refused::NoFriction => ("no friction", " is recorded: record-friction first"),

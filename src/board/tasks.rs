@@ -148,7 +148,7 @@ pub async fn sequence(mut led: Led, mut button: Button, application: Application
                 // Never refused.
                 let _ = coordinator.command(Command::Stop);
             } else if pressed {
-                // What the button means in a state is never refused in it.
+                // What the button means in a state is refused where the fault is still there: the LED blinks on.
                 let command = meaning(coordinator.state());
                 let _ = coordinator.command(command);
             }

@@ -47,6 +47,8 @@ pub enum Notice {
 pub enum Refused {
     /// A fault is latched: clear it first.
     Faulted(Fault),
+    /// The cause of this fault is not gone: nothing is cleared.
+    StillThere(Fault),
     /// Something else is going on: stop it first.
     Busy(State),
     /// Nothing to clear.
