@@ -62,12 +62,27 @@ pub enum Calibrate {
     Forget,
 }
 
-/// The places a pin may have: on a phalanx of any finger that this firmware could move.
+/// The places a pin may have: on the last phalanx of the finger that this firmware moves; on that of any finger in programs of a PC.
 const PLACE: Range = Range {
     unit_si: 1e-3,
     min: 1.0,
-    max: 500.0,
+    max: if let Some(length_mm) = option_env!("PALPATE_LAST_PHALANX_MM") {
+        whole(length_mm)
+    } else {
+        500.0
+    },
 };
+
+/// The number that these digits are.
+const fn whole(digits: &str) -> f32 {
+    let mut digits = digits.as_bytes();
+    let mut number = 0.0;
+    while let Some((digit, rest)) = digits.split_first() {
+        number = 10.0 * number + (*digit - b'0') as f32;
+        digits = rest;
+    }
+    number
+}
 
 /// Declares the verbs once: the enum and what `help` prints come from the same lines.
 macro_rules! verbs {
