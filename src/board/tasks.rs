@@ -101,7 +101,8 @@ impl Application {
             }
         }
         let hint = self.sensing.with(|sensing| sensing.hint(event));
-        if let Some(hint) = hint {
+        let state = self.coordinator.with(|coordinator| coordinator.state());
+        if let Some(hint) = hint.filter(|hint| hint.helps(state)) {
             let mut text = Answer::new();
             // Every hint fits.
             let _ = write!(text, "{hint}");
