@@ -68,7 +68,9 @@ pub async fn sense(mut samples: Samples, application: Application) {
             let mut told = None;
             if let Some(event) = event {
                 application.report(&event);
-                coordinator.with(|coordinator| coordinator.event(&event));
+                if coordinator.with(|coordinator| coordinator.event(&event)) {
+                    Telemetry.limit(true, false, false, false);
+                }
                 told = notice::<Active>(&event);
             }
             if let Some(followed) = followed {

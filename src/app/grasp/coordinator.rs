@@ -11,6 +11,7 @@ use crate::app::console::settings::{Overrides, Setting};
 use crate::drive::identify::Identified;
 use crate::drive::sequence::{Notice, Refused, Request, Sequence, State, StepOutput};
 use crate::drive::{Fault, Setpoint, Status};
+use crate::numeric::Bounded;
 use crate::scene::Scene;
 use crate::sensing::location::SeriesElement;
 use crate::sensing::{Directive, Event};
@@ -221,19 +222,29 @@ impl<S: Scene> Coordinator<S> {
         Ok(())
     }
 
-    /// Takes an event of the sensing half: a located contact sets the current that holds the wanted force.
-    pub fn event(&mut self, event: &Event) {
-        let Event::Located { force_n, .. } = event else {
-            return;
+    /// Takes an event of the sensing half: a located contact sets the current that holds the wanted force. True where the last word
+    /// on it asks for more than the limit of the current.
+    pub fn event(&mut self, event: &Event) -> bool {
+        let Event::Located {
+            force_n, settled, ..
+        } = event
+        else {
+            return false;
         };
+        // The last word on a closing that was stopped may come when the next motion has begun.
+        if !matches!(self.sequence.state(), State::Probe | State::Hold) {
+            return false;
+        }
         let wanted_n = self.value(Setting::HoldForce);
         let limit_a = self.value(Setting::CurrentLimit);
-        let current_a = self.hold.current_a(*force_n, wanted_n, limit_a);
+        let current_a = self.hold.current_a(*force_n, wanted_n);
         if let Some(current_a) = current_a {
             let mut motion = motion::<S>(&self.overrides);
-            motion.holding_current_a = current_a;
+            motion.holding_current_a = current_a.at_most(limit_a);
             self.sequence.set_motion(motion);
+            return *settled && current_a > limit_a;
         }
+        false
     }
 
     /// One step, about once a millisecond.
