@@ -90,7 +90,8 @@ impl<S: Scene> Coordinator<S> {
         sequence.set_press(S::Series::FLEXIBLE && presses == 0);
         Self {
             sequence,
-            limit_a: value::<S>(&overrides, Setting::CurrentLimit),
+            // The same in milliampere may be another one by a rounding.
+            limit_a: 1.00001 * value::<S>(&overrides, Setting::CurrentLimit),
             overrides,
             purpose: Directive::Watch,
             pending: Pending::default(),

@@ -65,6 +65,7 @@ fn a_lower_current_limit_acts_at_once_and_a_higher_one_after_a_restart() {
     for (value_a, at_restart) in [
         (0.06, false),
         (started_a, false),
+        (120.0 * 1e-3, false),
         (0.15, true),
         (0.1, false),
     ] {
