@@ -26,11 +26,15 @@ pub fn prepare() {
             if scene.flag("identify.fitted") {
                 println!("cargo::rustc-cfg=identify");
             }
-            // A firmware whose finger states no weight has no settings of it.
-            if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none")
-                && !scene.has("finger.mass_kg")
-            {
-                println!("cargo::rustc-cfg=weightless");
+            if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
+                // A firmware whose finger states no weight has no settings of it.
+                if !scene.has("finger.mass_kg") {
+                    println!("cargo::rustc-cfg=weightless");
+                }
+                // Where its pins may be. Whole millimetres; what rounding has left of the last one counts.
+                let length_m = scene.list("finger.length_m").last().copied();
+                let length_mm = (1e3 * length_m.unwrap_or_default() + 1e-3) as u32;
+                println!("cargo::rustc-env=PALPATE_LAST_PHALANX_MM={length_mm}");
             }
             let active = generate::type_name(&name);
             let text = format!(

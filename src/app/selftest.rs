@@ -11,6 +11,7 @@ use core::fmt;
 
 use super::console::text::{Decimal, Plain};
 use crate::drive::Fault;
+use crate::name_list::nth;
 
 /// A step of the self-test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,28 +63,16 @@ impl SelfTestStep {
 
     /// Name in the log.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Wake => "wake",
-            Self::BreakInput => "break-input",
-            Self::Supply => "supply",
-            Self::Offset => "offset",
-            Self::Noise => "noise",
-            Self::Current => "current",
-            Self::Encoder => "encoder",
-            Self::Travel => "travel",
-        }
+        // In the order of the enum.
+        const NAMES: &str = "supply\nwake\nbreak-input\noffset\nnoise\ncurrent\nencoder\ntravel\n";
+        nth(NAMES, self as u8)
     }
 
     /// Unit of the value.
     pub fn unit(self) -> &'static str {
-        match self {
-            // A level, or whether the outputs were cut.
-            Self::Wake | Self::BreakInput => "",
-            Self::Supply => " V",
-            Self::Offset | Self::Noise | Self::Current => " mA",
-            Self::Encoder => " counts",
-            Self::Travel => " mrad",
-        }
+        // In the same order; none of a level, and of whether the outputs were cut.
+        const UNITS: &str = " V\n\n\n mA\n mA\n mA\n counts\n mrad\n";
+        nth(UNITS, self as u8)
     }
 }
 

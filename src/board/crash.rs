@@ -10,6 +10,7 @@ use core::panic::PanicInfo;
 
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, exception};
+use palpate::name_list::nth;
 
 use super::{bridge, storage};
 
@@ -42,13 +43,9 @@ impl Cause {
 
     /// Name in the log.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Panic => "panic",
-            Self::HardFault => "hard-fault",
-            Self::StackOverflow => "stack-overflow",
-            Self::NonMaskable => "non-maskable",
-            Self::Unhandled => "unhandled",
-        }
+        // In the order of the enum.
+        const NAMES: &str = "panic\nhard-fault\nstack-overflow\nnon-maskable\nunhandled\n";
+        nth(NAMES, self as u8)
     }
 }
 

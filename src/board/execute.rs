@@ -17,7 +17,9 @@ use palpate::drive::Fault;
 use palpate::drive::identify::Identified;
 use palpate::drive::sequence::{Notice, Refused};
 use palpate::scene::Scene;
+use palpate::sensing::SeriesElement;
 
+use super::Series;
 use super::console::{self, Parsed};
 use super::control;
 use super::shared::Shared;
@@ -267,11 +269,15 @@ impl Application {
 fn refuse(answer: &mut Answer, refused: Refused) {
     let (what, why) = match refused {
         Refused::Faulted(fault) => (fault.name(), " is latched: clear first"),
+        Refused::StillThere(fault) => (fault.name(), " is still there"),
         Refused::Busy(state) => (state.name(), " is going on: stop first"),
         Refused::NoFault => ("no fault", " is latched"),
         Refused::NoFriction => ("no friction", " is recorded: record-friction first"),
-        Refused::NotFitted => ("identify", " is not in this scene: set identify.fitted"),
-        Refused::NoCable => ("no cable", " is in this scene: use a pin"),
+        Refused::NoCable if !Series::FLEXIBLE => ("no cable", " is in this scene: use a pin"),
+        // Where there is a cable nothing is refused for want of it, and its text is left out.
+        Refused::NotFitted | Refused::NoCable => {
+            ("identify", " is not in this scene: set identify.fitted")
+        }
     };
     let _ = write!(answer, "refused: {}{}", Plain(what), Plain(why));
 }

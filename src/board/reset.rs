@@ -1,6 +1,7 @@
 //! The reset cause.
 
 use embassy_stm32::pac::RCC;
+use palpate::name_list::nth;
 
 /// The reset that led here.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -20,13 +21,8 @@ pub enum Reset {
 impl Reset {
     /// Name in the log.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Power => "power",
-            Self::Pin => "pin",
-            Self::Software => "software",
-            Self::Watchdog => "watchdog",
-            Self::Other => "other",
-        }
+        // In the order of the enum.
+        nth("power\npin\nsoftware\nwatchdog\nother\n", self as u8)
     }
 }
 

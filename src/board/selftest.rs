@@ -27,11 +27,12 @@ impl Application {
     pub async fn selftest(self, port: &mut BufferedUartTx<'static>, answer: &mut Answer) {
         let result = self.steps(port).await;
         self.coordinator.with(|coordinator| coordinator.end_test());
-        let _ = match result {
-            Ok(None) => write!(answer, "selftest passed"),
-            Ok(Some(step)) => write!(answer, "selftest failed at {}", Plain(step.name())),
-            Err(Ended) => write!(answer, "selftest stopped"),
+        let (how, step) = match result {
+            Ok(None) => ("passed", ""),
+            Ok(Some(step)) => ("failed at ", step.name()),
+            Err(Ended) => ("stopped", ""),
         };
+        let _ = write!(answer, "selftest {}{}", Plain(how), Plain(step));
     }
 
     /// The first step that failed; an error where the user stopped it.
@@ -54,11 +55,11 @@ impl Application {
             let passed = wanted.contains(value);
             let fault = (control::status().fault)
                 .or_else(|| self.coordinator.with(|coordinator| coordinator.fault()));
-            if !passed && fault.is_none() {
-                // Where the user has stopped the test no part is to blame.
-                self.ask(Setpoint::Off)?;
-            }
             if !passed {
+                if fault.is_none() {
+                    // Where the user has stopped the test no part is to blame.
+                    self.ask(Setpoint::Off)?;
+                }
                 // A fault may belong to another step than the one in which it was detected.
                 told = fault.and_then(SelfTestStep::of_fault).unwrap_or(step);
                 wanted = ExpectedRange::of(told, supply_min_v, supply_max_v, signed);

@@ -18,7 +18,7 @@ use palpate::app::console::command::Command;
 use palpate::app::console::text::Answer;
 use palpate::app::grasp::sensing::{SensingRequest, followed_notice, notice};
 use palpate::app::log::{self, LimitReport, Log};
-use palpate::drive::sequence::{MotionResult, Notice, State, StepOutput};
+use palpate::drive::sequence::{Notice, State, StepOutput};
 use palpate::drive::thermal::Temperatures;
 use palpate::drive::{Fault, OffsetState, Setpoint, Status};
 use palpate::scene::Reading;
@@ -68,7 +68,9 @@ pub async fn sense(mut samples: Samples, application: Application) {
             let mut told = None;
             if let Some(event) = event {
                 application.report(&event);
-                coordinator.with(|coordinator| coordinator.event(&event));
+                if coordinator.with(|coordinator| coordinator.event(&event)) {
+                    Telemetry.limit(true, false, false, false);
+                }
                 told = notice::<Active>(&event);
             }
             if let Some(followed) = followed {
@@ -101,7 +103,8 @@ impl Application {
             }
         }
         let hint = self.sensing.with(|sensing| sensing.hint(event));
-        if let Some(hint) = hint {
+        let state = self.coordinator.with(|coordinator| coordinator.state());
+        if let Some(hint) = hint.filter(|hint| hint.helps(state)) {
             let mut text = Answer::new();
             // Every hint fits.
             let _ = write!(text, "{hint}");
@@ -148,7 +151,7 @@ pub async fn sequence(mut led: Led, mut button: Button, application: Application
                 // Never refused.
                 let _ = coordinator.command(Command::Stop);
             } else if pressed {
-                // What the button means in a state is never refused in it.
+                // What the button means in a state is refused where the fault is still there: the LED blinks on.
                 let command = meaning(coordinator.state());
                 let _ = coordinator.command(command);
             }
@@ -201,13 +204,7 @@ fn report(step: &StepOutput) {
         Telemetry.fault(fault.number(), fault.name());
     }
     if let Some(result) = step.done {
-        Telemetry.done(match result {
-            MotionResult::Contact => "contact",
-            MotionResult::NoContact => "no-contact",
-            MotionResult::NotRecorded => "not-recorded",
-            MotionResult::Complete => "complete",
-            MotionResult::Stopped => "stopped",
-        });
+        Telemetry.done(result.name());
     }
 }
 

@@ -221,6 +221,11 @@ impl Controller {
         if fault.is_some() && self.status.fault.is_none() {
             self.status.fault = fault;
         }
+        self.status.present = if fault.is_some() {
+            fault
+        } else {
+            self.protection.lasting(self.status.fault, inputs, supply_v)
+        };
         self.sign.add(inputs.late_excess);
         self.accumulate(&observed);
     }

@@ -108,6 +108,8 @@ pub struct Status {
     pub limited: LimitsReached,
     /// First fault since the last clear: the bridge is off and stays off until cleared.
     pub fault: Option<Fault>,
+    /// A fault whose cause is there now, latched or not: clearing would lead to it at once, or with the next motion.
+    pub present: Option<Fault>,
     /// State of the current sense's offset.
     pub offset: OffsetState,
     /// The last offset measured, ampere.

@@ -211,6 +211,18 @@ impl Protection {
         slow
     }
 
+    /// The latched fault where its cause, which [`check`](Self::check) judges of a bridge that is awake alone, shows at rest, too. A
+    /// supply that is off while nothing is latched is none.
+    #[inline(always)]
+    pub fn lasting(&self, latched: Option<Fault>, inputs: &Inputs, supply_v: f32) -> Option<Fault> {
+        let lasts = match latched {
+            Some(Fault::SupplyLow) => supply_v < self.supply_min_v,
+            Some(Fault::Bridge) => inputs.bridge_fault,
+            _ => false,
+        };
+        if lasts { latched } else { None }
+    }
+
     /// Driven with a current that the sense must show: reference and voltage point the same way.
     fn must_flow(observed: &PeriodState) -> bool {
         observed.reference_a.abs() > EXPECTED_A && observed.reference_a * observed.applied_v > 0.0

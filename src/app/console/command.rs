@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::settings::{Range, Setting};
-use super::text::{Decimal, Plain, number, same};
+use super::text::{Plain, number, same};
 use crate::name_list::nth;
 
 /// Longest line that is understood, bytes, without its end.
@@ -62,12 +62,27 @@ pub enum Calibrate {
     Forget,
 }
 
-/// The places a pin may have: on a phalanx of any finger that this firmware could move.
+/// The places a pin may have: on the last phalanx of the finger that this firmware moves; on that of any finger in programs of a PC.
 const PLACE: Range = Range {
     unit_si: 1e-3,
     min: 1.0,
-    max: 500.0,
+    max: if let Some(length_mm) = option_env!("PALPATE_LAST_PHALANX_MM") {
+        whole(length_mm)
+    } else {
+        500.0
+    },
 };
+
+/// The number that these digits are.
+const fn whole(digits: &str) -> f32 {
+    let mut digits = digits.as_bytes();
+    let mut number = 0.0;
+    while let Some((digit, rest)) = digits.split_first() {
+        number = 10.0 * number + (*digit - b'0') as f32;
+        digits = rest;
+    }
+    number
+}
 
 /// Declares the verbs once: the enum and what `help` prints come from the same lines.
 macro_rules! verbs {
@@ -155,10 +170,7 @@ pub enum CommandError {
 impl fmt::Display for CommandError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotALine => {
-                let most = Decimal(LINE_MAX as f32);
-                write!(f, "expected a line of text of at most {most} bytes")
-            }
+            Self::NotALine => f.write_str("expected a line of text of at most 64 bytes"),
             Self::Unknown => f.write_str("no such command; try help"),
             Self::Unexpected { usage: "" } => f.write_str("this command takes nothing"),
             Self::Unexpected { usage } => write!(f, "too many words; expected {}", Plain(usage)),

@@ -89,10 +89,10 @@ settings! {
     /// What a scale under a contact reads over the force that is told with the scene's springs (this setting at 1).
     ForceScale "force-scale" "%" 1e-2, 50.0 to 200.0;
     /// Supply voltage below which the bridge is switched off, volt.
-    // The bridge runs from 4.5 V; the winding is made for 12 V.
-    SupplyMin "supply-min" "V" 1.0, 4.5 to 12.0;
+    // The bridge runs from 4.5 V; the winding is made for 12 V, which lies between any two limits.
+    SupplyMin "supply-min" "V" 1.0, 4.5 to 11.5;
     /// Supply voltage above which the bridge is switched off, volt.
-    SupplyMax "supply-max" "V" 1.0, 12.0 to 16.0;
+    SupplyMax "supply-max" "V" 1.0, 12.5 to 16.0;
 }
 {
     /// Direction of gravity in the plane of motion, counterclockwise from phalanx 1 where its joint angle is zero, radian.
@@ -231,6 +231,13 @@ mod tests {
                 assert!(overrides.set(setting, value * range.unit_si).is_err());
             }
         }
+    }
+
+    #[test]
+    fn every_pair_of_supply_limits_leaves_a_volt_for_the_supply() {
+        let (low, high) = (Setting::SupplyMin.range(), Setting::SupplyMax.range());
+        assert!(high.min - low.max >= 1.0);
+        assert!(low.max < 12.0 && 12.0 < high.min);
     }
 
     #[test]

@@ -11,6 +11,7 @@ use crate::app::console::settings::{Overrides, Setting};
 use crate::drive::identify::Identified;
 use crate::drive::sequence::{Notice, Refused, Request, Sequence, State, StepOutput};
 use crate::drive::{Fault, Setpoint, Status};
+use crate::numeric::Bounded;
 use crate::scene::Scene;
 use crate::sensing::location::SeriesElement;
 use crate::sensing::{Directive, Event};
@@ -31,7 +32,7 @@ pub enum Action {
     /// Identify the motor, moving it by [`Coordinator::set_test`].
     Identify,
     /// A setting changed; `at_restart`: it acts after `save` and a restart, because the control interrupt's limits are fixed
-    /// while it runs.
+    /// while it runs. A lower limit of the current acts with the next motion.
     Set {
         /// Acts only after `save` and a restart.
         at_restart: bool,
@@ -67,6 +68,8 @@ const IN_RECORD: &[Setting] = &[
 pub struct Coordinator<S: Scene> {
     sequence: Sequence,
     overrides: Overrides,
+    /// The control interrupt's own limit of the current, fixed at start, ampere.
+    limit_a: f32,
     /// What the next closing is for.
     purpose: Directive,
     /// Requests that do not follow from a change of state.
@@ -87,6 +90,8 @@ impl<S: Scene> Coordinator<S> {
         sequence.set_press(S::Series::FLEXIBLE && presses == 0);
         Self {
             sequence,
+            // The same in milliampere may be another one by a rounding.
+            limit_a: 1.00001 * value::<S>(&overrides, Setting::CurrentLimit),
             overrides,
             purpose: Directive::Watch,
             pending: Pending::default(),
@@ -165,6 +170,9 @@ impl<S: Scene> Coordinator<S> {
                 self.resting()?;
                 self.identified = None;
                 self.adjust(Overrides::default());
+                // What is known until then would be kept by the next `save`.
+                self.sequence.forget_friction();
+                self.forget_calibration();
                 return Ok(Action::Factory);
             }
             Command::Set(setting, value_si) => return self.set(setting, value_si),
@@ -215,19 +223,29 @@ impl<S: Scene> Coordinator<S> {
         Ok(())
     }
 
-    /// Takes an event of the sensing half: a located contact sets the current that holds the wanted force.
-    pub fn event(&mut self, event: &Event) {
-        let Event::Located { force_n, .. } = event else {
-            return;
+    /// Takes an event of the sensing half: a located contact sets the current that holds the wanted force. True where the last word
+    /// on it asks for more than the limit of the current.
+    pub fn event(&mut self, event: &Event) -> bool {
+        let Event::Located {
+            force_n, settled, ..
+        } = event
+        else {
+            return false;
         };
+        // The last word on a closing that was stopped may come when the next motion has begun.
+        if !matches!(self.sequence.state(), State::Probe | State::Hold) {
+            return false;
+        }
         let wanted_n = self.value(Setting::HoldForce);
         let limit_a = self.value(Setting::CurrentLimit);
-        let current_a = self.hold.current_a(*force_n, wanted_n, limit_a);
+        let current_a = self.hold.current_a(*force_n, wanted_n);
         if let Some(current_a) = current_a {
             let mut motion = motion::<S>(&self.overrides);
-            motion.holding_current_a = current_a;
+            motion.holding_current_a = current_a.at_most(limit_a);
             self.sequence.set_motion(motion);
+            return *settled && current_a > limit_a;
         }
+        false
     }
 
     /// One step, about once a millisecond.
@@ -293,10 +311,12 @@ impl<S: Scene> Coordinator<S> {
         if overrides.set(setting, value_si).is_ok() {
             self.adjust(overrides);
         }
-        let at_restart = matches!(
-            setting,
-            Setting::CurrentLimit | Setting::SupplyMin | Setting::SupplyMax
-        );
+        let at_restart = match setting {
+            // The motion asks for no more than a lower one from now on.
+            Setting::CurrentLimit => value_si > self.limit_a,
+            Setting::SupplyMin | Setting::SupplyMax => true,
+            _ => false,
+        };
         Ok(Action::Set { at_restart })
     }
 

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use crate::app::console::text::Whole;
+use crate::drive::sequence::State;
 use crate::finger::Mechanics;
 use crate::scene::Scene;
 use crate::sensing::location::SeriesElement;
@@ -49,6 +50,12 @@ impl Hint {
         }
     }
 
+    /// Whether it may be told in this state of the motion. What a `stop` or a fault has cut short says nothing of a pin: a step that
+    /// is refused otherwise has its motion still to end.
+    pub fn helps(&self, state: State) -> bool {
+        !matches!((self, state), (Self::Again(_), State::Idle | State::Fault))
+    }
+
     /// The step after those that have been taken: one pin, then the other. A press on the closing stop came by itself.
     fn next<S: Scene>(known: &Calibration, finger: &S::Finger) -> Self {
         let share = PIN_SHARES.get(usize::from(known.contacts));
@@ -72,7 +79,7 @@ impl fmt::Display for Hint {
                     "put a pin at {k_mm} mm from the last joint and enter: calibrate {k_mm}"
                 );
             }
-            Self::Save => "calibrated; remove the pin and enter: save",
+            Self::Save => "calibrated; remove any pin and enter: save",
             Self::RecordFriction => "leave the finger free and enter: record-friction",
             Self::Again(Refusal::NoContact) => {
                 "no contact was detected: put the pin into the finger's way and repeat"
@@ -177,6 +184,21 @@ mod tests {
         let why = Refusal::Uninformative;
         let said = after(Event::CalibrationRefused { why }, &known(1, 1));
         assert_eq!(said, Some(Hint::Pin { k_mm: 53 }));
+    }
+
+    #[test]
+    fn what_was_stopped_is_not_to_be_repeated() {
+        let again = Hint::Again(Refusal::NoContact);
+        for (state, told) in [
+            (State::Probe, true),
+            (State::Open, true),
+            (State::Idle, false),
+            (State::Fault, false),
+        ] {
+            assert_eq!(again.helps(state), told, "{state:?}");
+            // Of a recording, which ends at rest.
+            assert!(Hint::RecordFriction.helps(state));
+        }
     }
 
     #[test]

@@ -18,8 +18,8 @@ use crate::sensing::{
 pub enum SensingRequest {
     /// What the samples from now on are used for.
     Direct(Directive),
-    /// Settings changed. None is set after `factory` alone, which forgets what was identified, too; what contacts have calibrated
-    /// stays, unless the efficiency becomes another one.
+    /// Settings changed. None is set after `factory` alone, which forgets what was identified, too. What contacts have calibrated
+    /// stays, unless the efficiency becomes another one; `factory` has it forgotten besides.
     Adjust(Overrides),
     /// Back to the scene's calibration.
     ForgetCalibration,

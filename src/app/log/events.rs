@@ -4,6 +4,7 @@ use super::Log;
 use crate::drive::Status;
 use crate::drive::fault::Fault;
 use crate::drive::sequence::State;
+use crate::name_list::nth;
 use crate::sensing::{
     Calibration, Change, Event, Followed, Grip, NotLocated, Object, Refusal, Relative,
 };
@@ -14,41 +15,28 @@ pub(super) const MILLI: f32 = 1e3;
 impl NotLocated {
     /// Name in the log.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Proximal => "proximal",
-            Self::TooSoft => "too-soft",
-            Self::Gap => "gap",
-            Self::TooStiff => "too-stiff",
-            Self::TooFewSamples => "too-few-samples",
-            Self::Unobservable => "unobservable",
-            Self::Unexplained => "unexplained",
-        }
+        // In the order of the enum.
+        const NAMES: &str =
+            "proximal\ntoo-soft\ngap\ntoo-stiff\nunexplained\nunobservable\ntoo-few-samples\n";
+        nth(NAMES, self as u8)
     }
 }
 
 impl Refusal {
     /// Name in the log.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::NoContact => "no-contact",
-            Self::TooFewSamples => "too-few-samples",
-            Self::NoSuchPlace => "no-such-place",
-            Self::Misfit => "misfit",
-            Self::Implausible => "implausible",
-            Self::Uninformative => "uninformative",
-        }
+        // In the order of the enum.
+        const NAMES: &str =
+            "no-contact\ntoo-few-samples\nno-such-place\nmisfit\nimplausible\nuninformative\n";
+        nth(NAMES, self as u8)
     }
 }
 
 impl Grip {
     /// Name in the log.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Lost => "lost",
-            Self::Single => "single",
-            Self::TwoContacts => "two-contacts",
-            Self::Enveloped => "enveloped",
-        }
+        // In the order of the enum.
+        nth("lost\nsingle\ntwo-contacts\nenveloped\n", self as u8)
     }
 }
 
@@ -249,4 +237,41 @@ pub fn status(log: &mut impl Log, state: State, fault: Option<Fault>, status: &S
         status.winding_c,
         fault.map_or(0, Fault::number),
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::selftest::SelfTestStep;
+    use crate::drive::sequence::MotionResult;
+
+    /// `TooSoft` as `too-soft`.
+    fn kebab(variant: &str) -> String {
+        let mut name = String::new();
+        for letter in variant.chars() {
+            if letter.is_ascii_uppercase() && !name.is_empty() {
+                name.push('-');
+            }
+            name.push(letter.to_ascii_lowercase());
+        }
+        name
+    }
+
+    #[test]
+    fn every_name_is_its_variant_s() {
+        macro_rules! names {
+            ($($kind:ident: $($variant:ident)*;)*) => {
+                $($(assert_eq!($kind::$variant.name(), kebab(stringify!($variant)));)*)*
+            };
+        }
+        names! {
+            NotLocated: Proximal TooSoft Gap TooStiff Unexplained Unobservable TooFewSamples;
+            Refusal: NoContact TooFewSamples NoSuchPlace Misfit Implausible Uninformative;
+            Grip: Lost Single TwoContacts Enveloped;
+            MotionResult: Contact NoContact NotRecorded Complete Stopped;
+        }
+        for step in SelfTestStep::ALL {
+            assert_eq!(step.name(), kebab(&format!("{step:?}")));
+        }
+    }
 }

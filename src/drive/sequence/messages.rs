@@ -2,6 +2,7 @@
 
 use super::state::State;
 use crate::drive::fault::Fault;
+use crate::name_list::nth;
 
 /// What the user asks of the sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,7 +21,7 @@ pub enum Request {
     Home,
     /// Record friction again.
     RecordFriction,
-    /// Press against the closing stop, then open: what calibrates the cable.
+    /// Open, press against the closing stop, open again: what calibrates the cable.
     Press,
 }
 
@@ -46,6 +47,8 @@ pub enum Notice {
 pub enum Refused {
     /// A fault is latched: clear it first.
     Faulted(Fault),
+    /// The cause of this fault is not gone: nothing is cleared.
+    StillThere(Fault),
     /// Something else is going on: stop it first.
     Busy(State),
     /// Nothing to clear.
@@ -71,4 +74,13 @@ pub enum MotionResult {
     Complete,
     /// Ended by stop.
     Stopped,
+}
+
+impl MotionResult {
+    /// Name in the log.
+    pub fn name(self) -> &'static str {
+        // In the order of the enum.
+        const NAMES: &str = "contact\nno-contact\nnot-recorded\ncomplete\nstopped\n";
+        nth(NAMES, self as u8)
+    }
 }

@@ -58,6 +58,8 @@ pub struct Sequence {
     /// The finger was homed since the start, even if a fault was cleared afterwards: positions are roughly known.
     zeroed: bool,
     latched: Option<Fault>,
+    /// See [`Status::present`].
+    present: Option<Fault>,
     request: Option<Request>,
     demand: Demand,
     homing: Homing,
@@ -97,6 +99,7 @@ impl Sequence {
             friction_known: false,
             zeroed: false,
             latched: None,
+            present: None,
             request: None,
             demand: Demand::default(),
             homing: Homing::Seek,
@@ -162,7 +165,10 @@ impl Sequence {
         let waiting = self.request == Some(Request::Stop) && request != Request::Stop;
         let permitted = match (request, self.state) {
             (Request::Stop, _) => true,
-            (Request::Clear, State::Fault) => true,
+            (Request::Clear, State::Fault) => match self.present {
+                Some(fault) => return Err(Refused::StillThere(fault)),
+                None => true,
+            },
             (Request::Clear, _) => return Err(Refused::NoFault),
             (_, State::Fault) => false,
             (_, State::Idle) => true,
@@ -182,6 +188,7 @@ impl Sequence {
     /// One step, about once a millisecond: the time now, what the control interrupt reports, at most one notice.
     pub fn advance(&mut self, now_us: u64, status: &Status, notice: Option<Notice>) -> StepOutput {
         let before = self.state;
+        self.present = status.present;
         match notice {
             Some(Notice::FrictionKnown) => {
                 self.friction_known = true;

@@ -139,7 +139,7 @@ impl Sequence {
             return Some(State::Home);
         }
         let at_rest = seen.angle_rad < self.motion.rest_rad + AT_REST_RAD;
-        if self.goal == Request::Open || self.must_record() && !at_rest {
+        if self.goal == Request::Open || self.begins_at_rest() && !at_rest {
             return Some(State::Open);
         }
         self.first_motion()
@@ -154,9 +154,15 @@ impl Sequence {
         }
     }
 
+    /// Whether the goal's first motion needs a finger that is open.
+    fn begins_at_rest(&self) -> bool {
+        self.goal == Request::Press || self.must_record()
+    }
+
     /// The goal's first motion of a finger at its rest position.
     pub(super) fn first_motion(&mut self) -> Option<State> {
         self.unsure = false;
+        self.pressing = self.goal == Request::Press;
         if matches!(self.goal, Request::Open | Request::Home) {
             self.end(MotionResult::Complete)
         } else if self.must_record() {
@@ -234,7 +240,7 @@ impl Sequence {
         // After a press that nobody asked for, go on to what was asked for.
         let pressed = core::mem::take(&mut self.pressing);
         let goes_on = pressed && matches!(self.goal, Request::Run | Request::Close);
-        if goes_on || !self.returning && self.must_record() {
+        if goes_on || !self.returning && self.begins_at_rest() {
             self.first_motion()
         } else {
             Some(State::Idle)

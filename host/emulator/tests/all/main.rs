@@ -6,6 +6,7 @@ mod campaign;
 mod clients;
 mod clock;
 mod command_line;
+mod console;
 mod engines;
 mod faults;
 mod firmware;

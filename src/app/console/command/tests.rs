@@ -114,6 +114,10 @@ fn wrong_lines_are_told_what_was_expected() {
             "calibrate -5",
             "the place must be 1 to 500 mm from the joint",
         ),
+        (
+            "calibrate 501",
+            "the place must be 1 to 500 mm from the joint",
+        ),
         ("open wide", "this command takes nothing"),
         ("\u{fc}ben", "no such command; try help"),
     ] {
@@ -121,6 +125,8 @@ fn wrong_lines_are_told_what_was_expected() {
         assert_eq!(error.to_string(), answer, "{line}");
     }
     assert_eq!(Command::parse(&[0xff, b'a']), Err(CommandError::NotALine));
+    let most = format!("of at most {LINE_MAX} bytes");
+    assert!(CommandError::NotALine.to_string().ends_with(&most));
     assert_eq!(
         Command::parse(&[b' '; LINE_MAX + 1]),
         Err(CommandError::NotALine)
@@ -133,4 +139,9 @@ proptest! {
     fn any_line_is_answered(line in proptest::collection::vec(any::<u8>(), 0..200)) {
         let _ = Command::parse(&line);
     }
+}
+
+#[test]
+fn digits_are_a_number() {
+    assert_eq!((whole("70"), whole("5"), whole("131")), (70.0, 5.0, 131.0));
 }

@@ -117,10 +117,16 @@ fn the_first_fault_is_the_one_that_is_told() {
     }
     assert_eq!(simulation.controller.status().fault, Some(Fault::Bridge));
     assert_eq!(simulation.sequence.fault(), Some(Fault::Bridge));
-    // What is still there when it is cleared is told then.
-    simulation.clear();
+    // What is still there keeps it from being cleared, and is named.
+    let refused = simulation.sequence.request(Request::Clear);
+    assert_eq!(refused, Err(Refused::StillThere(Fault::SupplyHigh)));
     assert_eq!(simulation.sequence.state(), State::Fault);
-    assert_eq!(simulation.sequence.fault(), Some(Fault::SupplyHigh));
+    simulation.bench.wrong = Defect::Nothing;
+    for _ in 0..1000 {
+        simulation.millisecond(None);
+    }
+    simulation.clear();
+    assert_eq!(simulation.sequence.state(), State::Idle);
 }
 
 /// However long it lasted: nothing of what led to it is left once it is mended and cleared.

@@ -59,6 +59,15 @@ fn every_injected_fault_is_found_in_time_and_under_its_name() {
             );
             assert!(periods <= limit, "{wrong:?}: {periods} periods");
             assert!(peak_a < 0.35, "{wrong:?}: {peak_a} A");
+            // What still shows at rest is not cleared.
+            let shows = matches!(
+                wrong,
+                Defect::SupplyLow | Defect::SupplyHigh | Defect::BridgeFault | Defect::SenseFull
+            );
+            if shows {
+                let refused = simulation.sequence.request(Request::Clear);
+                assert_eq!(refused, Err(Refused::StillThere(expected[0])));
+            }
             // Latched: nothing restarts, whatever is asked, until it is cleared and homed again.
             simulation.bench.wrong = Defect::Nothing;
             assert!(simulation.sequence.request(Request::Run).is_err());
@@ -173,4 +182,16 @@ fn a_homing_that_is_blocked_while_it_closes_is_a_stall() {
         );
         assert!(since_ms < 500, "{since_ms} ms");
     }
+}
+
+/// A board on its desk, without the motor's supply: what start has found can be cleared, and settings be made.
+#[test]
+fn a_supply_that_is_off_keeps_no_other_fault() {
+    let mut simulation = Simulation::new(1);
+    simulation.bench.wrong = Defect::SupplyLow;
+    simulation.millisecond(Some(Notice::Fault(Fault::BadRecord)));
+    simulation.millisecond(None);
+    assert_eq!(simulation.sequence.fault(), Some(Fault::BadRecord));
+    simulation.clear();
+    assert_eq!(simulation.sequence.fault(), None);
 }

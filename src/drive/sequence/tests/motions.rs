@@ -223,6 +223,24 @@ fn pressing_on_a_soft_cable_ends_at_the_position_limit() {
     simulation.ends(Request::Press, MotionResult::Complete);
 }
 
+/// Pressed on, an object in the finger would be taken for the stop.
+#[test]
+fn a_press_of_a_closed_finger_begins_with_its_opening() {
+    use State::*;
+    let mut simulation = Simulation::new(3);
+    simulation.bench.object_rad = 0.5;
+    simulation.sequence.friction_known = true;
+    simulation.ends(Request::Close, MotionResult::Contact);
+    // Taken away as soon as the finger lets go.
+    simulation.bench.object_rad = f64::INFINITY;
+    simulation.log.clear();
+    simulation.ends(Request::Press, MotionResult::Complete);
+    assert_eq!(
+        simulation.states(),
+        [CalibrateOffset, Open, Close, Open, Idle]
+    );
+}
+
 #[test]
 fn close_keeps_the_grip_and_open_lets_go() {
     let mut simulation = Simulation::new(4);

@@ -51,6 +51,22 @@ fn a_recording_that_was_stopped_leaves_the_press_due() {
     assert!(presses(&mut coordinator), "nobody knows the cable");
 }
 
+/// Nothing of it is left for a `save` after it.
+#[test]
+fn factory_forgets_what_was_learnt_and_recorded() {
+    let mut coordinator = Coordinator::<P70>::new(Overrides::default(), 1);
+    known(&mut coordinator);
+    let factory = coordinator.command(Command::Factory);
+    assert_eq!(factory, Ok(Action::Factory));
+    assert!(!coordinator.friction_known());
+    let told = [1, 2].map(|i| coordinator.advance(i, &Status::default(), None).request);
+    assert!(
+        told.contains(&Some(SensingRequest::ForgetCalibration)),
+        "{told:?}"
+    );
+    assert!(presses(&mut coordinator), "nobody knows the cable any more");
+}
+
 /// The torque factor corrects the efficiency that it was calibrated with.
 #[test]
 fn another_efficiency_forgets_the_calibration() {

@@ -2,6 +2,7 @@
 
 mod calibration;
 mod halves;
+mod holding;
 mod homing;
 mod zero;
 
@@ -56,6 +57,24 @@ fn every_command_at_rest_is_accepted_or_says_what_is_missing() {
     ] {
         assert_eq!(coordinator().command(command), expected, "{command:?}");
     }
+}
+
+/// A limit above the one that the control interrupt has from the start on needs a restart, whatever was set meanwhile.
+#[test]
+fn a_lower_current_limit_acts_at_once_and_a_higher_one_after_a_restart() {
+    let mut coordinator = coordinator();
+    let started_a = coordinator.value(Setting::CurrentLimit);
+    for (value_a, at_restart) in [
+        (0.06, false),
+        (started_a, false),
+        (120.0 * 1e-3, false),
+        (0.15, true),
+        (0.1, false),
+    ] {
+        let set = coordinator.command(Command::Set(Setting::CurrentLimit, value_a));
+        assert_eq!(set, Ok(Action::Set { at_restart }), "{value_a} A");
+    }
+    assert_eq!(coordinator.sequence.motion().probing_current_a, 0.1);
 }
 
 #[test]
@@ -236,88 +255,6 @@ fn a_self_test_moves_the_motor_until_it_ends_a_command_or_a_fault_comes() {
         }
         assert!(!coordinator.set_test(current), "{command:?}");
     }
-}
-
-fn located(force_n: f32) -> Event {
-    Event::Located {
-        phalanx: 2,
-        p_phalanx: 1.0,
-        k_m: 0.04,
-        sigma_m: 0.001,
-        k_c_nm_per_rad: 2.0,
-        force_n,
-        force_sigma_n: 0.1,
-        radius_m: f32::NAN,
-        radius_sigma_m: f32::NAN,
-        settled: true,
-    }
-}
-
-#[test]
-fn a_located_contact_sets_the_holding_current() {
-    let mut coordinator = coordinator();
-    let held_a = |coordinator: &Coordinator<P70>| coordinator.sequence.motion().holding_current_a;
-    coordinator
-        .overrides
-        .set(Setting::HoldForce, 1.5)
-        .expect("in range");
-    // What the motor takes while it turns counts, not what it is given to hold.
-    coordinator.hold.probing(0.065);
-    coordinator.event(&located(1.5));
-    assert!((held_a(&coordinator) - 0.065).abs() < 1e-6);
-    coordinator.event(&located(-1.0));
-    assert!((held_a(&coordinator) - 0.065).abs() < 1e-6);
-    // The next grasp may end in a contact without a force: it is held as the scene says.
-    known(&mut coordinator);
-    coordinator.command(Command::Run).expect("at rest");
-    assert!((held_a(&coordinator) - P70::MOTION.holding_current_a).abs() < 1e-6);
-    // At most what the user allows.
-    coordinator
-        .overrides
-        .set(Setting::CurrentLimit, 0.05)
-        .expect("in range");
-    coordinator.event(&located(1.5));
-    assert!((held_a(&coordinator) - 0.05).abs() < 1e-6);
-}
-
-/// The current that holds follows from that of probing, though the last word comes while the motor holds with another one.
-#[test]
-fn a_last_word_that_comes_late_counts_the_current_of_probing() {
-    let mut coordinator = coordinator();
-    known(&mut coordinator);
-    coordinator.command(Command::Close).expect("at rest");
-    let mut status = Status {
-        homed: true,
-        ..Status::default()
-    };
-    let mut now_us = 0;
-    let mut advance = |coordinator: &mut Coordinator<P70>, current_a, notice| {
-        now_us += 1000;
-        status.current_a = current_a;
-        status.offset = [OffsetState::Measuring, OffsetState::Known][usize::from(now_us > 3000)];
-        coordinator.advance(now_us, &status, notice);
-    };
-    while coordinator.state() != State::Close {
-        advance(&mut coordinator, 0.0, None);
-    }
-    // The free current is a mean over some hundred samples.
-    for _ in 0..100 {
-        advance(&mut coordinator, 0.02, None);
-    }
-    advance(&mut coordinator, 0.02, Some(Notice::Touched));
-    assert_eq!(coordinator.state(), State::Probe);
-    advance(&mut coordinator, 0.08, None);
-    let probed = coordinator.hold;
-    let expected_a = probed.current_a(2.0, 1.0, 0.12).expect("a load");
-    advance(&mut coordinator, 0.08, Some(Notice::Settled));
-    assert_eq!(coordinator.state(), State::Hold);
-    for _ in 0..10 {
-        advance(&mut coordinator, 0.03, None);
-    }
-    coordinator.event(&located(2.0));
-    let held_a = coordinator.sequence.motion().holding_current_a;
-    assert!((held_a - expected_a).abs() < 1e-6, "{held_a} {expected_a}");
-    assert!((0.04..0.07).contains(&held_a), "{held_a}");
 }
 
 #[test]

@@ -1,0 +1,97 @@
+//! The current that holds an object.
+
+use super::*;
+
+pub(super) fn located(force_n: f32) -> Event {
+    Event::Located {
+        phalanx: 2,
+        p_phalanx: 1.0,
+        k_m: 0.04,
+        sigma_m: 0.001,
+        k_c_nm_per_rad: 2.0,
+        force_n,
+        force_sigma_n: 0.1,
+        radius_m: f32::NAN,
+        radius_sigma_m: f32::NAN,
+        settled: true,
+    }
+}
+
+/// Closes, probes with a current of 80 mA over a free one of 20 mA, both known after a hundred samples, and holds.
+fn holding(coordinator: &mut Coordinator<P70>) {
+    known(coordinator);
+    coordinator.command(Command::Close).expect("at rest");
+    let mut status = Status {
+        homed: true,
+        ..Status::default()
+    };
+    let mut now_us = 0;
+    let mut advance = |coordinator: &mut Coordinator<P70>, current_a, notice| {
+        now_us += 1000;
+        status.current_a = current_a;
+        status.offset = [OffsetState::Measuring, OffsetState::Known][usize::from(now_us > 3000)];
+        coordinator.advance(now_us, &status, notice);
+    };
+    while coordinator.state() != State::Close {
+        advance(coordinator, 0.0, None);
+    }
+    // The free current is a mean over some hundred samples.
+    for _ in 0..100 {
+        advance(coordinator, 0.02, None);
+    }
+    advance(coordinator, 0.02, Some(Notice::Touched));
+    assert_eq!(coordinator.state(), State::Probe);
+    advance(coordinator, 0.08, None);
+    advance(coordinator, 0.08, Some(Notice::Settled));
+    assert_eq!(coordinator.state(), State::Hold);
+    // What the motor takes while it turns counts, not what it is given to hold.
+    for _ in 0..10 {
+        advance(coordinator, 0.03, None);
+    }
+}
+
+fn held_a(coordinator: &Coordinator<P70>) -> f32 {
+    coordinator.sequence.motion().holding_current_a
+}
+
+/// The current that holds follows from that of probing, though the last word comes while the motor holds with another one.
+#[test]
+fn a_located_contact_sets_the_holding_current() {
+    let mut coordinator = coordinator();
+    holding(&mut coordinator);
+    let expected_a = coordinator.hold.current_a(2.0, 1.0).expect("a load");
+    assert!(!coordinator.event(&located(2.0)), "within the limit");
+    assert!((held_a(&coordinator) - expected_a).abs() < 1e-6);
+    assert!((0.04..0.07).contains(&expected_a), "{expected_a}");
+    // Nothing follows from what is no force.
+    assert!(!coordinator.event(&located(-1.0)));
+    assert!((held_a(&coordinator) - expected_a).abs() < 1e-6);
+    // The next grasp may end in a contact without a force: it is held as the scene says.
+    coordinator.command(Command::Stop).expect("never refused");
+    coordinator.advance(1_000_000, &Status::default(), None);
+    coordinator.command(Command::Run).expect("at rest");
+    assert!((held_a(&coordinator) - P70::MOTION.holding_current_a).abs() < 1e-6);
+    // Nor does what comes late of the last one count.
+    coordinator.advance(1_001_000, &Status::default(), None);
+    assert!(!coordinator.event(&located(0.1)));
+    assert!((held_a(&coordinator) - P70::MOTION.holding_current_a).abs() < 1e-6);
+}
+
+/// At most what the user allows; the last word says so where that is too little.
+#[test]
+fn a_force_that_cannot_be_held_is_told() {
+    let mut coordinator = coordinator();
+    let overrides = &mut coordinator.overrides;
+    overrides.set(Setting::HoldForce, 20.0).expect("in range");
+    overrides
+        .set(Setting::CurrentLimit, 0.05)
+        .expect("in range");
+    holding(&mut coordinator);
+    let mut refined = located(1.5);
+    if let Event::Located { settled, .. } = &mut refined {
+        *settled = false;
+    }
+    assert!(!coordinator.event(&refined), "once, at the end");
+    assert!(coordinator.event(&located(1.5)));
+    assert!((held_a(&coordinator) - 0.05).abs() < 1e-6);
+}
