@@ -8,7 +8,7 @@ use palpate_plant::{FingerParameters, Parameters};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
-use crate::reference::{Drive, Finger, Opened, Press, ReturnCable, Sample, Stage};
+use crate::reference::{Drive, Finger, Opened, Press, ReturnCable, Sample, Stage, Weight};
 
 /// Unknowns that the finger takes from one contact to the next: torque factor, cable, its stiffening, friction of the joints, and
 /// what is lost on the way to them.
@@ -27,6 +27,8 @@ pub(super) const RADIUS: usize = 7;
 pub(super) const ONSET: usize = 8;
 pub(super) const GIVE: usize = 9;
 pub(super) const UNKNOWNS: usize = 12;
+/// Standard gravity, metre per second squared.
+const GRAVITY_M_PER_S2: f64 = 9.81;
 /// Radii of pulleys are within so much of the scene's, metre.
 const PULLEY_M: f64 = 0.15e-3;
 /// Added to a radius before its logarithm is taken, metre, and the deviation of that logarithm: even from 1 to 50 mm.
@@ -106,7 +108,7 @@ impl Chosen {
     };
 }
 
-/// The finger of the reference from a scene's lengths.
+/// The finger of the reference from a scene's lengths, without weight.
 #[must_use]
 pub fn opened(of: &FingerParameters) -> Opened {
     let radians =
@@ -137,6 +139,7 @@ pub fn opened(of: &FingerParameters) -> Opened {
             .all(|(rest, least)| rest <= least),
         stand_rad: stand.map(|(rest, least)| rest.max(*least)).collect(),
         most_rad: radians(&of.joint_max_deg),
+        weight: None,
         back: (!of.return_pulley_m.is_empty()).then(|| ReturnCable {
             pulley_m: of.return_pulley_m.clone(),
             tension_n: of.return_tension_n,
@@ -149,6 +152,17 @@ pub fn opened(of: &FingerParameters) -> Opened {
             rest_rad,
         },
     }
+}
+
+/// What a scene states of its phalanges' weight; nothing where it states none.
+#[must_use]
+pub fn stated_weight<S: Scene>(of: &FingerParameters) -> Option<Weight> {
+    (!of.stated_mass_kg.is_empty()).then(|| Weight {
+        phalanx_n: (of.stated_mass_kg.iter())
+            .map(|mass_kg| GRAVITY_M_PER_S2 * mass_kg)
+            .collect(),
+        down_rad: S::MOUNTING_RAD.into(),
+    })
 }
 
 /// Deviation of the ratio of each pair of pulleys, as a share; 0 without pulleys.
@@ -174,7 +188,10 @@ impl Known {
         let told = drivetrain.torque_constant_sigma.powi(2);
         sheet.torque_factor_sigma = (sheet.torque_factor_sigma.powi(2) - told).max(0.0).sqrt();
         Self {
-            opened: opened(&parameters.finger),
+            opened: Opened {
+                weight: stated_weight::<S>(&parameters.finger),
+                ..opened(&parameters.finger)
+            },
             lengths_m: parameters.finger.length_m.clone(),
             give_m_per_n: if S::Series::OBJECT_GIVES {
                 settings.object_give_m_per_n.into()
