@@ -29,6 +29,10 @@ pub const MEAN_SHARE: f64 = 0.798;
 pub(super) const DIFFERENCE: f64 = 5e-3;
 /// What a pin leaves open: its place and its radius, metre.
 pub(super) const PIN_SIGMA_M: f64 = 0.3e-3;
+/// Steps of the differences by which a pin is taken for linear, in what is known of an unknown before it: where a curve bends over that, as
+/// where a finger begins to fold round the pin, its derivative would tell more than the curve does. Of the onset, in its deviations.
+const SECANT: f64 = 0.5;
+const SECANT_ONSET: f64 = 0.1;
 /// Points before the onset.
 pub(super) const LEAD: usize = 4;
 /// Points of a curve, at least and at most.
@@ -193,6 +197,36 @@ impl Known {
         Some(slopes)
     }
 
+    /// What a pin's curve shows of all unknowns in units of their deviations, whitened: differences over half of what is known of each, of
+    /// the points that all these curves have.
+    pub(super) fn secants(
+        &self,
+        observed: &Observed,
+        deviations: &[f64; UNKNOWNS],
+        known: &DMatrix<f64>,
+    ) -> Option<DMatrix<f64>> {
+        let mut points = observed.torques.len();
+        let mut secants = DMatrix::zeros(points, UNKNOWNS);
+        for unknown in (0..UNKNOWNS).filter(|&i| deviations[i] > 0.0 && known[(i, i)] > 0.0) {
+            let size = match unknown {
+                ONSET => SECANT_ONSET,
+                _ => SECANT * known[(unknown, unknown)].sqrt(),
+            };
+            let beside = |step: f64| {
+                let mut values = observed.values;
+                values[unknown] += step * size * deviations[unknown];
+                self.excess_nm(observed.phalanx, &values, &observed.angles, f64::INFINITY)
+            };
+            let (more, less) = (beside(1.0)?, beside(-1.0)?);
+            points = points.min(more.len()).min(less.len());
+            for (index, (more, less)) in more.iter().zip(&less).enumerate() {
+                secants[(index, unknown)] = (more - less) / (2.0 * size);
+            }
+        }
+        let lower = observed.lower.view((0, 0), (points, points));
+        lower.solve_lower_triangular(&secants.rows(0, points))
+    }
+
     /// Fisher's information of a curve on all unknowns, in units of their deviations.
     fn information(&self, chosen: &Chosen, deviations: &[f64; UNKNOWNS]) -> Option<DMatrix<f64>> {
         let observed = self.observed(chosen.phalanx, self.means(chosen))?;
@@ -266,7 +300,9 @@ impl Known {
             ] {
                 forget(&mut known, unknown, variance);
             }
-            known = told(&known, &self.information(&pin, deviations)?)?;
+            let observed = self.observed(pin.phalanx, self.means(&pin))?;
+            let secants = self.secants(&observed, deviations, &known)?;
+            known = told(&known, &secants.tr_mul(&secants))?;
         }
         // Another contact, another material.
         for unknown in [FRICTION, K, RADIUS, ONSET] {

@@ -10,8 +10,10 @@
 mod agreement;
 mod chain;
 pub mod drawn;
+mod felt;
 pub mod information;
 mod known;
+mod ours;
 pub mod sampled;
 pub mod second;
 
