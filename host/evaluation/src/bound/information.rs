@@ -16,7 +16,6 @@ use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::drawn::REFERENCE_NOISE;
 use super::known::{
     Chosen, FACTOR, FRICTION, GIVE, JOINT, K, Known, ONSET, PULLEYS, RADIUS, TURNS, UNIFORM,
     UNKNOWNS,
@@ -116,18 +115,26 @@ impl Known {
         let length_m = self.lengths_m[phalanx - 1];
         let mut near: State = held.start().clone();
         let mut found = Vec::new();
-        for &angle_rad in angles {
-            if angle_rad <= values[ONSET] {
+        let width_rad = TURNS * self.turn_rad;
+        for &middle_rad in angles {
+            let past_rad = middle_rad + 0.5 * width_rad - values[ONSET];
+            if past_rad <= 0.0 {
                 found.push(0.0);
                 continue;
             }
+            // The point in which the contact begins has the mean of a ramp over the part that is left.
+            let (angle_rad, share) = if past_rad < width_rad {
+                (middle_rad + 0.5 * width_rad, 0.5 * past_rad / width_rad)
+            } else {
+                (middle_rad, 1.0)
+            };
             // Less is known then, and the bound is larger: of one pin of `tendon3` a third of its torque counts.
             let Some(next) = held.at(angle_rad, &drive, &near) else {
                 break;
             };
             near = next;
             let free = opened.free(angle_rad, &drive)?;
-            let excess_nm = (near.torque_nm - free.torque_nm) / drive.factor;
+            let excess_nm = share * (near.torque_nm - free.torque_nm) / drive.factor;
             if !held.stays(&near, length_m) || excess_nm > top_nm {
                 break;
             }
@@ -145,7 +152,9 @@ impl Known {
     pub(super) fn observed(&self, phalanx: usize, values: [f64; UNKNOWNS]) -> Option<Observed> {
         let onset_rad = values[ONSET];
         let width_rad = TURNS * self.turn_rad;
-        let angle_rad = |index: usize| onset_rad + width_rad * (index as f64 + 0.5 - LEAD as f64);
+        // Whole turns of the motor: a contact begins anywhere within a point.
+        let first = (onset_rad / width_rad).floor() - LEAD as f64;
+        let angle_rad = |index: usize| width_rad * (first + index as f64 + 0.5);
         let way_rad = self.probing_rad.min(self.closed_rad - onset_rad);
         let points = ((way_rad / width_rad).max(0.0) as usize).min(MOST_POINTS);
         let mut angles: Vec<f64> = (0..LEAD + points).map(angle_rad).collect();
@@ -161,7 +170,7 @@ impl Known {
             samples: samples.collect(),
             creep: 0.0,
         };
-        let noise = &REFERENCE_NOISE;
+        let noise = &self.noise;
         let lower = noise.whitening(&noise.covariance(&curve), &curve, onset_rad, &torques)?;
         Some(Observed {
             phalanx,

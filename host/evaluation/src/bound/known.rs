@@ -8,7 +8,8 @@ use palpate_plant::{FingerParameters, Parameters};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
-use crate::reference::{Drive, Finger, Opened, Press, ReturnCable, Sample, Stage, Weight};
+use super::drawn::REFERENCE_NOISE;
+use crate::reference::{Drive, Finger, Noise, Opened, Press, ReturnCable, Sample, Stage, Weight};
 
 /// Unknowns that the finger takes from one contact to the next: torque factor, cable, its stiffening, friction of the joints, and
 /// what is lost on the way to them.
@@ -42,6 +43,8 @@ pub(super) const DETECTED_RAD: f64 = 0.01;
 pub(super) const TURNS: f64 = 2.0;
 /// White noise of one turn of the motor, newton metre.
 const WHITE_NM: f64 = 2e-4;
+/// Bounce at contact, newton metre, and the angle over which it dies, radian, for a speed of 1 rad/s.
+const IMPACT: [f64; 2] = [5e-3 / 0.3, 0.04];
 /// Deviation of a uniform distribution, as a share of its width.
 pub(super) const UNIFORM: f64 = 0.289;
 
@@ -83,6 +86,8 @@ pub(super) struct Known {
     pub(super) closed_rad: f64,
     /// The first phalanx that touches.
     first: usize,
+    /// Noise of its curves, at the speed of its closing.
+    pub(super) noise: Noise,
 }
 
 /// A contact that is drawn.
@@ -208,6 +213,10 @@ impl Known {
             closed_rad: opened_rad + f64::from(settings.closing_stop_rad),
             first: usize::from(parameters.finger.hidden_base) + 1,
             leverage: [leverage, left * leverage],
+            noise: Noise {
+                impact: IMPACT.map(|of_speed| of_speed * f64::from(settings.speed_rad_per_s)),
+                ..REFERENCE_NOISE
+            },
             settings,
         }
     }
