@@ -1,7 +1,8 @@
 //! Sampling of a posterior: values of all unknowns by how likely they make a curve (Metropolis and Hastings).
 //!
-//! The chain begins at the truth and is proposed to by the linear solution about it, which saves time: what it comes to in the end does not
-//! depend on either. One that ends too early is too near to the truth and too sure, so that its error is a bound still.
+//! A chain is proposed to by the linear solution about the truth, which saves time: what it comes to in the end does not depend on that,
+//! nor on where it begins. One that begins at the truth and ends too early is too near to it and too sure, so that its error is a bound
+//! still. One that is heated first has left the truth by some of its deviations when it begins to count; too sure it may be as well.
 
 use nalgebra::{DMatrix, DVector};
 use rand::RngExt;
@@ -13,8 +14,10 @@ use super::information::MEAN_SHARE;
 
 /// Steps of a chain that count, and those before them: rounds, after each of which the walk takes the shape of what it has come to.
 const STEPS: usize = 800;
-const ROUNDS: usize = 3;
 const ROUND: usize = 200;
+/// Temperatures of the rounds of a chain that begins at the truth, and of one that is heated.
+const COLD: [f64; 3] = [1.0; 3];
+const HEATED: [f64; 4] = [30.0, 10.0, 3.0, 1.0];
 /// Width of the proposals about the linear solution, and of steps from where the chain is, over the root of the unknowns' number.
 const WIDER: f64 = 1.2;
 const WALK: f64 = 1.8;
@@ -87,6 +90,27 @@ impl Linear {
         density: impl Fn(&DVector<f64>) -> Option<f64>,
         random: &mut Pcg64Mcg,
     ) -> [f64; 2] {
+        self.chain(unknown, density, &COLD, random)
+    }
+
+    /// The same by a chain that is heated first.
+    pub(super) fn sampled_from_afar(
+        &self,
+        unknown: usize,
+        density: impl Fn(&DVector<f64>) -> Option<f64>,
+        random: &mut Pcg64Mcg,
+    ) -> [f64; 2] {
+        self.chain(unknown, density, &HEATED, random)
+    }
+
+    /// The same with rounds at these temperatures before what counts.
+    fn chain(
+        &self,
+        unknown: usize,
+        density: impl Fn(&DVector<f64>) -> Option<f64>,
+        temperatures: &[f64],
+        random: &mut Pcg64Mcg,
+    ) -> [f64; 2] {
         let Self { middle, root } = self;
         let number = middle.len();
         let mut at = DVector::zeros(number);
@@ -96,17 +120,18 @@ impl Linear {
             let off = root.solve_lower_triangular(&(at - middle));
             off.map_or(0.0, |off| -0.5 * off.norm_squared() / (WIDER * WIDER))
         };
-        let mut walk = root.clone();
-        let mut run = |steps: usize, walk: &DMatrix<f64>, see: &mut dyn FnMut(&DVector<f64>)| {
+        let mut run = |steps: usize,
+                       (walk, temperature): (&DMatrix<f64>, f64),
+                       see: &mut dyn FnMut(&DVector<f64>)| {
             for step in 0..steps {
-                let walks = step % 4 != 0;
+                let walks = temperature > 1.0 || step % 4 != 0;
                 let next = if walks {
                     &at + walk * normals(number, random) * (WALK / (number as f64).sqrt())
                 } else {
                     middle + root * normals(number, random) * WIDER
                 };
                 if let Some(there) = density(&next) {
-                    let mut gain = there - here;
+                    let mut gain = (there - here) / temperature;
                     if !walks {
                         gain += proposed(&at) - proposed(&next);
                     }
@@ -117,21 +142,23 @@ impl Linear {
                 see(&at);
             }
         };
-        for _ in 0..ROUNDS {
+        let mut walk = root * temperatures.first().map_or(1.0, |hot| hot.sqrt());
+        for (round, &temperature) in temperatures.iter().enumerate() {
             let (mut sum, mut squares) = (DVector::zeros(number), DMatrix::zeros(number, number));
-            run(ROUND, &walk, &mut |at| {
+            run(ROUND, (&walk, temperature), &mut |at| {
                 sum += at;
                 squares += at * at.transpose();
             });
             let mean = sum / ROUND as f64;
             let spread = squares / ROUND as f64 - &mean * mean.transpose();
             let shape = spread + root * root.transpose() * OF_LINEAR;
-            if let Some(shape) = shape.cholesky() {
+            let cooler = temperatures.get(round + 1).unwrap_or(&1.0) / temperature;
+            if let Some(shape) = (shape * cooler).cholesky() {
                 walk = shape.unpack();
             }
         }
         let (mut sum, mut squares) = (0.0, 0.0);
-        run(STEPS, &walk, &mut |at| {
+        run(STEPS, (&walk, 1.0), &mut |at| {
             sum += at[unknown];
             squares += at[unknown] * at[unknown];
         });

@@ -58,7 +58,7 @@ pub struct Drawn {
 }
 
 /// What the library assumes of friction, as after a usual record.
-const NOISE: AssumedNoise = AssumedNoise {
+pub(super) const NOISE: AssumedNoise = AssumedNoise {
     wander_nm: 0.5e-3,
     wander_s: 3.0,
     level_nm: 1e-3,

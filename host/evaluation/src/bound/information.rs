@@ -16,7 +16,6 @@ use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::drawn::REFERENCE_NOISE;
 use super::known::{
     Chosen, FACTOR, FRICTION, GIVE, JOINT, K, Known, ONSET, PULLEYS, RADIUS, TURNS, UNIFORM,
     UNKNOWNS,
@@ -29,6 +28,10 @@ pub const MEAN_SHARE: f64 = 0.798;
 pub(super) const DIFFERENCE: f64 = 5e-3;
 /// What a pin leaves open: its place and its radius, metre.
 pub(super) const PIN_SIGMA_M: f64 = 0.3e-3;
+/// Steps of the differences by which a pin is taken for linear, in what is known of an unknown before it: where a curve bends over that, as
+/// where a finger begins to fold round the pin, its derivative would tell more than the curve does. Of the onset, in its deviations.
+const SECANT: f64 = 0.5;
+const SECANT_ONSET: f64 = 0.1;
 /// Points before the onset.
 pub(super) const LEAD: usize = 4;
 /// Points of a curve, at least and at most.
@@ -112,18 +115,26 @@ impl Known {
         let length_m = self.lengths_m[phalanx - 1];
         let mut near: State = held.start().clone();
         let mut found = Vec::new();
-        for &angle_rad in angles {
-            if angle_rad <= values[ONSET] {
+        let width_rad = TURNS * self.turn_rad;
+        for &middle_rad in angles {
+            let past_rad = middle_rad + 0.5 * width_rad - values[ONSET];
+            if past_rad <= 0.0 {
                 found.push(0.0);
                 continue;
             }
+            // The point in which the contact begins has the mean of a ramp over the part that is left.
+            let (angle_rad, share) = if past_rad < width_rad {
+                (middle_rad + 0.5 * width_rad, 0.5 * past_rad / width_rad)
+            } else {
+                (middle_rad, 1.0)
+            };
             // Less is known then, and the bound is larger: of one pin of `tendon3` a third of its torque counts.
             let Some(next) = held.at(angle_rad, &drive, &near) else {
                 break;
             };
             near = next;
             let free = opened.free(angle_rad, &drive)?;
-            let excess_nm = (near.torque_nm - free.torque_nm) / drive.factor;
+            let excess_nm = share * (near.torque_nm - free.torque_nm) / drive.factor;
             if !held.stays(&near, length_m) || excess_nm > top_nm {
                 break;
             }
@@ -141,7 +152,9 @@ impl Known {
     pub(super) fn observed(&self, phalanx: usize, values: [f64; UNKNOWNS]) -> Option<Observed> {
         let onset_rad = values[ONSET];
         let width_rad = TURNS * self.turn_rad;
-        let angle_rad = |index: usize| onset_rad + width_rad * (index as f64 + 0.5 - LEAD as f64);
+        // Whole turns of the motor: a contact begins anywhere within a point.
+        let first = (onset_rad / width_rad).floor() - LEAD as f64;
+        let angle_rad = |index: usize| width_rad * (first + index as f64 + 0.5);
         let way_rad = self.probing_rad.min(self.closed_rad - onset_rad);
         let points = ((way_rad / width_rad).max(0.0) as usize).min(MOST_POINTS);
         let mut angles: Vec<f64> = (0..LEAD + points).map(angle_rad).collect();
@@ -157,7 +170,7 @@ impl Known {
             samples: samples.collect(),
             creep: 0.0,
         };
-        let noise = &REFERENCE_NOISE;
+        let noise = &self.noise;
         let lower = noise.whitening(&noise.covariance(&curve), &curve, onset_rad, &torques)?;
         Some(Observed {
             phalanx,
@@ -191,6 +204,36 @@ impl Known {
             slopes.set_column(unknown, &observed.lower.solve_lower_triangular(&column)?);
         }
         Some(slopes)
+    }
+
+    /// What a pin's curve shows of all unknowns in units of their deviations, whitened: differences over half of what is known of each, of
+    /// the points that all these curves have.
+    pub(super) fn secants(
+        &self,
+        observed: &Observed,
+        deviations: &[f64; UNKNOWNS],
+        known: &DMatrix<f64>,
+    ) -> Option<DMatrix<f64>> {
+        let mut points = observed.torques.len();
+        let mut secants = DMatrix::zeros(points, UNKNOWNS);
+        for unknown in (0..UNKNOWNS).filter(|&i| deviations[i] > 0.0 && known[(i, i)] > 0.0) {
+            let size = match unknown {
+                ONSET => SECANT_ONSET,
+                _ => SECANT * known[(unknown, unknown)].sqrt(),
+            };
+            let beside = |step: f64| {
+                let mut values = observed.values;
+                values[unknown] += step * size * deviations[unknown];
+                self.excess_nm(observed.phalanx, &values, &observed.angles, f64::INFINITY)
+            };
+            let (more, less) = (beside(1.0)?, beside(-1.0)?);
+            points = points.min(more.len()).min(less.len());
+            for (index, (more, less)) in more.iter().zip(&less).enumerate() {
+                secants[(index, unknown)] = (more - less) / (2.0 * size);
+            }
+        }
+        let lower = observed.lower.view((0, 0), (points, points));
+        lower.solve_lower_triangular(&secants.rows(0, points))
     }
 
     /// Fisher's information of a curve on all unknowns, in units of their deviations.
@@ -266,7 +309,9 @@ impl Known {
             ] {
                 forget(&mut known, unknown, variance);
             }
-            known = told(&known, &self.information(&pin, deviations)?)?;
+            let observed = self.observed(pin.phalanx, self.means(&pin))?;
+            let secants = self.secants(&observed, deviations, &known)?;
+            known = told(&known, &secants.tr_mul(&secants))?;
         }
         // Another contact, another material.
         for unknown in [FRICTION, K, RADIUS, ONSET] {

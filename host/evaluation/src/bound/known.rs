@@ -8,7 +8,8 @@ use palpate_plant::{FingerParameters, Parameters};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
-use crate::reference::{Drive, Finger, Opened, Press, ReturnCable, Sample, Stage};
+use super::drawn::REFERENCE_NOISE;
+use crate::reference::{Drive, Finger, Noise, Opened, Press, ReturnCable, Sample, Stage, Weight};
 
 /// Unknowns that the finger takes from one contact to the next: torque factor, cable, its stiffening, friction of the joints, and
 /// what is lost on the way to them.
@@ -27,6 +28,8 @@ pub(super) const RADIUS: usize = 7;
 pub(super) const ONSET: usize = 8;
 pub(super) const GIVE: usize = 9;
 pub(super) const UNKNOWNS: usize = 12;
+/// Standard gravity, metre per second squared.
+const GRAVITY_M_PER_S2: f64 = 9.81;
 /// Radii of pulleys are within so much of the scene's, metre.
 const PULLEY_M: f64 = 0.15e-3;
 /// Added to a radius before its logarithm is taken, metre, and the deviation of that logarithm: even from 1 to 50 mm.
@@ -40,6 +43,8 @@ pub(super) const DETECTED_RAD: f64 = 0.01;
 pub(super) const TURNS: f64 = 2.0;
 /// White noise of one turn of the motor, newton metre.
 const WHITE_NM: f64 = 2e-4;
+/// Bounce at contact, newton metre, and the angle over which it dies, radian, for a speed of 1 rad/s.
+const IMPACT: [f64; 2] = [5e-3 / 0.3, 0.04];
 /// Deviation of a uniform distribution, as a share of its width.
 pub(super) const UNIFORM: f64 = 0.289;
 
@@ -81,6 +86,8 @@ pub(super) struct Known {
     pub(super) closed_rad: f64,
     /// The first phalanx that touches.
     first: usize,
+    /// Noise of its curves, at the speed of its closing.
+    pub(super) noise: Noise,
 }
 
 /// A contact that is drawn.
@@ -106,7 +113,7 @@ impl Chosen {
     };
 }
 
-/// The finger of the reference from a scene's lengths.
+/// The finger of the reference from a scene's lengths, without weight.
 #[must_use]
 pub fn opened(of: &FingerParameters) -> Opened {
     let radians =
@@ -137,6 +144,7 @@ pub fn opened(of: &FingerParameters) -> Opened {
             .all(|(rest, least)| rest <= least),
         stand_rad: stand.map(|(rest, least)| rest.max(*least)).collect(),
         most_rad: radians(&of.joint_max_deg),
+        weight: None,
         back: (!of.return_pulley_m.is_empty()).then(|| ReturnCable {
             pulley_m: of.return_pulley_m.clone(),
             tension_n: of.return_tension_n,
@@ -149,6 +157,17 @@ pub fn opened(of: &FingerParameters) -> Opened {
             rest_rad,
         },
     }
+}
+
+/// What a scene states of its phalanges' weight; nothing where it states none.
+#[must_use]
+pub fn stated_weight<S: Scene>(of: &FingerParameters) -> Option<Weight> {
+    (!of.stated_mass_kg.is_empty()).then(|| Weight {
+        phalanx_n: (of.stated_mass_kg.iter())
+            .map(|mass_kg| GRAVITY_M_PER_S2 * mass_kg)
+            .collect(),
+        down_rad: S::MOUNTING_RAD.into(),
+    })
 }
 
 /// Deviation of the ratio of each pair of pulleys, as a share; 0 without pulleys.
@@ -174,7 +193,10 @@ impl Known {
         let told = drivetrain.torque_constant_sigma.powi(2);
         sheet.torque_factor_sigma = (sheet.torque_factor_sigma.powi(2) - told).max(0.0).sqrt();
         Self {
-            opened: opened(&parameters.finger),
+            opened: Opened {
+                weight: stated_weight::<S>(&parameters.finger),
+                ..opened(&parameters.finger)
+            },
             lengths_m: parameters.finger.length_m.clone(),
             give_m_per_n: if S::Series::OBJECT_GIVES {
                 settings.object_give_m_per_n.into()
@@ -191,6 +213,10 @@ impl Known {
             closed_rad: opened_rad + f64::from(settings.closing_stop_rad),
             first: usize::from(parameters.finger.hidden_base) + 1,
             leverage: [leverage, left * leverage],
+            noise: Noise {
+                impact: IMPACT.map(|of_speed| of_speed * f64::from(settings.speed_rad_per_s)),
+                ..REFERENCE_NOISE
+            },
             settings,
         }
     }

@@ -6,10 +6,14 @@
 //! An uncalibrated finger does not know its torque factor, efficiency over spring stiffness. Pressing on the closing stop and
 //! releasing would tell the worm's share of it, back-EMF the torque constant's; the springs and the gearhead remain.
 
+#[cfg(test)]
+mod agreement;
 mod chain;
 pub mod drawn;
+mod felt;
 pub mod information;
 mod known;
+mod ours;
 pub mod sampled;
 pub mod second;
 

@@ -7,6 +7,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use palpate::scene::Scene;
+use palpate::sensing::Calibration;
 use palpate_document::table::head;
 use palpate_plant::Parameters;
 use rand::SeedableRng;
@@ -14,17 +15,11 @@ use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::chain::{Linear, Told, normals, of_open};
-use super::information::{DRAWS, Observed, Pulleys};
-use super::known::{
-    Chosen, DETECTED_RAD, FRICTION, GIVE, K, Known, OFFSET_M, ONSET, RADII_M, RADIUS, UNIFORM,
-    UNKNOWNS, is_possible,
-};
-
-/// Unknowns of a contact alone, whose priors are no normal ones.
-const OF_CONTACT: [usize; 3] = [K, RADIUS, ONSET];
-/// Unknowns of the object that cannot be negative.
-const OF_OBJECT: [usize; 2] = [FRICTION, GIVE];
+use super::chain::{Linear, Told, of_open};
+use super::felt::{Belief, Felt, OF_OBJECT};
+use super::information::DRAWS;
+use super::known::{K, Known, OFFSET_M, ONSET, RADII_M, RADIUS, UNIFORM, UNKNOWNS, is_possible};
+use super::ours::Ours;
 
 /// What the exact posterior makes of contacts on a scene's finger, with pins and without. A tendon's pulleys are off one by one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -32,35 +27,64 @@ pub struct FirstPosterior {
     /// The scene.
     pub scene: &'static str,
     /// After a press on the stop and two pins.
-    pub pins: Told,
+    pub pins: Both,
     /// After the press alone.
-    pub press: Told,
+    pub press: Both,
     /// Contacts of each.
     pub contacts: usize,
+}
+
+/// What posterior and library make of the same curves.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Both {
+    /// The posterior.
+    pub exact: Told,
+    /// The library, of the contacts that it locates on their phalanx.
+    pub ours: Told,
+    /// Number of these.
+    pub located: usize,
+}
+
+/// Error and deviation of one contact's place, shares of the phalanx.
+#[derive(Clone, Copy, Debug)]
+struct Judged {
+    exact: [f64; 2],
+    ours: Option<[f64; 2]>,
+}
+
+impl Both {
+    fn of(all: impl Iterator<Item = Judged> + Clone) -> Self {
+        let exact: Vec<_> = all.clone().map(|judged| judged.exact).collect();
+        let ours: Vec<_> = all.filter_map(|judged| judged.ours).collect();
+        Self {
+            exact: Told::of(&exact),
+            ours: Told::of(&ours),
+            located: ours.len(),
+        }
+    }
 }
 
 /// A curve with noise, and what is known beside it.
 struct Asking<'a> {
     known: &'a Known,
-    observed: &'a Observed,
+    felt: &'a Felt,
     means: [f64; UNKNOWNS],
     deviations: [f64; UNKNOWNS],
     /// Unknowns that are not exact.
     open: Vec<usize>,
-    measured: DVector<f64>,
     /// Inverse covariance of what is known beforehand, in units of the deviations, of the unknowns that are not exact.
     precision: DMatrix<f64>,
-    detected_rad: f64,
 }
 
 impl Asking<'_> {
     /// Logarithm of the posterior's density, but for a constant; none where the values cannot be.
     fn density(&self, off: &DVector<f64>) -> Option<f64> {
-        let mut values = self.observed.values;
+        let observed = &self.felt.observed;
+        let mut values = observed.values;
         for (&unknown, off) in self.open.iter().zip(off) {
             values[unknown] += self.deviations[unknown] * off;
         }
-        let phalanx = self.observed.phalanx;
+        let phalanx = observed.phalanx;
         let [least, most] = RADII_M.map(|radius_m| (radius_m + OFFSET_M).ln());
         let is_within = values[K] > 0.0
             && values[K] < self.known.lengths_m[phalanx - 1]
@@ -71,99 +95,83 @@ impl Asking<'_> {
         }
         let from_means = self.open.iter().map(|&unknown| {
             let mean = match unknown {
-                ONSET => self.detected_rad,
+                ONSET => self.felt.detected_rad,
                 K | RADIUS => return 0.0,
                 _ => self.means[unknown],
             };
             (values[unknown] - mean) / self.deviations[unknown]
         });
         let from_means = DVector::from_iterator(self.open.len(), from_means);
-        let angles = &self.observed.angles;
+        let angles = &observed.angles;
         let shown = self
             .known
             .excess_nm(phalanx, &values, angles, f64::INFINITY)?;
         if shown.len() != angles.len() {
             return None;
         }
-        let left = &self.measured - DVector::from_vec(shown);
-        let white = self.observed.lower.solve_lower_triangular(&left)?;
+        let left = &self.felt.measured - DVector::from_vec(shown);
+        let white = observed.lower.solve_lower_triangular(&left)?;
         Some(-0.5 * (white.norm_squared() + from_means.dot(&(&self.precision * &from_means))))
     }
 }
 
 impl Known {
-    /// Values of a finger and of a contact on it, drawn.
-    fn contact(&self, known: &DMatrix<f64>, random: &mut Pcg64Mcg) -> Option<Observed> {
-        let chosen = self.drawn(random)?;
-        let deviations = self.deviations(self.lengths_m[chosen.phalanx - 1]);
-        let mut values = self.means(&chosen);
-        let tiny = DMatrix::identity(UNKNOWNS, UNKNOWNS) * 1e-12;
-        let off = (known + tiny).cholesky()?.unpack() * normals(UNKNOWNS, random);
-        for unknown in (0..UNKNOWNS).filter(|unknown| !OF_CONTACT.contains(unknown)) {
-            values[unknown] += deviations[unknown] * off[unknown];
-        }
-        is_possible(&values, &OF_OBJECT).then(|| self.observed(chosen.phalanx, values))?
-    }
-
     /// Error and deviation of the posterior's place, as shares of the phalanx.
-    fn sampled(
-        &self,
-        observed: &Observed,
-        known: &DMatrix<f64>,
-        random: &mut Pcg64Mcg,
-    ) -> Option<[f64; 2]> {
+    fn sampled(&self, felt: &Felt, belief: &Belief, random: &mut Pcg64Mcg) -> Option<[f64; 2]> {
+        let observed = &felt.observed;
         let deviations = self.deviations(self.lengths_m[observed.phalanx - 1]);
         let open: Vec<usize> = (0..UNKNOWNS).filter(|&i| deviations[i] > 0.0).collect();
         let slopes = self.slopes(observed, &deviations)?.select_columns(&open);
-        let noise_white = normals(observed.torques.len(), random);
-        let late_rad = DETECTED_RAD * normals(1, random)[0];
-        let means = self.means(&Chosen::SOME);
-        let precision = of_open(known, &open).try_inverse()?;
+        let mut means = observed.values;
+        for (unknown, mean) in means.iter_mut().enumerate() {
+            *mean += deviations[unknown] * belief.off[unknown];
+        }
+        let precision = of_open(&belief.covariance, &open).try_inverse()?;
         let expected = DVector::from_iterator(
             open.len(),
-            open.iter().map(|&unknown| {
-                let off = match unknown {
-                    ONSET => late_rad,
-                    K | RADIUS => 0.0,
-                    _ => means[unknown] - observed.values[unknown],
-                };
-                off / deviations[unknown]
+            open.iter().map(|&unknown| match unknown {
+                ONSET => (felt.detected_rad - observed.values[ONSET]) / deviations[ONSET],
+                K | RADIUS => 0.0,
+                _ => belief.off[unknown],
             }),
         );
         let beside = DMatrix::zeros(open.len(), open.len());
-        let linear = Linear::of([&slopes, &beside], &noise_white, (&expected, &precision))?;
+        let linear = Linear::of([&slopes, &beside], &felt.white, (&expected, &precision))?;
         let place = open.iter().position(|&unknown| unknown == K)?;
         let asking = Asking {
             known: self,
-            observed,
+            felt,
             means,
             deviations,
-            measured: &observed.torques + &observed.lower * noise_white,
             precision,
-            detected_rad: observed.values[ONSET] + late_rad,
             open,
         };
-        let sampled = linear.sampled(place, |off| asking.density(off), random);
+        let sampled = linear.sampled_from_afar(place, |off| asking.density(off), random);
         Some(sampled.map(|off| UNIFORM * off))
     }
 
-    /// Contacts drawn with so much known, given to the posterior.
-    fn told(&self, known: &DMatrix<f64>, contacts: u64, seed: u64) -> (Told, usize) {
-        let all: Vec<[f64; 2]> = (0..contacts)
-            .into_par_iter()
-            .filter_map(|index| {
-                let mut random = Pcg64Mcg::seed_from_u64((seed << 32) + index);
-                (0..DRAWS).find_map(|_| {
-                    let observed = self.contact(known, &mut random)?;
-                    self.sampled(&observed, known, &mut random)
-                })
+    /// A finger with a contact, drawn and judged by both with pins and without.
+    fn judged<S: Scene>(&self, random: &mut Pcg64Mcg) -> Option<[Judged; 2]> {
+        let finger = self.values(random)?;
+        let felt = self.touched(&finger, random)?;
+        let pins = self.pins(&finger, random)?;
+        let ours = Ours::<S>::of(self);
+        let pressed = ours.pressed();
+        let mut judged = |belief: &Belief, calibration: &Calibration| {
+            Some(Judged {
+                exact: self.sampled(&felt, belief, random)?,
+                ours: ours.located(&felt, calibration),
             })
-            .collect();
-        (Told::of(&all), all.len())
+        };
+        Some([
+            judged(&self.taught(&finger, &pins)?, &ours.taught(&pressed, &pins))?,
+            judged(&self.believed(&finger), &pressed)?,
+        ])
     }
 }
 
-/// What the exact posterior makes of first contacts on a scene's finger. `None` where the finger cannot make them.
+/// What the exact posterior makes of first contacts on a scene's finger, and the library of the same curves. `None` where the finger
+/// cannot make them.
 #[must_use]
 pub fn first_posterior<S: Scene>(
     parameters: &Parameters,
@@ -171,18 +179,19 @@ pub fn first_posterior<S: Scene>(
     seed: u64,
 ) -> Option<FirstPosterior> {
     let known = Known::of::<S>(parameters);
-    let deviations = known.deviations(*known.lengths_m.last()?);
-    let (pins, number) = known.told(
-        &known.calibrated(&deviations, Pulleys::Off)?,
-        contacts,
-        seed,
-    );
-    let (press, same) = known.told(&known.pressed(&deviations, Pulleys::Off), contacts, seed);
-    (number > 0 && same > 0).then_some(FirstPosterior {
+    let all: Vec<[Judged; 2]> = (0..contacts)
+        .into_par_iter()
+        .filter_map(|index| {
+            let mut random = Pcg64Mcg::seed_from_u64((seed << 32) + index);
+            (0..DRAWS).find_map(|_| known.judged::<S>(&mut random))
+        })
+        .collect();
+    let [pins, press] = [0, 1].map(|row| Both::of(all.iter().map(|judged| judged[row])));
+    (!all.is_empty()).then_some(FirstPosterior {
         scene: S::NAME,
         pins,
         press,
-        contacts: number.min(same),
+        contacts: all.len(),
     })
 }
 
@@ -190,15 +199,20 @@ pub fn first_posterior<S: Scene>(
 #[must_use]
 pub fn markdown(posteriors: &[FirstPosterior]) -> String {
     let mut out = head(
-        "scene | pins: error, % | claimed, % | within 2σ, % | a press: error, % | claimed, % | within 2σ, %",
+        "scene | pins: error, % | claimed, % | within 2σ, % | ours: located | error, % | claimed, % | within 2σ, % \
+         | a press: error, % | claimed, % | within 2σ, % | ours: located | error, % | claimed, % | within 2σ, %",
     );
+    let told = |told: &Told| {
+        format!(
+            "| {:.2} | {:.2} | {:.0} ",
+            told.error_pct, told.claimed_pct, told.within2_pct
+        )
+    };
     for of in posteriors {
         out.push_str(&format!("| {} ", of.scene));
-        for told in [of.pins, of.press] {
-            out.push_str(&format!(
-                "| {:.2} | {:.2} | {:.0} ",
-                told.error_pct, told.claimed_pct, told.within2_pct
-            ));
+        for both in [of.pins, of.press] {
+            let [exact, ours] = [both.exact, both.ours].map(|of| told(&of));
+            out.push_str(&format!("{exact}| {}/{} {ours}", both.located, of.contacts));
         }
         out.push_str("|\n");
     }

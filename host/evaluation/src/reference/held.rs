@@ -22,10 +22,12 @@ pub struct Press {
     pub half_thickness_m: f64,
     /// Coefficient of friction.
     pub friction: f64,
-    /// Friction of each joint beyond the first against its motion since the contact, newton metre.
+    /// Friction of each joint beyond the first against its motion, newton metre. In a finger whose joints closed before the contact the
+    /// free finger's torque has it already: there joints that close on take no more, and those that turn back twice as much.
     pub joint_nm: f64,
     /// Share that is lost at each joint beyond the first, against its motion, of the torque since the contact; with a return cable, which
-    /// the whole torque has to overcome, of all of it.
+    /// the whole torque has to overcome, of all of it. A joint that turns back, which the free finger has closed, first gives up what it
+    /// took then, and takes as much.
     pub lost: f64,
     /// Compliance of the object, metre per newton.
     pub give_m_per_n: f64,
@@ -140,16 +142,27 @@ impl<'a> Held<'a> {
         });
         left -= (normal - slip * (press.friction * self.senses.slide)) * force_n;
         let levers = gradient(theta, |theta| finger.theta_a(theta));
-        let passed_nm = match self.opened.back {
-            Some(_) => torque_nm,
-            None => torque_nm - self.start.torque_nm,
-        };
         for (joint, sense) in self.senses.joints.iter().enumerate() {
+            let passed_nm = match self.opened.back {
+                Some(_) => torque_nm,
+                None if self.turns_back(joint) => torque_nm + self.start.torque_nm,
+                None => torque_nm - self.start.torque_nm,
+            };
             let lost_nm = press.lost * levers[joint].abs() * passed_nm;
-            left[joint] += (press.joint_nm + lost_nm) * sense;
+            let rubs = if self.opened.stands() {
+                1.0
+            } else {
+                1.0 - sense
+            };
+            left[joint] += (rubs * press.joint_nm + lost_nm) * sense;
         }
         let distance_m = finger.distance(theta, press.phalanx, self.middle);
         left.push(distance_m - press.radius_m + press.give_m_per_n * force_n)
+    }
+
+    /// Whether the contact opens a joint that the free finger has closed.
+    fn turns_back(&self, joint: usize) -> bool {
+        !self.opened.stands() && self.senses.joints[joint] < 0.0
     }
 
     /// Whether preload and friction of joint 2 still press it on its opening stop under this torque, in a finger of two phalanges.
@@ -194,19 +207,51 @@ impl<'a> Held<'a> {
                 ..self.start.clone()
             });
         }
+        // A joint that turns back stands until what holds it is overcome.
         let joints = near.theta.len();
-        let start = near.theta.clone().push(near.force_n).push(near.torque_nm);
-        let x = root(&start, |x| {
-            let theta = x.rows(0, joints).clone_owned();
-            let (force_n, torque_nm) = (x[joints], x[joints + 1]);
-            let twist_rad = drive.twist_rad(torque_nm);
-            let past_rad = finger.theta_a(&theta) + twist_rad - angle_rad;
-            self.missing(&theta, force_n, torque_nm).push(past_rad)
-        })?;
+        let mut moves: Vec<bool> = (0..joints).map(|joint| !self.turns_back(joint)).collect();
+        loop {
+            let state = self.moved_to(angle_rad, drive, near, &moves)?;
+            let left = self.missing(&state.theta, state.force_n, state.torque_nm);
+            let opened = (0..joints).filter(|&joint| !moves[joint] && left[joint] > 0.0);
+            match opened.max_by(|&one, &other| left[one].total_cmp(&left[other])) {
+                Some(joint) => moves[joint] = true,
+                None => return Some(state),
+            }
+        }
+    }
+
+    /// The finger at a measured angle, where only some joints have moved since the contact.
+    fn moved_to(
+        &self,
+        angle_rad: f64,
+        drive: &Drive,
+        near: &State,
+        moves: &[bool],
+    ) -> Option<State> {
+        let moving: Vec<usize> = (0..moves.len()).filter(|&joint| moves[joint]).collect();
+        let number = moving.len();
+        let posture = |x: &DVector<f64>| {
+            let mut theta = self.start.theta.clone();
+            for (&joint, angle) in moving.iter().zip(x) {
+                theta[joint] = *angle;
+            }
+            theta
+        };
+        let balance = |x: &DVector<f64>| {
+            let (theta, force_n, torque_nm) = (posture(x), x[number], x[number + 1]);
+            let missing = self.missing(&theta, force_n, torque_nm);
+            let past_rad =
+                self.opened.finger.theta_a(&theta) + drive.twist_rad(torque_nm) - angle_rad;
+            let distance = missing[moves.len()];
+            missing.select_rows(&moving).push(distance).push(past_rad)
+        };
+        let start = near.theta.select_rows(&moving);
+        let x = root(&start.push(near.force_n).push(near.torque_nm), balance)?;
         Some(State {
-            theta: x.rows(0, joints).clone_owned(),
-            torque_nm: x[joints + 1],
-            force_n: x[joints],
+            theta: posture(&x),
+            torque_nm: x[number + 1],
+            force_n: x[number],
         })
     }
 
@@ -292,33 +337,45 @@ mod tests {
         }
     }
 
-    /// What is lost on the way to the joints is work that the springs do not get.
+    /// What is lost on the way to the joints, and in those that turn back, is work that the springs do not get. Joint 2 turns back, and
+    /// stands at first.
     #[test]
     fn what_is_lost_is_missing_in_the_springs() {
         const STEP_RAD: f64 = 2e-3;
         let opened = opened(table_1());
         let rest = DVector::from_vec(opened.stand_rad.clone());
         let onset_rad = opened.finger.theta_a(&rest) + 0.4;
+        let through_a_cable = Drive {
+            cable_rad_per_nm: 0.2,
+            ..RIGID
+        };
         let done = |lost: f64| {
             let pressed = Press {
                 lost,
+                joint_nm: 0.1 * lost,
                 ..press(3, 0.3, 0.0)
             };
-            let held = Held::new(&opened, pressed, onset_rad, &RIGID).unwrap();
+            let held = Held::new(&opened, pressed, onset_rad, &through_a_cable).unwrap();
+            assert_eq!([1, 2].map(|joint| held.turns_back(joint)), [true, false]);
             let start = held.start().clone();
-            let (mut near, mut work, mut taken) = (start.clone(), 0.0, 0.0);
-            for step in 1..=60 {
+            let (mut near, mut work, mut taken, mut stood) = (start.clone(), 0.0, 0.0, 0);
+            for step in 1..=100 {
                 let angle_rad = onset_rad + STEP_RAD * f64::from(step);
-                let next = held.at(angle_rad, &RIGID, &near).unwrap();
+                let next = held.at(angle_rad, &through_a_cable, &near).unwrap();
+                let [was_rad, now_rad] =
+                    [&near, &next].map(|state| opened.finger.theta_a(&state.theta));
                 let torque_nm = 0.5 * (near.torque_nm + next.torque_nm);
-                work += torque_nm * STEP_RAD;
+                work += torque_nm * (now_rad - was_rad);
                 let levers = gradient(&next.theta, |theta| opened.finger.theta_a(theta));
-                for joint in 1..3 {
-                    let turned = (next.theta[joint] - near.theta[joint]).abs();
-                    taken += lost * levers[joint] * (torque_nm - start.torque_nm) * turned;
-                }
+                let turned = &next.theta - &near.theta;
+                let back_nm = lost * levers[1] * (torque_nm + start.torque_nm) + 0.2 * lost;
+                let on_nm = lost * levers[2] * (torque_nm - start.torque_nm);
+                assert!(turned[1] <= 0.0 && turned[2] >= 0.0, "{turned}");
+                taken += on_nm * turned[2] - back_nm * turned[1];
+                stood += i32::from(turned[1] == 0.0);
                 near = next;
             }
+            assert_eq!(stood > 5, lost > 0.0, "{stood}");
             let stored = opened.energy(&near.theta) - opened.energy(&start.theta);
             // What is left is the trapezoids.
             assert!(

@@ -22,6 +22,28 @@ pub struct ReturnCable {
     pub stiffness_n_per_m: f64,
 }
 
+/// Weight of the phalanges.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Weight {
+    /// Of each phalanx, even along it, newton.
+    pub phalanx_n: Vec<f64>,
+    /// Direction of gravity, counterclockwise from phalanx 1 where its joint angle is zero, radian.
+    pub down_rad: f64,
+}
+
+impl Weight {
+    /// Energy of a posture, joule.
+    fn energy(&self, finger: &Finger, theta: &DVector<f64>) -> f64 {
+        let (down_y, down_x) = self.down_rad.sin_cos();
+        let fallen = self.phalanx_n.iter().zip(&finger.lengths).enumerate();
+        let work = fallen.map(|(index, (weight_n, length_m))| {
+            let middle = finger.point(theta, index + 1, 0.5 * length_m);
+            weight_n * (middle.0 * down_x + middle.1 * down_y)
+        });
+        -work.sum::<f64>()
+    }
+}
+
 /// A finger with what opens it, and where its joints stop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Opened {
@@ -29,6 +51,8 @@ pub struct Opened {
     pub finger: Finger,
     /// A cable beside the springs.
     pub back: Option<ReturnCable>,
+    /// What it weighs, where that is not nothing.
+    pub weight: Option<Weight>,
     /// Where joints stand that nothing has moved, radian.
     pub stand_rad: Vec<f64>,
     /// They stand at their opening stops, which hold them against what opens them.
@@ -98,17 +122,20 @@ pub(super) fn root(
 }
 
 impl Opened {
-    /// Energy of springs and return cable, joule.
+    /// Energy of springs, return cable and weight, joule.
     pub(super) fn energy(&self, theta: &DVector<f64>) -> f64 {
         let back = self.back.as_ref().map_or(0.0, |back| {
             let wound_m: f64 = theta.iter().zip(&back.pulley_m).map(|(a, r)| a * r).sum();
             wound_m * (back.tension_n + 0.5 * back.stiffness_n_per_m * wound_m)
         });
-        self.finger.energy(theta) + back
+        let weight = self.weight.as_ref();
+        self.finger.energy(theta)
+            + back
+            + weight.map_or(0.0, |weight| weight.energy(&self.finger, theta))
     }
 
     /// Joints beyond the first stand until a contact moves them: without a spring at joint 1 the torque alone does not.
-    fn stands(&self) -> bool {
+    pub(super) fn stands(&self) -> bool {
         self.finger.springs.first() == Some(&0.0)
     }
 
@@ -136,5 +163,71 @@ impl Opened {
             torque_nm: x[joints],
             force_n: 0.0,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::support::{RIGID, opened};
+    use super::super::table_1;
+    use super::*;
+
+    /// A finger with a weight of its own on every phalanx, and gravity aslant.
+    fn heavy() -> Opened {
+        Opened {
+            weight: Some(Weight {
+                phalanx_n: vec![0.3, 0.2, 0.1],
+                down_rad: -1.2,
+            }),
+            ..opened(table_1())
+        }
+    }
+
+    /// Torque about each joint of slices of the phalanges, each where it is.
+    fn by_slices(opened: &Opened, theta: &DVector<f64>) -> DVector<f64> {
+        const SLICES: usize = 1000;
+        let weight = opened.weight.as_ref().unwrap();
+        let (down_y, down_x) = weight.down_rad.sin_cos();
+        let finger = &opened.finger;
+        DVector::from_fn(theta.len(), |joint, _| {
+            let hinge = finger.point(theta, joint + 1, 0.0);
+            let of_phalanx = |phalanx: usize| {
+                let slice = |n: usize| {
+                    let share = (n as f64 + 0.5) / SLICES as f64;
+                    let at = finger.point(theta, phalanx + 1, share * finger.lengths[phalanx]);
+                    (at.0 - hinge.0) * down_y - (at.1 - hinge.1) * down_x
+                };
+                weight.phalanx_n[phalanx] / SLICES as f64 * (0..SLICES).map(slice).sum::<f64>()
+            };
+            (joint..theta.len()).map(of_phalanx).sum()
+        })
+    }
+
+    #[test]
+    fn the_weight_turns_each_joint_as_its_slices_do() {
+        let (heavy, light) = (heavy(), opened(table_1()));
+        for theta in [[0.0, 0.0, 0.0], [0.6, 0.4, 0.9], [1.3, 1.1, 0.2]] {
+            let theta = DVector::from_row_slice(&theta);
+            let weight = gradient(&theta, |theta| light.energy(theta) - heavy.energy(theta));
+            let error = (weight - by_slices(&heavy, &theta)).amax();
+            assert!(error < 1e-7, "{theta} {error:e}");
+        }
+    }
+
+    /// The free finger takes the energy of springs and weight from its drive.
+    #[test]
+    fn the_free_finger_is_driven_by_what_its_energy_grows() {
+        let heavy = heavy();
+        let at = |angle_rad: f64| heavy.free(angle_rad, &RIGID).unwrap();
+        let light = opened(table_1()).free(1.6, &RIGID).unwrap();
+        assert!((at(1.6).torque_nm / light.torque_nm - 1.0).abs() > 0.1);
+        for angle_rad in [1.2, 1.6, 2.0] {
+            const STEP_RAD: f64 = 1e-3;
+            let [more, less] =
+                [STEP_RAD, -STEP_RAD].map(|step| heavy.energy(&at(angle_rad + step).theta));
+            let torque_nm = (more - less) / (2.0 * STEP_RAD);
+            let error = torque_nm - at(angle_rad).torque_nm;
+            assert!(error.abs() < 1e-6, "{angle_rad}: {error:e}");
+        }
     }
 }

@@ -13,6 +13,7 @@ pub const RIGID: Drive = Drive {
 pub fn opened(finger: Finger) -> Opened {
     Opened {
         back: None,
+        weight: None,
         stand_rad: finger.rest_rad.clone(),
         stopped: false,
         most_rad: vec![3.0; finger.lengths.len()],

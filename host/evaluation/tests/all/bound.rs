@@ -95,7 +95,7 @@ fn the_posterior_of_a_first_contact_is_as_sure_as_its_errors_say() {
     println!("{}", sampled::markdown(&posteriors));
     let told: Vec<_> = posteriors
         .iter()
-        .flat_map(|of| [of.pins, of.press])
+        .flat_map(|of| [of.pins.exact, of.press.exact])
         .collect();
     let mean = |of: fn(&Told) -> f64| told.iter().map(of).sum::<f64>() / told.len() as f64;
     let claimed_pct = mean(|told| told.claimed_pct);
@@ -105,6 +105,14 @@ fn the_posterior_of_a_first_contact_is_as_sure_as_its_errors_say() {
     assert!(within2_pct > 80.0, "{within2_pct}");
     for of in &posteriors {
         assert_eq!(of.contacts as u64, contacts, "{of:?}");
+    }
+    // The library is given the same curves, and most of them it locates.
+    for both in posteriors.iter().flat_map(|of| [of.pins, of.press]) {
+        assert!(both.located as u64 * 2 >= contacts, "{both:?}");
+        assert!(
+            both.ours.error_pct < 4.0 * both.ours.claimed_pct,
+            "{both:?}"
+        );
     }
     // A uniform place has 29 % of the phalanx, of which the mean without sign is 23.
     assert!(claimed_pct < 10.0, "{claimed_pct}");

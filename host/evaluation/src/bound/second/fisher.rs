@@ -54,7 +54,9 @@ pub(super) fn noise(parameters: &Parameters) -> Noise {
 
 impl Asked {
     pub(super) fn of<S: Scene>(parameters: &Parameters) -> Self {
-        let known = Known::of::<S>(parameters);
+        // The figures of second contacts are of fingers without weight.
+        let mut known = Known::of::<S>(parameters);
+        known.opened.weight = None;
         let settings = &known.settings;
         let friction = (parameters.contact.stated()).map_or(settings.contact_friction, |mean| {
             settings.rubbed_with(mean as f32)
