@@ -7,6 +7,8 @@ mod block;
 mod calibration;
 mod curve;
 mod detector;
+#[cfg(feature = "firmware")]
+mod following;
 mod free;
 mod friction;
 // With the fingers of the scenes.
