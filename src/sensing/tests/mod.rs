@@ -20,6 +20,7 @@ mod operating_curve;
 #[cfg(feature = "firmware")]
 mod pins;
 mod recording;
+mod second;
 #[cfg(feature = "firmware")]
 mod sensor;
 mod softer;
