@@ -2,6 +2,7 @@
 
 mod changes;
 mod grasps;
+mod hold;
 mod moved;
 
 use super::sensor::friction_a;
