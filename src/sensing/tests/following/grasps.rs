@@ -115,17 +115,30 @@ fn every_closing_tells_how_it_ends() {
     }
 }
 
-/// At the torque at which probing ends the closing is over, although the motor turns on.
+/// At the torque at which probing ends the closing is over, although the motor turns on: what comes then is no second contact.
 #[test]
 fn enough_torque_ends_a_closing() {
     let mut hand: Grasping = p70(to_the_end::<P70>());
     let enough_nm = hand.sensor.settings().enough_nm();
-    let told = hand.watch(1.48, |theta| 0.6 * (theta - 0.8).max(0.0));
-    let mut all = hand.stand(1500, 0.0);
-    all.followed.splice(0..0, told.followed);
-    let (grip, torque_nm) = held_by_one(&all);
+    let curve = |theta: f32| 0.6 * (theta - 0.8).max(0.0) + 0.65 * (theta - 1.38).max(0.0);
+    let mut told = hand.watch(1.48, curve);
+    told.followed.extend(hand.stand(1500, 0.0).followed);
+    let (grip, torque_nm) = held_by_one(&told);
     assert_eq!(grip, Grip::Single);
     assert!(torque_nm >= enough_nm, "{torque_nm}");
+}
+
+/// The next closing has nothing of one whose end was not told yet.
+#[test]
+fn a_closing_that_is_broken_off_is_forgotten() {
+    let mut hand: Grasping = p70(to_the_end::<P70>());
+    hand.watch(1.0, |theta| contacts_nm(theta, ONE));
+    hand.sensor.conclude();
+    let told = hand.close(1.4, |theta| contacts_nm(theta, ONE));
+    assert!(told.settled_ms().is_some() && told.followed.is_empty());
+    hand.direct(Directive::Watch);
+    assert_eq!(hand.open().followed, []);
+    assert_eq!(hand.watch(1.3, |_| 0.0).followed, []);
 }
 
 /// Once the first contact is judged the end is told when the motor is to rest, and not later than a quarter of a second after it stands.
@@ -207,12 +220,11 @@ fn a_break_in_the_motion_is_no_second_contact() {
     assert_eq!(held_by_one(&told).0, Grip::Single);
 }
 
-/// A corner that only the blocks show in which the contact lets go is no second contact.
+/// A corner that only the very block shows in which it is sure that the contact has let go is no second contact.
 #[test]
 fn what_a_lost_contact_shows_is_no_second_contact() {
-    let (mut lost, mut enveloped) = (0, 0);
-    for blocks in 4..20 {
-        let lost_rad = 0.95 + 2.45e-3 * blocks as f32;
+    for half_blocks in 4..20 {
+        let lost_rad = 0.95 + 2.45e-3 * half_blocks as f32;
         let mut hand: Grasping = p70(to_the_end::<P70>());
         let mut told = hand.watch(lost_rad + 0.1, |theta| {
             if theta < lost_rad {
@@ -222,27 +234,15 @@ fn what_a_lost_contact_shows_is_no_second_contact() {
             }
         });
         told.followed.extend(hand.stand(1500, 0.0).followed);
-        match told.followed[..] {
-            [
-                (
-                    _,
-                    Followed::Grasp {
-                        grip: Grip::Lost, ..
-                    },
-                ),
-            ] => lost += 1,
-            [
-                (_, Followed::SecondContact { .. }),
-                (
-                    _,
-                    Followed::Grasp {
-                        grip: Grip::Enveloped,
-                        ..
-                    },
-                ),
-            ] => enveloped += 1,
-            _ => panic!("{blocks}: {told:?}"),
+        // The corner has too few points after it; and at 15 the pair that shows it ends with the second block below.
+        if half_blocks < 12 || half_blocks == 15 {
+            assert_eq!(held_by_one(&told).0, Grip::Lost, "{half_blocks}");
+        } else {
+            let first = told.followed.first();
+            assert!(
+                matches!(first, Some((_, Followed::SecondContact { .. }))),
+                "{half_blocks}: {told:?}"
+            );
         }
     }
-    assert!(lost > 3 && enveloped > 3, "{lost} {enveloped}");
 }
