@@ -292,6 +292,28 @@ impl<C: Copy, W: Weighs<C>> Closing<C, W> {
 mod tests {
     use super::*;
 
+    /// A closing in contact from an angle on.
+    fn closing<C, W>(onset_rad: f32, weighing: W) -> Closing<C, W> {
+        Closing {
+            onset_rad,
+            level_nm: 0.0,
+            last_us: 0,
+            excess_nm: 0.1,
+            torque_nm: 0.1,
+            counts: 0,
+            top_nm: 0.1,
+            fallen: 0,
+            change: None,
+            since: 0,
+            later: None,
+            is_over: false,
+            first: First::Awaited,
+            grip: Grip::Single,
+            held: None,
+            weighing,
+        }
+    }
+
     /// What was measured behind a corner that a straight line waits with is none of another corner, which the end of the motion shows.
     #[test]
     fn a_corner_that_the_end_shows_has_no_slope_of_another() {
@@ -315,28 +337,56 @@ mod tests {
                 slope_nm_per_rad: 0.2,
                 sigma_nm_per_rad: 0.01,
             };
-            let mut closing = Closing::<(), ()> {
-                onset_rad: 0.0,
-                level_nm: 0.0,
-                last_us: 0,
-                excess_nm: 0.1,
-                torque_nm: 0.1,
-                counts: 0,
-                top_nm: 0.1,
-                fallen: 0,
-                change: None,
-                since: 0,
-                later: Some(later),
-                is_over: false,
-                first: First::Awaited,
-                grip: Grip::Single,
-                held: None,
-                weighing: (),
-            };
+            let mut closing = closing::<(), ()>(0.0, ());
+            closing.later = Some(later);
             closing.end(&mut search);
             let ends_in_corner = corner_rad.is_finite();
             assert!(closing.is_over && closing.change.is_some() == ends_in_corner);
             assert_eq!(closing.later, (!ends_in_corner).then_some(later));
+        }
+    }
+
+    /// How far the finger has turned is asked without the twist of a cable, which turns the motor alone.
+    #[cfg(feature = "firmware")]
+    #[test]
+    fn the_cable_s_twist_is_no_rotation() {
+        use crate::scene::{Scene, Tendon3};
+        use crate::sensing::Calibration;
+        type Finger = <Tendon3 as Scene>::Finger;
+        let finger = Tendon3::MECHANISM;
+        let drivetrain = Tendon3::drivetrain(&finger);
+        let turned_rad = |cable_rad_per_nm, torque_nm| {
+            let calibration = Calibration {
+                cable_rad_per_nm,
+                stiffening_per_nm: 0.0,
+                ..Tendon3::UNCALIBRATED
+            };
+            let settings = Tendon3::settings();
+            let sensor: Sensor<Finger> = Sensor::new(finger, drivetrain, settings, calibration);
+            let onset_rad = drivetrain.closing_rad(0) + 0.6;
+            let free_nm = sensor.free_at(onset_rad).expect("a posture").torque_nm;
+            let change = SlopeChange {
+                theta_a_rad: onset_rad + 0.3,
+                torque_nm: free_nm + torque_nm,
+                before_nm_per_rad: 0.2,
+                after_nm_per_rad: 0.6,
+                after_sigma_nm_per_rad: 0.05,
+                spacing_rad: 0.005,
+            };
+            let first = Contact {
+                phalanx: 2,
+                k_m: 0.03,
+                radius_m: 0.014,
+            };
+            let closing = closing(onset_rad, <Finger as HoldsTwice>::Weighing::default());
+            let measured = closing.measured(&sensor, &change, First::At(first, 1e-3));
+            measured.asked.expect("a first contact").2.rotation_rad
+        };
+        for torque_nm in [0.05, 0.1, 0.2] {
+            for cable in [0.0, 0.4, 0.8] {
+                let off_rad = turned_rad(cable, torque_nm) - (0.3 - cable * torque_nm);
+                assert!(off_rad.abs() < 1e-4, "{cable} {torque_nm}: {off_rad}");
+            }
         }
     }
 }

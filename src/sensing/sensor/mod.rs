@@ -20,6 +20,8 @@ mod record;
 mod report;
 mod search;
 mod state;
+#[cfg(all(test, feature = "firmware"))]
+mod tests;
 mod weight;
 
 use crate::finger::{MAX_PHALANGES, Mechanics};

@@ -7,6 +7,8 @@ mod block;
 mod calibration;
 mod curve;
 mod detector;
+#[cfg(feature = "firmware")]
+mod following;
 mod free;
 mod friction;
 // With the fingers of the scenes.
@@ -18,6 +20,7 @@ mod operating_curve;
 #[cfg(feature = "firmware")]
 mod pins;
 mod recording;
+mod second;
 #[cfg(feature = "firmware")]
 mod sensor;
 mod softer;

@@ -1,0 +1,81 @@
+//! Readings of joint 2 that go with blocks.
+
+use super::{Sensor, Stage};
+use crate::joint_sensor::HallSensor;
+use crate::scene::{P70, Scene};
+use crate::sensing::{Directive, Drive, Sample};
+
+type Seeing = Sensor<<P70 as Scene>::Finger, HallSensor>;
+
+/// Turns the input link from one angle to another at 0.3 rad/s; joint 2 turns by half as much.
+fn turn(sensor: &mut Seeing, time_us: &mut u64, [from_rad, to_rad]: [f32; 2]) {
+    let rad_per_count = sensor.drivetrain().rad_per_count;
+    let direction = (to_rad - from_rad).signum();
+    for step in 0..((to_rad - from_rad).abs() / 0.3e-3) as u32 {
+        let angle_rad = from_rad + direction * 0.3e-3 * step as f32;
+        *time_us += 1000;
+        sensor.update(&Sample {
+            emf_v: f32::NAN,
+            time_us: *time_us,
+            position_counts: (angle_rad / rad_per_count) as i32,
+            current_a: direction * 0.015,
+            drive: if direction > 0.0 {
+                Drive::Closing
+            } else {
+                Drive::Opening
+            },
+            joint: Some(0.5 * angle_rad),
+        });
+    }
+}
+
+/// Stands at an angle.
+fn stand(sensor: &mut Seeing, time_us: &mut u64, angle_rad: f32) {
+    let rad_per_count = sensor.drivetrain().rad_per_count;
+    for _ in 0..10 {
+        *time_us += 1000;
+        sensor.update(&Sample {
+            emf_v: f32::NAN,
+            time_us: *time_us,
+            position_counts: (angle_rad / rad_per_count) as i32,
+            current_a: 0.0,
+            drive: Drive::Idle,
+            joint: Some(0.5 * angle_rad),
+        });
+    }
+}
+
+/// The reading of a block is the mean of those at its ends. The first block of a motion has none: the reading before it is of the last
+/// motion.
+#[test]
+fn the_first_block_of_a_motion_has_no_reading() {
+    let finger = P70::MECHANISM;
+    let drivetrain = P70::drivetrain(&finger);
+    let mut sensor: Seeing = Sensor::new(finger, drivetrain, P70::settings(), P70::UNCALIBRATED);
+    let mut time_us = 0;
+    sensor.direct(Directive::RecordFriction);
+    for way in [[0.0, 1.5], [1.5, 0.0]] {
+        turn(&mut sensor, &mut time_us, way);
+        stand(&mut sensor, &mut time_us, way[1]);
+    }
+    sensor.direct(Directive::Watch);
+    for way in [[0.0, 0.15], [0.15, 0.3]] {
+        turn(&mut sensor, &mut time_us, way);
+        let Stage::Searching(search) = &sensor.stage else {
+            panic!("{way:?}");
+        };
+        let mut blocks = search.history.iter();
+        let first = blocks.next().expect("a block");
+        assert_eq!(first.reading, None, "{way:?}");
+        assert!(blocks.len() > 5);
+        for block in blocks {
+            let middle_rad = 0.5 * drivetrain.rotation_rad(0, block.counts);
+            let reading_rad = block.reading.expect("a reading");
+            assert!(
+                (reading_rad - middle_rad).abs() < 0.2e-3,
+                "{block:?} {middle_rad}"
+            );
+        }
+        stand(&mut sensor, &mut time_us, way[1]);
+    }
+}

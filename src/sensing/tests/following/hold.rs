@@ -1,0 +1,57 @@
+//! What becomes of a contact while the motor holds it with a constant current.
+
+use super::changes::{Held, contact_nm, held};
+use super::friction_a;
+use crate::sensing::Change;
+
+/// The holding current makes so much at the input link, above friction, newton metre.
+fn holding_nm(hand: &Held, current_a: f32) -> f32 {
+    let drivetrain = hand.sensor.drivetrain();
+    let above_a = current_a - friction_a(hand.angle_rad);
+    drivetrain.efficiency * drivetrain.torque_per_ampere_nm * above_a
+}
+
+/// The motor stands at 0.05 A, and then turns without load, by so much at most.
+fn released(level_nm: f32, way_rad: f32) -> (Held, Vec<(u64, Change, f32, f32)>) {
+    let mut hand: Held = held();
+    hand.level_nm = level_nm;
+    hand.watch(1.1, contact_nm);
+    // The place is told while it stands.
+    let quiet = hand.stand(1500, 0.05);
+    assert_eq!((quiet.changes(), quiet.moved().is_some()), (vec![], true));
+    let drivetrain = *hand.sensor.drivetrain();
+    let drives_nm = drivetrain.torque_per_ampere_nm * (0.05 - friction_a(hand.angle_rad));
+    let by = (drives_nm - level_nm / drivetrain.efficiency) / drivetrain.inertia_kg_m2;
+    let mut told = hand.turn(30, 0.05, |s| (0.5 * by * s * s).min(way_rad));
+    let rest = hand.stand(200, 0.05);
+    told.followed.extend(rest.followed);
+    let changes = told.changes();
+    (hand, changes)
+}
+
+#[test]
+fn what_the_motor_holds_is_told_when_it_goes() {
+    for level_nm in [0.0, 8e-3] {
+        let (hand, told) = released(level_nm, 1.0);
+        let [(_, Change::Lost, from_nm, to_nm)] = told[..] else {
+            panic!("{told:?}");
+        };
+        let holding_nm = holding_nm(&hand, 0.05) - level_nm;
+        assert!((from_nm - holding_nm).abs() < 4e-3, "{told:?} {holding_nm}");
+        assert!(to_nm.abs() < 0.3 * from_nm, "{told:?}");
+    }
+}
+
+/// It starts, and stands again before it has made a turn.
+#[test]
+fn what_gives_way_in_the_hold_slips() {
+    let (hand, told) = released(0.0, 3e-3);
+    let [(_, Change::Slipped, from_nm, to_nm)] = told[..] else {
+        panic!("{told:?}");
+    };
+    let holding_nm = holding_nm(&hand, 0.05);
+    assert!(
+        from_nm.is_nan() && (to_nm - holding_nm).abs() < 4e-3,
+        "{told:?} {holding_nm}"
+    );
+}
