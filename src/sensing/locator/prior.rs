@@ -231,9 +231,11 @@ impl Scaling {
             (GIVE, 0.0),
         ];
         for (unknown, share) in least {
-            let deviations =
-                (share - 1.0) * mean[unknown] / deviation[unknown].at_least(f32::MIN_POSITIVE);
-            lowest[unknown] = lowest[unknown].at_least(deviations);
+            let of = (mean.get(unknown), deviation.get(unknown));
+            if let ((Some(mean), Some(deviation)), Some(lowest)) = (of, lowest.get_mut(unknown)) {
+                let least = (share - 1.0) * mean / deviation.at_least(f32::MIN_POSITIVE);
+                *lowest = lowest.at_least(least);
+            }
         }
         Self {
             mean,
