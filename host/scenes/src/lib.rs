@@ -12,4 +12,8 @@
 //! assert!(palpate_scenes::for_scene!("no-such-finger", |S| travel_rad::<S>()).is_none());
 //! ```
 
+mod kept;
+
+pub use kept::kept;
+
 include!(concat!(env!("OUT_DIR"), "/scenes.rs"));

@@ -1,14 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
-//! The settings that are in force in the firmware, as far as what a calibration is measured in depends on them: from the record in
-//! flash, and from what the user has set since.
+//! The settings that the firmware has loaded from its flash.
 
-use palpate::app::console::settings::{Overrides, Setting};
+use palpate::app::console::settings::Overrides;
 use palpate::app::storage::store::{Found, Memory, PAGE, PAGES, Store, WORD};
-
-/// Version and scene's ID, which stand in a record before the settings.
-const HEAD: usize = 5;
-/// Settings that are read: the first ones, which the firmware of every scene has.
-const READ: usize = Setting::Efficiency as usize + 1;
+use palpate::scene::Scene;
 
 /// The pages of records of a flash that nobody writes to.
 struct Pages<'p>(&'p [u8]);
@@ -35,42 +30,32 @@ impl Memory for Pages<'_> {
     async fn rest(&mut self) {}
 }
 
-/// What a flash keeps of the settings up to the efficiency. Of a record that the firmware has loaded: whether it is whole, and of which
-/// version, is not looked at again.
-pub fn kept(flash: &[u8]) -> Overrides {
+/// Reads the settings that a flash keeps for a scene's firmware; none where it keeps no record of that scene.
+pub fn kept(flash: &[u8], scene: &str) -> Overrides {
+    palpate_scenes::for_scene!(scene, |S| read::<S>(flash)).unwrap_or_default()
+}
+
+fn read<S: Scene>(flash: &[u8]) -> Overrides {
     let pages = flash
         .len()
         .checked_sub(PAGES * PAGE)
         .and_then(|at| flash.get(at..));
     Store::new(Pages(pages.unwrap_or_default())).load(|found| match found {
-        Found::Record { bytes, .. } => settings(bytes.get(HEAD..).unwrap_or_default()),
+        Found::Record { bytes, .. } => settings::<S>(bytes),
         Found::Nothing | Found::Unreadable => Overrides::default(),
     })
 }
 
-/// One that was set is a one and four bytes, else it is a zero.
-fn settings(mut bytes: &[u8]) -> Overrides {
-    let mut overrides = Overrides::default();
-    for setting in Setting::ALL.into_iter().take(READ) {
-        bytes = match bytes {
-            [1, a, b, c, d, rest @ ..] => {
-                // Out of its range, it is none that a firmware has in force.
-                let _ = overrides.set(setting, f32::from_le_bytes([*a, *b, *c, *d]));
-                rest
-            }
-            [_, rest @ ..] => rest,
-            [] => break,
-        };
-    }
-    overrides
+fn settings<S: Scene>(record: &[u8]) -> Overrides {
+    palpate_scenes::kept::<S, _>(record, |record| *record.overrides).unwrap_or_default()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use palpate::app::console::settings::Setting;
     use palpate::app::storage::record::{Record, scene_id};
-    use palpate::scene::Scene;
-    use palpate_scenes::P70;
+    use palpate_scenes::Tendon2;
 
     #[test]
     fn settings_of_a_record_are_read() {
@@ -84,14 +69,15 @@ mod tests {
         }
         let record = Record {
             overrides: &set,
-            calibration: &P70::UNCALIBRATED,
+            calibration: &Tendon2::UNCALIBRATED,
             friction: None,
             identified: None,
         };
         let mut bytes = Vec::new();
-        record.encode(scene_id::<P70>(), |byte| bytes.push(byte));
-        assert_eq!(settings(&bytes[HEAD..]), set);
-        assert_eq!(kept(&[0xFF; PAGES * PAGE]), Overrides::default());
-        assert_eq!(kept(&[]), Overrides::default());
+        record.encode(scene_id::<Tendon2>(), |byte| bytes.push(byte));
+        assert_eq!(settings::<Tendon2>(&bytes), set);
+        for flash in [&[0xFF; PAGES * PAGE][..], &[]] {
+            assert_eq!(kept(flash, "p70"), Overrides::default());
+        }
     }
 }

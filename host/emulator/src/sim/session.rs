@@ -95,7 +95,7 @@ pub struct Session<'f> {
     pub faults: Vec<(u32, String)>,
     /// How many of them were reported before the user last typed `clear`.
     cleared: usize,
-    /// What is set in the firmware, of the settings up to the efficiency.
+    /// What is set in the firmware.
     in_force: Overrides,
     /// The same when the firmware last told of a calibration.
     pub calibrated_with: Overrides,
@@ -228,7 +228,9 @@ impl<'f> Session<'f> {
         match event.name {
             "record" => {
                 self.in_force = match event.field("state") {
-                    Some("loaded" | "older") => in_force::kept(self.machine.flash()),
+                    Some("loaded" | "older") => {
+                        in_force::kept(self.machine.flash(), &self.settings.parameters.scene)
+                    }
                     _ => Overrides::default(),
                 }
             }

@@ -7,9 +7,9 @@ use palpate::drive::identify::Quantity;
 use palpate::scene::Scene;
 use palpate_emulator::Firmware;
 use palpate_emulator::sim::{Script, Session, Settings};
-use palpate_evaluation::replay::kept as kept_record;
 use palpate_plant::Parameters;
 use palpate_scenes::P70Shunt;
+use palpate_scenes::kept as kept_record;
 
 fn session<'f>(firmware: &'f Firmware, scene: &str) -> Session<'f> {
     let settings = Settings {

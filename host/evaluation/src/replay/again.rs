@@ -11,8 +11,8 @@ use palpate::drive::Fault;
 use palpate::drive::sequence::State;
 use palpate::scene::Scene;
 use palpate::sensing::{Directive, Event, Followed, JointSensor, Object};
+use palpate_scenes::kept;
 
-use super::kept::kept;
 use super::{Fields, Replay, Source, TimedEvent, fields, followed_fields, note, object_fields};
 use crate::trace::Streamed;
 

@@ -14,14 +14,12 @@
 mod again;
 mod event;
 mod find;
-mod kept;
 
 use again::again;
 
 pub use again::Comparison;
 pub use event::{Fields, fields, followed_fields, line, object_fields};
 pub use find::{MotionSegment, NoFreeClosing};
-pub use kept::kept;
 
 use palpate::app::log::object_with;
 use palpate::finger::Mechanics;

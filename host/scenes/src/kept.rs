@@ -1,4 +1,4 @@
-//! What a firmware keeps in flash, as `trace on` tells it.
+//! The record that a scene's firmware keeps in flash, read by a program that knows every scene.
 
 use palpate::app::console::settings::Setting;
 use palpate::app::storage::record::{Record, RecordError, scene_id};
@@ -20,7 +20,7 @@ pub fn kept<S: Scene, R>(
 ) -> Result<R, RecordError> {
     let mut whole = bytes.to_vec();
     if !<S::Finger as Mechanics>::WEIGHS {
-        // A setting that was set is a one and four bytes, else it is a zero.
+        // postcard's `Option<f32>`: a byte 1 and the value's four bytes, or a byte 0.
         let end = (0..Setting::ALL.len() - OF_WEIGHT).fold(HEAD, |at, _| {
             at + if bytes.get(at) == Some(&1) { 5 } else { 1 }
         });
@@ -34,8 +34,8 @@ pub fn kept<S: Scene, R>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{P70, Tendon2};
     use palpate::app::console::settings::Overrides;
-    use palpate_scenes::{P70, Tendon2};
 
     fn written<S: Scene>(overrides: &Overrides) -> Vec<u8> {
         let record = Record {
