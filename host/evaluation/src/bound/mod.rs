@@ -20,9 +20,8 @@ pub mod second;
 pub use chain::Told;
 pub use known::opened;
 
-use palpate::finger::Mechanics;
 use palpate::scene::Scene;
-use palpate::sensing::locator::{Data, Locator, LocatorResult};
+use palpate::sensing::locator::{Data, LocatorResult};
 use palpate::sensing::{Cable, Calibration};
 use palpate_document::table::head;
 use palpate_scenes::P70;
@@ -123,15 +122,7 @@ pub fn located(drawn: &Drawn) -> LocatorResult {
         origin_rad: drivetrain.closing_rad(drawn.bins.origin_counts()),
         drivetrain: &drivetrain,
     };
-    let (prior, near) = (&drawn.prior, finger.rest());
-    let mut locator = Locator::<_, Cable>::default();
-    while locator.begin(&finger, &data, prior, &near, true) {
-        while !locator.step(&finger, &data, prior, &near, ()) {}
-        if locator.stands(&data, false) {
-            break;
-        }
-    }
-    locator.verdict(prior)
+    ours::fitted::<_, Cable>(&finger, &data, &drawn.prior).verdict(&drawn.prior)
 }
 
 /// What the exact posterior says of it.

@@ -6,11 +6,11 @@ use std::marker::PhantomData;
 
 use palpate::finger::Mechanics;
 use palpate::scene::Scene;
-use palpate::sensing::Calibration;
 use palpate::sensing::curve::Point;
 use palpate::sensing::locator::{
     Data, Estimate, Locator, LocatorResult, Noise, Place, Prior, free_behind_cable,
 };
+use palpate::sensing::{Calibration, SeriesElement};
 
 use super::drawn::NOISE;
 use super::felt::{Felt, Pin};
@@ -23,6 +23,27 @@ const PIN_SIGMA_M: f32 = 0.5e-3;
 const CHANGE_NM: f32 = 0.4e-3;
 /// Deviation of an onset as the firmware has it, radian.
 const ONSET_SIGMA_RAD: f32 = 0.03;
+
+/// All rounds of the locator on a curve, as at the end of a closing.
+pub(super) fn fitted<F: Mechanics, X: SeriesElement>(
+    finger: &F,
+    data: &Data,
+    prior: &Prior<X>,
+) -> Locator<F, X> {
+    let near = finger.rest();
+    let mut locator = Locator::default();
+    while locator.begin(finger, data, prior, &near, true) {
+        while !locator.step(finger, data, prior, &near, ()) {}
+        let is_over = match prior.place {
+            Place::Anywhere => locator.stands(data, false),
+            _ => locator.teaches(data),
+        };
+        if is_over {
+            break;
+        }
+    }
+    locator
+}
 
 /// The library on a scene's finger.
 pub(super) struct Ours<'a, S: Scene> {
@@ -100,7 +121,7 @@ impl<'a, S: Scene> Ours<'a, S> {
         }
     }
 
-    /// All rounds of the locator on a curve.
+    /// Fits the curve of a contact or of a pin.
     fn fitted(
         &self,
         felt: &Felt,
@@ -139,18 +160,7 @@ impl<'a, S: Scene> Ours<'a, S> {
             origin_rad: first_rad as f32,
             drivetrain: &drivetrain,
         };
-        let mut locator = Locator::default();
-        while locator.begin(&finger, &data, prior, &near, true) {
-            while !locator.step(&finger, &data, prior, &near, ()) {}
-            let is_over = match prior.place {
-                Place::Anywhere => locator.stands(&data, false),
-                _ => locator.teaches(&data),
-            };
-            if is_over {
-                break;
-            }
-        }
-        Some(locator)
+        Some(fitted(&finger, &data, prior))
     }
 
     /// A calibration with what pins have told beside; one that the firmware refuses tells nothing.

@@ -165,6 +165,19 @@ fn rest_ends_a_closing_at_once() {
     }
 }
 
+/// Closes, holds and asserts what grasp is told: alone where it is a single contact.
+#[track_caller]
+fn grasps(hand: &mut Grasping, second_rad: f32, grip: Grip) {
+    let mut told = hand.watch(1.25, |theta| contacts_nm(theta, second_rad));
+    told.followed.extend(hand.stand(1500, 0.0).followed);
+    let last = told.followed.last();
+    assert!(
+        matches!(last, Some((_, Followed::Grasp { grip: told, .. })) if *told == grip),
+        "{told:?}"
+    );
+    assert_eq!(told.followed.len() == 1, grip == Grip::Single, "{told:?}");
+}
+
 /// A first contact's finger that comes to its stop has only the cable left, as one that is enveloped.
 #[test]
 fn the_stop_is_no_second_contact() {
@@ -175,14 +188,7 @@ fn the_stop_is_no_second_contact() {
             closing_stop_rad,
             ..to_the_end::<P70>()
         });
-        let mut told = hand.watch(1.25, |theta| contacts_nm(theta, stop_rad));
-        told.followed.extend(hand.stand(1500, 0.0).followed);
-        let last = told.followed.last();
-        assert!(
-            matches!(last, Some((_, Followed::Grasp { grip: told, .. })) if *told == grip),
-            "{told:?}"
-        );
-        assert_eq!(told.followed.len() == 1, grip == Grip::Single, "{told:?}");
+        grasps(&mut hand, stop_rad, grip);
     }
 }
 
@@ -195,14 +201,7 @@ fn the_end_of_the_travel_is_no_second_contact() {
             travel_rad,
             ..to_the_end::<P70>()
         });
-        let mut told = hand.watch(1.25, |theta| contacts_nm(theta, 1.1));
-        told.followed.extend(hand.stand(1500, 0.0).followed);
-        let last = told.followed.last();
-        assert!(
-            matches!(last, Some((_, Followed::Grasp { grip: told, .. })) if *told == grip),
-            "{told:?}"
-        );
-        assert_eq!(told.followed.len() == 1, grip == Grip::Single, "{told:?}");
+        grasps(&mut hand, 1.1, grip);
     }
 }
 
