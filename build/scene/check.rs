@@ -106,7 +106,7 @@ fn kind(key: &Key, value: &Value, count: usize) -> Checked {
         }),
         Kind::Flag if value.is_bool() => Ok(()),
         Kind::Flag => wrong("true or false"),
-        // It becomes a comment.
+        // A title becomes a comment of one line in the generated code.
         Kind::Text
             if value
                 .as_str()
@@ -195,7 +195,7 @@ fn motion(scene: &Scene) -> Checked {
             of("motion.rest_rad") + 0.05,
             of("limits.position_max_rad"),
         ),
-        // The drive goes no further, and a press on the closing stop tells the cable.
+        // The drive must reach the closing stop: a press on it calibrates the cable.
         (
             "travel.stop_rad",
             of("travel.free_rad"),

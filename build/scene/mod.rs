@@ -134,7 +134,7 @@ pub fn load(folder: &Path, name: &str) -> Result<Scene, Error> {
         )));
     }
     scene.read(folder, &format!("{name}.toml"), 0)?;
-    // One line: a value may be a text of several.
+    // Keep the message on one line, even where it quotes a value of several.
     check::check(&scene)
         .map_err(|problem| Error(format!("scene '{name}': {}", problem.replace('\n', " "))))?;
     Ok(scene)

@@ -211,8 +211,8 @@ impl Protection {
         slow
     }
 
-    /// The latched fault where its cause, which [`check`](Self::check) judges of a bridge that is awake alone, shows at rest, too. A
-    /// supply that is off while nothing is latched is none.
+    /// Returns the latched fault if its cause still shows while the bridge sleeps, when [`check`](Self::check) does not judge it. A low
+    /// supply counts after `supply-low` alone: with the motor's supply off, other faults can be cleared.
     #[inline(always)]
     pub fn lasting(&self, latched: Option<Fault>, inputs: &Inputs, supply_v: f32) -> Option<Fault> {
         let lasts = match latched {

@@ -164,8 +164,8 @@ impl Calibration {
         self.joint_correlation *= narrower;
     }
 
-    /// Takes what pins and presses have told to another speed, where a worm's efficiency, which is in the torque factor and in the cable's
-    /// twist per nominal torque, differs by an expected share. Going back makes nothing surer again.
+    /// Moves what pins and presses have told to another closing speed. The worm's efficiency, which is part of the torque factor and of the
+    /// cable's twist per nominal torque, is expected to differ by `share` there. Returning to the old speed does not narrow the deviations.
     pub(super) fn change_speed(&mut self, share: f32) {
         if self.contacts == 0 && self.presses == 0 {
             return;
@@ -176,7 +176,7 @@ impl Calibration {
         let before = self.torque_factor_sigma;
         self.torque_factor_sigma += doubt;
         self.cable_sigma_rad_per_nm += doubt * self.cable_rad_per_nm;
-        // Both change together, however they were correlated.
+        // Shrink the correlations as the factor's deviation grows, as `widen` does.
         let narrower = before / self.torque_factor_sigma;
         self.correlation *= narrower;
         self.joint_correlation *= narrower;

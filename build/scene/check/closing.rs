@@ -6,11 +6,11 @@ use super::{Checked, within};
 
 /// Share of the way by which weight, which is left out here, may move a joint.
 const BY_WEIGHT: f64 = 0.1;
-/// Joint and input link may come to their stops together: degrees have fewer digits.
+/// Tolerance where a joint and the input link reach their stops together: the joint's stop is rounded to fewer digits, in degrees.
 const TOGETHER_RAD: f64 = 1e-3;
-/// Parts of the way in which the torque is raised.
+/// Steps of the input link's travel in which the torque is raised.
 const PARTS: u32 = 400;
-/// Repetitions of a posture under one torque.
+/// Iterations of the posture under one torque.
 const REPETITIONS: u32 = 40;
 
 /// How the input link turns the joints.
@@ -109,7 +109,7 @@ fn sprung(scene: &Scene, [high, high_rad, rest, spring]: [&[f64]; 4]) -> Checked
         let turned: f64 = (row.at(&posture).iter().zip(&posture).zip(&before))
             .map(|((x, to), from)| x * (to - from))
             .sum();
-        // Springs that do not hold the finger so: nothing is told of it.
+        // The iteration has not found a posture of equilibrium: this check cannot judge the finger.
         if !(0.1 * step..10.0 * step).contains(&turned) {
             return Ok(());
         }

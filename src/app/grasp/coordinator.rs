@@ -90,7 +90,7 @@ impl<S: Scene> Coordinator<S> {
         sequence.set_press(S::Series::FLEXIBLE && presses == 0);
         Self {
             sequence,
-            // The same in milliampere may be another one by a rounding.
+            // Allow for the rounding of the same value typed in milliampere.
             limit_a: 1.00001 * value::<S>(&overrides, Setting::CurrentLimit),
             overrides,
             purpose: Directive::Watch,
@@ -232,7 +232,7 @@ impl<S: Scene> Coordinator<S> {
         else {
             return false;
         };
-        // The last word on a closing that was stopped may come when the next motion has begun.
+        // Ignore the last word on a closing that was stopped: it may come when the next motion has begun.
         if !matches!(self.sequence.state(), State::Probe | State::Hold) {
             return false;
         }

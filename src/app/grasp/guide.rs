@@ -50,8 +50,8 @@ impl Hint {
         }
     }
 
-    /// Whether it may be told in this state of the motion. What a `stop` or a fault has cut short says nothing of a pin: a step that
-    /// is refused otherwise has its motion still to end.
+    /// Whether to tell it in this state of the motion. After a `stop` or a fault, which leave the motion at rest, a hint to repeat the
+    /// calibration would blame the pin; a calibration that is refused for itself is told while the finger still moves.
     pub fn helps(&self, state: State) -> bool {
         !matches!((self, state), (Self::Again(_), State::Idle | State::Fault))
     }

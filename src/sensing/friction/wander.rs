@@ -119,7 +119,7 @@ impl Evidence {
             let mut rate_per_s2 = LEAST_RATE / FIRST;
             let mut before = None;
             for (rank, &here) in line.iter().enumerate() {
-                // At the ends of the grid a point stands for its whole cell: a parabola would find a maximum outside.
+                // At the ends of the grid take the point's own value for its whole cell: a parabola could peak outside the grid.
                 let (below, above) = match (before.replace(here), line.get(rank + 1)) {
                     (Some(below), Some(&above)) => (below, above),
                     _ => (here, here),

@@ -261,8 +261,8 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         let mut k_sigma_m = 0.0;
         let mut flat = 0.0;
         if has_place {
-            // A place that the curve hardly tells is one on the phalanx nevertheless, and one on its joint is that: but on the first
-            // phalanx that touches, where no other is so near.
+            // Keep a place that the curve hardly tells on its phalanx, and one that is on the joint near the joint, where the verdict
+            // tells no place. On phalanx 2 behind a hidden one the verdict does tell it, so it has its own deviation.
             let second = matches!(self.hypothesis.hold, Hold::Contact { phalanx: 2, .. });
             let is_on_joint = self.x[K] < JOINT_SHARE && (F::FIRST_TOUCHING == 1 || !second);
             let precision = if is_on_joint {

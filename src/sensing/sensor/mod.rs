@@ -129,7 +129,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         let state = &mut self.state;
         let before = core::mem::replace(&mut state.settings, settings).speed_rad_per_s;
         let now = state.settings.speed_rad_per_s;
-        // By the logarithm of their ratio, nearly: 0.9 for 0.98 where the speed is 2.7 times as high.
+        // Approximate the logarithm of the speeds' ratio (0.91 for 0.98 at a ratio of 2.7); exactly 0 where the speed stays.
         let change = (now - before) / (0.5 * (now + before));
         let share = state.drivetrain.efficiency_per_speed * change;
         state.calibration.change_speed(share);

@@ -18,7 +18,8 @@ const ROUNDING: f64 = 3e-4;
 const STEP_RAD: f64 = 0.02;
 const STEPS: u32 = 40;
 const TOP_NM: f64 = 0.33;
-/// Growth of the torque over that at first, below which a finger is about to fold round the object.
+/// Ends a path where the torque of a step has grown by less than this share of the first step's growth: the finger begins to fold round the
+/// object.
 const FOLDS: f64 = 0.3;
 
 /// Largest differences of the torque since the contact, as shares of it, of points of a path where no joint turns back, and where one does;
