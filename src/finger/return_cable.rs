@@ -150,7 +150,7 @@ impl ReturnedContact {
 }
 
 /// What explains a compliance after break-away, with its root on phalanx 2 wherever that lies. Nothing is softer than joint 1 turned
-/// alone, whose stiffness is `free_nm_per_rad`.
+/// alone, whose stiffness is `free_nm_per_rad`: a root there lies where both levers are negative, and joint 2 stays at its stop.
 pub(super) fn explained(
     compliance: f32,
     root_m: Option<f32>,
@@ -159,7 +159,8 @@ pub(super) fn explained(
     free_nm_per_rad: f32,
 ) -> Inverse {
     let mut candidates = heapless::Vec::new();
-    if let Some(k_m) = root_m.filter(|k_m| *k_m <= length_m) {
+    let is_too_soft = compliance * free_nm_per_rad > 1.0;
+    if let Some(k_m) = root_m.filter(|k_m| *k_m <= length_m && !is_too_soft) {
         // Room for two places a phalanx.
         let _ = candidates.push(Candidate {
             phalanx: 2,
@@ -167,7 +168,7 @@ pub(super) fn explained(
             beyond_stiffest: false,
         });
     }
-    let class = if compliance * free_nm_per_rad > 1.0 {
+    let class = if is_too_soft {
         Class::TooSoft
     } else if compliance >= proximal {
         Class::Gap
@@ -175,4 +176,39 @@ pub(super) fn explained(
         Class::TooStiff
     };
     Inverse::of(candidates, class)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::finger::inverse::{Bisection, ClosedForm};
+
+    /// Where the return cable has a short lever about joint 2 both levers are negative on the outer half of the phalanx.
+    #[test]
+    fn what_is_softer_than_the_free_finger_has_no_place_beyond_the_stiffest_one() {
+        let contact = ReturnedContact {
+            c_m: 0.02,
+            x2: 0.5,
+            cable: ReturnCable {
+                ratio: 0.6,
+                torque_nm: 0.1,
+                stiffness_nm_per_rad: 0.2,
+            },
+        };
+        assert_eq!(contact.stiffest_m(), Some(0.02));
+        assert_eq!(contact.compliance(0.05), Some(0.0));
+        let share = contact.lever(0.05) / contact.return_lever(0.05);
+        let too_soft = share * share / contact.cable.stiffness_nm_per_rad;
+        for inverse in [
+            contact.places::<Bisection>(too_soft, 0.07),
+            contact.places::<ClosedForm>(too_soft, 0.07),
+        ] {
+            assert_eq!(inverse.class(), Class::TooSoft);
+            assert!(inverse.candidates().is_empty(), "{inverse:?}");
+        }
+        let there = contact.compliance(0.01).expect("a compliance");
+        let inverse = contact.places::<Bisection>(there, 0.07);
+        assert_eq!(inverse.class(), Class::Unique);
+        assert!((inverse.candidates()[0].k_m - 0.01).abs() < 1e-6);
+    }
 }
