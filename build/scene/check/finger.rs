@@ -5,6 +5,9 @@ use super::{Checked, within};
 
 /// Least angle from one stop of a joint to the other, degree: radians by mistake lie below.
 const LEAST_RANGE_DEG: f64 = 5.0;
+/// Least way of the input link from the end of a free closing to its closing stop, radian: homings differ by some milliradians, and near
+/// the stop a contact has no curve (chosen).
+const LEAST_BEFORE_STOP_RAD: f64 = 0.02;
 /// How far a joint that a motor of its own holds must rest above its opening stop, degree.
 const LEAST_WAY_DEG: f64 = 1.0;
 /// Largest mass of a phalanx by its length: steel of 35 mm square. Grams lie above.
@@ -64,14 +67,23 @@ pub(super) fn joints(scene: &Scene) -> Checked {
             })?;
         }
     }
+    if spring[0] == 0.0 && !scene.has("return_cable") {
+        // Where it counts from: the input link's angle, the weight's direction and the posture of a force begin there.
+        let open = low[0].max(0.0);
+        within("finger.rest_deg[0]", rest[0], open, open).map_err(|range| {
+            format!("{range}: without a spring at joint 1 the finger opens to theta_1 = 0, or to its opening stop above that")
+        })?;
+    }
     let stop = scene.number("travel.stop_rad");
     within(
         "travel.free_rad",
         scene.number("travel.free_rad"),
         0.01,
-        stop,
-    )?;
-    Ok(())
+        stop - LEAST_BEFORE_STOP_RAD,
+    )
+    .map_err(|range| {
+        format!("{range}: a free closing ends {LEAST_BEFORE_STOP_RAD} or more before `travel.stop_rad` = {stop}")
+    })
 }
 
 /// Checks that there is no preload where no joint stands at its stop until a contact. A spring at joint 1 turns the others before.

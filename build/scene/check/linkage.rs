@@ -7,6 +7,8 @@ use super::{Checked, within};
 
 /// How far the coupler must stay from stretched and folded, as a share of a + b: twice what the library asks in single precision.
 const DEAD_POINT_MARGIN: f64 = 2e-5;
+/// Largest angle between driven lever and phalanx that is taken for one in radians, degree; a lever in line with its phalanx has 0.
+const RADIANS_DEG: f64 = PI;
 /// Angles over the range of a joint at which its stage is tried.
 const STEPS: u32 = 64;
 
@@ -102,6 +104,14 @@ impl Stage {
 
 /// Checks every stage of a linkage.
 pub(super) fn check(scene: &Scene) -> Checked {
+    for (i, offset) in scene.list("linkage.offset_deg").into_iter().enumerate() {
+        if offset != 0.0 && offset.abs() <= RADIANS_DEG {
+            return Err(format!(
+                "`linkage.offset_deg[{i}]` = {offset} is out of range, allowed 0, or -180 to 180 degrees but for those between \
+                 -3.1416 and 3.1416: they are taken for radians"
+            ));
+        }
+    }
     let [low, high, rest] = ["joint_min_deg", "joint_max_deg", "rest_deg"]
         .map(|name| scene.list(&format!("finger.{name}")));
     let stages = Stage::all(scene);

@@ -264,6 +264,63 @@ fn units_and_stops_by_mistake_are_told_with_what_they_must_be() {
     );
 }
 
+/// The path to the closing stop, the posture that everything counts from, and a lever's angle in radians: such a linkage closes as well.
+#[test]
+fn values_that_would_only_show_in_places_are_refused() {
+    let stop = "is out of range, allowed 0.01 to 1.58: a free closing ends 0.02 or more before `travel.stop_rad` = 1.6";
+    let radians = "is out of range, allowed 0, or -180 to 180 degrees but for those between -3.1416 and 3.1416: they are taken for radians";
+    let opens = ": without a spring at joint 1 the finger opens to theta_1 = 0, or to its opening stop above that";
+    refused(
+        "shown",
+        "p70",
+        &[
+            (
+                "travel.free_rad = 1.6",
+                &format!("`travel.free_rad` = 1.6 {stop}"),
+            ),
+            (
+                "travel.free_rad = 1.59",
+                &format!("`travel.free_rad` = 1.59 {stop}"),
+            ),
+            (
+                "finger.rest_deg = [20, 0]",
+                &format!("`finger.rest_deg[0]` = 20 is out of range, allowed 0 to 0{opens}"),
+            ),
+            (
+                "finger.joint_min_deg = [10, 0]\nfinger.rest_deg = [20, 0]\nfinger.joint_max_deg = [110, 120]",
+                &format!("`finger.rest_deg[0]` = 20 is out of range, allowed 10 to 10{opens}"),
+            ),
+            (
+                "linkage.offset_deg = [2.0944]",
+                &format!("`linkage.offset_deg[0]` = 2.0944 {radians}"),
+            ),
+            (
+                "linkage.offset_deg = [-1.5]",
+                &format!("`linkage.offset_deg[0]` = -1.5 {radians}"),
+            ),
+        ],
+    );
+    refused(
+        "shown",
+        "direct2",
+        &[(
+            "finger.rest_deg = [-10, 30]",
+            "`finger.rest_deg[0]` = -10 is out of range, allowed 0 to 0",
+        )],
+    );
+    refused(
+        "shown",
+        "linkage3",
+        &[(
+            "linkage.offset_deg = [120, 2.0944]",
+            &format!("`linkage.offset_deg[1]` = 2.0944 {radians}"),
+        )],
+    );
+    accepted("shown", "p70", &["travel.free_rad = 1.58"]);
+    // A spring at joint 1 rests where it was built to.
+    accepted("shown", "tendon2", &["finger.rest_deg = [20, 30]"]);
+}
+
 #[test]
 fn what_is_in_the_wrong_place_is_told_with_its_own() {
     refused(
