@@ -1,13 +1,13 @@
 //! The sensing half of the slow loop: samples in, events out, and the notices for the motion sequence that follow from them.
 
 use super::guide::Hint;
+use super::values;
 use crate::app::console::settings::{Overrides, Setting};
 use crate::app::identify;
 use crate::app::storage::record::Record;
 use crate::drive::sequence::Notice;
 #[cfg(not(weightless))]
 use crate::finger::Mounting;
-use crate::numeric::Bounded;
 use crate::scene::{Reading, SampleOf, Scene};
 use crate::sensing::{
     AfterContact, Calibration, Directive, Event, Followed, Object, Sensor, Settings,
@@ -154,9 +154,7 @@ impl<S: Scene> ContactSensing<S> {
         let nominal = S::settings();
         let set = |setting, nominal| overrides.get(setting).unwrap_or(nominal);
         self.sensor.set_settings(Settings {
-            // As the motion has it.
-            speed_rad_per_s: set(Setting::ClosingSpeed, nominal.speed_rad_per_s)
-                .at_most(S::DRIVE.limits.speed_rad_per_s),
+            speed_rad_per_s: values::closing_rad_per_s::<S>(overrides),
             torque_limit_nm: set(Setting::ProbeTorque, nominal.torque_limit_nm),
             wanted_sigma_m: set(Setting::WantedDeviation, nominal.wanted_sigma_m),
             false_contacts_per_thousand: set(

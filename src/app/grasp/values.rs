@@ -31,8 +31,7 @@ pub fn drive<S: Scene>(
 /// The sequence's speeds and currents with what the user has set.
 pub(super) fn motion<S: Scene>(overrides: &Overrides) -> Motion {
     let mut motion = S::MOTION;
-    motion.closing_rad_per_s =
-        value::<S>(overrides, Setting::ClosingSpeed).at_most(S::DRIVE.limits.speed_rad_per_s);
+    motion.closing_rad_per_s = closing_rad_per_s::<S>(overrides);
     motion.holding_s = value::<S>(overrides, Setting::HoldTime);
     if let Some(limit_a) = overrides.get(Setting::CurrentLimit) {
         // What probing may ask for follows the limit; the rest must not exceed it.
@@ -46,6 +45,11 @@ pub(super) fn motion<S: Scene>(overrides: &Overrides) -> Motion {
         }
     }
     motion
+}
+
+/// Speed at which the finger closes, radian per second: no faster than the scene's limit, whatever is set.
+pub fn closing_rad_per_s<S: Scene>(overrides: &Overrides) -> f32 {
+    value::<S>(overrides, Setting::ClosingSpeed).at_most(S::DRIVE.limits.speed_rad_per_s)
 }
 
 /// A setting's value, SI units.

@@ -2,6 +2,7 @@
 //! Compares a calibration's result with the values of the simulated world.
 
 use palpate::app::console::settings::{Overrides, Setting};
+use palpate::app::grasp::values::closing_rad_per_s;
 use palpate::scene::Scene;
 use palpate_plant::{Parameters, TrueCalibration};
 use serde_json::{Value, json};
@@ -12,15 +13,7 @@ use crate::log::Line;
 /// second, with these settings.
 fn assumed<S: Scene>(set: &Overrides) -> [f64; 2] {
     let efficiency = set.get(Setting::Efficiency).unwrap_or(S::EFFICIENCY);
-    let speed_rad_per_s = set
-        .get(Setting::ClosingSpeed)
-        .unwrap_or(S::MOTION.closing_rad_per_s);
-    // The firmware closes no faster than the scene's limit, whatever is set.
-    [
-        efficiency,
-        speed_rad_per_s.min(S::DRIVE.limits.speed_rad_per_s),
-    ]
-    .map(f64::from)
+    [efficiency, closing_rad_per_s::<S>(set)].map(f64::from)
 }
 
 /// A value that was found, with its claimed deviation, and the true one.
