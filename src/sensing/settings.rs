@@ -53,6 +53,12 @@ pub struct Settings {
     pub swing_rms_nm: f32,
 }
 
+/// Standard deviation of the place on the scene's finger at which a pin is felt, metre: of the pin by hand or by a gauge
+/// 0.3 mm (R, chosen), of the finger 0.4 mm, because its links are within 0.15 mm of the scene's (R; docs/SENSING.md#pins).
+pub const PIN_SIGMA_M: f32 = 0.5e-3;
+/// Smallest standard deviation of an onset, radian: a tenth of a second of motion.
+pub const ONSET_SIGMA_RAD: f32 = 0.03;
+
 /// Share of the torque limit at which the last word on a contact is due: the finger goes on closing meanwhile.
 const ENOUGH: f32 = 0.95;
 

@@ -9,10 +9,9 @@ use crate::sensing::Directive;
 use crate::sensing::curve::{Curve, Point};
 use crate::sensing::location::SeriesElement;
 use crate::sensing::locator::Noise;
+use crate::sensing::settings::ONSET_SIGMA_RAD;
 use crate::sensing::torque_constant::ConstantShift;
 
-/// Smallest standard deviation of the onset, radian: a tenth of a second of motion.
-const ONSET_SIGMA_RAD: f32 = 0.03;
 /// A contact is lost when the torque falls by this share of itself plus this many deviations of a block.
 const LOST_SHARE: f32 = 0.03;
 const LOST_SIGMAS: f32 = 8.0;

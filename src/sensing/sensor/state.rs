@@ -8,14 +8,11 @@ use crate::numeric::sqrt;
 use crate::sensing::curve::{Curve, Point};
 use crate::sensing::location::SeriesElement;
 use crate::sensing::locator::{self, Data, Place, Prior};
+use crate::sensing::settings::PIN_SIGMA_M;
 use crate::sensing::torque_constant::TorqueConstant;
 use crate::sensing::{Calibration, Directive, Drivetrain, Event, Friction, Object, Settings};
 use core::marker::PhantomData;
 use heapless::Deque;
-
-/// Standard deviation of the place on the scene's finger at which a pin is felt, metre: of the pin by hand or by a gauge
-/// 0.3 mm (R, chosen), of the finger 0.4 mm, because its links are within 0.15 mm of the scene's (R; docs/SENSING.md#pins).
-const PIN_SIGMA_M: f32 = 0.5e-3;
 
 /// See the module documentation.
 // Fields in this order because a load with an immediate offset reaches only the first bytes: what every block needs comes

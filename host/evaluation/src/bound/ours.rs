@@ -10,19 +10,13 @@ use palpate::sensing::curve::Point;
 use palpate::sensing::locator::{
     Data, Estimate, Locator, LocatorResult, Noise, Place, Prior, free_behind_cable,
 };
+use palpate::sensing::settings::{ONSET_SIGMA_RAD, PIN_SIGMA_M};
 use palpate::sensing::{Calibration, SeriesElement};
 
 use super::drawn::NOISE;
 use super::felt::{Felt, Pin};
 use super::information::LEAD;
 use super::known::{BEND, CABLE, Chosen, FRICTION, JOINT, K, Known, TURNS};
-
-/// Deviation of a pin's place as the firmware has it, metre: with what the finger's lengths are off by.
-const PIN_SIGMA_M: f32 = 0.5e-3;
-/// Deviation of the joints' friction from one contact to the next as the firmware has it, newton metre.
-const CHANGE_NM: f32 = 0.4e-3;
-/// Deviation of an onset as the firmware has it, radian.
-const ONSET_SIGMA_RAD: f32 = 0.03;
 
 /// All rounds of the locator on a curve, as at the end of a closing.
 pub(super) fn fitted<F: Mechanics, X: SeriesElement>(
@@ -84,13 +78,7 @@ impl<'a, S: Scene> Ours<'a, S> {
         let mut calibration = *before;
         let deviations = known.deviations(known.lengths_m[0]);
         let means = known.means(&Chosen::SOME);
-        let mut joint_nm = [means[JOINT] as f32, deviations[JOINT] as f32];
-        if before.contacts > 0 {
-            let told_nm = before.joint_sigma_nm;
-            let now_nm = told_nm.hypot(CHANGE_NM);
-            calibration.joint_correlation *= told_nm / now_nm;
-            joint_nm = [joint_nm[0] + before.joint_nm, now_nm];
-        }
+        let joint_nm = calibration.joint([means[JOINT] as f32, deviations[JOINT] as f32]);
         let mut leverage_sigma = 0.0;
         if S::Finger::UNEVEN && matches!(place, Place::Anywhere) {
             let [without, with_pins] = known.leverage;
