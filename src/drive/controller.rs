@@ -340,7 +340,6 @@ impl Controller {
 
     /// Completes the sample.
     fn complete_sample(&mut self, applied_v: f32) {
-        self.encoder.come_to_rest();
         let average = core::mem::take(&mut self.average);
         let averaged = average.averaged();
         self.drive = averaged.drive;

@@ -23,6 +23,9 @@ const DEAD_FRACTION: f32 = DEAD_SHARE * (1.0 + 2.0 * 0.9 / 12.0);
 /// Current, ampere, below which the dead time takes less: half of its ripple, which then comes to zero (docs/HARDWARE.md#bridge).
 const RIPPLE_A: f32 = 4.5e-3;
 
+/// Less is none, volt: at rest the observer's speed decays for seconds, down to denormal numbers.
+const LEAST_EMF_V: f32 = 1e-9;
+
 /// State of the current loop.
 #[derive(Clone, Debug)]
 pub struct CurrentLoop {
@@ -63,7 +66,12 @@ impl CurrentLoop {
     /// The motor's back-EMF, volt, closing positive, at a speed in counts a period: what the loop makes of the voltage beyond the winding's
     /// resistance and the dead time. The integral has what the motor's constants are off by.
     pub fn emf_v(&self, speed: f32) -> f32 {
-        self.emf_v_per_speed * speed + self.integral_v
+        let emf_v = self.emf_v_per_speed * speed + self.integral_v;
+        if emf_v.abs() < LEAST_EMF_V {
+            0.0
+        } else {
+            emf_v
+        }
     }
 
     /// Clears the integral: the bridge was off.
@@ -107,6 +115,17 @@ impl CurrentLoop {
 mod tests {
     use super::*;
     use crate::drive::config::tests::p70;
+
+    #[test]
+    fn the_emf_of_a_speed_that_has_decayed_is_zero() {
+        let control = CurrentLoop::new(&p70(), 1.0);
+        for speed in [1.4e-44f32, -1.4e-44, 1e-12, 0.0] {
+            assert_eq!(control.emf_v(speed), 0.0, "{speed:e}");
+        }
+        for speed in [-3.0, -1e-6, 1e-6, 3.0] {
+            assert_eq!(control.emf_v(speed), speed);
+        }
+    }
 
     /// One step from a supply, and what it says of limits.
     fn step(

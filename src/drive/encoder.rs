@@ -22,9 +22,6 @@ const KICK_WEIGHT: u32 = 8;
 /// This many points of kicks are noise on the wires: seven kicks in quick succession.
 const KICK_LIMIT: u32 = 50;
 
-/// Less speed, in counts a period, and less of the observer's lag, in counts, are rest: a count in a minute is more.
-const RESTS: f32 = 1e-7;
-
 /// Position and speed of the motor.
 #[derive(Clone, Debug, Default)]
 pub struct Encoder {
@@ -80,14 +77,6 @@ impl Encoder {
         self.speed
     }
 
-    /// Once a millisecond: takes a speed for zero that has decayed, because what is left of it would be told as a voltage without a meaning.
-    pub fn come_to_rest(&mut self) {
-        if self.speed.abs() + self.lag_counts.abs() < RESTS {
-            self.speed = 0.0;
-            self.lag_counts = 0.0;
-        }
-    }
-
     /// Resets the plausibility check and the speed, which may be made of noise: after a fault.
     pub fn settle(&mut self) {
         self.kicks = 0;
@@ -100,30 +89,6 @@ impl Encoder {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-
-    #[test]
-    fn at_rest_the_speed_is_zero_and_no_denormal() {
-        for speed in [-3.13, -0.031, 0.31, 10.7] {
-            let mut encoder = Encoder::default();
-            let mut last = EncoderCount(0);
-            for reading in readings(speed).take(5000) {
-                encoder.update(reading);
-                last = reading;
-            }
-            for _ in 0..1000 {
-                for _ in 0..20 {
-                    encoder.update(last);
-                }
-                encoder.come_to_rest();
-                let size = encoder.speed().abs();
-                assert!(size == 0.0 || size >= 1e-12, "{speed}: {size:e}");
-            }
-            assert_eq!(encoder.speed(), 0.0, "{speed}");
-            // A count is a speed again.
-            encoder.update(EncoderCount(last.0.wrapping_add(1)));
-            assert!(encoder.speed() > 1e-3);
-        }
-    }
 
     proptest! {
         #[test]
