@@ -85,7 +85,14 @@ impl Calibration {
         }
         let factor_shift = (found.torque_factor / self.torque_factor - 1.0).abs();
         let cable_shift = (found.cable_rad_per_nm - self.cable_rad_per_nm).abs();
-        if factor_shift > IMPLAUSIBLE * self.torque_factor_sigma
+        // A later pin may not move the factor as far as the first one. Where it moves it, nobody knows which of them is wrong: what the
+        // earlier ones told stays within one deviation.
+        let (most, least_sigma) = if self.contacts > 0 {
+            (CONTRADICTORY, factor_shift)
+        } else {
+            (IMPLAUSIBLE, 0.0)
+        };
+        if factor_shift > most * self.torque_factor_sigma
             || cable_shift > IMPLAUSIBLE * self.cable_sigma_rad_per_nm
             || strain > IMPLAUSIBLE * IMPLAUSIBLE
         {
@@ -105,8 +112,12 @@ impl Calibration {
             return Err(Refusal::Uninformative);
         }
         // A contradiction is news, but the compromise is as much less sure.
-        learned.torque_factor_sigma = self.factor_sigma_alone(&learned);
+        if self.contacts > 0 {
+            learned.torque_factor_sigma =
+                sqrt(misfit.at_least(1.0)) * self.factor_sigma_alone(found);
+        }
         learned.swell(strain, self);
+        learned.torque_factor_sigma = learned.torque_factor_sigma.at_least(least_sigma);
         Ok(learned)
     }
 
@@ -142,15 +153,13 @@ impl Calibration {
         })
     }
 
-    /// Deviation of ln f by the new contact alone, where others came before. Most of it (friction in the contact and in the
-    /// joints, lengths of the links) is the same at every pin and does not average out: several are as sure as the best of them
+    /// Deviation of ln f by the new contact alone, of a fit that began with this calibration. Most of it (friction in the contact and in
+    /// the joints, lengths of the links) is the same at every pin and does not average out: several are as sure as the best of them
     /// (docs/SENSING.md#pins).
-    fn factor_sigma_alone(&self, learned: &Self) -> f32 {
-        if self.contacts == 0 {
-            return learned.torque_factor_sigma;
-        }
-        let [before, now] = [self, learned]
-            .map(|known| 1.0 / (known.torque_factor_sigma * known.torque_factor_sigma));
+    fn factor_sigma_alone(&self, found: &Self) -> f32 {
+        // Both as shares of the new value.
+        let before = self.torque_factor_sigma * self.torque_factor / found.torque_factor;
+        let [before, now] = [before, found.torque_factor_sigma].map(|sigma| 1.0 / (sigma * sigma));
         1.0 / sqrt((now - before).at_least(f32::MIN_POSITIVE))
     }
 
@@ -158,8 +167,14 @@ impl Calibration {
     /// leverage between two places. The cable and its covariance with the factor stay as they are.
     pub fn widen(&mut self, share: f32) {
         let before = self.torque_factor_sigma;
-        self.torque_factor_sigma = sqrt(before * before + share * share);
-        let narrower = before / self.torque_factor_sigma.at_least(f32::MIN_POSITIVE);
+        self.widen_to(sqrt(before * before + share * share));
+    }
+
+    /// Sets the torque factor's deviation to a larger one, for a reason that has nothing to do with cable and joints: their covariance
+    /// with the factor stays, and the correlations shrink.
+    fn widen_to(&mut self, sigma: f32) {
+        let before = core::mem::replace(&mut self.torque_factor_sigma, sigma);
+        let narrower = before / sigma.at_least(f32::MIN_POSITIVE);
         self.correlation *= narrower;
         self.joint_correlation *= narrower;
     }
@@ -173,13 +188,8 @@ impl Calibration {
         self.torque_factor *= 1.0 + share;
         self.cable_rad_per_nm *= 1.0 + share;
         let doubt = SPEED_DOUBT * share.abs();
-        let before = self.torque_factor_sigma;
-        self.torque_factor_sigma += doubt;
+        self.widen_to(self.torque_factor_sigma + doubt);
         self.cable_sigma_rad_per_nm += doubt * self.cable_rad_per_nm;
-        // Shrink the correlations as the factor's deviation grows, as `widen` does.
-        let narrower = before / self.torque_factor_sigma;
-        self.correlation *= narrower;
-        self.joint_correlation *= narrower;
     }
 
     /// Takes what the motor's back-EMF tells of its torque constant, as long as no pin has told the torque factor.
@@ -195,7 +205,7 @@ impl Calibration {
 
     /// What is known of friction or preload of the joints, mean and deviation, newton metre, from that without pins. The correlation with
     /// ln f becomes that of this deviation.
-    pub(super) fn joint(&mut self, [mean_nm, sigma_nm]: [f32; 2]) -> [f32; 2] {
+    pub fn joint(&mut self, [mean_nm, sigma_nm]: [f32; 2]) -> [f32; 2] {
         if self.contacts == 0 {
             return [mean_nm, sigma_nm];
         }
@@ -237,6 +247,9 @@ const LEAST_SIGMA: f32 = 0.03;
 const MISFIT: f32 = 4.0;
 /// A larger change, in standard deviations, is taken as a mistake of the user.
 const IMPLAUSIBLE: f32 = 4.0;
+/// The same of the torque factor once a pin has told it. A pin that is where it is said to be moves it by a third to a half of its
+/// deviation (docs/SENSING.md#pins).
+const CONTRADICTORY: f32 = 2.5;
 /// Factor by which a calibration must reduce the uncertainty.
 const INFORMATIVE: f32 = 1.02;
 

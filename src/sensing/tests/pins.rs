@@ -75,6 +75,60 @@ fn pins_that_contradict_each_other_are_refused_with_the_reason() {
     assert!(agreed > 3, "{agreed}");
 }
 
+/// A place that is 3 mm wrong is within what a finger may differ by: it may be taken, but then as unsure as both are apart.
+#[test]
+fn a_pin_that_contradicts_another_is_refused_or_the_deviation_covers_both() {
+    let mut random = Random(53);
+    let mut moved = 0;
+    for _ in 0..6 {
+        let first = taught(&pressed(), 0.021, 0.021, &mut random).unwrap();
+        for (told_m, true_m) in [(0.033, 0.030), (0.027, 0.030)] {
+            let second = match taught(&first, told_m, true_m, &mut random) {
+                Ok(second) => second,
+                Err(why) => {
+                    assert_eq!(why, Refusal::Implausible);
+                    continue;
+                }
+            };
+            let shift = (second.torque_factor / first.torque_factor - 1.0).abs();
+            assert!(shift <= 1.001 * second.torque_factor_sigma, "{second:?}");
+            moved += usize::from(shift > first.torque_factor_sigma);
+        }
+    }
+    assert!(moved > 3, "{moved}");
+}
+
+#[test]
+fn a_factor_that_a_later_pin_moves_by_many_deviations_is_refused() {
+    let first = Calibration {
+        torque_factor_sigma: 0.03,
+        contacts: 1,
+        ..pressed()
+    };
+    let moved = |before: &Calibration, deviations: f32| {
+        let sigma = before.torque_factor_sigma;
+        let found = Calibration {
+            torque_factor: before.torque_factor * (1.0 + deviations * sigma),
+            torque_factor_sigma: 0.7 * sigma,
+            ..*before
+        };
+        (before.with_contact(&found, 0.5, 1.0)).map(|learned| learned.torque_factor_sigma)
+    };
+    for deviations in [-2.4f32, -1.0, -0.1, 0.1, 1.0, 2.4] {
+        let sigma = moved(&first, deviations).unwrap();
+        let covers = deviations.abs().max(0.9) * first.torque_factor_sigma;
+        assert!(
+            (0.999 * covers..1.2 * covers).contains(&sigma),
+            "{deviations}: {sigma}"
+        );
+    }
+    for deviations in [-2.8, 2.8] {
+        assert_eq!(moved(&first, deviations), Err(Refusal::Implausible));
+        // What only a data sheet told may be as wrong.
+        assert!(moved(&pressed(), deviations).is_ok());
+    }
+}
+
 /// What is wrong with all pins alike does not average out.
 #[test]
 fn further_pins_are_no_surer_than_the_best_of_them() {
@@ -97,6 +151,37 @@ fn further_pins_are_no_surer_than_the_best_of_them() {
         (better.torque_factor_sigma - 0.015).abs() < 1e-5,
         "{better:?}"
     );
+}
+
+/// What a pin alone says of the factor: its information is what the fit has more than before, and only its own residuals make it unsure.
+#[test]
+fn what_a_pin_alone_says_of_the_factor_has_its_own_residuals_and_the_unit_of_the_new_factor() {
+    let first = Calibration {
+        torque_factor_sigma: 0.03,
+        contacts: 1,
+        ..pressed()
+    };
+    let taken = |factor: f32, alone: f32, misfit: f32| {
+        let both = 1.0 / (1.0 / (alone * alone) + 1.0 / (0.03f32 * 0.03)).sqrt();
+        let found = Calibration {
+            torque_factor: factor,
+            torque_factor_sigma: both / factor,
+            ..first
+        };
+        (first.with_contact(&found, misfit, 1.0).unwrap()).torque_factor_sigma
+    };
+    for (factor, alone, misfit, expected) in [
+        (0.98, 0.026, 0.5, 0.026 / 0.98),
+        (1.02, 0.026, 0.5, 0.026 / 1.02),
+        (1.0, 0.012, 2.0, 0.012 * core::f32::consts::SQRT_2),
+        (1.0, 0.012, 4.0, 0.024),
+    ] {
+        let sigma = taken(factor, alone, misfit);
+        assert!(
+            (sigma - expected).abs() < 1e-5,
+            "{factor} {misfit}: {sigma}"
+        );
+    }
 }
 
 #[test]
