@@ -92,7 +92,7 @@ fn a_value_out_of_range_is_named_with_its_range() {
         ),
         (
             "travel.free_rad = 1.7",
-            "`travel.free_rad` = 1.7 is out of range, allowed 0.01 to 1.6",
+            "`travel.free_rad` = 1.7 is out of range, allowed 0.01 to 1.58",
         ),
         (
             "hall = { fitted = true, max_rad = 2.8 }",
