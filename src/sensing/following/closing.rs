@@ -98,11 +98,12 @@ impl<C: Copy, W: Weighs<C>> Closing<C, W> {
         (self.excess_nm, self.torque_nm) = (excess_nm, torque_nm);
     }
 
-    /// The motion broke off: the torque of the last blocks may be the drive's.
+    /// The motion broke off: the torque of the last blocks may be the drive's, and that after it is not taken.
     pub(super) fn interrupt(&mut self) {
-        let [.., before] = self.before;
-        [self.excess_nm, self.torque_nm] = before;
-        self.before = [before; DOUBTFUL];
+        if self.grip != Grip::Lost {
+            let [.., before] = self.before;
+            [self.excess_nm, self.torque_nm] = before;
+        }
     }
 
     /// Whether the contact has let go: the finger slid off, or the object gave way. Takes a block's torque above friction.

@@ -279,19 +279,25 @@ fn what_lets_go_before_the_last_word_is_lost() {
     );
 }
 
-/// So is one that the motor, which runs faster for a moment, is out of before it turns steadily again.
+/// So is one that the motor, which runs faster for a moment, is out of before it turns steadily again, to the end of its travel too.
 #[test]
 fn what_frees_the_motor_is_lost() {
-    let mut hand: Grasping = p70(to_the_end::<P70>());
-    hand.watch(1.1, |theta| contacts_nm(theta, ONE));
-    let current_a = hand.current_a(0.0);
-    let mut told = hand.turn(40, current_a, |s| 0.5 * s);
-    told.followed.extend(hand.close(1.3, |_| 0.0).followed);
-    told.followed.extend(hand.stand(1500, 0.0).followed);
-    assert!(
-        matches!(told.followed[..], [(_, last)] if is_lost(&last)),
-        "{told:?}"
-    );
+    for travel_rad in [1.1, 1.5] {
+        let mut hand: Grasping = p70(to_the_end::<P70>());
+        hand.sensor.set_settings(Settings {
+            travel_rad,
+            ..to_the_end::<P70>()
+        });
+        hand.watch(1.0, |theta| contacts_nm(theta, ONE));
+        let current_a = hand.current_a(0.0);
+        let mut told = hand.turn(40, current_a, |s| 0.5 * s);
+        told.followed.extend(hand.close(1.2, |_| 0.0).followed);
+        told.followed.extend(hand.stand(1500, 0.0).followed);
+        assert!(
+            matches!(told.followed[..], [(_, last)] if is_lost(&last)),
+            "{travel_rad}: {told:?}"
+        );
+    }
 }
 
 /// A contact that ends at rest is the last one until the next directive, whatever the motor does meanwhile: a self-test closes too.
