@@ -135,7 +135,8 @@ impl Curve {
     }
 
     /// Drops the points that reach beyond a position: something else acts there. Leaves all if fewer than `least` would be left.
-    pub fn cut(&mut self, counts: i32, least: usize) {
+    /// Whether there were any.
+    pub fn cut(&mut self, counts: i32, least: usize) -> bool {
         let end = counts.wrapping_sub(self.origin_counts) as f32;
         let reaches = |point: &Point| point.counts + 0.5 * point.width_counts > end;
         let since = self.points.get(BEFORE..).unwrap_or_default();
@@ -143,13 +144,15 @@ impl Curve {
             .iter()
             .take_while(|p| p.blocks > 0 && !reaches(p))
             .count();
-        if kept < least {
-            return;
+        let is_shorter = since.get(kept).is_some_and(|point| point.blocks > 0);
+        if kept < least || !is_shorter {
+            return false;
         }
         self.filling = BEFORE + kept;
         for point in self.points.iter_mut().skip(self.filling) {
             *point = Point::EMPTY;
         }
+        true
     }
 
     fn placed(&self, counts: i32, block: Point) -> Point {

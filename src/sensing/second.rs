@@ -59,7 +59,7 @@ const FOURS: Rule = Rule {
 };
 const SCALES: usize = 3;
 /// Blocks before a break in the motion that may show the drive rather than the finger: it goes over to another current.
-const DOUBTFUL: usize = 2;
+pub(super) const DOUBTFUL: usize = 2;
 
 /// Noise of a block's torque.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -156,9 +156,10 @@ impl SecondContact {
     /// A contact is felt that began at `onset_rad`, where the torque was `level_nm`; once a closing, later calls change
     /// nothing. Below `least_nm` above that the first contact's own onset bends the curve.
     pub fn begin(&mut self, onset_rad: f32, level_nm: f32, least_nm: f32) {
-        if self.least_nm.replace(least_nm).is_some() {
+        if self.least_nm.is_some() {
             return;
         }
+        self.least_nm = Some(least_nm);
         for scale in &mut self.scales {
             scale.stretch.begin(onset_rad, level_nm);
             scale.half = None;

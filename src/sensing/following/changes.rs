@@ -106,12 +106,15 @@ impl<A> Changes<A> {
             from_nm,
             to_nm,
         });
+        // Where the contact was before says nothing any more.
+        self.rolled = None;
         if change == Change::Lost {
             self.watched = None;
         } else if let Some(watched) = &mut self.watched {
             watched.has_changed = true;
             watched.since_us = now_us + SETTLING_US;
             watched.fade = Fade::after(to_nm);
+            watched.jumps.pause(now_us as u32);
         }
     }
 
@@ -190,6 +193,7 @@ impl<A> Changes<A> {
                 torque_nm,
                 ..
             } if self.watches => {
+                self.rolled = None;
                 self.watched = Some(Watched {
                     onset_rad: theta_a_rad,
                     level_nm: self.level.at_touch(torque_nm),

@@ -11,7 +11,7 @@ use crate::numeric::{Bounded, not_negative, sqrt};
 use crate::sensing::Sensor;
 use crate::sensing::calibration::MIDDLE_NM;
 use crate::sensing::location::SeriesElement;
-use crate::sensing::second::{BlockNoise, Later, SecondContact, SlopeChange};
+use crate::sensing::second::{BlockNoise, DOUBTFUL, Later, SecondContact, SlopeChange};
 
 /// A contact is lost when two blocks in a row lie below the largest torque so far by this share of it, and their noise.
 const LOST_SHARE: f32 = 0.1;
@@ -34,7 +34,9 @@ pub(super) struct Closing<C, W> {
     pub(super) last_us: u64,
     pub(super) excess_nm: f32,
     pub(super) torque_nm: f32,
-    /// Encoder position in the middle of it.
+    /// Both at the blocks before it, the last first.
+    before: [[f32; 2]; DOUBTFUL],
+    /// Encoder position in the middle of it, or of the last one before the motion broke off.
     pub(super) counts: i32,
     /// The largest `excess_nm`, and blocks in a row far below it.
     pub(super) top_nm: f32,
@@ -64,11 +66,55 @@ pub(super) struct Measured<C> {
 }
 
 impl<C: Copy, W: Weighs<C>> Closing<C, W> {
-    /// Whether the contact has let go: the finger slid off, or the object gave way.
-    pub(super) fn is_lost(&mut self, noise_nm: f32) -> bool {
-        self.top_nm = self.top_nm.at_least(self.excess_nm);
-        let has_fallen = self.top_nm - self.excess_nm > LOST_SHARE * self.top_nm + noise_nm;
-        self.fallen = if has_fallen { self.fallen + 1 } else { 0 };
+    /// A contact that is felt now, with this torque above friction.
+    pub(super) fn new(onset_rad: f32, level_nm: f32, excess_nm: f32) -> Self {
+        Self {
+            onset_rad,
+            level_nm,
+            last_us: 0,
+            excess_nm,
+            torque_nm: excess_nm,
+            before: [[excess_nm; 2]; DOUBTFUL],
+            counts: 0,
+            top_nm: excess_nm,
+            fallen: 0,
+            change: None,
+            since: 0,
+            later: None,
+            is_over: false,
+            first: First::Awaited,
+            grip: Grip::Single,
+            held: None,
+            weighing: W::default(),
+        }
+    }
+
+    /// Takes the torque of a block: above friction, and with what the springs take.
+    pub(super) fn take(&mut self, excess_nm: f32, torque_nm: f32) {
+        let mut moved = [self.excess_nm, self.torque_nm];
+        for kept in &mut self.before {
+            core::mem::swap(kept, &mut moved);
+        }
+        (self.excess_nm, self.torque_nm) = (excess_nm, torque_nm);
+    }
+
+    /// The motion broke off: the torque of the last blocks may be the drive's, and that after it is not taken.
+    pub(super) fn interrupt(&mut self) {
+        if self.grip != Grip::Lost {
+            let [.., before] = self.before;
+            [self.excess_nm, self.torque_nm] = before;
+        }
+    }
+
+    /// Whether the contact has let go: the finger slid off, or the object gave way. Takes a block's torque above friction.
+    pub(super) fn is_lost(&mut self, excess_nm: f32, noise_nm: f32) -> bool {
+        self.top_nm = self.top_nm.at_least(excess_nm);
+        let has_fallen = self.top_nm - excess_nm > LOST_SHARE * self.top_nm + noise_nm;
+        self.fallen = if has_fallen {
+            self.fallen.saturating_add(1)
+        } else {
+            0
+        };
         self.fallen > 1
     }
 
@@ -267,12 +313,15 @@ impl<C: Copy, W: Weighs<C>> Closing<C, W> {
         };
         // Three have a motion left, unless the stiffness itself says that it is not.
         let is_enveloped = !F::MOVES_ON || change.is_rigid(cable, 0.0);
-        self.grip = if is_enveloped {
-            Grip::Enveloped
-        } else {
-            Grip::TwoContacts
-        };
-        self.held = held;
+        // What has let go since is held no more.
+        if self.grip != Grip::Lost {
+            self.grip = if is_enveloped {
+                Grip::Enveloped
+            } else {
+                Grip::TwoContacts
+            };
+            self.held = held;
+        }
         let (phalanx, k_m, sigma_m) = held.map_or((0, f32::NAN, f32::NAN), |held| {
             (held.phalanx, held.k_m, held.sigma_m)
         });
@@ -289,104 +338,4 @@ impl<C: Copy, W: Weighs<C>> Closing<C, W> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A closing in contact from an angle on.
-    fn closing<C, W>(onset_rad: f32, weighing: W) -> Closing<C, W> {
-        Closing {
-            onset_rad,
-            level_nm: 0.0,
-            last_us: 0,
-            excess_nm: 0.1,
-            torque_nm: 0.1,
-            counts: 0,
-            top_nm: 0.1,
-            fallen: 0,
-            change: None,
-            since: 0,
-            later: None,
-            is_over: false,
-            first: First::Awaited,
-            grip: Grip::Single,
-            held: None,
-            weighing,
-        }
-    }
-
-    /// What was measured behind a corner that a straight line waits with is none of another corner, which the end of the motion shows.
-    #[test]
-    fn a_corner_that_the_end_shows_has_no_slope_of_another() {
-        let noise = BlockNoise {
-            white_nm2: 1e-8,
-            walk_nm2: 0.0,
-            worm_turn_rad: 0.3,
-        };
-        for corner_rad in [0.38, f32::INFINITY] {
-            let mut search = SecondContact::default();
-            search.begin(0.0, 0.0, 0.01);
-            for block in 0..80 {
-                let theta_a_rad = 0.005 * block as f32;
-                let torque_nm = 0.2 * theta_a_rad + (theta_a_rad - corner_rad).at_least(0.0);
-                let told = search.push(theta_a_rad, torque_nm, &noise, true);
-                assert_eq!(told, None, "not while it is still getting better");
-            }
-            let later = Later {
-                theta_a_rad: 0.37,
-                torque_nm: 0.07,
-                slope_nm_per_rad: 0.2,
-                sigma_nm_per_rad: 0.01,
-            };
-            let mut closing = closing::<(), ()>(0.0, ());
-            closing.later = Some(later);
-            closing.end(&mut search);
-            let ends_in_corner = corner_rad.is_finite();
-            assert!(closing.is_over && closing.change.is_some() == ends_in_corner);
-            assert_eq!(closing.later, (!ends_in_corner).then_some(later));
-        }
-    }
-
-    /// How far the finger has turned is asked without the twist of a cable, which turns the motor alone.
-    #[cfg(feature = "firmware")]
-    #[test]
-    fn the_cable_s_twist_is_no_rotation() {
-        use crate::scene::{Scene, Tendon3};
-        use crate::sensing::Calibration;
-        type Finger = <Tendon3 as Scene>::Finger;
-        let finger = Tendon3::MECHANISM;
-        let drivetrain = Tendon3::drivetrain(&finger);
-        let turned_rad = |cable_rad_per_nm, torque_nm| {
-            let calibration = Calibration {
-                cable_rad_per_nm,
-                stiffening_per_nm: 0.0,
-                ..Tendon3::UNCALIBRATED
-            };
-            let settings = Tendon3::settings();
-            let sensor: Sensor<Finger> = Sensor::new(finger, drivetrain, settings, calibration);
-            let onset_rad = drivetrain.closing_rad(0) + 0.6;
-            let free_nm = sensor.free_at(onset_rad).expect("a posture").torque_nm;
-            let change = SlopeChange {
-                theta_a_rad: onset_rad + 0.3,
-                torque_nm: free_nm + torque_nm,
-                before_nm_per_rad: 0.2,
-                after_nm_per_rad: 0.6,
-                after_sigma_nm_per_rad: 0.05,
-                spacing_rad: 0.005,
-            };
-            let first = Contact {
-                phalanx: 2,
-                k_m: 0.03,
-                radius_m: 0.014,
-            };
-            let closing = closing(onset_rad, <Finger as HoldsTwice>::Weighing::default());
-            let measured = closing.measured(&sensor, &change, First::At(first, 1e-3));
-            measured.asked.expect("a first contact").2.rotation_rad
-        };
-        for torque_nm in [0.05, 0.1, 0.2] {
-            for cable in [0.0, 0.4, 0.8] {
-                let off_rad = turned_rad(cable, torque_nm) - (0.3 - cable * torque_nm);
-                assert!(off_rad.abs() < 1e-4, "{cable} {torque_nm}: {off_rad}");
-            }
-        }
-    }
-}
+mod tests;

@@ -109,34 +109,42 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
                 .note(angle_rad, factor * above.torque_nm + free_nm);
             return;
         };
-        let way_counts = block.counts.wrapping_sub(closing.counts) as f32;
-        let breaks = way_counts > BREAK * block.width_counts as f32;
+        let way_counts = block.counts.wrapping_sub(closing.counts).unsigned_abs();
+        let breaks = way_counts as f32 > BREAK * block.width_counts as f32;
         closing.last_us = block.time_us;
-        closing.counts = block.counts;
-        if breaks && !closing.is_over {
-            // The drive went over to holding, and shows no torque of the finger any more.
+        let excess_nm = above.torque_nm - closing.level_nm;
+        // From the end of the travel on the motor holds, with a current of its own that shows no torque of the finger.
+        let way_rad = sensor.drivetrain().rotation_rad(0, block.counts);
+        let mut is_at_end = way_rad >= sensor.settings().travel_rad;
+        if breaks {
+            // It went over to holding before, and shows none any more: nor does a block after this one, which is as far from the last one
+            // before the break.
+            closing.interrupt();
+        } else {
+            closing.counts = block.counts;
+            if !is_at_end {
+                closing.take(excess_nm, factor * excess_nm + free_nm);
+            }
+        }
+        is_at_end |= sensor.is_at_stop(angle_rad, closing.excess_nm);
+        let is_lost = !is_at_end && closing.is_lost(excess_nm, LOST_SIGMAS * above.sigma_nm);
+        if is_lost
+            && excess_nm < LEAST_SHARE * sensor.settings().torque_limit_nm
+            && (breaks || closing.is_over || closing.change.is_some())
+        {
+            // What was found before is told all the same. A motor that turns with nothing to carry has not gone over to holding.
+            closing.grip = Grip::Lost;
+            closing.excess_nm = excess_nm;
+        }
+        if closing.is_over {
+            return;
+        }
+        if breaks {
             self.search.interrupt();
             closing.end(&mut self.search);
             conclude(sensor, closing, angle_rad, block.counts);
             return;
         }
-        closing.excess_nm = above.torque_nm - closing.level_nm;
-        closing.torque_nm = factor * closing.excess_nm + free_nm;
-        if closing.is_over {
-            return;
-        }
-        let settings = sensor.settings();
-        let (limit_nm, enough_nm) = (settings.torque_limit_nm, settings.enough_nm());
-        let onset_nm = sensor
-            .free_at(closing.onset_rad)
-            .map_or(0.0, |free| free.torque_nm);
-        // A finger that its weight closes shows no torque until the contact has taken that over, and then as abruptly as at a corner.
-        let least_nm = onset_nm.at_least(0.0) + LEAST_SHARE * limit_nm;
-        (self.search).begin(closing.onset_rad, factor * closing.level_nm, least_nm);
-        // From the end of the travel on the motor holds, with a current of its own that shows no torque of the finger.
-        let way_rad = sensor.drivetrain().rotation_rad(0, block.counts);
-        let is_at_end = way_rad >= sensor.settings().travel_rad
-            || sensor.is_at_stop(angle_rad, closing.excess_nm);
         let was_found = closing.change.is_some();
         if !is_at_end {
             let sigma_nm = factor * above.sigma_nm;
@@ -154,8 +162,7 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
                 closing.measure::<F>(&self.search, &noise);
             }
         }
-        let noise_nm = LOST_SIGMAS * above.sigma_nm;
-        if !is_at_end && closing.is_lost(noise_nm) && !was_found {
+        if is_lost && !was_found {
             closing.grip = Grip::Lost;
             closing.is_over = true;
             // Nor is a second contact told that the very block has shown.
@@ -164,7 +171,8 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
             return;
         }
         let is_measured = closing.change.is_some() && (!F::MOVES_ON || closing.since >= MEASURED);
-        if is_at_end || is_measured || closing.excess_nm >= enough_nm || closing.fallen > 1 {
+        let has_enough = closing.excess_nm >= sensor.settings().enough_nm();
+        if is_at_end || is_measured || has_enough || is_lost {
             closing.end(&mut self.search);
         }
         if closing.is_over || closing.change.is_some() && !was_found {
@@ -185,24 +193,17 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
                 torque_nm,
                 ..
             } if self.watches => {
-                self.closing = Some(Closing {
-                    onset_rad: theta_a_rad,
-                    level_nm: self.level.at_touch(torque_nm),
-                    last_us: now_us,
-                    counts: self.counts,
-                    excess_nm: torque_nm,
-                    torque_nm,
-                    top_nm: torque_nm,
-                    fallen: 0,
-                    change: None,
-                    since: 0,
-                    later: None,
-                    is_over: false,
-                    first: First::Awaited,
-                    grip: Grip::Single,
-                    held: None,
-                    weighing: F::Weighing::default(),
-                });
+                let mut closing =
+                    Closing::new(theta_a_rad, self.level.at_touch(torque_nm), torque_nm);
+                closing.last_us = now_us;
+                closing.counts = self.counts;
+                let onset_nm = (sensor.free_at(theta_a_rad)).map_or(0.0, |free| free.torque_nm);
+                // A finger that its weight closes shows no torque until the contact has taken that over, and then as abruptly as at a
+                // corner.
+                let least_nm = LEAST_SHARE * sensor.settings().torque_limit_nm;
+                let level_nm = sensor.calibration().torque_factor * closing.level_nm;
+                (self.search).begin(theta_a_rad, level_nm, onset_nm.at_least(0.0) + least_nm);
+                self.closing = Some(closing);
                 return;
             }
             Event::Located {

@@ -105,12 +105,15 @@ impl Watched {
         let Turn {
             block, before_nm, ..
         } = turn;
+        // After a change the turn before this one must have begun when the finger swings no more.
+        let turns_us = if self.has_changed {
+            (2e6 * block.duration_s) as u64
+        } else {
+            0
+        };
+        let swings = block.time_us < self.since_us + turns_us;
         // The noise is known from the first block on, and the torque from where there is some.
-        if top_nm <= 0.0 || self.noise_nm <= 0.0 || before_nm.is_nan() {
-            return None;
-        }
-        if block.time_us < self.since_us {
-            self.jumps.pause(block.time_us as u32);
+        if swings || top_nm <= 0.0 || self.noise_nm <= 0.0 || before_nm.is_nan() {
             return None;
         }
         let (drivetrain, settings) = (sensor.drivetrain(), sensor.settings());

@@ -44,12 +44,14 @@ enum Due {
 }
 
 impl<F: Mechanics, H: JointSensor, X: SeriesElement> Contact<F, H, X> {
-    /// Ends the curve before a position, from which another contact shares the torque; a curve that has ended already stays.
+    /// Ends the curve before a position, from which another contact shares the torque. One that has ended already, because the motion
+    /// has, is judged anew where that leaves out some of it.
     pub(super) fn cut(&mut self, counts: i32) {
         self.shared = true;
-        if self.collector.phase != CurvePhase::Ending {
-            self.collector.curve.cut(counts, LEAST_POINTS);
+        let is_shorter = self.collector.curve.cut(counts, LEAST_POINTS);
+        if is_shorter || self.collector.phase != CurvePhase::Ending {
             self.collector.joint = H::Told::default();
+            self.collector.phase = CurvePhase::Growing;
             self.end();
         }
     }

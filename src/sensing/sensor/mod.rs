@@ -84,6 +84,8 @@ pub struct Sensor<F: Mechanics, H: JointSensor = NoJointSensor, X: SeriesElement
     averager: BlockAverager,
     /// Whether this closing has its result: the rest of it is not searched.
     done: bool,
+    /// Whether the motion is ignored, though the last word on a contact may still be due.
+    rests: bool,
     state: SensorState<F, H, X>,
     stage: Stage<F, H, X>,
     learning: Learning,
@@ -110,6 +112,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             stage: Stage::Idle,
             learning: Learning::default(),
             done: false,
+            rests: true,
         }
     }
 
@@ -231,7 +234,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         } else {
             self.learning.end_recording(state);
         }
-        if matches!(directive, Directive::Rest)
+        self.rests = matches!(directive, Directive::Rest);
+        if self.rests
             && let Stage::Contact(contact) = &mut self.stage
         {
             // The final verdict is still due, under the old directive; after it the sensor rests.
@@ -279,7 +283,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         let state = &mut self.state;
         state.torque_constant.push(block, &state.drivetrain);
         match self.state.directive {
-            Directive::Rest => {}
+            _ if self.rests => {}
             Directive::RecordFriction => self.learning.record(block),
             // Opening ends a closing: the next one is searched again.
             _ if block.drive != Drive::Closing => self.done = false,

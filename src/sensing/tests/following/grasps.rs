@@ -1,8 +1,9 @@
 //! How an object is held at the end of a closing.
 
-use super::{CALIBRATION, Hand, Told, p70, to_the_end};
+use super::{CALIBRATION, Hand, Told, Way, p70, to_the_end};
+use crate::finger::Contact;
 use crate::scene::{P70, Scene};
-use crate::sensing::{Directive, Follow, Followed, Grip, Settings};
+use crate::sensing::{Directive, Event, Follow, Followed, Grip, Settings};
 
 type Finger = <P70 as Scene>::Finger;
 type Grasping = Hand<Finger, Follow<Finger>>;
@@ -14,6 +15,12 @@ fn contacts_nm(theta_a_rad: f32, second_rad: f32) -> f32 {
 }
 
 const ONE: f32 = f32::INFINITY;
+
+/// Whether nothing is held, by no force that is known.
+fn is_lost(followed: &Followed) -> bool {
+    matches!(followed, Followed::Grasp { grip: Grip::Lost, torque_nm, forces }
+        if torque_nm.abs() < 1e-3 && forces.distal_moment_nm.is_nan())
+}
 
 /// How the object was held by one contact, and the torque above friction; nothing else was told.
 #[track_caller]
@@ -216,7 +223,14 @@ fn a_break_in_the_motion_is_no_second_contact() {
     let on = hand.close(1.2, |theta| 0.2 + 1.2 * (theta - slow_rad));
     told.followed.extend(on.followed);
     told.followed.extend(hand.stand(1500, 0.0).followed);
-    assert_eq!(held_by_one(&told).0, Grip::Single);
+    let (grip, torque_nm) = held_by_one(&told);
+    assert_eq!(grip, Grip::Single);
+    // Not more than the finger took before the motor slowed down.
+    let before_nm = contacts_nm(1.1, ONE);
+    assert!(
+        (before_nm - 8e-3..before_nm + 1e-3).contains(&torque_nm),
+        "{torque_nm}"
+    );
 }
 
 /// A corner that only the very block shows in which it is sure that the contact has let go is no second contact.
@@ -237,11 +251,123 @@ fn what_a_lost_contact_shows_is_no_second_contact() {
         if half_blocks < 12 || half_blocks == 15 {
             assert_eq!(held_by_one(&told).0, Grip::Lost, "{half_blocks}");
         } else {
-            let first = told.followed.first();
-            assert!(
-                matches!(first, Some((_, Followed::SecondContact { .. }))),
-                "{half_blocks}: {told:?}"
-            );
+            let [(_, Followed::SecondContact { .. }), (_, last)] = told.followed[..] else {
+                panic!("{half_blocks}: {told:?}");
+            };
+            assert!(is_lost(&last), "{half_blocks}: {told:?}");
+        }
+    }
+}
+
+/// One contact that lets go after the closing is over, while the last word on it is still to come, is lost as well.
+#[test]
+fn what_lets_go_before_the_last_word_is_lost() {
+    let mut hand: Grasping = p70(to_the_end::<P70>());
+    let enough_nm = hand.sensor.settings().enough_nm();
+    let enough_rad = 0.8 + enough_nm / 0.6;
+    let mut told = hand.watch(enough_rad + 0.12, |theta| {
+        if theta < enough_rad + 0.01 {
+            0.6 * (theta - 0.8).max(0.0)
+        } else {
+            0.0
+        }
+    });
+    told.followed.extend(hand.stand(1500, 0.0).followed);
+    assert!(
+        matches!(told.followed[..], [(_, last)] if is_lost(&last)),
+        "{told:?}"
+    );
+}
+
+/// So is one that the motor, which runs faster for a moment, is out of before it turns steadily again, to the end of its travel too.
+#[test]
+fn what_frees_the_motor_is_lost() {
+    for travel_rad in [1.1, 1.5] {
+        let mut hand: Grasping = p70(to_the_end::<P70>());
+        hand.sensor.set_settings(Settings {
+            travel_rad,
+            ..to_the_end::<P70>()
+        });
+        hand.watch(1.0, |theta| contacts_nm(theta, ONE));
+        let current_a = hand.current_a(0.0);
+        let mut told = hand.turn(40, current_a, |s| 0.5 * s);
+        told.followed.extend(hand.close(1.2, |_| 0.0).followed);
+        told.followed.extend(hand.stand(1500, 0.0).followed);
+        assert!(
+            matches!(told.followed[..], [(_, last)] if is_lost(&last)),
+            "{travel_rad}: {told:?}"
+        );
+    }
+}
+
+/// A contact that ends at rest is the last one until the next directive, whatever the motor does meanwhile: a self-test closes too.
+#[test]
+fn nothing_is_felt_at_rest_after_a_contact() {
+    let mut hand: Grasping = p70(to_the_end::<P70>());
+    hand.watch(1.1, |theta| contacts_nm(theta, ONE));
+    hand.direct(Directive::Rest);
+    assert!(hand.stand(1500, 0.0).settled_ms().is_some());
+    hand.open();
+    let told = hand.close(1.2, |theta| contacts_nm(theta, ONE));
+    assert_eq!((told.events, told.followed), (vec![], vec![]));
+}
+
+/// Closes on a contact on phalanx 2, and by so many turns farther than to another, and stands for a time before the motor is to rest. The
+/// first contact's place and force, and what else was told.
+fn stopped(k_m: f32, turns: u8, idle_ms: u64) -> (Option<[f32; 2]>, Vec<Followed>) {
+    let mut hand: Grasping = p70(to_the_end::<P70>());
+    let contact = Contact {
+        phalanx: 2,
+        k_m,
+        radius_m: 0.014,
+    };
+    let way = Way::of(&hand.sensor, 0.8, contact, 0.1);
+    let cable = 1.0 / CALIBRATION.cable_rad_per_nm;
+    let mut told = hand.watch(way.end_rad() + 4.9e-3 * f32::from(turns), |theta| {
+        way.rise_nm(theta) + cable * (theta - way.end_rad()).max(0.0)
+    });
+    let mut add = |more: Told| {
+        told.events.extend(more.events);
+        told.followed.extend(more.followed);
+    };
+    add(hand.stand(idle_ms, 0.0));
+    hand.direct(Directive::Rest);
+    add(hand.stand(1500, 0.0));
+    let located = told.events.iter().find_map(|(_, event)| match *event {
+        Event::Located {
+            settled: true,
+            k_m,
+            force_n,
+            ..
+        } => Some([k_m, force_n]),
+        _ => None,
+    });
+    let followed = told.followed.into_iter();
+    (located, followed.map(|(_, followed)| followed).collect())
+}
+
+/// A closing that is stopped just after a second contact, by its user or by a fault, which has the bridge off before the sensing hears of
+/// it, tells both; the place of the first follows from what was before the second.
+#[test]
+fn a_stop_in_a_second_contact_tells_both() {
+    for (k_m, from) in [(0.03, 4), (0.05, 6)] {
+        let (wanted, _) = stopped(k_m, 24, 0);
+        let [wanted_m, _] = wanted.expect("a place");
+        for turns in from..from + 4 {
+            for idle_ms in [0, 2] {
+                let (located, followed) = stopped(k_m, turns, idle_ms);
+                let case = format!("{k_m} {turns} {idle_ms}: {wanted_m} {located:?} {followed:?}");
+                let [told_m, force_n] = located.expect("a place");
+                assert!(
+                    (told_m - wanted_m).abs() < 1e-5 && force_n.is_nan(),
+                    "{case}"
+                );
+                let [Followed::SecondContact { .. }, Followed::Grasp { grip, .. }] = followed[..]
+                else {
+                    panic!("{case}");
+                };
+                assert_eq!(grip, Grip::Enveloped, "{case}");
+            }
         }
     }
 }

@@ -3,6 +3,7 @@
 mod changes;
 mod grasps;
 mod hold;
+mod moments;
 mod moved;
 
 use super::sensor::friction_a;
