@@ -46,7 +46,7 @@ use crate::sensing::{Calibration, Drivetrain, SeriesElement};
 use fit::{Fit, Fitted, Progress};
 use model::{Hold, Model};
 use shares::Longer;
-use starts::LAST_START;
+use starts::{HELD_START, last_start};
 
 /// Smallest number of points for a fit.
 pub const LEAST_POINTS: usize = 5;
@@ -246,8 +246,8 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         if !matches!(prior.place, Place::Anywhere) {
             let best = self.keep(fitted);
             self.start = match (prior.place, self.start) {
-                (Place::Known { .. }, 0) => LAST_START,
-                (Place::Known { .. }, LAST_START) if !best => LAST_START + 1,
+                (Place::Known { .. }, 0) => HELD_START,
+                (Place::Known { .. }, HELD_START) if !best => const { 1 + last_start::<F>() },
                 _ => {
                     self.under_way = false;
                     return true;

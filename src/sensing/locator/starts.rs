@@ -18,15 +18,24 @@ const LEAST_SIDE: f32 = 0.04;
 
 /// Starting places of a thorough search, as shares of one side of a phalanx's stiffest place.
 const STARTS: [f32; 2] = [0.2, 0.75];
-/// Index of the last start: the best fit so far, with joints that take [`HELD`].
-pub(super) const LAST_START: usize = 1 + STARTS.len();
-/// Torque of the joints at the last start, in deviations from its mean. A break-away torque puts a kink into the curve: a fit that starts
+/// Index of the start from the best fit so far, with joints that take [`HELD`].
+pub(super) const HELD_START: usize = 1 + STARTS.len();
+/// Torque of the joints at that start, in deviations from its mean. A break-away torque puts a kink into the curve: a fit that starts
 /// below it stops there, one that starts above it passes (compared in `locator::tests`).
 const HELD: f32 = 6.0;
+/// Contact friction at the start after it, from the best fit so far, in deviations from its mean. Where something holds joint 2 at its
+/// stop, contact friction decides with the place how long: a fit that has come to the kink with too little of it stays there, and torque
+/// of the joints alone does not lead away (compared in `starts::tests`).
+const STUCK: f32 = 5.0;
 /// Contact friction at which further starts begin where a sensor tells of joint 2, in deviations from its mean: below its bound, which
 /// makes it zero. A fit that begins with enough friction to hold the finger near its stiffest place finds no slope towards the place of a
 /// contact that slides.
 const SLIPPERY: f32 = -6.0;
+
+/// Index of the last start.
+pub(super) const fn last_start<F: Mechanics>() -> usize {
+    if F::HOLDS { HELD_START + 1 } else { HELD_START }
+}
 
 // Not inlined: called from several places, with a large stack frame.
 #[inline(never)]
@@ -122,7 +131,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     pub(super) fn starts(&self) -> usize {
         let has_place = (self.tracks.get(self.track)).is_some_and(|track| track.phalanx > 1);
         if self.thorough && has_place && self.order == 0 {
-            1 + LAST_START
+            1 + const { last_start::<F>() }
         } else {
             1
         }
@@ -147,7 +156,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         };
         let before = match (start, self.order, self.thorough) {
             // Starts from the result of the last round, of the fit that believes the reading, or of the neighbouring radius.
-            (0, 0, _) | (0, _, false) | (LAST_START.., ..) => track.fit(radius),
+            (0, 0, _) | (0, _, false) | (HELD_START.., ..) => track.fit(radius),
             _ => None,
         };
         let neighbour = track.fit(from).filter(|_| self.order > 0);
@@ -169,8 +178,11 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             x[FRICTION] = SLIPPERY;
             Scaling::of::<F, X>(prior, length_m).hold(&mut x, FRICTION);
         }
-        if start == LAST_START {
+        if start == HELD_START {
             x[JOINT] = HELD;
+        }
+        if F::HOLDS && start == const { last_start::<F>() } {
+            x[FRICTION] = STUCK;
         }
         Some(Fit::new(Hypothesis { hold, length_m }, x, fitted))
     }
@@ -197,3 +209,6 @@ pub(super) fn contact_compliance<X: SeriesElement>(data: &Data, prior: &Prior<X>
     };
     Some((rad_per_nm - cable) / prior.calibration.torque_factor)
 }
+
+#[cfg(all(test, feature = "firmware"))]
+mod tests;

@@ -46,23 +46,48 @@ pub(super) fn prior() -> Prior<Cable> {
     }
 }
 
-/// A curve as the model itself predicts it, with some unevenness that no model knows.
+/// A curve of P70.
 fn curve(k_m: f32, radius_m: f32, joint_nm: f32, drivetrain: &Drivetrain) -> Vec<Point> {
-    let finger = P70::MECHANISM;
-    let free = finger.free_at_angle(ONSET_RAD, &finger.rest()).unwrap();
+    curve_of(
+        &P70::MECHANISM,
+        drivetrain,
+        &prior(),
+        radius_m,
+        &[(K, k_m), (JOINT, joint_nm)],
+    )
+}
+
+/// A curve of phalanx 2 as the model itself predicts it, with some unevenness that no model knows; `values` are those of some unknowns.
+pub(super) fn curve_of<F: Mechanics>(
+    finger: &F,
+    drivetrain: &Drivetrain,
+    prior: &Prior<Cable>,
+    radius_m: f32,
+    values: &[(usize, f32)],
+) -> Vec<Point> {
+    let free = |rad| onset::at::<F, Cable>(finger, rad, prior, &finger.rest()).unwrap();
+    let chosen = values;
     let mut values = [0.0; UNKNOWNS];
-    values[K] = k_m;
     values[ONSET] = ONSET_RAD;
     values[FRICTION] = 0.15;
     values[FACTOR] = 0.98;
     values[CABLE] = 0.69;
-    values[JOINT] = joint_nm;
+    for &(unknown, value) in chosen {
+        values[unknown] = value;
+    }
     let hold = Hold::Contact {
         phalanx: 2,
         radius_m,
     };
-    let mut model =
-        Model::<_, Cable>::new(&finger, (0.0, drivetrain), &values, &prior(), hold, &free).unwrap();
+    let mut model = Model::<_, Cable>::new(
+        finger,
+        (0.0, drivetrain),
+        &values,
+        prior,
+        hold,
+        &free(ONSET_RAD),
+    )
+    .unwrap();
     let mut points = Vec::new();
     let mut torque_nm = 0.0;
     for i in 0..40 {
@@ -71,12 +96,13 @@ fn curve(k_m: f32, radius_m: f32, joint_nm: f32, drivetrain: &Drivetrain) -> Vec
             counts: angle_rad / drivetrain.rad_per_count,
             time_s: (angle_rad - ONSET_RAD + 0.03) / 0.3,
             excess_nm: torque_nm,
+            free_nm: free(angle_rad).torque_nm,
             variance_nm2: 1e-8,
             width_counts: 0.005 / drivetrain.rad_per_count,
             blocks: 1,
             ..Point::EMPTY
         };
-        let Some(found) = model.next(&finger, &point) else {
+        let Some(found) = model.next(finger, &point) else {
             break;
         };
         torque_nm = found.excess_nm;
