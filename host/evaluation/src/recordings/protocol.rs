@@ -9,8 +9,11 @@ use palpate::sensing::{Directive, Event, NoJointSensor, Sensor, SeriesElement, S
 
 use crate::trace::PERIOD_US;
 
-/// Samples at rest after the end, so that the last word is said.
+/// Samples at rest after a motion, so that what was begun ends.
 pub const FLUSH: u64 = 600;
+/// The same after a recording, so that the last word is said. Where a second contact spoils the curve, rounds on ever shorter parts of it
+/// precede that, and take more than a second. The product goes on with them while it holds and opens the finger.
+const LAST_WORD: u64 = 3000;
 /// Least samples at rest before the first motion from which the offset of the current sense is taken.
 const OFFSET_SAMPLES: usize = 50;
 /// Window over which a steady speed is taken, samples.
@@ -150,11 +153,11 @@ impl Speeds {
     }
 }
 
-/// Samples of a motor at rest after the last sample: the sensor ends with them what it has begun.
-pub fn idle_after(samples: &[Sample]) -> impl Iterator<Item = Sample> {
+/// Some samples of a motor at rest after the last sample: the sensor ends with them what it has begun.
+pub fn idle_after(samples: &[Sample], number: u64) -> impl Iterator<Item = Sample> {
     let last = samples.last().copied();
-    last.into_iter().flat_map(|last| {
-        (1..=FLUSH).map(move |step| Sample {
+    last.into_iter().flat_map(move |last| {
+        (1..=number).map(move |step| Sample {
             time_us: last.time_us + step * PERIOD_US,
             drive: Drive::Idle,
             current_a: 0.0,
@@ -182,7 +185,7 @@ pub fn follow<F: Mechanics, X: SeriesElement>(
             hear(sample.time_us, &event);
         }
     }
-    for idle in idle_after(samples) {
+    for idle in idle_after(samples, LAST_WORD) {
         if let Some(event) = sensor.update(&idle) {
             hear(idle.time_us, &event);
         }

@@ -30,7 +30,7 @@ use palpate::sensing::{
     SeriesElement, Settings, Suspicion,
 };
 
-use crate::recordings::protocol::{Speeds, idle_after};
+use crate::recordings::protocol::{FLUSH, Speeds, idle_after};
 use crate::trace::{PERIOD_US, Streamed};
 
 /// Where the recording of friction was found.
@@ -231,7 +231,7 @@ fn replay<S: Scene>(samples: &[Sample], before: &Preparation, purpose: Directive
         note(&mut evidence, sample.time_us, sensor.suspicion());
         last_us = Some(sample.time_us);
     }
-    for idle in idle_after(samples) {
+    for idle in idle_after(samples, FLUSH) {
         let before = told.len();
         take(&mut sensor, &idle, &mut told);
         take_object(&sensor, &idle, before, &told);
@@ -284,7 +284,7 @@ fn flush<F: Mechanics, X: SeriesElement>(
     samples: &[Sample],
     told: &mut Vec<TimedEvent>,
 ) {
-    for idle in idle_after(samples) {
+    for idle in idle_after(samples, FLUSH) {
         take(sensor, &idle, told);
     }
 }

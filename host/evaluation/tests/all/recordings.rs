@@ -1,4 +1,4 @@
-//! Eleven recordings from an independent engine, replayed by the product's protocol: what the sensing reaches on them stays.
+//! Twelve recordings from an independent engine, replayed by the product's protocol: what the sensing reaches on them stays.
 
 use std::path::Path;
 
