@@ -74,9 +74,9 @@ impl Bridge {
         self.parameters.motor.ambient_c + self.winding_rise
     }
 
-    /// Torque constant relative to that of cold magnets: they sit in the housing.
+    /// Torque constant relative to the stated one: the magnets sit in the housing.
     pub fn magnets(&self) -> f64 {
-        1.0 + self.parameters.motor.magnet_temperature_coefficient_per_k * self.housing_rise
+        (self.parameters.motor).magnets(self.housing_rise)
     }
 
     /// Whether outputs follow EN and PH: awake for long enough and supplied.
@@ -100,7 +100,7 @@ impl Bridge {
         self.awake_for = if pins.awake { self.awake_for + dt } else { 0.0 };
         let low = pins.awake && supply_v < bridge.undervoltage_v;
         let copper = motor.resistance_ohm * short;
-        let warm = copper * (1.0 + motor.copper_temperature_coefficient_per_k * self.winding_rise);
+        let warm = copper * motor.copper(self.winding_rise);
         let now_ohm = warm + bridge.on_resistance_ohm + self.parameters.choke.resistance_ohm;
         let before = self.circuit.constants;
         // With edges a resistance that is hardly another keeps what was computed of the one before.

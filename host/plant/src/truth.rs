@@ -27,7 +27,9 @@ impl TrueCalibration {
         torque_constant_nm_per_a: f64,
         closing_rad_per_s: f64,
     ) -> Self {
-        let constant = parameters.motor.torque_constant_nm_per_a / torque_constant_nm_per_a;
+        let motor = &parameters.motor;
+        let constant =
+            motor.torque_constant_nm_per_a * motor.magnets(0.0) / torque_constant_nm_per_a;
         let current = parameters.sensed_share(MIDDLE_A, MIDDLE_DUTY);
         let passed_on = parameters.gearhead.efficiency
             * worm_efficiency(parameters, closing_rad_per_s)

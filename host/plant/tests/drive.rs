@@ -43,6 +43,41 @@ fn motor_is_the_data_sheets() {
     );
 }
 
+/// Resistance and torque constant are stated for 25 degrees; a workshop in summer is warmer.
+#[test]
+fn a_warm_room_warms_winding_and_magnets() {
+    const COPPER_PER_K: f64 = 3.93e-3;
+    const MAGNETS_PER_K: f64 = -2e-3;
+    let told = |ambient_c: f64| {
+        let mut p = bare_motor();
+        p.motor.copper_temperature_coefficient_per_k = COPPER_PER_K;
+        p.motor.magnet_temperature_coefficient_per_k = MAGNETS_PER_K;
+        p.motor.ambient_c = ambient_c;
+        let mut plant = Plant::new(&p, &Grasp::Free, 1).unwrap();
+        run(&mut plant, &drive(1.0), 0.5);
+        let speed_rad_per_s = plant.truth().motor_speed_rad_per_s;
+        plant.faults.rotor_locked = true;
+        run(&mut plant, &drive(1.0), 0.01);
+        (speed_rad_per_s, plant.truth().motor_current_a)
+    };
+    let (speed_rad_per_s, current_a) = told(25.0);
+    for ambient_c in [5.0, 45.0, 65.0] {
+        let (speed, current) = told(ambient_c);
+        let above_k = ambient_c - 25.0;
+        let resistance = current_a / current;
+        assert!(
+            (resistance - 1.0 - COPPER_PER_K * above_k).abs() < 0.01,
+            "{ambient_c}: {resistance}"
+        );
+        // The load, a fortieth of the voltage, is all that makes it differ from the reciprocal.
+        let constant = speed_rad_per_s / speed;
+        assert!(
+            (constant - 1.0 - MAGNETS_PER_K * above_k).abs() < 0.01,
+            "{ambient_c}: {constant}"
+        );
+    }
+}
+
 #[test]
 fn locked_winding_heats_to_its_data() {
     let rise = |p: &Parameters, seconds: f64| {

@@ -25,9 +25,9 @@ macro_rules! section {
 section! {
     /// Brushed motor.
     Motor {
-        /// Torque per ampere, newton metre per ampere.
+        /// Torque per ampere at 25 degrees Celsius, newton metre per ampere.
         torque_constant_nm_per_a in 1e-4, 1.0;
-        /// Terminal resistance at ambient temperature, ohm.
+        /// Terminal resistance at 25 degrees Celsius, ohm.
         resistance_ohm in 0.05, 1e3;
         /// L/R, second.
         electrical_time_constant_s in 1e-6, 1e-2;
@@ -55,6 +55,25 @@ section! {
         ambient_c in -40.0, 80.0;
         /// Change of the torque constant with the housing's temperature, relative per kelvin.
         magnet_temperature_coefficient_per_k in -0.01, 0.0;
+    }
+}
+
+/// Temperature for which a data sheet states a motor's constants, degree Celsius.
+const STATED_C: f64 = 25.0;
+
+impl Motor {
+    /// Resistance of a winding so much warmer than the air, relative to the stated one.
+    pub(crate) fn copper(&self, rise_k: f64) -> f64 {
+        self.over_stated(self.copper_temperature_coefficient_per_k, rise_k)
+    }
+
+    /// Torque constant with magnets so much warmer than the air, relative to the stated one.
+    pub(crate) fn magnets(&self, rise_k: f64) -> f64 {
+        self.over_stated(self.magnet_temperature_coefficient_per_k, rise_k)
+    }
+
+    fn over_stated(&self, per_k: f64, rise_k: f64) -> f64 {
+        1.0 + per_k * (self.ambient_c - STATED_C + rise_k)
     }
 }
 
