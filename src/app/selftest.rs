@@ -153,7 +153,7 @@ pub fn remedy(
             "nFAULT is held high: remove a pull-up of its own (the chip has one) or a short to 3.3 V"
         }
         (SelfTestStep::Offset, None) if low => {
-            "the offset reads zero or is negative: check the wire at A1; else fit another bridge, or the INA240"
+            "the offset reads zero or is negative: check the wire at A1; else fit another bridge or the INA240"
         }
         (SelfTestStep::Offset, _) => {
             "the offset is too large: check ground and the sense resistor at A1"
@@ -164,13 +164,13 @@ pub fn remedy(
             "swap the motor's wires if the finger opened, the encoder's A and B if it closed"
         }
         (_, Some(Fault::EncoderStuck | Fault::EncoderJump)) => {
-            "the encoder does not follow the motor: check its supply, A at D12 and B at D11"
+            "the encoder does not follow: check its supply, A at D12 and B at D11"
         }
         (_, Some(Fault::SenseStuck)) => {
             "no current is read: check the sense wire at A1, the motor's wires, EN at D7"
         }
         (SelfTestStep::Current, _) if low => {
-            "too little current flows: check the motor's wires and EN at D7"
+            "too little current flows: check motor wires and EN at D7"
         }
         (SelfTestStep::Current, _) => "more current is read than driven: check the sense resistor",
         (SelfTestStep::Encoder, _) if value < -wanted.min => {

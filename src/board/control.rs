@@ -184,9 +184,7 @@ impl Drop for Pause {
 }
 
 /// Control interrupt.
-// In a section by name: the compiler moves no instructions of it elsewhere, where they would run from flash.
 #[interrupt]
-#[unsafe(link_section = ".text.ADC1_2")]
 fn ADC1_2() {
     let readings = sampling::read();
     CONTROL.lock(|control| {

@@ -39,12 +39,6 @@ impl Travel {
 
 /// A wanted motion (speed or current, closing positive) so many counts beyond the travel, and whether it was suppressed because
 /// it leads further out.
-// In the control interrupt's section by name: the compiler moves no instructions of it elsewhere.
-#[cfg_attr(
-    target_os = "none",
-    expect(unsafe_code, reason = "the section is one of code, of the interrupt that calls this"),
-    unsafe(link_section = ".text.ADC1_2")
-)]
 pub fn inward(wanted: f32, beyond_counts: i32) -> (f32, bool) {
     // The usual case, in the control interrupt: one comparison.
     if beyond_counts == 0 {

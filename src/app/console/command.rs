@@ -119,22 +119,22 @@ verbs! {
     Help "help" "", "list the commands";
     Status "status" "", "state, position, current, supply, temperature, fault";
     SelfTest "selftest" "",
-        "check wiring, sensors and motor step by step; the motor moves a few degrees";
+        "check wiring, sensors and motor, which moves a few degrees";
     Identify "identify" "",
-        "measure resistance, torque constant, inertia, friction and dead time of the motor";
-    Run "run" "", "a whole grasp: home, record friction if needed, close, probe, hold, open";
+        "measure the motor: resistance, torque constant, inertia, friction, dead time";
+    Run "run" "", "a grasp: home, record friction if needed, close, probe, hold, open";
     Home "home" "", "open against the stop and make it the zero";
     RecordFriction "record-friction" "",
-        "record friction on a free closing and opening; remove all objects first";
+        "record friction on a free closing and opening: remove objects first";
     Calibrate "calibrate" "MM | cable | forget",
-        "press on a pin at a known place, or on the closing stop for the cable alone";
+        "press on a pin at a known place, or on the closing stop for the cable";
     Close "close" "", "close until contact, probe, hold";
     Open "open" "", "open to the stop";
     Stop "stop" "", "bridge off at once, in any state";
-    Clear "clear" "", "clear a fault whose cause is gone";
+    Clear "clear" "", "clear a fault that is gone";
     Show "show" "", "print the settings";
     Set "set" "NAME VALUE", "change a setting; `show` lists names, units and ranges";
-    Trace "trace" "on [N] | off", "stream every sample (1 kHz), or every Nth, to the log";
+    Trace "trace" "on [N] | off", "stream every sample (1 kHz) or every Nth to the log";
     Save "save" "", "keep settings, friction record and calibration";
     Factory "factory" "", "forget all that was saved";
 }
@@ -170,7 +170,7 @@ pub enum CommandError {
 impl fmt::Display for CommandError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotALine => f.write_str("expected a line of text of at most 64 bytes"),
+            Self::NotALine => f.write_str("expected a text of at most 64 bytes"),
             Self::Unknown => f.write_str("no such command; try help"),
             Self::Unexpected { usage: "" } => f.write_str("this command takes nothing"),
             Self::Unexpected { usage } => write!(f, "too many words; expected {}", Plain(usage)),

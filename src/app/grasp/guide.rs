@@ -82,19 +82,19 @@ impl fmt::Display for Hint {
             Self::Save => "calibrated; remove any pin and enter: save",
             Self::RecordFriction => "leave the finger free and enter: record-friction",
             Self::Again(Refusal::NoContact) => {
-                "no contact was detected: put the pin into the finger's way and repeat"
+                "no contact was detected: put the pin into the finger's way; repeat"
             }
             Self::Again(Refusal::TooFewSamples) => {
-                "the press was too short: is the current limit high enough? repeat"
+                "the press was too short: is current-limit high enough? repeat"
             }
             Self::Again(Refusal::NoSuchPlace) => {
-                "no such place on the last phalanx: give the pin's distance"
+                "no such place on the last phalanx: give the distance"
             }
             Self::Again(Refusal::Misfit) => {
-                "that was no single fixed pin or stop: let nothing else touch, and repeat"
+                "that was no single fixed pin or stop: let nothing else touch; repeat"
             }
             Self::Again(Refusal::Implausible) => {
-                "too far from what was known: check the place and repeat, or enter: calibrate forget"
+                "too far from what was known: check the place, or enter: calibrate forget"
             }
             Self::Again(Refusal::Uninformative) => "nothing new was learned: choose another place",
         })

@@ -30,12 +30,13 @@ pub(super) struct Closing<C, W> {
     pub(super) onset_rad: f32,
     /// What the record's level was off by at the onset, newton metre at the input link.
     pub(super) level_nm: f32,
-    /// When the last block was, its torque above friction, and with what the springs of the free finger take.
+    /// When the last block was, its torque above friction, and what the springs of the free finger take there: hardly another torque two
+    /// blocks before.
     pub(super) last_us: u64,
     pub(super) excess_nm: f32,
-    pub(super) torque_nm: f32,
-    /// Both at the blocks before it, the last first.
-    before: [[f32; 2]; DOUBTFUL],
+    pub(super) free_nm: f32,
+    /// Torque above friction at the blocks before it, the last first.
+    before: [f32; DOUBTFUL],
     /// Encoder position in the middle of it, or of the last one before the motion broke off.
     pub(super) counts: i32,
     /// The largest `excess_nm`, and blocks in a row far below it.
@@ -73,8 +74,8 @@ impl<C: Copy, W: Weighs<C>> Closing<C, W> {
             level_nm,
             last_us: 0,
             excess_nm,
-            torque_nm: excess_nm,
-            before: [[excess_nm; 2]; DOUBTFUL],
+            free_nm: 0.0,
+            before: [excess_nm; DOUBTFUL],
             counts: 0,
             top_nm: excess_nm,
             fallen: 0,
@@ -89,20 +90,17 @@ impl<C: Copy, W: Weighs<C>> Closing<C, W> {
         }
     }
 
-    /// Takes the torque of a block: above friction, and with what the springs take.
-    pub(super) fn take(&mut self, excess_nm: f32, torque_nm: f32) {
-        let mut moved = [self.excess_nm, self.torque_nm];
-        for kept in &mut self.before {
-            core::mem::swap(kept, &mut moved);
-        }
-        (self.excess_nm, self.torque_nm) = (excess_nm, torque_nm);
+    /// Takes the torque of a block: above friction, and what the free finger takes there.
+    pub(super) fn take(&mut self, excess_nm: f32, free_nm: f32) {
+        let [last, _] = self.before;
+        self.before = [self.excess_nm, last];
+        (self.excess_nm, self.free_nm) = (excess_nm, free_nm);
     }
 
     /// The motion broke off: the torque of the last blocks may be the drive's, and that after it is not taken.
     pub(super) fn interrupt(&mut self) {
         if self.grip != Grip::Lost {
-            let [.., before] = self.before;
-            [self.excess_nm, self.torque_nm] = before;
+            [.., self.excess_nm] = self.before;
         }
     }
 

@@ -123,7 +123,7 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
         } else {
             closing.counts = block.counts;
             if !is_at_end {
-                closing.take(excess_nm, factor * excess_nm + free_nm);
+                closing.take(excess_nm, free_nm);
             }
         }
         is_at_end |= sensor.is_at_stop(angle_rad, closing.excess_nm);
@@ -153,7 +153,8 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
                 walk_nm2: factor * factor * sensor.walk_nm2(block),
                 worm_turn_rad: sensor.worm_turn_rad(),
             };
-            let found = (self.search).push(angle_rad, closing.torque_nm, &noise, F::MOVES_ON);
+            let torque_nm = factor * excess_nm + free_nm;
+            let found = (self.search).push(angle_rad, torque_nm, &noise, F::MOVES_ON);
             closing.change = closing.change.or(found);
             if F::STRAIGHT {
                 self.search.look_straight(&noise);
@@ -292,7 +293,9 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
             return Some(second);
         }
         let forces = (closing.held.as_ref()).map_or(HeldForces::UNKNOWN, |held| {
-            sensor.finger().held_forces(held, closing.torque_nm)
+            let factor = sensor.calibration().torque_factor;
+            let torque_nm = factor * closing.excess_nm + closing.free_nm;
+            sensor.finger().held_forces(held, torque_nm)
         });
         let springs = sensor.settings().force_scale.unwrap_or(1.0);
         let over = Followed::Grasp {
