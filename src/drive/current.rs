@@ -23,7 +23,7 @@ const DEAD_FRACTION: f32 = DEAD_SHARE * (1.0 + 2.0 * 0.9 / 12.0);
 /// Current, ampere, below which the dead time takes less: half of its ripple, which then comes to zero (docs/HARDWARE.md#bridge).
 const RIPPLE_A: f32 = 4.5e-3;
 
-/// Less is none, volt: at rest the observer's speed decays for seconds, down to denormal numbers.
+/// A smaller EMF counts as 0, volt: at rest the observer's speed decays for seconds, down to denormal numbers.
 const LEAST_EMF_V: f32 = 1e-9;
 
 /// State of the current loop.

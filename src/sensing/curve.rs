@@ -135,7 +135,7 @@ impl Curve {
     }
 
     /// Drops the points that reach beyond a position: something else acts there. Leaves all if fewer than `least` would be left.
-    /// Whether there were any.
+    /// Returns whether it dropped any.
     pub fn cut(&mut self, counts: i32, least: usize) -> bool {
         let end = counts.wrapping_sub(self.origin_counts) as f32;
         let reaches = |point: &Point| point.counts + 0.5 * point.width_counts > end;

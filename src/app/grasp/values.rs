@@ -48,7 +48,7 @@ pub(super) fn motion<S: Scene>(overrides: &Overrides) -> Motion {
 }
 
 /// Speed at which the finger closes, radian per second: no faster than the scene's limit, whatever is set.
-// Not inlined: wanted in two places.
+// Not inlined: called from two places.
 #[inline(never)]
 pub fn closing_rad_per_s<S: Scene>(overrides: &Overrides) -> f32 {
     value::<S>(overrides, Setting::ClosingSpeed).at_most(S::DRIVE.limits.speed_rad_per_s)

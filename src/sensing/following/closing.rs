@@ -30,8 +30,8 @@ pub(super) struct Closing<C, W> {
     pub(super) onset_rad: f32,
     /// What the record's level was off by at the onset, newton metre at the input link.
     pub(super) level_nm: f32,
-    /// When the last block was, its torque above friction, and what the springs of the free finger take there: hardly another torque two
-    /// blocks before.
+    /// Time of the last block, its torque above friction, and what the springs of the free finger take there. After a break the first is
+    /// that of two blocks before, where the springs took nearly the same.
     pub(super) last_us: u64,
     pub(super) excess_nm: f32,
     pub(super) free_nm: f32,
@@ -97,7 +97,7 @@ impl<C: Copy, W: Weighs<C>> Closing<C, W> {
         (self.excess_nm, self.free_nm) = (excess_nm, free_nm);
     }
 
-    /// The motion broke off: the torque of the last blocks may be the drive's, and that after it is not taken.
+    /// Restores the torque from before a break in the motion: that of the last blocks may be the drive's.
     pub(super) fn interrupt(&mut self) {
         if self.grip != Grip::Lost {
             [.., self.excess_nm] = self.before;

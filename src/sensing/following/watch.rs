@@ -117,8 +117,8 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
         let way_rad = sensor.drivetrain().rotation_rad(0, block.counts);
         let mut is_at_end = way_rad >= sensor.settings().travel_rad;
         if breaks {
-            // It went over to holding before, and shows none any more: nor does a block after this one, which is as far from the last one
-            // before the break.
+            // The drive has gone over to holding, and its blocks show no torque of the finger from here on. `counts` stays where it was
+            // before the break, so that later blocks count as breaks too.
             closing.interrupt();
         } else {
             closing.counts = block.counts;
@@ -132,7 +132,7 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
             && excess_nm < LEAST_SHARE * sensor.settings().torque_limit_nm
             && (breaks || closing.is_over || closing.change.is_some())
         {
-            // What was found before is told all the same. A motor that turns with nothing to carry has not gone over to holding.
+            // The contact has let go: a motor that turns with nothing to carry is not holding. A second contact found before is still told.
             closing.grip = Grip::Lost;
             closing.excess_nm = excess_nm;
         }

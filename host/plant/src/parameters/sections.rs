@@ -62,12 +62,12 @@ section! {
 const STATED_C: f64 = 25.0;
 
 impl Motor {
-    /// Resistance of a winding so much warmer than the air, relative to the stated one.
+    /// Resistance of a winding that is warmer than the air by `rise_k`, relative to the stated one.
     pub(crate) fn copper(&self, rise_k: f64) -> f64 {
         self.over_stated(self.copper_temperature_coefficient_per_k, rise_k)
     }
 
-    /// Torque constant with magnets so much warmer than the air, relative to the stated one.
+    /// Torque constant with magnets that are warmer than the air by `rise_k`, relative to the stated one.
     pub(crate) fn magnets(&self, rise_k: f64) -> f64 {
         self.over_stated(self.magnet_temperature_coefficient_per_k, rise_k)
     }

@@ -22,6 +22,11 @@ fn is_lost(followed: &Followed) -> bool {
         if torque_nm.abs() < 1e-3 && forces.distal_moment_nm.is_nan())
 }
 
+/// Whether all that was told is that the contact is lost.
+fn is_lost_alone(told: &Told) -> bool {
+    matches!(told.followed[..], [(_, last)] if is_lost(&last))
+}
+
 /// How the object was held by one contact, and the torque above friction; nothing else was told.
 #[track_caller]
 fn held_by_one(told: &Told) -> (Grip, f32) {
@@ -273,10 +278,7 @@ fn what_lets_go_before_the_last_word_is_lost() {
         }
     });
     told.followed.extend(hand.stand(1500, 0.0).followed);
-    assert!(
-        matches!(told.followed[..], [(_, last)] if is_lost(&last)),
-        "{told:?}"
-    );
+    assert!(is_lost_alone(&told), "{told:?}");
 }
 
 /// So is one that the motor, which runs faster for a moment, is out of before it turns steadily again, to the end of its travel too.
@@ -293,10 +295,7 @@ fn what_frees_the_motor_is_lost() {
         let mut told = hand.turn(40, current_a, |s| 0.5 * s);
         told.followed.extend(hand.close(1.2, |_| 0.0).followed);
         told.followed.extend(hand.stand(1500, 0.0).followed);
-        assert!(
-            matches!(told.followed[..], [(_, last)] if is_lost(&last)),
-            "{travel_rad}: {told:?}"
-        );
+        assert!(is_lost_alone(&told), "{travel_rad}: {told:?}");
     }
 }
 
