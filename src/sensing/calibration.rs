@@ -85,12 +85,11 @@ impl Calibration {
         }
         let factor_shift = (found.torque_factor / self.torque_factor - 1.0).abs();
         let cable_shift = (found.cable_rad_per_nm - self.cable_rad_per_nm).abs();
-        // A later pin may not move the factor as far as the first one. Where it moves it, nobody knows which of them is wrong: what the
-        // earlier ones told stays within one deviation.
-        let (most, least_sigma) = if self.contacts > 0 {
-            (CONTRADICTORY, factor_shift)
+        // A later pin may not move the factor as far as the first one.
+        let most = if self.contacts > 0 {
+            CONTRADICTORY
         } else {
-            (IMPLAUSIBLE, 0.0)
+            IMPLAUSIBLE
         };
         if factor_shift > most * self.torque_factor_sigma
             || cable_shift > IMPLAUSIBLE * self.cable_sigma_rad_per_nm
@@ -117,7 +116,12 @@ impl Calibration {
                 sqrt(misfit.at_least(1.0)) * self.factor_sigma_alone(found);
         }
         learned.swell(strain, self);
-        learned.torque_factor_sigma = learned.torque_factor_sigma.at_least(least_sigma);
+        // Where it moves the factor by more than the earlier pins were unsure, nobody knows which of them is wrong.
+        if self.contacts > 0 {
+            let before = self.torque_factor_sigma;
+            let unexplained = factor_shift * factor_shift - before * before;
+            learned.widen(sqrt(unexplained.at_least(0.0)));
+        }
         Ok(learned)
     }
 

@@ -6,6 +6,7 @@ mod object;
 mod scenes;
 mod sections;
 mod spread;
+mod temperature;
 
 pub use fingers::FingerParameters;
 pub use load::World;
