@@ -176,6 +176,7 @@ impl Calibration {
 
     /// Sets the torque factor's deviation to a larger one, for a reason that has nothing to do with cable and joints: their covariance
     /// with the factor stays, and the correlations shrink.
+    #[inline(never)]
     fn widen_to(&mut self, sigma: f32) {
         let before = core::mem::replace(&mut self.torque_factor_sigma, sigma);
         let narrower = before / sigma.at_least(f32::MIN_POSITIVE);

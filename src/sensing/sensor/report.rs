@@ -18,6 +18,8 @@ const SURE_PROXIMAL: f32 = 0.5;
 
 /// Probability of a phalanx from which on a place on it that is too uncertain is known to be on it (chosen).
 const SURE_PHALANX: f32 = 0.9;
+/// Deviations from joint 2 within which a place may be a contact on phalanx 1 that another one followed, if the curve began like that.
+const NEAR_SIGMAS: f32 = 2.0;
 
 /// The last report.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +27,8 @@ pub(super) enum Reported {
     Nothing,
     Located(Spot),
     Ambiguous,
+    /// Not told so far: the beginning of the curve may be that of a contact on phalanx 1.
+    MaybeProximal,
     /// Unobservable, but known to be on a phalanx.
     Vague(Spot),
 }
@@ -68,6 +72,11 @@ fn vague_place(verdict: &LocatorResult) -> Reported {
     }
 }
 
+/// Whether a place is so near to joint 2 that the contact may be one on phalanx 1.
+fn is_near_joint(verdict: &LocatorResult) -> bool {
+    matches!(verdict, LocatorResult::At(of) if of.phalanx == 2 && of.k_m < NEAR_SIGMAS * of.k_sigma_m)
+}
+
 impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     /// Reports the verdict at the end of a round if it is new; `last` makes it final.
     pub(super) fn report(&mut self, contact: &mut Contact<F, H, X>, last: bool) {
@@ -75,7 +84,10 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         self.joint_change = H::change(contact.collector.reading, contact.collector.waiting.reading);
         let verdict = contact.locator.verdict(&prior);
         match verdict {
-            verdict if is_vague(&verdict) => {
+            verdict
+                if is_vague(&verdict)
+                    || contact.reported == Reported::MaybeProximal && is_near_joint(&verdict) =>
+            {
                 if last {
                     self.emit_nowhere(contact, NotLocated::Unobservable);
                     // Keep the place for the search for a second contact.
@@ -110,8 +122,11 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
                     contact.collector.torque_nm >= SURE_PROXIMAL * self.settings.torque_limit_nm;
                 if last {
                     self.emit_nowhere(contact, why);
-                } else if why == NotLocated::Proximal && sure {
-                    contact.end();
+                } else if let NotLocated::Proximal | NotLocated::Unobservable = why {
+                    contact.reported = Reported::MaybeProximal;
+                    if why == NotLocated::Proximal && sure {
+                        contact.end();
+                    }
                 }
             }
             LocatorResult::Undecided if last => self.give_up(contact),

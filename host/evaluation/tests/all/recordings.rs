@@ -1,12 +1,18 @@
-//! Twelve recordings from an independent engine, replayed by the product's protocol: what the sensing reaches on them stays.
+//! Recordings from an independent engine, replayed by the product's protocol: what the sensing reaches on them stays.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use palpate_evaluation::recordings::{Class, Plan, World, json, run};
 
+fn data(folder: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../tests/data")
+        .join(folder)
+}
+
 fn plan(only: Option<&str>, uncalibrated: bool) -> Plan {
     Plan {
-        directory: Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/recordings"),
+        directory: data("recordings"),
         only: only.map(str::to_owned),
         uncalibrated,
         scale: false,
@@ -62,6 +68,21 @@ fn contacts_are_felt_in_time_and_placed_within_what_is_claimed() {
     );
     assert!(calibrated.torque_factor_z().abs() < 3.0, "{calibrated:?}");
     assert!(calibrated.cable_z().abs() < 3.0, "{calibrated:?}");
+}
+
+/// Phalanx 1 was felt late, and what phalanx 2 adds later makes the whole curve that of one contact 2.5 mm beyond joint 2.
+#[test]
+fn a_contact_on_phalanx_1_that_another_follows_is_no_place_near_joint_2() {
+    let plan = Plan {
+        directory: data("wandering"),
+        ..plan(None, true)
+    };
+    let worlds = run("p70", &plan).expect("the recording is readable");
+    let [line] = &worlds[0].lines[..] else {
+        panic!("one recording");
+    };
+    assert!(line.trial.touched_s.is_some(), "{:?}", line.trial);
+    assert!(line.trial.answer.place().is_none(), "{:?}", line.trial);
 }
 
 /// One object stands on springs of 1 N/mm, the others are fixed.
