@@ -149,7 +149,7 @@ fn is_torn(pages: &[u8], page: usize) -> bool {
 
 /// The page behind one, in the ring.
 const fn behind(page: usize) -> usize {
-    (page + 1) % PAGES
+    if page + 1 < PAGES { page + 1 } else { 0 }
 }
 
 fn find(pages: &[u8]) -> Found<'_> {
