@@ -262,7 +262,7 @@ fn in_it(program: &[u16], address: u32, setup: &Setup) -> [u32; 5] {
         let mut padded = vec![0xBF00; nops];
         padded.extend(&program);
         let mut flash = flash(&padded, 2 * (nops + handler) as u32);
-        for at in [0x1000, 0x1_E100] {
+        for at in [0x1000, 0x1_E900] {
             flash[at..at + 8].copy_from_slice(&DATA);
         }
         let firmware = Firmware::raw(flash);
