@@ -14,7 +14,7 @@ use crate::scene::Scene;
 use crate::sensing::{Calibration, Friction};
 
 /// Layout of the record. Raise it whenever what is kept changes its meaning or its shape.
-pub const VERSION: u8 = 10;
+pub const VERSION: u8 = 11;
 
 /// What was identified as it is stored: numbers of four bytes.
 const IDENTIFIED_BYTES: usize = size_of::<Identified>();

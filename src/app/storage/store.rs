@@ -18,9 +18,10 @@ const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
 pub const PAGE: usize = 2048;
 /// What can be programmed, once after it was erased, bytes.
 pub const WORD: usize = 8;
-/// Number of pages. Each endures 10,000 erasures (M) and a save erases one in turn: 40,000 saves. More of them would take flash
-/// that the largest image needs.
-pub const PAGES: usize = 4;
+/// Number of pages: the one of the last record, the one that a save erases, and one more that may be worn out. Each endures 10,000
+/// erasures (M) and a save erases one in turn: 30,000 saves, each of them a user's command. More pages would take flash that the
+/// largest image needs.
+pub const PAGES: usize = 3;
 /// Longest record, bytes: a page without its number, length and checksum.
 pub const RECORD_MAX: usize = PAGE - WORD - 4;
 
@@ -148,7 +149,7 @@ fn is_torn(pages: &[u8], page: usize) -> bool {
 
 /// The page behind one, in the ring.
 const fn behind(page: usize) -> usize {
-    (page + 1) % PAGES
+    if page + 1 < PAGES { page + 1 } else { 0 }
 }
 
 fn find(pages: &[u8]) -> Found<'_> {

@@ -154,12 +154,12 @@ mod tests {
         blocks.watch(Map::CCM, 3);
         let program = Map::FLASH + 0x1000;
         let records = Map::FLASH + PROGRAM_SIZE;
-        let (before, after) = (records + 0x1000, records + 0x1800);
+        let (before, after) = (records + 0x800, records + 0x1000);
         let all = [Map::CCM, program, before, after];
         for start in all {
             blocks.keep(at(start), 0);
         }
-        blocks.forget_flash(PROGRAM_SIZE as usize + 0x1100, 8);
+        blocks.forget_flash(PROGRAM_SIZE as usize + 0x900, 8);
         let kept = all.map(|start| blocks.find(start, 0).is_some());
         assert_eq!(kept, [true, true, false, true]);
         blocks.forget_ccm();

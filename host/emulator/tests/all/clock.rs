@@ -121,8 +121,9 @@ fn words(session: &Session<'_>) -> Vec<String> {
         .collect()
 }
 
-/// The same word, or the same key with numbers that differ by no more than 5 %, deviations 50 %, torques half a millinewton metre
-/// besides: a start with another time takes some microseconds more or less, and the noise is drawn at other instants.
+/// The same word, or the same key with numbers that differ by no more than 5 %, deviations 50 %, besides torques half a millinewton
+/// metre, and a cable's stiffening, which may be about zero, 0.01 per newton metre: a start with another time takes some microseconds more
+/// or less, and the noise is drawn at other instants.
 fn alike(a: &str, b: &str) -> bool {
     let number = |word: &str| {
         let (key, value) = word.split_once('=')?;
@@ -131,7 +132,12 @@ fn alike(a: &str, b: &str) -> bool {
     match (number(a), number(b)) {
         (Some((key, a)), Some((same, b))) => {
             let share = if key.contains("sigma") { 0.5 } else { 0.05 };
-            let most = share * b.abs() + if key == "torque_mnm" { 0.5 } else { 0.0 };
+            let besides = match key.as_str() {
+                "torque_mnm" => 0.5,
+                "stiffening_per_nm" => 0.01,
+                _ => 0.0,
+            };
+            let most = share * b.abs() + besides;
             key == same && (a.is_nan() && b.is_nan() || (a - b).abs() <= most)
         }
         _ => a == b,

@@ -144,7 +144,7 @@ fn flash_is_programmed_by_its_controller_and_survives_a_reset() {
     );
     assert_eq!(words::<2>(&machine), [0x1122_3344, 0x5566_7788]);
     assert_eq!(
-        machine.flash()[0x1_E000..0x1_E008],
+        machine.flash()[0x1_E800..0x1_E808],
         0x5566_7788_1122_3344_u64.to_le_bytes()
     );
     assert_eq!(
@@ -154,7 +154,7 @@ fn flash_is_programmed_by_its_controller_and_survives_a_reset() {
     );
     machine.power_cycle().expect("the engine works");
     assert_ne!(machine.word(RAM), Some(0x1122_3344), "a power cut does not");
-    assert_eq!(machine.word(0x0801_E000), Some(0x1122_3344));
+    assert_eq!(machine.word(0x0801_E800), Some(0x1122_3344));
 }
 
 #[test]
@@ -262,7 +262,7 @@ fn in_it(program: &[u16], address: u32, setup: &Setup) -> [u32; 5] {
         let mut padded = vec![0xBF00; nops];
         padded.extend(&program);
         let mut flash = flash(&padded, 2 * (nops + handler) as u32);
-        for at in [0x1000, 0x1_E100] {
+        for at in [0x1000, 0x1_E900] {
             flash[at..at + 8].copy_from_slice(&DATA);
         }
         let firmware = Firmware::raw(flash);
@@ -288,7 +288,7 @@ const DATA: [u8; 8] = [0x11, 0x22, 0x33, 0x44, 0x55, 0x66, 0x77, 0x88];
 
 #[test]
 fn loads_in_it_blocks_leave_no_condition_behind() {
-    for address in [0x0800_1000, 0x0801_E100] {
+    for address in [0x0800_1000, 0x0801_E900] {
         let found = in_it(LOADS_IN_IT, address, &Setup::default());
         // The first byte, the word at 4, its first byte, both write-backs and no third, what follows the block.
         assert_eq!(found, [0x11, 0x8877_6655, 0x55, 5, 84], "{address:#x}");
