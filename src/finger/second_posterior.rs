@@ -14,8 +14,9 @@ use crate::numeric::{Bounded, exp, sqrt};
 
 /// Places along a phalanx.
 const PLACES: u8 = 16;
-/// Steps that these are spread over: all at once take longer than a sensing update may.
-const PARTS: u8 = 4;
+/// Steps that these are spread over, after two for the posture on the first contact: all at once take longer than a sensing update may.
+const PARTS: u8 = 2;
+const STEPS: u8 = 2 + PARTS;
 /// Deviations of the coefficient of friction from its mean, with their weights: a normal distribution in steps of half a
 /// deviation.
 const FRICTIONS: [[f32; 2]; 8] = [
@@ -65,12 +66,16 @@ pub(super) struct Along {
 
 /// How likely each of the other phalanges is to be the second in contact, being summed up.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct SecondWeights([Along; 2]);
+pub struct SecondWeights {
+    along: [Along; 2],
+    /// The finger on one place of the first contact, if it can be reached.
+    there: Option<Pressed<3>>,
+}
 
 impl SecondWeights {
     /// The likelier phalanx, and the other.
     pub(super) fn ordered(&self) -> [Along; 2] {
-        let [one, other] = self.0;
+        let [one, other] = self.along;
         if one.likely > other.likely {
             [one, other]
         } else {
@@ -180,8 +185,8 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
         }
     }
 
-    /// See [`HoldsTwice::weigh_second`](super::HoldsTwice::weigh_second): a step is a part of one phalanx with one place of the
-    /// first contact.
+    /// See [`HoldsTwice::weigh_second`](super::HoldsTwice::weigh_second): for each other phalanx and each place of the first contact the
+    /// posture, the same on a cylinder that touches both, and the parts of the phalanx.
     pub(super) fn weigh_step(
         &self,
         at: &Free<Configuration<3>>,
@@ -190,7 +195,7 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
         step: u8,
         weights: &mut SecondWeights,
     ) -> bool {
-        let (part, whole) = (step % PARTS, usize::from(step / PARTS));
+        let (step, whole) = (step % STEPS, usize::from(step / STEPS));
         let (index, of_first) = (whole % 2, whole / 2);
         let others = match first.phalanx {
             1 => [2, 3],
@@ -199,7 +204,7 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
         };
         let (Some([deviations, weight]), Some(along), Some(&phalanx)) = (
             FIRSTS.get(of_first),
-            weights.0.get_mut(index),
+            weights.along.get_mut(index),
             others.get(index),
         ) else {
             return false;
@@ -208,23 +213,30 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
         if *deviations != 0.0 && measured.first_sigma_m <= 0.0 {
             return false;
         }
-        let pressed = |radius_m: f32| {
+        let there = &mut weights.there;
+        let radius_m = match (step, &there) {
+            (0, _) => Some(first.radius_m),
+            // One cylinder touches both: how thick it is follows.
+            (1, Some(there)) => there.round_m(phalanx),
+            (2.., Some(there)) => {
+                self.add_along(along, step - 2, there, *weight, measured);
+                None
+            }
+            // Off the phalanx, or not to be reached: nothing is added.
+            _ => None,
+        };
+        if step == 0 {
+            *there = None;
+        }
+        if let Some(radius_m) = radius_m {
             let first = Contact {
                 k_m: first.k_m + deviations * measured.first_sigma_m,
                 radius_m,
                 ..first
             };
-            self.pressed_on(at, first, measured)
-        };
-        // Off the phalanx, or not to be reached: nothing is added.
-        if let Ok((mut there, _)) = pressed(first.radius_m) {
-            // One cylinder touches both: how thick it is follows.
-            if let Some(radius_m) = there.round_m(phalanx)
-                && let Ok((round, _)) = pressed(radius_m)
-            {
-                there = round;
+            if let Ok((pressed, _)) = self.pressed_on(at, first, measured) {
+                *there = Some(pressed);
             }
-            self.add_along(along, part, &there, *weight, measured);
         }
         // After the last step, too: what was found is asked for in an update of its own.
         true
