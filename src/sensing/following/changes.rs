@@ -138,6 +138,8 @@ impl<A> Changes<A> {
         if began_us < watched.since_us {
             return;
         }
+        // A motor that turns steadily is driven on: the current with which it stood holds nothing any more.
+        watched.stand = Stand::default();
         let (noise_nm, nothing_nm) = (watched.noise_nm, watched.nothing_nm(sensor));
         if let Some(from_nm) = watched.fade.push(excess_nm, noise_nm, nothing_nm) {
             let change = fallen_to(excess_nm, nothing_nm);

@@ -55,3 +55,32 @@ fn what_gives_way_in_the_hold_slips() {
         "{told:?} {holding_nm}"
     );
 }
+
+/// A motor that stood at the limit of its current while it probed, and turns on because the object gave way, is watched as one that
+/// never stood: what it stood with holds nothing any more.
+#[test]
+fn what_stood_while_probing_is_watched_on() {
+    for (to_nm, change) in [(0.05, Change::Slipped), (0.0, Change::Lost)] {
+        let mut hand: Held = held();
+        hand.watch(1.1, contact_nm);
+        let stood_a = hand.current_a(contact_nm(1.1));
+        let mut told = hand.turn(100, stood_a, |s| 0.3 * s - 1.5 * s * s).changes();
+        told.extend(hand.stand(60, stood_a).changes());
+        assert_eq!(told, []);
+        told = hand.close(1.25, |_| 0.12).changes();
+        let begun_ms = hand.ms;
+        told.extend(hand.close(1.4, |_| to_nm).changes());
+        let [(_, Change::Slipped, ..), (ms, what, from_nm, left_nm)] = told[..] else {
+            panic!("{to_nm}: {told:?}");
+        };
+        assert_eq!(what, change, "{told:?}");
+        assert!(
+            (begun_ms..begun_ms + 50).contains(&ms),
+            "{begun_ms}: {told:?}"
+        );
+        assert!(
+            (from_nm - 0.12).abs() < 6e-3 && (left_nm - to_nm).abs() < 6e-3,
+            "{told:?}"
+        );
+    }
+}
