@@ -75,10 +75,13 @@ impl<F: Mechanics, A: AfterContact<F>> AfterContact<F> for Changes<A> {
     ) -> Option<Followed> {
         let step = (self.averager).push(sample, sensor.drivetrain(), sensor.settings());
         if self.watches {
-            if let BlockUpdate::Block(block) = step
-                && block.drive == Drive::Closing
-            {
-                self.on_block(sensor, &block);
+            match step {
+                BlockUpdate::Block(block) if block.drive == Drive::Closing => {
+                    self.on_block(sensor, &block);
+                }
+                // A finger that opens holds nothing.
+                BlockUpdate::Block(_) => self.watched = None,
+                _ => {}
             }
             self.on_sample(sensor, sample);
         }

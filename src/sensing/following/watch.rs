@@ -76,9 +76,13 @@ impl<F: HoldsTwice + Clone + Debug> AfterContact<F> for Follow<F> {
         let step = (self.averager).push(sample, sensor.drivetrain(), sensor.settings());
         if let BlockUpdate::Block(block) = step
             && self.watches
-            && block.drive == Drive::Closing
         {
-            self.on_block(sensor, &block);
+            if block.drive == Drive::Closing {
+                self.on_block(sensor, &block);
+            } else if self.closing.is_none() {
+                // Opening ends a closing: the next one begins anew.
+                self.search = SecondContact::default();
+            }
         }
         if let Some(event) = told {
             self.on_event(sensor, sample.time_us, event);
