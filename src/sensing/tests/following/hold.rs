@@ -1,8 +1,9 @@
 //! What becomes of a contact while the motor holds it with a constant current.
 
 use super::changes::{Held, contact_nm, held};
-use super::friction_a;
-use crate::sensing::Change;
+use super::{STEP_RAD, Way, friction_a};
+use crate::finger::Contact;
+use crate::sensing::{Change, Directive, Drive, Event};
 
 /// The holding current makes so much at the input link, above friction, newton metre.
 fn holding_nm(hand: &Held, current_a: f32) -> f32 {
@@ -83,4 +84,45 @@ fn what_stood_while_probing_is_watched_on() {
             "{told:?}"
         );
     }
+}
+
+/// A force is that of the angle at which the last word on it comes: after a stop that of the angle that the worm holds, and none where the
+/// finger has been opened meanwhile.
+#[test]
+fn a_force_is_that_of_the_finger_as_it_stands() {
+    let force_n = |back_rad: f32| {
+        let mut hand: Held = held();
+        let contact = Contact {
+            phalanx: 2,
+            k_m: 0.04,
+            radius_m: 0.014,
+        };
+        let way = Way::of(&hand.sensor, 0.8, contact, 0.2);
+        hand.watch(way.end_rad(), |theta| way.rise_nm(theta));
+        hand.direct(Directive::Rest);
+        let steps = (back_rad / (10.0 * STEP_RAD)) as i32;
+        for _ in 0..steps {
+            hand.angle_rad -= 10.0 * STEP_RAD;
+            hand.sample(Drive::Opening, -friction_a(hand.angle_rad));
+        }
+        let rise_nm = way.rise_nm(hand.theta_a_rad());
+        let told = hand.stand(1500, 0.0);
+        let force_n = told.events.iter().find_map(|(_, event)| match *event {
+            Event::Located {
+                force_n,
+                settled: true,
+                ..
+            } => Some(force_n),
+            _ => None,
+        });
+        (force_n.expect("a place"), rise_nm)
+    };
+    let (stopped_n, stopped_nm) = force_n(0.0);
+    assert!((1.4..1.8).contains(&stopped_n), "{stopped_n}");
+    // The lever hardly changes.
+    let (opened_n, opened_nm) = force_n(0.1);
+    let share = opened_n / stopped_n;
+    assert!((share - opened_nm / stopped_nm).abs() < 0.1, "{share}");
+    let (gone_n, gone_nm) = force_n(0.4);
+    assert!(gone_nm == 0.0 && gone_n < 0.01, "{gone_n}");
 }
