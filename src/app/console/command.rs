@@ -131,7 +131,7 @@ verbs! {
     Close "close" "", "close until contact, probe, hold";
     Open "open" "", "open to the stop";
     Stop "stop" "", "bridge off at once, in any state";
-    Clear "clear" "", "clear a fault that is gone";
+    Clear "clear" "", "clear a fault whose cause is gone";
     Show "show" "", "print the settings";
     Set "set" "NAME VALUE", "change a setting; `show` lists names, units and ranges";
     Trace "trace" "on [N] | off", "stream every sample (1 kHz) or every Nth to the log";

@@ -75,10 +75,13 @@ impl<F: Mechanics, A: AfterContact<F>> AfterContact<F> for Changes<A> {
     ) -> Option<Followed> {
         let step = (self.averager).push(sample, sensor.drivetrain(), sensor.settings());
         if self.watches {
-            if let BlockUpdate::Block(block) = step
-                && block.drive == Drive::Closing
-            {
-                self.on_block(sensor, &block);
+            match step {
+                BlockUpdate::Block(block) if block.drive == Drive::Closing => {
+                    self.on_block(sensor, &block);
+                }
+                // A finger that opens holds nothing.
+                BlockUpdate::Block(_) => self.watched = None,
+                _ => {}
             }
             self.on_sample(sensor, sample);
         }
@@ -138,6 +141,8 @@ impl<A> Changes<A> {
         if began_us < watched.since_us {
             return;
         }
+        // A motor that turns steadily is driven on: the current with which it stood holds nothing any more.
+        watched.stand = Stand::default();
         let (noise_nm, nothing_nm) = (watched.noise_nm, watched.nothing_nm(sensor));
         if let Some(from_nm) = watched.fade.push(excess_nm, noise_nm, nothing_nm) {
             let change = fallen_to(excess_nm, nothing_nm);

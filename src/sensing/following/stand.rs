@@ -71,6 +71,8 @@ impl Stand {
         if now.0.saturating_sub(since_us) > STILL_US && way_rad.abs() <= STILL_RAD {
             // It may creep: what counts is how far it moves within that time.
             self.anchor = Some(now);
+            // Another stand had another current.
+            self.current_a = self.current_a.filter(|_| self.is_still);
             self.is_still = true;
         }
         if self.is_still {
@@ -116,6 +118,32 @@ mod tests {
         // By 4 mrad within 20 ms, at 0.2 s.
         let told = told(|s| 0.4 + 0.2 * (s - 0.2).clamp(0.0, 0.02));
         assert!(matches!(told[..], [200..250]), "{told:?}");
+    }
+
+    /// What held before, at another current, is not in the mean of the stand now.
+    #[test]
+    fn the_current_that_holds_is_that_of_this_stand() {
+        let (mut stand, drivetrain) = (Stand::default(), drivetrain());
+        // At 0.2 A it stands, turns on by 0.1 rad, and stands at 0.05 A.
+        let samples = (0..300u64).map(|ms| Sample {
+            emf_v: f32::NAN,
+            time_us: 1000 * ms,
+            position_counts: ((1e-3 * ms.clamp(100, 200) as f32) / drivetrain.rad_per_count) as i32,
+            current_a: if ms < 200 { 0.2 } else { 0.05 },
+            drive: Drive::Idle,
+            joint: (),
+        });
+        for sample in samples {
+            stand.push(&sample, &drivetrain);
+            if stand.is_still() {
+                let held = stand.held(&drivetrain).expect("a stand");
+                let held_a = held.drive_torque_nm / drivetrain.torque_per_ampere_nm;
+                assert!(
+                    (held_a - sample.current_a).abs() < 1e-6,
+                    "{sample:?} {held_a}"
+                );
+            }
+        }
     }
 
     /// A motor that is turned back did not start by itself: it is the load that grew.

@@ -58,7 +58,7 @@ impl<F: HoldsTwice + Clone + Debug> AfterContact<F> for Follow<F> {
         self.watches = matches!(directive, Directive::Watch);
         if self.watches {
             self.level = Level::default();
-            self.search = SecondContact::default();
+            self.begin();
             self.closing = None;
         } else if let Some(closing) = &mut self.closing {
             // The last word is still to be said, as if it had stood for long; the sensor has ended the first contact's curve already.
@@ -76,9 +76,13 @@ impl<F: HoldsTwice + Clone + Debug> AfterContact<F> for Follow<F> {
         let step = (self.averager).push(sample, sensor.drivetrain(), sensor.settings());
         if let BlockUpdate::Block(block) = step
             && self.watches
-            && block.drive == Drive::Closing
         {
-            self.on_block(sensor, &block);
+            if block.drive == Drive::Closing {
+                self.on_block(sensor, &block);
+            } else if self.closing.is_none() {
+                // Opening ends a closing.
+                self.begin();
+            }
         }
         if let Some(event) = told {
             self.on_event(sensor, sample.time_us, event);
@@ -88,6 +92,13 @@ impl<F: HoldsTwice + Clone + Debug> AfterContact<F> for Follow<F> {
 }
 
 impl<F: HoldsTwice + Clone + Debug> Follow<F> {
+    /// The next closing begins anew.
+    // Not inlined: called from two places.
+    #[inline(never)]
+    fn begin(&mut self) {
+        self.search = SecondContact::default();
+    }
+
     /// A block of a closing.
     fn on_block<H: JointSensor, X: SeriesElement>(
         &mut self,

@@ -94,6 +94,34 @@ fn a_closing_knows_nothing_of_the_last() {
     }
 }
 
+/// Nor where the finger opens under the same directive: what was held is not lost when it opens, nor when it closes again.
+#[test]
+fn what_was_held_is_not_lost_by_opening() {
+    let mut hand: Held = held();
+    hand.direct(Directive::Watch);
+    for closing in 0..2 {
+        let told = hand.close(1.2, contact_nm);
+        assert_eq!(
+            (told.touches(), &told.followed[..]),
+            (1, &[][..]),
+            "{closing}"
+        );
+        let told = hand.stand(1500, 0.05);
+        assert!(
+            told.moved().is_some() && told.changes().is_empty(),
+            "{told:?}"
+        );
+        assert_eq!(hand.open().followed, []);
+        let told = hand.close(1.4, |_| 0.0);
+        assert_eq!(
+            (told.touches(), &told.followed[..]),
+            (0, &[][..]),
+            "{closing}"
+        );
+        assert_eq!(hand.open().followed, []);
+    }
+}
+
 #[test]
 fn what_is_lost_is_watched_no_more() {
     let mut hand: Held = held();

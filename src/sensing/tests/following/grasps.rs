@@ -127,6 +127,33 @@ fn every_closing_tells_how_it_ends() {
     }
 }
 
+/// Nor has a closing anything of the last where the finger opens under the same directive.
+#[test]
+fn a_closing_under_the_same_directive_begins_anew() {
+    let mut hand: Grasping = p70(to_the_end::<P70>());
+    hand.direct(Directive::Watch);
+    for second_rad in [1.0, 1.1, ONE, 1.0] {
+        let mut told = hand.close(1.25, |theta| contacts_nm(theta, second_rad).min(0.3));
+        told.followed.extend(hand.stand(1500, 0.0).followed);
+        let grip = if second_rad == ONE {
+            held_by_one(&told).0
+        } else {
+            let [
+                (_, Followed::SecondContact { theta_a_rad, .. }),
+                (_, Followed::Grasp { grip, .. }),
+            ] = told.followed[..]
+            else {
+                panic!("{second_rad}: {told:?}");
+            };
+            assert!((theta_a_rad - second_rad).abs() < 5e-3, "{told:?}");
+            grip
+        };
+        let is_single = grip == Grip::Single;
+        assert_eq!(is_single, second_rad == ONE, "{second_rad}: {told:?}");
+        assert_eq!(hand.open().followed, []);
+    }
+}
+
 /// At the torque at which probing ends the closing is over, although the motor turns on: what comes then is no second contact.
 #[test]
 fn enough_torque_ends_a_closing() {

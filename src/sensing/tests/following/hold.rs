@@ -1,8 +1,9 @@
 //! What becomes of a contact while the motor holds it with a constant current.
 
 use super::changes::{Held, contact_nm, held};
-use super::friction_a;
-use crate::sensing::Change;
+use super::{STEP_RAD, Way, friction_a};
+use crate::finger::Contact;
+use crate::sensing::{Change, Directive, Drive, Event};
 
 /// The holding current makes so much at the input link, above friction, newton metre.
 fn holding_nm(hand: &Held, current_a: f32) -> f32 {
@@ -54,4 +55,74 @@ fn what_gives_way_in_the_hold_slips() {
         from_nm.is_nan() && (to_nm - holding_nm).abs() < 4e-3,
         "{told:?} {holding_nm}"
     );
+}
+
+/// A motor that stood at the limit of its current while it probed, and turns on because the object gave way, is watched as one that
+/// never stood: what it stood with holds nothing any more.
+#[test]
+fn what_stood_while_probing_is_watched_on() {
+    for (to_nm, change) in [(0.05, Change::Slipped), (0.0, Change::Lost)] {
+        let mut hand: Held = held();
+        hand.watch(1.1, contact_nm);
+        let stood_a = hand.current_a(contact_nm(1.1));
+        let mut told = hand.turn(100, stood_a, |s| 0.3 * s - 1.5 * s * s).changes();
+        told.extend(hand.stand(60, stood_a).changes());
+        assert_eq!(told, []);
+        told = hand.close(1.25, |_| 0.12).changes();
+        let begun_ms = hand.ms;
+        told.extend(hand.close(1.4, |_| to_nm).changes());
+        let [(_, Change::Slipped, ..), (ms, what, from_nm, left_nm)] = told[..] else {
+            panic!("{to_nm}: {told:?}");
+        };
+        assert_eq!(what, change, "{told:?}");
+        assert!(
+            (begun_ms..begun_ms + 50).contains(&ms),
+            "{begun_ms}: {told:?}"
+        );
+        assert!(
+            (from_nm - 0.12).abs() < 6e-3 && (left_nm - to_nm).abs() < 6e-3,
+            "{told:?}"
+        );
+    }
+}
+
+/// A force is that of the angle at which the last word on it comes: after a stop that of the angle that the worm holds, and none where the
+/// finger has been opened meanwhile.
+#[test]
+fn a_force_is_that_of_the_finger_as_it_stands() {
+    let force_n = |back_rad: f32| {
+        let mut hand: Held = held();
+        let contact = Contact {
+            phalanx: 2,
+            k_m: 0.04,
+            radius_m: 0.014,
+        };
+        let way = Way::of(&hand.sensor, 0.8, contact, 0.2);
+        hand.watch(way.end_rad(), |theta| way.rise_nm(theta));
+        hand.direct(Directive::Rest);
+        let steps = (back_rad / (10.0 * STEP_RAD)) as i32;
+        for _ in 0..steps {
+            hand.angle_rad -= 10.0 * STEP_RAD;
+            hand.sample(Drive::Opening, -friction_a(hand.angle_rad));
+        }
+        let rise_nm = way.rise_nm(hand.theta_a_rad());
+        let told = hand.stand(1500, 0.0);
+        let force_n = told.events.iter().find_map(|(_, event)| match *event {
+            Event::Located {
+                force_n,
+                settled: true,
+                ..
+            } => Some(force_n),
+            _ => None,
+        });
+        (force_n.expect("a place"), rise_nm)
+    };
+    let (stopped_n, stopped_nm) = force_n(0.0);
+    assert!((1.4..1.8).contains(&stopped_n), "{stopped_n}");
+    // The lever hardly changes.
+    let (opened_n, opened_nm) = force_n(0.1);
+    let share = opened_n / stopped_n;
+    assert!((share - opened_nm / stopped_nm).abs() < 0.1, "{share}");
+    let (gone_n, gone_nm) = force_n(0.4);
+    assert!(gone_nm == 0.0 && gone_n < 0.01, "{gone_n}");
 }
