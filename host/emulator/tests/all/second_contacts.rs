@@ -180,6 +180,29 @@ fn three_phalanges_tell_a_second_contact_in_time() {
     assert_eq!((grip, second.is_none()), ("single", true));
 }
 
+/// A linkage of two stages takes longest to find the postures: the samples that come meanwhile wait, and none is lost.
+#[test]
+fn a_linkage_of_two_stages_tells_a_second_contact_in_time() {
+    let Some(firmware) = support::image(support::GRASP_LINKAGE3) else {
+        return;
+    };
+    let object = Object {
+        phalanx: 2,
+        contact_mm: 45.0,
+        diameter_mm: 70.0,
+        theta_1_deg: 40.0,
+    };
+    let watch = ["watch::Follow", "Sensor<F,H,X>::update"];
+    let (session, [.., true_m]) = held(&firmware, "linkage3-grasp", object, &watch);
+    judge_costs(&session);
+    let (grip, second) = told(&session);
+    let second = second.expect("a second contact");
+    assert_eq!((grip, second.field("phalanx")), ("enveloped", Some("3")));
+    let [k_mm, sigma_mm] = ["k_mm", "sigma_mm"].map(|key| second.number(key).expect("a number"));
+    let error_mm = k_mm - 1e3 * true_m.expect("phalanx 3 presses");
+    assert!(error_mm.abs() < 2.0 * sigma_mm, "{error_mm}, {second:?}");
+}
+
 /// Checks the bounds of the chip: control, an update of what follows the first contact, one of the sensor, and the stacks.
 fn judge_costs(session: &Session<'_>) {
     support::keeps_up(session);
