@@ -6,8 +6,8 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 use palpate_evaluation::experiments::{
-    ablation, calibration, catalogue, document, fingerprint, following, job, joint_sensor, result,
-    run, sensitivity, soft_objects,
+    ablation, calibration, catalogue, document, effects, fingerprint, following, job, joint_sensor,
+    result, run, sensitivity, soft_objects,
 };
 use palpate_evaluation::{false_contacts, figures, recordings};
 use palpate_plant::{Engine, ObjectMount, World};
@@ -228,6 +228,7 @@ fn everything(plan: &job::Plan) -> Vec<job::Job> {
         catalogue::all(plan),
         ablation::ablation(plan),
         sensitivity::sensitivity(plan),
+        effects::effects(plan),
     ];
     all.into_iter().flatten().collect()
 }

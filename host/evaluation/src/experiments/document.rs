@@ -5,6 +5,7 @@ use std::path::Path;
 use palpate_document::section::{Markers, SectionError};
 
 use super::calibration::Summary;
+use super::effects;
 use super::result::{Place, Row, headline, markdown};
 
 /// Documents that hold tables, from the root of the checkout.
@@ -46,6 +47,7 @@ pub fn bodies(rows: &[Row], calibrations: &[(Place, Summary)]) -> [(&'static str
         scenes.iter().any(|scene| row.experiment.starts_with(scene))
     };
     let ablation = |row: &Row| row.experiment.starts_with("ablation");
+    let effect = |row: &Row| row.experiment.starts_with(effects::BEGINS);
     let mut all = String::new();
     for place in places(rows) {
         let Place { world, engine } = place;
@@ -68,7 +70,11 @@ pub fn bodies(rows: &[Row], calibrations: &[(Place, Summary)]) -> [(&'static str
         );
         part(
             "sensitivity\n\n20 distal contacts at each level, after the guided calibration.",
-            &|row| !paper(row) && !other(row) && !ablation(row),
+            &|row| !paper(row) && !other(row) && !ablation(row) && !effect(row),
+        );
+        part(
+            "one effect at a time\n\n20 distal contacts with each, after the guided calibration with it.",
+            &effect,
         );
         for (_, summary) in calibrations.iter().filter(|(other, _)| other == place) {
             all += &format!(
@@ -128,6 +134,7 @@ mod tests {
         let rows = [
             row("plant", "free"),
             row("plant", "speed 0.1 rad/s"),
+            row("plant", "effect: none"),
             row("mujoco", "free"),
         ];
         let calibrations = [(place("mujoco"), Summary::of(&[]))];
@@ -141,6 +148,7 @@ mod tests {
             [
                 "plant: the paper's experiments, prototype",
                 "plant: sensitivity",
+                "plant: one effect at a time",
                 "mujoco: the paper's experiments, prototype",
                 "mujoco: calibration",
             ]

@@ -5,7 +5,9 @@ use palpate::app::console::command::Command;
 use palpate::app::console::settings::Setting;
 use palpate::sample::Sample;
 use palpate::scene::Scene;
-use palpate::sensing::{Calibration, Directive, Event, Friction, Refusal, Sensor, Settings};
+use palpate::sensing::{
+    Calibration, Directive, Event, Friction, NoJointSensor, Refusal, Sensor, Settings,
+};
 use palpate_plant::{FirstContact, Grasp, Parameters};
 use palpate_simulation::{Outcome, Simulated, Simulation};
 
@@ -266,9 +268,9 @@ pub(super) fn refusals(recording: &Recording) -> Vec<Refusal> {
         .collect()
 }
 
-/// A sensor as the firmware of this scene makes it.
+/// A sensor as the firmware of this scene makes it, but for the sensor of joint 2, whose readings are not recorded.
 #[must_use]
-pub fn nominal_sensor<S: Scene>() -> Sensor<S::Finger> {
+pub fn nominal_sensor<S: Scene>() -> Sensor<S::Finger, NoJointSensor, S::Series> {
     let finger = S::MECHANISM;
     let drivetrain = S::drivetrain(&finger);
     Sensor::new(finger, drivetrain, S::settings(), S::UNCALIBRATED)

@@ -4,6 +4,7 @@ pub mod ablation;
 pub mod calibration;
 pub mod catalogue;
 pub mod document;
+pub mod effects;
 pub mod fingerprint;
 pub mod fingers;
 pub mod following;
