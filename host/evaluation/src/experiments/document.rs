@@ -73,7 +73,7 @@ pub fn bodies(rows: &[Row], calibrations: &[(Place, Summary)]) -> [(&'static str
             &|row| !paper(row) && !other(row) && !ablation(row) && !effect(row),
         );
         part(
-            "one effect at a time\n\n20 distal contacts with each, after the guided calibration with it.",
+            "one effect at a time\n\n32 distal contacts with each, on four fingers, after the guided calibration with it.",
             &effect,
         );
         for (_, summary) in calibrations.iter().filter(|(other, _)| other == place) {

@@ -57,9 +57,15 @@ const EFFECTS: [(&str, Change); 21] = [
     ("effect: worm error 2 mrad", |p| {
         p.transmission.worm_error_rad = 2e-3;
     }),
-    ("effect: 65 g that opens it", |p| weigh(p, -90.0)),
-    ("effect: 65 g along phalanx 1", |p| weigh(p, 0.0)),
-    ("effect: 65 g that closes it", |p| weigh(p, 90.0)),
+    ("effect: 65 g that opens it, not stated", |p| {
+        weigh(p, -90.0)
+    }),
+    ("effect: 65 g along phalanx 1, not stated", |p| {
+        weigh(p, 0.0)
+    }),
+    ("effect: 65 g that closes it, not stated", |p| {
+        weigh(p, 90.0)
+    }),
     ("effect: friction wanders, 1 % in 3 s", |p| {
         wander(p, 0.01, 3.0)
     }),
@@ -69,8 +75,12 @@ const EFFECTS: [(&str, Change); 21] = [
     ("effect: coupler 1 mm longer", |p| {
         p.finger.coupler_m[0] += 1e-3
     }),
-    ("effect: object of 500 N/m", |p| hold(p, 500.0)),
-    ("effect: object of 200 N/m", |p| hold(p, 200.0)),
+    ("effect: object of 500 N/m, taken to be rigid", |p| {
+        hold(p, 500.0)
+    }),
+    ("effect: object of 200 N/m, taken to be rigid", |p| {
+        hold(p, 200.0)
+    }),
 ];
 
 /// Effects on the finger whose firmware expects soft objects.
