@@ -214,6 +214,9 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
             return false;
         }
         let there = &mut weights.there;
+        if step == 0 {
+            *there = None;
+        }
         let radius_m = match (step, &there) {
             (0, _) => Some(first.radius_m),
             // One cylinder touches both: how thick it is follows.
@@ -225,9 +228,6 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
             // Off the phalanx, or not to be reached: nothing is added.
             _ => None,
         };
-        if step == 0 {
-            *there = None;
-        }
         if let Some(radius_m) = radius_m {
             let first = Contact {
                 k_m: first.k_m + deviations * measured.first_sigma_m,

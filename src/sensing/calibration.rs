@@ -91,10 +91,10 @@ impl Calibration {
         } else {
             IMPLAUSIBLE
         };
-        if factor_shift > most * self.torque_factor_sigma
-            || cable_shift > IMPLAUSIBLE * self.cable_sigma_rad_per_nm
-            || strain > IMPLAUSIBLE * IMPLAUSIBLE
-        {
+        let is_plausible = factor_shift <= most * self.torque_factor_sigma
+            && cable_shift <= IMPLAUSIBLE * self.cable_sigma_rad_per_nm
+            && strain <= IMPLAUSIBLE * IMPLAUSIBLE;
+        if !is_plausible {
             return Err(Refusal::Implausible);
         }
         // Residuals larger than expected increase the deviations in proportion.
@@ -167,8 +167,8 @@ impl Calibration {
         1.0 / sqrt((now - before).at_least(f32::MIN_POSITIVE))
     }
 
-    /// Widens the torque factor's deviation for a contact at another place of the finger. `share` is the standard deviation of the
-    /// leverage between two places. The cable and its covariance with the factor stay as they are.
+    /// Widens the torque factor's deviation by another one that has nothing to do with it, as a share: that of the leverage between two
+    /// places of the finger, or what pins contradict each other by. The cable and its covariance with the factor stay as they are.
     pub fn widen(&mut self, share: f32) {
         let before = self.torque_factor_sigma;
         self.widen_to(sqrt(before * before + share * share));
@@ -176,6 +176,7 @@ impl Calibration {
 
     /// Sets the torque factor's deviation to a larger one, for a reason that has nothing to do with cable and joints: their covariance
     /// with the factor stays, and the correlations shrink.
+    // Not inlined: called from several places.
     #[inline(never)]
     fn widen_to(&mut self, sigma: f32) {
         let before = core::mem::replace(&mut self.torque_factor_sigma, sigma);

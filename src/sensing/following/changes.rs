@@ -80,7 +80,7 @@ impl<F: Mechanics, A: AfterContact<F>> AfterContact<F> for Changes<A> {
                     self.on_block(sensor, &block);
                 }
                 // A finger that opens holds nothing.
-                BlockUpdate::Block(_) => self.watched = None,
+                BlockUpdate::Block(_) => (self.watched, self.rolled) = (None, None),
                 _ => {}
             }
             self.on_sample(sensor, sample);

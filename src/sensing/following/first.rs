@@ -39,9 +39,9 @@ pub(super) fn proximal<F: Mechanics, H: JointSensor, X: SeriesElement>(
 }
 
 impl First {
-    /// A place; near joint 2 one that the sensor told may be another.
-    pub(super) fn of(contact: Contact, sigma_m: f32, is_told: bool) -> Self {
-        if is_told && contact.phalanx == 2 && contact.k_m < AT_JOINT_SIGMAS * sigma_m {
+    /// A place; near joint 2 it may be another, told or not. One that is too vague to be told says nothing of the joint.
+    pub(super) fn of(contact: Contact, sigma_m: f32, is_vague: bool) -> Self {
+        if !is_vague && contact.phalanx == 2 && contact.k_m < AT_JOINT_SIGMAS * sigma_m {
             Self::Near(contact, sigma_m)
         } else {
             Self::At(contact, sigma_m)
@@ -73,5 +73,25 @@ impl<C: Copy, W: Weighs<C>> Closing<C, W> {
             Some([expected, turned]) if expected < FARTHER * turned => inner,
             _ => First::At(near, sigma_m),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn near_joint_2_a_place_is_to_be_decided_whether_it_was_told_or_not() {
+        let place = |phalanx, k_m| Contact {
+            phalanx,
+            k_m,
+            radius_m: 0.01,
+        };
+        let of = |contact, is_vague| First::of(contact, 2e-3, is_vague);
+        assert!(matches!(of(place(2, 4e-3), false), First::Near(..)));
+        assert!(matches!(of(place(2, 6e-3), false), First::At(..)));
+        assert!(matches!(of(place(3, 4e-3), false), First::At(..)));
+        // So wide that the joint is within it wherever it is.
+        assert!(matches!(of(place(2, 4e-3), true), First::At(..)));
     }
 }

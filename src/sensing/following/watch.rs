@@ -12,6 +12,7 @@ use crate::numeric::Bounded;
 use crate::sensing::block::{Block, BlockAverager, BlockUpdate};
 use crate::sensing::location::SeriesElement;
 use crate::sensing::second::{BlockNoise, SecondContact};
+use crate::sensing::sensor::VAGUE;
 use crate::sensing::{Directive, Drive, Event, NotLocated, Sample, Sensor};
 
 /// Share of the torque limit from which on a change of slope is a second contact, and not the onset of the first (chosen): twice as far
@@ -58,7 +59,7 @@ impl<F: HoldsTwice + Clone + Debug> AfterContact<F> for Follow<F> {
         self.watches = matches!(directive, Directive::Watch);
         if self.watches {
             self.level = Level::default();
-            self.begin();
+            self.forget_search();
             self.closing = None;
         } else if let Some(closing) = &mut self.closing {
             // The last word is still to be said, as if it had stood for long; the sensor has ended the first contact's curve already.
@@ -80,8 +81,8 @@ impl<F: HoldsTwice + Clone + Debug> AfterContact<F> for Follow<F> {
             if block.drive == Drive::Closing {
                 self.on_block(sensor, &block);
             } else if self.closing.is_none() {
-                // Opening ends a closing.
-                self.begin();
+                // What was noted before is of a closing that has ended.
+                self.forget_search();
             }
         }
         if let Some(event) = told {
@@ -92,10 +93,10 @@ impl<F: HoldsTwice + Clone + Debug> AfterContact<F> for Follow<F> {
 }
 
 impl<F: HoldsTwice + Clone + Debug> Follow<F> {
-    /// The next closing begins anew.
+    /// The search of the next closing begins anew.
     // Not inlined: called from two places.
     #[inline(never)]
-    fn begin(&mut self) {
+    fn forget_search(&mut self) {
         self.search = SecondContact::default();
     }
 
@@ -249,12 +250,13 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
             _ => return,
         };
         if let Some(closing) = &mut self.closing {
-            let is_told = matches!(event, Event::Located { .. });
             closing.first = first.map_or(First::Unplaced, |(mut contact, sigma_m)| {
                 if !contact.radius_m.is_finite() {
                     contact.radius_m = sensor.settings().pin_contact_radius_m();
                 }
-                First::of(contact, sigma_m, is_told)
+                let length_m = sensor.finger().phalanx_length_m(contact.phalanx);
+                let is_vague = length_m.is_none_or(|length_m| sigma_m >= VAGUE * length_m);
+                First::of(contact, sigma_m, is_vague)
             });
         }
     }

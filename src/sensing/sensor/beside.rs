@@ -48,8 +48,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         self.state.onset_rad
     }
 
-    /// Where the contact just judged as unobservable may be, with the deviation, metre: a quarter of the phalanx at least. `None` where the
-    /// phalanx is not known either, and with two phalanges. The radius is NaN.
+    /// Where the contact just judged as unobservable may be, with the deviation, metre: a quarter of the phalanx at least, or near joint 2
+    /// and perhaps on phalanx 1. `None` where the phalanx is not known either, and with two phalanges. The radius is NaN.
     pub fn vague_place(&self) -> Option<(Contact, f32)> {
         match self.stage {
             Stage::Vague(spot) => {

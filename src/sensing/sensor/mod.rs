@@ -36,6 +36,7 @@ use crate::sensing::{
 use contact::Contact;
 use record::Learning;
 use report::Spot;
+pub(super) use report::VAGUE;
 pub use search::Suspicion;
 use search::{Search, SearchOutcome};
 use state::SensorState;

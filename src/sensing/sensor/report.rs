@@ -10,7 +10,7 @@ use crate::sensing::locator::{Estimate, LocatorResult, Prior};
 use crate::sensing::{Event, NotLocated, Object, Refusal};
 
 /// Deviation of k, as a share of the phalanx, above which no location is reported: the curve hardly depends on the place.
-const VAGUE: f32 = 0.25;
+pub(in crate::sensing) const VAGUE: f32 = 0.25;
 /// A location is reported again when its deviation has shrunk by this factor.
 const SHARPER: f32 = 0.75;
 /// Share of the torque limit above which a proximal contact is reported: below, it may be a contact near the joint.
@@ -27,9 +27,9 @@ pub(super) enum Reported {
     Nothing,
     Located(Spot),
     Ambiguous,
-    /// Not told so far: the beginning of the curve may be that of a contact on phalanx 1.
+    /// Nothing as well, but the beginning of the curve may be that of a contact on phalanx 1.
     MaybeProximal,
-    /// Unobservable, but known to be on a phalanx.
+    /// Unobservable, but likely to be on a phalanx.
     Vague(Spot),
 }
 
@@ -123,7 +123,9 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
                 if last {
                     self.emit_nowhere(contact, why);
                 } else if let NotLocated::Proximal | NotLocated::Unobservable = why {
-                    contact.reported = Reported::MaybeProximal;
+                    if contact.reported == Reported::Nothing {
+                        contact.reported = Reported::MaybeProximal;
+                    }
                     if why == NotLocated::Proximal && sure {
                         contact.end();
                     }

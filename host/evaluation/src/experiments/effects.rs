@@ -8,6 +8,7 @@ use rand::RngExt;
 
 use super::catalogue::plain_cylinder;
 use super::job::{Entry, Job, Plan, Wanted, job};
+use super::judge;
 use super::objects::Object;
 use super::result::Method;
 
@@ -132,12 +133,13 @@ fn effect<S: Simulated + 'static>(
         parameters
     });
     let (object, seed) = (object.clone(), plan.seed + 7000 + u64::from(finger));
+    let length_m = judge::length_m::<S>(2).unwrap_or(0.05);
     let all = job::<S>(name, parameters, seed, CONTACTS, move |index, random| {
         let share = 0.1 + 0.8 * (index as f64 + 0.5) / CONTACTS as f64;
         Wanted {
             object: object.clone(),
             phalanx: 2,
-            k_m: 0.070 * share,
+            k_m: length_m * share,
             theta_1_rad: random.random_range(0.35..1.0),
             any_first: true,
         }
