@@ -70,7 +70,7 @@ fn contacts_are_felt_in_time_and_placed_within_what_is_claimed() {
     assert!(calibrated.cable_z().abs() < 3.0, "{calibrated:?}");
 }
 
-/// Phalanx 1 was felt late, and what phalanx 2 adds later makes the whole curve that of one contact 2.5 mm beyond joint 2.
+/// Phalanx 1 was felt late, and what phalanx 2 adds later makes the whole curve that of one contact 2 mm beyond joint 2.
 #[test]
 fn a_contact_on_phalanx_1_that_another_follows_is_no_place_near_joint_2() {
     let plan = Plan {
