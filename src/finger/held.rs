@@ -127,8 +127,8 @@ pub trait HoldsTwice: Mechanics {
     /// What is kept between the steps of weighing: [`Weighing`], or nothing.
     type Weighing: Weighs<Self::Configuration>;
 
-    /// Weighs where a second contact may be by the stiffness that it leaves, a step at a time, the first 0 with weights as they are by
-    /// default. The first contact was made in the free posture `at`. False where there is no further step.
+    /// Weighs where a second contact may be by the stiffness that it leaves, one step a call: begin with step 0 and default weights. The
+    /// first contact was made in the free posture `at`. False where there is no further step.
     fn weigh_second(
         &self,
         _at: &Free<Self::Configuration>,

@@ -14,8 +14,9 @@ use crate::numeric::{Bounded, exp, sqrt};
 
 /// Places along a phalanx.
 const PLACES: u8 = 16;
-/// Steps that these are spread over, after two for the posture on the first contact: all at once take longer than a sensing update may.
+/// Steps that these are spread over: all at once take longer than a sensing update may.
 const PARTS: u8 = 2;
+/// Steps for one phalanx and one place of the first contact: two find the posture, the others weigh the places.
 const STEPS: u8 = 2 + PARTS;
 /// Deviations of the coefficient of friction from its mean, with their weights: a normal distribution in steps of half a
 /// deviation.

@@ -258,7 +258,7 @@ impl<M: Memory> Store<M> {
 
     /// Puts the record that `encode` writes in the place of the last one. Without `encode`, forgets that and what came before
     /// it. After a power cut at any moment the old record is there, whole, or the new one, or nothing if it was to be
-    /// forgotten: where a page is worn out that may read as damage then.
+    /// forgotten; beside a page that is worn out, forgetting that is cut short may leave damage instead of nothing.
     ///
     /// # Errors
     /// Nothing was saved: the flash failed, or the record does not fit or cannot be read back. Not all was forgotten: the

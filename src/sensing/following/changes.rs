@@ -141,7 +141,7 @@ impl<A> Changes<A> {
         if began_us < watched.since_us {
             return;
         }
-        // A motor that turns steadily is driven on: the current with which it stood holds nothing any more.
+        // The drive turns the motor again: the current that held it while it stood no longer counts.
         watched.stand = Stand::default();
         let (noise_nm, nothing_nm) = (watched.noise_nm, watched.nothing_nm(sensor));
         if let Some(from_nm) = watched.fade.push(excess_nm, noise_nm, nothing_nm) {

@@ -39,7 +39,8 @@ pub(super) fn proximal<F: Mechanics, H: JointSensor, X: SeriesElement>(
 }
 
 impl First {
-    /// A place; near joint 2 it may be another, told or not. One that is too vague to be told says nothing of the joint.
+    /// A place. One near joint 2 is to be decided, whether it was told or not, unless it is so vague that the joint is always within its
+    /// deviation.
     pub(super) fn of(contact: Contact, sigma_m: f32, is_vague: bool) -> Self {
         if !is_vague && contact.phalanx == 2 && contact.k_m < AT_JOINT_SIGMAS * sigma_m {
             Self::Near(contact, sigma_m)

@@ -27,7 +27,7 @@ pub(super) enum Reported {
     Nothing,
     Located(Spot),
     Ambiguous,
-    /// Nothing as well, but the beginning of the curve may be that of a contact on phalanx 1.
+    /// Nothing was told so far, and an earlier round found that the contact may be on phalanx 1.
     MaybeProximal,
     /// Unobservable, but likely to be on a phalanx.
     Vague(Spot),

@@ -75,9 +75,9 @@ fn pins_that_contradict_each_other_are_refused_with_the_reason() {
     assert!(agreed > 3, "{agreed}");
 }
 
-/// A place that is 3 mm wrong is within what a finger may differ by: it may be taken, but then as unsure as both are apart.
+/// A place that is 3 mm wrong is within what a finger may differ by: it may be taken, but then both deviations together cover the shift.
 #[test]
-fn a_pin_that_contradicts_another_is_refused_or_the_deviation_covers_both() {
+fn a_pin_that_contradicts_another_is_refused_or_both_deviations_cover_the_shift() {
     let mut random = Random(53);
     let mut moved = 0;
     for _ in 0..6 {

@@ -137,6 +137,17 @@ fn a_second_contact_is_told_of_a_power_grasp_only() {
     assert_eq!((grip, second.is_none()), ("single", true));
 }
 
+/// Checks the place of a second contact on phalanx 3, which is truly at `true_m`, against the deviation that is told.
+#[track_caller]
+fn judge_place(second: &Event<'_>, true_m: Option<f64>) {
+    let [k_mm, sigma_mm] = ["k_mm", "sigma_mm"].map(|key| second.number(key).expect("a number"));
+    let error_mm = k_mm - 1e3 * true_m.expect("phalanx 3 presses");
+    assert!(
+        error_mm.abs() < 2.0 * sigma_mm && sigma_mm < 8.0,
+        "{error_mm}, {second:?}"
+    );
+}
+
 /// Cylinders that two phalanges of three meet and one that only the last does: what is told of them, and what that costs the chip.
 #[test]
 fn three_phalanges_tell_a_second_contact_in_time() {
@@ -161,12 +172,7 @@ fn three_phalanges_tell_a_second_contact_in_time() {
     let (grip, second) = told(&placed);
     let second = second.expect("a second contact");
     assert_eq!((grip, second.field("phalanx")), ("two-contacts", Some("3")));
-    let [k_mm, sigma_mm] = ["k_mm", "sigma_mm"].map(|key| second.number(key).expect("a number"));
-    let error_mm = k_mm - 1e3 * true_m.expect("phalanx 3 presses");
-    assert!(
-        error_mm.abs() < 2.0 * sigma_mm && sigma_mm < 8.0,
-        "{error_mm}, {second:?}"
-    );
+    judge_place(&second, true_m);
 
     // By phalanx 1 first: the phalanx is known, and any place on it leaves the same motion.
     let (proximal, _) = closing(1, 60.0, 60.0, 40.0);
@@ -198,12 +204,7 @@ fn a_linkage_of_two_stages_tells_a_second_contact_in_time() {
     let (grip, second) = told(&session);
     let second = second.expect("a second contact");
     assert_eq!((grip, second.field("phalanx")), ("enveloped", Some("3")));
-    let [k_mm, sigma_mm] = ["k_mm", "sigma_mm"].map(|key| second.number(key).expect("a number"));
-    let error_mm = k_mm - 1e3 * true_m.expect("phalanx 3 presses");
-    assert!(
-        error_mm.abs() < 2.0 * sigma_mm && sigma_mm < 8.0,
-        "{error_mm}, {second:?}"
-    );
+    judge_place(&second, true_m);
 }
 
 /// Checks the bounds of the chip: control, an update of what follows the first contact, one of the sensor, and the stacks.
