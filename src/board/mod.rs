@@ -22,6 +22,7 @@ mod identify;
 mod indicator;
 #[cfg(feature = "fault-injection")]
 mod inject;
+mod memory;
 mod ram;
 mod reset;
 mod restart;
