@@ -58,8 +58,8 @@ pub(super) struct Fitted {
     pub(super) x: [f32; UNKNOWNS],
     /// Standard deviation of the location, metre; 0 if it has none.
     pub(super) k_sigma_m: f32,
-    /// Standard deviation of the object's compliance in units of its prior; 0 where it is not fitted.
-    pub(super) give_sigma: f32,
+    /// Compliance of the object that the curve asks for, in units of its prior, and its standard deviation; 0 where none is fitted.
+    pub(super) give: [f32; 2],
     /// Logarithm of the evidence, integrated over the unknowns (Laplace's approximation).
     pub(super) ln_evidence: f32,
     /// Sum of the squared whitened residuals and of what the priors gave way.
@@ -80,6 +80,8 @@ pub(super) struct Fit<F: Mechanics, X: SeriesElement> {
     normal: Normal<UNKNOWNS, Of<F, X>>,
     damping: f32,
     passes: u8,
+    /// Whether the object's compliance is fitted: the curve demands it.
+    gives: bool,
     /// The pass at the trial's unknowns, once it has begun.
     pass: Option<Pass<F, X>>,
 }
@@ -109,7 +111,10 @@ struct Pass<F: Mechanics, X: SeriesElement> {
 
 impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
     /// A fit that starts from given unknowns: those of another fit, or of the prior at some place.
-    pub(super) fn new(hypothesis: Hypothesis, x: [f32; UNKNOWNS], fitted: bool) -> Self {
+    pub(super) fn new(hypothesis: Hypothesis, mut x: [f32; UNKNOWNS], fitted: bool) -> Self {
+        if X::OBJECT_GIVES {
+            x[GIVE] = 0.0;
+        }
         Self {
             hypothesis,
             x,
@@ -119,6 +124,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             leaves: false,
             normal: Normal::EMPTY,
             damping: 0.0,
+            gives: false,
             passes: if F::CABLE_DECIDES && fitted {
                 PLACE_AFTER
             } else {
@@ -191,7 +197,15 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             || self.damping > MOST_DAMPING
             || self.passes >= MOST_PASSES;
         if settled || !self.advance(scaling) {
-            return Progress::Converged;
+            if !self.is_soft() {
+                return Progress::Converged;
+            }
+            self.gives = true;
+            self.damping = 0.0;
+            self.passes = PLACE_AFTER;
+            if !self.advance(scaling) {
+                return Progress::Converged;
+            }
         }
         Progress::UnderWay
     }
@@ -216,11 +230,40 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         penalty + prior.beside_normal::<F>(x[JOINT])[0]
     }
 
+    /// Whether an object that gives way would explain the curve so much better than the rigid one of this fit that it is likelier, few
+    /// as there are.
+    fn is_soft(&self) -> bool {
+        if !X::OBJECT_GIVES || self.gives || !self.hypothesis.has_place() {
+            return false;
+        }
+        let (mut rigid, mut soft) = (self.rigid(), self.normal);
+        let (Some(rigid), Some(soft)) = (rigid.factor(0.0), soft.factor(0.0)) else {
+            return false;
+        };
+        let step = soft.step();
+        let gain = self.normal.promise(&step) - self.normal.promise(&rigid.step());
+        let cost = soft.ln_determinant() - rigid.ln_determinant();
+        step[GIVE] > 0.0 && gain > cost
+    }
+
+    /// The normal equations without the object's compliance, unless it is fitted.
+    fn rigid(&self) -> Normal<UNKNOWNS, Of<F, X>> {
+        let mut normal = self.normal;
+        if X::OBJECT_GIVES && !self.gives {
+            normal.hold(GIVE);
+            normal.set_prior(GIVE, 0.0, 1.0);
+        }
+        normal
+    }
+
     /// Moves the trial by the best step; false if its predicted gain is too small.
     fn advance(&mut self, scaling: &Scaling) -> bool {
         let mut held = [false; UNKNOWNS];
         let first = F::CABLE_DECIDES && self.passes < PLACE_AFTER;
         held[K] = first;
+        if X::OBJECT_GIVES {
+            held[GIVE] = !self.gives;
+        }
         // An unknown that meets its bound is fixed there; the others are solved again.
         for _ in 0..=2 {
             let mut normal = self.normal;
@@ -256,7 +299,14 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
     pub(super) fn fitted(&mut self, prior: &Prior<X>) -> Option<Fitted> {
         let (has_place, length_m) = (self.hypothesis.has_place(), self.hypothesis.length_m);
         let by_factor = self.normal.ratio(FACTOR, K);
-        let factor = self.normal.factor(0.0)?;
+        let mut give = [0.0; 2];
+        if X::OBJECT_GIVES {
+            let factor = self.normal.factor(0.0)?;
+            let asked = self.x[GIVE] + factor.step()[GIVE];
+            give = [asked.at_least(0.0), sqrt(factor.variance(GIVE))];
+        }
+        let mut normal = self.rigid();
+        let factor = normal.factor(0.0)?;
         let determinant = factor.ln_determinant();
         let mut k_sigma_m = 0.0;
         let mut flat = 0.0;
@@ -281,16 +331,11 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             }
             k_sigma_m = length_m * sqrt(variance / (1.0 + precision * variance));
         }
-        let give_sigma = if X::OBJECT_GIVES {
-            sqrt(factor.variance(GIVE))
-        } else {
-            0.0
-        };
         let ln_evidence = -0.5 * self.cost - 0.5 * determinant + flat;
         (ln_evidence.is_finite() && k_sigma_m.is_finite()).then_some(Fitted {
             x: self.x,
             k_sigma_m,
-            give_sigma,
+            give,
             ln_evidence,
             chi_square: self.chi_square + Self::penalty(&self.x, prior),
             leaves: self.leaves,

@@ -1,7 +1,7 @@
 //! The posterior: all fits, each weighted by its evidence.
 
 use super::fit::Fitted;
-use super::prior::{GIVE, K, Scaling, UNKNOWNS};
+use super::prior::{K, Scaling, UNKNOWNS};
 use super::{Locator, Prior, RADII_M, Track, radius_m};
 use crate::finger::{Class, Mechanics};
 use crate::numeric::{Bounded, exp, ln, not_negative, sqrt};
@@ -238,7 +238,8 @@ impl Track {
             let half_m = CELL * RATIO * (radius_m(index) + 0.003);
             rr += weight * (beside_m * beside_m + half_m * half_m);
             if X::OBJECT_GIVES {
-                let (beside, sigma) = (fitted.x[GIVE] - best.x[GIVE], fitted.give_sigma);
+                let [mean, sigma] = fitted.give;
+                let beside = mean - best.give[0];
                 give += weight * beside;
                 give_squares += weight * (beside * beside + spread * sigma * sigma);
             }
@@ -249,7 +250,7 @@ impl Track {
         if X::OBJECT_GIVES {
             give /= total;
             let sigma = sqrt(variance(give_squares, give));
-            give_m_per_n = [best.x[GIVE] + give, sigma].map(|x| x * prior.give_m_per_n);
+            give_m_per_n = [best.give[0] + give, sigma].map(|x| x * prior.give_m_per_n);
         }
         let k_sigma_m = sqrt(variance(kk, k));
         let mut k_m = 0.0;
@@ -335,7 +336,7 @@ mod tests {
         let fitted = Fitted {
             x,
             k_sigma_m: sigma * LENGTH_M,
-            give_sigma: 0.0,
+            give: [0.0; 2],
             ln_evidence: 0.0,
             chi_square: 1.0,
             leaves: false,
