@@ -6,6 +6,7 @@
 
 mod joint;
 mod learned;
+mod soft;
 
 use super::model::{Hold, Model};
 use super::noise::{Row, Whitening};
@@ -58,7 +59,8 @@ pub(super) struct Fitted {
     pub(super) x: [f32; UNKNOWNS],
     /// Standard deviation of the location, metre; 0 if it has none.
     pub(super) k_sigma_m: f32,
-    /// Compliance of the object that the curve asks for, in units of its prior, and its standard deviation; 0 where none is fitted.
+    /// Compliance of the object that the curve asks for, in units of its prior, and its standard deviation, even where the fit is that
+    /// of a rigid object; 0 without the unknown.
     pub(super) give: [f32; 2],
     /// Logarithm of the evidence, integrated over the unknowns (Laplace's approximation).
     pub(super) ln_evidence: f32,
@@ -110,7 +112,7 @@ struct Pass<F: Mechanics, X: SeriesElement> {
 }
 
 impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
-    /// A fit that starts from given unknowns: those of another fit, or of the prior at some place.
+    /// A fit that starts from given unknowns: those of another fit, or of the prior at some place. It starts with a rigid object.
     pub(super) fn new(hypothesis: Hypothesis, mut x: [f32; UNKNOWNS], fitted: bool) -> Self {
         if X::OBJECT_GIVES {
             x[GIVE] = 0.0;
@@ -196,16 +198,8 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         let settled = (whole && placed && gained < ENOUGH)
             || self.damping > MOST_DAMPING
             || self.passes >= MOST_PASSES;
-        if settled || !self.advance(scaling) {
-            if !self.is_soft() {
-                return Progress::Converged;
-            }
-            self.gives = true;
-            self.damping = 0.0;
-            self.passes = PLACE_AFTER;
-            if !self.advance(scaling) {
-                return Progress::Converged;
-            }
+        if (settled || !self.advance(scaling)) && !self.release(scaling) {
+            return Progress::Converged;
         }
         Progress::UnderWay
     }
@@ -230,40 +224,12 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         penalty + prior.beside_normal::<F>(x[JOINT])[0]
     }
 
-    /// Whether an object that gives way would explain the curve so much better than the rigid one of this fit that it is likelier, few
-    /// as there are.
-    fn is_soft(&self) -> bool {
-        if !X::OBJECT_GIVES || self.gives || !self.hypothesis.has_place() {
-            return false;
-        }
-        let (mut rigid, mut soft) = (self.rigid(), self.normal);
-        let (Some(rigid), Some(soft)) = (rigid.factor(0.0), soft.factor(0.0)) else {
-            return false;
-        };
-        let step = soft.step();
-        let gain = self.normal.promise(&step) - self.normal.promise(&rigid.step());
-        let cost = soft.ln_determinant() - rigid.ln_determinant();
-        step[GIVE] > 0.0 && gain > cost
-    }
-
-    /// The normal equations without the object's compliance, unless it is fitted.
-    fn rigid(&self) -> Normal<UNKNOWNS, Of<F, X>> {
-        let mut normal = self.normal;
-        if X::OBJECT_GIVES && !self.gives {
-            normal.hold(GIVE);
-            normal.set_prior(GIVE, 0.0, 1.0);
-        }
-        normal
-    }
-
     /// Moves the trial by the best step; false if its predicted gain is too small.
     fn advance(&mut self, scaling: &Scaling) -> bool {
         let mut held = [false; UNKNOWNS];
         let first = F::CABLE_DECIDES && self.passes < PLACE_AFTER;
         held[K] = first;
-        if X::OBJECT_GIVES {
-            held[GIVE] = !self.gives;
-        }
+        held[GIVE] = X::OBJECT_GIVES && !self.gives;
         // An unknown that meets its bound is fixed there; the others are solved again.
         for _ in 0..=2 {
             let mut normal = self.normal;
@@ -296,15 +262,10 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
     }
 
     /// The fit's result so far.
-    pub(super) fn fitted(&mut self, prior: &Prior<X>) -> Option<Fitted> {
+    pub(super) fn fitted(&self, prior: &Prior<X>) -> Option<Fitted> {
         let (has_place, length_m) = (self.hypothesis.has_place(), self.hypothesis.length_m);
         let by_factor = self.normal.ratio(FACTOR, K);
-        let mut give = [0.0; 2];
-        if X::OBJECT_GIVES {
-            let factor = self.normal.factor(0.0)?;
-            let asked = self.x[GIVE] + factor.step()[GIVE];
-            give = [asked.at_least(0.0), sqrt(factor.variance(GIVE))];
-        }
+        let give = self.asked()?;
         let mut normal = self.rigid();
         let factor = normal.factor(0.0)?;
         let determinant = factor.ln_determinant();

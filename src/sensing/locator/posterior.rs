@@ -36,7 +36,7 @@ pub struct Estimate {
     pub radius_m: f32,
     /// Its standard deviation, metre.
     pub radius_sigma_m: f32,
-    /// Compliance of the object and its standard deviation, metre per newton; 0 where it is not fitted.
+    /// Compliance of the object and its standard deviation, metre per newton; 0 where every object is taken to be rigid.
     pub give_m_per_n: [f32; 2],
     /// Unknowns of the likeliest fit.
     pub(super) best: [f32; UNKNOWNS],

@@ -10,6 +10,10 @@ use core::marker::PhantomData;
 const ONSET_RAD: f32 = 0.8;
 
 pub(super) fn prior() -> Prior<Cable> {
+    prior_of()
+}
+
+pub(super) fn prior_of<X: SeriesElement>() -> Prior<X> {
     Prior {
         place: Place::Anywhere,
         half_thickness_m: 0.006,
@@ -58,14 +62,14 @@ fn curve(k_m: f32, radius_m: f32, joint_nm: f32, drivetrain: &Drivetrain) -> Vec
 }
 
 /// A curve of phalanx 2 as the model itself predicts it, with some unevenness that no model knows; `values` are those of some unknowns.
-pub(super) fn curve_of<F: Mechanics>(
+pub(super) fn curve_of<F: Mechanics, X: SeriesElement>(
     finger: &F,
     drivetrain: &Drivetrain,
-    prior: &Prior<Cable>,
+    prior: &Prior<X>,
     radius_m: f32,
     values: &[(usize, f32)],
 ) -> Vec<Point> {
-    let free = |rad| onset::at::<F, Cable>(finger, rad, prior, &finger.rest()).unwrap();
+    let free = |rad| onset::at::<F, X>(finger, rad, prior, &finger.rest()).unwrap();
     let chosen = values;
     let mut values = [0.0; UNKNOWNS];
     values[ONSET] = ONSET_RAD;
@@ -79,7 +83,7 @@ pub(super) fn curve_of<F: Mechanics>(
         phalanx: 2,
         radius_m,
     };
-    let mut model = Model::<_, Cable>::new(
+    let mut model = Model::<_, X>::new(
         finger,
         (0.0, drivetrain),
         &values,

@@ -1,0 +1,197 @@
+//! Fits the compliance of an object only where the curve demands it: most objects are rigid, and on them one more unknown costs accuracy
+//! (docs/MECHANICS.md#soft-objects).
+
+use super::{Fit, Of, PLACE_AFTER};
+use crate::finger::Mechanics;
+use crate::numeric::{Bounded, sqrt};
+use crate::sensing::SeriesElement;
+use crate::sensing::locator::prior::{GIVE, Scaling, UNKNOWNS};
+use crate::sensing::normal::Normal;
+
+impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
+    /// Releases the compliance of the object of a fit that has settled, if the curve demands it; false if not. Begins the passes again,
+    /// because an object that gives way is far from the minimum of a rigid one.
+    pub(super) fn release(&mut self, scaling: &Scaling) -> bool {
+        if !self.is_soft() {
+            return false;
+        }
+        self.gives = true;
+        self.damping = 0.0;
+        self.passes = PLACE_AFTER;
+        self.advance(scaling)
+    }
+
+    /// Tells whether an object that gives way explains the curve better than the rigid one of this fit, by the evidence of both. That pays
+    /// for the unknown itself: the deviation that the curve leaves it, as a share of its prior's. So there is no threshold.
+    fn is_soft(&self) -> bool {
+        if !X::OBJECT_GIVES || self.gives || !self.hypothesis.has_place() {
+            return false;
+        }
+        let (mut rigid, mut soft) = (self.rigid(), self.normal);
+        let (Some(rigid), Some(soft)) = (rigid.factor(0.0), soft.factor(0.0)) else {
+            return false;
+        };
+        let step = soft.step();
+        let gain = self.normal.promise(&step) - self.normal.promise(&rigid.step());
+        let cost = soft.ln_determinant() - rigid.ln_determinant();
+        step[GIVE] > 0.0 && gain > cost
+    }
+
+    /// Takes the object's compliance out of the normal equations, unless it is fitted: with the evidence of a fit that lacks the unknown.
+    pub(super) fn rigid(&self) -> Normal<UNKNOWNS, Of<F, X>> {
+        let mut normal = self.normal;
+        if X::OBJECT_GIVES && !self.gives {
+            normal.hold(GIVE);
+            normal.set_prior(GIVE, 0.0, 1.0);
+        }
+        normal
+    }
+
+    /// Tells the compliance that the curve asks for, in units of its prior, with its standard deviation. A fit of a rigid object has one
+    /// too: a place that needs no compliance says how little there may be.
+    pub(super) fn asked(&self) -> Option<[f32; 2]> {
+        if !X::OBJECT_GIVES {
+            return Some([0.0; 2]);
+        }
+        let mut normal = self.normal;
+        let factor = normal.factor(0.0)?;
+        let asked = self.x[GIVE] + factor.step()[GIVE];
+        Some([asked.at_least(0.0), sqrt(factor.variance(GIVE))])
+    }
+}
+
+#[cfg(all(test, feature = "firmware"))]
+mod tests {
+    use super::super::Fitted;
+    use super::*;
+    use crate::scene::{P70, Scene};
+    use crate::sensing::curve::Point;
+    use crate::sensing::locator::prior::{K, Place, Prior};
+    use crate::sensing::locator::tests::{curve_of, prior_of};
+    use crate::sensing::locator::{Data, Estimate, Locator, LocatorResult};
+    use crate::sensing::{Cable, SoftObject};
+
+    type Soft = SoftObject<Cable>;
+
+    /// Compliance that the prior expects, metre per newton.
+    const GIVE_M_PER_N: f32 = 2e-3;
+    const RADIUS_M: f32 = 0.011;
+    /// Places on the last phalanx, metre.
+    const PLACES_M: [f32; 5] = [0.012, 0.021, 0.035, 0.045, 0.055];
+
+    fn expected<X: SeriesElement>() -> Prior<X> {
+        Prior {
+            give_m_per_n: GIVE_M_PER_N,
+            ..prior_of()
+        }
+    }
+
+    /// A curve of P70 on an object of a compliance.
+    fn curve(k_m: f32, give_m_per_n: f32) -> Vec<Point> {
+        let finger = P70::MECHANISM;
+        let drivetrain = P70::drivetrain(&finger);
+        let prior = expected::<Soft>();
+        let values = [(K, k_m), (GIVE, give_m_per_n)];
+        curve_of(&finger, &drivetrain, &prior, RADIUS_M, &values)
+    }
+
+    /// What a locator comes to on a curve, with objects that may be soft or not (`X`).
+    fn located<X: SeriesElement>(
+        points: &[Point],
+        prior: &Prior<X>,
+    ) -> Locator<<P70 as Scene>::Finger, X> {
+        let finger = P70::MECHANISM;
+        let drivetrain = P70::drivetrain(&finger);
+        let near = finger.rest();
+        let data = Data {
+            points,
+            origin_rad: 0.0,
+            drivetrain: &drivetrain,
+        };
+        let mut locator = Locator::default();
+        assert!(locator.begin(&finger, &data, prior, &near, true));
+        while !locator.step(&finger, &data, prior, &near, ()) {}
+        locator
+    }
+
+    /// The likeliest fit of a curve.
+    fn fitted<X: SeriesElement>(points: &[Point], prior: &Prior<X>) -> Fitted {
+        *located(points, prior).best_fit().expect("a fit")
+    }
+
+    /// What all fits of a curve tell.
+    fn told<X: SeriesElement>(points: &[Point], prior: &Prior<X>) -> Estimate {
+        match located(points, prior).verdict(prior) {
+            LocatorResult::At(estimate) => estimate,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn length_m() -> f32 {
+        P70::MECHANISM.phalanx_length_m(2).expect("two phalanges")
+    }
+
+    #[test]
+    fn a_rigid_object_is_fitted_as_without_the_unknown() {
+        for k_m in PLACES_M {
+            let points = curve(k_m, 0.0);
+            let soft = fitted(&points, &expected::<Soft>());
+            let rigid = fitted(&points, &expected::<Cable>());
+            assert_eq!(soft.x[GIVE], 0.0, "{k_m}: {soft:?}");
+            for (soft, rigid) in soft.x.iter().zip(&rigid.x) {
+                assert!((soft - rigid).abs() < 1e-4, "{k_m}: {soft} {rigid}");
+            }
+            let off = soft.k_sigma_m / rigid.k_sigma_m - 1.0;
+            assert!(off.abs() < 1e-3, "{k_m}: {off}");
+            assert!((soft.ln_evidence - rigid.ln_evidence).abs() < 1e-2);
+            // The compliance is told all the same: none, within its deviation.
+            let [give, sigma] = soft.give;
+            assert!(give < 2.0 * sigma && sigma < 0.5, "{k_m}: {give} {sigma}");
+            assert_eq!(rigid.give, [0.0; 2]);
+        }
+    }
+
+    #[test]
+    fn an_object_that_gives_way_is_released_and_located() {
+        for expected_m_per_n in [1e-3, 2e-3, 4e-3] {
+            for k_m in PLACES_M {
+                let points = curve(k_m, expected_m_per_n);
+                let prior = expected::<Soft>();
+                let best = fitted(&points, &prior);
+                assert!(best.x[GIVE] > 0.0, "{k_m}: {best:?}");
+                let soft = told(&points, &prior);
+                let [give, sigma] = soft.give_m_per_n;
+                assert!(
+                    (give - expected_m_per_n).abs() < 2.0 * sigma,
+                    "{k_m}: {give} {sigma}"
+                );
+                let off_m = (soft.k_m - k_m).abs();
+                assert!(off_m < 2.0 * soft.k_sigma_m, "{k_m}: {off_m} {soft:?}");
+                // Who takes the softest to be rigid is misled.
+                let rigid = fitted(&points, &expected::<Cable>());
+                let misled_m = (length_m() * rigid.x[K] - k_m).abs();
+                assert!(
+                    expected_m_per_n < 4e-3 || misled_m > 2.0 * off_m,
+                    "{k_m}: {misled_m} {off_m}"
+                );
+            }
+        }
+    }
+
+    /// Pins are rigid by what the user is told, so one that gives way calibrates as a rigid one.
+    #[test]
+    fn a_pin_is_taken_to_be_rigid() {
+        let k_m = 0.035;
+        let points = curve(k_m, 2e-3);
+        let prior = Prior {
+            place: Place::Known {
+                phalanx: 2,
+                k_m,
+                sigma_m: 3e-4,
+                radius_m: RADIUS_M,
+            },
+            ..expected::<Soft>()
+        };
+        assert_eq!(fitted(&points, &prior).x[GIVE], 0.0);
+    }
+}
