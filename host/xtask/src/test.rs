@@ -14,7 +14,7 @@ use crate::target;
 use crate::tools;
 
 /// The images that tests run on the emulated chip: the variable that names the ELF, the scene, a feature beside the default.
-const IMAGES: [(&str, &str, Option<&str>); 12] = [
+const IMAGES: [(&str, &str, Option<&str>); 11] = [
     ("PALPATE_ELF", list::DEFAULT, None),
     ("PALPATE_FAULT_ELF", list::DEFAULT, Some("fault-injection")),
     (
@@ -33,7 +33,6 @@ const IMAGES: [(&str, &str, Option<&str>); 12] = [
     ("PALPATE_GRASP_ELF", "p70-grasp", None),
     ("PALPATE_GRASP_TENDON3_ELF", "tendon3-grasp", None),
     ("PALPATE_GRASP_LINKAGE3_ELF", "linkage3-grasp", None),
-    ("PALPATE_SOFT_ELF", "p70-soft", None),
     ("PALPATE_DIRECT_ELF", "direct2", None),
 ];
 

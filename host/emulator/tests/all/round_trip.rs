@@ -214,13 +214,11 @@ fn a_second_contact_of_three_phalanges_is_replayed_as_well() {
     second_contact(support::GRASP_TENDON3, "tendon3-grasp", object);
 }
 
-/// A place with the stiffness of its object, which the default scene would misplace.
+/// A place with the stiffness of its object.
 #[test]
 fn the_stiffness_of_an_object_is_replayed_as_well() {
-    let Some(firmware) = support::image(support::SOFT) else {
-        return;
-    };
+    let Some(firmware) = firmware() else { return };
     let commands = "trace on; record-friction; run";
-    let session = session(&firmware, "p70-soft", Object::default(), commands, None);
-    round_trip("p70-soft", &session).has(&["touch", "located", "object"]);
+    let session = session(&firmware, "p70", Object::default(), commands, None);
+    round_trip("p70", &session).has(&["touch", "located", "object"]);
 }

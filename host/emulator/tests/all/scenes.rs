@@ -213,10 +213,10 @@ fn a_signed_current_is_read_with_its_sign() {
 /// An object on springs of 0.5 N/mm behind pins that are fixed.
 #[test]
 fn the_stiffness_of_an_object_is_told() {
-    let Some(firmware) = support::image(support::SOFT) else {
+    let Some(firmware) = support::firmware() else {
         return;
     };
-    let mut parameters = Parameters::of("p70-soft").expect("a scene");
+    let mut parameters = Parameters::of("p70").expect("a scene");
     parameters.object.mount = ObjectMount::Spring;
     parameters.object.stiffness_n_per_m = 500.0;
     let settings = Settings {

@@ -187,7 +187,7 @@ struct Other {
 
 /// Tendon with two and three phalanges, with a hidden one and with a return cable, the prototype with a preloaded spring and with objects
 /// that may be soft, linkage with three, a motor at every joint.
-const OTHERS: [Other; 8] = [
+const OTHERS: [Other; 7] = [
     Other {
         scene: "tendon2",
         drawn: "tendon2, drawn",
@@ -212,11 +212,6 @@ const OTHERS: [Other; 8] = [
         scene: "p70-preloaded",
         drawn: "p70-preloaded, drawn",
         seeds: [95, 2600],
-    },
-    Other {
-        scene: "p70-soft",
-        drawn: "p70-soft, drawn",
-        seeds: [97, 2700],
     },
     Other {
         scene: "linkage3",

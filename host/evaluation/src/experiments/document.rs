@@ -40,7 +40,6 @@ pub fn bodies(rows: &[Row], calibrations: &[(Place, Summary)]) -> [(&'static str
             "hidden",
             "return",
             "p70-preloaded",
-            "p70-soft",
             "linkage",
             "direct",
         ];

@@ -2,7 +2,7 @@
 //! nothing but that, with a calibration in it.
 
 use palpate_plant::{ObjectMount, Parameters, Shape};
-use palpate_scenes::{P70, P70Soft, Tendon2};
+use palpate_scenes::{P70, P70Grasp, Tendon2};
 use palpate_simulation::Simulated;
 use rand::RngExt;
 
@@ -76,18 +76,18 @@ const EFFECTS: [(&str, Change); 21] = [
     ("effect: coupler 1 mm longer", |p| {
         p.finger.coupler_m[0] += 1e-3
     }),
+    ("effect: object of 500 N/m", |p| hold(p, 500.0)),
+    ("effect: object of 200 N/m", |p| hold(p, 200.0)),
+];
+
+/// Effects on the same finger whose firmware takes objects to be rigid.
+const TAKEN_TO_BE_RIGID: [(&str, Change); 2] = [
     ("effect: object of 500 N/m, taken to be rigid", |p| {
         hold(p, 500.0)
     }),
     ("effect: object of 200 N/m, taken to be rigid", |p| {
         hold(p, 200.0)
     }),
-];
-
-/// Effects on the finger whose firmware expects soft objects.
-const ON_SOFT: [(&str, Change); 2] = [
-    ("effect: object of 500 N/m, p70-soft", |p| hold(p, 500.0)),
-    ("effect: object of 200 N/m, p70-soft", |p| hold(p, 200.0)),
 ];
 
 /// Effects on a finger whose scene states a weight; its user sets `weight` and `mounting`.
@@ -175,12 +175,12 @@ pub fn effects(plan: &Plan) -> Vec<Job> {
         .flat_map(|finger| {
             let on_default =
                 EFFECTS.map(|effect| self::effect::<P70>(plan, effect, &small, finger));
-            let on_soft =
-                ON_SOFT.map(|effect| self::effect::<P70Soft>(plan, effect, &small, finger));
+            let on_rigid = TAKEN_TO_BE_RIGID
+                .map(|effect| self::effect::<P70Grasp>(plan, effect, &small, finger));
             let on_heavy =
                 ON_HEAVY.map(|effect| self::effect::<Tendon2>(plan, effect, &small, finger));
             let on_large = [effect::<P70>(plan, of_large, &large, finger)];
-            (on_default.into_iter().chain(on_soft))
+            (on_default.into_iter().chain(on_rigid))
                 .chain(on_heavy)
                 .chain(on_large)
         })
@@ -195,7 +195,8 @@ mod tests {
     fn every_effect_is_told_by_its_name_and_changes_something() {
         let base = Parameters::of("p70").expect("a scene");
         let mut names = Vec::new();
-        for (name, change) in EFFECTS.into_iter().chain(ON_SOFT).chain(ON_HEAVY) {
+        let rigid = TAKEN_TO_BE_RIGID;
+        for (name, change) in EFFECTS.into_iter().chain(rigid).chain(ON_HEAVY) {
             assert!(name.starts_with(BEGINS) && !names.contains(&name), "{name}");
             names.push(name);
             let mut changed = base.clone();

@@ -1,7 +1,7 @@
-//! Soft objects: felt by the scene that expects them, and by the default one, which takes them to be rigid.
+//! Soft objects: felt by the default scene, and by one whose firmware takes them to be rigid.
 
 use palpate_document::table::head;
-use palpate_scenes::{P70, P70Soft};
+use palpate_scenes::{P70, P70Grasp};
 use palpate_simulation::places::summary;
 use palpate_simulation::soft_objects::{LEVELS, Score, finger};
 use serde_json::{Value, json};
@@ -16,15 +16,15 @@ pub const NAME: &str = "soft objects";
 /// Objects of one finger at each stiffness.
 const OBJECTS: usize = 10;
 
-/// Soft objects felt by the scene that expects them, and by the default one, calibrated.
+/// Soft objects felt by the default scene, and by one whose firmware takes them to be rigid, calibrated.
 #[must_use]
 pub fn study(plan: &Plan) -> ([Vec<Score>; 2], Failed) {
     let seeds = || plan.seed + 6000..plan.seed + 6000 + plan.fingers(1, 10);
     let (soft, mut failed) = fingers::each("fingers on soft objects", seeds(), |seed| {
-        finger::<P70Soft>(&plan.world, seed, OBJECTS)
+        finger::<P70>(&plan.world, seed, OBJECTS)
     });
     let (rigid, more) = fingers::each("fingers that take them to be rigid", seeds(), |seed| {
-        finger::<P70>(&plan.world, seed, OBJECTS)
+        finger::<P70Grasp>(&plan.world, seed, OBJECTS)
     });
     failed.extend(more);
     let total = [soft, rigid].map(|all| fingers::total(&all, LEVELS.len(), Score::with));
@@ -78,7 +78,7 @@ pub fn lines(plan: &Plan, [soft, rigid]: &[Vec<Score>; 2]) -> Vec<Value> {
         })
     };
     let mut all = Vec::new();
-    for (scene, scores) in [("p70-soft", soft), ("p70", rigid)] {
+    for (scene, scores) in [("p70", soft), ("p70-grasp", rigid)] {
         let levels = LEVELS.iter().zip(scores);
         all.extend(levels.map(|(level, score)| line(scene, *level, score)));
     }

@@ -32,10 +32,9 @@ fn knowing_more_never_costs_and_the_locator_is_near_the_bound() {
 }
 
 /// Fingers that the bound is computed for: one of each kind.
-const FINGERS: [&str; 9] = [
+const FINGERS: [&str; 8] = [
     "p70",
     "p70-preloaded",
-    "p70-soft",
     "tendon2",
     "tendon3",
     "hidden3",

@@ -87,8 +87,8 @@ fn a_contact_on_phalanx_1_that_another_follows_is_no_place_near_joint_2() {
 
 /// One object stands on springs of 1 N/mm, the others are fixed.
 #[test]
-fn the_scene_that_expects_soft_objects_tells_the_soft_one() {
-    let worlds = run("p70-soft", &plan(Some("w1"), false)).expect("the recordings are readable");
+fn the_soft_object_is_told_and_the_fixed_ones_are_not() {
+    let worlds = run("p70", &plan(Some("w1"), false)).expect("the recordings are readable");
     let lines = worlds.iter().flat_map(|world| &world.lines);
     let mut told = 0;
     for line in lines.filter(|line| matches!(line.class, Class::Distal | Class::Hard)) {

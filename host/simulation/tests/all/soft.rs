@@ -1,9 +1,9 @@
-//! Objects on springs: the scene that expects them tells how stiff they are, and its places are true; the default one is misled. Pins stay
-//! fixed. Simulated: the ideal world with springs of 0.25 to 3 N/mm.
+//! Objects on springs: the default scene tells how stiff they are, and its places are true; one that takes them to be rigid is misled. Pins
+//! stay fixed. Simulated: the ideal world with springs of 0.25 to 3 N/mm.
 
 use palpate::sensing::Relative;
 use palpate_plant::{Engine, Grasp, Object, ObjectMount, Shape, World};
-use palpate_scenes::{P70, P70Soft};
+use palpate_scenes::{P70, P70Grasp};
 use palpate_simulation::places::{PIN_SHARES, summary};
 use palpate_simulation::soft_objects::{LEVELS, Score, finger};
 use palpate_simulation::{Simulated, Simulation};
@@ -17,7 +17,7 @@ fn felt<S: Simulated>(engine: Engine) -> Vec<Score> {
 }
 
 fn check(engine: Engine) {
-    let (soft, rigid) = (felt::<P70Soft>(engine), felt::<P70>(engine));
+    let (soft, rigid) = (felt::<P70>(engine), felt::<P70Grasp>(engine));
     for ((level, soft), rigid) in LEVELS.iter().zip(&soft).zip(&rigid) {
         let ([error, within], [off, honest]) = (summary(&soft.places), summary(&soft.compliances));
         println!(
@@ -85,18 +85,18 @@ fn what_gives_way_more_is_told() {
         let object = simulation.slow().sensing.object();
         object.map(|object| object.relative())
     }
-    assert_eq!(close::<P70>(250.0, 0.035), None);
+    assert_eq!(close::<P70Grasp>(250.0, 0.035), None);
     // Far out the finger itself is stiff.
-    assert_eq!(close::<P70Soft>(150.0, 0.050), Some(Relative::Softer));
-    assert_eq!(close::<P70Soft>(3000.0, 0.020), Some(Relative::Stiffer));
+    assert_eq!(close::<P70>(150.0, 0.050), Some(Relative::Softer));
+    assert_eq!(close::<P70>(3000.0, 0.020), Some(Relative::Stiffer));
 }
 
 /// The plant has no object that moves freely.
 #[test]
 fn a_free_object_is_refused_by_name() {
     let world = World::named("ideal").expect("a world");
-    let parameters = world.of("p70-soft").expect("a scene");
-    let mut simulation = Simulation::<P70Soft>::new(&parameters, 1).expect("a simulation");
+    let parameters = world.of("p70").expect("a scene");
+    let mut simulation = Simulation::<P70>::new(&parameters, 1).expect("a simulation");
     let free = Object {
         mount: ObjectMount::Free,
         ..parameters.object

@@ -28,8 +28,6 @@ pub const GRASP: &str = "PALPATE_GRASP_ELF";
 pub const GRASP_TENDON3: &str = "PALPATE_GRASP_TENDON3_ELF";
 /// The scene `linkage3-grasp`: the same with a linkage of two stages.
 pub const GRASP_LINKAGE3: &str = "PALPATE_GRASP_LINKAGE3_ELF";
-/// The scene `p70-soft`: objects that may give way.
-pub const SOFT: &str = "PALPATE_SOFT_ELF";
 /// The scene `direct2`: a motor at every joint.
 pub const DIRECT: &str = "PALPATE_DIRECT_ELF";
 
