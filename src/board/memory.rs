@@ -1,7 +1,7 @@
 //! Copies and fills memory, where the compiler asks for it.
 //!
 //! The compiler's own library has these functions too, written for speed: 1.25 kilobyte in each image. The firmware copies some hundred
-//! bytes at a time and rarely (docs/ARCHITECTURE.md#budget), so these are short.
+//! bytes at a time and rarely, so these are short (docs/ARCHITECTURE.md#libraries-and-own-code).
 
 use core::arch::global_asm;
 
