@@ -31,8 +31,10 @@ fn knowing_more_never_costs_and_the_locator_is_near_the_bound() {
     );
 }
 
-/// Fingers that the bound is computed for: one of each kind.
-const FINGERS: [&str; 8] = [
+/// Fingers that the bound is computed for: one of each kind, and the prototype first without the object's compliance, as the exact posterior
+/// has it.
+const FINGERS: [&str; 9] = [
+    "p70-grasp",
     "p70",
     "p70-preloaded",
     "tendon2",
