@@ -19,8 +19,8 @@ const POINTS: u8 = 4;
 const MOST_STEP: f32 = 0.7;
 /// Odds from which on a phalanx is named (chosen).
 const DECISIVE_ODDS: f32 = 4.0;
-/// Deviation of a place, as a share of the phalanx, above which none is told: it is hardly less than that of any place.
-const VAGUE: f32 = 0.25;
+/// Deviation of a place, as a share of the phalanx, above which none is told: it is hardly less than that of any place (0.29).
+pub const VAGUE: f32 = 0.25;
 
 /// The finger when a second contact begins.
 #[derive(Clone, Copy, Debug, PartialEq)]

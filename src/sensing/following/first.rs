@@ -6,9 +6,8 @@ use crate::joint_sensor::JointSensor;
 use crate::sensing::Sensor;
 use crate::sensing::location::SeriesElement;
 use crate::sensing::second::SlopeChange;
+use crate::sensing::sensor::NEAR_SIGMAS;
 
-/// Within so many deviations a place on phalanx 2 may be its joint.
-const AT_JOINT_SIGMAS: f32 = 2.5;
 /// A contact that would have let the input link turn this much farther than it has, as a factor, is none on phalanx 1 (chosen): friction
 /// takes up to a third of the torque.
 const FARTHER: f32 = 1.5;
@@ -42,7 +41,7 @@ impl First {
     /// A place. One near joint 2 is to be decided, whether it was told or not, unless it is so vague that the joint is always within its
     /// deviation.
     pub(super) fn of(contact: Contact, sigma_m: f32, is_vague: bool) -> Self {
-        if !is_vague && contact.phalanx == 2 && contact.k_m < AT_JOINT_SIGMAS * sigma_m {
+        if !is_vague && contact.phalanx == 2 && contact.k_m < NEAR_SIGMAS * sigma_m {
             Self::Near(contact, sigma_m)
         } else {
             Self::At(contact, sigma_m)

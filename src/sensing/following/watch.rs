@@ -6,13 +6,12 @@ use super::closing::Closing;
 use super::first::{First, proximal};
 use super::level::{Above, Level};
 use super::{AfterContact, Followed, Grip};
-use crate::finger::{Contact, HeldForces, HoldsTwice};
+use crate::finger::{Contact, HeldForces, HoldsTwice, VAGUE};
 use crate::joint_sensor::JointSensor;
 use crate::numeric::Bounded;
 use crate::sensing::block::{Block, BlockAverager, BlockUpdate};
 use crate::sensing::location::SeriesElement;
 use crate::sensing::second::{BlockNoise, SecondContact};
-use crate::sensing::sensor::VAGUE;
 use crate::sensing::{Directive, Drive, Event, NotLocated, Sample, Sensor};
 
 /// Share of the torque limit from which on a change of slope is a second contact, and not the onset of the first (chosen): twice as far

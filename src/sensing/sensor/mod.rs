@@ -35,8 +35,8 @@ use crate::sensing::{
 };
 use contact::Contact;
 use record::Learning;
+pub(super) use report::NEAR_SIGMAS;
 use report::Spot;
-pub(super) use report::VAGUE;
 pub use search::Suspicion;
 use search::{Search, SearchOutcome};
 use state::SensorState;

@@ -2,15 +2,13 @@
 
 use super::contact::Contact;
 use super::state::SensorState;
-use crate::finger::Mechanics;
+use crate::finger::{Mechanics, VAGUE};
 use crate::joint_sensor::JointSensor;
 use crate::numeric::Bounded;
 use crate::sensing::location::SeriesElement;
 use crate::sensing::locator::{Estimate, LocatorResult, Prior};
 use crate::sensing::{Event, NotLocated, Object, Refusal};
 
-/// Deviation of k, as a share of the phalanx, above which no location is reported: the curve hardly depends on the place.
-pub(in crate::sensing) const VAGUE: f32 = 0.25;
 /// A location is reported again when its deviation has shrunk by this factor.
 const SHARPER: f32 = 0.75;
 /// Share of the torque limit above which a proximal contact is reported: below, it may be a contact near the joint.
@@ -19,7 +17,7 @@ const SURE_PROXIMAL: f32 = 0.5;
 /// Probability of a phalanx from which on a place on it that is too uncertain is known to be on it (chosen).
 const SURE_PHALANX: f32 = 0.9;
 /// Deviations from joint 2 within which a place may be a contact on phalanx 1 that another one followed, if the curve began like that.
-const NEAR_SIGMAS: f32 = 2.0;
+pub(in crate::sensing) const NEAR_SIGMAS: f32 = 2.0;
 
 /// The last report.
 #[derive(Clone, Copy, Debug, PartialEq)]

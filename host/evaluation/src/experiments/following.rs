@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_2_PI;
 
 use palpate::finger::HoldsTwice;
 use palpate_document::table::head;
-use palpate_scenes::{Linkage3, P70, P70Hold, Tendon3};
+use palpate_scenes::{Linkage3, P70Grasp, P70Hold, Tendon3};
 use palpate_simulation::changes::{self, KINDS, Scores};
 use palpate_simulation::places::summary;
 use palpate_simulation::second_contacts::{self, Score};
@@ -101,7 +101,7 @@ fn second_of<S: Simulated<Finger: HoldsTwice>>(plan: &Plan, failed: &mut Failed)
 pub fn second_contacts(plan: &Plan) -> (Vec<(&'static str, Score)>, Failed) {
     let mut failed = Vec::new();
     let scores = vec![
-        ("p70", second_of::<P70>(plan, &mut failed)),
+        ("p70", second_of::<P70Grasp>(plan, &mut failed)),
         ("tendon3", second_of::<Tendon3>(plan, &mut failed)),
         ("linkage3", second_of::<Linkage3>(plan, &mut failed)),
     ];
