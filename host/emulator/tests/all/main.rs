@@ -12,6 +12,7 @@ mod faults;
 mod firmware;
 mod identify;
 mod instructions;
+mod memory;
 mod reference;
 mod refused;
 mod round_trip;
