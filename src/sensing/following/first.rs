@@ -88,8 +88,8 @@ mod tests {
             radius_m: 0.01,
         };
         let of = |contact, is_vague| First::of(contact, 2e-3, is_vague);
-        assert!(matches!(of(place(2, 4e-3), false), First::Near(..)));
-        assert!(matches!(of(place(2, 6e-3), false), First::At(..)));
+        assert!(matches!(of(place(2, 3.9e-3), false), First::Near(..)));
+        assert!(matches!(of(place(2, 4.1e-3), false), First::At(..)));
         assert!(matches!(of(place(3, 4e-3), false), First::At(..)));
         // So wide that the joint is within it wherever it is.
         assert!(matches!(of(place(2, 4e-3), true), First::At(..)));
