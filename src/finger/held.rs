@@ -20,7 +20,7 @@ const MOST_STEP: f32 = 0.7;
 /// Odds from which on a phalanx is named (chosen).
 const DECISIVE_ODDS: f32 = 4.0;
 /// Deviation of a place, as a share of the phalanx, above which none is told: it is hardly less than that of any place (0.29).
-pub const VAGUE: f32 = 0.25;
+pub(crate) const VAGUE: f32 = 0.25;
 
 /// The finger when a second contact begins.
 #[derive(Clone, Copy, Debug, PartialEq)]

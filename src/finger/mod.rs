@@ -62,7 +62,8 @@ pub use configuration::{Configuration, JointStep};
 pub use direct::Direct;
 pub use error::{ConfigError, Parameter};
 pub use fourbar::{Advance, Assembly, FourBar, Levers, Ratio};
-pub use held::{HeldForces, HoldsTwice, NoSecondContact, TwoContacts, VAGUE, Weighing, Weighs};
+pub(crate) use held::VAGUE;
+pub use held::{HeldForces, HoldsTwice, NoSecondContact, TwoContacts, Weighing, Weighs};
 pub use linkage::Linkage;
 pub use mechanics::{
     Candidate, Candidates, Class, Contact, Free, Inverse, JointPoint, LONGEST_FINGER,

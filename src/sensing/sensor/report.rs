@@ -16,7 +16,8 @@ const SURE_PROXIMAL: f32 = 0.5;
 
 /// Probability of a phalanx from which on a place on it that is too uncertain is known to be on it (chosen).
 const SURE_PHALANX: f32 = 0.9;
-/// Deviations from joint 2 within which a place may be a contact on phalanx 1 that another one followed, if the curve began like that.
+/// Deviations from joint 2 within which a place may be a contact on phalanx 1: of a first place whose curve began like one there, and of
+/// one that a second contact follows.
 pub(in crate::sensing) const NEAR_SIGMAS: f32 = 2.0;
 
 /// The last report.

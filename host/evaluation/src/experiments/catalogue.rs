@@ -185,8 +185,8 @@ struct Other {
     seeds: [u64; 2],
 }
 
-/// Tendon with two and three phalanges, with a hidden one and with a return cable, the prototype with a preloaded spring and with objects
-/// that may be soft, linkage with three, a motor at every joint.
+/// Tendon with two and three phalanges, with a hidden one and with a return cable, the prototype with a preloaded spring,
+/// linkage with three, a motor at every joint.
 const OTHERS: [Other; 7] = [
     Other {
         scene: "tendon2",

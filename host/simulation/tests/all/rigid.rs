@@ -1,10 +1,10 @@
-//! `p70-rigid`: the same finger without a cable needs no press, fits six numbers, and has smaller deviations. Simulated.
+//! `p70-rigid`: the same finger without a cable needs no press, fits two numbers less, and has smaller deviations. Simulated.
 
 use palpate::app::console::command::{Calibrate, Command};
 use palpate::drive::sequence::Refused;
 use palpate::sensing::Event;
 use palpate_plant::{Grasp, Shape};
-use palpate_scenes::{P70, P70Rigid};
+use palpate_scenes::{P70Grasp, P70Rigid};
 use palpate_simulation::{Simulated, Simulation, Verdict};
 
 /// Error and deviation of a contact at every place, millimetre, with nothing calibrated and no press.
@@ -34,7 +34,7 @@ fn uncalibrated<S: Simulated>() -> Vec<(f64, f64)> {
 
 #[test]
 fn contacts_are_placed_without_a_cable_and_surer() {
-    let (with, without) = (uncalibrated::<P70>(), uncalibrated::<P70Rigid>());
+    let (with, without) = (uncalibrated::<P70Grasp>(), uncalibrated::<P70Rigid>());
     for (error_mm, sigma_mm) in &without {
         assert!(error_mm.abs() < 0.05 * 70.0, "{error_mm}");
         assert!(error_mm.abs() < 3.0 * sigma_mm, "{error_mm} {sigma_mm}");

@@ -1,12 +1,12 @@
 //! Objects on springs: the default scene tells how stiff they are, and its places are true; one that takes them to be rigid is misled. Pins
 //! stay fixed. Simulated: the ideal world with springs of 0.25 to 3 N/mm.
 
-use palpate::sensing::Relative;
+use palpate::sensing::{NotLocated, Relative};
 use palpate_plant::{Engine, Grasp, Object, ObjectMount, Shape, World};
 use palpate_scenes::{P70, P70Grasp};
 use palpate_simulation::places::{PIN_SHARES, summary};
 use palpate_simulation::soft_objects::{LEVELS, Score, finger};
-use palpate_simulation::{Simulated, Simulation};
+use palpate_simulation::{Simulated, Simulation, Verdict};
 
 const GRASPS: usize = 8;
 
@@ -89,6 +89,40 @@ fn what_gives_way_more_is_told() {
     // Far out the finger itself is stiff.
     assert_eq!(close::<P70>(150.0, 0.050), Some(Relative::Softer));
     assert_eq!(close::<P70>(3000.0, 0.020), Some(Relative::Stiffer));
+}
+
+/// A curve of a soft object on phalanx 1 may not be explained by one elsewhere. Without its compliance in that hypothesis one of these is
+/// `unobservable`.
+#[test]
+fn soft_objects_on_phalanx_1_are_told_to_be_there() {
+    let world = World::named("workshop").expect("a world");
+    let parameters = world.of("p70").expect("a scene");
+    let mut simulation = Simulation::<P70>::new(&parameters, 1).expect("a simulation");
+    simulation.prepare().expect("a record");
+    simulation
+        .calibrate_on_pins(0.07, PIN_SHARES, 0.7)
+        .expect("pins");
+    for stiffness_n_per_m in [1000.0, 500.0, 250.0] {
+        let held = Object {
+            mount: ObjectMount::Spring,
+            stiffness_n_per_m,
+            ..parameters.object
+        };
+        let told: Vec<Verdict> = [0.03, 0.04, 0.05, 0.06, 0.07, 0.08]
+            .into_iter()
+            .map(|k_m| {
+                let mut simulation = simulation.clone();
+                simulation.plant().mount(&held).expect("a mount");
+                let shape = Shape::Cylinder { diameter_m: 0.016 };
+                (simulation.close(&Grasp::touching(1, k_m, 0.7, shape)))
+                    .expect("closes")
+                    .verdict
+            })
+            .collect();
+        println!("{stiffness_n_per_m}: {told:?}");
+        let proximal = Verdict::NotLocated(NotLocated::Proximal);
+        assert!(told.iter().all(|verdict| *verdict == proximal), "{told:?}");
+    }
 }
 
 /// The plant has no object that moves freely.

@@ -21,10 +21,11 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         self.advance(scaling)
     }
 
-    /// Tells whether an object that gives way explains the curve better than the rigid one of this fit, by the evidence of both. That pays
-    /// for the unknown itself: the deviation that the curve leaves it, as a share of its prior's. So there is no threshold.
+    /// Tells whether an object that gives way explains the curve better than the rigid one of this fit, by the evidence of both: the gain of
+    /// chi square against twice the logarithm of the prior's deviation over the one that the curve leaves the compliance. Both kinds of
+    /// object are as likely (chosen).
     fn is_soft(&self) -> bool {
-        if !X::OBJECT_GIVES || self.gives || !self.hypothesis.has_place() {
+        if !X::OBJECT_GIVES || self.gives {
             return false;
         }
         let (mut rigid, mut soft) = (self.rigid(), self.normal);
@@ -37,10 +38,11 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         step[GIVE] > 0.0 && gain > cost
     }
 
-    /// Takes the object's compliance out of the normal equations, unless it is fitted: with the evidence of a fit that lacks the unknown.
+    /// Takes the object's compliance out of the normal equations where the fit has none, whether the curve demanded it or not: with the
+    /// evidence of a fit that lacks the unknown.
     pub(super) fn rigid(&self) -> Normal<UNKNOWNS, Of<F, X>> {
         let mut normal = self.normal;
-        if X::OBJECT_GIVES && !self.gives {
+        if X::OBJECT_GIVES && self.x[GIVE] <= 0.0 {
             normal.hold(GIVE);
             normal.set_prior(GIVE, 0.0, 1.0);
         }
@@ -55,8 +57,13 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         }
         let mut normal = self.normal;
         let factor = normal.factor(0.0)?;
-        let asked = self.x[GIVE] + factor.step()[GIVE];
-        Some([asked.at_least(0.0), sqrt(factor.variance(GIVE))])
+        let fitted = self.x[GIVE];
+        let asked = if fitted > 0.0 {
+            fitted
+        } else {
+            factor.step()[GIVE].at_least(0.0)
+        };
+        Some([asked, sqrt(factor.variance(GIVE))])
     }
 }
 
