@@ -292,7 +292,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             }
             k_sigma_m = length_m * sqrt(variance / (1.0 + precision * variance));
         }
-        let ln_evidence = -0.5 * self.cost - 0.5 * determinant + flat;
+        let ln_evidence = -0.5 * self.cost - 0.5 * determinant + flat - self.ln_odds_against();
         (ln_evidence.is_finite() && k_sigma_m.is_finite()).then_some(Fitted {
             x: self.x,
             k_sigma_m,

@@ -3,10 +3,15 @@
 
 use super::{Fit, Of, PLACE_AFTER};
 use crate::finger::Mechanics;
-use crate::numeric::{Bounded, sqrt};
+use crate::numeric::{Bounded, ln, sqrt};
 use crate::sensing::SeriesElement;
 use crate::sensing::locator::prior::{GIVE, Scaling, UNKNOWNS};
 use crate::sensing::normal::Normal;
+
+/// Logarithm of the odds against an object that gives way: one of nine does (chosen), and its prior is half a normal distribution, twice as
+/// dense. Seen from a finger whose torque factor is not known, a soft object on phalanx 2 is much like any on phalanx 1: with even odds
+/// fewer of those are named.
+const FEW: f32 = 1.386;
 
 impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
     /// Releases the compliance of the object of a fit that has settled, if the curve demands it; false if not. Begins the passes again,
@@ -21,21 +26,26 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         self.advance(scaling)
     }
 
-    /// Tells whether an object that gives way explains the curve better than the rigid one of this fit, by the evidence of both: the gain of
-    /// chi square against twice the logarithm of the prior's deviation over the one that the curve leaves the compliance. Both kinds of
-    /// object are as likely (chosen).
+    /// Tells whether an object that gives way explains the curve better than the rigid one of this fit, by the evidence of both: adding an
+    /// unknown gains the square of its value over its deviation, and costs the logarithm of how much narrower than its prior the curve
+    /// makes it, here twice both.
     fn is_soft(&self) -> bool {
         if !X::OBJECT_GIVES || self.gives {
             return false;
         }
-        let (mut rigid, mut soft) = (self.rigid(), self.normal);
-        let (Some(rigid), Some(soft)) = (rigid.factor(0.0), soft.factor(0.0)) else {
-            return false;
-        };
-        let step = soft.step();
-        let gain = self.normal.promise(&step) - self.normal.promise(&rigid.step());
-        let cost = soft.ln_determinant() - rigid.ln_determinant();
-        step[GIVE] > 0.0 && gain > cost
+        self.asked().is_some_and(|[asked, sigma]| {
+            let clear = asked / sigma;
+            asked > 0.0 && clear * clear + 2.0 * ln(sigma) > 2.0 * FEW
+        })
+    }
+
+    /// Logarithm of the odds against the kind of object that the fit has found.
+    pub(super) fn ln_odds_against(&self) -> f32 {
+        if X::OBJECT_GIVES && self.x[GIVE] > 0.0 {
+            FEW
+        } else {
+            0.0
+        }
     }
 
     /// Takes the object's compliance out of the normal equations where the fit has none, whether the curve demanded it or not: with the
