@@ -175,7 +175,9 @@ mod tests {
                 let points = curve(k_m, expected_m_per_n);
                 let prior = expected::<Soft>();
                 let best = fitted(&points, &prior);
-                assert!(best.x[GIVE] > 0.0, "{k_m}: {best:?}");
+                // At 1 N/mm some places are told as well by a rigid object.
+                let released = best.x[GIVE] > 0.0;
+                assert!(expected_m_per_n < 2e-3 || released, "{k_m}: {best:?}");
                 let soft = told(&points, &prior);
                 let [give, sigma] = soft.give_m_per_n;
                 assert!(
