@@ -121,13 +121,13 @@ fn words(session: &Session<'_>) -> Vec<String> {
         .collect()
 }
 
-/// Keys of standard deviations that do not say so, of what a record of friction leaves and of its wander, and of what follows from one: the
-/// least stiffness of a rigid object.
+/// Keys of what is estimated from noise: standard deviations of what a record of friction leaves and of its wander, and the least stiffness
+/// of an object, which follows from its compliance's deviation.
 const OF_NOISE: [&str; 3] = ["residual_mnm", "wander_mnm", "least_n_per_mm"];
 
-/// The same word, or the same key with numbers that differ by no more than 5 %, deviations 50 %, besides torques half a millinewton
-/// metre, and what is about zero: a cable's stiffening 0.01 per newton metre, a rigid object's compliance 0.05 mm/N and its share of the
-/// rotation 0.01. A start with another time takes some microseconds more or less, and the noise is drawn at other instants.
+/// The same word, or the same key with numbers that differ by no more than 5 %, those of noise 15 %, deviations 50 %, besides torques half
+/// a millinewton metre, and what is about zero: a cable's stiffening 0.01 per newton metre, a rigid object's compliance 0.05 mm/N and its
+/// share of the rotation 0.01. A start with another time takes some microseconds more or less, and the noise is drawn at other instants.
 fn alike(a: &str, b: &str) -> bool {
     let number = |word: &str| {
         let (key, value) = word.split_once('=')?;
@@ -135,8 +135,13 @@ fn alike(a: &str, b: &str) -> bool {
     };
     match (number(a), number(b)) {
         (Some((key, a)), Some((same, b))) => {
-            let deviates = key.contains("sigma") || OF_NOISE.contains(&key.as_str());
-            let share = if deviates { 0.5 } else { 0.05 };
+            let share = if key.contains("sigma") {
+                0.5
+            } else if OF_NOISE.contains(&key.as_str()) {
+                0.15
+            } else {
+                0.05
+            };
             let besides = match key.as_str() {
                 "torque_mnm" => 0.5,
                 "stiffening_per_nm" => 0.01,
