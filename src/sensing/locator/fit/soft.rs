@@ -96,7 +96,7 @@ mod tests {
     /// Places on the last phalanx, metre.
     const PLACES_M: [f32; 5] = [0.012, 0.021, 0.035, 0.045, 0.055];
 
-    fn prior_with_soft<X: SeriesElement>() -> Prior<X> {
+    fn expected<X: SeriesElement>() -> Prior<X> {
         Prior {
             give_m_per_n: GIVE_M_PER_N,
             ..prior_of()
@@ -107,7 +107,7 @@ mod tests {
     fn curve(k_m: f32, give_m_per_n: f32) -> Vec<Point> {
         let finger = P70::MECHANISM;
         let drivetrain = P70::drivetrain(&finger);
-        let prior = prior_with_soft::<Soft>();
+        let prior = expected::<Soft>();
         let values = [(K, k_m), (GIVE, give_m_per_n)];
         curve_of(&finger, &drivetrain, &prior, RADIUS_M, &values)
     }
@@ -152,8 +152,8 @@ mod tests {
     fn a_rigid_object_is_fitted_as_without_the_unknown() {
         for k_m in PLACES_M {
             let points = curve(k_m, 0.0);
-            let soft = fitted(&points, &prior_with_soft::<Soft>());
-            let rigid = fitted(&points, &prior_with_soft::<Cable>());
+            let soft = fitted(&points, &expected::<Soft>());
+            let rigid = fitted(&points, &expected::<Cable>());
             assert_eq!(soft.x[GIVE], 0.0, "{k_m}: {soft:?}");
             for (soft, rigid) in soft.x.iter().zip(&rigid.x) {
                 assert!((soft - rigid).abs() < 1e-4, "{k_m}: {soft} {rigid}");
@@ -170,27 +170,27 @@ mod tests {
 
     #[test]
     fn an_object_that_gives_way_is_released_and_located() {
-        for true_m_per_n in [1e-3, 2e-3, 4e-3] {
+        for expected_m_per_n in [1e-3, 2e-3, 4e-3] {
             for k_m in PLACES_M {
-                let points = curve(k_m, true_m_per_n);
-                let prior = prior_with_soft::<Soft>();
+                let points = curve(k_m, expected_m_per_n);
+                let prior = expected::<Soft>();
                 let best = fitted(&points, &prior);
                 // At 1 N/mm some places are told as well by a rigid object.
                 let released = best.x[GIVE] > 0.0;
-                assert!(true_m_per_n < 2e-3 || released, "{k_m}: {best:?}");
+                assert!(expected_m_per_n < 2e-3 || released, "{k_m}: {best:?}");
                 let soft = told(&points, &prior);
                 let [give, sigma] = soft.give_m_per_n;
                 assert!(
-                    (give - true_m_per_n).abs() < 2.0 * sigma,
+                    (give - expected_m_per_n).abs() < 2.0 * sigma,
                     "{k_m}: {give} {sigma}"
                 );
                 let off_m = (soft.k_m - k_m).abs();
                 assert!(off_m < 2.0 * soft.k_sigma_m, "{k_m}: {off_m} {soft:?}");
                 // Who takes the softest to be rigid is misled.
-                let rigid = fitted(&points, &prior_with_soft::<Cable>());
+                let rigid = fitted(&points, &expected::<Cable>());
                 let misled_m = (length_m() * rigid.x[K] - k_m).abs();
                 assert!(
-                    true_m_per_n < 4e-3 || misled_m > 2.0 * off_m,
+                    expected_m_per_n < 4e-3 || misled_m > 2.0 * off_m,
                     "{k_m}: {misled_m} {off_m}"
                 );
             }
@@ -209,7 +209,7 @@ mod tests {
                 sigma_m: 3e-4,
                 radius_m: RADIUS_M,
             },
-            ..prior_with_soft::<Soft>()
+            ..expected::<Soft>()
         };
         assert_eq!(fitted(&points, &prior).x[GIVE], 0.0);
     }
